@@ -1,0 +1,599 @@
+//! Config -> Controller -> State: tune with the first, run with the second, remember in the third.
+//!
+//! One tick every period T: sample x, compute u, hold it. The tick is the folded form of the discrete controller (module
+//! `design` explains the folding): with $\beta = b(x)/b_0$, $a_u = a(x)/b_0$ and all of channel n in units of $b_0 u$
+//!
+//! 1. $h_i = w_i x_{i+1}$ ($i < n$), $h_n = \theta a_u$; innovation $e_i = (x_i - x_i^-)/T - h_i - P_i$ per observed channel; observer update;
+//! 2. $y_j = x_j$, $y_{i+1} \mathrel{+}= A_i$; $\sigma = c \cdot y + \sum (g_B B + g_C C)$; $\sigma^* = \sigma - W$ (Eq. (44), (17));
+//! 3. $v = k_x \cdot y + k_w W + u_\sigma \sigma^* + \sum (k_B B + k_C C) + \mathrm{clamp}(s\,\sigma^*, \pm lim)$, $u = (v - a_u - A_n)/\beta$ clamped (Eq. (51));
+//! 4. $P_i = y_{i+1} - h_i$, $P_n = a_u + A_n - h_n$ (u joins when it is known), $x^- = x$, $W \mathrel{-}= (1 - e^{-\alpha T}) W$.
+//!
+//! There is no exponential, no division (for a constant b), no branch on the first call and no panic in it.
+//!
+//! ```
+//! use controller_core::*;
+//!
+//! // The flexible joint of the paper, observers in channels 2 and 4, designed by the compiler.
+//! type Joint = Controller<f32, FlexibleJoint<f32>, 4, 2, { channels([2, 4]) }, 2>;
+//! const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
+//! const GAINS: ObserverGains<2> = ObserverGains::as_printed([100.0, 20.0]);
+//! const CONTROLLER: Joint = Joint::designed(
+//!     &Config {
+//!         period_s: 1e-3,
+//!         surface: Surface::from_coefficients([125.0, 75.0, 15.0, 1.0], 1.0),
+//!         observers: [None, Some(GAINS), None, Some(GAINS)],
+//!         reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
+//!         nominal: NOMINAL,
+//!         limits: Limits::NONE,
+//!         fallback: Fallback::HoldLast,
+//!         sigma_star_bound: 1e12,
+//!         observer_pole_limit: 1.0,
+//!     },
+//!     FlexibleJoint::<f32>::new(&NOMINAL),
+//! );
+//!
+//! let mut state = CONTROLLER.start(&[0.1, 0.0, 0.0, 0.0]).expect("a finite first sample");
+//! let output = CONTROLLER.tick(&mut state, &[0.1, 0.0, 0.0, 0.0]);
+//! assert_eq!(output.sigma_star, 0.0); // Eq. (17): the offset starts the sliding variable at zero
+//! ```
+
+use crate::design::{self, Coefficients, MAX_N, MAX_R};
+use crate::error::{ConfigError, Warning, Warnings};
+use crate::health::Health;
+use crate::law::{Limits, ReachingLaw};
+use crate::model::{Nominal, NominalModel};
+use crate::observer::{self, ObserverGains};
+use crate::real::Real;
+use crate::surface::Surface;
+
+/// Samples, a(x)/b_0 and reported inputs beyond this magnitude are rejected as NaN and infinities are: inside it no sum
+/// of the tick can overflow an f32.
+pub const INPUT_LIMIT: f64 = 1e12;
+/// b(x)/b_0 must lie within this factor of 1.
+const GAIN_RATIO_LIMIT: f64 = 1e6;
+
+/// What goes out when the input is rejected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Fallback {
+    /// The u that the actuator holds already.
+    HoldLast,
+    /// This u; it must lie within the limits.
+    Safe(f64),
+}
+
+/// A whole design, every number visible where it is used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config<const N: usize, const R: usize> {
+    /// Period T, s.
+    pub period_s: f64,
+    /// c and α, Eq. (44), (17).
+    pub surface: Surface<N>,
+    /// Gains of the observer in channel i = 1..n; `None` where there is none.
+    pub observers: [Option<ObserverGains<R>>; N],
+    /// k_l, k_s, ε, Eq. (51).
+    pub reaching: ReachingLaw,
+    /// b_0 and the gradient of a that the law allows for inside the tick.
+    pub nominal: Nominal<N>,
+    /// Clamp of u.
+    pub limits: Limits,
+    /// What goes out when a sample is rejected.
+    pub fallback: Fallback,
+    /// Over this |σ*| the tick says [`Health::SIGMA_STAR_OVER_BOUND`].
+    pub sigma_star_bound: f64,
+    /// Fastest observer pole times T above which the design is refused; 1 unless you know why.
+    pub observer_pole_limit: f64,
+}
+
+impl<const N: usize, const R: usize> Config<N, R> {
+    /// Checks every rule of the theory.
+    ///
+    /// # Errors
+    /// The first rule that is broken, with channel, equation and remedy.
+    pub const fn validate(&self) -> Result<(), ConfigError> {
+        const {
+            assert!(N >= 2 && N <= MAX_N, "the plant order N must be 2..=6");
+            assert!(R >= 1 && R <= MAX_R, "the observer capacity R must be 1..=3");
+        }
+        if let Some(field) = self.not_finite() {
+            return Err(ConfigError::NotFinite { field });
+        }
+        if self.period_s <= 0.0 {
+            return Err(ConfigError::PeriodNotPositive { period_s: self.period_s });
+        }
+        if self.nominal.input_gain == 0.0 {
+            return Err(ConfigError::InputGainZero);
+        }
+        if self.surface.c[N - 1] != 1.0 {
+            return Err(ConfigError::SurfaceLead { c_n: self.surface.c[N - 1] });
+        }
+        if !self.surface.is_hurwitz() {
+            return Err(ConfigError::SurfaceNotHurwitz);
+        }
+        if self.surface.alpha_per_s <= 0.0 {
+            return Err(ConfigError::OffsetDecayNotPositive { alpha_per_s: self.surface.alpha_per_s });
+        }
+        let ReachingLaw { k_l, k_s, epsilon } = self.reaching;
+        if k_l < 0.0 {
+            return Err(ConfigError::ReachingGainNegative { field: "k_l" });
+        }
+        if k_s < 0.0 {
+            return Err(ConfigError::ReachingGainNegative { field: "k_s" });
+        }
+        if k_s > 0.0 && (epsilon < 0.0 || epsilon + k_s * self.period_s == 0.0) {
+            return Err(ConfigError::BoundaryLayerEmpty { epsilon });
+        }
+        if self.limits.min > self.limits.max {
+            return Err(ConfigError::LimitsReversed { min: self.limits.min, max: self.limits.max });
+        }
+        let mut i = 0;
+        while i < N {
+            if let Some(gains) = &self.observers[i]
+                && let Err(error) = self.validate_observer(i, gains)
+            {
+                return Err(error);
+            }
+            i += 1;
+        }
+        Ok(())
+    }
+
+    const fn validate_observer(&self, i: usize, gains: &ObserverGains<R>) -> Result<(), ConfigError> {
+        let channel = i + 1;
+        let needed = N - channel;
+        if gains.order < needed {
+            return Err(ConfigError::OrderTooLow { channel, needed, order: gains.order });
+        }
+        if !gains.is_hurwitz() {
+            return Err(ConfigError::ObserverNotHurwitz { channel });
+        }
+        let allowed_rad_s = self.observer_pole_limit / self.period_s;
+        let fastest_rad_s = gains.fastest_rad_s();
+        if fastest_rad_s > allowed_rad_s {
+            return Err(ConfigError::ObserverTooFast { channel, fastest_rad_s, allowed_rad_s });
+        }
+        Ok(())
+    }
+
+    /// Name of the first field that is not finite, or an observer order that cannot be read at all.
+    const fn not_finite(&self) -> Option<&'static str> {
+        let mut i = 0;
+        while i < N {
+            if !self.surface.c[i].is_finite() {
+                return Some("surface.c");
+            }
+            if !self.nominal.gradient[i].is_finite() {
+                return Some("nominal.gradient");
+            }
+            i += 1;
+        }
+        let fallback = match self.fallback {
+            Fallback::HoldLast => 0.0,
+            Fallback::Safe(u) => u,
+        };
+        let fields = [
+            (self.period_s, "period_s"),
+            (self.surface.alpha_per_s, "surface.alpha_per_s"),
+            (self.reaching.k_l, "reaching.k_l"),
+            (self.reaching.k_s, "reaching.k_s"),
+            (self.reaching.epsilon, "reaching.epsilon"),
+            (self.nominal.input_gain, "nominal.input_gain"),
+            (self.limits.min, "limits.min"),
+            (self.limits.max, "limits.max"),
+            (fallback, "fallback"),
+            (self.sigma_star_bound, "sigma_star_bound"),
+            (self.observer_pole_limit, "observer_pole_limit"),
+        ];
+        let mut k = 0;
+        while k < fields.len() {
+            if !fields[k].0.is_finite() {
+                return Some(fields[k].1);
+            }
+            k += 1;
+        }
+        None
+    }
+
+    /// What to be warned of in a design that [`validate`](Self::validate) accepts.
+    pub const fn warnings(&self) -> Warnings {
+        let mut warnings = Warnings::NONE;
+        let mut i = 0;
+        while i < N {
+            if let Some(gains) = &self.observers[i] {
+                let pole_times_period = gains.fastest_rad_s() * self.period_s;
+                if pole_times_period > 0.3 {
+                    warnings = warnings.with(Warning::ObserverFast { channel: i + 1, pole_times_period });
+                }
+            }
+            i += 1;
+        }
+        let k_l_times_period = self.reaching.k_l * self.period_s;
+        if k_l_times_period > 0.5 {
+            warnings = warnings.with(Warning::LinearGainHigh { k_l_times_period });
+        }
+        let bandwidth_times_period = self.surface.bandwidth_rad_s() * self.period_s;
+        if bandwidth_times_period > 0.5 {
+            warnings = warnings.with(Warning::SurfaceFast { bandwidth_times_period });
+        }
+        warnings
+    }
+}
+
+/// `MASK` of [`Controller`] from channel numbers as the paper counts them.
+///
+/// # Panics
+/// On a number outside 1..=6 or named twice; in a type, where it belongs, that is a compile error.
+///
+/// ```
+/// assert_eq!(controller_core::channels([2, 4]), 0b1010);
+/// ```
+pub const fn channels<const O: usize>(numbers: [usize; O]) -> u8 {
+    let mut mask = 0;
+    let mut k = 0;
+    while k < O {
+        assert!(numbers[k] >= 1 && numbers[k] <= MAX_N, "a channel number must be 1..=6");
+        assert!(mask >> (numbers[k] - 1) & 1 == 0, "a channel is named twice");
+        mask |= 1 << (numbers[k] - 1);
+        k += 1;
+    }
+    mask
+}
+
+/// A designed controller: coefficients and the nominal model, never changed by a tick.
+///
+/// * `T`: precision, `f32` or `f64`
+/// * `M`: nominal model a(x)/b_0
+/// * `N`: plant order, 2..=6
+/// * `R`: capacity for observer orders, 1..=3
+/// * `MASK`, `O`: which channels carry an observer (bit i - 1 for channel i, see [`channels`]), and how many. An absent
+///   channel takes no state and executes no instruction.
+#[derive(Clone, Copy, Debug)]
+pub struct Controller<T, M, const N: usize, const R: usize, const MASK: u8, const O: usize> {
+    coefficients: Coefficients<T, N, R, O>,
+    model: M,
+}
+
+/// What the controller remembers between two ticks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State<T, const R: usize, const O: usize> {
+    /// A, B, C of each observed channel.
+    z: [[T; R]; O],
+    /// P of each observed channel; without u in channel n.
+    past: [T; O],
+    /// x of each observed channel at the last tick.
+    x_prev: [T; O],
+    /// W = σ(0) e^(-αt).
+    offset: T,
+    /// What the actuator holds.
+    held: T,
+    /// b(x)/b_0 at the last tick; not used if b is constant.
+    gain_prev: T,
+}
+
+/// What one tick returns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Output<T> {
+    /// The control to hold until the next tick, within the limits.
+    pub u: T,
+    /// σ, Eq. (44).
+    pub sigma: T,
+    /// σ*, Eq. (17).
+    pub sigma_star: T,
+    /// Trouble, if any. After a rejected input `sigma` is the offset alone and `sigma_star` 0.
+    pub health: Health,
+}
+
+macro_rules! design_in {
+    ($t:ty, $convert:ident) => {
+        impl<M, const N: usize, const R: usize, const MASK: u8, const O: usize> Controller<$t, M, N, R, MASK, O>
+        where
+            M: NominalModel<$t, N> + Copy,
+        {
+            /// Designs the controller; the same numbers whether the compiler or the program calls it.
+            ///
+            /// # Errors
+            /// What [`Config::validate`] refuses, and a configuration whose observers are not those of `MASK`.
+            pub const fn design(config: &Config<N, R>, model: M) -> Result<Self, ConfigError> {
+                match design_f64::<N, R, MASK, O>(config) {
+                    Ok(rows) => Ok(Self::from_parts(design_in!(@$convert rows), model)),
+                    Err(error) => Err(error),
+                }
+            }
+
+            /// [`design`](Self::design) for a `const`: a bad configuration is a compile error with the reason.
+            ///
+            /// # Panics
+            /// On a bad configuration; outside a `const` use [`design`](Self::design).
+            pub const fn designed(config: &Config<N, R>, model: M) -> Self {
+                match Self::design(config, model) {
+                    Ok(controller) => controller,
+                    Err(error) => panic!("{}", error.text().as_str()),
+                }
+            }
+        }
+    };
+    (@single $c:ident) => { $c.in_f32() };
+    (@double $c:ident) => { $c };
+}
+design_in!(f32, single);
+design_in!(f64, double);
+
+const fn design_f64<const N: usize, const R: usize, const MASK: u8, const O: usize>(
+    config: &Config<N, R>,
+) -> Result<Coefficients<f64, N, R, O>, ConfigError> {
+    const {
+        assert!(MASK as usize >> N == 0, "MASK names a channel above N");
+        assert!(MASK.count_ones() as usize == O, "O must be the number of channels in MASK");
+    }
+    // Shape first, then the rules: an order outside 1..=R could not even be read.
+    let mut i = 0;
+    while i < N {
+        let channel = i + 1;
+        let configured = config.observers[i].is_some();
+        if configured != (MASK >> i & 1 == 1) {
+            return Err(ConfigError::ChannelMismatch { channel, configured });
+        }
+        if let Some(ObserverGains { order, .. }) = config.observers[i]
+            && (order == 0 || order > R)
+        {
+            return Err(ConfigError::ObserverOrder { channel, order, capacity: R });
+        }
+        i += 1;
+    }
+    match config.validate() {
+        Ok(()) => design::coefficients(config, &design::observed(MASK)),
+        Err(error) => Err(error),
+    }
+}
+
+impl<T, M, const N: usize, const R: usize, const MASK: u8, const O: usize> Controller<T, M, N, R, MASK, O>
+where
+    T: Real,
+    M: NominalModel<T, N>,
+{
+    /// The observed channels, from 0.
+    const CHANNELS: [usize; O] = design::observed(MASK);
+    const LAST: usize = N - 1;
+
+    const fn from_parts(coefficients: Coefficients<T, N, R, O>, model: M) -> Self {
+        Self { coefficients, model }
+    }
+
+    /// The nominal model.
+    pub const fn model(&self) -> &M {
+        &self.model
+    }
+
+    /// State before the first tick, estimates at 0. `None` if the sample would be rejected; try the next one.
+    pub fn start(&self, x0: &[T; N]) -> Option<State<T, R, O>> {
+        self.start_from(x0, &[T::ZERO; N])
+    }
+
+    /// State before the first tick with a guess of the disturbances, d_hat of each channel in its physical unit (entries
+    /// of unobserved channels are not read).
+    pub fn start_from(&self, x0: &[T; N], d_hat: &[T; N]) -> Option<State<T, R, O>> {
+        let drift = self.model.drift(x0);
+        let gain = self.model.gain_ratio(x0);
+        if !Self::is_plausible(x0, drift, gain) || !magnitude(d_hat, T::ZERO) {
+            return None;
+        }
+        let mut state = State {
+            z: [[T::ZERO; R]; O],
+            past: [T::ZERO; O],
+            x_prev: [T::ZERO; O],
+            offset: T::ZERO,
+            held: T::ZERO,
+            gain_prev: gain.unwrap_or(T::ZERO),
+        };
+        let h = self.foreseen(x0, drift);
+        for s in 0..O {
+            let i = Self::CHANNELS[s];
+            state.z[s][0] = if i == Self::LAST { d_hat[i] / self.coefficients.input_gain } else { d_hat[i] };
+            // The innovation of the first tick is then 0 - h - P = 0.
+            state.past[s] = -h[s];
+            state.x_prev[s] = x0[i];
+        }
+        state.offset = self.sigma(&Self::advanced(x0, &state.z), &state.z);
+        Some(state)
+    }
+
+    /// One tick: observers, σ*, law, clamp. Call it once per period with the newest sample x, in chain coordinates.
+    ///
+    /// A sample that is not finite (or beyond [`INPUT_LIMIT`]) never reaches the state. The tick takes `u` as what the
+    /// actuator will hold; if it will not, say so with [`State::applied`].
+    #[inline]
+    pub fn tick(&self, state: &mut State<T, R, O>, x: &[T; N]) -> Output<T> {
+        let drift = self.model.drift(x);
+        let gain = self.model.gain_ratio(x);
+        if Self::is_plausible(x, drift, gain) { self.step(state, x, drift, gain) } else { self.reject(state) }
+    }
+
+    #[inline(always)]
+    fn step(&self, state: &mut State<T, R, O>, x: &[T; N], drift: T, gain: Option<T>) -> Output<T> {
+        let k = &self.coefficients;
+
+        // 1. Observers.
+        let h = self.foreseen(x, drift);
+        let held = match gain {
+            None => state.held,
+            // What b u really was: b(x) moved from its last to its present value during the tick.
+            Some(now) => state.held * (state.gain_prev + k.theta_n * (now - state.gain_prev)),
+        };
+        let mut z = state.z;
+        for s in 0..O {
+            let i = Self::CHANNELS[s];
+            let moved = (x[i] - state.x_prev[s]) * if i == Self::LAST { k.rate_n } else { k.rate };
+            let expected = if i == Self::LAST { state.past[s] + held } else { state.past[s] };
+            z[s] = observer::advance(z[s], &k.gamma[s], moved - h[s] - expected);
+        }
+
+        // 2. Surface.
+        let y = Self::advanced(x, &z);
+        let sigma = self.sigma(&y, &z);
+        let sigma_star = sigma - state.offset;
+
+        // 3. Law.
+        let mut v = k.kw * state.offset + k.us * sigma_star;
+        for j in 1..N {
+            v += k.kx[j] * y[j];
+        }
+        for s in 0..O {
+            for m in 1..R {
+                v += k.k[s][m] * z[s][m];
+            }
+        }
+        v += (k.satk * sigma_star).limited(-k.lim, k.lim);
+        let mut input_drift = drift;
+        for s in 0..O {
+            if Self::CHANNELS[s] == Self::LAST {
+                input_drift += z[s][0];
+            }
+        }
+        let demand = match gain {
+            None => v - input_drift,
+            Some(ratio) => (v - input_drift) / ratio,
+        };
+        let u = demand.limited(k.u_min, k.u_max);
+
+        // 4. Memory.
+        state.z = z;
+        for s in 0..O {
+            let i = Self::CHANNELS[s];
+            state.past[s] = if i == Self::LAST { input_drift } else { y[i + 1] } - h[s];
+            state.x_prev[s] = x[i];
+        }
+        state.offset -= k.decay * state.offset;
+        state.held = u;
+        if let Some(ratio) = gain {
+            state.gain_prev = ratio;
+        }
+
+        let health = Health::SATURATED
+            .when(u != demand)
+            .union(Health::SIGMA_STAR_OVER_BOUND.when(sigma_star.abs() > k.sigma_star_bound));
+        Output { u, sigma, sigma_star, health }
+    }
+
+    /// h of each observed channel: what x_{i+1} (or a) at the end of the tick contributes to the mean over the tick.
+    #[inline(always)]
+    fn foreseen(&self, x: &[T; N], drift: T) -> [T; O] {
+        let mut h = [T::ZERO; O];
+        for s in 0..O {
+            let i = Self::CHANNELS[s];
+            h[s] = if i == Self::LAST {
+                self.coefficients.theta_n * drift
+            } else if i + 1 == Self::LAST {
+                // x_n moves exponentially inside the tick.
+                self.coefficients.theta_n * x[i + 1]
+            } else {
+                T::HALF * x[i + 1]
+            };
+        }
+        h
+    }
+
+    /// y: the sample with the estimate of each mismatched channel on top of the state that it drives.
+    #[inline(always)]
+    fn advanced(x: &[T; N], z: &[[T; R]; O]) -> [T; N] {
+        let mut y = *x;
+        for s in 0..O {
+            let i = Self::CHANNELS[s];
+            if i != Self::LAST {
+                y[i + 1] += z[s][0];
+            }
+        }
+        y
+    }
+
+    /// σ of Eq. (44).
+    #[inline(always)]
+    fn sigma(&self, y: &[T; N], z: &[[T; R]; O]) -> T {
+        let k = &self.coefficients;
+        // c_n = 1 takes no multiplication.
+        let mut sigma = y[Self::LAST];
+        for j in 0..Self::LAST {
+            sigma += k.c[j] * y[j];
+        }
+        for s in 0..O {
+            if Self::CHANNELS[s] != Self::LAST {
+                for m in 1..R {
+                    sigma += k.g[s][m] * z[s][m];
+                }
+            }
+        }
+        sigma
+    }
+
+    #[inline(always)]
+    fn is_plausible(x: &[T; N], drift: T, gain: Option<T>) -> bool {
+        let gain_fits = match gain {
+            None => true,
+            Some(ratio) => {
+                let size = ratio.abs();
+                size >= T::from_f64(1.0 / GAIN_RATIO_LIMIT) && size <= T::from_f64(GAIN_RATIO_LIMIT)
+            }
+        };
+        magnitude(x, drift) && gain_fits
+    }
+
+    #[cold]
+    fn reject(&self, state: &mut State<T, R, O>) -> Output<T> {
+        if let Some(safe) = self.coefficients.fallback {
+            state.held = safe;
+        }
+        Output { u: state.held, sigma: state.offset, sigma_star: T::ZERO, health: Health::INPUT_REJECTED }
+    }
+
+    /// Estimates of every channel in physical units: [d_hat, d_hat', d_hat''] at the instant of the last tick, zeros
+    /// where there is no observer (or beyond its order).
+    pub fn estimates(&self, state: &State<T, R, O>) -> [[T; R]; N] {
+        let k = &self.coefficients;
+        let mut estimates = [[T::ZERO; R]; N];
+        for s in 0..O {
+            let i = Self::CHANNELS[s];
+            let (theta, mu2, unit) = if i == Self::LAST {
+                (k.theta_n, k.mu2_n, k.input_gain)
+            } else {
+                (T::HALF, T::from_f64(1.0 / 3.0), T::from_f64(1.0))
+            };
+            // Undo the folding: A, B, C -> S_0, S_1, S_2, then S_m -> d_hat^(m) = m! S_m / T^(m+1).
+            let [a, b, c] = core::array::from_fn(|m| if m < R { state.z[s][m] } else { T::ZERO });
+            let s2 = T::HALF * c;
+            let s1 = b - (theta + T::HALF) * c;
+            let s0 = a - theta * s1 - mu2 * s2;
+            let physical = [s0 * unit, s1 * unit / k.period, c * unit / (k.period * k.period)];
+            estimates[i].copy_from_slice(&physical[..R]);
+        }
+        estimates
+    }
+}
+
+impl<T: Real, const R: usize, const O: usize> State<T, R, O> {
+    /// Tells what the actuator really holds since the last tick, where that is not the `u` the tick returned. The
+    /// observers live on it: fed the commanded u, a saturated start-up may never settle. Under saturation this is the
+    /// only anti-windup there is, and needed. Call it before the next tick; a value that is not finite is ignored.
+    #[inline]
+    pub fn applied(&mut self, u: T) {
+        if magnitude(&[u], T::ZERO) {
+            self.held = u;
+        }
+    }
+
+    /// The u that the controller believes is held.
+    pub const fn held(&self) -> T {
+        self.held
+    }
+}
+
+/// Is |v_1| + .. + |v_L| + |w| within [`INPUT_LIMIT`]? False for NaN and infinities: one comparison guards them all.
+#[inline(always)]
+fn magnitude<T: Real, const L: usize>(v: &[T; L], w: T) -> bool {
+    let mut sum = w.abs();
+    for value in v {
+        sum += value.abs();
+    }
+    sum <= T::from_f64(INPUT_LIMIT)
+}

@@ -1,0 +1,481 @@
+//! Design time: from a [`Config`](crate::Config) to the rows of the tick.
+//!
+//! Everything here is `f64`, runs once, and is `const fn` without any library function, so that a controller can be
+//! designed by the compiler and lie in flash. Symbols (i, j, q count from 1, $c_n = 1$):
+//!
+//! * $\lambda = -\partial a/\partial x_n$, the nominal slope; $t_j = T^j \varphi_j(-\lambda T)$ with
+//!   $\varphi_j(z) = \sum_m z^m/(m+j)!$: what a unit input of channel n has moved $x_n, x_{n-1}, ..$ after one tick.
+//! * $\theta, \mu_2$: first and second moment of that response over the tick; 1/2 and 1/3 for a channel without slope.
+//! * $\gamma_1..\gamma_r$: coefficients of $\det(wI - (e^{DT} - I))$, the discrete observer gains.
+//! * $K_v = \sum_i c_i t_{n-i+1}$: how far one unit of $u b$ moves $\sigma$ in one tick; every row is divided by it.
+//!
+//! # Folding
+//! The observer's Taylor state $S_m = T^{m+1} \hat d^{(m)}/m!$ is kept as $A = S_0 + \theta S_1 + \mu_2 S_2$,
+//! $B = S_1 + (1 + 2\theta) S_2$, $C = 2 S_2$; a row $(k_0, k_1, k_2)$ on $S$ becomes
+//! $k_A = k_0$, $k_B = k_1 - \theta k_0$, $k_C = (k_2 - \mu_2 k_0 - (1 + 2\theta) k_B)/2$ on $(A, B, C)$.
+//! Channels $i < n$ are in physical units (divided by T): then $k_A$ equals the row's entry of $x_{i+1}$, so that one sum
+//! $y_{i+1} = x_{i+1} + A_i$ serves $\sigma^*$ and the law. Channel n is in units of u (divided by $T b_0$): there its entry is
+//! exactly -1. The unfolded form is the oracle in `tests/` (test `formula::folded_tick_equals_the_plain_transcription`).
+
+use crate::controller::{Config, Fallback};
+use crate::error::ConfigError;
+
+/// Plant orders 2..=`MAX_N`.
+pub(crate) const MAX_N: usize = 6;
+/// Observer orders 1..=`MAX_R`.
+pub(crate) const MAX_R: usize = 3;
+
+/// What the tick multiplies with. `g` and `k` hold rows for (A, B, C); their entry 0 is not used (see the folding).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Coefficients<T, const N: usize, const R: usize, const O: usize> {
+    /// 1/T and 1/(T b_0): difference of a sample in the units of its channel.
+    pub(crate) rate: T,
+    pub(crate) rate_n: T,
+    pub(crate) theta_n: T,
+    /// γ of each observed channel.
+    pub(crate) gamma: [[T; R]; O],
+    /// Rows of sigma: on y, and on B, C.
+    pub(crate) c: [T; N],
+    pub(crate) g: [[T; R]; O],
+    /// Rows of the law: on y (entry 0 is zero and not used), on the offset W, on sigma*, on B, C.
+    pub(crate) kx: [T; N],
+    pub(crate) kw: T,
+    pub(crate) us: T,
+    pub(crate) k: [[T; R]; O],
+    /// Switching term clamp(satk sigma*, +-lim); both 0 without switching.
+    pub(crate) satk: T,
+    pub(crate) lim: T,
+    /// 1 - e^(-alpha T).
+    pub(crate) decay: T,
+    pub(crate) u_min: T,
+    pub(crate) u_max: T,
+    pub(crate) sigma_star_bound: T,
+    pub(crate) fallback: Option<T>,
+    /// For reading the estimates in physical units; the tick does not use them.
+    pub(crate) period: T,
+    pub(crate) input_gain: T,
+    pub(crate) mu2_n: T,
+}
+
+impl<const N: usize, const R: usize, const O: usize> Coefficients<f64, N, R, O> {
+    /// Rounds every coefficient to the nearest f32.
+    pub(crate) const fn in_f32(&self) -> Coefficients<f32, N, R, O> {
+        Coefficients {
+            rate: self.rate as f32,
+            rate_n: self.rate_n as f32,
+            theta_n: self.theta_n as f32,
+            gamma: table_f32(&self.gamma),
+            c: row_f32(&self.c),
+            g: table_f32(&self.g),
+            kx: row_f32(&self.kx),
+            kw: self.kw as f32,
+            us: self.us as f32,
+            k: table_f32(&self.k),
+            satk: self.satk as f32,
+            lim: self.lim as f32,
+            decay: self.decay as f32,
+            u_min: self.u_min as f32,
+            u_max: self.u_max as f32,
+            sigma_star_bound: self.sigma_star_bound as f32,
+            fallback: match self.fallback {
+                Some(u) => Some(u as f32),
+                None => None,
+            },
+            period: self.period as f32,
+            input_gain: self.input_gain as f32,
+            mu2_n: self.mu2_n as f32,
+        }
+    }
+}
+
+pub(crate) const fn row_f32<const L: usize>(row: &[f64; L]) -> [f32; L] {
+    let mut out = [0.0; L];
+    let mut i = 0;
+    while i < L {
+        out[i] = row[i] as f32;
+        i += 1;
+    }
+    out
+}
+
+const fn table_f32<const R: usize, const O: usize>(table: &[[f64; R]; O]) -> [[f32; R]; O] {
+    let mut out = [[0.0; R]; O];
+    let mut s = 0;
+    while s < O {
+        out[s] = row_f32(&table[s]);
+        s += 1;
+    }
+    out
+}
+
+/// The observed channels of `mask` from the lowest, counted from 0.
+pub(crate) const fn observed<const O: usize>(mask: u8) -> [usize; O] {
+    let mut table = [0; O];
+    let mut slot = 0;
+    let mut channel = 0;
+    while channel < 8 {
+        if mask >> channel & 1 == 1 {
+            table[slot] = channel;
+            slot += 1;
+        }
+        channel += 1;
+    }
+    table
+}
+
+/// How the chain responds within one tick; the symbols of the module's head.
+struct Response {
+    /// t_j.
+    t: [f64; PHIS],
+    /// T^j/j!
+    power: [f64; PHIS],
+    theta_n: f64,
+    mu2_n: f64,
+    kv: f64,
+}
+
+impl Response {
+    const fn new<const N: usize>(period: f64, lambda: f64, c: &[f64; N]) -> Self {
+        let phi = phi_functions(-lambda * period);
+        let mut t = [0.0; PHIS];
+        let mut power = [0.0; PHIS];
+        let mut j = 0;
+        while j < PHIS {
+            t[j] = raised(period, j) * phi[j];
+            power[j] = raised(period, j) / FACTORIAL[j];
+            j += 1;
+        }
+        let mut kv = 0.0;
+        let mut i = 0;
+        while i < N {
+            kv += c[i] * t[N - i];
+            i += 1;
+        }
+        Self { t, power, theta_n: t[2] / (period * t[1]), mu2_n: 2.0 * t[3] / (period * period * t[1]), kv }
+    }
+}
+
+/// Rows of a validated configuration. `observers` names the observed channels, from 0.
+pub(crate) const fn coefficients<const N: usize, const R: usize, const O: usize>(
+    config: &Config<N, R>,
+    observers: &[usize; O],
+) -> Result<Coefficients<f64, N, R, O>, ConfigError> {
+    let Config { period_s: period, surface, reaching, nominal, limits, .. } = config;
+    let (period, b, alpha) = (*period, nominal.input_gain, surface.alpha_per_s);
+    let response = Response::new(period, -nominal.gradient[N - 1], &surface.c);
+    let kv = response.kv;
+
+    let mut gamma = [[0.0; R]; O];
+    let mut g = [[0.0; R]; O];
+    let mut k = [[0.0; R]; O];
+    let mut s = 0;
+    while s < O {
+        let q = observers[s];
+        if let Some(gains) = &config.observers[q] {
+            gamma[s] = gains.gammas(period);
+        }
+        (g[s], k[s]) = channel_rows(config, &response, q);
+        s += 1;
+    }
+
+    // k_l itself, not (1 - e^(-k_l T))/T, which would inflate the ultimate bound by k_l T/2; deadbeat at most.
+    let reach = if reaching.k_l * period < 1.0 { reaching.k_l * period } else { 1.0 };
+    let decay = alpha * period * phi_functions(-alpha * period)[1];
+    // Implicit (backward Euler) saturation: within the layer its slope is that of the law after the tick.
+    let (satk, lim) = if reaching.k_s > 0.0 {
+        let step = reaching.k_s * period / kv;
+        (-step * (1.0 - reach) / (reaching.epsilon + reaching.k_s * period) / b, step / b.abs())
+    } else {
+        (0.0, 0.0)
+    };
+
+    let designed = Coefficients {
+        rate: 1.0 / period,
+        rate_n: 1.0 / (period * b),
+        theta_n: response.theta_n,
+        gamma,
+        c: surface.c,
+        g,
+        kx: state_row(config, &response),
+        kw: -decay / kv / b,
+        us: -reach / kv / b,
+        k,
+        satk,
+        lim,
+        decay,
+        u_min: limits.min,
+        u_max: limits.max,
+        sigma_star_bound: config.sigma_star_bound,
+        fallback: match config.fallback {
+            Fallback::HoldLast => None,
+            Fallback::Safe(u) => Some(u),
+        },
+        period,
+        input_gain: b,
+        mu2_n: response.mu2_n,
+    };
+    if designed.is_sound() { Ok(designed) } else { Err(ConfigError::CoefficientRange) }
+}
+
+/// Row of the law on x: what x_j adds to sigma over the coming tick if u = 0, and the mean of a's gradient.
+const fn state_row<const N: usize, const R: usize>(config: &Config<N, R>, response: &Response) -> [f64; N] {
+    let gradient = &config.nominal.gradient;
+    let mut kx = [0.0; N];
+    let mut j = 1;
+    while j < N {
+        let mut i = 0;
+        while i < j {
+            kx[j] += config.surface.c[i] * response.power[j - i];
+            i += 1;
+        }
+        kx[j] = kx[j] / response.kv + response.theta_n * config.period_s * gradient[j - 1];
+        kx[j] /= -config.nominal.input_gain;
+        j += 1;
+    }
+    kx
+}
+
+/// Rows of sigma and of the law on (A, B, C) of channel q, counted from 0.
+const fn channel_rows<const N: usize, const R: usize>(
+    config: &Config<N, R>,
+    response: &Response,
+    q: usize,
+) -> ([f64; R], [f64; R]) {
+    let Config { period_s: period, surface, nominal, .. } = config;
+    let (period, b, last) = (*period, nominal.input_gain, q == N - 1);
+    // On S first: d_hat^(m) = m! S_m / T^(m+1).
+    let mut on_sigma = [0.0; MAX_R];
+    let mut on_law = [0.0; MAX_R];
+    let mut m = 0;
+    while m < R {
+        let unit = FACTORIAL[m] / raised(period, m + 1);
+        if !last && q + m + 1 < N {
+            on_sigma[m] = surface.c[q + m + 1] * unit;
+        }
+        let mut sum = 0.0;
+        let mut i = 0;
+        while i <= q {
+            sum += surface.c[i] * if last { response.t[N - i + m] } else { response.power[q - i + 1 + m] };
+            i += 1;
+        }
+        on_law[m] = sum / response.kv * unit;
+        m += 1;
+    }
+    if !last {
+        on_law[0] += response.theta_n * nominal.gradient[q];
+    }
+    let (theta, mu2, unit) =
+        if last { (response.theta_n, response.mu2_n, period * b) } else { (0.5, 1.0 / 3.0, period) };
+    (folded(on_sigma, theta, mu2, unit), folded(on_law, theta, mu2, unit / -b))
+}
+
+/// A row on (S_0, S_1, S_2) as a row on (A, B, C) of the given unit.
+const fn folded<const R: usize>(on_s: [f64; MAX_R], theta: f64, mu2: f64, unit: f64) -> [f64; R] {
+    let on_b = on_s[1] - theta * on_s[0];
+    let on_c = (on_s[2] - mu2 * on_s[0] - (1.0 + 2.0 * theta) * on_b) / 2.0;
+    let all = [on_s[0] * unit, on_b * unit, on_c * unit];
+    let mut row = [0.0; R];
+    let mut m = 0;
+    while m < R {
+        row[m] = all[m];
+        m += 1;
+    }
+    row
+}
+
+/// One row, checked: `magnitude` must be finite in f32 too, so that both precisions accept the same designs.
+const fn fits(value: f64) -> bool {
+    value.abs() < 1e30
+}
+
+impl<const N: usize, const R: usize, const O: usize> Coefficients<f64, N, R, O> {
+    const fn is_sound(&self) -> bool {
+        let mut sound = fits(self.rate)
+            && fits(self.rate_n)
+            && self.rate_n.abs() > 1e-30
+            && fits(self.theta_n)
+            && fits(self.mu2_n)
+            && fits(self.kw)
+            && fits(self.us)
+            && fits(self.satk)
+            && fits(self.lim)
+            && fits(self.decay);
+        let mut i = 0;
+        while i < N {
+            sound = sound && fits(self.c[i]) && fits(self.kx[i]);
+            i += 1;
+        }
+        let mut s = 0;
+        while s < O {
+            let mut m = 0;
+            while m < R {
+                sound = sound && fits(self.gamma[s][m]) && fits(self.g[s][m]) && fits(self.k[s][m]);
+                m += 1;
+            }
+            s += 1;
+        }
+        sound
+    }
+}
+
+/// period^exponent.
+const fn raised(period: f64, exponent: usize) -> f64 {
+    let mut product = 1.0;
+    let mut k = 0;
+    while k < exponent {
+        product *= period;
+        k += 1;
+    }
+    product
+}
+
+/// φ_0..φ_8: a plant of order 6 with an observer of order 3 needs t_8.
+const PHIS: usize = MAX_N + MAX_R;
+const FACTORIAL: [f64; PHIS] = [1.0, 1.0, 2.0, 6.0, 24.0, 120.0, 720.0, 5040.0, 40320.0];
+
+/// φ_j(z) = Σ_m z^m/(m+j)!, j = 0..8, without an exponential.
+///
+/// The series alone is wrong by 1e19 at z = -48; so it is summed where |z| <= 1/2 and doubled up from there:
+/// φ_j(2z) = [φ_0 φ_j + Σ_{k=1..j} φ_k/(j-k)!] / 2^j.
+pub(crate) const fn phi_functions(z: f64) -> [f64; PHIS] {
+    let mut z = z;
+    let mut doublings = 0;
+    while z.abs() > 0.5 && doublings < 1100 {
+        z /= 2.0;
+        doublings += 1;
+    }
+    let mut phi = [0.0; PHIS];
+    let mut j = 0;
+    while j < PHIS {
+        // Horner from the smallest term: φ_j = (1/j!) (1 + z/(j+1) (1 + z/(j+2) (..))).
+        let mut sum = 1.0;
+        let mut m = 18;
+        while m > 0 {
+            sum = 1.0 + z / (m + j) as f64 * sum;
+            m -= 1;
+        }
+        phi[j] = sum / FACTORIAL[j];
+        j += 1;
+    }
+    while doublings > 0 {
+        let old = phi;
+        let mut scale = 1.0;
+        let mut j = 0;
+        while j < PHIS {
+            let mut sum = old[0] * old[j];
+            let mut k = 1;
+            while k <= j {
+                sum += old[k] / FACTORIAL[j - k];
+                k += 1;
+            }
+            phi[j] = sum / scale;
+            scale *= 2.0;
+            j += 1;
+        }
+        doublings -= 1;
+    }
+    phi
+}
+
+type Matrix = [[f64; MAX_R]; MAX_R];
+
+/// Coefficients γ_1..γ_r of det(wI - E) with E = exp(DT) - I, D the companion matrix of Eq. (53).
+///
+/// E itself is built, never exp(DT): subtracting I afterwards would cost the digits that a slow pole consists of.
+pub(crate) const fn channel_gammas(l: [f64; MAX_R], order: usize, period: f64) -> [f64; MAX_R] {
+    // D in per-step units: -l_j T^j in the first column, ones above the diagonal.
+    let mut d = [[0.0; MAX_R]; MAX_R];
+    let mut i = 0;
+    while i < order {
+        d[i][0] = -l[i] * raised(period, i + 1);
+        if i + 1 < order {
+            d[i][i + 1] += 1.0;
+        }
+        i += 1;
+    }
+    let e = exp_minus_identity(d);
+    let trace = e[0][0] + e[1][1] + e[2][2];
+    let minors = e[0][0] * e[1][1] - e[0][1] * e[1][0] + e[0][0] * e[2][2] - e[0][2] * e[2][0] + e[1][1] * e[2][2]
+        - e[1][2] * e[2][1];
+    let determinant = e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1])
+        - e[0][1] * (e[1][0] * e[2][2] - e[1][2] * e[2][0])
+        + e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
+    // A lower order leaves rows of zeros: its higher coefficients come out as exact zeros.
+    [-trace, minors, -determinant]
+}
+
+/// exp(A) - I: halve until the norm is at most 1/2, sum the series, then E <- 2E + E² as often.
+const fn exp_minus_identity(mut a: Matrix) -> Matrix {
+    let mut doublings = 0;
+    while row_norm(&a) > 0.5 && doublings < 1100 {
+        a = scaled(&a, 0.5);
+        doublings += 1;
+    }
+    let mut e = [[0.0; MAX_R]; MAX_R];
+    let mut k = 16;
+    while k > 0 {
+        // E <- A (I + E)/k
+        let mut i = 0;
+        while i < MAX_R {
+            e[i][i] += 1.0;
+            i += 1;
+        }
+        e = scaled(&product(&a, &e), 1.0 / k as f64);
+        k -= 1;
+    }
+    while doublings > 0 {
+        let square = product(&e, &e);
+        let mut i = 0;
+        while i < MAX_R {
+            let mut j = 0;
+            while j < MAX_R {
+                e[i][j] = 2.0 * e[i][j] + square[i][j];
+                j += 1;
+            }
+            i += 1;
+        }
+        doublings -= 1;
+    }
+    e
+}
+
+const fn row_norm(a: &Matrix) -> f64 {
+    let mut norm = 0.0;
+    let mut i = 0;
+    while i < MAX_R {
+        let sum = a[i][0].abs() + a[i][1].abs() + a[i][2].abs();
+        if sum > norm {
+            norm = sum;
+        }
+        i += 1;
+    }
+    norm
+}
+
+const fn scaled(a: &Matrix, factor: f64) -> Matrix {
+    let mut out = *a;
+    let mut i = 0;
+    while i < MAX_R {
+        let mut j = 0;
+        while j < MAX_R {
+            out[i][j] *= factor;
+            j += 1;
+        }
+        i += 1;
+    }
+    out
+}
+
+const fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    let mut out = [[0.0; MAX_R]; MAX_R];
+    let mut i = 0;
+    while i < MAX_R {
+        let mut j = 0;
+        while j < MAX_R {
+            out[i][j] = a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
+            j += 1;
+        }
+        i += 1;
+    }
+    out
+}

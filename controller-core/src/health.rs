@@ -1,0 +1,78 @@
+//! What a tick has to say about itself. The tick always returns; trouble is told here.
+
+/// A set of flags, one per kind of trouble.
+#[derive(Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(transparent)]
+pub struct Health(u8);
+
+impl Health {
+    /// No trouble.
+    pub const OK: Self = Self(0);
+    /// The sample, or what the model made of it, was not finite or beyond [`INPUT_LIMIT`](crate::INPUT_LIMIT): the state
+    /// was left as it was and the configured [`Fallback`](crate::Fallback) went out. The next good sample resumes.
+    pub const INPUT_REJECTED: Self = Self(1);
+    /// The law asked for more than the limits allow.
+    pub const SATURATED: Self = Self(2);
+    /// |σ*| is over the configured bound: the plant does not do what the design supposes.
+    pub const SIGMA_STAR_OVER_BOUND: Self = Self(4);
+
+    const NAMES: [(Self, &'static str); 3] = [
+        (Self::INPUT_REJECTED, "input rejected"),
+        (Self::SATURATED, "saturated"),
+        (Self::SIGMA_STAR_OVER_BOUND, "sigma* over bound"),
+    ];
+
+    /// `flag` if `condition`, else nothing; without a branch.
+    #[inline(always)]
+    pub(crate) fn when(self, condition: bool) -> Self {
+        Self(self.0 * u8::from(condition))
+    }
+
+    /// Both sets together.
+    #[inline(always)]
+    #[must_use]
+    pub const fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Are all flags of `other` set?
+    #[inline(always)]
+    pub const fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// The flags as bits, for logs and frames.
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+}
+
+impl core::fmt::Display for Health {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        if *self == Self::OK {
+            return f.write_str("ok");
+        }
+        let mut separator = "";
+        for (flag, name) in Self::NAMES {
+            if self.contains(flag) {
+                write!(f, "{separator}{name}")?;
+                separator = ", ";
+            }
+        }
+        Ok(())
+    }
+}
+
+impl core::fmt::Debug for Health {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "Health({self})")
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl defmt::Format for Health {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "Health({=u8:b})", self.0);
+    }
+}

@@ -1,0 +1,57 @@
+//! The black box: the last ticks, for the moment after something went wrong.
+//!
+//! A `heapless` ring of fixed capacity: pushing costs one copy of a [`Record`] and never fails; the oldest is overwritten.
+//! It stands beside the controller, not inside it: who does not want it pays nothing.
+//!
+//! ```
+//! use controller_core::{Health, History, Output, Record};
+//! let mut history = History::<f32, 2, 3>::new();
+//! for tick in 0..5 {
+//!     let output = Output { u: 0.0, sigma: 0.0, sigma_star: 0.0, health: Health::OK };
+//!     history.push(Record { tick, x: [0.0; 2], output });
+//! }
+//! assert!(history.oldest_first().map(|r| r.tick).eq([2, 3, 4]));
+//! ```
+
+use crate::controller::Output;
+use heapless::HistoryBuf;
+
+/// One tick: what came in and what went out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Record<T, const N: usize> {
+    /// Number of the tick.
+    pub tick: u32,
+    /// The sample, in chain coordinates.
+    pub x: [T; N],
+    /// What the tick returned.
+    pub output: Output<T>,
+}
+
+/// The last `LEN` records.
+pub struct History<T, const N: usize, const LEN: usize> {
+    ring: HistoryBuf<Record<T, N>, LEN>,
+}
+
+impl<T: Copy, const N: usize, const LEN: usize> History<T, N, LEN> {
+    /// An empty black box; `const`, so it can be a static.
+    pub const fn new() -> Self {
+        Self { ring: HistoryBuf::new() }
+    }
+
+    /// Remembers one tick, forgets the oldest.
+    pub fn push(&mut self, record: Record<T, N>) {
+        self.ring.write(record);
+    }
+
+    /// The records from the oldest to the newest.
+    pub fn oldest_first(&self) -> impl Iterator<Item = &Record<T, N>> {
+        self.ring.oldest_ordered()
+    }
+}
+
+impl<T: Copy, const N: usize, const LEN: usize> Default for History<T, N, LEN> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

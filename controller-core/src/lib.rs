@@ -1,0 +1,55 @@
+//! Sliding mode control for mismatched uncertain systems with an extended disturbance observer, as one discrete tick
+//! for a microcontroller: `no_std`, no allocation, no `unsafe`, fixed size, no panic in the tick.
+//!
+//! The plant is a chain of integrators with disturbances in every channel, only the last one driven (Eq. (39)):
+//!
+//! $$ \dot x_i = x_{i+1} + d_i(x,t)\ (i < n), \qquad \dot x_n = a(x) + b(x)u + d_n(x,u,t), \qquad y = x_1 $$
+//!
+//! | you want | go to |
+//! |---|---|
+//! | to run it: design, start, tick | [`Controller`], [`Config`], [`State`], [`Output`] |
+//! | to choose gains | [`ObserverGains`], [`Surface`], [`ReachingLaw`] |
+//! | to describe your plant | [`NominalModel`], [`Nominal`], [`Linear`]; examples [`FlexibleJoint`], [`Benchmark`] |
+//! | to know what is wrong | [`ConfigError`], [`Warnings`], [`Health`], [`History`] |
+//! | to know how well it will do | `bounds`, `error_dynamics` (feature `analysis`) |
+//!
+//! Equation numbers are those of *Sliding Mode Control for Mismatched Uncertain Systems Using an Extended Disturbance
+//! Observer*; where this crate differs, a `# Deviation` paragraph says so. Channels count from 1 in text and messages,
+//! from 0 in arrays.
+//!
+//! # Features
+//! None changes a number. `analysis` adds the modules that need matrices (nalgebra); `defmt` and `serde` add impls.
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+mod controller;
+mod design;
+mod elementary;
+mod error;
+mod health;
+mod history;
+mod law;
+mod model;
+mod models;
+mod observer;
+mod polynomial;
+mod real;
+mod surface;
+
+#[cfg(feature = "analysis")]
+pub mod bounds;
+#[cfg(feature = "analysis")]
+pub mod error_dynamics;
+
+pub use controller::{Config, Controller, Fallback, INPUT_LIMIT, Output, State, channels};
+pub use elementary::{Exp, Libm, Micromath};
+pub use error::{ConfigError, Warning, Warnings};
+pub use health::Health;
+pub use history::{History, Record};
+pub use law::{Limits, ReachingLaw};
+pub use model::{Linear, Nominal, NominalModel};
+pub use models::{Benchmark, FlexibleJoint, JointChain, JointParameters, Reading};
+pub use observer::{ObserverGains, Pole};
+pub use real::Real;
+pub use surface::Surface;

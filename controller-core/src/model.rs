@@ -1,0 +1,68 @@
+//! The nominal model: what the controller knows of the last channel, $\dot x_n = a(x) + b(x) u + d_n$ (Eq. (39)).
+//!
+//! Everything in that channel is measured in units of the *reference gain* $b_0$ ([`Nominal::input_gain`]): the model
+//! returns $a(x)/b_0$, and $b(x)/b_0$ where b varies. With a constant b this is why the tick needs no division: choose
+//! $b_0 = b$. The true plant may differ; what the model does not say is the observers' business.
+
+use crate::design::row_f32;
+use crate::real::Real;
+
+/// a(x) and b(x) in units of b_0.
+pub trait NominalModel<T: Real, const N: usize> {
+    /// a(x)/b_0: the drift of channel n in units of u.
+    fn drift(&self, x: &[T; N]) -> T;
+
+    /// b(x)/b_0, or `None` if b is b_0 always (then it costs nothing). A varying b costs one division per tick.
+    #[inline(always)]
+    fn gain_ratio(&self, x: &[T; N]) -> Option<T> {
+        let _ = x;
+        None
+    }
+}
+
+/// What the design knows of the nominal last channel, in f64.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nominal<const N: usize> {
+    /// ∂a/∂x_1 .. ∂a/∂x_n, zero where unknown. The last one is -λ, the slope: if it is uncertain give the smaller |λ|
+    /// (half is harmless, double destabilises).
+    pub gradient: [f64; N],
+    /// b_0: the constant b, or a reference value of b(x). Never 0.
+    pub input_gain: f64,
+}
+
+/// A linear a(x) with constant b: [`Nominal`] is all there is to know.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Linear<T, const N: usize> {
+    row: [T; N],
+}
+
+impl<const N: usize> Linear<f64, N> {
+    /// a(x) = gradient . x in f64.
+    pub const fn new(nominal: &Nominal<N>) -> Self {
+        let mut row = nominal.gradient;
+        let mut i = 0;
+        while i < N {
+            row[i] /= nominal.input_gain;
+            i += 1;
+        }
+        Self { row }
+    }
+}
+
+impl<const N: usize> Linear<f32, N> {
+    /// a(x) = gradient . x in f32.
+    pub const fn new(nominal: &Nominal<N>) -> Self {
+        Self { row: row_f32(&Linear::<f64, N>::new(nominal).row) }
+    }
+}
+
+impl<T: Real, const N: usize> NominalModel<T, N> for Linear<T, N> {
+    #[inline(always)]
+    fn drift(&self, x: &[T; N]) -> T {
+        let mut sum = self.row[0] * x[0];
+        for j in 1..N {
+            sum += self.row[j] * x[j];
+        }
+        sum
+    }
+}

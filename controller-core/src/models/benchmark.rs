@@ -1,0 +1,31 @@
+//! The nonlinear benchmark of Example 1, Eq. (59): $\dot x_1 = x_2 + d_1$, $\dot x_2 = -2x_1 - x_2 + e^{x_1} + u$.
+
+use core::marker::PhantomData;
+
+use crate::elementary::Exp;
+use crate::model::{Nominal, NominalModel};
+use crate::real::Real;
+
+/// a(x) = -2 x_1 - x_2 + e^{x_1}, b = 1, with the exponential of `E` ([`Libm`](crate::Libm) or
+/// [`Micromath`](crate::Micromath)).
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Benchmark<E>(PhantomData<E>);
+
+impl<E> Benchmark<E> {
+    /// The model; it has no parameters.
+    pub const fn new() -> Self {
+        Self(PhantomData)
+    }
+
+    /// Slope -1 is exact; the gradient in x_1 depends on x_1 and is left to the observers.
+    pub const fn nominal() -> Nominal<2> {
+        Nominal { gradient: [0.0, -1.0], input_gain: 1.0 }
+    }
+}
+
+impl<T: Real, E: Exp<T>> NominalModel<T, 2> for Benchmark<E> {
+    #[inline(always)]
+    fn drift(&self, x: &[T; 2]) -> T {
+        E::exp(x[0]) - (x[0] + x[0]) - x[1]
+    }
+}

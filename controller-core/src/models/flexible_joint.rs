@@ -1,0 +1,124 @@
+//! The flexible joint of Example 2, Eq. (62)-(63) and Table I.
+//!
+//! Link and motor are joined by a torsional spring; only the motor is driven. With link angle and velocity $x_1, x_2$ and
+//! the motor's angle and velocity scaled by $k_1$ into $x_3, x_4$ the joint is a chain of four integrators:
+//!
+//! $$ \dot x_2 = x_3 + d_2, \quad d_2 = -k_1 x_1 - b_1 x_2 - \sin x_1 + \dots, \qquad
+//!    \dot x_4 = a(x) + b u + d_4, \quad a(x) = k_2 x_1 - k_2 x_3 - b_2 x_4 $$
+//!
+//! # Deviation
+//! The print contradicts itself about which inertia belongs to which equation, and its simplified Eq. (63) forgets $k_1$
+//! in $a$ and $b$. [`Reading`] names the ways out; `Reconstructed` is the one that reproduces the published numbers.
+
+use crate::design::row_f32;
+use crate::model::{Nominal, NominalModel};
+use crate::real::Real;
+
+/// Table I, SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct JointParameters {
+    /// Drive torque constant `K_t`, N m/A.
+    pub kt: f64,
+    /// Inertia printed for the actuator `J_11`, kg m².
+    pub j11: f64,
+    /// Inertia printed for the load `J_12`, kg m².
+    pub j12: f64,
+    /// Viscous damping `B_11`, N m s/rad.
+    pub b11: f64,
+    /// Viscous damping `B_12`, N m s/rad.
+    pub b12: f64,
+    /// Torsional stiffness `K_s`, N m/rad.
+    pub ks: f64,
+}
+
+/// Which reading of Eq. (63) and Table I.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
+pub enum Reading {
+    /// As printed: `J_11` on the link. Does not reproduce the published numbers.
+    Literal,
+    /// The link equation with the link inertia `J_12`: reproduces the published numbers.
+    Reconstructed,
+    /// As reconstructed with `B_11` on the motor: the hard test of a discretisation.
+    Stiff,
+    /// As reconstructed with a and b of the consistent scaling x_3 = k_1 x_3'.
+    Physical,
+}
+
+/// Coefficients of the joint in chain coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointChain {
+    /// Link stiffness `k_1`, 1/s².
+    pub k1: f64,
+    /// Link damping `b_1`, 1/s.
+    pub b1: f64,
+    /// Motor stiffness `k_2`, 1/s².
+    pub k2: f64,
+    /// Motor damping `b_2`, 1/s.
+    pub b2: f64,
+    /// Input gain `b`.
+    pub b: f64,
+    /// Coefficient of x_1 in a(x): `k_2` as printed, `k_1 k_2` if scaled consistently.
+    pub a1: f64,
+}
+
+impl JointParameters {
+    /// Table I as printed.
+    pub const TABLE_I: Self = Self { kt: 0.119, j11: 931e-6, j12: 0.230, b11: 4.5, b12: 0.07, ks: 9.0 };
+
+    /// The chain that a reading makes of the parameters.
+    pub const fn chain(&self, reading: Reading) -> JointChain {
+        let Self { kt, j11, j12, b11, b12, ks } = *self;
+        if matches!(reading, Reading::Literal) {
+            let k2 = ks / j12;
+            return JointChain { k1: ks / j11, b1: b11 / j11, k2, b2: b12 / j11, b: kt / j11, a1: k2 };
+        }
+        let (k1, k2, b) = (ks / j12, ks / j11, kt / j11);
+        let printed = JointChain { k1, b1: b12 / j12, k2, b2: b12 / j11, b, a1: k2 };
+        match reading {
+            Reading::Stiff => JointChain { b2: b11 / j11, ..printed },
+            Reading::Physical => JointChain { b: k1 * b, a1: k1 * k2, ..printed },
+            Reading::Literal | Reading::Reconstructed => printed,
+        }
+    }
+}
+
+impl JointChain {
+    /// a(x) and b for the design.
+    pub const fn nominal(&self) -> Nominal<4> {
+        Nominal { gradient: [self.a1, 0.0, -self.k2, -self.b2], input_gain: self.b }
+    }
+}
+
+/// a(x)/b of the joint; x_2 does not enter, so it costs no instruction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlexibleJoint<T> {
+    /// Coefficients of x_1, x_3, x_4, divided by b.
+    row: [T; 3],
+}
+
+impl FlexibleJoint<f64> {
+    /// From [`JointChain::nominal`], in f64.
+    pub const fn new(nominal: &Nominal<4>) -> Self {
+        let [x1, _, x3, x4] = nominal.gradient;
+        let b = nominal.input_gain;
+        Self { row: [x1 / b, x3 / b, x4 / b] }
+    }
+}
+
+impl FlexibleJoint<f32> {
+    /// From [`JointChain::nominal`], in f32.
+    pub const fn new(nominal: &Nominal<4>) -> Self {
+        Self { row: row_f32(&FlexibleJoint::<f64>::new(nominal).row) }
+    }
+}
+
+impl<T: Real> NominalModel<T, 4> for FlexibleJoint<T> {
+    #[inline(always)]
+    fn drift(&self, x: &[T; 4]) -> T {
+        self.row[0] * x[0] + self.row[1] * x[2] + self.row[2] * x[3]
+    }
+}

@@ -1,0 +1,113 @@
+//! Stability of the two polynomials a design rests on, in `const fn` and without roots.
+//!
+//! Both the error dynamics $s^r + l_1 s^{r-1} + \dots + l_r$ (Eq. (53)) and the surface
+//! $p^{n-1} + c_{n-1} p^{n-2} + \dots + c_1$ (Eq. (44)) must be Hurwitz, and their fastest root must be slow against the
+//! period. Routh's scheme answers the first, the Schur-Cohn test inside a bisection the second; neither needs a square
+//! root, so a bad design can be a compile error.
+//!
+//! A polynomial is `[1, a_1, .., a_d]`, highest power first.
+
+/// Longest polynomial: the surface of a plant of order 6 has degree 5.
+pub(crate) const TERMS: usize = 6;
+
+/// Routh: are all roots in the open left half plane?  For r = 3 this is `l1, l3 > 0` and `l1 l2 > l3`.
+pub(crate) const fn is_hurwitz(mut a: [f64; TERMS], degree: usize) -> bool {
+    let mut k = 0;
+    while k < degree {
+        if a[k + 1].is_nan() || a[k + 1] <= 0.0 {
+            return false;
+        }
+        let ratio = a[k] / a[k + 1];
+        let mut i = k + 2;
+        while i <= degree {
+            let next = if i < degree { a[i + 1] } else { 0.0 };
+            a[i] -= ratio * next;
+            i += 2;
+        }
+        k += 1;
+    }
+    true
+}
+
+/// Schur-Cohn: do all roots lie inside |s| < radius?
+const fn roots_inside(mut a: [f64; TERMS], degree: usize, radius: f64) -> bool {
+    let mut scale = 1.0;
+    let mut i = 1;
+    while i <= degree {
+        scale *= radius;
+        a[i] /= scale;
+        i += 1;
+    }
+    let mut d = degree;
+    while d > 0 {
+        let reflection = a[d];
+        if reflection.is_nan() || reflection.abs() >= 1.0 {
+            return false;
+        }
+        // Reduce the degree by one and make the leading coefficient 1 again.
+        let lead = 1.0 - reflection * reflection;
+        let old = a;
+        let mut i = 1;
+        while i < d {
+            a[i] = (old[i] - reflection * old[d - i]) / lead;
+            i += 1;
+        }
+        d -= 1;
+    }
+    true
+}
+
+/// Largest |root|, to 1e-12 relative, by bisection. The coefficients must be finite.
+pub(crate) const fn spectral_radius(a: [f64; TERMS], degree: usize) -> f64 {
+    let mut high = 1.0;
+    while !roots_inside(a, degree, high) && high < 1e300 {
+        high *= 2.0;
+    }
+    while high > 1e-300 && roots_inside(a, degree, high / 2.0) {
+        high /= 2.0;
+    }
+    let mut low = high / 2.0;
+    let mut steps = 0;
+    while steps < 40 {
+        let middle = f64::midpoint(low, high);
+        if roots_inside(a, degree, middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+        steps += 1;
+    }
+    high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn routh_refuses_a_cubic_whose_coefficients_are_all_positive_but_whose_product_is_too_small() {
+        assert!(is_hurwitz([1.0, 2.0, 3.0, 5.0, 0.0, 0.0], 3));
+        assert!(!is_hurwitz([1.0, 2.0, 3.0, 7.0, 0.0, 0.0], 3));
+        assert!(!is_hurwitz([1.0, f64::NAN, 3.0, 7.0, 0.0, 0.0], 3));
+    }
+
+    #[test]
+    fn routh_accepts_the_paper_s_surface_and_refuses_a_sign_change() {
+        assert!(is_hurwitz([1.0, 15.0, 75.0, 125.0, 0.0, 0.0], 3));
+        assert!(!is_hurwitz([1.0, 15.0, 75.0, -125.0, 0.0, 0.0], 3));
+        // (p + 1)^5
+        assert!(is_hurwitz([1.0, 5.0, 10.0, 10.0, 5.0, 1.0], 5));
+    }
+
+    #[test]
+    fn spectral_radius_finds_known_roots() {
+        // (s + 3)(s + 40) and the printed gains (100, 20), whose poles are -50 +- sqrt(2480).
+        let two = spectral_radius([1.0, 43.0, 120.0, 0.0, 0.0, 0.0], 2);
+        assert!((two / 40.0 - 1.0).abs() < 1e-11, "{two}");
+        let printed = spectral_radius([1.0, 100.0, 20.0, 0.0, 0.0, 0.0], 2);
+        assert!((printed / (50.0 + 2480.0_f64.sqrt()) - 1.0).abs() < 1e-11, "{printed}");
+        // A complex pair: s^2 + 2 s + 100 has |s| = 10.
+        let pair = spectral_radius([1.0, 2.0, 100.0, 0.0, 0.0, 0.0], 2);
+        assert!((pair / 10.0 - 1.0).abs() < 1e-11, "{pair}");
+    }
+}

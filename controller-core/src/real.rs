@@ -1,0 +1,76 @@
+//! The scalar of the tick: `f32` on the chip, `f64` where the design and the oracles live.
+//!
+//! Only `+ - * /`, comparison and `abs` are used. IEEE 754 defines the result of each to the last bit and Rust never
+//! contracts `a * b + c` into a fused operation, so one source gives one answer on every machine. That is why there is
+//! no `mul_add` here (a Cortex-M4F would need 3 cycles for it against 1 + 1) and no function of the platform's libm.
+
+use core::fmt::{Debug, Display};
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// `f32` or `f64`. Sealed: the bit-for-bit promise is stated for these two.
+pub trait Real:
+    sealed::Sealed
+    + Copy
+    + Debug
+    + Display
+    + Default
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + Send
+    + Sync
+    + 'static
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1/2: the weight of both ends of a tick in its mean.
+    const HALF: Self;
+    /// The nearest value of this precision.
+    fn from_f64(value: f64) -> Self;
+    /// Exact for `f32`, the identity for `f64`.
+    fn to_f64(self) -> f64;
+    /// |self|.
+    fn abs(self) -> Self;
+
+    /// self limited to [min, max] by two compare-and-selects: constant time, and no library call as `f32::max` is on
+    /// thumb. A NaN stays a NaN; the tick's guard keeps it from getting here.
+    #[inline(always)]
+    #[must_use]
+    fn limited(self, min: Self, max: Self) -> Self {
+        let below = if self > max { max } else { self };
+        if below < min { min } else { below }
+    }
+}
+
+macro_rules! real {
+    ($($t:ty),*) => {$(
+        impl Real for $t {
+            const ZERO: Self = 0.0;
+            const HALF: Self = 0.5;
+            #[inline(always)]
+            fn from_f64(value: f64) -> Self {
+                value as $t
+            }
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                <$t>::abs(self)
+            }
+        }
+    )*};
+}
+real!(f32, f64);

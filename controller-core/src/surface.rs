@@ -1,0 +1,77 @@
+//! The sliding surface.
+//!
+//! Eq. (44) (Eq. (18) for n = 2, Eq. (41)-(43) for n = 3), with $c_n = 1$:
+//!
+//! $$ \sigma = \sum_{i=1}^{n} c_i x_i + \sum_{i=1}^{n-1}\sum_{j=i}^{n-1} c_{j+1}\,\hat d_i^{(j-i)}, \qquad
+//!    \sigma^* = \sigma - \sigma(0)\,e^{-\alpha t} \quad \text{(Eq. (17))} $$
+//!
+//! On $\sigma = 0$ the output obeys $y^{(n-1)} + c_{n-1} y^{(n-2)} + \dots + c_1 y = 0$ as far as the estimates are right, whatever
+//! the mismatched disturbances do. The offset makes $\sigma^*(0) = 0$ exactly, so that a large $k_l$ costs no control at the
+//! start; the tick carries it as a decrement, $W \mathrel{-}= (1 - e^{-\alpha T}) W$, which does not drift as a product does.
+//!
+//! A channel $i < n$ contributes derivatives up to order $n - 1 - i$: hence Eq. (44) needs an observer of order
+//! $r \ge n - i$ in every *observed* mismatched channel.
+
+use crate::polynomial::{TERMS, is_hurwitz, spectral_radius};
+
+/// Coefficients of the surface and the decay of its offset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface<const N: usize> {
+    /// c_1 .. c_n of Eq. (44); c_i in s^-(n-i), c_n = 1.
+    pub c: [f64; N],
+    /// α of Eq. (17), 1/s.
+    pub alpha_per_s: f64,
+}
+
+impl<const N: usize> Surface<N> {
+    /// The surface with these coefficients, as a paper prints them.
+    pub const fn from_coefficients(c: [f64; N], alpha_per_s: f64) -> Self {
+        Self { c, alpha_per_s }
+    }
+
+    /// All n - 1 roots of the sliding motion at -ω.
+    ///
+    /// ```
+    /// use controller_core::Surface;
+    /// // Example 2 of the paper.
+    /// assert_eq!(Surface::<4>::from_bandwidth(5.0, 1.0).c, [125.0, 75.0, 15.0, 1.0]);
+    /// ```
+    pub const fn from_bandwidth(omega_rad_s: f64, alpha_per_s: f64) -> Self {
+        let mut c = [0.0; N];
+        c[N - 1] = 1.0;
+        // Multiply by (p + ω) n - 1 times; c[i] belongs to p^i.
+        let mut done = 0;
+        while done < N - 1 {
+            let mut i = N - 1 - done - 1;
+            // The product so far lives in c[i + 1..]; shift it down by one power while multiplying.
+            while i < N - 1 {
+                c[i] += omega_rad_s * c[i + 1];
+                i += 1;
+            }
+            done += 1;
+        }
+        Self { c, alpha_per_s }
+    }
+
+    const fn polynomial(&self) -> ([f64; TERMS], usize) {
+        let mut a = [0.0; TERMS];
+        let mut i = 0;
+        while i < N {
+            a[i] = self.c[N - 1 - i];
+            i += 1;
+        }
+        (a, N - 1)
+    }
+
+    /// Do all roots of the sliding motion lie in the left half plane?
+    pub const fn is_hurwitz(&self) -> bool {
+        let (a, degree) = self.polynomial();
+        is_hurwitz(a, degree)
+    }
+
+    /// Magnitude of the fastest root of the sliding motion, rad/s.
+    pub const fn bandwidth_rad_s(&self) -> f64 {
+        let (a, degree) = self.polynomial();
+        spectral_radius(a, degree)
+    }
+}

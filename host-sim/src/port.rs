@@ -1,0 +1,41 @@
+//! The controller, wherever it runs: in this process, as the baseline of reference [1], or on a target.
+
+use crate::MAX_ORDER;
+use controller_core::Health;
+
+pub mod baseline;
+pub mod in_process;
+
+/// What one tick returns; every `f32` of a controller is exact in these `f64`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tick {
+    /// Control demanded.
+    pub u: f64,
+    /// σ, Eq. (44).
+    pub sigma: f64,
+    /// σ*, Eq. (17).
+    pub sigma_star: f64,
+    /// Estimates d_hat_1..d_hat_n; 0 in channels without observer.
+    pub d_hat: [f64; MAX_ORDER],
+    /// Trouble, if any.
+    pub health: Health,
+}
+
+/// Why a port could not tick. A controller in process never fails; one behind a wire may.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PortError(pub String);
+
+/// A controller at the end of a wire of any length.
+pub trait ControllerPort {
+    /// One sample in, one control out. The first good sample starts the controller.
+    ///
+    /// # Errors
+    /// When the controller could not be reached.
+    fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError>;
+
+    /// What the actuator really holds since the last tick.
+    fn applied(&mut self, u: f64);
+
+    /// Numbers (from 0) of the channels that carry an observer.
+    fn observed(&self) -> &[usize];
+}
