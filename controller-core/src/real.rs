@@ -41,6 +41,7 @@ pub trait Real:
     /// Exact for `f32`, the identity for `f64`.
     fn to_f64(self) -> f64;
     /// |self|.
+    #[must_use]
     fn abs(self) -> Self;
 
     /// self limited to [min, max] by two compare-and-selects: constant time, and no library call as `f32::max` is on
