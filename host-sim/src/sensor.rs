@@ -199,12 +199,15 @@ mod tests {
 
     #[test]
     fn a_seed_means_the_same_numbers_for_ever() {
-        // The first numbers of the key 1, 0, 0, .. and their Gaussian: a change here breaks every recorded run.
+        // Computed apart from this code, from the published cipher and formula: a change here breaks every recorded run.
         let mut sensor = Noise::new(Ideal, vec![1.0], 1);
         let bits = [(); 2].map(|()| measured(&mut sensor, 0.0).to_bits());
         assert_eq!(bits, [4_606_123_208_137_838_108, 13_825_034_481_056_793_288]);
         let mut other = Noise::new(Ideal, vec![1.0], 2);
         assert_ne!(measured(&mut other, 0.0).to_bits(), bits[0]);
+        let mut dropout = Dropout::new(Ideal, 0.5, 1);
+        let lost: String = (0..16).map(|_| if measured(&mut dropout, 0.0).is_nan() { 'x' } else { '.' }).collect();
+        assert_eq!(lost, "xxxx..x......x..");
     }
 
     #[test]
