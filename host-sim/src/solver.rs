@@ -5,8 +5,8 @@
 //! first four terms cancel: order 10 from 26 evaluations, with five weights as the only constants.
 //!
 //! **Step.** The step h is fixed by the plant, not by an error estimate: h ω <= 1/2 with ω = [`Plant::fastest_rad_s`],
-//! asked anew before every step. For x' = λx the relative error per unit of |λ| t is then below 4e-11 (measured for real and
-//! imaginary λ), and a chain of up to ten integrators is exact. So the error of a run is that of f64, not of the solver:
+//! asked anew before every step. For x' = λx the relative error per unit of |λ| t is then below 4e-11, real or imaginary λ
+//! (worked out in 40 digits), and a chain of integrators is exact. So what is left is far below an f32 controller's 6e-8:
 //! `a_linear_chain_agrees_with_the_matrix_exponential`, `half_the_step_changes_nothing`.
 //!
 //! **Jumps.** No step straddles a jump. The midpoint rule evaluates at the beginning and inside of the step, never at its
@@ -14,7 +14,7 @@
 //!
 //! **Stiffness.** A plant faster than the tick takes more steps, up to [`MAX_STEPS`]; above that it is refused.
 //!
-//! Only `+ - * /` and comparison are used: a run has the same bits on every machine.
+//! Only `+ - * /`, comparison and rounding up to an integer are used: a run has the same bits on every machine.
 
 use core::fmt;
 
