@@ -1,7 +1,7 @@
 //! From the controller's demand to the input that the plant feels.
 //!
-//! As with the sensors, every fault is a wrapper and the chain is built from the plant outwards: the innermost link drives
-//! the plant, each wrapper sits one link nearer to the controller, alters the demand and hands it inwards.
+//! As with the sensors, every fault is a wrapper and the chain is built from the plant outwards: the innermost link
+//! drives the plant, each wrapper sits one link nearer to the controller, alters the demand and hands it inwards.
 //!
 //! ```
 //! use host_sim::actuator::{Actuator, Delayed, Ideal, Limited};
@@ -10,9 +10,9 @@
 //! assert_eq!([50.0, 3.0, 0.0].map(|demand| actuator.drive(demand)), [0.0, 10.0, 3.0]);
 //! ```
 //!
-//! **A demand that is not finite never reaches the plant.** Every link, [`Ideal`] included, takes NaN and infinities for 0:
-//! a drive that is told nonsense switches off. (Holding the last value would need memory in every link, and hides the
-//! fault: here the trace shows it.)
+//! **A demand that is not finite never reaches the plant.** Every link, [`Ideal`] included, takes NaN and infinities
+//! for 0: a drive that is told nonsense switches off. (Holding the last value would need memory in every link, and
+//! hides the fault: here the trace shows it.)
 
 use std::collections::VecDeque;
 

@@ -1,7 +1,8 @@
 //! From the true state to the sample that the controller gets.
 //!
 //! Every fault is a wrapper around any other sensor, so a measuring chain is built from the plant outwards: the
-//! innermost link sees the truth, each wrapper sits one link nearer to the controller and alters what the inner one gives.
+//! innermost link sees the truth, each wrapper sits one link nearer to the controller and alters what the inner one
+//! gives.
 //!
 //! ```
 //! use host_sim::sensor::{Ideal, Noise, Quantised, Sensor};
@@ -14,9 +15,9 @@
 //!
 //! A list of links of a scenario is stacked at run time as `Box<dyn Sensor>`, which is a sensor too.
 //!
-//! **Random numbers** come from the cipher ChaCha8, keyed with the seed itself, and are turned into a Gaussian by Box and
-//! Muller's formula with `libm`: nothing depends on how a version of a random-number crate samples or seeds. Noise and
-//! dropout draw from different streams of the same seed; two links of the same kind need two seeds.
+//! **Random numbers** come from the cipher ChaCha8, keyed with the seed itself, and are turned into a Gaussian by Box
+//! and Muller's formula with `libm`: nothing depends on how a version of a random-number crate samples or seeds. Noise
+//! and dropout draw from different streams of the same seed; two links of the same kind need two seeds.
 
 use std::collections::VecDeque;
 
@@ -199,7 +200,8 @@ mod tests {
 
     #[test]
     fn a_seed_means_the_same_numbers_for_ever() {
-        // Computed apart from this code, from the published cipher and formula: a change here breaks every recorded run.
+        // Computed apart from this code, from the published cipher and formula: a change here breaks every recorded
+        // run.
         let mut sensor = Noise::new(Ideal, vec![1.0], 1);
         let bits = [(); 2].map(|()| measured(&mut sensor, 0.0).to_bits());
         assert_eq!(bits, [4_606_123_208_137_838_108, 13_825_034_481_056_793_288]);

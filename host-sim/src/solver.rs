@@ -1,16 +1,17 @@
 //! Moves the plant from one tick to the next under a held input.
 //!
-//! **Method.** Explicit extrapolation (Gragg, Bulirsch, Stoer): the step is crossed by the midpoint rule with 2, 4, 6, 8
-//! and 10 substeps, whose errors are series in the square of the substep, and the five results are combined so that the
-//! first four terms cancel: order 10 from 26 evaluations, with five weights as the only constants.
+//! **Method.** Explicit extrapolation (Gragg, Bulirsch, Stoer): the step is crossed by the midpoint rule with 2, 4, 6,
+//! 8 and 10 substeps, whose errors are series in the square of the substep, and the five results are combined so that
+//! the first four terms cancel: order 10 from 26 evaluations, with five weights as the only constants.
 //!
 //! **Step.** The step h is fixed by the plant, not by an error estimate: h ω <= 1/2 with ω = [`Plant::fastest_rad_s`],
-//! asked anew before every step. For x' = λx the relative error per unit of |λ| t is then below 4e-11, real or imaginary λ
-//! (worked out in 40 digits), and a chain of integrators is exact. So what is left is far below an f32 controller's 6e-8:
+//! asked anew before every step. For x' = λx the relative error per unit of |λ| t is then below 4e-11, real or
+//! imaginary λ (worked out in 40 digits), and a chain of integrators is exact. So what is left is far below an f32
+//! controller's 6e-8:
 //! `a_linear_chain_agrees_with_the_matrix_exponential`, `half_the_step_changes_nothing`.
 //!
-//! **Jumps.** No step straddles a jump. The midpoint rule evaluates at the beginning and inside of the step, never at its
-//! end, so that a jump at the end of a step is not seen before its time.
+//! **Jumps.** No step straddles a jump. The midpoint rule evaluates at the beginning and inside of the step, never at
+//! its end, so that a jump at the end of a step is not seen before its time.
 //!
 //! **Stiffness.** A plant faster than the tick takes more steps, up to [`MAX_STEPS`]; above that it is refused.
 //!
@@ -48,8 +49,8 @@ impl fmt::Display for SolverError {
         let Self::TooStiff { t_s, fastest_rad_s } = self;
         write!(
             f,
-            "the plant is too fast for the period: {fastest_rad_s:.3e} rad/s at t = {t_s} s needs more than {MAX_STEPS} \
-             solver steps in one tick; shorten the period or slow the plant"
+            "the plant is too fast for the period: {fastest_rad_s:.3e} rad/s at t = {t_s} s needs more than \
+             {MAX_STEPS} solver steps in one tick; shorten the period or slow the plant"
         )
     }
 }
@@ -86,7 +87,8 @@ pub fn advance(plant: &dyn Plant, from_s: f64, to_s: f64, u: f64, x: &mut [f64])
     Ok(())
 }
 
-/// w_j = prod_{i != j} n_j^2 / (n_j^2 - n_i^2): the value at substep 0 of the polynomial in (substep)^2 through all rows.
+/// w_j = prod_{i != j} n_j^2 / (n_j^2 - n_i^2): the value at substep 0 of the polynomial in (substep)^2 through all
+/// rows.
 const fn weights() -> [f64; ROWS] {
     let mut weights = [1.0; ROWS];
     let mut j = 0;
@@ -204,8 +206,8 @@ mod tests {
         e
     }
 
-    /// Largest relative deviation from the exact solution over `ticks` ticks, per state against its own maximum, with an
-    /// input that changes sign every few ticks.
+    /// Largest relative deviation from the exact solution over `ticks` ticks, per state against its own maximum, with
+    /// an input that changes sign every few ticks.
     fn deviation_from_exact(a: &[f64], b: f64, period_s: f64, ticks: usize) -> f64 {
         let n = a.len();
         let plant = chain(a, b, vec![Signal::default(); n]);

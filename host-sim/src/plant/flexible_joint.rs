@@ -6,8 +6,8 @@
 //! $$ \dot x_2 = (1 + D_{k1,x3}) x_3 - (1 + D_{k1}) k_1 x_1 - (1 + D_{b1}) b_1 x_2 - \sin x_1 $$
 //! $$ \dot x_4 = (1 + D_{k2,x1}) a_1 x_1 - (1 + D_{k2,x3}) k_2 x_3 - (1 + D_{b2}) b_2 x_4 + (1 + D_b) b (u + v) $$
 //!
-//! The controller believes $\dot x_2 = x_3$ and $\dot x_4 = a_1 x_1 - k_2 x_3 - b_2 x_4 + b u$. What is left is the lumped
-//! disturbance, with a minus in front of every D that multiplies a term with a minus:
+//! The controller believes $\dot x_2 = x_3$ and $\dot x_4 = a_1 x_1 - k_2 x_3 - b_2 x_4 + b u$. What is left is the
+//! lumped disturbance, with a minus in front of every D that multiplies a term with a minus:
 //!
 //! $$ d_2 = -k_1 x_1 - b_1 x_2 - \sin x_1 + D_{k1,x3} x_3 - D_{k1} k_1 x_1 - D_{b1} b_1 x_2 $$
 //! $$ d_4 = D_{k2,x1} a_1 x_1 - D_{k2,x3} k_2 x_3 - D_{b2} b_2 x_4 + D_b b u + (1 + D_b) b v $$
