@@ -1,4 +1,4 @@
-//! The controller of the paper's reference [1], to compare with (Fig. 1 and 2).
+//! The controller of the paper's reference \[1\], to compare with (Fig. 1 and 2).
 //!
 //! For n = 2: surface $\sigma = x_2 + c_1 x_1 + \hat d_1$ without offset, first-order observer, and a switching law
 //!
