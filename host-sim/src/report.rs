@@ -1,4 +1,5 @@
-//! What a person gets to see of a run: files and tables. Values in, text and pictures out; nothing here changes a number.
+//! What a person gets to see of a run: files and tables. Values in, text and pictures out; nothing here changes a
+//! number.
 //!
 //! | you want | go to |
 //! |---|---|

@@ -27,8 +27,8 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// An axis over `range` if that is a range, else over all drawable `values` with `margin` of their span at both ends;
-    /// with about `count` ticks.
+    /// An axis over `range` if that is a range, else over all drawable `values` with `margin` of their span at both
+    /// ends; with about `count` ticks.
     pub(super) fn new(
         range: Option<(f64, f64)>,
         values: impl IntoIterator<Item = f64>,
@@ -146,6 +146,8 @@ mod tests {
                 for range in [None, Some((a, b))] {
                     let axis = Axis::new(range, [a, b], 0.06, 5);
                     assert!(axis.lo < axis.hi, "{a:e} {b:e}: {axis:?}");
+                    // Ten digits of a range told apart to a billionth, sign and point.
+                    assert!(axis.ticks.iter().all(|(_, text)| text.chars().count() <= 12), "{axis:?}");
                     assert!((1..=12).contains(&axis.ticks.len()), "{a:e} {b:e}: {axis:?}");
                     assert!(
                         axis.ticks.iter().all(|(value, _)| (-0.01..1.01).contains(&axis.place(*value))),

@@ -4,9 +4,9 @@
 //! t_s,x1,..,xn,u,u_held,sigma,sigma_star,d1,..,dn,d_hat<i>..,health
 //! ```
 //!
-//! `t_s` is in seconds, every other column in the units of the plant; channels count from 1 and an estimate has a column
-//! only where there is an observer. A number is the shortest text that reads back as the same bits. `health` is the sum
-//! of 1 (input rejected), 2 (saturated) and 4 (σ* over its bound), so that every column is numeric.
+//! `t_s` is in seconds, every other column in the units of the plant; channels count from 1 and an estimate has a
+//! column only where there is an observer. A number is the shortest text that reads back as the same bits. `health` is
+//! the sum of 1 (input rejected), 2 (saturated) and 4 (σ* over its bound), so that every column is numeric.
 
 use std::io::{self, Write};
 use std::path::Path;

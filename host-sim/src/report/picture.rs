@@ -1,8 +1,8 @@
 //! Ink on paper: a drawing in pixels, and its two files.
 //!
-//! The drawing is written as SVG with text elements, then read back by `usvg` with the font of this crate. What goes out
-//! is the result: text as outlines, so that the SVG looks the same on a machine without any font, and the PNG is made
-//! from the same tree. The same drawing gives the same bytes on every machine.
+//! The drawing is written as SVG with text elements, then read back by `usvg` with the font of this crate. What goes
+//! out is the result: text as outlines, so that the SVG looks the same on a machine without any font, and the PNG is
+//! made from the same tree. The same drawing gives the same bytes on every machine.
 
 use std::fmt::Write;
 use std::io;

@@ -117,7 +117,8 @@ pub struct Panel {
     pub shade: Option<Shade>,
     /// Range of x; `None`: all data.
     pub x_range: Option<(f64, f64)>,
-    /// Range of y; `None`: all data within the range of x. Data beyond it are cut off, and the head says how far they go.
+    /// Range of y; `None`: all data within the range of x. Data beyond it are cut off, and the head says how far they
+    /// go.
     pub y_range: Option<(f64, f64)>,
 }
 
@@ -502,6 +503,20 @@ mod tests {
         }
         for columns in [0, 1, 7] {
             assert!(Figure { title: String::new(), panels: vec![], columns }.png().is_ok());
+        }
+    }
+
+    #[test]
+    fn a_value_that_is_not_finite_is_a_gap() {
+        let strokes = |middle: f64| {
+            let points = vec![(0.0, 0.0), (1.0, 1.0), (2.0, middle), (3.0, 1.0), (4.0, 5.0)];
+            let svg = figure(vec![panel(points)]).svg();
+            let line = svg.lines().find(|line| line.contains("stroke-width=\"1.6\"")).unwrap().to_owned();
+            line.matches('M').count()
+        };
+        assert_eq!(strokes(2.0), 1);
+        for missing in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(strokes(missing), 2);
         }
     }
 

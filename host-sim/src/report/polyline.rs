@@ -1,7 +1,7 @@
 //! From twenty thousand samples to a line of a few hundred points that looks the same.
 //!
-//! Consecutive points in one pixel column are replaced by the first, the last and the outermost of them, in their order:
-//! the ink of the column stays, so no peak is lost, and a loop of a phase plane keeps its turning points.
+//! Consecutive points in one pixel column are replaced by the first, the last and the outermost of them, in their
+//! order: the ink of the column stays, so no peak is lost, and a loop of a phase plane keeps its turning points.
 //! Then points nearly on the line between their neighbours go.
 
 use std::fmt::Write;

@@ -5,8 +5,8 @@
 //! | `response` | output y = x₁, sliding variable σ*, control u; saturation is tinted |
 //! | `estimates` | per observed channel the lumped disturbance dᵢ, its estimate, and the error d̃ᵢ = dᵢ − d̂ᵢ |
 //!
-//! A start transient may be a hundred times what follows. The control then has a second panel over the settled range, and
-//! the estimation error is drawn over that range at once; the head of the panel says how far the transient went.
+//! A start transient may be a hundred times what follows. The control then has a second panel over the settled range,
+//! and the estimation error is drawn over that range at once; the head of the panel says how far the transient went.
 //!
 //! Units follow from those of the output U and of the control: in a chain of integrators dᵢ is in U/sⁱ, and σ*, whose
 //! last coefficient is 1, in U/sⁿ⁻¹ (Eq. (39), (44)).
