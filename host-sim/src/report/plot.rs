@@ -102,6 +102,13 @@ pub struct Shade {
     pub intervals: Vec<(f64, f64)>,
 }
 
+impl Shade {
+    /// The intervals of which something is seen on that axis.
+    fn seen<'a>(&'a self, axis: &'a Axis) -> impl Iterator<Item = (f64, f64)> + 'a {
+        self.intervals.iter().copied().filter(|&(from, to)| from <= to && to >= axis.lo && from <= axis.hi)
+    }
+}
+
 /// One pair of axes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Panel {
@@ -252,7 +259,7 @@ impl Scales {
     /// Room for the label and the ticks of y.
     fn left(&self) -> f64 {
         let texts = self.y.ticks.iter().map(|(_, text)| text).chain([&self.y.factor]);
-        MARGIN_PX + 1.6 * LABEL_PX + texts.map(|text| text_width(text, TICK_PX)).fold(0.0, f64::max)
+        MARGIN_PX + 2.1 * LABEL_PX + texts.map(|text| text_width(text, TICK_PX)).fold(0.0, f64::max)
     }
 }
 
@@ -277,7 +284,8 @@ impl Head {
         let lines = panel.series.iter().filter(|series| !series.label.is_empty());
         let mut entries: Vec<(Sample, String)> =
             lines.map(|series| (Sample::Line(series.style, series.color), series.label.clone())).collect();
-        entries.extend(panel.shade.iter().map(|shade| (Sample::Shade, shade.label.clone())));
+        let shades = panel.shade.iter().filter(|shade| shade.seen(&scales.x).next().is_some());
+        entries.extend(shades.map(|shade| (Sample::Shade, shade.label.clone())));
         entries.extend(scales.off_scale.map(|value| {
             (Sample::None, format!("(peak {} off scale)", significant(value, 3).replace('-', "\u{2212}")))
         }));
@@ -373,7 +381,7 @@ fn draw_panel(picture: &mut Picture, area: &PlotBox, panel: &Panel, scales: &Sca
 
     if let Some(shade) = &panel.shade {
         let inside = |x: f64| to_x(x).clamp(left, right);
-        let path = shade_path(shade.intervals.iter().map(|&(from, to)| (inside(from), inside(to))), top, bottom);
+        let path = shade_path(shade.seen(&scales.x).map(|(from, to)| (inside(from), inside(to))), top, bottom);
         picture.element(&format!("<path fill=\"{SHADE}\" d=\"{path}\"/>"));
     }
     let mut grid = String::new();
@@ -424,7 +432,7 @@ fn draw_panel(picture: &mut Picture, area: &PlotBox, panel: &Panel, scales: &Sca
 /// Rectangles over whole columns of pixels; intervals closer than a pixel are one, so that thousands stay small.
 fn shade_path(intervals: impl Iterator<Item = (f64, f64)>, top: f64, bottom: f64) -> String {
     let mut merged: Vec<(f64, f64)> = Vec::new();
-    for (from, to) in intervals.filter(|(from, to)| from <= to) {
+    for (from, to) in intervals {
         // A single tick would be too thin to see.
         let to = to.max(from + 3.0);
         match merged.last_mut() {
@@ -557,7 +565,20 @@ mod tests {
         let chatter = (0..10_000).map(|k| f64::from(k) * 0.08).map(|x| (x, x));
         assert_eq!(shade_path(chatter, 0.0, 9.0), "M0.00 0.00H802.92V9.00H0.00Z");
         assert_eq!(shade_path([(5.0, 5.0), (9.5, 9.6)].into_iter(), 0.0, 1.0).matches('M').count(), 2);
-        assert_eq!(shade_path([(5.0, f64::NAN), (3.0, 2.0)].into_iter(), 0.0, 1.0), "");
+    }
+
+    #[test]
+    fn intervals_out_of_sight_leave_no_tint_and_no_entry() {
+        let intervals = vec![(5.0, f64::NAN), (3.0, 2.0), (0.0, 0.5), (0.9, 1.1), (4.0, f64::INFINITY), (6.0, 7.0)];
+        let mut panel = panel(joint());
+        panel.shade = Some(Shade { label: "saturated".into(), intervals });
+        let seen = |panel: &Panel| panel.shade.as_ref().unwrap().seen(&Scales::new(panel).x).collect::<Vec<_>>();
+        panel.x_range = Some((1.0, 5.0));
+        assert_eq!(seen(&panel), [(0.9, 1.1), (4.0, f64::INFINITY)]);
+        let tinted = |panel: &Panel| figure(vec![panel.clone()]).svg().matches(SHADE).count();
+        assert_eq!(tinted(&panel), 2, "one sample in the legend, one path of all intervals");
+        panel.x_range = Some((2.0, 3.5));
+        assert_eq!((seen(&panel).len(), tinted(&panel)), (0, 0));
     }
 
     #[test]

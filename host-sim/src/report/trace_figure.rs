@@ -2,11 +2,12 @@
 //!
 //! | file | shows |
 //! |---|---|
-//! | `response` | output y = x₁, sliding variable σ*, control u; saturation is tinted |
+//! | `response` | output y = x₁, sliding variable σ*, control u, each over the whole run and its second half |
 //! | `estimates` | per observed channel the lumped disturbance dᵢ, its estimate, and the error d̃ᵢ = dᵢ − d̂ᵢ |
 //!
-//! A start transient may be a hundred times what follows. The control then has a second panel over the settled range,
-//! and the estimation error is drawn over that range at once; the head of the panel says how far the transient went.
+//! Time in saturation is tinted. A start transient may be a hundred times what follows: the second half of the run has
+//! its own scale, and the estimation error is drawn over the range of its second half; the head of that panel says how
+//! far the transient went.
 //!
 //! Units follow from those of the output U and of the control: in a chain of integrators dᵢ is in U/sⁱ, and σ*, whose
 //! last coefficient is 1, in U/sⁿ⁻¹ (Eq. (39), (44)).
@@ -17,7 +18,7 @@ use crate::MAX_ORDER;
 use crate::report::plot::{BLACK, Figure, GREY, Panel, Series, Shade, Style};
 use crate::trace::{Row, Trace};
 
-/// A transient is shown apart when it is this many times what follows it: below that, one panel shows both.
+/// An error is drawn over its settled range when its transient is this many times larger; below, one range shows both.
 const TRANSIENT: f64 = 5.0;
 
 const SUBSCRIPTS: [&str; MAX_ORDER] = ["₁", "₂", "₃", "₄", "₅", "₆"];
@@ -46,23 +47,11 @@ pub fn run_figures(trace: &Trace, labels: &Labels<'_>) -> Vec<(String, Figure)> 
 
 fn response(trace: &Trace, labels: &Labels<'_>) -> Figure {
     let rate = trace.order.saturating_sub(1);
-    let control_label = quantity("u", labels.control_unit);
-    let control_series = || {
-        let mut series = vec![];
-        if trace.rows.iter().any(|row| row.u != row.u_held) {
-            series.push(line(trace, "u demanded", GREY, |row| row.u).styled(Style::Dashed));
-        }
-        series.push(line(trace, "u held", 0, |row| row.u_held));
-        series
-    };
-    let control = Panel {
-        title: "Control".into(),
-        y_label: control_label.clone(),
-        series: control_series(),
-        shade: saturation(trace),
-        ..panel()
-    };
-    let mut panels = vec![
+    let mut control = vec![line(trace, "u held", 0, |row| row.u_held)];
+    if trace.rows.iter().any(|row| row.u != row.u_held) {
+        control.insert(0, line(trace, "u demanded", GREY, |row| row.u).styled(Style::Dashed));
+    }
+    let whole = [
         Panel {
             title: "Output".into(),
             y_label: quantity("y", labels.output_unit),
@@ -75,12 +64,22 @@ fn response(trace: &Trace, labels: &Labels<'_>) -> Figure {
             series: vec![line(trace, "σ*", 0, |row| row.sigma_star)],
             ..panel()
         },
-        control.clone(),
+        Panel {
+            title: "Control".into(),
+            y_label: quantity("u", labels.control_unit),
+            series: control,
+            shade: saturation(trace),
+            ..panel()
+        },
     ];
-    if let Some(range) = settled_range(trace, |row| row.u_held) {
-        panels.push(Panel { title: "Control after the transient".into(), y_range: Some(range), ..control });
-    }
-    Figure { title: labels.title.into(), panels, columns: 1 }
+    let end_s = trace.rows.last().map_or(0.0, |row| row.t_s);
+    let second_half = |panel: &Panel| Panel {
+        title: format!("{}, second half", panel.title),
+        x_range: Some((0.5 * end_s, end_s)),
+        ..panel.clone()
+    };
+    let panels = whole.iter().flat_map(|panel| [panel.clone(), second_half(panel)]).collect();
+    Figure { title: labels.title.into(), panels, columns: 2 }
 }
 
 fn estimates(trace: &Trace, labels: &Labels<'_>) -> Figure {
@@ -200,7 +199,7 @@ mod tests {
         let stems: Vec<&str> = figures.iter().map(|(stem, _)| stem.as_str()).collect();
         assert_eq!(stems, ["response", "estimates"]);
         let labels = |k: usize| figures[k].1.panels.iter().map(|panel| panel.y_label.as_str()).collect::<Vec<_>>();
-        assert_eq!(labels(0), ["y (rad)", "σ* (rad/s³)", "u (A)", "u (A)"]);
+        assert_eq!(labels(0), ["y (rad)", "y (rad)", "σ* (rad/s³)", "σ* (rad/s³)", "u (A)", "u (A)"]);
         assert_eq!(labels(1), ["d₂ (rad/s²)", "d\u{303}₂ (rad/s²)", "d₄ (rad/s⁴)", "d\u{303}₄ (rad/s⁴)"]);
         assert_eq!(figures[1].1.columns, 2);
     }
@@ -208,7 +207,7 @@ mod tests {
     #[test]
     fn unknown_units_are_left_out() {
         let figures = run_figures(&trace(), &Labels::default());
-        assert_eq!(figures[0].1.panels[1].y_label, "σ*");
+        assert_eq!(figures[0].1.panels[2].y_label, "σ*");
         assert_eq!(figures[1].1.panels[0].y_label, "d₂");
     }
 
@@ -228,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn only_a_large_transient_gets_a_panel_of_its_own() {
+    fn only_a_large_transient_is_cut_off() {
         let mut trace = trace();
         let (lo, hi) = settled_range(&trace, |row| row.u_held).unwrap();
         // A sine of 4, with half its span on both sides.
@@ -236,7 +235,16 @@ mod tests {
         for row in &mut trace.rows {
             row.u_held = libm::sin(row.t_s);
         }
-        assert_eq!(response(&trace, &JOINT).panels.len(), 3);
+        assert_eq!(settled_range(&trace, |row| row.u_held), None);
+    }
+
+    #[test]
+    fn the_second_half_of_a_response_has_its_own_scale() {
+        let (_, figure) = &run_figures(&trace(), &JOINT)[0];
+        let ranges: Vec<_> = figure.panels.iter().map(|panel| panel.x_range).collect();
+        let half = Some((10.0, 20.0));
+        assert_eq!(ranges, [None, half, None, half, None, half]);
+        assert!(figure.panels.iter().all(|panel| panel.y_range.is_none()));
     }
 
     #[test]
