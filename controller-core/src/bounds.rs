@@ -11,17 +11,18 @@
 //!    $$ N = \delta_{n0} + \sum_{i<n}\Big|c_i + \sum_{j=i}^{n-1} c_{j+1} l_{i,j-i+1}\Big| \delta_{i0} +
 //!    \sum_{i<n} \sum_{j \ge i,\thinspace j-i+1 < r} c_{j+1}\big(\mu_i^{(j-i+1)} + \delta_{i,j-i+1}\big) $$
 //!
-//!    and $\lambda_2 = N/(k_l + k_s/\epsilon)$ inside the boundary layer ($N \le k_l\epsilon + k_s$), else $(N - k_s)/k_l$ (Eq. (36)).
+//!    and $\lambda_2 = N/(k_l + k_s/\epsilon)$ inside the boundary layer ($N \le k_l\epsilon + k_s$), else
+//!    $(N - k_s)/k_l$ (Eq. (36)).
 //! 3. **Output**: $y^{(n-1)} + c_{n-1}y^{(n-2)} + \dots + c_1 y = \sigma^* + \sum_{i<n}\sum_j c_{j+1}\tilde d_i^{(j-i)}$, so
-//!    $\lambda_3 = G(\lambda_2 + \sum_{i<n}\sum_j c_{j+1}\delta_{i,j-i})$, $G$ the L1 norm of the left side's inverse, $1/c_1$ for real
-//!    roots (Eq. (37)-(38)).
+//!    $\lambda_3 = G(\lambda_2 + \sum_{i<n}\sum_j c_{j+1}\delta_{i,j-i})$, $G$ the L1 norm of the
+//!    left side's inverse, $1/c_1$ for real roots (Eq. (37)-(38)).
 //!
 //! **A channel without observer** estimates nothing: $\hat d_i = 0$, so its error is the disturbance itself,
 //! $\delta_{ik} = \mu_i^{(k)}$. It enters $N$ as $c_i\mu_i^{(0)}$ alone (its $\hat d_i$ is neither in σ nor in the law), and the
-//! output by one of two ways, whichever is smaller; the second needs no derivative, so a disturbance that jumps is
-//! covered too: with $\tilde d_i$ as the only input the response to it is itself one of the companion responses of the surface,
-//! $(c_n p^{n-1-i} + \dots + c_{i+1})/(p^{n-1} + \dots + c_1)$, with an L1 norm of its own ($c_{i+1}/c_1$ for real roots).
-//! The same choice serves the observed channels.
+//! output by one of two ways, whichever is smaller: the sum above, or the response of y to $\tilde d_i$ as one input,
+//! $(c_n p^{n-1-i} + \dots + c_{i+1})/(p^{n-1} + \dots + c_1)$, which is itself a companion response (of the surface) with
+//! an L1 norm of its own, $c_{i+1}/c_1$ for real roots. That way needs no derivative, so a disturbance that jumps is
+//! covered too. Observed channels have the same choice: λ3 is never above the formula of step 3, and often below.
 //!
 //! The bounds are those of the continuous loop with an exact a(x) and b(x) (what the model misses belongs to $d_n$) and
 //! no active limit of u; the sampled loop comes to them at first order in the period. If a disturbance depends on the state,
