@@ -13,24 +13,26 @@
 //!
 //!    and $\lambda_2 = N/(k_l + k_s/\epsilon)$ inside the boundary layer ($N \le k_l\epsilon + k_s$), else
 //!    $(N - k_s)/k_l$ (Eq. (36)).
-//! 3. **Output**: $y^{(n-1)} + c_{n-1}y^{(n-2)} + \dots + c_1 y = \sigma^* + \sum_{i<n}\sum_j c_{j+1}\tilde d_i^{(j-i)}$, so
-//!    $\lambda_3 = G(\lambda_2 + \sum_{i<n}\sum_j c_{j+1}\delta_{i,j-i})$, $G$ the L1 norm of the
+//! 3. **Output**: $y^{(n-1)} + c_{n-1}y^{(n-2)} + \dots + c_1 y = \sigma^* + \sum_{i<n}\sum_j c_{j+1}\tilde
+//!    d_i^{(j-i)}$, so $\lambda_3 = G(\lambda_2 + \sum_{i<n}\sum_j c_{j+1}\delta_{i,j-i})$, $G$ the L1 norm of the
 //!    left side's inverse, $1/c_1$ for real roots (Eq. (37)-(38)).
 //!
 //! **A channel without observer** estimates nothing: $\hat d_i = 0$, so its error is the disturbance itself,
-//! $\delta_{ik} = \mu_i^{(k)}$. It enters $N$ as $c_i\mu_i^{(0)}$ alone (its $\hat d_i$ is neither in σ nor in the law), and the
-//! output by one of two ways, whichever is smaller: the sum above, or the response of y to $\tilde d_i$ as one input,
-//! $(c_n p^{n-1-i} + \dots + c_{i+1})/(p^{n-1} + \dots + c_1)$, which is itself a companion response (of the surface) with
-//! an L1 norm of its own, $c_{i+1}/c_1$ for real roots. That way needs no derivative, so a disturbance that jumps is
-//! covered too. Observed channels have the same choice: λ3 is never above the formula of step 3, and often below.
+//! $\delta_{ik} = \mu_i^{(k)}$. It enters $N$ as $c_i\mu_i^{(0)}$ alone (its $\hat d_i$ is neither in σ nor in the
+//! law), and the output by one of two ways, whichever is smaller: the sum above, or the response of y to $\tilde d_i$
+//! as one input, $(c_n p^{n-1-i} + \dots + c_{i+1})/(p^{n-1} + \dots + c_1)$, which is itself a companion response (of
+//! the surface) with an L1 norm of its own, $c_{i+1}/c_1$ for real roots. That way needs no derivative, so a
+//! disturbance that jumps is covered too. Observed channels have the same choice: λ3 is never above the formula of
+//! step 3, and often below.
 //!
 //! The bounds are those of the continuous loop with an exact a(x) and b(x) (what the model misses belongs to $d_n$) and
-//! no active limit of u; the sampled loop comes to them at first order in the period. If a disturbance depends on the state,
-//! its $\mu$ must be checked on the trajectory.
+//! no active limit of u; the sampled loop comes to them at first order in the period. If a disturbance depends on the
+//! state, its $\mu$ must be checked on the trajectory.
 //!
 //! # Deviation
 //! * Eq. (28)-(29), (56)-(57) are not bounds as printed: see [`LyapunovBound`].
-//! * Eq. (34) slips a sign, and Eq. (36) goes negative for a large $k_s$; here σ* is then bounded by the boundary layer.
+//! * Eq. (34) slips a sign, and Eq. (36) goes negative for a large $k_s$; here σ* is then bounded by the boundary
+//!   layer.
 //! * Eq. (58) forgets $\tilde d_n$, the largest term of Example 2, and runs its last inner sum over i instead of j.
 //! * Eq. (51), (58) print sat σ* for sat(σ*/ε).
 
@@ -56,8 +58,8 @@ pub struct DisturbanceBounds<const N: usize, const K: usize> {
 /// What is not exceeded once the transient has died.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UltimateBounds<const N: usize, const R: usize> {
-    /// $\delta_{ik}$ of $|\tilde d_i^{(k)}|$. What no observer estimates is in error by all of itself: $\mu_i^{(k)}$, or
-    /// infinite where that was not given.
+    /// $\delta_{ik}$ of $|\tilde d_i^{(k)}|$. What no observer estimates is in error by all of itself: $\mu_i^{(k)}$,
+    /// or infinite where that was not given.
     pub delta: [[f64; R]; N],
     /// N: all that drives σ* against the reaching law, in units of σ per second.
     pub n: f64,
@@ -86,8 +88,8 @@ pub enum BoundsError {
         /// The derivative that Eq. (52) needs: the order r.
         needed: usize,
     },
-    /// A damping ratio of the observer or the surface is below 0.001 (a bound would exist, but be useless), or its poles
-    /// are so extreme that f64 cannot tell.
+    /// A damping ratio of the observer or the surface is below 0.001 (a bound would exist, but be useless), or its
+    /// poles are so extreme that f64 cannot tell.
     NearlyUndamped,
     /// Q is not symmetric positive definite, or Eq. (54) has no positive definite solution in f64.
     NotPositiveDefinite,
@@ -109,7 +111,7 @@ impl fmt::Display for BoundsError {
                 "a damping ratio of the observer or the surface is below 0.001: choose poles that are better damped",
             ),
             Self::NotPositiveDefinite => f.write_str(
-                "Q must be symmetric positive definite and D Hurwitz (Eq. (54)); or the gains are too far apart for f64",
+                "Q must be symmetric positive definite and D Hurwitz (Eq. (54)), with gains that f64 can tell apart",
             ),
         }
     }
@@ -126,7 +128,8 @@ impl From<ConfigError> for BoundsError {
 /// The bounds that a worst-case disturbance attains for the estimation error, and what follows for σ* and the output.
 ///
 /// # Errors
-/// A configuration that would be refused, a $\mu$ that is missing, negative or NaN, or a design that is nearly undamped.
+/// A configuration that would be refused, a $\mu$ that is missing, negative or NaN, or a design that is nearly
+/// undamped.
 pub fn ultimate<const N: usize, const R: usize, const K: usize>(
     config: &Config<N, R>,
     disturbance: &DisturbanceBounds<N, K>,
@@ -152,7 +155,8 @@ pub fn ultimate_by_lyapunov<const N: usize, const R: usize, const K: usize>(
     })
 }
 
-/// From bounds of the estimation errors to those of σ* and y; `error_bounds(gains, mu_r)` gives a channel's $\delta_{ik}$.
+/// From bounds of the estimation errors to those of σ* and y; `error_bounds(gains, mu_r)` gives a channel's
+/// $\delta_{ik}$.
 fn assemble<const N: usize, const R: usize, const K: usize>(
     config: &Config<N, R>,
     disturbance: &DisturbanceBounds<N, K>,
@@ -250,7 +254,8 @@ const MIN_DAMPING: f64 = 1e-3;
 /// real poles and 3.4e-8 for complex ones (test `norms_are_above_the_closed_forms_by_no_more_than_their_stated_error`).
 const ROUND_UP: f64 = 1.0 + 1e-6;
 
-/// $\int_0^\infty |h_k(t)|dt$, h_k the entry k + 1 of exp(Dt)E, k = 0..d-1, D the companion matrix of `l` (Hurwitz, degree d = 1..=5).
+/// $\int_0^\infty |h_k(t)|dt$, h_k the entry k + 1 of exp(Dt)E, k = 0..d-1, D the companion matrix of `l` (Hurwitz,
+/// degree d = 1..=5).
 ///
 /// Exact propagation from step to step and Simpson's rule inside; where the response changes sign, two triangles. The
 /// step follows the fastest mode still alive, so gains with poles decades apart cost no more than others.
@@ -335,9 +340,10 @@ fn area(begin: f64, middle: f64, end: f64, step: f64) -> f64 {
 /// $\lVert\tilde e\rVert > \rho = 2\lVert PE\rVert\mu/\lambda_{min}(Q)$ (Eq. (24)-(27)).
 ///
 /// # Deviation
-/// The paper concludes $\lVert\tilde e\rVert \le \rho$ (Eq. (28)-(29), (56)). But V decreases outside a *ball*, and the error may leave
-/// that ball along the ellipsoid $V = \text{const}$ that touches it: the bound is $\rho\sqrt{\lambda_{max}(P)/\lambda_{min}(P)}$. For
-/// l = (0.5, 100), μ = 1, Q = I the print claims 2.26 and a disturbance reaches 2.55 (test
+/// The paper concludes $\lVert\tilde e\rVert \le \rho$ (Eq. (28)-(29), (56)). But V decreases outside a *ball*, and
+/// the error may leave that ball along the ellipsoid $V = \text{const}$ that touches it: the bound is
+/// $\rho\sqrt{\lambda_{max}(P)/\lambda_{min}(P)}$. For l = (0.5, 100), μ = 1, Q = I the print claims 2.26 and a
+/// disturbance reaches 2.55 (test
 /// `printed_lyapunov_bound_is_exceeded_and_the_corrected_one_holds`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LyapunovBound<const R: usize> {
@@ -523,7 +529,8 @@ mod tests {
         }
     }
 
-    /// The largest error that a disturbance with |d^(r)| <= 1 reaches after `span`: its sign follows the impulse response.
+    /// The largest error that a disturbance with |d^(r)| <= 1 reaches after `span`: its sign follows the impulse
+    /// response.
     fn reached<const S: usize>(gains: &ObserverGains<S>, k: usize, span: f64, dt: f64) -> SVector<f64, S> {
         let (d, e) = companion::<S>(active(gains));
         let steps = (span / dt) as usize;
@@ -666,8 +673,8 @@ mod tests {
         assert_eq!(held_by(&law(0.0, 0.0, 0.5), 0.0), f64::INFINITY);
     }
 
-    /// Largest |d_tilde_i|, |sigma*| and |y| in the second half of `span`: the continuous loop of Eq. (39), (44), (51) for
-    /// n = 3, r = 2. State: x, the estimates of three channels (unobserved ones stay 0), W.
+    /// Largest |d_tilde_i|, |sigma*| and |y| in the second half of `span`: the continuous loop of Eq. (39), (44), (51)
+    /// for n = 3, r = 2. State: x, the estimates of three channels (unobserved ones stay 0), W.
     fn simulated(config: &Config<3, 2>, span: f64, d: impl Fn(f64) -> [f64; 3]) -> ([f64; 3], f64, f64) {
         let c = config.surface.c;
         let ReachingLaw { k_l, k_s, epsilon } = config.reaching;
@@ -736,7 +743,8 @@ mod tests {
                     [Some(fast), None, None],
                 ] {
                     let config = config(c, observers, reaching);
-                    // d_i = A_i sin(w_i t + i): mu^(k) = A w^k. Near the resonances of `ringing` and of the second surface.
+                    // d_i = A_i sin(w_i t + i): mu^(k) = A w^k. Near the resonances of `ringing` and of the second
+                    // surface.
                     let (amplitude, omega) = ([0.2_f64, 0.5, 1.0], [5.0_f64, 15.0, 3.0]);
                     let mu = core::array::from_fn(|i| [0, 1, 2].map(|k| amplitude[i] * omega[i].powi(k)));
                     let bounds = ultimate(&config, &DisturbanceBounds::<3, 3> { mu }).unwrap();

@@ -8,9 +8,9 @@
 //! | [`Micromath`] | 2.4e-3 (7.6e-4 for x > 0) | 88.72284 | no digit right below -87.34, 0 below -88.1 |
 //!
 //! Tests `libm_exp_is_as_accurate_as_documented`, `micromath_exp_is_as_accurate_as_documented` and
-//! `exp_ends_in_infinity_and_zero`. What a wrong e^x does to a(x) is a matched disturbance, which the observer of channel
-//! n estimates along with the rest; at the places where the error of `Micromath` jumps (multiples of ln 2, and ±1), so
-//! does that disturbance.
+//! `exp_ends_in_infinity_and_zero`. What a wrong e^x does to a(x) is a matched disturbance, which the observer of
+//! channel n estimates along with the rest; at the places where the error of `Micromath` jumps (multiples of ln 2, and
+//! ±1), so does that disturbance.
 
 /// e^x.
 pub trait Exp<T> {

@@ -1,14 +1,16 @@
 //! The error of the extended disturbance observer: how fast it dies, and what keeps it alive.
 //!
-//! With $\tilde d = d - \hat d$ (Eq. (8)-(9)) the errors of one channel, $\tilde e_i = [\tilde d_i, \tilde d_i', \dots, \tilde d_i^{(r-1)}]^T$,
-//! obey Eq. (52) (Eq. (15) for r = 2)
+//! With $\tilde d = d - \hat d$ (Eq. (8)-(9)) the errors of one channel, $\tilde e_i = [\tilde d_i, \tilde d_i',
+//! \dots, \tilde d_i^{(r-1)}]^T$, obey Eq. (52) (Eq. (15) for r = 2)
 //!
 //! $$ \tilde e_i' = D_i \tilde e_i + E_i d_i^{(r)}, \qquad
-//!    D_i = \begin{bmatrix} -l_{i1} & 1 & & \\\\ -l_{i2} & & \ddots & \\\\ \vdots & & & 1 \\\\ -l_{ir} & & & \end{bmatrix}, \quad
-//!    E_i = \begin{bmatrix} 0 \\\\ \vdots \\\\ 0 \\\\ 1 \end{bmatrix} \quad \text{(Eq. (53), (16))} $$
+//!    D_i = \begin{bmatrix} -l_{i1} & 1 & & \\\\ -l_{i2} & & \ddots & \\\\ \vdots & & & 1 \\\\ -l_{ir} & & &
+//!    \end{bmatrix}, \quad E_i = \begin{bmatrix} 0 \\\\ \vdots \\\\ 0 \\\\ 1 \end{bmatrix} \quad \text{(Eq. (53),
+//!    (16))} $$
 //!
-//! so the only thing that keeps the error alive is the r-th derivative of the disturbance. The characteristic polynomial
-//! is $\chi(s) = s^r + l_{i1}s^{r-1} + \dots + l_{ir}$: real parts of its roots are decay rates in 1/s, negative if stable.
+//! so the only thing that keeps the error alive is the r-th derivative of the disturbance. The characteristic
+//! polynomial is $\chi(s) = s^r + l_{i1}s^{r-1} + \dots + l_{ir}$: real parts of its roots are decay rates in 1/s,
+//! negative if stable.
 //!
 //! # Deviation
 //! * Eq. (52) is printed with $\tilde e_i$ up to derivative r; it has r entries, up to derivative r - 1.
@@ -46,8 +48,8 @@ pub fn error_matrices<const R: usize>(gains: &ObserverGains<R>) -> (SMatrix<f64,
 /// first. Empty if the order is not 1..=min(R, 3) or a gain is not finite.
 ///
 /// # Accuracy
-/// Poles apart from each other: 1e-12 relative to each. A pole repeated r times is found to about $\varepsilon^{1/r}$, as from
-/// any matrix in f64: measured 1.8e-8 (r = 2) and 1.4e-5 (r = 3), as a tiny ring around the true pole (test
+/// Poles apart from each other: 1e-12 relative to each. A pole repeated r times is found to about $\varepsilon^{1/r}$,
+/// as from any matrix in f64: measured 1.8e-8 (r = 2) and 1.4e-5 (r = 3), as a tiny ring around the true pole (test
 /// `poles_survive_the_round_trip_through_gains`).
 ///
 /// ```
