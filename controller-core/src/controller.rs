@@ -5,7 +5,7 @@
 //!
 //! 1. $h_i = w_i x_{i+1}$ ($i < n$), $h_n = \theta a_u$; innovation $e_i = (x_i - x_i^-)/T - h_i - P_i$ per observed channel; observer update;
 //! 2. $y_j = x_j$, $y_{i+1} \mathrel{+}= A_i$; $\sigma = c \cdot y + \sum (g_B B + g_C C)$; $\sigma^* = \sigma - W$ (Eq. (44), (17));
-//! 3. $v = k_x \cdot y + k_w W + u_\sigma \sigma^* + \sum (k_B B + k_C C) + \mathrm{clamp}(s\,\sigma^*, \pm lim)$, $u = (v - a_u - A_n)/\beta$ clamped (Eq. (51));
+//! 3. $v = k_x \cdot y + k_w W + u_\sigma \sigma^* + \sum (k_B B + k_C C) + \mathrm{clamp}(s \thinspace \sigma^*, \pm lim)$, $u = (v - a_u - A_n)/\beta$ clamped (Eq. (51));
 //! 4. $P_i = y_{i+1} - h_i$, $P_n = a_u + A_n - h_n$ (u joins when it is known), $x^- = x$, $W \mathrel{-}= (1 - e^{-\alpha T}) W$.
 //!
 //! There is no exponential, no division (for a constant b), no branch on the first call and no panic in it.
@@ -36,6 +36,7 @@
 //! let output = CONTROLLER.tick(&mut state, &[0.1, 0.0, 0.0, 0.0]);
 //! assert_eq!(output.sigma_star, 0.0); // Eq. (17): the offset starts the sliding variable at zero
 //! ```
+#![doc = include_str!("../katex.html")]
 
 use crate::design::{self, Coefficients, MAX_N, MAX_R};
 use crate::error::{ConfigError, Warning, Warnings};

@@ -1,4 +1,4 @@
-//! Design time: from a [`Config`](crate::Config) to the rows of the tick.
+//! Design time: from a [`Config`] to the rows of the tick.
 //!
 //! Everything here is `f64`, runs once, and is `const fn` without any library function, so that a controller can be
 //! designed by the compiler and lie in flash. Symbols (i, j, q count from 1, $c_n = 1$):
@@ -16,6 +16,7 @@
 //! Channels $i < n$ are in physical units (divided by T): then $k_A$ equals the row's entry of $x_{i+1}$, so that one sum
 //! $y_{i+1} = x_{i+1} + A_i$ serves $\sigma^*$ and the law. Channel n is in units of u (divided by $T b_0$): there its entry is
 //! exactly -1. The unfolded form is the oracle in `tests/` (test `formula::folded_tick_equals_the_plain_transcription`).
+#![doc = include_str!("../katex.html")]
 
 use crate::controller::{Config, Fallback};
 use crate::error::ConfigError;

@@ -6,6 +6,7 @@
 //! root, so a bad design can be a compile error.
 //!
 //! A polynomial is `[1, a_1, .., a_d]`, highest power first.
+#![doc = include_str!("../katex.html")]
 
 /// Longest polynomial: the surface of a plant of order 6 has degree 5.
 pub(crate) const TERMS: usize = 6;
