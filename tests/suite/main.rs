@@ -1,1 +1,5 @@
-fn main() {}
+//! One suite, a module per question.
+
+mod cases;
+mod convergence;
+mod formula;
