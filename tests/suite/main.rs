@@ -3,3 +3,4 @@
 mod cases;
 mod convergence;
 mod formula;
+mod properties;
