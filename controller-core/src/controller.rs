@@ -127,6 +127,11 @@ impl<const N: usize, const R: usize> Config<N, R> {
         if self.limits.min > self.limits.max {
             return Err(ConfigError::LimitsReversed { min: self.limits.min, max: self.limits.max });
         }
+        if let Fallback::Safe(u) = self.fallback
+            && (u < self.limits.min || u > self.limits.max)
+        {
+            return Err(ConfigError::FallbackOutsideLimits { u });
+        }
         let mut i = 0;
         while i < N {
             if let Some(gains) = &self.observers[i]

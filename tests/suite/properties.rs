@@ -4,8 +4,8 @@
 //! fixed, so that a run in CI is the run at the desk.
 
 use controller_core::{
-    Config, Controller, Fallback, FlexibleJoint, Health, INPUT_LIMIT, JointParameters, Limits, Linear, Nominal,
-    ObserverGains, ReachingLaw, Reading, State, Surface, channels,
+    Config, ConfigError, Controller, Fallback, FlexibleJoint, Health, INPUT_LIMIT, JointParameters, Limits, Linear,
+    Nominal, ObserverGains, ReachingLaw, Reading, State, Surface, channels,
 };
 use integration_tests::close::Gap;
 use integration_tests::oracle::{Gains, Model, Spec};
@@ -312,7 +312,7 @@ fn joint_config<const R: usize>(gains: ObserverGains<R>) -> Config<4, R> {
 type Joint = Controller<f32, FlexibleJoint<f32>, 4, 2, { channels([2, 4]) }, 2>;
 
 fn joint(change: impl Fn(&mut Config<4, 2>)) -> Joint {
-    let mut config = joint_config(ObserverGains::as_printed([100.0, 20.0]));
+    let mut config = joint_config(ObserverGains::<2>::as_printed([100.0, 20.0]));
     change(&mut config);
     Joint::design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design")
 }
@@ -425,4 +425,15 @@ fn model_of_the_joint_is_the_linear_one() {
         let (one, other) = (general.tick(&mut one, &x(k)), special.tick(&mut other, &x(k)));
         assert!((one.u - other.u).abs() <= 1e-9, "{} {}", one.u, other.u);
     }
+}
+
+#[test]
+fn safe_u_outside_the_limits_is_refused() {
+    let mut config = joint_config(ObserverGains::<2>::as_printed([100.0, 20.0]));
+    for u in [300.5, -1e39] {
+        config.fallback = Fallback::Safe(u);
+        assert_eq!(config.validate(), Err(ConfigError::FallbackOutsideLimits { u }));
+    }
+    config.fallback = Fallback::Safe(-300.0);
+    assert_eq!(config.validate(), Ok(()));
 }
