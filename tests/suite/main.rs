@@ -1,6 +1,7 @@
 //! One suite, a module per question.
 
 mod cases;
+mod compile;
 mod convergence;
 mod formula;
 mod properties;
