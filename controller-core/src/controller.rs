@@ -147,6 +147,9 @@ impl<const N: usize, const R: usize> Config<N, R> {
     const fn validate_observer(&self, i: usize, gains: &ObserverGains<R>) -> Result<(), ConfigError> {
         let channel = i + 1;
         let needed = N - channel;
+        if gains.order == 0 || gains.order > R {
+            return Err(ConfigError::ObserverOrder { channel, order: gains.order, capacity: R });
+        }
         if gains.order < needed {
             return Err(ConfigError::OrderTooLow { channel, needed, order: gains.order });
         }
@@ -161,7 +164,7 @@ impl<const N: usize, const R: usize> Config<N, R> {
         Ok(())
     }
 
-    /// Name of the first field that is not finite, or an observer order that cannot be read at all.
+    /// Name of the first field that is not finite (observer gains are seen by the Hurwitz check).
     const fn not_finite(&self) -> Option<&'static str> {
         let mut i = 0;
         while i < N {
@@ -333,18 +336,12 @@ const fn design_f64<const N: usize, const R: usize, const MASK: u8, const O: usi
         assert!(MASK as usize >> N == 0, "MASK names a channel above N");
         assert!(MASK.count_ones() as usize == O, "O must be the number of channels in MASK");
     }
-    // Shape first, then the rules: an order outside 1..=R could not even be read.
     let mut i = 0;
     while i < N {
         let channel = i + 1;
         let configured = config.observers[i].is_some();
         if configured != (MASK >> i & 1 == 1) {
             return Err(ConfigError::ChannelMismatch { channel, configured });
-        }
-        if let Some(ObserverGains { order, .. }) = config.observers[i]
-            && (order == 0 || order > R)
-        {
-            return Err(ConfigError::ObserverOrder { channel, order, capacity: R });
         }
         i += 1;
     }

@@ -118,15 +118,20 @@ impl<const R: usize> ObserverGains<R> {
         Self::from_poles([Pole::real(-omega_rad_s); ORDER])
     }
 
+    /// The order as far as there is room for it: the fields are public, and nothing here may panic.
+    const fn degree(&self) -> usize {
+        if self.order < R { self.order } else { R }
+    }
+
     const fn polynomial(&self) -> ([f64; TERMS], usize) {
         let mut a = [0.0; TERMS];
         a[0] = 1.0;
         let mut j = 0;
-        while j < self.order {
+        while j < self.degree() {
             a[j + 1] = self.l[j];
             j += 1;
         }
-        (a, self.order)
+        (a, self.degree())
     }
 
     /// Is D of Eq. (53) Hurwitz?
@@ -148,14 +153,14 @@ impl<const R: usize> ObserverGains<R> {
     pub(crate) const fn gammas(&self, period_s: f64) -> [f64; R] {
         let mut l = [0.0; 3];
         let mut j = 0;
-        while j < self.order {
+        while j < self.degree() {
             l[j] = self.l[j];
             j += 1;
         }
-        let gamma = channel_gammas(l, self.order, period_s);
+        let gamma = channel_gammas(l, self.degree(), period_s);
         let mut out = [0.0; R];
         let mut j = 0;
-        while j < self.order {
+        while j < self.degree() {
             out[j] = gamma[j];
             j += 1;
         }

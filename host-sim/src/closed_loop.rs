@@ -10,9 +10,6 @@ use crate::sensor::Sensor;
 use crate::solver::{self, SolverError};
 use crate::trace::{Ending, Row, Trace};
 
-/// A state beyond this magnitude is a diverged run.
-const RUNAWAY: f64 = 1e9;
-
 /// Everything between two ticks of the clock.
 pub struct Loop<'a> {
     /// The true plant.
@@ -57,7 +54,7 @@ pub fn close_loop(setup: Loop<'_>, watch: &mut dyn FnMut(&Row) -> ControlFlow<()
     x[..n].copy_from_slice(x0);
     for k in 0..=periods {
         let t_s = k as f64 * period_s;
-        if x[..n].iter().any(|value| !value.is_finite() || value.abs() > RUNAWAY) {
+        if x[..n].iter().any(|value| !value.is_finite() || value.abs() > solver::RUNAWAY) {
             trace.ending = Ending::Diverged { t_s };
             break;
         }

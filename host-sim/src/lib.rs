@@ -14,6 +14,7 @@ pub mod closed_loop;
 pub mod metrics;
 pub mod plant;
 pub mod port;
+pub mod report;
 pub mod sensor;
 pub mod signal;
 pub mod solver;

@@ -1,1 +1,2 @@
+//! stub main; replaced by the command line.
 fn main() {}

@@ -43,6 +43,13 @@ pub fn ultimate(trace: &Trace, window_s: [f64; 2], f: impl Fn(&Row) -> f64) -> f
     rows.map(|row| f(row).abs()).fold(0.0, f64::max)
 }
 
+/// Root mean square of f(row) over the rows in the window; 0 if there is none.
+pub fn rms(trace: &Trace, window_s: [f64; 2], f: impl Fn(&Row) -> f64) -> f64 {
+    let rows = trace.rows.iter().filter(|row| in_window(window_s, trace.period_s, row));
+    let (sum, count) = rows.fold((0.0, 0_usize), |(sum, count), row| (sum + f(row) * f(row), count + 1));
+    (sum / count.max(1) as f64).sqrt()
+}
+
 /// Computes the figures of merit.
 pub fn measure(trace: &Trace, window_s: [f64; 2], settling_band: f64) -> Metrics {
     let window: Vec<&Row> = trace.rows.iter().filter(|row| in_window(window_s, trace.period_s, row)).collect();

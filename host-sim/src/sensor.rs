@@ -1,9 +1,41 @@
 //! From the true state to the sample that the controller gets.
+//!
+//! Every fault is a wrapper around any other sensor, so a measuring chain is built from the plant outwards: the
+//! innermost link sees the truth, each wrapper sits one link nearer to the controller and alters what the inner one
+//! gives.
+//!
+//! ```
+//! use host_sim::sensor::{Ideal, Noise, Quantised, Sensor};
+//! // Noise on the line before the converter: the sample is a multiple of 0.01.
+//! let mut sensor = Quantised::new(Noise::new(Ideal, vec![0.1], 7), vec![0.01]);
+//! let mut sample = [0.0];
+//! sensor.measure(&[0.5], &mut sample);
+//! assert!((sample[0] * 100.0 - (sample[0] * 100.0).round()).abs() < 1e-9);
+//! ```
+//!
+//! A list of links of a scenario is stacked at run time as `Box<dyn Sensor>`, which is a sensor too.
+//!
+//! **Random numbers** come from the cipher ChaCha8, keyed with the seed itself, and are turned into a Gaussian by Box
+//! and Muller's formula with `libm`: nothing depends on how a version of a random-number crate samples or seeds. Noise
+//! and dropout draw from different streams of the same seed; two links of the same kind need two seeds.
+
+use std::collections::VecDeque;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+use crate::MAX_ORDER;
 
 /// One link of the measuring chain.
 pub trait Sensor {
     /// Called once per tick with the true state; writes the sample. A lost sample is NaN.
     fn measure(&mut self, x: &[f64], sample: &mut [f64]);
+}
+
+impl<T: Sensor + ?Sized> Sensor for Box<T> {
+    fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
+        (**self).measure(x, sample);
+    }
 }
 
 /// Sees the truth.
@@ -12,5 +44,246 @@ pub struct Ideal;
 impl Sensor for Ideal {
     fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
         sample.copy_from_slice(x);
+    }
+}
+
+/// The generator of one link: a stream of ChaCha8 under the key `seed`, little endian, then zeros.
+fn generator(seed: u64, stream: u64) -> ChaCha8Rng {
+    let mut key = [0; 32];
+    key[..8].copy_from_slice(&seed.to_le_bytes());
+    let mut generator = ChaCha8Rng::from_seed(key);
+    generator.set_stream(stream);
+    generator
+}
+
+/// Uniform in (0, 1], in steps of 2^-53: its logarithm is finite.
+fn uniform(generator: &mut ChaCha8Rng) -> f64 {
+    ((generator.next_u64() >> 11) + 1) as f64 / 9_007_199_254_740_992.0
+}
+
+/// Mean 0, standard deviation 1; Box and Muller.
+fn gaussian(generator: &mut ChaCha8Rng) -> f64 {
+    let radius = libm::sqrt(-2.0 * libm::log(uniform(generator)));
+    radius * libm::cos(core::f64::consts::TAU * uniform(generator))
+}
+
+/// Adds white Gaussian noise, independent from tick to tick and from channel to channel.
+pub struct Noise<S> {
+    inner: S,
+    sigma: Vec<f64>,
+    generator: ChaCha8Rng,
+}
+
+impl<S> Noise<S> {
+    /// `sigma`: standard deviation of each channel, in its unit; channels beyond the list have none.
+    pub fn new(inner: S, sigma: Vec<f64>, seed: u64) -> Self {
+        Self { inner, sigma, generator: generator(seed, 1) }
+    }
+}
+
+impl<S: Sensor> Sensor for Noise<S> {
+    fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
+        self.inner.measure(x, sample);
+        // A number is drawn for a quiet channel too: the others keep theirs when its sigma changes.
+        for (value, sigma) in sample.iter_mut().zip(&self.sigma) {
+            *value += sigma * gaussian(&mut self.generator);
+        }
+    }
+}
+
+/// Rounds to multiples of a quantum, halves away from zero: the error is at most half a quantum.
+pub struct Quantised<S> {
+    inner: S,
+    quantum: Vec<f64>,
+}
+
+impl<S> Quantised<S> {
+    /// `quantum` of each channel, in its unit; 0, and channels beyond the list, pass unrounded.
+    pub fn new(inner: S, quantum: Vec<f64>) -> Self {
+        Self { inner, quantum }
+    }
+}
+
+impl<S: Sensor> Sensor for Quantised<S> {
+    fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
+        self.inner.measure(x, sample);
+        for (value, &quantum) in sample.iter_mut().zip(&self.quantum) {
+            if quantum > 0.0 {
+                *value = quantum * libm::round(*value / quantum);
+            }
+        }
+    }
+}
+
+/// Gives the sample of some ticks ago; until there is one, the first.
+pub struct Delayed<S> {
+    inner: S,
+    ticks: usize,
+    under_way: VecDeque<[f64; MAX_ORDER]>,
+}
+
+impl<S> Delayed<S> {
+    /// A delay of whole ticks.
+    pub fn new(inner: S, ticks: usize) -> Self {
+        Self { inner, ticks, under_way: VecDeque::new() }
+    }
+}
+
+impl<S: Sensor> Sensor for Delayed<S> {
+    fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
+        self.inner.measure(x, sample);
+        let mut newest = [0.0; MAX_ORDER];
+        newest[..sample.len()].copy_from_slice(sample);
+        self.under_way.push_back(newest);
+        let oldest = if self.under_way.len() > self.ticks { self.under_way.pop_front() } else { None };
+        let arrived = oldest.or_else(|| self.under_way.front().copied()).unwrap_or(newest);
+        sample.copy_from_slice(&arrived[..sample.len()]);
+    }
+}
+
+/// Loses whole samples at random: a lost one is NaN in all channels.
+pub struct Dropout<S> {
+    inner: S,
+    probability: f64,
+    generator: ChaCha8Rng,
+}
+
+impl<S> Dropout<S> {
+    /// Each sample is lost with `probability`, 0 (none) to 1 (all), independent of the others.
+    pub fn new(inner: S, probability: f64, seed: u64) -> Self {
+        Self { inner, probability, generator: generator(seed, 2) }
+    }
+}
+
+impl<S: Sensor> Sensor for Dropout<S> {
+    fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
+        // The sensor measures all the same; its sample is lost on the way.
+        self.inner.measure(x, sample);
+        if uniform(&mut self.generator) <= self.probability {
+            sample.fill(f64::NAN);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn measured(sensor: &mut dyn Sensor, x: f64) -> f64 {
+        let mut sample = [0.0];
+        sensor.measure(&[x], &mut sample);
+        sample[0]
+    }
+
+    #[test]
+    fn noise_has_the_stated_deviation_and_is_white_and_independent() {
+        let ticks = 40_000;
+        let mut sensor = Noise::new(Ideal, vec![0.5, 0.0, 2.0], 11);
+        let mut rows = Vec::new();
+        for _ in 0..ticks {
+            let mut sample = [0.0; 4];
+            sensor.measure(&[1.0, 2.0, 3.0, 4.0], &mut sample);
+            assert_eq!([sample[1], sample[3]], [2.0, 4.0]);
+            rows.push([(sample[0] - 1.0) / 0.5, (sample[2] - 3.0) / 2.0]);
+        }
+        let mean = |f: &dyn Fn(usize) -> f64| (1..ticks).map(f).sum::<f64>() / f64::from(ticks as u32 - 1);
+        // Four standard deviations of a mean of 40000: 4/sqrt(40000) = 0.02; of the square sqrt(2), of the fourth
+        // power sqrt(96) times that.
+        for channel in 0..2 {
+            assert!(mean(&|k| rows[k][channel]).abs() < 0.02);
+            assert!((mean(&|k| rows[k][channel] * rows[k][channel]) - 1.0).abs() < 0.03);
+            assert!((mean(&|k| rows[k][channel].powi(4)) - 3.0).abs() < 0.2, "not Gaussian");
+            assert!(mean(&|k| rows[k][channel] * rows[k - 1][channel]).abs() < 0.02, "not white");
+        }
+        assert!(mean(&|k| rows[k][0] * rows[k][1]).abs() < 0.02, "channels are coupled");
+    }
+
+    #[test]
+    fn a_seed_means_the_same_numbers_for_ever() {
+        // Computed apart from this code, from the published cipher and formula: a change here breaks every recorded
+        // run.
+        let mut sensor = Noise::new(Ideal, vec![1.0], 1);
+        let bits = [(); 2].map(|()| measured(&mut sensor, 0.0).to_bits());
+        assert_eq!(bits, [4_606_123_208_137_838_108, 13_825_034_481_056_793_288]);
+        let mut other = Noise::new(Ideal, vec![1.0], 2);
+        assert_ne!(measured(&mut other, 0.0).to_bits(), bits[0]);
+        let mut dropout = Dropout::new(Ideal, 0.5, 1);
+        let lost: String = (0..16).map(|_| if measured(&mut dropout, 0.0).is_nan() { 'x' } else { '.' }).collect();
+        assert_eq!(lost, "xxxx..x......x..");
+    }
+
+    #[test]
+    fn one_channel_s_noise_does_not_depend_on_another_s_sigma() {
+        let sample = |sigma: [f64; 2]| {
+            let mut sample = [0.0; 2];
+            Noise::new(Ideal, sigma.to_vec(), 3).measure(&[0.0; 2], &mut sample);
+            sample
+        };
+        assert_eq!(sample([0.0, 1.0])[1], sample([5.0, 1.0])[1]);
+    }
+
+    #[test]
+    fn quantised_rounds_to_the_nearest_multiple_and_zero_passes() {
+        let mut sensor = Quantised::new(Ideal, vec![0.25, 0.0]);
+        for (x, expected) in [(0.12, 0.0), (0.125, 0.25), (-0.125, -0.25), (0.3, 0.25), (-0.9, -1.0)] {
+            let mut sample = [0.0; 3];
+            sensor.measure(&[x, x, x], &mut sample);
+            assert_eq!(sample, [expected, x, x]);
+        }
+    }
+
+    #[test]
+    fn delayed_repeats_the_first_sample_and_then_lags_by_whole_ticks() {
+        for (ticks, expected) in [(0, [1.0, 2.0, 3.0, 4.0]), (1, [1.0, 1.0, 2.0, 3.0]), (2, [1.0, 1.0, 1.0, 2.0])] {
+            let mut sensor = Delayed::new(Ideal, ticks);
+            assert_eq!([1.0, 2.0, 3.0, 4.0].map(|x| measured(&mut sensor, x)), expected, "{ticks} ticks");
+        }
+    }
+
+    #[test]
+    fn dropout_loses_whole_samples_as_often_as_stated() {
+        let ticks = 10_000;
+        for probability in [0.0, 0.2, 1.0] {
+            let mut sensor = Dropout::new(Ideal, probability, 5);
+            let mut lost = 0;
+            for _ in 0..ticks {
+                let mut sample = [0.0; 2];
+                sensor.measure(&[1.0, 2.0], &mut sample);
+                assert!(sample == [1.0, 2.0] || sample.iter().all(|value| value.is_nan()));
+                lost += usize::from(sample[0].is_nan());
+            }
+            // Four standard deviations: 4 sqrt(p (1 - p) / ticks), none at 0 and 1.
+            let slack = 4.0 * (probability * (1.0 - probability) / f64::from(ticks)).sqrt();
+            assert!((lost as f64 / f64::from(ticks) - probability).abs() <= slack, "{lost} of {ticks}");
+        }
+    }
+
+    #[test]
+    fn the_outer_link_acts_last() {
+        // Noise before the converter leaves multiples of the quantum, after it does not.
+        let off_grid = |x: f64| (x / 0.25 - (x / 0.25).round()).abs();
+        let mut converted = Quantised::new(Noise::new(Ideal, vec![0.3], 1), vec![0.25]);
+        let mut noisy = Noise::new(Quantised::new(Ideal, vec![0.25]), vec![0.3], 1);
+        assert_eq!(off_grid(measured(&mut converted, 1.1)), 0.0);
+        assert!(off_grid(measured(&mut noisy, 1.1)) > 1e-3);
+    }
+
+    #[test]
+    fn a_sample_lost_before_a_delay_is_missed_later() {
+        let mut sensor = Delayed::new(Dropout::new(Ideal, 0.5, 9), 2);
+        let mut undelayed = Dropout::new(Ideal, 0.5, 9);
+        let late: Vec<bool> = (0..50).map(|_| measured(&mut sensor, 1.0).is_nan()).collect();
+        let prompt: Vec<bool> = (0..50).map(|_| measured(&mut undelayed, 1.0).is_nan()).collect();
+        assert_eq!(late[2..], prompt[..48]);
+        assert_ne!(late[2..], prompt[2..]);
+    }
+
+    #[test]
+    fn links_stack_at_run_time() {
+        let mut sensor: Box<dyn Sensor> = Box::new(Ideal);
+        sensor = Box::new(Delayed::new(sensor, 1));
+        sensor = Box::new(Quantised::new(sensor, vec![1.0]));
+        assert_eq!([0.6, 2.4].map(|x| measured(&mut sensor, x)), [1.0, 1.0]);
+        assert_eq!(measured(&mut sensor, 9.0), 2.0);
     }
 }

@@ -1,1 +1,68 @@
-//! stub
+//! The controller of the paper's reference \[1\], to compare with (Fig. 1 and 2).
+//!
+//! For n = 2: surface $\sigma = x_2 + c_1 x_1 + \hat d_1$ without offset, first-order observer, and a switching law
+//!
+//! $$ u = -\frac{1}{b}\big[a(x) + c_1(x_2 + \hat d_1) + k\,\mathrm{sgn}\,\sigma\big], \qquad
+//!    \hat d_1 = p + l x_1, \quad \dot p = -l (x_2 + \hat d_1) $$
+//!
+//! It is written for continuous time; sampled with period T (held u, explicit Euler observer) its sign function chatters
+//! with an amplitude of k and a total variation that grows as 1/T. Any statement about it must name T.
+
+use controller_core::{Benchmark, Health, Libm, NominalModel};
+
+use crate::MAX_ORDER;
+use crate::port::{ControllerPort, PortError, Tick};
+
+/// Settings of the baseline on the benchmark plant, Eq. (59).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BaselineSpec {
+    /// Period T, s.
+    pub period_s: f64,
+    /// c_1, 1/s.
+    pub c1: f64,
+    /// Observer gain l, 1/s: its pole is -l.
+    pub l: f64,
+    /// Switching gain k.
+    pub k: f64,
+}
+
+/// The running baseline, f64.
+#[derive(Clone, Debug)]
+pub struct Baseline {
+    spec: BaselineSpec,
+    model: Benchmark<Libm>,
+    /// d_hat at the present tick and the sample of the last one; `None` before the first.
+    last: Option<(f64, [f64; 2])>,
+}
+
+impl Baseline {
+    /// Starts with the estimate at 0.
+    pub fn new(spec: BaselineSpec) -> Self {
+        Self { spec, model: Benchmark::new(), last: None }
+    }
+}
+
+impl ControllerPort for Baseline {
+    fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
+        let BaselineSpec { period_s, c1, l, k } = self.spec;
+        let x = [sample[0], sample[1]];
+        // d_hat = p + l x_1 with p stepped by Euler, written for d_hat itself.
+        let d_hat = match self.last {
+            None => 0.0,
+            Some((d_hat, x_prev)) => d_hat + l * (x[0] - x_prev[0]) - period_s * l * (x_prev[1] + d_hat),
+        };
+        self.last = Some((d_hat, x));
+        let sigma = x[1] + c1 * x[0] + d_hat;
+        let sign = if sigma == 0.0 { 0.0 } else { sigma.signum() };
+        let u = -(self.model.drift(&x) + c1 * (x[1] + d_hat) + k * sign);
+        let mut estimates = [0.0; MAX_ORDER];
+        estimates[0] = d_hat;
+        Ok(Tick { u, sigma, sigma_star: sigma, d_hat: estimates, health: Health::OK })
+    }
+
+    fn applied(&mut self, _u: f64) {}
+
+    fn observed(&self) -> &[usize] {
+        &[0]
+    }
+}

@@ -1,0 +1,424 @@
+//! What the paper shows and claims, figure by figure.
+//!
+//! Thresholds of claims in words ("marginally", "almost the same", "not at all") are ours and stand beside the claim.
+
+use super::Test::{AtMost, Near};
+use super::{Case, Claim, PaperFigure, PanelSpec};
+use crate::trace::Row;
+
+const R2: &str = "controller.observer=[{channel=2, printed=[100.0, 20.0]}, {channel=4, printed=[100.0, 20.0]}]";
+const R3: &str =
+    "controller.observer=[{channel=2, printed=[1000.0, 300.0, 30.0]}, {channel=4, printed=[1000.0, 300.0, 30.0]}]";
+
+const ORDERS: &[(&str, &[&str])] = &[("r = 2", &[R2]), ("r = 3", &[R3])];
+const LINEAR_GAINS: &[(&str, &[&str])] = &[
+    ("k_l = 10", &["controller.k_l=10.0"]),
+    ("k_l = 50", &["controller.k_l=50.0"]),
+    ("k_l = 100", &["controller.k_l=100.0"]),
+];
+const SWITCHING_GAINS: &[(&str, &[&str])] = &[
+    ("k_s = 0", &["controller.k_s=0.0"]),
+    ("k_s = 0.5", &["controller.k_s=0.5"]),
+    ("k_s = 1", &["controller.k_s=1.0"]),
+];
+const BASELINE_FIG01: &[&str] = &["controller.kind='baseline'", "controller.k=3.0"];
+const BASELINE_FIG02: &[&str] =
+    &["controller.kind='baseline'", "controller.k=4.0", "controller.observer=[{channel=1, printed=[10.0]}]"];
+
+fn y(row: &Row) -> f64 {
+    row.x[0]
+}
+fn u(row: &Row) -> f64 {
+    row.u_held
+}
+fn sigma_star(row: &Row) -> f64 {
+    row.sigma_star
+}
+fn error_1(row: &Row) -> f64 {
+    row.d[0] - row.d_hat[0]
+}
+fn error_2(row: &Row) -> f64 {
+    row.d[1] - row.d_hat[1]
+}
+fn error_4(row: &Row) -> f64 {
+    row.d[3] - row.d_hat[3]
+}
+
+/// A panel of one quantity: the legend names the cases.
+macro_rules! panel {
+    ($y_label:literal, $quantity:expr) => {
+        panel!($y_label, [("", $quantity)])
+    };
+    ($y_label:literal, [$($quantity:expr),+]) => {
+        PanelSpec { y_label: $y_label, quantities: &[$($quantity),+], x_range: None, y_range: None }
+    };
+}
+
+const U: PanelSpec = panel!("u (A)", u);
+const SIGMA_STAR: PanelSpec = panel!("σ* (rad/s³)", sigma_star);
+const ERROR_2: PanelSpec = panel!("d₂ − d̂₂ (rad/s²)", error_2);
+const ERROR_4: PanelSpec = panel!("d₄ − d̂₄ (rad/s⁴)", error_4);
+const OUTPUT: PanelSpec = panel!("y = x₁ (rad)", y);
+
+/// The same panel over a part of the time, where the steady part can be read.
+const fn between(panel: PanelSpec, from_s: f64, to_s: f64) -> PanelSpec {
+    PanelSpec { x_range: Some((from_s, to_s)), ..panel }
+}
+
+/// Largest over smallest, minus 1: how much a figure of merit depends on the case.
+fn spread(cases: &[Case], f: impl Fn(&Case) -> f64) -> f64 {
+    let values: Vec<f64> = cases.iter().map(f).collect();
+    let largest = values.iter().copied().fold(f64::MIN, f64::max);
+    let smallest = values.iter().copied().fold(f64::MAX, f64::min);
+    largest / smallest - 1.0
+}
+
+/// Largest ratio of one case's figure of merit to that of the case before it: below 1 if it falls throughout.
+fn worst_step(cases: &[Case], f: impl Fn(&Case) -> f64) -> f64 {
+    cases.windows(2).map(|pair| f(&pair[1]) / f(&pair[0])).fold(f64::MIN, f64::max)
+}
+
+fn ultimate_error(case: &Case, channel: usize) -> f64 {
+    let errors = &case.metrics.estimation_error_ultimate;
+    errors.iter().find(|error| error.channel == channel).map_or(f64::NAN, |error| error.error)
+}
+
+/// The ten figures.
+pub const CATALOGUE: &[PaperFigure] = &[
+    PaperFigure {
+        id: "fig01",
+        scenario: include_str!("../../scenarios/fig01.toml"),
+        cases: &[("linear gain", &[]), ("switching gain [1]", BASELINE_FIG01)],
+        panels: &[panel!("x₁", y), panel!("u", u), between(panel!("u", u), 2.9, 3.0)],
+        claims: &[
+            Claim {
+                text: "x1 almost the same for both: difference of the peaks after the step",
+                published: "almost the same",
+                reproduced: |cases| spread(cases, |case| case.peak(2.0, y)),
+                unit: "relative",
+                test: AtMost(0.5),
+                holds: true,
+                remark: "",
+            },
+            Claim {
+                text: "linear gain is free from chatter: total variation of u over that of [1], T = 0.1 ms",
+                published: "absolutely free",
+                reproduced: |cases| {
+                    cases[0].metrics.u_total_variation_per_s / cases[1].metrics.u_total_variation_per_s
+                },
+                unit: "ratio",
+                test: AtMost(1e-3),
+                holds: true,
+                remark: "the chatter of [1] grows as 1/T",
+            },
+        ],
+    },
+    PaperFigure {
+        id: "fig02",
+        scenario: include_str!("../../scenarios/fig02.toml"),
+        cases: &[("linear gain, r = 2", &[]), ("switching gain [1], r = 1", BASELINE_FIG02)],
+        panels: &[panel!("d₁ − d̂₁", error_1), panel!("u", u), panel!("x₁", y)],
+        claims: &[
+            Claim {
+                text: "better estimate of d1: rms error over that of [1], 4..10 s",
+                published: "better",
+                reproduced: |cases| cases[0].rms(error_1) / cases[1].rms(error_1),
+                unit: "ratio",
+                test: AtMost(0.2),
+                holds: true,
+                remark: "",
+            },
+            Claim {
+                text: "free from chatter: total variation of u over that of [1], T = 0.1 ms",
+                published: "free",
+                reproduced: |cases| {
+                    cases[0].metrics.u_total_variation_per_s / cases[1].metrics.u_total_variation_per_s
+                },
+                unit: "ratio",
+                test: AtMost(1e-3),
+                holds: true,
+                remark: "the chatter of [1] grows as 1/T",
+            },
+            Claim {
+                text: "better performance: rms of x1 over that of [1], 4..10 s",
+                published: "better",
+                reproduced: |cases| cases[0].rms(y) / cases[1].rms(y),
+                unit: "ratio",
+                test: AtMost(1.0),
+                holds: true,
+                remark: "",
+            },
+            Claim {
+                text: "better performance: peak |x1| after the step over that of [1]",
+                published: "better",
+                reproduced: |cases| cases[0].peak(2.0, y) / cases[1].peak(2.0, y),
+                unit: "ratio",
+                test: AtMost(1.0),
+                holds: false,
+                remark: "right after the step [1] peaks lower",
+            },
+        ],
+    },
+    PaperFigure {
+        id: "fig03",
+        scenario: include_str!("../../scenarios/fig03.toml"),
+        cases: ORDERS,
+        panels: &[ERROR_2, between(ERROR_2, 1.0, 20.0), ERROR_4, U],
+        claims: &[
+            Claim {
+                text: "bound on |d2 - d2_hat| from 1 s on, r = 2",
+                published: "0.01",
+                reproduced: |cases| cases[0].peak(1.0, error_2),
+                unit: "rad/s^2",
+                test: AtMost(0.01),
+                holds: true,
+                remark: "",
+            },
+            Claim {
+                text: "bound on |d2 - d2_hat| from 1 s on, r = 3",
+                published: "0.001",
+                reproduced: |cases| cases[1].peak(1.0, error_2),
+                unit: "rad/s^2",
+                test: AtMost(0.001),
+                holds: true,
+                remark: "needs T <= 0.2 ms: 0.00108 at 1 ms",
+            },
+            Claim {
+                text: "control has not changed much: peak u, r = 3 over r = 2",
+                published: "not changed much",
+                reproduced: |cases| cases[1].metrics.u_peak / cases[0].metrics.u_peak,
+                unit: "ratio",
+                test: Near(1.0, 0.05),
+                holds: true,
+                remark: "",
+            },
+            Claim {
+                text: "observer poles: fastest, gains (100, 20)",
+                published: "-10",
+                reproduced: |_| fastest_pole([100.0, 20.0]),
+                unit: "rad/s",
+                test: Near(-10.0, 0.01),
+                holds: false,
+                remark: "the other is -0.2; poles at -10 need (20, 100)",
+            },
+            Claim {
+                text: "observer poles: fastest, gains (1000, 300, 30)",
+                published: "-10",
+                reproduced: |_| fastest_pole([1000.0, 300.0, 30.0]),
+                unit: "rad/s",
+                test: Near(-10.0, 0.01),
+                holds: false,
+                remark: "the others are -0.15 +- 0.087j; poles at -10 need (30, 300, 1000)",
+            },
+        ],
+    },
+    PaperFigure {
+        id: "fig04",
+        scenario: include_str!("../../scenarios/fig04.toml"),
+        cases: ORDERS,
+        panels: &[SIGMA_STAR, between(SIGMA_STAR, 5.0, 20.0), OUTPUT, between(OUTPUT, 5.0, 20.0)],
+        claims: &[
+            Claim {
+                text: "a higher order lowers sigma*: ultimate, r = 3 over r = 2",
+                published: "improved",
+                reproduced: |cases| worst_step(cases, |case| case.metrics.sigma_star_ultimate),
+                unit: "ratio",
+                test: AtMost(0.5),
+                holds: true,
+                remark: "",
+            },
+            Claim {
+                text: "a higher order lowers the output: ultimate |y|, r = 3 over r = 2",
+                published: "improved",
+                reproduced: |cases| worst_step(cases, |case| case.metrics.y_ultimate),
+                unit: "ratio",
+                test: AtMost(1.0),
+                holds: true,
+                remark: "",
+            },
+        ],
+    },
+    PaperFigure {
+        id: "fig05",
+        scenario: include_str!("../../scenarios/fig05.toml"),
+        cases: LINEAR_GAINS,
+        panels: &[ERROR_2, between(ERROR_2, 5.0, 20.0), ERROR_4, U],
+        claims: &[
+            Claim {
+                text: "control increases only marginally: spread of peak u over k_l = 10, 50, 100",
+                published: "marginally",
+                reproduced: |cases| spread(cases, |case| case.metrics.u_peak),
+                unit: "relative",
+                test: AtMost(0.1),
+                holds: true,
+                remark: "",
+            },
+            Claim {
+                text: "u(0) does not depend on k_l: spread",
+                published: "not at all",
+                reproduced: |cases| spread(cases, |case| case.trace.rows[0].u_held),
+                unit: "relative",
+                test: AtMost(1e-6),
+                holds: true,
+                remark: "",
+            },
+            Claim {
+                text: "k_l does not affect d4 - d4_hat: spread of the ultimate error",
+                published: "not at all",
+                reproduced: |cases| spread(cases, |case| ultimate_error(case, 4)),
+                unit: "relative",
+                test: AtMost(1e-3),
+                holds: true,
+                remark: "",
+            },
+            Claim {
+                text: "k_l does not affect d2 - d2_hat: spread of the ultimate error",
+                published: "not at all",
+                reproduced: |cases| spread(cases, |case| ultimate_error(case, 2)),
+                unit: "relative",
+                test: AtMost(1e-3),
+                holds: false,
+                remark: "d2 is state feedback: a smaller y makes a smaller error",
+            },
+        ],
+    },
+    PaperFigure {
+        id: "fig06",
+        scenario: include_str!("../../scenarios/fig06.toml"),
+        cases: LINEAR_GAINS,
+        panels: &[SIGMA_STAR, between(SIGMA_STAR, 5.0, 20.0), OUTPUT, between(OUTPUT, 5.0, 20.0)],
+        claims: &[
+            Claim {
+                text: "bound on |sigma*|, k_l = 10",
+                published: "0.185",
+                reproduced: |cases| cases[0].metrics.sigma_star_ultimate,
+                unit: "rad/s^3",
+                test: Near(0.185, 0.1),
+                holds: true,
+                remark: "",
+            },
+            Claim {
+                text: "bound on |sigma*|, k_l = 50",
+                published: "0.049",
+                reproduced: |cases| cases[1].metrics.sigma_star_ultimate,
+                unit: "rad/s^3",
+                test: Near(0.049, 0.05),
+                holds: true,
+                remark: "",
+            },
+            Claim {
+                text: "bound on |sigma*|, k_l = 100",
+                published: "0.025",
+                reproduced: |cases| cases[2].metrics.sigma_star_ultimate,
+                unit: "rad/s^3",
+                test: Near(0.025, 0.05),
+                holds: true,
+                remark: "",
+            },
+        ],
+    },
+    PaperFigure {
+        id: "fig07",
+        scenario: include_str!("../../scenarios/fig07.toml"),
+        cases: SWITCHING_GAINS,
+        panels: &[ERROR_2, between(ERROR_2, 5.0, 20.0), ERROR_4, U],
+        claims: &[
+            Claim {
+                text: "k_s does not affect d4 - d4_hat: spread of the ultimate error",
+                published: "not at all",
+                reproduced: |cases| spread(cases, |case| ultimate_error(case, 4)),
+                unit: "relative",
+                test: AtMost(1e-3),
+                holds: true,
+                remark: "",
+            },
+            Claim {
+                text: "k_s does not affect d2 - d2_hat: spread of the ultimate error",
+                published: "not at all",
+                reproduced: |cases| spread(cases, |case| ultimate_error(case, 2)),
+                unit: "relative",
+                test: AtMost(1e-3),
+                holds: false,
+                remark: "printed as d1; d2 is state feedback: a smaller y makes a smaller error",
+            },
+        ],
+    },
+    PaperFigure {
+        id: "fig08",
+        scenario: include_str!("../../scenarios/fig08.toml"),
+        cases: SWITCHING_GAINS,
+        panels: &[SIGMA_STAR, between(SIGMA_STAR, 5.0, 20.0), OUTPUT, between(OUTPUT, 5.0, 20.0)],
+        claims: &[Claim {
+            text: "k_s lowers the bound on sigma*: worst ratio of neighbours, k_s = 0, 0.5, 1",
+            published: "decreasing",
+            reproduced: |cases| worst_step(cases, |case| case.metrics.sigma_star_ultimate),
+            unit: "ratio",
+            test: AtMost(0.9),
+            holds: true,
+            remark: "",
+        }],
+    },
+    PaperFigure {
+        id: "fig09",
+        scenario: include_str!("../../scenarios/fig09.toml"),
+        cases: &[("k_l = 50, k_s = 0.5", &[])],
+        panels: &[
+            panel!("x₁ (rad)", y),
+            panel!("x₂ (rad/s)", |row| row.x[1]),
+            panel!("x₃ (rad/s²)", |row| row.x[2]),
+            panel!("x₄ (rad/s³)", |row| row.x[3]),
+        ],
+        claims: &[Claim {
+            text: "the joint is stabilised: time until |x1| stays below 0.01 rad",
+            published: "(drawn)",
+            reproduced: |cases| cases[0].metrics.settling_time_s.unwrap_or(f64::INFINITY),
+            unit: "s",
+            test: AtMost(3.0),
+            holds: true,
+            remark: "",
+        }],
+    },
+    PaperFigure {
+        id: "fig10",
+        scenario: include_str!("../../scenarios/fig10.toml"),
+        cases: &[("k_l = 50, k_s = 0.5", &[])],
+        panels: &[
+            panel!("d₂ (rad/s²)", [("d₂", |row| row.d[1]), ("d̂₂", |row| row.d_hat[1])]),
+            panel!("d₄ (rad/s⁴)", [("d₄", |row| row.d[3]), ("d̂₄", |row| row.d_hat[3])]),
+            SIGMA_STAR,
+            U,
+        ],
+        claims: &[
+            Claim {
+                text: "the estimate follows d2: ultimate error over ultimate |d2|",
+                published: "(drawn)",
+                reproduced: |cases| {
+                    let size = crate::metrics::ultimate(&cases[0].trace, cases[0].metrics.window_s, |row| row.d[1]);
+                    ultimate_error(&cases[0], 2) / size
+                },
+                unit: "relative",
+                test: AtMost(0.05),
+                holds: true,
+                remark: "",
+            },
+            Claim {
+                text: "the estimate follows d4: ultimate error over ultimate |d4|",
+                published: "(drawn)",
+                reproduced: |cases| {
+                    let size = crate::metrics::ultimate(&cases[0].trace, cases[0].metrics.window_s, |row| row.d[3]);
+                    ultimate_error(&cases[0], 4) / size
+                },
+                unit: "relative",
+                test: AtMost(0.05),
+                holds: true,
+                remark: "",
+            },
+        ],
+    },
+];
+
+/// Real part of the fastest pole that printed gains have.
+fn fastest_pole<const R: usize>(l: [f64; R]) -> f64 {
+    let gains = controller_core::ObserverGains::<R>::as_printed::<R>(l);
+    controller_core::error_dynamics::error_poles(&gains).first().map_or(f64::NAN, |pole| pole.re)
+}

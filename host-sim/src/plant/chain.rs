@@ -1,0 +1,191 @@
+//! A chain of any order with a linear last channel: try your own plant without writing Rust.
+//!
+//! $$ \dot x_i = x_{i+1} + w_i(t)\ (i < n), \qquad \dot x_n = a^{true} \cdot x + b^{true} u + w_n(t) $$
+//!
+//! The controller knows $a^{nom}, b^{nom}$; the rest of the last channel is disturbance to it, Eq. (39):
+//! $d_i = w_i$ and $d_n = w_n + (a^{true} - a^{nom}) \cdot x + (b^{true} - b^{nom}) u$.
+
+use core::fmt;
+
+use super::{Plant, companion, fastest_signal_rad_s, merged_jumps_s, spectral_bound};
+use crate::MAX_ORDER;
+use crate::signal::Signal;
+
+/// a . x + b u.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LastChannel {
+    /// Coefficients of x_1..x_n; a_j in s^-(n-j+1).
+    pub a: Vec<f64>,
+    /// Input gain.
+    pub b: f64,
+}
+
+/// Why there is no such chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChainError {
+    /// The order is not 2..=6.
+    Order {
+        /// Coefficients given.
+        order: usize,
+    },
+    /// True and nominal plant differ in order.
+    NominalOrder {
+        /// True.
+        order: usize,
+        /// Nominal.
+        nominal: usize,
+    },
+    /// Not one disturbance per channel.
+    Disturbances {
+        /// n.
+        order: usize,
+        /// Given.
+        given: usize,
+    },
+}
+
+impl fmt::Display for ChainError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Order { order } => write!(f, "a chain has order 2 to {MAX_ORDER}, this one has {order} coefficients"),
+            Self::NominalOrder { order, nominal } => {
+                write!(
+                    f,
+                    "the true plant has {order} coefficients, the nominal one {nominal}: give both the same number"
+                )
+            }
+            Self::Disturbances { order, given } => {
+                write!(f, "a chain of order {order} has {order} disturbances, {given} are given")
+            }
+        }
+    }
+}
+
+impl std::error::Error for ChainError {}
+
+/// The chain.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chain {
+    truth: LastChannel,
+    nominal: LastChannel,
+    disturbances: Vec<Signal>,
+    fastest_rad_s: f64,
+    jumps_s: Vec<f64>,
+}
+
+impl Chain {
+    /// The true last channel, the nominal one, and w_1..w_n.
+    ///
+    /// # Errors
+    /// When the lengths do not agree.
+    pub fn new(truth: LastChannel, nominal: LastChannel, disturbances: Vec<Signal>) -> Result<Self, ChainError> {
+        let order = truth.a.len();
+        if !(2..=MAX_ORDER).contains(&order) {
+            return Err(ChainError::Order { order });
+        }
+        if nominal.a.len() != order {
+            return Err(ChainError::NominalOrder { order, nominal: nominal.a.len() });
+        }
+        if disturbances.len() != order {
+            return Err(ChainError::Disturbances { order, given: disturbances.len() });
+        }
+        let fastest_rad_s = spectral_bound(companion(&truth.a)).max(fastest_signal_rad_s(&disturbances));
+        let jumps_s = merged_jumps_s(&disturbances);
+        Ok(Self { truth, nominal, disturbances, fastest_rad_s, jumps_s })
+    }
+}
+
+impl Plant for Chain {
+    fn order(&self) -> usize {
+        self.truth.a.len()
+    }
+
+    fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
+        let n = self.order();
+        for i in 0..n - 1 {
+            dx[i] = x[i + 1] + self.disturbances[i].value(t_s);
+        }
+        let drift: f64 = self.truth.a.iter().zip(x).map(|(a, x)| a * x).sum();
+        dx[n - 1] = drift + self.truth.b * u + self.disturbances[n - 1].value(t_s);
+    }
+
+    fn lumped(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]) {
+        for (d, disturbance) in d.iter_mut().zip(&self.disturbances) {
+            *d = disturbance.value(t_s);
+        }
+        let n = self.order();
+        for j in 0..n {
+            d[n - 1] += (self.truth.a[j] - self.nominal.a[j]) * x[j];
+        }
+        d[n - 1] += (self.truth.b - self.nominal.b) * u;
+    }
+
+    fn fastest_rad_s(&self, _x: &[f64]) -> f64 {
+        self.fastest_rad_s
+    }
+
+    fn jumps_s(&self) -> &[f64] {
+        &self.jumps_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::Term;
+
+    fn channel(a: &[f64], b: f64) -> LastChannel {
+        LastChannel { a: a.to_vec(), b }
+    }
+
+    fn constant(amplitude: f64) -> Signal {
+        Signal::new(vec![Term::Const { amplitude }])
+    }
+
+    fn example() -> Chain {
+        let w = vec![constant(0.1), constant(-0.2), constant(0.3)];
+        Chain::new(channel(&[-6.0, -11.0, -6.5], 2.2), channel(&[-5.0, -12.0, -6.0], 2.0), w).unwrap()
+    }
+
+    #[test]
+    fn rhs_is_the_nominal_chain_plus_the_lumped_disturbance() {
+        let (x, u) = ([0.7, -1.3, 2.1], 0.9);
+        let (mut dx, mut d) = ([0.0; 3], [0.0; 3]);
+        example().rhs(0.4, &x, u, &mut dx);
+        example().lumped(0.4, &x, u, &mut d);
+        let nominal = [x[1], x[2], -5.0 * x[0] - 12.0 * x[1] - 6.0 * x[2] + 2.0 * u];
+        for i in 0..3 {
+            assert!((dx[i] - nominal[i] - d[i]).abs() < 1e-14, "channel {}", i + 1);
+        }
+        // By hand: w_3 + (-1, 1, -0.5) . x + 0.2 u.
+        assert!((d[2] - (0.3 - 0.7 - 1.3 - 1.05 + 0.18)).abs() < 1e-14);
+        assert_eq!(d[..2], [0.1, -0.2]);
+    }
+
+    #[test]
+    fn lengths_that_do_not_agree_are_refused_with_the_numbers() {
+        let two = || channel(&[1.0, 2.0], 1.0);
+        let w = |n| vec![Signal::default(); n];
+        assert_eq!(Chain::new(channel(&[1.0], 1.0), two(), w(2)), Err(ChainError::Order { order: 1 }));
+        assert_eq!(Chain::new(channel(&[1.0; 7], 1.0), two(), w(2)), Err(ChainError::Order { order: 7 }));
+        let unequal = Chain::new(two(), channel(&[1.0; 3], 1.0), w(2));
+        assert_eq!(unequal, Err(ChainError::NominalOrder { order: 2, nominal: 3 }));
+        assert_eq!(Chain::new(two(), two(), w(1)), Err(ChainError::Disturbances { order: 2, given: 1 }));
+    }
+
+    #[test]
+    fn a_fast_disturbance_makes_a_slow_chain_fast() {
+        let slow = || channel(&[-1.0, -2.0], 1.0);
+        let fast = Signal::new(vec![Term::Sin { amplitude: 1.0, omega_rad_s: 300.0, phase_rad: 0.0 }]);
+        let chain = Chain::new(slow(), slow(), vec![Signal::default(), fast]).unwrap();
+        assert_eq!(chain.fastest_rad_s(&[0.0; 2]), 300.0);
+    }
+
+    #[test]
+    fn jumps_of_all_channels_come_in_one_ascending_list() {
+        let step = |t0_s| Signal::new(vec![Term::Step { amplitude: 1.0, t0_s }]);
+        let still = || channel(&[0.0; 3], 1.0);
+        let chain = Chain::new(still(), still(), vec![step(2.0), step(1.0), step(2.0)]).unwrap();
+        assert_eq!(chain.jumps_s(), [1.0, 2.0]);
+    }
+}

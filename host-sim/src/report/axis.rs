@@ -1,0 +1,173 @@
+//! The scale of one axis: its range, where its ticks stand and what they say.
+//!
+//! Ticks stand at multiples of 1, 2 or 5 times a power of ten and carry as many decimals as their distance needs. Very
+//! large and very small ranges share one factor 10^(3k), written once beside the axis.
+
+/// Magnitudes beyond this one cannot be drawn; they are gaps like NaN.
+const LARGEST: f64 = 1e100;
+/// A range below this one counts as a single value.
+const SMALLEST: f64 = 1e-100;
+
+/// Can the value be drawn?
+pub(super) fn drawable(value: f64) -> bool {
+    value.abs() <= LARGEST
+}
+
+/// Range and ticks of an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Axis {
+    /// Lower end.
+    pub(super) lo: f64,
+    /// Upper end, above `lo`.
+    pub(super) hi: f64,
+    /// Value and text of every tick.
+    pub(super) ticks: Vec<(f64, String)>,
+    /// Common factor of all tick texts, as `×10⁻³`; empty for 1.
+    pub(super) factor: String,
+}
+
+impl Axis {
+    /// An axis over `range` if that is a range, else over all drawable `values` with `margin` of their span at both
+    /// ends; with about `count` ticks.
+    pub(super) fn new(
+        range: Option<(f64, f64)>,
+        values: impl IntoIterator<Item = f64>,
+        margin: f64,
+        count: usize,
+    ) -> Self {
+        let asked = range.filter(|&(lo, hi)| drawable(lo) && drawable(hi) && lo < hi);
+        let (lo, hi) = asked.unwrap_or_else(|| {
+            let (lo, hi) = values
+                .into_iter()
+                .filter(|&value| drawable(value))
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), value| (lo.min(value), hi.max(value)));
+            let space = (hi - lo) * margin;
+            if lo <= hi { (lo - space, hi + space) } else { (0.0, 1.0) }
+        });
+        let (lo, hi) = widened(lo, hi);
+        let largest = lo.abs().max(hi.abs());
+        let exponent = if (1e-2..1e5).contains(&largest) { 0 } else { 3 * exponent_of(largest).div_euclid(3) };
+        let unit = libm::pow(10.0, f64::from(exponent));
+        Self { lo, hi, ticks: ticks(lo / unit, hi / unit, unit, count), factor: factor(exponent) }
+    }
+
+    /// Where the value stands, 0 at the lower end and 1 at the upper one.
+    pub(super) fn place(&self, value: f64) -> f64 {
+        (value - self.lo) / (self.hi - self.lo)
+    }
+}
+
+/// A range wide enough to tell its ends apart.
+fn widened(lo: f64, hi: f64) -> (f64, f64) {
+    let size = lo.abs().max(hi.abs());
+    // Below a billionth of its size a range is rounding noise, and its tick labels would not fit.
+    if hi - lo > SMALLEST.max(1e-9 * size) {
+        return (lo, hi);
+    }
+    let half = if size > SMALLEST { 0.1 * size } else { 1.0 };
+    (lo - half, hi + half)
+}
+
+/// Largest e with 10^e <= value.
+fn exponent_of(value: f64) -> i32 {
+    // The text of a number has the exact exponent; a logarithm may round across it.
+    format!("{value:e}").split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0)
+}
+
+fn ticks(lo: f64, hi: f64, unit: f64, count: usize) -> Vec<(f64, String)> {
+    // A third more ticks than asked for beats half of them.
+    let wish = 0.75 * (hi - lo) / count.max(1) as f64;
+    let exponent = exponent_of(wish);
+    let decade = libm::pow(10.0, f64::from(exponent));
+    // A wish of 9.99 decades still gets the next decade: the list ends with it.
+    let multiple = [1.0, 2.0, 5.0].into_iter().find(|m| m * decade >= wish).unwrap_or(10.0);
+    let decimals = (if multiple == 10.0 { -exponent - 1 } else { -exponent }).max(0) as usize;
+    let step = multiple * decade;
+    // A range that ends at a multiple of the step shows that tick, whatever the rounding.
+    let (first, last) = ((lo / step - 1e-9).ceil(), (hi / step + 1e-9).floor());
+    (0..(last - first + 1.0).max(0.0) as u32)
+        .map(|k| first + f64::from(k))
+        .map(|k| (k * step * unit, format!("{:.decimals$}", k * step + 0.0).replace('-', "\u{2212}")))
+        .collect()
+}
+
+fn factor(exponent: i32) -> String {
+    if exponent == 0 {
+        return String::new();
+    }
+    let superscript = |c| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '4' => '⁴',
+        '5' => '⁵',
+        '6' => '⁶',
+        '7' => '⁷',
+        '8' => '⁸',
+        '9' => '⁹',
+        _ => '⁰',
+    };
+    format!("×10{}", exponent.to_string().chars().map(superscript).collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn texts(axis: &Axis) -> Vec<&str> {
+        axis.ticks.iter().map(|(_, text)| text.as_str()).collect()
+    }
+
+    #[test]
+    fn ticks_stand_at_round_numbers_with_no_more_digits_than_needed() {
+        let time = Axis::new(None, [0.0, 20.0], 0.0, 10);
+        assert_eq!(texts(&time), ["0", "2", "4", "6", "8", "10", "12", "14", "16", "18", "20"]);
+        let bound = Axis::new(None, [-0.172, 0.172], 0.06, 6);
+        assert_eq!(texts(&bound), ["−0.15", "−0.10", "−0.05", "0.00", "0.05", "0.10", "0.15"]);
+        let peak = Axis::new(None, [-31.0, 279.0], 0.06, 3);
+        assert_eq!((texts(&peak), peak.factor.as_str()), (vec!["0", "100", "200"], ""));
+    }
+
+    #[test]
+    fn extreme_ranges_share_a_factor() {
+        let small = Axis::new(None, [0.0, 9.94e-4], 0.0, 2);
+        assert_eq!((texts(&small), small.factor.as_str()), (vec!["0", "500"], "×10⁻⁶"));
+        let large = Axis::new(None, [0.0, 2.7e6], 0.0, 3);
+        assert_eq!((texts(&large), large.factor.as_str()), (vec!["0", "1", "2"], "×10⁶"));
+        assert_eq!(small.ticks[1].0, 500.0 * libm::pow(10.0, -6.0));
+    }
+
+    #[test]
+    fn no_data_makes_an_axis_panic_or_endless() {
+        let nasty = [0.0, -0.0, 1.0, -1.0, 5e-324, 1e-300, 1e-99, 1.0 + 1e-15, 1e15, 1e100, -1e100, f64::MAX, f64::NAN];
+        for a in nasty {
+            for b in nasty {
+                for range in [None, Some((a, b))] {
+                    let axis = Axis::new(range, [a, b], 0.06, 5);
+                    assert!(axis.lo < axis.hi, "{a:e} {b:e}: {axis:?}");
+                    // Ten digits of a range told apart to a billionth, sign and point.
+                    assert!(axis.ticks.iter().all(|(_, text)| text.chars().count() <= 12), "{axis:?}");
+                    assert!((1..=12).contains(&axis.ticks.len()), "{a:e} {b:e}: {axis:?}");
+                    assert!(
+                        axis.ticks.iter().all(|(value, _)| (-0.01..1.01).contains(&axis.place(*value))),
+                        "{axis:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_constant_stands_in_the_middle() {
+        assert_eq!(Axis::new(None, [5.0; 3], 0.06, 4).place(5.0), 0.5);
+        assert_eq!(Axis::new(None, [0.0], 0.06, 4).place(0.0), 0.5);
+    }
+
+    #[test]
+    fn a_reversed_or_infinite_range_gives_way_to_the_data() {
+        let automatic = Axis::new(None, [1.0, 2.0], 0.0, 4);
+        assert_eq!(Axis::new(Some((3.0, -3.0)), [1.0, 2.0], 0.0, 4), automatic);
+        assert_eq!(Axis::new(Some((f64::NAN, 3.0)), [1.0, 2.0], 0.0, 4), automatic);
+    }
+}

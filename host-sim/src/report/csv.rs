@@ -1,0 +1,124 @@
+//! A trace as comma-separated values, one line per tick.
+//!
+//! ```text
+//! t_s,x1,..,xn,u,u_held,sigma,sigma_star,d1,..,dn,d_hat<i>..,health
+//! ```
+//!
+//! `t_s` is in seconds, every other column in the units of the plant; channels count from 1 and an estimate has a
+//! column only where there is an observer. A number is the shortest text that reads back as the same bits. `health` is
+//! the sum of 1 (input rejected), 2 (saturated) and 4 (σ* over its bound), so that every column is numeric.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use crate::MAX_ORDER;
+use crate::report::write_whole;
+use crate::trace::{Row, Trace};
+
+/// Writes the trace as the file `path`, whole or not at all.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write(trace: &Trace, path: &Path) -> io::Result<()> {
+    write_whole(path, |out| write_to(trace, out))
+}
+
+/// Writes the trace as lines of text.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_to(trace: &Trace, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "{}", header(trace).join(","))?;
+    for row in &trace.rows {
+        for value in values(trace, row) {
+            // `Debug` of an f64 is its shortest exact text, with an exponent where that is shorter.
+            write!(out, "{value:?},")?;
+        }
+        writeln!(out, "{}", row.health.bits())?;
+    }
+    Ok(())
+}
+
+fn header(trace: &Trace) -> Vec<String> {
+    let per_channel = |name: &'static str| (1..=order(trace)).map(move |i| format!("{name}{i}"));
+    let mut names = vec!["t_s".to_owned()];
+    names.extend(per_channel("x"));
+    names.extend(["u", "u_held", "sigma", "sigma_star"].map(str::to_owned));
+    names.extend(per_channel("d"));
+    names.extend(observed(trace).map(|i| format!("d_hat{}", i + 1)));
+    names.push("health".to_owned());
+    names
+}
+
+/// The numbers of a row in the order of the header.
+fn values<'a>(trace: &'a Trace, row: &'a Row) -> impl Iterator<Item = f64> + 'a {
+    let n = order(trace);
+    std::iter::once(row.t_s)
+        .chain(row.x[..n].iter().copied())
+        .chain([row.u, row.u_held, row.sigma, row.sigma_star])
+        .chain(row.d[..n].iter().copied())
+        .chain(observed(trace).map(|i| row.d_hat[i]))
+}
+
+fn order(trace: &Trace) -> usize {
+    trace.order.min(MAX_ORDER)
+}
+
+fn observed(trace: &Trace) -> impl Iterator<Item = usize> + '_ {
+    trace.observed.iter().copied().filter(|&i| i < order(trace))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trace::Ending;
+    use controller_core::Health;
+
+    /// Awkward numbers: no finite decimal expansion, subnormal, huge, negative zero.
+    const AWKWARD: [f64; 6] = [0.1, 1.0 / 3.0, 5e-324, f64::MAX, -0.0, -1.234_567_890_123_456_7e-7];
+
+    fn trace() -> Trace {
+        let row = Row {
+            t_s: 0.1 + 0.2,
+            x: AWKWARD,
+            u: -7.661,
+            u_held: f64::INFINITY,
+            sigma: f64::NAN,
+            sigma_star: 1e22,
+            d: [AWKWARD[1]; MAX_ORDER],
+            d_hat: [0.0, AWKWARD[5], 0.0, AWKWARD[2], 0.0, 0.0],
+            health: Health::SATURATED.union(Health::INPUT_REJECTED),
+        };
+        Trace { order: 4, observed: vec![1, 3], period_s: 1e-3, rows: vec![row; 3], ending: Ending::Finished }
+    }
+
+    #[test]
+    fn every_number_reads_back_as_the_same_bits() {
+        let trace = trace();
+        let mut text = Vec::new();
+        write_to(&trace, &mut text).unwrap();
+        let text = String::from_utf8(text).unwrap();
+        let mut lines = text.lines();
+        assert_eq!(lines.next(), Some("t_s,x1,x2,x3,x4,u,u_held,sigma,sigma_star,d1,d2,d3,d4,d_hat2,d_hat4,health"));
+        let expected: Vec<u64> = values(&trace, &trace.rows[0]).map(f64::to_bits).collect();
+        assert_eq!(expected.len(), 15);
+        for line in lines.by_ref().take(3) {
+            let (numbers, health) = line.rsplit_once(',').unwrap();
+            let read: Vec<u64> = numbers.split(',').map(|cell| cell.parse::<f64>().unwrap().to_bits()).collect();
+            assert_eq!(read, expected);
+            assert_eq!(health, "3");
+        }
+        assert_eq!(lines.next(), None);
+    }
+
+    #[test]
+    fn the_file_holds_the_same_text() {
+        let folder = crate::report::tests::folder("csv");
+        let path = folder.join("deep").join("trace.csv");
+        write(&trace(), &path).unwrap();
+        let mut text = Vec::new();
+        write_to(&trace(), &mut text).unwrap();
+        assert_eq!(std::fs::read(path).unwrap(), text);
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

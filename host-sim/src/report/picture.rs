@@ -1,0 +1,185 @@
+//! Ink on paper: a drawing in pixels, and its two files.
+//!
+//! The drawing is written as SVG with text elements, then read back by `usvg` with the font of this crate. What goes
+//! out is the result: text as outlines, so that the SVG looks the same on a machine without any font, and the PNG is
+//! made from the same tree. The same drawing gives the same bytes on every machine.
+
+use std::fmt::Write;
+use std::io;
+use std::sync::{Arc, LazyLock};
+
+use resvg::tiny_skia::{Color, Pixmap, Transform};
+use resvg::usvg::fontdb::Database;
+use resvg::usvg::{Indent, Options, Tree, WriteOptions};
+
+/// DejaVu Sans cut down to Latin, Greek and the marks of formulas; see `assets/README.md`.
+static FONT: &[u8] = include_bytes!("../../assets/DejaVuSans-subset.ttf");
+const FAMILY: &str = "DejaVu Sans";
+/// Dots of the PNG per pixel of the drawing: sharp on a dense screen and in print.
+const DOTS_PER_PIXEL: f32 = 2.0;
+
+static FONTS: LazyLock<Arc<Database>> = LazyLock::new(|| {
+    let mut fonts = Database::new();
+    fonts.load_font_data(FONT.to_vec());
+    Arc::new(fonts)
+});
+
+fn parse(svg: &str) -> Option<Tree> {
+    let options = Options { fontdb: FONTS.clone(), font_family: FAMILY.to_owned(), ..Options::default() };
+    Tree::from_str(svg, &options).ok()
+}
+
+/// Which point of a text its position names.
+#[derive(Clone, Copy)]
+pub(super) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// A drawing in the making; y points down.
+pub(super) struct Picture {
+    width: f64,
+    height: f64,
+    title: String,
+    body: String,
+}
+
+impl Picture {
+    /// White paper of that size, px. The title is for readers that do not see.
+    pub(super) fn new(width: f64, height: f64, title: &str) -> Self {
+        let body = format!("<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>");
+        Self { width, height, title: escaped(title), body }
+    }
+
+    /// Any SVG element; the caller vouches for its form.
+    pub(super) fn element(&mut self, element: &str) {
+        self.body += element;
+    }
+
+    /// A text on its base line, `size` px high, turned by `turn_deg`.
+    pub(super) fn text(&mut self, at: (f64, f64), size: f64, color: &str, anchor: Anchor, turn_deg: f64, text: &str) {
+        let anchor = match anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        let (x, y) = at;
+        let turn = if turn_deg == 0.0 { String::new() } else { format!(" transform=\"rotate({turn_deg} {x} {y})\"") };
+        // Writing to a String cannot fail.
+        let _ = write!(
+            self.body,
+            "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\" fill=\"{color}\" text-anchor=\"{anchor}\"{turn}>{}</text>",
+            escaped(text)
+        );
+    }
+
+    /// Ends the drawing.
+    pub(super) fn finish(self) -> Drawing {
+        let Self { width, height, title, body } = self;
+        let head = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\" role=\"img\"><title>{title}</title>"
+        );
+        let source = format!("{head}{body}</svg>\n");
+        Drawing { tree: parse(&source), head, source }
+    }
+}
+
+/// A finished drawing.
+pub(super) struct Drawing {
+    head: String,
+    source: String,
+    /// Nothing if the drawing is beyond the renderer.
+    tree: Option<Tree>,
+}
+
+impl Drawing {
+    /// The SVG file.
+    pub(super) fn svg(&self) -> String {
+        // Hundredths of a pixel are invisible and keep the file small.
+        let options = WriteOptions {
+            coordinates_precision: 2,
+            transforms_precision: 4,
+            indent: Indent::Spaces(0),
+            ..WriteOptions::default()
+        };
+        let outlined = self.tree.as_ref().map(|tree| tree.to_string(&options));
+        match outlined.as_deref().and_then(|svg| svg.split_once('>')) {
+            // The head of `usvg` says neither view box nor title.
+            Some((_, body)) => format!("{}{body}", self.head),
+            // The source is a good picture too, on every machine with fonts.
+            None => self.source.clone(),
+        }
+    }
+
+    /// The PNG file.
+    pub(super) fn png(&self) -> io::Result<Vec<u8>> {
+        let failed = || io::Error::other("the figure is too large to be drawn");
+        let tree = self.tree.as_ref().ok_or_else(failed)?;
+        let size = tree.size().to_int_size().scale_by(DOTS_PER_PIXEL).ok_or_else(failed)?;
+        let mut pixels = Pixmap::new(size.width(), size.height()).ok_or_else(failed)?;
+        pixels.fill(Color::WHITE);
+        resvg::render(tree, Transform::from_scale(DOTS_PER_PIXEL, DOTS_PER_PIXEL), &mut pixels.as_mut());
+        pixels.encode_png().map_err(io::Error::other)
+    }
+}
+
+/// Width of a text, px.
+pub(super) fn text_width(text: &str, size: f64) -> f64 {
+    let svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1\" height=\"1\"><text font-size=\"{size}\">{}</text></svg>",
+        escaped(text)
+    );
+    parse(&svg).map_or(0.0, |tree| f64::from(tree.root().bounding_box().width()))
+}
+
+/// Text as XML may hold it.
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out += "&amp;",
+            '<' => out += "&lt;",
+            '>' => out += "&gt;",
+            '"' => out += "&quot;",
+            // Neither control characters nor these two are XML.
+            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => out.push(' '),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_character_of_our_labels_has_a_glyph() {
+        let missing = text_width("\u{4e2d}", 100.0);
+        for c in "σωελθΔ°²³₁₂₆ᵢⱼₖₗₙₛ⁰¹⁴⁻⁹×·−≤≥≈√∞∂‖µé".chars() {
+            let width = text_width(&c.to_string(), 100.0);
+            assert!(width > 0.0 && width != missing, "{c}: {width}");
+        }
+        assert_eq!(text_width("d\u{302}", 100.0), text_width("d", 100.0), "a hat stands above its letter");
+    }
+
+    #[test]
+    fn any_text_makes_a_whole_picture() {
+        for text in ["<a> & \"b\"", "\0\u{1b}[31m\u{fffe}", "中文 \u{202e}\u{1f600}", ""] {
+            let mut picture = Picture::new(200.0, 50.0, text);
+            picture.text((100.0, 25.0), 12.0, "#000000", Anchor::Middle, 0.0, text);
+            let drawing = picture.finish();
+            let svg = drawing.svg();
+            assert!(!svg.contains("<text"), "not outlined: {svg}");
+            assert!(parse(&svg).is_some(), "{svg}");
+            assert!(drawing.png().is_ok());
+        }
+    }
+
+    #[test]
+    fn a_picture_beyond_memory_is_an_error() {
+        assert!(Picture::new(1e9, 1e9, "").finish().png().is_err());
+    }
+}

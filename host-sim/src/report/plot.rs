@@ -1,0 +1,594 @@
+//! Line figures: panels over time (or over anything), as SVG and PNG.
+//!
+//! A [`Figure`] is data; [`Figure::svg`] is a pure function of it and gives the same bytes on every machine. What is
+//! drawn can be trusted: thinning keeps every peak, a value that is not finite is a gap, and a range that hides part of
+//! the data says so beside the panel's title. The legend stands above the panel and never covers a curve.
+//!
+//! ```
+//! use host_sim::report::plot::{Figure, Panel, Series};
+//! let decay = (0..500).map(|k| f64::from(k) * 0.01).map(|t_s| (t_s, 0.1 * (-t_s).exp()));
+//! let figure = Figure {
+//!     title: "Free decay".into(),
+//!     panels: vec![Panel {
+//!         x_label: "t (s)".into(),
+//!         y_label: "y (rad)".into(),
+//!         series: vec![Series::solid("y = x₁", 0, decay)],
+//!         ..Panel::default()
+//!     }],
+//!     columns: 1,
+//! };
+//! assert!(figure.svg().starts_with("<svg"));
+//! ```
+//!
+//! # Why not a plotting crate
+//! `plotters` places everything on whole pixels, cannot clip and measures text only with system fonts: slow curves come
+//! out as stairs, and legends by guess. With the SVG renderer here anyway, axes and lines are the smaller part.
+
+use std::fmt::Write as _;
+use std::io;
+use std::path::Path;
+
+use crate::report::axis::{Axis, drawable};
+use crate::report::picture::{Anchor, Picture, text_width};
+use crate::report::table::significant;
+use crate::report::{polyline, write_whole};
+
+/// Colours of Okabe and Ito, told apart by colour-blind readers too (their yellow is lost on white), then grey.
+const PALETTE: [&str; 8] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#808080"];
+/// Index of black, for what is true or given.
+pub const BLACK: usize = 6;
+/// Index of grey, for bounds and references.
+pub const GREY: usize = 7;
+
+const INK: &str = "#222222";
+const SOFT_INK: &str = "#555555";
+const GRID: &str = "#e8e8e8";
+const SHADE: &str = "#f8d2a6";
+
+const TITLE_PX: f64 = 17.0;
+const LABEL_PX: f64 = 13.0;
+const TICK_PX: f64 = 12.0;
+/// Height of a line of the panel's head.
+const LINE_PX: f64 = 20.0;
+/// Length of the sample of a line in the legend.
+const SAMPLE_PX: f64 = 26.0;
+const MARGIN_PX: f64 = 14.0;
+
+/// How a line is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Style {
+    /// ─────
+    #[default]
+    Solid,
+    /// ─ ─ ─
+    Dashed,
+    /// ·····
+    Dotted,
+}
+
+/// One line.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Series {
+    /// Text of the legend; an empty one has no entry.
+    pub label: String,
+    /// (x, y). Joined in their order; a value that is not finite, or beyond 1e100, makes a gap.
+    pub points: Vec<(f64, f64)>,
+    /// How it is drawn.
+    pub style: Style,
+    /// Index into the palette of eight colours, cyclic; see [`BLACK`] and [`GREY`].
+    pub color: usize,
+}
+
+impl Series {
+    /// A solid line.
+    pub fn solid(label: impl Into<String>, color: usize, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        Self { label: label.into(), points: points.into_iter().collect(), style: Style::Solid, color }
+    }
+
+    /// The same line in another style.
+    #[must_use]
+    pub fn styled(mut self, style: Style) -> Self {
+        self.style = style;
+        self
+    }
+}
+
+/// Intervals of x set off by a tint, such as the time spent in saturation.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shade {
+    /// Text of the legend.
+    pub label: String,
+    /// From, to.
+    pub intervals: Vec<(f64, f64)>,
+}
+
+impl Shade {
+    /// The intervals of which something is seen on that axis.
+    fn seen<'a>(&'a self, axis: &'a Axis) -> impl Iterator<Item = (f64, f64)> + 'a {
+        self.intervals.iter().copied().filter(|&(from, to)| from <= to && to >= axis.lo && from <= axis.hi)
+    }
+}
+
+/// One pair of axes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Panel {
+    /// Stands above the panel; may be empty.
+    pub title: String,
+    /// Quantity and unit, as `t (s)`. Written once under stacked panels of the same label and range.
+    pub x_label: String,
+    /// Quantity and unit.
+    pub y_label: String,
+    /// The lines, the last one on top.
+    pub series: Vec<Series>,
+    /// Tinted intervals behind the lines.
+    pub shade: Option<Shade>,
+    /// Range of x; `None`: all data.
+    pub x_range: Option<(f64, f64)>,
+    /// Range of y; `None`: all data within the range of x. Data beyond it are cut off, and the head says how far they
+    /// go.
+    pub y_range: Option<(f64, f64)>,
+}
+
+/// Panels in rows of `columns`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Figure {
+    /// Stands above all panels; may be empty.
+    pub title: String,
+    /// Row by row.
+    pub panels: Vec<Panel>,
+    /// Panels side by side; 0 counts as 1.
+    pub columns: usize,
+}
+
+impl Figure {
+    /// The figure as an SVG file that needs no font.
+    #[must_use]
+    pub fn svg(&self) -> String {
+        self.draw().finish().svg()
+    }
+
+    /// The figure as a PNG file, two dots per pixel of the SVG.
+    ///
+    /// # Errors
+    /// When the figure is too large for memory.
+    pub fn png(&self) -> io::Result<Vec<u8>> {
+        self.draw().finish().png()
+    }
+
+    /// Writes `stem.svg` and `stem.png` into the folder, each whole or not at all.
+    ///
+    /// # Errors
+    /// When a file cannot be written, or the figure is too large for memory.
+    pub fn write(&self, folder: &Path, stem: &str) -> io::Result<()> {
+        let drawing = self.draw().finish();
+        let png = drawing.png()?;
+        write_whole(&folder.join(format!("{stem}.svg")), |out| out.write_all(drawing.svg().as_bytes()))?;
+        write_whole(&folder.join(format!("{stem}.png")), |out| out.write_all(&png))
+    }
+
+    fn draw(&self) -> Picture {
+        let columns = self.columns.clamp(1, self.panels.len().max(1));
+        let rows = self.panels.len().div_ceil(columns);
+        let cell_width = if columns == 1 { 900.0 } else { 600.0 };
+        let plot_height = [360.0, 360.0, 230.0, 180.0][rows.min(3)];
+        let width = cell_width * columns as f64;
+
+        let scales: Vec<Scales> = self.panels.iter().map(Scales::new).collect();
+        // One left edge per column, one top and bottom edge per row: axes that can be compared stand in line.
+        let lefts: Vec<f64> = (0..columns)
+            .map(|column| scales.iter().skip(column).step_by(columns).map(Scales::left).fold(0.0, f64::max))
+            .collect();
+        let boxes: Vec<PlotBox> = (0..self.panels.len())
+            .map(|k| {
+                let (left, column) = (lefts[k % columns], (k % columns) as f64);
+                PlotBox {
+                    label_x: column * cell_width + MARGIN_PX + 0.6 * LABEL_PX,
+                    x: column * cell_width + left,
+                    y: 0.0,
+                    width: cell_width - left - 1.5 * MARGIN_PX,
+                    height: plot_height,
+                }
+            })
+            .collect();
+        let heads: Vec<Head> =
+            (0..boxes.len()).map(|k| Head::new(&self.panels[k], &scales[k], boxes[k].width)).collect();
+        // A panel names its x axis unless the one below it does so for both.
+        let names_x = |k: usize| {
+            let below = k + columns;
+            below >= boxes.len()
+                || self.panels[below].x_label != self.panels[k].x_label
+                || (scales[below].x.lo, scales[below].x.hi) != (scales[k].x.lo, scales[k].x.hi)
+        };
+
+        let mut y = if self.title.is_empty() { MARGIN_PX } else { MARGIN_PX + 1.8 * TITLE_PX };
+        let mut tops = Vec::new();
+        for row in 0..rows {
+            let panels = row * columns..((row + 1) * columns).min(boxes.len());
+            y += panels.clone().map(|k| heads[k].height()).fold(0.0, f64::max);
+            tops.push(y);
+            y += plot_height + if panels.clone().any(names_x) { 44.0 } else { 26.0 };
+        }
+        let mut picture = Picture::new(width, (y + 0.5 * MARGIN_PX).ceil(), &self.title);
+        if !self.title.is_empty() {
+            let size = TITLE_PX * ((width - 2.0 * MARGIN_PX) / text_width(&self.title, TITLE_PX)).min(1.0);
+            picture.text((width / 2.0, MARGIN_PX + TITLE_PX), size, INK, Anchor::Middle, 0.0, &self.title);
+        }
+        for (k, panel) in self.panels.iter().enumerate() {
+            let area = PlotBox { y: tops[k / columns], ..boxes[k] };
+            heads[k].draw(&mut picture, &area);
+            draw_panel(&mut picture, &area, panel, &scales[k], k, names_x(k));
+        }
+        picture
+    }
+}
+
+/// The area of the curves, px.
+#[derive(Clone, Copy)]
+struct PlotBox {
+    /// Base line of the label of y, which is left of the area.
+    label_x: f64,
+    x: f64,
+    y: f64,
+    width: f64,
+    height: f64,
+}
+
+/// Both axes of a panel.
+struct Scales {
+    x: Axis,
+    y: Axis,
+    /// Value of largest magnitude that the range of y cuts off.
+    off_scale: Option<f64>,
+    /// Are there data beyond one of the ranges?
+    hides: bool,
+}
+
+impl Scales {
+    fn new(panel: &Panel) -> Self {
+        let all = || panel.series.iter().flat_map(|series| series.points.iter().copied());
+        let drawn = || all().filter(|&(x, y)| drawable(x) && drawable(y));
+        let x = Axis::new(panel.x_range, drawn().map(|(x, _)| x), 0.0, 10);
+        let visible = || drawn().filter(|(value, _)| (x.lo..=x.hi).contains(value)).map(|(_, y)| y);
+        let y = Axis::new(panel.y_range, visible(), 0.06, 6);
+        let off_scale =
+            visible().filter(|value| !(y.lo..=y.hi).contains(value)).max_by(|a, b| a.abs().total_cmp(&b.abs()));
+        let hides = off_scale.is_some() || drawn().any(|(value, _)| !(x.lo..=x.hi).contains(&value));
+        Self { x, y, off_scale, hides }
+    }
+
+    /// Room for the label and the ticks of y.
+    fn left(&self) -> f64 {
+        let texts = self.y.ticks.iter().map(|(_, text)| text).chain([&self.y.factor]);
+        MARGIN_PX + 2.1 * LABEL_PX + texts.map(|text| text_width(text, TICK_PX)).fold(0.0, f64::max)
+    }
+}
+
+/// What stands above a panel: its title and legend, on one line if they fit, else on several.
+struct Head {
+    title: String,
+    entries: Vec<(Sample, String)>,
+    /// Lines of (left edge, entry).
+    lines: Vec<Vec<(f64, usize)>>,
+}
+
+/// What stands before the text of an entry of the legend.
+#[derive(Clone, Copy)]
+enum Sample {
+    Line(Style, usize),
+    Shade,
+    None,
+}
+
+impl Head {
+    fn new(panel: &Panel, scales: &Scales, width: f64) -> Self {
+        let lines = panel.series.iter().filter(|series| !series.label.is_empty());
+        let mut entries: Vec<(Sample, String)> =
+            lines.map(|series| (Sample::Line(series.style, series.color), series.label.clone())).collect();
+        let shades = panel.shade.iter().filter(|shade| shade.seen(&scales.x).next().is_some());
+        entries.extend(shades.map(|shade| (Sample::Shade, shade.label.clone())));
+        entries.extend(scales.off_scale.map(|value| {
+            (Sample::None, format!("(peak {} off scale)", significant(value, 3).replace('-', "\u{2212}")))
+        }));
+
+        let widths: Vec<f64> = entries
+            .iter()
+            .map(|(sample, text)| {
+                text_width(text, TICK_PX) + if matches!(sample, Sample::None) { 0.0 } else { SAMPLE_PX + 6.0 }
+            })
+            .collect();
+        let gap = 18.0;
+        let title_width = if panel.title.is_empty() { 0.0 } else { text_width(&panel.title, LABEL_PX) + gap };
+        let total = widths.iter().map(|width| width + gap).sum::<f64>() - gap;
+        let mut lines = vec![Vec::new()];
+        if title_width + total <= width {
+            let mut x = width - total;
+            for (k, entry_width) in widths.iter().enumerate() {
+                lines[0].push((x, k));
+                x += entry_width + gap;
+            }
+        } else {
+            let mut x = f64::INFINITY;
+            for (k, entry_width) in widths.iter().enumerate() {
+                if x + entry_width > width {
+                    lines.push(Vec::new());
+                    x = 0.0;
+                }
+                if let Some(line) = lines.last_mut() {
+                    line.push((x, k));
+                }
+                x += entry_width + gap;
+            }
+            if panel.title.is_empty() {
+                lines.remove(0);
+            }
+        }
+        Self { title: panel.title.clone(), entries, lines }
+    }
+
+    fn height(&self) -> f64 {
+        LINE_PX * self.lines.len() as f64 + 4.0
+    }
+
+    fn draw(&self, picture: &mut Picture, area: &PlotBox) {
+        let base = |line: usize| area.y - 8.0 - LINE_PX * (self.lines.len() - 1 - line) as f64;
+        picture.text((area.x, base(0)), LABEL_PX, INK, Anchor::Start, 0.0, &self.title);
+        for (line, entries) in self.lines.iter().enumerate() {
+            for &(offset, k) in entries {
+                let (sample, text) = &self.entries[k];
+                let (x, y) = (area.x + offset, base(line));
+                let middle = y - 0.35 * TICK_PX;
+                let end = x + SAMPLE_PX;
+                match *sample {
+                    Sample::Line(style, color) => {
+                        picture.element(&stroke(&format!("M{x:.2} {middle:.2}H{end:.2}"), style, color, 2.0));
+                    }
+                    Sample::Shade => picture.element(&format!(
+                        "<rect x=\"{x:.2}\" y=\"{:.2}\" width=\"{SAMPLE_PX}\" height=\"11\" fill=\"{SHADE}\"/>",
+                        middle - 5.5
+                    )),
+                    Sample::None => {}
+                }
+                let start = if matches!(sample, Sample::None) { x } else { end + 6.0 };
+                picture.text((start, y), TICK_PX, SOFT_INK, Anchor::Start, 0.0, text);
+            }
+        }
+    }
+}
+
+/// A line in the style of a series.
+fn stroke(path: &str, style: Style, color: usize, width: f64) -> String {
+    let dashes = match style {
+        Style::Solid => "",
+        Style::Dashed => " stroke-dasharray=\"7 4\"",
+        Style::Dotted => " stroke-dasharray=\"1.6 3\"",
+    };
+    // A round cap would close the gaps of a dashed line.
+    let cap = if style == Style::Solid { "round" } else { "butt" };
+    format!(
+        "<path d=\"{path}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{width}\" stroke-linejoin=\"round\" \
+         stroke-linecap=\"{cap}\"{dashes}/>",
+        PALETTE[color % PALETTE.len()]
+    )
+}
+
+fn draw_panel(picture: &mut Picture, area: &PlotBox, panel: &Panel, scales: &Scales, number: usize, names_x: bool) {
+    let PlotBox { x: left, y: top, width, height, .. } = *area;
+    let (right, bottom) = (left + width, top + height);
+    // Lines leave the panel by at most this: there they are cut off anyway, and coordinates stay sane.
+    let beyond = 1e5;
+    let to_x = |x: f64| (left + width * scales.x.place(x)).clamp(left - beyond, right + beyond);
+    let to_y = |y: f64| (bottom - height * scales.y.place(y)).clamp(top - beyond, bottom + beyond);
+
+    if let Some(shade) = &panel.shade {
+        let inside = |x: f64| to_x(x).clamp(left, right);
+        let path = shade_path(shade.seen(&scales.x).map(|(from, to)| (inside(from), inside(to))), top, bottom);
+        picture.element(&format!("<path fill=\"{SHADE}\" d=\"{path}\"/>"));
+    }
+    let mut grid = String::new();
+    for (value, text) in &scales.x.ticks {
+        // Writing to a String cannot fail.
+        let _ = write!(grid, "M{:.2} {top:.2}V{bottom:.2}", to_x(*value));
+        picture.text((to_x(*value), bottom + 17.0), TICK_PX, SOFT_INK, Anchor::Middle, 0.0, text);
+    }
+    for (value, text) in &scales.y.ticks {
+        let _ = write!(grid, "M{left:.2} {:.2}H{right:.2}", to_y(*value));
+        picture.text((left - 7.0, to_y(*value) + 0.36 * TICK_PX), TICK_PX, SOFT_INK, Anchor::End, 0.0, text);
+    }
+    picture.element(&format!("<path d=\"{grid}\" fill=\"none\" stroke=\"{GRID}\" stroke-width=\"1\"/>"));
+    if !panel.series.iter().flat_map(|series| &series.points).any(|&(x, y)| drawable(x) && drawable(y)) {
+        let middle = (left + width / 2.0, top + height / 2.0);
+        picture.text(middle, LABEL_PX, SOFT_INK, Anchor::Middle, 0.0, "no data");
+    }
+    let mut lines = String::new();
+    for series in &panel.series {
+        let points = series.points.iter().map(|&(x, y)| (drawable(x) && drawable(y)).then(|| (to_x(x), to_y(y))));
+        let path = polyline::path_data(&polyline::pieces(points));
+        if !path.is_empty() {
+            lines += &stroke(&path, series.style, series.color, 1.6);
+        }
+    }
+    if scales.hides {
+        // Only where it is needed: the renderer pays for a clip with a second picture.
+        lines = format!(
+            "<clipPath id=\"panel{number}\"><rect x=\"{left:.2}\" y=\"{top:.2}\" width=\"{width:.2}\" \
+             height=\"{height:.2}\"/></clipPath><g clip-path=\"url(#panel{number})\">{lines}</g>"
+        );
+    }
+    picture.element(&lines);
+    picture.element(&format!(
+        "<rect x=\"{left:.2}\" y=\"{top:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"none\" \
+         stroke=\"{SOFT_INK}\" stroke-width=\"1\"/>"
+    ));
+    picture.text((left - 7.0, top - 8.0), TICK_PX, SOFT_INK, Anchor::End, 0.0, &scales.y.factor);
+    let middle = top + height / 2.0;
+    let room = (height + LINE_PX) / text_width(&panel.y_label, LABEL_PX).max(1.0);
+    picture.text((area.label_x, middle), LABEL_PX * room.min(1.0), INK, Anchor::Middle, -90.0, &panel.y_label);
+    if names_x {
+        let label = format!("{} {}", panel.x_label, scales.x.factor);
+        picture.text((left + width / 2.0, bottom + 37.0), LABEL_PX, INK, Anchor::Middle, 0.0, label.trim());
+    }
+}
+
+/// Rectangles over whole columns of pixels; intervals closer than a pixel are one, so that thousands stay small.
+fn shade_path(intervals: impl Iterator<Item = (f64, f64)>, top: f64, bottom: f64) -> String {
+    let mut merged: Vec<(f64, f64)> = Vec::new();
+    for (from, to) in intervals {
+        // A single tick would be too thin to see.
+        let to = to.max(from + 3.0);
+        match merged.last_mut() {
+            Some(last) if from >= last.0 && from <= last.1 + 1.0 => last.1 = last.1.max(to),
+            _ => merged.push((from, to)),
+        }
+    }
+    let mut path = String::new();
+    for (from, to) in merged {
+        let _ = write!(path, "M{from:.2} {top:.2}H{to:.2}V{bottom:.2}H{from:.2}Z");
+    }
+    path
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A damped oscillation that ends in a small sine: the shape of a regulated flexible joint, 20 s at 1 ms.
+    fn joint() -> Vec<(f64, f64)> {
+        let times = (0..=20_000).map(|k| f64::from(k) * 1e-3);
+        times.map(|t| (t, 279.0 * libm::exp(-9.0 * t) * libm::cos(25.0 * t) + 4.0 * libm::sin(2.0 * t))).collect()
+    }
+
+    fn panel(points: Vec<(f64, f64)>) -> Panel {
+        Panel {
+            title: "Control".into(),
+            x_label: "t (s)".into(),
+            y_label: "u (A)".into(),
+            series: vec![Series::solid("u", 0, points)],
+            ..Panel::default()
+        }
+    }
+
+    fn figure(panels: Vec<Panel>) -> Figure {
+        Figure { title: "A joint & its <control>".into(), panels, columns: 1 }
+    }
+
+    #[test]
+    fn the_same_figure_is_the_same_bytes() {
+        let figure = figure(vec![panel(joint()); 4]);
+        assert_eq!(figure.svg(), figure.svg());
+        assert_eq!(figure.png().unwrap(), figure.png().unwrap());
+    }
+
+    #[test]
+    fn a_long_run_stays_small() {
+        let noise = |k: u32| f64::from(k.wrapping_mul(2_654_435_761) >> 8);
+        let chatter = (0..=20_000).map(|k| (f64::from(k) * 1e-3, noise(k)));
+        let smooth = figure(vec![panel(joint()); 4]).svg().len();
+        assert!(smooth < 100_000, "{smooth} bytes");
+        let rough = figure(vec![panel(chatter.collect()); 4]).svg().len();
+        assert!(rough < 400_000, "{rough} bytes");
+    }
+
+    #[test]
+    fn gaps_empty_and_extreme_data_still_draw() {
+        let nasty = vec![
+            vec![],
+            vec![(0.0, f64::NAN), (1.0, 2.0), (2.0, f64::INFINITY), (f64::NAN, 1.0)],
+            vec![(0.0, 5.0), (1.0, 5.0)],
+            vec![(3.0, 0.0)],
+            vec![(0.0, f64::MAX), (1.0, -f64::MAX)],
+            vec![(0.0, 1e99), (1.0, -1e99), (1e99, 1e-320)],
+            vec![(0.0, 1e-320), (1.0, 2e-320)],
+        ];
+        for points in nasty {
+            for range in [None, Some((0.0, 1e-3)), Some((1.0, -1.0)), Some((f64::NAN, 0.0))] {
+                let mut panel = panel(points.clone());
+                (panel.x_range, panel.y_range) = (range, range);
+                panel.shade = Some(Shade { label: "saturated".into(), intervals: points.clone() });
+                let svg = figure(vec![panel]).svg();
+                assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"), "{points:?}");
+                assert!(!svg.contains("NaN") && !svg.contains("inf"), "{points:?}: {svg}");
+            }
+        }
+        for columns in [0, 1, 7] {
+            assert!(Figure { title: String::new(), panels: vec![], columns }.png().is_ok());
+        }
+    }
+
+    #[test]
+    fn a_value_that_is_not_finite_is_a_gap() {
+        let strokes = |middle: f64| {
+            let points = vec![(0.0, 0.0), (1.0, 1.0), (2.0, middle), (3.0, 1.0), (4.0, 5.0)];
+            let svg = figure(vec![panel(points)]).svg();
+            let line = svg.lines().find(|line| line.contains("stroke-width=\"1.6\"")).unwrap().to_owned();
+            line.matches('M').count()
+        };
+        assert_eq!(strokes(2.0), 1);
+        for missing in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(strokes(missing), 2);
+        }
+    }
+
+    #[test]
+    fn what_the_range_hides_is_cut_off_and_said() {
+        let mut panel = panel(joint());
+        assert_eq!(Scales::new(&panel).off_scale, None);
+        let clipped = |panel: &Panel| figure(vec![panel.clone()]).svg().contains("clipPath");
+        assert!(!clipped(&panel));
+        panel.y_range = Some((-5.0, 5.0));
+        assert_eq!(Scales::new(&panel).off_scale, Some(279.0));
+        let texts = |panel: &Panel| {
+            let head = Head::new(panel, &Scales::new(panel), 800.0);
+            head.entries.into_iter().map(|(_, text)| text).collect::<Vec<_>>()
+        };
+        assert_eq!(texts(&panel), ["u", "(peak 279 off scale)"]);
+        assert!(clipped(&panel));
+        panel.x_range = Some((10.0, 20.0));
+        assert_eq!(texts(&panel), ["u"]);
+        assert!(clipped(&panel));
+    }
+
+    #[test]
+    fn a_legend_that_does_not_fit_takes_more_lines_and_stays_in_the_panel() {
+        let mut panel = panel(joint());
+        let head = Head::new(&panel, &Scales::new(&panel), 500.0);
+        assert_eq!(head.lines.len(), 1);
+        panel.series = (0..9).map(|k| Series::solid(format!("a rather long label {k}"), k, [])).collect();
+        let head = Head::new(&panel, &Scales::new(&panel), 500.0);
+        assert_eq!(head.lines.iter().map(Vec::len).collect::<Vec<_>>(), [0, 3, 3, 3]);
+        for &(x, k) in head.lines.iter().flatten() {
+            assert!(x + SAMPLE_PX + 6.0 + text_width(&head.entries[k].1, TICK_PX) <= 500.0);
+        }
+    }
+
+    #[test]
+    fn short_saturations_merge_but_stay_visible() {
+        let chatter = (0..10_000).map(|k| f64::from(k) * 0.08).map(|x| (x, x));
+        assert_eq!(shade_path(chatter, 0.0, 9.0), "M0.00 0.00H802.92V9.00H0.00Z");
+        assert_eq!(shade_path([(5.0, 5.0), (9.5, 9.6)].into_iter(), 0.0, 1.0).matches('M').count(), 2);
+    }
+
+    #[test]
+    fn intervals_out_of_sight_leave_no_tint_and_no_entry() {
+        let intervals = vec![(5.0, f64::NAN), (3.0, 2.0), (0.0, 0.5), (0.9, 1.1), (4.0, f64::INFINITY), (6.0, 7.0)];
+        let mut panel = panel(joint());
+        panel.shade = Some(Shade { label: "saturated".into(), intervals });
+        let seen = |panel: &Panel| panel.shade.as_ref().unwrap().seen(&Scales::new(panel).x).collect::<Vec<_>>();
+        panel.x_range = Some((1.0, 5.0));
+        assert_eq!(seen(&panel), [(0.9, 1.1), (4.0, f64::INFINITY)]);
+        let tinted = |panel: &Panel| figure(vec![panel.clone()]).svg().matches(SHADE).count();
+        assert_eq!(tinted(&panel), 2, "one sample in the legend, one path of all intervals");
+        panel.x_range = Some((2.0, 3.5));
+        assert_eq!((seen(&panel).len(), tinted(&panel)), (0, 0));
+    }
+
+    #[test]
+    fn both_files_are_written_and_nothing_else() {
+        let folder = crate::report::tests::folder("figure");
+        figure(vec![panel(joint())]).write(&folder, "control").unwrap();
+        let mut names: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        names.sort();
+        assert_eq!(names, ["control.png", "control.svg"]);
+        assert!(std::fs::read(folder.join("control.png")).unwrap().starts_with(b"\x89PNG"));
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}
