@@ -128,6 +128,11 @@ impl<const N: usize, const R: usize> Config<N, R> {
         if self.limits.min > self.limits.max {
             return Err(ConfigError::LimitsReversed { min: self.limits.min, max: self.limits.max });
         }
+        if let Fallback::Safe(u) = self.fallback
+            && (u < self.limits.min || u > self.limits.max)
+        {
+            return Err(ConfigError::FallbackOutsideLimits { u });
+        }
         let mut i = 0;
         while i < N {
             if let Some(gains) = &self.observers[i]
@@ -375,7 +380,8 @@ where
     pub fn start_from(&self, x0: &[T; N], d_hat: &[T; N]) -> Option<State<T, R, O>> {
         let drift = self.model.drift(x0);
         let gain = self.model.gain_ratio(x0);
-        if !Self::is_plausible(x0, drift, gain) || !magnitude(d_hat, T::ZERO) {
+        let guess: [T; O] = core::array::from_fn(|s| d_hat[Self::CHANNELS[s]]);
+        if !Self::is_plausible(x0, drift, gain) || !magnitude(&guess, T::ZERO) {
             return None;
         }
         let mut state = State {
@@ -389,7 +395,7 @@ where
         let h = self.foreseen(x0, drift);
         for s in 0..O {
             let i = Self::CHANNELS[s];
-            state.z[s][0] = if i == Self::LAST { d_hat[i] / self.coefficients.input_gain } else { d_hat[i] };
+            state.z[s][0] = if i == Self::LAST { guess[s] / self.coefficients.input_gain } else { guess[s] };
             // The innovation of the first tick is then 0 - h - P = 0.
             state.past[s] = -h[s];
             state.x_prev[s] = x0[i];

@@ -480,3 +480,70 @@ const fn product(a: &Matrix, b: &Matrix) -> Matrix {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::observer::{ObserverGains, Pole};
+
+    fn off_by(found: f64, expected: f64) -> f64 {
+        (found / expected - 1.0).abs()
+    }
+
+    /// det(wI - (e^{DT} - I)) = prod (w - (e^{pole T} - 1)). 1e-14 is some 50 ulp: the gains carry one rounding each, the
+    /// squarings a few more.
+    #[test]
+    fn gammas_equal_their_closed_forms_for_periods_from_1e_2_to_1e_5() {
+        for period in [1e-2, 1e-3, 1e-4, 1e-5] {
+            for omega in [0.2, 10.0, 50.0, 200.0] {
+                let q = -libm::expm1(-omega * period);
+                let one = ObserverGains::<1>::from_bandwidth::<1>(omega).gammas(period);
+                let two = ObserverGains::<2>::from_bandwidth::<2>(omega).gammas(period);
+                let three = ObserverGains::<3>::from_bandwidth::<3>(omega).gammas(period);
+                let found = [one[0], two[0], two[1], three[0], three[1], three[2]];
+                let expected = [q, 2.0 * q, q * q, 3.0 * q, 3.0 * q * q, q * q * q];
+                for (found, expected) in found.into_iter().zip(expected) {
+                    let off = off_by(found, expected);
+                    assert!(off <= 1e-14, "T = {period}, pole {omega}: {found:e} for {expected:e}, off by {off:e}");
+                }
+            }
+        }
+    }
+
+    /// A real pole and a pair; e^{a + ib} - 1 by expm1, sin and cos.
+    #[test]
+    fn gammas_equal_their_closed_forms_for_complex_poles() {
+        for period in [1e-2, 1e-3, 1e-4, 1e-5] {
+            let (re, im, real) = (-40.0, 30.0, -70.0);
+            let gains = ObserverGains::<3>::from_poles([Pole { re, im }, Pole { re, im: -im }, Pole::real(real)]);
+            let (a, b) = (re * period, im * period);
+            let half_chord = libm::sin(b / 2.0);
+            let qr = libm::expm1(a) * libm::cos(b) - 2.0 * half_chord * half_chord;
+            let qi = libm::exp(a) * libm::sin(b);
+            let q = libm::expm1(real * period);
+            let size = qr * qr + qi * qi;
+            let expected = [-(2.0 * qr + q), size + 2.0 * qr * q, -size * q];
+            for (found, expected) in gains.gammas(period).into_iter().zip(expected) {
+                let off = off_by(found, expected);
+                assert!(off <= 1e-14, "T = {period}: {found:e} for {expected:e}, off by {off:e}");
+            }
+        }
+    }
+
+    /// φ_1 = expm1(z)/z from the series to z = -48, where the series alone is wrong by 1e19.
+    #[test]
+    fn phi_functions_hold_far_from_zero() {
+        for z in [-48.0, -10.0, -2.0, -0.5, -1e-3, 1e-3, 0.4, 3.0, 10.0] {
+            let phi = phi_functions(z);
+            assert!(off_by(phi[0], libm::exp(z)) <= 1e-13, "φ_0({z})");
+            // φ_{j+1} = (φ_j - 1/j!)/z: true for all z, and well conditioned where |z| is large.
+            assert!(off_by(phi[1], libm::expm1(z) / z) <= 1e-14, "φ_1({z})");
+            if libm::fabs(z) >= 10.0 {
+                for j in 1..PHIS - 1 {
+                    let expected = (phi[j] - 1.0 / FACTORIAL[j]) / z;
+                    assert!(off_by(phi[j + 1], expected) <= 1e-11, "φ_{}({z})", j + 1);
+                }
+            }
+        }
+    }
+}

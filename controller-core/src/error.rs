@@ -51,6 +51,11 @@ pub enum ConfigError {
         /// The upper limit given.
         max: f64,
     },
+    /// The safe u is not within the limits.
+    FallbackOutsideLimits {
+        /// The u given.
+        u: f64,
+    },
     /// The configured observers are not the ones the controller type has.
     ChannelMismatch {
         /// The channel, from 1.
@@ -127,6 +132,9 @@ impl ConfigError {
             Self::ReachingGainNegative { .. } => "the reaching gains k_l and k_s must not be negative (Eq. (51))",
             Self::BoundaryLayerEmpty { .. } => "with k_s > 0 the boundary layer epsilon must be above 0 (Eq. (51))",
             Self::LimitsReversed { .. } => "the limits are reversed: min must not be above max",
+            Self::FallbackOutsideLimits { .. } => {
+                "the safe u lies outside the limits: give one that the actuator can hold"
+            }
             Self::ChannelMismatch { configured: true, .. } => {
                 "this channel has an observer in the configuration but not in the controller's type (Eq. (47)): add it to MASK and O, or set it to None"
             }
@@ -180,6 +188,7 @@ impl fmt::Display for ConfigError {
             Self::OffsetDecayNotPositive { alpha_per_s } => write!(f, " (given {alpha_per_s} 1/s)"),
             Self::BoundaryLayerEmpty { epsilon } => write!(f, " (given {epsilon})"),
             Self::LimitsReversed { min, max } => write!(f, " (given min {min}, max {max})"),
+            Self::FallbackOutsideLimits { u } => write!(f, " (given {u})"),
             Self::ObserverTooFast { fastest_rad_s, allowed_rad_s, .. } => {
                 write!(f, " (fastest pole {fastest_rad_s:.4} rad/s, allowed {allowed_rad_s:.4} rad/s)")
             }

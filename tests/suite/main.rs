@@ -1,1 +1,7 @@
-fn main() {}
+//! One suite, a module per question.
+
+mod cases;
+mod compile;
+mod convergence;
+mod formula;
+mod properties;

@@ -1,0 +1,34 @@
+//! Reading `tests/data`.
+
+use std::path::PathBuf;
+
+/// Path of a file below the package.
+pub fn path(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+/// A file of `tests/data` as text.
+///
+/// # Panics
+/// If it cannot be read: the suite is incomplete then.
+pub fn text(name: &str) -> String {
+    let path = path("data").join(name);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// Rows of a CSV file of numbers, in the order of the named columns.
+///
+/// # Panics
+/// On a missing column or a cell that is no number.
+pub fn columns<const K: usize>(name: &str, wanted: [&str; K]) -> Vec<[f64; K]> {
+    let text = text(name);
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let at = wanted.map(|column| header.iter().position(|name| *name == column).expect(column));
+    lines
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            at.map(|k| cells[k].parse().expect("a number"))
+        })
+        .collect()
+}

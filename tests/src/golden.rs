@@ -1,0 +1,26 @@
+//! Golden tables: small text files of figures that a person can judge. They *indicate* a change; the bars that must hold
+//! are asserted elsewhere.
+
+use crate::data::path;
+
+/// Set to write the tables anew instead of comparing.
+pub const REGENERATE: &str = "GOLDEN";
+
+/// Compares a table with `tests/golden/<name>`.
+///
+/// # Errors
+/// Both texts and how to regenerate the file, where they differ or there is no file.
+pub fn compare(name: &str, table: &str) -> Result<(), String> {
+    let file = path("golden").join(name);
+    if std::env::var_os(REGENERATE).is_some_and(|value| value == "write") {
+        return std::fs::write(&file, table).map_err(|error| format!("{}: {error}", file.display()));
+    }
+    let golden = std::fs::read_to_string(&file).unwrap_or_else(|error| format!("(cannot be read: {error})\n"));
+    if golden == table {
+        return Ok(());
+    }
+    Err(format!(
+        "tests/golden/{name} differs.\n--- golden\n{golden}--- now\n{table}--- if the change is meant: \
+         {REGENERATE}=write cargo test -p integration-tests golden, then read the diff"
+    ))
+}

@@ -1,0 +1,213 @@
+//! Random designs from a seed. The generator is `SplitMix64`: one line of state, the same everywhere; the seed of a
+//! failing case stands in the test's message.
+
+use crate::oracle::{Complex, Gains, Model, Spec, monic};
+use crate::truth::{LinearChain, Term};
+
+/// `SplitMix64`.
+#[derive(Clone, Debug)]
+pub struct Rng(u64);
+
+impl Rng {
+    /// From a seed.
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// 64 random bits.
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in [low, high).
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Log-uniform in [low, high), both above 0.
+    pub fn spread(&mut self, low: f64, high: f64) -> f64 {
+        self.within(low.ln(), high.ln()).exp()
+    }
+
+    /// True with this chance.
+    pub fn chance(&mut self, probability: f64) -> bool {
+        self.within(0.0, 1.0) < probability
+    }
+
+    /// An integer in low..=high.
+    pub fn integer(&mut self, low: usize, high: usize) -> usize {
+        low + (self.bits() % (high - low + 1) as u64) as usize
+    }
+
+    /// -1 or 1.
+    pub fn sign(&mut self) -> f64 {
+        if self.chance(0.5) { -1.0 } else { 1.0 }
+    }
+
+    /// `count` stable poles of magnitude up to `omega`, none slower than omega/3, damping at least 0.5.
+    pub fn poles(&mut self, omega: f64, count: usize) -> Vec<Complex> {
+        let mut poles = Vec::new();
+        while poles.len() < count {
+            let magnitude = omega * self.within(1.0 / 3.0, 1.0);
+            if poles.len() + 2 <= count && self.chance(0.4) {
+                let damping = self.within(0.5, 0.95);
+                let (re, im) = (-magnitude * damping, magnitude * (1.0 - damping * damping).sqrt());
+                poles.extend([(re, im), (re, -im)]);
+            } else {
+                poles.push((-magnitude, 0.0));
+            }
+        }
+        poles
+    }
+}
+
+/// c_1 .. c_n of the surface whose sliding motion has these poles.
+pub fn surface(poles: &[Complex]) -> Vec<f64> {
+    let mut c = monic(poles);
+    c.reverse();
+    c.push(1.0);
+    c
+}
+
+/// da/dx_1..da/dx_n of a chain whose poles (u = 0) are these.
+pub fn drift_row(poles: &[Complex]) -> Vec<f64> {
+    let mut row: Vec<f64> = monic(poles).iter().map(|coefficient| -coefficient).collect();
+    row.reverse();
+    row
+}
+
+/// A design of the given shape that the shipped `design` accepts, nothing else asked of it: gains up to deadbeat, slopes
+/// of either sign, any gradient, b(x) constant or swinging, with or without switching and limits.
+pub fn any_design(rng: &mut Rng, n: usize, capacity: usize, mask: u8) -> (Spec, Model) {
+    let period_s = rng.spread(1e-4, 1e-2);
+    let bandwidth = rng.spread(0.01, 0.2) / period_s;
+    let surface_poles = rng.poles(bandwidth, n - 1);
+    let observers = (0..n)
+        .map(|i| {
+            (mask >> i & 1 == 1).then(|| {
+                let order = rng.integer((n - 1 - i).max(1), capacity);
+                let omega = rng.spread(0.02, 0.6) / period_s;
+                Gains::from_poles(&rng.poles(omega, order))
+            })
+        })
+        .collect();
+    let slope = rng.within(-0.5, 3.0) / period_s;
+    let mut row: Vec<f64> = (0..n).map(|j| rng.within(-1.0, 1.0) * bandwidth.powi((n - j) as i32)).collect();
+    row[n - 1] = -slope;
+    // The design may know less of a than the model says: no gradient, half the slope.
+    let mut gradient = row.clone();
+    if rng.chance(0.3) {
+        gradient.fill(0.0);
+        gradient[n - 1] = -slope / 2.0;
+    }
+    let input_gain = rng.sign() * rng.spread(0.1, 100.0);
+    let with_switching = rng.chance(0.6);
+    let spec = Spec {
+        period_s,
+        c: surface(&surface_poles),
+        alpha: rng.spread(0.001, 0.1) / period_s,
+        k_l: rng.spread(0.01, 1.5) / period_s,
+        k_s: if with_switching { rng.spread(0.1, 10.0) } else { 0.0 },
+        epsilon: if rng.chance(0.2) { 0.0 } else { rng.spread(0.001, 1.0) },
+        gradient,
+        input_gain,
+        observers,
+        limit: 1e12,
+    };
+    let bend = rng.within(-1.0, 1.0) * bandwidth.powi(n as i32);
+    let swing = if rng.chance(0.5) { rng.within(-0.8, 0.8) } else { 0.0 };
+    (spec, Model { row, bend, input_gain, swing })
+}
+
+/// A chain with its controller, everything in proportion to a surface bandwidth: what a designer would reasonably ask of
+/// the scheme. Observer poles T <= 0.3, k_l T <= 0.5, nominal slope T from -0.3 (unstable) to 2 (stiff).
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// The controller.
+    pub spec: Spec,
+    /// The plant; its nominal part is the design's.
+    pub plant: LinearChain,
+    /// x(0).
+    pub x0: Vec<f64>,
+    /// Number of ticks; the second half is the metric window.
+    pub ticks: usize,
+}
+
+/// Draws a [`Case`]: an observer in the last channel always, in each mismatched channel that Eq. (44) allows with chance
+/// one half; disturbances (sinusoids slower than the surface, a constant, now and then a step) in observed channels.
+pub fn case(rng: &mut Rng) -> Case {
+    let n = rng.integer(2, 6);
+    let period_s = [1e-3, 2e-3, 5e-3][rng.integer(0, 2)];
+    let bandwidth_t = rng.spread(0.01, 0.05);
+    let bandwidth = bandwidth_t / period_s;
+    let ticks = (60.0 / bandwidth_t).round() as usize;
+    let observer_t = rng.spread((3.0 * bandwidth_t).max(0.05), 0.3);
+    let observers: Vec<Option<Gains>> = (0..n)
+        .map(|i| {
+            let needed = (n - 1 - i).max(1);
+            let observed = i == n - 1 || (needed <= 3 && rng.chance(0.5));
+            observed.then(|| {
+                let order = rng.integer(needed, 3);
+                Gains::from_poles(&rng.poles(observer_t / period_s, order))
+            })
+        })
+        .collect();
+
+    let slope = if rng.chance(0.3) { rng.within(-0.3, 0.0) } else { rng.spread(0.01, 2.0) } / period_s;
+    let mut poles = vec![(-slope, 0.0)];
+    while poles.len() < n {
+        let magnitude = bandwidth * rng.within(0.3, 1.0);
+        let damping = rng.within(-0.3, 1.0);
+        if poles.len() + 2 <= n {
+            let im = magnitude * (1.0 - damping * damping).sqrt();
+            poles.extend([(-damping * magnitude, im), (-damping * magnitude, -im)]);
+        } else {
+            poles.push((-damping * magnitude, 0.0));
+        }
+    }
+    let row = drift_row(&poles);
+    let input_gain = rng.sign() * rng.spread(1.0, 10.0);
+
+    let jump_s = (ticks / 4) as f64 * period_s;
+    let d = (0..n)
+        .map(|i| {
+            if observers[i].is_none() {
+                return Vec::new();
+            }
+            let size = 0.02 * bandwidth.powi(i as i32 + 1);
+            let mut amplitude = || size * rng.within(0.3, 1.0) * if i % 2 == 0 { 1.0 } else { -1.0 };
+            let amplitudes = [amplitude(), amplitude(), amplitude()];
+            let sinusoid = |rng: &mut Rng, amplitude| {
+                Term::Sin(amplitude, bandwidth * rng.within(0.2, 0.7), rng.within(0.0, std::f64::consts::PI))
+            };
+            let second = match rng.integer(0, 2) {
+                0 => Term::Const(amplitudes[1]),
+                1 => sinusoid(rng, amplitudes[1]),
+                _ => Term::Ramp(amplitudes[1] / (ticks as f64 * period_s)),
+            };
+            let mut terms = vec![sinusoid(rng, amplitudes[0]), second];
+            if rng.chance(0.4) {
+                terms.push(Term::Step(amplitudes[2], jump_s));
+            }
+            terms
+        })
+        .collect();
+    let x0 = (0..n).map(|j| 0.02 * bandwidth.powi(j as i32) * rng.within(-1.0, 1.0)).collect();
+    let spec = Spec {
+        period_s,
+        c: surface(&rng.poles(bandwidth, n - 1)),
+        alpha: bandwidth / 2.0,
+        k_l: rng.spread(0.05, 0.5) / period_s,
+        k_s: 0.0,
+        epsilon: 0.01,
+        gradient: row.clone(),
+        input_gain,
+        observers,
+        limit: 1e12,
+    };
+    Case { spec, plant: LinearChain { a: row, b: input_gain, d }, x0, ticks }
+}

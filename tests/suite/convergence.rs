@@ -1,0 +1,131 @@
+//! Does it converge?
+//!
+//! The observer alone is of second order in T: its innovation integrates the chain by the trapezium rule. The closed loop
+//! is of first order, since u is held.
+
+use integration_tests::close::order;
+use integration_tests::oracle::{Gains, Model, Spec};
+use integration_tests::shape::{Precision, controller};
+use integration_tests::truth::rk4;
+
+/// A chain of order 2 with an observer in the given channel only. What the law makes of it does not matter here.
+fn observing(channel: usize, gains: Gains, period_s: f64) -> (Spec, Model) {
+    let mut observers = vec![None, None];
+    observers[channel - 1] = Some(gains);
+    let spec = Spec {
+        period_s,
+        c: vec![5.0, 1.0],
+        alpha: 1.0,
+        k_l: 10.0,
+        k_s: 0.0,
+        epsilon: 0.01,
+        gradient: vec![0.0, 0.0],
+        input_gain: 1.0,
+        observers,
+        limit: 1e12,
+    };
+    (spec, Model::linear(&[0.0, 0.0], 1.0))
+}
+
+fn disturbance(t: f64) -> f64 {
+    (2.0 * t).cos() + 0.3 * t
+}
+
+/// x_1 of x_1' = x_2 + d with x_2 = 5 sin 3t, d = cos 2t + 0.3t.
+fn measured(t: f64) -> [f64; 2] {
+    let x1 = 5.0 / 3.0 * (1.0 - (3.0 * t).cos()) + (2.0 * t).sin() / 2.0 + 0.15 * t * t;
+    [x1, 5.0 * (3.0 * t).sin()]
+}
+
+/// Largest |d_hat - continuous d_hat| over 5..10 s; the continuous observer z' = D z + l d by Runge-Kutta.
+fn observer_error(gains: &Gains, period_s: f64) -> f64 {
+    let (spec, model) = observing(1, gains.clone(), period_s);
+    let mut shipped = controller(&spec, &model, 3, Precision::Double).expect("a valid design");
+    assert!(shipped.start(&measured(0.0)));
+    let l = &gains.l;
+    let mut z = vec![0.0; l.len()];
+    let mut worst: f64 = 0.0;
+    let ticks = (10.0 / period_s).round() as usize;
+    for k in 0..=ticks {
+        let t = k as f64 * period_s;
+        shipped.tick(&measured(t));
+        if 2 * k >= ticks {
+            worst = worst.max((shipped.estimates()[0][0] - z[0]).abs());
+        }
+        // Pole times step is 0.01 at most: its error is below 1e-12.
+        let steps = (period_s * 2e4).ceil() as usize;
+        rk4(t, t + period_s, steps, &mut z, &mut |t, z, rate| {
+            for m in 0..l.len() {
+                rate[m] = l[m] * (disturbance(t) - z[0]) + if m + 1 < l.len() { z[m + 1] } else { 0.0 };
+            }
+        });
+    }
+    worst
+}
+
+#[test]
+fn observer_alone_is_of_second_order_in_the_period() {
+    // Well damped: the printed gains of Example 2 have a pole at -0.2 that has not settled after 10 s.
+    let well_damped = [
+        Gains::from_bandwidth(50.0, 1),
+        Gains::from_bandwidth(50.0, 2),
+        Gains::from_bandwidth(50.0, 3),
+        Gains::from_poles(&[(-30.0, 15.0), (-30.0, -15.0), (-50.0, 0.0)]),
+    ];
+    for gains in well_damped {
+        let errors = [2e-3, 1e-3, 5e-4].map(|period_s| observer_error(&gains, period_s));
+        for pair in errors.windows(2) {
+            let found = order(pair[0], pair[1], 2.0);
+            println!("{:?}: order {found:.4} {errors:?}", gains.poles);
+            assert!((1.95..=2.05).contains(&found), "{:?}: order {found}, errors {errors:?}", gains.poles);
+        }
+    }
+}
+
+#[test]
+fn observer_at_one_millisecond_is_within_5e_6_of_the_continuous_one() {
+    for (omega, r) in [(50.0, 2), (50.0, 3), (200.0, 3)] {
+        let error = observer_error(&Gains::from_bandwidth(omega, r), 1e-3);
+        println!("poles at -{omega}, r = {r}: {error:e}");
+        assert!(error <= 5e-6, "poles at -{omega}, r = {r}: {error:e}");
+    }
+}
+
+/// d = 0.7 + .. of degree r - 1 in channel 1 and in channel 2, where u is held between the ticks.
+#[test]
+fn polynomial_disturbance_of_degree_below_the_order_leaves_no_steady_error() {
+    let coefficients = [0.7, -0.4, 0.3];
+    for r in 1..=3 {
+        let d = |t: f64| (0..r).map(|m| coefficients[m] * t.powi(m as i32)).sum::<f64>();
+        let integral = |t: f64| (0..r).map(|m| coefficients[m] * t.powi(m as i32 + 1) / (m + 1) as f64).sum::<f64>();
+        for channel in [1, 2] {
+            let period_s = 1e-2;
+            let (spec, model) = observing(channel, Gains::from_bandwidth(20.0, r), period_s);
+            let mut shipped = controller(&spec, &model, 3, Precision::Double).expect("a valid design");
+            // x_2 = 1/2 + t/4 (channel 1) is integrated exactly by the trapezium rule; in channel 2 u alternates.
+            let (mut driven, mut u, mut worst) = (0.0, 0.0, 0.0_f64);
+            for k in 0..400_u32 {
+                let t = f64::from(k) * period_s;
+                let x = if channel == 1 {
+                    [t / 2.0 + t * t / 8.0 + integral(t), 0.5 + t / 4.0]
+                } else {
+                    [0.0, driven + integral(t)]
+                };
+                if k == 0 {
+                    assert!(shipped.start(&x));
+                } else {
+                    shipped.applied(u);
+                }
+                shipped.tick(&x);
+                u = if k % 2 == 0 { 0.25 } else { -0.5 };
+                driven += u * period_s;
+                if t >= 3.0 {
+                    let error = shipped.estimates()[channel - 1][0] - d(t);
+                    worst = worst.max(error.abs());
+                }
+            }
+            println!("r = {r}, channel {channel}: {worst:e}");
+            assert!(worst <= 1e-12, "r = {r}, channel {channel}: {worst:e}");
+        }
+    }
+}

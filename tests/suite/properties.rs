@@ -1,0 +1,439 @@
+//! Does it hold for all inputs?
+//!
+//! Designs are drawn from a seed (`strategy::any_design`) that a failure prints with the inputs. The sequence of cases is
+//! fixed, so that a run in CI is the run at the desk.
+
+use controller_core::{
+    Config, ConfigError, Controller, Fallback, FlexibleJoint, Health, INPUT_LIMIT, JointParameters, Limits, Linear,
+    Nominal, ObserverGains, ReachingLaw, Reading, State, Surface, channels,
+};
+use integration_tests::close::Gap;
+use integration_tests::oracle::{Gains, Model, Spec};
+use integration_tests::shape::{Precision, SHAPES, Shape, controller};
+use integration_tests::strategy::{Rng, any_design};
+use integration_tests::truth::{ExactStep, LinearChain, Term};
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+
+fn cases(cases: u32) -> ProptestConfig {
+    ProptestConfig { cases, failure_persistence: None, rng_seed: RngSeed::Fixed(0x0ED0), ..ProptestConfig::default() }
+}
+
+const MAX_N: usize = 6;
+
+/// Any design, its shape and precision.
+fn any_shape() -> impl Strategy<Value = (usize, u64, bool)> {
+    (0..SHAPES.len(), any::<u64>(), any::<bool>())
+}
+
+fn drawn((shape, seed, _): (usize, u64, bool)) -> (usize, usize, Spec, Model) {
+    let (n, capacity, mask) = SHAPES[shape];
+    let (spec, model) = any_design(&mut Rng::new(seed), n, capacity, mask);
+    (n, capacity, spec, model)
+}
+
+fn precision(drawn: (usize, u64, bool)) -> Precision {
+    if drawn.2 { Precision::Single } else { Precision::Double }
+}
+
+fn built(spec: &Spec, model: &Model, capacity: usize, precision: Precision) -> Box<dyn Shape> {
+    controller(spec, model, capacity, precision).expect("a valid design")
+}
+
+/// The sample in proportion to the design: x_j grows by a tenth of the tick's rate per channel, x_n is as drawn. (Seen in
+/// seconds, a chain of order 6 with T = 0.1 ms would ask for a(x) beyond the input limit.)
+fn fitted(spec: &Spec, x: &[f64; MAX_N]) -> Vec<f64> {
+    let n = spec.order();
+    (0..n).map(|j| x[j] * (0.1 / spec.period_s).powi(j as i32 + 1 - n as i32)).collect()
+}
+
+/// A sample of reasonable size, for [`fitted`].
+fn sample() -> impl Strategy<Value = [f64; MAX_N]> {
+    prop::array::uniform6(-10.0..10.0)
+}
+
+/// Any f32 at all: NaN of every payload, infinities, subnormals, -0.
+fn any_bits() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        any::<u32>().prop_map(|bits| f64::from(f32::from_bits(bits))),
+        Just(f64::NAN),
+        Just(f64::INFINITY),
+        Just(f64::NEG_INFINITY),
+        Just(INPUT_LIMIT),
+        -10.0..10.0,
+    ]
+}
+
+/// What the tick's guard must catch, whatever the other entries are.
+fn bad_value() -> impl Strategy<Value = f64> {
+    prop_oneof![Just(f64::NAN), Just(f64::INFINITY), Just(f64::NEG_INFINITY), Just(1e30), Just(-1e30)]
+}
+
+proptest! {
+    #![proptest_config(cases(2000))]
+
+    /// Eq. (17). Exactly: the first tick computes sigma by the same operations as the start did.
+    #[test]
+    fn offset_makes_sigma_star_zero_at_start(shape in any_shape(), x0 in sample(), guess in sample()) {
+        let (n, capacity, spec, model) = drawn(shape);
+        let mut shipped = built(&spec, &model, capacity, precision(shape));
+        let x0 = fitted(&spec, &x0);
+        prop_assert!(shipped.start_from(&x0, &guess[..n]));
+        let tick = shipped.tick(&x0);
+        prop_assert_eq!(tick.sigma_star, 0.0);
+        prop_assert!(!tick.health.contains(Health::INPUT_REJECTED));
+    }
+
+    /// The test plants' a(x) is odd, so the whole tick is: sat above all. Bit for bit, since IEEE rounding is odd too.
+    #[test]
+    fn tick_is_odd(shape in any_shape(), samples in prop::collection::vec(sample(), 2..20)) {
+        let (_, capacity, spec, model) = drawn(shape);
+        let model = Model { swing: 0.0, ..model };
+        let samples: Vec<_> = samples.iter().map(|x| fitted(&spec, x)).collect();
+        let mut plus = built(&spec, &model, capacity, precision(shape));
+        let mut minus = built(&spec, &model, capacity, precision(shape));
+        let mirrored = |x: &[f64]| x.iter().map(|value| -value).collect::<Vec<f64>>();
+        prop_assert!(plus.start(&samples[0]) && minus.start(&mirrored(&samples[0])));
+        for x in &samples {
+            let (one, other) = (plus.tick(x), minus.tick(&mirrored(x)));
+            prop_assert_eq!(one.u, -other.u);
+            prop_assert_eq!(one.sigma_star, -other.sigma_star);
+        }
+    }
+
+    /// The switching term alone: the law with k_s less the law without, at the second tick, where both have one history.
+    #[test]
+    fn switching_grows_with_sigma_star_up_to_its_limit(
+        k_s in 0.1..20.0, epsilon in 0.0..1.0, direction in prop::array::uniform2(0.1..1.0), sign in prop::bool::ANY,
+    ) {
+        let input_gain = if sign { 2.0 } else { -2.0 };
+        let spec = Spec {
+            period_s: 1e-2,
+            c: vec![3.0, 1.0],
+            alpha: 1.0,
+            k_l: 10.0,
+            k_s,
+            epsilon,
+            gradient: vec![0.0, 0.0],
+            input_gain,
+            observers: vec![Some(Gains::from_bandwidth(10.0, 2)), None],
+            limit: 1e12,
+        };
+        let model = Model::linear(&[0.0, 0.0], input_gain);
+        let without = Spec { k_s: 0.0, ..spec.clone() };
+        let response = |size: f64| {
+            let x = direction.map(|part| part * size);
+            let [with, without] = [&spec, &without].map(|spec| {
+                let mut shipped = built(spec, &model, 2, Precision::Double);
+                assert!(shipped.start(&[0.0, 0.0]));
+                shipped.tick(&[0.0, 0.0]);
+                shipped.tick(&x)
+            });
+            assert_eq!(with.sigma_star, without.sigma_star);
+            (with.sigma_star, -input_gain * (with.u - without.u))
+        };
+        let largest = 3.0 * (epsilon + k_s * spec.period_s) / direction[1];
+        let points: Vec<(f64, f64)> = (-20..=20).map(|k| response(f64::from(k) / 20.0 * largest)).collect();
+        // Differences of two u of this size.
+        let rounding = 1e-12 * (1.0 + largest) / spec.period_s;
+        for pair in points.windows(2) {
+            prop_assert!(pair[1].0 > pair[0].0);
+            prop_assert!(pair[1].1 >= pair[0].1 - rounding, "{:?}", pair);
+        }
+        // k_s T/K_v with K_v = c_1 T^2/2 + T: the limit is reached on both sides and kept.
+        let limit = k_s / (1.0 + 3.0 * spec.period_s / 2.0);
+        for (sigma_star, switching) in points {
+            prop_assert!(switching.abs() <= limit + rounding, "{} at {}", switching, sigma_star);
+            if sigma_star.abs() * 0.9 >= epsilon + k_s * spec.period_s {
+                let expected = limit * sigma_star.signum();
+                prop_assert!((switching - expected).abs() <= rounding, "{} for {}", switching, expected);
+            }
+        }
+    }
+
+    /// Superposition in samples and inputs together, for a linear a(x) and a constant b.
+    #[test]
+    fn estimator_is_linear(
+        shape in any_shape(),
+        one in prop::collection::vec((sample(), -10.0..10.0), 30),
+        other in prop::collection::vec((sample(), -10.0..10.0), 30),
+    ) {
+        let (n, capacity, spec, model) = drawn(shape);
+        let model = Model { bend: 0.0, swing: 0.0, ..model };
+        let estimates = |history: &[([f64; MAX_N], f64)]| {
+            let mut shipped = built(&spec, &model, capacity, Precision::Double);
+            assert!(shipped.start(&fitted(&spec, &history[0].0)));
+            for (x, u) in history {
+                let tick = shipped.tick(&fitted(&spec, x));
+                assert!(!tick.health.contains(Health::INPUT_REJECTED));
+                shipped.applied(*u);
+            }
+            shipped.estimates()
+        };
+        let sum: Vec<_> =
+            one.iter().zip(&other).map(|((x, u), (y, v))| (std::array::from_fn(|i| x[i] + y[i]), u + v)).collect();
+        let (one, other, sum) = (estimates(&one), estimates(&other), estimates(&sum));
+        for i in 0..n {
+            let mut gap = Gap::default();
+            for m in 0..3 {
+                let unit = spec.period_s.powi(m as i32);
+                gap.add(unit * (one[i][m] + other[i][m]), unit * sum[i][m]);
+                gap.scale = gap.scale.max(unit * one[i][m].abs()).max(unit * other[i][m].abs());
+            }
+            // Channel n subtracts a(x) and b u, which may be far larger than what is left of them.
+            let terms = model.row.iter().map(|k| 20.0 * k.abs()).sum::<f64>() + 20.0 * spec.input_gain.abs();
+            gap.scale = gap.scale.max(10.0 / spec.period_s).max(if i + 1 == n { terms } else { 0.0 });
+            prop_assert!(gap.relative() <= 1e-11, "channel {}: {:?}", i + 1, gap);
+        }
+    }
+
+    /// Whatever bits come in, a number within the limits goes out and the estimates stay numbers.
+    #[test]
+    fn no_bit_pattern_brings_a_nan_out_or_poisons_the_state(
+        shape in any_shape(),
+        limit in 1e-3..1e6,
+        history in prop::collection::vec((prop::array::uniform6(any_bits()), any_bits()), 1..40),
+    ) {
+        let (n, capacity, spec, model) = drawn(shape);
+        let spec = Spec { limit, ..spec };
+        let mut shipped = built(&spec, &model, capacity, precision(shape));
+        let refused = !shipped.start(&history[0].0[..n]);
+        if refused {
+            prop_assert!(shipped.start(&[0.0; MAX_N][..n]));
+        }
+        for (x, applied) in &history {
+            let tick = shipped.tick(&x[..n]);
+            prop_assert!(tick.u.is_finite() && tick.sigma.is_finite() && tick.sigma_star.is_finite(), "{:?}", tick);
+            // The f32 controller's limit is the rounded one.
+            let rejected = tick.health.contains(Health::INPUT_REJECTED);
+            prop_assert!(rejected || tick.u.abs() <= limit * (1.0 + 1e-7), "{:?}", tick);
+            if x[..n].iter().any(|value| !value.is_finite()) {
+                prop_assert!(rejected);
+            }
+            shipped.applied(*applied);
+        }
+        prop_assert!(shipped.estimates().iter().flatten().all(|value| value.is_finite()));
+    }
+
+    /// Under `HoldLast` the good samples see what they would have seen without the bad ones in between.
+    #[test]
+    fn good_samples_resume_as_if_the_bad_ones_had_not_been(
+        shape in any_shape(),
+        history in prop::collection::vec((sample(), prop::option::of((0..MAX_N, bad_value()))), 2..30),
+    ) {
+        let (n, capacity, spec, model) = drawn(shape);
+        let start = fitted(&spec, &history[0].0);
+        let mut disturbed = built(&spec, &model, capacity, precision(shape));
+        let mut spared = built(&spec, &model, capacity, precision(shape));
+        prop_assert!(disturbed.start(&start) && spared.start(&start));
+        let mut held = 0.0;
+        for (x, bad) in &history {
+            let x = fitted(&spec, x);
+            if let Some((at, value)) = bad {
+                let mut x = x.clone();
+                x[at % n] = *value;
+                let tick = disturbed.tick(&x);
+                prop_assert_eq!(tick.health, Health::INPUT_REJECTED);
+                prop_assert_eq!(tick.u, held);
+                // A report that is no number is not one.
+                disturbed.applied(f64::NAN);
+            }
+            let (one, other) = (disturbed.tick(&x), spared.tick(&x));
+            prop_assert_eq!(one, other);
+            held = one.u;
+        }
+        prop_assert_eq!(disturbed.estimates(), spared.estimates());
+    }
+
+    /// At the second tick a limited and a free controller still share their history.
+    #[test]
+    fn clamp_limits_u_and_says_so(shape in any_shape(), x in sample(), share in 0.1..2.0) {
+        let (_, capacity, spec, model) = drawn(shape);
+        let x = fitted(&spec, &x);
+        let mut free = built(&spec, &model, capacity, Precision::Double);
+        prop_assert!(free.start(&x));
+        let demand = free.tick(&x).u;
+        prop_assume!(demand != 0.0);
+        let limit = demand.abs() * share;
+        let mut limited = built(&Spec { limit, ..spec }, &model, capacity, Precision::Double);
+        prop_assert!(limited.start(&x));
+        let tick = limited.tick(&x);
+        prop_assert_eq!(tick.u, demand.clamp(-limit, limit));
+        prop_assert_eq!(tick.health.contains(Health::SATURATED), demand.abs() > limit);
+    }
+
+    /// No memory of a channel without observer, no use of a guess for it.
+    #[test]
+    fn unobserved_channels_are_not_looked_at(shape in any_shape(), before in sample(), x in sample()) {
+        let (n, capacity, spec, model) = drawn(shape);
+        let unobserved: Vec<usize> = (0..n).filter(|&i| spec.observers[i].is_none()).collect();
+        let observed_or_driving = |j: usize| spec.observers[j].is_some() || (j > 0 && spec.observers[j - 1].is_some());
+        let mut shipped = built(&spec, &model, capacity, precision(shape));
+        let mut other = built(&spec, &model, capacity, precision(shape));
+
+        // A guess there, even NaN, is not read.
+        let mut guess = [0.25; MAX_N];
+        unobserved.iter().for_each(|&i| guess[i] = f64::NAN);
+        prop_assert!(shipped.start_from(&[0.0; MAX_N][..n], &guess[..n]));
+        unobserved.iter().for_each(|&i| guess[i] = 0.0);
+        prop_assert!(other.start_from(&[0.0; MAX_N][..n], &guess[..n]));
+
+        // Entries of the past that no observer uses leave no trace; channel n's observer uses all through a(x).
+        let (before, x) = (fitted(&spec, &before), fitted(&spec, &x));
+        let mut past = before.clone();
+        if spec.observers[n - 1].is_none() {
+            (0..n).filter(|&j| !observed_or_driving(j)).for_each(|j| past[j] = -before[j]);
+        }
+        shipped.tick(&before);
+        other.tick(&past);
+        prop_assert_eq!(shipped.tick(&x), other.tick(&x));
+        for i in unobserved {
+            prop_assert_eq!(shipped.estimates()[i], [0.0; 3]);
+        }
+    }
+}
+
+const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
+
+fn joint_config<const R: usize>(gains: ObserverGains<R>) -> Config<4, R> {
+    Config {
+        period_s: 1e-3,
+        surface: Surface::from_coefficients([125.0, 75.0, 15.0, 1.0], 1.0),
+        observers: [None, Some(gains), None, Some(gains)],
+        reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
+        nominal: NOMINAL,
+        limits: Limits::symmetric(300.0),
+        fallback: Fallback::HoldLast,
+        sigma_star_bound: 1e12,
+        observer_pole_limit: 1.0,
+    }
+}
+
+type Joint = Controller<f32, FlexibleJoint<f32>, 4, 2, { channels([2, 4]) }, 2>;
+
+fn joint(change: impl Fn(&mut Config<4, 2>)) -> Joint {
+    let mut config = joint_config(ObserverGains::<2>::as_printed([100.0, 20.0]));
+    change(&mut config);
+    Joint::design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design")
+}
+
+/// A slow wave that the joint might make; tick k.
+fn wave(k: u32) -> [f32; 4] {
+    let t = k as f32 * 1e-3;
+    [0.1 * (3.0 * t).cos(), -0.3 * (3.0 * t).sin(), 0.2 * (2.0 * t).sin(), 0.4 * (2.0 * t).cos()]
+}
+
+#[test]
+fn safe_fallback_goes_out_and_the_observers_know_it() {
+    let safe = joint(|config| config.fallback = Fallback::Safe(-7.0));
+    let hold = joint(|_| ());
+    let mut rejecting = safe.start(&wave(0)).expect("a good sample");
+    let mut told = hold.start(&wave(0)).expect("a good sample");
+    for k in 0..50 {
+        assert_eq!(safe.tick(&mut rejecting, &wave(k)), hold.tick(&mut told, &wave(k)));
+        if k % 7 == 3 {
+            let mut bad = wave(k);
+            bad[(k % 4) as usize] = f32::NAN;
+            let output = safe.tick(&mut rejecting, &bad);
+            assert_eq!((output.u, output.health), (-7.0, Health::INPUT_REJECTED));
+            assert_eq!(rejecting.held(), -7.0);
+            told.applied(-7.0);
+        }
+    }
+}
+
+#[test]
+fn health_tells_sigma_star_over_its_bound_and_saturation_and_nothing_else() {
+    let free = joint(|config| config.limits = Limits::NONE);
+    let mut state = free.start(&wave(0)).expect("a good sample");
+    let mut seen = [false; 2];
+    let bounded = joint(|config| {
+        config.limits = Limits::NONE;
+        config.sigma_star_bound = 0.5;
+    });
+    let mut watched = bounded.start(&wave(0)).expect("a good sample");
+    for k in 0..400 {
+        let (plain, output) = (free.tick(&mut state, &wave(k)), bounded.tick(&mut watched, &wave(k)));
+        assert_eq!(plain.health, Health::OK);
+        let over = output.sigma_star.abs() > 0.5;
+        assert_eq!(output.health, if over { Health::SIGMA_STAR_OVER_BOUND } else { Health::OK });
+        assert_eq!(plain.u, output.u);
+        seen[usize::from(over)] = true;
+    }
+    assert_eq!(seen, [true; 2], "the wave must show both");
+}
+
+/// n = 2 with a = -lambda x_2: the tick's model of the plant is exact for a constant d, so that an exact guess leaves
+/// nothing to settle. 1e-11 is rounding: differences of x over T, summed through poles T = 0.2.
+#[test]
+fn exact_guess_leaves_no_transient() {
+    let (d, lambda, b, period_s) = ([0.4, -2.5], 30.0, 4.0, 1e-2);
+    let row = [0.0, -lambda];
+    let spec = Spec {
+        period_s,
+        c: vec![3.0, 1.0],
+        alpha: 1.0,
+        k_l: 10.0,
+        k_s: 0.0,
+        epsilon: 0.01,
+        gradient: row.to_vec(),
+        input_gain: b,
+        observers: vec![Some(Gains::from_bandwidth(20.0, 2)), Some(Gains::from_bandwidth(20.0, 3))],
+        limit: 1e12,
+    };
+    let plant = LinearChain { a: row.to_vec(), b, d: d.iter().map(|&d| vec![Term::Const(d)]).collect() };
+    let worst_from = |guess: [f64; 2]| {
+        let step = ExactStep::new(&plant, period_s);
+        let mut shipped = built(&spec, &Model::linear(&row, b), 3, Precision::Double);
+        let mut x = vec![0.2, -0.1];
+        assert!(shipped.start_from(&x, &guess));
+        let mut worst: f64 = 0.0;
+        for k in 0..500 {
+            let tick = shipped.tick(&x);
+            let estimates = shipped.estimates();
+            worst = worst.max((estimates[0][0] - d[0]).abs()).max((estimates[1][0] - d[1]).abs());
+            step.advance(k, tick.u, &mut x);
+        }
+        worst
+    };
+    assert!(worst_from(d) <= 1e-11, "{:e}", worst_from(d));
+    assert!(worst_from([0.0, 0.0]) >= 1.0, "without the guess there is a transient to see");
+}
+
+/// The whole memory of the joint's controller: a cache line of 64 bytes and less.
+#[test]
+fn state_of_the_joint_fits_64_bytes() {
+    assert!(size_of::<State<f32, 2, 2>>() <= 48, "{}", size_of::<State<f32, 2, 2>>());
+    assert!(size_of::<State<f32, 3, 2>>() <= 64, "{}", size_of::<State<f32, 3, 2>>());
+    // 4 numbers per channel of order 2, and W, u, b/b_0; nothing for absent channels.
+    assert_eq!(size_of::<State<f32, 2, 1>>(), 4 * (4 + 3));
+    assert_eq!(size_of::<State<f32, 2, 0>>(), 4 * 3);
+}
+
+/// `Linear` and the joint's own model say the same of one plant.
+#[test]
+fn model_of_the_joint_is_the_linear_one() {
+    type General = Controller<f64, Linear<f64, 4>, 4, 2, { channels([2, 4]) }, 2>;
+    type Special = Controller<f64, FlexibleJoint<f64>, 4, 2, { channels([2, 4]) }, 2>;
+    let config = joint_config(ObserverGains::as_printed([100.0, 20.0]));
+    let general = General::design(&config, Linear::<f64, 4>::new(&NOMINAL)).expect("a valid design");
+    let special = Special::design(&config, FlexibleJoint::<f64>::new(&NOMINAL)).expect("a valid design");
+    let x = |k: u32| wave(k).map(f64::from);
+    let mut one = general.start(&x(0)).expect("a good sample");
+    let mut other = special.start(&x(0)).expect("a good sample");
+    for k in 0..200 {
+        let (one, other) = (general.tick(&mut one, &x(k)), special.tick(&mut other, &x(k)));
+        assert!((one.u - other.u).abs() <= 1e-9, "{} {}", one.u, other.u);
+    }
+}
+
+#[test]
+fn safe_u_outside_the_limits_is_refused() {
+    let mut config = joint_config(ObserverGains::<2>::as_printed([100.0, 20.0]));
+    for u in [300.5, -1e39] {
+        config.fallback = Fallback::Safe(u);
+        assert_eq!(config.validate(), Err(ConfigError::FallbackOutsideLimits { u }));
+    }
+    config.fallback = Fallback::Safe(-300.0);
+    assert_eq!(config.validate(), Ok(()));
+}
