@@ -284,7 +284,7 @@ const fn folded<const R: usize>(on_s: [f64; MAX_R], theta: f64, mu2: f64, unit: 
     row
 }
 
-/// One row, checked: `magnitude` must be finite in f32 too, so that both precisions accept the same designs.
+/// A normal number in f32 too, so that both precisions accept the same designs.
 const fn fits(value: f64) -> bool {
     value.abs() < 1e30
 }
@@ -300,7 +300,10 @@ impl<const N: usize, const R: usize, const O: usize> Coefficients<f64, N, R, O> 
             && fits(self.us)
             && fits(self.satk)
             && fits(self.lim)
-            && fits(self.decay);
+            && fits(self.sigma_star_bound)
+            && fits(self.decay)
+            // Below half a unit in the last place of f32 the offset would never decay.
+            && self.decay > 1e-7;
         let mut i = 0;
         while i < N {
             sound = sound && fits(self.c[i]) && fits(self.kx[i]);
