@@ -1,4 +1,4 @@
-//! The controller, wherever it runs: in this process, as the baseline of reference [1], or on a target.
+//! The controller, wherever it runs: in this process, as the baseline of reference \[1\], or on a target.
 
 use crate::MAX_ORDER;
 use controller_core::Health;
