@@ -4,4 +4,7 @@ mod cases;
 mod compile;
 mod convergence;
 mod formula;
+mod paper;
+mod precision;
 mod properties;
+mod robustness;
