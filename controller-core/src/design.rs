@@ -1,4 +1,4 @@
-//! Design time: from a [`Config`](crate::Config) to the rows of the tick.
+//! Design time: from a [`Config`] to the rows of the tick.
 //!
 //! Everything here is `f64`, runs once, and is `const fn` without any library function, so that a controller can be
 //! designed by the compiler and lie in flash. Symbols (i, j, q count from 1, $c_n = 1$):
@@ -16,6 +16,7 @@
 //! Channels $i < n$ are in physical units (divided by T): then $k_A$ equals the row's entry of $x_{i+1}$, so that one sum
 //! $y_{i+1} = x_{i+1} + A_i$ serves $\sigma^*$ and the law. Channel n is in units of u (divided by $T b_0$): there its entry is
 //! exactly -1. The unfolded form is the oracle in `tests/` (test `formula::folded_tick_equals_the_plain_transcription`).
+#![doc = include_str!("../katex.html")]
 
 use crate::controller::{Config, Fallback};
 use crate::error::ConfigError;
@@ -283,7 +284,7 @@ const fn folded<const R: usize>(on_s: [f64; MAX_R], theta: f64, mu2: f64, unit: 
     row
 }
 
-/// One row, checked: `magnitude` must be finite in f32 too, so that both precisions accept the same designs.
+/// A normal number in f32 too, so that both precisions accept the same designs.
 const fn fits(value: f64) -> bool {
     value.abs() < 1e30
 }
@@ -299,7 +300,10 @@ impl<const N: usize, const R: usize, const O: usize> Coefficients<f64, N, R, O> 
             && fits(self.us)
             && fits(self.satk)
             && fits(self.lim)
-            && fits(self.decay);
+            && fits(self.sigma_star_bound)
+            && fits(self.decay)
+            // Below half a unit in the last place of f32 the offset would never decay.
+            && self.decay > 1e-7;
         let mut i = 0;
         while i < N {
             sound = sound && fits(self.c[i]) && fits(self.kx[i]);

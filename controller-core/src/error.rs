@@ -34,15 +34,20 @@ pub enum ConfigError {
         /// The α given, 1/s.
         alpha_per_s: f64,
     },
-    /// `k_l` < 0 or `k_s` < 0.
-    ReachingGainNegative {
-        /// Which of them.
+    /// A reaching gain or a bound below 0.
+    Negative {
+        /// Name of the field of [`Config`](crate::Config).
         field: &'static str,
     },
     /// k_s > 0 with ε < 0, or with ε = 0 and k_s T = 0.
     BoundaryLayerEmpty {
         /// The ε given.
         epsilon: f64,
+    },
+    /// A limit beyond [`INPUT_LIMIT`](crate::INPUT_LIMIT).
+    LimitsTooWide {
+        /// The limit given.
+        limit: f64,
     },
     /// min > max.
     LimitsReversed {
@@ -115,9 +120,7 @@ impl ConfigError {
     /// What is wrong and what to do, without the numbers: usable in a `const`.
     pub const fn reason(&self) -> &'static str {
         match self {
-            Self::NotFinite { .. } => {
-                "a number of the configuration is NaN or infinite (gains from poles are NaN if complex poles do not come in conjugate pairs): give finite numbers"
-            }
+            Self::NotFinite { .. } => "this number is NaN or infinite: give a finite one",
             Self::PeriodNotPositive { .. } => "the period must be above 0 s",
             Self::InputGainZero => {
                 "the nominal input gain b is 0 (Eq. (39)): the law divides by it; give b(x)'s nominal value"
@@ -129,8 +132,9 @@ impl ConfigError {
             Self::OffsetDecayNotPositive { .. } => {
                 "alpha must be above 0 1/s (Eq. (17)): the offset of sigma* would never decay"
             }
-            Self::ReachingGainNegative { .. } => "the reaching gains k_l and k_s must not be negative (Eq. (51))",
+            Self::Negative { .. } => "this number must not be negative",
             Self::BoundaryLayerEmpty { .. } => "with k_s > 0 the boundary layer epsilon must be above 0 (Eq. (51))",
+            Self::LimitsTooWide { .. } => "a limit of u is beyond 1e12: where the actuator has none give Limits::NONE",
             Self::LimitsReversed { .. } => "the limits are reversed: min must not be above max",
             Self::FallbackOutsideLimits { .. } => {
                 "the safe u lies outside the limits: give one that the actuator can hold"
@@ -148,13 +152,13 @@ impl ConfigError {
                 "the observer order is below n - i, so that sigma needs a derivative it does not estimate (Eq. (44)): raise the order, or observe no disturbance there"
             }
             Self::ObserverNotHurwitz { .. } => {
-                "the observer gains are not Hurwitz (Eq. (53); order 3 needs l1 l2 > l3): take them from_bandwidth or from_poles"
+                "the observer gains are not Hurwitz (Eq. (53); order 3 needs l1 l2 > l3; complex poles come in conjugate pairs): take them from_bandwidth or from_poles"
             }
             Self::ObserverTooFast { .. } => {
                 "the fastest observer pole is too fast for the period (Eq. (53)): slow the observer, shorten the period, or raise observer_pole_limit"
             }
             Self::CoefficientRange => {
-                "a designed coefficient overflows or vanishes in this precision: check the units of the period, the gains and b"
+                "a designed coefficient overflows or vanishes in this precision: check the units of the period, alpha, the gains and b"
             }
         }
     }
@@ -166,7 +170,7 @@ impl ConfigError {
             None => Text::new(),
         };
         let text = match *self {
-            Self::NotFinite { field } | Self::ReachingGainNegative { field } => text.string(field).string(": "),
+            Self::NotFinite { field } | Self::Negative { field } => text.string(field).string(": "),
             Self::OrderTooLow { needed, order, .. } => {
                 text.string("needs observer order ").number(needed).string(", has ").number(order).string(": ")
             }
@@ -187,6 +191,7 @@ impl fmt::Display for ConfigError {
             Self::SurfaceLead { c_n } => write!(f, " (given {c_n})"),
             Self::OffsetDecayNotPositive { alpha_per_s } => write!(f, " (given {alpha_per_s} 1/s)"),
             Self::BoundaryLayerEmpty { epsilon } => write!(f, " (given {epsilon})"),
+            Self::LimitsTooWide { limit } => write!(f, " (given {limit})"),
             Self::LimitsReversed { min, max } => write!(f, " (given min {min}, max {max})"),
             Self::FallbackOutsideLimits { u } => write!(f, " (given {u})"),
             Self::ObserverTooFast { fastest_rad_s, allowed_rad_s, .. } => {
@@ -284,6 +289,8 @@ impl fmt::Display for Warning {
 
 /// The remarks on one design; at most one per channel and two more.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Warnings {
     list: [Option<Warning>; 8],
     len: usize,

@@ -3,7 +3,7 @@
 //! Eq. (51) (Eq. (20) for n = 2), with the argument of sat written out:
 //!
 //! $$ u = -\frac{1}{b}\Big[ a + \hat d_n + \alpha\sigma(0)e^{-\alpha t} + \sum_{i<n} c_i (x_{i+1} + \hat d_i)
-//!        + k_l\sigma^* + k_s\,\mathrm{sat}(\sigma^*/\epsilon) \Big] $$
+//!        + k_l\sigma^* + k_s \thinspace \mathrm{sat}(\sigma^*/\epsilon) \Big] $$
 //!
 //! The first four terms are the *equivalent control*, the rest is the *reaching law* held here. Held over one tick, u
 //! must cancel what the chain does *during* the tick, so the discrete law weighs the same terms with rows that are
@@ -12,6 +12,7 @@
 //!
 //! # Deviation
 //! The paper prints sat σ* in Eq. (51) and defines it by ε; the argument is σ*/ε.
+#![doc = include_str!("../katex.html")]
 
 /// Gains of the reaching law, Eq. (20) and (51).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -19,23 +19,23 @@
 //!
 //! # Features
 //! None changes a number. `analysis` adds the modules that need matrices (nalgebra); `defmt` and `serde` add impls.
-
+#![doc = include_str!("../katex.html")]
 #![no_std]
 #![forbid(unsafe_code)]
 
-mod controller;
-mod design;
-mod elementary;
-mod error;
-mod health;
-mod history;
-mod law;
-mod model;
-mod models;
-mod observer;
-mod polynomial;
-mod real;
-mod surface;
+pub mod controller;
+pub mod design;
+pub mod elementary;
+pub mod error;
+pub mod health;
+pub mod history;
+pub mod law;
+pub mod model;
+pub mod models;
+pub mod observer;
+pub mod polynomial;
+pub mod real;
+pub mod surface;
 
 #[cfg(feature = "analysis")]
 pub mod bounds;

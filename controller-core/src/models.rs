@@ -1,7 +1,7 @@
 //! The plants of the paper's two examples, as nominal models.
 
-mod benchmark;
-mod flexible_joint;
+pub mod benchmark;
+pub mod flexible_joint;
 
 pub use benchmark::Benchmark;
 pub use flexible_joint::{FlexibleJoint, JointChain, JointParameters, Reading};

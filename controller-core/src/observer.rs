@@ -25,7 +25,8 @@
 //! # Deviation
 //! The printed $p$-form subtracts two large numbers, $p$ and $l x$: in `f32` it is wrong by up to 0.4 at an offset of
 //! 100 rad. This form takes differences of measurements first (test `precision::raw_offset_of_100_rad`).
-//! The estimates start at $\hat d(0) = 0$; $p(0) = 0$ would start them at $l\,x(0)$.
+//! The estimates start at $\hat d(0) = 0$; $p(0) = 0$ would start them at $l \thinspace x(0)$.
+#![doc = include_str!("../katex.html")]
 
 use crate::design::channel_gammas;
 use crate::polynomial::{TERMS, is_hurwitz, spectral_radius};
@@ -49,7 +50,7 @@ impl Pole {
     }
 }
 
-/// Gains $l_{i1}, \dots, l_{ir}$ of one channel, $l_{ij}$ in s⁻ʲ. The order $r$ may be lower than the capacity `R`.
+/// Gains l_i1 .. l_ir of one channel, l_ij in s⁻ʲ. The order r may be lower than the capacity `R`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObserverGains<const R: usize> {
     /// The order r of this channel's observer, 1..=R.
@@ -60,7 +61,7 @@ pub struct ObserverGains<const R: usize> {
 
 impl<const R: usize> ObserverGains<R> {
     /// The gains as a paper prints them. They need not have the poles that are said of them: the printed (100, 20) of
-    /// Example 2, "poles at -10", has -99.8 and -0.2. See [`error_poles`](crate::error_dynamics::error_poles).
+    /// Example 2, "poles at -10", has -99.8 and -0.2. See `error_dynamics::error_poles`.
     pub const fn as_printed<const ORDER: usize>(l: [f64; ORDER]) -> Self {
         const { assert!(ORDER >= 1 && ORDER <= R, "an observer's order must be 1..=R") };
         let mut gains = [0.0; R];

@@ -1,1 +1,87 @@
-fn main() {}
+//! The one gate: `cargo xtask test` is what a person runs before a commit and what CI runs after it.
+//!
+//! It drives cargo by command line and links none of our crates, so it can tell what is wrong when they do not build.
+//! Each step is numbered and timed; the first that fails ends the run with the exact command to repeat it.
+
+mod docs;
+mod paper_map;
+mod scan;
+mod setup;
+mod step;
+mod test;
+mod thumb;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use step::{Gate, Outcome};
+
+struct Action {
+    name: &'static str,
+    help: &'static str,
+    run: fn(&mut Gate) -> Outcome,
+}
+
+const ACTIONS: [Action; 4] = [
+    Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
+    Action {
+        name: "test",
+        help: "setup, then format, lints, docs, paper map, tests, build and machine code for thumb",
+        run: test::run,
+    },
+    Action { name: "ci", help: "the same as test", run: test::run },
+    Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
+];
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let asked = match arguments.as_slice() {
+        [] => "help",
+        [one] => one,
+        [_, extra, ..] => return misused(&format!("unexpected argument `{extra}`: a command takes none")),
+    };
+    if ["help", "-h", "--help"].contains(&asked) {
+        println!("cargo xtask COMMAND\n");
+        for Action { name, help, .. } in ACTIONS {
+            println!("  {name:<10} {help}");
+        }
+        println!("  {:<10} this list", "help");
+        return ExitCode::SUCCESS;
+    }
+    let Some(Action { run, .. }) = ACTIONS.iter().find(|action| action.name == asked) else {
+        return misused(&format!("unknown command `{asked}`: did you mean `{}`?", nearest(asked)));
+    };
+    let mut gate = Gate::new(root());
+    let outcome = run(&mut gate);
+    gate.conclude(asked, &outcome);
+    if outcome.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+fn misused(message: &str) -> ExitCode {
+    eprintln!("{message}\n`cargo xtask help` lists the commands");
+    ExitCode::from(2)
+}
+
+fn nearest(asked: &str) -> &'static str {
+    let distance = |name: &str| strsim::damerau_levenshtein(asked, name);
+    ACTIONS.iter().map(|action| action.name).chain(["help"]).min_by_key(|name| distance(name)).unwrap_or("help")
+}
+
+/// The workspace: xtask lies directly in it.
+fn root() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.parent().unwrap_or(here).to_path_buf()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::nearest;
+
+    #[test]
+    fn a_slip_of_the_finger_finds_the_command_that_was_meant() {
+        assert_eq!(nearest("tets"), "test");
+        assert_eq!(nearest("papermap"), "paper-map");
+        assert_eq!(nearest("stup"), "setup");
+        assert_eq!(nearest("hlep"), "help");
+    }
+}

@@ -9,6 +9,7 @@
 //! # Deviation
 //! The print contradicts itself about which inertia belongs to which equation, and its simplified Eq. (63) forgets $k_1$
 //! in $a$ and $b$. [`Reading`] names the ways out; `Reconstructed` is the one that reproduces the published numbers.
+#![doc = include_str!("../../katex.html")]
 
 use crate::design::row_f32;
 use crate::model::{Nominal, NominalModel};

@@ -1,0 +1,113 @@
+//! `cargo doc` without a warning, and formulas that a browser shows as formulas.
+//!
+//! Formulas stand between `$` in doc comments. Two things spoil them silently. A page shows them only if it loads KaTeX,
+//! which a module asks for by including `controller-core/katex.html` in its docs (a header given by flags would miss
+//! plain `cargo doc`: a relative path is wrong for the dependencies). And markdown eats a backslash before anything but
+//! a letter: `\,` arrives as `,`, so formulas say `\thinspace`.
+
+use std::fs;
+use std::path::Path;
+
+use crate::scan::files_with;
+use crate::step::{Gate, Invocation, Outcome};
+
+/// Crates whose pages are read.
+const CRATES: [&str; 2] = ["controller_core", "host_sim"];
+
+pub(crate) fn run(gate: &mut Gate) -> Outcome {
+    let doc = Invocation::cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings");
+    gate.commands("documentation without a warning", &[doc])?;
+    gate.check("formulas in the documentation", "cargo xtask test", |gate| {
+        let sources = each(&gate.root, "rs", spoiled)?;
+        let mut pages = 0;
+        for name in CRATES {
+            pages += each(&gate.root.join("target/doc").join(name), "html", unrendered)?;
+        }
+        Ok(format!("{sources} sources, {pages} pages"))
+    })
+}
+
+/// Applies `fault` to the text of every such file; their number, or the first fault.
+fn each(directory: &Path, extension: &str, fault: fn(&str) -> Option<String>) -> Result<usize, String> {
+    let files = files_with(directory, extension).map_err(|error| format!("{}: {error}", directory.display()))?;
+    for file in &files {
+        let text = fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
+        if let Some(fault) = fault(&text) {
+            return Err(format!("{}: {fault}", file.display()));
+        }
+    }
+    Ok(files.len())
+}
+
+/// A formula of a doc comment that markdown would change.
+fn spoiled(source: &str) -> Option<String> {
+    let mut fenced = false;
+    let mut prose = String::new();
+    for line in source.lines().map(str::trim_start) {
+        let Some(doc) = line.strip_prefix("//!").or_else(|| line.strip_prefix("///")) else { continue };
+        if doc.trim_start().starts_with("```") {
+            fenced = !fenced;
+        } else if !fenced {
+            prose += doc;
+            prose.push('\n');
+        }
+    }
+    // Outside of code spans, every second stretch between `$` is a formula; `$$` makes empty ones in between.
+    let prose: String = prose.split('`').step_by(2).collect();
+    let eaten =
+        |formula: &str| formula.split('\\').skip(1).any(|after| !after.starts_with(|c: char| c.is_ascii_alphabetic()));
+    prose
+        .replace("$$", "$")
+        .split('$')
+        .skip(1)
+        .step_by(2)
+        .find(|formula| eaten(formula))
+        .map(|formula| format!("markdown eats a backslash of `{}`: write \\thinspace, \\lbrace, \\cr", formula.trim()))
+}
+
+/// A page with a formula but without KaTeX.
+fn unrendered(page: &str) -> Option<String> {
+    if page.contains("renderMathInElement") {
+        return None;
+    }
+    let formula = without_code(page).contains('$');
+    at.then(|| {
+        String::from("a formula, but no KaTeX: add #[doc = include_str!(\"..katex.html\")], or write it in words")
+    })
+}
+
+/// The page without what KaTeX leaves alone.
+fn without_code(page: &str) -> String {
+    let mut text = page.to_string();
+    for tag in ["pre", "code", "script"] {
+        let (open, close) = (format!("<{tag}"), format!("</{tag}>"));
+        let mut rest = text.as_str();
+        let mut kept = String::new();
+        while let Some((before, after)) = rest.split_once(&open) {
+            kept += before;
+            rest = after.split_once(&close).map_or("", |(_, after)| after);
+        }
+        kept += rest;
+        text = kept;
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_backslash_that_markdown_eats_is_found_in_formulas_only() {
+        assert!(spoiled("//! $a\\,b$").is_some());
+        assert!(spoiled("//! $$ a\n//! \\\\ b $$").is_some());
+        assert_eq!(spoiled("//! $a \\thinspace b$, `\\,` and\n//! ```\n//! $\\,$\n//! ```\n"), None);
+    }
+
+    #[test]
+    fn a_page_with_a_formula_must_load_katex() {
+        assert!(unrendered("<p>$x$</p>").is_some());
+        assert_eq!(unrendered("<p>$x$</p><script>renderMathInElement(document.body)</script>"), None);
+        assert_eq!(unrendered("<pre class=\"x\">$t</pre><code>$t</code>"), None);
+    }
+}

@@ -1,0 +1,205 @@
+//! docs/paper-map.md against the sources: each numbered equation, each figure and Table I has exactly one row, and the
+//! items and tests that the row names exist.
+//!
+//! A row is `| label | what | symbols | tests |`. A label is `(44)`, a range `(3)-(6)`, `Fig. 4` or `Table I`. A symbol
+//! is `` `path/to/file.rs::Item` `` or `` `path/to/file.rs::Type::item` ``, or a file alone; a test is
+//! `` `path/to/file.rs::test_name` ``. A row may say `-` with its reason where there is nothing to name.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use crate::step::{Gate, Outcome};
+
+const MAP: &str = "docs/paper-map.md";
+const EQUATIONS: u32 = 63;
+const FIGURES: u32 = 10;
+
+pub(crate) fn run(gate: &mut Gate) -> Outcome {
+    gate.check("paper map: every equation has a home and a test", "cargo xtask paper-map", |gate| {
+        let text = fs::read_to_string(gate.root.join(MAP)).map_err(|error| format!("{MAP}: {error}"))?;
+        let faults = faults(&text, &gate.root);
+        if faults.is_empty() {
+            Ok(format!("{EQUATIONS} equations, {FIGURES} figures, 1 table"))
+        } else {
+            Err(faults.join("\n"))
+        }
+    })
+}
+
+fn faults(text: &str, root: &Path) -> Vec<String> {
+    let mut faults = Vec::new();
+    let mut rows_of: BTreeMap<String, usize> = BTreeMap::new();
+    for (number, line) in text.lines().enumerate() {
+        let Some(cells) = cells(line) else { continue };
+        let mut say = |fault: String| faults.push(format!("{MAP}:{}: {fault}", number + 1));
+        let labels = match labels(cells[0]) {
+            Ok(labels) => labels,
+            Err(fault) => {
+                say(fault);
+                continue;
+            }
+        };
+        for label in labels {
+            *rows_of.entry(label).or_default() += 1;
+        }
+        for (cell, is_test) in [(cells[2], false), (cells[3], true)] {
+            let references = references(cell);
+            // A dash and a reason: at least a word of it.
+            if references.is_empty() && cell.strip_prefix("- ").is_none_or(|reason| reason.len() <= 3) {
+                say(format!("name at least one {}, or `- reason`", if is_test { "test" } else { "symbol" }));
+            }
+            for reference in references {
+                if let Err(fault) = resolve(reference, is_test, root) {
+                    say(fault);
+                }
+            }
+        }
+    }
+    for label in required() {
+        match rows_of.remove(&label) {
+            Some(1) => {}
+            Some(rows) => faults.push(format!("{MAP}: {label} has {rows} rows: one home per equation")),
+            None => faults.push(format!("{MAP}: {label} has no row")),
+        }
+    }
+    faults.extend(rows_of.into_keys().map(|label| format!("{MAP}: the paper has no {label}")));
+    faults
+}
+
+fn required() -> impl Iterator<Item = String> {
+    let equations = (1..=EQUATIONS).map(|number| format!("({number})"));
+    equations.chain((1..=FIGURES).map(|number| format!("Fig. {number}"))).chain([String::from("Table I")])
+}
+
+/// The four cells of a row; `None` for prose, the heading and its rule.
+fn cells(line: &str) -> Option<[&str; 4]> {
+    let inner = line.trim().strip_prefix('|')?.strip_suffix('|')?;
+    let cells: Vec<&str> = inner.split('|').map(str::trim).collect();
+    let cells: [&str; 4] = cells.try_into().ok()?;
+    let is_heading = cells[0] == "paper" || cells[0].starts_with("---");
+    (!is_heading).then_some(cells)
+}
+
+/// `(3)-(6)` is four labels, anything else one.
+fn labels(cell: &str) -> Result<Vec<String>, String> {
+    let Some((first, last)) = cell.split_once(")-(") else { return Ok(vec![cell.to_string()]) };
+    let number = |text: &str| text.trim_matches(['(', ')']).parse::<u32>();
+    match (number(first), number(last)) {
+        (Ok(first), Ok(last)) if first < last => Ok((first..=last).map(|number| format!("({number})")).collect()),
+        _ => Err(format!("`{cell}` is not a range of equations such as (3)-(6)")),
+    }
+}
+
+/// What stands between backticks.
+fn references(cell: &str) -> Vec<&str> {
+    cell.split('`').skip(1).step_by(2).collect()
+}
+
+/// Does the file exist, and does it define each part of the name?
+fn resolve(reference: &str, is_test: bool, root: &Path) -> Result<(), String> {
+    let (file, names) = match reference.split_once("::") {
+        Some((file, names)) => (file, names.split("::").collect()),
+        None => (reference, Vec::new()),
+    };
+    let text = fs::read_to_string(root.join(file)).map_err(|error| format!("`{reference}`: {file}: {error}"))?;
+    if is_test && names.is_empty() {
+        return Err(format!("`{reference}` names no test"));
+    }
+    for name in names {
+        if !defines(&text, name) {
+            return Err(format!("`{reference}`: {file} defines no `{name}`"));
+        }
+        if is_test && !is_tested(&text, name) {
+            return Err(format!("`{reference}`: `{name}` is not a #[test]"));
+        }
+    }
+    Ok(())
+}
+
+fn defines(text: &str, name: &str) -> bool {
+    text.lines().any(|line| is_definition(line, name))
+}
+
+/// A line such as `pub const fn name(` or `Name {` of an enum; comments do not count.
+fn is_definition(line: &str, name: &str) -> bool {
+    let line = line.trim_start();
+    if line.starts_with("//") {
+        return false;
+    }
+    // Variants and constants of an impl stand alone or after their keyword.
+    let variant = line.strip_prefix(name).is_some_and(|rest| rest.starts_with([',', ' ', '(', '{']));
+    let keywords = ["fn", "struct", "enum", "trait", "type", "const", "static", "mod", "macro_rules!"];
+    let words: Vec<&str> = line.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == '!')).collect();
+    variant || words.windows(2).any(|pair| keywords.contains(&pair[0]) && pair[1] == name)
+}
+
+/// `#[test]` in the few lines of attributes above the function.
+fn is_tested(text: &str, name: &str) -> bool {
+    let lines: Vec<&str> = text.lines().map(str::trim).collect();
+    lines.iter().enumerate().any(|(at, line)| {
+        is_definition(line, name)
+            && lines[..at]
+                .iter()
+                .rev()
+                .take_while(|above| above.starts_with("#[") || above.starts_with("//"))
+                .any(|above| *above == "#[test]")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn full_map(row: &str) -> String {
+        let rows: Vec<String> =
+            required().map(|label| format!("| {label} | w | - stated only | - stated only |")).collect();
+        let text = format!("| paper | what | symbol | test |\n|---|---|---|---|\n{}\n", rows.join("\n"));
+        text.replace("| (44) | w | - stated only | - stated only |", row)
+    }
+
+    fn here() -> &'static Path {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+    }
+
+    #[test]
+    fn a_row_whose_symbol_and_test_exist_passes() {
+        let row = "| (44) | w | `src/paper_map.rs::faults`, `src/step.rs::Gate::check` \
+                   | `src/paper_map.rs::a_row_whose_symbol_and_test_exist_passes` |";
+        assert_eq!(faults(&full_map(row), here()), Vec::<String>::new());
+    }
+
+    #[test]
+    fn each_kind_of_wrong_row_is_named() {
+        let cases = [
+            ("| (44) | w | `src/paper_map.rs::no_such_item` | - none needed |", "defines no `no_such_item`"),
+            ("| (44) | w | `src/no_such_file.rs::x` | - none needed |", "src/no_such_file.rs"),
+            ("| (44) | w | `src/step.rs::Gate` | `src/paper_map.rs::faults` |", "is not a #[test]"),
+            ("| (44) | w | `src/step.rs::Gate` | `src/paper_map.rs` |", "names no test"),
+            ("| (44) | w | `src/step.rs::Gate` | |", "at least one test"),
+            ("| (43)-(44) | w | - stated only | - stated only |", "(43) has 2 rows"),
+            ("| (44)-(43) | w | - stated only | - stated only |", "not a range"),
+            ("| (64) | w | - stated only | - stated only |", "the paper has no (64)"),
+            ("no row at all", "(44) has no row"),
+        ];
+        for (row, expected) in cases {
+            let faults = faults(&full_map(row), here()).join("\n");
+            assert!(faults.contains(expected), "{row}: {faults}");
+        }
+    }
+
+    #[test]
+    fn ranges_are_all_their_numbers() {
+        assert_eq!(labels("(3)-(6)"), Ok(["(3)", "(4)", "(5)", "(6)"].map(String::from).to_vec()));
+        assert_eq!(labels("Fig. 4"), Ok(vec![String::from("Fig. 4")]));
+    }
+
+    #[test]
+    fn a_name_in_a_comment_or_inside_a_longer_name_is_no_definition() {
+        assert!(is_definition("    pub const fn tick(&self) {", "tick"));
+        assert!(is_definition("    Reconstructed,", "Reconstructed"));
+        assert!(!is_definition("// fn tick", "tick"));
+        assert!(!is_definition("fn tick_twice()", "tick"));
+        assert!(!is_definition("let x = tick(1);", "tick"));
+    }
+}

@@ -1,0 +1,173 @@
+//! A step of the gate: a headline, commands or a check, a duration; the first failure ends the run.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+/// Why a step failed, and what to run to see it again.
+#[derive(Debug)]
+pub(crate) struct Failure {
+    /// What is wrong and what to do about it.
+    pub(crate) reason: String,
+    /// The command that repeats it.
+    pub(crate) rerun: String,
+}
+
+/// Of a step or of all of them.
+pub(crate) type Outcome = Result<(), Failure>;
+
+/// The run so far.
+pub(crate) struct Gate {
+    /// The workspace.
+    pub(crate) root: PathBuf,
+    /// Headlines and durations of the steps that passed.
+    passed: Vec<(String, Duration)>,
+    started: Instant,
+}
+
+impl Gate {
+    pub(crate) fn new(root: PathBuf) -> Self {
+        Self { root, passed: Vec::new(), started: Instant::now() }
+    }
+
+    /// Runs one step under its number and headline.
+    pub(crate) fn step(&mut self, headline: &str, work: impl FnOnce(&Self) -> Outcome) -> Outcome {
+        let number = self.passed.len() + 1;
+        println!("\n[{number}] {headline}");
+        let started = Instant::now();
+        work(self)?;
+        let duration = started.elapsed();
+        println!("[{number}] {headline}: passed in {:.1} s", duration.as_secs_f64());
+        self.passed.push((headline.to_string(), duration));
+        Ok(())
+    }
+
+    /// A step that runs commands one after the other.
+    pub(crate) fn commands(&mut self, headline: &str, commands: &[Invocation]) -> Outcome {
+        self.step(headline, |gate| commands.iter().try_for_each(|command| command.run(gate)))
+    }
+
+    /// A step that looks at something itself; `check` returns one line for the report, or what is wrong.
+    pub(crate) fn check(
+        &mut self,
+        headline: &str,
+        rerun: &str,
+        check: impl FnOnce(&Self) -> Result<String, String>,
+    ) -> Outcome {
+        self.step(headline, |gate| match check(gate) {
+            Ok(line) => {
+                println!("{line}");
+                Ok(())
+            }
+            Err(reason) => Err(Failure { reason, rerun: rerun.to_string() }),
+        })
+    }
+
+    /// The last lines of a run.
+    pub(crate) fn conclude(&self, command: &str, outcome: &Outcome) {
+        let total_s = self.started.elapsed().as_secs_f64();
+        println!("\ncargo xtask {command}");
+        for (number, (headline, duration)) in self.passed.iter().enumerate() {
+            println!("  [{}] {headline:<66} {:>6.1} s", number + 1, duration.as_secs_f64());
+        }
+        match outcome {
+            Ok(()) => println!("  all {} steps passed in {total_s:.1} s", self.passed.len()),
+            Err(Failure { reason, rerun }) => {
+                println!("  [{}] FAILED after {total_s:.1} s", self.passed.len() + 1);
+                println!("{reason}\nto run it again:\n  {rerun}");
+            }
+        }
+    }
+}
+
+/// One command line; prints itself so that a person can repeat it.
+#[derive(Clone)]
+pub(crate) struct Invocation {
+    program: String,
+    arguments: Vec<String>,
+    environment: Vec<(&'static str, String)>,
+}
+
+impl Invocation {
+    pub(crate) fn new(program: &str, arguments: &[&str]) -> Self {
+        let arguments = arguments.iter().map(ToString::to_string).collect();
+        Self { program: program.to_string(), arguments, environment: Vec::new() }
+    }
+
+    /// cargo, the one that runs us.
+    pub(crate) fn cargo(arguments: &[&str]) -> Self {
+        Self::new("cargo", arguments)
+    }
+
+    pub(crate) fn with(mut self, arguments: &[&str]) -> Self {
+        self.arguments.extend(arguments.iter().map(ToString::to_string));
+        self
+    }
+
+    pub(crate) fn env(mut self, name: &'static str, value: &str) -> Self {
+        self.environment.push((name, value.to_string()));
+        self
+    }
+
+    fn command(&self) -> Command {
+        let running_cargo = std::env::var_os("CARGO").filter(|_| self.program == "cargo");
+        let mut command = Command::new(running_cargo.unwrap_or_else(|| self.program.clone().into()));
+        command.args(&self.arguments).envs(self.environment.iter().map(|(name, value)| (name, value)));
+        // Set by `cargo run` for the libraries of one compiler; a second compiler must not see them.
+        command.env_remove("LD_LIBRARY_PATH");
+        command
+    }
+
+    /// Runs in the workspace with its output shown as it comes.
+    pub(crate) fn run(&self, gate: &Gate) -> Outcome {
+        println!("$ {self}");
+        let failed = |reason: String| Failure { reason, rerun: self.to_string() };
+        match self.command().current_dir(&gate.root).status() {
+            Ok(status) if status.success() => Ok(()),
+            Ok(status) => Err(failed(format!("the command ended with {status}"))),
+            Err(error) => Err(failed(format!("the command could not be started: {error}"))),
+        }
+    }
+
+    /// What it prints, if it can be started and succeeds.
+    pub(crate) fn answer(&self) -> Option<String> {
+        let output = self.command().output().ok().filter(|output| output.status.success())?;
+        Some(String::from_utf8_lossy(&output.stdout).trim().to_string())
+    }
+}
+
+impl fmt::Display for Invocation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (name, value) in &self.environment {
+            write!(f, "{name}={} ", quoted(value))?;
+        }
+        write!(f, "{}", self.program)?;
+        self.arguments.iter().try_for_each(|argument| write!(f, " {}", quoted(argument)))
+    }
+}
+
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_=./,:+".contains(c);
+    if !word.is_empty() && word.chars().all(plain) { word.to_string() } else { format!("'{word}'") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_invocation_prints_as_a_line_that_a_shell_repeats() {
+        let line = Invocation::cargo(&["doc", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings").with(&["-p", "x"]);
+        assert_eq!(line.to_string(), "RUSTDOCFLAGS='-D warnings' cargo doc --no-deps -p x");
+    }
+
+    #[test]
+    fn a_failed_step_ends_the_run_and_is_not_counted_as_passed() {
+        let mut gate = Gate::new(PathBuf::from("."));
+        assert!(gate.check("good", "again", |_| Ok(String::from("fine"))).is_ok());
+        let failure = gate.check("bad", "again", |_| Err(String::from("broken"))).expect_err("the check failed");
+        assert_eq!((failure.reason.as_str(), failure.rerun.as_str()), ("broken", "again"));
+        assert_eq!(gate.passed.len(), 1);
+    }
+}
