@@ -143,6 +143,34 @@ fn folded_loop_equals_the_plain_loop() {
 }
 
 #[test]
+fn lost_samples_are_bridged_as_in_the_plain_transcription() {
+    for (shape, &(n, capacity, mask)) in SHAPES.iter().enumerate() {
+        let seed = 30_000 + shape as u64;
+        let mut rng = Rng::new(seed);
+        let (spec, model) = any_design(&mut rng, n, capacity, mask);
+        let mut shipped = controller(&spec, &model, capacity, Precision::Double).expect("a valid design");
+        let mut oracle = Oracle::new(&spec, &model);
+        let (mut gap, mut held) = (Gap::default(), 0.0);
+        for k in 0..60 {
+            let unit = |j: usize| (0.1 / spec.period_s).powi(j as i32 + 1 - n as i32);
+            let x: Vec<f64> = (0..n).map(|j| unit(j) * rng.within(-1.0, 1.0)).collect();
+            if k == 0 {
+                assert!(shipped.start(&x));
+            } else if rng.chance(0.2) {
+                let tick = shipped.tick(&vec![f64::NAN; n]);
+                assert_eq!((tick.u, tick.health), (held, Health::INPUT_REJECTED));
+                oracle.lost();
+                continue;
+            }
+            let (one, other) = (shipped.tick(&x), oracle.tick(&x));
+            gap.add(one.u, other.u);
+            held = one.u;
+        }
+        assert!(gap.relative() <= FOLDING_BAR, "n = {n}, R = {capacity}, mask {mask:#b}, seed {seed}: {gap:?}");
+    }
+}
+
+#[test]
 fn capacity_above_the_order_changes_nothing_but_rounding() {
     for seed in 0..20 {
         let mut rng = Rng::new(seed);
