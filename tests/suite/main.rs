@@ -8,3 +8,4 @@ mod paper;
 mod precision;
 mod properties;
 mod robustness;
+mod theory;
