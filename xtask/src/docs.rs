@@ -3,7 +3,7 @@
 //! Formulas stand between `$` in doc comments. Two things spoil them silently. A page shows them only if it loads KaTeX,
 //! which a module asks for by including `controller-core/katex.html` in its docs (a header given by flags would miss
 //! plain `cargo doc`: a relative path is wrong for the dependencies). And markdown eats a backslash before anything but
-//! a letter: `\,` arrives as `,`, so formulas say `\thinspace`.
+//! a letter or a blank (`\,` arrives as `,`, so formulas say `\thinspace`) and may take `]_` or `*` for emphasis.
 
 use std::fs;
 use std::path::Path;
@@ -52,28 +52,33 @@ fn spoiled(source: &str) -> Option<String> {
             prose.push('\n');
         }
     }
-    // Outside of code spans, every second stretch between `$` is a formula; `$$` makes empty ones in between.
+    // A backslash stays before a letter or a blank. Outside of code spans every second stretch between `$` is a formula.
     let prose: String = prose.split('`').step_by(2).collect();
-    let eaten =
-        |formula: &str| formula.split('\\').skip(1).any(|after| !after.starts_with(|c: char| c.is_ascii_alphabetic()));
-    prose
-        .replace("$$", "$")
-        .split('$')
-        .skip(1)
-        .step_by(2)
-        .find(|formula| eaten(formula))
-        .map(|formula| format!("markdown eats a backslash of `{}`: write \\thinspace, \\lbrace, \\cr", formula.trim()))
+    let stays = |after: &str| after.starts_with(|c: char| c.is_ascii_alphabetic() || c == ' ');
+    formulas(&prose.replace("$$", "$")).find(|formula| !formula.split('\\').skip(1).all(stays)).map(|formula| {
+        format!("markdown eats a backslash of `{}`: write \\thinspace, \\lbrace, \\Vert, \\cr", formula.trim())
+    })
 }
 
-/// A page with a formula but without KaTeX.
+/// A page that does not show its formulas as they were meant.
 fn unrendered(page: &str) -> Option<String> {
-    if page.contains("renderMathInElement") {
-        return None;
+    let body = page.split_once("<body").map_or(page, |(_, body)| body);
+    let text = without_code(body).replace("$$", "$");
+    if text.contains('$') && !page.contains("renderMathInElement") {
+        return Some(String::from(
+            "a formula, but no KaTeX: add #[doc = include_str!(\"../katex.html\")] to the item or write it in words \
+             (a page of an item that is gone? remove target/doc)",
+        ));
     }
-    let formula = without_code(page).contains('$');
-    at.then(|| {
-        String::from("a formula, but no KaTeX: add #[doc = include_str!(\"..katex.html\")], or write it in words")
+    let marked =
+        |formula: &&str| ["<em>", "</em>", "<strong>", "</strong>", "<a "].iter().any(|tag| formula.contains(tag));
+    formulas(&text).find(marked).map(|formula| {
+        format!("markdown reads `_` or `*` of `{}` as emphasis: put a blank before the `_`", formula.trim())
     })
+}
+
+fn formulas(text: &str) -> impl Iterator<Item = &str> {
+    text.split('$').skip(1).step_by(2)
 }
 
 /// The page without what KaTeX leaves alone.
@@ -101,6 +106,7 @@ mod tests {
     fn a_backslash_that_markdown_eats_is_found_in_formulas_only() {
         assert!(spoiled("//! $a\\,b$").is_some());
         assert!(spoiled("//! $$ a\n//! \\\\ b $$").is_some());
+        assert_eq!(spoiled("//! $a\\ b$"), None);
         assert_eq!(spoiled("//! $a \\thinspace b$, `\\,` and\n//! ```\n//! $\\,$\n//! ```\n"), None);
     }
 
@@ -108,6 +114,7 @@ mod tests {
     fn a_page_with_a_formula_must_load_katex() {
         assert!(unrendered("<p>$x$</p>").is_some());
         assert_eq!(unrendered("<p>$x$</p><script>renderMathInElement(document.body)</script>"), None);
+        assert!(unrendered("<p>$a]<em>{k}$ and $b</em>{i}$</p>renderMathInElement").is_some());
         assert_eq!(unrendered("<pre class=\"x\">$t</pre><code>$t</code>"), None);
     }
 }
