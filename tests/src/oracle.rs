@@ -164,6 +164,8 @@ pub struct Oracle {
     /// What the actuator held since the last tick.
     pub applied: f64,
     first: bool,
+    /// No last sample to compare with.
+    resuming: bool,
 }
 
 impl Oracle {
@@ -224,6 +226,7 @@ impl Oracle {
             b_prev: 0.0,
             applied: 0.0,
             first: true,
+            resuming: true,
         }
     }
 
@@ -234,6 +237,12 @@ impl Oracle {
         }
     }
 
+    /// A tick without a sample: time goes on for the offset, the estimates wait, and the next sample has no predecessor.
+    pub fn lost(&mut self) {
+        self.offset += (-self.spec.alpha * self.spec.period_s).exp_m1() * self.offset;
+        self.resuming = true;
+    }
+
     /// One tick.
     pub fn tick(&mut self, x: &[f64]) -> OracleTick {
         let (n, period) = (self.spec.order(), self.spec.period_s);
@@ -241,6 +250,7 @@ impl Oracle {
         let decay = -(-self.spec.alpha * period).exp_m1();
 
         if !self.first {
+            let resuming = self.resuming;
             for channel in &mut self.channels {
                 let i = channel.i;
                 let moved = x[i] - self.x_prev[i];
@@ -251,7 +261,8 @@ impl Oracle {
                         + period * (1.0 - self.theta_n) * (self.a_prev + self.b_prev * self.applied)
                 };
                 let [s0, s1, s2] = channel.s;
-                let e = moved - by_model - (s0 + channel.theta * s1 + channel.mu2 * s2);
+                let foretold = s0 + channel.theta * s1 + channel.mu2 * s2;
+                let e = if resuming { 0.0 } else { moved - by_model - foretold };
                 channel.s[0] = s0 + s1 + s2 + channel.gain[0] * e;
                 channel.s[1] = s1 + 2.0 * s2 + channel.gain[1] * e;
                 channel.s[2] = s2 + channel.gain[2] * e;
@@ -287,6 +298,7 @@ impl Oracle {
         (self.a_prev, self.b_prev) = (a, b);
         self.applied = u;
         self.first = false;
+        self.resuming = false;
         OracleTick { u, sigma, sigma_star }
     }
 

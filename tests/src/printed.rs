@@ -4,7 +4,10 @@
 //! It is integrated together with the plant by Runge-Kutta in small steps; what the sampled loop tends to as T -> 0.
 
 use crate::oracle::{Model, Spec};
-use crate::truth::{Plant, rk4};
+use crate::truth::rk4;
+
+/// dx/dt of a plant: (t, x, u, dx).
+pub type Rhs<'a> = dyn Fn(f64, &[f64], f64, &mut [f64]) + 'a;
 
 /// The continuous loop of a plant and the printed controller.
 pub struct Printed<'a> {
@@ -80,13 +83,13 @@ impl<'a> Printed<'a> {
     }
 
     /// Moves plant and observers to `to_s` in `steps` steps.
-    pub fn advance(&mut self, plant: &dyn Plant, to_s: f64, steps: usize) {
+    pub fn advance(&mut self, plant: &Rhs<'_>, to_s: f64, steps: usize) {
         let mut state = std::mem::take(&mut self.state);
         let n = self.spec.order();
         rk4(self.t_s, to_s, steps, &mut state, &mut |t_s, state, rate| {
             let instant = self.at(t_s, state);
             let x = &state[..n];
-            plant.rhs(t_s, x, instant.u, &mut rate[..n]);
+            plant(t_s, x, instant.u, &mut rate[..n]);
             let (a, b) = (self.model)(x);
             let mut at = n;
             for (i, gains) in self.spec.observed() {

@@ -1,19 +1,5 @@
-//! True plants, written apart from those of `host-sim`: a linear chain that is exact between ticks (matrix exponential),
-//! the joint and the benchmark of the paper by Runge-Kutta.
-
-use controller_core::{JointChain, JointParameters, Reading};
-
-/// A true plant.
-pub trait Plant {
-    /// dx/dt.
-    fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]);
-}
-
-impl<F: Fn(f64, &[f64], f64, &mut [f64])> Plant for F {
-    fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
-        self(t_s, x, u, dx);
-    }
-}
+//! Linear chains that are exact between ticks (matrix exponential), and a plain Runge-Kutta for the rest: other means than
+//! those of `host-sim`.
 
 /// Classic Runge-Kutta from `from_s` to `to_s` in `steps` steps.
 pub fn rk4(from_s: f64, to_s: f64, steps: usize, x: &mut [f64], rhs: &mut dyn FnMut(f64, &[f64], &mut [f64])) {
@@ -77,8 +63,9 @@ pub struct LinearChain {
     pub d: Vec<Vec<Term>>,
 }
 
-impl Plant for LinearChain {
-    fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
+impl LinearChain {
+    /// dx/dt.
+    pub fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
         let n = self.a.len();
         for i in 0..n {
             let driven =
@@ -205,59 +192,4 @@ fn product(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
         }
     }
     out
-}
-
-/// The joint of Example 2 with every parameter of the motor and the link off by the relative error `off`.
-#[derive(Clone, Copy, Debug)]
-pub struct Joint {
-    /// Nominal coefficients.
-    pub nominal: JointChain,
-    /// Relative error of all parameters alike.
-    pub off: f64,
-}
-
-impl Joint {
-    /// Table I in this reading, no error.
-    pub fn new(reading: Reading) -> Self {
-        Self { nominal: JointParameters::TABLE_I.chain(reading), off: 0.0 }
-    }
-
-    /// Nominal a(x) and b.
-    pub fn nominal(&self) -> impl Fn(&[f64]) -> (f64, f64) + use<> {
-        let JointChain { k2, b2, b, a1, .. } = self.nominal;
-        move |x| (a1 * x[0] - k2 * x[2] - b2 * x[3], b)
-    }
-
-    /// d_1..d_4 of Eq. (39): k_1 x_1 + b_1 x_2 + sin x_1 and the input's disturbance v = 1 + sin 2t count as disturbance.
-    pub fn lumped(&self, t_s: f64, x: &[f64], u: f64) -> [f64; 4] {
-        let JointChain { k1, b1, k2, b2, b, .. } = self.nominal;
-        let off = self.off;
-        let v = 1.0 + (2.0 * t_s).sin();
-        let d2 = -k1 * x[0] - b1 * x[1] - x[0].sin() + off * (x[2] - k1 * x[0]) - off * b1 * x[1];
-        let d4 = off * (k2 * x[0] - k2 * x[2]) - off * b2 * x[3] + off * b * u + (1.0 + off) * b * v;
-        [0.0, d2, 0.0, d4]
-    }
-}
-
-impl Plant for Joint {
-    fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
-        let (a, b) = self.nominal()(x);
-        let d = self.lumped(t_s, x, u);
-        dx.copy_from_slice(&[x[1] + d[0], x[2] + d[1], x[3] + d[2], a + b * u + d[3]]);
-    }
-}
-
-/// d_1 of Example 1 part 2, Eq. (60)-(61): a step of 1 at t = 2 s.
-pub fn complex_disturbance(t_s: f64, x: &[f64]) -> f64 {
-    let (s, c) = (2.0 * t_s).sin_cos();
-    let step = if t_s >= 2.0 { 1.0 } else { 0.0 };
-    0.5 * x[0] * x[0] + x[0] * s + 0.2 * x[1] + t_s / 6.0 + s * s - c + step
-}
-
-/// Example 1, Eq. (59), with this d_1.
-pub fn benchmark(d1: fn(f64, &[f64]) -> f64) -> impl Plant {
-    move |t_s: f64, x: &[f64], u: f64, dx: &mut [f64]| {
-        dx[0] = x[1] + d1(t_s, x);
-        dx[1] = -2.0 * x[0] - x[1] + x[0].exp() + u;
-    }
 }

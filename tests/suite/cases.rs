@@ -148,7 +148,8 @@ fn printed_continuous_law_shows_the_continuous_figures() {
                 }
             }
             // The fastest case has lambda T = 2, k_l T = 2: steps of 1/20 of that.
-            printed.advance(&case.plant, (k + 1) as f64 * case.spec.period_s, 40);
+            let plant = |t: f64, x: &[f64], u: f64, dx: &mut [f64]| case.plant.rhs(t, x, u, dx);
+            printed.advance(&plant, (k + 1) as f64 * case.spec.period_s, 40);
         }
         for (found, expected) in maxima.into_iter().zip(case.continuous) {
             let gap = relative(found, expected);

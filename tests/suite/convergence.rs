@@ -3,8 +3,14 @@
 //! The observer alone is of second order in T: its innovation integrates the chain by the trapezium rule. The closed loop
 //! is of first order, since u is held.
 
-use integration_tests::close::order;
+use controller_core::{JointParameters, Reading};
+use host_sim::plant::{Benchmark, FlexibleJoint, JointErrors};
+use host_sim::port::in_process::Precision as PortPrecision;
+use host_sim::trace::Trace;
+use integration_tests::close::{Gap, order};
+use integration_tests::data;
 use integration_tests::oracle::{Gains, Model, Spec};
+use integration_tests::paper::{complex_disturbance, joint, joint_spec};
 use integration_tests::shape::{Precision, controller};
 use integration_tests::truth::rk4;
 
@@ -128,4 +134,72 @@ fn polynomial_disturbance_of_degree_below_the_order_leaves_no_steady_error() {
             assert!(worst <= 1e-12, "r = {r}, channel {channel}: {worst:e}");
         }
     }
+}
+
+/// Largest |found - reference| at the rows of a reference trajectory, per column (y, sigma*, u), in units of the column's
+/// maximum; over t >= `from_s`.
+fn distance(trace: &Trace, reference: &[[f64; 4]], from_s: f64) -> [f64; 3] {
+    let mut gaps = [Gap::default(); 3];
+    for [t, y, sigma_star, u] in reference {
+        let k = (t / trace.period_s).round() as usize;
+        let row = &trace.rows[k];
+        assert!((row.t_s - t).abs() < 1e-9, "every row of the reference falls on a tick");
+        if *t >= from_s {
+            gaps[0].add(row.x[0], *y);
+            gaps[1].add(row.sigma_star, *sigma_star);
+            gaps[2].add(row.u, *u);
+        }
+    }
+    gaps.map(|gap| gap.relative())
+}
+
+fn tends_to(name: &str, columns: [&str; 4], period_s: f64, trace_at: &dyn Fn(f64) -> Trace) {
+    let reference = data::columns(name, columns);
+    let [coarse, fine] = [period_s, period_s / 2.0].map(|period_s| distance(&trace_at(period_s), &reference, 1.0));
+    println!("{name}: T = {period_s}: {coarse:?}; T/2: {fine:?}");
+    for ((coarse, fine), what) in coarse.into_iter().zip(fine).zip(["y", "sigma*", "u"]) {
+        let found = order(coarse, fine, 2.0);
+        assert!((0.9..=1.1).contains(&found), "{name}, {what}: order {found} ({coarse:e}, {fine:e})");
+        assert!(fine <= 0.02, "{name}, {what}: {fine:e}");
+    }
+}
+
+#[test]
+fn flexible_joint_tends_to_the_reference_trajectories_at_first_order() {
+    const COLUMNS: [&str; 4] = ["t", "x1", "sigma_star", "u"];
+    let nominal = JointParameters::TABLE_I.chain(Reading::Reconstructed);
+    let trace = |off: f64, k_l: f64, k_s: f64, l: &[f64], period_s: f64| {
+        let plant = FlexibleJoint::new(
+            nominal,
+            JointErrors::uniform(off),
+            FlexibleJoint::input_of_the_paper(),
+            Default::default(),
+        );
+        let gains = Some(Gains::printed(l));
+        let observers = vec![None, gains.clone(), None, gains];
+        let spec = Spec { period_s, k_s, observers, ..joint_spec(Reading::Reconstructed, k_l) };
+        joint(&plant, spec, PortPrecision::F64).trace()
+    };
+    let r2 = [100.0, 20.0];
+    let r3 = [1000.0, 300.0, 30.0];
+    for (name, off, k_l, k_s, l) in [
+        ("ex2_reconstructed_d0_r2_kl10_ks0.csv", 0.0, 10.0, 0.0, &r2[..]),
+        ("ex2_reconstructed_d0_r2_kl50_ks0.csv", 0.0, 50.0, 0.0, &r2),
+        ("ex2_reconstructed_d0_r2_kl100_ks0.csv", 0.0, 100.0, 0.0, &r2),
+        ("ex2_reconstructed_d0_r2_kl10_ks0.5.csv", 0.0, 10.0, 0.5, &r2),
+        ("ex2_reconstructed_d0_r2_kl10_ks1.csv", 0.0, 10.0, 1.0, &r2),
+        ("ex2_reconstructed_d0_r3_kl10_ks0.csv", 0.0, 10.0, 0.0, &r3),
+        ("ex2_reconstructed_dm50_r2_kl10_ks0.csv", -0.5, 10.0, 0.0, &r2),
+    ] {
+        // At k_l = 100 the first-order part nearly cancels in y: it rules at shorter periods only.
+        let period_s = if k_l == 100.0 { 1e-4 } else { 2e-4 };
+        tends_to(name, COLUMNS, period_s, &|period_s| trace(off, k_l, k_s, l, period_s));
+    }
+}
+
+#[test]
+fn benchmark_tends_to_the_reference_trajectory_at_first_order() {
+    let plant = Benchmark::part_2();
+    let trace = |period_s: f64| complex_disturbance(&plant, period_s, PortPrecision::F64).trace();
+    tends_to("ex1_p2_prop_r2_l100_20_kl50.csv", ["t", "x1", "sigma_star", "u"], 2e-4, &trace);
 }

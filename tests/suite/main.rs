@@ -4,4 +4,8 @@ mod cases;
 mod compile;
 mod convergence;
 mod formula;
+mod paper;
+mod precision;
 mod properties;
+mod robustness;
+mod theory;

@@ -1,0 +1,138 @@
+//! The two examples of the paper as runs of `host-sim`, and the same under the printed continuous law.
+
+use crate::oracle::{Gains, Spec};
+use crate::printed::Printed;
+use controller_core::{Fallback, JointParameters, Limits, ReachingLaw, Reading};
+use host_sim::actuator::Actuator;
+use host_sim::closed_loop::{Loop, close_loop};
+use host_sim::plant::Plant;
+use host_sim::port::in_process::{ControllerSpec, Model, Precision, build};
+use host_sim::sensor::Sensor;
+use host_sim::trace::{Ending, Trace};
+use host_sim::{actuator, sensor};
+use std::ops::ControlFlow;
+
+/// A plant, its controller and where it starts.
+pub struct Run<'a> {
+    /// The true plant.
+    pub plant: &'a dyn Plant,
+    /// The controller.
+    pub spec: Spec,
+    /// Its nominal a(x).
+    pub model: Model,
+    /// f32 or f64.
+    pub precision: Precision,
+    /// x(0).
+    pub x0: Vec<f64>,
+    /// Length, s.
+    pub span_s: f64,
+}
+
+/// Example 2: k_l = 10 to 100 without switching, gains as printed for r = 2, T = 1 ms.
+pub fn joint_spec(reading: Reading, k_l: f64) -> Spec {
+    let nominal = JointParameters::TABLE_I.chain(reading).nominal();
+    let gains = Gains::printed(&[100.0, 20.0]);
+    Spec {
+        period_s: 1e-3,
+        c: vec![125.0, 75.0, 15.0, 1.0],
+        alpha: 1.0,
+        k_l,
+        k_s: 0.0,
+        epsilon: 0.01,
+        gradient: nominal.gradient.to_vec(),
+        input_gain: nominal.input_gain,
+        observers: vec![None, Some(gains.clone()), None, Some(gains)],
+        limit: 1e12,
+    }
+}
+
+/// Example 2 of 20 s from 0.1 rad.
+pub fn joint(plant: &dyn Plant, spec: Spec, precision: Precision) -> Run<'_> {
+    let model = Model::Linear(spec.gradient.clone());
+    Run { plant, spec, model, precision, x0: vec![0.1, 0.0, 0.0, 0.0], span_s: 20.0 }
+}
+
+/// Example 1 part 2 (c_1 = 5 and alpha = 1 are not in the text): 10 s from x_1 = 1.
+pub fn complex_disturbance(plant: &dyn Plant, period_s: f64, precision: Precision) -> Run<'_> {
+    let spec = Spec {
+        period_s,
+        c: vec![5.0, 1.0],
+        alpha: 1.0,
+        k_l: 50.0,
+        k_s: 0.0,
+        epsilon: 0.01,
+        // e^x_1 is left to the observer; the slope in x_2 is exact.
+        gradient: vec![0.0, -1.0],
+        input_gain: 1.0,
+        observers: vec![Some(Gains::printed(&[100.0, 20.0])), None],
+        limit: 1e12,
+    };
+    Run { plant, spec, model: Model::BenchmarkLibm, precision, x0: vec![1.0, 0.0], span_s: 10.0 }
+}
+
+impl Run<'_> {
+    /// The sampled loop with ideal sensor and actuator.
+    pub fn trace(&self) -> Trace {
+        self.trace_through(&mut sensor::Ideal, &mut actuator::Ideal)
+    }
+
+    /// The sampled loop.
+    ///
+    /// # Panics
+    /// If the design is refused or the plant cannot be integrated: not what these tests are about.
+    pub fn trace_through(&self, sensor: &mut dyn Sensor, actuator: &mut dyn Actuator) -> Trace {
+        let spec = &self.spec;
+        let designed = build(&ControllerSpec {
+            precision: self.precision,
+            period_s: spec.period_s,
+            surface_c: spec.c.clone(),
+            alpha_per_s: spec.alpha,
+            observers: spec.observers.iter().map(|gains| gains.as_ref().map(|gains| gains.l.clone())).collect(),
+            reaching: ReachingLaw { k_l: spec.k_l, k_s: spec.k_s, epsilon: spec.epsilon },
+            model: self.model.clone(),
+            gradient: spec.gradient.clone(),
+            input_gain: spec.input_gain,
+            limits: Limits::symmetric(spec.limit),
+            fallback: Fallback::HoldLast,
+            initial_estimates: vec![0.0; spec.c.len()],
+            sigma_star_bound: 1e12,
+            // Poles of the printed gains and coarse periods are part of the question.
+            observer_pole_limit: 100.0,
+        });
+        let (mut port, _) = designed.expect("a valid design");
+        let setup = Loop {
+            plant: self.plant,
+            sensor,
+            port: port.as_mut(),
+            actuator,
+            x0: &self.x0,
+            period_s: spec.period_s,
+            periods: (self.span_s / spec.period_s).round() as usize,
+        };
+        let (trace, error) = close_loop(setup, &mut |_| ControlFlow::Continue(()));
+        assert!(error.is_none(), "{error:?}");
+        trace
+    }
+
+    /// Ultimate (|sigma*|, |y|) from `from_s` on under the printed continuous law, by Runge-Kutta with this step.
+    pub fn continuous_ultimate(&self, a_b: &dyn Fn(&[f64]) -> (f64, f64), from_s: f64, step_s: f64) -> (f64, f64) {
+        let mut printed = Printed::start(&self.spec, a_b, &self.x0);
+        let (mut sigma_star, mut y) = (0.0_f64, 0.0_f64);
+        let points = (self.span_s / 1e-3).round() as usize;
+        for k in 0..=points {
+            let t = k as f64 * 1e-3;
+            if t >= from_s - 1e-9 {
+                sigma_star = sigma_star.max(printed.now().sigma_star.abs());
+                y = y.max(printed.x()[0].abs());
+            }
+            let steps = (1e-3 / step_s).ceil() as usize;
+            printed.advance(&|t, x, u, dx| self.plant.rhs(t, x, u, dx), (k + 1) as f64 * 1e-3, steps);
+        }
+        (sigma_star, y)
+    }
+}
+
+/// Did the run last to its end within reason?
+pub fn is_bounded(trace: &Trace) -> bool {
+    trace.ending == Ending::Finished
+}
