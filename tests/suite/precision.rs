@@ -30,7 +30,7 @@ fn differences(one: &Trace, other: &Trace, from_s: f64) -> [f64; 3] {
     gaps.map(|gap| gap.difference)
 }
 
-fn with<'a>(plant: &'a FlexibleJoint, period_s: f64, precision: Precision) -> Run<'a> {
+fn with(plant: &FlexibleJoint, period_s: f64, precision: Precision) -> Run<'_> {
     joint(plant, Spec { period_s, ..joint_spec(Reading::Reconstructed, 50.0) }, precision)
 }
 

@@ -11,7 +11,7 @@ use host_sim::plant::{FlexibleJoint, Plant};
 use host_sim::port::in_process::Precision as PortPrecision;
 use host_sim::trace::Row;
 use integration_tests::close::quantile;
-use integration_tests::oracle::{Gains, Model, Spec};
+use integration_tests::oracle::{Gains, Model, Spec, power};
 use integration_tests::paper::{joint, joint_spec};
 use integration_tests::printed::{Printed, nominal};
 use integration_tests::shape::config;
@@ -55,7 +55,7 @@ fn mu(terms: &[Term], span_s: f64) -> [f64; 4] {
                 (Term::Const(value) | Term::Step(value, _), 0) => value.abs(),
                 (Term::Ramp(slope), 0) => (slope * span_s).abs(),
                 (Term::Ramp(slope), 1) => slope.abs(),
-                (Term::Sin(amplitude, omega, _), k) => amplitude.abs() * omega.powi(k as i32),
+                (Term::Sin(amplitude, omega, _), k) => amplitude.abs() * power(omega, k),
                 _ => 0.0,
             };
         }
