@@ -237,7 +237,8 @@ impl Oracle {
         }
     }
 
-    /// A tick without a sample: time goes on for the offset, the estimates wait, and the next sample has no predecessor.
+    /// A tick without a sample: time goes on for the offset, the estimates wait, and the next sample has no
+    /// predecessor.
     pub fn lost(&mut self) {
         self.offset += (-self.spec.alpha * self.spec.period_s).exp_m1() * self.offset;
         self.resuming = true;

@@ -80,8 +80,8 @@ pub fn drift_row(poles: &[Complex]) -> Vec<f64> {
     row
 }
 
-/// A design of the given shape that the shipped `design` accepts, nothing else asked of it: gains up to deadbeat, slopes
-/// of either sign, any gradient, b(x) constant or swinging, with or without switching and limits.
+/// A design of the given shape that the shipped `design` accepts, nothing else asked of it: gains up to deadbeat,
+/// slopes of either sign, any gradient, b(x) constant or swinging, with or without switching and limits.
 pub fn any_design(rng: &mut Rng, n: usize, capacity: usize, mask: u8) -> (Spec, Model) {
     let period_s = rng.spread(1e-4, 1e-2);
     let bandwidth = rng.spread(0.01, 0.2) / period_s;
@@ -123,8 +123,8 @@ pub fn any_design(rng: &mut Rng, n: usize, capacity: usize, mask: u8) -> (Spec, 
     (spec, Model { row, bend, input_gain, swing })
 }
 
-/// A chain with its controller, everything in proportion to a surface bandwidth: what a designer would reasonably ask of
-/// the scheme. Observer poles T <= 0.3, k_l T <= 0.5, nominal slope T from -0.3 (unstable) to 2 (stiff).
+/// A chain with its controller, everything in proportion to a surface bandwidth: what a designer would reasonably ask
+/// of the scheme. Observer poles T <= 0.3, k_l T <= 0.5, nominal slope T from -0.3 (unstable) to 2 (stiff).
 #[derive(Clone, Debug)]
 pub struct Case {
     /// The controller.
@@ -137,8 +137,9 @@ pub struct Case {
     pub ticks: usize,
 }
 
-/// Draws a [`Case`]: an observer in the last channel always, in each mismatched channel that Eq. (44) allows with chance
-/// one half; disturbances (sinusoids slower than the surface, a constant, now and then a step) in observed channels.
+/// Draws a [`Case`]: an observer in the last channel always, in each mismatched channel that Eq. (44) allows with
+/// chance one half; disturbances (sinusoids slower than the surface, a constant, now and then a step) in observed
+/// channels.
 pub fn case(rng: &mut Rng) -> Case {
     let n = rng.integer(2, 6);
     let period_s = [1e-3, 2e-3, 5e-3][rng.integer(0, 2)];

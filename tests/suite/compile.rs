@@ -1,8 +1,9 @@
 //! Is a bad design in a `const` a compile error that says why?
 //!
-//! Every file in `compile_pass/` must compile, every one in `compile_fail/` must not, and the compiler must say each line of
-//! the `.stderr` beside it. Only *our* text is compared, not how this year's compiler frames it, so that a newer compiler
-//! does not break the test. The files are examples of a small package made for the purpose; it needs the controller only.
+//! Every file in `compile_pass/` must compile, every one in `compile_fail/` must not, and the compiler must say each
+//! line of the `.stderr` beside it. Only *our* text is compared, not how this year's compiler frames it, so that a
+//! newer compiler does not break the test. The files are examples of a small package made for the purpose; it needs
+//! the controller only.
 
 use integration_tests::data::path;
 use std::fmt::Write;

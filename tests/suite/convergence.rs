@@ -1,7 +1,7 @@
 //! Does it converge?
 //!
-//! The observer alone is of second order in T: its innovation integrates the chain by the trapezium rule. The closed loop
-//! is of first order, since u is held.
+//! The observer alone is of second order in T: its innovation integrates the chain by the trapezium rule. The closed
+//! loop is of first order, since u is held.
 
 use controller_core::{JointParameters, Reading};
 use host_sim::plant::{Benchmark, FlexibleJoint, JointErrors};
@@ -136,8 +136,8 @@ fn polynomial_disturbance_of_degree_below_the_order_leaves_no_steady_error() {
     }
 }
 
-/// Largest |found - reference| at the rows of a reference trajectory, per column (y, sigma*, u), in units of the column's
-/// maximum; over t >= `from_s`.
+/// Largest |found - reference| at the rows of a reference trajectory, per column (y, sigma*, u), in units of the
+/// column's maximum; over t >= `from_s`.
 fn distance(trace: &Trace, reference: &[[f64; 4]], from_s: f64) -> [f64; 3] {
     let mut gaps = [Gap::default(); 3];
     for [t, y, sigma_star, u] in reference {

@@ -15,8 +15,8 @@ use integration_tests::shape::{Precision, SHAPES, controller};
 use integration_tests::strategy::{Case, Rng, any_design, case};
 use integration_tests::truth::{ExactStep, rk4};
 
-/// Rounding only: some 50 operations per tick, sums of terms up to 1e4 times the result (differences over T), over a few
-/// hundred ticks. Measured: see the assertion's message when it is tightened; the theory asks for 1e-10.
+/// Rounding only: some 50 operations per tick, sums of terms up to 1e4 times the result (differences over T), over a
+/// few hundred ticks. Measured: see the assertion's message when it is tightened; the theory asks for 1e-10.
 const FOLDING_BAR: f64 = 1e-10;
 
 struct Gaps {

@@ -1,7 +1,7 @@
 //! Does it hold for all inputs?
 //!
-//! Designs are drawn from a seed (`strategy::any_design`) that a failure prints with the inputs. The sequence of cases is
-//! fixed, so that a run in CI is the run at the desk.
+//! Designs are drawn from a seed (`strategy::any_design`) that a failure prints with the inputs. The sequence of cases
+//! is fixed, so that a run in CI is the run at the desk.
 
 use controller_core::{
     Config, ConfigError, Controller, Fallback, FlexibleJoint, Health, INPUT_LIMIT, JointParameters, Limits, Linear,
@@ -40,8 +40,8 @@ fn built(spec: &Spec, model: &Model, capacity: usize, precision: Precision) -> B
     controller(spec, model, capacity, precision).expect("a valid design")
 }
 
-/// The sample in proportion to the design: x_j grows by a tenth of the tick's rate per channel, x_n is as drawn. (Seen in
-/// seconds, a chain of order 6 with T = 0.1 ms would ask for a(x) beyond the input limit.)
+/// The sample in proportion to the design: x_j grows by a tenth of the tick's rate per channel, x_n is as drawn. (Seen
+/// in seconds, a chain of order 6 with T = 0.1 ms would ask for a(x) beyond the input limit.)
 fn fitted(spec: &Spec, x: &[f64; MAX_N]) -> Vec<f64> {
     let n = spec.order();
     (0..n).map(|j| x[j] * power(10.0 * spec.period_s, n - 1 - j)).collect()
@@ -101,7 +101,8 @@ proptest! {
         }
     }
 
-    /// The switching term alone: the law with k_s less the law without, at the second tick, where both have one history.
+    /// The switching term alone: the law with k_s less the law without, at the second tick, where both have one
+    /// history.
     #[test]
     fn switching_grows_with_sigma_star_up_to_its_limit(
         k_s in 0.1..20.0, epsilon in 0.0..1.0, direction in prop::array::uniform2(0.1..1.0), sign in prop::bool::ANY,

@@ -1,8 +1,9 @@
 //! Does the theory hold: does what is simulated stay within `controller_core::bounds`?
 //!
-//! The bounds are those of the continuous loop, so the printed law is held to every one of them, without allowance: a slow
-//! sinusoid reaches 96 % of the error's bound, random chains 99.5 % of that of sigma*. What sampling adds is the business of
-//! the modules `robustness` and `convergence`; on the joint it stays within the bounds of sigma* and y, too.
+//! The bounds are those of the continuous loop, so the printed law is held to every one of them, without allowance: a
+//! slow sinusoid reaches 96 % of the error's bound, random chains 99.5 % of that of sigma*. What sampling adds is the
+//! business of the modules `robustness` and `convergence`; on the joint it stays within the bounds of sigma* and y,
+//! too.
 
 use controller_core::bounds::{DisturbanceBounds, UltimateBounds, ultimate, ultimate_by_lyapunov};
 use controller_core::{JointParameters, Reading};
