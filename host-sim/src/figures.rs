@@ -1,7 +1,7 @@
 //! The figures of the paper, and its claims held against what comes out.
 //!
 //! A figure is a scenario file, the cases it compares (a label and the keys they set), the panels it draws and the claims
-//! the paper makes about it. [`CATALOGUE`] lists all ten; [`reproduce`] runs one. A claim that holds today must hold
+//! the paper makes about it. [`CATALOGUE`] lists all ten. A claim that holds today must hold
 //! tomorrow: `host-sim figures` ends with status 1 if one no longer does. A claim that does *not* hold says so in the same
 //! table.
 //!
@@ -13,7 +13,7 @@ mod catalogue;
 use serde::Serialize;
 
 use crate::metrics::{self, Metrics};
-use crate::report::plot::{Figure, Panel, Series};
+use crate::report::plot::{Figure, Panel, Series, Style};
 use crate::scenario::{self, Experiment, ScenarioError, Source};
 use crate::trace::{Row, Trace};
 
@@ -23,22 +23,29 @@ pub use catalogue::CATALOGUE;
 pub struct PaperFigure {
     /// `fig01` .. `fig10`.
     pub id: &'static str,
-    /// The scenario file.
-    pub scenario: &'static str,
+    /// The scenario file: name and text.
+    pub scenario: (&'static str, &'static str),
+    /// Reading of the paper and period.
+    pub reading: &'static str,
     /// What is compared: label and `key=value` settings on top of the file.
     pub cases: &'static [(&'static str, &'static [&'static str])],
+    /// The controller of reference \[1\] as a last case: label, and its scenario file.
+    pub baseline: Option<(&'static str, (&'static str, &'static str))>,
     panels: &'static [PanelSpec],
     claims: &'static [Claim],
 }
 
+/// Reads one quantity from a row.
+type Quantity = fn(&Row) -> f64;
+
 /// One panel: a quantity of every case, or several quantities of the only one.
+#[derive(Clone, Copy)]
 struct PanelSpec {
     y_label: &'static str,
     /// Legend text (with several quantities) and value.
-    quantities: &'static [(&'static str, fn(&Row) -> f64)],
+    quantities: &'static [(&'static str, Quantity)],
     /// Time shown, s; the whole span if `None`.
     x_range: Option<(f64, f64)>,
-    y_range: Option<(f64, f64)>,
 }
 
 /// What the paper says, and how to see whether it is so.
@@ -118,7 +125,7 @@ pub struct ClaimRow {
     /// What it takes for the claim to hold.
     pub criterion: String,
     /// Reading of the paper and period.
-    pub reading: String,
+    pub reading: &'static str,
     /// Does the claim hold?
     pub holds: bool,
     /// Did it hold when the catalogue was written? If so it must still.
@@ -140,33 +147,29 @@ pub struct Reproduction {
     pub figure: Figure,
     /// The claims.
     pub claims: Vec<ClaimRow>,
-    /// The cases behind both.
-    pub cases: Vec<Case>,
 }
 
 impl PaperFigure {
-    /// The experiments of this figure, one per case.
+    /// The experiments of this figure with their labels, one per case.
     ///
     /// # Errors
     /// If its scenario is wrong (a fault of this program; a test builds them all).
-    pub fn experiments(&self) -> Result<Vec<Experiment>, ScenarioError> {
-        let file = format!("{}.toml", self.id);
-        self.cases
-            .iter()
-            .map(|(_, sets)| {
-                let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
-                scenario::parse(&Source { file: &file, text: self.scenario, sets: &sets }, self.id)
-            })
-            .collect()
+    pub fn experiments(&self) -> Result<Vec<(&'static str, Experiment)>, ScenarioError> {
+        let build = |label, (file, text), sets: &[&str]| {
+            let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+            Ok((label, scenario::parse(&Source { file, text, sets: &sets }, self.id)?))
+        };
+        let cases = self.cases.iter().map(|&(label, sets)| build(label, self.scenario, sets));
+        cases.chain(self.baseline.map(|(label, file)| build(label, file, &[]))).collect()
     }
 
-    /// Draws and judges the traces of [`experiments`](Self::experiments), given in their order.
-    pub fn judge(&self, title: &str, reading: &str, cases: Vec<Case>) -> Reproduction {
+    /// Draws and judges the runs of [`experiments`](Self::experiments), given in their order.
+    pub fn judge(&self, title: &str, cases: &[Case]) -> Reproduction {
         let claims = self
             .claims
             .iter()
             .map(|claim| {
-                let reproduced = (claim.reproduced)(&cases);
+                let reproduced = (claim.reproduced)(cases);
                 ClaimRow {
                     figure: self.id,
                     claim: claim.text,
@@ -174,37 +177,86 @@ impl PaperFigure {
                     reproduced,
                     unit: claim.unit,
                     criterion: claim.test.text(),
-                    reading: reading.into(),
+                    reading: self.reading,
                     holds: claim.test.passes(reproduced),
                     held_before: claim.holds,
                     remark: claim.remark,
                 }
             })
             .collect();
-        Reproduction { figure: self.draw(title, &cases), claims, cases }
+        Reproduction { figure: self.draw(title, cases), claims }
     }
 
     fn draw(&self, title: &str, cases: &[Case]) -> Figure {
-        let points = |case: &Case, f: fn(&Row) -> f64| -> Vec<(f64, f64)> {
-            case.trace.rows.iter().map(|row| (row.t_s, f(row))).collect()
+        let panels: Vec<Panel> = self.panels.iter().map(|panel| self.draw_panel(panel, cases)).collect();
+        Figure { title: title.into(), columns: if panels.len() > 3 { 2 } else { 1 }, panels }
+    }
+
+    fn draw_panel(&self, panel: &PanelSpec, cases: &[Case]) -> Panel {
+        let (from_s, to_s) = panel.x_range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let mut series = Vec::new();
+        for (c, case) in cases.iter().enumerate() {
+            for (q, &(name, quantity)) in panel.quantities.iter().enumerate() {
+                let shown = case.trace.rows.iter().filter(|row| (from_s..=to_s).contains(&row.t_s));
+                let label = if cases.len() > 1 { case.label } else { name };
+                let line = Series::solid(label, c + q, shown.map(|row| (row.t_s, quantity(row))));
+                // An estimate lies on what it estimates: dashes show both.
+                series.push(if q > 0 { line.styled(Style::Dashed) } else { line });
+            }
+        }
+        if self.baseline.is_some() {
+            // The chattering curve to the bottom, else nobody sees the other.
+            series.reverse();
+        }
+        Panel {
+            x_label: "t (s)".into(),
+            y_label: panel.y_label.into(),
+            series,
+            x_range: panel.x_range,
+            ..Panel::default()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_figure_of_the_paper_is_here_and_its_scenarios_are_right() {
+        let ids: Vec<&str> = CATALOGUE.iter().map(|figure| figure.id).collect();
+        assert_eq!(ids, ["fig01", "fig02", "fig03", "fig04", "fig05", "fig06", "fig07", "fig08", "fig09", "fig10"]);
+        for figure in CATALOGUE {
+            let experiments = figure.experiments().unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(experiments.len(), figure.cases.len() + usize::from(figure.baseline.is_some()));
+        }
+    }
+
+    #[test]
+    fn a_claim_that_held_and_no_longer_does_is_a_regression() {
+        let row = |holds, held_before| ClaimRow {
+            figure: "fig01",
+            claim: "",
+            published: "",
+            reproduced: 0.0,
+            unit: "",
+            criterion: String::new(),
+            reading: "",
+            holds,
+            held_before,
+            remark: "",
         };
-        let panels = self.panels.iter().map(|panel| {
-            let mut series = Vec::new();
-            for case in cases {
-                for &(name, quantity) in panel.quantities {
-                    let label = if cases.len() > 1 { case.label } else { name };
-                    series.push(Series::solid(label, series.len(), points(case, quantity)));
-                }
-            }
-            Panel {
-                x_label: "t (s)".into(),
-                y_label: panel.y_label.into(),
-                series,
-                x_range: panel.x_range,
-                y_range: panel.y_range,
-                ..Panel::default()
-            }
-        });
-        Figure { title: title.into(), panels: panels.collect(), columns: 1 }
+        assert!(row(false, true).is_regression());
+        assert!(!row(false, false).is_regression());
+        assert!(!row(true, true).is_regression());
+    }
+
+    #[test]
+    fn near_and_at_most_judge_as_they_say() {
+        assert!(Test::Near(-10.0, 0.01).passes(-10.05));
+        assert!(!Test::Near(-10.0, 0.01).passes(-99.8));
+        assert!(Test::AtMost(0.01).passes(0.01));
+        assert!(!Test::AtMost(0.01).passes(0.0101));
+        assert!(!Test::AtMost(0.01).passes(f64::NAN));
     }
 }

@@ -10,11 +10,14 @@
 //! random numbers from ChaCha8.
 
 pub mod actuator;
+pub mod cli;
 pub mod closed_loop;
+pub mod figures;
 pub mod metrics;
 pub mod plant;
 pub mod port;
 pub mod report;
+pub mod scenario;
 pub mod sensor;
 pub mod signal;
 pub mod solver;

@@ -1,2 +1,7 @@
-//! stub main; replaced by the command line.
-fn main() {}
+//! `host-sim`: see [`host_sim::cli`].
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    ExitCode::from(host_sim::cli::main())
+}

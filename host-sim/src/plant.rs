@@ -66,7 +66,7 @@ fn companion(a: &[f64]) -> [[f64; MAX_ORDER]; MAX_ORDER] {
 /// An upper bound of the magnitude of the fastest eigenvalue, mostly within 2 % of it; infinite if an
 /// entry is not finite.
 ///
-/// Gelfand: $\rho(A) \le \|A^m\|^{1/m}$ in any norm, and the bound tightens with m. Here $m = 2^{10}$ by ten squarings;
+/// Gelfand: $\rho(A) \le \Vert A^m\Vert ^{1/m}$ in any norm, and the bound tightens with m. Here $m = 2^{10}$ by ten squarings;
 /// after each the matrix is scaled to norm 1 and the norm's share in the result noted. Unlike a bound from one row sum
 /// it does not care in which units the states are.
 fn spectral_bound(mut matrix: [[f64; MAX_ORDER]; MAX_ORDER]) -> f64 {

@@ -1,0 +1,462 @@
+//! The command line.
+//!
+//! ```text
+//! host-sim                          the default scenario: Example 2 of the paper
+//! host-sim run FILE.toml            any scenario
+//! host-sim figures                  the figures of the paper and its claims
+//! host-sim schema                   JSON schema of a scenario file
+//! host-sim new NAME                 a commented scenario file to start from
+//! ```
+//!
+//! Results go to stdout, everything else to stderr. Exit status: 0 done (a run that diverged is a result), 1 the run or
+//! the writing failed or a claim that held no longer does, 2 bad input (nothing is written), 130 stopped by Ctrl-C (what was recorded is written).
+
+use std::ffi::OsString;
+use std::io::{self, IsTerminal, Write};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::{Args, Parser, Subcommand};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+
+use crate::closed_loop::LoopError;
+use crate::figures::{CATALOGUE, Case, ClaimRow, PaperFigure};
+use crate::metrics::Metrics;
+use crate::report::table::{Table, significant};
+use crate::report::{
+    csv,
+    trace_figure::{self, Labels},
+};
+use crate::scenario::{self, Experiment, Mu, ScenarioError, Source};
+use crate::solver::SolverError;
+use crate::trace::{Ending, Trace};
+
+/// Exit statuses.
+pub mod status {
+    /// Done.
+    pub const DONE: u8 = 0;
+    /// The run or the writing failed.
+    pub const FAILED: u8 = 1;
+    /// Bad input.
+    pub const BAD_INPUT: u8 = 2;
+    /// Stopped by Ctrl-C.
+    pub const INTERRUPTED: u8 = 130;
+}
+
+/// Sliding mode control with an extended disturbance observer, in closed loop with a simulated plant.
+///
+/// Without a command the default scenario runs: the paper's flexible joint, f32 controller at 1 kHz.
+#[derive(Parser, Debug)]
+#[command(name = "host-sim", version, args_conflicts_with_subcommands = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    options: RunOptions,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// Run a scenario file.
+    Run {
+        /// The scenario (host-sim new NAME writes one).
+        file: PathBuf,
+        #[command(flatten)]
+        options: RunOptions,
+    },
+    /// Reproduce the figures of the paper and hold its claims against what comes out.
+    Figures {
+        /// Only this figure (fig01 .. fig10); may be given several times.
+        #[arg(long, value_name = "FIGURE")]
+        only: Vec<String>,
+        /// Folder for the figures.
+        #[arg(long, value_name = "DIR", default_value = "out/figures")]
+        out: PathBuf,
+        /// Print a JSON array of claims instead of the table.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Print the JSON schema of scenario files.
+    Schema,
+    /// Write a commented scenario file NAME.toml; an existing file is never overwritten.
+    New {
+        /// Name of the scenario and, with .toml, of the file.
+        name: String,
+    },
+}
+
+#[derive(Args, Debug)]
+struct RunOptions {
+    /// Override a key, as in --set controller.k_l=100 or --set controller.observer[1].printed=[100,20].
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// Folder for trace.csv and the figures [default: out/<scenario>].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Where a command speaks, and whether it has been told to stop.
+pub struct Console<'a> {
+    /// Results.
+    pub out: &'a mut dyn Write,
+    /// Everything else.
+    pub err: &'a mut dyn Write,
+    /// Set by Ctrl-C.
+    pub stop: &'a AtomicBool,
+    /// Is there someone to watch a progress bar?
+    pub terminal: bool,
+}
+
+/// Set by the handler of Ctrl-C, the one thing that outlives a call.
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// The program, on the real console.
+pub fn main() -> u8 {
+    // Without a handler Ctrl-C still ends the program, it only loses the record.
+    let _ = ctrlc::set_handler(|| {
+        if STOP.swap(true, Ordering::Relaxed) {
+            // Asked twice: files are written whole or not at all, so this loses nothing but time.
+            std::process::exit(i32::from(status::INTERRUPTED));
+        }
+    });
+    let terminal = io::stderr().is_terminal();
+    let console = Console { out: &mut io::stdout(), err: &mut io::stderr(), stop: &STOP, terminal };
+    run(std::env::args_os(), console)
+}
+
+/// The program on any console; `args` begin with its name. Returns the exit status.
+pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -> u8 {
+    let cli = match Cli::try_parse_from(args) {
+        Ok(cli) => cli,
+        Err(usage) => {
+            let text = usage.render();
+            let to = if usage.use_stderr() { console.err } else { console.out };
+            // Nobody is left to be told that this could not be printed.
+            let _ = write!(to, "{text}");
+            return if usage.use_stderr() { status::BAD_INPUT } else { status::DONE };
+        }
+    };
+    let done = match cli.command {
+        None => default_scenario(&cli.options.sets).and_then(|experiment| console.run(experiment, &cli.options)),
+        Some(Command::Run { file, options }) => {
+            scenario::load(&file, &options.sets).map_err(Failure::from).and_then(|it| console.run(it, &options))
+        }
+        Some(Command::Figures { only, out, json }) => console.figures(&only, &out, json),
+        Some(Command::Schema) => console.schema(),
+        Some(Command::New { name }) => console.new_scenario(&name, Path::new("")),
+    };
+    match done {
+        Ok(status) => status,
+        Err(Failure { status, message }) => {
+            console.note(&format!("error: {message}"));
+            status
+        }
+    }
+}
+
+fn default_scenario(sets: &[String]) -> Result<Experiment, Failure> {
+    let source = Source { file: "default.toml", text: scenario::DEFAULT, sets };
+    Ok(scenario::parse(&source, "default")?)
+}
+
+/// Why a command ended early: one line, and the exit status.
+struct Failure {
+    status: u8,
+    message: String,
+}
+
+impl From<ScenarioError> for Failure {
+    fn from(error: ScenarioError) -> Self {
+        Self { status: status::BAD_INPUT, message: error.to_string() }
+    }
+}
+
+impl Failure {
+    fn writing(what: impl std::fmt::Display, error: &io::Error) -> Self {
+        Self { status: status::FAILED, message: format!("{what} cannot be written: {error}") }
+    }
+}
+
+/// What `--json` prints of a run.
+#[derive(Serialize)]
+struct RunJson<'a> {
+    scenario: &'a str,
+    metrics: &'a Metrics,
+    ending: &'static str,
+    /// Time of the last recorded tick, s.
+    ended_at_s: f64,
+    /// Why the run broke off, if not by divergence or on request.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<String>,
+    warnings: &'a [String],
+    /// Bounds of the external disturbances, Eq. (40); chain plants only.
+    #[serde(skip_serializing_if = "<[Mu]>::is_empty")]
+    mu: &'a [Mu],
+}
+
+impl Console<'_> {
+    /// To stdout. A reader that has gone away (`| head`) is no error.
+    fn say(&mut self, text: &str) -> Result<(), Failure> {
+        match writeln!(self.out, "{text}").and_then(|()| self.out.flush()) {
+            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::writing("stdout", &error)),
+            _ => Ok(()),
+        }
+    }
+
+    /// To stderr; there is nowhere to complain if that fails.
+    fn note(&mut self, text: &str) {
+        let _ = writeln!(self.err, "{text}");
+    }
+
+    fn schema(&mut self) -> Result<u8, Failure> {
+        self.say(&format!("{:#}", scenario::schema()))?;
+        Ok(status::DONE)
+    }
+
+    fn new_scenario(&mut self, name: &str, folder: &Path) -> Result<u8, Failure> {
+        let name = name.strip_suffix(".toml").unwrap_or(name);
+        let bad = |message: String| Failure { status: status::BAD_INPUT, message };
+        let text = scenario::template(name).ok_or_else(|| {
+            bad(format!("{name:?} cannot name a scenario: use 1 to 64 letters, digits, `_`, `-`, `.`"))
+        })?;
+        let path = folder.join(format!("{name}.toml"));
+        let file = std::fs::File::create_new(&path).and_then(|mut file| file.write_all(text.as_bytes()));
+        match file {
+            Ok(()) => {
+                self.say(&format!("wrote {0}; run it with: host-sim run {0}", path.display()))?;
+                Ok(status::DONE)
+            }
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+                Err(bad(format!("{} exists already and is left as it is", path.display())))
+            }
+            Err(error) => Err(Failure::writing(path.display(), &error)),
+        }
+    }
+
+    fn run(&mut self, mut experiment: Experiment, options: &RunOptions) -> Result<u8, Failure> {
+        let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(&experiment.name));
+        prepare_folder(&folder)?;
+        let head = experiment.headline();
+        if options.json {
+            self.note(&head);
+        } else {
+            self.say(&head)?;
+        }
+
+        let (trace, error) = self.watched(&mut experiment);
+        let metrics = experiment.metrics(&trace);
+        let error = error.map(|error| reason(&error));
+        write_results(&folder, &experiment, &trace)?;
+
+        if options.json {
+            let (ending, _) = ending(&trace);
+            let json = RunJson {
+                scenario: &experiment.name,
+                metrics: &metrics,
+                ending,
+                ended_at_s: trace.rows.last().map_or(0.0, |row| row.t_s),
+                error: error.clone(),
+                warnings: &experiment.warnings,
+                mu: &experiment.mu,
+            };
+            // Numbers, names and lists: nothing in it can fail to be written as JSON.
+            self.say(&serde_json::to_string(&json).unwrap_or_default())?;
+        } else {
+            self.say(&table(&experiment, &metrics, &trace).to_string())?;
+            for warning in &experiment.warnings {
+                self.say(&format!("warning: {warning}"))?;
+            }
+            self.say(ending(&trace).1.as_str())?;
+            self.say(&format!("written to {}", folder.display()))?;
+        }
+        match error {
+            Some(message) => Err(Failure { status: status::FAILED, message }),
+            None if matches!(trace.ending, Ending::Interrupted { .. }) => {
+                self.note(&format!("stopped on request; what was recorded is in {}", folder.display()));
+                Ok(status::INTERRUPTED)
+            }
+            None => Ok(status::DONE),
+        }
+    }
+
+    fn figures(&mut self, only: &[String], folder: &Path, json: bool) -> Result<u8, Failure> {
+        let chosen = chosen_figures(only)?;
+        prepare_folder(folder)?;
+        let mut claims = Vec::new();
+        for figure in chosen {
+            let mut cases = Vec::new();
+            let mut title = String::new();
+            for (label, mut experiment) in figure.experiments()? {
+                self.note(&format!("{}: {label}", figure.id));
+                let (trace, error) = self.watched(&mut experiment);
+                if let Some(error) = error {
+                    return Err(Failure {
+                        status: status::FAILED,
+                        message: format!("{}: {}", figure.id, reason(&error)),
+                    });
+                }
+                if trace.ending != Ending::Finished && self.stop.load(Ordering::Relaxed) {
+                    self.note(&format!(
+                        "stopped on request; the figures before {} are in {}",
+                        figure.id,
+                        folder.display()
+                    ));
+                    return Ok(status::INTERRUPTED);
+                }
+                title.clone_from(&experiment.title);
+                cases.push(Case { label, metrics: experiment.metrics(&trace), trace });
+            }
+            let reproduction = figure.judge(&title, &cases);
+            let told = |error| Failure::writing(folder.join(figure.id).display(), &error);
+            reproduction.figure.write(folder, figure.id).map_err(told)?;
+            claims.extend(reproduction.claims);
+        }
+        if json {
+            self.say(&serde_json::to_string_pretty(&claims).unwrap_or_default())?;
+        } else {
+            self.say(&claim_table(&claims).to_string())?;
+            for claim in claims.iter().filter(|claim| !claim.remark.is_empty()) {
+                self.say(&format!("{}, {}: {}", claim.figure, claim.claim, claim.remark))?;
+            }
+            self.say(&format!("written to {}", folder.display()))?;
+        }
+        let lost: Vec<&str> = claims.iter().filter(|claim| claim.is_regression()).map(|claim| claim.claim).collect();
+        if lost.is_empty() {
+            return Ok(status::DONE);
+        }
+        Err(Failure {
+            status: status::FAILED,
+            message: format!("reproduced before, no longer does: {}", lost.join("; ")),
+        })
+    }
+
+    fn watched(&self, experiment: &mut Experiment) -> (Trace, Option<LoopError>) {
+        let periods = experiment.periods as u64;
+        let target = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let bar = ProgressBar::with_draw_target(Some(periods), target);
+        if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed} / {eta} left") {
+            bar.set_style(style);
+        }
+        // Drawing is slower than a tick.
+        let stride = (periods / 200).max(1);
+        let mut ticks = 0;
+        let result = experiment.run(&mut |_| {
+            ticks += 1;
+            if ticks % stride == 0 {
+                bar.set_position(ticks);
+            }
+            if self.stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        bar.finish_and_clear();
+        result
+    }
+}
+
+fn chosen_figures(only: &[String]) -> Result<Vec<&'static PaperFigure>, Failure> {
+    if only.is_empty() {
+        return Ok(CATALOGUE.iter().collect());
+    }
+    let find = |name: &String| {
+        CATALOGUE.iter().find(|figure| figure.id == name).ok_or_else(|| {
+            let distance = |figure: &&PaperFigure| strsim::damerau_levenshtein(figure.id, name);
+            let nearest = CATALOGUE.iter().min_by_key(distance).map_or("", |figure| figure.id);
+            let message =
+                format!("--only {name}: there is no such figure; expected fig01 .. fig10, nearest is {nearest}");
+            Failure { status: status::BAD_INPUT, message }
+        })
+    };
+    only.iter().map(find).collect()
+}
+
+fn claim_table(claims: &[ClaimRow]) -> Table {
+    let mut table = Table::new(["figure", "claim", "published", "reproduced", "unit", "reading", "verdict"]);
+    for claim in claims {
+        let verdict = match (claim.holds, claim.held_before) {
+            (true, _) => format!("holds ({})", claim.criterion),
+            (false, false) => format!("does not hold ({})", claim.criterion),
+            (false, true) => format!("NO LONGER HOLDS ({})", claim.criterion),
+        };
+        let reproduced = significant(claim.reproduced, 3);
+        table.row([claim.figure, claim.claim, claim.published, &reproduced, claim.unit, claim.reading, &verdict]);
+    }
+    table
+}
+
+/// Makes the folder and tries it, before anything is computed that could then not be kept.
+fn prepare_folder(folder: &Path) -> Result<(), Failure> {
+    let probe = folder.join(format!(".probe-{}", std::process::id()));
+    std::fs::create_dir_all(folder)
+        .and_then(|()| std::fs::write(&probe, ""))
+        .and_then(|()| std::fs::remove_file(&probe))
+        .map_err(|error| Failure {
+            status: status::BAD_INPUT,
+            message: format!("output folder {}: cannot be written: {error}", folder.display()),
+        })
+}
+
+fn write_results(folder: &Path, experiment: &Experiment, trace: &Trace) -> Result<(), Failure> {
+    let path = folder.join("trace.csv");
+    csv::write(trace, &path).map_err(|error| Failure::writing(path.display(), &error))?;
+    let Experiment { title, output_unit, control_unit, .. } = experiment;
+    for (stem, figure) in trace_figure::run_figures(trace, &Labels { title, output_unit, control_unit }) {
+        let told = |error| Failure::writing(folder.join(&stem).display(), &error);
+        figure.write(folder, &stem).map_err(told)?;
+    }
+    Ok(())
+}
+
+fn reason(error: &LoopError) -> String {
+    match error {
+        LoopError::Solver(SolverError::TooStiff { t_s, fastest_rad_s }) => format!(
+            "the plant is too stiff to be integrated at t = {} s: its fastest rate is {} rad/s; shorten \
+             controller.period_s or slow the plant",
+            significant(*t_s, 4),
+            significant(*fastest_rad_s, 4)
+        ),
+        LoopError::Port(error) => format!("the controller cannot be reached: {}", error.0),
+    }
+}
+
+/// As a word for programs, and as a sentence for people.
+fn ending(trace: &Trace) -> (&'static str, String) {
+    match trace.ending {
+        Ending::Finished => ("finished", "the state stayed bounded to the end".into()),
+        Ending::Diverged { t_s } => (
+            "diverged",
+            format!("NOT BOUNDED: the state ran away at t = {} s and the run ended there", significant(t_s, 4)),
+        ),
+        Ending::Interrupted { t_s } => {
+            ("interrupted", format!("INCOMPLETE: the run ended at t = {} s", significant(t_s, 4)))
+        }
+    }
+}
+
+fn table(experiment: &Experiment, metrics: &Metrics, trace: &Trace) -> Table {
+    let [from, to] = metrics.window_s;
+    let window = format!("largest over [{from}, {to}] s");
+    let mut table = Table::new(["metric", "value", "meaning"]);
+    let mut row = |name: &str, value: String, meaning: &str| table.row([name, &value, meaning]);
+    let number = |value: f64| significant(value, 4);
+    row("|sigma*| ultimate", number(metrics.sigma_star_ultimate), &window);
+    row("|y| ultimate", number(metrics.y_ultimate), &window);
+    for error in &metrics.estimation_error_ultimate {
+        row(&format!("|d_{0} - d_hat_{0}| ultimate", error.channel), number(error.error), &window);
+    }
+    row("|u| peak", number(metrics.u_peak), "over the whole run");
+    let period = format!("total variation per s, T = {} s", experiment.period_s);
+    row("u variation", number(metrics.u_total_variation_per_s), &period);
+    let settled = metrics.settling_time_s.map_or_else(|| "never".into(), number);
+    row("settling time (s)", settled, &format!("|y| within {} from then on", experiment.settling_band));
+    row("bounded", if metrics.bounded { "yes" } else { "NO" }.into(), &format!("{} ticks", trace.rows.len()));
+    for mu in &experiment.mu {
+        let by_order: Vec<String> = mu.by_order.iter().map(|bound| number(*bound)).collect();
+        let meaning = format!("bounds of d_{}, its derivatives: {}", mu.channel, by_order.join(", "));
+        row(&format!("mu_{} of Eq. (40)", mu.channel), number(mu.mu), &meaning);
+    }
+    table
+}

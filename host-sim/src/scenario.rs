@@ -1,0 +1,525 @@
+//! The scenario file: everything one run needs, and nothing else.
+//!
+//! ```text
+//! text + --set  ->  tree with places  ->  held against the schema  ->  Scenario  ->  defaults, rules  ->  Experiment
+//!                   (document)            (check)                                    (resolve, assemble)
+//! ```
+//!
+//! A key that is left out has the value of Example 2 of the paper in the reading that reproduces it: an empty file *is*
+//! that example. Units are SI and end the names. Channels and positions count from 1, as in the paper.
+//!
+//! The structs are flat with optional keys on purpose: serde's tagged enums would lose the place of an error. Which keys
+//! go with which kind is one table in `resolve`.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+mod assemble;
+mod check;
+mod document;
+mod error;
+mod resolve;
+
+pub use assemble::{Experiment, Mu};
+pub use error::{ScenarioError, Source};
+
+use check::Fault;
+use document::KeyPath;
+
+/// The default scenario: Example 2, `reconstructed`, r = 2 as printed. It is also what `host-sim new` writes.
+pub const DEFAULT: &str = include_str!("../scenarios/default.toml");
+
+/// Longest file that is read. A scenario is a page of text; a file without end must not hang the program.
+const LONGEST_FILE: u64 = 1 << 20;
+
+/// One run of the closed loop. Every key may be left out; an empty file is Example 2 of the paper.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scenario {
+    /// Short name, used for the output folder: letters, digits, `_`, `-`, `.`. Default: the name of the file.
+    pub name: Option<String>,
+    /// One line that says what is shown; heads the output and the figures.
+    pub title: Option<String>,
+    /// Length of the run, s. Default 20.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub span_s: f64,
+    /// Window [from, to] over which the "ultimate" figures are taken, s. Default: the second half of the span.
+    pub window_s: Option<[f64; 2]>,
+    /// The output counts as settled while |y| stays within this band, unit of x_1. Default 0.01.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub settling_band: f64,
+    /// Seed of the sensor's noise and dropouts. Default 0.
+    pub seed: u64,
+    /// What is controlled.
+    pub plant: PlantTable,
+    /// What controls it.
+    pub controller: ControllerTable,
+    /// What the controller sees.
+    pub sensor: SensorTable,
+    /// What the plant feels.
+    pub actuator: ActuatorTable,
+}
+
+impl Default for Scenario {
+    fn default() -> Self {
+        Self {
+            name: None,
+            title: None,
+            span_s: 20.0,
+            window_s: None,
+            settling_band: 0.01,
+            seed: 0,
+            plant: PlantTable::default(),
+            controller: ControllerTable::default(),
+            sensor: SensorTable::default(),
+            actuator: ActuatorTable::default(),
+        }
+    }
+}
+
+/// The true plant.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlantTable {
+    /// Which plant. Default flexible_joint.
+    pub kind: PlantKind,
+    /// flexible_joint: which reading of Eq. (63) and Table I. Default reconstructed.
+    pub reading: ReadingKey,
+    /// True state at t = 0, one number per state. Default: [0.1, 0, 0, 0] for the joint, else zeros.
+    #[schemars(length(min = 2, max = 6))]
+    pub x0: Option<Vec<f64>>,
+    /// flexible_joint: physical parameters; those left out have the value of Table I. Plant and controller both use them.
+    pub parameters: ParametersTable,
+    /// flexible_joint: relative error of each true coefficient, 0.5 = 50 % above what the controller believes.
+    pub error: ErrorTable,
+    /// flexible_joint: terms of the disturbance v at the input. Default 1 + sin 2t.
+    #[schemars(length(max = 64))]
+    pub input_disturbance: Option<Vec<TermTable>>,
+    /// benchmark: add the state-dependent terms x_1^2/2 + x_1 sin 2t + 0.2 x_2 of Eq. (60) to d_1. Default false.
+    pub state_dependent: bool,
+    /// chain: order n.
+    #[schemars(range(min = 2, max = 6))]
+    pub order: Option<usize>,
+    /// chain: true a(x) = a_1 x_1 + .. + a_n x_n, Eq. (39), n numbers.
+    #[schemars(length(min = 2, max = 6))]
+    pub a: Option<Vec<f64>>,
+    /// chain: true input gain b, Eq. (39).
+    pub b: Option<f64>,
+    /// Disturbances d_i(t) of Eq. (39), one table per channel. Default none.
+    #[schemars(length(max = 6))]
+    pub disturbance: Vec<DisturbanceTable>,
+}
+
+/// The plants there are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PlantKind {
+    /// Example 2, Eq. (62)-(63): n = 4.
+    #[default]
+    FlexibleJoint,
+    /// Example 1, Eq. (59): n = 2, a(x) = -2 x_1 - x_2 + exp x_1.
+    Benchmark,
+    /// Your own: a chain of n integrators, Eq. (39), with linear a(x) and constant b.
+    Chain,
+}
+
+/// Readings of Example 2.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ReadingKey {
+    /// As printed: J11 on the link. Does not reproduce the published numbers.
+    Literal,
+    /// Link equation with the link inertia: reproduces the published numbers.
+    #[default]
+    Reconstructed,
+    /// As reconstructed, with B11 on the motor: the hard test of a discretisation.
+    Stiff,
+    /// As reconstructed, with a and b scaled consistently.
+    Physical,
+}
+
+/// Table I, SI units.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ParametersTable {
+    /// Torque constant K_t, N m/A. Table I: 0.119.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub kt: Option<f64>,
+    /// Inertia J_11, kg m^2. Table I: 931e-6.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub j11: Option<f64>,
+    /// Inertia J_12, kg m^2. Table I: 0.230.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub j12: Option<f64>,
+    /// Damping B_11, N m s/rad. Table I: 4.5.
+    #[schemars(extend("minimum" = 0))]
+    pub b11: Option<f64>,
+    /// Damping B_12, N m s/rad. Table I: 0.07.
+    #[schemars(extend("minimum" = 0))]
+    pub b12: Option<f64>,
+    /// Torsional stiffness K_s, N m/rad. Table I: 9.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub ks: Option<f64>,
+}
+
+/// Relative errors D of the joint's coefficients: true = (1 + D) times nominal. Default 0.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ErrorTable {
+    /// Of k_1 at x_1 in channel 2.
+    pub k1: f64,
+    /// Of k_1 at x_3 in channel 2.
+    pub k1_x3: f64,
+    /// Of b_1 in channel 2.
+    pub b1: f64,
+    /// Of k_2 at x_1 in channel 4.
+    pub k2_x1: f64,
+    /// Of k_2 at x_3 in channel 4.
+    pub k2_x3: f64,
+    /// Of b_2 in channel 4.
+    pub b2: f64,
+    /// Of the input gain b.
+    pub b: f64,
+}
+
+/// The disturbance of one channel.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DisturbanceTable {
+    /// Channel, from 1.
+    #[serde(default)]
+    #[schemars(range(min = 1, max = 6))]
+    pub channel: Option<usize>,
+    /// The sum of these terms.
+    #[serde(default)]
+    #[schemars(length(max = 64))]
+    pub terms: Vec<TermTable>,
+}
+
+/// One term of a disturbance.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TermTable {
+    /// Its shape.
+    #[serde(default)]
+    pub kind: Option<TermKind>,
+    /// const, sin, cos, step: amplitude, unit of the channel.
+    #[serde(default)]
+    pub amplitude: Option<f64>,
+    /// ramp: slope, unit of the channel per s.
+    #[serde(default)]
+    pub slope: Option<f64>,
+    /// sin, cos: angular frequency, rad/s.
+    #[serde(default)]
+    pub omega_rad_s: Option<f64>,
+    /// sin, cos: phase, rad. Default 0.
+    #[serde(default)]
+    pub phase_rad: Option<f64>,
+    /// step: instant of the jump, s; the step acts from there on.
+    #[serde(default)]
+    pub t0_s: Option<f64>,
+}
+
+/// Shapes of a term.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TermKind {
+    /// amplitude
+    Const,
+    /// slope t
+    Ramp,
+    /// amplitude sin(omega_rad_s t + phase_rad)
+    Sin,
+    /// amplitude cos(omega_rad_s t + phase_rad)
+    Cos,
+    /// 0 before t0_s, amplitude from there on
+    Step,
+}
+
+/// The controller.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ControllerTable {
+    /// Which controller. Default proposed.
+    pub kind: ControllerKind,
+    /// Precision of its arithmetic; the plant is always f64. Default f32.
+    pub precision: PrecisionKey,
+    /// Period T of the ticks, s. Default 1e-3.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub period_s: f64,
+    /// Surface c_1..c_n of Eq. (44), c_n = 1. Default for the joint: [125, 75, 15, 1].
+    #[schemars(length(min = 2, max = 6))]
+    pub c: Option<Vec<f64>>,
+    /// Instead of c: all roots of the sliding motion at minus this, rad/s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub surface_bandwidth_rad_s: Option<f64>,
+    /// Decay alpha of the offset of sigma*, Eq. (17), 1/s. Default 1.
+    pub alpha_per_s: f64,
+    /// Linear reaching gain k_l of Eq. (51), 1/s. Default 50.
+    pub k_l: f64,
+    /// Switching gain k_s of Eq. (51), unit of sigma per s. Default 0.
+    pub k_s: f64,
+    /// Boundary layer epsilon of Eq. (51), unit of sigma. Default 0.01.
+    pub epsilon: f64,
+    /// The disturbance observers, one table per observed channel. Default for the joint: channels 2 and 4, printed
+    /// (100, 20); else none.
+    #[schemars(length(max = 6))]
+    pub observer: Option<Vec<ObserverTable>>,
+    /// Does the law allow for the nominal slope da/dx_n inside a tick? Default true.
+    pub use_slope: bool,
+    /// Does the law allow for the nominal gradient da/dx_1..da/dx_(n-1) inside a tick? Default true.
+    pub use_gradient: bool,
+    /// chain: what the controller believes of a and b where that is not the truth.
+    pub nominal: NominalTable,
+    /// Clamp of u. Default: none that any actuator would notice.
+    pub limits: Option<LimitsTable>,
+    /// What goes out when a sample is lost: "hold" (the last u) or a safe u. Default "hold".
+    pub fallback: FallbackKey,
+    /// Estimates of d_1..d_n at t = 0. Default zeros.
+    #[schemars(length(min = 2, max = 6), inner(range(min = -1e11, max = 1e11)))]
+    pub initial_estimates: Option<Vec<f64>>,
+    /// |sigma*| above this is told in the health column. Default 1e12.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub sigma_star_bound: f64,
+    /// Fastest observer pole times period above which a design is refused. Default 1.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub observer_pole_limit: f64,
+    /// benchmark: exponential of the nominal model. Default libm.
+    pub exp: ExpKey,
+    /// baseline: switching gain k.
+    #[schemars(extend("minimum" = 0))]
+    pub k: Option<f64>,
+}
+
+impl Default for ControllerTable {
+    fn default() -> Self {
+        Self {
+            kind: ControllerKind::default(),
+            precision: PrecisionKey::default(),
+            period_s: 1e-3,
+            c: None,
+            surface_bandwidth_rad_s: None,
+            alpha_per_s: 1.0,
+            k_l: 50.0,
+            k_s: 0.0,
+            epsilon: 0.01,
+            observer: None,
+            use_slope: true,
+            use_gradient: true,
+            nominal: NominalTable::default(),
+            limits: None,
+            fallback: FallbackKey::default(),
+            initial_estimates: None,
+            sigma_star_bound: 1e12,
+            observer_pole_limit: 1.0,
+            exp: ExpKey::default(),
+            k: None,
+        }
+    }
+}
+
+/// The controllers there are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ControllerKind {
+    /// The paper's law with extended disturbance observers, Eq. (44)-(51).
+    #[default]
+    Proposed,
+    /// The paper's reference \[1\], on the benchmark plant: sigma = x_2 + c_1 x_1 + d_hat_1, switching gain k, f64.
+    Baseline,
+}
+
+/// Precision of the controller.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PrecisionKey {
+    /// As on the chip.
+    #[default]
+    F32,
+    /// To see what f32 costs.
+    F64,
+}
+
+/// Exponentials.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ExpKey {
+    /// Within one unit in the last place.
+    #[default]
+    Libm,
+    /// A few instructions, f32 only.
+    Micromath,
+}
+
+/// A disturbance observer, Eq. (45)-(50). Give exactly one of printed, poles, bandwidth_rad_s.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObserverTable {
+    /// Channel, from 1.
+    #[serde(default)]
+    #[schemars(range(min = 1, max = 6))]
+    pub channel: Option<usize>,
+    /// Gains l_1..l_r as a paper prints them, l_j in 1/s^j.
+    #[serde(default)]
+    #[schemars(length(min = 1, max = 3))]
+    pub printed: Option<Vec<f64>>,
+    /// Poles [re, im] of the error, rad/s; complex ones in conjugate pairs.
+    #[serde(default)]
+    #[schemars(length(min = 1, max = 3))]
+    pub poles: Option<Vec<[f64; 2]>>,
+    /// All poles of the error at minus this, rad/s; needs order.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub bandwidth_rad_s: Option<f64>,
+    /// Order r, with bandwidth_rad_s.
+    #[serde(default)]
+    #[schemars(range(min = 1, max = 3))]
+    pub order: Option<usize>,
+}
+
+/// The controller's idea of a chain.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct NominalTable {
+    /// Nominal a_1..a_n. Default: the true ones.
+    #[schemars(length(min = 2, max = 6))]
+    pub a: Option<Vec<f64>>,
+    /// Nominal b. Default: the true one.
+    pub b: Option<f64>,
+}
+
+/// A range of u.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LimitsTable {
+    /// Smallest u. Default: none.
+    pub min: Option<f64>,
+    /// Largest u. Default: none.
+    pub max: Option<f64>,
+}
+
+/// "hold" or a number.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum FallbackKey {
+    /// The last u.
+    Word(FallbackWord),
+    /// This u.
+    Safe(f64),
+}
+
+impl Default for FallbackKey {
+    fn default() -> Self {
+        Self::Word(FallbackWord::Hold)
+    }
+}
+
+/// The word for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FallbackWord {
+    /// The last u stays.
+    Hold,
+}
+
+/// The measuring chain: the true state, then noise, quantisation, delay, dropout.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SensorTable {
+    /// Standard deviation of white noise per state, unit of the state. Default none.
+    #[schemars(length(min = 2, max = 6), inner(range(min = 0, max = 1e300)))]
+    pub noise: Option<Vec<f64>>,
+    /// Quantum per state, unit of the state; 0 = none. Default none.
+    #[schemars(length(min = 2, max = 6), inner(range(min = 0, max = 1e300)))]
+    pub quantum: Option<Vec<f64>>,
+    /// Age of a sample, ticks. Default 0.
+    #[schemars(range(min = 0, max = 100_000))]
+    pub delay_ticks: usize,
+    /// Probability that a sample is lost, per tick. Default 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub dropout: f64,
+}
+
+/// The actuating chain: the demand, then hold, delay, limits, rate limit.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ActuatorTable {
+    /// Smallest u it can hold. Default: none.
+    pub min: Option<f64>,
+    /// Largest u it can hold. Default: none.
+    pub max: Option<f64>,
+    /// Fastest change, unit of u per s. Default: none.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub rate_per_s: Option<f64>,
+    /// Ticks until a demand acts. Default 0.
+    #[schemars(range(min = 0, max = 100_000))]
+    pub delay_ticks: usize,
+    /// Takes a new demand every so many ticks only. Default 1.
+    #[schemars(range(min = 1, max = 100_000))]
+    pub hold_ticks: usize,
+    /// Is the controller told what the actuator really holds? Default true.
+    pub report: bool,
+}
+
+impl Default for ActuatorTable {
+    fn default() -> Self {
+        Self { min: None, max: None, rate_per_s: None, delay_ticks: 0, hold_ticks: 1, report: true }
+    }
+}
+
+/// The JSON schema of a scenario file.
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(Scenario).to_value()
+}
+
+/// A commented scenario file of this name to start from; `None` if it cannot be a name.
+pub fn template(name: &str) -> Option<String> {
+    resolve::is_file_name(name).then(|| DEFAULT.replacen("name = \"default\"", &format!("name = {name:?}"), 1))
+}
+
+/// Reads a scenario file, applies `--set` arguments, checks everything and builds what the loop needs.
+///
+/// # Errors
+/// The first thing that is wrong, with its place.
+pub fn load(path: &std::path::Path, sets: &[String]) -> Result<Experiment, ScenarioError> {
+    let file = path.display().to_string();
+    let text = read_text(path).map_err(|message| ScenarioError::of_file(&file, message))?;
+    let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    parse(&Source { file: &file, text: &text, sets }, &stem)
+}
+
+/// The same for a text that is at hand; `default_name` is the name of a scenario that gives none.
+///
+/// # Errors
+/// The first thing that is wrong, with its place.
+pub fn parse(source: &Source<'_>, default_name: &str) -> Result<Experiment, ScenarioError> {
+    let tree = document::read(source)?;
+    let told = |fault: Fault| source.error(fault.origin, fault.message);
+    check::check(&schema(), &tree).map_err(told)?;
+    let scenario: Scenario = serde_json::from_value(tree.json())
+        // The schema is made from the very structs: what it lets through is read. Should it ever not be, say so.
+        .map_err(|error| source.error(tree.origin_of(&KeyPath::root()), error.to_string()))?;
+    let in_tree = |problem: resolve::Problem| {
+        let path = KeyPath::parse(&problem.key).unwrap_or_else(KeyPath::root);
+        source.error(tree.origin_of(&path), format!("`{}`: {}", problem.key, problem.message))
+    };
+    resolve::foreign_keys(&scenario, &|key| KeyPath::parse(key).is_some_and(|path| tree.get(&path).is_some()))
+        .map_err(in_tree)?;
+    let resolved = resolve::resolve(scenario, default_name).map_err(in_tree)?;
+    assemble::assemble(resolved).map_err(in_tree)
+}
+
+fn read_text(path: &std::path::Path) -> Result<String, String> {
+    use std::io::Read;
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)
+        .and_then(|file| file.take(LONGEST_FILE + 1).read_to_end(&mut bytes))
+        .map_err(|error| format!("cannot be read: {error}"))?;
+    if bytes.len() as u64 > LONGEST_FILE {
+        return Err("longer than 1 MiB: not a scenario".into());
+    }
+    String::from_utf8(bytes).map_err(|error| format!("not UTF-8 text (byte {})", error.utf8_error().valid_up_to() + 1))
+}
+
+#[cfg(test)]
+mod tests;

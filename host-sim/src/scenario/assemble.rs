@@ -1,0 +1,262 @@
+//! From what a scenario means to the stages of the loop.
+
+use std::ops::ControlFlow;
+
+use controller_core::ConfigError;
+use serde::Serialize;
+
+use super::resolve::{ControllerChoice, PlantChoice, Problem, Resolved};
+use super::{ActuatorTable, ControllerKind, ErrorTable, PrecisionKey, SensorTable};
+use crate::actuator::{self, Actuator};
+use crate::closed_loop::{Loop, LoopError, close_loop};
+use crate::metrics::{self, Metrics};
+use crate::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel, Plant};
+use crate::port::baseline::Baseline;
+use crate::port::{ControllerPort, PortError, Tick, in_process};
+use crate::sensor::{self, Sensor};
+use crate::signal::Signal;
+use crate::trace::{Row, Trace};
+
+/// A scenario ready to run.
+pub struct Experiment {
+    /// Short name: the output folder.
+    pub name: String,
+    /// One line for people.
+    pub title: String,
+    /// Length of the run, s.
+    pub span_s: f64,
+    /// Period T, s.
+    pub period_s: f64,
+    /// Number of periods in the span.
+    pub periods: usize,
+    /// Window of the ultimate figures, s.
+    pub window_s: [f64; 2],
+    /// |y| within this counts as settled.
+    pub settling_band: f64,
+    /// Unit of the output; empty if unknown.
+    pub output_unit: &'static str,
+    /// Unit of the control; empty if unknown.
+    pub control_unit: &'static str,
+    /// True state at t = 0.
+    pub x0: Vec<f64>,
+    /// The true plant.
+    pub plant: Box<dyn Plant>,
+    /// Measuring chain.
+    pub sensor: Box<dyn Sensor>,
+    /// Actuating chain.
+    pub actuator: Box<dyn Actuator>,
+    /// The controller.
+    pub port: Box<dyn ControllerPort>,
+    /// What to be warned of in the design.
+    pub warnings: Vec<String>,
+    /// Bounds of the external disturbances per channel; chain plants only.
+    pub mu: Vec<Mu>,
+    controller: String,
+}
+
+/// Bounds of one external disturbance over the span, Eq. (2) and (40): what the file's terms say. What a wrong model adds
+/// to d_n depends on the state and is not in it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Mu {
+    /// Channel, from 1.
+    pub channel: usize,
+    /// mu_i of Eq. (40): the largest of `by_order`.
+    pub mu: f64,
+    /// Bounds of |d_i|, |d_i'|, .. up to the order r of the channel's observer; a step's derivative counts 0.
+    pub by_order: Vec<f64>,
+}
+
+impl Experiment {
+    /// Runs the loop once; `watch` sees every row and may break off.
+    pub fn run(&mut self, watch: &mut dyn FnMut(&Row) -> ControlFlow<()>) -> (Trace, Option<LoopError>) {
+        let setup = Loop {
+            plant: self.plant.as_ref(),
+            sensor: self.sensor.as_mut(),
+            port: self.port.as_mut(),
+            actuator: self.actuator.as_mut(),
+            x0: &self.x0,
+            period_s: self.period_s,
+            periods: self.periods,
+        };
+        close_loop(setup, watch)
+    }
+
+    /// Figures of merit of a trace of this scenario.
+    pub fn metrics(&self, trace: &Trace) -> Metrics {
+        metrics::measure(trace, self.window_s, self.settling_band)
+    }
+
+    /// What is being run, in one line.
+    pub fn headline(&self) -> String {
+        let Self { name, title, controller, span_s, period_s, .. } = self;
+        format!("{name}: {title} ({controller}, {span_s} s at T = {period_s} s)")
+    }
+}
+
+pub(super) fn assemble(resolved: Resolved) -> Result<Experiment, Problem> {
+    let Resolved {
+        name,
+        title,
+        span_s,
+        periods,
+        window_s,
+        x0,
+        plant,
+        disturbance,
+        controller,
+        observer_position,
+        file,
+    } = resolved;
+    let period_s = file.controller.period_s;
+    let is_chain = matches!(plant, PlantChoice::Chain { .. });
+    // K_t is a torque per ampere, so the joint's u counts amperes.
+    let (output_unit, control_unit) =
+        if matches!(plant, PlantChoice::FlexibleJoint { .. }) { ("rad", "A") } else { ("", "") };
+    let disturbances: Vec<Signal> = disturbance.into_iter().map(Signal::new).collect();
+
+    let (port, warnings, orders): (Box<dyn ControllerPort>, Vec<String>, Vec<usize>) = match controller {
+        ControllerChoice::Proposed(spec) => {
+            let (port, warnings) =
+                in_process::build(&spec).map_err(|error| design_problem(&error, &observer_position))?;
+            let orders = spec.observers.iter().map(|gains| gains.as_ref().map_or(0, Vec::len)).collect();
+            (port, warnings.iter().map(ToString::to_string).collect(), orders)
+        }
+        ControllerChoice::Baseline(spec) => (Box::new(Baseline::new(spec)), Vec::new(), vec![1, 0]),
+    };
+    let port = if file.actuator.report { port } else { Box::new(Unreported(port)) };
+    let mu = if is_chain { bounds(&disturbances, &orders, span_s) } else { Vec::new() };
+
+    Ok(Experiment {
+        name,
+        title,
+        span_s,
+        period_s,
+        periods,
+        window_s,
+        settling_band: file.settling_band,
+        output_unit,
+        control_unit,
+        plant: plant_of(plant, &file.plant.error, disturbances)?,
+        sensor: sensor_of(&file.sensor, file.seed),
+        actuator: actuator_of(&file.actuator, period_s),
+        x0,
+        port,
+        warnings,
+        mu,
+        controller: match (file.controller.kind, file.controller.precision) {
+            (ControllerKind::Baseline, _) => "baseline f64".into(),
+            (ControllerKind::Proposed, PrecisionKey::F32) => "f32".into(),
+            (ControllerKind::Proposed, PrecisionKey::F64) => "f64".into(),
+        },
+    })
+}
+
+fn bounds(disturbances: &[Signal], orders: &[usize], span_s: f64) -> Vec<Mu> {
+    let channels = disturbances.iter().zip(orders).enumerate();
+    let mu = channels.map(|(i, (signal, &order))| {
+        let by_order: Vec<f64> = (0..=order as u32).map(|j| signal.bound(j, span_s)).collect();
+        Mu { channel: i + 1, mu: by_order.iter().copied().fold(0.0, f64::max), by_order }
+    });
+    mu.collect()
+}
+
+fn plant_of(choice: PlantChoice, errors: &ErrorTable, disturbances: Vec<Signal>) -> Result<Box<dyn Plant>, Problem> {
+    let mut given = disturbances.into_iter();
+    let mut next = || given.next().unwrap_or_default();
+    Ok(match choice {
+        PlantChoice::FlexibleJoint { chain, input_disturbance } => {
+            let ErrorTable { k1, k1_x3, b1, k2_x1, k2_x3, b2, b } = *errors;
+            let errors = JointErrors { k1, k1_x3, b1, k2_x1, k2_x3, b2, b };
+            let extra = [next(), next(), next(), next()];
+            Box::new(FlexibleJoint::new(chain, errors, Signal::new(input_disturbance), extra))
+        }
+        PlantChoice::Benchmark { state_dependent } => Box::new(Benchmark::new([next(), next()], state_dependent)),
+        PlantChoice::Chain { a, b, nominal_a, nominal_b } => {
+            let truth = LastChannel { a, b };
+            let nominal = LastChannel { a: nominal_a, b: nominal_b };
+            let chain = Chain::new(truth, nominal, given.collect());
+            Box::new(chain.map_err(|error| Problem { key: "plant".into(), message: error.to_string() })?)
+        }
+    })
+}
+
+/// From the truth to the sample: noise, quantisation, delay, dropout.
+fn sensor_of(table: &SensorTable, seed: u64) -> Box<dyn Sensor> {
+    let mut chain: Box<dyn Sensor> = Box::new(sensor::Ideal);
+    if let Some(noise) = &table.noise {
+        chain = Box::new(sensor::Noise::new(chain, noise.clone(), seed));
+    }
+    if let Some(quantum) = &table.quantum {
+        chain = Box::new(sensor::Quantised::new(chain, quantum.clone()));
+    }
+    if table.delay_ticks > 0 {
+        chain = Box::new(sensor::Delayed::new(chain, table.delay_ticks));
+    }
+    if table.dropout > 0.0 {
+        chain = Box::new(sensor::Dropout::new(chain, table.dropout, seed));
+    }
+    chain
+}
+
+/// From the demand to the plant: hold, delay, limits, rate limit. Built from the plant outwards. The limits come before
+/// the rate, so that a rate limiter never runs on beyond them.
+fn actuator_of(table: &ActuatorTable, period_s: f64) -> Box<dyn Actuator> {
+    let mut chain: Box<dyn Actuator> = Box::new(actuator::Ideal);
+    if let Some(rate_per_s) = table.rate_per_s {
+        chain = Box::new(actuator::RateLimited::new(chain, rate_per_s, period_s));
+    }
+    if table.min.is_some() || table.max.is_some() {
+        let (min, max) = (table.min.unwrap_or(f64::NEG_INFINITY), table.max.unwrap_or(f64::INFINITY));
+        chain = Box::new(actuator::Limited::new(chain, min, max));
+    }
+    if table.delay_ticks > 0 {
+        chain = Box::new(actuator::Delayed::new(chain, table.delay_ticks));
+    }
+    if table.hold_ticks > 1 {
+        chain = Box::new(actuator::Held::new(chain, table.hold_ticks));
+    }
+    chain
+}
+
+/// A controller that is never told what the actuator held: it lives on what it asked for.
+struct Unreported(Box<dyn ControllerPort>);
+
+impl ControllerPort for Unreported {
+    fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
+        self.0.tick(sample)
+    }
+
+    fn applied(&mut self, _u: f64) {}
+
+    fn observed(&self) -> &[usize] {
+        self.0.observed()
+    }
+}
+
+/// The key that a refused design is about.
+fn design_problem(error: &ConfigError, observer_position: &[Option<usize>]) -> Problem {
+    let key = match *error {
+        ConfigError::NotFinite { field } | ConfigError::Negative { field } => {
+            format!("controller.{}", field.rsplit('.').next().unwrap_or(field))
+        }
+        ConfigError::PeriodNotPositive { .. } => "controller.period_s".into(),
+        ConfigError::InputGainZero => "controller.nominal.b".into(),
+        ConfigError::SurfaceLead { .. } | ConfigError::SurfaceNotHurwitz => "controller.c".into(),
+        ConfigError::OffsetDecayNotPositive { .. } => "controller.alpha_per_s".into(),
+        ConfigError::BoundaryLayerEmpty { .. } => "controller.epsilon".into(),
+        ConfigError::LimitsTooWide { .. } | ConfigError::LimitsReversed { .. } => "controller.limits".into(),
+        ConfigError::FallbackOutsideLimits { .. } => "controller.fallback".into(),
+        ConfigError::CoefficientRange => "controller".into(),
+        ConfigError::ChannelMismatch { channel, .. }
+        | ConfigError::ObserverOrder { channel, .. }
+        | ConfigError::OrderTooLow { channel, .. }
+        | ConfigError::ObserverNotHurwitz { channel }
+        | ConfigError::ObserverTooFast { channel, .. } => {
+            match observer_position.get(channel.wrapping_sub(1)).copied().flatten() {
+                Some(position) => format!("controller.observer[{position}]"),
+                None => "controller.observer".into(),
+            }
+        }
+    };
+    Problem { key, message: error.to_string() }
+}

@@ -1,0 +1,215 @@
+//! Holds a scenario against its own JSON schema: unknown keys, wrong kinds, numbers outside their range.
+//!
+//! The schema is made from the structs of [`Scenario`](super::Scenario), so there is one list of keys, ranges and
+//! choices, and what `host-sim schema` prints is what is checked here. Only the words that schema uses are understood;
+//! a test sees to it that it uses no others.
+
+use serde_json::Value as Json;
+
+use super::document::{KeyPath, Node, NodeValue};
+use super::error::{Origin, nearest};
+
+/// What is wrong, where, and under which key it was found.
+#[derive(Debug)]
+pub(super) struct Fault {
+    pub(super) origin: Origin,
+    pub(super) message: String,
+}
+
+/// Checks the whole tree.
+pub(super) fn check(schema: &Json, tree: &Node) -> Result<(), Fault> {
+    Checker { schema }.node(schema, tree, &KeyPath::root())
+}
+
+/// All keys of the schema as paths without positions: `controller.observer.printed`.
+pub(super) fn all_keys(schema: &Json) -> Vec<String> {
+    let mut keys = Vec::new();
+    Checker { schema }.collect(schema, "", &mut keys);
+    keys
+}
+
+struct Checker<'a> {
+    schema: &'a Json,
+}
+
+impl<'a> Checker<'a> {
+    fn resolve(&self, part: &'a Json) -> &'a Json {
+        let name = part["$ref"].as_str().and_then(|reference| reference.strip_prefix("#/$defs/"));
+        name.map_or(part, |name| self.resolve(&self.schema["$defs"][name]))
+    }
+
+    /// The ways a value may be written. `null` is no TOML value: it only says that the key may be left out.
+    fn choices(&self, part: &'a Json) -> Vec<&'a Json> {
+        let part = self.resolve(part);
+        match part["anyOf"].as_array().or_else(|| part["oneOf"].as_array()) {
+            Some(list) => list.iter().filter(|one| one["type"] != "null").flat_map(|one| self.choices(one)).collect(),
+            None => vec![part],
+        }
+    }
+
+    fn node(&self, part: &'a Json, node: &Node, path: &KeyPath) -> Result<(), Fault> {
+        let choices = self.choices(part);
+        let matching = choices.iter().find(|choice| is_of_type(choice, node) && may_be_word(choice, node));
+        let Some(choice) = matching else {
+            return Err(fault(node.origin, path, node, &expected(&choices), &near_word(&choices, node)));
+        };
+        match &node.value {
+            NodeValue::Table(entries) => {
+                let properties = choice["properties"].as_object();
+                for entry in entries {
+                    let below = path.key(&entry.key);
+                    match properties.and_then(|properties| properties.get(&entry.key)) {
+                        Some(part) => self.node(part, &entry.node, &below)?,
+                        None => return Err(self.unknown_key(choice, &below, &entry.key, entry.key_origin)),
+                    }
+                }
+                Ok(())
+            }
+            NodeValue::List(list) => {
+                let too_few = choice["minItems"].as_u64().is_some_and(|least| (list.len() as u64) < least);
+                let too_many = choice["maxItems"].as_u64().is_some_and(|most| list.len() as u64 > most);
+                if too_few || too_many {
+                    return Err(fault(node.origin, path, node, &expected(&[choice]), ""));
+                }
+                list.iter()
+                    .enumerate()
+                    .try_for_each(|(k, child)| self.node(&choice["items"], child, &path.position(k + 1)))
+            }
+            NodeValue::Integer(number) => in_range(choice, *number as f64, node, path),
+            NodeValue::Float(number) => in_range(choice, *number, node, path),
+            NodeValue::Bool(_) | NodeValue::Text(_) | NodeValue::Date(_) => Ok(()),
+        }
+    }
+
+    fn unknown_key(&self, table: &Json, path: &KeyPath, key: &str, origin: Origin) -> Fault {
+        // A key that exists, only elsewhere, is the commonest slip in a nested file.
+        let elsewhere: Vec<_> =
+            all_keys(self.schema).into_iter().filter(|known| known.rsplit('.').next() == Some(key)).collect();
+        let names = table["properties"].as_object().into_iter().flatten().map(|(name, _)| name.as_str());
+        let hint = match elsewhere.as_slice() {
+            [] => nearest(key, names),
+            places => format!("; it belongs to {}", places.join(" or ")),
+        };
+        Fault { origin, message: format!("unknown key `{path}`{hint}") }
+    }
+
+    fn collect(&self, part: &'a Json, prefix: &str, keys: &mut Vec<String>) {
+        for choice in self.choices(part) {
+            for (name, inner) in choice["properties"].as_object().into_iter().flatten() {
+                let key = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
+                self.collect(inner, &key, keys);
+                keys.push(key);
+            }
+            if choice["items"].is_object() {
+                self.collect(&choice["items"], prefix, keys);
+            }
+        }
+    }
+}
+
+fn fault(origin: Origin, path: &KeyPath, node: &Node, expected: &str, hint: &str) -> Fault {
+    Fault { origin, message: format!("`{path}`: found {}, expected {expected}{hint}", node.found()) }
+}
+
+fn has_type(choice: &Json, name: &str) -> bool {
+    match &choice["type"] {
+        Json::String(only) => only == name,
+        Json::Array(several) => several.iter().any(|one| one == name),
+        _ => false,
+    }
+}
+
+fn is_of_type(choice: &Json, node: &Node) -> bool {
+    match node.value {
+        NodeValue::Bool(_) => has_type(choice, "boolean"),
+        NodeValue::Integer(_) => has_type(choice, "integer") || has_type(choice, "number"),
+        NodeValue::Float(_) => has_type(choice, "number"),
+        NodeValue::Text(_) => has_type(choice, "string"),
+        NodeValue::Date(_) => false,
+        NodeValue::List(_) => has_type(choice, "array"),
+        NodeValue::Table(_) => has_type(choice, "object"),
+    }
+}
+
+fn words(choice: &Json) -> Option<Vec<&str>> {
+    match (&choice["const"], &choice["enum"]) {
+        (Json::String(only), _) => Some(vec![only]),
+        (_, Json::Array(several)) => Some(several.iter().filter_map(Json::as_str).collect()),
+        _ => None,
+    }
+}
+
+fn may_be_word(choice: &Json, node: &Node) -> bool {
+    match (&node.value, words(choice)) {
+        (NodeValue::Text(text), Some(words)) => words.contains(&text.as_str()),
+        _ => true,
+    }
+}
+
+fn near_word(choices: &[&Json], node: &Node) -> String {
+    let words: Vec<&str> = choices.iter().filter_map(|choice| words(choice)).flatten().collect();
+    match &node.value {
+        NodeValue::Text(text) if !words.is_empty() => {
+            let hint = nearest(text, words.into_iter());
+            // The list of all words is in the message already.
+            if hint.starts_with("; did") { hint } else { String::new() }
+        }
+        _ => String::new(),
+    }
+}
+
+fn in_range(choice: &Json, number: f64, node: &Node, path: &KeyPath) -> Result<(), Fault> {
+    let bound = |name: &str| choice[name].as_f64();
+    let inside = number.is_finite()
+        && bound("minimum").is_none_or(|least| number >= least)
+        && bound("exclusiveMinimum").is_none_or(|least| number > least)
+        && bound("maximum").is_none_or(|most| number <= most);
+    if inside { Ok(()) } else { Err(fault(node.origin, path, node, &expected(&[choice]), "")) }
+}
+
+/// In words: `a number above 0`, `"sin", "cos" or a list of 2 numbers`.
+fn expected(choices: &[&Json]) -> String {
+    let words: Vec<String> =
+        choices.iter().filter_map(|choice| words(choice)).flatten().map(|w| format!("{w:?}")).collect();
+    let others = choices.iter().filter(|choice| self::words(choice).is_none()).map(|choice| kind(choice));
+    let all: Vec<String> = words.into_iter().chain(others).collect();
+    match all.as_slice() {
+        [first @ .., last] if !first.is_empty() => format!("{} or {last}", first.join(", ")),
+        _ => all.concat(),
+    }
+}
+
+fn kind(choice: &Json) -> String {
+    let number = |name: &str| {
+        let above = choice["exclusiveMinimum"].as_f64().map(|least| format!("above {least}"));
+        let least = choice["minimum"].as_f64().map(|least| format!("at least {least}"));
+        let most = choice["maximum"].as_f64().map(|most| format!("at most {most}"));
+        let range: Vec<String> = [above, least, most].into_iter().flatten().collect();
+        format!("{name} {}", range.join(" and ")).trim_end().to_owned()
+    };
+    if has_type(choice, "array") {
+        let several = plural(&choice["items"]);
+        return match (choice["minItems"].as_u64(), choice["maxItems"].as_u64()) {
+            (Some(least), Some(most)) if least == most => format!("a list of {least} {several}"),
+            (Some(least), Some(most)) => format!("a list of {least} to {most} {several}"),
+            (Some(least), None) => format!("a list of at least {least} {several}"),
+            (None, Some(most)) => format!("a list of at most {most} {several}"),
+            (None, None) => format!("a list of {several}"),
+        };
+    }
+    match () {
+        () if has_type(choice, "integer") => number("a whole number"),
+        () if has_type(choice, "number") => number("a finite number"),
+        () if has_type(choice, "boolean") => "true or false".into(),
+        () if has_type(choice, "string") => "text".into(),
+        () => "a table".into(),
+    }
+}
+
+fn plural(items: &Json) -> &'static str {
+    match () {
+        () if has_type(items, "number") => "numbers",
+        () if has_type(items, "array") => "lists",
+        () => "tables",
+    }
+}

@@ -1,0 +1,411 @@
+//! A scenario as it was written: values, and where each of them stands.
+//!
+//! TOML text and the `--set` arguments become one tree of [`Node`]s; every node knows its [`Origin`], so that whatever is
+//! found wrong with it later can be told with file, line and column, or with the argument it came from.
+//!
+//! A *key path* names a node: `controller.observer[2].printed`. Positions in lists count from 1.
+
+use std::fmt;
+
+use serde_json::Value as Json;
+use toml_edit::{Document as Toml, Item, TableLike, Value};
+
+use super::error::{Origin, ScenarioError, Source};
+
+/// A value with its origin.
+#[derive(Clone, Debug)]
+pub(super) struct Node {
+    pub(super) value: NodeValue,
+    pub(super) origin: Origin,
+}
+
+/// The kinds of value a scenario can hold.
+#[derive(Clone, Debug)]
+pub(super) enum NodeValue {
+    Bool(bool),
+    Integer(i64),
+    Float(f64),
+    Text(String),
+    /// A date or time, as written: no key of a scenario takes one.
+    Date(String),
+    List(Vec<Node>),
+    Table(Vec<Entry>),
+}
+
+/// A key of a table.
+#[derive(Clone, Debug)]
+pub(super) struct Entry {
+    pub(super) key: String,
+    pub(super) key_origin: Origin,
+    pub(super) node: Node,
+}
+
+impl Node {
+    /// What an error message calls this value: `"chain"`, `7`, `a list of 3`, `a table`.
+    pub(super) fn found(&self) -> String {
+        match &self.value {
+            NodeValue::Bool(value) => value.to_string(),
+            NodeValue::Integer(value) => value.to_string(),
+            NodeValue::Float(value) => value.to_string(),
+            NodeValue::Text(value) => format!("{:?}", shortened(value)),
+            NodeValue::Date(value) => format!("the date {value}"),
+            NodeValue::List(list) => format!("a list of {}", list.len()),
+            NodeValue::Table(_) => "a table".into(),
+        }
+    }
+
+    /// The same value for `serde`; the origins are left behind.
+    pub(super) fn json(&self) -> Json {
+        match &self.value {
+            NodeValue::Bool(value) => Json::from(*value),
+            NodeValue::Integer(value) => Json::from(*value),
+            NodeValue::Float(value) => Json::from(*value),
+            NodeValue::Text(value) | NodeValue::Date(value) => Json::from(value.as_str()),
+            NodeValue::List(list) => list.iter().map(Self::json).collect(),
+            NodeValue::Table(entries) => entries.iter().map(|entry| (entry.key.clone(), entry.node.json())).collect(),
+        }
+    }
+
+    fn entry(&self, key: &str) -> Option<&Entry> {
+        match &self.value {
+            NodeValue::Table(entries) => entries.iter().find(|entry| entry.key == key),
+            _ => None,
+        }
+    }
+
+    /// The node at a key path; `None` if nothing was written there.
+    pub(super) fn get(&self, path: &KeyPath) -> Option<&Self> {
+        path.0.iter().try_fold(self, |node, step| node.child(step))
+    }
+
+    fn child(&self, step: &Step) -> Option<&Self> {
+        match (step, &self.value) {
+            (Step::Key(key), _) => self.entry(key).map(|entry| &entry.node),
+            (Step::Position(k), NodeValue::List(list)) => list.get(k - 1),
+            (Step::Position(_), _) => None,
+        }
+    }
+
+    /// Where to point for a key path: at the value if it was written, else at the nearest table around it.
+    pub(super) fn origin_of(&self, path: &KeyPath) -> Origin {
+        let mut node = self;
+        for step in &path.0 {
+            match node.child(step) {
+                Some(child) => node = child,
+                None => break,
+            }
+        }
+        node.origin
+    }
+
+    /// Puts a value at a key path, with all tables on the way.
+    fn put(&mut self, steps: &[Step], node: Self) -> Result<(), String> {
+        let Some((step, rest)) = steps.split_first() else {
+            *self = node;
+            return Ok(());
+        };
+        let origin = node.origin;
+        let empty = || Self { value: NodeValue::Table(Vec::new()), origin };
+        match (step, &mut self.value) {
+            (Step::Key(key), NodeValue::Table(entries)) => {
+                let at = entries.iter().position(|entry| entry.key == *key).unwrap_or_else(|| {
+                    entries.push(Entry { key: key.clone(), key_origin: origin, node: empty() });
+                    entries.len() - 1
+                });
+                entries[at].node.put(rest, node)
+            }
+            (Step::Position(k), NodeValue::List(list)) if *k <= list.len() => list[k - 1].put(rest, node),
+            (Step::Position(k), NodeValue::List(list)) if *k == list.len() + 1 => {
+                let mut fresh = empty();
+                fresh.put(rest, node)?;
+                list.push(fresh);
+                Ok(())
+            }
+            (Step::Position(k), NodeValue::List(list)) => {
+                Err(format!("there is no position {k} in a list of {} (positions count from 1)", list.len()))
+            }
+            (Step::Position(_), NodeValue::Table(entries)) if entries.is_empty() => {
+                self.value = NodeValue::List(Vec::new());
+                self.put(steps, node)
+            }
+            (Step::Key(key), _) => Err(format!("`{key}` cannot be set: {} is no table", self.found())),
+            (Step::Position(k), _) => Err(format!("[{k}] cannot be set: {} is no list", self.found())),
+        }
+    }
+
+    fn remove(&mut self, table: &[Step], key: &str) {
+        match (table.split_first(), &mut self.value) {
+            (None, NodeValue::Table(entries)) => entries.retain(|entry| entry.key != key),
+            (Some((Step::Key(step), rest)), NodeValue::Table(entries)) => {
+                if let Some(entry) = entries.iter_mut().find(|entry| entry.key == *step) {
+                    entry.node.remove(rest, key);
+                }
+            }
+            (Some((Step::Position(k), rest)), NodeValue::List(list)) => {
+                if let Some(node) = list.get_mut(k - 1) {
+                    node.remove(rest, key);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The way to a node.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct KeyPath(Vec<Step>);
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Step {
+    Key(String),
+    /// From 1.
+    Position(usize),
+}
+
+impl KeyPath {
+    pub(super) const fn root() -> Self {
+        Self(Vec::new())
+    }
+
+    /// `a.b[2].c`; `None` if the text is not of this form.
+    pub(super) fn parse(text: &str) -> Option<Self> {
+        let mut steps = Vec::new();
+        for part in text.split('.') {
+            let (key, positions) = part.split_at(part.find('[').unwrap_or(part.len()));
+            let is_key = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+            if key.is_empty() || !key.chars().all(is_key) {
+                return None;
+            }
+            steps.push(Step::Key(key.into()));
+            for position in positions.split_inclusive(']') {
+                let digits = position.strip_prefix('[')?.strip_suffix(']')?;
+                match digits.parse() {
+                    Ok(k) if k >= 1 => steps.push(Step::Position(k)),
+                    _ => return None,
+                }
+            }
+        }
+        // A scenario is five deep; the cap keeps the recursion of `put` bounded.
+        (steps.len() <= 16).then_some(Self(steps))
+    }
+
+    #[must_use]
+    pub(super) fn key(&self, key: &str) -> Self {
+        let mut steps = self.0.clone();
+        steps.push(Step::Key(key.into()));
+        Self(steps)
+    }
+
+    /// From 1.
+    #[must_use]
+    pub(super) fn position(&self, k: usize) -> Self {
+        let mut steps = self.0.clone();
+        steps.push(Step::Position(k));
+        Self(steps)
+    }
+}
+
+impl fmt::Display for KeyPath {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, step) in self.0.iter().enumerate() {
+            match step {
+                Step::Key(key) if k == 0 => f.write_str(key)?,
+                Step::Key(key) => write!(f, ".{key}")?,
+                Step::Position(position) => write!(f, "[{position}]")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Ways to say the same thing, of which only one may be used: `--set` of one takes the others out of the file's table.
+const ALTERNATIVES: [(&str, &[&str]); 5] = [
+    ("c", &["surface_bandwidth_rad_s"]),
+    ("surface_bandwidth_rad_s", &["c"]),
+    ("printed", &["poles", "bandwidth_rad_s", "order"]),
+    ("poles", &["printed", "bandwidth_rad_s", "order"]),
+    ("bandwidth_rad_s", &["printed", "poles"]),
+];
+
+/// Reads the text and applies the `--set` arguments of `source`.
+pub(super) fn read(source: &Source<'_>) -> Result<Node, ScenarioError> {
+    // A byte order mark is how some editors begin a file.
+    let toml = Toml::parse(source.text).map_err(|error| {
+        let offset = error.span().map_or(0, |span| span.start);
+        let message = error.message().lines().collect::<Vec<_>>().join(", ");
+        source.error(Origin::Text { offset }, format!("not TOML: {message}"))
+    })?;
+    let mut root = table(toml.as_table(), Origin::Text { offset: 0 });
+    for (k, argument) in source.sets.iter().enumerate() {
+        set(&mut root, argument, Origin::Set(k)).map_err(|message| source.error(Origin::Set(k), message))?;
+    }
+    Ok(root)
+}
+
+fn set(root: &mut Node, argument: &str, origin: Origin) -> Result<(), String> {
+    let Some((path, text)) = argument.split_once('=') else {
+        return Err("expected KEY=VALUE, as in controller.k_l=100".into());
+    };
+    let Some(path) = KeyPath::parse(path.trim()) else {
+        return Err(format!("`{}` is no key path; expected one like controller.observer[1].printed", path.trim()));
+    };
+    let node = value_of_argument(text.trim(), origin)?;
+    if let Some((Step::Key(last), table)) = path.0.split_last()
+        && let Some((_, others)) = ALTERNATIVES.iter().find(|(key, _)| key == last)
+    {
+        others.iter().for_each(|other| root.remove(table, other));
+    }
+    root.put(&path.0, node)
+}
+
+/// A TOML value; a bare word is text, so that `plant.kind=chain` needs no quotes in a shell.
+fn value_of_argument(text: &str, origin: Origin) -> Result<Node, String> {
+    if let Ok(value) = text.parse::<Value>() {
+        return Ok(at_one_origin(value_node(&value, origin), origin));
+    }
+    let is_word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | ' ' | '/');
+    if !text.is_empty() && text.chars().all(is_word) {
+        return Ok(Node { value: NodeValue::Text(text.into()), origin });
+    }
+    Err(format!("{:?} is not a TOML value (a number, true, \"text\", a [list] or a {{table}})", shortened(text)))
+}
+
+/// Spans inside an argument mean nothing to the reader: the argument as a whole does.
+fn at_one_origin(mut node: Node, origin: Origin) -> Node {
+    node.origin = origin;
+    match &mut node.value {
+        NodeValue::List(list) => {
+            *list = list.drain(..).map(|child| at_one_origin(child, origin)).collect();
+        }
+        NodeValue::Table(entries) => {
+            for entry in entries {
+                entry.key_origin = origin;
+                entry.node = at_one_origin(entry.node.clone(), origin);
+            }
+        }
+        _ => {}
+    }
+    node
+}
+
+fn at(span: Option<std::ops::Range<usize>>, around: Origin) -> Origin {
+    span.map_or(around, |span| Origin::Text { offset: span.start })
+}
+
+fn table(table: &dyn TableLike, origin: Origin) -> Node {
+    let entries = table.iter().map(|(key, item)| {
+        let key_origin = at(table.key(key).and_then(toml_edit::Key::span), origin);
+        Entry { key: key.into(), key_origin, node: item_node(item, key_origin) }
+    });
+    Node { value: NodeValue::Table(entries.collect()), origin }
+}
+
+/// `around` is where to point if the parser gave no place, as for `[a]` when only `[a.b]` is written.
+fn item_node(item: &Item, around: Origin) -> Node {
+    let origin = at(item.span(), around);
+    match item {
+        Item::None => Node { value: NodeValue::Table(Vec::new()), origin },
+        Item::Value(value) => value_node(value, origin),
+        Item::Table(inner) => table(inner, origin),
+        Item::ArrayOfTables(list) => {
+            let nodes = list.iter().map(|inner| table(inner, at(inner.span(), origin)));
+            Node { value: NodeValue::List(nodes.collect()), origin }
+        }
+    }
+}
+
+fn value_node(value: &Value, around: Origin) -> Node {
+    let origin = at(value.span(), around);
+    let value = match value {
+        Value::String(text) => NodeValue::Text(text.value().clone()),
+        Value::Integer(number) => NodeValue::Integer(*number.value()),
+        Value::Float(number) => NodeValue::Float(*number.value()),
+        Value::Boolean(truth) => NodeValue::Bool(*truth.value()),
+        Value::Datetime(date) => NodeValue::Date(date.value().to_string()),
+        Value::Array(list) => NodeValue::List(list.iter().map(|inner| value_node(inner, origin)).collect()),
+        Value::InlineTable(inner) => return table(inner, origin),
+    };
+    Node { value, origin }
+}
+
+/// A message quotes what was found, but not a whole page of it.
+fn shortened(text: &str) -> String {
+    const LONGEST: usize = 60;
+    if text.chars().count() <= LONGEST { text.into() } else { text.chars().take(LONGEST).chain("..".chars()).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tree(text: &str, sets: &[&str]) -> Result<Node, String> {
+        let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+        read(&Source { file: "a.toml", text, sets: &sets }).map_err(|error| error.to_string())
+    }
+
+    fn json(text: &str, sets: &[&str]) -> String {
+        tree(text, sets).map_or_else(|error| error, |node| node.json().to_string())
+    }
+
+    #[test]
+    fn key_paths_count_positions_from_one_and_survive_a_round_trip() {
+        let path = KeyPath::parse("plant.disturbance[2].terms[1].kind").expect("a key path");
+        assert_eq!(path.to_string(), "plant.disturbance[2].terms[1].kind");
+        for wrong in ["", ".", "a.", "a[0]", "a[", "a]", "a[x]", "a[1]b", "a b", "a[-1]", "a[99999999999999999999]"] {
+            assert_eq!(KeyPath::parse(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn set_takes_toml_values_and_bare_words() {
+        let sets = ["a=1", "b.c=chain", "b.d=[1, 2.5]", "e={f = true}", "g=", "a=1e-3"];
+        assert_eq!(json("", &sets[..4]), r#"{"a":1,"b":{"c":"chain","d":[1,2.5]},"e":{"f":true}}"#);
+        assert_eq!(
+            json("", &sets[4..5]),
+            r#"--set g=: "" is not a TOML value (a number, true, "text", a [list] or a {table})"#
+        );
+        assert_eq!(json("a = 7", &sets[5..]), r#"{"a":0.001}"#);
+    }
+
+    #[test]
+    fn set_reaches_into_lists_and_appends_one_but_leaves_no_gap() {
+        let text = "[[o]]\nchannel = 2\n[[o]]\nchannel = 4\n";
+        assert_eq!(json(text, &["o[2].channel=3"]), r#"{"o":[{"channel":2},{"channel":3}]}"#);
+        assert_eq!(json(text, &["o[3].channel=1"]), r#"{"o":[{"channel":2},{"channel":4},{"channel":1}]}"#);
+        assert_eq!(json("", &["p.q[1]=5"]), r#"{"p":{"q":[5]}}"#);
+        assert_eq!(
+            json(text, &["o[4].channel=1"]),
+            "--set o[4].channel=1: there is no position 4 in a list of 2 (positions count from 1)"
+        );
+        assert_eq!(json("a = 1", &["a.b=1"]), "--set a.b=1: `b` cannot be set: 1 is no table");
+    }
+
+    #[test]
+    fn set_of_one_way_to_give_gains_takes_the_others_out() {
+        let text = "[[o]]\nchannel = 2\nprinted = [100, 20]\n";
+        assert_eq!(
+            json(text, &["o[1].bandwidth_rad_s=50", "o[1].order=2"]),
+            r#"{"o":[{"bandwidth_rad_s":50,"channel":2,"order":2}]}"#
+        );
+        assert_eq!(json(text, &["o[1].poles=[[-1,0]]"]), r#"{"o":[{"channel":2,"poles":[[-1,0]]}]}"#);
+    }
+
+    #[test]
+    fn a_syntax_error_names_line_and_column() {
+        assert_eq!(json("a = 1\nb = = 2\n", &[]).split(": not TOML").next(), Some("a.toml:2:5"));
+        assert!(
+            json("a = 1\na = 2\n", &[]).starts_with("a.toml:2:1: not TOML: duplicate key"),
+            "{}",
+            json("a=1\na=2", &[])
+        );
+    }
+
+    #[test]
+    fn deep_nesting_is_refused_and_not_a_stack_overflow() {
+        let deep = "[".repeat(100_000);
+        assert!(json(&format!("a = {deep}"), &[]).contains("not TOML"));
+        assert!(tree("", &[&format!("a={deep}")]).is_err());
+        assert!(json(&format!("[{}]", vec!["a"; 100_000].join(".")), &[]).contains("not TOML"));
+        assert!(tree("", &[&format!("{}=1", vec!["a"; 100_000].join("."))]).is_err());
+    }
+}

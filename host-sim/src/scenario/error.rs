@@ -1,0 +1,99 @@
+//! What is wrong with a scenario, and where: one line, `FILE:LINE:COLUMN: message` or `--set ARGUMENT: message`.
+
+use std::fmt;
+
+/// Where a value was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Origin {
+    /// In the file, bytes from its beginning.
+    Text { offset: usize },
+    /// In this `--set` argument, from 0.
+    Set(usize),
+}
+
+/// The texts a scenario is made from.
+#[derive(Clone, Copy, Debug)]
+pub struct Source<'a> {
+    /// What messages call the file.
+    pub file: &'a str,
+    /// Its content.
+    pub text: &'a str,
+    /// `KEY=VALUE` arguments, applied in turn.
+    pub sets: &'a [String],
+}
+
+impl Source<'_> {
+    pub(super) fn error(&self, origin: Origin, message: impl Into<String>) -> ScenarioError {
+        let place = match origin {
+            Origin::Text { offset } => {
+                let (line, column) = line_and_column(self.text, offset);
+                format!("{}:{line}:{column}", self.file)
+            }
+            Origin::Set(k) => format!("--set {}", self.sets.get(k).map_or("", String::as_str)),
+        };
+        ScenarioError { place, message: message.into() }
+    }
+}
+
+/// Both from 1; the column counts characters.
+fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
+    let before = text.get(..offset).unwrap_or(text);
+    let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+    (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+}
+
+/// A scenario that must not run. Its text is one line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ScenarioError {
+    place: String,
+    message: String,
+}
+
+impl ScenarioError {
+    /// An error of the file as a whole.
+    pub(super) fn of_file(file: &str, message: impl Into<String>) -> Self {
+        Self { place: file.into(), message: message.into() }
+    }
+}
+
+impl fmt::Display for ScenarioError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.place, self.message)
+    }
+}
+
+impl std::error::Error for ScenarioError {}
+
+/// `; did you mean `NAME`?` for the nearest of `names`, or the whole list if none is near.
+pub(super) fn nearest<'a>(found: &str, names: impl Iterator<Item = &'a str> + Clone) -> String {
+    let distance = |name: &str| {
+        // The unit at the end of a name is what is most often left out.
+        if name.starts_with(&format!("{found}_")) { 0 } else { strsim::damerau_levenshtein(found, name) }
+    };
+    match names.clone().map(|name| (distance(name), name)).min() {
+        Some((far, name)) if far <= 1 + found.chars().count().min(30) / 3 => format!("; did you mean `{name}`?"),
+        _ => format!("; expected one of {}", names.collect::<Vec<_>>().join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn line_and_column_count_characters_from_one() {
+        assert_eq!(line_and_column("a\nbσ = 1", 0), (1, 1));
+        assert_eq!(line_and_column("a\nbσ = 1", "a\nbσ".len()), (2, 3));
+        // Beyond the end, and inside a character: still a place, never a panic.
+        assert_eq!(line_and_column("a\n", 99), (2, 1));
+        assert_eq!(line_and_column("σ", 1), (1, 2));
+    }
+
+    #[test]
+    fn the_nearest_name_is_offered_only_if_it_is_near() {
+        let names = ["period_s", "k_l", "k_s", "omega_rad_s"];
+        assert_eq!(nearest("perio_s", names.into_iter()), "; did you mean `period_s`?");
+        assert_eq!(nearest("omega", names.into_iter()), "; did you mean `omega_rad_s`?");
+        assert_eq!(nearest("banana", names.into_iter()), "; expected one of period_s, k_l, k_s, omega_rad_s");
+    }
+}
