@@ -493,8 +493,8 @@ mod tests {
         (found / expected - 1.0).abs()
     }
 
-    /// det(wI - (e^{DT} - I)) = prod (w - (e^{pole T} - 1)). 1e-14 is some 50 ulp: the gains carry one rounding each, the
-    /// squarings a few more.
+    /// det(wI - (e^{DT} - I)) = prod (w - (e^{pole T} - 1)). 1e-14 is some 50 ulp: the gains carry one rounding each,
+    /// the squarings a few more.
     #[test]
     fn gammas_equal_their_closed_forms_for_periods_from_1e_2_to_1e_5() {
         for period in [1e-2, 1e-3, 1e-4, 1e-5] {

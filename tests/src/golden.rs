@@ -1,5 +1,5 @@
-//! Golden tables: small text files of figures that a person can judge. They *indicate* a change; the bars that must hold
-//! are asserted elsewhere.
+//! Golden tables: small text files of figures that a person can judge. They *indicate* a change; the bars that must
+//! hold are asserted elsewhere.
 
 use crate::data::path;
 

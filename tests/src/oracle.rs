@@ -174,8 +174,8 @@ impl Oracle {
         let (n, period) = (spec.order(), spec.period_s);
         let last = n - 1;
         let lambda = -spec.gradient[last];
-        let t = |j: usize| period.powi(j as i32) * phi(j, -lambda * period);
-        let power = |j: usize| period.powi(j as i32) / factorial(j);
+        let t = |j: usize| power(period, j) * phi(j, -lambda * period);
+        let taylor = |j: usize| power(period, j) / factorial(j);
 
         let theta_n = t(2) / (period * t(1));
         let mu2_n = 2.0 * t(3) / (period * period * t(1));
@@ -185,7 +185,7 @@ impl Oracle {
         let k_v: f64 = (0..n).map(|i| spec.c[i] * t(n - i)).sum();
         let mut k_x = vec![0.0; n];
         for j in 1..n {
-            k_x[j] = (0..j).map(|i| spec.c[i] * power(j - i)).sum::<f64>() / k_v;
+            k_x[j] = (0..j).map(|i| spec.c[i] * taylor(j - i)).sum::<f64>() / k_v;
             k_x[j] += theta_n * period * spec.gradient[j - 1];
         }
 
@@ -195,11 +195,11 @@ impl Oracle {
             let mut k_z = [0.0; 3];
             let mut g = [0.0; 3];
             for m in 0..gains.l.len() {
-                let unit = factorial(m) / period.powi(m as i32 + 1);
+                let unit = factorial(m) / power(period, m + 1);
                 let moved: f64 = if q == last {
                     (0..n).map(|i| spec.c[i] * t(n - i + m)).sum()
                 } else {
-                    (0..=q).map(|i| spec.c[i] * power(q - i + 1 + m)).sum()
+                    (0..=q).map(|i| spec.c[i] * taylor(q - i + 1 + m)).sum()
                 };
                 k_z[m] = moved / k_v * unit;
                 if q < last && q + m + 1 < n {
@@ -237,7 +237,8 @@ impl Oracle {
         }
     }
 
-    /// A tick without a sample: time goes on for the offset, the estimates wait, and the next sample has no predecessor.
+    /// A tick without a sample: time goes on for the offset, the estimates wait, and the next sample has no
+    /// predecessor.
     pub fn lost(&mut self) {
         self.offset += (-self.spec.alpha * self.spec.period_s).exp_m1() * self.offset;
         self.resuming = true;
@@ -304,7 +305,7 @@ impl Oracle {
 
     /// d_hat^(m) = m! S_m / T^(m+1) of channel i (from 0); zeros where there is no observer.
     pub fn estimate(&self, i: usize) -> [f64; 3] {
-        let unit = |m: usize| factorial(m) / self.spec.period_s.powi(m as i32 + 1);
+        let unit = |m: usize| factorial(m) / power(self.spec.period_s, m + 1);
         let channel = self.channels.iter().find(|channel| channel.i == i);
         channel.map_or([0.0; 3], |channel| std::array::from_fn(|m| channel.s[m] * unit(m)))
     }
@@ -370,6 +371,11 @@ pub fn phi(j: usize, z: f64) -> f64 {
         }
     }
     if z >= 0.0 { sum / factorial(j) } else { z.exp() * sum / factorial(j - 1) }
+}
+
+/// base^exponent.
+pub fn power(base: f64, exponent: usize) -> f64 {
+    (0..exponent).map(|_| base).product()
 }
 
 /// k!

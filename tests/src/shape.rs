@@ -1,7 +1,7 @@
 //! The shipped controller behind one trait, whatever its order n, capacity R, observed channels and precision.
 //!
-//! All shapes that Eq. (44) allows are here: an observed channel i < n needs R >= n - i, so that the observed channels lie
-//! within the last R + 1 ones. 116 shapes in all, each in f32 and f64.
+//! All shapes that Eq. (44) allows are here: an observed channel i < n needs R >= n - i, so that the observed channels
+//! lie within the last R + 1 ones. 116 shapes in all, each in f32 and f64.
 
 use crate::oracle::{Model, Spec};
 use controller_core::{
@@ -160,13 +160,16 @@ macro_rules! with_shapes {
             (3, 3): 0b000 0b001 0b010 0b011 0b100 0b101 0b110 0b111;
             (4, 1): 0b0000 0b0100 0b1000 0b1100;
             (4, 2): 0b0000 0b0010 0b0100 0b0110 0b1000 0b1010 0b1100 0b1110;
-            (4, 3): 0b0000 0b0001 0b0010 0b0011 0b0100 0b0101 0b0110 0b0111 0b1000 0b1001 0b1010 0b1011 0b1100 0b1101 0b1110 0b1111;
+            (4, 3): 0b0000 0b0001 0b0010 0b0011 0b0100 0b0101 0b0110 0b0111 0b1000 0b1001 0b1010 0b1011 0b1100 0b1101
+                0b1110 0b1111;
             (5, 1): 0b00000 0b01000 0b10000 0b11000;
             (5, 2): 0b00000 0b00100 0b01000 0b01100 0b10000 0b10100 0b11000 0b11100;
-            (5, 3): 0b00000 0b00010 0b00100 0b00110 0b01000 0b01010 0b01100 0b01110 0b10000 0b10010 0b10100 0b10110 0b11000 0b11010 0b11100 0b11110;
+            (5, 3): 0b00000 0b00010 0b00100 0b00110 0b01000 0b01010 0b01100 0b01110 0b10000 0b10010 0b10100 0b10110
+                0b11000 0b11010 0b11100 0b11110;
             (6, 1): 0b000000 0b010000 0b100000 0b110000;
             (6, 2): 0b000000 0b001000 0b010000 0b011000 0b100000 0b101000 0b110000 0b111000;
-            (6, 3): 0b000000 0b000100 0b001000 0b001100 0b010000 0b010100 0b011000 0b011100 0b100000 0b100100 0b101000 0b101100 0b110000 0b110100 0b111000 0b111100;
+            (6, 3): 0b000000 0b000100 0b001000 0b001100 0b010000 0b010100 0b011000 0b011100 0b100000 0b100100
+                0b101000 0b101100 0b110000 0b110100 0b111000 0b111100;
         }
     };
 }

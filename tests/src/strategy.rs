@@ -1,7 +1,7 @@
 //! Random designs from a seed. The generator is `SplitMix64`: one line of state, the same everywhere; the seed of a
 //! failing case stands in the test's message.
 
-use crate::oracle::{Complex, Gains, Model, Spec, monic};
+use crate::oracle::{Complex, Gains, Model, Spec, monic, power};
 use crate::truth::{LinearChain, Term};
 
 /// `SplitMix64`.
@@ -80,8 +80,8 @@ pub fn drift_row(poles: &[Complex]) -> Vec<f64> {
     row
 }
 
-/// A design of the given shape that the shipped `design` accepts, nothing else asked of it: gains up to deadbeat, slopes
-/// of either sign, any gradient, b(x) constant or swinging, with or without switching and limits.
+/// A design of the given shape that the shipped `design` accepts, nothing else asked of it: gains up to deadbeat,
+/// slopes of either sign, any gradient, b(x) constant or swinging, with or without switching and limits.
 pub fn any_design(rng: &mut Rng, n: usize, capacity: usize, mask: u8) -> (Spec, Model) {
     let period_s = rng.spread(1e-4, 1e-2);
     let bandwidth = rng.spread(0.01, 0.2) / period_s;
@@ -96,7 +96,7 @@ pub fn any_design(rng: &mut Rng, n: usize, capacity: usize, mask: u8) -> (Spec, 
         })
         .collect();
     let slope = rng.within(-0.5, 3.0) / period_s;
-    let mut row: Vec<f64> = (0..n).map(|j| rng.within(-1.0, 1.0) * bandwidth.powi((n - j) as i32)).collect();
+    let mut row: Vec<f64> = (0..n).map(|j| rng.within(-1.0, 1.0) * power(bandwidth, n - j)).collect();
     row[n - 1] = -slope;
     // The design may know less of a than the model says: no gradient, half the slope.
     let mut gradient = row.clone();
@@ -118,13 +118,13 @@ pub fn any_design(rng: &mut Rng, n: usize, capacity: usize, mask: u8) -> (Spec, 
         observers,
         limit: 1e12,
     };
-    let bend = rng.within(-1.0, 1.0) * bandwidth.powi(n as i32);
+    let bend = rng.within(-1.0, 1.0) * power(bandwidth, n);
     let swing = if rng.chance(0.5) { rng.within(-0.8, 0.8) } else { 0.0 };
     (spec, Model { row, bend, input_gain, swing })
 }
 
-/// A chain with its controller, everything in proportion to a surface bandwidth: what a designer would reasonably ask of
-/// the scheme. Observer poles T <= 0.3, k_l T <= 0.5, nominal slope T from -0.3 (unstable) to 2 (stiff).
+/// A chain with its controller, everything in proportion to a surface bandwidth: what a designer would reasonably ask
+/// of the scheme. Observer poles T <= 0.3, k_l T <= 0.5, nominal slope T from -0.3 (unstable) to 2 (stiff).
 #[derive(Clone, Debug)]
 pub struct Case {
     /// The controller.
@@ -137,8 +137,9 @@ pub struct Case {
     pub ticks: usize,
 }
 
-/// Draws a [`Case`]: an observer in the last channel always, in each mismatched channel that Eq. (44) allows with chance
-/// one half; disturbances (sinusoids slower than the surface, a constant, now and then a step) in observed channels.
+/// Draws a [`Case`]: an observer in the last channel always, in each mismatched channel that Eq. (44) allows with
+/// chance one half; disturbances (sinusoids slower than the surface, a constant, now and then a step) in observed
+/// channels.
 pub fn case(rng: &mut Rng) -> Case {
     let n = rng.integer(2, 6);
     let period_s = [1e-3, 2e-3, 5e-3][rng.integer(0, 2)];
@@ -178,7 +179,7 @@ pub fn case(rng: &mut Rng) -> Case {
             if observers[i].is_none() {
                 return Vec::new();
             }
-            let size = 0.02 * bandwidth.powi(i as i32 + 1);
+            let size = 0.02 * power(bandwidth, i + 1);
             let mut amplitude = || size * rng.within(0.3, 1.0) * if i % 2 == 0 { 1.0 } else { -1.0 };
             let amplitudes = [amplitude(), amplitude(), amplitude()];
             let sinusoid = |rng: &mut Rng, amplitude| {
@@ -196,7 +197,7 @@ pub fn case(rng: &mut Rng) -> Case {
             terms
         })
         .collect();
-    let x0 = (0..n).map(|j| 0.02 * bandwidth.powi(j as i32) * rng.within(-1.0, 1.0)).collect();
+    let x0 = (0..n).map(|j| 0.02 * power(bandwidth, j) * rng.within(-1.0, 1.0)).collect();
     let spec = Spec {
         period_s,
         c: surface(&rng.poles(bandwidth, n - 1)),

@@ -1,8 +1,11 @@
-//! Linear chains that are exact between ticks (matrix exponential), and a plain Runge-Kutta for the rest: other means than
-//! those of `host-sim`.
+//! Linear chains that are exact between ticks (matrix exponential), and a plain Runge-Kutta for the rest: other means
+//! than those of `host-sim`.
+
+/// dx/dt of a closed system: (t, x, dx).
+pub type Rate<'a> = dyn FnMut(f64, &[f64], &mut [f64]) + 'a;
 
 /// Classic Runge-Kutta from `from_s` to `to_s` in `steps` steps.
-pub fn rk4(from_s: f64, to_s: f64, steps: usize, x: &mut [f64], rhs: &mut dyn FnMut(f64, &[f64], &mut [f64])) {
+pub fn rk4(from_s: f64, to_s: f64, steps: usize, x: &mut [f64], rhs: &mut Rate<'_>) {
     let len = x.len();
     let (mut k1, mut k2, mut k3, mut k4) = ([0.0; 32], [0.0; 32], [0.0; 32], [0.0; 32]);
     let mut middle = [0.0; 32];

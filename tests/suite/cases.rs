@@ -1,5 +1,5 @@
-//! Eight chains with known figures (`tests/data/cases.json`), made by an independent implementation: n = 2..5, slopes of
-//! either sign up to lambda T = 2, observers on every kind of subset, switching, deadbeat, b of either sign.
+//! Eight chains with known figures (`tests/data/cases.json`), made by an independent implementation: n = 2..5, slopes
+//! of either sign up to lambda T = 2, observers on every kind of subset, switching, deadbeat, b of either sign.
 
 use integration_tests::close::relative;
 use integration_tests::data;

@@ -1,10 +1,12 @@
 //! Is a bad design in a `const` a compile error that says why?
 //!
-//! Every file in `compile_pass/` must compile, every one in `compile_fail/` must not, and the compiler must say each line of
-//! the `.stderr` beside it. Only *our* text is compared, not how this year's compiler frames it, so that a newer compiler
-//! does not break the test. The files are examples of a small package made for the purpose; it needs the controller only.
+//! Every file in `compile_pass/` must compile, every one in `compile_fail/` must not, and the compiler must say each
+//! line of the `.stderr` beside it. Only *our* text is compared, not how this year's compiler frames it, so that a
+//! newer compiler does not break the test. The files are examples of a small package made for the purpose; it needs
+//! the controller only.
 
 use integration_tests::data::path;
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
@@ -29,13 +31,15 @@ fn package(files: &[PathBuf]) -> PathBuf {
     let root = path("..").canonicalize().expect("the workspace");
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("compile-cases");
     fs::create_dir_all(&folder).expect("a folder for the package");
+    let controller = root.join("controller-core");
+    let controller = controller.to_str().expect("a plain path");
     let mut manifest = format!(
         "[package]\nname = \"compile-cases\"\nedition = \"2024\"\nautoexamples = false\n[lib]\npath = \"lib.rs\"\n\
-         [workspace]\n[dependencies]\ncontroller-core = {{ path = {:?} }}\n",
-        root.join("controller-core")
+         [workspace]\n[dependencies]\ncontroller-core = {{ path = {controller:?} }}\n"
     );
     for file in files {
-        manifest += &format!("[[example]]\nname = {:?}\npath = {file:?}\n", stem(file));
+        let (name, path) = (stem(file), file.to_str().expect("a plain path"));
+        write!(manifest, "[[example]]\nname = {name:?}\npath = {path:?}\n").expect("a string takes all");
     }
     fs::write(folder.join("Cargo.toml"), manifest).expect("the manifest");
     fs::write(folder.join("lib.rs"), "").expect("the library");

@@ -1,7 +1,7 @@
 //! Does it converge?
 //!
-//! The observer alone is of second order in T: its innovation integrates the chain by the trapezium rule. The closed loop
-//! is of first order, since u is held.
+//! The observer alone is of second order in T: its innovation integrates the chain by the trapezium rule. The closed
+//! loop is of first order, since u is held.
 
 use controller_core::{JointParameters, Reading};
 use host_sim::plant::{Benchmark, FlexibleJoint, JointErrors};
@@ -9,7 +9,7 @@ use host_sim::port::in_process::Precision as PortPrecision;
 use host_sim::trace::Trace;
 use integration_tests::close::{Gap, order};
 use integration_tests::data;
-use integration_tests::oracle::{Gains, Model, Spec};
+use integration_tests::oracle::{Gains, Model, Spec, power};
 use integration_tests::paper::{complex_disturbance, joint, joint_spec};
 use integration_tests::shape::{Precision, controller};
 use integration_tests::truth::rk4;
@@ -102,8 +102,8 @@ fn observer_at_one_millisecond_is_within_5e_6_of_the_continuous_one() {
 fn polynomial_disturbance_of_degree_below_the_order_leaves_no_steady_error() {
     let coefficients = [0.7, -0.4, 0.3];
     for r in 1..=3 {
-        let d = |t: f64| (0..r).map(|m| coefficients[m] * t.powi(m as i32)).sum::<f64>();
-        let integral = |t: f64| (0..r).map(|m| coefficients[m] * t.powi(m as i32 + 1) / (m + 1) as f64).sum::<f64>();
+        let d = |t: f64| (0..r).map(|m| coefficients[m] * power(t, m)).sum::<f64>();
+        let integral = |t: f64| (0..r).map(|m| coefficients[m] * power(t, m + 1) / (m + 1) as f64).sum::<f64>();
         for channel in [1, 2] {
             let period_s = 1e-2;
             let (spec, model) = observing(channel, Gains::from_bandwidth(20.0, r), period_s);
@@ -136,8 +136,8 @@ fn polynomial_disturbance_of_degree_below_the_order_leaves_no_steady_error() {
     }
 }
 
-/// Largest |found - reference| at the rows of a reference trajectory, per column (y, sigma*, u), in units of the column's
-/// maximum; over t >= `from_s`.
+/// Largest |found - reference| at the rows of a reference trajectory, per column (y, sigma*, u), in units of the
+/// column's maximum; over t >= `from_s`.
 fn distance(trace: &Trace, reference: &[[f64; 4]], from_s: f64) -> [f64; 3] {
     let mut gaps = [Gap::default(); 3];
     for [t, y, sigma_star, u] in reference {

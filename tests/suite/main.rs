@@ -4,6 +4,7 @@ mod cases;
 mod compile;
 mod convergence;
 mod formula;
+mod golden;
 mod paper;
 mod precision;
 mod properties;

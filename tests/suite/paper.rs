@@ -1,4 +1,5 @@
-//! Are the published numbers reproduced? Reading `reconstructed`, gains as printed, the f32 controller with the f64 plant.
+//! Are the published numbers reproduced? Reading `reconstructed`, gains as printed, the f32 controller with the f64
+//! plant.
 
 use controller_core::{JointParameters, Reading};
 use host_sim::metrics::ultimate;
@@ -31,7 +32,8 @@ fn sigma_star_reproduces_fig_4() {
     }
 }
 
-/// k_l = 10. The pole at -999.7 of r = 3 asks for a shorter period than 1 ms (pole T <= 0.3; at 1 ms the error is 1.08e-3).
+/// k_l = 10. The pole at -999.7 of r = 3 asks for a shorter period than 1 ms (pole T <= 0.3; at 1 ms the error is
+/// 1.08e-3).
 #[test]
 fn estimation_error_stays_within_the_bounds_of_fig_3_after_one_second() {
     for (l, period_s, bound) in [(&[100.0, 20.0][..], 1e-3, 0.01), (&[1000.0, 300.0, 30.0], 2e-4, 0.001)] {

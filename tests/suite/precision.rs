@@ -1,5 +1,5 @@
-//! Does f32 suffice? The f32 controller against the f64 controller, each in its own loop with the f64 plant of Example 2
-//! (`reconstructed`, r = 2 as printed, k_l = 50, 20 s), after the transient.
+//! Does f32 suffice? The f32 controller against the f64 controller, each in its own loop with the f64 plant of Example
+//! 2 (`reconstructed`, r = 2 as printed, k_l = 50, 20 s), after the transient.
 
 use controller_core::{JointParameters, Reading};
 use host_sim::actuator;
@@ -30,7 +30,7 @@ fn differences(one: &Trace, other: &Trace, from_s: f64) -> [f64; 3] {
     gaps.map(|gap| gap.difference)
 }
 
-fn with<'a>(plant: &'a FlexibleJoint, period_s: f64, precision: Precision) -> Run<'a> {
+fn with(plant: &FlexibleJoint, period_s: f64, precision: Precision) -> Run<'_> {
     joint(plant, Spec { period_s, ..joint_spec(Reading::Reconstructed, 50.0) }, precision)
 }
 
@@ -48,8 +48,8 @@ fn f32_controller_follows_the_f64_one_down_to_50_microseconds() {
     }
 }
 
-/// An encoder that counts from 100 rad away, converted to f32 raw: each angle is rounded to 7.6e-6 rad, and only then is
-/// the reference taken off (exactly).
+/// An encoder that counts from 100 rad away, converted to f32 raw: each angle is rounded to 7.6e-6 rad, and only then
+/// is the reference taken off (exactly).
 struct RawEncoder {
     offset_rad: f32,
 }
@@ -75,9 +75,9 @@ fn raw_offset_of_100_rad() {
     }
 }
 
-/// A start 100 rad away, observers with both poles at -50 (the printed gains' pole at -0.2 would remember the start for a
-/// minute). W begins at 12500; its f32 decrement rounds it by some 1e-3 of itself in 1e5 ticks, which is seen in y = W/c_1 as
-/// long as there is a W: after 20 s it is 2.6e-5.
+/// A start 100 rad away, observers with both poles at -50 (the printed gains' pole at -0.2 would remember the start
+/// for a minute). W begins at 12500; its f32 decrement rounds it by some 1e-3 of itself in 1e5 ticks, which is seen in
+/// y = W/c_1 as long as there is a W: after 20 s it is 2.6e-5.
 #[test]
 fn start_at_100_rad_leaves_nothing_behind() {
     let plant = plant();

@@ -1,14 +1,14 @@
 //! Does it hold for all inputs?
 //!
-//! Designs are drawn from a seed (`strategy::any_design`) that a failure prints with the inputs. The sequence of cases is
-//! fixed, so that a run in CI is the run at the desk.
+//! Designs are drawn from a seed (`strategy::any_design`) that a failure prints with the inputs. The sequence of cases
+//! is fixed, so that a run in CI is the run at the desk.
 
 use controller_core::{
     Config, ConfigError, Controller, Fallback, FlexibleJoint, Health, INPUT_LIMIT, JointParameters, Limits, Linear,
     Nominal, ObserverGains, ReachingLaw, Reading, State, Surface, channels,
 };
 use integration_tests::close::Gap;
-use integration_tests::oracle::{Gains, Model, Spec};
+use integration_tests::oracle::{Gains, Model, Spec, power};
 use integration_tests::shape::{Precision, SHAPES, Shape, controller};
 use integration_tests::strategy::{Rng, any_design};
 use integration_tests::truth::{ExactStep, LinearChain, Term};
@@ -40,11 +40,11 @@ fn built(spec: &Spec, model: &Model, capacity: usize, precision: Precision) -> B
     controller(spec, model, capacity, precision).expect("a valid design")
 }
 
-/// The sample in proportion to the design: x_j grows by a tenth of the tick's rate per channel, x_n is as drawn. (Seen in
-/// seconds, a chain of order 6 with T = 0.1 ms would ask for a(x) beyond the input limit.)
+/// The sample in proportion to the design: x_j grows by a tenth of the tick's rate per channel, x_n is as drawn. (Seen
+/// in seconds, a chain of order 6 with T = 0.1 ms would ask for a(x) beyond the input limit.)
 fn fitted(spec: &Spec, x: &[f64; MAX_N]) -> Vec<f64> {
     let n = spec.order();
-    (0..n).map(|j| x[j] * (0.1 / spec.period_s).powi(j as i32 + 1 - n as i32)).collect()
+    (0..n).map(|j| x[j] * power(10.0 * spec.period_s, n - 1 - j)).collect()
 }
 
 /// A sample of reasonable size, for [`fitted`].
@@ -101,7 +101,8 @@ proptest! {
         }
     }
 
-    /// The switching term alone: the law with k_s less the law without, at the second tick, where both have one history.
+    /// The switching term alone: the law with k_s less the law without, at the second tick, where both have one
+    /// history.
     #[test]
     fn switching_grows_with_sigma_star_up_to_its_limit(
         k_s in 0.1..20.0, epsilon in 0.0..1.0, direction in prop::array::uniform2(0.1..1.0), sign in prop::bool::ANY,
@@ -176,7 +177,7 @@ proptest! {
         for i in 0..n {
             let mut gap = Gap::default();
             for m in 0..3 {
-                let unit = spec.period_s.powi(m as i32);
+                let unit = power(spec.period_s, m);
                 gap.add(unit * (one[i][m] + other[i][m]), unit * sum[i][m]);
                 gap.scale = gap.scale.max(unit * one[i][m].abs()).max(unit * other[i][m].abs());
             }
@@ -275,9 +276,13 @@ proptest! {
 
         // A guess there, even NaN, is not read.
         let mut guess = [0.25; MAX_N];
-        unobserved.iter().for_each(|&i| guess[i] = f64::NAN);
+        for &i in &unobserved {
+            guess[i] = f64::NAN;
+        }
         prop_assert!(shipped.start_from(&[0.0; MAX_N][..n], &guess[..n]));
-        unobserved.iter().for_each(|&i| guess[i] = 0.0);
+        for &i in &unobserved {
+            guess[i] = 0.0;
+        }
         prop_assert!(other.start_from(&[0.0; MAX_N][..n], &guess[..n]));
 
         // Entries of the past that no observer uses leave no trace; channel n's observer uses all through a(x).

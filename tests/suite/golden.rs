@@ -1,0 +1,51 @@
+//! The figures of merit of Example 2 as a table to read: they indicate a change, the bars are in the other modules.
+
+use controller_core::{JointParameters, Reading};
+use host_sim::metrics::measure;
+use host_sim::plant::FlexibleJoint;
+use host_sim::port::in_process::Precision;
+use integration_tests::golden::{REGENERATE, compare};
+use integration_tests::oracle::Spec;
+use integration_tests::paper::{joint, joint_spec};
+use std::fmt::Write;
+
+fn table() -> String {
+    let mut table = String::from(
+        "Example 2, 20 s, T = 1 ms, gains printed for r = 2, f32 controller; ultimate over [10, 20] s\n\
+         reading           k_l    k_s   sigma*     y          d~2        d~4        peak u    TV u /s   |y| <= 0.01 after s\n",
+    );
+    for reading in [Reading::Reconstructed, Reading::Stiff, Reading::Physical] {
+        let plant = FlexibleJoint::of_the_paper(JointParameters::TABLE_I.chain(reading));
+        for (k_l, k_s) in [(10.0, 0.0), (50.0, 0.0), (100.0, 0.0), (10.0, 1.0)] {
+            let spec = Spec { k_s, ..joint_spec(reading, k_l) };
+            let found = measure(&joint(&plant, spec, Precision::F32).trace(), [10.0, 20.0], 0.01);
+            let [d_2, d_4] = [0, 1].map(|slot| found.estimation_error_ultimate[slot].error);
+            let settled = found.settling_time_s.map_or_else(|| "never".into(), |t_s| format!("{t_s:.3}"));
+            let (reading, peak) = (format!("{reading:?}"), found.u_peak);
+            let (sigma_star, y, tv) = (found.sigma_star_ultimate, found.y_ultimate, found.u_total_variation_per_s);
+            writeln!(
+                table,
+                "{reading:14}{k_l:7} {k_s:6}   {sigma_star:.3e}  {y:.3e}  {d_2:.3e}  {d_4:.3e}  {peak:8.2}  {tv:9.2}   \
+                 {settled}"
+            )
+            .expect("a string takes all");
+        }
+    }
+    table
+}
+
+#[test]
+fn metrics_of_the_flexible_joint_are_those_of_the_golden_table() {
+    compare("flexible_joint.txt", &table()).unwrap_or_else(|difference| panic!("{difference}"));
+}
+
+#[test]
+fn difference_shows_both_tables_and_how_to_regenerate() {
+    if std::env::var_os(REGENERATE).is_some() {
+        return;
+    }
+    let told = compare("no_such_table.txt", "k_l  sigma*\n10   0.17\n").expect_err("there is no such table");
+    for part in ["no_such_table.txt", "10   0.17", "cannot be read", "GOLDEN=write cargo test"] {
+        assert!(told.contains(part), "{part} in {told}");
+    }
+}
