@@ -9,7 +9,8 @@
 //! ```
 //!
 //! Results go to stdout, everything else to stderr. Exit status: 0 done (a run that diverged is a result), 1 the run or
-//! the writing failed or a claim that held no longer does, 2 bad input (nothing is written), 130 stopped by Ctrl-C (what was recorded is written).
+//! the writing failed or a claim that held no longer does, 2 bad input (nothing is written), 130 stopped by Ctrl-C (what
+//! was recorded is written).
 
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
@@ -18,6 +19,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args, Parser, Subcommand};
+use controller_core::Health;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
@@ -160,7 +162,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
 }
 
 fn default_scenario(sets: &[String]) -> Result<Experiment, Failure> {
-    let source = Source { file: "default.toml", text: scenario::DEFAULT, sets };
+    let source = Source { file: "built-in default.toml", text: scenario::DEFAULT, sets };
     Ok(scenario::parse(&source, "default")?)
 }
 
@@ -239,6 +241,7 @@ impl Console<'_> {
     }
 
     fn run(&mut self, mut experiment: Experiment, options: &RunOptions) -> Result<u8, Failure> {
+        note_changes(&mut experiment.title, &options.sets);
         let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(&experiment.name));
         prepare_folder(&folder)?;
         let head = experiment.headline();
@@ -357,6 +360,15 @@ impl Console<'_> {
     }
 }
 
+/// A title speaks of its file: what `--set` changed is told beside it, here and in the figures.
+fn note_changes(title: &mut String, sets: &[String]) {
+    let is_label = |set: &String| matches!(set.split('=').next().map(str::trim), Some("title" | "name"));
+    let changes: Vec<&str> = sets.iter().filter(|set| !is_label(set)).map(String::as_str).collect();
+    if !changes.is_empty() {
+        *title += &format!("; set {}", changes.join(", "));
+    }
+}
+
 fn chosen_figures(only: &[String]) -> Result<Vec<&'static PaperFigure>, Failure> {
     if only.is_empty() {
         return Ok(CATALOGUE.iter().collect());
@@ -441,19 +453,29 @@ fn table(experiment: &Experiment, metrics: &Metrics, trace: &Trace) -> Table {
     let window = format!("largest over [{from}, {to}] s");
     let mut table = Table::new(["metric", "value", "meaning"]);
     let mut row = |name: &str, value: String, meaning: &str| table.row([name, &value, meaning]);
-    let number = |value: f64| significant(value, 4);
+    // No tick in the window: the run ended before it.
+    let number = |value: f64| if value.is_nan() { "-".into() } else { significant(value, 4) };
+    let with_unit = |name: &str, unit: &str| if unit.is_empty() { name.into() } else { format!("{name} ({unit})") };
+    let Experiment { output_unit, control_unit, .. } = experiment;
     row("|sigma*| ultimate", number(metrics.sigma_star_ultimate), &window);
-    row("|y| ultimate", number(metrics.y_ultimate), &window);
+    row(&with_unit("|y| ultimate", output_unit), number(metrics.y_ultimate), &window);
     for error in &metrics.estimation_error_ultimate {
         row(&format!("|d_{0} - d_hat_{0}| ultimate", error.channel), number(error.error), &window);
     }
-    row("|u| peak", number(metrics.u_peak), "over the whole run");
-    let period = format!("total variation per s, T = {} s", experiment.period_s);
-    row("u variation", number(metrics.u_total_variation_per_s), &period);
+    row(&with_unit("|u| peak", control_unit), number(metrics.u_peak), "over the whole run");
+    let period = format!("total variation per s over [{from}, {to}] s, T = {} s", experiment.period_s);
+    row(&with_unit("u variation", control_unit), number(metrics.u_total_variation_per_s), &period);
     let settled = metrics.settling_time_s.map_or_else(|| "never".into(), number);
     row("settling time (s)", settled, &format!("|y| within {} from then on", experiment.settling_band));
-    row("bounded", if metrics.bounded { "yes" } else { "NO" }.into(), &format!("{} ticks", trace.rows.len()));
-    for mu in &experiment.mu {
+    let ticks = format!("{} of {} ticks", trace.rows.len(), experiment.periods + 1);
+    row("bounded", if metrics.bounded { "yes" } else { "NO" }.into(), &ticks);
+    for flag in [Health::INPUT_REJECTED, Health::SATURATED, Health::SIGMA_STAR_OVER_BOUND] {
+        let count = trace.rows.iter().filter(|row| row.health.contains(flag)).count();
+        if count > 0 {
+            row(&format!("ticks with {flag}"), count.to_string(), "told by the controller");
+        }
+    }
+    for mu in experiment.mu.iter().filter(|mu| mu.mu > 0.0) {
         let by_order: Vec<String> = mu.by_order.iter().map(|bound| number(*bound)).collect();
         let meaning = format!("bounds of d_{}, its derivatives: {}", mu.channel, by_order.join(", "));
         row(&format!("mu_{} of Eq. (40)", mu.channel), number(mu.mu), &meaning);

@@ -11,7 +11,8 @@ pub struct ChannelError {
     pub error: f64,
 }
 
-/// Figures of merit; "ultimate" is the maximum over the metric window.
+/// Figures of merit; "ultimate" is the maximum over the metric window. What no tick speaks for, because the run ended
+/// before its window, is NaN (`null` in JSON): not a 0 that looks like a perfect result.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Metrics {
     /// max |σ*|.
@@ -37,30 +38,32 @@ fn in_window(window_s: [f64; 2], period_s: f64, row: &Row) -> bool {
     row.t_s >= window_s[0] - 0.5 * period_s && row.t_s <= window_s[1] + 0.5 * period_s
 }
 
-/// Largest of |f(row)| over the rows in the window; 0 if there is none.
+/// Largest of |f(row)| over the rows in the window; NaN if there is none.
 pub fn ultimate(trace: &Trace, window_s: [f64; 2], f: impl Fn(&Row) -> f64) -> f64 {
     let rows = trace.rows.iter().filter(|row| in_window(window_s, trace.period_s, row));
-    rows.map(|row| f(row).abs()).fold(0.0, f64::max)
+    // max takes the number beside a NaN, so NaN is what stays if there is no row.
+    rows.map(|row| f(row).abs()).fold(f64::NAN, f64::max)
 }
 
-/// Root mean square of f(row) over the rows in the window; 0 if there is none.
+/// Root mean square of f(row) over the rows in the window; NaN if there is none.
 pub fn rms(trace: &Trace, window_s: [f64; 2], f: impl Fn(&Row) -> f64) -> f64 {
     let rows = trace.rows.iter().filter(|row| in_window(window_s, trace.period_s, row));
     let (sum, count) = rows.fold((0.0, 0_usize), |(sum, count), row| (sum + f(row) * f(row), count + 1));
-    (sum / count.max(1) as f64).sqrt()
+    (sum / count as f64).sqrt()
 }
 
 /// Computes the figures of merit.
 pub fn measure(trace: &Trace, window_s: [f64; 2], settling_band: f64) -> Metrics {
     let window: Vec<&Row> = trace.rows.iter().filter(|row| in_window(window_s, trace.period_s, row)).collect();
     let variation: f64 = window.windows(2).map(|pair| (pair[1].u_held - pair[0].u_held).abs()).sum();
-    let duration = (window.len().max(2) - 1) as f64 * trace.period_s;
+    // 0/0 without two ticks to compare.
+    let duration = window.len().saturating_sub(1) as f64 * trace.period_s;
     let outside = trace.rows.iter().rposition(|row| row.x[0].abs() > settling_band);
     let settled = outside.map_or(Some(0), |last| (last + 1 < trace.rows.len()).then_some(last + 1));
     Metrics {
         sigma_star_ultimate: ultimate(trace, window_s, |row| row.sigma_star),
         y_ultimate: ultimate(trace, window_s, |row| row.x[0]),
-        u_peak: trace.rows.iter().map(|row| row.u_held.abs()).fold(0.0, f64::max),
+        u_peak: trace.rows.iter().map(|row| row.u_held.abs()).fold(f64::NAN, f64::max),
         u_total_variation_per_s: variation / duration,
         estimation_error_ultimate: trace
             .observed

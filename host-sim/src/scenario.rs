@@ -256,10 +256,13 @@ pub struct ControllerTable {
     /// Decay alpha of the offset of sigma*, Eq. (17), 1/s. Default 1.
     pub alpha_per_s: f64,
     /// Linear reaching gain k_l of Eq. (51), 1/s. Default 50.
+    #[schemars(extend("minimum" = 0))]
     pub k_l: f64,
     /// Switching gain k_s of Eq. (51), unit of sigma per s. Default 0.
+    #[schemars(extend("minimum" = 0))]
     pub k_s: f64,
     /// Boundary layer epsilon of Eq. (51), unit of sigma. Default 0.01.
+    #[schemars(extend("minimum" = 0))]
     pub epsilon: f64,
     /// The disturbance observers, one table per observed channel. Default for the joint: channels 2 and 4, printed
     /// (100, 20); else none.

@@ -144,7 +144,8 @@ impl Signal {
 
     /// The derivative of this order at `t_s`, exact; order 0 is the value. The derivative of a step is 0.
     pub fn derivative(&self, t_s: f64, order: u32) -> f64 {
-        self.terms.iter().map(|term| term.derivative(t_s, order)).sum()
+        // From +0.0: the sum of no terms would be -0.0, and show as that in every trace.
+        self.terms.iter().map(|term| term.derivative(t_s, order)).fold(0.0, |sum, term| sum + term)
     }
 
     /// An upper bound of |d^(order)| over [0, `span_s`]: the sum over the terms, so 1 + sin 2t has 2 and sin t + cos t

@@ -240,7 +240,8 @@ fn design_problem(error: &ConfigError, observer_position: &[Option<usize>]) -> P
             format!("controller.{}", field.rsplit('.').next().unwrap_or(field))
         }
         ConfigError::PeriodNotPositive { .. } => "controller.period_s".into(),
-        ConfigError::InputGainZero => "controller.nominal.b".into(),
+        // That of a chain is looked at before; what is left is a b of the joint that vanishes.
+        ConfigError::InputGainZero => "plant.parameters".into(),
         ConfigError::SurfaceLead { .. } | ConfigError::SurfaceNotHurwitz => "controller.c".into(),
         ConfigError::OffsetDecayNotPositive { .. } => "controller.alpha_per_s".into(),
         ConfigError::BoundaryLayerEmpty { .. } => "controller.epsilon".into(),
@@ -258,5 +259,13 @@ fn design_problem(error: &ConfigError, observer_position: &[Option<usize>]) -> P
             }
         }
     };
-    Problem { key, message: error.to_string() }
+    let message = REMEDIES.iter().fold(error.to_string(), |text, (rust, toml)| text.replace(rust, toml));
+    Problem { key, message }
 }
+
+/// Remedies that the core names by its functions, and what a scenario calls them.
+const REMEDIES: [(&str, &str); 3] = [
+    ("try Surface::from_bandwidth", "try surface_bandwidth_rad_s"),
+    ("take them from_bandwidth or from_poles", "give bandwidth_rad_s or poles instead"),
+    ("give Limits::NONE", "leave the limit out"),
+];

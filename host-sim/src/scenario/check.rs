@@ -7,7 +7,7 @@
 use serde_json::Value as Json;
 
 use super::document::{KeyPath, Node, NodeValue};
-use super::error::{Origin, nearest};
+use super::error::{Origin, nearest, shown};
 
 /// What is wrong, where, and under which key it was found.
 #[derive(Debug)]
@@ -181,9 +181,9 @@ fn expected(choices: &[&Json]) -> String {
 
 fn kind(choice: &Json) -> String {
     let number = |name: &str| {
-        let above = choice["exclusiveMinimum"].as_f64().map(|least| format!("above {least}"));
-        let least = choice["minimum"].as_f64().map(|least| format!("at least {least}"));
-        let most = choice["maximum"].as_f64().map(|most| format!("at most {most}"));
+        let above = choice["exclusiveMinimum"].as_f64().map(|least| format!("above {}", shown(least)));
+        let least = choice["minimum"].as_f64().map(|least| format!("at least {}", shown(least)));
+        let most = choice["maximum"].as_f64().map(|most| format!("at most {}", shown(most)));
         let range: Vec<String> = [above, least, most].into_iter().flatten().collect();
         format!("{name} {}", range.join(" and ")).trim_end().to_owned()
     };

@@ -10,7 +10,7 @@ use std::fmt;
 use serde_json::Value as Json;
 use toml_edit::{Document as Toml, Item, TableLike, Value};
 
-use super::error::{Origin, ScenarioError, Source};
+use super::error::{Origin, ScenarioError, Source, shown};
 
 /// A value with its origin.
 #[derive(Clone, Debug)]
@@ -46,7 +46,7 @@ impl Node {
         match &self.value {
             NodeValue::Bool(value) => value.to_string(),
             NodeValue::Integer(value) => value.to_string(),
-            NodeValue::Float(value) => value.to_string(),
+            NodeValue::Float(value) => shown(*value),
             NodeValue::Text(value) => format!("{:?}", shortened(value)),
             NodeValue::Date(value) => format!("the date {value}"),
             NodeValue::List(list) => format!("a list of {}", list.len()),

@@ -64,14 +64,24 @@ impl fmt::Display for ScenarioError {
 
 impl std::error::Error for ScenarioError {}
 
+/// A number as a scenario would write it: neither 300 digits for 1e300, nor NaN for nan.
+pub(super) fn shown(value: f64) -> String {
+    match value.abs() {
+        size if size == 0.0 || (1e-4..1e15).contains(&size) => value.to_string(),
+        _ => format!("{value:?}").replace("NaN", "nan"),
+    }
+}
+
 /// `; did you mean `NAME`?` for the nearest of `names`, or the whole list if none is near.
 pub(super) fn nearest<'a>(found: &str, names: impl Iterator<Item = &'a str> + Clone) -> String {
     let distance = |name: &str| {
         // The unit at the end of a name is what is most often left out.
         if name.starts_with(&format!("{found}_")) { 0 } else { strsim::damerau_levenshtein(found, name) }
     };
-    match names.clone().map(|name| (distance(name), name)).min() {
-        Some((far, name)) if far <= 1 + found.chars().count().min(30) / 3 => format!("; did you mean `{name}`?"),
+    // `kl` is as far from `k` as from `k_l`: of two as near, the one of the same letters is meant.
+    let other_letters = |name: &str| name.replace('_', "") != found.replace('_', "");
+    match names.clone().map(|name| (distance(name), other_letters(name), name)).min() {
+        Some((far, _, name)) if far <= 1 + found.chars().count().min(30) / 3 => format!("; did you mean `{name}`?"),
         _ => format!("; expected one of {}", names.collect::<Vec<_>>().join(", ")),
     }
 }
@@ -90,10 +100,17 @@ mod tests {
     }
 
     #[test]
+    fn a_number_is_shown_as_toml_writes_it() {
+        let shown = [0.0, -7.0, 1e-3, 1e-9, -1e300, f64::NAN, f64::NEG_INFINITY].map(shown);
+        assert_eq!(shown, ["0", "-7", "0.001", "1e-9", "-1e300", "nan", "-inf"]);
+    }
+
+    #[test]
     fn the_nearest_name_is_offered_only_if_it_is_near() {
         let names = ["period_s", "k_l", "k_s", "omega_rad_s"];
         assert_eq!(nearest("perio_s", names.into_iter()), "; did you mean `period_s`?");
         assert_eq!(nearest("omega", names.into_iter()), "; did you mean `omega_rad_s`?");
+        assert_eq!(nearest("kl", ["k", "k_l"].into_iter()), "; did you mean `k_l`?");
         assert_eq!(nearest("banana", names.into_iter()), "; expected one of period_s, k_l, k_s, omega_rad_s");
     }
 }

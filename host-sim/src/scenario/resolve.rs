@@ -4,6 +4,7 @@ use controller_core::{
     Benchmark, Fallback, JointChain, JointParameters, Limits, ObserverGains, Pole, ReachingLaw, Reading, Surface,
 };
 
+use super::error::shown;
 use super::{
     ControllerKind, ControllerTable, ExpKey, FallbackKey, ObserverTable, ParametersTable, PlantKind, PlantTable,
     PrecisionKey, ReadingKey, Scenario, SensorTable, TermKind, TermTable,
@@ -136,7 +137,8 @@ pub(super) fn resolve(file: Scenario, default_name: &str) -> Result<Resolved, Pr
     sensor_lengths(sensor, n)?;
     let (min, max) = (actuator.min.unwrap_or(f64::NEG_INFINITY), actuator.max.unwrap_or(f64::INFINITY));
     if min > max {
-        return problem("actuator.min", format!("found {min} above actuator.max = {max}: the limits are reversed"));
+        let message = format!("found {} above actuator.max = {}: the limits are reversed", shown(min), shown(max));
+        return problem("actuator.min", message);
     }
 
     let disturbance = disturbance(plant, n)?;
@@ -213,12 +215,14 @@ fn of_length(list: &[f64], n: usize, key: &str) -> Result<(), Problem> {
 
 fn periods(span_s: f64, period_s: f64) -> Result<usize, Problem> {
     let ticks = (span_s / period_s).round();
+    let (span, period) = (shown(span_s), shown(period_s));
     if ticks < 1.0 {
-        return problem("span_s", format!("found {span_s} s, shorter than one period of {period_s} s"));
+        return problem("span_s", format!("found {span} s, shorter than one period of {period} s"));
     }
     if ticks > MOST_TICKS {
+        let ticks = shown(ticks);
         let message =
-            format!("found {span_s} s, that is {ticks:.0} ticks of {period_s} s; expected at most {MOST_TICKS} ticks");
+            format!("found {span} s, that is {ticks} ticks of {period} s; expected at most {MOST_TICKS} ticks");
         return problem("span_s", message);
     }
     Ok(ticks as usize)
@@ -228,14 +232,15 @@ fn window(given: Option<[f64; 2]>, span_s: f64, period_s: f64) -> Result<[f64; 2
     let [from, to] = given.unwrap_or([span_s / 2.0, span_s]);
     // Half a tick of slack, as the metrics have.
     let inside = from >= 0.0 && to <= span_s + 0.5 * period_s;
+    let refused = |why: &str| problem("window_s", format!("found [{}, {}], {why}", shown(from), shown(to)));
     if from >= to {
-        return problem("window_s", format!("found [{from}, {to}], expected [from, to] with from before to"));
+        return refused("expected [from, to] with from before to");
     }
     if !inside {
-        return problem("window_s", format!("found [{from}, {to}], expected a part of the span [0, {span_s}]"));
+        return refused(&format!("expected a part of the span [0, {}]", shown(span_s)));
     }
     if to - from < period_s {
-        return problem("window_s", format!("found [{from}, {to}], shorter than one period of {period_s} s"));
+        return refused(&format!("shorter than one period of {} s", shown(period_s)));
     }
     Ok([from, to])
 }
@@ -379,6 +384,10 @@ fn plant_choice(
             let nominal_a = controller.nominal.a.clone().unwrap_or_else(|| a.clone());
             of_length(&nominal_a, n, "controller.nominal.a")?;
             let nominal_b = controller.nominal.b.unwrap_or(b);
+            if nominal_b == 0.0 {
+                let key = if controller.nominal.b.is_some() { "controller.nominal.b" } else { "plant.b" };
+                return problem(key, "found 0, expected an input gain other than 0: the law divides by it (Eq. (51))");
+            }
             let known = NominalChannel {
                 model: Model::Linear(nominal_a.clone()),
                 gradient: nominal_a.clone(),
@@ -438,13 +447,13 @@ fn observers(controller: &ControllerTable, kind: PlantKind, n: usize) -> Result<
 fn observer_gains(table: &ObserverTable, key: &str) -> Result<Vec<f64>, Problem> {
     let order_key = format!("{key}.order");
     let (at, gains) = match (&table.printed, &table.poles, table.bandwidth_rad_s) {
-        (Some(l), None, None) => (format!("{key}.printed"), l.clone()),
-        (None, Some(poles), None) => (format!("{key}.poles"), from_poles(poles)),
+        (Some(l), None, None) => ("printed", l.clone()),
+        (None, Some(poles), None) => ("poles", from_poles(poles)),
         (None, None, Some(omega_rad_s)) => {
             let Some(order) = table.order else {
                 return missing(&order_key, "the order r, 1 to 3, that goes with bandwidth_rad_s");
             };
-            (format!("{key}.bandwidth_rad_s"), from_poles(&vec![[-omega_rad_s, 0.0]; order]))
+            ("bandwidth_rad_s", from_poles(&vec![[-omega_rad_s, 0.0]; order]))
         }
         (None, None, None) => return problem(key, "missing: give one of printed, poles, bandwidth_rad_s"),
         _ => return problem(key, "found several of printed, poles, bandwidth_rad_s: give exactly one"),
@@ -453,7 +462,8 @@ fn observer_gains(table: &ObserverTable, key: &str) -> Result<Vec<f64>, Problem>
         return problem(order_key, "only with bandwidth_rad_s: the length of the list is the order");
     }
     if !gains.iter().all(|l| l.is_finite()) {
-        return problem(at, "no finite gains come of it: complex poles must come in conjugate pairs");
+        let remedy = if at == "poles" { "complex poles must come in conjugate pairs" } else { "it is too fast" };
+        return problem(format!("{key}.{at}"), format!("no finite gains come of it: {remedy}"));
     }
     Ok(gains)
 }
@@ -515,7 +525,8 @@ fn proposed(
         FallbackKey::Word(_) => Fallback::HoldLast,
         FallbackKey::Safe(u) if u >= limits.min && u <= limits.max => Fallback::Safe(u),
         FallbackKey::Safe(u) => {
-            let message = format!("found {u}, expected a u within the limits [{}, {}]", limits.min, limits.max);
+            let [u, min, max] = [u, limits.min, limits.max].map(shown);
+            let message = format!("found {u}, expected a u within the limits [{min}, {max}]");
             return problem("controller.fallback", message);
         }
     };
