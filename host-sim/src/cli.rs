@@ -364,7 +364,8 @@ fn note_changes(title: &mut String, sets: &[String]) {
     let is_label = |set: &String| matches!(set.split('=').next().map(str::trim), Some("title" | "name"));
     let changes: Vec<&str> = sets.iter().filter(|set| !is_label(set)).map(String::as_str).collect();
     if !changes.is_empty() {
-        *title += &format!("; set {}", changes.join(", "));
+        title.push_str("; set ");
+        title.push_str(&changes.join(", "));
     }
 }
 

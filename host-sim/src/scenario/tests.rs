@@ -395,6 +395,8 @@ fn a_wrong_set_is_told_with_the_argument() {
         ("controller.k_l=[1", "\"[1\" is not a TOML value (a number, true, \"text\", a [list] or a {table})"),
         ("=1", "`` is no key path; expected one like controller.observer[1].printed"),
         ("controller.k_l=abc", "`controller.k_l`: found \"abc\", expected a finite number at least 0"),
+        ("controller.limits={ min = -1, mox = 1 }", "unknown key `controller.limits.mox`; did you mean `max`?"),
+        ("plant.x0=[0, 0, 0, true]", "`plant.x0[4]`: found true, expected a finite number"),
         ("controller=1", "`controller`: found 1, expected a table"),
         (
             "controller.observer[0].channel=1",
