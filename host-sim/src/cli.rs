@@ -32,7 +32,6 @@ use crate::report::{
     trace_figure::{self, Labels},
 };
 use crate::scenario::{self, Experiment, Mu, ScenarioError, Source};
-use crate::solver::SolverError;
 use crate::trace::{Ending, Trace};
 
 /// Exit statuses.
@@ -365,7 +364,8 @@ fn note_changes(title: &mut String, sets: &[String]) {
     let is_label = |set: &String| matches!(set.split('=').next().map(str::trim), Some("title" | "name"));
     let changes: Vec<&str> = sets.iter().filter(|set| !is_label(set)).map(String::as_str).collect();
     if !changes.is_empty() {
-        *title += &format!("; set {}", changes.join(", "));
+        title.push_str("; set ");
+        title.push_str(&changes.join(", "));
     }
 }
 
@@ -424,12 +424,7 @@ fn write_results(folder: &Path, experiment: &Experiment, trace: &Trace) -> Resul
 
 fn reason(error: &LoopError) -> String {
     match error {
-        LoopError::Solver(SolverError::TooStiff { t_s, fastest_rad_s }) => format!(
-            "the plant is too stiff to be integrated at t = {} s: its fastest rate is {} rad/s; shorten \
-             controller.period_s or slow the plant",
-            significant(*t_s, 4),
-            significant(*fastest_rad_s, 4)
-        ),
+        LoopError::Solver(error) => error.to_string(),
         LoopError::Port(error) => format!("the controller cannot be reached: {}", error.0),
     }
 }
@@ -450,21 +445,22 @@ fn ending(trace: &Trace) -> (&'static str, String) {
 
 fn table(experiment: &Experiment, metrics: &Metrics, trace: &Trace) -> Table {
     let [from, to] = metrics.window_s;
-    let window = format!("largest over [{from}, {to}] s");
+    let reached = trace.rows.last().is_some_and(|row| row.t_s >= from);
+    let window =
+        if reached { format!("largest over [{from}, {to}] s") } else { format!("the run ended before {from} s") };
     let mut table = Table::new(["metric", "value", "meaning"]);
     let mut row = |name: &str, value: String, meaning: &str| table.row([name, &value, meaning]);
-    // No tick in the window: the run ended before it.
     let number = |value: f64| if value.is_nan() { "-".into() } else { significant(value, 4) };
-    let with_unit = |name: &str, unit: &str| if unit.is_empty() { name.into() } else { format!("{name} ({unit})") };
+    let unit = |unit: &str, per: &str| if unit.is_empty() { String::new() } else { format!(" ({unit}{per})") };
     let Experiment { output_unit, control_unit, .. } = experiment;
     row("|sigma*| ultimate", number(metrics.sigma_star_ultimate), &window);
-    row(&with_unit("|y| ultimate", output_unit), number(metrics.y_ultimate), &window);
+    row(&format!("|y| ultimate{}", unit(output_unit, "")), number(metrics.y_ultimate), &window);
     for error in &metrics.estimation_error_ultimate {
         row(&format!("|d_{0} - d_hat_{0}| ultimate", error.channel), number(error.error), &window);
     }
-    row(&with_unit("|u| peak", control_unit), number(metrics.u_peak), "over the whole run");
-    let period = format!("total variation per s over [{from}, {to}] s, T = {} s", experiment.period_s);
-    row(&with_unit("u variation", control_unit), number(metrics.u_total_variation_per_s), &period);
+    row(&format!("|u| peak{}", unit(control_unit, "")), number(metrics.u_peak), "over the whole run");
+    let period = format!("total variation per s, T = {} s", experiment.period_s);
+    row(&format!("u variation{}", unit(control_unit, "/s")), number(metrics.u_total_variation_per_s), &period);
     let settled = metrics.settling_time_s.map_or_else(|| "never".into(), number);
     row("settling time (s)", settled, &format!("|y| within {} from then on", experiment.settling_band));
     let ticks = format!("{} of {} ticks", trace.rows.len(), experiment.periods + 1);
@@ -482,3 +478,6 @@ fn table(experiment: &Experiment, metrics: &Metrics, trace: &Trace) -> Table {
     }
     table
 }
+
+#[cfg(test)]
+mod tests;

@@ -261,7 +261,7 @@ fn set(root: &mut Node, argument: &str, origin: Origin) -> Result<(), String> {
 /// A TOML value; a bare word is text, so that `plant.kind=chain` needs no quotes in a shell.
 fn value_of_argument(text: &str, origin: Origin) -> Result<Node, String> {
     if let Ok(value) = text.parse::<Value>() {
-        return Ok(at_one_origin(value_node(&value, origin), origin));
+        return Ok(value_node(&value, origin));
     }
     let is_word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | ' ' | '/');
     if !text.is_empty() && text.chars().all(is_word) {
@@ -271,25 +271,11 @@ fn value_of_argument(text: &str, origin: Origin) -> Result<Node, String> {
 }
 
 /// Spans inside an argument mean nothing to the reader: the argument as a whole does.
-fn at_one_origin(mut node: Node, origin: Origin) -> Node {
-    node.origin = origin;
-    match &mut node.value {
-        NodeValue::List(list) => {
-            *list = list.drain(..).map(|child| at_one_origin(child, origin)).collect();
-        }
-        NodeValue::Table(entries) => {
-            for entry in entries {
-                entry.key_origin = origin;
-                entry.node = at_one_origin(entry.node.clone(), origin);
-            }
-        }
-        _ => {}
-    }
-    node
-}
-
 fn at(span: Option<std::ops::Range<usize>>, around: Origin) -> Origin {
-    span.map_or(around, |span| Origin::Text { offset: span.start })
+    match (around, span) {
+        (Origin::Text { .. }, Some(span)) => Origin::Text { offset: span.start },
+        _ => around,
+    }
 }
 
 fn table(table: &dyn TableLike, origin: Origin) -> Node {

@@ -31,8 +31,14 @@ impl Source<'_> {
             }
             Origin::Set(k) => format!("--set {}", self.sets.get(k).map_or("", String::as_str)),
         };
-        ScenarioError { place, message: message.into() }
+        ScenarioError { place: one_line(&place), message: one_line(&message.into()) }
     }
+}
+
+/// A key, a file name or an argument may hold line breaks and worse; what is printed holds `\n`.
+fn one_line(text: &str) -> String {
+    let escaped = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.into() };
+    text.chars().map(escaped).collect()
 }
 
 /// Both from 1; the column counts characters.
@@ -52,7 +58,7 @@ pub struct ScenarioError {
 impl ScenarioError {
     /// An error of the file as a whole.
     pub(super) fn of_file(file: &str, message: impl Into<String>) -> Self {
-        Self { place: file.into(), message: message.into() }
+        Self { place: one_line(file), message: one_line(&message.into()) }
     }
 }
 

@@ -1,0 +1,370 @@
+//! The program as its user meets it: what stands on stdout, on stderr, on the disk, and the exit status.
+
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+use serde_json::Value as Json;
+
+use super::*;
+
+/// A run of a fifth of a second.
+const SHORT: [&str; 4] = ["--set", "span_s=0.2", "--set", "window_s=[0.1, 0.2]"];
+/// Two weak springs and a strong motor: the linear gain of 10 is too low for that, the joint runs away within a second.
+const RUNAWAY: [&str; 8] = [
+    "--set",
+    "controller.k_l=10",
+    "--set",
+    "plant.error.k2_x1=-0.5",
+    "--set",
+    "plant.error.k2_x3=-0.5",
+    "--set",
+    "plant.error.b=0.5",
+];
+
+/// A folder of one test, gone when the test is over.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("host-sim-cli-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&path);
+        std::fs::create_dir_all(&path).expect("temporary folder");
+        Self(path)
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.join(name).display().to_string()
+    }
+
+    fn file(&self, name: &str, text: &str) -> String {
+        std::fs::write(self.0.join(name), text).expect("temporary file");
+        self.path(name)
+    }
+
+    fn names(&self, below: &str) -> BTreeSet<String> {
+        let entries = std::fs::read_dir(self.0.join(below)).expect("a folder");
+        entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Exit status, stdout, stderr.
+type Spoken = (u8, String, String);
+
+fn spoken_to(args: &[&str], stop: &AtomicBool) -> Spoken {
+    let (mut out, mut err) = (Vec::new(), Vec::new());
+    let console = Console { out: &mut out, err: &mut err, stop, terminal: false };
+    let status = run(["host-sim"].iter().chain(args).map(OsString::from), console);
+    let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
+    (status, text(out), text(err))
+}
+
+fn spoken(args: &[&str]) -> Spoken {
+    spoken_to(args, &AtomicBool::new(false))
+}
+
+fn keys(object: &Json) -> BTreeSet<&str> {
+    object.as_object().expect("an object").keys().map(String::as_str).collect()
+}
+
+fn assert_is_run_json(text: &str) -> Json {
+    assert_eq!(text.lines().count(), 1, "{text}");
+    let json: Json = serde_json::from_str(text).expect("JSON");
+    let metrics = [
+        "sigma_star_ultimate",
+        "y_ultimate",
+        "u_peak",
+        "u_total_variation_per_s",
+        "estimation_error_ultimate",
+        "settling_time_s",
+        "bounded",
+        "window_s",
+    ];
+    assert_eq!(keys(&json["metrics"]), BTreeSet::from(metrics));
+    for error in json["metrics"]["estimation_error_ultimate"].as_array().expect("a list") {
+        assert_eq!(keys(error), BTreeSet::from(["channel", "error"]));
+    }
+    json
+}
+
+#[test]
+fn json_of_the_bare_run_is_one_object_with_the_published_sigma_star() {
+    let folder = Folder::new("bare");
+    let (status, out, err) = spoken(&["--json", "--out", &folder.path("o")]);
+    assert_eq!(status, status::DONE);
+    let json = assert_is_run_json(&out);
+    assert_eq!(json["scenario"], "default");
+    assert_eq!(json["ending"], "finished");
+    assert_eq!(json["metrics"]["bounded"], true);
+    assert_eq!(json["metrics"]["window_s"], serde_json::json!([10.0, 20.0]));
+    // 0.0486 of the continuous controller, within 3 % at 1 ms.
+    let sigma_star = json["metrics"]["sigma_star_ultimate"].as_f64().expect("a number");
+    assert!((sigma_star - 0.0486).abs() < 0.03 * 0.0486, "{sigma_star}");
+    // What is being run is told where it does not disturb a program.
+    assert_eq!(err.lines().count(), 1, "{err}");
+    let expected = ["estimates.png", "estimates.svg", "response.png", "response.svg", "trace.csv"];
+    assert_eq!(folder.names("o"), expected.map(String::from).into());
+}
+
+#[test]
+fn json_of_a_chain_gives_the_bounds_of_its_disturbances_too() {
+    let folder = Folder::new("chain");
+    let file = folder.file("mine.toml", include_str!("../../scenarios/chain.toml"));
+    let (status, out, _) = spoken(&["run", &file, "--json", "--out", &folder.path("o"), "--set", "span_s=6"]);
+    assert_eq!(status, status::DONE);
+    let json = assert_is_run_json(&out);
+    // 0.3 + 0.5 sin 2t: 0.8, 1, 2.
+    assert_eq!(json["mu"][1]["by_order"], serde_json::json!([0.8, 1.0, 2.0]));
+    assert_eq!(json["mu"][1]["mu"], 2.0);
+}
+
+#[test]
+fn json_of_the_figures_is_an_array_of_claims() {
+    let folder = Folder::new("figures");
+    let (status, out, _) = spoken(&["figures", "--only", "fig09", "--json", "--out", &folder.path("o")]);
+    assert_eq!(status, status::DONE);
+    let json: Json = serde_json::from_str(&out).expect("JSON");
+    let rows = json.as_array().expect("an array");
+    assert!(!rows.is_empty());
+    for row in rows {
+        assert_eq!(row["figure"], "fig09");
+        assert!(row["published"].is_string() && row["reproduced"].is_f64() && row["holds"].is_boolean(), "{row}");
+    }
+    assert_eq!(folder.names("o"), ["fig09.png", "fig09.svg"].map(String::from).into());
+}
+
+#[test]
+fn a_run_speaks_its_headline_a_table_and_where_it_wrote_and_nothing_on_stderr() {
+    let folder = Folder::new("table");
+    let to = folder.path("o");
+    let (status, out, err) = spoken(&[&SHORT[..], &["--out", &to]].concat());
+    assert_eq!((status, err.as_str()), (status::DONE, ""));
+    let lines: Vec<&str> = out.lines().collect();
+    assert!(lines[0].starts_with("default: Example 2, reconstructed: r = 2 as printed, k_l = 50; set span_s=0.2, "));
+    assert!(lines[1].starts_with("metric "), "{out}");
+    assert!(lines.iter().any(|line| line.starts_with("|u| peak (A) ")), "{out}");
+    assert!(lines.iter().any(|line| line.starts_with("bounded ") && line.ends_with(" 201 of 201 ticks")), "{out}");
+    assert_eq!(lines[lines.len() - 2], "the state stayed bounded to the end");
+    assert_eq!(lines[lines.len() - 1], format!("written to {to}"));
+}
+
+#[test]
+fn a_run_that_diverges_says_so_and_claims_no_figure_for_a_window_it_never_saw() {
+    let folder = Folder::new("diverged");
+    let to = folder.path("o");
+    let (status, out, _) = spoken(&[&RUNAWAY[..], &["--out", &to]].concat());
+    // A result like any other.
+    assert_eq!(status, status::DONE);
+    assert!(out.contains("NOT BOUNDED: the state ran away at t = 0.7"), "{out}");
+    let sigma_star = out.lines().find(|line| line.starts_with("|sigma*| ultimate")).expect("a row");
+    assert_eq!(sigma_star.split_whitespace().nth(2), Some("-"), "{sigma_star}");
+    assert!(sigma_star.ends_with("the run ended before 10 s"), "{sigma_star}");
+
+    let (status, out, _) = spoken(&[&RUNAWAY[..], &["--json", "--out", &to]].concat());
+    assert_eq!(status, status::DONE);
+    let json = assert_is_run_json(&out);
+    assert_eq!((&json["ending"], &json["metrics"]["bounded"]), (&Json::from("diverged"), &Json::from(false)));
+    for missing in ["sigma_star_ultimate", "y_ultimate", "u_total_variation_per_s", "settling_time_s"] {
+        assert_eq!(json["metrics"][missing], Json::Null, "{missing}");
+    }
+}
+
+#[test]
+fn trouble_that_the_controller_told_stands_in_the_table() {
+    let folder = Folder::new("health");
+    let sets = ["--set", "sensor.dropout=1", "--out", &folder.path("o")];
+    let (_, out, _) = spoken(&[&SHORT[..], &sets[..]].concat());
+    let row = out.lines().find(|line| line.starts_with("ticks with input rejected")).expect("a row");
+    assert_eq!(row.split_whitespace().nth(4), Some("201"), "{row}");
+}
+
+#[test]
+fn a_plant_too_fast_to_integrate_ends_with_status_1_and_keeps_its_record() {
+    let folder = Folder::new("stiff");
+    let file = folder.file(
+        "fast.toml",
+        "[[plant.disturbance]]\nchannel = 1\nterms = [{ kind = \"sin\", amplitude = 1, omega_rad_s = 1e9 }]",
+    );
+    let (status, out, err) = spoken(&["run", &file, "--out", &folder.path("o")]);
+    assert_eq!(status, status::FAILED);
+    assert!(out.contains("INCOMPLETE: the run ended at t = 0 s"), "{out}");
+    assert!(err.starts_with("error: the plant is too fast for the period: 1.000e9 rad/s"), "{err}");
+    assert_eq!(err.lines().count(), 1, "{err}");
+    let csv = std::fs::read_to_string(folder.path("o/trace.csv")).expect("a trace");
+    assert_eq!(csv.lines().count(), 2, "{csv}");
+}
+
+#[test]
+fn bad_input_ends_with_status_2_one_line_on_stderr_and_nothing_written() {
+    let folder = Folder::new("bad");
+    let out_folder = folder.path("o");
+    let file = folder.file("bad.toml", "[controller]\nkl = 3\n");
+    let absent = folder.path("none.toml");
+    let cases: [(&[&str], String); 4] = [
+        (
+            &["run", &file, "--out", &out_folder],
+            format!("error: {file}:2:1: unknown key `controller.kl`; did you mean `k_l`?\n"),
+        ),
+        (
+            &["run", &absent, "--out", &out_folder],
+            format!("error: {absent}: cannot be read: No such file or directory (os error 2)\n"),
+        ),
+        (
+            &["--set", "plant.kind=chain", "--out", &out_folder],
+            "error: built-in default.toml:21:11: `plant.reading`: only for plant.kind = \"flexible_joint\", but \
+             plant.kind is \"chain\"\n"
+                .into(),
+        ),
+        (
+            &["figures", "--only", "fig9", "--out", &out_folder],
+            "error: --only fig9: there is no such figure; expected fig01 .. fig10, nearest is fig09\n".into(),
+        ),
+    ];
+    for (args, message) in cases {
+        assert_eq!(spoken(args), (status::BAD_INPUT, String::new(), message), "{args:?}");
+    }
+    assert!(!Path::new(&out_folder).exists());
+}
+
+#[test]
+fn wrong_usage_is_status_2_on_stderr_and_help_is_status_0_on_stdout() {
+    for args in [&["bogus"][..], &["run"], &["--bogus"], &["new"], &["--json", "schema"]] {
+        let (status, out, err) = spoken(args);
+        assert_eq!((status, out.as_str()), (status::BAD_INPUT, ""), "{args:?}");
+        assert!(err.starts_with("error: "), "{err}");
+    }
+    for args in [&["--help"][..], &["run", "--help"], &["--version"], &["schema"]] {
+        let (status, out, err) = spoken(args);
+        assert_eq!((status, err.as_str()), (status::DONE, ""), "{args:?}");
+        assert!(!out.is_empty());
+    }
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_told_before_anything_is_computed() {
+    let folder = Folder::new("unwritable");
+    let below_a_file = format!("{}/o", folder.file("file", ""));
+    for args in [&["--out", below_a_file.as_str()][..], &["figures", "--out", &below_a_file]] {
+        let (status, out, err) = spoken(args);
+        assert_eq!((status, out.as_str()), (status::BAD_INPUT, ""));
+        assert_eq!(
+            err,
+            format!("error: output folder {below_a_file}: cannot be written: Not a directory (os error 20)\n")
+        );
+    }
+}
+
+#[test]
+fn ctrl_c_keeps_what_was_recorded() {
+    let folder = Folder::new("interrupted");
+    let stop = AtomicBool::new(false);
+    // The longest run there is: 2000 s at 1 ms take many times the tenth of a second.
+    let args = ["--set", "span_s=2000", "--set", "window_s=[0, 2000]", "--out", &folder.path("o")];
+    let (status, out, err) = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            std::thread::sleep(Duration::from_millis(100));
+            stop.store(true, Ordering::Relaxed);
+        });
+        spoken_to(&args, &stop)
+    });
+    assert_eq!(status, status::INTERRUPTED);
+    assert!(out.contains("\nINCOMPLETE: the run ended at t = "), "{out}");
+    assert_eq!(err, format!("stopped on request; what was recorded is in {}\n", folder.path("o")));
+    let csv = std::fs::read_to_string(folder.path("o/trace.csv")).expect("a trace");
+    let ticks = csv.lines().count() - 1;
+    assert!((1..2_000_001).contains(&ticks), "{ticks}");
+    let ended: f64 = csv.lines().last().and_then(|line| line.split(',').next()?.parse().ok()).expect("a time");
+    // Ticks of 1 ms from 0, none lost; the product rounds.
+    assert!((ended - 1e-3 * (ticks - 1) as f64).abs() < 1e-9, "{ended} {ticks}");
+    assert_eq!(folder.names("o").len(), 5);
+}
+
+#[test]
+fn ctrl_c_ends_the_figures_between_whole_files() {
+    let folder = Folder::new("figures-interrupted");
+    let args = ["figures", "--out", &folder.path("o")];
+    let (status, out, err) = spoken_to(&args, &AtomicBool::new(true));
+    assert_eq!((status, out.as_str()), (status::INTERRUPTED, ""));
+    assert!(
+        err.ends_with(&format!("stopped on request; the figures before fig01 are in {}\n", folder.path("o"))),
+        "{err}"
+    );
+    assert_eq!(folder.names("o"), BTreeSet::new());
+}
+
+/// Fails every write with this kind of error.
+struct Broken(io::ErrorKind);
+
+impl Write for Broken {
+    fn write(&mut self, _bytes: &[u8]) -> io::Result<usize> {
+        Err(self.0.into())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Err(self.0.into())
+    }
+}
+
+#[test]
+fn a_reader_that_went_away_is_no_error_and_the_files_are_written_all_the_same() {
+    let folder = Folder::new("pipe");
+    let status_of = |kind, to: &str, err: &mut dyn Write| {
+        let console = Console { out: &mut Broken(kind), err, stop: &AtomicBool::new(false), terminal: false };
+        run(["host-sim"].iter().chain(&SHORT).chain(&["--out", to]).map(OsString::from), console)
+    };
+    let mut err = Vec::new();
+    assert_eq!(status_of(io::ErrorKind::BrokenPipe, &folder.path("o"), &mut err), status::DONE);
+    assert_eq!((err.len(), folder.names("o").len()), (0, 5));
+    // A full disk is one.
+    assert_eq!(status_of(io::ErrorKind::StorageFull, &folder.path("p"), &mut err), status::FAILED);
+    assert_eq!(String::from_utf8_lossy(&err), "error: stdout cannot be written: no storage space\n");
+    // Nobody hears that stderr is gone.
+    let quiet = status_of(io::ErrorKind::BrokenPipe, &folder.path("q"), &mut Broken(io::ErrorKind::BrokenPipe));
+    assert_eq!(quiet, status::DONE);
+}
+
+#[test]
+fn new_writes_a_scenario_that_runs_and_never_over_another() {
+    let folder = Folder::new("new");
+    let new = |name: &str| {
+        let (mut out, mut err) = (Vec::new(), Vec::new());
+        let stop = AtomicBool::new(false);
+        let mut console = Console { out: &mut out, err: &mut err, stop: &stop, terminal: false };
+        let answer = console.new_scenario(name, &folder.0).map_err(|failure| (failure.status, failure.message));
+        answer.map(|status| (status, String::from_utf8(out).expect("UTF-8")))
+    };
+    let path = folder.path("mine.toml");
+    assert_eq!(new("mine"), Ok((status::DONE, format!("wrote {path}; run it with: host-sim run {path}\n"))));
+    let (status, out, err) = spoken(&[&["run", &path, "--out", &folder.path("o")], &SHORT[..]].concat());
+    assert_eq!((status, err.as_str()), (status::DONE, ""));
+    assert!(out.starts_with("mine: "), "{out}");
+
+    std::fs::write(&path, "my work").expect("temporary file");
+    for name in ["mine", "mine.toml"] {
+        assert_eq!(new(name), Err((status::BAD_INPUT, format!("{path} exists already and is left as it is"))));
+    }
+    assert_eq!(std::fs::read_to_string(&path).expect("a file"), "my work");
+    for odd in ["", "..", "../mine", "a/b", ".hidden", ".toml", "a b"] {
+        let refused = new(odd).expect_err(odd);
+        assert_eq!(refused.0, status::BAD_INPUT);
+        assert!(refused.1.contains("cannot name a scenario: use 1 to 64 letters"), "{}", refused.1);
+    }
+    assert_eq!(folder.names(""), ["mine.toml", "o"].map(String::from).into());
+}
+
+#[test]
+fn a_title_tells_what_set_changed_but_not_its_own_change() {
+    let titled = |sets: &[&str]| {
+        let mut title = "k_l = 50".to_owned();
+        note_changes(&mut title, &sets.iter().map(ToString::to_string).collect::<Vec<_>>());
+        title
+    };
+    assert_eq!(titled(&[]), "k_l = 50");
+    assert_eq!(titled(&["name=x", "title = y"]), "k_l = 50");
+    assert_eq!(titled(&["controller.k_l=9", "seed=1"]), "k_l = 50; set controller.k_l=9, seed=1");
+}
