@@ -40,12 +40,13 @@
 
 use core::fmt;
 
-use crate::controller::Config;
-use crate::design::{MAX_N, MAX_R};
+use crate::config::Config;
 use crate::error::ConfigError;
 use crate::error_dynamics::{MAX_DEGREE, MAX_ITERATIONS, active, companion, magnitude, roots};
+use crate::exponential::exp_minus_identity;
 use crate::law::ReachingLaw;
 use crate::observer::ObserverGains;
+use crate::{MAX_N, MAX_R};
 use nalgebra::linalg::SymmetricEigen;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -168,7 +169,6 @@ fn assemble<const N: usize, const R: usize, const K: usize>(
     disturbance: &DisturbanceBounds<N, K>,
     error_bounds: impl Fn(&ObserverGains<R>, f64) -> Result<[f64; MAX_DEGREE], BoundsError>,
 ) -> Result<UltimateBounds<N, R>, BoundsError> {
-    check_orders(config)?;
     config.validate()?;
     let c = &config.surface.c;
     let last = N - 1;
@@ -237,18 +237,6 @@ fn held_by(reaching: &ReachingLaw, n: f64) -> f64 {
     }
 }
 
-/// Orders that [`Config::validate`] takes for granted.
-fn check_orders<const N: usize, const R: usize>(config: &Config<N, R>) -> Result<(), ConfigError> {
-    for (i, gains) in config.observers.iter().enumerate() {
-        if let Some(ObserverGains { order, .. }) = *gains
-            && !(1..=R.min(MAX_R)).contains(&order)
-        {
-            return Err(ConfigError::ObserverOrder { channel: i + 1, order, capacity: R });
-        }
-    }
-    Ok(())
-}
-
 /// Every companion matrix, padded with zeros: exp of it has the identity there.
 type Companion = SMatrix<f64, MAX_DEGREE, MAX_DEGREE>;
 
@@ -312,22 +300,10 @@ fn response_norms(l: &[f64]) -> Result<[f64; MAX_DEGREE], BoundsError> {
     Ok(norms)
 }
 
-/// exp(A): halve until the norm is at most 1/2, sum the series of exp - I, then E <- 2E + E² as often. exp - I, because
-/// in a long step of a stiff design the slow modes are what is left after 1 - 1 (nalgebra's own needs std).
-fn exponential(mut a: Companion) -> Companion {
-    let mut doublings = 0;
-    while a.norm() > 0.5 {
-        a /= 2.0;
-        doublings += 1;
-    }
-    let mut e = Companion::zeros();
-    for k in (1..=16).rev() {
-        e = a * (Companion::identity() + e) / f64::from(k);
-    }
-    for _ in 0..doublings {
-        e = e * 2.0 + e * e;
-    }
-    Companion::identity() + e
+/// exp(A) (nalgebra's own needs std).
+fn exponential(a: Companion) -> Companion {
+    let e = exp_minus_identity(a.transpose().data.0);
+    Companion::identity() + Companion::from_fn(|i, j| e[i][j])
 }
 
 /// Area under |h| over one step from its begin, middle and end.
@@ -428,7 +404,7 @@ fn spectrum(matrix: &Matrix3<f64>) -> Result<(f64, f64), BoundsError> {
 mod tests {
     extern crate std;
     use super::*;
-    use crate::controller::Fallback;
+    use crate::Fallback;
     use crate::law::Limits;
     use crate::model::Nominal;
     use crate::observer::Pole;

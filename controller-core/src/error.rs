@@ -34,6 +34,11 @@ pub enum ConfigError {
         /// The α given, 1/s.
         alpha_per_s: f64,
     },
+    /// α T so small that an f32 offset would never decay.
+    OffsetDecayTooSlow {
+        /// α T.
+        alpha_times_period: f64,
+    },
     /// A reaching gain or a bound below 0.
     Negative {
         /// Name of the field of [`Config`](crate::Config).
@@ -132,6 +137,9 @@ impl ConfigError {
             Self::OffsetDecayNotPositive { .. } => {
                 "alpha must be above 0 1/s (Eq. (17)): the offset of sigma* would never decay"
             }
+            Self::OffsetDecayTooSlow { .. } => {
+                "alpha times period is below 1e-7 (Eq. (17)): the offset of sigma* would not decay in f32; raise alpha or lengthen the period"
+            }
             Self::Negative { .. } => "this number must not be negative",
             Self::BoundaryLayerEmpty { .. } => "with k_s > 0 the boundary layer epsilon must be above 0 (Eq. (51))",
             Self::LimitsTooWide { .. } => "a limit of u is beyond 1e12: where the actuator has none give Limits::NONE",
@@ -158,7 +166,7 @@ impl ConfigError {
                 "the fastest observer pole is too fast for the period (Eq. (53)): slow the observer, shorten the period, or raise observer_pole_limit"
             }
             Self::CoefficientRange => {
-                "a designed coefficient overflows or vanishes in this precision: check the units of the period, alpha, the gains and b"
+                "a designed coefficient overflows or vanishes in this precision: check the units of the period, the gains and b"
             }
         }
     }
@@ -190,6 +198,7 @@ impl fmt::Display for ConfigError {
             Self::PeriodNotPositive { period_s } => write!(f, " (given {period_s} s)"),
             Self::SurfaceLead { c_n } => write!(f, " (given {c_n})"),
             Self::OffsetDecayNotPositive { alpha_per_s } => write!(f, " (given {alpha_per_s} 1/s)"),
+            Self::OffsetDecayTooSlow { alpha_times_period } => write!(f, " (given {alpha_times_period})"),
             Self::BoundaryLayerEmpty { epsilon } => write!(f, " (given {epsilon})"),
             Self::LimitsTooWide { limit } => write!(f, " (given {limit})"),
             Self::LimitsReversed { min, max } => write!(f, " (given min {min}, max {max})"),

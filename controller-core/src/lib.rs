@@ -23,10 +23,12 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod config;
 pub mod controller;
 pub mod design;
 pub mod elementary;
 pub mod error;
+pub mod exponential;
 pub mod health;
 pub mod history;
 pub mod law;
@@ -42,7 +44,8 @@ pub mod bounds;
 #[cfg(feature = "analysis")]
 pub mod error_dynamics;
 
-pub use controller::{Config, Controller, Fallback, INPUT_LIMIT, Output, State, channels};
+pub use config::{Config, Fallback, INPUT_LIMIT};
+pub use controller::{Controller, Output, State, channels};
 pub use elementary::{Exp, Libm, Micromath};
 pub use error::{ConfigError, Warning, Warnings};
 pub use health::Health;
@@ -53,3 +56,12 @@ pub use models::{Benchmark, FlexibleJoint, JointChain, JointParameters, Reading}
 pub use observer::{ObserverGains, Pole};
 pub use real::Real;
 pub use surface::Surface;
+
+/// Plant orders are 2..=`MAX_N`.
+const MAX_N: usize = 6;
+/// Observer orders are 1..=`MAX_R`.
+const MAX_R: usize = 3;
+
+const fn assert_order(n: usize) {
+    assert!(n >= 2 && n <= MAX_N, "the plant order N must be 2..=6");
+}

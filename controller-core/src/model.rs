@@ -5,8 +5,8 @@
 //! $b_0 = b$. The true plant may differ; what the model does not say is the observers' business.
 #![doc = include_str!("../katex.html")]
 
-use crate::design::row_f32;
-use crate::real::Real;
+use crate::assert_order;
+use crate::real::{Real, row_f32};
 
 /// a(x) and b(x) in units of b_0.
 pub trait NominalModel<T: Real, const N: usize> {
@@ -40,6 +40,7 @@ pub struct Linear<T, const N: usize> {
 impl<const N: usize> Linear<f64, N> {
     /// a(x) = gradient . x in f64.
     pub const fn new(nominal: &Nominal<N>) -> Self {
+        const { assert_order(N) };
         let mut row = nominal.gradient;
         let mut i = 0;
         while i < N {

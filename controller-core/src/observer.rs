@@ -28,7 +28,8 @@
 //! The estimates start at $\hat d(0) = 0$; $p(0) = 0$ would start them at $l \thinspace x(0)$.
 #![doc = include_str!("../katex.html")]
 
-use crate::design::channel_gammas;
+use crate::MAX_R;
+use crate::exponential::channel_gammas;
 use crate::polynomial::{TERMS, is_hurwitz, spectral_radius};
 use crate::real::Real;
 
@@ -63,7 +64,7 @@ impl<const R: usize> ObserverGains<R> {
     /// The gains as a paper prints them. They need not have the poles that are said of them: the printed (100, 20) of
     /// Example 2, "poles at -10", has -99.8 and -0.2. See `error_dynamics::error_poles`.
     pub const fn as_printed<const ORDER: usize>(l: [f64; ORDER]) -> Self {
-        const { assert!(ORDER >= 1 && ORDER <= R, "an observer's order must be 1..=R") };
+        const { assert!(ORDER >= 1 && ORDER <= R && R <= MAX_R, "an observer's order must be 1..=R, and R 1..=3") };
         let mut gains = [0.0; R];
         let mut j = 0;
         while j < ORDER {
@@ -82,7 +83,7 @@ impl<const R: usize> ObserverGains<R> {
     /// assert_eq!(GAINS.l, [20.0, 100.0]);
     /// ```
     pub const fn from_poles<const ORDER: usize>(poles: [Pole; ORDER]) -> Self {
-        const { assert!(ORDER >= 1 && ORDER <= R, "an observer's order must be 1..=R") };
+        const { assert!(ORDER >= 1 && ORDER <= R && R <= MAX_R, "an observer's order must be 1..=R, and R 1..=3") };
         // Multiply out (s - p_1)(s - p_2)..: re[k], im[k] belong to s^(order - k).
         let mut re = [0.0; TERMS];
         let mut im = [0.0; TERMS];
@@ -121,6 +122,7 @@ impl<const R: usize> ObserverGains<R> {
 
     /// The order as far as there is room for it: the fields are public, and nothing here may panic.
     const fn degree(&self) -> usize {
+        const { assert!(R >= 1 && R <= MAX_R, "the observer capacity R must be 1..=3") };
         if self.order < R { self.order } else { R }
     }
 

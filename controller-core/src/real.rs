@@ -75,3 +75,14 @@ macro_rules! real {
     )*};
 }
 real!(f32, f64);
+
+/// Every entry rounded to the nearest f32.
+pub(crate) const fn row_f32<const L: usize>(row: &[f64; L]) -> [f32; L] {
+    let mut out = [0.0; L];
+    let mut i = 0;
+    while i < L {
+        out[i] = row[i] as f32;
+        i += 1;
+    }
+    out
+}

@@ -13,6 +13,7 @@
 //! $r \ge n - i$ in every *observed* mismatched channel.
 #![doc = include_str!("../katex.html")]
 
+use crate::assert_order;
 use crate::polynomial::{TERMS, is_hurwitz, spectral_radius};
 
 /// Coefficients of the surface and the decay of its offset.
@@ -38,6 +39,7 @@ impl<const N: usize> Surface<N> {
     /// assert_eq!(Surface::<4>::from_bandwidth(5.0, 1.0).c, [125.0, 75.0, 15.0, 1.0]);
     /// ```
     pub const fn from_bandwidth(omega_rad_s: f64, alpha_per_s: f64) -> Self {
+        const { assert_order(N) };
         let mut c = [0.0; N];
         c[N - 1] = 1.0;
         // Multiply by (p + ω) n - 1 times; c[i] belongs to p^i.
@@ -55,6 +57,7 @@ impl<const N: usize> Surface<N> {
     }
 
     const fn polynomial(&self) -> ([f64; TERMS], usize) {
+        const { assert_order(N) };
         let mut a = [0.0; TERMS];
         let mut i = 0;
         while i < N {

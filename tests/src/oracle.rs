@@ -164,7 +164,7 @@ pub struct Oracle {
     /// What the actuator held since the last tick.
     pub applied: f64,
     first: bool,
-    /// No last sample to compare with.
+    /// No last sample to compare with: the estimates stay as they are.
     resuming: bool,
 }
 
@@ -250,8 +250,7 @@ impl Oracle {
         let (a, b) = (self.model.a(x), self.model.b(x));
         let decay = -(-self.spec.alpha * period).exp_m1();
 
-        if !self.first {
-            let resuming = self.resuming;
+        if !self.resuming {
             for channel in &mut self.channels {
                 let i = channel.i;
                 let moved = x[i] - self.x_prev[i];
@@ -263,11 +262,13 @@ impl Oracle {
                 };
                 let [s0, s1, s2] = channel.s;
                 let foretold = s0 + channel.theta * s1 + channel.mu2 * s2;
-                let e = if resuming { 0.0 } else { moved - by_model - foretold };
+                let e = moved - by_model - foretold;
                 channel.s[0] = s0 + s1 + s2 + channel.gain[0] * e;
                 channel.s[1] = s1 + 2.0 * s2 + channel.gain[1] * e;
                 channel.s[2] = s2 + channel.gain[2] * e;
             }
+        }
+        if !self.first {
             self.offset -= decay * self.offset;
         }
 

@@ -374,6 +374,43 @@ fn lost_sample_does_not_kick_the_estimates() {
     }
 }
 
+/// A spike just below what is refused spoils the estimates, then a sample is lost: every later demand would be refused
+/// for the estimates' sake, were they not given up. Spikes from 1 to 1e13 in every state, fast and slow observers.
+#[test]
+fn no_spike_locks_the_controller() {
+    for omega in [50.0, 400.0] {
+        let gains = ObserverGains::<3>::from_bandwidth::<3>(omega);
+        type Fast = Controller<f32, FlexibleJoint<f32>, 4, 3, { channels([2, 4]) }, 2>;
+        let config = Config { limits: Limits::NONE, ..joint_config(gains) };
+        let controller = Fast::design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design");
+        for step in 0..=260 {
+            for i in 0..4 {
+                let mut spike = [0.0; 4];
+                spike[i] = 10f32.powf(0.05 * step as f32);
+                let mut state = controller.start(&[0.0; 4]).expect("a good sample");
+                controller.tick(&mut state, &spike);
+                controller.tick(&mut state, &[f32::NAN; 4]);
+                let accepted = (0..5).any(|_| {
+                    let output = controller.tick(&mut state, &[0.0; 4]);
+                    !output.health.contains(Health::INPUT_REJECTED)
+                });
+                assert!(accepted, "locked by x_{} = {:e}, poles -{omega}", i + 1, spike[i]);
+            }
+        }
+    }
+}
+
+#[test]
+fn fallback_stays_within_the_limits_whatever_was_held() {
+    let controller = joint(|config| config.limits = Limits { min: 10.0, max: 20.0 });
+    let mut state = controller.start(&wave(0)).expect("a good sample");
+    assert_eq!(controller.tick(&mut state, &[f32::NAN; 4]).u, 10.0);
+    assert!(state.applied(1e11));
+    assert_eq!(controller.tick(&mut state, &[f32::NAN; 4]).u, 20.0);
+    assert!(!state.applied(f32::NAN) && !state.applied(1e13));
+    assert_eq!(state.held(), 20.0);
+}
+
 #[test]
 fn health_tells_sigma_star_over_its_bound_and_saturation_and_nothing_else() {
     let free = joint(|config| config.limits = Limits::NONE);

@@ -8,7 +8,7 @@ use crate::model::{Nominal, NominalModel};
 use crate::real::Real;
 
 /// a(x) = -2 x_1 - x_2 + e^{x_1}, b = 1, with the exponential of `E` ([`Libm`](crate::Libm) or
-/// [`Micromath`](crate::Micromath)).
+/// [`Micromath`](crate::Micromath)). Design it with [`Benchmark::nominal`]: its b_0 is 1.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Benchmark<E>(PhantomData<E>);
 

@@ -11,9 +11,8 @@
 //! in $a$ and $b$. [`Reading`] names the ways out; `Reconstructed` is the one that reproduces the published numbers.
 #![doc = include_str!("../../katex.html")]
 
-use crate::design::row_f32;
 use crate::model::{Nominal, NominalModel};
-use crate::real::Real;
+use crate::real::{Real, row_f32};
 
 /// Table I, SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
