@@ -87,7 +87,8 @@ fn a_value_of_the_wrong_type_is_told_with_what_was_expected() {
         ),
         (
             "[plant]\nkind = \"chian\"",
-            "a.toml:2:8: `plant.kind`: found \"chian\", expected \"flexible_joint\", \"benchmark\" or \"chain\"; did you \
+            "a.toml:2:8: `plant.kind`: found \"chian\", expected \"flexible_joint\", \"benchmark\" or \"chain\"; did \
+             you \
              mean `chain`?",
         ),
         (
@@ -140,7 +141,8 @@ fn a_key_of_another_kind_is_refused_and_not_ignored() {
         ),
         (
             "[plant]\nkind = \"benchmark\"\n[controller]\nkind = \"baseline\"\nk_l = 1",
-            "a.toml:5:7: `controller.k_l`: only for controller.kind = \"proposed\", but controller.kind is \"baseline\"",
+            "a.toml:5:7: `controller.k_l`: only for controller.kind = \"proposed\", but controller.kind is \
+             \"baseline\"",
         ),
         (
             "[controller]\nkind = \"baseline\"",
@@ -250,7 +252,8 @@ fn a_contradiction_is_told_at_the_key_that_makes_it() {
         ),
         (
             "[[controller.observer]]\nchannel = 4\nprinted = [20, 100]\norder = 2",
-            "a.toml:4:9: `controller.observer[1].order`: only with bandwidth_rad_s: the length of the list is the order",
+            "a.toml:4:9: `controller.observer[1].order`: only with bandwidth_rad_s: the length of the list is the \
+             order",
         ),
         (
             "[controller]\nc = [125, 75, 15, 1]\nsurface_bandwidth_rad_s = 5",
@@ -280,7 +283,8 @@ fn a_contradiction_is_told_at_the_key_that_makes_it() {
         ),
         (
             "name = \"../x\"",
-            "a.toml:1:8: `name`: found \"../x\", expected 1 to 64 letters, digits, `_`, `-` or `.`, not beginning with `.`",
+            "a.toml:1:8: `name`: found \"../x\", expected 1 to 64 letters, digits, `_`, `-` or `.`, not beginning \
+             with `.`",
         ),
     ]);
 }
@@ -331,11 +335,13 @@ fn what_the_design_refuses_is_told_at_the_key_of_the_file() {
         ),
         (
             "[controller]\nlimits = { min = 1, max = -1 }",
-            "a.toml:2:10: `controller.limits`: the limits are reversed: min must not be above max (given min 1, max -1)",
+            "a.toml:2:10: `controller.limits`: the limits are reversed: min must not be above max (given min 1, max \
+             -1)",
         ),
         (
             "[controller]\nlimits = { min = -2e12 }",
-            "a.toml:2:10: `controller.limits`: a limit of u is beyond 1e12: where the actuator has none leave the limit \
+            "a.toml:2:10: `controller.limits`: a limit of u is beyond 1e12: where the actuator has none leave the \
+             limit \
              out (given -2000000000000)",
         ),
         (
