@@ -88,8 +88,7 @@ fn a_value_of_the_wrong_type_is_told_with_what_was_expected() {
         (
             "[plant]\nkind = \"chian\"",
             "a.toml:2:8: `plant.kind`: found \"chian\", expected \"flexible_joint\", \"benchmark\" or \"chain\"; did \
-             you \
-             mean `chain`?",
+             you mean `chain`?",
         ),
         (
             "[controller]\nfallback = \"hld\"",
@@ -341,8 +340,7 @@ fn what_the_design_refuses_is_told_at_the_key_of_the_file() {
         (
             "[controller]\nlimits = { min = -2e12 }",
             "a.toml:2:10: `controller.limits`: a limit of u is beyond 1e12: where the actuator has none leave the \
-             limit \
-             out (given -2000000000000)",
+             limit out (given -2000000000000)",
         ),
         (
             "[plant.parameters]\nkt = 1e-45",
