@@ -131,6 +131,9 @@ impl<const N: usize, const R: usize> Config<N, R> {
         if gains.order < needed {
             return Err(ConfigError::OrderTooLow { channel, needed, order: gains.order });
         }
+        if !gains.is_finite() {
+            return Err(ConfigError::ObserverNotFinite { channel });
+        }
         if !gains.is_hurwitz() {
             return Err(ConfigError::ObserverNotHurwitz { channel });
         }
@@ -142,7 +145,7 @@ impl<const N: usize, const R: usize> Config<N, R> {
         Ok(())
     }
 
-    /// Name of the first field that is not finite (observer gains are seen by the Hurwitz check, which refuses them).
+    /// Name of the first field that is not finite (gains of observers are looked at per channel).
     const fn not_finite(&self) -> Option<&'static str> {
         let mut i = 0;
         while i < N {

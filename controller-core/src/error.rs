@@ -91,6 +91,11 @@ pub enum ConfigError {
         /// The order given.
         order: usize,
     },
+    /// A gain is NaN or infinite.
+    ObserverNotFinite {
+        /// The channel, from 1.
+        channel: usize,
+    },
     /// D of Eq. (53) is not Hurwitz.
     ObserverNotHurwitz {
         /// The channel, from 1.
@@ -116,6 +121,7 @@ impl ConfigError {
             Self::ChannelMismatch { channel, .. }
             | Self::ObserverOrder { channel, .. }
             | Self::OrderTooLow { channel, .. }
+            | Self::ObserverNotFinite { channel }
             | Self::ObserverNotHurwitz { channel }
             | Self::ObserverTooFast { channel, .. } => Some(channel),
             _ => None,
@@ -125,7 +131,9 @@ impl ConfigError {
     /// What is wrong and what to do, without the numbers: usable in a `const`.
     pub const fn reason(&self) -> &'static str {
         match self {
-            Self::NotFinite { .. } => "this number is NaN or infinite: give a finite one",
+            Self::NotFinite { .. } => {
+                "this number is NaN or infinite: give a finite one (for no limit of u: Limits::NONE)"
+            }
             Self::PeriodNotPositive { .. } => "the period must be above 0 s",
             Self::InputGainZero => {
                 "the nominal input gain b is 0 (Eq. (39)): the law divides by it; give b(x)'s nominal value"
@@ -159,8 +167,11 @@ impl ConfigError {
             Self::OrderTooLow { .. } => {
                 "the observer order is below n - i, so that sigma needs a derivative it does not estimate (Eq. (44)): raise the order, or observe no disturbance there"
             }
+            Self::ObserverNotFinite { .. } => {
+                "an observer gain is NaN or infinite (Eq. (53)): give finite gains, or poles that are real or come in conjugate pairs"
+            }
             Self::ObserverNotHurwitz { .. } => {
-                "the observer gains are not Hurwitz (Eq. (53); order 3 needs l1 l2 > l3; complex poles come in conjugate pairs): take them from_bandwidth or from_poles"
+                "the observer gains are not Hurwitz (Eq. (53); order 3 needs l1 l2 > l3): take them from_bandwidth or from_poles"
             }
             Self::ObserverTooFast { .. } => {
                 "the fastest observer pole is too fast for the period (Eq. (53)): slow the observer, shorten the period, or raise observer_pole_limit"

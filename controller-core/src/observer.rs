@@ -137,6 +137,17 @@ impl<const R: usize> ObserverGains<R> {
         (a, self.degree())
     }
 
+    pub(crate) const fn is_finite(&self) -> bool {
+        let mut j = 0;
+        while j < self.degree() {
+            if !self.l[j].is_finite() {
+                return false;
+            }
+            j += 1;
+        }
+        true
+    }
+
     /// Is D of Eq. (53) Hurwitz?
     ///
     /// # Deviation

@@ -15,7 +15,7 @@ pub(crate) const TERMS: usize = 6;
 pub(crate) const fn is_hurwitz(mut a: [f64; TERMS], degree: usize) -> bool {
     let mut k = 0;
     while k < degree {
-        if !a[k + 1].is_finite() || a[k + 1] <= 0.0 {
+        if a[k + 1].is_nan() || a[k + 1] <= 0.0 {
             return false;
         }
         let ratio = a[k] / a[k + 1];

@@ -302,7 +302,7 @@ impl Console<'_> {
                         message: format!("{}: {}", figure.id, reason(&error)),
                     });
                 }
-                if trace.ending != Ending::Finished && self.stop.load(Ordering::Relaxed) {
+                if matches!(trace.ending, Ending::Interrupted { .. }) {
                     self.note(&format!(
                         "stopped on request; the figures before {} are in {}",
                         figure.id,
@@ -393,7 +393,7 @@ fn claim_table(claims: &[ClaimRow]) -> Table {
             (false, false) => format!("does not hold ({})", claim.criterion),
             (false, true) => format!("NO LONGER HOLDS ({})", claim.criterion),
         };
-        let reproduced = significant(claim.reproduced, 3);
+        let reproduced = significant(claim.reproduced, 4);
         table.row([claim.figure, claim.claim, claim.published, &reproduced, claim.unit, claim.reading, &verdict]);
     }
     table
@@ -437,6 +437,9 @@ fn ending(trace: &Trace) -> (&'static str, String) {
             "diverged",
             format!("NOT BOUNDED: the state ran away at t = {} s and the run ended there", significant(t_s, 4)),
         ),
+        Ending::BrokenOff { t_s } => {
+            ("broken off", format!("BROKEN OFF: the run could not go on at t = {} s", significant(t_s, 4)))
+        }
         Ending::Interrupted { t_s } => {
             ("interrupted", format!("INCOMPLETE: the run ended at t = {} s", significant(t_s, 4)))
         }

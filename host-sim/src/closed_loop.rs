@@ -63,7 +63,7 @@ pub fn close_loop(setup: Loop<'_>, watch: &mut dyn FnMut(&Row) -> ControlFlow<()
         let tick = match port.tick(&sample[..n]) {
             Ok(tick) => tick,
             Err(error) => {
-                trace.ending = Ending::Interrupted { t_s };
+                trace.ending = Ending::BrokenOff { t_s };
                 return (trace, Some(LoopError::Port(error)));
             }
         };
@@ -90,7 +90,7 @@ pub fn close_loop(setup: Loop<'_>, watch: &mut dyn FnMut(&Row) -> ControlFlow<()
         if k < periods
             && let Err(error) = solver::advance(plant, t_s, (k + 1) as f64 * period_s, u_held, &mut x[..n])
         {
-            trace.ending = Ending::Interrupted { t_s };
+            trace.ending = Ending::BrokenOff { t_s };
             return (trace, Some(LoopError::Solver(error)));
         }
     }

@@ -41,6 +41,11 @@ pub enum Ending {
         /// Time, s.
         t_s: f64,
     },
+    /// The plant could not be integrated, or the controller not be reached, from this time on.
+    BrokenOff {
+        /// Time, s.
+        t_s: f64,
+    },
 }
 
 /// All rows of a run.

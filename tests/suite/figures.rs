@@ -28,7 +28,7 @@ fn every_claim_that_held_still_holds_and_the_numbers_are_those_of_the_golden_tab
         let text = |key: &str| claim[key].as_str().unwrap_or("?").to_owned();
         // A few units in the last place of f32 may be amplified in a spread near zero: one digit is what it is good for.
         let value = claim["reproduced"].as_f64().unwrap_or(f64::NAN);
-        let digits = if value.abs() < 1e-4 { 1 } else { 3 };
+        let digits = if value.abs() < 1e-4 { 1 } else { 4 };
         let holds = if claim["holds"] == true { "yes" } else { "no" };
         table.row([&*text("figure"), &text("claim"), &text("published"), &significant(value, digits), holds]);
     }

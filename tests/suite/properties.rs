@@ -324,6 +324,8 @@ fn joint(change: impl Fn(&mut Config<4, 2>)) -> Joint {
     Joint::design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design")
 }
 
+type JointOfOrder3 = Controller<f32, FlexibleJoint<f32>, 4, 3, { channels([2, 4]) }, 2>;
+
 /// A slow wave that the joint might make; tick k.
 fn wave(k: u32) -> [f32; 4] {
     let t = k as f32 * 1e-3;
@@ -380,9 +382,8 @@ fn lost_sample_does_not_kick_the_estimates() {
 fn no_spike_locks_the_controller() {
     for omega in [50.0, 400.0] {
         let gains = ObserverGains::<3>::from_bandwidth::<3>(omega);
-        type Fast = Controller<f32, FlexibleJoint<f32>, 4, 3, { channels([2, 4]) }, 2>;
         let config = Config { limits: Limits::NONE, ..joint_config(gains) };
-        let controller = Fast::design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design");
+        let controller = JointOfOrder3::design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design");
         for step in 0..=260 {
             for i in 0..4 {
                 let mut spike = [0.0; 4];

@@ -69,17 +69,22 @@ const fn between(panel: PanelSpec, from_s: f64, to_s: f64) -> PanelSpec {
     PanelSpec { x_range: Some((from_s, to_s)), ..panel }
 }
 
-/// Largest over smallest, minus 1: how much a figure of merit depends on the case.
+/// (largest - smallest)/largest magnitude: how much a figure of merit depends on the case. NaN if one is.
 fn spread(cases: &[Case], f: impl Fn(&Case) -> f64) -> f64 {
     let values: Vec<f64> = cases.iter().map(f).collect();
-    let largest = values.iter().copied().fold(f64::MIN, f64::max);
-    let smallest = values.iter().copied().fold(f64::MAX, f64::min);
-    largest / smallest - 1.0
+    let size = values.iter().fold(0.0, |size, value| f64::max(size, value.abs()));
+    let distances = values.iter().flat_map(|a| values.iter().map(move |b| (a - b).abs()));
+    largest(distances) / size
 }
 
 /// Largest ratio of one case's figure of merit to that of the case before it: below 1 if it falls throughout.
 fn worst_step(cases: &[Case], f: impl Fn(&Case) -> f64) -> f64 {
-    cases.windows(2).map(|pair| f(&pair[1]) / f(&pair[0])).fold(f64::MIN, f64::max)
+    largest(cases.windows(2).map(|pair| f(&pair[1]) / f(&pair[0])))
+}
+
+/// The largest; NaN if one is, or there is none.
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.reduce(|a, b| if a >= b || a.is_nan() { a } else { b }).unwrap_or(f64::NAN)
 }
 
 fn ultimate_error(case: &Case, channel: usize) -> f64 {

@@ -243,7 +243,9 @@ fn design_problem(error: &ConfigError, observer_position: &[Option<usize>]) -> P
         // That of a chain is looked at before; what is left is a b of the joint that vanishes.
         ConfigError::InputGainZero => "plant.parameters".into(),
         ConfigError::SurfaceLead { .. } | ConfigError::SurfaceNotHurwitz => "controller.c".into(),
-        ConfigError::OffsetDecayNotPositive { .. } => "controller.alpha_per_s".into(),
+        ConfigError::OffsetDecayNotPositive { .. } | ConfigError::OffsetDecayTooSlow { .. } => {
+            "controller.alpha_per_s".into()
+        }
         ConfigError::BoundaryLayerEmpty { .. } => "controller.epsilon".into(),
         ConfigError::LimitsTooWide { .. } | ConfigError::LimitsReversed { .. } => "controller.limits".into(),
         ConfigError::FallbackOutsideLimits { .. } => "controller.fallback".into(),
@@ -251,6 +253,7 @@ fn design_problem(error: &ConfigError, observer_position: &[Option<usize>]) -> P
         ConfigError::ChannelMismatch { channel, .. }
         | ConfigError::ObserverOrder { channel, .. }
         | ConfigError::OrderTooLow { channel, .. }
+        | ConfigError::ObserverNotFinite { channel }
         | ConfigError::ObserverNotHurwitz { channel }
         | ConfigError::ObserverTooFast { channel, .. } => {
             match observer_position.get(channel.wrapping_sub(1)).copied().flatten() {

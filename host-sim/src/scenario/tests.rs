@@ -380,7 +380,7 @@ fn what_the_design_refuses_of_an_observer_is_told_at_the_line_of_that_observer()
     assert_eq!(
         second(4, "printed = [-1, 2]"),
         "a.toml:4:1: `controller.observer[2]`: channel 4: the observer gains are not Hurwitz (Eq. (53); order 3 needs \
-         l1 l2 > l3; complex poles come in conjugate pairs): give bandwidth_rad_s or poles instead"
+         l1 l2 > l3): give bandwidth_rad_s or poles instead"
     );
     assert_eq!(
         second(4, "bandwidth_rad_s = 1e5\norder = 1"),
