@@ -23,3 +23,8 @@ pub mod printed;
 pub mod shape;
 pub mod strategy;
 pub mod truth;
+
+/// The code of the README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;

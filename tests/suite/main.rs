@@ -3,6 +3,7 @@
 mod cases;
 mod compile;
 mod convergence;
+mod figures;
 mod formula;
 mod golden;
 mod paper;
