@@ -9,8 +9,8 @@
 //! ```
 //!
 //! Results go to stdout, everything else to stderr. Exit status: 0 done (a run that diverged is a result), 1 the run or
-//! the writing failed or a claim that held no longer does, 2 bad input (nothing is written), 130 stopped by Ctrl-C (what
-//! was recorded is written).
+//! the writing failed or a claim that held no longer does, 2 bad input (nothing is written), 130 stopped by Ctrl-C
+//! (what was recorded is written).
 
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
@@ -93,7 +93,7 @@ struct RunOptions {
     /// Override a key, as in --set controller.k_l=100 or --set controller.observer[1].printed=[100,20].
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Folder for trace.csv and the figures [default: out/<scenario>].
+    /// Folder for trace.csv and the figures [default: out/SCENARIO].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON object instead of the table.
@@ -226,17 +226,17 @@ impl Console<'_> {
             bad(format!("{name:?} cannot name a scenario: use 1 to 64 letters, digits, `_`, `-`, `.`"))
         })?;
         let path = folder.join(format!("{name}.toml"));
-        let file = std::fs::File::create_new(&path).and_then(|mut file| file.write_all(text.as_bytes()));
-        match file {
-            Ok(()) => {
-                self.say(&format!("wrote {0}; run it with: host-sim run {0}", path.display()))?;
-                Ok(status::DONE)
-            }
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-                Err(bad(format!("{} exists already and is left as it is", path.display())))
-            }
-            Err(error) => Err(Failure::writing(path.display(), &error)),
-        }
+        let mut file = std::fs::File::create_new(&path).map_err(|error| match error.kind() {
+            io::ErrorKind::AlreadyExists => bad(format!("{} exists already and is left as it is", path.display())),
+            _ => Failure { status: status::BAD_INPUT, ..Failure::writing(path.display(), &error) },
+        })?;
+        file.write_all(text.as_bytes()).map_err(|error| {
+            // Half a file is none.
+            let _ = std::fs::remove_file(&path);
+            Failure::writing(path.display(), &error)
+        })?;
+        self.say(&format!("wrote {0}; run it with: host-sim run {0}", path.display()))?;
+        Ok(status::DONE)
     }
 
     fn run(&mut self, mut experiment: Experiment, options: &RunOptions) -> Result<u8, Failure> {

@@ -8,8 +8,8 @@
 //! A key that is left out has the value of Example 2 of the paper in the reading that reproduces it: an empty file *is*
 //! that example. Units are SI and end the names. Channels and positions count from 1, as in the paper.
 //!
-//! The structs are flat with optional keys on purpose: serde's tagged enums would lose the place of an error. Which keys
-//! go with which kind is one table in `resolve`.
+//! The structs are flat with optional keys on purpose: serde's tagged enums would lose the place of an error. Which
+//! keys go with which kind is one table in `resolve`.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -88,7 +88,7 @@ pub struct PlantTable {
     /// True state at t = 0, one number per state. Default: [0.1, 0, 0, 0] for the joint, else zeros.
     #[schemars(length(min = 2, max = 6))]
     pub x0: Option<Vec<f64>>,
-    /// flexible_joint: physical parameters; those left out have the value of Table I. Plant and controller both use them.
+    /// flexible_joint: physical parameters; those left out are Table I's. Plant and controller both use them.
     pub parameters: ParametersTable,
     /// flexible_joint: relative error of each true coefficient, 0.5 = 50 % above what the controller believes.
     pub error: ErrorTable,

@@ -54,8 +54,8 @@ pub struct Experiment {
     controller: String,
 }
 
-/// Bounds of one external disturbance over the span, Eq. (2) and (40): what the file's terms say. What a wrong model adds
-/// to d_n depends on the state and is not in it.
+/// Bounds of one external disturbance over the span, Eq. (2) and (40): what the file's terms say. What a wrong model
+/// adds to d_n depends on the state and is not in it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Mu {
     /// Channel, from 1.

@@ -1,7 +1,7 @@
 //! A scenario as it was written: values, and where each of them stands.
 //!
-//! TOML text and the `--set` arguments become one tree of [`Node`]s; every node knows its [`Origin`], so that whatever is
-//! found wrong with it later can be told with file, line and column, or with the argument it came from.
+//! TOML text and the `--set` arguments become one tree of [`Node`]s; every node knows its [`Origin`], so that whatever
+//! is found wrong with it later can be told with file, line and column, or with the argument it came from.
 //!
 //! A *key path* names a node: `controller.observer[2].printed`. Positions in lists count from 1.
 

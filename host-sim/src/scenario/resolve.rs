@@ -151,6 +151,10 @@ pub(super) fn resolve(file: Scenario, default_name: &str) -> Result<Resolved, Pr
         ControllerKind::Baseline => ControllerChoice::Baseline(baseline(controller, plant.kind, &gains)?),
     };
     let title = file.title.clone().unwrap_or_else(|| name.clone());
+    // It goes to terminals and into drawings.
+    if title.chars().any(char::is_control) || title.chars().count() > 200 {
+        return problem("title", "expected one line of at most 200 characters, without control characters");
+    }
     Ok(Resolved {
         name,
         title,
@@ -570,4 +574,95 @@ fn baseline(controller: &ControllerTable, kind: PlantKind, gains: &Gains) -> Res
         return missing("controller.k", "the switching gain of the baseline");
     };
     Ok(BaselineSpec { period_s: controller.period_s, c1, l, k })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::document;
+    use super::super::error::Source;
+    use super::*;
+
+    /// What a text comes to; the place of a problem is the business of other tests.
+    fn resolved(text: &str, sets: &[&str]) -> Result<Resolved, Problem> {
+        let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+        let tree = document::read(&Source { file: "a.toml", text, sets: &sets }).expect("TOML");
+        resolve(serde_json::from_value(tree.json()).expect("keys of a scenario"), "a")
+    }
+
+    fn spec(text: &str, sets: &[&str]) -> ControllerSpec {
+        match resolved(text, sets).expect("a scenario").controller {
+            ControllerChoice::Proposed(spec) => *spec,
+            ControllerChoice::Baseline(_) => panic!("not the proposed controller"),
+        }
+    }
+
+    #[test]
+    fn the_default_design_is_example_2_as_printed() {
+        let spec = spec("", &[]);
+        assert_eq!(spec.surface_c, [125.0, 75.0, 15.0, 1.0]);
+        assert_eq!(spec.observers, [None, Some(vec![100.0, 20.0]), None, Some(vec![100.0, 20.0])]);
+        assert_eq!((spec.period_s, spec.reaching.k_l, spec.alpha_per_s), (1e-3, 50.0, 1.0));
+        // Table I in the reconstructed reading: K_s/J_11, -K_s/J_11, -B_12/J_11 and K_t/J_11.
+        let expected = [9.0 / 931e-6, 0.0, -9.0 / 931e-6, -0.07 / 931e-6, 0.119 / 931e-6];
+        for (found, expected) in spec.gradient.iter().chain([&spec.input_gain]).zip(expected) {
+            // Quotients of the same literals: one rounding each.
+            assert!((found - expected).abs() <= 1e-15 * expected.abs(), "{found} {expected}");
+        }
+    }
+
+    #[test]
+    fn poles_bandwidth_and_printed_gains_are_three_ways_to_say_one_thing() {
+        let gains =
+            |rest: &str| spec(&format!("[[controller.observer]]\nchannel = 2\n{rest}"), &[]).observers[1].clone();
+        let printed = Some(vec![20.0, 100.0]);
+        assert_eq!(gains("printed = [20, 100]"), printed);
+        assert_eq!(gains("poles = [[-10, 0], [-10, 0]]"), printed);
+        assert_eq!(gains("bandwidth_rad_s = 10\norder = 2"), printed);
+        // (s + 1)^2 + 4
+        assert_eq!(gains("poles = [[-1, 2], [-1, -2]]"), Some(vec![2.0, 5.0]));
+    }
+
+    #[test]
+    fn bandwidth_of_the_surface_gives_that_of_example_2() {
+        assert_eq!(spec("", &["controller.surface_bandwidth_rad_s=5"]).surface_c, [125.0, 75.0, 15.0, 1.0]);
+    }
+
+    #[test]
+    fn slope_and_gradient_are_left_out_of_the_design_apart_and_stay_in_the_model() {
+        let full = spec("", &[]);
+        let [no_slope, no_gradient] =
+            ["use_slope", "use_gradient"].map(|key| spec("", &[&format!("controller.{key}=false")]));
+        assert_eq!(no_slope.gradient, [full.gradient[0], full.gradient[1], full.gradient[2], 0.0]);
+        assert_eq!(no_gradient.gradient, [0.0, 0.0, 0.0, full.gradient[3]]);
+        assert_eq!((&no_slope.model, &no_gradient.model), (&full.model, &full.model));
+    }
+
+    #[test]
+    fn a_parameter_of_table_1_moves_plant_and_controller_but_an_error_the_plant_alone() {
+        let (before, after) = (spec("", &[]), spec("", &["plant.parameters.kt=0.238"]));
+        assert_eq!(after.input_gain, 2.0 * before.input_gain);
+        let plant = |sets: &[&str]| match resolved("", sets).expect("a scenario").plant {
+            PlantChoice::FlexibleJoint { chain, .. } => chain.b,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(plant(&["plant.parameters.kt=0.238"]), after.input_gain);
+        assert_eq!(spec("", &["plant.error.b=0.5", "plant.error.k2_x3=-0.5"]), before);
+    }
+
+    #[test]
+    fn what_the_controller_believes_of_a_chain_is_the_truth_unless_it_is_said() {
+        let text = "[plant]\nkind = \"chain\"\norder = 2\na = [1, 2]\nb = 3\n[controller]\nc = [5, 1]";
+        let told = spec(text, &[]);
+        assert_eq!((told.model, told.gradient, told.input_gain), (Model::Linear(vec![1.0, 2.0]), vec![1.0, 2.0], 3.0));
+        let other = spec(text, &["controller.nominal.b=4"]);
+        assert_eq!((other.gradient, other.input_gain), (vec![1.0, 2.0], 4.0));
+    }
+
+    #[test]
+    fn a_title_that_would_upset_a_terminal_is_refused() {
+        let problem = resolved("title = \"a\\u001b[31m\"", &[]).expect_err("refused");
+        assert_eq!(problem.key, "title");
+        assert!(resolved(&format!("title = {:?}", "x".repeat(200)), &[]).is_ok());
+        assert!(resolved(&format!("title = {:?}", "x".repeat(201)), &[]).is_err());
+    }
 }
