@@ -192,7 +192,7 @@ fn a_plant_too_fast_to_integrate_ends_with_status_1_and_keeps_its_record() {
     );
     let (status, out, err) = spoken(&["run", &file, "--out", &folder.path("o")]);
     assert_eq!(status, status::FAILED);
-    assert!(out.contains("INCOMPLETE: the run ended at t = 0 s"), "{out}");
+    assert!(out.contains("BROKEN OFF: the run could not go on at t = 0 s"), "{out}");
     assert!(err.starts_with("error: the plant is too fast for the period: 1.000e9 rad/s"), "{err}");
     assert_eq!(err.lines().count(), 1, "{err}");
     let csv = std::fs::read_to_string(folder.path("o/trace.csv")).expect("a trace");
