@@ -345,7 +345,7 @@ fn what_the_design_refuses_is_told_at_the_key_of_the_file() {
         (
             "[plant.parameters]\nkt = 1e-45",
             "a.toml:1:1: `controller`: a designed coefficient overflows or vanishes in this precision: check the units \
-             of the period, alpha, the gains and b",
+             of the period, the gains and b",
         ),
         (
             "[plant.parameters]\nkt = 1e-323\nj11 = 1e3",
