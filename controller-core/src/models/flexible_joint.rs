@@ -1,4 +1,4 @@
-//! The flexible joint of Example 2, Eq. (62)-(63) and Table I.
+//! The flexible joint of Example 2, Eq. (62)-(64) and Table I.
 //!
 //! Link and motor are joined by a torsional spring; only the motor is driven. With link angle and velocity $x_1, x_2$ and
 //! the motor's angle and velocity scaled by $k_1$ into $x_3, x_4$ the joint is a chain of four integrators:
@@ -7,7 +7,7 @@
 //!    \dot x_4 = a(x) + b u + d_4, \quad a(x) = k_2 x_1 - k_2 x_3 - b_2 x_4 $$
 //!
 //! # Deviation
-//! The print contradicts itself about which inertia belongs to which equation, and its simplified Eq. (63) forgets $k_1$
+//! The print contradicts itself about which inertia belongs to which equation, and its simplified Eq. (64) forgets $k_1$
 //! in $a$ and $b$. [`Reading`] names the ways out; `Reconstructed` is the one that reproduces the published numbers.
 #![doc = include_str!("../../katex.html")]
 
@@ -32,7 +32,7 @@ pub struct JointParameters {
     pub ks: f64,
 }
 
-/// Which reading of Eq. (63) and Table I.
+/// Which reading of Eq. (63)-(64) and Table I.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
