@@ -32,6 +32,7 @@ pub enum Fallback {
 
 /// A whole design, every number visible where it is used.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config<const N: usize, const R: usize> {
     /// Period T, s.
     pub period_s: f64,

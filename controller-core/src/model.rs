@@ -23,6 +23,7 @@ pub trait NominalModel<T: Real, const N: usize> {
 
 /// What the design knows of the nominal last channel, in f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Nominal<const N: usize> {
     /// ∂a/∂x_1 .. ∂a/∂x_n, zero where unknown. The last one is -λ, the slope: if it is uncertain give the smaller |λ|
     /// (half is harmless, double destabilises).
@@ -33,6 +34,7 @@ pub struct Nominal<const N: usize> {
 
 /// A linear a(x) with constant b: [`Nominal`] is all there is to know.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Linear<T, const N: usize> {
     row: [T; N],
 }

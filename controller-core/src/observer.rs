@@ -53,6 +53,7 @@ impl Pole {
 
 /// Gains l_i1 .. l_ir of one channel, l_ij in s⁻ʲ. The order r may be lower than the capacity `R`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ObserverGains<const R: usize> {
     /// The order r of this channel's observer, 1..=R.
     pub order: usize,

@@ -18,6 +18,7 @@ use crate::polynomial::{TERMS, is_hurwitz, spectral_radius};
 
 /// Coefficients of the surface and the decay of its offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Surface<const N: usize> {
     /// c_1 .. c_n of Eq. (44); c_i in s^-(n-i), c_n = 1.
     pub c: [f64; N],

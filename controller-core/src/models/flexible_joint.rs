@@ -16,6 +16,7 @@ use crate::real::{Real, row_f32};
 
 /// Table I, SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct JointParameters {
     /// Drive torque constant `K_t`, N m/A.
@@ -50,6 +51,8 @@ pub enum Reading {
 
 /// Coefficients of the joint in chain coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct JointChain {
     /// Link stiffness `k_1`, 1/s².
     pub k1: f64,
@@ -95,6 +98,7 @@ impl JointChain {
 
 /// a(x)/b of the joint; x_2 does not enter, so it costs no instruction.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FlexibleJoint<T> {
     /// Coefficients of x_1, x_3, x_4, divided by b.
     row: [T; 3],
