@@ -9,14 +9,15 @@ use crate::model::Nominal;
 use crate::observer::ObserverGains;
 use crate::surface::Surface;
 
-/// Largest |u| that the law may ask for, that limits may allow and that [`State::applied`] takes. A sample that makes the
-/// law ask for more is rejected as one that is not finite: whatever is wrong with x, a(x), b(x) or a sum on the way ends
-/// up in the demand, so that one comparison at the end of the tick guards them all.
+/// Largest |u| that the law may ask for, that limits may allow and that [`State::applied`](crate::State::applied)
+/// takes. A sample that makes the law ask for more is rejected as one that is not finite: whatever is wrong with x,
+/// a(x), b(x) or a sum on the way ends up in the demand, so that one comparison at the end of the tick guards them all.
 pub const INPUT_LIMIT: f64 = 1e12;
 
 /// Half a unit in the last place of f32 is 6e-8: a smaller decrement per tick would leave the offset as it is.
 const SLOWEST_DECAY: f64 = 1e-7;
-/// A bandwidth set exactly to a limit must pass: coinciding roots are found up to 0.24 % too large (module `polynomial`).
+/// A bandwidth set exactly to a limit must pass: coinciding roots are found up to 0.24 % too large (module
+/// `polynomial`).
 const ROOT_SLACK: f64 = 1.003;
 
 /// What goes out when the input is rejected.
@@ -26,7 +27,7 @@ const ROOT_SLACK: f64 = 1.003;
 pub enum Fallback {
     /// The u that the actuator holds already.
     HoldLast,
-    /// This u; it must lie within the limits.
+    /// This u, in the plant's input unit; it must lie within the limits.
     Safe(f64),
 }
 
@@ -44,11 +45,11 @@ pub struct Config<const N: usize, const R: usize> {
     pub reaching: ReachingLaw,
     /// b_0 and the gradient of a that the law allows for inside the tick.
     pub nominal: Nominal<N>,
-    /// Clamp of u.
+    /// Clamp of u, in the plant's input unit.
     pub limits: Limits,
     /// What goes out when a sample is rejected.
     pub fallback: Fallback,
-    /// Over this |σ*| the tick says [`Health::SIGMA_STAR_OVER_BOUND`].
+    /// Over this |σ*| (unit of x_n) the tick says [`Health::SIGMA_STAR_OVER_BOUND`](crate::Health::SIGMA_STAR_OVER_BOUND).
     pub sigma_star_bound: f64,
     /// Fastest observer pole times T above which the design is refused; 1 unless you know why.
     pub observer_pole_limit: f64,

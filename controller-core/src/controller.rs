@@ -1,12 +1,20 @@
 //! Config -> Controller -> State: tune with the first, run with the second, remember in the third.
 //!
-//! One tick every period T: sample x, compute u, hold it. The tick is the folded form of the discrete controller (module
-//! `design` explains the folding): with $\beta = b(x)/b_0$, $a_u = a(x)/b_0$ and all of channel n in units of $b_0 u$
+//! One tick every period T: sample x, compute u, hold it. The tick is the folded form of the discrete controller
+//! (module `design` explains the folding): with $\beta = b(x)/b_0$, $a_u = a(x)/b_0$ and all of channel n in units of
+//! $b_0 u$
 //!
-//! 1. $h_i = w_i x_{i+1}$ ($i < n$), $h_n = \theta a_u$; innovation $e_i = (x_i - x_i^-)/T - h_i - P_i$ per observed channel; observer update;
-//! 2. $y_j = x_j$, $y_{i+1} \mathrel{+}= A_i$; $\sigma = c \cdot y + \sum (g_B B + g_C C)$; $\sigma^* = \sigma - W$ (Eq. (44), (17));
-//! 3. $v = k_x \cdot y + k_w W + u_\sigma \sigma^* + \sum (k_B B + k_C C) + \mathrm{clamp}(s \thinspace \sigma^*, \pm lim)$, $u = (v - a_u - A_n)/\beta$ clamped (Eq. (51));
-//! 4. $P_i = y_{i+1} - h_i$, $P_n = a_u + A_n - h_n$ (u joins when it is known), $x^- = x$, $W \mathrel{-}= (1 - e^{-\alpha T}) W$.
+//! 1. $h_i = w_i x_{i+1}$ ($i < n$), $h_n = \theta a_u$; innovation $e_i = (x_i - x_i^-)/T - h_i - P_i$ per observed
+//!    channel; observer update;
+//! 2. $y_j = x_j$, $y_{i+1} \mathrel{+}= A_i$; $\sigma = c \cdot y + \sum (g_B B + g_C C)$; $\sigma^* = \sigma - W$
+//!    (Eq. (44), (17));
+//! 3. $v = k_x \cdot y + k_w W + u_\sigma \sigma^* + \sum (k_B B + k_C C) + \mathrm{clamp}(s \thinspace \sigma^*,
+//!    \pm lim)$, $u = (v - a_u - A_n)/\beta$ clamped (Eq. (51));
+//! 4. $P_i = y_{i+1} - h_i$, $P_n = a_u + A_n - h_n$ (u joins when it is known), $x^- = x$,
+//!    $W \mathrel{-}= (1 - e^{-\alpha T}) W$.
+//!
+//! Units: with U that of the output $y = x_1$, channel i has $x_i$ in U/s^(i-1) and $d_i$ in U/s^i; σ and σ*, whose
+//! $c_n$ is 1, have the unit of $x_n$.
 //!
 //! There is no exponential, no division (for a constant b), no branch on the first call and no panic in it.
 //!
@@ -106,11 +114,11 @@ pub struct State<T, const R: usize, const O: usize> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Output<T> {
-    /// The control to hold until the next tick, within the limits.
+    /// The control to hold until the next tick, within the limits; in the plant's input unit.
     pub u: T,
-    /// σ, Eq. (44).
+    /// σ, Eq. (44), in the unit of x_n.
     pub sigma: T,
-    /// σ*, Eq. (17).
+    /// σ*, Eq. (17), in the unit of x_n.
     pub sigma_star: T,
     /// Trouble, if any. After a rejected input `sigma` is the offset alone and `sigma_star` 0.
     pub health: Health,
@@ -196,8 +204,9 @@ where
         self.start_from(x0, &[T::ZERO; N])
     }
 
-    /// State before the first tick with a guess of the disturbances, d_hat of each channel in its physical unit (entries
-    /// of unobserved channels are not read). The offset of Eq. (17) is taken here: give the first tick the same sample.
+    /// State before the first tick with a guess of the disturbances, d_hat of each channel in its physical unit
+    /// (entries of unobserved channels are not read). The offset of Eq. (17) is taken here: give the first tick the
+    /// same sample.
     pub fn start_from(&self, x0: &[T; N], d_hat: &[T; N]) -> Option<State<T, R, O>> {
         let mut z = [[T::ZERO; R]; O];
         for s in 0..O {

@@ -13,9 +13,10 @@
 //! The observer's Taylor state $S_m = T^{m+1} \hat d^{(m)}/m!$ is kept as $A = S_0 + \theta S_1 + \mu_2 S_2$,
 //! $B = S_1 + (1 + 2\theta) S_2$, $C = 2 S_2$; a row $(k_0, k_1, k_2)$ on $S$ becomes
 //! $k_A = k_0$, $k_B = k_1 - \theta k_0$, $k_C = (k_2 - \mu_2 k_0 - (1 + 2\theta) k_B)/2$ on $(A, B, C)$.
-//! Channels $i < n$ are in physical units (divided by T): then $k_A$ equals the row's entry of $x_{i+1}$, so that one sum
-//! $y_{i+1} = x_{i+1} + A_i$ serves $\sigma^*$ and the law. Channel n is in units of u (divided by $T b_0$): there its entry is
-//! exactly -1. The unfolded form is the oracle in `tests/` (test `formula::folded_tick_equals_the_plain_transcription`).
+//! Channels $i < n$ are in physical units (divided by T): then $k_A$ equals the row's entry of $x_{i+1}$, so that one
+//! sum $y_{i+1} = x_{i+1} + A_i$ serves $\sigma^*$ and the law. Channel n is in units of u (divided by $T b_0$): there
+//! its entry is exactly -1. The unfolded form is the oracle in `tests/` (test
+//! `formula::folded_tick_equals_the_plain_transcription`).
 #![doc = include_str!("../katex.html")]
 
 use crate::MAX_R;

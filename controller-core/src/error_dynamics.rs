@@ -4,9 +4,9 @@
 //! \dots, \tilde d_i^{(r-1)}]^T$, obey Eq. (52) (Eq. (15) for r = 2)
 //!
 //! $$ \tilde e_i' = D_i \tilde e_i + E_i d_i^{(r)}, \qquad
-//!    D_i = \begin{bmatrix} -l_{i1} & 1 & & \cr \cr  -l_{i2} & & \ddots & \cr \cr  \vdots & & & 1 \cr \cr  -l_{ir} & & &
-//!    \end{bmatrix}, \quad E_i = \begin{bmatrix} 0 \cr \cr  \vdots \cr \cr  0 \cr \cr  1 \end{bmatrix} \quad \text{(Eq. (53),
-//!    (16))} $$
+//!    D_i = \begin{bmatrix} -l_{i1} & 1 & & \cr -l_{i2} & & \ddots & \cr \vdots & & & 1 \cr -l_{ir} & & &
+//!    \end{bmatrix}, \quad E_i = \begin{bmatrix} 0 \cr \vdots \cr 0 \cr 1 \end{bmatrix} \quad
+//!    \text{(Eq. (53), (16))} $$
 //!
 //! so the only thing that keeps the error alive is the r-th derivative of the disturbance. The characteristic
 //! polynomial is $\chi(s) = s^r + l_{i1}s^{r-1} + \dots + l_{ir}$: real parts of its roots are decay rates in 1/s,

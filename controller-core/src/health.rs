@@ -9,8 +9,9 @@ pub struct Health(u8);
 impl Health {
     /// No trouble.
     pub const OK: Self = Self(0);
-    /// The sample, or what the model made of it, was not finite or beyond [`INPUT_LIMIT`](crate::INPUT_LIMIT): the state
-    /// was left as it was and the configured [`Fallback`](crate::Fallback) went out. The next good sample resumes.
+    /// The sample, or what the model made of it, was not finite or beyond [`INPUT_LIMIT`](crate::INPUT_LIMIT): the
+    /// state was left as it was and the configured [`Fallback`](crate::Fallback) went out. The next good sample
+    /// resumes.
     pub const INPUT_REJECTED: Self = Self(1);
     /// The law asked for more than the limits allow.
     pub const SATURATED: Self = Self(2);

@@ -1,7 +1,7 @@
 //! The black box: the last ticks, for the moment after something went wrong.
 //!
-//! A `heapless` ring of fixed capacity: pushing costs one copy of a [`Record`] and never fails; the oldest is overwritten.
-//! It stands beside the controller, not inside it: who does not want it pays nothing.
+//! A `heapless` ring of fixed capacity: pushing costs one copy of a [`Record`] and never fails; the oldest is
+//! overwritten. It stands beside the controller, not inside it: who does not want it pays nothing.
 //!
 //! ```
 //! use controller_core::{Health, History, Output, Record};

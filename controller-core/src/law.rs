@@ -27,7 +27,7 @@ pub struct ReachingLaw {
     pub epsilon: f64,
 }
 
-/// What the actuator can do: u is clamped to [min, max].
+/// What the actuator can do: u is clamped to [min, max], in the plant's input unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

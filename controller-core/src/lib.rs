@@ -24,10 +24,10 @@
 //!   [`Output`], [`Health`], [`Record`]. [`Controller`], [`State`] and [`History`] are left out: their numbers are in
 //!   units of the tick, and a ring is logged record by record.
 //! * `serde` reads and writes what holds no array of generic length: [`Output`], [`Health`], [`Fallback`],
-//!   [`ReachingLaw`], [`Limits`], [`Pole`], [`JointParameters`], [`JointChain`], [`Reading`]; [`ConfigError`], [`Warning`]
-//!   and [`Warnings`] it only writes. serde derives nothing for `[T; N]` with a generic N, so [`Config`], [`Surface`],
-//!   [`ObserverGains`], [`Nominal`] and [`Record`] have no impl: keep their numbers in a type of your own (a scenario
-//!   file does) and build them from it.
+//!   [`ReachingLaw`], [`Limits`], [`Pole`], [`JointParameters`], [`JointChain`], [`Reading`]; it only writes
+//!   [`ConfigError`], [`Warning`] and [`Warnings`]. serde derives nothing for `[T; N]` with a generic N, so [`Config`],
+//!   [`Surface`], [`ObserverGains`], [`Nominal`] and [`Record`] have no impl: keep their numbers in a type of your own (a
+//!   scenario file does) and build them from it.
 #![doc = include_str!("../katex.html")]
 #![no_std]
 #![forbid(unsafe_code)]

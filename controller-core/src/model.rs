@@ -25,10 +25,10 @@ pub trait NominalModel<T: Real, const N: usize> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Nominal<const N: usize> {
-    /// ∂a/∂x_1 .. ∂a/∂x_n, zero where unknown. The last one is -λ, the slope: if it is uncertain give the smaller |λ|
-    /// (half is harmless, double destabilises).
+    /// ∂a/∂x_1 .. ∂a/∂x_n, zero where unknown; a is in the unit of x_n per second, so entry i is in s^-(n-i+1). The
+    /// last one is -λ, the slope, 1/s: if it is uncertain give the smaller |λ| (half is harmless, double destabilises).
     pub gradient: [f64; N],
-    /// b_0: the constant b, or a reference value of b(x). Never 0.
+    /// b_0: the constant b, or a reference value of b(x), in the unit of x_n per second and per unit of u. Never 0.
     pub input_gain: f64,
 }
 

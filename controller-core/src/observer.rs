@@ -5,8 +5,8 @@
 //! $$ \hat d_i^{(j-1)} = p_{ij} + l_{ij} x_i, \qquad
 //!    \dot p_{ij} = -l_{ij}(x_{i+1} + \hat d_i) + \hat d_i^{(j)}, \quad \hat d_i^{(r)} := 0 $$
 //!
-//! (for $i = n$ read $a(x) + b(x)u$ for $x_{i+1}$), so that the error obeys Eq. (53), whose characteristic polynomial is
-//! $s^r + l_{i1} s^{r-1} + \dots + l_{ir}$. The gains are therefore chosen by the poles of the error.
+//! (for $i = n$ read $a(x) + b(x)u$ for $x_{i+1}$), so that the error obeys Eq. (53), whose characteristic polynomial
+//! is $s^r + l_{i1} s^{r-1} + \dots + l_{ir}$. The gains are therefore chosen by the poles of the error.
 //!
 //! # The discrete observer
 //! Per tick the state is a Taylor polynomial of the disturbance in units of one tick, folded into

@@ -1,9 +1,9 @@
 //! Stability of the two polynomials a design rests on, in `const fn` and without roots.
 //!
 //! Both the error dynamics $s^r + l_1 s^{r-1} + \dots + l_r$ (Eq. (53)) and the surface
-//! $p^{n-1} + c_{n-1} p^{n-2} + \dots + c_1$ (Eq. (44)) must be Hurwitz, and their fastest root must be slow against the
-//! period. Routh's scheme answers the first, the Schur-Cohn test inside a bisection the second; neither needs a square
-//! root, so a bad design can be a compile error.
+//! $p^{n-1} + c_{n-1} p^{n-2} + \dots + c_1$ (Eq. (44)) must be Hurwitz, and their fastest root must be slow against
+//! the period. Routh's scheme answers the first, the Schur-Cohn test inside a bisection the second; neither needs a
+//! square root, so a bad design can be a compile error.
 //!
 //! A polynomial is `[1, a_1, .., a_d]`, highest power first.
 #![doc = include_str!("../katex.html")]
@@ -58,8 +58,8 @@ const fn roots_inside(mut a: [f64; TERMS], degree: usize, radius: f64) -> bool {
     true
 }
 
-/// Largest |root| by bisection, to 1e-11 relative. Where roots coincide they are ill-conditioned: the answer is then too
-/// large by up to 4e-6 (double), 1.3e-4 (triple), 2.4e-3 (fivefold root). The coefficients must be finite.
+/// Largest |root| by bisection, to 1e-11 relative. Where roots coincide they are ill-conditioned: the answer is then
+/// too large by up to 4e-6 (double), 1.3e-4 (triple), 2.4e-3 (fivefold root). The coefficients must be finite.
 pub(crate) const fn spectral_radius(a: [f64; TERMS], degree: usize) -> f64 {
     let mut high = 1.0;
     while !roots_inside(a, degree, high) && high < 1e300 {

@@ -1,8 +1,10 @@
 //! The scalar of the tick: `f32` on the chip, `f64` where the design and the oracles live.
 //!
 //! Only `+ - * /`, comparison and `abs` are used. IEEE 754 defines the result of each to the last bit and Rust never
-//! contracts `a * b + c` into a fused operation, so one source gives one answer on every machine. That is why there is
-//! no `mul_add` here (a Cortex-M4F would need 3 cycles for it against 1 + 1) and no function of the platform's libm.
+//! contracts `a * b + c` into a fused operation, so one source gives one answer on every machine that computes in the
+//! precision of the type: x86-64 (SSE2), ARM with or without an FPU, RISC-V. Excluded is the x87 of 32-bit x86 without
+//! SSE2 (targets `i586`), which keeps more digits between two operations. That is also why there is no `mul_add` here
+//! (a Cortex-M4F would need 3 cycles for it against 1 + 1) and no function of the platform's libm.
 
 use core::fmt::{Debug, Display};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};

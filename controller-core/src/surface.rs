@@ -5,9 +5,10 @@
 //! $$ \sigma = \sum_{i=1}^{n} c_i x_i + \sum_{i=1}^{n-1}\sum_{j=i}^{n-1} c_{j+1} \hat d_i^{(j-i)}, \qquad
 //!    \sigma^* = \sigma - \sigma(0) e^{-\alpha t} \quad \text{(Eq. (17))} $$
 //!
-//! On $\sigma = 0$ the output obeys $y^{(n-1)} + c_{n-1} y^{(n-2)} + \dots + c_1 y = 0$ as far as the estimates are right, whatever
-//! the mismatched disturbances do. The offset makes $\sigma^*(0) = 0$ exactly, so that a large $k_l$ costs no control at the
-//! start; the tick carries it as a decrement, $W \mathrel{-}= (1 - e^{-\alpha T}) W$, which does not drift as a product does.
+//! On $\sigma = 0$ the output obeys $y^{(n-1)} + c_{n-1} y^{(n-2)} + \dots + c_1 y = 0$ as far as the estimates are
+//! right, whatever the mismatched disturbances do. The offset makes $\sigma^*(0) = 0$ exactly, so that a large $k_l$
+//! costs no control at the start; the tick carries it as a decrement, $W \mathrel{-}= (1 - e^{-\alpha T}) W$, which
+//! does not drift as a product does.
 //!
 //! A channel $i < n$ contributes derivatives up to order $n - 1 - i$: hence Eq. (44) needs an observer of order
 //! $r \ge n - i$ in every *observed* mismatched channel.

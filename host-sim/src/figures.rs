@@ -1,9 +1,8 @@
 //! The figures of the paper, and its claims held against what comes out.
 //!
-//! A figure is a scenario file, the cases it compares (a label and the keys they set), the panels it draws and the claims
-//! the paper makes about it. [`CATALOGUE`] lists all ten. A claim that holds today must hold
-//! tomorrow: `host-sim figures` ends with status 1 if one no longer does. A claim that does *not* hold says so in the same
-//! table.
+//! A figure is a scenario file, the cases it compares (a label and the keys they set), the panels it draws and the
+//! claims the paper makes about it. [`CATALOGUE`] lists all ten. A claim that holds today must hold tomorrow:
+//! `host-sim figures` ends with status 1 if one no longer does. A claim that does *not* hold says so in the same table.
 //!
 //! The paper's controller is continuous; its figures are run with the discrete one at T = 0.2 ms (Example 2) and 0.1 ms
 //! (Example 1), where the ultimate σ* is within 1 % of the continuous one.

@@ -1,4 +1,7 @@
 //! The figures of merit of a trace.
+//!
+//! Units: with U that of the output y = x_1 (rad for the flexible joint) and n the order of the plant, σ* is in
+//! U/s^(n-1), the disturbance d_i and its error in U/s^i; u is in the plant's input unit, times in s.
 
 use crate::trace::{Ending, Row, Trace};
 
@@ -7,7 +10,7 @@ use crate::trace::{Ending, Row, Trace};
 pub struct ChannelError {
     /// Channel, from 1.
     pub channel: usize,
-    /// Maximum of |d_i - d_hat_i| over the window.
+    /// Maximum of |d_i - d_hat_i| over the window, U/s^i.
     pub error: f64,
 }
 
@@ -15,13 +18,14 @@ pub struct ChannelError {
 /// before its window, is NaN (`null` in JSON): not a 0 that looks like a perfect result.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Metrics {
-    /// max |σ*|.
+    /// max |σ*|, U/s^(n-1).
     pub sigma_star_ultimate: f64,
-    /// max |y|.
+    /// max |y|, U.
     pub y_ultimate: f64,
-    /// max |u| held, over the whole run.
+    /// max |u| held, over the whole run, in the plant's input unit.
     pub u_peak: f64,
-    /// Total variation of the held u over the window, per second. Scales as 1/T for a chattering law: quote T.
+    /// Total variation of the held u over the window, per second: the plant's input unit per s. Scales as 1/T for a
+    /// chattering law: quote T.
     pub u_total_variation_per_s: f64,
     /// Per observed channel.
     pub estimation_error_ultimate: Vec<ChannelError>,
@@ -29,7 +33,7 @@ pub struct Metrics {
     pub settling_time_s: Option<f64>,
     /// Did the state stay within reasonable range to the end (or until someone asked to stop)?
     pub bounded: bool,
-    /// The window.
+    /// First and last instant of the window, s.
     pub window_s: [f64; 2],
 }
 

@@ -3,7 +3,7 @@
 //!
 //! | plant | equation |
 //! |---|---|
-//! | [`FlexibleJoint`] | Example 2, Eq. (63): a link on a motor through a spring, every parameter with its own error |
+//! | [`FlexibleJoint`] | Example 2, Eq. (63)-(64): a link on a motor through a spring, an error per parameter |
 //! | [`Benchmark`] | Example 1, Eq. (59)-(61): the nonlinear system of order 2 |
 //! | [`Chain`] | Eq. (39) with a linear last channel, order 2 to 6: a plant without writing Rust |
 //!
@@ -66,9 +66,9 @@ fn companion(a: &[f64]) -> [[f64; MAX_ORDER]; MAX_ORDER] {
 /// An upper bound of the magnitude of the fastest eigenvalue, mostly within 2 % of it; infinite if an
 /// entry is not finite.
 ///
-/// Gelfand: $\rho(A) \le \Vert A^m\Vert ^{1/m}$ in any norm, and the bound tightens with m. Here $m = 2^{10}$ by ten squarings;
-/// after each the matrix is scaled to norm 1 and the norm's share in the result noted. Unlike a bound from one row sum
-/// it does not care in which units the states are.
+/// Gelfand: $\rho(A) \le \Vert A^m\Vert ^{1/m}$ in any norm, and the bound tightens with m. Here $m = 2^{10}$ by ten
+/// squarings; after each the matrix is scaled to norm 1 and the norm's share in the result noted. Unlike a bound from
+/// one row sum it does not care in which units the states are.
 fn spectral_bound(mut matrix: [[f64; MAX_ORDER]; MAX_ORDER]) -> f64 {
     let row_sum = |row: &[f64; MAX_ORDER]| row.iter().map(|entry| entry.abs()).sum::<f64>();
     // Refused by the solver; f64::max below would drop a NaN, and a row sum must not overflow.

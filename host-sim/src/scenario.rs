@@ -83,7 +83,7 @@ impl Default for Scenario {
 pub struct PlantTable {
     /// Which plant. Default flexible_joint.
     pub kind: PlantKind,
-    /// flexible_joint: which reading of Eq. (63) and Table I. Default reconstructed.
+    /// flexible_joint: which reading of Eq. (63)-(64) and Table I. Default reconstructed.
     pub reading: ReadingKey,
     /// True state at t = 0, one number per state. Default: [0.1, 0, 0, 0] for the joint, else zeros.
     #[schemars(length(min = 2, max = 6))]
@@ -114,7 +114,7 @@ pub struct PlantTable {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PlantKind {
-    /// Example 2, Eq. (62)-(63): n = 4.
+    /// Example 2, Eq. (62)-(64): n = 4.
     #[default]
     FlexibleJoint,
     /// Example 1, Eq. (59): n = 2, a(x) = -2 x_1 - x_2 + exp x_1.

@@ -1,9 +1,10 @@
 //! `cargo doc` without a warning, and formulas that a browser shows as formulas.
 //!
-//! Formulas stand between `$` in doc comments. Two things spoil them silently. A page shows them only if it loads KaTeX,
-//! which a module asks for by including `controller-core/katex.html` in its docs (a header given by flags would miss
-//! plain `cargo doc`: a relative path is wrong for the dependencies). And markdown eats a backslash before anything but
-//! a letter or a blank (`\,` arrives as `,`, so formulas say `\thinspace`) and may take `]_` or `*` for emphasis.
+//! Formulas stand between `$` in doc comments. Two things spoil them silently. A page shows them only if it loads
+//! KaTeX, which a module asks for by including `controller-core/katex.html` in its docs (a header given by flags would
+//! miss plain `cargo doc`: a relative path is wrong for the dependencies). And markdown eats a backslash before
+//! anything but a letter or a blank (`\,` arrives as `,`, so formulas say `\thinspace`) and may take `]_` or `*` for
+//! emphasis.
 
 use std::fs;
 use std::path::Path;
@@ -52,7 +53,8 @@ fn spoiled(source: &str) -> Option<String> {
             prose.push('\n');
         }
     }
-    // A backslash stays before a letter or a blank. Outside of code spans every second stretch between `$` is a formula.
+    // A backslash stays before a letter or a blank. Outside of code spans every second stretch between `$` is a
+    // formula.
     let prose: String = prose.split('`').step_by(2).collect();
     let stays = |after: &str| after.starts_with(|c: char| c.is_ascii_alphabetic() || c == ' ');
     formulas(&prose.replace("$$", "$")).find(|formula| !formula.split('\\').skip(1).all(stays)).map(|formula| {

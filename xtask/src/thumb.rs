@@ -18,13 +18,13 @@ const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 const TARGET_DIR: &str = "target/thumb";
 
 /// The instances of the tick and the most instructions that each may have, 3 % above what rustc 1.96 makes of them:
-/// 187, 209 and 159, coefficients read by reference, guard, switching term, limits and fallback included. A tick that is
-/// no longer unrolled has some 40 % more, and says so in no other way.
+/// 187, 209 and 159, coefficients read by reference, guard, switching term, limits and fallback included. A tick that
+/// is no longer unrolled has some 40 % more, and says so in no other way.
 const TICKS: [(&str, usize); 3] = [("tick_of_order_2", 192), ("tick_of_order_3", 215), ("tick_without_channel_2", 163)];
 
-/// Additions, subtractions and multiplications that a mismatched channel of order 2 costs: the innovation 5 (difference,
-/// its rate, h, less h, less P), the observer 5, y 1, B in σ 2, B in the law 2, P 1. Exactly these are missing where the
-/// channel has no observer.
+/// Additions, subtractions and multiplications that a mismatched channel of order 2 costs: the innovation 5
+/// (difference, its rate, h, less h, less P), the observer 5, y 1, B in σ 2, B in the law 2, P 1. Exactly these are
+/// missing where the channel has no observer.
 const ARITHMETIC_OF_CHANNEL_2: usize = 16;
 
 /// What the tick does not contain, by the first letters of the instruction, and why.
@@ -187,7 +187,8 @@ impl<'a> Function<'a> {
     }
 }
 
-/// Every function of the text: labels stand at the margin, local ones begin with a dot, and so do directives after a tab.
+/// Every function of the text: labels stand at the margin, local ones begin with a dot, and so do directives after a
+/// tab.
 fn functions(assembly: &str) -> Vec<Function<'_>> {
     let mut functions: Vec<Function<'_>> = Vec::new();
     for line in assembly.lines() {

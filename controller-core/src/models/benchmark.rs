@@ -8,7 +8,9 @@ use crate::model::{Nominal, NominalModel};
 use crate::real::Real;
 
 /// a(x) = -2 x_1 - x_2 + e^{x_1}, b = 1, with the exponential of `E` ([`Libm`](crate::Libm) or
-/// [`Micromath`](crate::Micromath)). Design it with [`Benchmark::nominal`]: its b_0 is 1.
+/// [`Micromath`](crate::Micromath)). Design it with [`Benchmark::nominal`]: its b_0 is 1. The paper gives no units: x_1
+/// is a pure number, time is in s, u in 1/s². Beyond x_1 = 27.6 e^{x_1} alone exceeds
+/// [`INPUT_LIMIT`](crate::INPUT_LIMIT), and the sample is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Benchmark<E>(PhantomData<E>);
 

@@ -1,14 +1,16 @@
 //! The flexible joint of Example 2, Eq. (62)-(64) and Table I.
 //!
-//! Link and motor are joined by a torsional spring; only the motor is driven. With link angle and velocity $x_1, x_2$ and
-//! the motor's angle and velocity scaled by $k_1$ into $x_3, x_4$ the joint is a chain of four integrators:
+//! Link and motor are joined by a torsional spring; only the motor is driven. With link angle and velocity $x_1, x_2$
+//! (rad, rad/s) and the motor's angle and velocity scaled by $k_1$ into $x_3, x_4$ (rad/s², rad/s³) the joint is a
+//! chain of four integrators:
 //!
 //! $$ \dot x_2 = x_3 + d_2, \quad d_2 = -k_1 x_1 - b_1 x_2 - \sin x_1 + \dots, \qquad
 //!    \dot x_4 = a(x) + b u + d_4, \quad a(x) = k_2 x_1 - k_2 x_3 - b_2 x_4 $$
 //!
 //! # Deviation
-//! The print contradicts itself about which inertia belongs to which equation, and its simplified Eq. (64) forgets $k_1$
-//! in $a$ and $b$. [`Reading`] names the ways out; `Reconstructed` is the one that reproduces the published numbers.
+//! The print contradicts itself about which inertia belongs to which equation, and its simplified Eq. (64) forgets
+//! $k_1$ in $a$ and $b$. [`Reading`] names the ways out; `Reconstructed` is the one that reproduces the published
+//! numbers.
 #![doc = include_str!("../../katex.html")]
 
 use crate::model::{Nominal, NominalModel};
@@ -62,9 +64,9 @@ pub struct JointChain {
     pub k2: f64,
     /// Motor damping `b_2`, 1/s.
     pub b2: f64,
-    /// Input gain `b`.
+    /// Input gain `b`, rad/s⁴ per unit of u (A).
     pub b: f64,
-    /// Coefficient of x_1 in a(x): `k_2` as printed, `k_1 k_2` if scaled consistently.
+    /// Coefficient of x_1 in a(x), 1/s⁴: `k_2` as printed (the same number), `k_1 k_2` if scaled consistently.
     pub a1: f64,
 }
 

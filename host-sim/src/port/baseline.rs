@@ -5,8 +5,8 @@
 //! $$ u = -\frac{1}{b}\big[a(x) + c_1(x_2 + \hat d_1) + k\thinspace \mathrm{sgn}\thinspace \sigma\big], \qquad
 //!    \hat d_1 = p + l x_1, \quad \dot p = -l (x_2 + \hat d_1) $$
 //!
-//! It is written for continuous time; sampled with period T (held u, explicit Euler observer) its sign function chatters
-//! with an amplitude of k and a total variation that grows as 1/T. Any statement about it must name T.
+//! It is written for continuous time; sampled with period T (held u, explicit Euler observer) its sign function
+//! chatters with an amplitude of k and a total variation that grows as 1/T. Any statement about it must name T.
 #![doc = include_str!("../../../controller-core/katex.html")]
 
 use controller_core::{Benchmark, Health, Libm, NominalModel};

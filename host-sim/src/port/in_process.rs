@@ -1,7 +1,7 @@
 //! The controller in this process: the very tick that runs on the chip, behind a type chosen at run time.
 //!
-//! Orders, precision and the observed channels are types of `controller-core`. A scenario names them at run time, so this
-//! module holds every instance a valid scenario can ask for and picks one; there is no second implementation.
+//! Orders, precision and the observed channels are types of `controller-core`. A scenario names them at run time, so
+//! this module holds every instance a valid scenario can ask for and picks one; there is no second implementation.
 
 use controller_core::{
     Benchmark, Config, ConfigError, Controller, Fallback, Health, Libm, Limits, Linear, Micromath, Nominal,
