@@ -448,23 +448,27 @@ fn ending(trace: &Trace) -> (&'static str, String) {
 
 fn table(experiment: &Experiment, metrics: &Metrics, trace: &Trace) -> Table {
     let [from, to] = metrics.window_s;
-    let reached = trace.rows.last().is_some_and(|row| row.t_s >= from);
-    let window =
-        if reached { format!("largest over [{from}, {to}] s") } else { format!("the run ended before {from} s") };
+    // Nothing is said of a window that the run did not go through.
+    let spoken = !metrics.sigma_star_ultimate.is_nan();
+    let window = if spoken { format!("largest over [{from}, {to}] s") } else { format!("the run ended before {to} s") };
     let mut table = Table::new(["metric", "value", "meaning"]);
     let mut row = |name: &str, value: String, meaning: &str| table.row([name, &value, meaning]);
     let number = |value: f64| if value.is_nan() { "-".into() } else { significant(value, 4) };
     let unit = |unit: &str, per: &str| if unit.is_empty() { String::new() } else { format!(" ({unit}{per})") };
     let Experiment { output_unit, control_unit, .. } = experiment;
-    row("|sigma*| ultimate", number(metrics.sigma_star_ultimate), &window);
+    let rate = |order: usize| if order > 1 { format!("/s^{order}") } else { "/s".into() };
+    let sigma_unit = unit(output_unit, &rate(trace.order - 1));
+    row(&format!("|sigma*| ultimate{sigma_unit}"), number(metrics.sigma_star_ultimate), &window);
     row(&format!("|y| ultimate{}", unit(output_unit, "")), number(metrics.y_ultimate), &window);
     for error in &metrics.estimation_error_ultimate {
-        row(&format!("|d_{0} - d_hat_{0}| ultimate", error.channel), number(error.error), &window);
+        let unit = unit(output_unit, &rate(error.channel));
+        row(&format!("|d_{0} - d_hat_{0}| ultimate{unit}", error.channel), number(error.error), &window);
     }
     row(&format!("|u| peak{}", unit(control_unit, "")), number(metrics.u_peak), "over the whole run");
     let period = format!("total variation per s, T = {} s", experiment.period_s);
     row(&format!("u variation{}", unit(control_unit, "/s")), number(metrics.u_total_variation_per_s), &period);
-    let settled = metrics.settling_time_s.map_or_else(|| "never".into(), number);
+    let unsettled = if trace.ending == Ending::Finished { "never" } else { "-" };
+    let settled = metrics.settling_time_s.map_or_else(|| unsettled.into(), number);
     row("settling time (s)", settled, &format!("|y| within {} from then on", experiment.settling_band));
     let ticks = format!("{} of {} ticks", trace.rows.len(), experiment.periods + 1);
     row("bounded", if metrics.bounded { "yes" } else { "NO" }.into(), &ticks);

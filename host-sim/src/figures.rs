@@ -189,7 +189,18 @@ impl PaperFigure {
     }
 
     fn draw(&self, title: &str, cases: &[Case]) -> Figure {
-        let panels: Vec<Panel> = self.panels.iter().map(|panel| self.draw_panel(panel, cases)).collect();
+        let mut panels: Vec<Panel> = Vec::new();
+        let mut letters = 'a'..;
+        let mut letter = String::new();
+        for panel in self.panels {
+            // The paper's letters; a part of the panel before, magnified, has none of its own.
+            let repeats = panels.last().is_some_and(|last| last.y_label == panel.y_label);
+            if !repeats {
+                letter = letters.next().map_or_else(String::new, |letter| format!("({letter})"));
+            }
+            let title = if repeats { format!("{letter}, magnified") } else { letter.clone() };
+            panels.push(Panel { title, ..self.draw_panel(panel, cases) });
+        }
         Figure { title: title.into(), columns: if panels.len() > 3 { 2 } else { 1 }, panels }
     }
 

@@ -4,7 +4,7 @@
 //! Thresholds of claims in words ("marginally", "almost the same", "not at all") are ours and stand beside the claim.
 
 use super::Test::{AtMost, Near};
-use super::{Case, Claim, PanelSpec, PaperFigure, Quantity};
+use super::{Case, Claim, PanelSpec, PaperFigure, Quantity, Test};
 use crate::trace::Row;
 
 const EXAMPLE_1: &str = "c1 = 5, alpha = 1, 0.1 ms";
@@ -22,6 +22,29 @@ const LINEAR_GAINS: &[(&str, &[&str])] = &[
 ];
 const SWITCHING_GAINS: &[(&str, &[&str])] =
     &[("kₛ = 0", &["controller.k_s=0.0"]), ("kₛ = 0.5", &["controller.k_s=0.5"]), ("kₛ = 1", &["controller.k_s=1.0"])];
+/// A claim that holds: its text, what is published, unit and test of the figure of merit, and how it is reproduced.
+const fn claim(
+    text: &'static str,
+    published: &'static str,
+    unit: &'static str,
+    test: Test,
+    reproduced: fn(&[Case]) -> f64,
+) -> Claim {
+    Claim { text, published, unit, test, reproduced, holds: true, remark: "" }
+}
+
+impl Claim {
+    /// It holds, in this sense.
+    const fn remarked(self, remark: &'static str) -> Self {
+        Self { remark, ..self }
+    }
+
+    /// It does not hold, for this reason.
+    const fn fails(self, remark: &'static str) -> Self {
+        Self { holds: false, remark, ..self }
+    }
+}
+
 fn y(row: &Row) -> f64 {
     row.x[0]
 }
@@ -102,24 +125,14 @@ pub const CATALOGUE: &[PaperFigure] = &[
         baseline: Some(("switching gain [1]", scenario!("fig01_baseline"))),
         panels: &[panel!("x₁", y), panel!("u", u), between(panel!("u", u), 3.0, 3.003)],
         claims: &[
-            Claim {
-                text: "x1 almost the same: spread of the peaks",
-                published: "almost the same",
-                reproduced: |cases| spread(cases, |case| case.peak(2.0, y)),
-                unit: "relative",
-                test: AtMost(0.1),
-                holds: false,
-                remark: "alike in shape; with the assumed c1 and alpha [1] peaks lower",
-            },
-            Claim {
-                text: "free from chatter: variation of u over [1]'s",
-                published: "absolutely free",
-                reproduced: |cases| cases[0].metrics.u_total_variation_per_s / cases[1].metrics.u_total_variation_per_s,
-                unit: "ratio",
-                test: AtMost(1e-3),
-                holds: true,
-                remark: "at T = 0.1 ms; the chatter of [1] grows as 1/T",
-            },
+            claim("x1 almost the same: spread of the peaks", "almost the same", "relative", AtMost(0.1), |cases| {
+                spread(cases, |case| case.peak(2.0, y))
+            })
+            .fails("alike in shape; with the assumed c1 and alpha [1] peaks lower"),
+            claim("free from chatter: variation of u over [1]'s", "absolutely free", "ratio", AtMost(1e-3), |cases| {
+                cases[0].metrics.u_total_variation_per_s / cases[1].metrics.u_total_variation_per_s
+            })
+            .remarked("at T = 0.1 ms; the chatter of [1] grows as 1/T"),
         ],
     },
     PaperFigure {
@@ -130,42 +143,20 @@ pub const CATALOGUE: &[PaperFigure] = &[
         baseline: Some(("switching gain [1], r = 1", scenario!("fig02_baseline"))),
         panels: &[panel!("d₁ − d̂₁", error_1), panel!("u", u), panel!("x₁", y)],
         claims: &[
-            Claim {
-                text: "better estimate: rms of d1 - d1_hat over [1]'s",
-                published: "better",
-                reproduced: |cases| cases[0].rms(error_1) / cases[1].rms(error_1),
-                unit: "ratio",
-                test: AtMost(0.2),
-                holds: true,
-                remark: "",
-            },
-            Claim {
-                text: "free from chatter: variation of u over [1]'s",
-                published: "free",
-                reproduced: |cases| cases[0].metrics.u_total_variation_per_s / cases[1].metrics.u_total_variation_per_s,
-                unit: "ratio",
-                test: AtMost(1e-3),
-                holds: true,
-                remark: "at T = 0.1 ms; the chatter of [1] grows as 1/T",
-            },
-            Claim {
-                text: "better performance: rms of x1 over [1]'s",
-                published: "better",
-                reproduced: |cases| cases[0].rms(y) / cases[1].rms(y),
-                unit: "ratio",
-                test: AtMost(1.0),
-                holds: true,
-                remark: "",
-            },
-            Claim {
-                text: "better performance: peak of x1 over [1]'s",
-                published: "better",
-                reproduced: |cases| cases[0].peak(2.0, y) / cases[1].peak(2.0, y),
-                unit: "ratio",
-                test: AtMost(1.0),
-                holds: false,
-                remark: "right after the step [1] peaks lower",
-            },
+            claim("better estimate: rms of d1 - d1_hat over [1]'s", "better", "ratio", AtMost(0.2), |cases| {
+                cases[0].rms(error_1) / cases[1].rms(error_1)
+            }),
+            claim("free from chatter: variation of u over [1]'s", "free", "ratio", AtMost(1e-3), |cases| {
+                cases[0].metrics.u_total_variation_per_s / cases[1].metrics.u_total_variation_per_s
+            })
+            .remarked("at T = 0.1 ms; the chatter of [1] grows as 1/T"),
+            claim("better performance: rms of x1 over [1]'s", "better", "ratio", AtMost(1.0), |cases| {
+                cases[0].rms(y) / cases[1].rms(y)
+            }),
+            claim("better performance: peak of x1 over [1]'s", "better", "ratio", AtMost(1.0), |cases| {
+                cases[0].peak(2.0, y) / cases[1].peak(2.0, y)
+            })
+            .fails("right after the step [1] peaks lower"),
         ],
     },
     PaperFigure {
@@ -176,51 +167,24 @@ pub const CATALOGUE: &[PaperFigure] = &[
         baseline: None,
         panels: &[ERROR_2, between(ERROR_2, 1.0, 20.0), between(ERROR_4, 1.0, 20.0), U],
         claims: &[
-            Claim {
-                text: "|d2 - d2_hat| from 1 s on, r = 2",
-                published: "0.01",
-                reproduced: |cases| cases[0].peak(1.0, error_2),
-                unit: "rad/s^2",
-                test: AtMost(0.01),
-                holds: true,
-                remark: "",
-            },
-            Claim {
-                text: "|d2 - d2_hat| from 1 s on, r = 3",
-                published: "0.001",
-                reproduced: |cases| cases[1].peak(1.0, error_2),
-                unit: "rad/s^2",
-                test: AtMost(0.001),
-                holds: true,
-                remark: "needs T <= 0.2 ms: 0.00108 at 1 ms",
-            },
-            Claim {
-                text: "same control: peak u, r = 3 over r = 2",
-                published: "not changed much",
-                reproduced: |cases| cases[1].metrics.u_peak / cases[0].metrics.u_peak,
-                unit: "ratio",
-                test: Near(1.0, 0.05),
-                holds: true,
-                remark: "",
-            },
-            Claim {
-                text: "fastest observer pole, gains (100, 20)",
-                published: "-10",
-                reproduced: |_| fastest_pole([100.0, 20.0]),
-                unit: "rad/s",
-                test: Near(-10.0, 0.01),
-                holds: false,
-                remark: "the other is -0.2; poles at -10 need (20, 100)",
-            },
-            Claim {
-                text: "fastest observer pole, gains (1000, 300, 30)",
-                published: "-10",
-                reproduced: |_| fastest_pole([1000.0, 300.0, 30.0]),
-                unit: "rad/s",
-                test: Near(-10.0, 0.01),
-                holds: false,
-                remark: "the others are -0.15 +- 0.087j; poles at -10 need (30, 300, 1000)",
-            },
+            claim("|d2 - d2_hat| from 1 s on, r = 2", "0.01", "rad/s^2", AtMost(0.01), |cases| {
+                cases[0].peak(1.0, error_2)
+            }),
+            claim("|d2 - d2_hat| from 1 s on, r = 3", "0.001", "rad/s^2", AtMost(0.001), |cases| {
+                cases[1].peak(1.0, error_2)
+            })
+            .remarked("needs T <= 0.2 ms: 0.00108 at 1 ms"),
+            claim("same control: peak u, r = 3 over r = 2", "not changed much", "ratio", Near(1.0, 0.05), |cases| {
+                cases[1].metrics.u_peak / cases[0].metrics.u_peak
+            }),
+            claim("fastest observer pole, gains (100, 20)", "-10", "rad/s", Near(-10.0, 0.01), |_| {
+                fastest_pole([100.0, 20.0])
+            })
+            .fails("the other is -0.2; poles at -10 need (20, 100)"),
+            claim("fastest observer pole, gains (1000, 300, 30)", "-10", "rad/s", Near(-10.0, 0.01), |_| {
+                fastest_pole([1000.0, 300.0, 30.0])
+            })
+            .fails("the others are -0.15 +- 0.087j; poles at -10 need (30, 300, 1000)"),
         ],
     },
     PaperFigure {
@@ -231,24 +195,12 @@ pub const CATALOGUE: &[PaperFigure] = &[
         baseline: None,
         panels: &[SIGMA_STAR, between(SIGMA_STAR, 5.0, 20.0), OUTPUT, between(OUTPUT, 5.0, 20.0)],
         claims: &[
-            Claim {
-                text: "smaller sigma*: r = 3 over r = 2",
-                published: "improved",
-                reproduced: |cases| worst_step(cases, |case| case.metrics.sigma_star_ultimate),
-                unit: "ratio",
-                test: AtMost(0.5),
-                holds: true,
-                remark: "",
-            },
-            Claim {
-                text: "smaller output: r = 3 over r = 2",
-                published: "improved",
-                reproduced: |cases| worst_step(cases, |case| case.metrics.y_ultimate),
-                unit: "ratio",
-                test: AtMost(1.0),
-                holds: true,
-                remark: "",
-            },
+            claim("smaller sigma*: r = 3 over r = 2", "improved", "ratio", AtMost(0.5), |cases| {
+                worst_step(cases, |case| case.metrics.sigma_star_ultimate)
+            }),
+            claim("smaller output: r = 3 over r = 2", "improved", "ratio", AtMost(1.0), |cases| {
+                worst_step(cases, |case| case.metrics.y_ultimate)
+            }),
         ],
     },
     PaperFigure {
@@ -259,42 +211,19 @@ pub const CATALOGUE: &[PaperFigure] = &[
         baseline: None,
         panels: &[ERROR_2, between(ERROR_2, 5.0, 20.0), between(ERROR_4, 1.0, 20.0), U],
         claims: &[
-            Claim {
-                text: "k_l increases the control: spread of peak u",
-                published: "marginally",
-                reproduced: |cases| spread(cases, |case| case.metrics.u_peak),
-                unit: "relative",
-                test: AtMost(0.1),
-                holds: true,
-                remark: "",
-            },
-            Claim {
-                text: "k_l increases u(0): spread",
-                published: "not at all",
-                reproduced: |cases| spread(cases, |case| case.trace.rows[0].u_held),
-                unit: "relative",
-                test: AtMost(1e-6),
-                holds: true,
-                remark: "",
-            },
-            Claim {
-                text: "k_l affects d4 - d4_hat: spread of the bounds",
-                published: "not at all",
-                reproduced: |cases| spread(cases, |case| ultimate_error(case, 4)),
-                unit: "relative",
-                test: AtMost(1e-3),
-                holds: true,
-                remark: "",
-            },
-            Claim {
-                text: "k_l affects d2 - d2_hat: spread of the bounds",
-                published: "not at all",
-                reproduced: |cases| spread(cases, |case| ultimate_error(case, 2)),
-                unit: "relative",
-                test: AtMost(1e-3),
-                holds: false,
-                remark: "d2 is state feedback: a smaller y makes a smaller error",
-            },
+            claim("k_l increases the control: spread of peak u", "marginally", "relative", AtMost(0.1), |cases| {
+                spread(cases, |case| case.metrics.u_peak)
+            }),
+            claim("k_l increases u(0): spread", "not at all", "relative", AtMost(1e-6), |cases| {
+                spread(cases, |case| case.trace.rows[0].u_held)
+            }),
+            claim("k_l affects d4 - d4_hat: spread of the bounds", "not at all", "relative", AtMost(1e-3), |cases| {
+                spread(cases, |case| ultimate_error(case, 4))
+            }),
+            claim("k_l affects d2 - d2_hat: spread of the bounds", "not at all", "relative", AtMost(1e-3), |cases| {
+                spread(cases, |case| ultimate_error(case, 2))
+            })
+            .fails("d2 is state feedback: a smaller y makes a smaller error"),
         ],
     },
     PaperFigure {
@@ -305,33 +234,15 @@ pub const CATALOGUE: &[PaperFigure] = &[
         baseline: None,
         panels: &[SIGMA_STAR, between(SIGMA_STAR, 5.0, 20.0), OUTPUT, between(OUTPUT, 5.0, 20.0)],
         claims: &[
-            Claim {
-                text: "|sigma*| ultimate, k_l = 10",
-                published: "0.185",
-                reproduced: |cases| cases[0].metrics.sigma_star_ultimate,
-                unit: "rad/s^3",
-                test: Near(0.185, 0.1),
-                holds: true,
-                remark: "",
-            },
-            Claim {
-                text: "|sigma*| ultimate, k_l = 50",
-                published: "0.049",
-                reproduced: |cases| cases[1].metrics.sigma_star_ultimate,
-                unit: "rad/s^3",
-                test: Near(0.049, 0.05),
-                holds: true,
-                remark: "",
-            },
-            Claim {
-                text: "|sigma*| ultimate, k_l = 100",
-                published: "0.025",
-                reproduced: |cases| cases[2].metrics.sigma_star_ultimate,
-                unit: "rad/s^3",
-                test: Near(0.025, 0.05),
-                holds: true,
-                remark: "",
-            },
+            claim("|sigma*| ultimate, k_l = 10", "0.185", "rad/s^3", Near(0.185, 0.1), |cases| {
+                cases[0].metrics.sigma_star_ultimate
+            }),
+            claim("|sigma*| ultimate, k_l = 50", "0.049", "rad/s^3", Near(0.049, 0.05), |cases| {
+                cases[1].metrics.sigma_star_ultimate
+            }),
+            claim("|sigma*| ultimate, k_l = 100", "0.025", "rad/s^3", Near(0.025, 0.05), |cases| {
+                cases[2].metrics.sigma_star_ultimate
+            }),
         ],
     },
     PaperFigure {
@@ -342,24 +253,13 @@ pub const CATALOGUE: &[PaperFigure] = &[
         baseline: None,
         panels: &[ERROR_2, between(ERROR_2, 5.0, 20.0), between(ERROR_4, 1.0, 20.0), U],
         claims: &[
-            Claim {
-                text: "k_s affects d4 - d4_hat: spread of the bounds",
-                published: "not at all",
-                reproduced: |cases| spread(cases, |case| ultimate_error(case, 4)),
-                unit: "relative",
-                test: AtMost(1e-3),
-                holds: true,
-                remark: "",
-            },
-            Claim {
-                text: "k_s affects d2 - d2_hat: spread of the bounds",
-                published: "not at all",
-                reproduced: |cases| spread(cases, |case| ultimate_error(case, 2)),
-                unit: "relative",
-                test: AtMost(1e-3),
-                holds: false,
-                remark: "printed as d1; d2 is state feedback: a smaller y makes a smaller error",
-            },
+            claim("k_s affects d4 - d4_hat: spread of the bounds", "not at all", "relative", AtMost(1e-3), |cases| {
+                spread(cases, |case| ultimate_error(case, 4))
+            }),
+            claim("k_s affects d2 - d2_hat: spread of the bounds", "not at all", "relative", AtMost(1e-3), |cases| {
+                spread(cases, |case| ultimate_error(case, 2))
+            })
+            .fails("printed as d1; d2 is state feedback: a smaller y makes a smaller error"),
         ],
     },
     PaperFigure {
@@ -369,15 +269,13 @@ pub const CATALOGUE: &[PaperFigure] = &[
         cases: SWITCHING_GAINS,
         baseline: None,
         panels: &[SIGMA_STAR, between(SIGMA_STAR, 5.0, 20.0), OUTPUT, between(OUTPUT, 5.0, 20.0)],
-        claims: &[Claim {
-            text: "k_s lowers |sigma*|: worst ratio of neighbours",
-            published: "decreasing",
-            reproduced: |cases| worst_step(cases, |case| case.metrics.sigma_star_ultimate),
-            unit: "ratio",
-            test: AtMost(0.9),
-            holds: true,
-            remark: "",
-        }],
+        claims: &[claim(
+            "k_s lowers |sigma*|: worst ratio of neighbours",
+            "decreasing",
+            "ratio",
+            AtMost(0.9),
+            |cases| worst_step(cases, |case| case.metrics.sigma_star_ultimate),
+        )],
     },
     PaperFigure {
         id: "fig09",
@@ -391,15 +289,9 @@ pub const CATALOGUE: &[PaperFigure] = &[
             panel!("x₃ (rad/s²)", |row| row.x[2]),
             panel!("x₄ (rad/s³)", |row| row.x[3]),
         ],
-        claims: &[Claim {
-            text: "the joint is stabilised: ultimate |x1|",
-            published: "(drawn)",
-            reproduced: |cases| cases[0].metrics.y_ultimate,
-            unit: "rad",
-            test: AtMost(0.001),
-            holds: true,
-            remark: "",
-        }],
+        claims: &[claim("the joint is stabilised: ultimate |x1|", "(drawn)", "rad", AtMost(0.001), |cases| {
+            cases[0].metrics.y_ultimate
+        })],
     },
     PaperFigure {
         id: "fig10",
@@ -414,30 +306,14 @@ pub const CATALOGUE: &[PaperFigure] = &[
             U,
         ],
         claims: &[
-            Claim {
-                text: "d2_hat follows d2: error over |d2|",
-                published: "(drawn)",
-                reproduced: |cases| {
-                    let size = crate::metrics::ultimate(&cases[0].trace, cases[0].metrics.window_s, |row| row.d[1]);
-                    ultimate_error(&cases[0], 2) / size
-                },
-                unit: "relative",
-                test: AtMost(0.05),
-                holds: true,
-                remark: "",
-            },
-            Claim {
-                text: "d4_hat follows d4: error over |d4|",
-                published: "(drawn)",
-                reproduced: |cases| {
-                    let size = crate::metrics::ultimate(&cases[0].trace, cases[0].metrics.window_s, |row| row.d[3]);
-                    ultimate_error(&cases[0], 4) / size
-                },
-                unit: "relative",
-                test: AtMost(0.05),
-                holds: true,
-                remark: "",
-            },
+            claim("d2_hat follows d2: error over |d2|", "(drawn)", "relative", AtMost(0.05), |cases| {
+                let size = crate::metrics::ultimate(&cases[0].trace, cases[0].metrics.window_s, |row| row.d[1]);
+                ultimate_error(&cases[0], 2) / size
+            }),
+            claim("d4_hat follows d4: error over |d4|", "(drawn)", "relative", AtMost(0.05), |cases| {
+                let size = crate::metrics::ultimate(&cases[0].trace, cases[0].metrics.window_s, |row| row.d[3]);
+                ultimate_error(&cases[0], 4) / size
+            }),
         ],
     },
 ];
