@@ -56,8 +56,12 @@ fn spoiled(source: &str) -> Option<String> {
     // A backslash stays before a letter or a blank. Outside of code spans every second stretch between `$` is a
     // formula.
     let prose: String = prose.split('`').step_by(2).collect();
+    let prose = prose.replace("$$", "$");
+    if formulas(&prose).any(|formula| formula.contains("\\cr \\cr") || formula.contains("\\cr\\cr")) {
+        return Some(String::from("`\\cr \\cr` is an empty row of the matrix: write \\cr once"));
+    }
     let stays = |after: &str| after.starts_with(|c: char| c.is_ascii_alphabetic() || c == ' ');
-    formulas(&prose.replace("$$", "$")).find(|formula| !formula.split('\\').skip(1).all(stays)).map(|formula| {
+    formulas(&prose).find(|formula| !formula.split('\\').skip(1).all(stays)).map(|formula| {
         format!("markdown eats a backslash of `{}`: write \\thinspace, \\lbrace, \\Vert, \\cr", formula.trim())
     })
 }
@@ -108,7 +112,8 @@ mod tests {
     fn a_backslash_that_markdown_eats_is_found_in_formulas_only() {
         assert!(spoiled("//! $a\\,b$").is_some());
         assert!(spoiled("//! $$ a\n//! \\\\ b $$").is_some());
-        assert_eq!(spoiled("//! $a\\ b$"), None);
+        assert!(spoiled("//! $a \\cr \\cr b$").is_some());
+        assert_eq!(spoiled("//! $a\\ b \\cr c$"), None);
         assert_eq!(spoiled("//! $a \\thinspace b$, `\\,` and\n//! ```\n//! $\\,$\n//! ```\n"), None);
     }
 
