@@ -28,6 +28,7 @@ const GOOD: Config<4, 2> = Config {
 };
 
 type Change = fn(&mut Config<4, 2>);
+type Set = fn(&mut Config<4, 2>, f64);
 
 fn changed(change: Change) -> Config<4, 2> {
     let mut config = GOOD;
@@ -45,8 +46,8 @@ fn designed(config: &Config<4, 2>) -> Result<(), ConfigError> {
 }
 
 /// Poles at -`fast` and -10 rad/s: apart, so that the bisection finds them to 1e-11.
-fn poles(fast: f64) -> Option<ObserverGains<2>> {
-    Some(ObserverGains::from_poles([Pole::real(-fast), Pole::real(-10.0)]))
+fn poles(fast: f64) -> ObserverGains<2> {
+    ObserverGains::from_poles([Pole::real(-fast), Pole::real(-10.0)])
 }
 
 /// The surface with roots -`fast`, -10, -5 rad/s.
@@ -178,7 +179,7 @@ const REFUSED: &[(Change, &str)] = &[
          or from_poles",
     ),
     (
-        |config| config.observers[1] = poles(1100.0),
+        |config| config.observers[1] = Some(poles(1100.0)),
         "channel 2: the fastest observer pole is too fast for the period (Eq. (53)): slow the observer, shorten the \
          period, or raise observer_pole_limit (fastest pole 1100.0000 rad/s, allowed 1000.0000 rad/s)",
     ),
@@ -206,7 +207,7 @@ fn every_refusal_says_what_is_wrong_and_what_to_do() {
 
 #[test]
 fn number_that_is_not_finite_is_refused_by_the_name_of_its_field() {
-    let fields: [(&str, fn(&mut Config<4, 2>, f64)); 13] = [
+    let fields: [(&str, Set); 13] = [
         ("surface.c", |config, bad| config.surface.c[3] = bad),
         ("nominal.gradient", |config, bad| config.nominal.gradient[3] = bad),
         ("period_s", |config, bad| config.period_s = bad),
@@ -242,7 +243,7 @@ fn design_on_the_edge_of_a_rule_is_accepted() {
         ("limits of 1e12", |config| config.limits = Limits::symmetric(1e12)),
         ("limits that meet", |config| config.limits = Limits { min: 7.0, max: 7.0 }),
         ("safe u on a limit", |config| config.fallback = Fallback::Safe(-300.0)),
-        ("pole T = 1", |config| config.observers[1] = poles(1000.0)),
+        ("pole T = 1", |config| config.observers[1] = Some(poles(1000.0))),
     ];
     for (edge, change) in edges {
         assert_eq!(designed(&changed(change)), Ok(()), "{edge}");
@@ -264,7 +265,7 @@ fn remarks(change: Change) -> Vec<String> {
 fn each_warning_begins_above_its_edge_and_names_the_remedy() {
     let none: [Change; 7] = [
         |_| (),
-        |config| config.observers[1] = poles(300.0),
+        |config| config.observers[1] = Some(poles(300.0)),
         |config| config.observers[1] = Some(ObserverGains::from_bandwidth::<2>(300.0)),
         |config| config.reaching.k_l = 500.0,
         |config| config.surface = surface(500.0),
@@ -284,16 +285,15 @@ fn each_warning_begins_above_its_edge_and_names_the_remedy() {
     };
     let linear_gain = "k_l times period is 0.501 (above 0.5 there is little margin for a wrong b or a delay): lower \
                        k_l or shorten the period";
-    let sliding =
-        "surface bandwidth times period is 0.502 (above 0.5): slow the surface or shorten the period".to_string();
-    assert_eq!(remarks(|config| config.observers[1] = poles(301.0)), [observer(2)]);
-    assert_eq!(remarks(|config| config.observers[3] = poles(301.0)), [observer(4)]);
+    let sliding = "surface bandwidth times period is 0.502 (above 0.5): slow the surface or shorten the period";
+    assert_eq!(remarks(|config| config.observers[1] = Some(poles(301.0))), [observer(2)]);
+    assert_eq!(remarks(|config| config.observers[3] = Some(poles(301.0))), [observer(4)]);
     assert_eq!(remarks(|config| config.reaching.k_l = 501.0), [linear_gain]);
-    assert_eq!(remarks(|config| config.surface = surface(502.0)), [sliding.clone()]);
+    assert_eq!(remarks(|config| config.surface = surface(502.0)), [sliding]);
     let all = remarks(|config| {
-        config.observers = [None, poles(301.0), None, poles(301.0)];
+        config.observers = [None, Some(poles(301.0)), None, Some(poles(301.0))];
         config.reaching.k_l = 501.0;
         config.surface = surface(502.0);
     });
-    assert_eq!(all, [observer(2), observer(4), linear_gain.to_string(), sliding]);
+    assert_eq!(all, [observer(2), observer(4), linear_gain.to_string(), sliding.to_string()]);
 }
