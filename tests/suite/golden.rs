@@ -1,13 +1,17 @@
-//! The figures of merit of Example 2 as a table to read: they indicate a change, the bars are in the other modules.
+//! The figures of merit of Example 2, and of every scenario file, as tables to read: they indicate a change, the bars
+//! are in the other modules.
 
 use controller_core::{JointParameters, Reading};
-use host_sim::metrics::measure;
+use host_sim::metrics::{Metrics, measure};
 use host_sim::plant::FlexibleJoint;
 use host_sim::port::in_process::Precision;
+use host_sim::scenario::load;
+use integration_tests::data::path;
 use integration_tests::golden::{REGENERATE, compare};
 use integration_tests::oracle::Spec;
 use integration_tests::paper::{joint, joint_spec};
 use std::fmt::Write;
+use std::ops::ControlFlow;
 
 fn table() -> String {
     let mut table = String::from(
@@ -48,4 +52,51 @@ fn difference_shows_both_tables_and_how_to_regenerate() {
     for part in ["no_such_table.txt", "10   0.17", "cannot be read", "GOLDEN=write cargo test"] {
         assert!(told.contains(part), "{part} in {told}");
     }
+}
+
+/// One row of the table of scenarios: the file as it is on disk, loaded and run as `host-sim run` does.
+fn scenario_row(file: &str, label: &str, sets: &[&str]) -> String {
+    let path = path("../host-sim/scenarios").join(file).with_extension("toml");
+    let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+    let mut experiment = load(&path, &sets).unwrap_or_else(|error| panic!("{error}"));
+    let (trace, error) = experiment.run(&mut |_| ControlFlow::Continue(()));
+    assert!(error.is_none(), "{file} {label}: {error:?}");
+    let Metrics { sigma_star_ultimate, y_ultimate, u_peak, bounded, .. } = experiment.metrics(&trace);
+    assert!(bounded, "{file} {label}: what the project ships must not run away");
+    let name = format!("{file} {label}");
+    format!("{name:30} {sigma_star_ultimate:9.3e}  {y_ultimate:9.3e}  {u_peak:9.3e}  {bounded}\n")
+}
+
+const ERRORS: [&str; 7] = ["k1", "k1_x3", "b1", "k2_x1", "k2_x3", "b2", "b"];
+
+fn scenario_table() -> String {
+    let mut table = format!(
+        "The scenario files as they run; ultimate over each file's own window\n\
+         {:30} {:9}  {:9}  {:9}  bounded\n",
+        "scenario", "sigma*", "y", "peak u"
+    );
+    let mut files: Vec<String> = std::fs::read_dir(path("../host-sim/scenarios"))
+        .expect("the folder of scenarios")
+        .map(|entry| entry.expect("an entry").path())
+        .filter(|file| file.extension().is_some_and(|extension| extension == "toml"))
+        .map(|file| file.file_stem().expect("a name").to_string_lossy().into_owned())
+        .collect();
+    files.sort();
+    for file in &files {
+        table += &scenario_row(file, "", &[]);
+    }
+    for reading in ["literal", "stiff", "physical"] {
+        table += &scenario_row("default", reading, &[&format!("plant.reading={reading}")]);
+    }
+    for error in ["0.5", "-0.5"] {
+        let sets = ERRORS.map(|key| format!("plant.error.{key}={error}"));
+        let percent = if error == "0.5" { "all +50 %" } else { "all -50 %" };
+        table += &scenario_row("default", percent, &sets.each_ref().map(String::as_str));
+    }
+    table
+}
+
+#[test]
+fn scenario_files_run_to_the_figures_of_the_golden_table() {
+    compare("scenarios.txt", &scenario_table()).unwrap_or_else(|difference| panic!("{difference}"));
 }

@@ -9,5 +9,6 @@ mod golden;
 mod paper;
 mod precision;
 mod properties;
+mod refusals;
 mod robustness;
 mod theory;

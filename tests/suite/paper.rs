@@ -17,11 +17,11 @@ fn trace(change: impl Fn(&mut Spec), k_l: f64) -> Trace {
     joint(&plant, spec, Precision::F32).trace()
 }
 
-/// The continuous loop's bounds over [10, 20] s; the paper says 0.185 / 0.049 / 0.025 (Fig. 4).
+/// The continuous loop's bounds over [10, 20] s; the paper says 0.185 / 0.049 / 0.025 (Fig. 6(a)).
 const SIGMA_STAR: [(f64, f64); 3] = [(10.0, 0.1717), (50.0, 0.0486), (100.0, 0.0255)];
 
 #[test]
-fn sigma_star_reproduces_fig_4() {
+fn sigma_star_reproduces_fig_6a() {
     // First order in T: 3 % at 1 ms, 1 % at 0.2 ms (what is left is the print's last digit).
     for (period_s, bar) in [(1e-3, 0.03), (2e-4, 0.01)] {
         for (k_l, expected) in SIGMA_STAR {

@@ -1,15 +1,16 @@
 //! Does f32 suffice? The f32 controller against the f64 controller, each in its own loop with the f64 plant of Example
 //! 2 (`reconstructed`, r = 2 as printed, k_l = 50, 20 s), after the transient.
 
-use controller_core::{JointParameters, Reading};
+use controller_core::{JointParameters, Reading, Real};
 use host_sim::actuator;
 use host_sim::plant::FlexibleJoint;
 use host_sim::port::in_process::Precision;
 use host_sim::sensor::{Ideal, Sensor};
 use host_sim::trace::Trace;
 use integration_tests::close::Gap;
-use integration_tests::oracle::{Gains, Spec};
+use integration_tests::oracle::{Gains, Model, Spec};
 use integration_tests::paper::{Run, joint, joint_spec};
+use integration_tests::shape::{Precision as Bits, controller};
 
 /// The offset has decayed to e^-10 and the closed loop's poles (5 rad/s) long have.
 const SETTLED_S: f64 = 10.0;
@@ -92,4 +93,81 @@ fn start_at_100_rad_leaves_nothing_behind() {
         println!("T = {period_s}: y {y:.2e}");
         assert!(y <= 2e-6, "T = {period_s}: y {y:e}");
     }
+}
+
+/// The printed p-form of one channel i < n, Eq. (45)-(50), by Euler's rule.
+struct PForm<T> {
+    l: [T; 2],
+    p: [T; 2],
+}
+
+impl<T: Real> PForm<T> {
+    /// d_hat(0) = 0: p(0) = -l x(0).
+    fn start(l: &[f64], x: f64) -> Self {
+        let l = [T::from_f64(l[0]), T::from_f64(l[1])];
+        Self { l, p: l.map(|l| -l * T::from_f64(x)) }
+    }
+
+    /// d_hat from this sample, then p for the next one; x_{i+1} = 0.
+    fn tick(&mut self, x: f64, period_s: f64) -> f64 {
+        let [d_hat, derivative] = [0, 1].map(|j| self.p[j] + self.l[j] * T::from_f64(x));
+        let period = T::from_f64(period_s);
+        self.p[0] += period * (derivative - self.l[0] * d_hat);
+        self.p[1] += period * (-self.l[1] * d_hat);
+        d_hat.to_f64()
+    }
+}
+
+/// Raw angles go into both observers in f32 (order 2, poles at -50, 1 ms): x_1' = d = sin 2t, counted from 100 rad in
+/// steps of 2^-17 rad, which are whole steps of f32 there, so that the sample is the same number in f32 and f64. Each
+/// observer is compared with its own twin in f64 on these very samples: what differs is its arithmetic.
+///
+/// The p-form adds T l d_hat to p = -l x = -10^4 and -2.5 10^5, whose f32 steps are 1e-3 and 1.6e-2. Near 0 rad, beside
+/// it, it would do: the offset is what it cannot bear.
+#[test]
+fn difference_form_keeps_at_100_rad_what_the_p_form_loses() {
+    let (period_s, gains) = (1e-3, Gains::from_bandwidth(50.0, 2));
+    let spec = Spec {
+        period_s,
+        c: vec![5.0, 1.0],
+        alpha: 1.0,
+        k_l: 10.0,
+        k_s: 0.0,
+        epsilon: 0.01,
+        gradient: vec![0.0, 0.0],
+        input_gain: 1.0,
+        observers: vec![Some(gains.clone()), None],
+        limit: 1e12,
+    };
+    // Largest |d_hat in f32 - d_hat in f64| over 10 s of [this observer, the p-form].
+    let errors = |offset_rad: f64| {
+        let x_1 = |k: u32| {
+            let counts = ((offset_rad + (1.0 - (2e-3 * f64::from(k)).cos()) / 2.0) * 131_072.0).round();
+            counts / 131_072.0
+        };
+        let model = Model::linear(&[0.0, 0.0], 1.0);
+        let [mut single, mut double] =
+            [Bits::Single, Bits::Double].map(|bits| controller(&spec, &model, 2, bits).expect("a valid design"));
+        assert!(single.start(&[x_1(0), 0.0]) && double.start(&[x_1(0), 0.0]));
+        let mut p_single = PForm::<f32>::start(&gains.l, x_1(0));
+        let mut p_double = PForm::<f64>::start(&gains.l, x_1(0));
+        let (mut ours, mut p_form) = (Gap::default(), Gap::default());
+        for k in 0..10_000 {
+            let x = x_1(k);
+            assert_eq!(f64::from(x as f32), x, "the sample must not be rounded");
+            single.tick(&[x, 0.0]);
+            double.tick(&[x, 0.0]);
+            ours.add(single.estimates()[0][0], double.estimates()[0][0]);
+            p_form.add(p_single.tick(x, period_s), p_double.tick(x, period_s));
+        }
+        let errors = [ours, p_form].map(|gap| gap.difference);
+        println!("offset {offset_rad} rad: d_hat off by {:.2e}, in the p-form by {:.2e}", errors[0], errors[1]);
+        errors
+    };
+    let [ours, p_form] = errors(100.0);
+    // d_hat is 1 at most: a few f32 steps of 6e-8 there.
+    assert!(ours <= 7e-7, "{ours:e}");
+    assert!(p_form >= 1000.0 * ours, "{p_form:e} against {ours:e}");
+    let [_, p_form_near_0] = errors(0.0);
+    assert!(p_form_near_0 <= p_form / 30.0, "the transcription of the p-form is at fault, not the offset");
 }

@@ -8,29 +8,42 @@ use host_sim::port::in_process::Precision as PortPrecision;
 use host_sim::sensor;
 use host_sim::solver::advance;
 use integration_tests::close::{quantile, relative};
-use integration_tests::oracle::{Gains, Model, Spec};
+use integration_tests::oracle::{Gains, Model, Spec, power};
 use integration_tests::paper::{self, complex_disturbance, is_bounded, joint, joint_spec};
 use integration_tests::printed::{Printed, nominal};
 use integration_tests::shape::{Precision, controller};
 use integration_tests::strategy::{Case, Rng, case};
-use integration_tests::truth::ExactStep;
+use integration_tests::truth::{ExactStep, Term, rk4};
 
 /// Ultimate |sigma*| and |y| of the sampled f32 loop and of the continuous one; `None` if the sampled loop ran away.
-fn ultimates(case: &Case) -> Option<[(f64, f64); 2]> {
+/// `model` is the plant's a(x) and b(x), known to the controller: the chain's own, or that with a bend and a swing.
+fn ultimates(case: &Case, model: &Model) -> Option<[(f64, f64); 2]> {
     let Case { spec, plant, x0, ticks } = case;
-    let model = Model::linear(&plant.a, plant.b);
-    let mut shipped = controller(spec, &model, 3, Precision::Single).expect("a valid design");
+    let mut shipped = controller(spec, model, 3, Precision::Single).expect("a valid design");
+    let linear = *model == Model::linear(&plant.a, plant.b);
     let step = ExactStep::new(plant, spec.period_s);
-    let a_b = nominal(&model);
+    let a_b = nominal(model);
+    let rhs = |t: f64, x: &[f64], u: f64, dx: &mut [f64]| {
+        plant.rhs(t, x, u, dx);
+        if !linear {
+            let last = x.len() - 1;
+            let d: f64 = plant.d[last].iter().map(|term| term.at(t)).sum();
+            dx[last] = model.a(x) + model.b(x) * u + d;
+        }
+    };
     let mut printed = Printed::start(spec, &a_b, x0);
     let mut x = x0.clone();
     assert!(shipped.start(&x));
     let mut maxima = [(0.0_f64, 0.0_f64); 2];
     // Runge-Kutta needs lambda h < 2.7 to be stable; a tenth of that and less is accurate.
-    let steps = 4 + (10.0 * spec.gradient[spec.order() - 1].abs() * spec.period_s) as usize;
+    // The surface's bandwidth: x_j is of the size of x_1 omega^(j-1).
+    let omega = 2.0 * spec.alpha;
+    let layer = if spec.k_s > 0.0 { spec.k_s / spec.epsilon } else { 0.0 };
+    let steps = 4 + (10.0 * spec.period_s * spec.gradient[spec.order() - 1].abs().max(layer)) as usize;
     for k in 0..=*ticks {
         let tick = shipped.tick(&x);
-        if !tick.u.is_finite() || x.iter().any(|value| !value.is_finite() || value.abs() > 1e9) {
+        let ran_away = |(j, value): (usize, &f64)| value.is_nan() || value.abs() > 1e6 * power(omega, j);
+        if !tick.u.is_finite() || x.iter().enumerate().any(ran_away) {
             return None;
         }
         if 2 * k >= *ticks {
@@ -38,9 +51,13 @@ fn ultimates(case: &Case) -> Option<[(f64, f64); 2]> {
             maxima[0] = (maxima[0].0.max(tick.sigma_star.abs()), maxima[0].1.max(x[0].abs()));
             maxima[1] = (maxima[1].0.max(now.sigma_star.abs()), maxima[1].1.max(printed.x()[0].abs()));
         }
-        step.advance(k, tick.u, &mut x);
-        let rhs = |t: f64, x: &[f64], u: f64, dx: &mut [f64]| plant.rhs(t, x, u, dx);
-        printed.advance(&rhs, (k + 1) as f64 * spec.period_s, steps);
+        let [from_s, to_s] = [k, k + 1].map(|k| k as f64 * spec.period_s);
+        if linear {
+            step.advance(k, tick.u, &mut x);
+        } else {
+            rk4(from_s, to_s, steps, &mut x, &mut |t, x, dx| rhs(t, x, tick.u, dx));
+        }
+        printed.advance(&rhs, to_s, steps);
     }
     Some(maxima)
 }
@@ -64,7 +81,7 @@ fn random_chains_stay_bounded_and_close_to_the_continuous_loop() {
     let (mut mismatched, mut matched) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
     for seed in 0..260 {
         let case = case(&mut Rng::new(seed));
-        let found = ultimates(&case);
+        let found = ultimates(&case, &Model::linear(&case.plant.a, case.plant.b));
         let [sampled, continuous] = found.unwrap_or_else(|| panic!("seed {seed} ran away: {case:?}"));
         let ratios = if is_mismatched(&case) { &mut mismatched } else { &mut matched };
         ratios[0].push(sampled.0 / continuous.0);
@@ -79,6 +96,105 @@ fn random_chains_stay_bounded_and_close_to_the_continuous_loop() {
         let [_, _, largest] = spread(what, ratios);
         assert!(largest <= 2.0, "{what}: {largest}");
     }
+}
+
+/// `case` with switching in proportion to it: sigma* is of the size 0.02 omega^(n-1), omega the surface's bandwidth.
+fn switching(mut case: Case, rng: &mut Rng) -> Case {
+    let omega = 2.0 * case.spec.alpha;
+    let size = 0.02 * power(omega, case.spec.order() - 1);
+    case.spec.k_s = size * omega * rng.spread(0.1, 2.0);
+    case.spec.epsilon = size * rng.spread(0.02, 0.3);
+    case
+}
+
+/// `case` fifty times larger, so that x_1 is of order 1, with an a(x) that bends and a b(x) that swings there. The tick
+/// knows both; the design's gradient knows only the linear part.
+fn nonlinear(mut case: Case, rng: &mut Rng) -> (Case, Model) {
+    let scale = 50.0;
+    case.x0.iter_mut().for_each(|x| *x *= scale);
+    for term in case.plant.d.iter_mut().flatten() {
+        match term {
+            Term::Const(amplitude) | Term::Ramp(amplitude) | Term::Sin(amplitude, ..) | Term::Step(amplitude, _) => {
+                *amplitude *= scale;
+            }
+        }
+    }
+    let bend = rng.sign() * rng.within(0.3, 1.0) * power(2.0 * case.spec.alpha, case.spec.order());
+    let swing = rng.within(-0.5, 0.5);
+    let linear = Model::linear(&case.plant.a, case.plant.b);
+    (case, Model { bend, swing, ..linear })
+}
+
+/// How much softer the implicit saturation is within its layer than the printed one, as the slopes with which sigma* is
+/// held: k_l + k_s/eps over k_l + (1 - k_l T) k_s/(eps + k_s T). The price of no chatter; 1 as T -> 0.
+fn softer_by(spec: &Spec) -> f64 {
+    let Spec { period_s, k_l, k_s, epsilon, .. } = *spec;
+    (k_l + k_s / epsilon) / (k_l + (1.0 - k_l * period_s) * k_s / (epsilon + k_s * period_s))
+}
+
+/// With a layer thinner than k_s T, sigma* and y are larger than in the continuous loop, by design: 95 % within 1.53
+/// here, and so beyond the bars of k_s = 0. In units of [`softer_by`] the very bars hold.
+#[test]
+fn random_chains_with_switching_stay_bounded_and_as_close_as_the_implicit_saturation_allows() {
+    let (mut plain, mut in_units) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
+    let mut matched = Vec::new();
+    // Chains that stay within the layer at last, and that leave it.
+    let (mut within, mut beyond) = (0, 0);
+    for seed in 40_000..40_060 {
+        let mut rng = Rng::new(seed);
+        let drawn = case(&mut rng);
+        let case = switching(drawn, &mut rng);
+        let found = ultimates(&case, &Model::linear(&case.plant.a, case.plant.b));
+        let [sampled, continuous] = found.unwrap_or_else(|| panic!("seed {seed} ran away: {case:?}"));
+        *(if continuous.0 < case.spec.epsilon { &mut within } else { &mut beyond }) += 1;
+        let ratios = [sampled.0 / continuous.0, sampled.1 / continuous.1];
+        let softer_by = softer_by(&case.spec);
+        if is_mismatched(&case) {
+            for (which, ratio) in ratios.into_iter().enumerate() {
+                plain[which].push(ratio);
+                in_units[which].push(ratio / softer_by);
+            }
+        } else {
+            matched.extend(ratios.map(|ratio| ratio / softer_by));
+        }
+    }
+    assert!(within >= 15 && beyond >= 15, "both sides of the layer: {within} and {beyond}");
+    for (what, ratios) in ["sigma*, switching", "y, switching"].into_iter().zip(&plain) {
+        spread(what, ratios);
+    }
+    assert!(in_units[0].len() >= 40, "{} chains", in_units[0].len());
+    let [_, sigma_star, _] = spread("sigma*, switching, in units of the slopes' ratio", &in_units[0]);
+    let [_, y, _] = spread("y, switching, in units of the slopes' ratio", &in_units[1]);
+    assert!(sigma_star <= 1.20, "sigma* 95 % {sigma_star}");
+    assert!(y <= 1.06, "y 95 % {y}");
+    let [_, _, largest] = spread("both, switching, matched only, in units of the slopes' ratio", &matched);
+    assert!(largest <= 2.0, "{largest}");
+}
+
+/// The bars of the linear chains hold here, too.
+#[test]
+fn random_chains_with_a_nonlinear_model_stay_bounded_and_close_to_the_continuous_loop() {
+    let (mut mismatched, mut matched) = ([Vec::new(), Vec::new()], Vec::new());
+    for seed in 50_000..50_060 {
+        let mut rng = Rng::new(seed);
+        let drawn = case(&mut rng);
+        let (case, model) = nonlinear(drawn, &mut rng);
+        let found = ultimates(&case, &model);
+        let [sampled, continuous] = found.unwrap_or_else(|| panic!("seed {seed} ran away: {case:?}, {model:?}"));
+        let ratios = [sampled.0 / continuous.0, sampled.1 / continuous.1];
+        if is_mismatched(&case) {
+            (0..2).for_each(|k| mismatched[k].push(ratios[k]));
+        } else {
+            matched.extend(ratios);
+        }
+    }
+    assert!(mismatched[0].len() >= 40, "{} chains", mismatched[0].len());
+    let [_, sigma_star, _] = spread("sigma*, nonlinear", &mismatched[0]);
+    let [_, y, _] = spread("y, nonlinear", &mismatched[1]);
+    assert!(sigma_star <= 1.20, "sigma* 95 % {sigma_star}");
+    assert!(y <= 1.06, "y 95 % {y}");
+    let [_, _, largest] = spread("both, nonlinear, matched only", &matched);
+    assert!(largest <= 2.0, "{largest}");
 }
 
 fn stiff() -> JointChain {
@@ -100,24 +216,45 @@ fn stiff_joint_stays_bounded_up_to_50_milliseconds() {
     }
 }
 
-/// k_l = 10. (At k_l = 50 and 100 sigma* is 20 and 50 times smaller and 0.7 % and 0.6 % off at 1 ms.)
-#[test]
-fn stiff_joint_with_fast_observers_shows_the_continuous_sigma_star() {
+/// `stiff`, observers of order 3 with poles at -200: relative error of the sampled loop's ultimate sigma* against the
+/// continuous loop's.
+fn stiff_with_fast_observers(k_l: f64, periods_s: &[f64]) -> Vec<f64> {
     let plant = FlexibleJoint::of_the_paper(stiff());
     let JointChain { k2, b2, b, a1, .. } = stiff();
     let a_b = move |x: &[f64]| (a1 * x[0] - k2 * x[2] - b2 * x[3], b);
     let gains = Gains::from_bandwidth(200.0, 3);
-    let spec =
-        Spec { observers: vec![None, Some(gains.clone()), None, Some(gains)], ..joint_spec(Reading::Stiff, 10.0) };
+    let observers = vec![None, Some(gains.clone()), None, Some(gains)];
+    let spec = Spec { observers, ..joint_spec(Reading::Stiff, k_l) };
     // b_2 = 4833 1/s: Runge-Kutta in steps of 50 us is stable, and 20 us change the tenth digit.
     let reference = joint(&plant, spec.clone(), PortPrecision::F64);
     let (continuous, _) = reference.continuous_ultimate(&a_b, 10.0, 5e-5);
-    for period_s in [1e-3, 5e-4, 2.5e-4] {
+    let gap = |&period_s: &f64| {
         let trace = joint(&plant, Spec { period_s, ..spec.clone() }, PortPrecision::F32).trace();
         let found = ultimate(&trace, [10.0, 20.0], |row| row.sigma_star);
         let gap = relative(found, continuous);
-        println!("T = {period_s}: {found:.6e} for {continuous:.6e}, off by {gap:.2e}");
-        assert!(gap <= 0.005, "T = {period_s}: {found:e} for {continuous:e}");
+        println!("k_l = {k_l}, T = {period_s}: {found:.6e} for {continuous:.6e}, off by {gap:.3e}");
+        gap
+    };
+    periods_s.iter().map(gap).collect()
+}
+
+#[test]
+fn stiff_joint_with_fast_observers_shows_the_continuous_sigma_star() {
+    for gap in stiff_with_fast_observers(10.0, &[1e-3, 5e-4, 2.5e-4]) {
+        assert!(gap <= 0.005, "{gap:e}");
+    }
+}
+
+/// The bar of half a percent is one of k_l = 10. At 50 and 100 sigma* is 20 and 50 times smaller, and what the held u
+/// leaves inside a tick is 0.7 % and 0.6 % of it at 1 ms: the bar is *not* met there. The gap closes only as T b_2 falls
+/// below 1 (b_2 = 4833 1/s, so below 0.2 ms): 0.5 % is met at 0.25 ms, and in f64 it is 0.1 % at 50 us.
+#[test]
+fn stiff_joint_at_k_l_50_and_100_misses_half_a_percent_at_1_ms_and_meets_it_at_a_quarter() {
+    for (k_l, bar) in [(50.0, 0.007), (100.0, 0.0065)] {
+        let gaps = stiff_with_fast_observers(k_l, &[1e-3, 2.5e-4]);
+        assert!(gaps[0] > 0.005, "k_l = {k_l}: {:e} keeps the bar now: join the test above", gaps[0]);
+        assert!(gaps[0] <= bar, "k_l = {k_l}: {:e}", gaps[0]);
+        assert!(gaps[1] <= 0.005, "k_l = {k_l}: {:e}", gaps[1]);
     }
 }
 
