@@ -185,11 +185,13 @@ const REFUSED: &[(Change, &str)] = &[
     ),
     (
         |config| config.nominal.input_gain = 1e-40,
-        "a designed coefficient overflows or vanishes in this precision: check the units of the period, the gains and b",
+        "a designed coefficient overflows or vanishes in this precision: check the units of the period, the gains \
+         and b",
     ),
     (
         |config| config.nominal.input_gain = 1e40,
-        "a designed coefficient overflows or vanishes in this precision: check the units of the period, the gains and b",
+        "a designed coefficient overflows or vanishes in this precision: check the units of the period, the gains \
+         and b",
     ),
 ];
 

@@ -132,8 +132,8 @@ fn softer_by(spec: &Spec) -> f64 {
     (k_l + k_s / epsilon) / (k_l + (1.0 - k_l * period_s) * k_s / (epsilon + k_s * period_s))
 }
 
-/// With a layer thinner than k_s T, sigma* and y are larger than in the continuous loop, by design: 95 % within 1.53
-/// here, and so beyond the bars of k_s = 0. In units of [`softer_by`] the very bars hold.
+/// With a layer not much wider than k_s T, sigma* and y are larger than in the continuous loop, by design: 95 % within
+/// 1.54 here, and so beyond the bars of k_s = 0. In units of [`softer_by`] the very bars hold.
 #[test]
 fn random_chains_with_switching_stay_bounded_and_as_close_as_the_implicit_saturation_allows() {
     let (mut plain, mut in_units) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
@@ -163,7 +163,9 @@ fn random_chains_with_switching_stay_bounded_and_as_close_as_the_implicit_satura
         spread(what, ratios);
     }
     assert!(in_units[0].len() >= 40, "{} chains", in_units[0].len());
-    let [_, sigma_star, _] = spread("sigma*, switching, in units of the slopes' ratio", &in_units[0]);
+    let [median, sigma_star, _] = spread("sigma*, switching, in units of the slopes' ratio", &in_units[0]);
+    // Were the saturation the printed one in disguise, the median would be 0.88.
+    assert!((median - 1.0).abs() <= 0.02, "sigma* median {median}");
     let [_, y, _] = spread("y, switching, in units of the slopes' ratio", &in_units[1]);
     assert!(sigma_star <= 1.20, "sigma* 95 % {sigma_star}");
     assert!(y <= 1.06, "y 95 % {y}");
@@ -246,8 +248,8 @@ fn stiff_joint_with_fast_observers_shows_the_continuous_sigma_star() {
 }
 
 /// The bar of half a percent is one of k_l = 10. At 50 and 100 sigma* is 20 and 50 times smaller, and what the held u
-/// leaves inside a tick is 0.7 % and 0.6 % of it at 1 ms: the bar is *not* met there. The gap closes only as T b_2 falls
-/// below 1 (b_2 = 4833 1/s, so below 0.2 ms): 0.5 % is met at 0.25 ms, and in f64 it is 0.1 % at 50 us.
+/// leaves inside a tick is 0.7 % and 0.6 % of it at 1 ms: the bar is *not* met there. The gap closes only as T b_2
+/// falls below 1 (b_2 = 4833 1/s, so below 0.2 ms): 0.5 % is met at 0.25 ms, and in f64 it is 0.1 % at 50 us.
 #[test]
 fn stiff_joint_at_k_l_50_and_100_misses_half_a_percent_at_1_ms_and_meets_it_at_a_quarter() {
     for (k_l, bar) in [(50.0, 0.007), (100.0, 0.0065)] {
