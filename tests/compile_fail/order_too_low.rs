@@ -1,28 +1,9 @@
 //! Eq. (44): channel 2 of 4 must estimate one derivative.
 
-use controller_core::{
-    Config, Controller, Fallback, FlexibleJoint, JointParameters, Limits, Nominal, ObserverGains, Reading, ReachingLaw,
-    Surface, channels,
-};
+use compile_cases::*;
 
-type Joint = Controller<f32, FlexibleJoint<f32>, 4, 2, { channels([2, 4]) }, 2>;
-const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
-const GAINS: ObserverGains<2> = ObserverGains::as_printed([100.0]);
-static CONTROLLER: Joint = Joint::designed(
-    &Config {
-        period_s: 1e-3,
-        surface: Surface::from_bandwidth(5.0, 1.0),
-        observers: [None, Some(GAINS), None, Some(GAINS)],
-        reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
-        nominal: NOMINAL,
-        limits: Limits::symmetric(300.0),
-        fallback: Fallback::Safe(0.0),
-        sigma_star_bound: 1.0,
-        observer_pole_limit: 1.0,
-    },
-    FlexibleJoint::<f32>::new(&NOMINAL),
-);
+static CONTROLLER: Joint<2> = Joint::designed(&good(ObserverGains::as_printed([100.0])), MODEL);
 
 fn main() {
-    let _ = CONTROLLER.start(&[0.1, 0.0, 0.0, 0.0]);
+    let _ = &CONTROLLER;
 }

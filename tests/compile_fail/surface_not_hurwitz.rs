@@ -1,28 +1,12 @@
 //! A sliding motion that diverges.
 
-use controller_core::{
-    Config, Controller, Fallback, FlexibleJoint, JointParameters, Limits, Nominal, ObserverGains, Reading, ReachingLaw,
-    Surface, channels,
-};
+use compile_cases::*;
 
-type Joint = Controller<f32, FlexibleJoint<f32>, 4, 2, { channels([2, 4]) }, 2>;
-const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
-const GAINS: ObserverGains<2> = ObserverGains::as_printed([100.0, 20.0]);
-static CONTROLLER: Joint = Joint::designed(
-    &Config {
-        period_s: 1e-3,
-        surface: Surface::from_coefficients([125.0, -75.0, 15.0, 1.0], 1.0),
-        observers: [None, Some(GAINS), None, Some(GAINS)],
-        reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
-        nominal: NOMINAL,
-        limits: Limits::symmetric(300.0),
-        fallback: Fallback::Safe(0.0),
-        sigma_star_bound: 1.0,
-        observer_pole_limit: 1.0,
-    },
-    FlexibleJoint::<f32>::new(&NOMINAL),
+static CONTROLLER: Joint<2> = Joint::designed(
+    &Config { surface: Surface::from_coefficients([125.0, -75.0, 15.0, 1.0], 1.0), ..good(GAINS) },
+    MODEL,
 );
 
 fn main() {
-    let _ = CONTROLLER.start(&[0.1, 0.0, 0.0, 0.0]);
+    let _ = &CONTROLLER;
 }

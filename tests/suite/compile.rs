@@ -2,8 +2,8 @@
 //!
 //! Every file in `compile_pass/` must compile, every one in `compile_fail/` must not, and the compiler must say each
 //! line of the `.stderr` beside it. Only *our* text is compared, not how this year's compiler frames it, so that a
-//! newer compiler does not break the test. The files are examples of a small package made for the purpose; it needs
-//! the controller only.
+//! newer compiler does not break the test. The files are examples of a small package made for the purpose, whose
+//! library is the good design that they spoil; it needs the controller only.
 
 use integration_tests::data::path;
 use std::fmt::Write;
@@ -11,12 +11,15 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
-/// The `.rs` files of a folder of this package, by name.
+/// The library of the package, in `compile_pass/`.
+const GOOD_DESIGN: &str = "good_design";
+
+/// The cases in a folder of this package, by name.
 fn sources(folder: &str) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = fs::read_dir(path(folder))
         .expect("the folder of cases")
         .map(|entry| entry.expect("an entry").path())
-        .filter(|file| file.extension().is_some_and(|extension| extension == "rs"))
+        .filter(|file| file.extension().is_some_and(|extension| extension == "rs") && stem(file) != GOOD_DESIGN)
         .collect();
     files.sort();
     files
@@ -33,8 +36,10 @@ fn package(files: &[PathBuf]) -> PathBuf {
     fs::create_dir_all(&folder).expect("a folder for the package");
     let controller = root.join("controller-core");
     let controller = controller.to_str().expect("a plain path");
+    let library = path("compile_pass").join(GOOD_DESIGN).with_extension("rs");
+    let library = library.to_str().expect("a plain path");
     let mut manifest = format!(
-        "[package]\nname = \"compile-cases\"\nedition = \"2024\"\nautoexamples = false\n[lib]\npath = \"lib.rs\"\n\
+        "[package]\nname = \"compile-cases\"\nedition = \"2024\"\nautoexamples = false\n[lib]\npath = {library:?}\n\
          [workspace]\n[dependencies]\ncontroller-core = {{ path = {controller:?} }}\n"
     );
     for file in files {
@@ -42,7 +47,6 @@ fn package(files: &[PathBuf]) -> PathBuf {
         write!(manifest, "[[example]]\nname = {name:?}\npath = {path:?}\n").expect("a string takes all");
     }
     fs::write(folder.join("Cargo.toml"), manifest).expect("the manifest");
-    fs::write(folder.join("lib.rs"), "").expect("the library");
     // The same versions as in the workspace; cargo drops what is not used.
     fs::copy(root.join("Cargo.lock"), folder.join("Cargo.lock")).expect("the lock file");
     folder
