@@ -80,6 +80,25 @@ pub struct Spec {
 }
 
 impl Spec {
+    /// A chain of order 2 with an observer in the given channel (from 1) only, for tests of the observer: what the law
+    /// makes of it does not matter there.
+    pub fn observing(channel: usize, gains: Gains, period_s: f64) -> Self {
+        let mut observers = vec![None, None];
+        observers[channel - 1] = Some(gains);
+        Self {
+            period_s,
+            c: vec![5.0, 1.0],
+            alpha: 1.0,
+            k_l: 10.0,
+            k_s: 0.0,
+            epsilon: 0.01,
+            gradient: vec![0.0, 0.0],
+            input_gain: 1.0,
+            observers,
+            limit: 1e12,
+        }
+    }
+
     /// n.
     pub fn order(&self) -> usize {
         self.c.len()

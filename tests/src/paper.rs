@@ -2,7 +2,9 @@
 
 use crate::oracle::{Gains, Spec};
 use crate::printed::Printed;
-use controller_core::{Fallback, JointParameters, Limits, ReachingLaw, Reading};
+use controller_core::{
+    Config, Fallback, JointParameters, Limits, Nominal, ObserverGains, ReachingLaw, Reading, Surface,
+};
 use host_sim::actuator::Actuator;
 use host_sim::closed_loop::{Loop, close_loop};
 use host_sim::plant::Plant;
@@ -43,6 +45,24 @@ pub fn joint_spec(reading: Reading, k_l: f64) -> Spec {
         input_gain: nominal.input_gain,
         observers: vec![None, Some(gains.clone()), None, Some(gains)],
         limit: 1e12,
+    }
+}
+
+/// The nominal joint of Example 2.
+pub const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
+
+/// A design of it with nothing wrong in it: T = 1 ms, k_l = 50, |u| <= 300, the same gains in channels 2 and 4.
+pub const fn joint_config<const R: usize>(gains: ObserverGains<R>) -> Config<4, R> {
+    Config {
+        period_s: 1e-3,
+        surface: Surface::from_coefficients([125.0, 75.0, 15.0, 1.0], 1.0),
+        observers: [None, Some(gains), None, Some(gains)],
+        reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
+        nominal: NOMINAL,
+        limits: Limits::symmetric(300.0),
+        fallback: Fallback::HoldLast,
+        sigma_star_bound: 1e12,
+        observer_pole_limit: 1.0,
     }
 }
 

@@ -14,25 +14,6 @@ use integration_tests::paper::{complex_disturbance, joint, joint_spec};
 use integration_tests::shape::{Precision, controller};
 use integration_tests::truth::rk4;
 
-/// A chain of order 2 with an observer in the given channel only. What the law makes of it does not matter here.
-fn observing(channel: usize, gains: Gains, period_s: f64) -> (Spec, Model) {
-    let mut observers = vec![None, None];
-    observers[channel - 1] = Some(gains);
-    let spec = Spec {
-        period_s,
-        c: vec![5.0, 1.0],
-        alpha: 1.0,
-        k_l: 10.0,
-        k_s: 0.0,
-        epsilon: 0.01,
-        gradient: vec![0.0, 0.0],
-        input_gain: 1.0,
-        observers,
-        limit: 1e12,
-    };
-    (spec, Model::linear(&[0.0, 0.0], 1.0))
-}
-
 fn disturbance(t: f64) -> f64 {
     (2.0 * t).cos() + 0.3 * t
 }
@@ -45,7 +26,7 @@ fn measured(t: f64) -> [f64; 2] {
 
 /// Largest |d_hat - continuous d_hat| over 5..10 s; the continuous observer z' = D z + l d by Runge-Kutta.
 fn observer_error(gains: &Gains, period_s: f64) -> f64 {
-    let (spec, model) = observing(1, gains.clone(), period_s);
+    let (spec, model) = (Spec::observing(1, gains.clone(), period_s), Model::linear(&[0.0, 0.0], 1.0));
     let mut shipped = controller(&spec, &model, 3, Precision::Double).expect("a valid design");
     assert!(shipped.start(&measured(0.0)));
     let l = &gains.l;
@@ -106,7 +87,8 @@ fn polynomial_disturbance_of_degree_below_the_order_leaves_no_steady_error() {
         let integral = |t: f64| (0..r).map(|m| coefficients[m] * power(t, m + 1) / (m + 1) as f64).sum::<f64>();
         for channel in [1, 2] {
             let period_s = 1e-2;
-            let (spec, model) = observing(channel, Gains::from_bandwidth(20.0, r), period_s);
+            let spec = Spec::observing(channel, Gains::from_bandwidth(20.0, r), period_s);
+            let model = Model::linear(&[0.0, 0.0], 1.0);
             let mut shipped = controller(&spec, &model, 3, Precision::Double).expect("a valid design");
             // x_2 = 1/2 + t/4 (channel 1) is integrated exactly by the trapezium rule; in channel 2 u alternates.
             let (mut driven, mut u, mut worst) = (0.0, 0.0, 0.0_f64);

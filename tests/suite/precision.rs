@@ -127,18 +127,7 @@ impl<T: Real> PForm<T> {
 #[test]
 fn difference_form_keeps_at_100_rad_what_the_p_form_loses() {
     let (period_s, gains) = (1e-3, Gains::from_bandwidth(50.0, 2));
-    let spec = Spec {
-        period_s,
-        c: vec![5.0, 1.0],
-        alpha: 1.0,
-        k_l: 10.0,
-        k_s: 0.0,
-        epsilon: 0.01,
-        gradient: vec![0.0, 0.0],
-        input_gain: 1.0,
-        observers: vec![Some(gains.clone()), None],
-        limit: 1e12,
-    };
+    let spec = Spec::observing(1, gains.clone(), period_s);
     // Largest |d_hat in f32 - d_hat in f64| over 10 s of [this observer, the p-form].
     let errors = |offset_rad: f64| {
         let x_1 = |k: u32| {

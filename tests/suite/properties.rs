@@ -4,11 +4,12 @@
 //! is fixed, so that a run in CI is the run at the desk.
 
 use controller_core::{
-    Config, ConfigError, Controller, Fallback, FlexibleJoint, Health, INPUT_LIMIT, JointParameters, Limits, Linear,
-    Nominal, ObserverGains, ReachingLaw, Reading, State, Surface, channels,
+    Config, ConfigError, Controller, Fallback, FlexibleJoint, Health, INPUT_LIMIT, Limits, Linear, ObserverGains,
+    State, channels,
 };
 use integration_tests::close::Gap;
 use integration_tests::oracle::{Gains, Model, Spec, power};
+use integration_tests::paper::{NOMINAL, joint_config};
 use integration_tests::shape::{Precision, SHAPES, Shape, controller};
 use integration_tests::strategy::{Rng, any_design};
 use integration_tests::truth::{ExactStep, LinearChain, Term};
@@ -299,22 +300,6 @@ proptest! {
         for i in unobserved {
             prop_assert_eq!(shipped.estimates()[i], [0.0; 3]);
         }
-    }
-}
-
-const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
-
-fn joint_config<const R: usize>(gains: ObserverGains<R>) -> Config<4, R> {
-    Config {
-        period_s: 1e-3,
-        surface: Surface::from_coefficients([125.0, 75.0, 15.0, 1.0], 1.0),
-        observers: [None, Some(gains), None, Some(gains)],
-        reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
-        nominal: NOMINAL,
-        limits: Limits::symmetric(300.0),
-        fallback: Fallback::HoldLast,
-        sigma_star_bound: 1e12,
-        observer_pole_limit: 1.0,
     }
 }
 

@@ -4,28 +4,18 @@
 //! message. The messages are part of the interface: they name channel, equation and remedy.
 
 use controller_core::{
-    Config, ConfigError, Controller, Fallback, FlexibleJoint, Limits, Nominal, ObserverGains, ReachingLaw, Reading,
-    Surface, Warning, channels,
+    Config, ConfigError, Controller, Fallback, FlexibleJoint, Limits, ObserverGains, Pole, ReachingLaw, Surface,
+    Warning, channels,
 };
-use controller_core::{JointParameters, Pole};
+use integration_tests::paper::{NOMINAL, joint_config};
 use std::collections::BTreeSet;
 
 type Joint32 = Controller<f32, FlexibleJoint<f32>, 4, 2, { channels([2, 4]) }, 2>;
 type Joint64 = Controller<f64, FlexibleJoint<f64>, 4, 2, { channels([2, 4]) }, 2>;
 
-const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
 const PRINTED: ObserverGains<2> = ObserverGains::as_printed([100.0, 20.0]);
-const GOOD: Config<4, 2> = Config {
-    period_s: 1e-3,
-    surface: Surface::from_coefficients([125.0, 75.0, 15.0, 1.0], 1.0),
-    observers: [None, Some(PRINTED), None, Some(PRINTED)],
-    reaching: ReachingLaw { k_l: 50.0, k_s: 1.0, epsilon: 0.01 },
-    nominal: NOMINAL,
-    limits: Limits::symmetric(300.0),
-    fallback: Fallback::HoldLast,
-    sigma_star_bound: 1e12,
-    observer_pole_limit: 1.0,
-};
+const GOOD: Config<4, 2> =
+    Config { reaching: ReachingLaw { k_l: 50.0, k_s: 1.0, epsilon: 0.01 }, ..joint_config(PRINTED) };
 
 type Change = fn(&mut Config<4, 2>);
 type Set = fn(&mut Config<4, 2>, f64);

@@ -22,14 +22,13 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 4] = [
+const ACTIONS: [Action; 3] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
         help: "setup, then format, lints, docs, paper map, tests, build and machine code for thumb",
         run: test::run,
     },
-    Action { name: "ci", help: "the same as test", run: test::run },
     Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
 ];
 

@@ -79,7 +79,7 @@ impl ControllerSpec {
                 Some(ObserverGains { order: gains.len(), l: padded(gains) })
             }),
             reaching: self.reaching,
-            nominal: self.nominal(),
+            nominal: self.nominal(&self.gradient),
             limits: self.limits,
             fallback: self.fallback,
             sigma_star_bound: self.sigma_star_bound,
@@ -87,8 +87,8 @@ impl ControllerSpec {
         }
     }
 
-    fn nominal<const N: usize>(&self) -> Nominal<N> {
-        Nominal { gradient: padded(&self.gradient), input_gain: self.input_gain }
+    fn nominal<const N: usize>(&self, gradient: &[f64]) -> Nominal<N> {
+        Nominal { gradient: padded(gradient), input_gain: self.input_gain }
     }
 
     /// Bits of the observed channels.
@@ -148,11 +148,10 @@ fn in_precision<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     spec: &ControllerSpec,
 ) -> Result<Designed, ConfigError> {
     let config = spec.config::<N, R>();
-    let row = |a: &[f64]| Nominal::<N> { gradient: padded(a), input_gain: spec.input_gain };
     let port: Box<dyn ControllerPort> = match spec.precision {
         Precision::F32 => {
             let model = match &spec.model {
-                Model::Linear(a) => AnyModel::Linear(Linear::<f32, N>::new(&row(a))),
+                Model::Linear(a) => AnyModel::Linear(Linear::<f32, N>::new(&spec.nominal(a))),
                 Model::BenchmarkLibm => AnyModel::Planar(|x| Benchmark::<Libm>::new().drift(x)),
                 Model::BenchmarkMicromath => AnyModel::Planar(|x| Benchmark::<Micromath>::new().drift(x)),
             };
@@ -161,7 +160,7 @@ fn in_precision<const N: usize, const R: usize, const MASK: u8, const O: usize>(
         }
         Precision::F64 => {
             let model = match &spec.model {
-                Model::Linear(a) => AnyModel::Linear(Linear::<f64, N>::new(&row(a))),
+                Model::Linear(a) => AnyModel::Linear(Linear::<f64, N>::new(&spec.nominal(a))),
                 Model::BenchmarkLibm | Model::BenchmarkMicromath => {
                     AnyModel::Planar(|x| Benchmark::<Libm>::new().drift(x))
                 }
