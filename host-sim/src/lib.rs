@@ -13,6 +13,7 @@ pub mod actuator;
 pub mod cli;
 pub mod closed_loop;
 pub mod figures;
+pub mod log;
 pub mod metrics;
 pub mod plant;
 pub mod port;
@@ -22,6 +23,7 @@ pub mod sensor;
 pub mod signal;
 pub mod solver;
 pub mod trace;
+pub mod transport;
 
 /// Highest plant order.
 pub const MAX_ORDER: usize = 6;

@@ -1,10 +1,14 @@
 //! The controller, wherever it runs: in this process, as the baseline of reference \[1\], or on a target.
 
+use std::fmt;
+
 use crate::MAX_ORDER;
 use controller_core::{Health, MAX_R};
 
 pub mod baseline;
+pub mod compared;
 pub mod in_process;
+pub mod remote;
 
 /// What one tick returns; every `f32` of a controller is exact in these `f64`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +34,40 @@ impl Tick {
 
 /// Why a port could not tick. A controller in process never fails; one behind a wire may.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PortError(pub String);
+pub enum PortError {
+    /// The wire broke.
+    Broken(String),
+    /// No answer in time.
+    Silent {
+        /// What was asked.
+        asked: String,
+        /// How long was waited, s.
+        waited_s: f64,
+        /// Bytes that came meanwhile and were no answer.
+        heard: u64,
+    },
+    /// The target said no; in words.
+    Refused(String),
+    /// Two controllers that should agree to the last bit do not.
+    Differs(compared::Difference),
+}
+
+impl fmt::Display for PortError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Broken(why) | Self::Refused(why) => f.write_str(why),
+            Self::Silent { asked, waited_s, heard: 0 } => {
+                write!(f, "the target is silent: no answer to {asked} within {waited_s} s")
+            }
+            Self::Silent { asked, waited_s, heard } => {
+                write!(f, "no answer to {asked} within {waited_s} s, but {heard} bytes that are none")
+            }
+            Self::Differs(difference) => difference.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for PortError {}
 
 /// A controller at the end of a wire of any length.
 pub trait ControllerPort {
