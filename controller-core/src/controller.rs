@@ -162,10 +162,6 @@ design_in!(f64, double);
 const fn design_f64<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     config: &Config<N, R>,
 ) -> Result<Coefficients<f64, N, R, O>, ConfigError> {
-    const {
-        assert!(MASK as usize >> N == 0, "MASK names a channel above N");
-        assert!(MASK.count_ones() as usize == O, "O must be the number of channels in MASK");
-    }
     let mut i = 0;
     while i < N {
         let channel = i + 1;
@@ -190,8 +186,18 @@ where
     const CHANNELS: [usize; O] = design::observed(MASK);
     const LAST: usize = N - 1;
 
-    const fn from_parts(coefficients: Coefficients<T, N, R, O>, model: M) -> Self {
+    /// A controller of coefficients that were designed elsewhere, see [`Coefficients::from_numbers`].
+    pub const fn from_parts(coefficients: Coefficients<T, N, R, O>, model: M) -> Self {
+        const {
+            assert!(MASK as usize >> N == 0, "MASK names a channel above N");
+            assert!(MASK.count_ones() as usize == O, "O must be the number of channels in MASK");
+        }
         Self { coefficients, model }
+    }
+
+    /// What the tick multiplies with.
+    pub const fn coefficients(&self) -> &Coefficients<T, N, R, O> {
+        &self.coefficients
     }
 
     /// The nominal model.
@@ -224,6 +230,25 @@ where
             gain_prev: T::ZERO,
             resuming: true,
         })
+    }
+
+    /// [`tick`](Self::tick) of a controller that need not have started: the first good sample starts it, from `d_hat`
+    /// as [`start_from`](Self::start_from) does; until then the fallback goes out (0, as far as the limits allow it, if
+    /// there is nothing to hold).
+    #[inline]
+    pub fn tick_or_start(&self, state: &mut Option<State<T, R, O>>, d_hat: &[T; N], x: &[T; N]) -> Output<T> {
+        if state.is_none() {
+            *state = self.start_from(x, d_hat);
+        }
+        match state {
+            Some(state) => self.tick(state, x),
+            None => Output {
+                u: self.coefficients.fallback.limited(self.coefficients.u_min, self.coefficients.u_max),
+                sigma: T::ZERO,
+                sigma_star: T::ZERO,
+                health: Health::INPUT_REJECTED,
+            },
+        }
     }
 
     /// One tick: observers, σ*, law, clamp. Call it once per period with the newest sample x, in chain coordinates.
@@ -365,7 +390,7 @@ where
             // A finite sample asks for too much a second time running: it is the estimates that a spike has spoilt.
             state.z = [[T::ZERO; R]; O];
         }
-        state.held = k.fallback.unwrap_or(state.held).limited(k.u_min, k.u_max);
+        state.held = (k.hold * state.held + k.fallback).limited(k.u_min, k.u_max);
         state.offset -= k.decay * state.offset;
         state.resuming = true;
         Output { u: state.held, sigma: state.offset, sigma_star: T::ZERO, health: Health::INPUT_REJECTED }

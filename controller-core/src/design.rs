@@ -17,17 +17,26 @@
 //! sum $y_{i+1} = x_{i+1} + A_i$ serves $\sigma^*$ and the law. Channel n is in units of u (divided by $T b_0$): there
 //! its entry is exactly -1. The unfolded form is the oracle in `tests/` (test
 //! `formula::folded_tick_equals_the_plain_transcription`).
+//!
+//! # Leaving the process
+//! A design is a row of plain numbers in one declared order, [`LAYOUT`]: [`Coefficients::numbers`] gives them out,
+//! [`Coefficients::from_numbers`] takes them in again, checked. That is how a design made here gets onto a chip.
 #![doc = include_str!("../katex.html")]
 
 use crate::MAX_R;
-use crate::config::{Config, Fallback};
+use crate::config::{Config, Fallback, INPUT_LIMIT};
 use crate::error::ConfigError;
 use crate::exponential::{FACTORIAL, PHIS, phi_functions, raised};
-use crate::real::row_f32;
+use crate::real::{Real, row_f32};
+
+/// The order of the numbers of a [`Coefficients`] outside the process; \[O\] counts the observed channels, \[R\]
+/// their orders. Two programs that exchange designs compare it first.
+pub const LAYOUT: &str = "rate rate_n theta_n gamma[O][R] c[N] g[O][R] kx[N] kw us k[O][R] satk lim decay u_min u_max \
+                          sigma_star_bound hold fallback period input_gain mu2_n";
 
 /// What the tick multiplies with. `g` and `k` hold rows for (A, B, C); their entry 0 is not used (see the folding).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Coefficients<T, const N: usize, const R: usize, const O: usize> {
+pub struct Coefficients<T, const N: usize, const R: usize, const O: usize> {
     /// 1/T and 1/(T b_0): difference of a sample in the units of its channel.
     pub(crate) rate: T,
     pub(crate) rate_n: T,
@@ -50,7 +59,9 @@ pub(crate) struct Coefficients<T, const N: usize, const R: usize, const O: usize
     pub(crate) u_min: T,
     pub(crate) u_max: T,
     pub(crate) sigma_star_bound: T,
-    pub(crate) fallback: Option<T>,
+    /// A rejected sample gives hold u + fallback: (1, 0) holds the last u, (0, u) sends this one.
+    pub(crate) hold: T,
+    pub(crate) fallback: T,
     /// For reading the estimates in physical units; the tick does not use them.
     pub(crate) period: T,
     pub(crate) input_gain: T,
@@ -77,14 +88,79 @@ impl<const N: usize, const R: usize, const O: usize> Coefficients<f64, N, R, O> 
             u_min: self.u_min as f32,
             u_max: self.u_max as f32,
             sigma_star_bound: self.sigma_star_bound as f32,
-            fallback: match self.fallback {
-                Some(u) => Some(u as f32),
-                None => None,
-            },
+            hold: self.hold as f32,
+            fallback: self.fallback as f32,
             period: self.period as f32,
             input_gain: self.input_gain as f32,
             mu2_n: self.mu2_n as f32,
         }
+    }
+}
+
+impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N, R, O> {
+    /// How many numbers there are.
+    pub const NUMBERS: usize = 16 + 2 * N + 3 * O * R;
+
+    /// Hands out every number in the order of [`LAYOUT`].
+    pub fn numbers(&self, mut take: impl FnMut(T)) {
+        let mut copy = *self;
+        copy.each().for_each(|number| take(*number));
+    }
+
+    /// The design that these numbers, in the order of [`LAYOUT`], are; `give` is asked [`NUMBERS`](Self::NUMBERS)
+    /// times. `None` if they cannot come from a design: a number beyond the range of f32, limits that are reversed or
+    /// wider than [`INPUT_LIMIT`], a fallback outside of them, a period or an input gain of zero.
+    pub fn from_numbers(mut give: impl FnMut() -> T) -> Option<Self> {
+        let mut sound = true;
+        let mut read = Self::ZERO;
+        for number in read.each() {
+            *number = give();
+            sound &= number.abs() <= T::from_f64(LARGEST);
+        }
+        let limit = T::from_f64(INPUT_LIMIT);
+        let limits = -limit <= read.u_min && read.u_min <= read.u_max && read.u_max <= limit;
+        let holds = read.hold == T::from_f64(1.0) && read.fallback == T::ZERO;
+        let sends = read.hold == T::ZERO && read.u_min <= read.fallback && read.fallback <= read.u_max;
+        let nonzero = read.period > T::ZERO && read.input_gain != T::ZERO;
+        (sound && limits && (holds || sends) && nonzero).then_some(read)
+    }
+
+    const ZERO: Self = Self {
+        rate: T::ZERO,
+        rate_n: T::ZERO,
+        theta_n: T::ZERO,
+        gamma: [[T::ZERO; R]; O],
+        c: [T::ZERO; N],
+        g: [[T::ZERO; R]; O],
+        kx: [T::ZERO; N],
+        kw: T::ZERO,
+        us: T::ZERO,
+        k: [[T::ZERO; R]; O],
+        satk: T::ZERO,
+        lim: T::ZERO,
+        decay: T::ZERO,
+        u_min: T::ZERO,
+        u_max: T::ZERO,
+        sigma_star_bound: T::ZERO,
+        hold: T::ZERO,
+        fallback: T::ZERO,
+        period: T::ZERO,
+        input_gain: T::ZERO,
+        mu2_n: T::ZERO,
+    };
+
+    /// Every number in the order of [`LAYOUT`]: the one place that knows it.
+    fn each(&mut self) -> impl Iterator<Item = &mut T> {
+        #[rustfmt::skip]
+        let Self {
+            rate, rate_n, theta_n, gamma, c, g, kx, kw, us, k, satk, lim, decay, u_min, u_max, sigma_star_bound, hold,
+            fallback, period, input_gain, mu2_n,
+        } = self;
+        let head = [rate, rate_n, theta_n].into_iter().chain(gamma.as_flattened_mut());
+        let sigma = c.iter_mut().chain(g.as_flattened_mut());
+        let law = kx.iter_mut().chain([kw, us]).chain(k.as_flattened_mut()).chain([satk, lim, decay]);
+        let edges = [u_min, u_max, sigma_star_bound, hold, fallback];
+        head.chain(sigma).chain(law).chain(edges).chain([period, input_gain, mu2_n])
     }
 }
 
@@ -179,6 +255,10 @@ pub(crate) const fn coefficients<const N: usize, const R: usize, const O: usize>
         (0.0, 0.0)
     };
 
+    let (hold, fallback) = match config.fallback {
+        Fallback::HoldLast => (1.0, 0.0),
+        Fallback::Safe(u) => (0.0, u),
+    };
     let designed = Coefficients {
         rate: 1.0 / period,
         rate_n: 1.0 / (period * b),
@@ -196,10 +276,8 @@ pub(crate) const fn coefficients<const N: usize, const R: usize, const O: usize>
         u_min: limits.min,
         u_max: limits.max,
         sigma_star_bound: config.sigma_star_bound,
-        fallback: match config.fallback {
-            Fallback::HoldLast => None,
-            Fallback::Safe(u) => Some(u),
-        },
+        hold,
+        fallback,
         period,
         input_gain: b,
         mu2_n: response.mu2_n,
@@ -274,8 +352,11 @@ const fn folded<const R: usize>(on_s: [f64; MAX_R], theta: f64, mu2: f64, unit: 
 }
 
 /// Finite in f32 too, so that both precisions accept the same designs.
+const LARGEST: f64 = 1e30;
+
 const fn fits(value: f64) -> bool {
-    value.abs() < 1e30
+    // Rounded to f32 it is not above LARGEST rounded to f32.
+    value.abs() < LARGEST
 }
 
 impl<const N: usize, const R: usize, const O: usize> Coefficients<f64, N, R, O> {

@@ -47,6 +47,12 @@ impl Health {
     pub const fn bits(self) -> u8 {
         self.0
     }
+
+    /// The flags of these bits; `None` if a bit has no meaning.
+    pub const fn from_bits(bits: u8) -> Option<Self> {
+        let all = Self::INPUT_REJECTED.0 | Self::SATURATED.0 | Self::SIGMA_STAR_OVER_BOUND.0;
+        if bits & !all == 0 { Some(Self(bits)) } else { None }
+    }
 }
 
 impl core::fmt::Display for Health {

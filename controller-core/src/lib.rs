@@ -55,6 +55,7 @@ pub mod error_dynamics;
 
 pub use config::{Config, Fallback, INPUT_LIMIT};
 pub use controller::{Controller, Output, State, channels};
+pub use design::{Coefficients, LAYOUT};
 pub use elementary::{Exp, Libm, Micromath};
 pub use error::{ConfigError, Warning, Warnings};
 pub use health::Health;
@@ -66,10 +67,12 @@ pub use observer::{ObserverGains, Pole};
 pub use real::Real;
 pub use surface::Surface;
 
+/// Version of this crate; a design belongs to the version that made it.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Plant orders are 2..=`MAX_N`.
-const MAX_N: usize = 6;
+pub const MAX_N: usize = 6;
 /// Observer orders are 1..=`MAX_R`.
-const MAX_R: usize = 3;
+pub const MAX_R: usize = 3;
 
 const fn assert_order(n: usize) {
     assert!(n >= 2 && n <= MAX_N, "the plant order N must be 2..=6");

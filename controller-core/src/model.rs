@@ -60,6 +60,19 @@ impl<const N: usize> Linear<f32, N> {
     }
 }
 
+impl<T: Real, const N: usize> Linear<T, N> {
+    /// From the row of a(x)/b_0 itself.
+    pub const fn from_row(row: [T; N]) -> Self {
+        const { assert_order(N) };
+        Self { row }
+    }
+
+    /// The row of a(x)/b_0.
+    pub const fn row(&self) -> &[T; N] {
+        &self.row
+    }
+}
+
 impl<T: Real, const N: usize> NominalModel<T, N> for Linear<T, N> {
     #[inline(always)]
     fn drift(&self, x: &[T; N]) -> T {

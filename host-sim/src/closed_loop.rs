@@ -20,6 +20,8 @@ pub struct Loop<'a> {
     pub port: &'a mut dyn ControllerPort,
     /// Actuating chain.
     pub actuator: &'a mut dyn Actuator,
+    /// Is the controller told what the actuator holds?
+    pub report: bool,
     /// True state at t = 0, length n.
     pub x0: &'a [f64],
     /// Period T, s.
@@ -41,7 +43,7 @@ pub enum LoopError {
 ///
 /// The trace is returned in any case; the error says why it is shorter than asked.
 pub fn close_loop(setup: Loop<'_>, watch: &mut dyn FnMut(&Row) -> ControlFlow<()>) -> (Trace, Option<LoopError>) {
-    let Loop { plant, sensor, port, actuator, x0, period_s, periods } = setup;
+    let Loop { plant, sensor, port, actuator, report, x0, period_s, periods } = setup;
     let n = plant.order();
     let mut trace = Trace {
         order: n,
@@ -68,7 +70,9 @@ pub fn close_loop(setup: Loop<'_>, watch: &mut dyn FnMut(&Row) -> ControlFlow<()
             }
         };
         let u_held = actuator.drive(tick.u);
-        port.applied(u_held);
+        if report {
+            port.applied(u_held);
+        }
         let mut d = [0.0; MAX_ORDER];
         plant.lumped(t_s, &x[..n], u_held, &mut d[..n]);
         let row = Row {
@@ -79,7 +83,7 @@ pub fn close_loop(setup: Loop<'_>, watch: &mut dyn FnMut(&Row) -> ControlFlow<()
             sigma: tick.sigma,
             sigma_star: tick.sigma_star,
             d,
-            d_hat: tick.d_hat,
+            d_hat: tick.d_hat(),
             health: tick.health,
         };
         trace.rows.push(row);

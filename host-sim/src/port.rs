@@ -1,7 +1,7 @@
 //! The controller, wherever it runs: in this process, as the baseline of reference \[1\], or on a target.
 
 use crate::MAX_ORDER;
-use controller_core::Health;
+use controller_core::{Health, MAX_R};
 
 pub mod baseline;
 pub mod in_process;
@@ -15,10 +15,17 @@ pub struct Tick {
     pub sigma: f64,
     /// σ*, Eq. (17).
     pub sigma_star: f64,
-    /// Estimates d_hat_1..d_hat_n; 0 in channels without observer.
-    pub d_hat: [f64; MAX_ORDER],
+    /// Estimates [d_hat, d_hat', d_hat''] of channels 1..n; 0 where there is no observer, or beyond its order.
+    pub estimates: [[f64; MAX_R]; MAX_ORDER],
     /// Trouble, if any.
     pub health: Health,
+}
+
+impl Tick {
+    /// d_hat_1..d_hat_n.
+    pub fn d_hat(&self) -> [f64; MAX_ORDER] {
+        self.estimates.map(|[d_hat, ..]| d_hat)
+    }
 }
 
 /// Why a port could not tick. A controller in process never fails; one behind a wire may.

@@ -119,12 +119,13 @@ impl Run<'_> {
             // Poles of the printed gains and coarse periods are part of the question.
             observer_pole_limit: 100.0,
         });
-        let (mut port, _) = designed.expect("a valid design");
+        let mut port = designed.expect("a valid design").port;
         let setup = Loop {
             plant: self.plant,
             sensor,
             port: port.as_mut(),
             actuator,
+            report: true,
             x0: &self.x0,
             period_s: spec.period_s,
             periods: (self.span_s / spec.period_s).round() as usize,

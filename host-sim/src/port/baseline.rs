@@ -9,7 +9,7 @@
 //! chatters with an amplitude of k and a total variation that grows as 1/T. Any statement about it must name T.
 #![doc = include_str!("../../../controller-core/katex.html")]
 
-use controller_core::{Benchmark, Health, Libm, NominalModel};
+use controller_core::{Benchmark, Health, Libm, MAX_R, NominalModel};
 
 use crate::MAX_ORDER;
 use crate::port::{ControllerPort, PortError, Tick};
@@ -56,9 +56,9 @@ impl ControllerPort for Baseline {
         let sigma = x[1] + c1 * x[0] + d_hat;
         let sign = if sigma == 0.0 { 0.0 } else { sigma.signum() };
         let u = -(self.model.drift(&x) + c1 * (x[1] + d_hat) + k * sign);
-        let mut estimates = [0.0; MAX_ORDER];
-        estimates[0] = d_hat;
-        Ok(Tick { u, sigma, sigma_star: sigma, d_hat: estimates, health: Health::OK })
+        let mut estimates = [[0.0; MAX_R]; MAX_ORDER];
+        estimates[0][0] = d_hat;
+        Ok(Tick { u, sigma, sigma_star: sigma, estimates, health: Health::OK })
     }
 
     fn applied(&mut self, _u: f64) {}

@@ -4,9 +4,10 @@
 //! this module holds every instance a valid scenario can ask for and picks one; there is no second implementation.
 
 use controller_core::{
-    Benchmark, Config, ConfigError, Controller, Fallback, Health, Libm, Limits, Linear, Micromath, Nominal,
+    Benchmark, Config, ConfigError, Controller, Fallback, Libm, Limits, Linear, MAX_R, Micromath, Nominal,
     NominalModel, ObserverGains, ReachingLaw, Real, State, Surface, Warnings,
 };
+use pil_wire::Instance;
 
 use crate::MAX_ORDER;
 use crate::port::{ControllerPort, PortError, Tick};
@@ -102,8 +103,24 @@ fn padded<const L: usize>(row: &[f64]) -> [f64; L] {
     core::array::from_fn(|i| row.get(i).copied().unwrap_or(0.0))
 }
 
-/// A designed controller and the remarks on its design.
-pub type Designed = (Box<dyn ControllerPort>, Warnings);
+/// A designed controller.
+pub struct Designed {
+    /// Ready to tick, in this process.
+    pub port: Box<dyn ControllerPort>,
+    /// Remarks on the design.
+    pub warnings: Warnings,
+    /// The same design for a target, if it is in f32.
+    pub download: Option<Download>,
+}
+
+/// A design as plain numbers: what a target needs to run the very same controller.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Download {
+    /// Which tick.
+    pub instance: Instance,
+    /// Estimates at the start, row of the linear model (zeros for another model), coefficients.
+    pub numbers: Vec<f32>,
+}
 
 /// Designs the controller of a scenario.
 ///
@@ -148,15 +165,26 @@ fn in_precision<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     spec: &ControllerSpec,
 ) -> Result<Designed, ConfigError> {
     let config = spec.config::<N, R>();
-    let port: Box<dyn ControllerPort> = match spec.precision {
+    let (port, download): (Box<dyn ControllerPort>, _) = match spec.precision {
         Precision::F32 => {
-            let model = match &spec.model {
-                Model::Linear(a) => AnyModel::Linear(Linear::<f32, N>::new(&spec.nominal(a))),
-                Model::BenchmarkLibm => AnyModel::Planar(|x| Benchmark::<Libm>::new().drift(x)),
-                Model::BenchmarkMicromath => AnyModel::Planar(|x| Benchmark::<Micromath>::new().drift(x)),
+            let linear = |a: &[f64]| Linear::<f32, N>::new(&spec.nominal(a));
+            let (model, row, id) = match &spec.model {
+                Model::Linear(a) => (AnyModel::Linear(linear(a)), *linear(a).row(), pil_wire::Model::Linear),
+                Model::BenchmarkLibm => {
+                    let drift: fn(&_) -> _ = |x| Benchmark::<Libm>::new().drift(x);
+                    (AnyModel::Planar(drift), [0.0; N], pil_wire::Model::BenchmarkLibm)
+                }
+                Model::BenchmarkMicromath => {
+                    let drift: fn(&_) -> _ = |x| Benchmark::<Micromath>::new().drift(x);
+                    (AnyModel::Planar(drift), [0.0; N], pil_wire::Model::BenchmarkMicromath)
+                }
             };
             let controller = Controller::<f32, _, N, R, MASK, O>::design(&config, model)?;
-            Box::new(InProcess::new(controller, spec))
+            let port = InProcess::new(controller, spec);
+            let mut numbers = [port.initial_estimates, row].concat();
+            controller.coefficients().numbers(|number| numbers.push(number));
+            let instance = Instance { n: N as u8, r: R as u8, mask: MASK, model: id };
+            (Box::new(port), Some(Download { instance, numbers }))
         }
         Precision::F64 => {
             let model = match &spec.model {
@@ -166,10 +194,10 @@ fn in_precision<const N: usize, const R: usize, const MASK: u8, const O: usize>(
                 }
             };
             let controller = Controller::<f64, _, N, R, MASK, O>::design(&config, model)?;
-            Box::new(InProcess::new(controller, spec))
+            (Box::new(InProcess::new(controller, spec)), None)
         }
     };
-    Ok((port, config.warnings()))
+    Ok(Designed { port, warnings: config.warnings(), download })
 }
 
 /// Whichever model the scenario names; the arithmetic is the one of `controller-core`.
@@ -193,8 +221,6 @@ struct InProcess<T, const N: usize, const R: usize, const MASK: u8, const O: usi
     controller: Controller<T, AnyModel<T, N>, N, R, MASK, O>,
     observed: Vec<usize>,
     initial_estimates: [T; N],
-    /// What goes out until a first good sample has started the controller.
-    idle: f64,
     state: Option<State<T, R, O>>,
 }
 
@@ -204,10 +230,6 @@ impl<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> In
             controller,
             observed: (0..N).filter(|i| MASK >> i & 1 == 1).collect(),
             initial_estimates: padded::<N>(&spec.initial_estimates).map(T::from_f64),
-            idle: match spec.fallback {
-                Fallback::HoldLast => 0.0,
-                Fallback::Safe(u) => u,
-            },
             state: None,
         }
     }
@@ -218,23 +240,18 @@ impl<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> Co
 {
     fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
         let x = padded::<N>(sample).map(T::from_f64);
-        if self.state.is_none() {
-            self.state = self.controller.start_from(&x, &self.initial_estimates);
-        }
-        let Some(state) = &mut self.state else {
-            let health = Health::INPUT_REJECTED;
-            return Ok(Tick { u: self.idle, sigma: 0.0, sigma_star: 0.0, d_hat: [0.0; MAX_ORDER], health });
-        };
-        let output = self.controller.tick(state, &x);
-        let mut d_hat = [0.0; MAX_ORDER];
-        for (to, from) in d_hat.iter_mut().zip(self.controller.estimates(state)) {
-            *to = from[0].to_f64();
+        let output = self.controller.tick_or_start(&mut self.state, &self.initial_estimates, &x);
+        let mut estimates = [[0.0; MAX_R]; MAX_ORDER];
+        if let Some(state) = &self.state {
+            for (to, from) in estimates.iter_mut().zip(self.controller.estimates(state)) {
+                to[..R].copy_from_slice(&from.map(T::to_f64));
+            }
         }
         Ok(Tick {
             u: output.u.to_f64(),
             sigma: output.sigma.to_f64(),
             sigma_star: output.sigma_star.to_f64(),
-            d_hat,
+            estimates,
             health: output.health,
         })
     }

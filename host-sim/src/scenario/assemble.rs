@@ -11,8 +11,9 @@ use crate::actuator::{self, Actuator};
 use crate::closed_loop::{Loop, LoopError, close_loop};
 use crate::metrics::{self, Metrics};
 use crate::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel, Plant};
+use crate::port::ControllerPort;
 use crate::port::baseline::Baseline;
-use crate::port::{ControllerPort, PortError, Tick, in_process};
+use crate::port::in_process::{self, Designed, Download};
 use crate::sensor::{self, Sensor};
 use crate::signal::Signal;
 use crate::trace::{Row, Trace};
@@ -47,6 +48,10 @@ pub struct Experiment {
     pub actuator: Box<dyn Actuator>,
     /// The controller.
     pub port: Box<dyn ControllerPort>,
+    /// Its design for a target; none if it does not run on one (f64, the baseline).
+    pub download: Option<Download>,
+    /// Is the controller told what the actuator holds? Else it lives on what it asked for.
+    pub report: bool,
     /// What to be warned of in the design.
     pub warnings: Vec<String>,
     /// Bounds of the external disturbances per channel; chain plants only.
@@ -74,6 +79,7 @@ impl Experiment {
             sensor: self.sensor.as_mut(),
             port: self.port.as_mut(),
             actuator: self.actuator.as_mut(),
+            report: self.report,
             x0: &self.x0,
             period_s: self.period_s,
             periods: self.periods,
@@ -114,16 +120,15 @@ pub(super) fn assemble(resolved: Resolved) -> Result<Experiment, Problem> {
         if matches!(plant, PlantChoice::FlexibleJoint { .. }) { ("rad", "A") } else { ("", "") };
     let disturbances: Vec<Signal> = disturbance.into_iter().map(Signal::new).collect();
 
-    let (port, warnings, orders): (Box<dyn ControllerPort>, Vec<String>, Vec<usize>) = match controller {
+    let (port, download, warnings, orders): (Box<dyn ControllerPort>, _, Vec<String>, Vec<usize>) = match controller {
         ControllerChoice::Proposed(spec) => {
-            let (port, warnings) =
+            let Designed { port, warnings, download } =
                 in_process::build(&spec).map_err(|error| design_problem(&error, &observer_position))?;
             let orders = spec.observers.iter().map(|gains| gains.as_ref().map_or(0, Vec::len)).collect();
-            (port, warnings.iter().map(ToString::to_string).collect(), orders)
+            (port, download, warnings.iter().map(ToString::to_string).collect(), orders)
         }
-        ControllerChoice::Baseline(spec) => (Box::new(Baseline::new(spec)), Vec::new(), vec![1, 0]),
+        ControllerChoice::Baseline(spec) => (Box::new(Baseline::new(spec)), None, Vec::new(), vec![1, 0]),
     };
-    let port = if file.actuator.report { port } else { Box::new(Unreported(port)) };
     let mu = if is_chain { bounds(&disturbances, &orders, span_s) } else { Vec::new() };
 
     Ok(Experiment {
@@ -141,6 +146,8 @@ pub(super) fn assemble(resolved: Resolved) -> Result<Experiment, Problem> {
         actuator: actuator_of(&file.actuator, period_s),
         x0,
         port,
+        download,
+        report: file.actuator.report,
         warnings,
         mu,
         controller: match (file.controller.kind, file.controller.precision) {
@@ -216,21 +223,6 @@ fn actuator_of(table: &ActuatorTable, period_s: f64) -> Box<dyn Actuator> {
         chain = Box::new(actuator::Held::new(chain, table.hold_ticks));
     }
     chain
-}
-
-/// A controller that is never told what the actuator held: it lives on what it asked for.
-struct Unreported(Box<dyn ControllerPort>);
-
-impl ControllerPort for Unreported {
-    fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
-        self.0.tick(sample)
-    }
-
-    fn applied(&mut self, _u: f64) {}
-
-    fn observed(&self) -> &[usize] {
-        self.0.observed()
-    }
 }
 
 /// The key that a refused design is about.

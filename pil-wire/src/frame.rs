@@ -1,0 +1,339 @@
+//! Requests and replies as values, and as the bytes of the tables in the crate's page.
+
+use controller_core::{Health, MAX_R};
+
+use crate::{CORE_VERSION, CRC, FAULT, LAYOUT_ID, LOAD, MARK, MAX_N, REPLY_LEN, REPLY_WORDS, REQUEST_LEN};
+use crate::{REQUEST_WORDS, VERSION};
+
+/// Second bytes of the marks.
+pub(crate) const REQUEST_MARK: [u8; 2] = [MARK, 0xE5];
+pub(crate) const REPLY_MARK: [u8; 2] = [MARK, 0xE6];
+
+/// The nominal model of a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Model {
+    /// a(x) linear, its row among the loaded numbers.
+    Linear = 0,
+    /// Eq. (59), e^x by libm.
+    BenchmarkLibm = 1,
+    /// Eq. (59), e^x by micromath.
+    BenchmarkMicromath = 2,
+}
+
+/// Which tick: a type of the controller, named at run time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Instance {
+    /// Plant order N.
+    pub n: u8,
+    /// Capacity R for observer orders.
+    pub r: u8,
+    /// Observed channels, bit i - 1 for channel i.
+    pub mask: u8,
+    /// Nominal model.
+    pub model: Model,
+}
+
+impl Instance {
+    pub(crate) const fn word(self) -> u32 {
+        u32::from_le_bytes([self.n, self.r, self.mask, self.model as u8])
+    }
+
+    fn from_word(word: u32) -> Option<Self> {
+        let [n, r, mask, model] = word.to_le_bytes();
+        let model = match model {
+            0 => Model::Linear,
+            1 => Model::BenchmarkLibm,
+            2 => Model::BenchmarkMicromath,
+            _ => return None,
+        };
+        Some(Self { n, r, mask, model })
+    }
+}
+
+/// What the host asks.
+#[derive(Clone, Copy, Debug)]
+pub enum Request {
+    /// Who are you?
+    Identify,
+    /// A design is coming.
+    Open(Open),
+    /// Four numbers of it.
+    Load {
+        /// Position of the first one.
+        offset: u32,
+        /// The numbers; those beyond the design's end are not read.
+        numbers: [f32; LOAD],
+    },
+    /// The design is complete: start with the next sample.
+    Start,
+    /// One tick.
+    Tick {
+        /// The sample; entries beyond the plant order are not read.
+        x: [f32; MAX_N],
+        /// What the actuator held since the last tick; NaN if that was not told.
+        applied: f32,
+    },
+    /// Run into an undefined instruction: shows that the black box comes out.
+    Fault,
+}
+
+/// Announces a design.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Open {
+    /// Which tick.
+    pub instance: Instance,
+    /// How many numbers will be loaded.
+    pub count: u32,
+    /// Their layout, [`LAYOUT_ID`].
+    pub layout: u32,
+    /// Version of the controller that made the design, [`CORE_VERSION`].
+    pub core_version: u32,
+    /// Hash of the design.
+    pub design: u32,
+}
+
+impl Open {
+    /// By this program.
+    pub fn new(instance: Instance, numbers: &[f32]) -> Self {
+        Self {
+            instance,
+            count: numbers.len() as u32,
+            layout: LAYOUT_ID,
+            core_version: CORE_VERSION,
+            design: crate::design_hash(instance, numbers),
+        }
+    }
+}
+
+/// What the target answers.
+#[derive(Clone, Copy, Debug)]
+pub enum Reply {
+    /// Who it is.
+    Identity(Identity),
+    /// Open, Load or Start is done.
+    Done,
+    /// What the tick returned.
+    Ticked(Ticked),
+    /// The request was not carried out.
+    Refused(Refusal),
+}
+
+/// Who the target is. This reply has the same form in every version.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// Version of the wire.
+    pub version: u8,
+    /// Layout of its designs.
+    pub layout: u32,
+    /// Version of its controller.
+    pub core_version: u32,
+    /// Sequence number of the last request that was new to it.
+    pub last_sequence: u32,
+}
+
+/// Every output of a tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Ticked {
+    /// u.
+    pub u: f32,
+    /// σ.
+    pub sigma: f32,
+    /// σ*.
+    pub sigma_star: f32,
+    /// Health.
+    pub health: Health,
+    /// d_hat, d_hat', d_hat'' of channels 1..4; zeros where there is nothing to estimate.
+    pub estimates: [[f32; MAX_R]; MAX_N],
+}
+
+/// Why a request was refused, with the two numbers that differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refusal {
+    /// What is wrong.
+    pub reason: Reason,
+    /// What the target has.
+    pub target: u32,
+    /// What the request has.
+    pub request: u32,
+}
+
+impl Refusal {
+    pub(crate) const fn of(reason: Reason) -> Self {
+        Self { reason, target: 0, request: 0 }
+    }
+}
+
+/// What is wrong with a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Reason {
+    /// Another [`VERSION`] of the wire.
+    Version = 1,
+    /// Another [`LAYOUT_ID`].
+    Layout,
+    /// Another [`CORE_VERSION`].
+    CoreVersion,
+    /// The image carries no such [`Instance`].
+    Instance,
+    /// Another count of numbers than the instance has.
+    Count,
+    /// Another hash of the design than the loaded numbers have.
+    Design,
+    /// Numbers that no design has: not finite, limits reversed, a period of 0.
+    Coefficients,
+    /// Load, Start or Tick out of their order.
+    NotOpen,
+    /// A sequence number from the future: the target has restarted.
+    OutOfStep,
+    /// No such kind of request.
+    Kind,
+}
+
+const REASONS: [Reason; 10] = [
+    Reason::Version,
+    Reason::Layout,
+    Reason::CoreVersion,
+    Reason::Instance,
+    Reason::Count,
+    Reason::Design,
+    Reason::Coefficients,
+    Reason::NotOpen,
+    Reason::OutOfStep,
+    Reason::Kind,
+];
+
+const IDENTIFY: u8 = 1;
+const IDENTITY: u8 = 129;
+
+impl Request {
+    /// The bytes.
+    pub fn to_frame(&self, sequence: u32) -> [u8; REQUEST_LEN] {
+        let (kind, words) = match *self {
+            Self::Identify => (IDENTIFY, [0; REQUEST_WORDS]),
+            Self::Open(Open { instance, count, layout, core_version, design }) => {
+                (2, [instance.word(), count, layout, core_version, design])
+            }
+            Self::Load { offset, numbers: [a, b, c, d] } => {
+                (3, [offset, a.to_bits(), b.to_bits(), c.to_bits(), d.to_bits()])
+            }
+            Self::Start => (4, [0; REQUEST_WORDS]),
+            Self::Tick { x: [a, b, c, d], applied } => (5, [a, b, c, d, applied].map(f32::to_bits)),
+            Self::Fault => (6, [FAULT, 0, 0, 0, 0]),
+        };
+        framed(REQUEST_MARK, kind, sequence, &words)
+    }
+
+    /// Sequence number and request of a frame that a [`Receiver`](crate::Receiver) let through.
+    ///
+    /// # Errors
+    /// What to answer to a request that cannot be read.
+    pub fn from_frame(frame: &[u8; REQUEST_LEN]) -> (u32, Result<Self, Refusal>) {
+        let (version, kind, sequence) = head(frame);
+        let words: [u32; REQUEST_WORDS] = words(frame);
+        let refused = |reason, target, request| Err(Refusal { reason, target, request });
+        let request = match (kind, words) {
+            (IDENTIFY, _) => Ok(Self::Identify),
+            _ if version != VERSION => refused(Reason::Version, u32::from(VERSION), u32::from(version)),
+            (2, [instance, count, layout, core_version, design]) => match Instance::from_word(instance) {
+                Some(instance) => Ok(Self::Open(Open { instance, count, layout, core_version, design })),
+                None => refused(Reason::Instance, 0, instance),
+            },
+            (3, [offset, numbers @ ..]) => Ok(Self::Load { offset, numbers: numbers.map(f32::from_bits) }),
+            (4, _) => Ok(Self::Start),
+            (5, [x @ .., applied]) => Ok(Self::Tick { x: x.map(f32::from_bits), applied: f32::from_bits(applied) }),
+            (6, [FAULT, ..]) => Ok(Self::Fault),
+            _ => refused(Reason::Kind, 0, u32::from(kind)),
+        };
+        (sequence, request)
+    }
+}
+
+impl Reply {
+    /// The bytes.
+    pub fn to_frame(&self, sequence: u32) -> [u8; REPLY_LEN] {
+        let mut words = [0; REPLY_WORDS];
+        let kind = match *self {
+            Self::Identity(Identity { version: _, layout, core_version, last_sequence }) => {
+                words[..3].copy_from_slice(&[layout, core_version, last_sequence]);
+                IDENTITY
+            }
+            Self::Done => 130,
+            Self::Ticked(Ticked { u, sigma, sigma_star, health, estimates }) => {
+                words[..3].copy_from_slice(&[u, sigma, sigma_star].map(f32::to_bits));
+                words[3] = u32::from(health.bits());
+                for (word, number) in words[4..].iter_mut().zip(estimates.as_flattened()) {
+                    *word = number.to_bits();
+                }
+                131
+            }
+            Self::Refused(Refusal { reason, target, request }) => {
+                words[..3].copy_from_slice(&[u32::from(reason as u8), target, request]);
+                132
+            }
+        };
+        framed(REPLY_MARK, kind, sequence, &words)
+    }
+
+    /// Sequence number and reply of a frame that a [`Receiver`](crate::Receiver) let through; `None` for the reply if
+    /// it cannot be read.
+    pub fn from_frame(frame: &[u8; REPLY_LEN]) -> (u32, Option<Self>) {
+        let (version, kind, sequence) = head(frame);
+        let words: [u32; REPLY_WORDS] = words(frame);
+        let [a, b, c, d, ..] = words;
+        let reply = match kind {
+            IDENTITY => Some(Self::Identity(Identity { version, layout: a, core_version: b, last_sequence: c })),
+            _ if version != VERSION => None,
+            130 => Some(Self::Done),
+            131 => u8::try_from(d).ok().and_then(Health::from_bits).map(|health| {
+                let mut estimates = [[0.0; MAX_R]; MAX_N];
+                for (number, word) in estimates.as_flattened_mut().iter_mut().zip(&words[4..]) {
+                    *number = f32::from_bits(*word);
+                }
+                let [u, sigma, sigma_star] = [a, b, c].map(f32::from_bits);
+                Self::Ticked(Ticked { u, sigma, sigma_star, health, estimates })
+            }),
+            132 => REASONS
+                .into_iter()
+                .find(|reason| *reason as u32 == a)
+                .map(|reason| Self::Refused(Refusal { reason, target: b, request: c })),
+            _ => None,
+        };
+        (sequence, reply)
+    }
+}
+
+fn framed<const LEN: usize>(mark: [u8; 2], kind: u8, sequence: u32, words: &[u32]) -> [u8; LEN] {
+    let mut frame = [0; LEN];
+    let (body, check) = frame.split_at_mut(LEN - 4);
+    let (head, rest) = body.split_at_mut(4);
+    head.copy_from_slice(&[mark[0], mark[1], VERSION, kind]);
+    for (bytes, word) in rest.chunks_exact_mut(4).zip(core::iter::once(&sequence).chain(words)) {
+        bytes.copy_from_slice(&word.to_le_bytes());
+    }
+    check.copy_from_slice(&CRC.checksum(body).to_le_bytes());
+    frame
+}
+
+/// Do mark and checksum hold?
+pub(crate) fn is_whole<const LEN: usize>(frame: &[u8; LEN], mark: [u8; 2]) -> bool {
+    let (body, check) = frame.split_at(LEN - 4);
+    body.starts_with(&mark) && CRC.checksum(body).to_le_bytes() == *check
+}
+
+/// Version, kind and sequence number.
+fn head<const LEN: usize>(frame: &[u8; LEN]) -> (u8, u8, u32) {
+    let [sequence]: [u32; 1] = words_from(&frame[4..8]);
+    (frame[2], frame[3], sequence)
+}
+
+fn words<const LEN: usize, const WORDS: usize>(frame: &[u8; LEN]) -> [u32; WORDS] {
+    words_from(&frame[8..LEN - 4])
+}
+
+fn words_from<const WORDS: usize>(bytes: &[u8]) -> [u32; WORDS] {
+    let mut words = [0; WORDS];
+    for (word, bytes) in words.iter_mut().zip(bytes.chunks_exact(4)) {
+        *word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+    }
+    words
+}

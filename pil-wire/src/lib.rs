@@ -1,0 +1,105 @@
+//! The wire between a host and a controller on a chip: fixed frames, one request, one reply, in lock step.
+//!
+//! # Frames
+//! Two sizes, little endian throughout. A word is 32 bits; a number is an `f32` carried by its bits, so that a NaN
+//! crosses as it is.
+//!
+//! | bytes of a request | bytes of a reply | what |
+//! |---|---|---|
+//! | 0..2 | 0..2 | `5A E5` in a request, `5A E6` in a reply |
+//! | 2 | 2 | [`VERSION`] of this page |
+//! | 3 | 3 | kind |
+//! | 4..8 | 4..8 | sequence number |
+//! | 8..28 | 8..72 | five words, sixteen words; those not named below are 0 |
+//! | 28..32 | 72..76 | CRC-32 (ISO-HDLC, as in Ethernet and zip) of all bytes before |
+//!
+//! | request | kind | words | reply |
+//! |---|---|---|---|
+//! | Identify | 1 | | Identity |
+//! | Open | 2 | n, r, mask, model as bytes; count of numbers; [`LAYOUT_ID`]; [`CORE_VERSION`]; design hash | Done |
+//! | Load | 3 | offset, four numbers | Done |
+//! | Start | 4 | | Done |
+//! | Tick | 5 | x_1..x_4, u that was really held (NaN: not told) | Ticked |
+//! | Fault | 6 | `FA17FA17` | none: the firmware runs into an undefined instruction |
+//!
+//! | reply | kind | words |
+//! |---|---|---|
+//! | Identity | 129 | [`LAYOUT_ID`], [`CORE_VERSION`], last sequence number |
+//! | Done | 130 | |
+//! | Ticked | 131 | u, σ, σ*, health; d_hat, d_hat', d_hat'' of channels 1..4 |
+//! | Refused | 132 | [`Reason`], what the target has, what the request has |
+//!
+//! # Lock step
+//! A request is *new* if its sequence number is one more than that of the last one, a *repeat* if it is the same:
+//! then the reply was lost, and is sent again from memory without a second tick. An older one is a straggler and is
+//! dropped; a later one is refused, for the target must have restarted. Identify and Identity have the same form in
+//! every version, change nothing and may come at any time; a target sends one Identity unasked when it starts up.
+//!
+//! A design is loaded as plain numbers: d_hat_1..n at the start, the n entries of a linear a(x)/b_0 (zeros for another
+//! model), and the coefficients in the order of [`controller_core::LAYOUT`]. Its hash is the CRC-32 of the first word
+//! of Open and of all numbers: the target computes it from what it holds, and refuses to start another design.
+//!
+//! # Garbage
+//! [`Receiver`] takes any bytes. Whatever stands before a frame with the right mark and checksum is skipped; a frame
+//! that follows a damaged one is not lost. Nothing here allocates, and no byte string makes it panic.
+#![no_std]
+#![forbid(unsafe_code)]
+
+mod frame;
+mod receiver;
+mod running;
+mod target;
+
+pub use frame::{Identity, Instance, Model, Open, Reason, Refusal, Reply, Request, Ticked};
+pub use receiver::Receiver;
+pub use target::{Event, Target};
+
+use controller_core::LAYOUT;
+use crc::{CRC_32_ISO_HDLC, Crc};
+
+/// Of the tables in this page. Every change of them is a new version.
+pub const VERSION: u8 = 1;
+/// Bytes of a request.
+pub const REQUEST_LEN: usize = 12 + 4 * REQUEST_WORDS;
+/// Bytes of a reply.
+pub const REPLY_LEN: usize = 12 + 4 * REPLY_WORDS;
+/// Highest plant order on the wire.
+pub const MAX_N: usize = 4;
+/// Version of the controller, as one byte each of major, minor and patch.
+pub const CORE_VERSION: u32 = version(controller_core::VERSION);
+/// CRC-32 of [`LAYOUT`]: two programs that agree on it read the same design from the same numbers.
+pub const LAYOUT_ID: u32 = CRC.checksum(LAYOUT.as_bytes());
+
+const REQUEST_WORDS: usize = 5;
+const REPLY_WORDS: usize = 16;
+/// Numbers that one Load carries.
+pub const LOAD: usize = REQUEST_WORDS - 1;
+const MARK: u8 = 0x5A;
+const FAULT: u32 = 0xFA17_FA17;
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+const fn version(text: &str) -> u32 {
+    let bytes = text.as_bytes();
+    let (mut packed, mut part, mut i) = (0, 0, 0);
+    while i < bytes.len() {
+        if bytes[i] == b'.' {
+            packed = packed << 8 | part;
+            part = 0;
+        } else {
+            assert!(bytes[i].is_ascii_digit(), "a version is three numbers");
+            part = part * 10 + (bytes[i] - b'0') as u32;
+        }
+        i += 1;
+    }
+    packed << 8 | part
+}
+
+/// Hash of a design: the CRC-32 of the first word of Open and of all loaded numbers.
+pub fn design_hash(instance: Instance, numbers: &[f32]) -> u32 {
+    let mut digest = CRC.digest();
+    digest.update(&instance.word().to_le_bytes());
+    for number in numbers {
+        digest.update(&number.to_bits().to_le_bytes());
+    }
+    digest.finalize()
+}
