@@ -8,8 +8,8 @@
 use core::cell::Cell;
 
 use controller_core::{
-    Config, Controller, Fallback, FlexibleJoint, Health, JointParameters, Limits, Nominal, ObserverGains, ReachingLaw,
-    Reading, State, Surface, channels,
+    Config, Controller, Fallback, FlexibleJoint, Health, JointParameters, Limits, Nominal, ObserverGains, Output,
+    ReachingLaw, Reading, State, Surface, channels,
 };
 use cortex_m::asm;
 use critical_section::Mutex;
@@ -20,8 +20,6 @@ const TICK_HZ: u32 = 10_000;
 const PERIOD_S: f64 = 1.0 / TICK_HZ as f64;
 /// Ticks between two reports: 0.2 s.
 const REPORT_EVERY: u32 = TICK_HZ / 5;
-/// What the power stage gets while there is no valid sample yet, A.
-const SAFE_U: f32 = 0.0;
 
 /// A chain of order 4, observers of order 2 in channels 2 and 4.
 type Drive = Controller<f32, FlexibleJoint<f32>, 4, 2, { channels([2, 4]) }, 2>;
@@ -37,7 +35,7 @@ static CONTROLLER: Drive = Drive::designed(
         reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
         nominal: NOMINAL,
         limits: Limits::symmetric(300.0),
-        fallback: Fallback::Safe(SAFE_U as f64),
+        fallback: Fallback::Safe(0.0),
         sigma_star_bound: 10.0,
         observer_pole_limit: 1.0,
     },
@@ -49,9 +47,7 @@ static CONTROLLER: Drive = Drive::designed(
 struct Telemetry {
     ticks: u32,
     y: f32,
-    u: f32,
-    sigma_star: f32,
-    health: Health,
+    output: Output<f32>,
     worst: u32,
     missed: u32,
 }
@@ -59,7 +55,13 @@ struct Telemetry {
 static TELEMETRY: Mutex<Cell<Telemetry>> = Mutex::new(Cell::new(Telemetry::NONE));
 
 impl Telemetry {
-    const NONE: Self = Self { ticks: 0, y: 0.0, u: 0.0, sigma_star: 0.0, health: Health::OK, worst: 0, missed: 0 };
+    const NONE: Self = Self {
+        ticks: 0,
+        y: 0.0,
+        output: Output { u: 0.0, sigma: 0.0, sigma_star: 0.0, health: Health::OK },
+        worst: 0,
+        missed: 0,
+    };
 }
 
 #[interrupt]
@@ -71,21 +73,13 @@ fn TIM3() {
     ticker::acknowledge();
     let began = clock::now();
     let x = JOINT.sample(); // BOARD: read the encoders, convert to chain coordinates
-    if STATE.is_none() {
-        *STATE = CONTROLLER.start(&x);
-    }
-    if let Some(state) = STATE {
-        let output = CONTROLLER.tick(state, &x);
-        JOINT.drive(output.u); // BOARD: write the PWM; if it holds anything else, tell state.applied(..)
-        (SEEN.u, SEEN.sigma_star, SEEN.health) = (output.u, output.sigma_star, output.health);
-    } else {
-        JOINT.drive(SAFE_U); // BOARD: the same
-    }
+    let output = CONTROLLER.tick_or_start(STATE, &[0.0; 4], &x);
+    JOINT.drive(output.u); // BOARD: write the PWM; if it holds anything else, tell `State::applied`
     SEEN.worst = SEEN.worst.max(clock::now().wrapping_sub(began));
 
     JOINT.advance(PERIOD_S as f32); // BOARD: the motor does this by itself
     SEEN.ticks += 1;
-    SEEN.y = x[0];
+    (SEEN.y, SEEN.output) = (x[0], output);
     SEEN.missed += u32::from(ticker::is_due());
     critical_section::with(|cs| TELEMETRY.borrow(cs).set(*SEEN));
 }
@@ -110,7 +104,7 @@ fn main() -> ! {
 }
 
 fn report(seen: &Telemetry, period: u32, unit: clock::Unit) {
-    let Telemetry { ticks, y, u, sigma_star, health, worst, missed } = *seen;
+    let Telemetry { ticks, y, output: Output { u, sigma_star, health, .. }, worst, missed } = *seen;
     defmt::println!(
         "t = {=f32} s, y = {=f32} rad, sigma* = {=f32} rad/s^3, u = {=f32} A, {}; sample to actuate: worst {=u32} of \
          {=u32} {}, headroom {=u32} %, {=u32} ticks missed",
