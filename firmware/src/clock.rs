@@ -46,7 +46,7 @@ pub fn start(mut dcb: DCB, mut dwt: DWT, _owned: TIM2, rcc: &RCC) -> Unit {
 }
 
 /// The count, modulo 2^32; 0 before [`start`]. What stands before it in the source is done before it is read.
-#[inline(always)]
+#[inline]
 pub fn now() -> u32 {
     compiler_fence(Ordering::SeqCst);
     let count = if DWT_COUNTS.load(Ordering::Relaxed) { DWT::cycle_count() } else { tim2().cnt().read().bits() };
@@ -55,7 +55,7 @@ pub fn now() -> u32 {
 }
 
 /// What `work` takes, one reading of the stopwatch included: subtract `elapsed(|| ())`.
-#[inline(always)]
+#[inline]
 pub fn elapsed(work: impl FnOnce()) -> u32 {
     let before = now();
     work();

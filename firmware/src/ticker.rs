@@ -19,13 +19,13 @@ pub fn start(_owned: TIM3, rcc: &RCC, rate_hz: u32) -> u32 {
 }
 
 /// The handler has seen this call.
-#[inline(always)]
+#[inline]
 pub fn acknowledge() {
     registers().sr().write(|w| w.uif().clear_bit());
 }
 
 /// Has the next call come due already?
-#[inline(always)]
+#[inline]
 pub fn is_due() -> bool {
     registers().sr().read().uif().bit_is_set()
 }

@@ -1,7 +1,7 @@
 //! What a motor drive looks like: a timer interrupt at 10 kHz samples, ticks and actuates; the main loop tells how it goes.
 //!
-//! The joint is a stand-in on the chip, so that this runs on any board and in the emulator. The two places that a board
-//! replaces are marked `BOARD`. `docs/linking.md` goes through this file line by line.
+//! The joint is a stand-in on the chip, so that this runs on any board and in the emulator. What a board
+//! replaces is marked `BOARD`. `docs/linking.md` goes through this file line by line.
 #![no_std]
 #![no_main]
 
@@ -13,7 +13,7 @@ use controller_core::{
 };
 use cortex_m::asm;
 use critical_section::Mutex;
-use firmware::{clock, joint, log, ticker};
+use firmware::{clock, fault, joint, log, ticker};
 use stm32f4::stm32f405::{Peripherals, interrupt};
 
 const TICK_HZ: u32 = 10_000;
@@ -87,6 +87,7 @@ fn TIM3() {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let (Some(core), Some(chip)) = (cortex_m::Peripherals::take(), Peripherals::take()) else { unreachable!() };
+    fault::last_words(|| {}); // BOARD: switch the power stage off
     log::start(chip.USART2, &chip.RCC, &chip.GPIOA);
     let unit = clock::start(core.DCB, core.DWT, chip.TIM2, &chip.RCC);
     let period = ticker::start(chip.TIM3, &chip.RCC, TICK_HZ);
