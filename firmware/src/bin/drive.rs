@@ -1,7 +1,7 @@
 //! What a motor drive looks like: a timer interrupt at 10 kHz samples, ticks and actuates; the main loop tells how it goes.
 //!
-//! The joint is a stand-in on the chip, so that this runs on any board and in the emulator. What a board
-//! replaces is marked `BOARD`. `docs/linking.md` goes through this file line by line.
+//! The joint is a stand-in on the chip, so that this runs on any board and in the emulator. What a board replaces
+//! is marked `BOARD`. `docs/linking.md` goes through this file line by line.
 #![no_std]
 #![no_main]
 
@@ -93,12 +93,12 @@ fn main() -> ! {
     let period = ticker::start(chip.TIM3, &chip.RCC, TICK_HZ);
     defmt::println!("drive: {=u32} Hz, time in {}", TICK_HZ, unit);
 
-    let mut due = REPORT_EVERY;
+    let mut reported = 0;
     loop {
         asm::wfi();
         let seen = critical_section::with(|cs| TELEMETRY.borrow(cs).get());
-        if seen.ticks >= due {
-            due += REPORT_EVERY;
+        if seen.ticks.wrapping_sub(reported) >= REPORT_EVERY {
+            reported = seen.ticks;
             report(&seen, period, unit);
         }
     }
