@@ -159,9 +159,15 @@ macro_rules! design_in {
 design_in!(f32, single);
 design_in!(f64, double);
 
+const fn assert_shape<const N: usize, const MASK: u8, const O: usize>() {
+    assert!(MASK as usize >> N == 0, "MASK names a channel above N");
+    assert!(MASK.count_ones() as usize == O, "O must be the number of channels in MASK");
+}
+
 const fn design_f64<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     config: &Config<N, R>,
 ) -> Result<Coefficients<f64, N, R, O>, ConfigError> {
+    const { assert_shape::<N, MASK, O>() };
     let mut i = 0;
     while i < N {
         let channel = i + 1;
@@ -188,10 +194,7 @@ where
 
     /// A controller of coefficients that were designed elsewhere, see [`Coefficients::from_numbers`].
     pub const fn from_parts(coefficients: Coefficients<T, N, R, O>, model: M) -> Self {
-        const {
-            assert!(MASK as usize >> N == 0, "MASK names a channel above N");
-            assert!(MASK.count_ones() as usize == O, "O must be the number of channels in MASK");
-        }
+        const { assert_shape::<N, MASK, O>() };
         Self { coefficients, model }
     }
 

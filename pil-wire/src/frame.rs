@@ -11,6 +11,7 @@ pub(crate) const REPLY_MARK: [u8; 2] = [MARK, 0xE6];
 
 /// The nominal model of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Model {
     /// a(x) linear, its row among the loaded numbers.
     Linear = 0,
@@ -22,6 +23,7 @@ pub enum Model {
 
 /// Which tick: a type of the controller, named at run time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Instance {
     /// Plant order N.
     pub n: u8,
@@ -79,6 +81,7 @@ pub enum Request {
 
 /// Announces a design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Open {
     /// Which tick.
     pub instance: Instance,
@@ -148,6 +151,7 @@ pub struct Ticked {
 
 /// Why a request was refused, with the two numbers that differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Refusal {
     /// What is wrong.
     pub reason: Reason,
@@ -165,6 +169,7 @@ impl Refusal {
 
 /// What is wrong with a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Reason {
     /// Another [`VERSION`] of the wire.

@@ -5,6 +5,7 @@ mod compile;
 mod convergence;
 mod figures;
 mod formula;
+mod frames;
 mod golden;
 mod paper;
 mod precision;

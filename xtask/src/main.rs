@@ -3,7 +3,9 @@
 //! It drives cargo by command line and links none of our crates, so it can tell what is wrong when they do not build.
 //! Each step is numbered and timed; the first that fails ends the run with the exact command to repeat it.
 
+mod compiler;
 mod docs;
+mod firmware;
 mod paper_map;
 mod scan;
 mod setup;
@@ -22,13 +24,14 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 3] = [
+const ACTIONS: [Action; 4] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
-        help: "setup, then format, lints, docs, paper map, tests, build and machine code for thumb",
+        help: "setup, then format, lints, docs, paper map, images, tests, build and machine code for thumb",
         run: test::run,
     },
+    Action { name: "firmware", help: "build the images for the chip and say how large they are", run: firmware::run },
     Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
 ];
 

@@ -3,8 +3,12 @@
 
 use std::path::Path;
 
+use crate::compiler::{Compiler, DEBIAN_PACKAGES, TARGET};
 use crate::step::{Failure, Gate, Invocation, Outcome};
-use crate::thumb::{Compiler, DEBIAN_PACKAGES, TARGET};
+
+/// The emulator of the chip, and the board with it.
+const EMULATOR: &str = "qemu-system-arm";
+const BOARD: &str = "netduinoplus2";
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.check("tools: cargo fmt, cargo clippy", "cargo xtask setup", |_| {
@@ -16,34 +20,77 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         }
         Ok(String::from("present"))
     })?;
-    gate.step(&format!("compiler for {TARGET}"), |gate| {
-        let compiler = match Compiler::find() {
-            Some(found) => found,
-            None => install(gate)?,
-        };
-        println!("{compiler}");
+    gate.step(&format!("compiler for {TARGET}, emulator of the chip"), |gate| {
+        let missing = missing();
+        if !missing.is_empty() {
+            install(gate, &missing)?;
+        }
+        println!("{}\n{}", Compiler::required()?, emulator().unwrap_or_default());
         Ok(())
     })
 }
 
-/// Debian's compiler with its library sources, if we are root on Debian.
-fn install(gate: &Gate) -> Result<Compiler, Failure> {
-    let by_hand = |reason: &str| Failure {
-        reason: format!(
-            "{reason}; install one of\n  rustup target add {TARGET}\n  apt-get install -y --no-install-recommends {}   \
-             (Debian, as root)",
-            DEBIAN_PACKAGES.join(" ")
-        ),
-        rerun: String::from("cargo xtask setup"),
-    };
+/// Something that is not there.
+struct Missing {
+    what: String,
+    packages: &'static [&'static str],
+}
+
+fn missing() -> Vec<Missing> {
+    let mut missing = Vec::new();
+    if Compiler::find().is_none() {
+        let what = format!("no compiler here has the core library for {TARGET} (or: rustup target add {TARGET})");
+        missing.push(Missing { what, packages: &DEBIAN_PACKAGES });
+    }
+    if emulator().is_none() {
+        missing.push(Missing { what: format!("no {EMULATOR} with the board {BOARD}"), packages: &[EMULATOR] });
+    }
+    missing
+}
+
+/// Its version, if it knows the board.
+fn emulator() -> Option<String> {
+    let boards = Invocation::new(EMULATOR, &["-machine", "help"]).answer()?;
+    let version = Invocation::new(EMULATOR, &["--version"]).answer()?;
+    boards.contains(BOARD).then(|| version.lines().next().unwrap_or_default().to_string())
+}
+
+/// All that is missing, if we are root on Debian.
+fn install(gate: &Gate, missing: &[Missing]) -> Outcome {
+    let packages: Vec<&str> = missing.iter().flat_map(|missing| missing.packages).copied().collect();
+    let apt_get = Invocation::new("apt-get", &["install", "-y", "--no-install-recommends"]).with(&packages);
     let is_root = Invocation::new("id", &["-u"]).answer().as_deref() == Some("0");
     if !is_root || !Path::new("/etc/debian_version").exists() {
-        return Err(by_hand(&format!("no compiler here has the core library for {TARGET}")));
+        return Err(by_hand(missing, &apt_get));
     }
     Invocation::new("apt-get", &["update"]).run(gate)?;
-    Invocation::new("apt-get", &["install", "-y", "--no-install-recommends"])
-        .with(&DEBIAN_PACKAGES)
-        .env("DEBIAN_FRONTEND", "noninteractive")
-        .run(gate)?;
-    Compiler::find().ok_or_else(|| by_hand("Debian's packages are installed, yet bring no core library"))
+    apt_get.clone().env("DEBIAN_FRONTEND", "noninteractive").run(gate)?;
+    let left = self::missing();
+    if left.is_empty() { Ok(()) } else { Err(by_hand(&left, &apt_get)) }
+}
+
+fn by_hand(missing: &[Missing], apt_get: &Invocation) -> Failure {
+    let what: Vec<&str> = missing.iter().map(|missing| missing.what.as_str()).collect();
+    Failure {
+        reason: format!("{}\ninstall what is missing; on Debian, as root:\n  {apt_get}", what.join("\n")),
+        rerun: String::from("cargo xtask setup"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_missing_is_named_with_one_line_that_installs_it() {
+        let missing = [
+            Missing { what: String::from("no compiler"), packages: &DEBIAN_PACKAGES },
+            Missing { what: String::from("no emulator"), packages: &[EMULATOR] },
+        ];
+        let packages: Vec<&str> = missing.iter().flat_map(|missing| missing.packages).copied().collect();
+        let apt_get = Invocation::new("apt-get", &["install"]).with(&packages);
+        let reason = by_hand(&missing, &apt_get).reason;
+        assert!(reason.starts_with("no compiler\nno emulator\n"), "{reason}");
+        assert!(reason.ends_with("apt-get install rustc-web rust-web-src qemu-system-arm"), "{reason}");
+    }
 }

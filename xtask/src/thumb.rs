@@ -1,19 +1,8 @@
-//! The controller on its target: which compiler builds it, and what the machine code of the tick must not contain.
-//!
-//! Two worlds of machine. Where the toolchain carries the target's core library it builds normally. Elsewhere Debian's
-//! second compiler comes with the library's sources and builds core itself; that needs `RUSTC_BOOTSTRAP`, which touches
-//! only this one child process.
+//! The controller on its target: every feature set builds, and what the machine code of the tick must not contain.
 
-use std::fmt;
-use std::path::Path;
+use crate::compiler::{Compiler, TARGET};
+use crate::step::{Gate, Outcome};
 
-use crate::step::{Gate, Invocation, Outcome};
-
-/// Cortex-M4F with hardware floats of 32 bits.
-pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
-/// The second compiler and its library sources.
-pub(crate) const DEBIAN_PACKAGES: [&str; 2] = ["rustc-web", "rust-web-src"];
-const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 /// Its artifacts must not meet those of the first compiler.
 const TARGET_DIR: &str = "target/thumb";
 
@@ -39,66 +28,21 @@ const FORBIDDEN: [(&str, &str); 8] = [
     ("vnml", "3 cycles instead of 1 + 1: is target-cpu=cortex-m4 still in .cargo/config.toml?"),
 ];
 
-/// Who can build for the target.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Compiler {
-    /// The toolchain in use has the target's core library.
-    Toolchain,
-    /// Debian's, which builds core from source.
-    Debian,
-}
-
-impl Compiler {
-    pub(crate) fn find() -> Option<Self> {
-        let libraries = Invocation::new("rustc", &["--print", "target-libdir", "--target", TARGET]).answer();
-        if libraries.is_some_and(|directory| holds_core(Path::new(&directory))) {
-            return Some(Self::Toolchain);
-        }
-        let sysroot = Invocation::new(DEBIAN_RUSTC, &["--print", "sysroot"]).answer()?;
-        let sources = Path::new(&sysroot).join("lib/rustlib/src/rust/library/core/Cargo.toml");
-        sources.exists().then_some(Self::Debian)
-    }
-
-    /// `cargo VERB` for the target in release mode.
-    fn cargo(self, verb: &str) -> Invocation {
-        let common = Invocation::cargo(&[verb, "--release", "--target", TARGET, "--target-dir", TARGET_DIR]);
-        match self {
-            Self::Toolchain => common,
-            Self::Debian => common.with(&["-Zbuild-std=core"]).env("RUSTC", DEBIAN_RUSTC).env("RUSTC_BOOTSTRAP", "1"),
-        }
-    }
-}
-
-impl fmt::Display for Compiler {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Toolchain => write!(f, "the toolchain in use has {TARGET}"),
-            Self::Debian => write!(f, "{DEBIAN_RUSTC} with its library sources"),
-        }
-    }
-}
-
-fn holds_core(directory: &Path) -> bool {
-    let Ok(entries) = std::fs::read_dir(directory) else { return false };
-    entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"))
-}
-
 /// Builds the controller for the target with each feature set, then reads the machine code of the tick.
 pub(crate) fn run(gate: &mut Gate, feature_sets: &[String]) -> Outcome {
-    // `setup` ran before: there is one.
-    let compiler = Compiler::find().unwrap_or(Compiler::Debian);
-    let builds: Vec<Invocation> = feature_sets
+    let compiler = Compiler::required()?;
+    let cargo = |verb| compiler.cargo(verb).with(&["--target-dir", TARGET_DIR]);
+    let builds: Vec<_> = feature_sets
         .iter()
         .map(|features| {
-            compiler.cargo("build").with(&["-p", "controller-core", "--no-default-features", "--features", features])
+            cargo("build").with(&["-p", "controller-core", "--no-default-features", "--features", features])
         })
         .collect();
     gate.commands(&format!("controller-core for {TARGET}, {} feature sets", builds.len()), &builds)?;
 
     let assembly = gate.root.join(TARGET_DIR).join("tick.s");
     let emit = format!("--emit=asm={}", assembly.display());
-    let compile =
-        compiler.cargo("rustc").with(&["-p", "tick-fixture", "--lib", "--", "-C", "codegen-units=1", emit.as_str()]);
+    let compile = cargo("rustc").with(&["-p", "tick-fixture", "--lib", "--", "-C", "codegen-units=1", emit.as_str()]);
     gate.commands("machine code of the tick: compile", &[compile])?;
     gate.check("machine code of the tick: no call, division, fusion or loop", "cargo xtask test", |_| {
         let text = std::fs::read_to_string(&assembly)

@@ -1,0 +1,13 @@
+//! Places the repository's `memory.x` where cortex-m-rt's linker script looks for it, and names the scripts.
+
+use std::env;
+use std::path::Path;
+
+fn main() {
+    let here = env::var("CARGO_MANIFEST_DIR").expect("cargo sets the directory of the manifest");
+    let root = Path::new(&here).parent().expect("the workspace lies above");
+    println!("cargo::rerun-if-changed={}", root.join("memory.x").display());
+    println!("cargo::rustc-link-search={}", root.display());
+    println!("cargo::rustc-link-arg-bins=-Tlink.x");
+    println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
+}

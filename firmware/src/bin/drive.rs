@@ -1,0 +1,123 @@
+//! What a motor drive looks like: a timer interrupt at 10 kHz samples, ticks and actuates; the main loop tells how it goes.
+//!
+//! The joint is a stand-in on the chip, so that this runs on any board and in the emulator. What a board replaces
+//! is marked `BOARD`. `docs/linking.md` goes through this file line by line.
+#![no_std]
+#![no_main]
+
+use core::cell::Cell;
+
+use controller_core::{
+    Config, Controller, Fallback, FlexibleJoint, Health, JointParameters, Limits, Nominal, ObserverGains, Output,
+    ReachingLaw, Reading, State, Surface, channels,
+};
+use cortex_m::asm;
+use critical_section::Mutex;
+use firmware::{clock, fault, joint, log, ticker};
+use stm32f4::stm32f405::{Peripherals, interrupt};
+
+const TICK_HZ: u32 = 10_000;
+const PERIOD_S: f64 = 1.0 / TICK_HZ as f64;
+/// Ticks between two reports: 0.2 s.
+const REPORT_EVERY: u32 = TICK_HZ / 5;
+
+/// A chain of order 4, observers of order 2 in channels 2 and 4.
+type Drive = Controller<f32, FlexibleJoint<f32>, 4, 2, { channels([2, 4]) }, 2>;
+const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
+const OBSERVER: ObserverGains<2> = ObserverGains::from_bandwidth::<2>(100.0);
+
+/// Designed by the compiler, kept in flash. A bad design does not compile, and the error says why.
+static CONTROLLER: Drive = Drive::designed(
+    &Config {
+        period_s: PERIOD_S,
+        surface: Surface::from_bandwidth(10.0, 10.0),
+        observers: [None, Some(OBSERVER), None, Some(OBSERVER)],
+        reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
+        nominal: NOMINAL,
+        limits: Limits::symmetric(300.0),
+        fallback: Fallback::Safe(0.0),
+        sigma_star_bound: 10.0,
+        observer_pole_limit: 1.0,
+    },
+    FlexibleJoint::<f32>::new(&NOMINAL),
+);
+
+/// From the interrupt to the main loop.
+#[derive(Clone, Copy)]
+struct Telemetry {
+    ticks: u32,
+    y: f32,
+    output: Output<f32>,
+    worst: u32,
+    missed: u32,
+}
+
+static TELEMETRY: Mutex<Cell<Telemetry>> = Mutex::new(Cell::new(Telemetry::NONE));
+
+impl Telemetry {
+    const NONE: Self = Self {
+        ticks: 0,
+        y: 0.0,
+        output: Output { u: 0.0, sigma: 0.0, sigma_star: 0.0, health: Health::OK },
+        worst: 0,
+        missed: 0,
+    };
+}
+
+#[interrupt]
+fn TIM3() {
+    static mut STATE: Option<State<f32, 2, 2>> = None;
+    static mut JOINT: joint::Joint = joint::Joint::new();
+    static mut SEEN: Telemetry = Telemetry::NONE;
+
+    ticker::acknowledge();
+    let began = clock::now();
+    let x = JOINT.sample(); // BOARD: read the encoders, convert to chain coordinates
+    let output = CONTROLLER.tick_or_start(STATE, &[0.0; 4], &x);
+    JOINT.drive(output.u); // BOARD: write the PWM; if it holds anything else, tell `State::applied`
+    SEEN.worst = SEEN.worst.max(clock::now().wrapping_sub(began));
+
+    JOINT.advance(PERIOD_S as f32); // BOARD: the motor does this by itself
+    SEEN.ticks += 1;
+    (SEEN.y, SEEN.output) = (x[0], output);
+    SEEN.missed += u32::from(ticker::is_due());
+    critical_section::with(|cs| TELEMETRY.borrow(cs).set(*SEEN));
+}
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let (Some(core), Some(chip)) = (cortex_m::Peripherals::take(), Peripherals::take()) else { unreachable!() };
+    fault::last_words(|| {}); // BOARD: switch the power stage off
+    log::start(chip.USART2, &chip.RCC, &chip.GPIOA);
+    let unit = clock::start(core.DCB, core.DWT, chip.TIM2, &chip.RCC);
+    let period = ticker::start(chip.TIM3, &chip.RCC, TICK_HZ);
+    defmt::println!("drive: {=u32} Hz, time in {}", TICK_HZ, unit);
+
+    let mut reported = 0;
+    loop {
+        asm::wfi();
+        let seen = critical_section::with(|cs| TELEMETRY.borrow(cs).get());
+        if seen.ticks.wrapping_sub(reported) >= REPORT_EVERY {
+            reported = seen.ticks;
+            report(&seen, period, unit);
+        }
+    }
+}
+
+fn report(seen: &Telemetry, period: u32, unit: clock::Unit) {
+    let Telemetry { ticks, y, output: Output { u, sigma_star, health, .. }, worst, missed } = *seen;
+    defmt::println!(
+        "t = {=f32} s, y = {=f32} rad, sigma* = {=f32} rad/s^3, u = {=f32} A, {}; sample to actuate: worst {=u32} of \
+         {=u32} {}, headroom {=u32} %, {=u32} ticks missed",
+        ticks as f32 / TICK_HZ as f32,
+        y,
+        sigma_star,
+        u,
+        health,
+        worst,
+        period,
+        unit,
+        period.saturating_sub(worst) * 100 / period,
+        missed,
+    );
+}

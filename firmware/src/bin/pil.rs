@@ -1,0 +1,64 @@
+//! The processor in the loop: requests of the host come in over USART1, replies go out, bit for bit what the same
+//! controller gives on the host. `pil-wire` is the talk; here is only the serial port.
+//!
+//! **Why polling loses nothing.** The host speaks only when it has been answered (lock step), so no byte comes while this
+//! program computes, replies or logs; it says what it has to say before it replies. Should a byte be lost all the same
+//! (a host that gave up waiting and repeats itself), the checksum fails, the receiver finds the next frame, and the
+//! repeated request is answered.
+#![no_std]
+#![no_main]
+
+use core::ptr;
+use core::sync::atomic::{AtomicPtr, Ordering};
+
+use firmware::uart::Uart;
+use firmware::{fault, log};
+use pil_wire::{CORE_VERSION, Event, LAYOUT_ID, Open, Refusal, Target, VERSION};
+use stm32f4::stm32f405::Peripherals;
+
+/// For the last words.
+static TARGET: AtomicPtr<Target> = AtomicPtr::new(ptr::null_mut());
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    static mut STORAGE: Target = Target::new();
+
+    let Some(chip) = Peripherals::take() else { unreachable!() };
+    log::start(chip.USART2, &chip.RCC, &chip.GPIOA);
+    let host = Uart::on_usart1(chip.USART1, &chip.RCC, &chip.GPIOA);
+    TARGET.store(STORAGE, Ordering::Relaxed);
+    let target = STORAGE;
+    fault::last_words(black_box);
+
+    host.write(&target.hello());
+    defmt::info!("hello: wire {=u8}, layout {=u32:#010x}, core {=u32:#010x}", VERSION, LAYOUT_ID, CORE_VERSION);
+    loop {
+        let Some(byte) = host.read() else { continue };
+        let reply = target.receive(byte);
+        match target.take_event() {
+            None => {}
+            Some(Event::FaultAsked) => fault::provoke(),
+            Some(Event::Started(Open { instance, design, .. })) => {
+                defmt::info!("session opened: {}, design {=u32:#010x}", instance, design);
+            }
+            Some(Event::Refused(Refusal { reason, target, request })) => {
+                defmt::warn!("refused, {}: target {=u32:#010x}, request {=u32:#010x}", reason, target, request);
+            }
+        }
+        if let Some(reply) = reply {
+            host.write(&reply);
+        }
+    }
+}
+
+/// The last ticks, oldest first.
+fn black_box() {
+    let target = TARGET.load(Ordering::Relaxed);
+    // SAFETY: it points to the storage of `main`, or nowhere. `main` may have been in the middle of changing it, but will
+    // never go on; a record that is half written is still numbers.
+    if let Some(target) = unsafe { target.as_ref() } {
+        for record in target.black_box().oldest_first() {
+            defmt::error!("{}", record);
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! libFuzzer against a [`Target`]: no byte string makes it panic or hang, and whatever came before, the host can open a
+//! design and tick.
+//!
+//! The input is a script: an opcode, then what it needs. Raw bytes reach the receiver; whole frames with a right
+//! checksum, which no fuzzer would guess, reach what lies behind it.
+
+#![no_main]
+
+use controller_core::{
+    Config, Controller, Fallback, Limits, Linear, Nominal, ObserverGains, ReachingLaw, Surface, channels,
+};
+use libfuzzer_sys::fuzz_target;
+use pil_wire::{Instance, LOAD, Model, Open, REQUEST_LEN, Reply, Request, Target};
+
+type Controller2 = Controller<f32, Linear<f32, 2>, 2, 2, { channels([1]) }, 1>;
+const INSTANCE: Instance = Instance { n: 2, r: 2, mask: channels([1]), model: Model::Linear };
+const NOMINAL: Nominal<2> = Nominal { gradient: [-2.0, -1.0], input_gain: 2.0 };
+const CONTROLLER: Controller2 = Controller2::designed(
+    &Config {
+        period_s: 1e-3,
+        surface: Surface::from_bandwidth(5.0, 1.0),
+        observers: [Some(ObserverGains::from_bandwidth::<2>(50.0)), None],
+        reaching: ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 },
+        nominal: NOMINAL,
+        limits: Limits::symmetric(300.0),
+        fallback: Fallback::HoldLast,
+        sigma_star_bound: 1.0,
+        observer_pole_limit: 1.0,
+    },
+    Linear::<f32, 2>::new(&NOMINAL),
+);
+
+struct Host {
+    target: Target,
+    sequence: u32,
+}
+
+impl Host {
+    /// Sends a request with a right checksum; an answer must be one that can be read.
+    fn send(&mut self, request: &Request, step: i32) -> Option<Reply> {
+        self.sequence = self.sequence.wrapping_add_signed(step);
+        let frame = request.to_frame(self.sequence);
+        let answer = frame.into_iter().filter_map(|byte| self.target.receive(byte)).next()?;
+        let (_, reply) = Reply::from_frame(&answer);
+        assert!(reply.is_some(), "an answer that its own side cannot read");
+        reply
+    }
+
+    fn start(&mut self, numbers: &[f32]) -> Option<Reply> {
+        self.send(&Request::Open(Open::new(INSTANCE, numbers)), 1);
+        for (k, chunk) in numbers.chunks(LOAD).enumerate() {
+            let loaded = core::array::from_fn(|i| chunk.get(i).copied().unwrap_or(0.0));
+            self.send(&Request::Load { offset: (k * LOAD) as u32, numbers: loaded }, 1);
+        }
+        self.send(&Request::Start, 1)
+    }
+}
+
+fuzz_target!(|script: &[u8]| {
+    let mut host = Host { target: Target::new(), sequence: 0 };
+    let mut design = [[0.0; 2], *CONTROLLER.model().row()].concat();
+    CONTROLLER.coefficients().numbers(|number| design.push(number));
+    let mut numbers = design.clone();
+
+    let mut script = script.iter().copied();
+    while let Some(opcode) = script.next() {
+        let mut word = || u32::from_le_bytes(core::array::from_fn(|_| script.next().unwrap_or(0)));
+        // Mostly the next request, now and then the same, an older or a later one.
+        let step = [1, 1, 1, 1, 1, 0, -1, 2][usize::from(opcode >> 5)];
+        match opcode & 7 {
+            0 => {
+                let slot = word() as usize % numbers.len();
+                numbers[slot] = f32::from_bits(word());
+            }
+            1 => {
+                host.start(&numbers);
+            }
+            2 => {
+                let open = Open { count: word(), ..Open::new(INSTANCE, &numbers) };
+                host.send(&Request::Open(open), step);
+            }
+            3 => {
+                let offset = word();
+                let numbers = [(); LOAD].map(|()| f32::from_bits(word()));
+                host.send(&Request::Load { offset, numbers }, step);
+            }
+            4 | 5 => {
+                let x = [(); 4].map(|()| f32::from_bits(word()));
+                host.send(&Request::Tick { x, applied: f32::from_bits(word()) }, step);
+            }
+            6 => {
+                let request = [Request::Start, Request::Fault, Request::Identify][usize::from(opcode >> 3 & 3).min(2)];
+                host.send(&request, step);
+            }
+            _ => {
+                for byte in script.by_ref().take(usize::from(opcode >> 3)) {
+                    host.target.receive(byte);
+                }
+            }
+        }
+    }
+
+    // What is half received is pushed out. Then the talk begins anew, as a host would begin it.
+    for byte in [0; REQUEST_LEN] {
+        host.target.receive(byte);
+    }
+    let Some(Reply::Identity(identity)) = host.send(&Request::Identify, 0) else {
+        panic!("a target that no longer answers");
+    };
+    host.sequence = identity.last_sequence;
+    assert!(matches!(host.start(&design), Some(Reply::Done)), "a design that was good is refused");
+    let tick = host.send(&Request::Tick { x: [0.1, 0.0, 0.0, 0.0], applied: f32::NAN }, 1);
+    assert!(matches!(tick, Some(Reply::Ticked(ticked)) if ticked.u.is_finite()), "{tick:?}");
+});

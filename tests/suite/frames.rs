@@ -1,0 +1,436 @@
+//! Do the frames between host and target carry what they should, and survive what they must?
+
+use controller_core::{Controller, Fallback, LAYOUT, Limits, Linear, MAX_R, ObserverGains, ReachingLaw, channels};
+use host_sim::port::in_process::{ControllerSpec, Download, Model, Precision, build};
+use integration_tests::paper::{NOMINAL, joint_config};
+use integration_tests::strategy::Rng;
+use pil_wire::{
+    CORE_VERSION, Event, Instance, LAYOUT_ID, LOAD, MAX_N, Open, REPLY_LEN, REQUEST_LEN, Reason, Receiver, Refusal,
+    Reply, Request, Target, Ticked,
+};
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+
+fn cases(cases: u32) -> ProptestConfig {
+    ProptestConfig { cases, failure_persistence: None, rng_seed: RngSeed::Fixed(0x5AE5), ..ProptestConfig::default() }
+}
+
+/// CRC-32 as its definition says it, bit by bit: reflected polynomial EDB88320, all ones before and after.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| crc >> 1 ^ if crc & 1 == 1 { 0xEDB8_8320 } else { 0 })
+    })
+}
+
+/// A frame put together by hand, from the tables of the crate's page.
+fn by_hand(mark: u8, kind: u8, sequence: u32, words: &[u32]) -> Vec<u8> {
+    let mut bytes = vec![0x5A, mark, 1, kind];
+    bytes.extend(sequence.to_le_bytes());
+    bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+    bytes.extend(crc32(&bytes).to_le_bytes());
+    bytes
+}
+
+/// The joint with observers of order 2 in channels 2 and 4, as numbers.
+fn joint() -> Download {
+    let gains = ObserverGains::as_printed([100.0, 20.0]);
+    let model = Linear::<f32, 4>::new(&NOMINAL);
+    let controller = Controller::<f32, _, 4, 2, { channels([2, 4]) }, 2>::designed(&joint_config::<2>(gains), model);
+    let mut numbers = [[0.0; 4], *model.row()].concat();
+    controller.coefficients().numbers(|number| numbers.push(number));
+    Download { instance: Instance { n: 4, r: 2, mask: channels([2, 4]), model: pil_wire::Model::Linear }, numbers }
+}
+
+/// A host that does as the page says, and sees every reply.
+struct Host {
+    target: Target,
+    sequence: u32,
+}
+
+impl Host {
+    fn new() -> Self {
+        Self { target: Target::new(), sequence: 0 }
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Vec<[u8; REPLY_LEN]> {
+        bytes.iter().filter_map(|&byte| self.target.receive(byte)).collect()
+    }
+
+    /// The reply to a new request.
+    fn ask(&mut self, request: &Request) -> Reply {
+        self.sequence = self.sequence.wrapping_add(1);
+        let replies = self.send(&request.to_frame(self.sequence));
+        assert_eq!(replies.len(), 1);
+        let (sequence, reply) = Reply::from_frame(&replies[0]);
+        assert_eq!(sequence, self.sequence);
+        reply.expect("a reply of this version")
+    }
+
+    fn refused(&mut self, request: &Request) -> Refusal {
+        match self.ask(request) {
+            Reply::Refused(refusal) => {
+                assert_eq!(self.target.take_event(), Some(Event::Refused(refusal)));
+                refusal
+            }
+            other => panic!("not refused: {other:?}"),
+        }
+    }
+
+    fn done(&mut self, request: &Request) {
+        let reply = self.ask(request);
+        assert!(matches!(reply, Reply::Done), "{reply:?}");
+    }
+
+    fn load(&mut self, numbers: &[f32]) {
+        for (k, chunk) in numbers.chunks(LOAD).enumerate() {
+            let mut numbers = [0.0; LOAD];
+            numbers[..chunk.len()].copy_from_slice(chunk);
+            self.done(&Request::Load { offset: (k * LOAD) as u32, numbers });
+        }
+    }
+
+    fn start(&mut self, Download { instance, numbers }: &Download) {
+        let open = Open::new(*instance, numbers);
+        self.done(&Request::Open(open));
+        self.load(numbers);
+        self.done(&Request::Start);
+        assert_eq!(self.target.take_event(), Some(Event::Started(open)));
+    }
+
+    fn tick(&mut self, x: [f32; MAX_N], applied: f32) -> Ticked {
+        match self.ask(&Request::Tick { x, applied }) {
+            Reply::Ticked(ticked) => ticked,
+            other => panic!("not ticked: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn frames_are_those_of_the_page_byte_for_byte() {
+    let request = Request::Tick { x: [1.0, -0.0, 2.5, f32::NAN], applied: -3.0 };
+    let words = [0x3F80_0000, 0x8000_0000, 0x4020_0000, 0x7FC0_0000, 0xC040_0000];
+    assert_eq!(request.to_frame(7).to_vec(), by_hand(0xE5, 5, 7, &words));
+
+    let Download { instance, numbers } = joint();
+    let digested: Vec<u8> = std::iter::once(0x000A_0204)
+        .chain(numbers.iter().map(|number| number.to_bits()))
+        .flat_map(u32::to_le_bytes)
+        .collect();
+    let words = [0x000A_0204, numbers.len() as u32, crc32(LAYOUT.as_bytes()), CORE_VERSION, crc32(&digested)];
+    assert_eq!(Request::Open(Open::new(instance, &numbers)).to_frame(1).to_vec(), by_hand(0xE5, 2, 1, &words));
+
+    let mut words = [0; 16];
+    words[..3].copy_from_slice(&[LAYOUT_ID, CORE_VERSION, 0]);
+    assert_eq!(Target::new().hello().to_vec(), by_hand(0xE6, 129, 0, &words));
+
+    let version: Vec<u32> = controller_core::VERSION.split('.').map(|part| part.parse().expect("a number")).collect();
+    assert_eq!(CORE_VERSION, version[0] << 16 | version[1] << 8 | version[2]);
+}
+
+#[test]
+fn a_design_has_the_numbers_that_its_layout_names() {
+    let Download { numbers, .. } = joint();
+    let (n, r, o) = (4, 2, 2);
+    let mut position = 2 * n;
+    let mut at = |wanted: &str| {
+        for name in LAYOUT.split_whitespace() {
+            if name == wanted {
+                break;
+            }
+            position += match name.split_once('[') {
+                None => 1,
+                Some((_, "N]")) => n,
+                Some((_, "O][R]")) => o * r,
+                Some(other) => panic!("{other:?}"),
+            };
+        }
+        std::mem::replace(&mut position, 2 * n)
+    };
+    let c = at("c[N]");
+    assert_eq!(numbers[c..c + n], [125.0, 75.0, 15.0, 1.0]);
+    for (name, value) in [
+        ("rate", 1000.0),
+        ("decay", 1.0 - (-1e-3_f64).exp()),
+        ("u_min", -300.0),
+        ("u_max", 300.0),
+        ("sigma_star_bound", 1e12),
+        ("hold", 1.0),
+        ("fallback", 0.0),
+        ("period", 1e-3),
+        ("input_gain", NOMINAL.input_gain),
+    ] {
+        assert_eq!(numbers[at(name)], value as f32, "{name}");
+    }
+    assert_eq!(at("nothing of this name"), numbers.len());
+}
+
+proptest! {
+    #![proptest_config(cases(2000))]
+
+    #[test]
+    fn every_frame_with_a_right_checksum_reads_back_as_it_was(
+        sequence: u32, kind in 1_u8..=6, words: [u32; 5], reply_kind in 129_u8..=132, reply: [u32; 16],
+    ) {
+        let bytes = by_hand(0xE5, kind, sequence, &words);
+        let frame: [u8; REQUEST_LEN] = bytes.clone().try_into().expect("its length");
+        let (read, request) = Request::from_frame(&frame);
+        prop_assert_eq!(read, sequence);
+        // What the page does not use is sent as 0: it is enough that the words that are used come back.
+        if let Ok(request) = request {
+            let again = request.to_frame(sequence);
+            prop_assert_eq!(again[3], kind);
+            if kind == 3 || kind == 5 {
+                prop_assert_eq!(again.to_vec(), bytes);
+            }
+        }
+        let bytes = by_hand(0xE6, reply_kind, sequence, &reply);
+        let frame: [u8; REPLY_LEN] = bytes.try_into().expect("its length");
+        if let (read, Some(reply)) = Reply::from_frame(&frame) {
+            prop_assert_eq!(read, sequence);
+            let again = reply.to_frame(sequence);
+            prop_assert_eq!(again[3], reply_kind);
+        }
+    }
+
+    #[test]
+    fn no_byte_string_makes_a_target_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        let mut host = Host::new();
+        host.start(&joint());
+        host.send(&bytes);
+        // It still does what it should.
+        host.send(&[0; REQUEST_LEN]);
+        host.tick([0.1, 0.0, 0.0, 0.0], f32::NAN);
+    }
+
+    #[test]
+    fn no_order_of_requests_makes_a_target_panic(
+        script in prop::collection::vec((1_u8..=7, -2_i32..=3, prop::array::uniform5(any::<u32>()), 0_u8..4), 0..60),
+    ) {
+        let mut host = Host::new();
+        let joint = joint();
+        let open = Open::new(joint.instance, &joint.numbers);
+        for (kind, step, words, real) in script {
+            host.sequence = host.sequence.wrapping_add_signed(step);
+            let bytes = match real {
+                0 => by_hand(0xE5, kind, host.sequence, &words),
+                1 => Request::Open(open).to_frame(host.sequence).to_vec(),
+                2 => Request::Start.to_frame(host.sequence).to_vec(),
+                _ => Request::Tick { x: [0.0; 4], applied: 0.0 }.to_frame(host.sequence).to_vec(),
+            };
+            prop_assert!(host.send(&bytes).len() <= 1);
+        }
+    }
+
+    #[test]
+    fn every_whole_frame_is_found_between_garbage_and_damaged_ones(
+        pieces in prop::collection::vec((0_u8..5, any::<u16>(), prop::collection::vec(any::<u8>(), 0..40)), 1..30),
+    ) {
+        let mut stream = Vec::new();
+        let mut sent = Vec::new();
+        for (sequence, (piece, number, garbage)) in (0..).zip(pieces) {
+            let mut frame = Request::Tick { x: [f32::from(number); 4], applied: 0.0 }.to_frame(sequence);
+            let at = usize::from(number) % REQUEST_LEN;
+            match piece {
+                0 => stream.extend(garbage),
+                1 => stream.extend(&frame[..at]),
+                2 => {
+                    frame[at] ^= 1 << (number >> 8 & 7);
+                    stream.extend(frame);
+                }
+                // A mark that is none.
+                3 => stream.extend([0x5A, 0xE5, 0x5A]),
+                _ => {
+                    stream.extend(frame);
+                    sent.push(frame);
+                }
+            }
+        }
+        // What follows pushes the last frame through whatever is still held.
+        stream.extend([0; REQUEST_LEN]);
+        let mut receiver = Receiver::of_requests();
+        let found: Vec<_> = stream.into_iter().filter_map(|byte| receiver.push(byte)).collect();
+        prop_assert_eq!(found, sent);
+    }
+}
+
+#[test]
+fn a_request_repeated_after_a_lost_reply_is_answered_and_not_ticked_again() {
+    let mut host = Host::new();
+    host.start(&joint());
+    let first = host.tick([0.1, 0.0, 0.0, 0.0], f32::NAN);
+    let repeat = Request::Tick { x: [0.7, 0.0, 0.0, 0.0], applied: 5.0 }.to_frame(host.sequence);
+    for _ in 0..3 {
+        let replies = host.send(&repeat);
+        let (sequence, reply) = Reply::from_frame(&replies[0]);
+        assert_eq!(sequence, host.sequence);
+        assert!(matches!(reply, Some(Reply::Ticked(again)) if again.u.to_bits() == first.u.to_bits()), "{reply:?}");
+    }
+    assert_eq!(host.target.black_box().oldest_first().count(), 1);
+
+    // A straggler is dropped, a leap refused, and neither counts.
+    assert!(host.send(&Request::Start.to_frame(host.sequence - 1)).is_empty());
+    let replies = host.send(&Request::Start.to_frame(host.sequence + 2));
+    let refusal = Refusal { reason: Reason::OutOfStep, target: host.sequence, request: host.sequence + 2 };
+    assert!(matches!(Reply::from_frame(&replies[0]), (_, Some(Reply::Refused(told))) if told == refusal));
+    host.tick([0.1, 0.0, 0.0, 0.0], f32::NAN);
+    assert_eq!(host.target.black_box().oldest_first().count(), 2);
+}
+
+#[test]
+fn identify_changes_nothing_and_tells_where_the_talk_stands() {
+    let mut host = Host::new();
+    host.start(&joint());
+    let replies = host.send(&Request::Identify.to_frame(12345));
+    let (sequence, reply) = Reply::from_frame(&replies[0]);
+    assert_eq!(sequence, 12345);
+    let Some(Reply::Identity(identity)) = reply else { panic!("{reply:?}") };
+    assert_eq!((identity.version, identity.layout), (1, LAYOUT_ID));
+    assert_eq!((identity.core_version, identity.last_sequence), (CORE_VERSION, host.sequence));
+    host.tick([0.1, 0.0, 0.0, 0.0], f32::NAN);
+}
+
+#[test]
+fn a_design_that_is_not_the_hosts_is_refused_with_what_differs() {
+    let good = joint();
+    let open = Open::new(good.instance, &good.numbers);
+    let mut host = Host::new();
+
+    let layout = host.refused(&Request::Open(Open { layout: 1, ..open }));
+    assert_eq!(layout, Refusal { reason: Reason::Layout, target: LAYOUT_ID, request: 1 });
+    let version = host.refused(&Request::Open(Open { core_version: 2, ..open }));
+    assert_eq!(version, Refusal { reason: Reason::CoreVersion, target: CORE_VERSION, request: 2 });
+    let many = host.refused(&Request::Open(Open { count: 1000, ..open }));
+    assert_eq!((many.reason, many.request), (Reason::Count, 1000));
+    // After a refusal nothing is open.
+    assert_eq!(host.refused(&Request::Start).reason, Reason::NotOpen);
+    assert_eq!(host.refused(&Request::Load { offset: 0, numbers: [0.0; 4] }).reason, Reason::NotOpen);
+    assert_eq!(host.refused(&Request::Tick { x: [0.0; 4], applied: 0.0 }).reason, Reason::NotOpen);
+
+    // One number off in its last bit.
+    host.done(&Request::Open(open));
+    let mut other = good.numbers.clone();
+    other[20] = f32::from_bits(other[20].to_bits() ^ 1);
+    host.load(&other);
+    let hash = pil_wire::design_hash(good.instance, &other);
+    let refusal = Refusal { reason: Reason::Design, target: hash, request: open.design };
+    assert_eq!(host.refused(&Request::Start), refusal);
+
+    // Numbers with the right hash that no design has.
+    for (position, value) in [(10, f32::NAN), (good.numbers.len() - 3, 0.0), (good.numbers.len() - 5, 7.0)] {
+        let mut numbers = good.numbers.clone();
+        numbers[position] = value;
+        host.done(&Request::Open(Open::new(good.instance, &numbers)));
+        host.load(&numbers);
+        assert_eq!(host.refused(&Request::Start).reason, Reason::Coefficients, "{position}");
+    }
+
+    // An instance that the image does not carry, and one that has another count of numbers.
+    for (instance, reason) in [
+        (Instance { n: 5, ..good.instance }, Reason::Instance),
+        (Instance { r: 4, ..good.instance }, Reason::Instance),
+        (Instance { mask: 0b1_0000, ..good.instance }, Reason::Instance),
+        (Instance { model: pil_wire::Model::BenchmarkLibm, ..good.instance }, Reason::Instance),
+        (Instance { r: 3, ..good.instance }, Reason::Count),
+    ] {
+        host.done(&Request::Open(Open::new(instance, &good.numbers)));
+        host.load(&good.numbers);
+        assert_eq!(host.refused(&Request::Start).reason, reason, "{instance:?}");
+    }
+
+    // A request of another version, with a right checksum.
+    host.sequence += 1;
+    let mut bytes = by_hand(0xE5, 4, host.sequence, &[0; 5]);
+    bytes[2] = 9;
+    let body = bytes.len() - 4;
+    let checksum = crc32(&bytes[..body]).to_le_bytes();
+    bytes[body..].copy_from_slice(&checksum);
+    let replies = host.send(&bytes);
+    let refusal = Refusal { reason: Reason::Version, target: 1, request: 9 };
+    assert!(matches!(Reply::from_frame(&replies[0]), (_, Some(Reply::Refused(told))) if told == refusal));
+
+    host.start(&good);
+    host.tick([0.1, 0.0, 0.0, 0.0], f32::NAN);
+}
+
+/// A design for an instance: every pole at -20 rad/s, every observer of the highest order, T = 1 ms.
+fn spec(n: usize, r: usize, mask: u8, model: Model) -> ControllerSpec {
+    let gains = match r {
+        1 => ObserverGains::<MAX_R>::from_bandwidth::<1>(20.0),
+        2 => ObserverGains::<MAX_R>::from_bandwidth::<2>(20.0),
+        _ => ObserverGains::<MAX_R>::from_bandwidth::<3>(20.0),
+    };
+    // (s + 5)^(n-1)
+    let c = [&[5.0, 1.0][..], &[25.0, 10.0, 1.0], &[125.0, 75.0, 15.0, 1.0]][n - 2];
+    ControllerSpec {
+        precision: Precision::F32,
+        period_s: 1e-3,
+        surface_c: c.to_vec(),
+        alpha_per_s: 1.0,
+        observers: (0..n).map(|i| (mask >> i & 1 == 1).then(|| gains.l[..r].to_vec())).collect(),
+        reaching: ReachingLaw { k_l: 30.0, k_s: 0.5, epsilon: 0.01 },
+        gradient: [0.0, 0.0, 0.0, -1.0][4 - n..].to_vec(),
+        input_gain: 2.0,
+        limits: Limits::symmetric(50.0),
+        fallback: Fallback::Safe(0.25),
+        initial_estimates: vec![0.5; n],
+        sigma_star_bound: 3.0,
+        observer_pole_limit: 1.0,
+        model,
+    }
+}
+
+/// Every instance that the wire names is the very tick of this process: order, channels, model, start, fallback. A
+/// sample now and then is no number, or beyond every limit.
+#[test]
+fn every_instance_of_the_target_gives_the_bits_of_the_tick_in_process() {
+    let mut carried = 0;
+    let linear = Model::Linear(vec![-1.0, -2.0, -3.0, -1.0]);
+    for model in [linear, Model::BenchmarkLibm, Model::BenchmarkMicromath] {
+        let orders = if matches!(model, Model::Linear(_)) { 2..=4 } else { 2..=2 };
+        for (n, r, mask) in orders.flat_map(|n| (1..=3).flat_map(move |r| (0..1_u8 << n).map(move |mask| (n, r, mask))))
+        {
+            let model = match &model {
+                Model::Linear(row) => Model::Linear(row[4 - n..].to_vec()),
+                other => other.clone(),
+            };
+            // Eq. (44) needs a higher order in this channel: no such design.
+            let Ok(mut designed) = build(&spec(n, r, mask, model)) else { continue };
+            let download = designed.download.expect("a design in f32");
+            carried += 1;
+            let mut host = Host::new();
+            host.start(&download);
+            let mut rng = Rng::new(u64::from(mask) << 8 | (n << 4 | r) as u64);
+            let mut applied = f32::NAN;
+            for k in 0..60 {
+                let mut x = [0.0; MAX_N];
+                for value in &mut x[..n] {
+                    *value = match rng.integer(0, 39) {
+                        0 => f32::NAN,
+                        1 => f32::INFINITY,
+                        2 => 1e30,
+                        3 => -0.0,
+                        _ => rng.within(-0.5, 0.5) as f32,
+                    };
+                }
+                let here = designed.port.tick(&x[..n].iter().map(|value| f64::from(*value)).collect::<Vec<_>>());
+                let here = here.expect("a controller in process always answers");
+                let there = host.tick(x, applied);
+                let place = format!("n = {n}, r = {r}, mask = {mask:04b}, tick {k}");
+                assert_eq!((here.u as f32).to_bits(), there.u.to_bits(), "u, {place}");
+                assert_eq!((here.sigma as f32).to_bits(), there.sigma.to_bits(), "sigma, {place}");
+                assert_eq!((here.sigma_star as f32).to_bits(), there.sigma_star.to_bits(), "sigma*, {place}");
+                assert_eq!(here.health, there.health, "{place}");
+                for (here, there) in here.estimates.as_flattened().iter().zip(there.estimates.as_flattened()) {
+                    assert_eq!((*here as f32).to_bits(), there.to_bits(), "estimates, {place}");
+                }
+                applied = if rng.chance(0.5) { there.u * 0.5 } else { f32::NAN };
+                if applied.is_finite() {
+                    designed.port.applied(f64::from(applied));
+                }
+            }
+        }
+    }
+    // Eq. (44) asks for order n - i in channel i < n. n = 2: 4 sets of channels, 3 orders, 3 models; n = 3 and n = 4:
+    // those without the channels that need more than r.
+    assert_eq!(carried, 4 * 3 * 3 + (4 + 8 + 8) + (4 + 8 + 16));
+}

@@ -1,0 +1,80 @@
+//! Which compiler builds for the chip.
+//!
+//! Two worlds of machine. Where the toolchain carries the target's core library it builds normally. Elsewhere Debian's
+//! second compiler comes with the library's sources and builds core itself, with the linker of the toolchain in use; that
+//! needs `RUSTC_BOOTSTRAP`, which touches only this one child process.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use crate::step::{Failure, Invocation};
+
+/// Cortex-M4F with hardware floats of 32 bits.
+pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
+/// The second compiler and its library sources.
+pub(crate) const DEBIAN_PACKAGES: [&str; 2] = ["rustc-web", "rust-web-src"];
+const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
+
+/// Who can build for the target.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Compiler {
+    /// The toolchain in use has the target's core library.
+    Toolchain,
+    /// Debian's, which builds core from source.
+    Debian {
+        /// It brings none.
+        linker: PathBuf,
+    },
+}
+
+impl Compiler {
+    pub(crate) fn find() -> Option<Self> {
+        let libraries = Invocation::new("rustc", &["--print", "target-libdir", "--target", TARGET]).answer();
+        if libraries.is_some_and(|directory| holds_core(Path::new(&directory))) {
+            return Some(Self::Toolchain);
+        }
+        let sysroot = Invocation::new(DEBIAN_RUSTC, &["--print", "sysroot"]).answer()?;
+        let sources = Path::new(&sysroot).join("lib/rustlib/src/rust/library/core/Cargo.toml");
+        // Beside the libraries of the host, `lib/rustlib/HOST/lib`, stand its tools.
+        let host_libraries = Invocation::new("rustc", &["--print", "target-libdir"]).answer()?;
+        let linker = Path::new(&host_libraries).with_file_name("bin").join("rust-lld");
+        (sources.exists() && linker.exists()).then_some(Self::Debian { linker })
+    }
+
+    /// The same, where it must be there.
+    pub(crate) fn required() -> Result<Self, Failure> {
+        Self::find().ok_or_else(|| Failure {
+            reason: format!("no compiler for {TARGET}: `cargo xtask setup` installs it, or says what to install"),
+            rerun: String::from("cargo xtask setup"),
+        })
+    }
+
+    /// `cargo VERB` for the target in release mode.
+    pub(crate) fn cargo(&self, verb: &str) -> Invocation {
+        let common = Invocation::cargo(&[verb, "--release", "--target", TARGET]);
+        match self {
+            Self::Toolchain => common,
+            Self::Debian { linker } => common
+                .with(&["-Zbuild-std=core"])
+                .env("RUSTC", DEBIAN_RUSTC)
+                .env("RUSTC_BOOTSTRAP", "1")
+                .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", &linker.to_string_lossy()),
+        }
+    }
+}
+
+impl fmt::Display for Compiler {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Toolchain => write!(f, "the toolchain in use has {TARGET}"),
+            Self::Debian { linker } => {
+                write!(f, "{DEBIAN_RUSTC} with its library sources, linker {}", linker.display())
+            }
+        }
+    }
+}
+
+fn holds_core(directory: &Path) -> bool {
+    let Ok(entries) = std::fs::read_dir(directory) else { return false };
+    entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"))
+}
