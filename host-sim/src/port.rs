@@ -37,12 +37,10 @@ impl Tick {
 pub enum PortError {
     /// The wire broke.
     Broken(String),
-    /// No answer in time.
+    /// No answer in time: [`remote::LONGEST_WAIT`].
     Silent {
         /// What was asked.
         asked: String,
-        /// How long was waited, s.
-        waited_s: f64,
         /// Bytes that came meanwhile and were no answer.
         heard: u64,
     },
@@ -56,11 +54,9 @@ impl fmt::Display for PortError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Broken(why) | Self::Refused(why) => f.write_str(why),
-            Self::Silent { asked, waited_s, heard: 0 } => {
-                write!(f, "the target is silent: no answer to {asked} within {waited_s} s")
-            }
-            Self::Silent { asked, waited_s, heard } => {
-                write!(f, "no answer to {asked} within {waited_s} s, but {heard} bytes that are none")
+            Self::Silent { asked, heard } => {
+                write!(f, "no answer to {asked} within {} s", remote::LONGEST_WAIT.as_secs())?;
+                if *heard > 0 { write!(f, ", but {heard} bytes that are none") } else { Ok(()) }
             }
             Self::Differs(difference) => difference.fmt(f),
         }

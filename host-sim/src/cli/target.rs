@@ -12,7 +12,7 @@ use super::{Console, Failure, status};
 use crate::log::{Log, Messages};
 use crate::port::PortError;
 use crate::port::in_process::Download;
-use crate::port::remote::{Patience, Remote};
+use crate::port::remote::Remote;
 use crate::scenario::Experiment;
 use crate::transport::faulty::Rates;
 use crate::transport::qemu::{Clock, Process};
@@ -108,9 +108,9 @@ impl Console<'_> {
             Some(rate) => Box::new(Faulty::new(emulator, Rates::all(*rate), *seed)),
             None => Box::new(emulator),
         };
-        // A round trip takes some milliseconds. Where frames are known to be lost it pays to ask again soon.
-        let patience = Patience::of(Duration::from_millis(if faults.is_some() { 20 } else { 100 }));
-        Self::linked(transport, patience, download, log, |_| {
+        // A round trip takes 1 to 3 ms. Where frames are known to be lost it pays to ask again soon.
+        let reply_within = Duration::from_millis(if faults.is_some() { 10 } else { 100 });
+        Self::linked(transport, reply_within, download, log, |_| {
             format!("is {} the image `pil`, and of this version?", image.display())
         })
     }
@@ -131,8 +131,8 @@ impl Console<'_> {
         let transport = Serial::open(port, *baud).map_err(|error| failed(error.0))?;
         // 10 bits a byte there and back, twice for what stands in the way (a USB adapter gathers bytes for 16 ms).
         let line = Duration::from_secs_f64(10.0 * (REQUEST_LEN + REPLY_LEN) as f64 / f64::from(*baud));
-        let patience = Patience::of(Duration::from_millis(50) + 2 * line);
-        Self::linked(Box::new(transport), patience, download, log, |heard| {
+        let reply_within = Duration::from_millis(50) + 2 * line;
+        Self::linked(Box::new(transport), reply_within, download, log, |heard| {
             if heard == 0 {
                 format!(
                     "is {} the board's port, is the board powered, and does the image `pil` run on it?",
@@ -146,12 +146,12 @@ impl Console<'_> {
 
     pub(super) fn linked(
         transport: Box<dyn Transport>,
-        patience: Patience,
+        reply_within: Duration,
         download: &Download,
         log: Option<Log>,
         question: impl Fn(u64) -> String,
     ) -> Result<Link, Failure> {
-        let remote = Remote::connect(transport, patience, download).map_err(|error| match &error {
+        let remote = Remote::connect(transport, reply_within, download).map_err(|error| match &error {
             PortError::Silent { heard, .. } => failed(format!("{error}; {}", question(*heard))),
             _ => failed(error.to_string()),
         })?;

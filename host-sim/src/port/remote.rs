@@ -2,8 +2,11 @@
 //!
 //! One request, one reply, in lock step (see [`pil_wire`]). A request that is not answered in time is sent again with
 //! the same sequence number, so that the target never ticks twice for one sample; replies to anything else are dropped.
-//! A wait is bounded by [`Patience`] and never longer: whatever happens at the other end, the answer is a
+//! After [`LONGEST_WAIT`] without an answer the port gives up: whatever happens at the other end, the result is a
 //! [`PortError`], not a hang.
+//!
+//! Who repeats too soon makes a slow target slower, for it answers the repetition too. So the wait doubles with each
+//! repetition and stays there, until a request that was sent once is answered and shows how long that takes.
 
 use std::time::{Duration, Instant};
 
@@ -17,32 +20,10 @@ use crate::port::in_process::Download;
 use crate::port::{ControllerPort, PortError, Tick};
 use crate::transport::{Transport, TransportError};
 
-/// How long to wait for a target that does not answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Patience {
-    /// For one reply, before the request is repeated.
-    pub reply: Duration,
-    /// How often a request is sent.
-    pub attempts: u32,
-}
-
-/// Longest wait for any answer, s.
-pub const LONGEST_WAIT_S: u32 = 5;
-/// For the first answer of all: a board may be starting up.
-const HELLO: Patience = Patience { reply: Duration::from_millis(250), attempts: 4 * LONGEST_WAIT_S };
-
-impl Patience {
-    /// As many attempts as fit into [`LONGEST_WAIT_S`].
-    pub const fn of(reply: Duration) -> Self {
-        let millis = reply.as_millis() as u32;
-        let attempts = 1000 * LONGEST_WAIT_S / if millis == 0 { 1 } else { millis };
-        Self { reply, attempts: if attempts == 0 { 1 } else { attempts } }
-    }
-
-    fn longest_s(&self) -> f64 {
-        f64::from(self.attempts) * self.reply.as_secs_f64()
-    }
-}
+/// Longest wait for any answer.
+pub const LONGEST_WAIT: Duration = Duration::from_secs(5);
+/// Longest wait before a request is repeated, on a wire on which an answer takes less.
+const MOST: Duration = Duration::from_millis(250);
 
 impl From<TransportError> for PortError {
     fn from(TransportError(why): TransportError) -> Self {
@@ -69,15 +50,17 @@ pub struct Remote<T> {
 }
 
 impl<T: Transport> Remote<T> {
-    /// Finds the target, makes sure that it is the same controller, loads the design and starts it.
+    /// Finds the target, makes sure that it is the same controller, loads the design and starts it. A request that is
+    /// not answered within `reply_within` is repeated; choose it longer than a round trip takes.
     ///
     /// # Errors
     /// When nothing answers, the wire breaks, or host and target do not fit: says what each of them has.
-    pub fn connect(transport: T, patience: Patience, download: &Download) -> Result<Self, PortError> {
+    pub fn connect(transport: T, reply_within: Duration, download: &Download) -> Result<Self, PortError> {
         let Download { instance, numbers } = download;
         let mut wire = Wire {
             transport,
-            patience,
+            least: reply_within,
+            wait: reply_within,
             receiver: Receiver::of_replies(),
             sequence: 0,
             heard: 0,
@@ -236,7 +219,10 @@ fn in_words(refusal: &Refusal, instance: Instance) -> String {
 /// Requests and replies over a transport.
 struct Wire<T> {
     transport: T,
-    patience: Patience,
+    /// Shortest wait before a request is repeated.
+    least: Duration,
+    /// The present one.
+    wait: Duration,
     receiver: Receiver<REPLY_LEN>,
     /// Of the last request.
     sequence: u32,
@@ -249,18 +235,23 @@ impl<T: Transport> Wire<T> {
     /// Asks who is there until someone tells. A target says hello when it starts up, and is then asked at once: only
     /// an answer is sure to be of now.
     fn identify(&mut self) -> Result<Identity, PortError> {
-        for attempt in 1..=HELLO.attempts {
+        let mut waited = Duration::ZERO;
+        for attempt in 1.. {
+            if waited >= LONGEST_WAIT {
+                break;
+            }
+            waited += MOST;
             self.transport.send(&Request::Identify.to_frame(attempt))?;
-            let heard = self.hear(HELLO.reply, |sequence, reply| match reply {
+            let heard = self.hear(MOST, |sequence, reply| match reply {
                 Reply::Identity(identity) if sequence <= attempt => Some((sequence, identity)),
                 _ => None,
             })?;
-            match heard {
-                Some((1.., identity)) => return Ok(identity),
-                Some((0, _)) | None => {}
+            if let Some((1.., identity)) = heard {
+                self.heard = 0;
+                return Ok(identity);
             }
         }
-        Err(self.silent("who are you", HELLO))
+        Err(self.silent("who are you"))
     }
 
     /// One request, one reply.
@@ -268,19 +259,28 @@ impl<T: Transport> Wire<T> {
         self.sequence = self.sequence.wrapping_add(1);
         let ours = self.sequence;
         let frame = request.to_frame(ours);
-        for attempt in 0..self.patience.attempts {
-            self.traffic.repeated += u64::from(attempt > 0);
+        let mut waited = Duration::ZERO;
+        while waited < LONGEST_WAIT {
+            let sent = Instant::now();
             self.transport.send(&frame)?;
-            let reply = self.hear(self.patience.reply, |sequence, reply| {
+            let wait = self.wait.min(LONGEST_WAIT - waited);
+            let reply = self.hear(wait, |sequence, reply| {
                 (sequence == ours && !matches!(reply, Reply::Identity(_))).then_some(reply)
             })?;
             if let Some(reply) = reply {
+                if waited.is_zero() {
+                    self.wait = self.least.max(2 * sent.elapsed());
+                } else {
+                    self.traffic.repeated += 1;
+                }
                 self.traffic.answered += 1;
                 self.heard = 0;
                 return Ok(reply);
             }
+            waited += wait;
+            self.wait = (2 * self.wait).min(MOST.max(self.least));
         }
-        Err(self.silent(what, self.patience))
+        Err(self.silent(what))
     }
 
     /// Listens until a reply is the wanted one, at most for `within`.
@@ -312,7 +312,7 @@ impl<T: Transport> Wire<T> {
         Ok(None)
     }
 
-    fn silent(&self, asked: &str, patience: Patience) -> PortError {
-        PortError::Silent { asked: asked.into(), waited_s: patience.longest_s(), heard: self.heard }
+    fn silent(&self, asked: &str) -> PortError {
+        PortError::Silent { asked: asked.into(), heard: self.heard }
     }
 }
