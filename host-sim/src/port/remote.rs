@@ -251,7 +251,7 @@ impl<T: Transport> Wire<T> {
                 return Ok(identity);
             }
         }
-        Err(self.silent("who are you"))
+        Err(self.silent("the first question"))
     }
 
     /// One request, one reply.
