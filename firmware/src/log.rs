@@ -35,8 +35,8 @@ struct Log {
     line: UnsafeCell<Line>,
 }
 
-// SAFETY: `line` is touched by the owner of the outermost frame alone; who finds a frame open leaves it alone, and on one
-// core it ends its own before that owner goes on.
+// SAFETY: `line` is touched by the owner of the outermost frame alone; who finds a frame open leaves it alone, and on
+// one core it ends its own before that owner goes on.
 unsafe impl Sync for Log {}
 
 static LOG: Log = Log { depth: AtomicU32::new(0), line: UnsafeCell::new(Line { port: None, encoder: Encoder::new() }) };

@@ -31,7 +31,7 @@ pub fn is_due() -> bool {
 }
 
 fn registers() -> &'static tim3::RegisterBlock {
-    // SAFETY: the registers live as long as the chip; `start` owns them and sets them up before the handler can run, which
-    // alone touches the status.
+    // SAFETY: the registers live as long as the chip; `start` owns them and sets them up before the handler can run, and
+    // the handler alone touches the status.
     unsafe { &*TIM3::ptr() }
 }

@@ -20,7 +20,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         }
         Ok(String::from("present"))
     })?;
-    gate.step(&format!("compiler for {TARGET}, emulator of the chip"), |gate| {
+    gate.step(&format!("compiler for {TARGET}, emulator of the chip, C++ compiler"), |gate| {
         let missing = missing();
         if !missing.is_empty() {
             install(gate, &missing)?;
@@ -44,6 +44,9 @@ fn missing() -> Vec<Missing> {
     }
     if emulator().is_none() {
         missing.push(Missing { what: format!("no {EMULATOR} with the board {BOARD}"), packages: &[EMULATOR] });
+    }
+    if Invocation::new("c++", &["--version"]).answer().is_none() {
+        missing.push(Missing { what: String::from("no C++ compiler `c++`, for libFuzzer"), packages: &["g++"] });
     }
     missing
 }

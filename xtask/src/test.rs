@@ -1,7 +1,7 @@
 //! The whole gate, cheapest steps first, so that a slip is told in seconds.
 
 use crate::step::{Gate, Invocation, Outcome};
-use crate::{docs, firmware, paper_map, scan, setup, thumb};
+use crate::{docs, firmware, fuzz, paper_map, scan, setup, thumb};
 
 /// Features of controller-core; every combination must build and be free of warnings.
 const FEATURES: [&str; 3] = ["analysis", "defmt", "serde"];
@@ -35,6 +35,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         "tests, controller-core without features",
         &[Invocation::cargo(&["test", "-p", "controller-core", "--no-default-features"])],
     )?;
+    fuzz::run(gate)?;
     thumb::run(gate, &sets)
 }
 

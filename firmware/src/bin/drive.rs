@@ -1,4 +1,5 @@
-//! What a motor drive looks like: a timer interrupt at 10 kHz samples, ticks and actuates; the main loop tells how it goes.
+//! What a motor drive looks like: a timer interrupt at 10 kHz samples, ticks and actuates; the main loop tells how it
+//! goes.
 //!
 //! The joint is a stand-in on the chip, so that this runs on any board and in the emulator. What a board replaces
 //! is marked `BOARD`. `docs/linking.md` goes through this file line by line.

@@ -1,10 +1,10 @@
 //! The processor in the loop: requests of the host come in over USART1, replies go out, bit for bit what the same
 //! controller gives on the host. `pil-wire` is the talk; here is only the serial port.
 //!
-//! **Why polling loses nothing.** The host speaks only when it has been answered (lock step), so no byte comes while this
-//! program computes, replies or logs; it says what it has to say before it replies. Should a byte be lost all the same
-//! (a host that gave up waiting and repeats itself), the checksum fails, the receiver finds the next frame, and the
-//! repeated request is answered.
+//! **Why polling loses nothing.** The host speaks only when it has been answered (lock step), so no byte comes while
+//! this program computes, replies or logs; and it logs before it replies. Should a byte be lost all the same (a host
+//! that gave up waiting and repeats itself), the checksum fails, the receiver finds the next frame, and the repeated
+//! request is answered. In the emulator polling is as fast as an interrupt, and simpler.
 #![no_std]
 #![no_main]
 
@@ -54,8 +54,8 @@ fn main() -> ! {
 /// The last ticks, oldest first.
 fn black_box() {
     let target = TARGET.load(Ordering::Relaxed);
-    // SAFETY: it points to the storage of `main`, or nowhere. `main` may have been in the middle of changing it, but will
-    // never go on; a record that is half written is still numbers.
+    // SAFETY: it points to the storage of `main`, or nowhere. `main` may have been in the middle of changing it, but
+    // will never go on; a record that is half written is still numbers.
     if let Some(target) = unsafe { target.as_ref() } {
         for record in target.black_box().oldest_first() {
             defmt::error!("{}", record);
