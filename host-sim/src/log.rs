@@ -4,8 +4,10 @@
 
 use std::io::{ErrorKind, Read};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
-use std::sync::{Arc, Weak};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 use defmt_decoder::{DecodeError, Table};
@@ -29,20 +31,24 @@ impl Messages {
     }
 }
 
-/// The lines of a log as they come in. Reading ends when this is dropped, or the source ends.
+/// Longest wait of a source for something to read; after that it must say that there was nothing.
+pub const GLANCE: Duration = Duration::from_millis(100);
+
+/// The lines of a log as they come in. Reading ends, and the source is closed, when this is dropped.
 pub struct Log {
     lines: Receiver<String>,
-    _wanted: Arc<()>,
+    unwanted: Arc<AtomicBool>,
+    reader: Option<JoinHandle<()>>,
 }
 
 impl Log {
-    /// Follows a source; a read of it should end by itself from time to time.
+    /// Follows a source that never waits longer than [`GLANCE`].
     pub fn follow(source: impl Read + Send + 'static, messages: Messages) -> Self {
         let (sender, lines) = mpsc::channel();
-        let wanted = Arc::new(());
-        let still_wanted = Arc::downgrade(&wanted);
-        std::thread::spawn(move || read(source, &messages, &sender, &still_wanted));
-        Self { lines, _wanted: wanted }
+        let unwanted = Arc::new(AtomicBool::new(false));
+        let no_longer = Arc::clone(&unwanted);
+        let reader = std::thread::spawn(move || read(source, &messages, &sender, &no_longer));
+        Self { lines, unwanted, reader: Some(reader) }
     }
 
     /// The next line, if there is one.
@@ -59,10 +65,20 @@ impl Log {
     }
 }
 
-fn read(mut source: impl Read, Messages(table): &Messages, lines: &Sender<String>, wanted: &Weak<()>) {
+impl Drop for Log {
+    fn drop(&mut self) {
+        self.unwanted.store(true, Ordering::Relaxed);
+        if let Some(reader) = self.reader.take() {
+            // If it panicked, it has told so itself.
+            let _ = reader.join();
+        }
+    }
+}
+
+fn read(mut source: impl Read, Messages(table): &Messages, lines: &Sender<String>, unwanted: &AtomicBool) {
     let mut decoder = table.new_stream_decoder();
     let mut bytes = [0; 1024];
-    while wanted.strong_count() > 0 {
+    while !unwanted.load(Ordering::Relaxed) {
         let count = match source.read(&mut bytes) {
             Ok(0) => return,
             Ok(count) => count,

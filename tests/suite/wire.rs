@@ -77,15 +77,11 @@ fn every_other_shipped_scenario_has_the_same_bits_over_the_wire() {
 
 #[test]
 fn samples_that_are_lost_and_controls_that_saturate_have_the_same_bits_over_the_wire() {
-    let base = ["span_s=4", "window_s=[2, 4]", "sensor.dropout=0.2", "controller.limits=[-20, 20]"];
-    for fallback in ["hold_last", "safe"] {
-        // What the actuator holds is neither what was asked for nor told before the next tick but one.
+    let base = ["span_s=4", "window_s=[2, 4]", "sensor.dropout=0.2", "controller.limits={min=-20, max=20}"];
+    for fallback in ["controller.fallback=\"hold\"", "controller.fallback=0.5"] {
+        // What the actuator holds is neither what was asked for, nor told at once, nor told at all.
         for actuator in ["actuator.rate_per_s=5000", "actuator.delay_ticks=2", "actuator.report=false"] {
-            let fallback = match fallback {
-                "safe" => "controller.fallback={safe=0.5}".to_owned(),
-                other => format!("controller.fallback=\"{other}\""),
-            };
-            let sets = [&base[..], &[actuator, &fallback]].concat();
+            let sets = [&base[..], &[actuator, fallback]].concat();
             let mut experiment = shipped("default.toml", &sets);
             let (trace, error, _) = run_over(&mut experiment, Loopback::new());
             assert!(error.is_none(), "{sets:?}: {error:?}");
@@ -259,8 +255,8 @@ fn a_scenario_that_no_target_carries_is_refused_with_what_to_change() {
         "plant.a=[0,0,0,0,0]",
         "plant.x0=[0,0,0,0,0]",
         "plant.disturbance=[]",
-        "controller.a=[0,0,0,0,0]",
-        "controller.observer=[{channel=5, bandwidth_rad_s=10.0}]",
+        "controller.nominal.a=[0,0,0,0,0]",
+        "controller.observer=[{channel=5, bandwidth_rad_s=10.0, order=1}]",
     ];
     assert!(told("chain.toml", &fifth).contains("orders up to 4, this one has order 5"));
 }

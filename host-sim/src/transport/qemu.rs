@@ -12,6 +12,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use super::{Transport, TransportError, is_silence};
+use crate::log;
 
 /// The emulator.
 const PROGRAM: &str = "qemu-system-arm";
@@ -117,6 +118,7 @@ impl Process {
                     Ok((stream, _)) => {
                         stream.set_nonblocking(false)?;
                         stream.set_nodelay(true)?;
+                        stream.set_read_timeout(Some(log::GLANCE))?;
                         stream.set_write_timeout(Some(Duration::from_secs(1)))?;
                         return Ok(Some(stream));
                     }

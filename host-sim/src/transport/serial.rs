@@ -7,6 +7,7 @@ use std::time::Duration;
 use serialport::{ClearBuffer, SerialPort};
 
 use super::{Transport, TransportError, is_silence};
+use crate::log;
 
 /// Speed of the images that come with this project, bits per second.
 pub const BAUD: u32 = 115_200;
@@ -80,6 +81,7 @@ impl Transport for Serial {
 /// For the log of a board.
 impl Read for Serial {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        self.port.set_timeout(log::GLANCE)?;
         self.port.read(into)
     }
 }
