@@ -333,7 +333,7 @@ impl Console<'_> {
         }
 
         let started = Instant::now();
-        let (trace, error) = self.watched(&mut experiment, link.as_mut());
+        let (trace, error) = self.watched(&mut experiment, &mut link);
         let comparison = link.map(|link| compared(&trace, error.as_ref(), &link, started));
         let metrics = experiment.metrics(&trace);
         let error = error.map(|error| reason(&error));
@@ -383,7 +383,7 @@ impl Console<'_> {
             let mut title = String::new();
             for (label, mut experiment) in figure.experiments()? {
                 self.note(&format!("{}: {label}", figure.id));
-                let (trace, error) = self.watched(&mut experiment, None);
+                let (trace, error) = self.watched(&mut experiment, &mut None);
                 if let Some(error) = error {
                     return Err(Failure {
                         status: status::FAILED,
@@ -426,7 +426,7 @@ impl Console<'_> {
     }
 
     /// Runs the loop under a progress bar and Ctrl-C, with what the target logs shown as it comes.
-    fn watched(&mut self, experiment: &mut Experiment, link: Option<&mut Link>) -> (Trace, Option<LoopError>) {
+    fn watched(&mut self, experiment: &mut Experiment, link: &mut Option<Link>) -> (Trace, Option<LoopError>) {
         let periods = experiment.periods as u64;
         let drawn = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(periods), drawn);

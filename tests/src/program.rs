@@ -34,6 +34,9 @@ pub struct Folder(PathBuf);
 
 impl Folder {
     /// Of a name that no other test has.
+    ///
+    /// # Panics
+    /// When it cannot be made.
     pub fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("edo-smc-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&path).expect("a folder for temporary files");

@@ -258,7 +258,7 @@ fn a_scenario_that_no_target_carries_is_refused_with_what_to_change() {
         "controller.nominal.a=[0,0,0,0,0]",
         "controller.observer=[{channel=5, bandwidth_rad_s=10.0, order=1}]",
     ];
-    assert!(told("chain.toml", &fifth).contains("orders up to 4, this one has order 5"));
+    assert!(told("chain.toml", &fifth).contains("plants up to order 4, this one has order 5"));
 }
 
 #[test]
@@ -266,7 +266,7 @@ fn a_lost_reply_is_sent_again_from_memory_and_never_ticked_twice() {
     let mut seen = 0_u32;
     let first_is_lost = move |reply| {
         seen += u32::from(matches!(reply, Reply::Ticked(_)));
-        (seen % 2 == 0 || !matches!(reply, Reply::Ticked(_))).then_some(reply)
+        (seen.is_multiple_of(2) || !matches!(reply, Reply::Ticked(_))).then_some(reply)
     };
     let mut experiment = shipped("default.toml", &["span_s=0.5", "window_s=[0.1, 0.5]"]);
     let (trace, error, remote) = run_over(&mut experiment, Rewritten::new(Some, first_is_lost));

@@ -414,7 +414,7 @@ fn a_target_that_differs_in_one_bit_ends_the_run_with_status_1_and_names_it_and_
             let link = Console::linked(Box::new(wire), Duration::from_millis(50), download, None, |_| String::new())?;
             console.run(experiment, &options, "-pil", Some(link))
         });
-        let Failure { status, message } = ended.err().expect("one bit differs");
+        let Failure { status, message } = ended.expect_err("one bit differs");
         (status, message, String::from_utf8(out).expect("UTF-8"))
     };
     let (status, message, out) = run_with(false);

@@ -179,7 +179,7 @@ mod tests {
             }
             match compared.tick(&[]) {
                 Err(PortError::Differs(found)) => {
-                    assert_eq!((found.tick, found.field, found.bits() > 0), (3, field, true))
+                    assert_eq!((found.tick, found.field, found.bits() > 0), (3, field, true));
                 }
                 other => panic!("{field}: {other:?}"),
             }

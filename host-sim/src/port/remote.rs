@@ -263,7 +263,7 @@ impl<T: Transport> Wire<T> {
         while waited < LONGEST_WAIT {
             let sent = Instant::now();
             self.transport.send(&frame)?;
-            let wait = self.wait.min(LONGEST_WAIT - waited);
+            let wait = self.wait.min(LONGEST_WAIT.saturating_sub(waited));
             let reply = self.hear(wait, |sequence, reply| {
                 (sequence == ours && !matches!(reply, Reply::Identity(_))).then_some(reply)
             })?;
