@@ -11,6 +11,8 @@
 //! host-sim new NAME                 a commented scenario file to start from
 //! ```
 //!
+//! Nothing waits for a target longer than 5 s, nor for the emulator to come up longer than 10 s.
+//!
 //! Results go to stdout, everything else to stderr. Exit status: 0 done (a run that diverged is a result), 1 the run or
 //! the writing failed, a claim that held no longer does or a target differs, 2 bad input (nothing is written), 130 stopped by Ctrl-C
 //! (what was recorded is written).
@@ -270,7 +272,11 @@ struct Comparison {
 impl Comparison {
     fn line(&self) -> String {
         let Self { ticks, bits_differ, round_trips_per_s, repeated } = self;
-        let repeated = if *repeated > 0 { format!(", {repeated} requests sent again") } else { String::new() };
+        let repeated = match repeated {
+            0 => String::new(),
+            1 => ", 1 request sent again".into(),
+            many => format!(", {many} requests sent again"),
+        };
         format!("{ticks} ticks, {bits_differ} bits differ ({round_trips_per_s:.0} round trips/s{repeated})")
     }
 }

@@ -345,5 +345,5 @@ fn a_target_that_says_nothing_or_nonsense_is_given_up_in_the_time_that_the_page_
     let told = told.expect("nobody is there");
     assert!(told.starts_with("no answer to the first question within 5 s, but "), "{told}");
     // A loaded machine may be late by a time slice per wait.
-    assert!(began.elapsed() < LONGEST_WAIT + Duration::from_secs(1), "{:?}", began.elapsed());
+    assert!(began.elapsed() < LONGEST_WAIT + Duration::from_secs(2), "{:?}", began.elapsed());
 }

@@ -178,9 +178,9 @@ impl Console<'_> {
     pub(super) fn emulate(&mut self, options: &EmulateOptions) -> Result<u8, Failure> {
         let EmulateOptions { image, seconds } = options;
         let messages = Messages::of(image).map_err(failed)?;
-        let (_process, [_, stream]) =
+        let (process, [_, stream]) =
             Process::start(image, [false, true], Clock::Instructions).map_err(|error| failed(error.0))?;
-        let Some(stream) = stream else { return Err(failed("no connection to the emulator".into())) };
+        let Some(stream) = stream else { return Err(failed(process.ended("no connection to the emulator").0)) };
         let log = Log::follow(stream, messages);
         let until = Instant::now() + Duration::from_secs_f64(*seconds);
         while Instant::now() < until {
@@ -195,7 +195,7 @@ impl Console<'_> {
                     }
                 }
                 Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return Err(failed("the emulator ended".into())),
+                Err(RecvTimeoutError::Disconnected) => return Err(failed(process.ended("the emulator is gone").0)),
             }
         }
         Ok(status::DONE)

@@ -43,6 +43,7 @@ pub struct Traffic {
 /// A controller that runs on a target.
 pub struct Remote<T> {
     wire: Wire<T>,
+    instance: Instance,
     observed: Vec<usize>,
     /// What the actuator holds since the last tick; NaN if that was not told.
     applied: f32,
@@ -84,7 +85,7 @@ impl<T: Transport> Remote<T> {
         }
         done(wire.ask(&Request::Start, "the start")?, "the start")?;
         let observed = (0..usize::from(instance.n)).filter(|i| instance.mask >> i & 1 == 1).collect();
-        Ok(Self { wire, observed, applied: f32::NAN, ticks: 0 })
+        Ok(Self { wire, instance: *instance, observed, applied: f32::NAN, ticks: 0 })
     }
 
     /// What went over the wire so far.
@@ -128,7 +129,7 @@ impl<T: Transport> ControllerPort for Remote<T> {
             Reply::Refused(Refusal { reason: Reason::NotOpen | Reason::OutOfStep, .. }) => {
                 Err(PortError::Refused(format!("the target restarted at tick {tick}: its design is gone")))
             }
-            Reply::Refused(refusal) => Err(PortError::Refused(format!("the target refused tick {tick}: {refusal:?}"))),
+            Reply::Refused(refusal) => Err(PortError::Refused(in_words(&refusal, self.instance))),
             _ => Err(PortError::Refused(format!("the target's answer to tick {tick} makes no sense"))),
         }
     }
@@ -184,7 +185,7 @@ fn mismatch(reason: Reason, target: u32, host: u32) -> String {
     }
 }
 
-/// Why a design was refused.
+/// Why a request was refused.
 fn in_words(refusal: &Refusal, instance: Instance) -> String {
     let Refusal { reason, target, request } = *refusal;
     match reason {

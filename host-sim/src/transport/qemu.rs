@@ -139,8 +139,8 @@ impl Process {
         Ok(self.child.lock().unwrap_or_else(PoisonError::into_inner).try_wait()?.is_none())
     }
 
-    /// What happened, and what the emulator had to say about it.
-    fn ended(&self, what: &str) -> TransportError {
+    /// What happened, and what the emulator had to say about it; it ends with that.
+    pub fn ended(&self, what: &str) -> TransportError {
         stop(&self.child);
         let mut said = String::new();
         let pipe = self.child.lock().unwrap_or_else(PoisonError::into_inner).stderr.take();
