@@ -14,8 +14,8 @@
 //! Nothing waits for a target longer than 5 s, nor for the emulator to come up longer than 10 s.
 //!
 //! Results go to stdout, everything else to stderr. Exit status: 0 done (a run that diverged is a result), 1 the run or
-//! the writing failed, a claim that held no longer does or a target differs, 2 bad input (nothing is written), 130 stopped by Ctrl-C
-//! (what was recorded is written).
+//! the writing failed, a claim that held no longer does, a target differs or cannot be reached, 2 bad input (nothing is
+//! written), 130 stopped by Ctrl-C (what was recorded is written).
 
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};

@@ -14,6 +14,7 @@ use host_sim::trace::{Ending, Trace};
 use host_sim::transport::faulty::{Rates, Struck};
 use host_sim::transport::{Faulty, Loopback, Transport, TransportError};
 use integration_tests::data::path;
+use integration_tests::strategy::Rng;
 use pil_wire::{CORE_VERSION, Identity, LAYOUT_ID, REPLY_LEN, Receiver, Reply, Request};
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
@@ -317,6 +318,37 @@ fn a_second_program_takes_over_where_the_first_one_stopped() {
         assert_eq!(remote.transport().ticks(), 1);
         used = std::mem::take(remote.transport_mut());
     }
+}
+
+/// A wire that hums: other bytes before everything that comes.
+struct Humming {
+    inner: Loopback,
+    rng: Rng,
+}
+
+impl Transport for Humming {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), TransportError> {
+        self.inner.send(bytes)
+    }
+
+    fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, TransportError> {
+        // Half of them marks or half of a mark, some of them more than a frame.
+        let hum = self.rng.integer(1, 2 * REPLY_LEN);
+        for byte in &mut into[..hum] {
+            let any = self.rng.integer(0, 255) as u8;
+            *byte = [0x5A, 0xE6, any, any][self.rng.integer(0, 3)];
+        }
+        let count = self.inner.receive(&mut into[hum..], within)?;
+        Ok(if count == 0 { 0 } else { hum + count })
+    }
+}
+
+#[test]
+fn garbage_before_every_reply_is_skipped() {
+    let mut experiment = shipped("default.toml", &["span_s=1.999", "window_s=[1, 1.999]"]);
+    let (trace, error, remote) = run_over(&mut experiment, Humming { inner: Loopback::new(), rng: Rng::new(5) });
+    assert!(error.is_none(), "{error:?}");
+    assert_eq!((trace.rows.len(), remote.transport().inner.ticks()), (2000, 2000));
 }
 
 /// Says nothing, or the same bytes for ever.

@@ -50,7 +50,8 @@ pub(super) struct HilOptions {
     #[arg(long, value_name = "DEV")]
     port: PathBuf,
     /// Speed of the port, bits per second.
-    #[arg(long, value_name = "N", default_value_t = BAUD, value_parser = clap::value_parser!(u32).range(9600..=12_000_000))]
+    #[arg(long, value_name = "N", default_value_t = BAUD)]
+    #[arg(value_parser = clap::value_parser!(u32).range(9600..=12_000_000))]
     baud: u32,
     /// Serial port of the board's log (same speed), shown on stderr.
     #[arg(long, value_name = "DEV", requires = "elf")]

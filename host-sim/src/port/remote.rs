@@ -200,15 +200,15 @@ fn in_words(refusal: &Refusal, instance: Instance) -> String {
                 Model::BenchmarkLibm => "the model of Eq. (59) with libm",
                 Model::BenchmarkMicromath => "the model of Eq. (59) with micromath",
             };
-            format!("the target's image carries no controller with n = {n}, r = {r}, observed channels {channels} and {model}")
+            let instance = format!("n = {n}, r = {r}, observed channels {channels} and {model}");
+            format!("the target's image carries no controller with {instance}")
         }
         Reason::Count => format!("a design of this kind has {target} numbers on the target, {request} here; {REMEDY}"),
         Reason::Design => {
             format!("the design was altered on its way: its hash is {target:08x} on the target, {request:08x} here")
         }
         Reason::Coefficients => {
-            "the target refuses the numbers of the design: one is not finite, the limits are reversed, or the period is 0"
-                .into()
+            "the target refuses the numbers of the design: not finite, limits reversed, or a period of 0".into()
         }
         Reason::NotOpen | Reason::OutOfStep => {
             "the target restarted, or obeys another program as well, while the design was loaded; try again".into()

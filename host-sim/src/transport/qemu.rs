@@ -1,7 +1,8 @@
 //! An image in the emulator: QEMU's `netduinoplus2` carries an STM32F405.
 //!
 //! QEMU is a child process. USART1 (the talk) and USART2 (the log) reach us over TCP on this machine; both connections
-//! are made before the first instruction runs, so that no byte is lost. The child ends with its owner, see [`stop_all`].
+//! are made before the first instruction runs, so that no byte is lost. The child ends with its owner; an exit that
+//! drops nothing calls [`stop_all`] first.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
