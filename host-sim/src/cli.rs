@@ -326,7 +326,7 @@ impl Console<'_> {
         mut experiment: Experiment,
         options: &RunOptions,
         place: &str,
-        mut link: Option<Link>,
+        mut link: Option<Link<'_>>,
     ) -> Result<u8, Failure> {
         note_changes(&mut experiment.title, &options.sets);
         let folder = options.out.clone().unwrap_or_else(|| target::folder(&experiment, place));
@@ -339,7 +339,13 @@ impl Console<'_> {
         }
 
         let started = Instant::now();
-        let (trace, error) = self.watched(&mut experiment, &mut link);
+        let (mut trace, mut error) = self.watched(&mut experiment, &mut link);
+        if let Ending::BrokenOff { t_s } = trace.ending
+            && self.stop.load(Ordering::Relaxed)
+        {
+            // A target that says nothing was waited for no longer.
+            (trace.ending, error) = (Ending::Interrupted { t_s }, None);
+        }
         let comparison = link.map(|link| compared(&trace, error.as_ref(), &link, started));
         let metrics = experiment.metrics(&trace);
         let error = error.map(|error| reason(&error));

@@ -22,6 +22,9 @@ impl Messages {
     /// When it cannot be read, or holds no messages; in words.
     pub fn of(image: &Path) -> Result<Self, String> {
         let told = |why: &dyn std::fmt::Display| format!("log of image {}: {why}", image.display());
+        if std::fs::metadata(image).is_ok_and(|about| !about.is_file()) {
+            return Err(told(&"this is no file"));
+        }
         let bytes = std::fs::read(image).map_err(|error| told(&error))?;
         match Table::parse(&bytes) {
             Ok(Some(table)) => Ok(Self(table)),
@@ -77,6 +80,7 @@ impl Drop for Log {
 
 fn read(mut source: impl Read, Messages(table): &Messages, lines: &Sender<String>, unwanted: &AtomicBool) {
     let mut decoder = table.new_stream_decoder();
+    let mut is_garbled = false;
     let mut bytes = [0; 1024];
     while !unwanted.load(Ordering::Relaxed) {
         let count = match source.read(&mut bytes) {
@@ -97,7 +101,13 @@ fn read(mut source: impl Read, Messages(table): &Messages, lines: &Sender<String
                     None => frame.display_message().to_string(),
                 },
                 Err(DecodeError::UnexpectedEof) => break,
-                Err(DecodeError::Malformed) if table.encoding().can_recover() => "(not a message of this image)".into(),
+                Err(DecodeError::Malformed) if table.encoding().can_recover() => {
+                    // Once is enough: what follows is no better.
+                    if std::mem::replace(&mut is_garbled, true) {
+                        continue;
+                    }
+                    "(something that is no message of this image; is it the one that runs there?)".into()
+                }
                 Err(DecodeError::Malformed) => return,
             };
             if lines.send(line).is_err() {

@@ -6,6 +6,7 @@
 //! | [`Emulator`] | an image in QEMU, over TCP to its USART1 |
 //! | [`Serial`] | a board, over a serial port |
 //! | [`Faulty`] | any of them, with frames lost, damaged, doubled and late |
+//! | [`Stoppable`] | any of them, with an end to waiting on Ctrl-C |
 
 use std::fmt;
 use std::time::Duration;
@@ -14,11 +15,13 @@ pub mod faulty;
 pub mod loopback;
 pub mod qemu;
 pub mod serial;
+pub mod stoppable;
 
 pub use faulty::Faulty;
 pub use loopback::Loopback;
 pub use qemu::Emulator;
 pub use serial::Serial;
+pub use stoppable::Stoppable;
 
 /// A wire that is broken for good, in words. What a repetition may heal is no error: then nothing is received.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -153,6 +153,18 @@ fn ctrl_c_in_a_run_on_the_chip_keeps_what_was_recorded() {
 }
 
 #[test]
+fn ctrl_c_is_heard_while_a_target_says_nothing() {
+    let folder = Folder::new("pil-let-go");
+    let (image, out) = (image_text("drive"), folder.path("o"));
+    let stop = AtomicBool::new(true);
+    let began = Instant::now();
+    let spoken = host_sim_until(&["pil", "--image", &image, "--out", &out], &stop);
+    assert_eq!((spoken.status, spoken.out.as_str()), (130, ""), "{spoken:?}");
+    assert_eq!(spoken.err, "error: stopped on request, before the first tick\n");
+    assert!(began.elapsed() < LONGEST_WAIT, "{:?}", began.elapsed());
+}
+
+#[test]
 fn an_image_that_is_missing_or_none_or_the_wrong_one_is_told_with_the_remedy() {
     let folder = Folder::new("pil-images");
     let out = folder.path("o");

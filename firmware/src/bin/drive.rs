@@ -57,29 +57,29 @@ fn TIM3() {
     static mut STATE: Option<State<f32, 2, 2>> = None;
     static mut JOINT: joint::Joint = joint::Joint::new();
     static mut TICK: u32 = 0;
+    static mut WORST: u32 = 0;
 
     ticker::acknowledge();
+    JOINT.advance(PERIOD_S as f32); // BOARD: goes; the motor has moved by itself
     let began = clock::now();
     let x = JOINT.sample(); // BOARD: read the encoders, convert to chain coordinates
     let output = CONTROLLER.tick_or_start(STATE, &[0.0; 4], &x);
     JOINT.drive(output.u); // BOARD: write the PWM; if it holds anything else, tell `State::applied`
-    let took = clock::now().wrapping_sub(began);
-
-    JOINT.advance(PERIOD_S as f32); // BOARD: the motor does this by itself
     critical_section::with(|cs| {
         if let Ok(mut seen) = SEEN.borrow(cs).try_borrow_mut() {
             seen.history.push(Record { tick: *TICK, x, output });
-            seen.worst = seen.worst.max(took);
+            seen.worst = *WORST;
             seen.missed += u32::from(ticker::is_due());
         }
     });
     *TICK = TICK.wrapping_add(1);
+    *WORST = (*WORST).max(clock::now().wrapping_sub(began));
 }
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let (Some(core), Some(chip)) = (cortex_m::Peripherals::take(), Peripherals::take()) else { unreachable!() };
-    fault::last_words(black_box);
+    fault::respond_with(fault::Response { switch_off, last_words: black_box });
     log::start(chip.USART2, &chip.RCC, &chip.GPIOA);
     let unit = clock::start(core.DCB, core.DWT, chip.TIM2, &chip.RCC);
     let period = ticker::start(chip.TIM3, &chip.RCC, TICK_HZ);
@@ -101,9 +101,11 @@ fn main() -> ! {
     }
 }
 
-/// After a panic or a hard fault, interrupts masked: the last ticks, oldest first.
+/// After a panic or a hard fault, at once.
+fn switch_off() {} // BOARD: the power stage
+
+/// And then: the last ticks, oldest first.
 fn black_box() {
-    // BOARD: first of all switch the power stage off
     critical_section::with(|cs| {
         if let Ok(seen) = SEEN.borrow(cs).try_borrow() {
             seen.history.oldest_first().for_each(|record| defmt::error!("{}", record));
@@ -114,8 +116,8 @@ fn black_box() {
 fn report(newest: &Record<f32, 4>, worst: u32, missed: u32, period: u32, unit: clock::Unit) {
     let Record { tick, x: [y, ..], output: Output { u, sigma_star, health, .. } } = *newest;
     defmt::println!(
-        "t = {=f32} s, y = {=f32} rad, sigma* = {=f32} rad/s^3, u = {=f32} A, {}; sample to actuate: worst {=u32} of \
-         {=u32} {}, headroom {=u32} %, {=u32} ticks missed",
+        "t = {=f32} s, y = {=f32} rad, sigma* = {=f32} rad/s^3, u = {=f32} A, {}; interrupt: worst {=u32} of {=u32} \
+         {}, headroom {=u32} %, {=u32} ticks missed",
         tick as f32 / TICK_HZ as f32,
         y,
         sigma_star,

@@ -33,7 +33,7 @@ fn main() -> ! {
     let host = Uart::on_usart1(chip.USART1, &chip.RCC, &chip.GPIOA);
     TARGET.store(STORAGE, Ordering::Relaxed);
     let target = STORAGE;
-    fault::last_words(black_box);
+    fault::respond_with(fault::Response { switch_off: || {}, last_words: black_box });
 
     host.write(&target.hello());
     defmt::info!("hello: wire {=u8}, layout {=u32:#010x}, core {=u32:#010x}", VERSION, LAYOUT_ID, CORE_VERSION);

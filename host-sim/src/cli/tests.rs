@@ -411,7 +411,7 @@ fn a_target_that_differs_in_one_bit_ends_the_run_with_status_1_and_names_it_and_
         let ended = default_scenario(&options.sets).and_then(|experiment| {
             let wire = Flipping { inner: Loopback::new(), receiver: pil_wire::Receiver::of_replies(), ticks: 0 };
             let download = experiment.for_target().expect("one for a target");
-            let link = Console::linked(Box::new(wire), Duration::from_millis(50), download, None, |_| String::new())?;
+            let link = console.linked(Box::new(wire), Duration::from_millis(50), download, None, |_| String::new())?;
             console.run(experiment, &options, "-pil", Some(link))
         });
         let Failure { status, message } = ended.expect_err("one bit differs");

@@ -6,7 +6,8 @@
 //! [`PortError`], not a hang.
 //!
 //! Who repeats too soon makes a slow target slower, for it answers the repetition too. So the wait doubles with each
-//! repetition and stays there, until a request that was sent once is answered and shows how long that takes.
+//! repetition, up to four times the shortest, and stays there until a request that was sent once is answered and shows how
+//! long that takes.
 
 use std::time::{Duration, Instant};
 
@@ -22,8 +23,8 @@ use crate::transport::{Transport, TransportError};
 
 /// Longest wait for any answer.
 pub const LONGEST_WAIT: Duration = Duration::from_secs(5);
-/// Longest wait before a request is repeated, on a wire on which an answer takes less.
-const MOST: Duration = Duration::from_millis(250);
+/// Wait before the first question is repeated.
+const ASK_EVERY: Duration = Duration::from_millis(250);
 
 impl From<TransportError> for PortError {
     fn from(TransportError(why): TransportError) -> Self {
@@ -241,9 +242,9 @@ impl<T: Transport> Wire<T> {
             if waited >= LONGEST_WAIT {
                 break;
             }
-            waited += MOST;
+            waited += ASK_EVERY;
             self.transport.send(&Request::Identify.to_frame(attempt))?;
-            let heard = self.hear(MOST, |sequence, reply| match reply {
+            let heard = self.hear(ASK_EVERY, |sequence, reply| match reply {
                 Reply::Identity(identity) if sequence <= attempt => Some((sequence, identity)),
                 _ => None,
             })?;
@@ -279,7 +280,7 @@ impl<T: Transport> Wire<T> {
                 return Ok(reply);
             }
             waited += wait;
-            self.wait = (2 * self.wait).min(MOST.max(self.least));
+            self.wait = (2 * self.wait).min(4 * self.least);
         }
         Err(self.silent(what))
     }

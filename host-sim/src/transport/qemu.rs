@@ -1,8 +1,8 @@
 //! An image in the emulator: QEMU's `netduinoplus2` carries an STM32F405.
 //!
 //! QEMU is a child process. USART1 (the talk) and USART2 (the log) reach us over TCP on this machine; both connections
-//! are made before the first instruction runs, so that no byte is lost. The child ends with its owner; an exit that
-//! drops nothing calls [`stop_all`] first.
+//! are made before the first instruction runs, so that no byte is lost. The child ends when its owner is dropped; an exit
+//! that drops nothing calls [`stop_all`] first (only a `kill -9` of this program leaves it behind).
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
@@ -142,6 +142,7 @@ impl Process {
 
     /// What happened, and what the emulator had to say about it; it ends with that.
     pub fn ended(&self, what: &str) -> TransportError {
+        let already = self.child.lock().unwrap_or_else(PoisonError::into_inner).try_wait().ok().flatten();
         stop(&self.child);
         let mut said = String::new();
         let pipe = self.child.lock().unwrap_or_else(PoisonError::into_inner).stderr.take();
@@ -150,8 +151,9 @@ impl Process {
             let _ = pipe.read_to_string(&mut said);
         }
         let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        let ended = already.map_or_else(String::new, |status| format!(" ({status})"));
         let said = if said.is_empty() { "it said nothing" } else { &said };
-        TransportError(format!("{what}: {said}"))
+        TransportError(format!("{what}{ended}: {said}"))
     }
 }
 
@@ -163,9 +165,17 @@ impl Drop for Process {
 }
 
 /// Is there an image, and is it one?
-fn check_image(image: &Path) -> Result<(), TransportError> {
+///
+/// # Errors
+/// When not; says what to do.
+pub fn check_image(image: &Path) -> Result<(), TransportError> {
     let told = |why: String| TransportError(format!("image {}: {why}", image.display()));
     let mut head = [0; 4];
+    // Opening what is no file, a pipe say, may wait for ever.
+    let kind = std::fs::metadata(image).map(|about| about.is_file());
+    if let Ok(false) = kind {
+        return Err(told("this is no file".into()));
+    }
     let read = std::fs::File::open(image).and_then(|mut file| file.read_exact(&mut head));
     match read {
         Ok(()) if head == *b"\x7fELF" => Ok(()),
