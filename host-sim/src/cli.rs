@@ -597,7 +597,13 @@ fn table(experiment: &Experiment, metrics: &Metrics, trace: &Trace) -> Table {
     let settled = metrics.settling_time_s.map_or_else(|| unsettled.into(), number);
     row("settling time (s)", settled, &format!("|y| within {} from then on", experiment.settling_band));
     let ticks = format!("{} of {} ticks", trace.rows.len(), experiment.periods + 1);
-    row("bounded", if metrics.bounded { "yes" } else { "NO" }.into(), &ticks);
+    // A run that could not go on says nothing of it.
+    let bounded = match trace.ending {
+        Ending::BrokenOff { .. } => "-",
+        _ if metrics.bounded => "yes",
+        _ => "NO",
+    };
+    row("bounded", bounded.into(), &ticks);
     for flag in [Health::INPUT_REJECTED, Health::SATURATED, Health::SIGMA_STAR_OVER_BOUND] {
         let count = trace.rows.iter().filter(|row| row.health.contains(flag)).count();
         if count > 0 {
