@@ -44,6 +44,11 @@ impl<T: Copy, const N: usize, const LEN: usize> History<T, N, LEN> {
         self.ring.write(record);
     }
 
+    /// The last record, if there is one.
+    pub fn newest(&self) -> Option<&Record<T, N>> {
+        self.ring.recent()
+    }
+
     /// The records from the oldest to the newest.
     pub fn oldest_first(&self) -> impl Iterator<Item = &Record<T, N>> {
         self.ring.oldest_ordered()

@@ -43,6 +43,11 @@ impl Uart {
         Self { registers }
     }
 
+    /// From now on a byte that has arrived makes the interrupt of the port pending.
+    pub fn interrupt_at_a_byte(&self) {
+        self.registers.cr1().modify(|_, w| w.rxneie().set_bit());
+    }
+
     /// The byte that has arrived, if any. A byte that came with an error (noise, framing) is handed out as well: the
     /// frames on the line carry a check sum. Reading status, then data, clears the error flags, overrun included.
     #[inline]

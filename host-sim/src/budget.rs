@@ -58,6 +58,7 @@ impl Core {
 }
 
 /// What is asked.
+#[allow(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 #[derive(Args, Clone, Debug, Default)]
 pub struct Options {
     /// The linked firmware.
@@ -154,18 +155,18 @@ pub fn answer(image: &Image, options: &Options, log: Option<&str>) -> Result<Rep
     }
     report.failures = checks(image, options, &reached, &functions);
     if let Some(most) = options.max_cycles {
-        match report.bound() {
-            Some(bound) if bound > most => report.failures.push(format!("bound of {bound} cycles, more than {most}")),
-            Some(_) => {}
-            None if !options.core.is_timed() => report.declined.push(format!(
+        if let Some(bound) = report.bound().filter(|bound| *bound > most) {
+            report.failures.push(format!("bound of {bound} cycles, more than {most}"));
+        }
+        if !timed {
+            report.declined.push(format!(
                 "--max-cycles: ARM publishes no table of cycles for the {}, so it has no bound; instructions are counted",
                 options.core.name()
-            )),
-            None => {}
+            ));
         }
     }
     if let Some(log) = log {
-        if !options.core.is_timed() {
+        if !timed {
             report.declined.push(format!("--trace: no table of cycles for the {}", options.core.name()));
             return Ok(report);
         }
@@ -173,7 +174,7 @@ pub fn answer(image: &Image, options: &Options, log: Option<&str>) -> Result<Rep
             reached.iter().flat_map(|one| &one.nodes).map(|(&at, node)| (at, node)).collect();
         match trace::runs(&trace::addresses(log), function.start, &nodes) {
             Ok(runs) if runs.is_empty() => {
-                report.declined.push("--trace: the function was not executed to its end".into())
+                report.declined.push("--trace: the function was not executed to its end".into());
             }
             Ok(runs) => report.typical = Some(Typical::of(&runs)),
             Err(reason) => report.declined.push(format!("--trace: {reason}")),

@@ -3,21 +3,27 @@
 //! ```text
 //! host-sim                          the default scenario: Example 2 of the paper
 //! host-sim run FILE.toml            any scenario
+//! host-sim pil [FILE.toml]          the same with the controller on the emulated chip, compared bit for bit
+//! host-sim hil --port DEV [..]      the same with a board at a serial port
+//! host-sim emulate --image FILE     any image in the emulator, with its log
 //! host-sim figures                  the figures of the paper and its claims
 //! host-sim budget                   an upper bound in cycles of a function of a firmware
 //! host-sim schema                   JSON schema of a scenario file
 //! host-sim new NAME                 a commented scenario file to start from
 //! ```
 //!
+//! Nothing waits for a target longer than 5 s, nor for the emulator to come up longer than 10 s.
+//!
 //! Results go to stdout, everything else to stderr. Exit status: 0 done (a run that diverged is a result), 1 the run or
-//! the writing failed or a claim that held no longer does, 2 bad input (nothing is written), 130 stopped by Ctrl-C
-//! (what was recorded is written).
+//! the writing failed, a claim that held no longer does, a target differs or cannot be reached, 2 bad input (nothing is
+//! written), 130 stopped by Ctrl-C (what was recorded is written).
 
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand};
 use controller_core::Health;
@@ -27,7 +33,9 @@ use serde::Serialize;
 use crate::budget;
 use crate::closed_loop::LoopError;
 use crate::figures::{CATALOGUE, Case, ClaimRow, PaperFigure};
+use crate::log::Log;
 use crate::metrics::Metrics;
+use crate::port::{ControllerPort, PortError};
 use crate::report::table::{Table, significant};
 use crate::report::{
     csv,
@@ -35,6 +43,11 @@ use crate::report::{
 };
 use crate::scenario::{self, Experiment, Mu, ScenarioError, Source};
 use crate::trace::{Ending, Trace};
+use crate::transport::qemu;
+
+mod target;
+
+use target::{EmulateOptions, HilOptions, Link, PilOptions};
 
 /// Exit statuses.
 pub mod status {
@@ -69,6 +82,30 @@ enum Command {
         #[command(flatten)]
         options: RunOptions,
     },
+    /// Run a scenario with the controller on the emulated chip, and compare every output of every tick bit for bit.
+    ///
+    /// Waits at most 10 s for the emulator to come up, and 5 s for any answer of the target.
+    Pil {
+        /// The scenario; without one the default.
+        file: Option<PathBuf>,
+        #[command(flatten)]
+        options: RunOptions,
+        #[command(flatten)]
+        target: PilOptions,
+    },
+    /// Run a scenario with the controller on a board, and compare every output of every tick bit for bit.
+    ///
+    /// The board runs the image `pil`. Waits at most 5 s for any answer of the target.
+    Hil {
+        /// The scenario; without one the default.
+        file: Option<PathBuf>,
+        #[command(flatten)]
+        options: RunOptions,
+        #[command(flatten)]
+        target: HilOptions,
+    },
+    /// Run an image in the emulator, one instruction a nanosecond, and print its log.
+    Emulate(EmulateOptions),
     /// Reproduce the figures of the paper and hold its claims against what comes out.
     Figures {
         /// Only this figure (fig01 .. fig10); may be given several times.
@@ -99,7 +136,7 @@ struct RunOptions {
     /// Override a key, as in --set controller.k_l=100 or --set controller.observer[1].printed=[100,20].
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Folder for trace.csv and the figures [default: out/SCENARIO].
+    /// Folder for trace.csv and the figures [default: out/SCENARIO; with a target out/SCENARIO-pil, out/SCENARIO-hil].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON object instead of the table.
@@ -128,6 +165,7 @@ pub fn main() -> u8 {
     let _ = ctrlc::set_handler(|| {
         if STOP.swap(true, Ordering::Relaxed) {
             // Asked twice: files are written whole or not at all, so this loses nothing but time.
+            qemu::stop_all();
             std::process::exit(i32::from(status::INTERRUPTED));
         }
     });
@@ -148,15 +186,24 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
             return if usage.use_stderr() { status::BAD_INPUT } else { status::DONE };
         }
     };
-    let done = match cli.command {
-        None => default_scenario(&cli.options.sets).and_then(|experiment| console.run(experiment, &cli.options)),
+    let done = match &cli.command {
+        None => default_scenario(&cli.options.sets).and_then(|it| console.run(it, &cli.options, "", None)),
         Some(Command::Run { file, options }) => {
-            scenario::load(&file, &options.sets).map_err(Failure::from).and_then(|it| console.run(it, &options))
+            scenario_of(Some(file), options).and_then(|it| console.run(it, options, "", None))
         }
-        Some(Command::Figures { only, out, json }) => console.figures(&only, &out, json),
-        Some(Command::Budget(options)) => console.budget(&options),
+        Some(Command::Pil { file, options, target }) => scenario_of(file.as_deref(), options).and_then(|it| {
+            let link = console.emulated(&it, target)?;
+            console.run(it, options, "-pil", Some(link))
+        }),
+        Some(Command::Hil { file, options, target }) => scenario_of(file.as_deref(), options).and_then(|it| {
+            let link = console.wired(&it, target)?;
+            console.run(it, options, "-hil", Some(link))
+        }),
+        Some(Command::Emulate(options)) => console.emulate(options),
+        Some(Command::Figures { only, out, json }) => console.figures(only, out, *json),
+        Some(Command::Budget(options)) => console.budget(options),
         Some(Command::Schema) => console.schema(),
-        Some(Command::New { name }) => console.new_scenario(&name, Path::new("")),
+        Some(Command::New { name }) => console.new_scenario(name, Path::new("")),
     };
     match done {
         Ok(status) => status,
@@ -170,6 +217,13 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
 fn default_scenario(sets: &[String]) -> Result<Experiment, Failure> {
     let source = Source { file: "built-in default.toml", text: scenario::DEFAULT, sets };
     Ok(scenario::parse(&source, "default")?)
+}
+
+fn scenario_of(file: Option<&Path>, options: &RunOptions) -> Result<Experiment, Failure> {
+    match file {
+        Some(file) => Ok(scenario::load(file, &options.sets)?),
+        None => default_scenario(&options.sets),
+    }
 }
 
 /// Why a command ended early: one line, and the exit status.
@@ -205,6 +259,33 @@ struct RunJson<'a> {
     /// Bounds of the external disturbances, Eq. (40); chain plants only.
     #[serde(skip_serializing_if = "<[Mu]>::is_empty")]
     mu: &'a [Mu],
+    /// How the target did, if there was one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    target: Option<Comparison>,
+}
+
+/// The controller on a target against the one here.
+#[derive(Serialize)]
+struct Comparison {
+    /// Ticks compared.
+    ticks: u64,
+    /// Bits that differ in the first output that does.
+    bits_differ: u32,
+    round_trips_per_s: f64,
+    /// Requests that had to be sent again.
+    repeated: u64,
+}
+
+impl Comparison {
+    fn line(&self) -> String {
+        let Self { ticks, bits_differ, round_trips_per_s, repeated } = self;
+        let repeated = match repeated {
+            0 => String::new(),
+            1 => ", 1 request sent again".into(),
+            many => format!(", {many} requests sent again"),
+        };
+        format!("{ticks} ticks, {bits_differ} bits differ ({round_trips_per_s:.0} round trips/s{repeated})")
+    }
 }
 
 impl Console<'_> {
@@ -263,9 +344,16 @@ impl Console<'_> {
         Ok(status::DONE)
     }
 
-    fn run(&mut self, mut experiment: Experiment, options: &RunOptions) -> Result<u8, Failure> {
+    /// One run, in this process or on a target too; `place` ends the name of its folder.
+    fn run(
+        &mut self,
+        mut experiment: Experiment,
+        options: &RunOptions,
+        place: &str,
+        mut link: Option<Link<'_>>,
+    ) -> Result<u8, Failure> {
         note_changes(&mut experiment.title, &options.sets);
-        let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(&experiment.name));
+        let folder = options.out.clone().unwrap_or_else(|| target::folder(&experiment, place));
         prepare_folder(&folder)?;
         let head = experiment.headline();
         if options.json {
@@ -274,7 +362,15 @@ impl Console<'_> {
             self.say(&head)?;
         }
 
-        let (trace, error) = self.watched(&mut experiment);
+        let started = Instant::now();
+        let (mut trace, mut error) = self.watched(&mut experiment, &mut link);
+        if let Ending::BrokenOff { t_s } = trace.ending
+            && self.stop.load(Ordering::Relaxed)
+        {
+            // A target that says nothing was waited for no longer.
+            (trace.ending, error) = (Ending::Interrupted { t_s }, None);
+        }
+        let comparison = link.map(|link| compared(&trace, error.as_ref(), &link, started));
         let metrics = experiment.metrics(&trace);
         let error = error.map(|error| reason(&error));
         write_results(&folder, &experiment, &trace)?;
@@ -289,6 +385,7 @@ impl Console<'_> {
                 error: error.clone(),
                 warnings: &experiment.warnings,
                 mu: &experiment.mu,
+                target: comparison,
             };
             // Numbers, names and lists: nothing in it can fail to be written as JSON.
             self.say(&serde_json::to_string(&json).unwrap_or_default())?;
@@ -298,6 +395,9 @@ impl Console<'_> {
                 self.say(&format!("warning: {warning}"))?;
             }
             self.say(ending(&trace).1.as_str())?;
+            if let Some(comparison) = comparison {
+                self.say(&comparison.line())?;
+            }
             self.say(&format!("written to {}", folder.display()))?;
         }
         match error {
@@ -319,7 +419,7 @@ impl Console<'_> {
             let mut title = String::new();
             for (label, mut experiment) in figure.experiments()? {
                 self.note(&format!("{}: {label}", figure.id));
-                let (trace, error) = self.watched(&mut experiment);
+                let (trace, error) = self.watched(&mut experiment, &mut None);
                 if let Some(error) = error {
                     return Err(Failure {
                         status: status::FAILED,
@@ -361,25 +461,51 @@ impl Console<'_> {
         })
     }
 
-    fn watched(&self, experiment: &mut Experiment) -> (Trace, Option<LoopError>) {
+    /// Runs the loop under a progress bar and Ctrl-C, with what the target logs shown as it comes.
+    fn watched(&mut self, experiment: &mut Experiment, link: &mut Option<Link>) -> (Trace, Option<LoopError>) {
         let periods = experiment.periods as u64;
-        let target = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        let bar = ProgressBar::with_draw_target(Some(periods), target);
+        let drawn = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let bar = ProgressBar::with_draw_target(Some(periods), drawn);
         if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed} / {eta} left") {
             bar.set_style(style);
         }
         // Drawing is slower than a tick.
         let stride = (periods / 200).max(1);
         let mut ticks = 0;
-        let result = experiment.run(&mut |_| {
+        let (remote, log) = match link {
+            Some(Link { remote, log }) => (Some(remote as &mut dyn ControllerPort), log.as_ref()),
+            None => (None, None),
+        };
+        let result = experiment.run_beside(remote, &mut |_| {
             ticks += 1;
             if ticks % stride == 0 {
                 bar.set_position(ticks);
             }
+            while let Some(line) = log.and_then(Log::next) {
+                bar.suspend(|| self.note(&format!("log: {line}")));
+            }
             if self.stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         bar.finish_and_clear();
+        if let Some(log) = log {
+            self.rest_of(log);
+        }
         result
+    }
+}
+
+/// How a target did in a run that took this long.
+fn compared(trace: &Trace, error: Option<&LoopError>, link: &Link, started: Instant) -> Comparison {
+    let traffic = link.remote.traffic();
+    let bits_differ = match error {
+        Some(LoopError::Port(PortError::Differs(difference))) => difference.bits(),
+        _ => 0,
+    };
+    Comparison {
+        ticks: trace.rows.len() as u64 + u64::from(bits_differ > 0),
+        bits_differ,
+        round_trips_per_s: trace.rows.len() as f64 / started.elapsed().as_secs_f64(),
+        repeated: traffic.repeated,
     }
 }
 
@@ -449,7 +575,7 @@ fn write_results(folder: &Path, experiment: &Experiment, trace: &Trace) -> Resul
 fn reason(error: &LoopError) -> String {
     match error {
         LoopError::Solver(error) => error.to_string(),
-        LoopError::Port(error) => format!("the controller cannot be reached: {}", error.0),
+        LoopError::Port(error) => error.to_string(),
     }
 }
 

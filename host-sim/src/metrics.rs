@@ -31,7 +31,7 @@ pub struct Metrics {
     pub estimation_error_ultimate: Vec<ChannelError>,
     /// Time after which |y| stays within the band, s; `null` if it never does, or the run did not finish.
     pub settling_time_s: Option<f64>,
-    /// Did the state stay within reasonable range to the end (or until someone asked to stop)?
+    /// Did the state stay within reasonable range to the end, as far as the run got?
     pub bounded: bool,
     /// First and last instant of the window, s.
     pub window_s: [f64; 2],
@@ -80,7 +80,7 @@ pub fn measure(trace: &Trace, window_s: [f64; 2], settling_band: f64) -> Metrics
             .map(|&i| ChannelError { channel: i + 1, error: ultimate(trace, window_s, |row| row.d[i] - row.d_hat[i]) })
             .collect(),
         settling_time_s: settled.map(|row| row.t_s),
-        bounded: matches!(trace.ending, Ending::Finished | Ending::Interrupted { .. }),
+        bounded: !matches!(trace.ending, Ending::Diverged { .. }),
         window_s,
     }
 }

@@ -1,10 +1,14 @@
 //! The controller, wherever it runs: in this process, as the baseline of reference \[1\], or on a target.
 
+use std::fmt;
+
 use crate::MAX_ORDER;
 use controller_core::{Health, MAX_R};
 
 pub mod baseline;
+pub mod compared;
 pub mod in_process;
+pub mod remote;
 
 /// What one tick returns; every `f32` of a controller is exact in these `f64`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +34,36 @@ impl Tick {
 
 /// Why a port could not tick. A controller in process never fails; one behind a wire may.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PortError(pub String);
+pub enum PortError {
+    /// The wire broke.
+    Broken(String),
+    /// No answer in time: [`remote::LONGEST_WAIT`].
+    Silent {
+        /// What was asked.
+        asked: String,
+        /// Bytes that came meanwhile and were no answer.
+        heard: u64,
+    },
+    /// The target said no; in words.
+    Refused(String),
+    /// Two controllers that should agree to the last bit do not.
+    Differs(compared::Difference),
+}
+
+impl fmt::Display for PortError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Broken(why) | Self::Refused(why) => f.write_str(why),
+            Self::Silent { asked, heard } => {
+                write!(f, "no answer to {asked} within {} s", remote::LONGEST_WAIT.as_secs())?;
+                if *heard > 0 { write!(f, ", but {heard} bytes that are none") } else { Ok(()) }
+            }
+            Self::Differs(difference) => difference.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for PortError {}
 
 /// A controller at the end of a wire of any length.
 pub trait ControllerPort {

@@ -48,7 +48,7 @@ impl Sensor for Ideal {
 }
 
 /// The generator of one link: a stream of ChaCha8 under the key `seed`, little endian, then zeros.
-fn generator(seed: u64, stream: u64) -> ChaCha8Rng {
+pub(crate) fn generator(seed: u64, stream: u64) -> ChaCha8Rng {
     let mut key = [0; 32];
     key[..8].copy_from_slice(&seed.to_le_bytes());
     let mut generator = ChaCha8Rng::from_seed(key);
@@ -57,7 +57,7 @@ fn generator(seed: u64, stream: u64) -> ChaCha8Rng {
 }
 
 /// Uniform in (0, 1], in steps of 2^-53: its logarithm is finite.
-fn uniform(generator: &mut ChaCha8Rng) -> f64 {
+pub(crate) fn uniform(generator: &mut ChaCha8Rng) -> f64 {
     ((generator.next_u64() >> 11) + 1) as f64 / 9_007_199_254_740_992.0
 }
 

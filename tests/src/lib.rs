@@ -11,6 +11,7 @@
 //! | [`strategy`] | random designs and chains from a printed seed |
 //! | [`close`] | comparing two signals |
 //! | [`paper`] | the two examples of the paper, run through `host-sim` |
+//! | [`program`] | `host-sim` with its stdout, stderr and exit status |
 //! | [`data`] | reading `tests/data` |
 //! | [`golden`] | small tables a person can judge |
 
@@ -20,6 +21,7 @@ pub mod golden;
 pub mod oracle;
 pub mod paper;
 pub mod printed;
+pub mod program;
 pub mod shape;
 pub mod strategy;
 pub mod truth;

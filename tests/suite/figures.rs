@@ -1,28 +1,19 @@
 //! Do the figures of the paper come out, and do the controllers in them behave as their continuous originals?
 
 use controller_core::Health;
-use host_sim::cli::{self, Console};
 use host_sim::figures::CATALOGUE;
 use host_sim::report::table::{Table, significant};
 use host_sim::trace::Trace;
 use integration_tests::data::columns;
 use integration_tests::golden::compare;
+use integration_tests::program::{Folder, Spoken, host_sim};
 use std::ops::ControlFlow;
-use std::sync::atomic::AtomicBool;
-
-/// Runs `host-sim` in this process; status and stdout.
-fn host_sim(args: &[&str]) -> (u8, String) {
-    let (mut out, mut err) = (Vec::new(), Vec::new());
-    let console = Console { out: &mut out, err: &mut err, stop: &AtomicBool::new(false), terminal: false };
-    let status = cli::run(["host-sim"].iter().chain(args).map(Into::into), console);
-    (status, String::from_utf8(out).expect("stdout is text"))
-}
 
 #[test]
 fn every_claim_that_held_still_holds_and_the_numbers_are_those_of_the_golden_table() {
-    let folder = std::env::temp_dir().join(format!("edo-smc-figures-{}", std::process::id()));
-    let (status, json) = host_sim(&["figures", "--json", "--out", &folder.to_string_lossy()]);
-    let claims: Vec<serde_json::Value> = serde_json::from_str(&json).expect("an array of claims");
+    let folder = Folder::new("figures");
+    let Spoken { status, out, .. } = host_sim(&["figures", "--json", "--out", &folder.path("")]);
+    let claims: Vec<serde_json::Value> = serde_json::from_str(&out).expect("an array of claims");
     let mut table = Table::new(["figure", "claim", "published", "reproduced", "holds"]);
     for claim in &claims {
         let text = |key: &str| claim[key].as_str().unwrap_or("?").to_owned();
@@ -34,11 +25,10 @@ fn every_claim_that_held_still_holds_and_the_numbers_are_those_of_the_golden_tab
     }
     for figure in CATALOGUE {
         for ending in ["svg", "png"] {
-            let file = folder.join(format!("{}.{ending}", figure.id));
-            assert!(std::fs::metadata(&file).is_ok_and(|file| file.len() > 10_000), "{}", file.display());
+            let file = folder.path(&format!("{}.{ending}", figure.id));
+            assert!(std::fs::metadata(&file).is_ok_and(|file| file.len() > 10_000), "{file}");
         }
     }
-    std::fs::remove_dir_all(&folder).expect("the folder was ours");
     compare("claims.txt", &table.to_string()).unwrap_or_else(|difference| panic!("{difference}"));
     assert_eq!(status, 0, "a claim that held no longer does");
 }

@@ -16,7 +16,7 @@ fn cases(cases: u32) -> ProptestConfig {
 }
 
 /// CRC-32 as its definition says it, bit by bit: reflected polynomial EDB88320, all ones before and after.
-fn crc32(bytes: &[u8]) -> u32 {
+pub(super) fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0, |crc, &byte| {
         (0..8).fold(crc ^ u32::from(byte), |crc, _| crc >> 1 ^ if crc & 1 == 1 { 0xEDB8_8320 } else { 0 })
     })

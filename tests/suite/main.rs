@@ -3,6 +3,7 @@
 mod cases;
 mod compile;
 mod convergence;
+mod emulator;
 mod figures;
 mod formula;
 mod frames;
@@ -13,3 +14,4 @@ mod properties;
 mod refusals;
 mod robustness;
 mod theory;
+mod wire;

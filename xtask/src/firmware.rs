@@ -1,5 +1,7 @@
 //! The images for the chip: built, and weighed.
 
+use std::path::{Path, PathBuf};
+
 use object::elf::{SHF_ALLOC, SHF_WRITE};
 use object::{Object, ObjectSection, SectionFlags, SectionKind};
 
@@ -22,6 +24,7 @@ pub(crate) fn lint(gate: &mut Gate) -> Outcome {
 /// Builds the images, then says how large they are.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let build = Compiler::required()?.cargo("build").with(&["--manifest-path", MANIFEST]);
+    let build = build.with(&["--config", &without_paths(&gate.root)]);
     gate.commands(&format!("images for {TARGET}"), &[build])?;
     gate.check("sizes of the images", "cargo xtask firmware", |gate| {
         let directory = gate.root.join("firmware/target").join(TARGET).join("release");
@@ -34,6 +37,20 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         }
         Ok(table.join("\n"))
     })
+}
+
+/// A setting of cargo, on top of those in the files: a panic tells its place relative to this workspace or to the crate
+/// it is in, so that an image is the same, and as large, wherever it was built.
+fn without_paths(root: &Path) -> String {
+    let home = std::env::home_dir().unwrap_or_default().join(".cargo");
+    let home = std::env::var_os("CARGO_HOME").map_or(home, PathBuf::from);
+    let registries = std::fs::read_dir(home.join("registry/src")).into_iter().flatten().flatten();
+    let crates = registries.map(|registry| format!("{}=crates", registry.path().display()));
+    let remaps: Vec<String> = std::iter::once(format!("{}=.", root.display()))
+        .chain(crates)
+        .map(|remap| format!("'--remap-path-prefix={remap}'"))
+        .collect();
+    format!("target.{TARGET}.rustflags=[{}]", remaps.join(", "))
 }
 
 /// What an image takes, in bytes.

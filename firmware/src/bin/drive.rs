@@ -6,11 +6,11 @@
 #![no_std]
 #![no_main]
 
-use core::cell::Cell;
+use core::cell::RefCell;
 
 use controller_core::{
-    Config, Controller, Fallback, FlexibleJoint, Health, JointParameters, Limits, Nominal, ObserverGains, Output,
-    ReachingLaw, Reading, State, Surface, channels,
+    Config, Controller, Fallback, FlexibleJoint, History, JointParameters, Limits, Nominal, ObserverGains, Output,
+    ReachingLaw, Reading, Record, State, Surface, channels,
 };
 use cortex_m::asm;
 use critical_section::Mutex;
@@ -43,52 +43,43 @@ static CONTROLLER: Drive = Drive::designed(
     FlexibleJoint::<f32>::new(&NOMINAL),
 );
 
-/// From the interrupt to the main loop.
-#[derive(Clone, Copy)]
-struct Telemetry {
-    ticks: u32,
-    y: f32,
-    output: Output<f32>,
+/// What the interrupt leaves for the main loop, and for the moment after a fault.
+struct Seen {
+    history: History<f32, 4, 16>,
     worst: u32,
     missed: u32,
 }
 
-static TELEMETRY: Mutex<Cell<Telemetry>> = Mutex::new(Cell::new(Telemetry::NONE));
-
-impl Telemetry {
-    const NONE: Self = Self {
-        ticks: 0,
-        y: 0.0,
-        output: Output { u: 0.0, sigma: 0.0, sigma_star: 0.0, health: Health::OK },
-        worst: 0,
-        missed: 0,
-    };
-}
+static SEEN: Mutex<RefCell<Seen>> = Mutex::new(RefCell::new(Seen { history: History::new(), worst: 0, missed: 0 }));
 
 #[interrupt]
 fn TIM3() {
     static mut STATE: Option<State<f32, 2, 2>> = None;
     static mut JOINT: joint::Joint = joint::Joint::new();
-    static mut SEEN: Telemetry = Telemetry::NONE;
+    static mut TICK: u32 = 0;
+    static mut WORST: u32 = 0;
 
     ticker::acknowledge();
+    JOINT.advance(PERIOD_S as f32); // BOARD: goes; the motor has moved by itself
     let began = clock::now();
     let x = JOINT.sample(); // BOARD: read the encoders, convert to chain coordinates
     let output = CONTROLLER.tick_or_start(STATE, &[0.0; 4], &x);
     JOINT.drive(output.u); // BOARD: write the PWM; if it holds anything else, tell `State::applied`
-    SEEN.worst = SEEN.worst.max(clock::now().wrapping_sub(began));
-
-    JOINT.advance(PERIOD_S as f32); // BOARD: the motor does this by itself
-    SEEN.ticks += 1;
-    (SEEN.y, SEEN.output) = (x[0], output);
-    SEEN.missed += u32::from(ticker::is_due());
-    critical_section::with(|cs| TELEMETRY.borrow(cs).set(*SEEN));
+    critical_section::with(|cs| {
+        if let Ok(mut seen) = SEEN.borrow(cs).try_borrow_mut() {
+            seen.history.push(Record { tick: *TICK, x, output });
+            seen.worst = *WORST;
+            seen.missed += u32::from(ticker::is_due());
+        }
+    });
+    *TICK = TICK.wrapping_add(1);
+    *WORST = (*WORST).max(clock::now().wrapping_sub(began));
 }
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let (Some(core), Some(chip)) = (cortex_m::Peripherals::take(), Peripherals::take()) else { unreachable!() };
-    fault::last_words(|| {}); // BOARD: switch the power stage off
+    fault::respond_with(fault::Response { switch_off, last_words: black_box });
     log::start(chip.USART2, &chip.RCC, &chip.GPIOA);
     let unit = clock::start(core.DCB, core.DWT, chip.TIM2, &chip.RCC);
     let period = ticker::start(chip.TIM3, &chip.RCC, TICK_HZ);
@@ -97,20 +88,37 @@ fn main() -> ! {
     let mut reported = 0;
     loop {
         asm::wfi();
-        let seen = critical_section::with(|cs| TELEMETRY.borrow(cs).get());
-        if seen.ticks.wrapping_sub(reported) >= REPORT_EVERY {
-            reported = seen.ticks;
-            report(&seen, period, unit);
+        let seen = critical_section::with(|cs| {
+            let seen = SEEN.borrow_ref(cs);
+            seen.history.newest().map(|newest| (*newest, seen.worst, seen.missed))
+        });
+        if let Some((newest, worst, missed)) = seen
+            && newest.tick.wrapping_sub(reported) >= REPORT_EVERY
+        {
+            reported = newest.tick;
+            report(&newest, worst, missed, period, unit);
         }
     }
 }
 
-fn report(seen: &Telemetry, period: u32, unit: clock::Unit) {
-    let Telemetry { ticks, y, output: Output { u, sigma_star, health, .. }, worst, missed } = *seen;
+/// After a panic or a hard fault, at once.
+fn switch_off() {} // BOARD: the power stage
+
+/// And then: the last ticks, oldest first.
+fn black_box() {
+    critical_section::with(|cs| {
+        if let Ok(seen) = SEEN.borrow(cs).try_borrow() {
+            seen.history.oldest_first().for_each(|record| defmt::error!("{}", record));
+        }
+    });
+}
+
+fn report(newest: &Record<f32, 4>, worst: u32, missed: u32, period: u32, unit: clock::Unit) {
+    let Record { tick, x: [y, ..], output: Output { u, sigma_star, health, .. } } = *newest;
     defmt::println!(
-        "t = {=f32} s, y = {=f32} rad, sigma* = {=f32} rad/s^3, u = {=f32} A, {}; sample to actuate: worst {=u32} of \
-         {=u32} {}, headroom {=u32} %, {=u32} ticks missed",
-        ticks as f32 / TICK_HZ as f32,
+        "t = {=f32} s, y = {=f32} rad, sigma* = {=f32} rad/s^3, u = {=f32} A, {}; interrupt: worst {=u32} of {=u32} \
+         {}, headroom {=u32} %, {=u32} ticks missed",
+        tick as f32 / TICK_HZ as f32,
         y,
         sigma_star,
         u,

@@ -139,6 +139,7 @@ impl<'a> Analyst<'a> {
     }
 
     /// With this for the cycles that a barrier waits at most; otherwise a barrier has no bound.
+    #[must_use]
     pub fn with_barrier(self, cycles: Option<u64>) -> Self {
         Self { barrier: cycles, ..self }
     }

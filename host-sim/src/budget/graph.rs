@@ -27,6 +27,7 @@ impl Default for Path {
 
 impl Path {
     /// This, then that.
+    #[must_use]
     pub fn then(&self, next: &Self) -> Self {
         let classes = self.classes.iter().zip(&next.classes).map(|(a, b)| a.saturating_add(*b)).collect();
         Self {
@@ -37,6 +38,7 @@ impl Path {
     }
 
     /// This that many times.
+    #[must_use]
     pub fn times(&self, count: u64) -> Self {
         Self {
             cycles: self.cycles.saturating_mul(count),

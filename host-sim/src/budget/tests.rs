@@ -52,7 +52,8 @@ fn declined(report: &Report) -> &str {
 
 /// A log of what was executed, as offsets.
 fn log(offsets: &[u32]) -> String {
-    offsets.iter().map(|offset| format!("Trace 0: 0x7f00 [00800400/{:08x}/0110/ff00] f\n", BASE + offset)).collect()
+    let line = |offset: &u32| format!("Trace 0: 0x7f00 [00800400/{:08x}/0110/ff00] f", BASE + offset);
+    offsets.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
 #[test]
@@ -264,6 +265,9 @@ fn a_trace_is_priced_call_by_call() {
     // cmp 1, beq taken 3, bx 3; cmp 1, beq 1, vdiv 14, bx 3.
     assert_eq!((typical.calls, typical.cycles.min, typical.cycles.max), (2, 7, 19));
     assert_eq!((typical.instructions.min, typical.instructions.max, typical.instructions.mean), (3, 4, 3.5));
+    // What the emulator began again counts once.
+    let again = ask(&[("f", FORK)], |_| {}, Some(&log(&[0, 2, 8, 0, 2, 4, 4, 8])));
+    assert_eq!(again.typical, Some(typical));
     // Into the callee and back, twice: push 3, bl 3, sub 1, add 1, bx 3, .., pop 3 + 2.
     let calls = log(&[0, 2, 12, 14, 16, 6, 12, 14, 16, 10]);
     let typical = ask(&[("f", CALLER), ("leaf", LEAF)], |_| {}, Some(&calls)).typical.expect("a call");

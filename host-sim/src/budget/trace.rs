@@ -21,17 +21,21 @@ pub struct Run {
 
 /// Addresses of a log in the order of execution.
 ///
-/// A line is `Trace 0: HOST [BASE/ADDRESS/FLAGS/..] NAME`. What the emulator began and took back, `Stopped execution of
-/// TB chain before ..`, was not executed.
+/// A line is `Trace 0: HOST [BASE/ADDRESS/FLAGS/..] NAME`. What the emulator took back, `Stopped execution of TB chain
+/// before HOST [ADDRESS] NAME`, was not executed.
 pub fn addresses(log: &str) -> Vec<u32> {
     let mut executed = Vec::new();
     for line in log.lines() {
+        let inside = || Some(line.split_once('[')?.1.split_once(']')?.0);
+        let hex = |text: &str| u32::from_str_radix(text, 16).ok();
         if line.starts_with("Stopped execution") {
-            executed.pop();
+            let stopped = inside().and_then(hex);
+            if stopped.is_some() && executed.last().copied() == stopped {
+                executed.pop();
+            }
+        } else if line.starts_with("Trace ") {
+            executed.extend(inside().and_then(|inside| hex(inside.split('/').nth(1)?)));
         }
-        let inside = line.strip_prefix("Trace ").and_then(|rest| rest.split_once('[')?.1.split_once(']'));
-        let address = inside.and_then(|(inside, _)| u32::from_str_radix(inside.split('/').nth(1)?, 16).ok());
-        executed.extend(address);
     }
     executed
 }
@@ -69,6 +73,11 @@ fn run(executed: &[u32], nodes: &BTreeMap<u32, &Node>) -> Result<Option<(Run, us
         // Every step was held against the ways out of the one before it, and those lead to nodes.
         let Some(&node) = nodes.get(address) else { return Ok(None) };
         let one = &node.instruction;
+        // An access to a peripheral makes the emulator begin an instruction again, and log it again.
+        let to_itself = node.successors().contains(address) || node.callee() == Some(*address);
+        if executed.get(at + 1) == Some(address) && !to_itself {
+            continue;
+        }
         let next = executed.get(at + 1).copied();
         let stays = next == Some(one.next()) && node.falls_through();
         let jumps = next.is_some_and(|next| node.successors().contains(&next));
@@ -82,13 +91,11 @@ fn run(executed: &[u32], nodes: &BTreeMap<u32, &Node>) -> Result<Option<(Run, us
                 next == node.callee()
             }
             Flow::Jump(_) if node.is_tail() && executed_out => next == node.callee(),
-            Flow::Return if executed_out => match back.pop() {
-                Some(to) => next == Some(to),
-                None => {
-                    ends = true;
-                    true
-                }
-            },
+            Flow::Return if executed_out => {
+                let to = back.pop();
+                ends = to.is_none();
+                ends || next == to
+            }
             _ => {
                 taken &= !stays || matches!(node.flow, Flow::Table(_));
                 jumps
@@ -128,6 +135,8 @@ Stopped execution of TB chain before 0x7f0000000240 [080001e2] tick
 Trace 0: 0x7f0000000240 [00800400/080001e2/00000110/ff000201] tick
 ";
         assert_eq!(addresses(log), [0x0800_01e0, 0x0800_01e2]);
+        let other = "Trace 0: 0x7f [0/10/0/0] f\nStopped execution of TB chain before 0x7f [0000000c] f\n";
+        assert_eq!(addresses(other), [0x10]);
         assert!(addresses("nothing\nTrace 0: bare\n").is_empty());
     }
 }

@@ -6,6 +6,8 @@ use std::time::Duration;
 use serde_json::Value as Json;
 
 use super::*;
+use crate::transport::{Loopback, Transport, TransportError};
+use pil_wire::Reply;
 
 /// A run of a fifth of a second.
 const SHORT: [&str; 4] = ["--set", "span_s=0.2", "--set", "window_s=[0.1, 0.2]"];
@@ -367,4 +369,99 @@ fn a_title_tells_what_set_changed_but_not_its_own_change() {
     assert_eq!(titled(&[]), "k_l = 50");
     assert_eq!(titled(&["name=x", "title = y"]), "k_l = 50");
     assert_eq!(titled(&["controller.k_l=9", "seed=1"]), "k_l = 50; set controller.k_l=9, seed=1");
+}
+
+/// A target in this process that flips one bit of u in its 100th reply.
+struct Flipping {
+    inner: Loopback,
+    receiver: pil_wire::Receiver<{ pil_wire::REPLY_LEN }>,
+    ticks: u32,
+}
+
+impl Transport for Flipping {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), TransportError> {
+        self.inner.send(bytes)
+    }
+
+    fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, TransportError> {
+        let count = self.inner.receive(into, within)?;
+        for k in 0..count {
+            let Some(frame) = self.receiver.push(into[k]) else { continue };
+            if let (sequence, Some(Reply::Ticked(mut ticked))) = Reply::from_frame(&frame) {
+                self.ticks += 1;
+                if self.ticks == 100 {
+                    ticked.u = f32::from_bits(ticked.u.to_bits() ^ 1);
+                }
+                into[k + 1 - frame.len()..=k].copy_from_slice(&Reply::Ticked(ticked).to_frame(sequence));
+            }
+        }
+        Ok(count)
+    }
+}
+
+#[test]
+fn a_target_that_differs_in_one_bit_ends_the_run_with_status_1_and_names_it_and_the_record_is_kept() {
+    let folder = Folder::new("differs");
+    let sets = ["span_s=0.2", "window_s=[0.1, 0.2]"].map(String::from).to_vec();
+    let run_with = |json| {
+        let (mut out, mut err) = (Vec::new(), Vec::new());
+        let stop = AtomicBool::new(false);
+        let mut console = Console { out: &mut out, err: &mut err, stop: &stop, terminal: false };
+        let options = RunOptions { sets: sets.clone(), out: Some(folder.0.join("o")), json };
+        let ended = default_scenario(&options.sets).and_then(|experiment| {
+            let wire = Flipping { inner: Loopback::new(), receiver: pil_wire::Receiver::of_replies(), ticks: 0 };
+            let download = experiment.for_target().expect("one for a target");
+            let link = console.linked(Box::new(wire), Duration::from_millis(50), download, None, |_| String::new())?;
+            console.run(experiment, &options, "-pil", Some(link))
+        });
+        let Failure { status, message } = ended.expect_err("one bit differs");
+        (status, message, String::from_utf8(out).expect("UTF-8"))
+    };
+    let (status, message, out) = run_with(false);
+    assert_eq!(status, status::FAILED);
+    let message = message.strip_prefix("tick 99: u differs: 0x").expect("tick and field");
+    let patterns: Vec<&str> = message.split(", 0x").collect();
+    let [there, here] = [0, 1].map(|k| u32::from_str_radix(&patterns[k][..8], 16).expect("8 digits"));
+    assert_eq!(there ^ here, 1, "{message}");
+    assert!(
+        out.contains("\nBROKEN OFF: the run could not go on at t = 0.09900 s\n100 ticks, 1 bits differ ("),
+        "{out}"
+    );
+    let csv = std::fs::read_to_string(folder.path("o/trace.csv")).expect("a trace");
+    assert_eq!(csv.lines().count(), 1 + 99, "the ticks before it");
+
+    let (_, _, out) = run_with(true);
+    let json = assert_is_run_json(&out);
+    assert_eq!((&json["target"]["ticks"], &json["target"]["bits_differ"]), (&Json::from(100), &Json::from(1)));
+    assert_eq!(json["ending"], "broken off");
+}
+
+#[test]
+fn options_that_make_no_sense_are_wrong_usage() {
+    let wrong: [&[&str]; 8] = [
+        &["pil", "--faults", "0.5"],
+        &["pil", "--faults", "NaN"],
+        &["pil", "--seed", "3"],
+        &["hil"],
+        &["hil", "--port", "x", "--baud", "300"],
+        &["hil", "--port", "x", "--log-port", "y"],
+        &["emulate"],
+        &["emulate", "--image", "x", "--seconds", "-1"],
+    ];
+    for args in wrong {
+        let (status, out, err) = spoken(args);
+        assert_eq!((status, out.as_str()), (status::BAD_INPUT, ""), "{args:?}");
+        assert!(err.starts_with("error: "), "{err}");
+    }
+}
+
+#[test]
+fn the_longest_wait_stands_in_the_help() {
+    let longest = format!("{} s for any answer", crate::port::remote::LONGEST_WAIT.as_secs());
+    for command in ["pil", "hil"] {
+        let (_, out, _) = spoken(&[command, "--help"]);
+        assert!(out.contains(&longest), "{out}");
+    }
+    let (_, out, _) = spoken(&["pil", "--help"]);
+    assert!(out.contains(&format!("{} s for the emulator", qemu::START_WITHIN.as_secs())), "{out}");
 }

@@ -13,6 +13,7 @@ use crate::metrics::{self, Metrics};
 use crate::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel, Plant};
 use crate::port::ControllerPort;
 use crate::port::baseline::Baseline;
+use crate::port::compared::Compared;
 use crate::port::in_process::{self, Designed, Download};
 use crate::sensor::{self, Sensor};
 use crate::signal::Signal;
@@ -74,10 +75,29 @@ pub struct Mu {
 impl Experiment {
     /// Runs the loop once; `watch` sees every row and may break off.
     pub fn run(&mut self, watch: &mut dyn FnMut(&Row) -> ControlFlow<()>) -> (Trace, Option<LoopError>) {
+        self.run_beside(None, watch)
+    }
+
+    /// Runs the loop once, with the same controller elsewhere if there is one: both tick, and the first bit in which
+    /// they differ ends the run.
+    pub fn run_beside(
+        &mut self,
+        other: Option<&mut dyn ControllerPort>,
+        watch: &mut dyn FnMut(&Row) -> ControlFlow<()>,
+    ) -> (Trace, Option<LoopError>) {
+        let here = self.port.as_mut();
+        let mut compared;
+        let port: &mut dyn ControllerPort = match other {
+            Some(other) => {
+                compared = Compared::new(other, here);
+                &mut compared
+            }
+            None => here,
+        };
         let setup = Loop {
             plant: self.plant.as_ref(),
             sensor: self.sensor.as_mut(),
-            port: self.port.as_mut(),
+            port,
             actuator: self.actuator.as_mut(),
             report: self.report,
             x0: &self.x0,
@@ -85,6 +105,26 @@ impl Experiment {
             periods: self.periods,
         };
         close_loop(setup, watch)
+    }
+
+    /// The design as a target can run it.
+    ///
+    /// # Errors
+    /// When it cannot; says what to change.
+    pub fn for_target(&self) -> Result<&Download, String> {
+        let name = &self.name;
+        match &self.download {
+            Some(download) if usize::from(download.instance.n) <= pil_wire::MAX_N => Ok(download),
+            Some(download) => Err(format!(
+                "{name}: a target carries plants up to order {}, this one has order {}; host-sim run takes it",
+                pil_wire::MAX_N,
+                download.instance.n
+            )),
+            None if self.controller.starts_with("baseline") => {
+                Err(format!("{name}: a target carries the proposed controller only; set controller.kind=proposed"))
+            }
+            None => Err(format!("{name}: a target computes in f32; set controller.precision=f32")),
+        }
     }
 
     /// Figures of merit of a trace of this scenario.

@@ -1,0 +1,118 @@
+//! What a target logs: defmt frames, decoded with the image they come from.
+//!
+//! A thread of its own reads and decodes, so that neither a run nor a target ever waits for a log to be printed.
+
+use std::io::{ErrorKind, Read};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use defmt_decoder::{DecodeError, Table};
+
+/// The messages of an image, by number.
+pub struct Messages(Table);
+
+impl Messages {
+    /// Reads them from the image.
+    ///
+    /// # Errors
+    /// When it cannot be read, or holds no messages; in words.
+    pub fn of(image: &Path) -> Result<Self, String> {
+        let told = |why: &dyn std::fmt::Display| format!("log of image {}: {why}", image.display());
+        if std::fs::metadata(image).is_ok_and(|about| !about.is_file()) {
+            return Err(told(&"this is no file"));
+        }
+        let bytes = std::fs::read(image).map_err(|error| told(&error))?;
+        match Table::parse(&bytes) {
+            Ok(Some(table)) => Ok(Self(table)),
+            Ok(None) => Err(told(&"it holds no defmt messages")),
+            Err(error) => Err(told(&format!("its defmt messages cannot be read: {error}"))),
+        }
+    }
+}
+
+/// Longest wait of a source for something to read; after that it must say that there was nothing.
+pub const GLANCE: Duration = Duration::from_millis(100);
+
+/// The lines of a log as they come in. Reading ends, and the source is closed, when this is dropped.
+pub struct Log {
+    lines: Receiver<String>,
+    unwanted: Arc<AtomicBool>,
+    reader: Option<JoinHandle<()>>,
+}
+
+impl Log {
+    /// Follows a source that never waits longer than [`GLANCE`].
+    pub fn follow(source: impl Read + Send + 'static, messages: Messages) -> Self {
+        let (sender, lines) = mpsc::channel();
+        let unwanted = Arc::new(AtomicBool::new(false));
+        let no_longer = Arc::clone(&unwanted);
+        let reader = std::thread::spawn(move || read(source, &messages, &sender, &no_longer));
+        Self { lines, unwanted, reader: Some(reader) }
+    }
+
+    /// The next line, if there is one.
+    pub fn next(&self) -> Option<String> {
+        self.lines.try_recv().ok()
+    }
+
+    /// Waits for the next line.
+    ///
+    /// # Errors
+    /// When none comes in time, or the source has ended.
+    pub fn wait(&self, within: Duration) -> Result<String, RecvTimeoutError> {
+        self.lines.recv_timeout(within)
+    }
+}
+
+impl Drop for Log {
+    fn drop(&mut self) {
+        self.unwanted.store(true, Ordering::Relaxed);
+        if let Some(reader) = self.reader.take() {
+            // If it panicked, it has told so itself.
+            let _ = reader.join();
+        }
+    }
+}
+
+fn read(mut source: impl Read, Messages(table): &Messages, lines: &Sender<String>, unwanted: &AtomicBool) {
+    let mut decoder = table.new_stream_decoder();
+    let mut is_garbled = false;
+    let mut bytes = [0; 1024];
+    while !unwanted.load(Ordering::Relaxed) {
+        let count = match source.read(&mut bytes) {
+            Ok(0) => return,
+            Ok(count) => count,
+            Err(error)
+                if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted) =>
+            {
+                continue;
+            }
+            Err(_) => return,
+        };
+        decoder.received(&bytes[..count]);
+        loop {
+            let line = match decoder.decode() {
+                Ok(frame) => match frame.level() {
+                    Some(level) => format!("{:<5} {}", level.as_str(), frame.display_message()),
+                    None => frame.display_message().to_string(),
+                },
+                Err(DecodeError::UnexpectedEof) => break,
+                Err(DecodeError::Malformed) if table.encoding().can_recover() => {
+                    // Once is enough: what follows is no better.
+                    if std::mem::replace(&mut is_garbled, true) {
+                        continue;
+                    }
+                    "(something that is no message of this image; is it the one that runs there?)".into()
+                }
+                Err(DecodeError::Malformed) => return,
+            };
+            if lines.send(line).is_err() {
+                return;
+            }
+        }
+    }
+}

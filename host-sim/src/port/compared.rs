@@ -1,0 +1,201 @@
+//! Two controllers, tick by tick and bit by bit.
+//!
+//! Both get every sample. What the one elsewhere returns is what the loop goes on with; the first bit of any output in
+//! which the one here differs ends the run. Equality, not a tolerance: both are the same f32 arithmetic.
+
+use std::fmt;
+
+use crate::port::{ControllerPort, PortError, Tick};
+
+/// An output of a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Field {
+    /// u.
+    U,
+    /// σ.
+    Sigma,
+    /// σ*.
+    SigmaStar,
+    /// Health.
+    Health,
+    /// An estimate, or a derivative of it.
+    Estimate {
+        /// From 1.
+        channel: usize,
+        /// 0 for d_hat itself.
+        derivative: usize,
+    },
+}
+
+impl fmt::Display for Field {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::U => f.write_str("u"),
+            Self::Sigma => f.write_str("sigma"),
+            Self::SigmaStar => f.write_str("sigma*"),
+            Self::Health => f.write_str("health"),
+            Self::Estimate { channel, derivative } => write!(f, "d_hat_{channel}{}", "'".repeat(*derivative)),
+        }
+    }
+}
+
+/// The first output that is not the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// Tick, from 0.
+    pub tick: u64,
+    /// Which output.
+    pub field: Field,
+    /// Its f32 bits elsewhere (health: its flags).
+    pub there: u32,
+    /// And here.
+    pub here: u32,
+}
+
+impl Difference {
+    /// How many bits differ.
+    pub const fn bits(&self) -> u32 {
+        (self.there ^ self.here).count_ones()
+    }
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { tick, field, there, here } = *self;
+        let value =
+            |bits| if field == Field::Health { String::new() } else { format!(" ({:e})", f32::from_bits(bits)) };
+        write!(f, "tick {tick}: {field} differs: {there:#010x}{} on the target", value(there))?;
+        write!(f, ", {here:#010x}{} here", value(here))
+    }
+}
+
+/// The two controllers.
+pub struct Compared<'a> {
+    there: &'a mut dyn ControllerPort,
+    here: &'a mut dyn ControllerPort,
+    ticks: u64,
+}
+
+impl<'a> Compared<'a> {
+    /// Both just started.
+    pub fn new(there: &'a mut dyn ControllerPort, here: &'a mut dyn ControllerPort) -> Self {
+        Self { there, here, ticks: 0 }
+    }
+}
+
+impl ControllerPort for Compared<'_> {
+    fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
+        let there = self.there.tick(sample)?;
+        let here = self.here.tick(sample)?;
+        if let Some((field, there, here)) = difference(&there, &here) {
+            return Err(PortError::Differs(Difference { tick: self.ticks, field, there, here }));
+        }
+        self.ticks += 1;
+        Ok(there)
+    }
+
+    fn applied(&mut self, u: f64) {
+        self.there.applied(u);
+        self.here.applied(u);
+    }
+
+    fn observed(&self) -> &[usize] {
+        self.here.observed()
+    }
+}
+
+fn difference(there: &Tick, here: &Tick) -> Option<(Field, u32, u32)> {
+    let numbers = |tick: &Tick| [(Field::U, tick.u), (Field::Sigma, tick.sigma), (Field::SigmaStar, tick.sigma_star)];
+    let estimates = |tick: &Tick| {
+        let channels = tick.estimates.into_iter().enumerate();
+        channels.flat_map(|(i, derivatives)| {
+            let of = move |j| Field::Estimate { channel: i + 1, derivative: j };
+            derivatives.into_iter().enumerate().map(move |(j, number)| (of(j), number))
+        })
+    };
+    let all = |tick: &Tick| numbers(tick).into_iter().chain(estimates(tick));
+    let flags = |tick: &Tick| u32::from(tick.health.bits());
+    let health = (Field::Health, flags(there), flags(here));
+    // Every f32 is exact in an f64, so the bits that came over the wire are these.
+    let bits =
+        all(there).zip(all(here)).map(|((field, a), (_, b))| (field, (a as f32).to_bits(), (b as f32).to_bits()));
+    bits.chain([health]).find(|(_, a, b)| a != b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::MAX_ORDER;
+    use controller_core::{Health, MAX_R};
+
+    /// Says the same at every tick, but something else at one of them.
+    struct Saying {
+        tick: Tick,
+        at: u64,
+        other: Tick,
+        ticks: u64,
+    }
+
+    impl ControllerPort for Saying {
+        fn tick(&mut self, _sample: &[f64]) -> Result<Tick, PortError> {
+            self.ticks += 1;
+            Ok(if self.ticks == self.at + 1 { self.other } else { self.tick })
+        }
+
+        fn applied(&mut self, _u: f64) {}
+
+        fn observed(&self) -> &[usize] {
+            &[]
+        }
+    }
+
+    fn flipped(value: f64) -> f64 {
+        f64::from(f32::from_bits((value as f32).to_bits() ^ 1))
+    }
+
+    #[test]
+    fn one_bit_of_any_output_is_found_and_named() {
+        let estimates = std::array::from_fn(|i| std::array::from_fn(|j| f64::from((i * MAX_R + j) as f32 + 0.5)));
+        let good = Tick { u: -7.5, sigma: f64::NAN, sigma_star: -0.0, estimates, health: Health::OK };
+        let mut cases = vec![
+            (Field::U, Tick { u: flipped(good.u), ..good }),
+            (Field::Sigma, Tick { sigma: flipped(good.sigma), ..good }),
+            (Field::SigmaStar, Tick { sigma_star: 0.0, ..good }),
+            (Field::Health, Tick { health: Health::SATURATED, ..good }),
+        ];
+        for i in 0..MAX_ORDER {
+            for j in 0..MAX_R {
+                let mut other = good;
+                other.estimates[i][j] = flipped(other.estimates[i][j]);
+                cases.push((Field::Estimate { channel: i + 1, derivative: j }, other));
+            }
+        }
+        for (field, other) in cases {
+            let saying = |at| Saying { tick: good, at, other, ticks: 0 };
+            let (mut there, mut here) = (saying(3), saying(u64::MAX - 1));
+            let mut compared = Compared::new(&mut there, &mut here);
+            for _ in 0..3 {
+                assert!(compared.tick(&[]).is_ok(), "{field}");
+            }
+            match compared.tick(&[]) {
+                Err(PortError::Differs(found)) => {
+                    assert_eq!((found.tick, found.field, found.bits() > 0), (3, field, true));
+                }
+                other => panic!("{field}: {other:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn a_difference_reads_as_tick_field_and_both_bit_patterns() {
+        let field = Field::Estimate { channel: 2, derivative: 1 };
+        let difference = Difference { tick: 17, field, there: 0x3f80_0001, here: 0x3f80_0000 };
+        assert_eq!(
+            difference.to_string(),
+            "tick 17: d_hat_2' differs: 0x3f800001 (1.0000001e0) on the target, 0x3f800000 (1e0) here"
+        );
+        assert_eq!(difference.bits(), 1);
+        let difference = Difference { tick: 0, field: Field::Health, there: 2, here: 0 };
+        assert_eq!(difference.to_string(), "tick 0: health differs: 0x00000002 on the target, 0x00000000 here");
+    }
+}

@@ -1,0 +1,320 @@
+//! The controller on a target, at the end of a wire.
+//!
+//! One request, one reply, in lock step (see [`pil_wire`]). A request that is not answered in time is sent again with
+//! the same sequence number, so that the target never ticks twice for one sample; replies to anything else are dropped.
+//! After [`LONGEST_WAIT`] without an answer the port gives up: whatever happens at the other end, the result is a
+//! [`PortError`], not a hang.
+//!
+//! Who repeats too soon makes a slow target slower, for it answers the repetition too. So the wait doubles with each
+//! repetition, up to four times the shortest, and stays there until a request that was sent once is answered and shows how
+//! long that takes.
+
+use std::time::{Duration, Instant};
+
+use pil_wire::{
+    CORE_VERSION, Identity, Instance, LAYOUT_ID, LOAD, MAX_N, Model, Open, REPLY_LEN, Reason, Receiver, Refusal, Reply,
+    Request, Ticked, VERSION,
+};
+
+use crate::MAX_ORDER;
+use crate::port::in_process::Download;
+use crate::port::{ControllerPort, PortError, Tick};
+use crate::transport::{Transport, TransportError};
+
+/// Longest wait for any answer.
+pub const LONGEST_WAIT: Duration = Duration::from_secs(5);
+/// Wait before the first question is repeated.
+const ASK_EVERY: Duration = Duration::from_millis(250);
+
+impl From<TransportError> for PortError {
+    fn from(TransportError(why): TransportError) -> Self {
+        Self::Broken(why)
+    }
+}
+
+/// What went over the wire.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Traffic {
+    /// Requests answered.
+    pub answered: u64,
+    /// Requests sent again.
+    pub repeated: u64,
+}
+
+/// A controller that runs on a target.
+pub struct Remote<T> {
+    wire: Wire<T>,
+    instance: Instance,
+    observed: Vec<usize>,
+    /// What the actuator holds since the last tick; NaN if that was not told.
+    applied: f32,
+    ticks: u64,
+}
+
+impl<T: Transport> Remote<T> {
+    /// Finds the target, makes sure that it is the same controller, loads the design and starts it. A request that is
+    /// not answered within `reply_within` is repeated; choose it longer than a round trip takes.
+    ///
+    /// # Errors
+    /// When nothing answers, the wire breaks, or host and target do not fit: says what each of them has.
+    pub fn connect(transport: T, reply_within: Duration, download: &Download) -> Result<Self, PortError> {
+        let Download { instance, numbers } = download;
+        let mut wire = Wire {
+            transport,
+            least: reply_within,
+            wait: reply_within,
+            receiver: Receiver::of_replies(),
+            sequence: 0,
+            heard: 0,
+            traffic: Traffic::default(),
+        };
+        let identity = wire.identify()?;
+        agree(&identity)?;
+        wire.sequence = identity.last_sequence;
+
+        let done = |reply, asked: &str| match reply {
+            Reply::Done => Ok(()),
+            Reply::Refused(refusal) => Err(PortError::Refused(in_words(&refusal, *instance))),
+            _ => Err(PortError::Refused(format!("the target's answer to {asked} makes no sense"))),
+        };
+        done(wire.ask(&Request::Open(Open::new(*instance, numbers)), "the design")?, "the design")?;
+        for (k, chunk) in numbers.chunks(LOAD).enumerate() {
+            let mut numbers = [0.0; LOAD];
+            numbers[..chunk.len()].copy_from_slice(chunk);
+            let load = Request::Load { offset: (k * LOAD) as u32, numbers };
+            done(wire.ask(&load, "the design")?, "the design")?;
+        }
+        done(wire.ask(&Request::Start, "the start")?, "the start")?;
+        let observed = (0..usize::from(instance.n)).filter(|i| instance.mask >> i & 1 == 1).collect();
+        Ok(Self { wire, instance: *instance, observed, applied: f32::NAN, ticks: 0 })
+    }
+
+    /// What went over the wire so far.
+    pub const fn traffic(&self) -> Traffic {
+        self.wire.traffic
+    }
+
+    /// The wire.
+    pub const fn transport(&self) -> &T {
+        &self.wire.transport
+    }
+
+    /// The wire, to do something to it.
+    pub const fn transport_mut(&mut self) -> &mut T {
+        &mut self.wire.transport
+    }
+
+    /// Makes the target run into an undefined instruction, to see what it leaves behind. It does not answer.
+    ///
+    /// # Errors
+    /// When the wire is broken.
+    pub fn provoke_fault(&mut self) -> Result<(), PortError> {
+        let frame = Request::Fault.to_frame(self.wire.sequence.wrapping_add(1));
+        Ok(self.wire.transport.send(&frame)?)
+    }
+}
+
+impl<T: Transport> ControllerPort for Remote<T> {
+    fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
+        let mut x = [0.0; MAX_N];
+        for (to, from) in x.iter_mut().zip(sample) {
+            *to = *from as f32;
+        }
+        let tick = self.ticks;
+        let reply = self.wire.ask(&Request::Tick { x, applied: self.applied }, &format!("tick {tick}"))?;
+        self.applied = f32::NAN;
+        self.ticks += 1;
+        match reply {
+            Reply::Ticked(ticked) => Ok(widened(&ticked)),
+            // The design ran a moment ago.
+            Reply::Refused(Refusal { reason: Reason::NotOpen | Reason::OutOfStep, .. }) => {
+                Err(PortError::Refused(format!("the target restarted at tick {tick}: its design is gone")))
+            }
+            Reply::Refused(refusal) => Err(PortError::Refused(in_words(&refusal, self.instance))),
+            _ => Err(PortError::Refused(format!("the target's answer to tick {tick} makes no sense"))),
+        }
+    }
+
+    fn applied(&mut self, u: f64) {
+        self.applied = u as f32;
+    }
+
+    fn observed(&self) -> &[usize] {
+        &self.observed
+    }
+}
+
+/// As the ports speak; every f32 is exact in an f64.
+fn widened(ticked: &Ticked) -> Tick {
+    let Ticked { u, sigma, sigma_star, health, estimates } = *ticked;
+    let mut wide = [[0.0; _]; MAX_ORDER];
+    for (to, from) in wide.iter_mut().zip(estimates) {
+        *to = from.map(f64::from);
+    }
+    Tick { u: f64::from(u), sigma: f64::from(sigma), sigma_star: f64::from(sigma_star), estimates: wide, health }
+}
+
+/// Is it the target's controller that this program has?
+fn agree(identity: &Identity) -> Result<(), PortError> {
+    let Identity { version, layout, core_version, last_sequence: _ } = *identity;
+    let reason = if version != VERSION {
+        Some((Reason::Version, u32::from(version), u32::from(VERSION)))
+    } else if core_version != CORE_VERSION {
+        Some((Reason::CoreVersion, core_version, CORE_VERSION))
+    } else if layout != LAYOUT_ID {
+        Some((Reason::Layout, layout, LAYOUT_ID))
+    } else {
+        None
+    };
+    reason.map_or(Ok(()), |(reason, target, host)| Err(PortError::Refused(mismatch(reason, target, host))))
+}
+
+const REMEDY: &str = "build and flash the image of this version (`cargo xtask firmware`)";
+
+fn mismatch(reason: Reason, target: u32, host: u32) -> String {
+    let version = |packed: u32| {
+        let [_, major, minor, patch] = packed.to_be_bytes();
+        format!("{major}.{minor}.{patch}")
+    };
+    match reason {
+        Reason::Version => format!("the target speaks version {target} of the wire, this program {host}; {REMEDY}"),
+        Reason::CoreVersion => {
+            let (target, host) = (version(target), version(host));
+            format!("the target's controller is {target}, this program's is {host}; {REMEDY}")
+        }
+        _ => format!("the target's designs have layout {target:08x}, this program's {host:08x}; {REMEDY}"),
+    }
+}
+
+/// Why a request was refused.
+fn in_words(refusal: &Refusal, instance: Instance) -> String {
+    let Refusal { reason, target, request } = *refusal;
+    match reason {
+        Reason::Version | Reason::Layout | Reason::CoreVersion => mismatch(reason, target, request),
+        Reason::Instance => {
+            let Instance { n, r, mask, model } = instance;
+            let channels: Vec<String> =
+                (0..8).filter(|i| mask >> i & 1 == 1).map(|i: u32| (i + 1).to_string()).collect();
+            let channels = if channels.is_empty() { "none".into() } else { channels.join(", ") };
+            let model = match model {
+                Model::Linear => "a linear model",
+                Model::BenchmarkLibm => "the model of Eq. (59) with libm",
+                Model::BenchmarkMicromath => "the model of Eq. (59) with micromath",
+            };
+            let instance = format!("n = {n}, r = {r}, observed channels {channels} and {model}");
+            format!("the target's image carries no controller with {instance}")
+        }
+        Reason::Count => format!("a design of this kind has {target} numbers on the target, {request} here; {REMEDY}"),
+        Reason::Design => {
+            format!("the design was altered on its way: its hash is {target:08x} on the target, {request:08x} here")
+        }
+        Reason::Coefficients => {
+            "the target refuses the numbers of the design: not finite, limits reversed, or a period of 0".into()
+        }
+        Reason::NotOpen | Reason::OutOfStep => {
+            "the target restarted, or obeys another program as well, while the design was loaded; try again".into()
+        }
+        Reason::Kind => format!("the target does not know request {request}; {REMEDY}"),
+    }
+}
+
+/// Requests and replies over a transport.
+struct Wire<T> {
+    transport: T,
+    /// Shortest wait before a request is repeated.
+    least: Duration,
+    /// The present one.
+    wait: Duration,
+    receiver: Receiver<REPLY_LEN>,
+    /// Of the last request.
+    sequence: u32,
+    /// Bytes received since the last answer.
+    heard: u64,
+    traffic: Traffic,
+}
+
+impl<T: Transport> Wire<T> {
+    /// Asks who is there until someone tells. A target says hello when it starts up, and is then asked at once: only
+    /// an answer is sure to be of now.
+    fn identify(&mut self) -> Result<Identity, PortError> {
+        let mut waited = Duration::ZERO;
+        for attempt in 1.. {
+            if waited >= LONGEST_WAIT {
+                break;
+            }
+            waited += ASK_EVERY;
+            self.transport.send(&Request::Identify.to_frame(attempt))?;
+            let heard = self.hear(ASK_EVERY, |sequence, reply| match reply {
+                Reply::Identity(identity) if sequence <= attempt => Some((sequence, identity)),
+                _ => None,
+            })?;
+            if let Some((1.., identity)) = heard {
+                self.heard = 0;
+                return Ok(identity);
+            }
+        }
+        Err(self.silent("the first question"))
+    }
+
+    /// One request, one reply.
+    fn ask(&mut self, request: &Request, what: &str) -> Result<Reply, PortError> {
+        self.sequence = self.sequence.wrapping_add(1);
+        let ours = self.sequence;
+        let frame = request.to_frame(ours);
+        let mut waited = Duration::ZERO;
+        while waited < LONGEST_WAIT {
+            let sent = Instant::now();
+            self.transport.send(&frame)?;
+            let wait = self.wait.min(LONGEST_WAIT.saturating_sub(waited));
+            let reply = self.hear(wait, |sequence, reply| {
+                (sequence == ours && !matches!(reply, Reply::Identity(_))).then_some(reply)
+            })?;
+            if let Some(reply) = reply {
+                if waited.is_zero() {
+                    self.wait = self.least.max(2 * sent.elapsed());
+                } else {
+                    self.traffic.repeated += 1;
+                }
+                self.traffic.answered += 1;
+                self.heard = 0;
+                return Ok(reply);
+            }
+            waited += wait;
+            self.wait = (2 * self.wait).min(4 * self.least);
+        }
+        Err(self.silent(what))
+    }
+
+    /// Listens until a reply is the wanted one, at most for `within`.
+    fn hear<R>(&mut self, within: Duration, wanted: impl Fn(u32, Reply) -> Option<R>) -> Result<Option<R>, PortError> {
+        let until = Instant::now() + within;
+        let mut left = within;
+        while !left.is_zero() {
+            let mut bytes = [0; 4 * REPLY_LEN];
+            let count = self.transport.receive(&mut bytes, left)?;
+            if count == 0 {
+                return Ok(None);
+            }
+            self.heard += count as u64;
+            let mut found = None;
+            // To the last byte: what comes behind the wanted reply can only be a copy of it.
+            for &byte in &bytes[..count] {
+                if let Some(frame) = self.receiver.push(byte)
+                    && let (sequence, Some(reply)) = Reply::from_frame(&frame)
+                    && found.is_none()
+                {
+                    found = wanted(sequence, reply);
+                }
+            }
+            if found.is_some() {
+                return Ok(found);
+            }
+            left = until.saturating_duration_since(Instant::now());
+        }
+        Ok(None)
+    }
+
+    fn silent(&self, asked: &str) -> PortError {
+        PortError::Silent { asked: asked.into(), heard: self.heard }
+    }
+}

@@ -1,0 +1,381 @@
+//! Does the loop stay the same to the last bit when the controller sits at the end of a wire, good or bad?
+//!
+//! The target is `pil_wire::Target` in this process, the very code that the image runs; `emulator` does it on the chip.
+
+use controller_core::Health;
+use host_sim::closed_loop::LoopError;
+use host_sim::figures::CATALOGUE;
+use host_sim::port::compared::{Difference, Field};
+use host_sim::port::in_process::Download;
+use host_sim::port::remote::{LONGEST_WAIT, Remote};
+use host_sim::port::{ControllerPort, PortError};
+use host_sim::scenario::{Experiment, load};
+use host_sim::trace::{Ending, Trace};
+use host_sim::transport::faulty::{Rates, Struck};
+use host_sim::transport::{Faulty, Loopback, Transport, TransportError};
+use integration_tests::data::path;
+use integration_tests::strategy::Rng;
+use pil_wire::{CORE_VERSION, Identity, LAYOUT_ID, REPLY_LEN, Receiver, Reply, Request};
+use std::collections::VecDeque;
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use super::frames::crc32;
+
+/// On a wire without time every wait is over at once.
+const REPLY_WITHIN: Duration = Duration::from_millis(50);
+
+fn shipped(file: &str, sets: &[&str]) -> Experiment {
+    let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+    load(&path("../host-sim/scenarios").join(file), &sets).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn connect<T: Transport>(transport: T, download: &Download) -> Result<Remote<T>, PortError> {
+    Remote::connect(transport, REPLY_WITHIN, download)
+}
+
+/// Runs an experiment with the target at the end of this wire.
+fn run_over<T: Transport>(experiment: &mut Experiment, transport: T) -> (Trace, Option<LoopError>, Remote<T>) {
+    let download = experiment.for_target().expect("one for a target").clone();
+    let mut remote = connect(transport, &download).unwrap_or_else(|error| panic!("{error}"));
+    let (trace, error) = experiment.run_beside(Some(&mut remote), &mut |_| ControlFlow::Continue(()));
+    (trace, error, remote)
+}
+
+/// All ticks, all alike; on both sides of the wire.
+fn assert_same(label: &str, experiment: &mut Experiment) {
+    let (trace, error, remote) = run_over(experiment, Loopback::new());
+    assert!(error.is_none(), "{label}: {error:?}");
+    assert_eq!(trace.rows.len(), experiment.periods + 1, "{label}");
+    assert_eq!(remote.transport().ticks() as usize, trace.rows.len(), "{label}");
+    assert_eq!(remote.traffic().repeated, 0, "{label}");
+}
+
+#[test]
+fn every_case_of_every_figure_has_the_same_bits_over_the_wire() {
+    let mut compared = 0;
+    for figure in CATALOGUE {
+        for (label, mut experiment) in figure.experiments().expect("right files") {
+            if let Err(told) = experiment.for_target() {
+                assert!(told.contains("proposed controller only"), "{told}");
+                continue;
+            }
+            assert_same(&format!("{} {label}", figure.id), &mut experiment);
+            compared += 1;
+        }
+    }
+    // Two of the cases are the baseline's.
+    let cases: usize = CATALOGUE.iter().map(|figure| figure.cases.len()).sum();
+    assert!(compared == cases && cases > 15, "{compared} of {cases}");
+}
+
+#[test]
+fn every_other_shipped_scenario_has_the_same_bits_over_the_wire() {
+    for file in ["default.toml", "chain.toml"] {
+        assert_same(file, &mut shipped(file, &[]));
+    }
+}
+
+#[test]
+fn samples_that_are_lost_and_controls_that_saturate_have_the_same_bits_over_the_wire() {
+    let base = ["span_s=4", "window_s=[2, 4]", "sensor.dropout=0.2", "controller.limits={min=-20, max=20}"];
+    for fallback in ["controller.fallback=\"hold\"", "controller.fallback=0.5"] {
+        // What the actuator holds is neither what was asked for, nor told at once, nor told at all.
+        for actuator in ["actuator.rate_per_s=5000", "actuator.delay_ticks=2", "actuator.report=false"] {
+            let sets = [&base[..], &[actuator, fallback]].concat();
+            let mut experiment = shipped("default.toml", &sets);
+            let (trace, error, _) = run_over(&mut experiment, Loopback::new());
+            assert!(error.is_none(), "{sets:?}: {error:?}");
+            for flag in [Health::INPUT_REJECTED, Health::SATURATED] {
+                assert!(trace.rows.iter().any(|row| row.health.contains(flag)), "{sets:?}: never {flag}");
+            }
+        }
+    }
+}
+
+#[test]
+fn five_percent_of_every_fault_in_both_directions_cost_no_tick_and_no_bit() {
+    for seed in 0..8 {
+        // 2000 ticks.
+        let mut experiment = shipped("default.toml", &["span_s=1.999", "window_s=[1, 1.999]", "sensor.dropout=0.01"]);
+        let wire = Faulty::new(Loopback::new(), Rates::all(0.05), seed);
+        let (trace, error, remote) = run_over(&mut experiment, wire);
+        assert!(error.is_none(), "seed {seed}: {error:?}");
+        assert_eq!((trace.rows.len(), trace.ending), (2000, Ending::Finished), "seed {seed}");
+        // The target's own count: a tick lost or doubled would show here.
+        assert_eq!(remote.transport().inner().ticks(), 2000, "seed {seed}");
+        for Struck { dropped, corrupted, truncated, duplicated, delayed } in remote.transport().struck() {
+            for count in [dropped, corrupted, truncated, duplicated, delayed] {
+                // 5 % of at least 2000 frames: 100 expected, standard deviation 10.
+                assert!(count > 50, "seed {seed}: {:?}", remote.transport().struck());
+            }
+        }
+        // About 15 % of requests and 17 % of replies do not arrive in time.
+        assert!(remote.traffic().repeated > 200, "seed {seed}: {:?}", remote.traffic());
+    }
+}
+
+/// A wire on which someone rewrites frames, or swallows them.
+struct Rewritten<Q, P> {
+    inner: Loopback,
+    request: Q,
+    reply: P,
+    receiver: Receiver<REPLY_LEN>,
+    passed: VecDeque<u8>,
+}
+
+impl<Q, P> Rewritten<Q, P>
+where
+    Q: FnMut(Request) -> Option<Request>,
+    P: FnMut(Reply) -> Option<Reply>,
+{
+    fn new(request: Q, reply: P) -> Self {
+        Self { inner: Loopback::new(), request, reply, receiver: Receiver::of_replies(), passed: VecDeque::new() }
+    }
+}
+
+impl<Q, P> Transport for Rewritten<Q, P>
+where
+    Q: FnMut(Request) -> Option<Request>,
+    P: FnMut(Reply) -> Option<Reply>,
+{
+    fn send(&mut self, bytes: &[u8]) -> Result<(), TransportError> {
+        let (sequence, request) = Request::from_frame(bytes.try_into().expect("one frame"));
+        match (self.request)(request.expect("a request")) {
+            Some(request) => self.inner.send(&request.to_frame(sequence)),
+            None => Ok(()),
+        }
+    }
+
+    fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, TransportError> {
+        let mut bytes = [0; 1000];
+        let count = self.inner.receive(&mut bytes, within)?;
+        for &byte in &bytes[..count] {
+            if let Some(frame) = self.receiver.push(byte) {
+                let (sequence, reply) = Reply::from_frame(&frame);
+                self.passed.extend((self.reply)(reply.expect("a reply")).iter().flat_map(|it| it.to_frame(sequence)));
+            }
+        }
+        let count = into.len().min(self.passed.len());
+        for (to, from) in into.iter_mut().zip(self.passed.drain(..count)) {
+            *to = from;
+        }
+        Ok(count)
+    }
+}
+
+/// What the port says of a target that differs from this program in one thing.
+fn refusal<T: Transport>(transport: T, change: impl Fn(&mut Download)) -> String {
+    let mut download = shipped("default.toml", &[]).for_target().expect("one for a target").clone();
+    change(&mut download);
+    match connect(transport, &download) {
+        Err(PortError::Refused(told)) => told,
+        Err(other) => panic!("{other:?}"),
+        Ok(_) => panic!("it was not refused"),
+    }
+}
+
+#[test]
+fn host_and_target_of_different_make_refuse_each_other_and_say_which_differs() {
+    let identity = |change: fn(&mut Identity)| {
+        Rewritten::new(Some, move |mut reply| {
+            if let Reply::Identity(identity) = &mut reply {
+                change(identity);
+            }
+            Some(reply)
+        })
+    };
+    let older = identity(|it| it.core_version = 0x0001_0203);
+    let told = refusal(older, |_| {});
+    let [_, major, minor, patch] = CORE_VERSION.to_be_bytes();
+    let ours = format!("the target's controller is 1.2.3, this program's is {major}.{minor}.{patch}; ");
+    assert!(told.starts_with(&ours) && told.contains("flash the image of this version"), "{told}");
+
+    let told = refusal(identity(|it| it.layout ^= 1), |_| {});
+    let ours = format!("layout {:08x}, this program's {LAYOUT_ID:08x}; ", LAYOUT_ID ^ 1);
+    assert!(told.contains(&ours), "{told}");
+
+    let told = refusal(OtherVersion(Loopback::new()), |_| {});
+    assert!(told.starts_with("the target speaks version 9 of the wire, this program 1; "), "{told}");
+}
+
+/// A target of another version of the wire: it can still say who it is.
+struct OtherVersion(Loopback);
+
+impl Transport for OtherVersion {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), TransportError> {
+        self.0.send(bytes)
+    }
+
+    fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, TransportError> {
+        let mut frame = [0; REPLY_LEN];
+        let count = self.0.receive(&mut frame, within)?;
+        frame[2] = 9;
+        let (body, check) = frame.split_at_mut(REPLY_LEN - 4);
+        check.copy_from_slice(&crc32(body).to_le_bytes());
+        into[..count].copy_from_slice(&frame[..count]);
+        Ok(count)
+    }
+}
+
+#[test]
+fn a_design_that_does_not_fit_is_refused_with_the_reason() {
+    let told = refusal(Loopback::new(), |it| it.instance.n = 5);
+    let instance =
+        "the target's image carries no controller with n = 5, r = 2, observed channels 2, 4 and a linear model";
+    assert_eq!(told, instance);
+
+    let count = shipped("default.toml", &[]).for_target().expect("one for a target").numbers.len();
+    let told = refusal(Loopback::new(), |it| it.numbers.truncate(count - 1));
+    let counts = format!("a design of this kind has {count} numbers on the target, {} here; ", count - 1);
+    assert!(told.starts_with(&counts), "{told}");
+
+    let told = refusal(Loopback::new(), |it| *it.numbers.last_mut().expect("numbers") = f32::NAN);
+    assert!(told.starts_with("the target refuses the numbers of the design: "), "{told}");
+
+    let tampering = |request| {
+        Some(match request {
+            Request::Load { offset: 8, mut numbers } => {
+                numbers[1] = -numbers[1];
+                Request::Load { offset: 8, numbers }
+            }
+            other => other,
+        })
+    };
+    let told = refusal(Rewritten::new(tampering, Some), |_| {});
+    assert!(told.starts_with("the design was altered on its way: its hash is "), "{told}");
+}
+
+#[test]
+fn a_scenario_that_no_target_carries_is_refused_with_what_to_change() {
+    let told = |file, sets: &[&str]| shipped(file, sets).for_target().expect_err("not for a target");
+    assert!(told("default.toml", &["controller.precision=f64"]).ends_with("set controller.precision=f32"));
+    assert!(told("fig01_baseline.toml", &[]).ends_with("set controller.kind=proposed"));
+    let fifth = [
+        "plant.order=5",
+        "plant.a=[0,0,0,0,0]",
+        "plant.x0=[0,0,0,0,0]",
+        "plant.disturbance=[]",
+        "controller.nominal.a=[0,0,0,0,0]",
+        "controller.observer=[{channel=5, bandwidth_rad_s=10.0, order=1}]",
+    ];
+    assert!(told("chain.toml", &fifth).contains("plants up to order 4, this one has order 5"));
+}
+
+#[test]
+fn a_lost_reply_is_sent_again_from_memory_and_never_ticked_twice() {
+    let mut seen = 0_u32;
+    let first_is_lost = move |reply| {
+        seen += u32::from(matches!(reply, Reply::Ticked(_)));
+        (seen.is_multiple_of(2) || !matches!(reply, Reply::Ticked(_))).then_some(reply)
+    };
+    let mut experiment = shipped("default.toml", &["span_s=0.5", "window_s=[0.1, 0.5]"]);
+    let (trace, error, remote) = run_over(&mut experiment, Rewritten::new(Some, first_is_lost));
+    assert!(error.is_none(), "{error:?}");
+    assert_eq!((trace.rows.len(), remote.transport().inner.ticks(), remote.traffic().repeated), (501, 501, 501));
+}
+
+#[test]
+fn one_flipped_bit_ends_the_run_and_is_named_and_the_ticks_before_it_are_kept() {
+    let mut ticks = 0;
+    let flip = move |mut reply| {
+        if let Reply::Ticked(ticked) = &mut reply {
+            ticks += 1;
+            if ticks == 18 {
+                ticked.estimates[1][1] = f32::from_bits(ticked.estimates[1][1].to_bits() ^ 1);
+            }
+        }
+        Some(reply)
+    };
+    let mut experiment = shipped("default.toml", &["span_s=0.5", "window_s=[0.1, 0.5]"]);
+    let (trace, error, _) = run_over(&mut experiment, Rewritten::new(Some, flip));
+    let Some(LoopError::Port(PortError::Differs(Difference { tick, field, there, here }))) = error else {
+        panic!("{error:?}")
+    };
+    assert_eq!((tick, field, there ^ here), (17, Field::Estimate { channel: 2, derivative: 1 }, 1));
+    assert_eq!((trace.rows.len(), trace.ending), (17, Ending::BrokenOff { t_s: 0.017 }));
+}
+
+#[test]
+fn a_target_that_restarts_is_told_with_the_tick() {
+    let download = shipped("default.toml", &[]).for_target().expect("one for a target").clone();
+    let mut remote = connect(Loopback::new(), &download).unwrap_or_else(|error| panic!("{error}"));
+    for _ in 0..10 {
+        remote.tick(&[0.1, 0.0, 0.0, 0.0]).unwrap_or_else(|error| panic!("{error}"));
+    }
+    remote.transport_mut().restart();
+    let told = remote.tick(&[0.1, 0.0, 0.0, 0.0]).expect_err("the design is gone");
+    assert_eq!(told.to_string(), "the target restarted at tick 10: its design is gone");
+}
+
+#[test]
+fn a_second_program_takes_over_where_the_first_one_stopped() {
+    let download = shipped("default.toml", &[]).for_target().expect("one for a target").clone();
+    let mut used = Loopback::new();
+    for _ in 0..3 {
+        let mut remote = connect(used, &download).unwrap_or_else(|error| panic!("{error}"));
+        remote.tick(&[0.1, 0.0, 0.0, 0.0]).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(remote.transport().ticks(), 1);
+        used = std::mem::take(remote.transport_mut());
+    }
+}
+
+/// A wire that hums: other bytes before everything that comes.
+struct Humming {
+    inner: Loopback,
+    rng: Rng,
+}
+
+impl Transport for Humming {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), TransportError> {
+        self.inner.send(bytes)
+    }
+
+    fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, TransportError> {
+        // Half of them marks or half of a mark, some of them more than a frame.
+        let hum = self.rng.integer(1, 2 * REPLY_LEN);
+        for byte in &mut into[..hum] {
+            let any = self.rng.integer(0, 255) as u8;
+            *byte = [0x5A, 0xE6, any, any][self.rng.integer(0, 3)];
+        }
+        let count = self.inner.receive(&mut into[hum..], within)?;
+        Ok(if count == 0 { 0 } else { hum + count })
+    }
+}
+
+#[test]
+fn garbage_before_every_reply_is_skipped() {
+    let mut experiment = shipped("default.toml", &["span_s=1.999", "window_s=[1, 1.999]"]);
+    let (trace, error, remote) = run_over(&mut experiment, Humming { inner: Loopback::new(), rng: Rng::new(5) });
+    assert!(error.is_none(), "{error:?}");
+    assert_eq!((trace.rows.len(), remote.transport().inner.ticks()), (2000, 2000));
+}
+
+/// Says nothing, or the same bytes for ever.
+struct Babbling(&'static [u8]);
+
+impl Transport for Babbling {
+    fn send(&mut self, _bytes: &[u8]) -> Result<(), TransportError> {
+        Ok(())
+    }
+
+    fn receive(&mut self, into: &mut [u8], _within: Duration) -> Result<usize, TransportError> {
+        into[..self.0.len()].copy_from_slice(self.0);
+        Ok(self.0.len())
+    }
+}
+
+#[test]
+fn a_target_that_says_nothing_or_nonsense_is_given_up_in_the_time_that_the_page_names() {
+    let download = shipped("default.toml", &[]).for_target().expect("one for a target").clone();
+    let told = connect(Babbling(&[]), &download).err().map(|error| error.to_string());
+    assert_eq!(told.as_deref(), Some("no answer to the first question within 5 s"));
+
+    let began = Instant::now();
+    // Mark after mark, never a frame.
+    let told = connect(Babbling(&[0x5A, 0xE6, 0x5A]), &download).err().map(|error| error.to_string());
+    let told = told.expect("nobody is there");
+    assert!(told.starts_with("no answer to the first question within 5 s, but "), "{told}");
+    // A loaded machine may be late by a time slice per wait.
+    assert!(began.elapsed() < LONGEST_WAIT + Duration::from_secs(2), "{:?}", began.elapsed());
+}
