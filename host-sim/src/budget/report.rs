@@ -73,6 +73,8 @@ pub struct Report {
     pub longest: Option<PathJson>,
     /// The shortest path.
     pub shortest: Option<PathJson>,
+    /// Most instructions of any path; the longest path in cycles may have fewer.
+    pub most_instructions: Option<u64>,
     /// Executed calls.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub typical: Option<Typical>,
@@ -110,6 +112,7 @@ impl Report {
             core: options.core.name(),
             longest,
             shortest,
+            most_instructions: summary.paths.as_ref().map(|paths| paths.most.instructions),
             typical: None,
             histogram,
             flash_bytes: 0,
@@ -141,6 +144,9 @@ impl fmt::Display for Report {
             let Some(path) = path else { continue };
             let cycles = path.cycles.map_or_else(|| "-".to_owned(), |cycles| cycles.to_string());
             row(name, cycles, path.instructions.to_string(), meaning);
+        }
+        if let Some(most) = self.most_instructions {
+            row("instructions", "-".to_owned(), most.to_string(), "no call executes more");
         }
         if let Some(Typical { calls, instructions, cycles }) = &self.typical {
             let over = format!("executed, {calls} calls");

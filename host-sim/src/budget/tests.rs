@@ -74,6 +74,16 @@ fn of_two_ways_the_bound_takes_the_dear_one_and_best_the_cheap_one() {
 }
 
 #[test]
+fn the_way_of_most_instructions_may_be_another_than_the_dearest() {
+    // cbz r0, 1f; nop; nop; nop; bx lr; 1: vdiv.f32 s0, s0, s1; bx lr
+    let code = [0xb118, 0xbf00, 0xbf00, 0xbf00, 0x4770, 0xee80, 0x0a20, 0x4770];
+    let report = plain(&[("f", &code)]);
+    assert_eq!(cycles(&report).map(|(_, worst)| worst), Some(4 + 14 + 4));
+    assert_eq!(report.longest.as_ref().map(|path| path.instructions), Some(3));
+    assert_eq!(report.most_instructions, Some(5));
+}
+
+#[test]
 fn a_call_costs_the_branch_the_callee_and_its_stack() {
     let report = plain(&[("f", CALLER), ("leaf", LEAF)]);
     // push 3, twice (bl 4, sub 1, add 1, bx 4), pop 4 + 3.
