@@ -66,20 +66,25 @@ fn elf(e_type: u16, machine: u16) -> Vec<u8> {
     half(&mut file, machine);
     // Version, entry, program headers (none), section headers, flags.
     let version_to_flags = [1, BASE + 1, 0, 52 + body.len() as u32, 0x0500_0000];
-    version_to_flags.into_iter().for_each(|value| word(&mut file, value));
+    for value in version_to_flags {
+        word(&mut file, value);
+    }
     // Sizes of the headers and their numbers, index of the section names.
-    [52, 32, 0, 40, 5, 4].into_iter().for_each(|value| half(&mut file, value));
+    for value in [52, 32, 0, 40, 5, 4] {
+        half(&mut file, value);
+    }
     file.extend(&body);
     file.extend([0; 40]);
     let sizes = contents.map(|content| content.len() as u32);
     // Name, type, flags, address, offset, size, link, info, alignment, size of an entry.
-    for section in [
+    let sections = [
         [1, 1, 6, BASE, offsets[0], sizes[0], 0, 0, 4, 0],
         [7, 2, 0, 0, offsets[1], sizes[1], 3, 1, 4, 16],
         [15, 3, 0, 0, offsets[2], sizes[2], 0, 0, 1, 0],
         [23, 3, 0, 0, offsets[3], sizes[3], 0, 0, 1, 0],
-    ] {
-        section.into_iter().for_each(|value| word(&mut file, value));
+    ];
+    for value in sections.into_iter().flatten() {
+        word(&mut file, value);
     }
     file
 }

@@ -199,6 +199,9 @@ impl Instruction {
 
     /// By how many bytes the stack grows; none if that is not in the instruction itself.
     pub fn stack_growth(&self) -> Option<i64> {
+        if self.stem() == "msr" && ["msp", "psp", "control"].contains(&self.operand(0)) {
+            return None;
+        }
         if self.writes() & SP == 0 {
             return Some(0);
         }
@@ -411,6 +414,8 @@ mod tests {
             ("pop {r4, pc}", Some(-8)),
             ("ldr r0, [sp, #4]", Some(0)),
             ("mov sp, r7", None),
+            ("msr psp, r0", None),
+            ("msr primask, r0", Some(0)),
             ("sub.w sp, r7, #8", None),
             ("sub.w sp, sp, r0", None),
         ] {
