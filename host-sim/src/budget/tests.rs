@@ -149,6 +149,9 @@ fn a_table_branch_is_followed_only_behind_its_comparison() {
     let around: Vec<u16> = [0xb109].iter().chain(TABLE).copied().collect();
     let around = plain(&[("f", &around)]);
     assert!(declined(&around).contains("around its comparison"), "{:?}", around.declined);
+    // cbz r1 to the bhi: flags of another comparison.
+    let flags: Vec<u16> = [0xb101].iter().chain(TABLE).copied().collect();
+    assert!(declined(&plain(&[("f", &flags)])).contains("around its comparison"));
     // cmp r1 instead of r0: another register.
     let other: Vec<u16> = [0x2901].iter().chain(&TABLE[1..]).copied().collect();
     assert!(declined(&plain(&[("f", &other)])).contains("table"));
