@@ -160,7 +160,7 @@ pub fn answer(image: &Image, options: &Options, log: Option<&str>) -> Result<Rep
         }
         if !timed {
             report.declined.push(format!(
-                "--max-cycles: ARM publishes no table of cycles for the {}, so it has no bound; instructions are counted",
+                "--max-cycles: ARM publishes no table of cycles for the {}, so there is no bound, only counts",
                 options.core.name()
             ));
         }

@@ -59,7 +59,7 @@ fn log(offsets: &[u32]) -> String {
 #[test]
 fn a_straight_function_is_the_sum_of_its_instructions_and_one_stall() {
     let report = plain(&[("f", STRAIGHT)]);
-    // push 3, vldr 2, vldr 2, vadd 1 and 1 for the store that reads it, vstr 2, pop 3 + P; the bound takes pop at 2 + N.
+    // push 3, vldr 2, vldr 2, vadd 1 and 1 for the store that reads it, vstr 2, pop 3 + P; the bound: 2 + N.
     assert_eq!(cycles(&report), Some((3 + 2 + 2 + 2 + 2 + 3 + 1, 3 + 2 + 2 + 2 + 2 + 4 + 3)));
     assert_eq!(report.longest.as_ref().map(|path| path.instructions), Some(6));
     assert_eq!((report.stack_bytes, report.flash_bytes), (Some(8), 20));
