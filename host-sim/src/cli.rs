@@ -7,6 +7,7 @@
 //! host-sim hil --port DEV [..]      the same with a board at a serial port
 //! host-sim emulate --image FILE     any image in the emulator, with its log
 //! host-sim figures                  the figures of the paper and its claims
+//! host-sim budget                   an upper bound in cycles of a function of a firmware
 //! host-sim schema                   JSON schema of a scenario file
 //! host-sim new NAME                 a commented scenario file to start from
 //! ```
@@ -29,6 +30,7 @@ use controller_core::Health;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
+use crate::budget;
 use crate::closed_loop::LoopError;
 use crate::figures::{CATALOGUE, Case, ClaimRow, PaperFigure};
 use crate::log::Log;
@@ -116,6 +118,10 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Compute an upper bound in cycles of a function from its machine code, and what else it costs.
+    ///
+    /// Exit status: 0 the figures stand, 1 a check failed, 2 something could not be followed (it is named).
+    Budget(budget::Options),
     /// Print the JSON schema of scenario files.
     Schema,
     /// Write a commented scenario file NAME.toml; an existing file is never overwritten.
@@ -195,6 +201,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         }),
         Some(Command::Emulate(options)) => console.emulate(options),
         Some(Command::Figures { only, out, json }) => console.figures(only, out, *json),
+        Some(Command::Budget(options)) => console.budget(options),
         Some(Command::Schema) => console.schema(),
         Some(Command::New { name }) => console.new_scenario(name, Path::new("")),
     };
@@ -293,6 +300,23 @@ impl Console<'_> {
     /// To stderr; there is nowhere to complain if that fails.
     fn note(&mut self, text: &str) {
         let _ = writeln!(self.err, "{text}");
+    }
+
+    fn budget(&mut self, options: &budget::Options) -> Result<u8, Failure> {
+        let report = budget::run(options).map_err(|message| Failure { status: status::BAD_INPUT, message })?;
+        if options.json {
+            // Numbers and names: nothing in it can fail to be written as JSON.
+            self.say(&serde_json::to_string(&report).unwrap_or_default())?;
+        } else {
+            self.say(report.to_string().trim_end())?;
+        }
+        report.declined.iter().for_each(|reason| self.note(&format!("declined: {reason}")));
+        report.failures.iter().for_each(|failure| self.note(&format!("failed: {failure}")));
+        Ok(match (report.declined.is_empty(), report.failures.is_empty()) {
+            (false, _) => status::BAD_INPUT,
+            (true, false) => status::FAILED,
+            (true, true) => status::DONE,
+        })
     }
 
     fn schema(&mut self) -> Result<u8, Failure> {

@@ -12,6 +12,7 @@
 //! random numbers from ChaCha8.
 
 pub mod actuator;
+pub mod budget;
 pub mod cli;
 pub mod closed_loop;
 pub mod figures;

@@ -1,5 +1,6 @@
 //! One suite, a module per question.
 
+mod budget;
 mod cases;
 mod compile;
 mod convergence;

@@ -1,0 +1,274 @@
+//! Does it fit? An upper bound in cycles, computed from the machine code that is shipped.
+//!
+//! [`run`] disassembles a function of a linked firmware and all it calls, follows every way through it, and adds up the
+//! longest: each instruction at the most that the manual of the core gives it. Whatever it cannot follow (a loop of
+//! unknown length, a call by a register, an unknown instruction, recursion) it declines, with address and reason; a
+//! figure that is printed is a bound. The figures say nothing of wait states, interrupts or other bus masters: the
+//! assumptions stand beside them.
+//!
+//! ```text
+//! image (ELF) -> instruction (decoder) -> analysis (ways, calls, stack) -> graph (longest path) -> report
+//!                                            `- cycles (the table) -- trace (what was executed)
+//! ```
+
+pub mod analysis;
+pub mod cycles;
+pub mod graph;
+pub mod image;
+pub mod instruction;
+pub mod report;
+pub mod trace;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use clap::{Args, ValueEnum};
+
+use analysis::{Analyst, Node, Refusal, Summary};
+use image::{Function, Image};
+use instruction::Decoder;
+use report::{Report, Typical};
+
+/// A core.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Core {
+    /// In-order, three stages: the manual has a table of cycles.
+    #[default]
+    CortexM4,
+    /// Dual issue, caches, branch prediction: no table of cycles is published.
+    CortexM7,
+    /// No table of cycles is published.
+    CortexM33,
+}
+
+impl Core {
+    /// As on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::CortexM4 => "cortex-m4",
+            Self::CortexM7 => "cortex-m7",
+            Self::CortexM33 => "cortex-m33",
+        }
+    }
+
+    fn is_timed(self) -> bool {
+        self == Self::CortexM4
+    }
+}
+
+/// What is asked.
+#[allow(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
+#[derive(Args, Clone, Debug, Default)]
+pub struct Options {
+    /// The linked firmware.
+    #[arg(long, value_name = "FILE")]
+    pub elf: PathBuf,
+    /// The function: its name, mangled or not, or a part of it that no other name has.
+    #[arg(long, value_name = "NAME")]
+    pub symbol: String,
+    /// The core; only the Cortex-M4 has a published table of cycles, for the others instructions are counted.
+    #[arg(long, value_enum, default_value_t)]
+    pub core: Core,
+    /// Fail if the bound is above this.
+    #[arg(long, value_name = "N")]
+    pub max_cycles: Option<u64>,
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    pub json: bool,
+    /// Fail if a panic, a trap or any way that never returns is reached.
+    #[arg(long)]
+    pub no_panic: bool,
+    /// Fail if 64-bit floating point is reached.
+    #[arg(long)]
+    pub no_double: bool,
+    /// Fail if a division or a root is reached.
+    #[arg(long)]
+    pub no_division: bool,
+    /// Fail if the function calls another one or jumps to it.
+    #[arg(long)]
+    pub no_call: bool,
+    /// Fail if a jump goes back: a loop.
+    #[arg(long)]
+    pub no_backward_branch: bool,
+    /// The loop whose first instruction is PLACE (0x.., SYMBOL+0x..) executes it at most N times per entry.
+    #[arg(long = "loop", value_name = "PLACE=N")]
+    pub loops: Vec<String>,
+    /// A barrier (DSB, DMB, ISB) waits N cycles at most; without it a function with a barrier has no bound.
+    #[arg(long, value_name = "N")]
+    pub barrier: Option<u64>,
+    /// Addresses in the order of execution, as QEMU writes them: typical cycles.
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
+}
+
+/// Reads the files and answers.
+///
+/// # Errors
+/// Bad input, in one line.
+pub fn run(options: &Options) -> Result<Report, String> {
+    let told = |path: &Path, reason: &dyn std::fmt::Display| format!("{}: {reason}", path.display());
+    let bytes = std::fs::read(&options.elf).map_err(|error| told(&options.elf, &error))?;
+    let image = Image::read(&bytes).map_err(|reason| told(&options.elf, &reason))?;
+    let log = match &options.trace {
+        // Names in a log may be in any encoding; addresses are not.
+        Some(path) => Some(String::from_utf8_lossy(&std::fs::read(path).map_err(|e| told(path, &e))?).into_owned()),
+        None => None,
+    };
+    answer(&image, options, log.as_deref())
+}
+
+/// The answer for an image and a log that have been read.
+///
+/// # Errors
+/// Bad input, in one line.
+pub fn answer(image: &Image, options: &Options, log: Option<&str>) -> Result<Report, String> {
+    let function = image.find(&options.symbol)?;
+    let loops = parse_loops(image, &options.loops)?;
+    let decoder = Decoder::new(!options.core.is_timed())?;
+    let timed = options.core.is_timed();
+    let mut analyst = Analyst::new(image, decoder, loops.clone(), timed).with_barrier(options.barrier);
+    let summary = analyst.read(function);
+    let reached = analyst.reached(&summary);
+    for header in loops.keys() {
+        if !reached.iter().any(|one| one.nodes.contains_key(header)) {
+            return Err(format!("--loop {}: the function does not come there", image.place(*header)));
+        }
+    }
+    let functions: Vec<&Function> = reached.iter().filter_map(|one| image.function_at(one.start)).collect();
+    let mut report = Report::new(options, function, &summary);
+    if let Some(cycles) = options.barrier.filter(|_| timed) {
+        report.assumptions.push(format!("as given: a barrier waits {cycles} cycles at most"));
+    }
+    for (header, count) in loops.iter().filter(|_| timed) {
+        let place = image.place(*header);
+        report.assumptions.push(format!("as given: {place} is executed {count} times at most per entry of its loop"));
+    }
+    report.functions = functions.iter().map(|one| one.name().to_owned()).collect();
+    report.flash_bytes = functions.iter().map(|one| one.end - one.start).sum();
+    if !summary.returns {
+        report.declined.push(format!("{}: no path of it returns", image.place(function.start)));
+    }
+    report.declined.extend(summary.refusals.iter().map(|refusal| told(image, refusal)));
+    if let Some(Err(refusal)) = &summary.stack {
+        report.declined.push(format!("stack: {}", told(image, refusal)));
+    }
+    report.failures = checks(image, options, &reached, &functions);
+    if let Some(most) = options.max_cycles {
+        if let Some(bound) = report.bound().filter(|bound| *bound > most) {
+            report.failures.push(format!("bound of {bound} cycles, more than {most}"));
+        }
+        if !timed {
+            report.declined.push(format!(
+                "--max-cycles: ARM publishes no table of cycles for the {}, so there is no bound, only counts",
+                options.core.name()
+            ));
+        }
+    }
+    if let Some(log) = log {
+        if !timed {
+            report.declined.push(format!("--trace: no table of cycles for the {}", options.core.name()));
+            return Ok(report);
+        }
+        let nodes: BTreeMap<u32, &Node> =
+            reached.iter().flat_map(|one| &one.nodes).map(|(&at, node)| (at, node)).collect();
+        match trace::runs(&trace::addresses(log), function.start, &nodes) {
+            Ok(runs) if runs.is_empty() => {
+                report.declined.push("--trace: the function was not executed to its end".into());
+            }
+            Ok(runs) => report.typical = Some(Typical::of(&runs)),
+            Err(reason) => report.declined.push(format!("--trace: {reason}")),
+        }
+        if let (Some(typical), Some(bound)) = (&report.typical, report.bound())
+            && typical.cycles.max > bound
+        {
+            // Then a loop was executed more often than --loop says.
+            report.declined.push(format!(
+                "the trace takes {} cycles, more than the bound: is a --loop too small?",
+                typical.cycles.max
+            ));
+        }
+    }
+    Ok(report)
+}
+
+fn told(image: &Image, refusal: &Refusal) -> String {
+    format!("{} `{}`: {}", image.place(refusal.address), refusal.text, refusal.reason)
+}
+
+fn parse_loops(image: &Image, loops: &[String]) -> Result<BTreeMap<u32, u64>, String> {
+    let parse = |text: &String| {
+        let (place, count) = text.rsplit_once('=').ok_or_else(|| format!("--loop {text}: expected PLACE=N"))?;
+        let count: u64 = count.parse().map_err(|_| format!("--loop {text}: {count:?} is no number of rounds"))?;
+        if count == 0 {
+            return Err(format!("--loop {text}: a loop that is entered executes its first instruction at least once"));
+        }
+        Ok((image.parse_place(place).map_err(|reason| format!("--loop {text}: {reason}"))?, count))
+    };
+    loops.iter().map(parse).collect()
+}
+
+/// What was asked not to be there and is, a line each.
+fn checks(image: &Image, options: &Options, reached: &[Rc<Summary>], functions: &[&Function]) -> Vec<String> {
+    let mut failures = Vec::new();
+    let mut first = |asked: bool, what: &str, mut found: Vec<String>| {
+        if asked && !found.is_empty() {
+            let more = if found.len() > 1 { format!(" and {} more", found.len() - 1) } else { String::new() };
+            failures.push(format!("{what}: {}{more}", found.swap_remove(0)));
+        }
+    };
+    let named = |is: fn(&str) -> bool| -> Vec<String> {
+        let any = |one: &&&Function| one.symbols.iter().chain(&one.names).any(|name| is(last_part(name)) || is(name));
+        functions.iter().filter(any).map(|one| one.name().to_owned()).collect()
+    };
+    let instructions = |is: fn(&str) -> bool| -> Vec<String> {
+        let all = reached.iter().flat_map(|one| one.nodes.values());
+        let found = all.filter(|node| is(&node.instruction.name));
+        found
+            .map(|node| format!("`{}` at {}", node.instruction.text(), image.place(node.instruction.address)))
+            .collect()
+    };
+    let places = |of: fn(&Summary) -> &[Refusal]| -> Vec<String> {
+        reached.iter().flat_map(|one| of(one)).map(|refusal| told(image, refusal)).collect()
+    };
+    let mut panics = named(is_panic);
+    panics.extend(instructions(|name| name == "udf"));
+    panics.extend(places(|one| &one.never_return));
+    first(options.no_panic, "a panic is reached", panics);
+    let mut doubles = named(is_double);
+    doubles.extend(instructions(|name| name.contains(".f64")));
+    first(options.no_double, "64-bit floating point is reached", doubles);
+    let mut divisions = named(is_division);
+    divisions.extend(instructions(|name| ["vdiv", "vsqrt", "sdiv", "udiv"].iter().any(|one| name.starts_with(one))));
+    first(options.no_division, "a division is reached", divisions);
+    first(options.no_call, "a call", places(|one| &one.calls));
+    first(options.no_backward_branch, "a jump back", places(|one| &one.backward));
+    failures
+}
+
+/// `g` of `a::b::g`.
+fn last_part(name: &str) -> &str {
+    name.rsplit("::").next().unwrap_or(name)
+}
+
+fn is_panic(name: &str) -> bool {
+    ["core::panicking", "rust_begin_unwind", "rust_panic", "panic_fmt", "unwrap_failed", "expect_failed"]
+        .iter()
+        .any(|part| name.contains(part))
+}
+
+/// Helpers of the run-time library for 64-bit floats: `__aeabi_dadd`, `__aeabi_f2d`, `__adddf3`, `__floatsidf`.
+fn is_double(name: &str) -> bool {
+    let to_double = ["__aeabi_f2d", "__aeabi_i2d", "__aeabi_ui2d", "__aeabi_l2d", "__aeabi_ul2d", "__aeabi_h2d"];
+    let arm = name.starts_with("__aeabi_d") && !name.starts_with("__aeabi_div");
+    let generic = name.starts_with("__") && !name.contains("aeabi") && name.contains("df");
+    to_double.contains(&name) || name.starts_with("__aeabi_cd") || arm || generic
+}
+
+/// Helpers for division and roots: `__aeabi_uidivmod`, `__divsf3`, `sqrtf`.
+fn is_division(name: &str) -> bool {
+    (name.starts_with("__") && (name.contains("div") || name.contains("mod"))) || name == "sqrtf" || name == "sqrt"
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,551 @@
+//! Cycles of a Cortex-M4F instruction: the table, its source, and what neighbours cost each other.
+//!
+//! Source: ARM DDI 0439D, *Cortex-M4 Technical Reference Manual* r0p1, Table 3-1 (integer), Table 3-2 (DSP), section
+//! 3.3.2 (load/store timings), Table 7-1 and the notes of section 7.2.3 (FPU). Three readings of it:
+//!
+//! - **worst**, for a bound: no gain that the manual does not promise. Loads and stores never pipeline (note b: "they
+//!   might not pipeline optimally"), a pipeline refill takes P = 3, any result of the FPU that the next instruction
+//!   reads costs a cycle, and so does any address made of what the instruction before wrote.
+//! - **typical**, for an executed trace: P = 2; a load or store after a load is one cycle cheaper unless it takes its
+//!   address from it; a store to `[Rn, #imm]` takes one; operand stalls where the manual names them.
+//! - **best**: P = 1, everything folded and pipelined that can be.
+//!
+//! Where the manual says two things, the worst reading takes the larger: LDM and POP (3.3.2 "2+1+1 or 5" for three
+//! registers, Table 3-1 gives 4), TBB and TBH (3.3.2 "at least six", Table 3-1 gives 2 + P), a literal load ("might add
+//! a cycle"). A transfer between a core register and the FPU takes 2 in Table 7-1 in every reading.
+
+use super::instruction::Instruction;
+
+/// What is assumed with every figure in cycles.
+pub const ASSUMPTIONS: [&str; 5] = [
+    "instruction timing of ARM DDI 0439D (Cortex-M4 r0p1): Tables 3-1, 3-2, 7-1, sections 3.3.2, 7.2.3",
+    "zero wait states for code and data, code fetched over the ICode bus, no other bus master, accesses aligned",
+    "bound: pipeline refill P = 3, no load or store pipelined, every operand and address stall taken",
+    "typical: P = 2, loads and stores pipelined behind a load, named operand stalls; best: P = 1, all pipelined",
+    "no interrupt in between; entry and exit of an interrupt, and the call of the function itself, not counted",
+];
+
+/// A reading of the table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reading {
+    /// Upper bound.
+    Worst,
+    /// Of an executed trace.
+    Typical,
+    /// Lower end.
+    Best,
+    /// Instructions instead of cycles, for cores without a table.
+    Count,
+}
+
+impl Reading {
+    /// Cycles of a pipeline refill, P.
+    fn refill(self) -> u64 {
+        match self {
+            Self::Worst => 3,
+            Self::Typical => 2,
+            Self::Best => 1,
+            Self::Count => 0,
+        }
+    }
+}
+
+/// Instructions that take their cycles in the same way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[allow(missing_docs, reason = "the rows of the table say what each is")]
+pub enum Class {
+    Integer,
+    Multiply,
+    Divide,
+    Load,
+    LoadDouble,
+    LoadMultiple,
+    Store,
+    StoreMultiple,
+    Exclusive,
+    Branch,
+    TableBranch,
+    IfThen,
+    Hint,
+    System,
+    Barrier,
+    Wait,
+    FloatArithmetic,
+    FloatMultiplyAccumulate,
+    FloatDivide,
+    FloatCompare,
+    FloatMove,
+    FloatTransfer,
+    FloatStatus,
+    FloatLoad,
+    FloatStore,
+}
+
+/// Cycles of one reading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cycles {
+    /// That many.
+    Fixed(u64),
+    /// That many, and one for each word moved.
+    Words(u64),
+    /// No number is documented.
+    Unbounded,
+}
+
+/// A row of the table; a branch that is taken costs P more.
+#[derive(Debug)]
+pub struct Row {
+    /// What it is of.
+    pub class: Class,
+    /// Its name in a histogram.
+    pub label: &'static str,
+    /// Mnemonics without condition, width, data type and the `s` of set flags.
+    pub mnemonics: &'static [&'static str],
+    /// Least.
+    pub best: Cycles,
+    /// In a trace.
+    pub typical: Cycles,
+    /// Most.
+    pub worst: Cycles,
+    /// Where this is written, and how it was read.
+    pub source: &'static str,
+}
+
+use Cycles::{Fixed, Unbounded, Words};
+
+const INTEGER: &[&str] = &[
+    "mov", "movw", "movt", "mvn", "add", "addw", "adc", "adr", "sub", "subw", "sbc", "rsb", "and", "orr", "orn", "eor",
+    "bic", "cmp", "cmn", "tst", "teq", "lsl", "lsr", "asr", "ror", "rrx", "clz", "sxtb", "sxth", "uxtb", "uxth",
+    "sxtb16", "uxtb16", "sxtab", "sxtah", "sxtab16", "uxtab", "uxtah", "uxtab16", "ubfx", "sbfx", "bfc", "bfi", "rev",
+    "rev16", "revsh", "rbit", "ssat", "usat", "ssat16", "usat16", "pkhbt", "pkhtb", "sel", "usad8", "usada8", "qadd",
+    "qsub", "qdadd", "qdsub", "sadd8", "sadd16", "ssub8", "ssub16", "sasx", "ssax", "qadd8", "qadd16", "qsub8",
+    "qsub16", "qasx", "qsax", "shadd8", "shadd16", "shsub8", "shsub16", "shasx", "shsax", "uadd8", "uadd16", "usub8",
+    "usub16", "uasx", "usax", "uqadd8", "uqadd16", "uqsub8", "uqsub16", "uqasx", "uqsax", "uhadd8", "uhadd16",
+    "uhsub8", "uhsub16", "uhasx", "uhsax",
+];
+const MULTIPLY: &[&str] = &[
+    "mul", "mla", "mls", "smull", "umull", "smlal", "umlal", "umaal", "smmul", "smmulr", "smmla", "smmlar", "smmls",
+    "smmlsr", "smlabb", "smlabt", "smlatb", "smlatt", "smulbb", "smulbt", "smultb", "smultt", "smulwb", "smulwt",
+    "smlawb", "smlawt", "smuad", "smuadx", "smusd", "smusdx", "smlad", "smladx", "smlsd", "smlsdx", "smlald",
+    "smlaldx", "smlsld", "smlsldx", "smlalbb", "smlalbt", "smlaltb", "smlaltt",
+];
+
+const fn row(
+    class: Class,
+    label: &'static str,
+    mnemonics: &'static [&'static str],
+    [best, typical, worst]: [Cycles; 3],
+    source: &'static str,
+) -> Row {
+    Row { class, label, mnemonics, best, typical, worst, source }
+}
+
+/// The table: best, typical, worst.
+pub static TABLE: &[Row] = &[
+    row(Class::Integer, "integer", INTEGER, [Fixed(1); 3], "Tables 3-1, 3-2"),
+    row(Class::Multiply, "multiply", MULTIPLY, [Fixed(1); 3], "Tables 3-1, 3-2"),
+    row(
+        Class::Divide,
+        "divide",
+        &["sdiv", "udiv"],
+        [Fixed(2), Fixed(12), Fixed(12)],
+        "Table 3-1: 2 to 12 with the operands, which a trace does not show",
+    ),
+    row(
+        Class::Load,
+        "load",
+        &["ldr", "ldrb", "ldrh", "ldrsb", "ldrsh", "ldrt", "ldrbt", "ldrht", "ldrsbt", "ldrsht"],
+        [Fixed(1), Fixed(2), Fixed(2)],
+        "Table 3-1 note b, 3.3.2; worst: a literal load 1 more; typical: behind a load 1 less",
+    ),
+    row(Class::LoadDouble, "load double", &["ldrd"], [Words(1); 3], "Table 3-1, 3.3.2: three, never pipelined"),
+    row(
+        Class::LoadMultiple,
+        "load multiple, pop",
+        &["ldm", "ldmia", "ldmdb", "pop"],
+        [Words(1), Words(1), Words(2)],
+        "Table 3-1: 1 + N; 3.3.2 prints \"2+1+1 or 5\" for N = 3, so worst: 2 + N",
+    ),
+    row(
+        Class::Store,
+        "store",
+        &["str", "strb", "strh", "strt", "strbt", "strht"],
+        [Fixed(1), Fixed(2), Fixed(2)],
+        "Table 3-1; typical: [Rn, #imm] 1 (3.3.2: always one cycle), [Rn, Rm] 2, behind a load 1",
+    ),
+    row(
+        Class::StoreMultiple,
+        "store multiple, push",
+        &["stm", "stmia", "stmdb", "strd", "push"],
+        [Words(1); 3],
+        "Table 3-1, 3.3.2: eight registers take nine",
+    ),
+    row(
+        Class::Exclusive,
+        "exclusive",
+        &["ldrex", "ldrexb", "ldrexh", "strex", "strexb", "strexh", "clrex"],
+        [Fixed(1), Fixed(2), Fixed(2)],
+        "Table 3-1: 2, CLREX 1",
+    ),
+    row(Class::Branch, "branch", &["b", "bl", "bx", "blx", "cbz", "cbnz"], [Fixed(1); 3], "Table 3-1: 1, taken 1 + P"),
+    row(
+        Class::TableBranch,
+        "table branch",
+        &["tbb", "tbh"],
+        [Fixed(2), Fixed(2), Fixed(3)],
+        "Table 3-1: 2 + P; 3.3.2: at least 2 + 1 + 3, so worst: 3 + P",
+    ),
+    row(
+        Class::IfThen,
+        "if-then",
+        &[
+            "it", "itt", "ite", "ittt", "itte", "itet", "itee", "itttt", "ittte", "ittet", "ittee", "itett", "itete",
+            "iteet", "iteee",
+        ],
+        [Fixed(0), Fixed(1), Fixed(1)],
+        "Table 3-1 note d: 1, or folded into a preceding 16-bit instruction",
+    ),
+    row(Class::Hint, "hint", &["nop", "sev", "yield"], [Fixed(1); 3], "Table 3-1"),
+    row(
+        Class::System,
+        "system register",
+        &["cps", "cpsid", "cpsie", "mrs", "msr"],
+        [Fixed(1), Fixed(2), Fixed(2)],
+        "Table 3-1: 1 or 2",
+    ),
+    row(
+        Class::Barrier,
+        "barrier",
+        &["dmb", "dsb", "isb"],
+        [Fixed(1), Fixed(1), Unbounded],
+        "Table 3-1: 1 + B, as long as the outstanding accesses take; B at least 0, of ISB at least P",
+    ),
+    row(Class::Wait, "wait", &["wfi", "wfe"], [Fixed(1), Unbounded, Unbounded], "Table 3-1: 1 + W, until an event"),
+    row(
+        Class::FloatArithmetic,
+        "float add, multiply, convert",
+        &["vadd", "vsub", "vmul", "vnmul", "vcvt", "vcvtr", "vcvtb", "vcvtt"],
+        [Fixed(1); 3],
+        "Table 7-1; 7.2.3: 1 more if the next instruction reads the result",
+    ),
+    row(
+        Class::FloatMultiplyAccumulate,
+        "float multiply-accumulate",
+        &["vmla", "vmls", "vnmla", "vnmls", "vfma", "vfms", "vfnma", "vfnms"],
+        [Fixed(3); 3],
+        "Table 7-1; 7.2.3: takes its addend a cycle later, so typical: no stall on the addend",
+    ),
+    row(
+        Class::FloatDivide,
+        "float divide, root",
+        &["vdiv", "vsqrt"],
+        [Fixed(1), Fixed(14), Fixed(14)],
+        "Table 7-1; 7.2.3: 1 if no more floating-point instruction is executed",
+    ),
+    row(Class::FloatCompare, "float compare", &["vcmp", "vcmpe"], [Fixed(1); 3], "Table 7-1"),
+    row(
+        Class::FloatMove,
+        "float move, negate",
+        &["vmov", "vabs", "vneg", "fconsts", "fcpys"],
+        [Fixed(1); 3],
+        "Table 7-1: immediate or float to float register; 7.2.2 calls none of them arithmetic",
+    ),
+    row(
+        Class::FloatTransfer,
+        "float from, to core register",
+        &[],
+        [Fixed(2); 3],
+        "Table 7-1: one float or two to or from core registers 2; half of a double 1, taken as 2",
+    ),
+    row(Class::FloatStatus, "float status", &["vmrs", "vmsr", "fmstat"], [Fixed(1); 3], "Table 7-1"),
+    row(
+        Class::FloatLoad,
+        "float load",
+        &["vldr", "vldm", "vldmia", "vldmdb", "vpop"],
+        [Words(1); 3],
+        "Table 7-1: 1 + N single, 1 + 2N double; no pipelining documented; worst: a literal load 1 more",
+    ),
+    row(
+        Class::FloatStore,
+        "float store",
+        &["vstr", "vstm", "vstmia", "vstmdb", "vpush"],
+        [Words(1); 3],
+        "Table 7-1: 1 + N single, 1 + 2N double",
+    ),
+];
+
+impl Class {
+    /// Of an instruction that the table has.
+    pub fn of(one: &Instruction) -> Option<Self> {
+        let mut types = one.name.split('.');
+        let stem = types.next()?;
+        if !types.all(|kind| ["f32", "s32", "u32", "s16", "u16", "f16", "32"].contains(&kind)) {
+            return None;
+        }
+        let find = |name: &str| TABLE.iter().find(|row| row.mnemonics.contains(&name)).map(|row| row.class);
+        let class = find(stem).or_else(|| find(stem.strip_suffix('s')?))?;
+        let named = |letters: &[char]| {
+            let is = |word: &str| {
+                word.starts_with(letters) && word[1..].chars().all(|c| c.is_ascii_digit()) && word.len() > 1
+            };
+            one.operands.iter().flat_map(|o| o.split(|c: char| !c.is_ascii_alphanumeric())).any(is)
+        };
+        let single_only = matches!(
+            class,
+            Self::FloatArithmetic | Self::FloatMultiplyAccumulate | Self::FloatDivide | Self::FloatCompare
+        );
+        match class {
+            // 128-bit registers, and arithmetic on 64-bit ones, belong to another unit.
+            _ if named(&['q']) || (single_only && named(&['d'])) => None,
+            // ARM state is not there.
+            Self::Branch if stem == "blx" && one.operands.first().is_some_and(|operand| operand.starts_with('#')) => {
+                None
+            }
+            Self::FloatMove if stem == "vmov" && (one.reads() | one.results()) & 0xffff != 0 => {
+                Some(Self::FloatTransfer)
+            }
+            Self::FloatMove if named(&['d']) => None,
+            class => Some(class),
+        }
+    }
+
+    /// Its row.
+    pub fn row(self) -> &'static Row {
+        // The table is in the order of the classes: a test holds it to that.
+        &TABLE[self as usize]
+    }
+}
+
+/// Cycles of an executed instruction without those that its neighbours cause; `taken`: it goes elsewhere.
+///
+/// # Errors
+/// Why there is no number.
+pub fn own(one: &Instruction, taken: bool, reading: Reading) -> Result<u64, String> {
+    if reading == Reading::Count {
+        return Ok(1);
+    }
+    let class = Class::of(one).ok_or("the table has no such instruction")?;
+    let row = class.row();
+    let mut cycles = match reading {
+        Reading::Best => row.best,
+        Reading::Typical => row.typical,
+        _ => row.worst,
+    };
+    if class == Class::Store && reading == Reading::Typical && !one.has_register_offset() {
+        cycles = Fixed(1);
+    }
+    if one.stem() == "clrex" {
+        cycles = Fixed(1);
+    }
+    let awaited = if one.stem() == "isb" { reading.refill() } else { 0 };
+    let literal = reading == Reading::Worst && matches!(class, Class::Load | Class::FloatLoad) && one.is_literal_load();
+    let refill = if taken { reading.refill() } else { 0 };
+    match cycles {
+        Fixed(cycles) => Ok(cycles + u64::from(literal) + refill + awaited),
+        Words(first) => Ok(first + u64::from(one.words()) + u64::from(literal) + refill),
+        Unbounded => Err(format!("no largest number of cycles is documented ({})", row.source)),
+    }
+}
+
+/// What `one` takes more, or less, because `before` was executed just before it.
+pub fn after(before: &Instruction, one: &Instruction, reading: Reading) -> i64 {
+    let (Some(first), Some(second)) = (Class::of(before), Class::of(one)) else { return 0 };
+    if reading == Reading::Count {
+        return 0;
+    }
+    let worst = reading == Reading::Worst;
+    let arithmetic = matches!(first, Class::FloatArithmetic | Class::FloatMultiplyAccumulate | Class::FloatDivide);
+    // 7.2.3 says "such as": a bound takes every operation of the FPU for one of them.
+    let stalls =
+        arithmetic || (worst && matches!(first, Class::FloatCompare | Class::FloatMove | Class::FloatTransfer));
+    let addend = if second == Class::FloatMultiplyAccumulate && worst { one.results() } else { 0 };
+    let operand = stalls && before.results() & (one.reads() | addend) != 0;
+    // 3.3.2: no forwarding from data processing to an address.
+    let of_data = matches!(first, Class::Integer | Class::Multiply | Class::Divide);
+    let is_load = matches!(first, Class::Load | Class::LoadDouble | Class::LoadMultiple);
+    let written = match (worst, of_data, is_load) {
+        (_, true, _) | (true, _, false) => before.writes(),
+        (true, _, true) => before.writes() & !before.results(),
+        (false, ..) => 0,
+    };
+    // A core register out of the FPU may be both; it is waited for once.
+    let address = written & one.address_registers() != 0 && !operand;
+    // 3.3.2: a load or store behind a load takes one cycle less, unless its address comes from it.
+    let pipelined = reading == Reading::Typical
+        && first == Class::Load
+        && matches!(second, Class::Load | Class::Store)
+        && before.writes() & one.address_registers() == 0
+        && own(one, false, reading) == Ok(2);
+    i64::from(operand) + i64::from(address) - i64::from(pipelined)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::instruction::parse;
+    use super::*;
+
+    /// Best, typical, worst, not taken.
+    fn readings(text: &str) -> [Result<u64, String>; 3] {
+        [Reading::Best, Reading::Typical, Reading::Worst].map(|reading| own(&parse(text), false, reading))
+    }
+
+    fn cycles(text: &str) -> [u64; 3] {
+        readings(text).map(|one| one.unwrap_or_else(|reason| panic!("{text}: {reason}")))
+    }
+
+    #[test]
+    fn every_class_has_its_row_at_its_place_and_every_mnemonic_one_row() {
+        let mut seen = std::collections::BTreeSet::new();
+        for (at, row) in TABLE.iter().enumerate() {
+            assert_eq!(row.class as usize, at, "{}", row.label);
+            assert!(row.source.contains("Table"), "{}", row.label);
+            assert!(row.mnemonics.iter().all(|name| seen.insert(name)), "{}", row.label);
+        }
+    }
+
+    /// One instruction of each class at least, against the numbers of the manual.
+    #[test]
+    fn cycles_are_those_of_the_manual() {
+        for (text, expected) in [
+            ("add r0, r1", [1, 1, 1]),
+            ("movs r0, #1", [1, 1, 1]),
+            ("muls r0, r1, r0", [1, 1, 1]),
+            ("mla r0, r1, r2, r3", [1, 1, 1]),
+            ("udiv r0, r1, r2", [2, 12, 12]),
+            ("ldr r0, [r1, #4]", [1, 2, 2]),
+            ("ldr r0, [pc, #4]", [1, 2, 3]),
+            ("ldrd r0, r1, [r2]", [3, 3, 3]),
+            ("ldm r0!, {r1, r2, r3}", [4, 4, 5]),
+            ("str r0, [r1, #4]", [1, 1, 2]),
+            ("str r0, [r1, r2]", [1, 2, 2]),
+            ("stm r0!, {r1, r2, r3, r4, r5, r6, r7, r8}", [9, 9, 9]),
+            ("push {r4, r5, lr}", [4, 4, 4]),
+            ("strd r0, r1, [r2]", [3, 3, 3]),
+            ("ldrex r0, [r1]", [1, 2, 2]),
+            ("clrex", [1, 1, 1]),
+            ("b #0x200", [1, 1, 1]),
+            ("tbb [pc, r0]", [2, 2, 3]),
+            ("ite eq", [0, 1, 1]),
+            ("nop", [1, 1, 1]),
+            ("mrs r0, primask", [1, 2, 2]),
+            ("vadd.f32 s0, s1, s2", [1, 1, 1]),
+            ("vcvt.f32.s32 s0, s0", [1, 1, 1]),
+            ("vmla.f32 s0, s1, s2", [3, 3, 3]),
+            ("vdiv.f32 s0, s1, s2", [1, 14, 14]),
+            ("vcmp.f32 s0, #0", [1, 1, 1]),
+            ("vmov.f32 s0, s1", [1, 1, 1]),
+            ("vneg.f32 s0, s1", [1, 1, 1]),
+            ("vmov s0, r1", [2, 2, 2]),
+            ("vmov r0, r1, d1", [2, 2, 2]),
+            ("vmrs apsr_nzcv, fpscr", [1, 1, 1]),
+            ("vldr s0, [r1]", [2, 2, 2]),
+            ("vldr d0, [r1]", [3, 3, 3]),
+            ("vldr s0, [pc, #8]", [2, 2, 3]),
+            ("vldmia r0, {s2, s3, s4, s5}", [5, 5, 5]),
+            ("vpop {d8, d9}", [5, 5, 5]),
+            ("vstr s0, [r1]", [2, 2, 2]),
+            ("vpush {d8}", [3, 3, 3]),
+        ] {
+            assert_eq!(cycles(text), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_taken_branch_costs_the_refill_of_its_reading() {
+        let taken = |text| [Reading::Best, Reading::Typical, Reading::Worst].map(|r| own(&parse(text), true, r));
+        assert_eq!(taken("bx lr"), [Ok(2), Ok(3), Ok(4)]);
+        assert_eq!(taken("pop {r4, pc}"), [Ok(4), Ok(5), Ok(7)]);
+        // 3.3.2: "at least six".
+        assert_eq!(taken("tbh [pc, r0, lsl #1]"), [Ok(3), Ok(4), Ok(6)]);
+    }
+
+    #[test]
+    fn waiting_has_no_bound() {
+        assert!(readings("dsb sy")[2].is_err());
+        assert_eq!(readings("isb sy")[..2], [Ok(2), Ok(3)]);
+        assert!(readings("wfi").iter().skip(1).all(Result::is_err));
+    }
+
+    #[test]
+    fn what_the_core_does_not_have_is_not_in_the_table() {
+        for text in [
+            "vadd.f64 d0, d1, d2",
+            "vadd.f32 d0, d1, d2",
+            "vadd.i32 q0, q1, q2",
+            "vmov.f64 d0, d1",
+            "vcvt.f64.f32 d0, s0",
+            "vselgt.f32 s0, s1, s2",
+            "vmaxnm.f32 s0, s1, s2",
+            "blx #0x200",
+            "svc #1",
+            "bkpt #1",
+            "pld [r0]",
+            "mcr p15, #0, r0, c7, c5, #4",
+        ] {
+            assert_eq!(Class::of(&parse(text)), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_result_of_the_fpu_read_at_once_costs_a_cycle() {
+        let pair = |before, one| {
+            [Reading::Best, Reading::Typical, Reading::Worst].map(|reading| after(&parse(before), &parse(one), reading))
+        };
+        let add = "vadd.f32 s0, s1, s2";
+        assert_eq!(pair(add, "vmul.f32 s3, s0, s4"), [1, 1, 1]);
+        assert_eq!(pair(add, "vstr s0, [r0]"), [1, 1, 1]);
+        assert_eq!(pair(add, "vmul.f32 s0, s3, s4"), [0, 0, 0]);
+        assert_eq!(pair(add, "vmov d4, r0, r1"), [0, 0, 0]);
+        assert_eq!(pair("vldr s0, [r1]", "vmul.f32 s3, s0, s4"), [0, 0, 0]);
+        // A comparison is not named, and an addend is taken a cycle later: only the bound counts them.
+        assert_eq!(pair("vcmp.f32 s0, s1", "vmrs apsr_nzcv, fpscr"), [0, 0, 1]);
+        assert_eq!(pair("vneg.f32 s0, s1", "vadd.f32 s2, s0, s0"), [0, 0, 1]);
+        assert_eq!(pair(add, "vmla.f32 s0, s3, s4"), [0, 0, 1]);
+        assert_eq!(pair(add, "vmla.f32 s3, s0, s4"), [1, 1, 1]);
+    }
+
+    #[test]
+    fn an_address_from_the_instruction_before_costs_a_cycle() {
+        let pair = |before, one| {
+            [Reading::Best, Reading::Typical, Reading::Worst].map(|reading| after(&parse(before), &parse(one), reading))
+        };
+        assert_eq!(pair("add r1, r2", "vldr s0, [r1]"), [1, 1, 1]);
+        assert_eq!(pair("sub sp, #16", "push {r4, lr}"), [1, 1, 1]);
+        assert_eq!(pair("add r3, r2", "vldr s0, [r1]"), [0, 0, 0]);
+        // Written back by a load: not named, so only the bound counts it.
+        assert_eq!(pair("ldr r0, [r1], #4", "vldr s0, [r1]"), [0, 0, 1]);
+        assert_eq!(pair("ldr r1, [r0]", "vldr s0, [r1]"), [0, 0, 0]);
+    }
+
+    /// The four examples of section 3.3.2, in order, and the one thing that forbids it.
+    #[test]
+    fn typical_loads_pipeline_as_the_manual_shows_and_the_bound_takes_none_of_it() {
+        let total = |lines: &[&str], reading| {
+            let all: Vec<Instruction> = lines.iter().map(|line| parse(line)).collect();
+            let own: i64 = all.iter().map(|one| own(one, false, reading).expect("tabled") as i64).sum();
+            own + all.windows(2).map(|pair| after(&pair[0], &pair[1], reading)).sum::<i64>()
+        };
+        for (lines, typical, worst) in [
+            (&["ldr r0, [r1]", "ldr r1, [r2]"][..], 3, 4),
+            (&["ldr r0, [r1, r2]", "str r0, [r3, #20]"], 3, 4),
+            (&["ldr r0, [r1, r2]", "str r1, [r3, r2]"], 3, 4),
+            (&["ldr r0, [r1, r5]", "ldr r1, [r2]", "ldr r2, [r3, #4]"], 4, 6),
+            (&["ldr r1, [r0]", "ldr r2, [r1]"], 4, 4),
+        ] {
+            assert_eq!(total(lines, Reading::Typical), typical, "{lines:?}");
+            assert_eq!(total(lines, Reading::Worst), worst, "{lines:?}");
+        }
+    }
+
+    #[test]
+    fn best_is_at_most_typical_and_typical_at_most_worst() {
+        let number = |cycles| match cycles {
+            Fixed(n) | Words(n) => n,
+            Unbounded => u64::MAX,
+        };
+        for row in TABLE {
+            let [best, typical, worst] = [row.best, row.typical, row.worst].map(number);
+            assert!(best <= typical && typical <= worst, "{}", row.label);
+        }
+    }
+}

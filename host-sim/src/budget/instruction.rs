@@ -1,0 +1,446 @@
+//! One Thumb instruction: what it is called, which registers it reads, writes and takes for an address, where it goes.
+//!
+//! The decoder prints an instruction as text; everything here is read from that text, so that a test can state an
+//! instruction the way the manual does. A register is a bit of a `u64`: r0 .. pc at 0 .. 15, s0 .. s31 at 16 .. 47
+//! (d0 is s0 with s1), the flags of the FPSCR at 48.
+
+use capstone::arch::arm::{ArchExtraMode, ArchMode, ArmCC};
+use capstone::prelude::*;
+
+/// Stack pointer.
+pub const SP: u64 = 1 << 13;
+const LR: u64 = 1 << 14;
+const PC: u64 = 1 << 15;
+const FLOAT_FLAGS: u64 = 1 << 48;
+
+/// Where the processor goes after an instruction that is executed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flow {
+    /// To the next one.
+    Next,
+    /// To an address known from the instruction.
+    Jump(u32),
+    /// To a function, and then to the next instruction.
+    Call(u32),
+    /// Back to the caller.
+    Return,
+    /// By a table behind the instruction: width of its entries in bytes.
+    Table(u32),
+    /// To an address that only the running program knows; `true`: as a call.
+    Indirect(bool),
+    /// Nowhere: UDF, the end of a panic.
+    Trap,
+}
+
+/// A decoded instruction.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Instruction {
+    /// Where it lies.
+    pub address: u32,
+    /// Its length, 2 or 4 bytes.
+    pub size: u32,
+    /// Mnemonic without condition and width, as `vadd.f32`.
+    pub name: String,
+    /// Operands as the manual writes them.
+    pub operands: Vec<String>,
+    /// Executed only if a condition holds.
+    pub conditional: bool,
+}
+
+impl Instruction {
+    /// The instruction that this text says, `condition` being the letters that stand at the end of its mnemonic.
+    pub fn from_text(address: u32, size: u32, mnemonic: &str, operands: &str, condition: Option<&str>) -> Self {
+        let mnemonic = mnemonic.trim_end_matches(".w").trim_end_matches(".n");
+        let (stem, types) = mnemonic.split_at(mnemonic.find('.').unwrap_or(mnemonic.len()));
+        let bare = condition.and_then(|letters| stem.strip_suffix(letters)).filter(|_| !stem.starts_with("it"));
+        let name = format!("{}{types}", bare.unwrap_or(stem));
+        let conditional = bare.is_some() || name == "cbz" || name == "cbnz";
+        Self { address, size, name, operands: split(operands), conditional }
+    }
+
+    /// Mnemonic without data types: `vadd` of `vadd.f32`.
+    pub fn stem(&self) -> &str {
+        self.name.split('.').next().unwrap_or(&self.name)
+    }
+
+    /// As in a listing.
+    pub fn text(&self) -> String {
+        let condition = if self.conditional && !self.name.starts_with("cb") { "<c>" } else { "" };
+        format!("{}{condition} {}", self.name, self.operands.join(", ")).trim_end().to_owned()
+    }
+
+    /// Address of the instruction behind it.
+    pub fn next(&self) -> u32 {
+        self.address.wrapping_add(self.size)
+    }
+
+    fn operand(&self, index: usize) -> &str {
+        self.operands.get(index).map_or("", String::as_str)
+    }
+
+    /// Where it goes if it is executed.
+    pub fn flow(&self) -> Flow {
+        let target = || immediate(self.operands.last().map_or("", String::as_str)).map(|target| target as u32);
+        let writes_pc = self.writes() & PC != 0;
+        match self.stem() {
+            "b" | "cbz" | "cbnz" => target().map_or(Flow::Indirect(false), Flow::Jump),
+            "bl" => target().map_or(Flow::Indirect(true), Flow::Call),
+            "blx" => Flow::Indirect(true),
+            "bx" if self.operand(0) == "lr" => Flow::Return,
+            "bx" | "bxj" => Flow::Indirect(false),
+            "tbb" => Flow::Table(1),
+            "tbh" => Flow::Table(2),
+            "udf" => Flow::Trap,
+            // A value that was put on the stack at the entry: the return address.
+            "pop" if writes_pc => Flow::Return,
+            "ldm" | "ldmia" | "ldmdb" | "ldr" if writes_pc && self.address_registers() == SP => Flow::Return,
+            "mov" if writes_pc && self.operand(1) == "lr" => Flow::Return,
+            _ if writes_pc => Flow::Indirect(false),
+            _ => Flow::Next,
+        }
+    }
+
+    /// Has it an operand in memory, or a list of registers to move?
+    fn is_multiple(&self) -> bool {
+        let multiple = ["ldm", "stm", "vldm", "vstm", "fldm", "fstm"];
+        multiple.iter().any(|name| self.name.starts_with(name))
+    }
+
+    fn is_push_or_pop(&self) -> bool {
+        matches!(self.stem(), "push" | "pop" | "vpush" | "vpop")
+    }
+
+    /// Registers that its address in memory is made of.
+    pub fn address_registers(&self) -> u64 {
+        if self.is_push_or_pop() {
+            return SP;
+        }
+        if self.is_multiple() {
+            return registers(self.operand(0));
+        }
+        self.operands.iter().filter(|operand| operand.starts_with('[')).map(|operand| registers(operand)).sum()
+    }
+
+    /// Is its address relative to its own place?
+    pub fn is_literal_load(&self) -> bool {
+        self.operands.iter().any(|operand| operand.starts_with("[pc"))
+    }
+
+    /// Is a register added to the base of its address?
+    pub fn has_register_offset(&self) -> bool {
+        self.address_registers().count_ones() > 1
+    }
+
+    /// Does it change the register of its address?
+    fn writes_base(&self) -> bool {
+        let after = self.operands.iter().position(|operand| operand.starts_with('[') && operand.ends_with(']'));
+        self.is_push_or_pop()
+            || self.operands.iter().any(|operand| operand.ends_with('!'))
+            || after.is_some_and(|at| at + 1 < self.operands.len())
+    }
+
+    /// Number of operands at the front that it only writes, or writes and reads.
+    fn destinations(&self) -> usize {
+        let stem = self.stem();
+        let store = stem.starts_with("str") && !stem.starts_with("strex");
+        let none =
+            ["cmp", "cmn", "tst", "teq", "cbz", "cbnz", "tbb", "tbh", "vstr", "vcmp", "vcmpe", "msr", "vmsr", "b"];
+        if store || none.contains(&stem) || self.is_multiple() || self.is_push_or_pop() {
+            return 0;
+        }
+        let is_long = (stem.starts_with("umla") || stem.starts_with("umaa") || stem.starts_with("umul"))
+            || (["smull", "smlal", "smlsl"].iter().any(|long| stem.starts_with(long)));
+        let of_two = matches!(stem, "ldrd" | "ldrexd") || is_long;
+        let two_floats = self.operands.len() == 4 && stem == "vmov";
+        let two_cores = self.operands.len() == 3 && stem == "vmov" && registers(self.operand(0)) & 0xffff != 0;
+        if of_two || two_floats || two_cores { 2 } else { 1 }
+    }
+
+    /// Registers that it writes, but for the base of its address.
+    pub fn results(&self) -> u64 {
+        let loads = ["ldm", "vldm", "fldm", "pop", "vpop"];
+        if loads.iter().any(|name| self.name.starts_with(name)) {
+            return self
+                .operands
+                .iter()
+                .filter(|operand| !operand.ends_with('!'))
+                .map(|o| listed(o))
+                .fold(0, |a, b| a | b);
+        }
+        if matches!(self.stem(), "vcmp" | "vcmpe" | "vmsr") {
+            return FLOAT_FLAGS;
+        }
+        let plain = |operand: &&String| !operand.starts_with('[');
+        let written = self.operands.iter().take(self.destinations()).filter(plain);
+        written.map(|operand| registers(operand)).fold(0, |a, b| a | b)
+    }
+
+    /// Registers that it writes.
+    pub fn writes(&self) -> u64 {
+        let base = if self.writes_base() { self.address_registers() } else { 0 };
+        self.results() | base
+    }
+
+    /// Registers that it reads, but for the addend of a multiply-accumulate.
+    pub fn reads(&self) -> u64 {
+        let flags = if matches!(self.stem(), "vmrs" | "fmstat") { FLOAT_FLAGS } else { 0 };
+        let sources = self.operands.iter().skip(self.destinations());
+        sources.map(|operand| registers(operand)).fold(flags, |a, b| a | b)
+    }
+
+    /// Words moved between registers and memory.
+    pub fn words(&self) -> u32 {
+        match self.stem() {
+            "ldrd" | "strd" => 2,
+            "vldr" | "vstr" => registers(self.operand(0)).count_ones(),
+            _ => self.operands.iter().map(|operand| listed(operand)).fold(0, |a, b| a | b).count_ones(),
+        }
+    }
+
+    /// By how many bytes the stack grows; none if that is not in the instruction itself.
+    pub fn stack_growth(&self) -> Option<i64> {
+        if self.stem() == "msr" && ["msp", "psp", "control"].contains(&self.operand(0)) {
+            return None;
+        }
+        if self.writes() & SP == 0 {
+            return Some(0);
+        }
+        let bytes = 4 * i64::from(self.words());
+        let last = immediate(self.operands.last().map_or("", String::as_str)).map(i64::from);
+        let of_sp = self.operands.iter().rev().skip(1).all(|operand| operand == "sp");
+        match self.stem() {
+            _ if self.conditional && self.flow() != Flow::Return => None,
+            "push" | "vpush" | "stmdb" | "vstmdb" => Some(bytes),
+            "pop" | "vpop" | "ldm" | "ldmia" | "vldmia" => Some(-bytes),
+            "sub" | "subw" if of_sp => last,
+            "add" | "addw" if of_sp => last.map(|bytes| -bytes),
+            _ if self.results() & SP == 0 => {
+                // [sp, #-8]! before the access, [sp], #8 after it.
+                let before = self.operands.iter().find_map(|o| o.strip_prefix("[sp, ")?.strip_suffix("]!"));
+                before.and_then(immediate).map(i64::from).or(last).map(|moved| -moved)
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Operands are parted by commas outside of brackets and braces.
+fn split(operands: &str) -> Vec<String> {
+    let mut parts = Vec::new();
+    let (mut depth, mut from) = (0_i32, 0);
+    for (at, letter) in operands.char_indices() {
+        match letter {
+            '[' | '{' => depth += 1,
+            ']' | '}' => depth -= 1,
+            ',' if depth == 0 => {
+                parts.push(operands[from..at].trim().to_owned());
+                from = at + 1;
+            }
+            _ => {}
+        }
+    }
+    let last = operands[from..].trim();
+    if !last.is_empty() {
+        parts.push(last.to_owned());
+    }
+    parts
+}
+
+/// `#16`, `#-0x4`.
+fn immediate(operand: &str) -> Option<i32> {
+    let text = operand.strip_prefix('#')?;
+    let (sign, digits) = text.strip_prefix('-').map_or((1, text), |digits| (-1, digits));
+    let value = match digits.strip_prefix("0x") {
+        Some(hex) => i64::from_str_radix(hex, 16),
+        None => digits.parse(),
+    };
+    // An address above 2^31 keeps its bits.
+    value.ok().map(|value| (sign * value) as i32)
+}
+
+/// Every register named in an operand.
+fn registers(operand: &str) -> u64 {
+    operand.split(|c: char| !c.is_ascii_alphanumeric()).map(register).fold(0, |a, b| a | b)
+}
+
+/// Registers of a list in braces, none of anything else.
+fn listed(operand: &str) -> u64 {
+    if operand.starts_with('{') { registers(operand) } else { 0 }
+}
+
+fn register(name: &str) -> u64 {
+    match name {
+        "sb" => return 1 << 9,
+        "sl" => return 1 << 10,
+        "fp" => return 1 << 11,
+        "ip" => return 1 << 12,
+        "sp" => return SP,
+        "lr" => return LR,
+        "pc" => return PC,
+        _ => {}
+    }
+    let numbered = |letter: char, below: u32| {
+        let number: u32 = name.strip_prefix(letter)?.parse().ok()?;
+        (number < below).then_some(number)
+    };
+    if let Some(number) = numbered('r', 16) {
+        1 << number
+    } else if let Some(number) = numbered('s', 32) {
+        1 << (16 + number)
+    } else if let Some(number) = numbered('d', 16) {
+        0b11 << (16 + 2 * number)
+    } else {
+        0
+    }
+}
+
+/// Bytes to instructions.
+pub struct Decoder(Capstone);
+
+impl Decoder {
+    /// Thumb of ARMv7-M, and of ARMv8-M if `v8`.
+    ///
+    /// # Errors
+    /// What the decoder says if it cannot be made.
+    pub fn new(v8: bool) -> Result<Self, String> {
+        let modes = [ArchExtraMode::MClass, ArchExtraMode::V8];
+        let count = if v8 { 2 } else { 1 };
+        let builder =
+            Capstone::new().arm().mode(ArchMode::Thumb).extra_mode(modes.into_iter().take(count)).detail(true);
+        builder.build().map(Self).map_err(|error| format!("the decoder cannot be made: {error}"))
+    }
+
+    /// The instruction at the front of `code`, with those that depend on it if it is an IT; empty if it is none.
+    pub fn decode(&self, code: &[u8], address: u32) -> Vec<Instruction> {
+        let block = match *code {
+            // IT: the lowest bit set of the mask ends the block.
+            [low, 0xbf, ..] if low & 0xf != 0 => 5 - (low & 0xf).trailing_zeros() as usize,
+            _ => 1,
+        };
+        let Ok(decoded) = self.0.disasm_count(code, u64::from(address), block) else { return Vec::new() };
+        if decoded.len() != block {
+            return Vec::new();
+        }
+        decoded.iter().filter_map(|one| self.read(one)).collect()
+    }
+
+    fn read(&self, one: &capstone::Insn<'_>) -> Option<Instruction> {
+        let detail = self.0.insn_detail(one).ok()?;
+        let condition = match detail.arch_detail().arm()?.cc() {
+            ArmCC::ARM_CC_AL | ArmCC::ARM_CC_INVALID => None,
+            other => Some(format!("{other:?}").trim_start_matches("ARM_CC_").to_lowercase()),
+        };
+        let (mnemonic, operands) = (one.mnemonic()?, one.op_str().unwrap_or(""));
+        let address = one.address() as u32;
+        Some(Instruction::from_text(address, one.len() as u32, mnemonic, operands, condition.as_deref()))
+    }
+}
+
+#[cfg(test)]
+pub(super) fn parse(text: &str) -> Instruction {
+    let (mnemonic, operands) = text.split_once(' ').unwrap_or((text, ""));
+    Instruction::from_text(0x100, 4, mnemonic, operands, None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(text: &str) -> u64 {
+        registers(text)
+    }
+
+    #[test]
+    fn a_double_register_is_two_of_single_precision() {
+        assert_eq!(registers("{d8, d9}"), registers("{s16, s17, s18, s19}"));
+        assert_eq!(parse("vpush {d8, d9}").words(), 4);
+        assert_eq!(parse("vldr d0, [r1]").words(), 2);
+        assert_eq!(parse("pop {r4, pc}").words(), 2);
+        assert_eq!(parse("ldm r0!, {r1, r2, r3}").words(), 3);
+    }
+
+    #[test]
+    fn what_is_read_written_and_taken_for_an_address_is_told_apart() {
+        for (text, reads, results, address) in [
+            ("vadd.f32 s0, s1, s2", "s1 s2", "s0", ""),
+            ("vmla.f32 s0, s1, s2", "s1 s2", "s0", ""),
+            ("vmov s0, s1, r2, r3", "r2 r3", "s0 s1", ""),
+            ("vmov r0, r1, d1", "s2 s3", "r0 r1", ""),
+            ("vmov d1, r0, r1", "r0 r1", "s2 s3", ""),
+            ("vstr s1, [sp, #8]", "s1 sp", "", "sp"),
+            ("vldr s1, [r1, #-8]", "r1", "s1", "r1"),
+            ("vldmia r0!, {s2, s3}", "r0 s2 s3", "s2 s3", "r0"),
+            ("ldr r0, [r1, r2]", "r1 r2", "r0", "r1 r2"),
+            ("str r0, [r1]", "r0 r1", "", "r1"),
+            ("strex r0, r1, [r2]", "r1 r2", "r0", "r2"),
+            ("umull r0, r1, r2, r3", "r2 r3", "r0 r1", ""),
+            ("cmp r0, r1", "r0 r1", "", ""),
+            ("push {r4, lr}", "r4 lr", "", "sp"),
+        ] {
+            let one = parse(text);
+            assert_eq!(one.reads(), names(reads), "{text} reads");
+            assert_eq!(one.results(), names(results), "{text} results");
+            assert_eq!(one.address_registers(), names(address), "{text} address");
+        }
+        assert_eq!(parse("vcmp.f32 s0, s1").results() & parse("vmrs apsr_nzcv, fpscr").reads(), FLOAT_FLAGS);
+        assert_eq!(parse("ldr r0, [r1], #4").writes(), names("r0 r1"));
+        assert_eq!(parse("ldr r0, [r1, #4]!").writes(), names("r0 r1"));
+    }
+
+    #[test]
+    fn a_return_is_told_from_a_jump_through_a_register() {
+        for text in ["bx lr", "pop {r4, pc}", "ldr pc, [sp], #4", "ldm sp!, {r4, pc}", "mov pc, lr"] {
+            assert_eq!(parse(text).flow(), Flow::Return, "{text}");
+        }
+        for text in ["bx r3", "mov pc, r1", "add pc, r1", "ldr pc, [r0, #4]", "ldm r0, {pc}"] {
+            assert_eq!(parse(text).flow(), Flow::Indirect(false), "{text}");
+        }
+        assert_eq!(parse("blx r3").flow(), Flow::Indirect(true));
+        assert_eq!(parse("bl #0x80001234").flow(), Flow::Call(0x8000_1234));
+        assert_eq!(parse("cbz r0, #0x120").flow(), Flow::Jump(0x120));
+    }
+
+    #[test]
+    fn growth_of_the_stack_is_in_the_instruction_or_unknown() {
+        for (text, growth) in [
+            ("push {r4, r5, lr}", Some(12)),
+            ("vpush {d8, d9}", Some(16)),
+            ("sub sp, #0x10", Some(16)),
+            ("sub.w sp, sp, #1024", Some(1024)),
+            ("add sp, #16", Some(-16)),
+            ("str r4, [sp, #-0x4]!", Some(4)),
+            ("strd r0, r1, [sp, #-0x8]!", Some(8)),
+            ("ldr pc, [sp], #4", Some(-4)),
+            ("pop {r4, pc}", Some(-8)),
+            ("ldr r0, [sp, #4]", Some(0)),
+            ("mov sp, r7", None),
+            ("msr psp, r0", None),
+            ("msr primask, r0", Some(0)),
+            ("sub.w sp, r7, #8", None),
+            ("sub.w sp, sp, r0", None),
+        ] {
+            assert_eq!(parse(text).stack_growth(), growth, "{text}");
+        }
+    }
+
+    #[test]
+    fn an_it_block_is_decoded_with_its_conditions() {
+        let decoder = Decoder::new(false).expect("a decoder");
+        // ite gt; vmovgt.f32 s0, s1; vmovle.f32 s0, s2; vadd.f32 s0, s0, s0
+        let code = [0xcc, 0xbf, 0xb0, 0xee, 0x60, 0x0a, 0xb0, 0xee, 0x41, 0x0a, 0x30, 0xee, 0x00, 0x0a];
+        let block = decoder.decode(&code, 0x100);
+        let told: Vec<_> = block.iter().map(|one| (one.name.as_str(), one.conditional)).collect();
+        assert_eq!(told, [("ite", false), ("vmov.f32", true), ("vmov.f32", true)]);
+        // A conditional branch carries its condition itself.
+        let branch = decoder.decode(&[0x01, 0xd0], 0x100);
+        assert_eq!((branch[0].name.as_str(), branch[0].conditional), ("b", true));
+        assert_eq!(branch[0].flow(), Flow::Jump(0x106));
+    }
+
+    #[test]
+    fn bytes_that_are_no_instruction_decode_to_nothing() {
+        let decoder = Decoder::new(false).expect("a decoder");
+        assert_eq!(decoder.decode(&[0xff, 0xff, 0xff, 0xff], 0), []);
+        assert_eq!(decoder.decode(&[0xb0], 0), []);
+    }
+}

@@ -1,0 +1,174 @@
+//! The answer: for people an aligned table with its assumptions, for programs one JSON object.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::analysis::Summary;
+use super::cycles::{ASSUMPTIONS, TABLE};
+use super::graph::Path;
+use super::image::Function;
+use super::trace::Run;
+use super::{Core, Options};
+use crate::report::table::Table;
+
+/// Cycles and instructions of one path.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct PathJson {
+    /// Cycles; none on a core without a table.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cycles: Option<u64>,
+    /// Instructions.
+    pub instructions: u64,
+}
+
+/// Least, most and mean over the calls of a trace.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Spread {
+    /// Least.
+    pub min: u64,
+    /// Most.
+    pub max: u64,
+    /// Mean.
+    pub mean: f64,
+}
+
+impl Spread {
+    fn of(values: impl Iterator<Item = u64> + Clone) -> Self {
+        let count = values.clone().count().max(1);
+        let mean = values.clone().sum::<u64>() as f64 / count as f64;
+        Self { min: values.clone().min().unwrap_or(0), max: values.max().unwrap_or(0), mean }
+    }
+}
+
+/// What was executed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Typical {
+    /// Calls in the trace.
+    pub calls: usize,
+    /// Instructions of a call, exact.
+    pub instructions: Spread,
+    /// Cycles of a call by the typical reading of the table.
+    pub cycles: Spread,
+}
+
+impl Typical {
+    /// Of all calls of a trace.
+    pub fn of(runs: &[Run]) -> Self {
+        let instructions = Spread::of(runs.iter().map(|run| run.instructions));
+        Self { calls: runs.len(), instructions, cycles: Spread::of(runs.iter().map(|run| run.cycles)) }
+    }
+}
+
+/// The answer to [`Options`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// The function, as it is written.
+    pub symbol: String,
+    /// First address.
+    pub address: u32,
+    /// The core.
+    pub core: &'static str,
+    /// The longest path, an upper bound; none if it was declined.
+    pub longest: Option<PathJson>,
+    /// The shortest path.
+    pub shortest: Option<PathJson>,
+    /// Most instructions of any path; the longest path in cycles may have fewer.
+    pub most_instructions: Option<u64>,
+    /// Executed calls.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub typical: Option<Typical>,
+    /// Instructions of the longest path by row of the table.
+    pub histogram: Vec<(&'static str, u64)>,
+    /// The function and all it reaches, literal pools included.
+    pub flash_bytes: u32,
+    /// Most on a path that returns, without what an interrupt stores on its entry; none if it was declined.
+    pub stack_bytes: Option<u32>,
+    /// Functions reached, the function itself included.
+    pub functions: Vec<String>,
+    /// Checks that were asked for and failed.
+    pub failures: Vec<String>,
+    /// What has no answer, and why.
+    pub declined: Vec<String>,
+    /// What the cycles rest on.
+    pub assumptions: Vec<String>,
+}
+
+impl Report {
+    pub(super) fn new(options: &Options, function: &Function, summary: &Summary) -> Self {
+        let timed = options.core == Core::CortexM4;
+        let (mut longest, mut shortest, mut histogram) = (None, None, Vec::new());
+        if let Some(paths) = &summary.paths {
+            let path = |path: &Path| PathJson { cycles: timed.then_some(path.cycles), instructions: path.instructions };
+            let most = paths.bound.as_ref().unwrap_or(&paths.most);
+            longest = Some(path(most));
+            shortest = Some(path(paths.best.as_ref().unwrap_or(&paths.fewest)));
+            let labels = TABLE.iter().map(|row| row.label).chain(["not in the table"]);
+            histogram = labels.zip(most.classes.iter().copied()).filter(|(_, count)| *count > 0).collect();
+        }
+        Self {
+            symbol: function.name().to_owned(),
+            address: function.start,
+            core: options.core.name(),
+            longest,
+            shortest,
+            most_instructions: summary.paths.as_ref().map(|paths| paths.most.instructions),
+            typical: None,
+            histogram,
+            flash_bytes: 0,
+            stack_bytes: summary.stack.as_ref().and_then(|stack| stack.as_ref().ok().copied()),
+            functions: Vec::new(),
+            failures: Vec::new(),
+            declined: Vec::new(),
+            assumptions: ASSUMPTIONS.iter().filter(|_| timed).map(|line| (*line).to_owned()).collect(),
+        }
+    }
+
+    /// The upper bound in cycles.
+    pub fn bound(&self) -> Option<u64> {
+        self.longest.as_ref()?.cycles
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{} at {:#010x}, {}", self.symbol, self.address, self.core)?;
+        let mut table = Table::new(["figure", "cycles", "instructions", "meaning"]);
+        let mut row = |name: &str, cycles: String, instructions: String, meaning: &str| {
+            table.row([name, &cycles, &instructions, meaning]);
+        };
+        for (name, path, meaning) in [
+            ("bound", &self.longest, "no call takes more: the longest path, each instruction at its documented worst"),
+            ("best", &self.shortest, "the shortest path, each instruction at its documented best"),
+        ] {
+            let Some(path) = path else { continue };
+            let cycles = path.cycles.map_or_else(|| "-".to_owned(), |cycles| cycles.to_string());
+            row(name, cycles, path.instructions.to_string(), meaning);
+        }
+        if let Some(most) = self.most_instructions {
+            row("instructions", "-".to_owned(), most.to_string(), "no call executes more");
+        }
+        if let Some(Typical { calls, instructions, cycles }) = &self.typical {
+            let over = format!("executed, {calls} calls");
+            row("typical, least", cycles.min.to_string(), instructions.min.to_string(), &over);
+            row("typical, mean", format!("{:.1}", cycles.mean), format!("{:.1}", instructions.mean), &over);
+            row("typical, most", cycles.max.to_string(), instructions.max.to_string(), &over);
+        }
+        if self.longest.is_some() || self.typical.is_some() {
+            write!(f, "\n{table}")?;
+        }
+        let stack = self.stack_bytes.map_or_else(|| "declined".to_owned(), |bytes| format!("{bytes} B"));
+        writeln!(f, "\nflash {} B in {} function(s), stack {stack}", self.flash_bytes, self.functions.len())?;
+        if !self.histogram.is_empty() {
+            let mut table = Table::new(["instructions of the longest path", "number"]);
+            for (label, count) in &self.histogram {
+                table.row([(*label).to_owned(), count.to_string()]);
+            }
+            write!(f, "\n{table}")?;
+        }
+        if !self.assumptions.is_empty() {
+            writeln!(f, "\nassumed:")?;
+        }
+        self.assumptions.iter().try_for_each(|line| writeln!(f, "  {line}"))
+    }
+}

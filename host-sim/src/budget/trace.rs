@@ -1,0 +1,142 @@
+//! What was executed, through the typical reading of the table.
+//!
+//! The log of an emulator that names the address of every executed instruction (QEMU: `-singlestep -d exec,nochain
+//! -dfilter ADDRESS+LENGTH -D FILE`, a range that holds the function and all it calls). Every step is held against the
+//! ways out of the instruction before it, so a log of another image, or one with an interrupt in between, is refused.
+
+use std::collections::BTreeMap;
+
+use super::analysis::Node;
+use super::cycles::{self, Reading};
+use super::instruction::Flow;
+
+/// One call of the function.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Run {
+    /// Instructions executed; one whose condition failed is one.
+    pub instructions: u64,
+    /// Typical cycles.
+    pub cycles: u64,
+}
+
+/// Addresses of a log in the order of execution.
+///
+/// A line is `Trace 0: HOST [BASE/ADDRESS/FLAGS/..] NAME`. What the emulator took back, `Stopped execution of TB chain
+/// before HOST [ADDRESS] NAME`, was not executed.
+pub fn addresses(log: &str) -> Vec<u32> {
+    let mut executed = Vec::new();
+    for line in log.lines() {
+        let inside = || Some(line.split_once('[')?.1.split_once(']')?.0);
+        let hex = |text: &str| u32::from_str_radix(text, 16).ok();
+        if line.starts_with("Stopped execution") {
+            let stopped = inside().and_then(hex);
+            if stopped.is_some() && executed.last().copied() == stopped {
+                executed.pop();
+            }
+        } else if line.starts_with("Trace ") {
+            executed.extend(inside().and_then(|inside| hex(inside.split('/').nth(1)?)));
+        }
+    }
+    executed
+}
+
+/// The calls in a log of the function that begins at `start`; `nodes` are all instructions that it reaches.
+///
+/// # Errors
+/// The step that is not one of the function, or the instruction without a typical number.
+pub fn runs(executed: &[u32], start: u32, nodes: &BTreeMap<u32, &Node>) -> Result<Vec<Run>, String> {
+    let mut runs = Vec::new();
+    let mut at = 0;
+    while at < executed.len() {
+        if executed[at] == start {
+            match run(&executed[at..], nodes)? {
+                Some((run, steps)) => {
+                    runs.push(run);
+                    at += steps;
+                }
+                // The log ends before the function does.
+                None => break,
+            }
+        } else {
+            at += 1;
+        }
+    }
+    Ok(runs)
+}
+
+fn run(executed: &[u32], nodes: &BTreeMap<u32, &Node>) -> Result<Option<(Run, usize)>, String> {
+    let mut run = Run::default();
+    // Where the open calls come back to.
+    let mut back: Vec<u32> = Vec::new();
+    let mut before: Option<&Node> = None;
+    for (at, address) in executed.iter().enumerate() {
+        // Every step was held against the ways out of the one before it, and those lead to nodes.
+        let Some(&node) = nodes.get(address) else { return Ok(None) };
+        let one = &node.instruction;
+        // An access to a peripheral makes the emulator begin an instruction again, and log it again.
+        let to_itself = node.successors().contains(address) || node.callee() == Some(*address);
+        if executed.get(at + 1) == Some(address) && !to_itself {
+            continue;
+        }
+        let next = executed.get(at + 1).copied();
+        let stays = next == Some(one.next()) && node.falls_through();
+        let jumps = next.is_some_and(|next| node.successors().contains(&next));
+        // A conditional way out is taken if the program is not where it would be otherwise.
+        let executed_out = !(one.conditional && stays);
+        let mut taken = !matches!(node.flow, Flow::Next) && executed_out;
+        let mut ends = false;
+        let fine = match node.flow {
+            Flow::Call(_) if executed_out => {
+                back.push(one.next());
+                next == node.callee()
+            }
+            Flow::Jump(_) if node.is_tail() && executed_out => next == node.callee(),
+            Flow::Return if executed_out => {
+                let to = back.pop();
+                ends = to.is_none();
+                ends || next == to
+            }
+            _ => {
+                taken &= !stays || matches!(node.flow, Flow::Table(_));
+                jumps
+            }
+        };
+        let own = cycles::own(one, taken, Reading::Typical).map_err(|reason| format!("{address:#010x}: {reason}"))?;
+        let own = if taken || matches!(node.flow, Flow::Next) { own } else { 1 };
+        let beside = before.map_or(0, |before| cycles::after(&before.instruction, one, Reading::Typical));
+        run.instructions += 1;
+        run.cycles += own.saturating_add_signed(beside);
+        if ends {
+            return Ok(Some((run, at + 1)));
+        }
+        let Some(next) = next else { return Ok(None) };
+        if !fine || !nodes.contains_key(&next) {
+            let text = one.text();
+            let interrupt = if nodes.contains_key(&next) { "" } else { ": an interrupt?" };
+            return Err(format!(
+                "{next:#010x} was executed after {address:#010x} `{text}`, which does not go there{interrupt}"
+            ));
+        }
+        before = Some(node);
+    }
+    Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_log_is_read_as_the_emulator_writes_it() {
+        let log = "\
+Trace 0: 0x7f0000000140 [00800400/080001e0/00000110/ff000201] tick
+Trace 0: 0x7f0000000240 [00800400/080001e2/00000110/ff000201] tick
+Stopped execution of TB chain before 0x7f0000000240 [080001e2] tick
+Trace 0: 0x7f0000000240 [00800400/080001e2/00000110/ff000201] tick
+";
+        assert_eq!(addresses(log), [0x0800_01e0, 0x0800_01e2]);
+        let other = "Trace 0: 0x7f [0/10/0/0] f\nStopped execution of TB chain before 0x7f [0000000c] f\n";
+        assert_eq!(addresses(other), [0x10]);
+        assert!(addresses("nothing\nTrace 0: bare\n").is_empty());
+    }
+}

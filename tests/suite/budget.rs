@@ -1,0 +1,224 @@
+//! `host-sim budget` as its user meets it: an ELF file on the disk, what is printed, the exit status.
+//!
+//! The file is written here byte by byte, so that the reader of ELF files is held against its specification and not
+//! against a writer of the same library.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use host_sim::cli::{Console, run};
+use serde_json::Value as Json;
+
+const BASE: u32 = 0x0800_0000;
+
+/// first: push {r4, lr}; bl second; pop {r4, pc}, and behind it a literal that no one reads
+/// second (mangled): vldr s0, [r0]; vadd.f32 s0, s0, s0; vstr s0, [r0]; bx lr
+/// spins: 1: subs r0, #1; bne 1b; bx lr
+const CODE: [u16; 18] = [
+    0xb510, 0xf000, 0xf803, 0xbd10, 0xffff, 0xffff, // first and its data
+    0xed90, 0x0a00, 0xee30, 0x0a00, 0xed80, 0x0a00, 0x4770, // second
+    0x3801, 0xd1fd, 0x4770, // spins
+    0x4770, 0x4770, // one function, and one with two names
+];
+const SECOND: &str = "_RNvCs1234_7example6second";
+
+/// Name, value, size, type. Thumb functions have an odd value; mapping symbols have no type.
+const SYMBOLS: [(&str, u32, u32, u8); 9] = [
+    ("$t", BASE, 0, 0),
+    ("first", BASE + 1, 12, 2),
+    ("$d", BASE + 8, 0, 0),
+    ("$t.1", BASE + 12, 0, 0),
+    (SECOND, BASE + 13, 14, 2),
+    ("spins", BASE + 27, 6, 2),
+    ("alone", BASE + 33, 2, 2),
+    ("merged_a", BASE + 35, 2, 2),
+    ("merged_b", BASE + 35, 2, 2),
+];
+
+/// A linked ELF file (`e_type` 2; 1 is not linked) of `CODE` for a machine (40 is ARM).
+fn elf(e_type: u16, machine: u16) -> Vec<u8> {
+    let code: Vec<u8> = CODE.iter().flat_map(|half| half.to_le_bytes()).collect();
+    let mut strings = vec![0];
+    let mut symbols = vec![0; 16];
+    for (name, value, size, kind) in SYMBOLS {
+        symbols.extend((strings.len() as u32).to_le_bytes());
+        symbols.extend(value.to_le_bytes());
+        symbols.extend(size.to_le_bytes());
+        // Global, of that type, in section 1.
+        symbols.extend([0x10 | kind, 0, 1, 0]);
+        strings.extend(name.bytes().chain([0]));
+    }
+    let names = b"\0.text\0.symtab\0.strtab\0.shstrtab\0";
+    let contents: [&[u8]; 4] = [&code, &symbols, &strings, names];
+    let mut offsets = Vec::new();
+    let mut body = Vec::new();
+    for content in contents {
+        body.resize(body.len().next_multiple_of(4), 0);
+        offsets.push(52 + body.len() as u32);
+        body.extend(content);
+    }
+    body.resize(body.len().next_multiple_of(4), 0);
+    let mut file = b"\x7fELF\x01\x01\x01\0\0\0\0\0\0\0\0\0".to_vec();
+    let half = |file: &mut Vec<u8>, value: u16| file.extend(value.to_le_bytes());
+    let word = |file: &mut Vec<u8>, value: u32| file.extend(value.to_le_bytes());
+    half(&mut file, e_type);
+    half(&mut file, machine);
+    // Version, entry, program headers (none), section headers, flags.
+    let version_to_flags = [1, BASE + 1, 0, 52 + body.len() as u32, 0x0500_0000];
+    for value in version_to_flags {
+        word(&mut file, value);
+    }
+    // Sizes of the headers and their numbers, index of the section names.
+    for value in [52, 32, 0, 40, 5, 4] {
+        half(&mut file, value);
+    }
+    file.extend(&body);
+    file.extend([0; 40]);
+    let sizes = contents.map(|content| content.len() as u32);
+    // Name, type, flags, address, offset, size, link, info, alignment, size of an entry.
+    let sections = [
+        [1, 1, 6, BASE, offsets[0], sizes[0], 0, 0, 4, 0],
+        [7, 2, 0, 0, offsets[1], sizes[1], 3, 1, 4, 16],
+        [15, 3, 0, 0, offsets[2], sizes[2], 0, 0, 1, 0],
+        [23, 3, 0, 0, offsets[3], sizes[3], 0, 0, 1, 0],
+    ];
+    for value in sections.into_iter().flatten() {
+        word(&mut file, value);
+    }
+    file
+}
+
+/// A file of one test, gone when the test is over.
+struct File(PathBuf);
+
+impl File {
+    fn new(name: &str, bytes: &[u8]) -> Self {
+        let path = std::env::temp_dir().join(format!("budget-{name}-{}", std::process::id()));
+        std::fs::write(&path, bytes).expect("temporary file");
+        Self(path)
+    }
+}
+
+impl Drop for File {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// Exit status, stdout, stderr.
+fn spoken(elf: &Path, args: &[&str]) -> (u8, String, String) {
+    let (mut out, mut err) = (Vec::new(), Vec::new());
+    let stop = AtomicBool::new(false);
+    let console = Console { out: &mut out, err: &mut err, stop: &stop, terminal: false };
+    let head = ["host-sim".into(), "budget".into(), "--elf".into(), elf.as_os_str().to_owned()];
+    let status = run(head.into_iter().chain(args.iter().map(OsString::from)), console);
+    let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
+    (status, text(out), text(err))
+}
+
+#[test]
+fn the_table_names_the_bound_and_what_it_rests_on() {
+    let file = File::new("table", &elf(2, 40));
+    let (status, out, err) = spoken(&file.0, &["--symbol", "first"]);
+    assert_eq!((status, err.as_str()), (0, ""), "{out}");
+    // push 3, bl 4, vldr 2, vadd 1, a stall, vstr 2, bx 4, pop 4 + 3.
+    let bound = out.lines().find(|line| line.starts_with("bound")).expect("a bound");
+    assert_eq!(bound.split_whitespace().take(3).collect::<Vec<_>>(), ["bound", "24", "7"]);
+    assert!(out.contains("flash 26 B in 2 function(s), stack 8 B"), "{out}");
+    for assumption in ["DDI 0439D", "zero wait states", "P = 3", "no interrupt"] {
+        assert!(out.contains(assumption), "{assumption}: {out}");
+    }
+}
+
+#[test]
+fn json_is_one_object_with_the_same_figures() {
+    let file = File::new("json", &elf(2, 40));
+    let (status, out, _) = spoken(&file.0, &["--symbol", "example::second", "--json", "--no-call", "--no-panic"]);
+    assert_eq!((status, out.lines().count()), (0, 1), "{out}");
+    let json: Json = serde_json::from_str(&out).expect("JSON");
+    assert_eq!(json["symbol"], "example::second");
+    assert_eq!((&json["longest"]["cycles"], &json["longest"]["instructions"]), (&10.into(), &4.into()));
+    assert_eq!(
+        (&json["most_instructions"], &json["flash_bytes"], &json["stack_bytes"]),
+        (&4.into(), &14.into(), &0.into())
+    );
+    assert!(json["assumptions"].as_array().is_some_and(|lines| lines.len() == 5), "{json}");
+}
+
+#[test]
+fn a_failed_check_is_status_1_and_what_is_declined_is_status_2() {
+    let file = File::new("status", &elf(2, 40));
+    let of = |args: &[&str]| {
+        let (status, _, err) = spoken(&file.0, args);
+        (status, err)
+    };
+    assert_eq!(of(&["--symbol", "first", "--max-cycles", "24"]).0, 0);
+    let (status, err) = of(&["--symbol", "first", "--max-cycles", "23", "--no-call"]);
+    assert_eq!((status, err.lines().count()), (1, 2), "{err}");
+    assert!(err.contains("bound of 24 cycles, more than 23") && err.contains("a call"), "{err}");
+    let (status, err) = of(&["--symbol", "spins"]);
+    assert_eq!(status, 2);
+    assert!(err.contains("declined: 0x0800001a (spins+0x0) `subs r0, #1`: a loop begins here"), "{err}");
+    assert_eq!(of(&["--symbol", "spins", "--loop", "spins=100", "--max-cycles", "600"]).0, 0);
+    let (status, err) = of(&["--symbol", "first", "--core", "cortex-m7", "--max-cycles", "100"]);
+    assert!(status == 2 && err.contains("no table of cycles"), "{err}");
+}
+
+#[test]
+fn merged_functions_answer_to_each_of_their_names() {
+    let file = File::new("merged", &elf(2, 40));
+    for name in ["merged_a", "merged_b"] {
+        assert_eq!(spoken(&file.0, &["--symbol", name]).0, 0, "{name}");
+    }
+}
+
+#[test]
+fn a_trace_adds_the_typical_figure() {
+    let file = File::new("traced", &elf(2, 40));
+    let line = |offset: u32| format!("Trace 0: 0x7f [00800400/{:08x}/00000110/ff020201] f\n", BASE + offset);
+    let log = File::new("log", [12, 16, 20, 24].map(line).concat().as_bytes());
+    let log = log.0.display().to_string();
+    let (status, out, err) = spoken(&file.0, &["--symbol", "second", "--trace", &log, "--json"]);
+    assert_eq!(status, 0, "{err}");
+    let json: Json = serde_json::from_str(&out).expect("JSON");
+    // vldr 2, vadd 1, a stall, vstr 2, bx 1 + 2.
+    assert_eq!((&json["typical"]["cycles"]["max"], &json["typical"]["calls"]), (&9.into(), &1.into()));
+    assert_eq!(spoken(&file.0, &["--symbol", "second", "--trace", "/no/such/file"]).0, 2);
+}
+
+#[test]
+fn bad_input_is_one_line_and_status_2() {
+    let linked = File::new("linked", &elf(2, 40));
+    let (status, out, err) = spoken(&linked.0, &["--symbol", "frist"]);
+    assert_eq!((status, out.as_str(), err.lines().count()), (2, "", 1), "{err}");
+    assert!(err.contains("nearest: first"), "{err}");
+    for (name, bytes, reason) in [
+        ("object", elf(1, 40), "not linked"),
+        ("machine", elf(2, 62), "not for ARM"),
+        ("text", b"hello".to_vec(), "not an ELF file"),
+        ("cut", elf(2, 40)[..60].to_vec(), "ELF"),
+    ] {
+        let file = File::new(name, &bytes);
+        let (status, out, err) = spoken(&file.0, &["--symbol", "first"]);
+        assert_eq!((status, out.as_str(), err.lines().count()), (2, "", 1), "{name}: {err}");
+        assert!(err.contains(reason), "{name}: {err}");
+    }
+    assert_eq!(spoken(Path::new("/no/such/file"), &["--symbol", "first"]).0, 2);
+}
+
+#[test]
+fn no_file_cut_or_spoiled_makes_it_panic() {
+    let whole = elf(2, 40);
+    for at in 0..whole.len() {
+        for spoiled in [whole[..at].to_vec(), {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 0xff;
+            bytes
+        }] {
+            let file = File::new("spoiled", &spoiled);
+            let (status, _, err) = spoken(&file.0, &["--symbol", "first", "--loop", "spins=3"]);
+            assert!(status <= 2, "{err}");
+        }
+    }
+}
