@@ -1,7 +1,7 @@
 //! The black box: the last ticks, for the moment after something went wrong.
 //!
-//! A `heapless` ring of fixed capacity: pushing costs one copy of a [`Record`] and never fails; the oldest is
-//! overwritten. It stands beside the controller, not inside it: who does not want it pays nothing.
+//! A `heapless` queue of fixed capacity: pushing costs one copy of a [`Record`] and never fails; the oldest makes room.
+//! It stands beside the controller, not inside it: who does not want it pays nothing.
 //!
 //! ```
 //! use controller_core::{Health, History, Output, Record};
@@ -14,7 +14,7 @@
 //! ```
 
 use crate::controller::Output;
-use heapless::HistoryBuf;
+use heapless::Deque;
 
 /// One tick: what came in and what went out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,28 +30,33 @@ pub struct Record<T, const N: usize> {
 
 /// The last `LEN` records.
 pub struct History<T, const N: usize, const LEN: usize> {
-    ring: HistoryBuf<Record<T, N>, LEN>,
+    // Not `HistoryBuf`: its index is checked, which leaves a panic in an interrupt that pushes.
+    ring: Deque<Record<T, N>, LEN>,
 }
 
 impl<T: Copy, const N: usize, const LEN: usize> History<T, N, LEN> {
     /// An empty black box; `const`, so it can be a static.
     pub const fn new() -> Self {
-        Self { ring: HistoryBuf::new() }
+        Self { ring: Deque::new() }
     }
 
     /// Remembers one tick, forgets the oldest.
     pub fn push(&mut self, record: Record<T, N>) {
-        self.ring.write(record);
+        if self.ring.is_full() {
+            self.ring.pop_front();
+        }
+        // There is room now.
+        let _ = self.ring.push_back(record);
     }
 
     /// The last record, if there is one.
     pub fn newest(&self) -> Option<&Record<T, N>> {
-        self.ring.recent()
+        self.ring.back()
     }
 
     /// The records from the oldest to the newest.
     pub fn oldest_first(&self) -> impl Iterator<Item = &Record<T, N>> {
-        self.ring.oldest_ordered()
+        self.ring.iter()
     }
 }
 

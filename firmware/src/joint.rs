@@ -40,7 +40,7 @@ impl Joint {
         let JointChain { k1, b1, k2, b2, b, a1 } = Self::CHAIN;
         let [k1, b1, k2, b2, b, a1] = [k1, b1, k2, b2, b, a1].map(|value| value as f32);
         let [x1, x2, x3, x4] = &mut self.x;
-        let sin_x1 = *x1 - *x1 * *x1 * *x1 / 6.0;
+        let sin_x1 = *x1 - *x1 * *x1 * *x1 * (1.0 / 6.0);
         let v = 1.0 + self.wave[0];
         *x4 += period_s * (a1 * *x1 - k2 * *x3 - b2 * *x4 + b * (self.u + v));
         *x3 += period_s * *x4;

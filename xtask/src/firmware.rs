@@ -39,6 +39,16 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     })
 }
 
+/// The interrupt of `drive`, tick and all: an upper bound in cycles, and nothing in it that an interrupt must not have.
+pub(crate) fn judge_interrupt(gate: &mut Gate) -> Outcome {
+    let image = format!("firmware/target/{TARGET}/release/drive");
+    // One barrier, of the critical section; nothing is outstanding there but a store.
+    let budget = ["run", "--quiet", "-p", "host-sim", "--", "budget", "--symbol", "TIM3", "--barrier", "3", "--elf"];
+    let checks = ["--no-panic", "--no-call", "--no-double", "--no-division", "--no-backward-branch"];
+    let judge = Invocation::cargo(&budget).with(&[&image]).with(&checks);
+    gate.commands("interrupt of `drive`: no panic, call, 64-bit float, division or loop", &[judge])
+}
+
 /// A setting of cargo, on top of those in the files: a panic tells its place relative to this workspace or to the crate
 /// it is in, so that an image is the same, and as large, wherever it was built.
 fn without_paths(root: &Path) -> String {
