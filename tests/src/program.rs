@@ -21,11 +21,14 @@ pub fn host_sim(args: &[&str]) -> Spoken {
 }
 
 /// Runs a command that is told to stop as Ctrl-C does.
+///
+/// # Panics
+/// When it prints what is not UTF-8.
 pub fn host_sim_until(args: &[&str], stop: &AtomicBool) -> Spoken {
     let (mut out, mut err) = (Vec::new(), Vec::new());
     let console = Console { out: &mut out, err: &mut err, stop, terminal: false };
     let status = cli::run(["host-sim"].iter().chain(args).map(Into::into), console);
-    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    let text = |bytes| String::from_utf8(bytes).expect("what it prints is UTF-8");
     Spoken { status, out: text(out), err: text(err) }
 }
 

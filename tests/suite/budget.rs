@@ -3,11 +3,9 @@
 //! The file is written here byte by byte, so that the reader of ELF files is held against its specification and not
 //! against a writer of the same library.
 
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
-use host_sim::cli::{Console, run};
+use integration_tests::program::{Spoken, host_sim};
 use serde_json::Value as Json;
 
 const BASE: u32 = 0x0800_0000;
@@ -108,13 +106,9 @@ impl Drop for File {
 
 /// Exit status, stdout, stderr.
 fn spoken(elf: &Path, args: &[&str]) -> (u8, String, String) {
-    let (mut out, mut err) = (Vec::new(), Vec::new());
-    let stop = AtomicBool::new(false);
-    let console = Console { out: &mut out, err: &mut err, stop: &stop, terminal: false };
-    let head = ["host-sim".into(), "budget".into(), "--elf".into(), elf.as_os_str().to_owned()];
-    let status = run(head.into_iter().chain(args.iter().map(OsString::from)), console);
-    let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
-    (status, text(out), text(err))
+    let elf = elf.display().to_string();
+    let Spoken { status, out, err } = host_sim(&[&["budget", "--elf", &elf], args].concat());
+    (status, out, err)
 }
 
 #[test]
