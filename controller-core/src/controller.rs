@@ -261,6 +261,19 @@ where
     /// [`State::applied`].
     #[inline]
     pub fn tick(&self, state: &mut State<T, R, O>, x: &[T; N]) -> Output<T> {
+        self.step::<true>(state, x)
+    }
+
+    /// [`tick`](Self::tick) without the guard: once a first `tick` has been made, the same bits for good samples, and
+    /// NaN for ever after one that is not. It is there so that the guard can be priced; firmware has no use for it.
+    #[doc(hidden)]
+    #[inline]
+    pub fn tick_unguarded(&self, state: &mut State<T, R, O>, x: &[T; N]) -> Output<T> {
+        self.step::<false>(state, x)
+    }
+
+    #[inline(always)]
+    fn step<const GUARDED: bool>(&self, state: &mut State<T, R, O>, x: &[T; N]) -> Output<T> {
         let k = &self.coefficients;
         let drift = self.model.drift(x);
         let gain = self.model.gain_ratio(x);
@@ -279,7 +292,7 @@ where
             let expected = if i == Self::LAST { state.past[s] + held } else { state.past[s] };
             z[s] = observer::advance(z[s], &k.gamma[s], moved - h[s] - expected);
         }
-        if state.resuming {
+        if GUARDED && state.resuming {
             // There is no last tick to compare with: the estimates wait one more.
             z = state.z;
         }
@@ -310,7 +323,7 @@ where
             None => v - input_drift,
             Some(ratio) => (v - input_drift) / ratio,
         };
-        if !is_sound(demand) || !gain.is_none_or(is_sound) {
+        if GUARDED && !(is_sound(demand) && gain.is_none_or(is_sound)) {
             return self.reject(state, demand);
         }
         let u = demand.limited(k.u_min, k.u_max);
@@ -324,7 +337,9 @@ where
         }
         state.offset -= k.decay * state.offset;
         state.held = u;
-        state.resuming = false;
+        if GUARDED {
+            state.resuming = false;
+        }
         if let Some(ratio) = gain {
             state.gain_prev = ratio;
         }
