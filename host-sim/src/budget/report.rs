@@ -50,13 +50,17 @@ pub struct Typical {
     pub instructions: Spread,
     /// Cycles of a call by the typical reading of the table.
     pub cycles: Spread,
+    /// The same if VLDR and VSTR pipeline as LDR and STR do.
+    pub pipelined: Spread,
 }
 
 impl Typical {
     /// Of all calls of a trace.
     pub fn of(runs: &[Run]) -> Self {
         let instructions = Spread::of(runs.iter().map(|run| run.instructions));
-        Self { calls: runs.len(), instructions, cycles: Spread::of(runs.iter().map(|run| run.cycles)) }
+        let cycles = Spread::of(runs.iter().map(|run| run.cycles));
+        let pipelined = Spread::of(runs.iter().map(|run| run.pipelined));
+        Self { calls: runs.len(), instructions, cycles, pipelined }
     }
 }
 
@@ -148,11 +152,13 @@ impl fmt::Display for Report {
         if let Some(most) = self.most_instructions {
             row("instructions", "-".to_owned(), most.to_string(), "no call executes more");
         }
-        if let Some(Typical { calls, instructions, cycles }) = &self.typical {
+        if let Some(Typical { calls, instructions, cycles, pipelined }) = &self.typical {
             let over = format!("executed, {calls} calls");
             row("typical, least", cycles.min.to_string(), instructions.min.to_string(), &over);
             row("typical, mean", format!("{:.1}", cycles.mean), format!("{:.1}", instructions.mean), &over);
             row("typical, most", cycles.max.to_string(), instructions.max.to_string(), &over);
+            let supposed = "of these, if VLDR and VSTR pipeline as LDR and STR do";
+            row("pipelined, most", pipelined.max.to_string(), instructions.max.to_string(), supposed);
         }
         if self.longest.is_some() || self.typical.is_some() {
             write!(f, "\n{table}")?;

@@ -17,6 +17,8 @@ pub struct Run {
     pub instructions: u64,
     /// Typical cycles.
     pub cycles: u64,
+    /// The same if VLDR and VSTR pipeline as LDR and STR do.
+    pub pipelined: u64,
 }
 
 /// Addresses of a log in the order of execution.
@@ -101,11 +103,15 @@ fn run(executed: &[u32], nodes: &BTreeMap<u32, &Node>) -> Result<Option<(Run, us
                 jumps
             }
         };
-        let own = cycles::own(one, taken, Reading::Typical).map_err(|reason| format!("{address:#010x}: {reason}"))?;
-        let own = if taken || matches!(node.flow, Flow::Next) { own } else { 1 };
-        let beside = before.map_or(0, |before| cycles::after(&before.instruction, one, Reading::Typical));
+        let cost = |reading| {
+            let own = cycles::own(one, taken, reading).map_err(|reason| format!("{address:#010x}: {reason}"))?;
+            let own = if taken || matches!(node.flow, Flow::Next) { own } else { 1 };
+            let beside = before.map_or(0, |before| cycles::after(&before.instruction, one, reading));
+            Ok::<u64, String>(own.saturating_add_signed(beside))
+        };
         run.instructions += 1;
-        run.cycles += own.saturating_add_signed(beside);
+        run.cycles += cost(Reading::Typical)?;
+        run.pipelined += cost(Reading::Pipelined)?;
         if ends {
             return Ok(Some((run, at + 1)));
         }
