@@ -239,6 +239,11 @@ impl Answer {
         self.ranges.clone()
     }
 
+    /// Was every instruction read, so that the checks have seen them all? A loop without a number of rounds was.
+    pub fn is_read(&self) -> bool {
+        self.reached.iter().flat_map(|one| one.nodes.values()).all(|node| node.refusal().is_none())
+    }
+
     /// Adds what the calls in a trace took.
     pub fn price(&mut self, executed: &[u32]) {
         let report = &mut self.report;

@@ -52,6 +52,8 @@ pub struct Typical {
     pub cycles: Spread,
     /// The same if VLDR and VSTR pipeline as LDR and STR do.
     pub pipelined: Spread,
+    /// Additions, subtractions, multiplications and conversions of floats in a call.
+    pub arithmetic: Spread,
 }
 
 impl Typical {
@@ -60,7 +62,8 @@ impl Typical {
         let instructions = Spread::of(runs.iter().map(|run| run.instructions));
         let cycles = Spread::of(runs.iter().map(|run| run.cycles));
         let pipelined = Spread::of(runs.iter().map(|run| run.pipelined));
-        Self { calls: runs.len(), instructions, cycles, pipelined }
+        let arithmetic = Spread::of(runs.iter().map(|run| run.arithmetic));
+        Self { calls: runs.len(), instructions, cycles, pipelined, arithmetic }
     }
 }
 
@@ -152,7 +155,7 @@ impl fmt::Display for Report {
         if let Some(most) = self.most_instructions {
             row("instructions", "-".to_owned(), most.to_string(), "no call executes more");
         }
-        if let Some(Typical { calls, instructions, cycles, pipelined }) = &self.typical {
+        if let Some(Typical { calls, instructions, cycles, pipelined, .. }) = &self.typical {
             let over = format!("executed, {calls} calls");
             row("typical, least", cycles.min.to_string(), instructions.min.to_string(), &over);
             row("typical, mean", format!("{:.1}", cycles.mean), format!("{:.1}", instructions.mean), &over);

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::analysis::Node;
-use super::cycles::{self, Reading};
+use super::cycles::{self, Class, Reading};
 use super::instruction::Flow;
 
 /// One call of the function.
@@ -19,6 +19,8 @@ pub struct Run {
     pub cycles: u64,
     /// The same if VLDR and VSTR pipeline as LDR and STR do.
     pub pipelined: u64,
+    /// Additions, subtractions, multiplications and conversions of floats.
+    pub arithmetic: u64,
 }
 
 /// Addresses of a log in the order of execution.
@@ -112,6 +114,7 @@ fn run(executed: &[u32], nodes: &BTreeMap<u32, &Node>) -> Result<Option<(Run, us
         run.instructions += 1;
         run.cycles += cost(Reading::Typical)?;
         run.pipelined += cost(Reading::Pipelined)?;
+        run.arithmetic += u64::from(Class::of(one) == Some(Class::FloatArithmetic));
         if ends {
             return Ok(Some((run, at + 1)));
         }
