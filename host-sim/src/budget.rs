@@ -16,6 +16,7 @@ pub mod cycles;
 pub mod graph;
 pub mod image;
 pub mod instruction;
+pub mod lines;
 pub mod report;
 pub mod trace;
 
@@ -100,6 +101,9 @@ pub struct Options {
     /// Addresses in the order of execution, as QEMU writes them: typical cycles.
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
+    /// Say which line of source the executed cycles go to; needs debug information in the ELF.
+    #[arg(long, requires = "trace")]
+    pub lines: bool,
 }
 
 /// Reads the files and answers.
@@ -176,7 +180,15 @@ pub fn answer(image: &Image, options: &Options, log: Option<&str>) -> Result<Rep
             Ok(runs) if runs.is_empty() => {
                 report.declined.push("--trace: the function was not executed to its end".into());
             }
-            Ok(runs) => report.typical = Some(Typical::of(&runs)),
+            Ok(runs) => {
+                report.typical = Some(Typical::of(&runs));
+                if options.lines {
+                    match lines::of(image.elf(), &runs) {
+                        Ok(lines) => report.lines = Some(lines),
+                        Err(reason) => report.declined.push(format!("--lines: {reason}")),
+                    }
+                }
+            }
             Err(reason) => report.declined.push(format!("--trace: {reason}")),
         }
         if let (Some(typical), Some(bound)) = (&report.typical, report.bound())

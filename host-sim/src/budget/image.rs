@@ -38,6 +38,7 @@ pub struct Image {
     /// Where code and data begin: `true` is code.
     marks: BTreeMap<u32, bool>,
     functions: BTreeMap<u32, Function>,
+    elf: Vec<u8>,
 }
 
 impl Image {
@@ -53,7 +54,7 @@ impl Image {
         if file.kind() != ObjectKind::Executable {
             return Err("not linked: calls have no target yet, give the executable".to_owned());
         }
-        let mut image = Self::default();
+        let mut image = Self { elf: bytes.to_vec(), ..Self::default() };
         for section in file.sections() {
             let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
             if sh_flags & u64::from(SHF_EXECINSTR) != 0 {
@@ -103,6 +104,11 @@ impl Image {
                 function.end = starts.get(at + 1).map_or(last, |next| (*next).min(last));
             }
         }
+    }
+
+    /// The file it was read from.
+    pub fn elf(&self) -> &[u8] {
+        &self.elf
     }
 
     /// Code from an address to the end of its section.

@@ -67,6 +67,14 @@ fn a_straight_function_is_the_sum_of_its_instructions_and_one_stall() {
 }
 
 #[test]
+fn an_image_that_does_not_say_which_line_an_instruction_serves_has_cycles_and_no_lines() {
+    let lines = |options: &mut Options| options.lines = true;
+    let report = ask(&[("f", STRAIGHT)], lines, Some(&log(&[0, 2, 6, 10, 14, 18])));
+    assert!(report.typical.is_some() && report.lines.is_none());
+    assert!(report.declined[0].starts_with("--lines: "), "{:?}", report.declined);
+}
+
+#[test]
 fn of_two_ways_the_bound_takes_the_dear_one_and_best_the_cheap_one() {
     let report = plain(&[("f", FORK)]);
     // cmp 1, beq not taken 1, vdiv 14, bx 1 + 3; cmp 1, beq taken 1 + 1, bx 1 + 1.
