@@ -19,6 +19,7 @@ pub mod emulated;
 pub mod graph;
 pub mod image;
 pub mod instruction;
+pub mod lines;
 pub mod report;
 pub mod trace;
 
@@ -76,7 +77,8 @@ pub struct Options {
     pub symbol: Option<String>,
     /// Instead of one function all that FILE lists, each figure held to its ceiling.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["elf", "symbol", "core", "max_cycles", "no_panic",
-        "no_double", "no_division", "no_call", "no_backward_branch", "no_fused", "loops", "barrier", "trace", "emulate"])]
+        "no_double", "no_division", "no_call", "no_backward_branch", "no_fused", "loops", "barrier",
+        "trace", "emulate", "lines"])]
     pub ceilings: Option<PathBuf>,
     /// The core; only the Cortex-M4 has a published table of cycles, for the others instructions are counted.
     #[arg(long, value_enum, default_value_t)]
@@ -112,11 +114,14 @@ pub struct Options {
     #[arg(long, value_name = "N")]
     pub barrier: Option<u64>,
     /// Addresses in the order of execution, as QEMU writes them: typical cycles.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", group = "executed")]
     pub trace: Option<PathBuf>,
     /// Run the image in the emulator (an STM32F405) and take what it executes: typical cycles.
-    #[arg(long, conflicts_with = "trace")]
+    #[arg(long, group = "executed")]
     pub emulate: bool,
+    /// Say which line of source the executed cycles go to; needs debug information in the ELF.
+    #[arg(long, requires = "executed")]
+    pub lines: bool,
 }
 
 /// What is not to be reached.
@@ -161,9 +166,9 @@ pub fn run(options: &Options, stop: &AtomicBool) -> Result<Report, String> {
     if let Some(path) = &options.trace {
         // Names in a log may be in any encoding; addresses are not.
         let log = std::fs::read(path).map_err(|error| told(path, &error))?;
-        answer.price(&trace::addresses(&String::from_utf8_lossy(&log)));
+        answer.price(&trace::addresses(&String::from_utf8_lossy(&log)), options.lines.then_some(&image));
     } else if options.emulate {
-        answer.price(&emulated::executed(elf, &answer.ranges(), stop)?);
+        answer.price(&emulated::executed(elf, &answer.ranges(), stop)?, options.lines.then_some(&image));
     }
     Ok(answer.report)
 }
@@ -244,8 +249,8 @@ impl Answer {
         self.reached.iter().flat_map(|one| one.nodes.values()).all(|node| node.refusal().is_none())
     }
 
-    /// Adds what the calls in a trace took.
-    pub fn price(&mut self, executed: &[u32]) {
+    /// Adds what the calls in a trace took; by line of source if the image is given.
+    pub fn price(&mut self, executed: &[u32], lines_of: Option<&Image>) {
         let report = &mut self.report;
         if report.core != Core::CortexM4.name() {
             report.declined.push(format!("trace: no table of cycles for the {}", report.core));
@@ -257,7 +262,14 @@ impl Answer {
             Ok(runs) if runs.is_empty() => {
                 report.declined.push("trace: the function was not executed to its end".into());
             }
-            Ok(runs) => report.typical = Some(Typical::of(&runs)),
+            Ok(runs) => {
+                report.typical = Some(Typical::of(&runs));
+                match lines_of.map(|image| lines::of(image.elf(), &runs)) {
+                    Some(Ok(lines)) => report.lines = Some(lines),
+                    Some(Err(reason)) => report.declined.push(format!("--lines: {reason}")),
+                    None => {}
+                }
+            }
             Err(reason) => report.declined.push(format!("trace: {reason}")),
         }
         if let (Some(typical), Some(bound)) = (&report.typical, report.bound())

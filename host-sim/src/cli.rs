@@ -317,9 +317,11 @@ impl Console<'_> {
             (printed(&report, options.json), report.declined, report.failures, Vec::new())
         };
         self.say(text.trim_end())?;
-        notes.iter().for_each(|line| self.note(&format!("note: {line}")));
-        declined.iter().for_each(|reason| self.note(&format!("declined: {reason}")));
-        failures.iter().for_each(|failure| self.note(&format!("failed: {failure}")));
+        for (kind, lines) in [("note", &notes), ("declined", &declined), ("failed", &failures)] {
+            for line in lines {
+                self.note(&format!("{kind}: {line}"));
+            }
+        }
         Ok(match (declined.is_empty(), failures.is_empty()) {
             (false, _) => status::BAD_INPUT,
             (true, false) => status::FAILED,

@@ -309,8 +309,7 @@ pub(super) fn judge(
     mut image_of: impl FnMut(&str) -> Result<Image, String>,
     mut trace_of: impl FnMut(&str, &[(u32, u32)]) -> Result<Vec<u32>, String>,
 ) -> Result<Verdict, String> {
-    let schema = schemars::schema_for!(File).to_value();
-    let (file, located): (File, Located<'_>) = Located::read(source, &schema).map_err(|error| error.to_string())?;
+    let (file, located): (File, Located<'_>) = Located::read(source, &schema()).map_err(|error| error.to_string())?;
     let told = |key: &str, message: &str| located.error(key, message).to_string();
     check(&file, &told)?;
 
@@ -334,7 +333,8 @@ pub(super) fn judge(
         let compilers = image.compilers();
         let is_judged = compilers.iter().any(|one| is_compiler(one, &file.compiler));
         if !is_judged {
-            let by = if compilers.is_empty() { "a compiler that it does not name".into() } else { compilers.join(", ") };
+            let by =
+                if compilers.is_empty() { "a compiler that it does not name".into() } else { compilers.join(", ") };
             verdict.notes.push(format!(
                 "{name} was built by {by}, the ceilings were measured with {}: the figures are shown, and only the \
                  safety checks are judged",
@@ -367,6 +367,11 @@ pub(super) fn judge(
         }
     }
     Ok(verdict)
+}
+
+/// The JSON schema of the file.
+pub(crate) fn schema() -> serde_json::Value {
+    schemars::schema_for!(File).to_value()
 }
 
 /// What was found of an instance.
@@ -467,15 +472,14 @@ fn trace(
     answers: &mut [(usize, Answer)],
     trace_of: &mut impl FnMut(&str, &[(u32, u32)]) -> Result<Vec<u32>, String>,
 ) -> Result<(), String> {
-    let is_executed = |figures: &Figures| {
-        Figure::ALL.into_iter().any(|figure| figure.is_executed() && figures.get(figure).is_some())
-    };
+    let is_executed =
+        |figures: &Figures| Figure::ALL.into_iter().any(|figure| figure.is_executed() && figures.get(figure).is_some());
     let is_wanted = |instance: &InstanceTable| {
         let uses = |one: &&DifferenceTable| one.of == instance.name || one.without == instance.name;
         let mut differences = file.difference.iter().filter(uses);
         is_executed(&instance.ceiling) || differences.any(|one| is_executed(&one.ceiling) || is_executed(&one.exactly))
     };
-    let mut wanted: Vec<&mut Answer> =
+    let wanted: Vec<&mut Answer> =
         answers.iter_mut().filter(|(k, _)| is_wanted(&file.instance[*k])).map(|(_, answer)| answer).collect();
     if wanted.is_empty() {
         return Ok(());
@@ -484,7 +488,9 @@ fn trace(
     ranges.sort_unstable();
     ranges.dedup();
     let executed = trace_of(image, &ranges)?;
-    wanted.iter_mut().for_each(|answer| answer.price(&executed));
+    for answer in wanted {
+        answer.price(&executed, None);
+    }
     Ok(())
 }
 
@@ -635,3 +641,6 @@ impl fmt::Display for Verdict {
         writeln!(f, "\nceilings of {}; cycles by ARM DDI 0439D, zero wait states; `typical` with P = 2", self.compiler)
     }
 }
+
+#[cfg(test)]
+mod tests;

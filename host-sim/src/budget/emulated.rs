@@ -6,6 +6,8 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::mpsc::RecvTimeoutError;
+use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use super::trace;
@@ -46,20 +48,23 @@ pub fn executed(image: &Path, ranges: &[(u32, u32)], stop: &AtomicBool) -> Resul
     // An image that logs nothing of ours runs as well: it only cannot say when it ends.
     let messages = Messages::of(image).ok();
     let trace = Trace { ranges, file: &scratch.0 };
-    let (process, [_, stream]) =
-        Process::start(image, [false, messages.is_some()], Clock::Instructions, Some(trace)).map_err(|error| error.0)?;
+    let (process, [_, stream]) = Process::start(image, [false, messages.is_some()], Clock::Instructions, Some(trace))
+        .map_err(|error| error.0)?;
     let log = stream.zip(messages).map(|(stream, messages)| Log::follow(stream, messages));
     let until = Instant::now() + ENOUGH_TIME;
     loop {
         if stop.load(Ordering::Relaxed) {
             return Err("stopped on request".into());
         }
-        let ended = match &log {
-            Some(log) => log.wait(GLANCE).is_ok_and(|line| is_last(&line)),
-            None => {
-                std::thread::sleep(GLANCE);
-                false
+        let ended = if let Some(log) = &log {
+            match log.wait(GLANCE) {
+                Ok(line) => is_last(&line),
+                Err(RecvTimeoutError::Timeout) => false,
+                Err(RecvTimeoutError::Disconnected) => return Err(process.ended("the emulator is gone").0),
             }
+        } else {
+            sleep(GLANCE);
+            false
         };
         let size = std::fs::metadata(&scratch.0).map_or(0, |about| about.len());
         if ended || Instant::now() > until || size > ENOUGH_BYTES {

@@ -52,6 +52,7 @@ pub struct Image {
     data: Vec<Data>,
     /// What the tools that made it say of themselves, section `.comment`.
     tools: Vec<String>,
+    elf: Vec<u8>,
 }
 
 impl Image {
@@ -67,7 +68,7 @@ impl Image {
         if file.kind() != ObjectKind::Executable {
             return Err("not linked: calls have no target yet, give the executable".to_owned());
         }
-        let mut image = Self::default();
+        let mut image = Self { elf: bytes.to_vec(), ..Self::default() };
         for section in file.sections() {
             let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
             if sh_flags & u64::from(SHF_EXECINSTR) != 0 {
@@ -129,6 +130,11 @@ impl Image {
         }
     }
 
+    /// The file it was read from.
+    pub fn elf(&self) -> &[u8] {
+        &self.elf
+    }
+
     /// Code from an address to the end of its section.
     pub fn bytes(&self, address: u32) -> Option<&[u8]> {
         self.sections
@@ -163,7 +169,7 @@ impl Image {
     /// What there is instead.
     pub fn find(&self, wanted: &str) -> Result<&Function, String> {
         let names = |one: &Function| one.names.iter().chain(&one.symbols).cloned().collect();
-        find("function", wanted, self.functions.values().map(|one| (one, names(one))).collect())
+        find("function", wanted, &self.functions.values().map(|one| (one, names(one))).collect::<Vec<_>>())
     }
 
     /// A variable or a constant, by its name as a function by its own.
@@ -172,7 +178,7 @@ impl Image {
     /// What there is instead.
     pub fn find_data(&self, wanted: &str) -> Result<&Data, String> {
         let names = |one: &Data| vec![one.name.clone(), one.symbol.clone()];
-        find("variable or constant", wanted, self.data.iter().map(|one| (one, names(one))).collect())
+        find("variable or constant", wanted, &self.data.iter().map(|one| (one, names(one))).collect::<Vec<_>>())
     }
 
     /// Its compilers, `rustc 1.96.0 (..)`: what the tools that made it say of themselves, without the word "version".
@@ -203,7 +209,7 @@ impl Image {
 }
 
 /// The one of `all`, each with its names, that is called `wanted`.
-fn find<'a, T>(kind: &str, wanted: &str, all: Vec<(&'a T, Vec<String>)>) -> Result<&'a T, String> {
+fn find<'a, T>(kind: &str, wanted: &str, all: &[(&'a T, Vec<String>)]) -> Result<&'a T, String> {
     let distance = |name: &str| {
         let last = name.rsplit("::").next().unwrap_or(name);
         strsim::damerau_levenshtein(name, wanted).min(strsim::damerau_levenshtein(last, wanted))

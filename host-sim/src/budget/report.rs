@@ -8,6 +8,7 @@ use super::analysis::Summary;
 use super::cycles::{ASSUMPTIONS, TABLE};
 use super::graph::Path;
 use super::image::Function;
+use super::lines::Lines;
 use super::trace::Run;
 use super::{Core, Options};
 use crate::report::table::Table;
@@ -85,6 +86,9 @@ pub struct Report {
     /// Executed calls.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub typical: Option<Typical>,
+    /// Where the cycles of the executed calls go, if that was asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lines: Option<Lines>,
     /// Instructions of the longest path by row of the table.
     pub histogram: Vec<(&'static str, u64)>,
     /// The function and all it reaches, literal pools included.
@@ -121,6 +125,7 @@ impl Report {
             shortest,
             most_instructions: summary.paths.as_ref().map(|paths| paths.most.instructions),
             typical: None,
+            lines: None,
             histogram,
             flash_bytes: 0,
             stack_bytes: summary.stack.as_ref().and_then(|stack| stack.as_ref().ok().copied()),
@@ -168,6 +173,9 @@ impl fmt::Display for Report {
         }
         let stack = self.stack_bytes.map_or_else(|| "declined".to_owned(), |bytes| format!("{bytes} B"));
         writeln!(f, "\nflash {} B in {} function(s), stack {stack}", self.flash_bytes, self.functions.len())?;
+        if let Some(lines) = &self.lines {
+            write!(f, "\nby line of source, mean of a call\n{lines}")?;
+        }
         if !self.histogram.is_empty() {
             let mut table = Table::new(["instructions of the longest path", "number"]);
             for (label, count) in &self.histogram {

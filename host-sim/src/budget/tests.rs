@@ -29,16 +29,17 @@ const INDIRECT: &[u16] = &[0x4798, 0x4770];
 const RETURN: &[u16] = &[0x4770];
 
 fn ask(functions: &[(&str, &[u16])], change: impl FnOnce(&mut Options), log: Option<&str>) -> Report {
-    let mut options = of(functions[0].0);
+    let mut options = question(functions[0].0);
     change(&mut options);
-    let mut answer = Answer::of(&Image::of(functions), &options).expect("good input");
+    let image = Image::of(functions);
+    let mut answer = Answer::of(&image, &options).expect("good input");
     if let Some(log) = log {
-        answer.price(&trace::addresses(log));
+        answer.price(&trace::addresses(log), options.lines.then_some(&image));
     }
     answer.report
 }
 
-fn of(symbol: &str) -> Options {
+fn question(symbol: &str) -> Options {
     Options { symbol: Some(symbol.to_owned()), ..Options::default() }
 }
 
@@ -72,6 +73,14 @@ fn a_straight_function_is_the_sum_of_its_instructions_and_one_stall() {
     assert_eq!(report.longest.as_ref().map(|path| path.instructions), Some(6));
     assert_eq!((report.stack_bytes, report.flash_bytes), (Some(8), 20));
     assert!(report.histogram.contains(&("float load", 2)), "{:?}", report.histogram);
+}
+
+#[test]
+fn an_image_that_does_not_say_which_line_an_instruction_serves_has_cycles_and_no_lines() {
+    let lines = |options: &mut Options| options.lines = true;
+    let report = ask(&[("f", STRAIGHT)], lines, Some(&log(&[0, 2, 6, 10, 14, 18])));
+    assert!(report.typical.is_some() && report.lines.is_none());
+    assert!(report.declined[0].starts_with("--lines: "), "{:?}", report.declined);
 }
 
 #[test]
@@ -132,7 +141,7 @@ fn a_loop_that_is_not_there_is_bad_input() {
         ("f=many", "no number"),
         ("f+0x40=4", "does not come there"),
     ] {
-        let options = Options { loops: vec![place.into()], ..of("f") };
+        let options = Options { loops: vec![place.into()], ..question("f") };
         match Answer::of(&Image::of(&[("f", LOOP)]), &options) {
             Err(message) => assert!(message.contains(reason), "{message}"),
             // A place in the function that heads no loop bounds none.
@@ -207,7 +216,7 @@ fn what_cannot_be_followed_is_declined_with_its_place_and_reason() {
     }
     // movs r0, #0, and then a word of data.
     let data = Image::of(&[("f", &[0x2000, 0x4770])]).with_data(BASE + 2);
-    let report = Answer::of(&data, &of("f")).expect("good input").report;
+    let report = Answer::of(&data, &question("f")).expect("good input").report;
     assert!(declined(&report).contains("data among code"));
 }
 
