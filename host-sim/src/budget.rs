@@ -80,6 +80,9 @@ pub struct Options {
         "no_double", "no_division", "no_call", "no_backward_branch", "no_fused", "loops", "barrier",
         "trace", "emulate", "lines"])]
     pub ceilings: Option<PathBuf>,
+    /// Lower in that file every ceiling that is above its figure; one that is exceeded is left for a person to judge.
+    #[arg(long, requires = "ceilings")]
+    pub lower: bool,
     /// The core; only the Cortex-M4 has a published table of cycles, for the others instructions are counted.
     #[arg(long, value_enum, default_value_t)]
     pub core: Core,

@@ -310,7 +310,7 @@ impl Console<'_> {
     fn budget(&mut self, options: &budget::Options) -> Result<u8, Failure> {
         let bad = |message| Failure { status: status::BAD_INPUT, message };
         let (text, declined, failures, notes) = if let Some(file) = &options.ceilings {
-            let verdict = budget::ceilings::run(file, self.stop).map_err(bad)?;
+            let verdict = budget::ceilings::run(file, options.lower, self.stop).map_err(bad)?;
             (printed(&verdict, options.json), verdict.declined, verdict.failures, verdict.notes)
         } else {
             let report = budget::run(options, self.stop).map_err(bad)?;

@@ -288,19 +288,54 @@ pub struct Verdict {
     pub reasons: BTreeMap<String, String>,
 }
 
-/// Reads the file and its images, runs them in the emulator, and holds every figure to its ceiling.
+/// Reads the file and its images, runs them in the emulator, and holds every figure to its ceiling; `lower`s the
+/// ceilings that are too high first.
 ///
 /// # Errors
 /// Bad input, in one line.
-pub fn run(path: &Path, stop: &AtomicBool) -> Result<Verdict, String> {
+pub fn run(path: &Path, lower: bool, stop: &AtomicBool) -> Result<Verdict, String> {
     let file = path.display().to_string();
     let text = read_text(path).map_err(|message| format!("{file}: {message}"))?;
     let at = |image: &str| path.parent().unwrap_or_else(|| Path::new("")).join(image);
-    judge(
+    let verdict = judge(
         &Source { file: &file, text: &text, sets: &[] },
         |image| Image::read(&image_file::read(&at(image))?).map_err(|why| format!("{}: {why}", at(image).display())),
         |image, ranges| emulated::executed(&at(image), ranges, stop),
-    )
+    )?;
+    match lowered(&text, &verdict).filter(|_| lower) {
+        Some(text) => {
+            std::fs::write(path, text).map_err(|error| format!("{file}: cannot be written: {error}"))?;
+            run(path, false, stop)
+        }
+        None => Ok(verdict),
+    }
+}
+
+/// The text with the ceilings of what is judged lowered to their figures; none if all are there already.
+fn lowered(text: &str, verdict: &Verdict) -> Option<String> {
+    let mut document: toml_edit::DocumentMut = text.parse().ok()?;
+    let instances = document.get_mut("instance")?.as_array_of_tables_mut()?;
+    let mut any = false;
+    for instance in instances.iter_mut() {
+        let text_of = |key: &str| instance.get(key).and_then(toml_edit::Item::as_str).unwrap_or_default();
+        let is_judged = verdict.images.iter().any(|built| built.image == text_of("image") && built.is_judged);
+        let rows: Vec<&Row> = verdict.rows.iter().filter(|row| is_judged && row.name == text_of("name")).collect();
+        let Some(ceilings) = instance.get_mut("ceiling").and_then(|item| item.as_table_like_mut()) else { continue };
+        for row in rows {
+            let Some(ceiling) = ceilings.get_mut(row.figure.name()).and_then(|item| item.as_value_mut()) else {
+                continue;
+            };
+            let value = row.value.filter(|value| Some(*value) < row.ceiling.map(|ceiling| ceiling as i64));
+            if let Some(value) = value {
+                // The blanks and remarks around it stay.
+                let around = ceiling.decor().clone();
+                *ceiling = value.into();
+                *ceiling.decor_mut() = around;
+                any = true;
+            }
+        }
+    }
+    any.then(|| document.to_string())
 }
 
 /// The same for images and traces from anywhere.
@@ -423,6 +458,9 @@ fn check(file: &File, told: &impl Fn(&str, &str) -> String) -> Result<(), String
     for (k, one) in file.difference.iter().enumerate() {
         let key = |name: &str| format!("difference[{}].{name}", k + 1);
         given(&key("name"), &one.name, "what the table calls it")?;
+        if names().any(|name| name == one.name) {
+            return Err(told(&key("name"), &format!("an instance is called {:?} already", one.name)));
+        }
         given(&key("why"), &one.why, "the reason of its ceiling, in words")?;
         for (name, instance) in [("of", &one.of), ("without", &one.without)] {
             given(&key(name), instance, "the name of an instance")?;

@@ -90,6 +90,16 @@ fn a_figure_more_than_5_percent_below_its_ceiling_fails_and_the_new_ceiling_is_t
 }
 
 #[test]
+fn ceilings_are_lowered_to_their_figures_and_never_raised() {
+    let text = file("m::sum", "ceiling = { bound = 30, flash = 19, stack = 9, typical = 16 } # of the first board");
+    let lower = text.replace("30", "18").replace("stack = 9", "stack = 8");
+    let lowered_by = |text: &str, compiler: &str| lowered(text, &verdict_of(text, compiler).expect("good input"));
+    assert_eq!(lowered_by(&text, RUSTC), Some(lower.clone()));
+    assert_eq!(lowered_by(&lower, RUSTC), None);
+    assert_eq!(lowered_by(&text, "rustc version 1.97.0"), None, "not its compiler");
+}
+
+#[test]
 fn a_figure_below_its_floor_says_that_the_floor_is_none() {
     let found = verdict("m::sum", "ceiling = { typical = 16 }\nfloor = { typical = 16 }");
     assert_eq!(found.failures, Vec::<String>::new());
@@ -198,6 +208,8 @@ fn a_difference_is_held_from_above_or_exactly() {
     let reverse = with("other", "it", "ceiling = { flash = 0 }").expect("good input");
     assert_eq!(reverse.failures, Vec::<String>::new());
     assert!(reverse.rows.iter().any(|row| row.name == "more" && row.value == Some(-14)), "{reverse:?}");
+    let twice = verdict_of(&format!("{both}[[difference]]\nname = \"it\"\nwhy = \"so\"\n"), RUSTC);
+    assert!(twice.is_err_and(|told| told.ends_with("`difference[1].name`: an instance is called \"it\" already")));
     let slip = with("it", "othr", "ceiling = { flash = 0 }").expect_err("a slip");
     assert!(slip.contains("`difference[1].without`: no instance is called \"othr\"; did you mean `other`?"), "{slip}");
 }
