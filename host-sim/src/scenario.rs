@@ -506,7 +506,7 @@ pub fn parse(source: &Source<'_>, default_name: &str) -> Result<Experiment, Scen
     assemble::assemble(resolved).map_err(in_tree)
 }
 
-/// A TOML text that has been held against a schema; knows where each key stands. Other files than scenarios are read so.
+/// A TOML text that has been held against a schema; knows where each key stands. Not only scenarios are read so.
 pub(crate) struct Located<'a> {
     source: &'a Source<'a>,
     tree: document::Node,

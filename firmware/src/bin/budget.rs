@@ -1,14 +1,14 @@
-//! What one tick costs, instance by instance: the code, the state and the coefficients that `budgets.toml` holds to their
-//! ceilings, and a log of what the stopwatch says.
+//! What one tick costs, instance by instance: the code, the state and the coefficients that `budgets.toml` holds to
+//! their ceilings, and a log of what the stopwatch says.
 //!
 //! Every instance is a module of its own, so that each of its parts has a symbol: `tick`, called by reference as a
-//! firmware calls it and never inlined here, `CONTROLLER` in flash and `STATE` in RAM. The generic code of the library is
-//! inlined into each `tick`.
+//! firmware calls it and never inlined here, `CONTROLLER` in flash and `STATE` in RAM. The generic code of the library
+//! is inlined into each `tick`.
 //!
 //! The unit of the log is in its first line: cycles on a chip, instructions under
-//! `qemu-system-arm -icount shift=0,sleep=off`. The call is part of what the stopwatch says, reading it is not. `host-sim
-//! budget --ceilings` looks at the machine code and at what the emulator executes instead, and counts the tick alone. All
-//! samples are good ones, within the limits of u and beyond; what a bad one may take is in the bound.
+//! `qemu-system-arm -icount shift=0,sleep=off`. The call is part of what the stopwatch says, reading it is not.
+//! `host-sim budget --ceilings` looks at the machine code and at what the emulator executes instead, and counts the
+//! tick alone. All samples are good ones, within the limits of u and beyond; what a bad one may take is in the bound.
 #![no_std]
 #![no_main]
 

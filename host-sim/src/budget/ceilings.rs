@@ -1,4 +1,4 @@
-//! Ceilings: what each shipped function may cost, in a file beside the firmware, so that no change makes it dearer unseen.
+//! Ceilings: what each shipped function may cost, in a file beside the firmware, so that nothing gets dearer unseen.
 //!
 //! ```toml
 //! compiler = "rustc 1.96.0"            # the ceilings hold for its code; another compiler's is shown, not judged
@@ -10,7 +10,7 @@
 //! state = "drive::STATE"               # the static whose size is the figure `state`
 //! coefficients = "drive::CONTROLLER"   # and `coefficients`
 //! barrier = 3                          # as --barrier; loops = ["PLACE=N"] as --loop
-//! ceiling = { bound = 575, typical = 454, instructions = 291, flash = 1440, stack = 72, state = 48 }
+//! ceiling = { bound = 575, typical = 454, instructions = 291, flash = 1440, stack = 72, state = 48 }   # or fewer
 //! floor = { typical = 129 }            # what theory says is the least
 //! allow = { division = "b(x) varies" } # all checks are asked for; an exception has its reason
 //! why = "a third of the 1600 cycles between two interrupts"
@@ -29,13 +29,13 @@
 //! | `typical` | cycles | the dearest call in a run in the emulator, by the typical reading of the table |
 //! | `pipelined` | cycles | the same if VLDR and VSTR pipeline as LDR and STR do |
 //! | `instructions` | | the longest call in that run, exact |
-//! | `arithmetic` | | the most additions, subtractions, multiplications and conversions of floats in a call of that run |
+//! | `arithmetic` | | most additions, subtractions, multiplications and conversions of floats in a call of that run |
 //! | `flash`, `stack` | B | the function and all it reaches; below the stack pointer at the entry |
 //! | `state`, `coefficients` | B | the statics that are named |
 //!
-//! A figure fails above its ceiling, and also more than [`SLACK_PERCENT`] below it: a ceiling that is not lowered after a
-//! gain lets the gain be lost again. The dearest call counts, not the mean, since a budget is for every call. A difference
-//! has no such lower edge: 5 % of each of two figures is more than a small difference between them.
+//! A figure fails above its ceiling, and also more than [`SLACK_PERCENT`] below it: a ceiling that is not lowered after
+//! a gain lets the gain be lost again. The dearest call counts, not the mean, since a budget is for every call. A
+//! difference has no such lower edge: 5 % of each of two figures is more than a small difference between them.
 
 use std::collections::BTreeMap;
 use std::fmt;

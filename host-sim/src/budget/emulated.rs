@@ -1,8 +1,8 @@
 //! What an image executes, from the emulator: the trace that typical cycles are counted from.
 //!
-//! The image runs as `host-sim emulate` runs it, one instruction a nanosecond, and the emulator writes down the address of
-//! every instruction within the functions that are asked about. It ends when the image says so in its log (a last word
-//! `ends`, `done` or `stopped`), and otherwise when there is enough.
+//! The image runs as `host-sim emulate` runs it, one instruction a nanosecond, and the emulator writes down the address
+//! of every instruction within the functions that are asked about. It ends when the image says so in its log (a last
+//! word `ends`, `done` or `stopped`), and otherwise when there is enough.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
