@@ -35,7 +35,9 @@ struct Place<S>(UnsafeCell<MaybeUninit<S>>);
 unsafe impl<S> Sync for Place<S> {}
 
 impl<S> Place<S> {
-    const EMPTY: Self = Self(UnsafeCell::new(MaybeUninit::uninit()));
+    const fn empty() -> Self {
+        Self(UnsafeCell::new(MaybeUninit::uninit()))
+    }
 
     /// # Safety
     /// Once for each place.
@@ -55,7 +57,7 @@ macro_rules! instances {
             use super::*;
 
             static CONTROLLER: Controller<f32, $model, $n, $r, { $mask }, $o> = $design;
-            static STATE: Place<State<f32, $r, $o>> = Place::EMPTY;
+            static STATE: Place<State<f32, $r, $o>> = Place::empty();
 
             #[inline(never)]
             fn tick(
@@ -108,12 +110,12 @@ const JOINT: Joint = Joint::new(&NOMINAL);
 struct VaryingGain(Joint);
 
 impl NominalModel<f32, 4> for VaryingGain {
-    #[inline(always)]
+    #[inline]
     fn drift(&self, x: &[f32; 4]) -> f32 {
         self.0.drift(x)
     }
 
-    #[inline(always)]
+    #[inline]
     fn gain_ratio(&self, x: &[f32; 4]) -> Option<f32> {
         Some(1.0 + 0.5 * x[0] * x[0])
     }
@@ -124,7 +126,7 @@ impl NominalModel<f32, 4> for VaryingGain {
 struct Nothing;
 
 impl Exp<f32> for Nothing {
-    #[inline(always)]
+    #[inline]
     fn exp(x: f32) -> f32 {
         x
     }
@@ -175,13 +177,15 @@ impl Noise {
     }
 }
 
+type Tick<C, S, const N: usize, Y> = fn(&C, &mut S, &[f32; N]) -> Y;
+
 /// Calls a tick by reference as a firmware does: nothing that the compiler knows of its arguments enters it.
 #[inline(never)]
 fn measure<M, Y, const N: usize, const R: usize, const MASK: u8, const O: usize>(
     name: &str,
     controller: &'static Controller<f32, M, N, R, MASK, O>,
     place: &'static Place<State<f32, R, O>>,
-    tick: fn(&Controller<f32, M, N, R, MASK, O>, &mut State<f32, R, O>, &[f32; N]) -> Y,
+    tick: Tick<Controller<f32, M, N, R, MASK, O>, State<f32, R, O>, N, Y>,
 ) where
     M: NominalModel<f32, N>,
 {
