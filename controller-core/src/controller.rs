@@ -414,8 +414,10 @@ where
         let k = &self.coefficients;
         if state.resuming && demand.abs() <= T::from_f64(1e30) {
             // A finite sample asks for too much a second time running: it is the estimates that a spike has spoilt.
-            // Not the constant 0, of which the compiler makes a call of memset.
-            state.z = [[demand - demand; R]; O];
+            // More than eight constant zeros the compiler writes by a call of memset; of this one it does not know.
+            #[allow(clippy::eq_op)]
+            let zero = if R * O <= 8 { T::ZERO } else { demand - demand };
+            state.z = [[zero; R]; O];
         }
         state.held = (k.hold * state.held + k.fallback).limited(k.u_min, k.u_max);
         state.offset -= k.decay * state.offset;
