@@ -248,6 +248,35 @@ fn ceilings_as_json_are_one_object_and_take_no_other_question() {
     assert_eq!(host_sim(&["budget", "--json"]).status, 2);
 }
 
+/// The clamp of the switching term and the limits of u are two uses of one helper, told apart by the line that uses it. All
+/// lines together are the whole call.
+#[test]
+fn every_executed_cycle_belongs_to_one_line_of_source() {
+    let image = path("../firmware/target/thumbv7em-none-eabihf/release/budget");
+    assert!(image.exists(), "{} is missing: `cargo xtask firmware` builds it", image.display());
+    let asked = ["--symbol", "budget::joint_r2_unguarded::tick", "--emulate", "--lines", "--json"];
+    let (status, out, err) = spoken(&image, &asked);
+    assert_eq!(status, 0, "{err}");
+    let json: Json = serde_json::from_str(&out).expect("JSON");
+    let lines = json["lines"].as_array().expect("lines");
+    let sum = |key: &str| -> f64 { lines.iter().filter_map(|line| line[key].as_f64()).sum() };
+    for key in ["cycles", "pipelined", "instructions"] {
+        assert!((sum(key) - json["typical"][key]["mean"].as_f64().expect("a number")).abs() < 1e-9, "{key}: {out}");
+    }
+    let source = std::fs::read_to_string(path("../controller-core/src/controller.rs")).expect("the source");
+    let selects = |text: &str| -> f64 {
+        let at = source.lines().position(|line| line.contains(text)).expect(text) + 1;
+        let of = lines.iter().filter(|line| {
+            line["file"].as_str().is_some_and(|file| file.ends_with("real.rs"))
+                && line["within"][1].as_u64() == Some(at as u64)
+        });
+        of.filter_map(|line| line["instructions"].as_f64()).sum()
+    };
+    // Compare, fetch its flags and move, twice.
+    assert!(selects("limited(-k.lim, k.lim)") >= 6.0, "{out}");
+    assert!(selects("demand.limited(k.u_min, k.u_max)") >= 6.0, "{out}");
+}
+
 /// The emulator's log of the image and the stopwatch in it know nothing of each other. What the stopwatch takes beside the
 /// tick is the same for two instances of one type.
 #[test]
