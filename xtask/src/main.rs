@@ -3,6 +3,7 @@
 //! It drives cargo by command line and links none of our crates, so it can tell what is wrong when they do not build.
 //! Each step is numbered and timed; the first that fails ends the run with the exact command to repeat it.
 
+mod bench;
 mod compiler;
 mod docs;
 mod firmware;
@@ -25,7 +26,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 5] = [
+const ACTIONS: [Action; 6] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -33,6 +34,7 @@ const ACTIONS: [Action; 5] = [
         run: test::run,
     },
     Action { name: "firmware", help: "build the images for the chip and say how large they are", run: firmware::run },
+    Action { name: "bench", help: "what a tick costs on the chip beside other code, as a table", run: bench::run },
     Action { name: "fuzz", help: "libFuzzer against the target's side of the wire", run: fuzz::run },
     Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
 ];
