@@ -1,6 +1,8 @@
-//! Compiles the C versions of the law: for the host with its C compiler, for the Cortex-M4F with arm-none-eabi-gcc.
+//! Compiles the C versions of the law: for the host with its C compiler, for the Cortex-M4F with arm-none-eabi-gcc. And
+//! tells the program by which Rust compiler it was made: counts of instructions are its work.
 
 use std::env;
+use std::process::Command;
 
 /// Name of the function without its order, source, and what the compiler is told beyond the processor.
 const VERSIONS: [(&str, &str, &[&str]); 4] = [
@@ -13,6 +15,9 @@ const VERSIONS: [(&str, &str, &[&str]); 4] = [
 fn main() {
     println!("cargo::rerun-if-changed=c");
     let target = env::var("TARGET").expect("cargo sets the target");
+    let compiler = env::var("RUSTC").expect("cargo sets the compiler");
+    let version = Command::new(compiler).arg("--version").output().expect("it has just compiled this program");
+    println!("cargo::rustc-env=COMPILER={} for {target}", String::from_utf8_lossy(&version.stdout).trim());
     for (name, source, flags) in VERSIONS {
         for order in ["2", "3"] {
             let mut build = cc::Build::new();

@@ -62,6 +62,13 @@ pub(crate) fn lint(gate: &mut Gate) -> Outcome {
     )
 }
 
+/// Instructions of the host against their ceilings; says so where there is no valgrind.
+pub(crate) fn count_on_host(gate: &mut Gate) -> Outcome {
+    // As `cargo test --workspace` does, so that nothing is compiled twice.
+    let counts = Invocation::cargo(&["bench", "--workspace", "--profile", "dev", "--bench", "counts"]);
+    gate.commands("instructions on the host, by callgrind", &[counts])
+}
+
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     if Invocation::new(CROSS_C, &["--version"]).answer().is_none() {
         return Err(Failure {

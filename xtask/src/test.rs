@@ -32,6 +32,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     // The suite runs them in the emulator.
     firmware::run(gate)?;
     gate.commands("tests", &[Invocation::cargo(&["test", "--workspace"])])?;
+    bench::count_on_host(gate)?;
     gate.commands(
         "tests, controller-core without features",
         &[Invocation::cargo(&["test", "-p", "controller-core", "--no-default-features"])],
