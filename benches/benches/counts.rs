@@ -36,8 +36,8 @@ struct Subject {
 }
 
 const SUBJECTS: [Subject; 3] = [
-    Subject { what: "one tick, r = 2", function: "counted_tick_2", run: ticks_2, calls: TICKS, ceiling: 121 },
-    Subject { what: "one tick, r = 3", function: "counted_tick_3", run: ticks_3, calls: TICKS, ceiling: 144 },
+    Subject { what: "one tick, r = 2", function: "counted_tick_2", run: ticks_2, calls: TICKS, ceiling: 119 },
+    Subject { what: "one tick, r = 3", function: "counted_tick_3", run: ticks_3, calls: TICKS, ceiling: 152 },
     Subject {
         what: "one closed-loop second",
         function: "closed_loop_second",

@@ -261,11 +261,30 @@ where
     /// [`State::applied`].
     #[inline]
     pub fn tick(&self, state: &mut State<T, R, O>, x: &[T; N]) -> Output<T> {
+        self.step::<true>(state, x)
+    }
+
+    /// [`tick`](Self::tick) without the guard: once a first `tick` has been made, the same bits for good samples, and
+    /// NaN for ever after one that is not. It is there so that the guard can be priced; firmware has no use for it.
+    #[doc(hidden)]
+    #[inline]
+    pub fn tick_unguarded(&self, state: &mut State<T, R, O>, x: &[T; N]) -> Output<T> {
+        self.step::<false>(state, x)
+    }
+
+    #[inline(always)]
+    fn step<const GUARDED: bool>(&self, state: &mut State<T, R, O>, x: &[T; N]) -> Output<T> {
         let k = &self.coefficients;
         let drift = self.model.drift(x);
         let gain = self.model.gain_ratio(x);
 
-        // 1. Observers.
+        // 1. Observers. Here and below: short loops of one job each are unrolled, and the order of the statements, the
+        // driven channel first, is the one of the fewest cycles (docs/cycles.md).
+        let mut moved = [T::ZERO; O];
+        for s in 0..O {
+            let i = Self::CHANNELS[s];
+            moved[s] = (x[i] - state.x_prev[s]) * if i == Self::LAST { k.rate_n } else { k.rate };
+        }
         let h = self.foreseen(x, drift);
         let held = match gain {
             None => state.held,
@@ -273,58 +292,62 @@ where
             Some(now) => state.held * (state.gain_prev + k.theta_n * (now - state.gain_prev)),
         };
         let mut z = state.z;
-        for s in 0..O {
-            let i = Self::CHANNELS[s];
-            let moved = (x[i] - state.x_prev[s]) * if i == Self::LAST { k.rate_n } else { k.rate };
-            let expected = if i == Self::LAST { state.past[s] + held } else { state.past[s] };
-            z[s] = observer::advance(z[s], &k.gamma[s], moved - h[s] - expected);
+        for s in (0..O).rev() {
+            let expected = if Self::CHANNELS[s] == Self::LAST { state.past[s] + held } else { state.past[s] };
+            z[s] = observer::advance(z[s], &k.gamma[s], moved[s] - h[s] - expected);
         }
-        if state.resuming {
+        if GUARDED && state.resuming {
             // There is no last tick to compare with: the estimates wait one more.
             z = state.z;
         }
 
-        // 2. Surface.
+        // 2. Surface, and of the law what needs no sigma*.
         let y = Self::advanced(x, &z);
-        let sigma = self.sigma(&y, &z);
-        let sigma_star = sigma - state.offset;
-
-        // 3. Law.
-        let mut v = k.kw * state.offset + k.us * sigma_star;
-        for j in 1..N {
-            v += k.kx[j] * y[j];
-        }
-        for s in 0..O {
-            for m in 1..R {
-                v += k.k[s][m] * z[s][m];
-            }
-        }
-        v += (k.satk * sigma_star).limited(-k.lim, k.lim);
         let mut input_drift = drift;
         for s in 0..O {
             if Self::CHANNELS[s] == Self::LAST {
                 input_drift += z[s][0];
             }
         }
+        let mut v = -input_drift;
+        for s in (0..O).rev() {
+            for m in 1..R {
+                v += k.k[s][m] * z[s][m];
+            }
+        }
+        let sigma = self.sigma(&y, &z);
+        let sigma_star = sigma - state.offset;
+
+        // 3. Law.
+        v += k.kw * state.offset;
+        v += k.us * sigma_star;
+        for j in 1..N {
+            v += k.kx[j] * y[j];
+        }
+        v += (k.satk * sigma_star).limited(-k.lim, k.lim);
         let demand = match gain {
-            None => v - input_drift,
-            Some(ratio) => (v - input_drift) / ratio,
+            None => v,
+            Some(ratio) => v / ratio,
         };
-        if !is_sound(demand) || !gain.is_none_or(is_sound) {
+        if GUARDED && !(is_sound(demand) && gain.is_none_or(is_sound)) {
             return self.reject(state, demand);
         }
-        let u = demand.limited(k.u_min, k.u_max);
 
         // 4. Memory.
-        state.z = z;
         for s in 0..O {
             let i = Self::CHANNELS[s];
             state.past[s] = if i == Self::LAST { input_drift } else { y[i + 1] } - h[s];
-            state.x_prev[s] = x[i];
         }
-        state.offset -= k.decay * state.offset;
+        state.z = z;
+        for s in 0..O {
+            state.x_prev[s] = x[Self::CHANNELS[s]];
+        }
+        let u = demand.limited(k.u_min, k.u_max);
         state.held = u;
-        state.resuming = false;
+        state.offset -= k.decay * state.offset;
+        if GUARDED {
+            state.resuming = false;
+        }
         if let Some(ratio) = gain {
             state.gain_prev = ratio;
         }
@@ -370,9 +393,8 @@ where
     #[inline(always)]
     fn sigma(&self, y: &[T; N], z: &[[T; R]; O]) -> T {
         let k = &self.coefficients;
-        // c_n = 1 takes no multiplication.
-        let mut sigma = y[Self::LAST];
-        for j in 0..Self::LAST {
+        let mut sigma = k.c[0] * y[0];
+        for j in 1..Self::LAST {
             sigma += k.c[j] * y[j];
         }
         for s in 0..O {
@@ -382,7 +404,8 @@ where
                 }
             }
         }
-        sigma
+        // c_n = 1 takes no multiplication.
+        sigma + y[Self::LAST]
     }
 
     /// The sample is lost: keep the estimates, let the offset decay as time goes on, send the fallback.
@@ -391,7 +414,10 @@ where
         let k = &self.coefficients;
         if state.resuming && demand.abs() <= T::from_f64(1e30) {
             // A finite sample asks for too much a second time running: it is the estimates that a spike has spoilt.
-            state.z = [[T::ZERO; R]; O];
+            // More than eight constant zeros the compiler writes by a call of memset; of this one it does not know.
+            #[allow(clippy::eq_op)]
+            let zero = if R * O <= 8 { T::ZERO } else { demand - demand };
+            state.z = [[zero; R]; O];
         }
         state.held = (k.hold * state.held + k.fallback).limited(k.u_min, k.u_max);
         state.offset -= k.decay * state.offset;

@@ -8,27 +8,35 @@
 //!
 //! ```text
 //! image (ELF) -> instruction (decoder) -> analysis (ways, calls, stack) -> graph (longest path) -> report
-//!                                            `- cycles (the table) -- trace (what was executed)
+//!                                            `- cycles (the table) -- trace (what was executed) -- emulated
+//! budgets.toml -> ceilings (the same for every instance of a file, each figure held to its ceiling)
 //! ```
 
 pub mod analysis;
+pub mod ceilings;
 pub mod cycles;
+pub mod emulated;
 pub mod graph;
 pub mod image;
 pub mod instruction;
+pub mod lines;
 pub mod report;
 pub mod trace;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueEnum};
 
 use analysis::{Analyst, Node, Refusal, Summary};
+use cycles::Class;
 use image::{Function, Image};
 use instruction::Decoder;
 use report::{Report, Typical};
+
+use crate::image_file;
 
 /// A core.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -62,11 +70,19 @@ impl Core {
 #[derive(Args, Clone, Debug, Default)]
 pub struct Options {
     /// The linked firmware.
-    #[arg(long, value_name = "FILE")]
-    pub elf: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "ceilings")]
+    pub elf: Option<PathBuf>,
     /// The function: its name, mangled or not, or a part of it that no other name has.
-    #[arg(long, value_name = "NAME")]
-    pub symbol: String,
+    #[arg(long, value_name = "NAME", required_unless_present = "ceilings")]
+    pub symbol: Option<String>,
+    /// Instead of one function all that FILE lists, each figure held to its ceiling.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["elf", "symbol", "core", "max_cycles", "no_panic",
+        "no_double", "no_division", "no_call", "no_backward_branch", "no_fused", "loops", "barrier",
+        "trace", "emulate", "lines"])]
+    pub ceilings: Option<PathBuf>,
+    /// Lower in that file every ceiling that is above its figure; one that is exceeded is left for a person to judge.
+    #[arg(long, requires = "ceilings")]
+    pub lower: bool,
     /// The core; only the Cortex-M4 has a published table of cycles, for the others instructions are counted.
     #[arg(long, value_enum, default_value_t)]
     pub core: Core,
@@ -91,6 +107,9 @@ pub struct Options {
     /// Fail if a jump goes back: a loop.
     #[arg(long)]
     pub no_backward_branch: bool,
+    /// Fail if a multiply-accumulate is reached: VFMA rounds once, and both it and VMLA take 3 cycles instead of 1 + 1.
+    #[arg(long)]
+    pub no_fused: bool,
     /// The loop whose first instruction is PLACE (0x.., SYMBOL+0x..) executes it at most N times per entry.
     #[arg(long = "loop", value_name = "PLACE=N")]
     pub loops: Vec<String>,
@@ -98,86 +117,163 @@ pub struct Options {
     #[arg(long, value_name = "N")]
     pub barrier: Option<u64>,
     /// Addresses in the order of execution, as QEMU writes them: typical cycles.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", group = "executed")]
     pub trace: Option<PathBuf>,
+    /// Run the image in the emulator (an STM32F405) and take what it executes: typical cycles.
+    #[arg(long, group = "executed")]
+    pub emulate: bool,
+    /// Say which line of source the executed cycles go to; needs debug information in the ELF.
+    #[arg(long, requires = "executed")]
+    pub lines: bool,
+}
+
+/// What is not to be reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Check {
+    /// A panic, a trap or a way that never returns.
+    Panic,
+    /// 64-bit floating point.
+    Double,
+    /// A division or a root.
+    Division,
+    /// A call or a jump to another function.
+    Call,
+    /// A jump back.
+    BackwardBranch,
+    /// A multiply-accumulate.
+    Fused,
+}
+
+impl Options {
+    fn asks(&self, check: Check) -> bool {
+        match check {
+            Check::Panic => self.no_panic,
+            Check::Double => self.no_double,
+            Check::Division => self.no_division,
+            Check::Call => self.no_call,
+            Check::BackwardBranch => self.no_backward_branch,
+            Check::Fused => self.no_fused,
+        }
+    }
 }
 
 /// Reads the files and answers.
 ///
 /// # Errors
 /// Bad input, in one line.
-pub fn run(options: &Options) -> Result<Report, String> {
+pub fn run(options: &Options, stop: &AtomicBool) -> Result<Report, String> {
     let told = |path: &Path, reason: &dyn std::fmt::Display| format!("{}: {reason}", path.display());
-    let bytes = std::fs::read(&options.elf).map_err(|error| told(&options.elf, &error))?;
-    let image = Image::read(&bytes).map_err(|reason| told(&options.elf, &reason))?;
-    let log = match &options.trace {
+    let Some(elf) = &options.elf else { return Err("--elf FILE is missing".into()) };
+    let image = Image::read(&image_file::read(elf)?).map_err(|reason| told(elf, &reason))?;
+    let mut answer = Answer::of(&image, options)?;
+    if let Some(path) = &options.trace {
         // Names in a log may be in any encoding; addresses are not.
-        Some(path) => Some(String::from_utf8_lossy(&std::fs::read(path).map_err(|e| told(path, &e))?).into_owned()),
-        None => None,
-    };
-    answer(&image, options, log.as_deref())
+        let log = std::fs::read(path).map_err(|error| told(path, &error))?;
+        answer.price(&trace::addresses(&String::from_utf8_lossy(&log)), options.lines.then_some(&image));
+    } else if options.emulate {
+        answer.price(&emulated::executed(elf, &answer.ranges(), stop)?, options.lines.then_some(&image));
+    }
+    Ok(answer.report)
 }
 
-/// The answer for an image and a log that have been read.
-///
-/// # Errors
-/// Bad input, in one line.
-pub fn answer(image: &Image, options: &Options, log: Option<&str>) -> Result<Report, String> {
-    let function = image.find(&options.symbol)?;
-    let loops = parse_loops(image, &options.loops)?;
-    let decoder = Decoder::new(!options.core.is_timed())?;
-    let timed = options.core.is_timed();
-    let mut analyst = Analyst::new(image, decoder, loops.clone(), timed).with_barrier(options.barrier);
-    let summary = analyst.read(function);
-    let reached = analyst.reached(&summary);
-    for header in loops.keys() {
-        if !reached.iter().any(|one| one.nodes.contains_key(header)) {
-            return Err(format!("--loop {}: the function does not come there", image.place(*header)));
+/// A function that has been read: its report, and what a trace of it is held against.
+pub struct Answer {
+    /// The report.
+    pub report: Report,
+    /// What is reached and should perhaps not be, whether it was asked for or not.
+    pub found: Vec<(Check, String)>,
+    reached: Vec<Rc<Summary>>,
+    /// First address and length of every function reached.
+    ranges: Vec<(u32, u32)>,
+}
+
+impl Answer {
+    /// Reads the function that is asked for.
+    ///
+    /// # Errors
+    /// Bad input, in one line.
+    pub fn of(image: &Image, options: &Options) -> Result<Self, String> {
+        let function = image.find(options.symbol.as_deref().unwrap_or_default())?;
+        let loops = parse_loops(image, &options.loops)?;
+        let decoder = Decoder::new(!options.core.is_timed())?;
+        let timed = options.core.is_timed();
+        let mut analyst = Analyst::new(image, decoder, loops.clone(), timed).with_barrier(options.barrier);
+        let summary = analyst.read(function);
+        let reached = analyst.reached(&summary);
+        for header in loops.keys() {
+            if !reached.iter().any(|one| one.nodes.contains_key(header)) {
+                return Err(format!("--loop {}: the function does not come there", image.place(*header)));
+            }
         }
-    }
-    let functions: Vec<&Function> = reached.iter().filter_map(|one| image.function_at(one.start)).collect();
-    let mut report = Report::new(options, function, &summary);
-    if let Some(cycles) = options.barrier.filter(|_| timed) {
-        report.assumptions.push(format!("as given: a barrier waits {cycles} cycles at most"));
-    }
-    for (header, count) in loops.iter().filter(|_| timed) {
-        let place = image.place(*header);
-        report.assumptions.push(format!("as given: {place} is executed {count} times at most per entry of its loop"));
-    }
-    report.functions = functions.iter().map(|one| one.name().to_owned()).collect();
-    report.flash_bytes = functions.iter().map(|one| one.end - one.start).sum();
-    if !summary.returns {
-        report.declined.push(format!("{}: no path of it returns", image.place(function.start)));
-    }
-    report.declined.extend(summary.refusals.iter().map(|refusal| told(image, refusal)));
-    if let Some(Err(refusal)) = &summary.stack {
-        report.declined.push(format!("stack: {}", told(image, refusal)));
-    }
-    report.failures = checks(image, options, &reached, &functions);
-    if let Some(most) = options.max_cycles {
-        if let Some(bound) = report.bound().filter(|bound| *bound > most) {
-            report.failures.push(format!("bound of {bound} cycles, more than {most}"));
+        let functions: Vec<&Function> = reached.iter().filter_map(|one| image.function_at(one.start)).collect();
+        let mut report = Report::new(options, function, &summary);
+        if let Some(cycles) = options.barrier.filter(|_| timed) {
+            report.assumptions.push(format!("as given: a barrier waits {cycles} cycles at most"));
         }
-        if !timed {
-            report.declined.push(format!(
-                "--max-cycles: ARM publishes no table of cycles for the {}, so there is no bound, only counts",
-                options.core.name()
-            ));
+        for (header, count) in loops.iter().filter(|_| timed) {
+            let place = image.place(*header);
+            let rounds = format!("as given: {place} is executed {count} times at most per entry of its loop");
+            report.assumptions.push(rounds);
         }
+        report.functions = functions.iter().map(|one| one.name().to_owned()).collect();
+        let ranges: Vec<(u32, u32)> = functions.iter().map(|one| (one.start, one.end - one.start)).collect();
+        report.flash_bytes = ranges.iter().map(|(_, length)| length).sum();
+        if !summary.returns {
+            report.declined.push(format!("{}: no path of it returns", image.place(function.start)));
+        }
+        report.declined.extend(summary.refusals.iter().map(|refusal| told(image, refusal)));
+        if let Some(Err(refusal)) = &summary.stack {
+            report.declined.push(format!("stack: {}", told(image, refusal)));
+        }
+        let found = found(image, &reached, &functions);
+        let asked = found.iter().filter(|(check, _)| options.asks(*check));
+        report.failures = asked.map(|(_, line)| line.clone()).collect();
+        if let Some(most) = options.max_cycles {
+            if let Some(bound) = report.bound().filter(|bound| *bound > most) {
+                report.failures.push(format!("bound of {bound} cycles, more than {most}"));
+            }
+            if !timed {
+                report.declined.push(format!(
+                    "--max-cycles: ARM publishes no table of cycles for the {}, so there is no bound, only counts",
+                    options.core.name()
+                ));
+            }
+        }
+        Ok(Self { report, found, reached, ranges })
     }
-    if let Some(log) = log {
-        if !timed {
-            report.declined.push(format!("--trace: no table of cycles for the {}", options.core.name()));
-            return Ok(report);
+
+    /// First address and length of every function that is reached: what a trace must hold.
+    pub fn ranges(&self) -> Vec<(u32, u32)> {
+        self.ranges.clone()
+    }
+
+    /// Was every instruction read, so that the checks have seen them all? A loop without a number of rounds was.
+    pub fn is_read(&self) -> bool {
+        self.reached.iter().flat_map(|one| one.nodes.values()).all(|node| node.refusal().is_none())
+    }
+
+    /// Adds what the calls in a trace took; by line of source if the image is given.
+    pub fn price(&mut self, executed: &[u32], lines_of: Option<&Image>) {
+        let report = &mut self.report;
+        if report.core != Core::CortexM4.name() {
+            report.declined.push(format!("trace: no table of cycles for the {}", report.core));
+            return;
         }
         let nodes: BTreeMap<u32, &Node> =
-            reached.iter().flat_map(|one| &one.nodes).map(|(&at, node)| (at, node)).collect();
-        match trace::runs(&trace::addresses(log), function.start, &nodes) {
+            self.reached.iter().flat_map(|one| &one.nodes).map(|(&at, node)| (at, node)).collect();
+        match trace::runs(executed, report.address, &nodes) {
             Ok(runs) if runs.is_empty() => {
-                report.declined.push("--trace: the function was not executed to its end".into());
+                report.declined.push("trace: the function was not executed to its end".into());
             }
-            Ok(runs) => report.typical = Some(Typical::of(&runs)),
-            Err(reason) => report.declined.push(format!("--trace: {reason}")),
+            Ok(runs) => {
+                report.typical = Some(Typical::of(&runs));
+                match lines_of.map(|image| lines::of(image.elf(), &runs)) {
+                    Some(Ok(lines)) => report.lines = Some(lines),
+                    Some(Err(reason)) => report.declined.push(format!("--lines: {reason}")),
+                    None => {}
+                }
+            }
+            Err(reason) => report.declined.push(format!("trace: {reason}")),
         }
         if let (Some(typical), Some(bound)) = (&report.typical, report.bound())
             && typical.cycles.max > bound
@@ -189,7 +285,6 @@ pub fn answer(image: &Image, options: &Options, log: Option<&str>) -> Result<Rep
             ));
         }
     }
-    Ok(report)
 }
 
 fn told(image: &Image, refusal: &Refusal) -> String {
@@ -208,15 +303,8 @@ fn parse_loops(image: &Image, loops: &[String]) -> Result<BTreeMap<u32, u64>, St
     loops.iter().map(parse).collect()
 }
 
-/// What was asked not to be there and is, a line each.
-fn checks(image: &Image, options: &Options, reached: &[Rc<Summary>], functions: &[&Function]) -> Vec<String> {
-    let mut failures = Vec::new();
-    let mut first = |asked: bool, what: &str, mut found: Vec<String>| {
-        if asked && !found.is_empty() {
-            let more = if found.len() > 1 { format!(" and {} more", found.len() - 1) } else { String::new() };
-            failures.push(format!("{what}: {}{more}", found.swap_remove(0)));
-        }
-    };
+/// What is there and is perhaps not to be, a line for each check.
+fn found(image: &Image, reached: &[Rc<Summary>], functions: &[&Function]) -> Vec<(Check, String)> {
     let named = |is: fn(&str) -> bool| -> Vec<String> {
         let any = |one: &&&Function| one.symbols.iter().chain(&one.names).any(|name| is(last_part(name)) || is(name));
         functions.iter().filter(any).map(|one| one.name().to_owned()).collect()
@@ -234,16 +322,24 @@ fn checks(image: &Image, options: &Options, reached: &[Rc<Summary>], functions: 
     let mut panics = named(is_panic);
     panics.extend(instructions(|name| name == "udf"));
     panics.extend(places(|one| &one.never_return));
-    first(options.no_panic, "a panic is reached", panics);
     let mut doubles = named(is_double);
     doubles.extend(instructions(|name| name.contains(".f64")));
-    first(options.no_double, "64-bit floating point is reached", doubles);
     let mut divisions = named(is_division);
     divisions.extend(instructions(|name| ["vdiv", "vsqrt", "sdiv", "udiv"].iter().any(|one| name.starts_with(one))));
-    first(options.no_division, "a division is reached", divisions);
-    first(options.no_call, "a call", places(|one| &one.calls));
-    first(options.no_backward_branch, "a jump back", places(|one| &one.backward));
-    failures
+    let is_fused = |name: &str| Class::FloatMultiplyAccumulate.row().mnemonics.iter().any(|one| name.starts_with(one));
+    let all = [
+        (Check::Panic, "a panic is reached", panics),
+        (Check::Double, "64-bit floating point is reached", doubles),
+        (Check::Division, "a division is reached", divisions),
+        (Check::Call, "a call", places(|one| &one.calls)),
+        (Check::BackwardBranch, "a jump back", places(|one| &one.backward)),
+        (Check::Fused, "a multiply-accumulate is reached", instructions(is_fused)),
+    ];
+    let line = |(check, what, mut places): (Check, &str, Vec<String>)| {
+        let more = if places.len() > 1 { format!(" and {} more", places.len() - 1) } else { String::new() };
+        (!places.is_empty()).then(|| (check, format!("{what}: {}{more}", places.swap_remove(0))))
+    };
+    all.into_iter().filter_map(line).collect()
 }
 
 /// `g` of `a::b::g`.

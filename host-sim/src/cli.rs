@@ -7,7 +7,7 @@
 //! host-sim hil --port DEV [..]      the same with a board at a serial port
 //! host-sim emulate --image FILE     any image in the emulator, with its log
 //! host-sim figures                  the figures of the paper and its claims
-//! host-sim budget                   an upper bound in cycles of a function of a firmware
+//! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
 //! host-sim schema                   JSON schema of a scenario file
 //! host-sim new NAME                 a commented scenario file to start from
 //! ```
@@ -288,6 +288,11 @@ impl Comparison {
     }
 }
 
+/// For people a table, for programs one JSON object; numbers and names: nothing in it can fail to be written so.
+fn printed(answer: &(impl Serialize + std::fmt::Display), json: bool) -> String {
+    if json { serde_json::to_string(answer).unwrap_or_default() } else { answer.to_string() }
+}
+
 impl Console<'_> {
     /// To stdout. A reader that has gone away (`| head`) is no error.
     fn say(&mut self, text: &str) -> Result<(), Failure> {
@@ -303,16 +308,21 @@ impl Console<'_> {
     }
 
     fn budget(&mut self, options: &budget::Options) -> Result<u8, Failure> {
-        let report = budget::run(options).map_err(|message| Failure { status: status::BAD_INPUT, message })?;
-        if options.json {
-            // Numbers and names: nothing in it can fail to be written as JSON.
-            self.say(&serde_json::to_string(&report).unwrap_or_default())?;
+        let bad = |message| Failure { status: status::BAD_INPUT, message };
+        let (text, declined, failures, notes) = if let Some(file) = &options.ceilings {
+            let verdict = budget::ceilings::run(file, options.lower, self.stop).map_err(bad)?;
+            (printed(&verdict, options.json), verdict.declined, verdict.failures, verdict.notes)
         } else {
-            self.say(report.to_string().trim_end())?;
+            let report = budget::run(options, self.stop).map_err(bad)?;
+            (printed(&report, options.json), report.declined, report.failures, Vec::new())
+        };
+        self.say(text.trim_end())?;
+        for (kind, lines) in [("note", &notes), ("declined", &declined), ("failed", &failures)] {
+            for line in lines {
+                self.note(&format!("{kind}: {line}"));
+            }
         }
-        report.declined.iter().for_each(|reason| self.note(&format!("declined: {reason}")));
-        report.failures.iter().for_each(|failure| self.note(&format!("failed: {failure}")));
-        Ok(match (report.declined.is_empty(), report.failures.is_empty()) {
+        Ok(match (declined.is_empty(), failures.is_empty()) {
             (false, _) => status::BAD_INPUT,
             (true, false) => status::FAILED,
             (true, true) => status::DONE,

@@ -16,6 +16,7 @@ pub mod budget;
 pub mod cli;
 pub mod closed_loop;
 pub mod figures;
+pub mod image_file;
 pub mod log;
 pub mod metrics;
 pub mod plant;

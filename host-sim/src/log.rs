@@ -12,6 +12,8 @@ use std::time::Duration;
 
 use defmt_decoder::{DecodeError, Table};
 
+use crate::image_file;
+
 /// The messages of an image, by number.
 pub struct Messages(Table);
 
@@ -22,10 +24,7 @@ impl Messages {
     /// When it cannot be read, or holds no messages; in words.
     pub fn of(image: &Path) -> Result<Self, String> {
         let told = |why: &dyn std::fmt::Display| format!("log of image {}: {why}", image.display());
-        if std::fs::metadata(image).is_ok_and(|about| !about.is_file()) {
-            return Err(told(&"this is no file"));
-        }
-        let bytes = std::fs::read(image).map_err(|error| told(&error))?;
+        let bytes = image_file::read(image)?;
         match Table::parse(&bytes) {
             Ok(Some(table)) => Ok(Self(table)),
             Ok(None) => Err(told(&"it holds no defmt messages")),

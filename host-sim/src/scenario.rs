@@ -21,6 +21,7 @@ mod error;
 mod resolve;
 
 pub use assemble::{Experiment, Mu};
+pub(crate) use error::nearest;
 pub use error::{ScenarioError, Source};
 
 use check::Fault;
@@ -496,30 +497,51 @@ pub fn load(path: &std::path::Path, sets: &[String]) -> Result<Experiment, Scena
 /// # Errors
 /// The first thing that is wrong, with its place.
 pub fn parse(source: &Source<'_>, default_name: &str) -> Result<Experiment, ScenarioError> {
-    let tree = document::read(source)?;
-    let told = |fault: Fault| source.error(fault.origin, fault.message);
-    check::check(&schema(), &tree).map_err(told)?;
-    let scenario: Scenario = serde_json::from_value(tree.json())
-        // The schema is made from the very structs: what it lets through is read. Should it ever not be, say so.
-        .map_err(|error| source.error(tree.origin_of(&KeyPath::root()), error.to_string()))?;
-    let in_tree = |problem: resolve::Problem| {
-        let path = KeyPath::parse(&problem.key).unwrap_or_else(KeyPath::root);
-        source.error(tree.origin_of(&path), format!("`{}`: {}", problem.key, problem.message))
-    };
+    let (scenario, file) = Located::read(source, &schema())?;
+    let tree = &file.tree;
+    let in_tree = |problem: resolve::Problem| file.error(&problem.key, &problem.message);
     resolve::foreign_keys(&scenario, &|key| KeyPath::parse(key).is_some_and(|path| tree.get(&path).is_some()))
         .map_err(in_tree)?;
     let resolved = resolve::resolve(scenario, default_name).map_err(in_tree)?;
     assemble::assemble(resolved).map_err(in_tree)
 }
 
-fn read_text(path: &std::path::Path) -> Result<String, String> {
+/// A TOML text that has been held against a schema; knows where each key stands. Not only scenarios are read so.
+pub(crate) struct Located<'a> {
+    source: &'a Source<'a>,
+    tree: document::Node,
+}
+
+impl<'a> Located<'a> {
+    /// The value of a text. The schema is that of `T`, in the words that `check` understands.
+    pub(crate) fn read<T: serde::de::DeserializeOwned>(
+        source: &'a Source<'a>,
+        schema: &serde_json::Value,
+    ) -> Result<(T, Self), ScenarioError> {
+        let tree = document::read(source)?;
+        check::check(schema, &tree).map_err(|fault: Fault| source.error(fault.origin, fault.message))?;
+        let value = serde_json::from_value(tree.json())
+            // The schema is made from the very structs: what it lets through is read. Should it ever not be, say so.
+            .map_err(|error| source.error(tree.origin_of(&KeyPath::root()), error.to_string()))?;
+        Ok((value, Self { source, tree }))
+    }
+
+    /// What is wrong with a key, told with its place: its own if it was written, else that of the table around it.
+    pub(crate) fn error(&self, key: &str, message: &str) -> ScenarioError {
+        let path = KeyPath::parse(key).unwrap_or_else(KeyPath::root);
+        self.source.error(self.tree.origin_of(&path), format!("`{key}`: {message}"))
+    }
+}
+
+/// The whole text of a file that a person wrote.
+pub(crate) fn read_text(path: &std::path::Path) -> Result<String, String> {
     use std::io::Read;
     let mut bytes = Vec::new();
     std::fs::File::open(path)
         .and_then(|file| file.take(LONGEST_FILE + 1).read_to_end(&mut bytes))
         .map_err(|error| format!("cannot be read: {error}"))?;
     if bytes.len() as u64 > LONGEST_FILE {
-        return Err("longer than 1 MiB: not a scenario".into());
+        return Err("longer than 1 MiB: not a file of settings".into());
     }
     String::from_utf8(bytes).map_err(|error| format!("not UTF-8 text (byte {})", error.utf8_error().valid_up_to() + 1))
 }

@@ -5,7 +5,8 @@
 
 use std::path::{Path, PathBuf};
 
-use integration_tests::program::{Spoken, host_sim};
+use integration_tests::data::path;
+use integration_tests::program::{Folder, Spoken, host_sim};
 use serde_json::Value as Json;
 
 const BASE: u32 = 0x0800_0000;
@@ -22,7 +23,7 @@ const CODE: [u16; 18] = [
 const SECOND: &str = "_RNvCs1234_7example6second";
 
 /// Name, value, size, type. Thumb functions have an odd value; mapping symbols have no type.
-const SYMBOLS: [(&str, u32, u32, u8); 9] = [
+const SYMBOLS: [(&str, u32, u32, u8); 10] = [
     ("$t", BASE, 0, 0),
     ("first", BASE + 1, 12, 2),
     ("$d", BASE + 8, 0, 0),
@@ -32,7 +33,10 @@ const SYMBOLS: [(&str, u32, u32, u8); 9] = [
     ("alone", BASE + 33, 2, 2),
     ("merged_a", BASE + 35, 2, 2),
     ("merged_b", BASE + 35, 2, 2),
+    ("STATE", 0x2000_0000, 48, 1),
 ];
+/// Who made it: the linker, then the compiler.
+const COMMENT: &[u8] = b"Linker: LLD 22.1.2\0rustc version 1.96.0 (ac68faa20 2026-05-25)\0";
 
 /// A linked ELF file (`e_type` 2; 1 is not linked) of `CODE` for a machine (40 is ARM).
 fn elf(e_type: u16, machine: u16) -> Vec<u8> {
@@ -47,8 +51,8 @@ fn elf(e_type: u16, machine: u16) -> Vec<u8> {
         symbols.extend([0x10 | kind, 0, 1, 0]);
         strings.extend(name.bytes().chain([0]));
     }
-    let names = b"\0.text\0.symtab\0.strtab\0.shstrtab\0";
-    let contents: [&[u8]; 4] = [&code, &symbols, &strings, names];
+    let names = b"\0.text\0.symtab\0.strtab\0.shstrtab\0.comment\0";
+    let contents: [&[u8]; 5] = [&code, &symbols, &strings, names, COMMENT];
     let mut offsets = Vec::new();
     let mut body = Vec::new();
     for content in contents {
@@ -68,7 +72,7 @@ fn elf(e_type: u16, machine: u16) -> Vec<u8> {
         word(&mut file, value);
     }
     // Sizes of the headers and their numbers, index of the section names.
-    for value in [52, 32, 0, 40, 5, 4] {
+    for value in [52, 32, 0, 40, 6, 4] {
         half(&mut file, value);
     }
     file.extend(&body);
@@ -80,6 +84,7 @@ fn elf(e_type: u16, machine: u16) -> Vec<u8> {
         [7, 2, 0, 0, offsets[1], sizes[1], 3, 1, 4, 16],
         [15, 3, 0, 0, offsets[2], sizes[2], 0, 0, 1, 0],
         [23, 3, 0, 0, offsets[3], sizes[3], 0, 0, 1, 0],
+        [33, 1, 0, 0, offsets[4], sizes[4], 0, 0, 1, 0],
     ];
     for value in sections.into_iter().flatten() {
         word(&mut file, value);
@@ -181,6 +186,94 @@ fn a_trace_adds_the_typical_figure() {
     assert_eq!(spoken(&file.0, &["--symbol", "second", "--trace", "/no/such/file"]).0, 2);
 }
 
+/// A file of ceilings beside the image that it speaks of.
+fn ceilings(name: &str, compiler: &str, ceiling: &str) -> (Folder, String) {
+    let folder = Folder::new(&format!("ceilings-{name}"));
+    let text = format!(
+        "compiler = \"{compiler}\"\n[[instance]]\nname = \"the second\"\nimage = \"fw.elf\"\n\
+         symbol = \"example::second\"\nstate = \"STATE\"\nceiling = {{ {ceiling} }}\nwhy = \"measured\"\n"
+    );
+    std::fs::write(folder.path("fw.elf"), elf(2, 40)).expect("temporary file");
+    std::fs::write(folder.path("budgets.toml"), text).expect("temporary file");
+    let file = folder.path("budgets.toml");
+    (folder, file)
+}
+
+#[test]
+fn ceilings_are_held_from_above_and_from_below_and_the_place_in_the_file_is_told() {
+    let of = |name: &str, compiler: &str, ceiling: &str| {
+        let (_folder, file) = ceilings(name, compiler, ceiling);
+        let Spoken { status, out, err } = host_sim(&["budget", "--ceilings", &file]);
+        (status, out, err.replace(&file, "FILE"))
+    };
+    let (status, out, err) = of("tight", "rustc 1.96.0", "bound = 10, flash = 14, stack = 0, state = 48");
+    assert_eq!((status, err.as_str()), (0, ""), "{out}");
+    let bound = out.lines().find(|line| line.starts_with("the second")).expect("a row");
+    assert_eq!(bound.split_whitespace().collect::<Vec<_>>(), ["the", "second", "bound", "10", "cycles", "10", "1.00"]);
+    let (status, out, err) = of("above", "rustc 1.96.0", "bound = 9, state = 40");
+    assert_eq!(status, 1, "{out}");
+    assert_eq!(
+        err,
+        "failed: FILE:7:21: `instance[1].ceiling.bound`: the second has 10 cycles, above the ceiling\n\
+         failed: FILE:7:32: `instance[1].ceiling.state`: the second has 48 B, above the ceiling\n"
+    );
+    let (status, _, err) = of("below", "rustc 1.96.0", "bound = 11");
+    assert!(status == 1 && err.ends_with("more than 5 % below the ceiling of 11; write bound = 10\n"), "{err}");
+    let (status, out, err) = of("other", "rustc 1.95.0", "bound = 9");
+    assert!(status == 0 && out.contains("above by 1"), "{out}");
+    assert!(
+        err.starts_with("note: fw.elf was built by rustc 1.96.0 (ac68faa20 2026-05-25), the ceilings were"),
+        "{err}"
+    );
+    let (status, out, err) = of("slip", "rustc 1.96.0", "bund = 10");
+    assert_eq!((status, out.as_str()), (2, ""));
+    assert_eq!(err, "error: FILE:7:13: unknown key `instance[1].ceiling.bund`; did you mean `bound`?\n");
+}
+
+#[test]
+fn ceilings_as_json_are_one_object_and_take_no_other_question() {
+    let (folder, file) = ceilings("json", "rustc 1.96.0", "bound = 10");
+    let Spoken { status, out, err } = host_sim(&["budget", "--ceilings", &file, "--json"]);
+    assert_eq!((status, err.as_str(), out.lines().count()), (0, "", 1));
+    let json: Json = serde_json::from_str(&out).expect("JSON");
+    let row = &json["rows"][0];
+    assert_eq!((&row["figure"], &row["value"], &row["ceiling"]), (&"bound".into(), &10.into(), &10.into()));
+    assert_eq!((&json["images"][0]["is_judged"], &json["reasons"]["the second"]), (&true.into(), &"measured".into()));
+    for other in [&["--no-call"][..], &["--max-cycles", "10"], &["--elf", &folder.path("fw.elf"), "--symbol", "first"]]
+    {
+        let Spoken { status, err, .. } = host_sim(&[&["budget", "--ceilings", &file], other].concat());
+        assert!(status == 2 && err.contains("cannot be used with"), "{err}");
+    }
+    assert_eq!(host_sim(&["budget", "--ceilings", &folder.path("none.toml")]).status, 2);
+    assert_eq!(host_sim(&["budget", "--json"]).status, 2);
+}
+
+/// The emulator's log of the image and the stopwatch in it know nothing of each other. What the stopwatch takes beside the
+/// tick is the same for two instances of one type.
+#[test]
+fn the_emulator_executes_what_the_stopwatch_in_the_image_counts() {
+    let image = path("../firmware/target/thumbv7em-none-eabihf/release/budget");
+    assert!(image.exists(), "{} is missing: `cargo xtask firmware` builds it", image.display());
+    let log = host_sim(&["emulate", "--image", &image.display().to_string(), "--seconds", "60"]);
+    let stopwatch = |name: &str| -> i64 {
+        let line = log.out.lines().find_map(|line| line.strip_prefix(&format!("{name}: min ")));
+        let count = line.and_then(|line| line.split(',').next()).and_then(|count| count.parse().ok());
+        count.unwrap_or_else(|| panic!("{name}: {}", log.out))
+    };
+    let executed = |name: &str| -> i64 {
+        let (status, out, err) = spoken(&image, &["--symbol", &format!("budget::{name}::tick"), "--emulate", "--json"]);
+        assert_eq!(status, 0, "{err}");
+        let json: Json = serde_json::from_str(&out).expect("JSON");
+        let typical = &json["typical"];
+        assert_eq!(typical["calls"], 200, "{typical}");
+        assert_eq!(typical["instructions"]["min"], typical["instructions"]["max"], "a good tick takes one time");
+        typical["instructions"]["max"].as_i64().expect("a number")
+    };
+    for (guarded, unguarded) in [("joint_r2", "joint_r2_unguarded"), ("joint_r3", "joint_r3_unguarded")] {
+        assert_eq!(stopwatch(guarded) - stopwatch(unguarded), executed(guarded) - executed(unguarded), "{guarded}");
+    }
+}
+
 #[test]
 fn bad_input_is_one_line_and_status_2() {
     let linked = File::new("linked", &elf(2, 40));
@@ -190,7 +283,7 @@ fn bad_input_is_one_line_and_status_2() {
     for (name, bytes, reason) in [
         ("object", elf(1, 40), "not linked"),
         ("machine", elf(2, 62), "not for ARM"),
-        ("text", b"hello".to_vec(), "not an ELF file"),
+        ("text", b"hello".to_vec(), "this is no ELF file"),
         ("cut", elf(2, 40)[..60].to_vec(), "ELF"),
     ] {
         let file = File::new(name, &bytes);

@@ -2,7 +2,7 @@
 //! tool, `host-sim budget`, as a table for the README.
 //!
 //! Instructions are those that the emulator executed, exact; cycles come from the table of docs/cycles.md. Both are of
-//! the dearest tick of the run.
+//! the dearest tick of the run; "pipelined" is the typical figure with VLDR and VSTR taken for LDR and STR.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -122,6 +122,7 @@ struct Cost {
     symbol: &'static str,
     instructions: u64,
     cycles: u64,
+    pipelined: u64,
     /// None where there are loops of unknown length.
     bound: Option<u64>,
     flash_bytes: u64,
@@ -151,6 +152,7 @@ fn cost(root: &Path, image: &Path, log: &Path, symbol: &'static str) -> Result<C
         symbol,
         instructions: number("/typical/instructions/max")?,
         cycles: number("/typical/cycles/max")?,
+        pipelined: number("/typical/pipelined/max")?,
         bound,
         flash_bytes: number("/flash_bytes")?,
     })
@@ -159,15 +161,15 @@ fn cost(root: &Path, image: &Path, log: &Path, symbol: &'static str) -> Result<C
 /// As Markdown, in the order of [`YARDSTICKS`].
 fn table(costs: &[Cost]) -> Result<String, String> {
     let mut text = String::from(
-        "| | instructions | cycles, typical | cycles, bound | flash, bytes | cycles over ours |\n|---|---|---|---|---|---|",
+        "| | instructions | cycles, typical | pipelined | bound | flash, bytes | typical over ours |\n|---|---|---|---|---|---|---|",
     );
     for (Yardstick { what, against, .. }, cost) in YARDSTICKS.iter().zip(costs) {
         let reference = costs.iter().find(|cost| cost.symbol == *against);
         let reference = reference.ok_or_else(|| format!("`{against}` was not measured"))?;
         let ratio = cost.cycles as f64 / reference.cycles as f64;
         let bound = cost.bound.map_or_else(|| String::from("none: loops"), |bound| bound.to_string());
-        let Cost { instructions, cycles, flash_bytes, .. } = cost;
-        write!(text, "\n| {what} | {instructions} | {cycles} | {bound} | {flash_bytes} | {ratio:.2} |")
+        let Cost { instructions, cycles, pipelined, flash_bytes, .. } = cost;
+        write!(text, "\n| {what} | {instructions} | {cycles} | {pipelined} | {bound} | {flash_bytes} | {ratio:.2} |")
             .map_err(|error| error.to_string())?;
     }
     Ok(text)
@@ -182,15 +184,21 @@ mod tests {
         let costs: Vec<Cost> = YARDSTICKS
             .iter()
             .map(|Yardstick { symbol, .. }| match *symbol {
-                ORDER_2 => Cost { symbol, instructions: 140, cycles: 200, bound: Some(220), flash_bytes: 600 },
-                ORDER_3 => Cost { symbol, instructions: 160, cycles: 250, bound: Some(270), flash_bytes: 700 },
-                symbol => Cost { symbol, instructions: 400, cycles: 500, bound: None, flash_bytes: 900 },
+                ORDER_2 => {
+                    Cost { symbol, instructions: 140, cycles: 200, pipelined: 180, bound: Some(220), flash_bytes: 600 }
+                }
+                ORDER_3 => {
+                    Cost { symbol, instructions: 160, cycles: 250, pipelined: 220, bound: Some(270), flash_bytes: 700 }
+                }
+                symbol => {
+                    Cost { symbol, instructions: 400, cycles: 500, pipelined: 400, bound: None, flash_bytes: 900 }
+                }
             })
             .collect();
         let table = table(&costs).expect("both shipped ticks are there");
         let row = |what: &str| table.lines().find(|line| line.contains(what)).expect("a row of the table").to_owned();
-        assert!(row("this tick, r = 3").ends_with("| 160 | 250 | 270 | 700 | 1.00 |"), "{table}");
-        assert_eq!(table.matches("| 400 | 500 | none: loops | 900 | 2.00 |").count(), 4, "{table}");
-        assert_eq!(table.matches("| 400 | 500 | none: loops | 900 | 2.50 |").count(), 6, "{table}");
+        assert!(row("this tick, r = 3").ends_with("| 160 | 250 | 220 | 270 | 700 | 1.00 |"), "{table}");
+        assert_eq!(table.matches("| 400 | 500 | 400 | none: loops | 900 | 2.00 |").count(), 4, "{table}");
+        assert_eq!(table.matches("| 400 | 500 | 400 | none: loops | 900 | 2.50 |").count(), 6, "{table}");
     }
 }

@@ -1,4 +1,4 @@
-//! The images for the chip: built, and weighed.
+//! The images for the chip: built, weighed, and held to their budgets.
 
 use std::path::{Path, PathBuf};
 
@@ -10,6 +10,8 @@ use crate::step::{Gate, Invocation, Outcome};
 
 /// Its own workspace.
 const MANIFEST: &str = "firmware/Cargo.toml";
+/// Ceilings of what the images cost.
+const BUDGETS: &str = "firmware/budgets.toml";
 const IMAGES: [&str; 3] = ["pil", "drive", "budget"];
 
 /// Format and lints.
@@ -39,14 +41,16 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// The interrupt of `drive`, tick and all: an upper bound in cycles, and nothing in it that an interrupt must not have.
-pub(crate) fn judge_interrupt(gate: &mut Gate) -> Outcome {
-    let image = format!("firmware/target/{TARGET}/release/drive");
-    // One barrier, of the critical section; nothing is outstanding there but a store.
-    let budget = ["run", "--quiet", "-p", "host-sim", "--", "budget", "--symbol", "TIM3", "--barrier", "3", "--elf"];
-    let checks = ["--no-panic", "--no-call", "--no-double", "--no-division", "--no-backward-branch"];
-    let judge = Invocation::cargo(&budget).with(&[&image]).with(&checks);
-    gate.commands("interrupt of `drive`: no panic, call, 64-bit float, division or loop", &[judge])
+/// Builds the images, then holds what they cost to its ceilings.
+pub(crate) fn budget(gate: &mut Gate) -> Outcome {
+    run(gate)?;
+    judge(gate)
+}
+
+/// Every shipped instance of the tick, and the interrupt of `drive`, against the ceilings in `firmware/budgets.toml`.
+pub(crate) fn judge(gate: &mut Gate) -> Outcome {
+    let judge = Invocation::cargo(&["run", "--quiet", "-p", "host-sim", "--", "budget", "--ceilings", BUDGETS]);
+    gate.commands("ceilings of every instance of the tick and of the interrupt", &[judge])
 }
 
 /// A setting of cargo, on top of those in the files: a panic tells its place relative to this workspace or to the crate

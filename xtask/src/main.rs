@@ -26,15 +26,20 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 6] = [
+const ACTIONS: [Action; 7] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
-        help: "setup, then format, lints, docs, paper map, images, tests, fuzzing, build and machine code for thumb",
+        help: "setup, then format, lints, docs, paper map, images, tests, budgets, fuzzing, builds for thumb",
         run: test::run,
     },
     Action { name: "firmware", help: "build the images for the chip and say how large they are", run: firmware::run },
     Action { name: "bench", help: "what a tick costs on the chip beside other code, as a table", run: bench::run },
+    Action {
+        name: "budget",
+        help: "build the images and hold what each instance costs to firmware/budgets.toml",
+        run: firmware::budget,
+    },
     Action { name: "fuzz", help: "libFuzzer against the target's side of the wire", run: fuzz::run },
     Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
 ];

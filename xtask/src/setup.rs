@@ -26,8 +26,13 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     })?;
     gate.step(&format!("compiler for {TARGET}, emulator of the chip, C++ compiler"), |gate| {
         let missing = missing();
-        if !missing.is_empty() || (!wanted().is_empty() && can_install()) {
+        if !missing.is_empty() {
             install(gate, missing)?;
+        } else if !wanted().is_empty() && can_install() {
+            // Without a connection the gate does without; what is still not there is named below.
+            if let Err(Failure { reason, .. }) = install(gate, missing) {
+                println!("{reason}");
+            }
         }
         println!("{}\n{}", Compiler::required()?, emulator().unwrap_or_default());
         for Missing { what, .. } in wanted() {

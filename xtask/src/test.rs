@@ -37,7 +37,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         "tests, controller-core without features",
         &[Invocation::cargo(&["test", "-p", "controller-core", "--no-default-features"])],
     )?;
-    firmware::judge_interrupt(gate)?;
+    firmware::judge(gate)?;
     fuzz::run(gate)?;
     thumb::run(gate, &sets)
 }

@@ -1,48 +1,171 @@
-//! What one tick of the flexible joint costs, by order of the observers: fewest, most and mean over a fixed trajectory.
+//! What one tick costs, instance by instance: the code, the state and the coefficients that `budgets.toml` holds to
+//! their ceilings, and a log of what the stopwatch says.
 //!
-//! The unit is in the message: cycles on a chip, instructions under `qemu-system-arm -icount shift=0,sleep=off`. The
-//! tick is inlined as in an interrupt; loading the sample and storing the output are part of it, the call of an
-//! interrupt and the reading of the stopwatch are not.
+//! Every instance is a module of its own, so that each of its parts has a symbol: `tick`, called by reference as a
+//! firmware calls it and never inlined here, `CONTROLLER` in flash and `STATE` in RAM. The generic code of the library
+//! is inlined into each `tick`.
+//!
+//! The unit of the log is in its first line: cycles on a chip, instructions under
+//! `qemu-system-arm -icount shift=0,sleep=off`. The call is part of what the stopwatch says, reading it is not.
+//! `host-sim budget --ceilings` looks at the machine code and at what the emulator executes instead, and counts the
+//! tick alone. All samples are good ones, within the limits of u and beyond; what a bad one may take is in the bound.
 #![no_std]
 #![no_main]
 
+use core::cell::UnsafeCell;
 use core::hint::black_box;
+use core::mem::MaybeUninit;
 
 use controller_core::{
-    Config, Controller, Fallback, FlexibleJoint, Health, JointParameters, Limits, Nominal, ObserverGains, ReachingLaw,
-    Reading, Surface, channels,
+    Benchmark, Config, Controller, Exp, Fallback, FlexibleJoint, JointParameters, Libm, Limits, Micromath, Nominal,
+    NominalModel, ObserverGains, Output, ReachingLaw, Reading, State, Surface, channels,
 };
 use cortex_m::asm;
 use firmware::{clock, log};
 use stm32f4::stm32f405::Peripherals;
 
-type Joint<const R: usize, const MASK: u8, const O: usize> = Controller<f32, FlexibleJoint<f32>, 4, R, MASK, O>;
+/// Calls of each instance with good samples: enough to see saturation, few enough for a log of every instruction.
+const TICKS: u32 = 200;
 
-const TICKS: u32 = 1000;
-const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
+/// A state in RAM and nothing beside it, so that its symbol is as large as it is.
+#[repr(transparent)]
+struct Place<S>(UnsafeCell<MaybeUninit<S>>);
+
+// SAFETY: `put` alone hands out what is in it, and its caller vouches for being the only one.
+unsafe impl<S> Sync for Place<S> {}
+
+impl<S> Place<S> {
+    const fn empty() -> Self {
+        Self(UnsafeCell::new(MaybeUninit::uninit()))
+    }
+
+    /// # Safety
+    /// Once for each place.
+    #[allow(clippy::mut_from_ref)]
+    unsafe fn put(&self, state: S) -> &mut S {
+        // SAFETY: as the caller promises, nobody else has or will have a reference to it.
+        unsafe { (*self.0.get()).write(state) }
+    }
+}
+
+/// One module per instance. `tick.u -> f32` is a caller that reads nothing else of the output.
+macro_rules! instances {
+    ($($name:ident: $model:ty, $n:literal, $r:literal, $mask:expr, $o:literal = $design:expr,
+       $call:ident $(.$field:ident)? -> $answer:ty;)*) => {
+        $(mod $name {
+            #[allow(clippy::wildcard_imports)]
+            use super::*;
+
+            static CONTROLLER: Controller<f32, $model, $n, $r, { $mask }, $o> = $design;
+            static STATE: Place<State<f32, $r, $o>> = Place::empty();
+
+            #[inline(never)]
+            fn tick(
+                controller: &Controller<f32, $model, $n, $r, { $mask }, $o>,
+                state: &mut State<f32, $r, $o>,
+                x: &[f32; $n],
+            ) -> $answer {
+                controller.$call(state, x)$(.$field)?
+            }
+
+            pub(super) fn run() {
+                measure(stringify!($name), &CONTROLLER, &STATE, tick);
+            }
+        })*
+
+        fn all() {
+            $($name::run();)*
+        }
+    };
+}
+
 const DRIVEN: u8 = channels([4]);
 const BOTH: u8 = channels([2, 4]);
+const ALL: u8 = channels([1, 2, 3, 4]);
+const OF_TWO: u8 = channels([1, 2]);
 
-const fn designed<const R: usize, const MASK: u8, const O: usize>(observer: ObserverGains<R>) -> Joint<R, MASK, O> {
-    let in_channel_2 = if MASK == BOTH { Some(observer) } else { None };
-    let config = Config {
+// Eq. (44) asks for order n - i in channel i: order 1 is for the driven channel alone, all four need order 3.
+instances! {
+    joint_r1: Joint, 4, 1, DRIVEN, 1 = joint(JOINT), tick.u -> f32;
+    joint_r2: Joint, 4, 2, BOTH, 2 = joint(JOINT), tick.u -> f32;
+    joint_r3: Joint, 4, 3, BOTH, 2 = joint(JOINT), tick.u -> f32;
+    joint_r2_driven: Joint, 4, 2, DRIVEN, 1 = joint(JOINT), tick.u -> f32;
+    joint_r3_all: Joint, 4, 3, ALL, 4 = joint(JOINT), tick.u -> f32;
+    joint_r2_output: Joint, 4, 2, BOTH, 2 = joint(JOINT), tick -> Output<f32>;
+    joint_r3_output: Joint, 4, 3, BOTH, 2 = joint(JOINT), tick -> Output<f32>;
+    joint_r2_unguarded: Joint, 4, 2, BOTH, 2 = joint(JOINT), tick_unguarded.u -> f32;
+    joint_r3_unguarded: Joint, 4, 3, BOTH, 2 = joint(JOINT), tick_unguarded.u -> f32;
+    joint_r2_varying_gain: VaryingGain, 4, 2, BOTH, 2 = joint(VaryingGain(JOINT)), tick.u -> f32;
+    benchmark_libm: Benchmark<Libm>, 2, 2, OF_TWO, 2 = benchmark(Benchmark::new()), tick.u -> f32;
+    benchmark_micromath: Benchmark<Micromath>, 2, 2, OF_TWO, 2 = benchmark(Benchmark::new()), tick.u -> f32;
+    benchmark_without_exponential: Benchmark<Nothing>, 2, 2, OF_TWO, 2 = benchmark(Benchmark::new()), tick.u -> f32;
+}
+
+type Joint = FlexibleJoint<f32>;
+const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
+const JOINT: Joint = Joint::new(&NOMINAL);
+
+/// The joint with b(x) = b_0 (1 + x_1²/2): what a varying gain costs.
+#[derive(Clone, Copy)]
+struct VaryingGain(Joint);
+
+impl NominalModel<f32, 4> for VaryingGain {
+    #[inline]
+    fn drift(&self, x: &[f32; 4]) -> f32 {
+        self.0.drift(x)
+    }
+
+    #[inline]
+    fn gain_ratio(&self, x: &[f32; 4]) -> Option<f32> {
+        Some(1.0 + 0.5 * x[0] * x[0])
+    }
+}
+
+/// In place of an exponential: the benchmark with it, less the benchmark without it, is what the exponential costs.
+#[derive(Clone, Copy)]
+struct Nothing;
+
+impl Exp<f32> for Nothing {
+    #[inline]
+    fn exp(x: f32) -> f32 {
+        x
+    }
+}
+
+/// What all instances have in common.
+const fn config<const N: usize, const R: usize>(mask: u8, nominal: Nominal<N>) -> Config<N, R> {
+    let mut observers = [None; N];
+    let mut i = 0;
+    while i < N {
+        if mask >> i & 1 == 1 {
+            observers[i] = Some(ObserverGains::from_bandwidth::<R>(100.0));
+        }
+        i += 1;
+    }
+    Config {
         period_s: 1e-4,
         surface: Surface::from_bandwidth(10.0, 10.0),
-        observers: [None, in_channel_2, None, Some(observer)],
+        observers,
         reaching: ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 },
-        nominal: NOMINAL,
+        nominal,
         limits: Limits::symmetric(300.0),
         fallback: Fallback::HoldLast,
         sigma_star_bound: 10.0,
         observer_pole_limit: 1.0,
-    };
-    Joint::designed(&config, FlexibleJoint::<f32>::new(&NOMINAL))
+    }
 }
 
-// Eq. (44) asks for order 2 in channel 2: order 1 is for the driven channel alone.
-static ORDER_1: Joint<1, DRIVEN, 1> = designed(ObserverGains::from_bandwidth::<1>(100.0));
-static ORDER_2: Joint<2, BOTH, 2> = designed(ObserverGains::from_bandwidth::<2>(100.0));
-static ORDER_3: Joint<3, BOTH, 2> = designed(ObserverGains::from_bandwidth::<3>(100.0));
+const fn joint<M: NominalModel<f32, 4> + Copy, const R: usize, const MASK: u8, const O: usize>(
+    model: M,
+) -> Controller<f32, M, 4, R, MASK, O> {
+    Controller::<f32, M, 4, R, MASK, O>::designed(&config(MASK, NOMINAL), model)
+}
+
+/// Eq. (59).
+const fn benchmark<E: Exp<f32> + Copy>(model: Benchmark<E>) -> Controller<f32, Benchmark<E>, 2, 2, OF_TWO, 2> {
+    let config = config(OF_TWO, Benchmark::<E>::nominal());
+    Controller::<f32, Benchmark<E>, 2, 2, OF_TWO, 2>::designed(&config, model)
+}
 
 /// A trajectory that needs no plant: noise of ±1/2 from a linear congruence, smaller than a spike, larger than rest.
 struct Noise(u32);
@@ -54,37 +177,54 @@ impl Noise {
     }
 }
 
+type Tick<C, S, const N: usize, Y> = fn(&C, &mut S, &[f32; N]) -> Y;
+
+/// Calls a tick by reference as a firmware does: nothing that the compiler knows of its arguments enters it.
 #[inline(never)]
-fn measure<const R: usize, const MASK: u8, const O: usize>(controller: &'static Joint<R, MASK, O>) {
+fn measure<M, Y, const N: usize, const R: usize, const MASK: u8, const O: usize>(
+    name: &str,
+    controller: &'static Controller<f32, M, N, R, MASK, O>,
+    place: &'static Place<State<f32, R, O>>,
+    tick: Tick<Controller<f32, M, N, R, MASK, O>, State<f32, R, O>, N, Y>,
+) where
+    M: NominalModel<f32, N>,
+{
+    let (controller, tick) = (black_box(controller), black_box(tick));
     let overhead = clock::elapsed(|| {});
     let mut noise = Noise(1);
-    let mut sample = || [0.01, 0.1, 1.0, 10.0].map(|size| size * noise.next());
-    let Some(mut state) = controller.start(&sample()) else { unreachable!() };
-    let mut cost = |x: [f32; 4]| {
-        let x = black_box(x);
-        let mut health = Health::OK;
-        let took = clock::elapsed(|| health = black_box(controller.tick(&mut state, &x)).health);
-        (took - overhead, health)
+    // 0.01, 0.1, 1, 10: each derivative faster than the one before.
+    let mut size = 0.001;
+    let mut sizes = [0.0; N];
+    for entry in &mut sizes {
+        size *= 10.0;
+        *entry = size;
+    }
+    let mut sample = || sizes.map(|size| size * noise.next());
+    let x0 = sample();
+    let Some(state) = controller.start(&x0) else { unreachable!() };
+    // SAFETY: the macro gives every instance a place of its own, and `main` runs each once.
+    let state = unsafe { place.put(state) };
+    // Without its guard a tick does not know what to do at the start.
+    controller.tick(state, &x0);
+    let mut cost = |x: [f32; N]| {
+        let (state, x) = (black_box(&mut *state), black_box(&x));
+        clock::elapsed(|| {
+            black_box(tick(controller, state, x));
+        }) - overhead
     };
 
-    let (mut fewest, mut most, mut sum, mut saturated) = (u32::MAX, 0, 0, 0_u32);
+    let (mut fewest, mut most, mut sum) = (u32::MAX, 0, 0);
     for _ in 0..TICKS {
-        let (took, health) = cost(sample());
+        let took = cost(sample());
         (fewest, most, sum) = (fewest.min(took), most.max(took), sum + took);
-        saturated += u32::from(health.contains(Health::SATURATED));
     }
-    let (rejected, _) = cost([f32::NAN; 4]);
     defmt::println!(
-        "order {=usize}, {=usize} observers: min {=u32}, max {=u32}, mean {=f32}; rejected sample {=u32} \
-         ({=u32} ticks, {=u32} saturated)",
-        R,
-        O,
+        "{=str}: min {=u32}, max {=u32}, mean {=f32} ({=u32} ticks)",
+        name,
         fewest,
         most,
         sum as f32 / TICKS as f32,
-        rejected,
         TICKS,
-        saturated,
     );
 }
 
@@ -94,9 +234,7 @@ fn main() -> ! {
     log::start(chip.USART2, &chip.RCC, &chip.GPIOA);
     let unit = clock::start(core.DCB, core.DWT, chip.TIM2, &chip.RCC);
     defmt::println!("budget in {}", unit);
-    measure(&ORDER_1);
-    measure(&ORDER_2);
-    measure(&ORDER_3);
+    all();
     defmt::println!("budget ends");
     loop {
         asm::wfi();

@@ -74,6 +74,11 @@ impl Node {
         }
     }
 
+    /// Why it cannot be followed, if it cannot.
+    pub fn refusal(&self) -> Option<&str> {
+        self.refusal.as_deref()
+    }
+
     /// Does the callee return in its place?
     pub fn is_tail(&self) -> bool {
         self.tail

@@ -1,10 +1,10 @@
-//! A linked firmware: its code, where data lies in it, and the names of its functions.
+//! A linked firmware: its code, where data lies in it, the names of its functions and variables, and who compiled it.
 //!
 //! Mapping symbols of the ARM ELF supplement part code (`$t`) from data (`$d`: literal pools, branch tables).
 
 use std::collections::BTreeMap;
 
-use object::elf::{SHF_EXECINSTR, STT_FUNC};
+use object::elf::{SHF_EXECINSTR, STT_FUNC, STT_OBJECT};
 use object::{Architecture, Object, ObjectKind, ObjectSection, ObjectSymbol, SectionFlags, SymbolFlags};
 
 /// How many names a message offers.
@@ -30,6 +30,17 @@ impl Function {
     }
 }
 
+/// A variable or a constant by its symbol.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Data {
+    /// Name as linked.
+    pub symbol: String,
+    /// Name as written.
+    pub name: String,
+    /// Bytes.
+    pub size: u32,
+}
+
 /// Code and symbols of an ELF file.
 #[derive(Debug, Default)]
 pub struct Image {
@@ -38,6 +49,10 @@ pub struct Image {
     /// Where code and data begin: `true` is code.
     marks: BTreeMap<u32, bool>,
     functions: BTreeMap<u32, Function>,
+    data: Vec<Data>,
+    /// What the tools that made it say of themselves, section `.comment`.
+    tools: Vec<String>,
+    elf: Vec<u8>,
 }
 
 impl Image {
@@ -53,13 +68,17 @@ impl Image {
         if file.kind() != ObjectKind::Executable {
             return Err("not linked: calls have no target yet, give the executable".to_owned());
         }
-        let mut image = Self::default();
+        let mut image = Self { elf: bytes.to_vec(), ..Self::default() };
         for section in file.sections() {
             let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
             if sh_flags & u64::from(SHF_EXECINSTR) != 0 {
                 let data = section.data().map_err(|error| format!("a section cannot be read: {error}"))?;
                 image.sections.push((section.address() as u32, data.to_vec()));
             }
+        }
+        if let Some(Ok(comment)) = file.section_by_name(".comment").map(|section| section.data()) {
+            let texts = comment.split(|&byte| byte == 0).filter(|text| !text.is_empty());
+            image.tools = texts.map(|text| String::from_utf8_lossy(text).into_owned()).collect();
         }
         for symbol in file.symbols() {
             let Ok(name) = symbol.name() else { continue };
@@ -75,6 +94,7 @@ impl Image {
                 _ if st_info & 0xf == STT_FUNC && image.bytes(address & !1).is_some() => {
                     image.add_function(name, address & !1, symbol.size() as u32);
                 }
+                _ if st_info & 0xf == STT_OBJECT => image.add_data(name, symbol.size() as u32),
                 _ => {}
             }
         }
@@ -92,6 +112,11 @@ impl Image {
         function.end = function.end.max(start.saturating_add(size));
     }
 
+    fn add_data(&mut self, symbol: &str, size: u32) {
+        let name = format!("{:#}", rustc_demangle::demangle(symbol));
+        self.data.push(Data { symbol: symbol.to_owned(), name, size });
+    }
+
     fn close_functions(&mut self) {
         let starts: Vec<u32> = self.functions.keys().copied().collect();
         for (at, start) in starts.iter().enumerate() {
@@ -103,6 +128,11 @@ impl Image {
                 function.end = starts.get(at + 1).map_or(last, |next| (*next).min(last));
             }
         }
+    }
+
+    /// The file it was read from.
+    pub fn elf(&self) -> &[u8] {
+        &self.elf
     }
 
     /// Code from an address to the end of its section.
@@ -138,31 +168,23 @@ impl Image {
     /// # Errors
     /// What there is instead.
     pub fn find(&self, wanted: &str) -> Result<&Function, String> {
-        let all = || self.functions.values();
-        let exact = |function: &&Function| function.symbols.iter().chain(&function.names).any(|name| name == wanted);
-        let part = |function: &&Function| function.symbols.iter().chain(&function.names).any(|n| n.contains(wanted));
-        let mut found: Vec<&Function> = all().filter(exact).collect();
-        if found.is_empty() && !wanted.is_empty() {
-            found = all().filter(part).collect();
-        }
-        match found.as_slice() {
-            [one] => Ok(one),
-            [] => {
-                let distance = |name: &str| {
-                    let last = name.rsplit("::").next().unwrap_or(name);
-                    strsim::damerau_levenshtein(name, wanted).min(strsim::damerau_levenshtein(last, wanted))
-                };
-                let mut names: Vec<&str> = all().map(Function::name).collect();
-                names.sort_by_key(|name| distance(name));
-                names.truncate(OFFERED);
-                Err(format!("no function {wanted:?} in it; nearest: {}", names.join(", ")))
-            }
-            several => {
-                let names: Vec<&str> = several.iter().take(OFFERED).map(|function| function.name()).collect();
-                let more = if several.len() > OFFERED { ", .." } else { "" };
-                Err(format!("{wanted:?} is a part of {} names: {}{more}", several.len(), names.join(", ")))
-            }
-        }
+        let names = |one: &Function| one.names.iter().chain(&one.symbols).cloned().collect();
+        find("function", wanted, &self.functions.values().map(|one| (one, names(one))).collect::<Vec<_>>())
+    }
+
+    /// A variable or a constant, by its name as a function by its own.
+    ///
+    /// # Errors
+    /// What there is instead.
+    pub fn find_data(&self, wanted: &str) -> Result<&Data, String> {
+        let names = |one: &Data| vec![one.name.clone(), one.symbol.clone()];
+        find("variable or constant", wanted, &self.data.iter().map(|one| (one, names(one))).collect::<Vec<_>>())
+    }
+
+    /// Its compilers, `rustc 1.96.0 (..)`: what the tools that made it say of themselves, without the word "version".
+    pub fn compilers(&self) -> Vec<String> {
+        let of_linker = |text: &&String| text.starts_with("Linker: ");
+        self.tools.iter().filter(|text| !of_linker(text)).map(|text| text.replacen(" version ", " ", 1)).collect()
     }
 
     /// `0x08000123`, or `SYMBOL`, or `SYMBOL+0x12`.
@@ -186,6 +208,36 @@ impl Image {
     }
 }
 
+/// The one of `all`, each with its names, that is called `wanted`.
+fn find<'a, T>(kind: &str, wanted: &str, all: &[(&'a T, Vec<String>)]) -> Result<&'a T, String> {
+    let distance = |name: &str| {
+        let last = name.rsplit("::").next().unwrap_or(name);
+        strsim::damerau_levenshtein(name, wanted).min(strsim::damerau_levenshtein(last, wanted))
+    };
+    let exact = |(_, names): &&(&T, Vec<String>)| names.iter().any(|name| name == wanted);
+    let part = |(_, names): &&(&T, Vec<String>)| !wanted.is_empty() && names.iter().any(|name| name.contains(wanted));
+    let mut found: Vec<_> = all.iter().filter(exact).collect();
+    if found.is_empty() {
+        found = all.iter().filter(part).collect();
+    }
+    let offered = |some: &[&(&T, Vec<String>)]| -> String {
+        let names = some.iter().take(OFFERED).filter_map(|(_, names)| names.first().map(String::as_str));
+        names.collect::<Vec<_>>().join(", ")
+    };
+    match found.as_slice() {
+        [(one, _)] => Ok(one),
+        [] => {
+            let mut near: Vec<_> = all.iter().collect();
+            near.sort_by_key(|(_, names)| names.iter().map(|name| distance(name)).min());
+            Err(format!("no {kind} {wanted:?} in it; nearest: {}", offered(&near)))
+        }
+        several => {
+            let more = if several.len() > OFFERED { ", .." } else { "" };
+            Err(format!("{wanted:?} is a part of {} names: {}{more}", several.len(), offered(several)))
+        }
+    }
+}
+
 #[cfg(test)]
 impl Image {
     /// Functions of given machine code one behind the other from 0x0800_0000 on.
@@ -199,6 +251,18 @@ impl Image {
         }
         image.sections.push((0x0800_0000, code));
         image
+    }
+
+    /// And a variable of so many bytes.
+    pub(super) fn with_variable(mut self, name: &str, size: u32) -> Self {
+        self.add_data(name, size);
+        self
+    }
+
+    /// Made by this tool.
+    pub(super) fn made_by(mut self, tool: &str) -> Self {
+        self.tools.push(tool.to_owned());
+        self
     }
 
     /// From `address` on there is data.

@@ -8,6 +8,7 @@ use super::analysis::Summary;
 use super::cycles::{ASSUMPTIONS, TABLE};
 use super::graph::Path;
 use super::image::Function;
+use super::lines::Lines;
 use super::trace::Run;
 use super::{Core, Options};
 use crate::report::table::Table;
@@ -50,13 +51,20 @@ pub struct Typical {
     pub instructions: Spread,
     /// Cycles of a call by the typical reading of the table.
     pub cycles: Spread,
+    /// The same if VLDR and VSTR pipeline as LDR and STR do.
+    pub pipelined: Spread,
+    /// Additions, subtractions, multiplications and conversions of floats in a call.
+    pub arithmetic: Spread,
 }
 
 impl Typical {
     /// Of all calls of a trace.
     pub fn of(runs: &[Run]) -> Self {
         let instructions = Spread::of(runs.iter().map(|run| run.instructions));
-        Self { calls: runs.len(), instructions, cycles: Spread::of(runs.iter().map(|run| run.cycles)) }
+        let cycles = Spread::of(runs.iter().map(|run| run.cycles));
+        let pipelined = Spread::of(runs.iter().map(|run| run.pipelined));
+        let arithmetic = Spread::of(runs.iter().map(|run| run.arithmetic));
+        Self { calls: runs.len(), instructions, cycles, pipelined, arithmetic }
     }
 }
 
@@ -78,6 +86,9 @@ pub struct Report {
     /// Executed calls.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub typical: Option<Typical>,
+    /// Where the cycles of the executed calls go, if that was asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lines: Option<Lines>,
     /// Instructions of the longest path by row of the table.
     pub histogram: Vec<(&'static str, u64)>,
     /// The function and all it reaches, literal pools included.
@@ -114,6 +125,7 @@ impl Report {
             shortest,
             most_instructions: summary.paths.as_ref().map(|paths| paths.most.instructions),
             typical: None,
+            lines: None,
             histogram,
             flash_bytes: 0,
             stack_bytes: summary.stack.as_ref().and_then(|stack| stack.as_ref().ok().copied()),
@@ -148,17 +160,22 @@ impl fmt::Display for Report {
         if let Some(most) = self.most_instructions {
             row("instructions", "-".to_owned(), most.to_string(), "no call executes more");
         }
-        if let Some(Typical { calls, instructions, cycles }) = &self.typical {
+        if let Some(Typical { calls, instructions, cycles, pipelined, .. }) = &self.typical {
             let over = format!("executed, {calls} calls");
             row("typical, least", cycles.min.to_string(), instructions.min.to_string(), &over);
             row("typical, mean", format!("{:.1}", cycles.mean), format!("{:.1}", instructions.mean), &over);
             row("typical, most", cycles.max.to_string(), instructions.max.to_string(), &over);
+            let supposed = "of these, if VLDR and VSTR pipeline as LDR and STR do";
+            row("pipelined, most", pipelined.max.to_string(), instructions.max.to_string(), supposed);
         }
         if self.longest.is_some() || self.typical.is_some() {
             write!(f, "\n{table}")?;
         }
         let stack = self.stack_bytes.map_or_else(|| "declined".to_owned(), |bytes| format!("{bytes} B"));
         writeln!(f, "\nflash {} B in {} function(s), stack {stack}", self.flash_bytes, self.functions.len())?;
+        if let Some(lines) = &self.lines {
+            write!(f, "\nby line of source, mean of a call\n{lines}")?;
+        }
         if !self.histogram.is_empty() {
             let mut table = Table::new(["instructions of the longest path", "number"]);
             for (label, count) in &self.histogram {

@@ -29,9 +29,18 @@ const INDIRECT: &[u16] = &[0x4798, 0x4770];
 const RETURN: &[u16] = &[0x4770];
 
 fn ask(functions: &[(&str, &[u16])], change: impl FnOnce(&mut Options), log: Option<&str>) -> Report {
-    let mut options = Options { symbol: functions[0].0.to_owned(), ..Options::default() };
+    let mut options = question(functions[0].0);
     change(&mut options);
-    answer(&Image::of(functions), &options, log).expect("good input")
+    let image = Image::of(functions);
+    let mut answer = Answer::of(&image, &options).expect("good input");
+    if let Some(log) = log {
+        answer.price(&trace::addresses(log), options.lines.then_some(&image));
+    }
+    answer.report
+}
+
+fn question(symbol: &str) -> Options {
+    Options { symbol: Some(symbol.to_owned()), ..Options::default() }
 }
 
 fn plain(functions: &[(&str, &[u16])]) -> Report {
@@ -67,6 +76,14 @@ fn a_straight_function_is_the_sum_of_its_instructions_and_one_stall() {
 }
 
 #[test]
+fn an_image_that_does_not_say_which_line_an_instruction_serves_has_cycles_and_no_lines() {
+    let lines = |options: &mut Options| options.lines = true;
+    let report = ask(&[("f", STRAIGHT)], lines, Some(&log(&[0, 2, 6, 10, 14, 18])));
+    assert!(report.typical.is_some() && report.lines.is_none());
+    assert!(report.declined[0].starts_with("--lines: "), "{:?}", report.declined);
+}
+
+#[test]
 fn of_two_ways_the_bound_takes_the_dear_one_and_best_the_cheap_one() {
     let report = plain(&[("f", FORK)]);
     // cmp 1, beq not taken 1, vdiv 14, bx 1 + 3; cmp 1, beq taken 1 + 1, bx 1 + 1.
@@ -93,7 +110,7 @@ fn a_call_costs_the_branch_the_callee_and_its_stack() {
     // b.w leaf: the callee returns for it.
     let tail = plain(&[("leaf", LEAF), ("f", &[0xf7ff, 0xbffb])]);
     assert_eq!(cycles(&tail).map(|(_, worst)| worst), Some(6));
-    let tail = ask(&[("leaf", LEAF), ("f", &[0xf7ff, 0xbffb])], |options| options.symbol = "f".into(), None);
+    let tail = ask(&[("leaf", LEAF), ("f", &[0xf7ff, 0xbffb])], |options| options.symbol = Some("f".into()), None);
     assert_eq!(cycles(&tail), Some((2 + 4, 4 + 6)));
 }
 
@@ -124,11 +141,11 @@ fn a_loop_that_is_not_there_is_bad_input() {
         ("f=many", "no number"),
         ("f+0x40=4", "does not come there"),
     ] {
-        let options = Options { symbol: "f".into(), loops: vec![place.into()], ..Options::default() };
-        match answer(&Image::of(&[("f", LOOP)]), &options, None) {
+        let options = Options { loops: vec![place.into()], ..question("f") };
+        match Answer::of(&Image::of(&[("f", LOOP)]), &options) {
             Err(message) => assert!(message.contains(reason), "{message}"),
             // A place in the function that heads no loop bounds none.
-            Ok(report) => assert!(declined(&report).contains("a loop begins here"), "{place}"),
+            Ok(answer) => assert!(declined(&answer.report).contains("a loop begins here"), "{place}"),
         }
     }
 }
@@ -199,7 +216,7 @@ fn what_cannot_be_followed_is_declined_with_its_place_and_reason() {
     }
     // movs r0, #0, and then a word of data.
     let data = Image::of(&[("f", &[0x2000, 0x4770])]).with_data(BASE + 2);
-    let report = answer(&data, &Options { symbol: "f".into(), ..Options::default() }, None).expect("good input");
+    let report = Answer::of(&data, &question("f")).expect("good input").report;
     assert!(declined(&report).contains("data among code"));
 }
 

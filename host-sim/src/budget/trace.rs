@@ -7,16 +7,33 @@
 use std::collections::BTreeMap;
 
 use super::analysis::Node;
-use super::cycles::{self, Reading};
+use super::cycles::{self, Class, Reading};
 use super::instruction::Flow;
 
+/// An executed instruction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Step {
+    /// Where it is.
+    pub address: u32,
+    /// Typical cycles.
+    pub cycles: u64,
+    /// The same if VLDR and VSTR pipeline as LDR and STR do.
+    pub pipelined: u64,
+}
+
 /// One call of the function.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Run {
     /// Instructions executed; one whose condition failed is one.
     pub instructions: u64,
     /// Typical cycles.
     pub cycles: u64,
+    /// The same if VLDR and VSTR pipeline as LDR and STR do.
+    pub pipelined: u64,
+    /// Additions, subtractions, multiplications and conversions of floats.
+    pub arithmetic: u64,
+    /// What was executed, in order.
+    pub steps: Vec<Step>,
 }
 
 /// Addresses of a log in the order of execution.
@@ -101,11 +118,18 @@ fn run(executed: &[u32], nodes: &BTreeMap<u32, &Node>) -> Result<Option<(Run, us
                 jumps
             }
         };
-        let own = cycles::own(one, taken, Reading::Typical).map_err(|reason| format!("{address:#010x}: {reason}"))?;
-        let own = if taken || matches!(node.flow, Flow::Next) { own } else { 1 };
-        let beside = before.map_or(0, |before| cycles::after(&before.instruction, one, Reading::Typical));
+        let cost = |reading| {
+            let own = cycles::own(one, taken, reading).map_err(|reason| format!("{address:#010x}: {reason}"))?;
+            let own = if taken || matches!(node.flow, Flow::Next) { own } else { 1 };
+            let beside = before.map_or(0, |before| cycles::after(&before.instruction, one, reading));
+            Ok::<u64, String>(own.saturating_add_signed(beside))
+        };
         run.instructions += 1;
-        run.cycles += own.saturating_add_signed(beside);
+        let step = Step { address: *address, cycles: cost(Reading::Typical)?, pipelined: cost(Reading::Pipelined)? };
+        run.cycles += step.cycles;
+        run.pipelined += step.pipelined;
+        run.steps.push(step);
+        run.arithmetic += u64::from(Class::of(one) == Some(Class::FloatArithmetic));
         if ends {
             return Ok(Some((run, at + 1)));
         }

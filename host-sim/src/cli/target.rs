@@ -15,14 +15,12 @@ use crate::port::in_process::Download;
 use crate::port::remote::Remote;
 use crate::scenario::Experiment;
 use crate::transport::faulty::Rates;
-use crate::transport::qemu::{Clock, Process, check_image};
+use crate::transport::qemu::{self, Clock, Process};
 use crate::transport::serial::BAUD;
 use crate::transport::{Emulator, Faulty, Serial, Stoppable, Transport};
 
 /// Where `cargo xtask firmware` leaves the image, from the root of the repository.
 const IMAGE: &str = "firmware/target/thumbv7em-none-eabihf/release/pil";
-/// Last words by which an image says that it has no more to say: `budget ends`, or `stopped` after a fault.
-const LAST_WORDS: [&str; 3] = ["done", "ends", "stopped"];
 /// A line of the log is looked for this long; also how soon Ctrl-C is heard.
 const LISTEN: Duration = Duration::from_millis(50);
 /// A log that has more to say than this after the end of a run is cut short.
@@ -102,7 +100,6 @@ impl<'a> Console<'a> {
     pub(super) fn emulated(&mut self, experiment: &Experiment, options: &PilOptions) -> Result<Link<'a>, Failure> {
         let download = design(experiment)?;
         let PilOptions { image, log, faults, seed } = options;
-        check_image(image).map_err(|error| failed(error.0))?;
         let messages = if *log { Some(Messages::of(image).map_err(failed)?) } else { None };
         self.wait_for(&format!("the emulator to boot {}", image.display()));
         let (emulator, log) = Emulator::start(image, messages.is_some()).map_err(|error| failed(error.0))?;
@@ -185,10 +182,9 @@ impl<'a> Console<'a> {
 
     pub(super) fn emulate(&mut self, options: &EmulateOptions) -> Result<u8, Failure> {
         let EmulateOptions { image, seconds } = options;
-        check_image(image).map_err(|error| failed(error.0))?;
         let messages = Messages::of(image).map_err(failed)?;
         let (process, [_, stream]) =
-            Process::start(image, [false, true], Clock::Instructions).map_err(|error| failed(error.0))?;
+            Process::start(image, [false, true], Clock::Instructions, None).map_err(|error| failed(error.0))?;
         let Some(stream) = stream else { return Err(failed(process.ended("no connection to the emulator").0)) };
         let log = Log::follow(stream, messages);
         let until = Instant::now() + Duration::from_secs_f64(*seconds);
@@ -199,7 +195,7 @@ impl<'a> Console<'a> {
             match log.wait(LISTEN) {
                 Ok(line) => {
                     self.say(&line)?;
-                    if line.split_whitespace().next_back().is_some_and(|word| LAST_WORDS.contains(&word)) {
+                    if qemu::is_last(&line) {
                         break;
                     }
                 }

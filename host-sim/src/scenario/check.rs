@@ -210,6 +210,7 @@ fn plural(items: &Json) -> &'static str {
     match () {
         () if has_type(items, "number") => "numbers",
         () if has_type(items, "array") => "lists",
+        () if has_type(items, "string") => "texts",
         () => "tables",
     }
 }

@@ -484,7 +484,7 @@ fn a_file_that_cannot_be_a_scenario_is_told_by_name() {
     assert_eq!(told(&folder.join("none.toml")), "F: cannot be read: No such file or directory (os error 2)");
     assert_eq!(told(&folder), "F: cannot be read: Is a directory (os error 21)");
     assert_eq!(told(&write("latin1.toml", b"title = \"\xe9\"")), "F: not UTF-8 text (byte 10)");
-    assert_eq!(told(&write("huge.toml", &vec![b'#'; (1 << 20) + 1])), "F: longer than 1 MiB: not a scenario");
+    assert_eq!(told(&write("huge.toml", &vec![b'#'; (1 << 20) + 1])), "F: longer than 1 MiB: not a file of settings");
     assert_eq!(told(&write("large.toml", &vec![b'#'; 1 << 20])), "no error");
     // The name of a file that names no scenario names the run, with what a folder cannot take replaced.
     let named = load(&write("k l=50.toml", b""), &[]).map(|experiment| experiment.name);
@@ -610,6 +610,7 @@ fn the_schema_uses_only_the_words_that_the_check_understands() {
         }
     }
     walk(&schema());
+    walk(&crate::budget::ceilings::schema());
 }
 
 #[test]

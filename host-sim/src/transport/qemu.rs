@@ -13,12 +13,14 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use super::{Transport, TransportError, is_silence};
-use crate::log;
+use crate::{image_file, log};
 
 /// The emulator.
 const PROGRAM: &str = "qemu-system-arm";
 /// Longest wait for the emulator to come up.
 pub const START_WITHIN: Duration = Duration::from_secs(10);
+/// Last words by which an image says that it has no more to say: `budget ends`, or `stopped` after a fault.
+const LAST_WORDS: [&str; 3] = ["done", "ends", "stopped"];
 /// How often a child that starts is looked at.
 const GLANCE: Duration = Duration::from_millis(2);
 
@@ -37,6 +39,20 @@ fn stop(child: &Mutex<Child>) {
     // It may have ended by itself; either way it is waited for, and leaves nothing behind.
     let _ = child.kill();
     let _ = child.wait();
+}
+
+/// Is this line of a log its last?
+pub fn is_last(line: &str) -> bool {
+    line.split_whitespace().next_back().is_some_and(|word| LAST_WORDS.contains(&word))
+}
+
+/// What the emulator is to write down: the address of every instruction that it executes within some ranges.
+#[derive(Clone, Copy, Debug)]
+pub struct Trace<'a> {
+    /// First address and length in bytes of each range.
+    pub ranges: &'a [(u32, u32)],
+    /// Where to write it.
+    pub file: &'a Path,
 }
 
 /// Who drives the clock of the emulated chip.
@@ -62,13 +78,18 @@ impl Process {
         image: &Path,
         usarts: [bool; 2],
         clock: Clock,
+        trace: Option<Trace<'_>>,
     ) -> Result<(Self, [Option<TcpStream>; 2]), TransportError> {
-        check_image(image)?;
+        image_file::check(image).map_err(TransportError)?;
         let told = |error: &io::Error| TransportError(format!("no connection to the emulator: {error}"));
         let mut command = Command::new(PROGRAM);
         command.args(["-M", "netduinoplus2", "-nographic", "-monitor", "none", "-kernel"]).arg(image);
         if clock == Clock::Instructions {
             command.args(["-icount", "shift=0,sleep=off"]);
+        }
+        if let Some(Trace { ranges, file }) = trace {
+            let ranges: Vec<String> = ranges.iter().map(|(at, length)| format!("{at:#x}+{length:#x}")).collect();
+            command.args(["-singlestep", "-d", "exec,nochain", "-dfilter", &ranges.join(","), "-D"]).arg(file);
         }
         let mut listeners = [None, None];
         for (listener, wanted) in listeners.iter_mut().zip(usarts) {
@@ -164,29 +185,6 @@ impl Drop for Process {
     }
 }
 
-/// Is there an image, and is it one?
-///
-/// # Errors
-/// When not; says what to do.
-pub fn check_image(image: &Path) -> Result<(), TransportError> {
-    let told = |why: String| TransportError(format!("image {}: {why}", image.display()));
-    let mut head = [0; 4];
-    // Opening what is no file, a pipe say, may wait for ever.
-    let kind = std::fs::metadata(image).map(|about| about.is_file());
-    if let Ok(false) = kind {
-        return Err(told("this is no file".into()));
-    }
-    let read = std::fs::File::open(image).and_then(|mut file| file.read_exact(&mut head));
-    match read {
-        Ok(()) if head == *b"\x7fELF" => Ok(()),
-        Err(error) if error.kind() == ErrorKind::NotFound => {
-            Err(told("there is no such file; `cargo xtask firmware` builds the images".into()))
-        }
-        Err(error) if error.kind() != ErrorKind::UnexpectedEof => Err(told(format!("cannot be read: {error}"))),
-        _ => Err(told("this is no ELF file".into())),
-    }
-}
-
 /// The talk with an image in the emulator.
 pub struct Emulator {
     line: TcpStream,
@@ -199,7 +197,7 @@ impl Emulator {
     /// # Errors
     /// Those of [`Process::start`].
     pub fn start(image: &Path, log: bool) -> Result<(Self, Option<TcpStream>), TransportError> {
-        match Process::start(image, [true, log], Clock::Host)? {
+        match Process::start(image, [true, log], Clock::Host, None)? {
             (process, [Some(line), log]) => Ok((Self { line, process }, log)),
             (process, [None, _]) => Err(process.ended("no connection to the emulator")),
         }
