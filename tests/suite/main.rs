@@ -16,3 +16,4 @@ mod refusals;
 mod robustness;
 mod theory;
 mod wire;
+mod yardsticks;

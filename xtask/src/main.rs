@@ -3,6 +3,7 @@
 //! It drives cargo by command line and links none of our crates, so it can tell what is wrong when they do not build.
 //! Each step is numbered and timed; the first that fails ends the run with the exact command to repeat it.
 
+mod bench;
 mod compiler;
 mod docs;
 mod firmware;
@@ -25,7 +26,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 6] = [
+const ACTIONS: [Action; 7] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -33,6 +34,7 @@ const ACTIONS: [Action; 6] = [
         run: test::run,
     },
     Action { name: "firmware", help: "build the images for the chip and say how large they are", run: firmware::run },
+    Action { name: "bench", help: "what a tick costs on the chip beside other code, as a table", run: bench::run },
     Action {
         name: "budget",
         help: "build the images and hold what each instance costs to firmware/budgets.toml",

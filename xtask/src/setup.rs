@@ -9,6 +9,10 @@ use crate::step::{Failure, Gate, Invocation, Outcome};
 /// The emulator of the chip, and the board with it.
 const EMULATOR: &str = "qemu-system-arm";
 const BOARD: &str = "netduinoplus2";
+/// The C compiler for the chip, with which `cargo xtask bench` compiles what the tick is compared with.
+pub(crate) const CROSS_C: &str = "arm-none-eabi-gcc";
+/// Counts instructions on the host.
+const VALGRIND: &str = "valgrind";
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.check("tools: cargo fmt, cargo clippy", "cargo xtask setup", |_| {
@@ -23,9 +27,17 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.step(&format!("compiler for {TARGET}, emulator of the chip, C++ compiler"), |gate| {
         let missing = missing();
         if !missing.is_empty() {
-            install(gate, &missing)?;
+            install(gate, missing)?;
+        } else if !wanted().is_empty() && can_install() {
+            // Without a connection the gate does without; what is still not there is named below.
+            if let Err(Failure { reason, .. }) = install(gate, missing) {
+                println!("{reason}");
+            }
         }
         println!("{}\n{}", Compiler::required()?, emulator().unwrap_or_default());
+        for Missing { what, .. } in wanted() {
+            println!("{what}");
+        }
         Ok(())
     })
 }
@@ -51,6 +63,20 @@ fn missing() -> Vec<Missing> {
     missing
 }
 
+/// What the gate uses where it is there and does without where it is not.
+fn wanted() -> Vec<Missing> {
+    let mut wanted = Vec::new();
+    if Invocation::new(VALGRIND, &["--version"]).answer().is_none() {
+        let what = format!("no {VALGRIND}: instructions on the host are not counted");
+        wanted.push(Missing { what, packages: &[VALGRIND] });
+    }
+    if Invocation::new(CROSS_C, &["--version"]).answer().is_none() {
+        let what = format!("no {CROSS_C}: `cargo xtask bench` cannot compile the law in C for the chip");
+        wanted.push(Missing { what, packages: &["gcc-arm-none-eabi"] });
+    }
+    wanted
+}
+
 /// Its version, if it knows the board.
 fn emulator() -> Option<String> {
     let boards = Invocation::new(EMULATOR, &["-machine", "help"]).answer()?;
@@ -58,18 +84,28 @@ fn emulator() -> Option<String> {
     boards.contains(BOARD).then(|| version.lines().next().unwrap_or_default().to_string())
 }
 
-/// All that is missing, if we are root on Debian.
-fn install(gate: &Gate, missing: &[Missing]) -> Outcome {
-    let packages: Vec<&str> = missing.iter().flat_map(|missing| missing.packages).copied().collect();
-    let apt_get = Invocation::new("apt-get", &["install", "-y", "--no-install-recommends"]).with(&packages);
+/// Root on Debian?
+fn can_install() -> bool {
     let is_root = Invocation::new("id", &["-u"]).answer().as_deref() == Some("0");
-    if !is_root || !Path::new("/etc/debian_version").exists() {
-        return Err(by_hand(missing, &apt_get));
+    is_root && Path::new("/etc/debian_version").exists()
+}
+
+/// All that is missing, if we can; then what is wanted comes with it.
+fn install(gate: &Gate, mut missing: Vec<Missing>) -> Outcome {
+    let apt_get = Invocation::new("apt-get", &["install", "-y", "--no-install-recommends"]);
+    let with = |missing: &[Missing]| {
+        let packages: Vec<&str> = missing.iter().flat_map(|missing| missing.packages).copied().collect();
+        apt_get.clone().with(&packages)
+    };
+    if !can_install() {
+        return Err(by_hand(&missing, &with(&missing)));
     }
+    missing.extend(wanted());
+    let all = with(&missing);
     Invocation::new("apt-get", &["update"]).run(gate)?;
-    apt_get.clone().env("DEBIAN_FRONTEND", "noninteractive").run(gate)?;
+    all.clone().env("DEBIAN_FRONTEND", "noninteractive").run(gate)?;
     let left = self::missing();
-    if left.is_empty() { Ok(()) } else { Err(by_hand(&left, &apt_get)) }
+    if left.is_empty() { Ok(()) } else { Err(by_hand(&left, &all)) }
 }
 
 fn by_hand(missing: &[Missing], apt_get: &Invocation) -> Failure {

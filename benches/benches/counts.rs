@@ -1,0 +1,144 @@
+//! How many instructions the host executes, by callgrind: the same in every run, so that a change can be judged.
+//!
+//! `cargo bench --workspace --profile dev --bench counts`; that profile, because the gate has built everything in it
+//! already (it optimises; without the flag another three minutes of compiling give counts that are not judged). The
+//! program runs itself under `valgrind --tool=callgrind` once for each
+//! subject, counting only inside of it. More instructions than the ceiling fail, and so do 5 % fewer, since a loose
+//! ceiling catches nothing. Another compiler or profile makes other code: under it the table is printed and nothing is judged.
+//! Where there is no valgrind it says so and succeeds.
+
+mod subjects;
+
+use std::fs;
+use std::hint::black_box;
+use std::process::{Command, ExitCode};
+
+use benches::{Joint, Noise, joint};
+use controller_core::State;
+
+/// With which the ceilings were measured; set them anew with another one.
+const COMPILER: &str = "rustc 1.95.0 (59807616e 2026-04-14) for x86_64-unknown-linux-gnu, checks on";
+/// What compiled this program.
+const THIS_COMPILER: &str =
+    if cfg!(debug_assertions) { concat!(env!("COMPILER"), ", checks on") } else { env!("COMPILER") };
+
+const TICKS: u64 = 1000;
+
+struct Subject {
+    what: &'static str,
+    /// The function that is counted in; no other has this in its name.
+    function: &'static str,
+    run: fn(),
+    /// The count is per call.
+    calls: u64,
+    /// 2 % above what was measured; the tick exactly, it has nothing that could vary.
+    ceiling: u64,
+}
+
+const SUBJECTS: [Subject; 3] = [
+    Subject { what: "one tick, r = 2", function: "counted_tick_2", run: ticks_2, calls: TICKS, ceiling: 119 },
+    Subject { what: "one tick, r = 3", function: "counted_tick_3", run: ticks_3, calls: TICKS, ceiling: 152 },
+    Subject {
+        what: "one closed-loop second",
+        function: "closed_loop_second",
+        run: || {
+            black_box(subjects::closed_loop_second(&mut subjects::second()));
+        },
+        calls: 1,
+        ceiling: 10_700_000,
+    },
+];
+
+#[inline(never)]
+fn counted_tick_2(joint: &Joint<f32, 2>, state: &mut State<f32, 2, 2>, x: &[f32; 4]) -> f32 {
+    joint.tick(state, x).u
+}
+
+#[inline(never)]
+fn counted_tick_3(joint: &Joint<f32, 3>, state: &mut State<f32, 3, 2>, x: &[f32; 4]) -> f32 {
+    joint.tick(state, x).u
+}
+
+fn ticks_2() {
+    let (joint, mut noise) = (black_box(joint::<2>()), Noise::new(1));
+    let mut state = joint.start(&noise.sample()).expect("a finite sample");
+    for _ in 0..TICKS {
+        black_box(counted_tick_2(&joint, &mut state, &noise.sample()));
+    }
+}
+
+fn ticks_3() {
+    let (joint, mut noise) = (black_box(joint::<3>()), Noise::new(1));
+    let mut state = joint.start(&noise.sample()).expect("a finite sample");
+    for _ in 0..TICKS {
+        black_box(counted_tick_3(&joint, &mut state, &noise.sample()));
+    }
+}
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1);
+    if let Some(name) = arguments.find_map(|argument| argument.strip_prefix("--only=").map(str::to_owned)) {
+        SUBJECTS.iter().filter(|subject| subject.function == name).for_each(|subject| (subject.run)());
+        return ExitCode::SUCCESS;
+    }
+    if Command::new("valgrind").arg("--version").output().is_err() {
+        println!("no valgrind here: the instructions of the host are NOT counted");
+        return ExitCode::SUCCESS;
+    }
+    let judged = THIS_COMPILER == COMPILER;
+    if !judged {
+        println!("ceilings are of {COMPILER}; this is {THIS_COMPILER}: counted, not judged");
+    }
+    let mut good = true;
+    println!("{:<26}{:>14}{:>14}", "instructions on the host", "counted", "ceiling");
+    for subject in &SUBJECTS {
+        match counted(subject) {
+            Ok(count) => {
+                let verdict = verdict(count, subject.ceiling);
+                println!("{:<26}{count:>14}{:>14}  {verdict}", subject.what, subject.ceiling);
+                good &= !judged || verdict.is_empty();
+            }
+            Err(reason) => {
+                println!("{}: {reason}", subject.what);
+                good = false;
+            }
+        }
+    }
+    if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// What is wrong with a count, if anything.
+fn verdict(count: u64, ceiling: u64) -> &'static str {
+    if count > ceiling {
+        "above its ceiling"
+    } else if count * 100 < ceiling * 95 {
+        "5 % below its ceiling: lower the ceiling"
+    } else {
+        ""
+    }
+}
+
+/// Instructions of one call.
+fn counted(subject: &Subject) -> Result<u64, String> {
+    let this = std::env::current_exe().map_err(|error| format!("this program has no path: {error}"))?;
+    let out = std::env::temp_dir().join(format!("{}-{}.callgrind", subject.function, std::process::id()));
+    let ran = Command::new("valgrind")
+        .args(["--tool=callgrind", "--quiet", "--collect-atstart=no"])
+        .arg(format!("--toggle-collect=*{}*", subject.function))
+        .arg(format!("--callgrind-out-file={}", out.display()))
+        .arg(this)
+        .arg(format!("--only={}", subject.function))
+        .output();
+    let ran = ran.map_err(|error| format!("valgrind could not be started: {error}"))?;
+    if !ran.status.success() {
+        return Err(format!("valgrind ended with {}: {}", ran.status, String::from_utf8_lossy(&ran.stderr).trim()));
+    }
+    let text = fs::read_to_string(&out).map_err(|error| format!("{}: {error}", out.display()))?;
+    let _ = fs::remove_file(&out);
+    let total: Option<u64> =
+        text.lines().find_map(|line| line.strip_prefix("totals:")).and_then(|number| number.trim().parse().ok());
+    match total {
+        Some(total) if total > 0 => Ok(total / subject.calls),
+        _ => Err(format!("callgrind counted nothing: is `{}` still a function of its own?", subject.function)),
+    }
+}

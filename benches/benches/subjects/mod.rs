@@ -1,0 +1,23 @@
+//! What both benchmarks of the host run.
+
+use std::ops::ControlFlow;
+
+use host_sim::scenario::{self, Experiment, Source};
+
+/// The default scenario, of which one second is 1000 periods: 1001 ticks, and the plant between them.
+///
+/// # Panics
+/// If the default scenario is no longer one.
+pub(crate) fn second() -> Experiment {
+    let text = scenario::template("default").expect("a name");
+    let sets = ["span_s=1.0", "window_s=[0.5, 1.0]"].map(str::to_owned);
+    scenario::parse(&Source { file: "default.toml", text: &text, sets: &sets }, "default").expect("a good scenario")
+}
+
+/// Runs it: how many ticks were made.
+#[inline(never)]
+pub(crate) fn closed_loop_second(experiment: &mut Experiment) -> usize {
+    let (trace, error) = experiment.run(&mut |_| ControlFlow::Continue(()));
+    assert!(error.is_none() && trace.rows.len() == 1001, "the loop ran to its end");
+    trace.rows.len()
+}

@@ -1,0 +1,40 @@
+//! Compiles the C versions of the law: for the host with its C compiler, for the Cortex-M4F with arm-none-eabi-gcc. And
+//! tells the program by which Rust compiler it was made: counts of instructions are its work.
+
+use std::env;
+use std::process::Command;
+
+/// Name of the function without its order, source, and what the compiler is told beyond the processor.
+const VERSIONS: [(&str, &str, &[&str]); 4] = [
+    ("naive_tick_", "c/naive.c", &["-O2"]),
+    ("naive_fast_tick_", "c/naive.c", &["-O3", "-ffast-math"]),
+    ("tuned_tick_", "c/tuned.c", &["-O2", "-ffp-contract=off"]),
+    ("tuned_guarded_tick_", "c/tuned.c", &["-O2", "-ffp-contract=off", "-DGUARD"]),
+];
+
+fn main() {
+    println!("cargo::rerun-if-changed=c");
+    let target = env::var("TARGET").expect("cargo sets the target");
+    let compiler = env::var("RUSTC").expect("cargo sets the compiler");
+    let version = Command::new(compiler).arg("--version").output().expect("it has just compiled this program");
+    println!("cargo::rustc-env=COMPILER={} for {target}", String::from_utf8_lossy(&version.stdout).trim());
+    for (name, source, flags) in VERSIONS {
+        for order in ["2", "3"] {
+            let mut build = cc::Build::new();
+            // The flags are part of what is compared: none of cc's choice.
+            build.no_default_flags(true).warnings(true).extra_warnings(true).warnings_into_errors(true);
+            build.flag("-std=c99").flag("-ffunction-sections").file(source).define("NAME", name).define("R", order);
+            for flag in flags {
+                build.flag(flag);
+            }
+            if target.starts_with("thumbv7em") {
+                for flag in ["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"] {
+                    build.flag(flag);
+                }
+            } else {
+                build.flag("-fPIC");
+            }
+            build.compile(&format!("{name}{order}"));
+        }
+    }
+}

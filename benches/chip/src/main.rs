@@ -1,0 +1,107 @@
+//! An image that only runs things to be measured: `cargo xtask bench` reads their machine code from it and traces their
+//! execution in the emulator.
+//!
+//! Every one is a function of its own, called with the same samples, coefficients and state by reference. The C versions
+//! are such functions already; their exponential is the one of `libm`, no C library is linked. What the crates `idsp` and
+//! `pid` offer is no observer and no sliding mode: they say what a much simpler controller takes.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+
+use benches::{Joint, Naive, Noise, Tuned, joint};
+use controller_core::State;
+use cortex_m_semihosting::debug;
+use dsp_process::SplitProcess;
+use idsp::iir::{Biquad, BiquadClamp, DirectForm1};
+use pid::Pid;
+
+/// Enough to see every way through: the log of all executed instructions has some 90 bytes for each.
+const TICKS: u32 = 200;
+
+static JOINT_2: Joint<f32, 2> = joint();
+static JOINT_3: Joint<f32, 3> = joint();
+
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn shipped_tick_2(joint: &Joint<f32, 2>, state: &mut State<f32, 2, 2>, x: &[f32; 4]) -> f32 {
+    joint.tick(state, x).u
+}
+
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn shipped_tick_3(joint: &Joint<f32, 3>, state: &mut State<f32, 3, 2>, x: &[f32; 4]) -> f32 {
+    joint.tick(state, x).u
+}
+
+/// A second-order section whose coefficients make it a PID controller of one error, with an offset and limits.
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn idsp_biquad(filter: &BiquadClamp<f32>, state: &mut DirectForm1<f32>, x: f32) -> f32 {
+    filter.process(state, x)
+}
+
+/// Proportional, integral and derivative terms of one error, each limited, and their sum limited.
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn pid_step(controller: &mut Pid<f32>, x: f32) -> f32 {
+    controller.next_control_output(x).output
+}
+
+/// For the naive C.
+#[unsafe(no_mangle)]
+extern "C" fn expf(x: f32) -> f32 {
+    libm::expf(x)
+}
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let mut noise = Noise::new(1);
+    let first = noise.sample();
+    let (joint_2, joint_3) = (black_box(&JOINT_2), black_box(&JOINT_3));
+    let (Some(mut state_2), Some(mut state_3)) = (joint_2.start(&first), joint_3.start(&first)) else {
+        end(debug::EXIT_FAILURE)
+    };
+    let mut naive_2 = Naive::<2, false>::new();
+    let mut naive_3 = Naive::<3, false>::new();
+    let mut naive_fast_2 = Naive::<2, true>::new();
+    let mut naive_fast_3 = Naive::<3, true>::new();
+    let mut tuned_2 = Tuned::<2, false>::start(&first);
+    let mut tuned_3 = Tuned::<3, false>::start(&first);
+    let mut tuned_guarded_2 = Tuned::<2, true>::start(&first);
+    let mut tuned_guarded_3 = Tuned::<3, true>::start(&first);
+    let filter = BiquadClamp { coeff: Biquad { ba: [3.0, -5.0, 2.1, 1.5, -0.5] }, u: 0.0, min: -300.0, max: 300.0 };
+    let filter = black_box(&filter);
+    let mut filter_state = DirectForm1::default();
+    let mut pid = Pid::new(0.0, 300.0);
+    pid.p(40.0, 300.0).i(0.5, 100.0).d(900.0, 200.0);
+
+    for _ in 0..TICKS {
+        let x = &black_box(noise.sample());
+        black_box(shipped_tick_2(joint_2, &mut state_2, x));
+        black_box(shipped_tick_3(joint_3, &mut state_3, x));
+        black_box(naive_2.tick(x));
+        black_box(naive_3.tick(x));
+        black_box(naive_fast_2.tick(x));
+        black_box(naive_fast_3.tick(x));
+        black_box(tuned_2.tick(x));
+        black_box(tuned_3.tick(x));
+        black_box(tuned_guarded_2.tick(x));
+        black_box(tuned_guarded_3.tick(x));
+        black_box(idsp_biquad(filter, &mut filter_state, x[0]));
+        black_box(pid_step(&mut pid, x[0]));
+    }
+    end(debug::EXIT_SUCCESS)
+}
+
+/// Tells the emulator that the run is over; a board without a debugger stops here by a fault.
+fn end(status: debug::ExitStatus) -> ! {
+    loop {
+        debug::exit(status);
+    }
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    end(debug::EXIT_FAILURE)
+}

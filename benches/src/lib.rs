@@ -1,0 +1,384 @@
+//! The flexible joint's tick beside the same law in C, so that both can be measured and held together.
+//!
+//! | who | what |
+//! |---|---|
+//! | [`Joint`] | the shipped tick, observers of order R in channels 2 and 4 |
+//! | [`Naive`] | `c/naive.c`: the equations in loops, with an exponential and a division; `FAST`: at -O3 -ffast-math |
+//! | [`Tuned`] | `c/tuned.c`: the folded equations written out; `GUARDED`: bad samples are kept out as in the shipped tick |
+//!
+//! All compute the same law from one design: the coefficients of the C versions are the shipped ones
+//! ([`Coefficients::numbers`]), for the naive version unfolded again, so that they differ in rounding only (test
+//! `yardsticks` of the suite). It is `no_std`: the image `chip` measures the same code on the target.
+#![no_std]
+
+use core::ffi::c_void;
+
+use controller_core::{
+    Coefficients, Config, Controller, Fallback, FlexibleJoint, JointParameters, LAYOUT, Limits, Nominal, NominalModel,
+    ObserverGains, ReachingLaw, Reading, Real, Surface, channels,
+};
+
+/// The shipped controller of the joint.
+pub type Joint<T, const R: usize> = Controller<T, FlexibleJoint<T>, 4, R, { channels([2, 4]) }, 2>;
+
+/// What the design knows of the joint.
+pub const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
+
+/// The design that is measured: 10 kHz, all poles of the observers at -100 rad/s, switching term and limits in use.
+pub const fn config<const R: usize>() -> Config<4, R> {
+    let observer = ObserverGains::from_bandwidth::<R>(100.0);
+    Config {
+        period_s: 1e-4,
+        surface: Surface::from_bandwidth(10.0, 10.0),
+        observers: [None, Some(observer), None, Some(observer)],
+        reaching: ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 },
+        nominal: NOMINAL,
+        limits: Limits::symmetric(300.0),
+        fallback: Fallback::HoldLast,
+        sigma_star_bound: 10.0,
+        observer_pole_limit: 1.0,
+    }
+}
+
+/// The shipped controller in f32.
+pub const fn joint<const R: usize>() -> Joint<f32, R> {
+    Joint::<f32, R>::designed(&config(), FlexibleJoint::<f32>::new(&NOMINAL))
+}
+
+/// The shipped controller in f64.
+pub const fn joint_f64<const R: usize>() -> Joint<f64, R> {
+    Joint::<f64, R>::designed(&config(), FlexibleJoint::<f64>::new(&NOMINAL))
+}
+
+/// Samples that need no plant: noise from a linear congruence, of the size that the joint's states have.
+#[derive(Clone, Copy, Debug)]
+pub struct Noise(u32);
+
+impl Noise {
+    /// The same samples from the same seed.
+    pub const fn new(seed: u32) -> Self {
+        Self(seed)
+    }
+
+    /// The next sample: up to 0.005 rad, 0.05 rad/s, 0.5 rad/s², 5 rad/s³ either way.
+    pub fn sample(&mut self) -> [f32; 4] {
+        [0.01, 0.1, 1.0, 10.0].map(|size| {
+            self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            size * ((self.0 >> 8) as f32 / 16_777_216.0 - 0.5)
+        })
+    }
+}
+
+const _: () = assert!(
+    same(
+        LAYOUT,
+        "rate rate_n theta_n gamma[O][R] c[N] g[O][R] kx[N] kw us k[O][R] satk lim decay u_min u_max sigma_star_bound hold \
+         fallback period input_gain mu2_n"
+    ),
+    "the shipped coefficients have a new order: change TunedDesign, and tuned_design in c/law.h, with it"
+);
+
+const fn same(one: &str, other: &str) -> bool {
+    let (one, other) = (one.as_bytes(), other.as_bytes());
+    let mut k = 0;
+    while k < one.len() && k < other.len() && one[k] == other[k] {
+        k += 1;
+    }
+    k == one.len() && k == other.len()
+}
+
+/// `struct tuned_design`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+struct TunedDesign<T, const R: usize> {
+    rate: T,
+    rate_n: T,
+    theta_n: T,
+    gamma: [[T; R]; 2],
+    c: [T; 4],
+    g: [[T; R]; 2],
+    kx: [T; 4],
+    kw: T,
+    us: T,
+    k: [[T; R]; 2],
+    satk: T,
+    lim: T,
+    decay: T,
+    u_min: T,
+    u_max: T,
+    sigma_star_bound: T,
+    hold: T,
+    fallback: T,
+    period: T,
+    input_gain: T,
+    mu2_n: T,
+    row: [T; 3],
+}
+
+impl<T: Real, const R: usize> TunedDesign<T, R> {
+    fn of(coefficients: &Coefficients<T, 4, R, 2>, model: &FlexibleJoint<T>) -> Self
+    where
+        FlexibleJoint<T>: NominalModel<T, 4>,
+    {
+        // As many as the largest order has.
+        let mut numbers = [T::ZERO; 16 + 2 * 4 + 3 * 2 * 3];
+        let mut count = 0;
+        coefficients.numbers(|number| {
+            numbers[count] = number;
+            count += 1;
+        });
+        let mut numbers = numbers.into_iter();
+        let mut next = || numbers.next().unwrap_or(T::ZERO);
+        let unit = |j: usize| model.drift(&core::array::from_fn(|i| if i == j { T::from_f64(1.0) } else { T::ZERO }));
+        // The fields of a literal are computed in the order in which they stand.
+        Self {
+            rate: next(),
+            rate_n: next(),
+            theta_n: next(),
+            gamma: rows(&mut next),
+            c: row(&mut next),
+            g: rows(&mut next),
+            kx: row(&mut next),
+            kw: next(),
+            us: next(),
+            k: rows(&mut next),
+            satk: next(),
+            lim: next(),
+            decay: next(),
+            u_min: next(),
+            u_max: next(),
+            sigma_star_bound: next(),
+            hold: next(),
+            fallback: next(),
+            period: next(),
+            input_gain: next(),
+            mu2_n: next(),
+            row: [0, 2, 3].map(unit),
+        }
+    }
+}
+
+fn row<T, const L: usize>(next: &mut impl FnMut() -> T) -> [T; L] {
+    core::array::from_fn(|_| next())
+}
+
+fn rows<T, const R: usize>(next: &mut impl FnMut() -> T) -> [[T; R]; 2] {
+    core::array::from_fn(|_| row(next))
+}
+
+/// `struct tuned_state`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+struct TunedState<const R: usize> {
+    d2: [f32; R],
+    d4: [f32; R],
+    p2: f32,
+    p4: f32,
+    x2: f32,
+    x4: f32,
+    w: f32,
+    held: f32,
+    resuming: i32,
+}
+
+/// `c/tuned.c`, by hand from the folded equations. R is 2 or 3.
+#[derive(Clone, Copy, Debug)]
+pub struct Tuned<const R: usize, const GUARDED: bool> {
+    design: TunedDesign<f32, R>,
+    state: TunedState<R>,
+}
+
+impl<const R: usize, const GUARDED: bool> Tuned<R, GUARDED> {
+    /// Before its first tick, which is to get the same sample.
+    pub fn start(x0: &[f32; 4]) -> Self {
+        let joint = joint::<R>();
+        let k = TunedDesign::of(joint.coefficients(), joint.model());
+        let drift = k.row[0] * x0[0] + k.row[1] * x0[2] + k.row[2] * x0[3];
+        let state = TunedState {
+            d2: [0.0; R],
+            d4: [0.0; R],
+            // The past that makes the first innovation zero.
+            p2: -0.5 * x0[2],
+            p4: -k.theta_n * drift,
+            x2: x0[1],
+            x4: x0[3],
+            w: x0[3] + k.c[0] * x0[0] + k.c[1] * x0[1] + k.c[2] * x0[2],
+            held: 0.0,
+            resuming: 1,
+        };
+        Self { design: k, state }
+    }
+
+    /// One tick: u.
+    #[inline]
+    pub fn tick(&mut self, x: &[f32; 4]) -> f32 {
+        let tick = match (R, GUARDED) {
+            (2, false) => tuned_tick_2,
+            (2, true) => tuned_guarded_tick_2,
+            (3, false) => tuned_tick_3,
+            _ => tuned_guarded_tick_3,
+        };
+        const { assert!(R == 2 || R == 3, "the C versions are compiled for order 2 and 3") };
+        // SAFETY: the structs are those of c/law.h for this R, and live through the call.
+        unsafe { tick((&raw const self.design).cast(), (&raw mut self.state).cast(), x) }
+    }
+
+    /// What the actuator really held.
+    pub fn applied(&mut self, u: f32) {
+        self.state.held = u;
+    }
+}
+
+/// `struct naive_design`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+struct NaiveDesign<const R: usize> {
+    period_s: f32,
+    alpha_per_s: f32,
+    a: [f32; 4],
+    b: f32,
+    c: [f32; 4],
+    g: [[f32; R]; 4],
+    kx: [f32; 4],
+    kz: [[f32; R]; 4],
+    rho: f32,
+    al: f32,
+    ks_k: f32,
+    isat: f32,
+    theta_n: f32,
+    w: [f32; 4],
+    mean: [[f32; R]; 4],
+    l: [[f32; R]; 4],
+    u_min: f32,
+    u_max: f32,
+    observed: [i32; 4],
+}
+
+impl<const R: usize> NaiveDesign<R> {
+    /// Takes the folding of the shipped design back (head of `controller-core/src/design.rs`), in f64.
+    fn unfolded() -> Self {
+        let joint = joint_f64::<R>();
+        let k = TunedDesign::<f64, R>::of(joint.coefficients(), joint.model());
+        let (period, b) = (k.period, k.input_gain);
+        let switching = k.lim * b.abs();
+        let mut naive = Self {
+            period_s: period as f32,
+            alpha_per_s: config::<R>().surface.alpha_per_s as f32,
+            a: NOMINAL.gradient.map(|entry| entry as f32),
+            b: b as f32,
+            c: k.c.map(|entry| entry as f32),
+            g: [[0.0; R]; 4],
+            kx: k.kx.map(|entry| (-b * entry) as f32),
+            kz: [[0.0; R]; 4],
+            rho: (-b * k.us) as f32,
+            al: (-b * k.kw) as f32,
+            ks_k: switching as f32,
+            isat: (-b * k.satk / switching) as f32,
+            theta_n: k.theta_n as f32,
+            w: [0.5, 0.5, k.theta_n as f32, 0.0],
+            mean: [[0.0; R]; 4],
+            l: [[0.0; R]; 4],
+            u_min: k.u_min as f32,
+            u_max: k.u_max as f32,
+            observed: [0, 1, 0, 1],
+        };
+        // Slot of a channel, its number from 0, moments, unit of (A, B, C), entries of A in sigma and in u.
+        let channels =
+            [(0, 1, 0.5, 1.0 / 3.0, period, k.c[2], k.kx[2]), (1, 3, k.theta_n, k.mu2_n, period * b, 0.0, -1.0)];
+        for (slot, i, theta, mu2, unit, of_sigma, of_law) in channels {
+            naive.mean[i] = first([1.0, theta, mu2]);
+            naive.l[i] = first(taylor_gains(all(k.gamma[slot]), theta, mu2));
+            // Channel n never enters sigma.
+            let on_sigma = if i == 3 { [0.0; 3] } else { taylor_row(of_sigma, all(k.g[slot]), theta, mu2) };
+            let on_law = taylor_row(of_law, all(k.k[slot]), theta, mu2);
+            naive.g[i] = first(on_sigma.map(|entry| entry / unit));
+            naive.kz[i] = first(on_law.map(|entry| -b * entry / unit));
+        }
+        naive
+    }
+}
+
+/// A row on (A, B, C) as a row on the Taylor state S; entry 0 of the shipped rows is not used, `of_a` stands for it.
+fn taylor_row(of_a: f64, [_, of_b, of_c]: [f64; 3], theta: f64, mu2: f64) -> [f64; 3] {
+    [of_a, of_b + theta * of_a, 2.0 * of_c + mu2 * of_a + (1.0 + 2.0 * theta) * of_b]
+}
+
+/// Gains of the observer on S from γ.
+fn taylor_gains([g1, g2, g3]: [f64; 3], theta: f64, mu2: f64) -> [f64; 3] {
+    let l3 = g3 / 2.0;
+    let l2 = g2 - (1.0 + 2.0 * theta) * l3;
+    [g1 - theta * l2 - mu2 * l3, l2, l3]
+}
+
+/// Zeros beyond the order.
+fn all<const R: usize>(row: [f64; R]) -> [f64; 3] {
+    core::array::from_fn(|m| if m < R { row[m] } else { 0.0 })
+}
+
+fn first<const R: usize>(row: [f64; 3]) -> [f32; R] {
+    core::array::from_fn(|m| row[m] as f32)
+}
+
+/// `struct naive_state`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+struct NaiveState<const R: usize> {
+    s: [[f32; R]; 4],
+    x_prev: [f32; 4],
+    a_prev: f32,
+    u: f32,
+    sigma_0: f32,
+    ticks: u32,
+}
+
+/// `c/naive.c`, as one types it. R is 2 or 3.
+#[derive(Clone, Copy, Debug)]
+pub struct Naive<const R: usize, const FAST: bool> {
+    design: NaiveDesign<R>,
+    state: NaiveState<R>,
+}
+
+impl<const R: usize, const FAST: bool> Naive<R, FAST> {
+    /// Before its first tick, whose sample it starts at.
+    pub fn new() -> Self {
+        let state = NaiveState { s: [[0.0; R]; 4], x_prev: [0.0; 4], a_prev: 0.0, u: 0.0, sigma_0: 0.0, ticks: 0 };
+        Self { design: NaiveDesign::unfolded(), state }
+    }
+
+    /// One tick: u.
+    #[inline]
+    pub fn tick(&mut self, x: &[f32; 4]) -> f32 {
+        let tick = match (R, FAST) {
+            (2, false) => naive_tick_2,
+            (2, true) => naive_fast_tick_2,
+            (3, false) => naive_tick_3,
+            _ => naive_fast_tick_3,
+        };
+        const { assert!(R == 2 || R == 3, "the C versions are compiled for order 2 and 3") };
+        // SAFETY: the structs are those of c/law.h for this R, and live through the call.
+        unsafe { tick((&raw const self.design).cast(), (&raw mut self.state).cast(), x) }
+    }
+
+    /// What the actuator really held.
+    pub fn applied(&mut self, u: f32) {
+        self.state.u = u;
+    }
+}
+
+impl<const R: usize, const FAST: bool> Default for Naive<R, FAST> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+// build.rs compiles them; designs and states are those of the order in the name.
+unsafe extern "C" {
+    fn naive_tick_2(design: *const c_void, state: *mut c_void, x: &[f32; 4]) -> f32;
+    fn naive_tick_3(design: *const c_void, state: *mut c_void, x: &[f32; 4]) -> f32;
+    fn naive_fast_tick_2(design: *const c_void, state: *mut c_void, x: &[f32; 4]) -> f32;
+    fn naive_fast_tick_3(design: *const c_void, state: *mut c_void, x: &[f32; 4]) -> f32;
+    fn tuned_tick_2(design: *const c_void, state: *mut c_void, x: &[f32; 4]) -> f32;
+    fn tuned_tick_3(design: *const c_void, state: *mut c_void, x: &[f32; 4]) -> f32;
+    fn tuned_guarded_tick_2(design: *const c_void, state: *mut c_void, x: &[f32; 4]) -> f32;
+    fn tuned_guarded_tick_3(design: *const c_void, state: *mut c_void, x: &[f32; 4]) -> f32;
+}
