@@ -152,7 +152,7 @@ impl<'a> Analyst<'a> {
     /// Cycles of an instruction without its neighbours.
     fn own(&self, one: &Instruction, taken: bool, reading: Reading) -> Result<u64, String> {
         match (self.barrier, Class::of(one)) {
-            (Some(waits), Some(Class::Barrier)) if reading == Reading::Worst => Ok(1 + waits),
+            (Some(waits), Some(Class::Barrier)) if reading == Reading::Worst => Ok(waits.saturating_add(1)),
             _ => cycles::own(one, taken, reading),
         }
     }

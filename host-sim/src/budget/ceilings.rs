@@ -577,7 +577,7 @@ impl Verdict {
                 if value > ceiling {
                     remark = format!("above by {}", value - ceiling);
                     self.fail(measured, || told(&key, &format!("{name} has {value} {unit}, above the ceiling")));
-                } else if value * 100 < ceiling * (100 - SLACK_PERCENT) {
+                } else if value.saturating_mul(100) < ceiling.saturating_mul(100 - SLACK_PERCENT) {
                     remark = format!("loose: write {value}");
                     let message = format!(
                         "{name} has {value} {unit}, more than {SLACK_PERCENT} % below the ceiling of {ceiling}; write \

@@ -225,6 +225,8 @@ fn a_barrier_has_the_bound_that_is_vouched_for() {
     let report = ask(&[("f", &[0xf3bf, 0x8f4f, 0x4770])], |options| options.barrier = Some(10), None);
     assert_eq!(cycles(&report).map(|(_, worst)| worst), Some(11 + 4));
     assert!(report.assumptions.iter().any(|line| line.contains("a barrier waits 10 cycles")));
+    let endless = ask(&[("f", &[0xf3bf, 0x8f4f, 0x4770])], |options| options.barrier = Some(u64::MAX), None);
+    assert_eq!(endless.bound(), Some(u64::MAX));
 }
 
 #[test]

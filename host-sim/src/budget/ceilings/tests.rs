@@ -77,6 +77,13 @@ fn a_figure_at_its_ceiling_passes_and_one_above_it_fails() {
 }
 
 #[test]
+fn the_largest_number_that_can_be_written_is_a_ceiling_like_any_other() {
+    let most = i64::MAX;
+    let found = verdict("m::sum", &format!("barrier = {most}\nceiling = {{ flash = {most} }}"));
+    assert!(one(&found.failures).ends_with("write flash = 20"), "{found:?}");
+}
+
+#[test]
 fn a_figure_more_than_5_percent_below_its_ceiling_fails_and_the_new_ceiling_is_told() {
     // 20 of 21 is 4.8 % below, 20 of 22 is 9.1 %.
     assert_eq!(verdict("m::sum", "ceiling = { flash = 21 }").failures, Vec::<String>::new());
