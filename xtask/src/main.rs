@@ -3,6 +3,7 @@
 //! It drives cargo by command line and links none of our crates, so it can tell what is wrong when they do not build.
 //! Each step is numbered and timed; the first that fails ends the run with the exact command to repeat it.
 
+mod capi;
 mod compiler;
 mod docs;
 mod firmware;
@@ -25,7 +26,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 6] = [
+const ACTIONS: [Action; 7] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -38,6 +39,7 @@ const ACTIONS: [Action; 6] = [
         help: "build the images and hold what each instance costs to firmware/budgets.toml",
         run: firmware::budget,
     },
+    Action { name: "capi", help: "build archive, header and examples for firmware in C", run: capi::run },
     Action { name: "fuzz", help: "libFuzzer against the target's side of the wire", run: fuzz::run },
     Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
 ];

@@ -9,6 +9,12 @@ use crate::step::{Failure, Gate, Invocation, Outcome};
 /// The emulator of the chip, and the board with it.
 const EMULATOR: &str = "qemu-system-arm";
 const BOARD: &str = "netduinoplus2";
+/// Programs for firmware in C, and the packages that bring them; the C library is one that no program asks for.
+const FOR_C: [(&str, &[&str]); 3] = [
+    ("arm-none-eabi-gcc", &["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"]),
+    ("make", &["make"]),
+    ("cmake", &["cmake"]),
+];
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.check("tools: cargo fmt, cargo clippy", "cargo xtask setup", |_| {
@@ -20,7 +26,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         }
         Ok(String::from("present"))
     })?;
-    gate.step(&format!("compiler for {TARGET}, emulator of the chip, C++ compiler"), |gate| {
+    gate.step(&format!("compiler for {TARGET}, emulator of the chip, compilers for C and C++"), |gate| {
         let missing = missing();
         if !missing.is_empty() {
             install(gate, &missing)?;
@@ -46,7 +52,15 @@ fn missing() -> Vec<Missing> {
         missing.push(Missing { what: format!("no {EMULATOR} with the board {BOARD}"), packages: &[EMULATOR] });
     }
     if Invocation::new("c++", &["--version"]).answer().is_none() {
-        missing.push(Missing { what: String::from("no C++ compiler `c++`, for libFuzzer"), packages: &["g++"] });
+        missing.push(Missing {
+            what: String::from("no C++ compiler `c++`, for libFuzzer and the C interface"),
+            packages: &["g++"],
+        });
+    }
+    for (program, packages) in FOR_C {
+        if Invocation::new(program, &["--version"]).answer().is_none() {
+            missing.push(Missing { what: format!("no `{program}`, for firmware in C"), packages });
+        }
     }
     missing
 }

@@ -1,7 +1,7 @@
 //! The whole gate, cheapest steps first, so that a slip is told in seconds.
 
 use crate::step::{Gate, Invocation, Outcome};
-use crate::{docs, firmware, fuzz, paper_map, scan, setup, thumb};
+use crate::{capi, docs, firmware, fuzz, paper_map, scan, setup, thumb};
 
 /// Features of controller-core; every combination must build and be free of warnings.
 const FEATURES: [&str; 3] = ["analysis", "defmt", "serde"];
@@ -27,9 +27,11 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.commands(&format!("lints, controller-core, {} feature sets", core.len()), &core)?;
 
     firmware::lint(gate)?;
+    capi::lint(gate)?;
     docs::run(gate)?;
-    // The suite runs them in the emulator.
+    // The suite runs them in the emulator, and links the archive.
     firmware::run(gate)?;
+    capi::run(gate)?;
     gate.commands("tests", &[Invocation::cargo(&["test", "--workspace"])])?;
     gate.commands(
         "tests, controller-core without features",
