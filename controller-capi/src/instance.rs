@@ -35,7 +35,7 @@ pub struct Held<const R: usize, const O: usize> {
 
 /// n, r and channels as bytes.
 pub(crate) const fn word(n: usize, r: usize, mask: u8) -> u32 {
-    n as u32 | (r as u32) << 8 | (mask as u32) << 16
+    u32::from_le_bytes([n as u8, r as u8, mask, 0])
 }
 
 /// Tag of a state of this version and instance that waits for its first good sample; its complement, once it runs. A
@@ -128,22 +128,19 @@ pub(crate) unsafe fn tick<const N: usize, const R: usize, const MASK: u8, const 
     if !(is_place(state) && is_place(x) && is_place(output)) {
         return answer(place(state).and_then(|()| place(x)).and_then(|()| place(output)));
     }
-    // SAFETY: not NULL, aligned. Taken out before the state is borrowed, for it may lie anywhere.
-    let x = unsafe { x.read() };
     // SAFETY: not NULL, aligned; any bit pattern is a `Held`.
-    let held = unsafe { &mut *state };
-    if held.tag != Design::<N, R, MASK, O>::RUNNING {
-        // SAFETY: as the caller promises.
-        match unsafe { start(design, held, &x) } {
-            Ok(None) => {}
-            Ok(Some(fallback)) => {
-                // SAFETY: not NULL, aligned.
-                unsafe { output.write(fallback) };
-                return Status::REJECTED;
-            }
-            Err(status) => return status,
+    if unsafe { (*state).tag } != Design::<N, R, MASK, O>::RUNNING {
+        // SAFETY: not NULL, aligned, and as the caller promises.
+        let status = unsafe { start(design, state, x, output) };
+        if status != Status::OK {
+            return status;
         }
     }
+    // Number by number, which go to registers of the FPU; before the state is borrowed, for they may lie anywhere.
+    // SAFETY: not NULL, aligned.
+    let x = core::array::from_fn(|i| unsafe { x.cast::<f32>().add(i).read() });
+    // SAFETY: as above.
+    let held = unsafe { &mut *state };
     if held.design != design.addr() {
         return Status::OTHER_DESIGN;
     }
@@ -166,33 +163,38 @@ fn flag_is_sound<const R: usize, const O: usize>(held: &Held<R, O>) -> bool {
     unsafe { held.state.as_ptr().cast::<u8>().add(State::<f32, R, O>::FLAG_AT).read() <= 1 }
 }
 
-/// The first good sample starts a state; until then the fallback goes out.
+/// The first good sample starts a state; until then the fallback goes out. Apart, so that a tick keeps its registers.
 ///
 /// # Safety
-/// The address of the design, if it is that of the state, is of a design.
+/// `state`, `x` and `output` are not NULL, aligned and of their type; the design is one, if its address is the state's.
 #[cold]
 #[inline(never)]
 unsafe fn start<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     design: *const Design<N, R, MASK, O>,
-    held: &mut Held<R, O>,
-    x: &[f32; N],
-) -> Result<Option<Output<f32>>, Status> {
+    state: *mut Held<R, O>,
+    x: *const [f32; N],
+    output: *mut Output<f32>,
+) -> Status {
+    // SAFETY: as the caller promises; taken out before the state is borrowed.
+    let x = unsafe { x.read() };
+    // SAFETY: as the caller promises; any bit pattern is a `Held`.
+    let held = unsafe { &mut *state };
     if held.tag != Design::<N, R, MASK, O>::WAITING {
-        return Err(Status::NOT_INITIALISED);
+        return Status::NOT_INITIALISED;
     }
     if held.design != design.addr() {
-        return Err(if design.is_null() { Status::NULL } else { Status::OTHER_DESIGN });
+        return if design.is_null() { Status::NULL } else { Status::OTHER_DESIGN };
     }
     // SAFETY: `init` has looked at the design of this address.
     let Design { controller, d_hat, .. } = unsafe { &*design };
-    match controller.start_from(x, d_hat) {
-        Some(state) => {
-            held.state.write(state);
-            held.tag = Design::<N, R, MASK, O>::RUNNING;
-            Ok(None)
-        }
-        None => Ok(Some(controller.not_started())),
+    if let Some(started) = controller.start_from(&x, d_hat) {
+        held.state.write(started);
+        held.tag = Design::<N, R, MASK, O>::RUNNING;
+        return Status::OK;
     }
+    // SAFETY: as the caller promises.
+    unsafe { output.write(controller.not_started()) };
+    Status::REJECTED
 }
 
 /// # Safety
