@@ -180,8 +180,9 @@ enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
     EDO_SMC_ASSERT(name##_7, offsetof(edo_smc_config_##name##_t, order) == 8 * (11 + 3 * (n) + (o) * (r)))             \
     EDO_SMC_ASSERT(name##_8, sizeof(edo_smc_config_##name##_t) ==                                                      \
                                  EDO_SMC_ROUND_UP(8 * (11 + 3 * (n) + (o) * (r)) + 4 * ((o) + 1), 8))                  \
-    EDO_SMC_ASSERT(name##_9, sizeof(edo_smc_state_##name##_t) ==                                                       \
-                                 EDO_SMC_ROUND_UP(sizeof(uintptr_t) + 4 * ((o) * (r) + 2 * (o) + 5), sizeof(uintptr_t)))  \
+    EDO_SMC_ASSERT(name##_9,                                                                                           \
+                   sizeof(edo_smc_state_##name##_t) ==                                                                 \
+                       EDO_SMC_ROUND_UP(sizeof(uintptr_t) + 4 * ((o) * (r) + 2 * (o) + 5), sizeof(uintptr_t)))         \
     size_t edo_smc_design_size_##name(void);                                                                           \
     size_t edo_smc_state_size_##name(void);                                                                            \
     edo_smc_status_t edo_smc_init_##name(const edo_smc_design_##name##_t *design, size_t design_size,                  \

@@ -1,5 +1,5 @@
-/* The flexible joint of the paper at 10 kHz, observers of order 2 in channels 2 and 4; the project's tests hold it
- * to the library's own design. */
+/* The flexible joint of the paper at 10 kHz, observers of order 2 in channels 2 and 4; the project's tests
+ * hold it to the library's own design. */
 #ifndef JOINT_DESIGN_H
 #define JOINT_DESIGN_H
 

@@ -1,5 +1,5 @@
-//! Does the archive for C do what the Rust library does, to the last bit, on this machine and on the chip; is everything
-//! that a caller can get wrong answered; and can it be linked with anything?
+//! Does the archive for C do what the Rust library does, to the last bit, on this machine and on the chip; is all that
+//! a caller can get wrong answered; and can it be linked with anything?
 //!
 //! These tests need what `cargo xtask capi` builds, the compilers for C and C++ of this machine and of the chip, CMake,
 //! and `qemu-system-arm`. Where one is missing they fail and say so.
@@ -376,12 +376,13 @@ fn the_design_in_the_c_examples_is_the_one_of_this_version() {
     let gradient = config.nominal.gradient.map(|entry| format!("{entry:?}")).join(", ");
     let version = words(&controller, &[0.0; 4])[0];
     let expected = format!(
-        "/* The flexible joint of the paper at 10 kHz, observers of order 2 in channels 2 and 4; the project's tests hold it\n \
-         * to the library's own design. */\n\
+        "/* The flexible joint of the paper at 10 kHz, observers of order 2 in channels 2 and 4; the project's tests\n \
+         * hold it to the library's own design. */\n\
          #ifndef JOINT_DESIGN_H\n#define JOINT_DESIGN_H\n\n#include \"edo_smc.h\"\n\n\
          /* Gradient of a(x) and b, for a design on the chip. */\n\
          #define JOINT_GRADIENT {gradient}\n#define JOINT_INPUT_GAIN {:?}\n\n\
-         static const edo_smc_design_n4_r2_c24_t joint_design = {{\n    {version:#08x}u, EDO_SMC_ID(4, 2, 0xa),\n{body}}};\n\n\
+         static const edo_smc_design_n4_r2_c24_t joint_design = {{\n    \
+         {version:#08x}u, EDO_SMC_ID(4, 2, 0xa),\n{body}}};\n\n\
          #endif\n",
         config.nominal.input_gain,
     );
@@ -395,7 +396,7 @@ fn emulated(image: &str) -> Vec<String> {
     let (process, [_, stream]) = Process::start(Path::new(&built(image)), [false, true], Clock::Instructions, None)
         .unwrap_or_else(|error| panic!("{error}"));
     let mut reader = BufReader::new(stream.expect("its USART2"));
-    let until = Instant::now() + Duration::from_secs(60);
+    let until = Instant::now() + Duration::from_mins(1);
     let (mut lines, mut line) = (Vec::new(), String::new());
     while Instant::now() < until {
         match reader.read_line(&mut line) {
