@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use object::elf::{SHF_ALLOC, SHF_WRITE};
 use object::{Object, ObjectSection, SectionFlags, SectionKind};
 
+use crate::capi;
 use crate::compiler::{Compiler, TARGET};
 use crate::step::{Gate, Invocation, Outcome};
 
@@ -44,6 +45,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
 /// Builds the images, then holds what they cost to its ceilings.
 pub(crate) fn budget(gate: &mut Gate) -> Outcome {
     run(gate)?;
+    capi::run(gate)?;
     judge(gate)
 }
 
