@@ -34,8 +34,10 @@ use crate::real::{Real, row_f32};
 pub const LAYOUT: &str = "rate rate_n theta_n gamma[O][R] c[N] g[O][R] kx[N] kw us k[O][R] satk lim decay u_min u_max \
                           sigma_star_bound hold fallback period input_gain mu2_n";
 
-/// What the tick multiplies with. `g` and `k` hold rows for (A, B, C); their entry 0 is not used (see the folding).
+/// What the tick multiplies with. `g` and `k` hold rows for (A, B, C); their entry 0 is not used (see the folding). In
+/// memory it is its numbers in the order of [`LAYOUT`] and nothing between them, for callers in C.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Coefficients<T, const N: usize, const R: usize, const O: usize> {
     /// 1/T and 1/(T b_0): difference of a sample in the units of its channel.
     pub(crate) rate: T,
@@ -111,18 +113,21 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
     /// times. `None` if they cannot come from a design: a number beyond the range of f32, limits that are reversed or
     /// wider than [`INPUT_LIMIT`], a fallback outside of them, a period or an input gain of zero.
     pub fn from_numbers(mut give: impl FnMut() -> T) -> Option<Self> {
-        let mut sound = true;
         let mut read = Self::ZERO;
-        for number in read.each() {
-            *number = give();
-            sound &= number.abs() <= T::from_f64(LARGEST);
-        }
+        read.each().for_each(|number| *number = give());
+        read.can_be_designed().then_some(read)
+    }
+
+    /// Can these numbers come from a design? What [`from_numbers`](Self::from_numbers) refuses cannot.
+    pub fn can_be_designed(&self) -> bool {
+        let mut finite = true;
+        self.numbers(|number| finite &= number.abs() <= T::from_f64(LARGEST));
         let limit = T::from_f64(INPUT_LIMIT);
-        let limits = -limit <= read.u_min && read.u_min <= read.u_max && read.u_max <= limit;
-        let holds = read.hold == T::from_f64(1.0) && read.fallback == T::ZERO;
-        let sends = read.hold == T::ZERO && read.u_min <= read.fallback && read.fallback <= read.u_max;
-        let nonzero = read.period > T::ZERO && read.input_gain != T::ZERO;
-        (sound && limits && (holds || sends) && nonzero).then_some(read)
+        let limits = -limit <= self.u_min && self.u_min <= self.u_max && self.u_max <= limit;
+        let holds = self.hold == T::from_f64(1.0) && self.fallback == T::ZERO;
+        let sends = self.hold == T::ZERO && self.u_min <= self.fallback && self.fallback <= self.u_max;
+        let nonzero = self.period > T::ZERO && self.input_gain != T::ZERO;
+        finite && limits && (holds || sends) && nonzero
     }
 
     const ZERO: Self = Self {
@@ -149,7 +154,7 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
         mu2_n: T::ZERO,
     };
 
-    /// Every number in the order of [`LAYOUT`]: the one place that knows it.
+    /// Every number in the order of [`LAYOUT`]: the one place that knows it beside the fields themselves.
     fn each(&mut self) -> impl Iterator<Item = &mut T> {
         #[rustfmt::skip]
         let Self {
@@ -236,7 +241,8 @@ pub(crate) const fn coefficients<const N: usize, const R: usize, const O: usize>
     let mut k = [[0.0; R]; O];
     let mut s = 0;
     while s < O {
-        let q = observers[s];
+        // It is below N; said so that an index by it needs no check that could panic.
+        let q = if observers[s] < N { observers[s] } else { N - 1 };
         if let Some(gains) = &config.observers[q] {
             gamma[s] = gains.gammas(period);
         }

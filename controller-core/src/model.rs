@@ -35,6 +35,7 @@ pub struct Nominal<const N: usize> {
 /// A linear a(x) with constant b: [`Nominal`] is all there is to know.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(transparent)]
 pub struct Linear<T, const N: usize> {
     row: [T; N],
 }

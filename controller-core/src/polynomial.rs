@@ -5,7 +5,8 @@
 //! the period. Routh's scheme answers the first, the Schur-Cohn test inside a bisection the second; neither needs a
 //! square root, so a bad design can be a compile error.
 //!
-//! A polynomial is `[1, a_1, .., a_d]`, highest power first.
+//! A polynomial is `[1, a_1, .., a_d]`, highest power first. A degree that has no room counts as unstable; asked first,
+//! so that no index needs a check that could panic.
 #![doc = include_str!("../katex.html")]
 
 /// Longest polynomial: the surface of a plant of order 6 has degree 5.
@@ -13,6 +14,9 @@ pub(crate) const TERMS: usize = 6;
 
 /// Routh: are all roots in the open left half plane?  For r = 3 this is `l1, l3 > 0` and `l1 l2 > l3`.
 pub(crate) const fn is_hurwitz(mut a: [f64; TERMS], degree: usize) -> bool {
+    if degree >= TERMS {
+        return false;
+    }
     let mut k = 0;
     while k < degree {
         if a[k + 1].is_nan() || a[k + 1] <= 0.0 {
@@ -32,6 +36,9 @@ pub(crate) const fn is_hurwitz(mut a: [f64; TERMS], degree: usize) -> bool {
 
 /// Schur-Cohn: do all roots lie inside |s| < radius?
 const fn roots_inside(mut a: [f64; TERMS], degree: usize, radius: f64) -> bool {
+    if degree >= TERMS {
+        return false;
+    }
     let mut scale = 1.0;
     let mut i = 1;
     while i <= degree {

@@ -1,6 +1,7 @@
 //! One suite, a module per question.
 
 mod budget;
+mod capi;
 mod cases;
 mod compile;
 mod convergence;

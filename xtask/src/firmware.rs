@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use object::elf::{SHF_ALLOC, SHF_WRITE};
 use object::{Object, ObjectSection, SectionFlags, SectionKind};
 
+use crate::capi;
 use crate::compiler::{Compiler, TARGET};
 use crate::step::{Gate, Invocation, Outcome};
 
@@ -44,6 +45,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
 /// Builds the images, then holds what they cost to its ceilings.
 pub(crate) fn budget(gate: &mut Gate) -> Outcome {
     run(gate)?;
+    capi::run(gate)?;
     judge(gate)
 }
 
@@ -55,7 +57,7 @@ pub(crate) fn judge(gate: &mut Gate) -> Outcome {
 
 /// A setting of cargo, on top of those in the files: a panic tells its place relative to this workspace or to the crate
 /// it is in, so that an image is the same, and as large, wherever it was built.
-fn without_paths(root: &Path) -> String {
+pub(crate) fn without_paths(root: &Path) -> String {
     let home = std::env::home_dir().unwrap_or_default().join(".cargo");
     let home = std::env::var_os("CARGO_HOME").map_or(home, PathBuf::from);
     let registries = std::fs::read_dir(home.join("registry/src")).into_iter().flatten().flatten();

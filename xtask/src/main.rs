@@ -4,6 +4,7 @@
 //! Each step is numbered and timed; the first that fails ends the run with the exact command to repeat it.
 
 mod bench;
+mod capi;
 mod compiler;
 mod docs;
 mod firmware;
@@ -40,6 +41,7 @@ const ACTIONS: [Action; 7] = [
         help: "build the images and hold what each instance costs to firmware/budgets.toml",
         run: firmware::budget,
     },
+    Action { name: "capi", help: "build archive, header and examples for firmware in C", run: capi::run },
     Action { name: "fuzz", help: "libFuzzer against the target's side of the wire", run: fuzz::run },
     Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
 ];

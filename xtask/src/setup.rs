@@ -9,8 +9,11 @@ use crate::step::{Failure, Gate, Invocation, Outcome};
 /// The emulator of the chip, and the board with it.
 const EMULATOR: &str = "qemu-system-arm";
 const BOARD: &str = "netduinoplus2";
-/// The C compiler for the chip, with which `cargo xtask bench` compiles what the tick is compared with.
+/// The C compiler for the chip.
 pub(crate) const CROSS_C: &str = "arm-none-eabi-gcc";
+/// Programs for firmware in C, and the packages that bring them; the C library is one that no program asks for.
+const FOR_C: [(&str, &[&str]); 3] =
+    [(CROSS_C, &["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"]), ("make", &["make"]), ("cmake", &["cmake"])];
 /// Counts instructions on the host.
 const VALGRIND: &str = "valgrind";
 
@@ -24,7 +27,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         }
         Ok(String::from("present"))
     })?;
-    gate.step(&format!("compiler for {TARGET}, emulator of the chip, C++ compiler"), |gate| {
+    gate.step(&format!("compiler for {TARGET}, emulator of the chip, compilers for C and C++"), |gate| {
         let missing = missing();
         if !missing.is_empty() {
             install(gate, missing)?;
@@ -58,7 +61,15 @@ fn missing() -> Vec<Missing> {
         missing.push(Missing { what: format!("no {EMULATOR} with the board {BOARD}"), packages: &[EMULATOR] });
     }
     if Invocation::new("c++", &["--version"]).answer().is_none() {
-        missing.push(Missing { what: String::from("no C++ compiler `c++`, for libFuzzer"), packages: &["g++"] });
+        missing.push(Missing {
+            what: String::from("no C++ compiler `c++`, for libFuzzer and the C interface"),
+            packages: &["g++"],
+        });
+    }
+    for (program, packages) in FOR_C {
+        if Invocation::new(program, &["--version"]).answer().is_none() {
+            missing.push(Missing { what: format!("no `{program}`, for firmware in C"), packages });
+        }
     }
     missing
 }
@@ -69,10 +80,6 @@ fn wanted() -> Vec<Missing> {
     if Invocation::new(VALGRIND, &["--version"]).answer().is_none() {
         let what = format!("no {VALGRIND}: instructions on the host are not counted");
         wanted.push(Missing { what, packages: &[VALGRIND] });
-    }
-    if Invocation::new(CROSS_C, &["--version"]).answer().is_none() {
-        let what = format!("no {CROSS_C}: `cargo xtask bench` cannot compile the law in C for the chip");
-        wanted.push(Missing { what, packages: &["gcc-arm-none-eabi"] });
     }
     wanted
 }

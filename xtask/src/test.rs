@@ -1,7 +1,7 @@
 //! The whole gate, cheapest steps first, so that a slip is told in seconds.
 
 use crate::step::{Gate, Invocation, Outcome};
-use crate::{bench, docs, firmware, fuzz, paper_map, scan, setup, thumb};
+use crate::{bench, capi, docs, firmware, fuzz, paper_map, scan, setup, thumb};
 
 /// Features of controller-core; every combination must build and be free of warnings.
 const FEATURES: [&str; 3] = ["analysis", "defmt", "serde"];
@@ -28,9 +28,11 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
 
     firmware::lint(gate)?;
     bench::lint(gate)?;
+    capi::lint(gate)?;
     docs::run(gate)?;
-    // The suite runs them in the emulator.
+    // The suite runs them in the emulator, and links the archive.
     firmware::run(gate)?;
+    capi::run(gate)?;
     gate.commands("tests", &[Invocation::cargo(&["test", "--workspace"])])?;
     bench::count_on_host(gate)?;
     gate.commands(

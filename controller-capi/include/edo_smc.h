@@ -1,0 +1,225 @@
+/* Sliding mode control with an extended disturbance observer, for firmware in C: C99, and C++.
+ *
+ * The plant is a chain of integrators of order n with a disturbance in every channel, driven in the last one:
+ *
+ *     x_i' = x_(i+1) + d_i (i < n),      x_n' = a(x) + b u + d_n,      y = x_1
+ *
+ * An INSTANCE is a plant order n, an observer order r and the channels that carry an observer. It is a part of every
+ * name: edo_smc_tick_n4_r2_c24 is the tick of order 4 with observers of order 2 in channels 2 and 4. A channel that is
+ * not observed has no memory and costs no instruction. The list is at the end of this file. a(x) is linear; what it
+ * does not say, the observers estimate.
+ *
+ *     #include "edo_smc.h"
+ *     #include "my_design.h"                              // static const edo_smc_design_n4_r2_c24_t my_design = {..};
+ *     static edo_smc_state_n4_r2_c24_t state;             // yours, wherever you like; one for each controller
+ *
+ *     // once, at start-up: looks at the whole design
+ *     status = edo_smc_init_n4_r2_c24(&my_design, sizeof my_design, &state, sizeof state);
+ *
+ *     // in the timer interrupt, every period
+ *     edo_smc_output_t output = {0};
+ *     edo_smc_tick_n4_r2_c24(&my_design, &state, x, &output);   // x: the newest sample, float[4]
+ *     pwm_set(output.u);
+ *     edo_smc_applied_n4_r2_c24(&state, held);                  // only if the actuator holds something else
+ *
+ * STATUS. Below 0 a call refused, and wrote nothing. NULL, misaligned or overlapping memory, another size, version or
+ * instance, numbers that are not finite, a state that init did not make or that something wrote over: all of them are
+ * refusals. What no call can see is your word: that a pointer points to memory of its type, and that the design stays
+ * as it was while a state belongs to it.
+ *
+ * INTERRUPTS. Nothing here allocates, locks, or has a variable of its own. Calls with different states may interrupt
+ * each other; calls with the same state may not.
+ *
+ * NUMBERS. The same bits as the Rust library on any machine, as long as your start-up code leaves the FPU's rounding
+ * to nearest and its subnormal numbers on (both are the reset values; -ffast-math at the link of a hosted program
+ * turns the latter off).
+ */
+#ifndef EDO_SMC_H
+#define EDO_SMC_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* 0.1.0: a byte each of major, minor and patch. Header, archive and designs must agree on it. */
+#define EDO_SMC_VERSION 0x000100u
+
+/* Version of the archive. */
+uint32_t edo_smc_version(void);
+
+typedef int32_t edo_smc_status_t;
+
+enum {
+    EDO_SMC_OK = 0,
+    /* tick: the sample was not finite, or asked for more than 1e12. output.u is the fallback of the design (hold the
+     * last u, or the safe one); the estimates wait, and the next good sample resumes. */
+    EDO_SMC_REJECTED = 1,
+
+    EDO_SMC_NULL = -1,
+    EDO_SMC_MISALIGNED = -2,
+    EDO_SMC_SIZE = -3,             /* not the size of this instance in this version */
+    EDO_SMC_WRONG_VERSION = -4,    /* the design belongs to another version: export it again */
+    EDO_SMC_WRONG_INSTANCE = -5,   /* the design is of another instance */
+    EDO_SMC_NOT_FINITE = -6,       /* a number is NaN or infinite (applied: or beyond 1e12) */
+    EDO_SMC_BAD_COEFFICIENTS = -7, /* no design has such numbers: was the file edited? */
+    EDO_SMC_OVERLAP = -8,          /* two arguments share memory */
+    EDO_SMC_NOT_INITIALISED = -9,  /* init of this instance did not make this state */
+    EDO_SMC_OTHER_DESIGN = -10,    /* init made this state for another design */
+    EDO_SMC_DAMAGED = -11,         /* something wrote over this state: init it */
+    EDO_SMC_NOT_STARTED = -12,     /* applied: no good sample yet, so nothing to correct */
+
+    /* Of edo_smc_design_*; the number of the channel goes out beside it where there is one. */
+    EDO_SMC_FALLBACK_UNKNOWN = -20,         /* fallback is neither EDO_SMC_HOLD_LAST nor EDO_SMC_SAFE_U */
+    EDO_SMC_CONFIG_NOT_FINITE = -21,        /* a number is NaN or infinite */
+    EDO_SMC_PERIOD_NOT_POSITIVE = -22,      /* period_s <= 0 */
+    EDO_SMC_INPUT_GAIN_ZERO = -23,          /* b = 0: the law divides by it */
+    EDO_SMC_SURFACE_LEAD = -24,             /* c_n must be 1: divide all c by it */
+    EDO_SMC_SURFACE_NOT_HURWITZ = -25,      /* the sliding motion would diverge */
+    EDO_SMC_OFFSET_DECAY_NOT_POSITIVE = -26, /* alpha_per_s <= 0 */
+    EDO_SMC_OFFSET_DECAY_TOO_SLOW = -27,    /* alpha times period below 1e-7: would not decay in float */
+    EDO_SMC_NEGATIVE = -28,                 /* k_l, k_s, sigma_star_bound or observer_pole_limit below 0 */
+    EDO_SMC_BOUNDARY_LAYER_EMPTY = -29,     /* k_s > 0 needs epsilon > 0 */
+    EDO_SMC_LIMITS_TOO_WIDE = -30,          /* beyond 1e12; give +-1e12 for no limit */
+    EDO_SMC_LIMITS_REVERSED = -31,          /* u_min > u_max */
+    EDO_SMC_FALLBACK_OUTSIDE_LIMITS = -32,  /* safe_u is not within the limits */
+    EDO_SMC_CHANNEL_MISMATCH = -33,         /* reserved: the instance names the channels */
+    EDO_SMC_OBSERVER_ORDER = -34,           /* an order must be 1 .. r */
+    EDO_SMC_ORDER_TOO_LOW = -35,            /* channel i < n needs an order of at least n - i */
+    EDO_SMC_OBSERVER_NOT_FINITE = -36,      /* a gain is NaN or infinite */
+    EDO_SMC_OBSERVER_NOT_HURWITZ = -37,     /* the observer would diverge */
+    EDO_SMC_OBSERVER_TOO_FAST = -38,        /* fastest pole times period above observer_pole_limit */
+    EDO_SMC_COEFFICIENT_RANGE = -39         /* a coefficient overflows or vanishes in float: check the units */
+};
+
+/* Bits of output.health. */
+enum { EDO_SMC_INPUT_REJECTED = 1, EDO_SMC_SATURATED = 2, EDO_SMC_SIGMA_STAR_OVER_BOUND = 4 };
+
+/* What a tick answers. */
+typedef struct edo_smc_output {
+    float u;          /* hold this until the next tick; within the limits, in the plant's input unit */
+    float sigma;      /* the sliding variable, in the unit of x_n */
+    float sigma_star; /* the same without its offset at the start */
+    uint8_t health;   /* 0, or some of the bits above */
+} edo_smc_output_t;
+
+/* config.fallback: what goes out when a sample is rejected. */
+enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
+
+/* design.instance */
+#define EDO_SMC_ID(n, r, mask) ((uint32_t)(n) | (uint32_t)(r) << 8 | (uint32_t)(mask) << 16)
+
+/* An assertion of the compiler that C99 has too. */
+#define EDO_SMC_ASSERT(name, holds) typedef char edo_smc_assert_##name[(holds) ? 1 : -1];
+#define EDO_SMC_ROUND_UP(bytes, to) (((bytes) + (to) - 1) / (to) * (to))
+
+/* All of one instance: n, r, the observed channels as a mask (bit i - 1 for channel i), and how many they are.
+ *
+ * edo_smc_design_NAME_t   what the tick multiplies with, in flash; made by `host-sim export` or by edo_smc_design_NAME.
+ *                         Numbers in the order that controller_core::LAYOUT declares, then the row of a(x)/b.
+ * edo_smc_config_NAME_t   what a design is made of. Of each observed channel, the lowest first: gains l_1 .. l_r and the
+ *                         order that is used of them (1 .. r). Poles all at -w: order 1 {w}, order 2 {2w, w^2}, order
+ *                         3 {3w, 3w^2, w^3}. observer_pole_limit: 1 unless you know why. d_hat: guess of the
+ *                         disturbances to start with, read where there is an observer.
+ * edo_smc_state_NAME_t    what the controller remembers. Its words are its own.
+ *
+ * edo_smc_init_NAME       looks at a design and makes a state that waits for its first good sample.
+ * edo_smc_tick_NAME       one tick. The first good sample starts it; until then the fallback goes out.
+ * edo_smc_applied_NAME    tells what the actuator really holds since the last tick, where that is not the u it answered:
+ *                         the observers live on it, and it is the only anti-windup. Before the next tick.
+ * edo_smc_reset_NAME      forgets all but the design: the next good sample starts again. For the end of a fault.
+ * edo_smc_design_NAME     designs on the spot, to the same bits as on the host. Arithmetic of double precision in
+ *                         software: for a start-up, not for an interrupt. `channel` may be NULL; else the number of the
+ *                         channel that a refusal is about (0: none) is written to it.
+ * .._design_size_NAME, .._state_size_NAME   sizes as the archive has them.
+ */
+#define EDO_SMC_INSTANCE(name, n, r, mask, o)                                                                           \
+    typedef struct edo_smc_design_##name {                                                                             \
+        uint32_t version;  /* EDO_SMC_VERSION */                                                                       \
+        uint32_t instance; /* EDO_SMC_ID(n, r, mask) */                                                                \
+        float d_hat[n];                                                                                                \
+        float rate, rate_n, theta_n;                                                                                   \
+        float gamma[o][r];                                                                                             \
+        float c[n];                                                                                                    \
+        float g[o][r];                                                                                                 \
+        float kx[n];                                                                                                   \
+        float kw, us;                                                                                                  \
+        float k[o][r];                                                                                                 \
+        float satk, lim, decay, u_min, u_max, sigma_star_bound, hold, fallback, period, input_gain, mu2_n;             \
+        float a_row[n];                                                                                                \
+    } edo_smc_design_##name##_t;                                                                                       \
+    typedef struct edo_smc_config_##name {                                                                             \
+        double period_s;                                                                                               \
+        double c[n]; /* c_1 .. c_n of the surface, c_n = 1; all roots at -w: the powers of (p + w)^(n-1) */            \
+        double alpha_per_s;                                                                                            \
+        double gains[o][r];                                                                                            \
+        double k_l, k_s, epsilon;                                                                                      \
+        double gradient[n]; /* of a(x) to x_1 .. x_n */                                                                \
+        double input_gain;  /* b */                                                                                    \
+        double u_min, u_max;                                                                                           \
+        double safe_u; /* read if fallback is EDO_SMC_SAFE_U */                                                        \
+        double sigma_star_bound;                                                                                       \
+        double observer_pole_limit;                                                                                    \
+        double d_hat[n];                                                                                               \
+        uint32_t order[o];                                                                                             \
+        uint32_t fallback;                                                                                             \
+    } edo_smc_config_##name##_t;                                                                                       \
+    typedef struct edo_smc_state_##name {                                                                              \
+        uintptr_t design;                                                                                              \
+        uint32_t tag;                                                                                                  \
+        uint32_t words[(o) * (r) + 2 * (o) + 4];                                                                       \
+    } edo_smc_state_##name##_t;                                                                                        \
+    EDO_SMC_ASSERT(name##_1, sizeof(edo_smc_design_##name##_t) == 4 * (18 + 4 * (n) + 3 * (o) * (r)))                  \
+    EDO_SMC_ASSERT(name##_2, offsetof(edo_smc_design_##name##_t, rate) == 4 * (2 + (n)))                               \
+    EDO_SMC_ASSERT(name##_3, offsetof(edo_smc_design_##name##_t, gamma) == 4 * (5 + (n)))                              \
+    EDO_SMC_ASSERT(name##_4, offsetof(edo_smc_design_##name##_t, kx) == 4 * (5 + 2 * (n) + 2 * (o) * (r)))             \
+    EDO_SMC_ASSERT(name##_5, offsetof(edo_smc_design_##name##_t, satk) == 4 * (7 + 3 * (n) + 3 * (o) * (r)))           \
+    EDO_SMC_ASSERT(name##_6, offsetof(edo_smc_design_##name##_t, a_row) == 4 * (18 + 3 * (n) + 3 * (o) * (r)))         \
+    EDO_SMC_ASSERT(name##_7, offsetof(edo_smc_config_##name##_t, order) == 8 * (11 + 3 * (n) + (o) * (r)))             \
+    EDO_SMC_ASSERT(name##_8, sizeof(edo_smc_config_##name##_t) ==                                                      \
+                                 EDO_SMC_ROUND_UP(8 * (11 + 3 * (n) + (o) * (r)) + 4 * ((o) + 1), 8))                  \
+    EDO_SMC_ASSERT(name##_9,                                                                                           \
+                   sizeof(edo_smc_state_##name##_t) ==                                                                 \
+                       EDO_SMC_ROUND_UP(sizeof(uintptr_t) + 4 * ((o) * (r) + 2 * (o) + 5), sizeof(uintptr_t)))         \
+    size_t edo_smc_design_size_##name(void);                                                                           \
+    size_t edo_smc_state_size_##name(void);                                                                            \
+    edo_smc_status_t edo_smc_init_##name(const edo_smc_design_##name##_t *design, size_t design_size,                  \
+                                         edo_smc_state_##name##_t *state, size_t state_size);                          \
+    edo_smc_status_t edo_smc_tick_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state,     \
+                                         const float x[n], edo_smc_output_t *output);                                  \
+    edo_smc_status_t edo_smc_applied_##name(edo_smc_state_##name##_t *state, float u);                                 \
+    edo_smc_status_t edo_smc_reset_##name(edo_smc_state_##name##_t *state);                                            \
+    edo_smc_status_t edo_smc_design_##name(const edo_smc_config_##name##_t *config, size_t config_size,                \
+                                           edo_smc_design_##name##_t *design, size_t design_size, uint32_t *channel);
+
+EDO_SMC_ASSERT(output, sizeof(edo_smc_output_t) == 16 && offsetof(edo_smc_output_t, health) == 12)
+
+/* Every set of channels that holds the driven one and that Eq. (44) of the paper allows. */
+EDO_SMC_INSTANCE(n2_r1_c2, 2, 1, 0x2, 1)
+EDO_SMC_INSTANCE(n2_r1_c12, 2, 1, 0x3, 2)
+EDO_SMC_INSTANCE(n2_r2_c2, 2, 2, 0x2, 1)
+EDO_SMC_INSTANCE(n2_r2_c12, 2, 2, 0x3, 2)
+EDO_SMC_INSTANCE(n3_r2_c3, 3, 2, 0x4, 1)
+EDO_SMC_INSTANCE(n3_r2_c13, 3, 2, 0x5, 2)
+EDO_SMC_INSTANCE(n3_r2_c23, 3, 2, 0x6, 2)
+EDO_SMC_INSTANCE(n3_r2_c123, 3, 2, 0x7, 3)
+EDO_SMC_INSTANCE(n4_r2_c4, 4, 2, 0x8, 1)
+EDO_SMC_INSTANCE(n4_r2_c24, 4, 2, 0xa, 2)
+EDO_SMC_INSTANCE(n4_r2_c34, 4, 2, 0xc, 2)
+EDO_SMC_INSTANCE(n4_r2_c234, 4, 2, 0xe, 3)
+EDO_SMC_INSTANCE(n4_r3_c4, 4, 3, 0x8, 1)
+EDO_SMC_INSTANCE(n4_r3_c14, 4, 3, 0x9, 2)
+EDO_SMC_INSTANCE(n4_r3_c24, 4, 3, 0xa, 2)
+EDO_SMC_INSTANCE(n4_r3_c124, 4, 3, 0xb, 3)
+EDO_SMC_INSTANCE(n4_r3_c34, 4, 3, 0xc, 2)
+EDO_SMC_INSTANCE(n4_r3_c134, 4, 3, 0xd, 3)
+EDO_SMC_INSTANCE(n4_r3_c234, 4, 3, 0xe, 3)
+EDO_SMC_INSTANCE(n4_r3_c1234, 4, 3, 0xf, 4)
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

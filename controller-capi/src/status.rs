@@ -1,0 +1,100 @@
+//! What a call answers: 0 for good; above 0 it did its work with a remark; below 0 it refused and wrote nothing.
+//!
+//! The numbers are those of `edo_smc.h`. They never change; a new one gets a new number.
+
+use controller_core::ConfigError;
+
+/// A status as C sees it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct Status(i32);
+
+impl Status {
+    pub(crate) const OK: Self = Self(0);
+    /// The sample was not finite, or asked for too much: the fallback goes out.
+    pub(crate) const REJECTED: Self = Self(1);
+    pub(crate) const NULL: Self = Self(-1);
+    pub(crate) const MISALIGNED: Self = Self(-2);
+    pub(crate) const SIZE: Self = Self(-3);
+    pub(crate) const VERSION: Self = Self(-4);
+    pub(crate) const INSTANCE: Self = Self(-5);
+    pub(crate) const NOT_FINITE: Self = Self(-6);
+    /// The coefficients cannot come from a design.
+    pub(crate) const COEFFICIENTS: Self = Self(-7);
+    pub(crate) const OVERLAP: Self = Self(-8);
+    /// The state was not made by `init` of this instance.
+    pub(crate) const NOT_INITIALISED: Self = Self(-9);
+    /// The state belongs to another design.
+    pub(crate) const OTHER_DESIGN: Self = Self(-10);
+    /// The state was overwritten.
+    pub(crate) const DAMAGED: Self = Self(-11);
+    /// `applied` before the first good sample.
+    pub(crate) const NOT_STARTED: Self = Self(-12);
+    /// Neither of the two fallbacks.
+    pub(crate) const FALLBACK: Self = Self(-20);
+
+    /// Why a configuration is refused.
+    pub(crate) const fn of(error: &ConfigError) -> Self {
+        Self(match error {
+            ConfigError::NotFinite { .. } => -21,
+            ConfigError::PeriodNotPositive { .. } => -22,
+            ConfigError::InputGainZero => -23,
+            ConfigError::SurfaceLead { .. } => -24,
+            ConfigError::SurfaceNotHurwitz => -25,
+            ConfigError::OffsetDecayNotPositive { .. } => -26,
+            ConfigError::OffsetDecayTooSlow { .. } => -27,
+            ConfigError::Negative { .. } => -28,
+            ConfigError::BoundaryLayerEmpty { .. } => -29,
+            ConfigError::LimitsTooWide { .. } => -30,
+            ConfigError::LimitsReversed { .. } => -31,
+            ConfigError::FallbackOutsideLimits { .. } => -32,
+            ConfigError::ChannelMismatch { .. } => -33,
+            ConfigError::ObserverOrder { .. } => -34,
+            ConfigError::OrderTooLow { .. } => -35,
+            ConfigError::ObserverNotFinite { .. } => -36,
+            ConfigError::ObserverNotHurwitz { .. } => -37,
+            ConfigError::ObserverTooFast { .. } => -38,
+            ConfigError::CoefficientRange => -39,
+        })
+    }
+}
+
+/// Can something be read or written there? An address of 0 is NULL.
+#[inline(always)]
+pub(crate) fn is_place<P>(pointer: *const P) -> bool {
+    !pointer.is_null() && pointer.is_aligned()
+}
+
+/// What is wrong with it, if something is.
+pub(crate) fn place<P>(pointer: *const P) -> Result<(), Status> {
+    if pointer.is_null() {
+        Err(Status::NULL)
+    } else if pointer.is_aligned() {
+        Ok(())
+    } else {
+        Err(Status::MISALIGNED)
+    }
+}
+
+/// The same where a size is given too.
+pub(crate) fn sized_place<P>(pointer: *const P, size: usize) -> Result<(), Status> {
+    if size == size_of::<P>() {
+        place(pointer)
+    } else {
+        Err(if pointer.is_null() { Status::NULL } else { Status::SIZE })
+    }
+}
+
+/// Do the two have a byte in common?
+pub(crate) fn overlap<P, Q>(one: *const P, other: *const Q) -> bool {
+    let (one, other) = (one.addr(), other.addr());
+    if one <= other { other - one < size_of::<P>() } else { one - other < size_of::<Q>() }
+}
+
+/// A refusal as the status it is.
+pub(crate) fn answer(result: Result<(), Status>) -> Status {
+    match result {
+        Ok(()) => Status::OK,
+        Err(status) => status,
+    }
+}

@@ -1,0 +1,62 @@
+#include "board.h"
+
+#define REGISTER(address) (*(volatile uint32_t *)(address))
+#define RCC_AHB1ENR REGISTER(0x40023830u)
+#define RCC_APB1ENR REGISTER(0x40023840u)
+#define GPIOA_MODER REGISTER(0x40020000u)
+#define GPIOA_AFRL REGISTER(0x40020020u)
+#define USART2_SR REGISTER(0x40004400u)
+#define USART2_DR REGISTER(0x40004404u)
+#define USART2_BRR REGISTER(0x40004408u)
+#define USART2_CR1 REGISTER(0x4000440Cu)
+#define TIM3_CR1 REGISTER(0x40000400u)
+#define TIM3_DIER REGISTER(0x4000040Cu)
+#define TIM3_SR REGISTER(0x40000410u)
+#define TIM3_ARR REGISTER(0x4000042Cu)
+#define NVIC_ISER0 REGISTER(0xE000E100u)
+
+void board_text_start(void) {
+    RCC_AHB1ENR |= 1u;                                     /* port A */
+    RCC_APB1ENR |= 1u << 17;                               /* USART2 */
+    GPIOA_AFRL = (GPIOA_AFRL & ~(0xFu << 8)) | 7u << 8;    /* PA2: alternate function 7 */
+    GPIOA_MODER = (GPIOA_MODER & ~(3u << 4)) | 2u << 4;
+    USART2_BRR = (CORE_HZ + 57600u) / 115200u;
+    USART2_CR1 = 1u << 13 | 1u << 3;
+}
+
+void board_text(const char *text) {
+    for (; *text != 0; text++) {
+        while ((USART2_SR & 1u << 7) == 0) {
+        }
+        USART2_DR = (uint8_t)*text;
+    }
+}
+
+void board_hex(uint32_t word) {
+    char digits[9];
+    for (int i = 7; i >= 0; i--, word >>= 4) {
+        digits[i] = "0123456789abcdef"[word & 15u];
+    }
+    digits[8] = 0;
+    board_text(digits);
+}
+
+uint32_t board_bits(float value) {
+    const union {
+        float number;
+        uint32_t word;
+    } bits = {value};
+    return bits.word;
+}
+
+void board_ticker_start(uint32_t rate_hz) {
+    RCC_APB1ENR |= 1u << 1;
+    TIM3_ARR = CORE_HZ / rate_hz - 1u;
+    TIM3_DIER = 1u;
+    TIM3_CR1 = 1u;
+    NVIC_ISER0 = 1u << 29;
+}
+
+void board_ticker_acknowledge(void) { TIM3_SR = ~1u; }
+
+void board_sleep(void) { __asm__ volatile("wfi" ::: "memory"); }

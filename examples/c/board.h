@@ -1,0 +1,22 @@
+/* The few registers of an STM32F405 that the examples use. BOARD: replace by your HAL. */
+#ifndef BOARD_H
+#define BOARD_H
+
+#include <stdint.h>
+
+/* The internal oscillator, on after reset; no clock is set up. */
+#define CORE_HZ 16000000u
+
+/* Text on USART2 (PA2), 115200 baud. */
+void board_text_start(void);
+void board_text(const char *text);
+/* Eight hexadecimal digits: the bits of a word or of a float. */
+void board_hex(uint32_t word);
+uint32_t board_bits(float value);
+
+/* TIM3 calls TIM3_IRQHandler at this rate. */
+void board_ticker_start(uint32_t rate_hz);
+void board_ticker_acknowledge(void);
+void board_sleep(void);
+
+#endif

@@ -1,0 +1,78 @@
+/* A motor drive of 10 kHz in C: copy it and replace what is marked BOARD.
+ *
+ * The timer's interrupt samples, ticks the controller and drives; the main loop reports. After 1000 ticks it sends the
+ * bits of every u, which the project's tests hold against the Rust library's: not one differs.
+ */
+#include "board.h"
+#include "edo_smc.h"
+#include "joint_design.h"
+
+#define TICK_HZ 10000u
+#define TICKS 1000u
+
+/* The controller's memory. In the design: what it multiplies with, in flash. */
+static edo_smc_state_n4_r2_c24_t state;
+
+/* What the interrupt leaves for the main loop. */
+static volatile uint32_t ticks;
+static volatile edo_smc_status_t worst = EDO_SMC_OK;
+static float told[TICKS];
+
+/* BOARD: a stand-in for the motor, so that the example runs on a bare board and in an emulator. At rest 0.1 rad off. */
+static float motor[4] = {0.1f, 0.0f, 0.0f, 0.0f};
+static float held;
+
+static void motor_goes_on(void) {
+    const float period = joint_design.period;
+    const float *row = joint_design.a_row;
+    /* In the unit of u: a(x)/b with its largest terms, the u that is held, and a load that nobody measures. */
+    const float push = row[0] * motor[0] + row[2] * motor[2] + held + 1.0f;
+    motor[3] += period * (joint_design.input_gain * push);
+    motor[2] += period * motor[3];
+    motor[1] += period * (motor[2] + 0.5f);
+    motor[0] += period * motor[1];
+}
+
+void TIM3_IRQHandler(void) {
+    board_ticker_acknowledge();
+    if (ticks == TICKS) {
+        return;
+    }
+    motor_goes_on();
+    const float x[4] = {motor[0], motor[1], motor[2], motor[3]}; /* BOARD: read the encoders, in chain coordinates */
+    edo_smc_output_t output = {0}; /* what goes out if the call refuses: u = 0 */
+    const edo_smc_status_t status = edo_smc_tick_n4_r2_c24(&joint_design, &state, x, &output);
+    held = output.u; /* BOARD: write the PWM; if it holds anything else, tell edo_smc_applied_n4_r2_c24 */
+    if (status != EDO_SMC_OK) {
+        worst = status;
+    }
+    told[ticks] = output.u;
+    ticks = ticks + 1;
+}
+
+int main(void) {
+    board_text_start();
+    const edo_smc_status_t status =
+        edo_smc_init_n4_r2_c24(&joint_design, sizeof joint_design, &state, sizeof state);
+    if (status != EDO_SMC_OK || edo_smc_version() != EDO_SMC_VERSION) {
+        board_text("no controller: status ");
+        board_hex((uint32_t)status);
+        board_text("\nstopped\n");
+        return 1;
+    }
+    board_ticker_start(TICK_HZ);
+    while (ticks < TICKS) {
+        board_sleep();
+    }
+    for (uint32_t i = 0; i < TICKS; i++) {
+        board_text("u ");
+        board_hex(board_bits(told[i]));
+        board_text("\n");
+    }
+    board_text("status ");
+    board_hex((uint32_t)worst);
+    board_text("\ndone\n");
+    for (;;) {
+        board_sleep();
+    }
+}

@@ -1,0 +1,477 @@
+//! Does the archive for C do what the Rust library does, to the last bit, on this machine and on the chip; is all that
+//! a caller can get wrong answered; and can it be linked with anything?
+//!
+//! These tests need what `cargo xtask capi` builds, the compilers for C and C++ of this machine and of the chip, CMake,
+//! and `qemu-system-arm`. Where one is missing they fail and say so.
+
+use controller_core::{
+    Coefficients, Config, Controller, Fallback, Health, JointParameters, Limits, Linear, Nominal, ObserverGains,
+    ReachingLaw, Reading, Surface,
+};
+use host_sim::transport::qemu::{Clock, Process, is_last};
+use integration_tests::data::path;
+use integration_tests::program::Folder;
+use std::fmt::Write as _;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+const STRICT: [&str; 4] = ["-Wall", "-Wextra", "-Werror", "-pedantic"];
+const CORE: [&str; 4] = ["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"];
+/// Version, instance.
+const HEAD: usize = 2;
+
+fn root() -> PathBuf {
+    path("..").canonicalize().expect("the workspace")
+}
+
+fn text(path: &Path) -> String {
+    path.display().to_string()
+}
+
+fn built(name: &str) -> String {
+    let file = root().join(name);
+    assert!(file.exists(), "{} is missing: `cargo xtask capi` builds it", file.display());
+    text(&file)
+}
+
+fn archive(of: &str) -> String {
+    built(&format!("controller-capi/target/archive/{of}/libedo_smc.a"))
+}
+
+fn include() -> String {
+    format!("-I{}", text(&root().join("controller-capi/include")))
+}
+
+fn header() -> String {
+    std::fs::read_to_string(root().join("controller-capi/include/edo_smc.h")).expect("the header")
+}
+
+fn source(name: &str) -> String {
+    text(&path("capi").join(name))
+}
+
+/// Runs a program to its end; what it prints, if it succeeds.
+fn run(program: &str, args: &[&str]) -> String {
+    let output = Command::new(program)
+        .args(args)
+        .output()
+        .unwrap_or_else(|error| panic!("{program} cannot be started ({error}): `cargo xtask setup` installs it"));
+    let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{program} {args:?}: {}\n{out}\n{err}", output.status);
+    out.into_owned()
+}
+
+/// Name, n, r, mask, o of every instance, as the header lists them.
+fn instances() -> Vec<(String, [usize; 4])> {
+    let number = |text: &str| match text.trim().strip_prefix("0x") {
+        Some(hex) => usize::from_str_radix(hex, 16).expect("a mask"),
+        None => text.trim().parse().expect("a number"),
+    };
+    let header = header();
+    let lines = header.lines().filter_map(|line| line.strip_prefix("EDO_SMC_INSTANCE(")?.strip_suffix(')'));
+    lines
+        .map(|line| {
+            let mut words = line.split(',');
+            let name = words.next().expect("a name").to_string();
+            let numbers: Vec<usize> = words.map(number).collect();
+            (name, numbers.try_into().expect("n, r, mask, o"))
+        })
+        .collect()
+}
+
+/// A design as C sees it: words of its memory.
+fn words<const N: usize, const R: usize, const MASK: u8, const O: usize>(
+    controller: &Controller<f32, Linear<f32, N>, N, R, MASK, O>,
+    d_hat: &[f32; N],
+) -> Vec<u32> {
+    let version =
+        controller_core::VERSION.split('.').fold(0, |word, part| word << 8 | part.parse::<u32>().expect("three"));
+    let mut words = vec![version, N as u32 | (R as u32) << 8 | u32::from(MASK) << 16];
+    words.extend(d_hat.map(f32::to_bits));
+    controller.coefficients().numbers(|number| words.push(number.to_bits()));
+    words.extend(controller.model().row().map(f32::to_bits));
+    words
+}
+
+/// The design of every.c and two.cpp.
+fn config<const N: usize, const R: usize>(mask: u8) -> Config<N, R> {
+    let gains = [&[50.0][..], &[100.0, 2500.0], &[150.0, 7500.0, 125_000.0]][R - 1];
+    let gains = ObserverGains { order: R, l: std::array::from_fn(|m| gains[m]) };
+    Config {
+        period_s: 1e-3,
+        surface: Surface::from_bandwidth(5.0, 2.0),
+        observers: std::array::from_fn(|i| (mask >> i & 1 == 1).then_some(gains)),
+        reaching: ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 },
+        nominal: Nominal { gradient: std::array::from_fn(|i| -(i as f64 + 1.0)), input_gain: 20.0 },
+        limits: Limits { min: -300.0, max: 250.0 },
+        fallback: Fallback::HoldLast,
+        sigma_star_bound: 1.0,
+        observer_pole_limit: 1.0,
+    }
+}
+
+fn designed<const N: usize, const R: usize, const MASK: u8, const O: usize>()
+-> (Controller<f32, Linear<f32, N>, N, R, MASK, O>, [f32; N]) {
+    let config = config::<N, R>(MASK);
+    let model = Linear::<f32, N>::new(&config.nominal);
+    let controller = Controller::<f32, _, N, R, MASK, O>::design(&config, model);
+    (controller.expect("a good design"), std::array::from_fn(|i| 0.25 * (i as f32 + 1.0)))
+}
+
+struct Noise(u32);
+
+impl Noise {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (self.0 >> 8) as f32 / 16_777_216.0 - 0.5
+    }
+}
+
+const SIZES: [f32; 4] = [0.01, 0.1, 1.0, 10.0];
+
+/// What every.c prints of one instance.
+fn expected<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &str) -> String {
+    let (controller, d_hat) = designed::<N, R, MASK, O>();
+    let mut out = format!("{name}\n");
+    for word in words(&controller, &d_hat) {
+        writeln!(out, "{word:08x}").expect("a string takes all");
+    }
+    let mut noise = Noise(1);
+    let mut state = None;
+    for tick in 0..300 {
+        let x = std::array::from_fn(|i| {
+            let value = SIZES[i] * noise.next();
+            match i {
+                1 if tick % 17 == 0 => f32::NAN,
+                0 if tick % 23 == 5 => f32::NEG_INFINITY,
+                _ if tick % 29 == 7 => 1e30,
+                _ => value,
+            }
+        });
+        let output = controller.tick_or_start(&mut state, &d_hat, &x);
+        let [u, sigma, sigma_star] = [output.u, output.sigma, output.sigma_star].map(f32::to_bits);
+        let status = u8::from(output.health.contains(Health::INPUT_REJECTED));
+        let health = output.health.bits();
+        writeln!(out, "{status} {u:08x} {sigma:08x} {sigma_star:08x} {health}").expect("a string takes all");
+        if tick % 5 == 4
+            && let Some(state) = &mut state
+        {
+            state.applied(0.5 * output.u);
+        }
+        if tick == 150 {
+            state = None;
+        }
+    }
+    out
+}
+
+#[test]
+fn every_instance_designs_and_ticks_in_c_to_the_bits_of_rust() {
+    let folder = Folder::new("capi-every");
+    let mut list = String::new();
+    for (name, [n, r, _, o]) in instances() {
+        writeln!(list, "RUN({name}, {n}, {r}, {o})").expect("a string takes all");
+    }
+    std::fs::write(folder.path("instances.inc"), list).expect("a temporary file");
+    let (program, here) = (folder.path("every"), format!("-I{}", folder.path("")));
+    let include = include();
+    let args = [&STRICT[..], &["-std=c99", "-O1", "-ffp-contract=off", &include, &here, "-o", &program]].concat();
+    run("cc", &[&args[..], &[&source("every.c"), &archive("host"), "-lm"]].concat());
+    let said = run(&program, &[]);
+    // The list once more, apart from that of the archive and that of the header.
+    let expected = [
+        expected::<2, 1, 2, 1>("n2_r1_c2"),
+        expected::<2, 1, 3, 2>("n2_r1_c12"),
+        expected::<2, 2, 2, 1>("n2_r2_c2"),
+        expected::<2, 2, 3, 2>("n2_r2_c12"),
+        expected::<3, 2, 4, 1>("n3_r2_c3"),
+        expected::<3, 2, 5, 2>("n3_r2_c13"),
+        expected::<3, 2, 6, 2>("n3_r2_c23"),
+        expected::<3, 2, 7, 3>("n3_r2_c123"),
+        expected::<4, 2, 8, 1>("n4_r2_c4"),
+        expected::<4, 2, 10, 2>("n4_r2_c24"),
+        expected::<4, 2, 12, 2>("n4_r2_c34"),
+        expected::<4, 2, 14, 3>("n4_r2_c234"),
+        expected::<4, 3, 8, 1>("n4_r3_c4"),
+        expected::<4, 3, 9, 2>("n4_r3_c14"),
+        expected::<4, 3, 10, 2>("n4_r3_c24"),
+        expected::<4, 3, 11, 3>("n4_r3_c124"),
+        expected::<4, 3, 12, 2>("n4_r3_c34"),
+        expected::<4, 3, 13, 3>("n4_r3_c134"),
+        expected::<4, 3, 14, 3>("n4_r3_c234"),
+        expected::<4, 3, 15, 4>("n4_r3_c1234"),
+    ]
+    .concat();
+    assert_eq!(said.lines().count(), expected.lines().count());
+    let mut instance = "";
+    for (line, (said, expected)) in said.lines().zip(expected.lines()).enumerate() {
+        instance = if expected.starts_with('n') { expected } else { instance };
+        assert_eq!(said, expected, "line {}, {instance}", line + 1);
+    }
+}
+
+#[test]
+fn the_header_is_clean_c99_and_c_plus_plus_and_so_is_every_misuse_of_it_answered() {
+    let folder = Folder::new("capi-misuse");
+    let program = folder.path("misuse");
+    for (compiler, options) in
+        [("cc", &["-std=c99"][..]), ("c++", &["-x", "c++", "-std=c++11"]), ("c++", &["-x", "c++", "-std=c++20"])]
+    {
+        let args = [&STRICT[..], options, &["-O1", "-fsanitize=undefined", "-fno-sanitize-recover", "-c", &include()]];
+        let object = folder.path("misuse.o");
+        run(compiler, &[&args.concat()[..], &[&source("misuse.c"), "-o", &object]].concat());
+        run("c++", &["-fsanitize=undefined", &object, &archive("host"), "-o", &program]);
+        let said = run(&program, &[]);
+        assert!(said.ends_with(" checks, 0 failed\n"), "{compiler}: {said}");
+        let checks: usize = said.split_whitespace().next().and_then(|word| word.parse().ok()).expect("a number");
+        assert!(checks > 150, "{said}");
+    }
+}
+
+#[test]
+fn a_program_of_rust_and_c_plus_plus_runs_two_controllers_of_different_order_side_by_side() {
+    let folder = Folder::new("capi-two");
+    let (object, program) = (folder.path("two.o"), folder.path("two"));
+    run("c++", &[&STRICT[..], &["-std=c++11", "-O1", &include(), "-c", &source("two.cpp"), "-o", &object]].concat());
+    let (object, archive) = (format!("-Clink-arg={object}"), format!("-Clink-arg={}", archive("host")));
+    let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".into());
+    run(&rustc, &["--edition=2024", &source("two.rs"), &object, &archive, "-Clink-arg=-lstdc++", "-o", &program]);
+    let said = run(&program, &[]);
+
+    let (first, first_d_hat) = designed::<4, 2, 10, 2>();
+    let (second, second_d_hat) = designed::<2, 2, 3, 2>();
+    let (mut first_state, mut second_state, mut noise) = (None, None, Noise(1));
+    let mut ticks = 0;
+    for line in said.lines() {
+        let x = SIZES.map(|size| size * noise.next());
+        let one = first.tick_or_start(&mut first_state, &first_d_hat, &x).u.to_bits();
+        let other = second.tick_or_start(&mut second_state, &second_d_hat, &[x[0], x[1]]).u.to_bits();
+        assert_eq!(line, format!("{one:08x} {other:08x}"), "tick {ticks}");
+        ticks += 1;
+    }
+    assert_eq!(ticks, 1000);
+}
+
+/// Type and name of every symbol of an archive, by `nm`.
+fn symbols(nm: &str, of: &str) -> Vec<(char, String)> {
+    let listed = run(nm, &[&archive(of)]);
+    let symbol = |line: &str| {
+        let mut words = line.split_whitespace().rev();
+        let (name, kind) = (words.next()?, words.next()?);
+        Some((kind.chars().next()?, name.to_string()))
+    };
+    listed.lines().filter_map(symbol).collect()
+}
+
+#[test]
+fn the_archives_show_only_their_own_names_need_no_others_and_cannot_panic() {
+    // A hosted program has a C library; the chip's archive needs nothing at all.
+    for (nm, of, may_need) in [("arm-none-eabi-nm", "thumbv7em", &[][..]), ("nm", "host", &["memcpy", "memset"])] {
+        let symbols = symbols(nm, of);
+        let mut shown: Vec<&str> = Vec::new();
+        for (kind, name) in &symbols {
+            assert!(!name.contains("panic"), "{of}: {name}");
+            match kind {
+                'U' | 'w' => assert!(may_need.contains(&name.as_str()), "{of} needs {name}"),
+                kind if kind.is_ascii_uppercase() => shown.push(name),
+                _ => {}
+            }
+        }
+        let functions = ["design_size", "state_size", "init", "tick", "applied", "reset", "design"];
+        let instances = instances();
+        let declared = instances.iter().flat_map(|(name, _)| functions.map(|of| format!("edo_smc_{of}_{name}")));
+        let mut declared: Vec<String> = declared.chain(["edo_smc_version".into()]).collect();
+        declared.sort();
+        shown.sort_unstable();
+        assert_eq!(shown, declared, "{of}");
+    }
+}
+
+#[test]
+fn a_firmware_with_newlib_and_its_own_double_precision_links_without_a_clash() {
+    let folder = Folder::new("capi-newlib");
+    let (file, program) = (folder.path("newlib.c"), folder.path("newlib.elf"));
+    // What the archive has inside under the same names, and a whole libm, all of it used.
+    let code = "#include <math.h>\n#include <stdio.h>\n#include <string.h>\n#include \"edo_smc.h\"\n\
+        volatile double d = 2.0; volatile float f = 1.0f; char a[64], b[64];\n\
+        void rust_begin_unwind(void) {} void __rust_alloc(void) {}\n\
+        int main(void) {\n    memcpy(a, b, (size_t)f + 60u); memset(b, 1, (size_t)f + 60u);\n\
+        d = exp(d) / sin(d) + (double)expf(f) * fma(d, d, d);\n    printf(\"%f %d\", d, memcmp(a, b, 64));\n\
+        return (int)edo_smc_version() + edo_smc_reset_n4_r2_c24(0) + edo_smc_design_n4_r3_c1234(0, 0, 0, 0, 0);\n}\n";
+    std::fs::write(&file, code).expect("a temporary file");
+    for specs in [&["--specs=nano.specs", "--specs=nosys.specs"][..], &["--specs=nosys.specs"]] {
+        let quiet = ["-Wl,--no-warn-rwx-segments", "-Wl,--no-gc-sections", "-Wl,--fatal-warnings"];
+        // The stubs of nosys warn that they are stubs; that is not what is asked here.
+        let args = [&CORE[..], specs, &quiet[..2], &[&include(), &file, &archive("thumbv7em"), "-lm", "-o", &program]];
+        run("arm-none-eabi-gcc", &args.concat());
+    }
+}
+
+/// The design of the examples in C.
+fn joint() -> (Config<4, 2>, Controller<f32, Linear<f32, 4>, 4, 2, 10, 2>) {
+    let observer = Some(ObserverGains::from_bandwidth::<2>(100.0));
+    let config = Config {
+        period_s: 1e-4,
+        surface: Surface::from_bandwidth(10.0, 10.0),
+        observers: [None, observer, None, observer],
+        reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
+        nominal: JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal(),
+        limits: Limits::symmetric(300.0),
+        fallback: Fallback::Safe(0.0),
+        sigma_star_bound: 10.0,
+        observer_pole_limit: 1.0,
+    };
+    let model = Linear::<f32, 4>::new(&config.nominal);
+    (config, Controller::<f32, _, 4, 2, 10, 2>::design(&config, model).expect("a good design"))
+}
+
+#[test]
+fn the_design_in_the_c_examples_is_the_one_of_this_version() {
+    let (config, controller) = joint();
+    let mut numbers = [0.0; 4].to_vec();
+    controller.coefficients().numbers(|number| numbers.push(number));
+    numbers.extend(controller.model().row());
+    assert_eq!(numbers.len(), 8 + Coefficients::<f32, 4, 2, 2>::NUMBERS);
+    let mut numbers = numbers.into_iter().map(|number: f32| format!("{number:?}f"));
+    let mut body = String::new();
+    for (field, shape) in [
+        ("d_hat", &[4][..]),
+        ("rate", &[]),
+        ("rate_n", &[]),
+        ("theta_n", &[]),
+        ("gamma", &[2, 2]),
+        ("c", &[4]),
+        ("g", &[2, 2]),
+        ("kx", &[4]),
+        ("kw", &[]),
+        ("us", &[]),
+        ("k", &[2, 2]),
+        ("satk", &[]),
+        ("lim", &[]),
+        ("decay", &[]),
+        ("u_min", &[]),
+        ("u_max", &[]),
+        ("sigma_star_bound", &[]),
+        ("hold", &[]),
+        ("fallback", &[]),
+        ("period", &[]),
+        ("input_gain", &[]),
+        ("mu2_n", &[]),
+        ("a_row", &[4]),
+    ] {
+        let mut row = |count: usize| {
+            let row: Vec<String> = numbers.by_ref().take(count).collect();
+            format!("{{{}}}", row.join(", "))
+        };
+        let value = match *shape {
+            [] => row(1).trim_matches(['{', '}']).to_string(),
+            [count] => row(count),
+            [rows, count] => format!("{{{}}}", (0..rows).map(|_| row(count)).collect::<Vec<_>>().join(", ")),
+            _ => unreachable!("rows and tables only"),
+        };
+        writeln!(body, "    {value}, /* {field} */").expect("a string takes all");
+    }
+    let gradient = config.nominal.gradient.map(|entry| format!("{entry:?}")).join(", ");
+    let version = words(&controller, &[0.0; 4])[0];
+    let expected = format!(
+        "/* The flexible joint of the paper at 10 kHz, observers of order 2 in channels 2 and 4; the project's tests\n \
+         * hold it to the library's own design. */\n\
+         #ifndef JOINT_DESIGN_H\n#define JOINT_DESIGN_H\n\n#include \"edo_smc.h\"\n\n\
+         /* Gradient of a(x) and b, for a design on the chip. */\n\
+         #define JOINT_GRADIENT {gradient}\n#define JOINT_INPUT_GAIN {:?}\n\n\
+         static const edo_smc_design_n4_r2_c24_t joint_design = {{\n    \
+         {version:#08x}u, EDO_SMC_ID(4, 2, 0xa),\n{body}}};\n\n\
+         #endif\n",
+        config.nominal.input_gain,
+    );
+    let file = root().join("examples/c/joint_design.h");
+    let found = std::fs::read_to_string(&file).unwrap_or_default();
+    assert!(found == expected, "{} should be\n{expected}", file.display());
+}
+
+/// What an image says on USART2 until its last line.
+fn emulated(image: &str) -> Vec<String> {
+    let (process, [_, stream]) = Process::start(Path::new(&built(image)), [false, true], Clock::Instructions, None)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let mut reader = BufReader::new(stream.expect("its USART2"));
+    let until = Instant::now() + Duration::from_mins(1);
+    let (mut lines, mut line) = (Vec::new(), String::new());
+    while Instant::now() < until {
+        match reader.read_line(&mut line) {
+            Ok(0) => panic!("{}", process.ended("the emulator is gone")),
+            Ok(_) if line.ends_with('\n') => {
+                let whole = std::mem::take(&mut line).trim().to_string();
+                if is_last(&whole) {
+                    return lines;
+                }
+                lines.push(whole);
+            }
+            // A read that waits has its own limit of time.
+            Ok(_) | Err(_) => {}
+        }
+    }
+    panic!("{image} did not come to its end; it said {lines:?}");
+}
+
+#[test]
+fn the_drive_in_c_on_the_chip_gives_every_u_of_the_rust_tick() {
+    let (config, controller) = joint();
+    let (row, b, period) = (*controller.model().row(), config.nominal.input_gain as f32, config.period_s as f32);
+    let (mut motor, mut held, mut state) = ([0.1_f32, 0.0, 0.0, 0.0], 0.0_f32, None);
+    let mut expected = Vec::new();
+    for _ in 0..1000 {
+        let push = row[0] * motor[0] + row[2] * motor[2] + held + 1.0;
+        motor[3] += period * (b * push);
+        motor[2] += period * motor[3];
+        motor[1] += period * (motor[2] + 0.5);
+        motor[0] += period * motor[1];
+        held = controller.tick_or_start(&mut state, &[0.0; 4], &motor).u;
+        expected.push(format!("u {:08x}", held.to_bits()));
+    }
+    // It holds the joint, rather than ending at a limit or at 0.
+    assert!(motor[0].abs() < 0.1 && motor.iter().all(|x| x.abs() < 100.0), "{motor:?}");
+    let distinct: std::collections::HashSet<&String> = expected.iter().collect();
+    assert!(distinct.len() > 900, "{}", distinct.len());
+    expected.push("status 00000000".into());
+    for image in ["drive", "drive-nostdlib"] {
+        let said = emulated(&format!("examples/c/build/{image}.elf"));
+        assert_eq!(said.len(), expected.len(), "{image}");
+        for (tick, (said, expected)) in said.iter().zip(&expected).enumerate() {
+            assert_eq!(said, expected, "{image}, tick {tick}");
+        }
+    }
+}
+
+#[test]
+fn a_design_made_on_the_chip_has_the_bits_of_the_one_made_here() {
+    let (_, controller) = joint();
+    let words = words(&controller, &[0.0; 4]);
+    assert_eq!(words.len(), HEAD + 8 + Coefficients::<f32, 4, 2, 2>::NUMBERS);
+    let mut expected = vec![String::from("status 00000000 channel 00000000")];
+    expected.extend(words.iter().map(|word| format!("word {word:08x}")));
+    expected.push("differ 00000000".into());
+    for image in ["design", "design-nostdlib"] {
+        assert_eq!(emulated(&format!("examples/c/build/{image}.elf")), expected, "{image}");
+    }
+}
+
+#[test]
+fn cmake_builds_the_image_that_make_builds() {
+    let folder = Folder::new("capi-cmake");
+    let (examples, build) = (root().join("examples/c"), folder.path("build"));
+    let toolchain = text(&examples.join("arm-none-eabi.cmake"));
+    run("cmake", &["-S", &text(&examples), "-B", &build, "--toolchain", &toolchain]);
+    run("cmake", &["--build", &build]);
+    for image in ["drive", "design"] {
+        let code = |elf: &str, name: &str| {
+            let raw = folder.path(name);
+            run("arm-none-eabi-objcopy", &["-O", "binary", elf, &raw]);
+            std::fs::read(raw).expect("what objcopy wrote")
+        };
+        let made = code(&built(&format!("examples/c/build/{image}.elf")), "made");
+        let cmade = code(&format!("{build}/{image}.elf"), "cmade");
+        assert!(!made.is_empty() && made == cmade, "{image}: {} and {} bytes", made.len(), cmade.len());
+    }
+}
