@@ -250,8 +250,8 @@ __attribute__((section(\".vectors\"), used)) static void (*const vectors[])(void
 const CHIP_LAYOUT: &str = "ENTRY(reset)
 SECTIONS {
     .text 0x08000000 : { KEEP(*(.vectors)) *(.text*) *(.rodata*) }
-    .data 0x20000000 : { *(.data*) }
-    .bss (NOLOAD) : { *(.bss*) *(COMMON) }
+    .bss 0x20000000 (NOLOAD) : { *(.bss*) *(COMMON) }
+    .data : { *(.data*) }
     /DISCARD/ : { *(.ARM.*) }
 }
 ASSERT(SIZEOF(.data) == 0, \"there is nobody to fill .data\")
@@ -489,7 +489,6 @@ fn compare(name: &str, scenario: &str, run: &Run, place: Place) {
             fs::read(folder.join("OUT")).expect("the answers")
         }
     };
-    fs::remove_dir_all(&folder).expect("the folder goes");
     let answered: Vec<u32> =
         answered.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
     assert_eq!(answered.len(), run.answers.len(), "{name}: words of the answers");
@@ -498,6 +497,7 @@ fn compare(name: &str, scenario: &str, run: &Run, place: Place) {
         let (c_shown, rust_shown) = (shown(c), shown(rust));
         assert!(c == rust, "{name}: answer {k}: C {c_shown:?}, Rust {rust_shown:?} (said, u, sigma, sigma*, state)");
     }
+    fs::remove_dir_all(&folder).expect("the folder goes");
 }
 
 fn compare_all(place: Place) {
@@ -543,10 +543,11 @@ fn bits_of_exported_rust(name: &str, scenario: &str) -> Vec<u32> {
     let library = export(&package, &format!("{name}.rs"), scenario, &["--lang", "rust"]);
     let root = path("..").canonicalize().expect("the workspace");
     let manifest = format!(
-        "[package]\nname = \"exported\"\nedition = \"2024\"\n[lib]\npath = {library:?}\n\
+        "[package]\nname = \"exported\"\nedition = \"2024\"\n[lib]\npath = {:?}\n\
          [[bin]]\nname = \"bits\"\npath = \"bits.rs\"\n[workspace]\n[dependencies]\n\
          controller-core = {{ path = {:?} }}\n",
-        root.join("controller-core")
+        plain(&library),
+        plain(&root.join("controller-core")),
     );
     fs::write(package.join("Cargo.toml"), manifest).expect("the manifest");
     fs::copy(root.join("Cargo.lock"), package.join("Cargo.lock")).expect("the lock file");
