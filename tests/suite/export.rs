@@ -1,8 +1,8 @@
 //! Does an exported file give the bits of the controller that it was exported from?
 //!
 //! C: every instance below is exported, compiled by the host's C compiler with all warnings as errors, and driven with
-//! random ticks beside the Rust tick: samples near rest and far from it, NaN, infinities, denormals, -0, what is too large,
-//! spikes, lost samples in a row, restarts, controls that the actuator held instead. Compared is every bit of u, sigma,
+//! random ticks beside the Rust tick: samples near rest and far from it, NaN, infinities, denormals, -0, too large
+//! ones, spikes, lost samples in a row, restarts, controls that the actuator held instead. Compared is every bit of u, sigma,
 //! sigma*, health and of the whole state, after every tick. Rust: the exported static has the coefficients, bit by bit,
 //! that the host designed.
 
@@ -311,7 +311,7 @@ int main(void)
     )
 }
 
-/// Every number of a state in the order of its fields. They are private; their `Debug` prints each so that it reads back.
+/// Every number of a state in the order of its fields. They are private; `Debug` prints each so that it reads back.
 fn numbers<const R: usize, const O: usize>(state: Option<&State<f32, R, O>>) -> Vec<f32> {
     let Some(state) = state else { return vec![0.0; O * (R + 2) + 3] };
     let text = format!("{state:?}");
@@ -493,9 +493,11 @@ fn compare(name: &str, scenario: &str, run: &Run, place: Place) {
         answered.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
     assert_eq!(answered.len(), run.answers.len(), "{name}: words of the answers");
     for (k, (c, rust)) in answered.chunks(run.words).zip(run.answers.chunks(run.words)).enumerate() {
-        let shown = |words: &[u32]| words.iter().map(|&word| f32::from_bits(word)).collect::<Vec<_>>();
-        let (c_shown, rust_shown) = (shown(c), shown(rust));
-        assert!(c == rust, "{name}: answer {k}: C {c_shown:?}, Rust {rust_shown:?} (said, u, sigma, sigma*, state)");
+        let shown = |words: &[u32]| {
+            let floats: Vec<f32> = words[1..].iter().map(|&word| f32::from_bits(word)).collect();
+            format!("said {}, u, sigma, sigma* and state {floats:?}", words[0])
+        };
+        assert!(c == rust, "{name}: answer {k}\nC:    {}\nRust: {}", shown(c), shown(rust));
     }
     fs::remove_dir_all(&folder).expect("the folder goes");
 }
@@ -514,6 +516,43 @@ fn the_exported_c_gives_the_bits_of_the_tick() {
 #[test]
 fn the_exported_c_gives_the_bits_of_the_tick_on_the_emulated_chip() {
     compare_all(Place::Chip);
+}
+
+#[test]
+fn two_exported_controllers_live_in_one_program_of_c_and_of_cpp() {
+    let folder = folder("two");
+    let (_, left, _) = INSTANCES[0];
+    let (_, right, _) = INSTANCES[7];
+    export(&folder, "left.h", left, &["--standalone", "--prefix", "left"]);
+    export(&folder, "right.h", right, &["--standalone", "--prefix", "right"]);
+    let user = "#include \"left.h\"
+#include \"right.h\"
+#include \"left.h\"
+int main(void)
+{
+    left_state of_left = {0};
+    right_state of_right = {0};
+    left_output left;
+    right_output right;
+    const float x[RIGHT_N] = {0.0f};
+    return left_tick_or_start(&of_left, x, &left) == LEFT_OK && right_tick_or_start(&of_right, x, &right) == RIGHT_OK
+        && left_applied(&of_left, 1.0f) && right_applied(&of_right, 1.0f) ? 0 : 1;
+}
+";
+    for (compiler, file, options) in [
+        ("cc", "user.c", &STRICT[..]),
+        (
+            "c++",
+            "user.cpp",
+            &["-std=c++17", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2", "-Wno-missing-field-initializers"],
+        ),
+    ] {
+        let (source, program) = (folder.join(file), folder.join(file).with_extension(compiler));
+        fs::write(&source, user).expect("the program");
+        compile(compiler, options, &source, &program);
+        let ran = Command::new(&program).status().expect("the program runs");
+        assert!(ran.success(), "{compiler}: {ran}");
+    }
 }
 
 #[test]

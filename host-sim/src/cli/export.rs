@@ -4,7 +4,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args, ValueEnum};
 
 use super::{Console, Failure, status};
 use crate::export::{self, Form, PREFIX};
@@ -18,6 +18,7 @@ enum Language {
 }
 
 #[derive(Args, Debug)]
+#[command(group = ArgGroup::new("form").required(true).args(["standalone", "lang"]))]
 pub(super) struct ExportOptions {
     /// The scenario; without one the default.
     scenario: Option<PathBuf>,
@@ -25,13 +26,13 @@ pub(super) struct ExportOptions {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
     /// One self-contained C99 file: tick and coefficients, no library needed.
-    #[arg(long, required_unless_present = "lang", conflicts_with = "lang")]
+    #[arg(long)]
     standalone: bool,
     /// The design for a program that links the library of this language.
     #[arg(long)]
     lang: Option<Language>,
     /// What every name in the C file begins with; two controllers in one program need two.
-    #[arg(long, value_name = "NAME", default_value = PREFIX, requires = "standalone", value_parser = prefix)]
+    #[arg(long, value_name = "NAME", default_value = PREFIX, conflicts_with = "lang", value_parser = prefix)]
     prefix: String,
     /// The file to write; an existing one is left as it is [default: stdout].
     #[arg(short, long, value_name = "FILE")]

@@ -1,7 +1,7 @@
 //! The Rust file: the whole [`Config`](controller_core::Config) as it stands, designed by the compiler into flash.
 //!
-//! Not the coefficients: the compiler's design has the same bits, is checked against the library that it is linked with,
-//! and can be read in SI units. An f64 is printed with as many digits as bring it back.
+//! Not the coefficients: the compiler's design has the same bits, is checked against the library that it is linked
+//! with, and can be read in SI units. An f64 is printed with as many digits as bring it back.
 
 use std::fmt::Write as _;
 
@@ -29,8 +29,8 @@ pub(super) fn text(exported: &Exported<'_>) -> String {
     };
     let observers: Vec<String> = (spec.observers.iter())
         .map(|gains| match gains {
-            Some(l) => format!("Some(ObserverGains::as_printed::<{}>({l:?}))", l.len()),
-            None => "None".into(),
+            Some(l) => format!("            Some(ObserverGains::as_printed::<{}>({l:?})),\n", l.len()),
+            None => "            None,\n".into(),
         })
         .collect();
     let estimates: Vec<f32> = download.numbers.iter().copied().take(usize::from(n)).collect();
@@ -58,7 +58,9 @@ pub(super) fn text(exported: &Exported<'_>) -> String {
     let _ = write!(
         out,
         "
-use controller_core::{{{imports}, channels}};
+use controller_core::{{
+    {imports}, channels,
+}};
 
 /// Precision, nominal model, plant order, largest observer order, observed channels and their number.
 pub type Designed = Controller<f32, {model}, {n}, {r}, {{ channels({channels:?}) }}, {o}>;
@@ -77,7 +79,8 @@ pub static CONTROLLER: Designed = Designed::designed(
     &Config {{
         period_s: {period:?},
         surface: Surface::from_coefficients({c:?}, {alpha:?}),
-        observers: [{observers}],
+        observers: [
+{observers}        ],
         reaching: ReachingLaw {{ k_l: {k_l:?}, k_s: {k_s:?}, epsilon: {epsilon:?} }},
         nominal: Nominal {{ gradient: {gradient:?}, input_gain: {b:?} }},
         limits: Limits {{ min: {min:?}, max: {max:?} }},
@@ -94,7 +97,7 @@ pub static CONTROLLER: Designed = Designed::designed(
         period = spec.period_s,
         c = spec.surface_c,
         alpha = spec.alpha_per_s,
-        observers = observers.join(", "),
+        observers = observers.concat(),
         k_l = reaching.k_l,
         k_s = reaching.k_s,
         epsilon = reaching.epsilon,

@@ -1,7 +1,7 @@
 //! The self-contained C99 file: `Controller::step` of `controller-core`, unrolled for one instance.
 //!
-//! Statement by statement the same operations in the same order, so the same bits. Whoever changes one changes the other:
-//! test `export::the_exported_c_gives_the_bits_of_the_tick` of the suite compares them over a million ticks.
+//! Statement by statement the same operations in the same order, so the same bits. Whoever changes one changes the
+//! other: test `export::the_exported_c_gives_the_bits_of_the_tick` of the suite compares them over a million ticks.
 //!
 //! All functions are `static inline`: the file is included where the interrupt is, and the tick becomes part of it.
 //! Names of channels and states count from 1; `a2, b2, c2` are A, B, C of channel 2, `p2` its P.
@@ -111,13 +111,12 @@ impl Standalone<'_> {
         let Exported { spec, .. } = self.exported;
         let mut out = format!(
             "/* Sliding mode control with an extended disturbance observer: {}, f32, T = {:?} s.\n \
-             * Exported by version {} of the library; do not edit, export it again. C99 and C++17, nothing else needed.\n",
+             * Exported by version {} of the library; do not edit, export it again. C99 and C++17, no library.\n",
             self.exported.shape(),
             spec.period_s,
             controller_core::VERSION
         );
-        out.push_str(&self.c("\
- *
+        out.push_str(&self.c(" *
  *     #include \"this file\"
  *     static @_state state;                              once; zeros are right
  *     @_output output;                                   in the timer interrupt, every T:
@@ -245,18 +244,20 @@ impl Standalone<'_> {
     }
 
     fn types(&self) -> String {
-        let mut out = String::from("
+        let mut out = String::from(
+            "
 /* What a tick has to say about itself, as a set of bits. */
 enum {
     @@_OK = 0,
-    @@_INPUT_REJECTED = 1, /* x, or what became of it, not finite or too large: the estimates wait, the fallback goes out */
+    @@_INPUT_REJECTED = 1, /* x, or what became of it, not finite or too large: the fallback goes out */
     @@_SATURATED = 2, /* the law asked for more than the limits allow */
     @@_SIGMA_STAR_OVER_BOUND = 4 /* the plant does not do what the design supposes */
 };
 
 /* What the controller remembers between two ticks. Zeros before the start. */
 typedef struct {
-");
+",
+        );
         for i in &self.channels {
             let names = self.folded(*i).collect::<Vec<_>>().join(", ");
             let _ = writeln!(out, "    float {names}; /* observer of channel {i}: folded estimate */");
