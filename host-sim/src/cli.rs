@@ -8,6 +8,7 @@
 //! host-sim emulate --image FILE     any image in the emulator, with its log
 //! host-sim figures                  the figures of the paper and its claims
 //! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
+//! host-sim export [FILE.toml] ..    the designed controller as one source file, C or Rust
 //! host-sim schema                   JSON schema of a scenario file
 //! host-sim new NAME                 a commented scenario file to start from
 //! ```
@@ -45,8 +46,10 @@ use crate::scenario::{self, Experiment, Mu, ScenarioError, Source};
 use crate::trace::{Ending, Trace};
 use crate::transport::qemu;
 
+mod export;
 mod target;
 
+use export::ExportOptions;
 use target::{EmulateOptions, HilOptions, Link, PilOptions};
 
 /// Exit statuses.
@@ -122,6 +125,10 @@ enum Command {
     ///
     /// Exit status: 0 the figures stand, 1 a check failed, 2 something could not be followed (it is named).
     Budget(budget::Options),
+    /// Write the designed controller of a scenario as one source file, to stdout or with -o into a file.
+    ///
+    /// It gives the same bits as `host-sim run`. Its head says which scenario, design and version it is.
+    Export(ExportOptions),
     /// Print the JSON schema of scenario files.
     Schema,
     /// Write a commented scenario file NAME.toml; an existing file is never overwritten.
@@ -202,6 +209,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         Some(Command::Emulate(options)) => console.emulate(options),
         Some(Command::Figures { only, out, json }) => console.figures(only, out, *json),
         Some(Command::Budget(options)) => console.budget(options),
+        Some(Command::Export(options)) => console.export(options),
         Some(Command::Schema) => console.schema(),
         Some(Command::New { name }) => console.new_scenario(name, Path::new("")),
     };

@@ -15,6 +15,7 @@ pub mod actuator;
 pub mod budget;
 pub mod cli;
 pub mod closed_loop;
+pub mod export;
 pub mod figures;
 pub mod image_file;
 pub mod log;

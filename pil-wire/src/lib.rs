@@ -94,6 +94,11 @@ const fn version(text: &str) -> u32 {
     packed << 8 | part
 }
 
+/// CRC-32 (ISO-HDLC) of any bytes: the checksum of frames, for what else must be told apart.
+pub const fn checksum(bytes: &[u8]) -> u32 {
+    CRC.checksum(bytes)
+}
+
 /// Hash of a design: the CRC-32 of the first word of Open and of all loaded numbers.
 pub fn design_hash(instance: Instance, numbers: &[f32]) -> u32 {
     let mut digest = CRC.digest();

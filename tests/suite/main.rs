@@ -6,6 +6,7 @@ mod cases;
 mod compile;
 mod convergence;
 mod emulator;
+mod export;
 mod figures;
 mod formula;
 mod frames;

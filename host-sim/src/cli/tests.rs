@@ -465,3 +465,40 @@ fn the_longest_wait_stands_in_the_help() {
     let (_, out, _) = spoken(&["pil", "--help"]);
     assert!(out.contains(&format!("{} s for the emulator", qemu::START_WITHIN.as_secs())), "{out}");
 }
+
+#[test]
+fn export_goes_to_stdout_or_into_a_file_that_is_not_lost_by_a_slip() {
+    let folder = Folder::new("export");
+    let file = folder.path("controller.h");
+    let (code, text, err) = spoken(&["export", "--standalone"]);
+    assert_eq!((code, err.as_str()), (status::DONE, ""));
+    assert!(text.starts_with("/* ") && text.contains("edo_smc_tick(") && text.trim_end().ends_with("#endif"), "{text}");
+
+    assert_eq!(spoken(&["export", "--standalone", "-o", &file]).1, format!("wrote {file}\n"));
+    assert_eq!(std::fs::read_to_string(&file).expect("the file"), text);
+    let (code, out, err) = spoken(&["export", "--lang", "rust", "-o", &file]);
+    assert_eq!((code, out.as_str()), (status::BAD_INPUT, ""));
+    assert!(err.contains("exists already and is left as it is; --force overwrites it"), "{err}");
+    assert_eq!(std::fs::read_to_string(&file).expect("the file"), text);
+    assert_eq!(spoken(&["export", "--lang", "rust", "-o", &file, "--force"]).0, status::DONE);
+    assert!(std::fs::read_to_string(&file).expect("the file").contains("pub static CONTROLLER"));
+}
+
+#[test]
+fn export_says_what_is_wrong_with_its_arguments() {
+    for (args, expected) in [
+        (&["export"][..], "<--standalone|--lang <LANG>>"),
+        (&["export", "--standalone", "--lang", "rust"], "cannot be used with"),
+        (&["export", "--lang", "rusty"], "'rust'"),
+        (&["export", "--standalone", "--prefix", "9"], "expected 1 to 32 of a-z, 0-9, `_`, a letter first"),
+        (&["export", "--lang", "rust", "--prefix", "mine"], "cannot be used with"),
+        (&["export", "--standalone", "--force"], "--output"),
+        (&["export", "--standalone", "nowhere.toml"], "nowhere.toml: cannot be read"),
+        (&["export", "--standalone", "--set", "controller.epsilom=1"], "did you mean `epsilon`"),
+        (&["export", "--standalone", "--set", "controller.precision=f64"], "set controller.precision=f32"),
+    ] {
+        let (code, out, err) = spoken(args);
+        assert_eq!((code, out.as_str()), (status::BAD_INPUT, ""), "{args:?}");
+        assert!(err.contains(expected), "{args:?}: {err}");
+    }
+}

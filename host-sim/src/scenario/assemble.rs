@@ -14,7 +14,7 @@ use crate::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel, Pl
 use crate::port::ControllerPort;
 use crate::port::baseline::Baseline;
 use crate::port::compared::Compared;
-use crate::port::in_process::{self, Designed, Download};
+use crate::port::in_process::{self, ControllerSpec, Designed, Download};
 use crate::sensor::{self, Sensor};
 use crate::signal::Signal;
 use crate::trace::{Row, Trace};
@@ -49,6 +49,8 @@ pub struct Experiment {
     pub actuator: Box<dyn Actuator>,
     /// The controller.
     pub port: Box<dyn ControllerPort>,
+    /// What it was designed from; none for the baseline.
+    pub spec: Option<ControllerSpec>,
     /// Its design for a target; none if it does not run on one (f64, the baseline).
     pub download: Option<Download>,
     /// Is the controller told what the actuator holds? Else it lives on what it asked for.
@@ -160,15 +162,16 @@ pub(super) fn assemble(resolved: Resolved) -> Result<Experiment, Problem> {
         if matches!(plant, PlantChoice::FlexibleJoint { .. }) { ("rad", "A") } else { ("", "") };
     let disturbances: Vec<Signal> = disturbance.into_iter().map(Signal::new).collect();
 
-    let (port, download, warnings, orders): (Box<dyn ControllerPort>, _, Vec<String>, Vec<usize>) = match controller {
-        ControllerChoice::Proposed(spec) => {
-            let Designed { port, warnings, download } =
-                in_process::build(&spec).map_err(|error| design_problem(&error, &observer_position))?;
-            let orders = spec.observers.iter().map(|gains| gains.as_ref().map_or(0, Vec::len)).collect();
-            (port, download, warnings.iter().map(ToString::to_string).collect(), orders)
-        }
-        ControllerChoice::Baseline(spec) => (Box::new(Baseline::new(spec)), None, Vec::new(), vec![1, 0]),
-    };
+    let (port, spec, download, warnings, orders): (Box<dyn ControllerPort>, _, _, Vec<String>, Vec<usize>) =
+        match controller {
+            ControllerChoice::Proposed(spec) => {
+                let Designed { port, warnings, download } =
+                    in_process::build(&spec).map_err(|error| design_problem(&error, &observer_position))?;
+                let orders = spec.observers.iter().map(|gains| gains.as_ref().map_or(0, Vec::len)).collect();
+                (port, Some(*spec), download, warnings.iter().map(ToString::to_string).collect(), orders)
+            }
+            ControllerChoice::Baseline(spec) => (Box::new(Baseline::new(spec)), None, None, Vec::new(), vec![1, 0]),
+        };
     let mu = if is_chain { bounds(&disturbances, &orders, span_s) } else { Vec::new() };
 
     Ok(Experiment {
@@ -186,6 +189,7 @@ pub(super) fn assemble(resolved: Resolved) -> Result<Experiment, Problem> {
         actuator: actuator_of(&file.actuator, period_s),
         x0,
         port,
+        spec,
         download,
         report: file.actuator.report,
         warnings,

@@ -1,0 +1,113 @@
+//! `export`: the designed controller as a source file.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use clap::{ArgGroup, Args, ValueEnum};
+
+use super::{Console, Failure, status};
+use crate::export::{self, Form, PREFIX};
+use crate::scenario::{self, Source};
+
+/// Languages that link a library of this project.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Language {
+    /// A static for a program that links controller-core.
+    Rust,
+}
+
+#[derive(Args, Debug)]
+#[command(group = ArgGroup::new("form").required(true).args(["standalone", "lang"]))]
+pub(super) struct ExportOptions {
+    /// The scenario; without one the default.
+    scenario: Option<PathBuf>,
+    /// Override a key, as in --set controller.k_l=100.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// One self-contained C99 file: tick and coefficients, no library needed.
+    #[arg(long)]
+    standalone: bool,
+    /// The design for a program that links the library of this language.
+    #[arg(long)]
+    lang: Option<Language>,
+    /// What every name in the C file begins with; two controllers in one program need two.
+    #[arg(long, value_name = "NAME", default_value = PREFIX, conflicts_with = "lang", value_parser = prefix)]
+    prefix: String,
+    /// The file to write; an existing one is left as it is [default: stdout].
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Overwrite the file.
+    #[arg(long, requires = "output")]
+    force: bool,
+}
+
+/// What every name begins with must itself be a name, in C and in capitals.
+fn prefix(text: &str) -> Result<String, String> {
+    let starts = text.chars().next().is_some_and(|c| c.is_ascii_lowercase());
+    let rest = text.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
+    if starts && rest && text.len() <= 32 {
+        Ok(text.into())
+    } else {
+        Err("expected 1 to 32 of a-z, 0-9, `_`, a letter first".into())
+    }
+}
+
+impl Console<'_> {
+    pub(super) fn export(&mut self, options: &ExportOptions) -> Result<u8, Failure> {
+        let bad = |message| Failure { status: status::BAD_INPUT, message };
+        let sets = &options.sets;
+        let (file, text, stem) = match &options.scenario {
+            Some(path) => {
+                let file = path.display().to_string();
+                let text = scenario::read_text(path).map_err(|message| bad(format!("{file}: {message}")))?;
+                let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+                (file, text, stem)
+            }
+            None => ("built-in default.toml".into(), scenario::DEFAULT.into(), "default".into()),
+        };
+        let source = Source { file: &file, text: &text, sets };
+        let experiment = scenario::parse(&source, &stem)?;
+        let form = match options.lang {
+            Some(Language::Rust) => Form::Rust,
+            None => Form::Standalone(&options.prefix),
+        };
+        // The path of a file is of this machine only; what is exported is the same everywhere.
+        let name = options.scenario.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy());
+        let source = Source { file: name.as_deref().unwrap_or(&file), ..source };
+        let exported = export::text(&experiment, &source, form).map_err(|why| bad(format!("{file}: {why}")))?;
+        for warning in &experiment.warnings {
+            self.note(&format!("warning: {warning}"));
+        }
+        match &options.output {
+            None => self.say(exported.trim_end())?,
+            Some(path) => {
+                write_file(path, &exported, options.force)?;
+                self.say(&format!("wrote {}", path.display()))?;
+            }
+        }
+        Ok(status::DONE)
+    }
+}
+
+/// A file of one's own is never lost by a slip: only `--force` overwrites.
+fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
+    let shown = path.display();
+    let opened = if force {
+        OpenOptions::new().write(true).create(true).truncate(true).open(path)
+    } else {
+        File::create_new(path)
+    };
+    let mut file = opened.map_err(|error| match error.kind() {
+        io::ErrorKind::AlreadyExists => Failure {
+            status: status::BAD_INPUT,
+            message: format!("{shown} exists already and is left as it is; --force overwrites it"),
+        },
+        _ => Failure { status: status::BAD_INPUT, ..Failure::writing(path.display(), &error) },
+    })?;
+    file.write_all(text.as_bytes()).map_err(|error| {
+        // Half a file is none.
+        let _ = std::fs::remove_file(path);
+        Failure::writing(path.display(), &error)
+    })
+}

@@ -1,0 +1,121 @@
+//! A designed controller as one source file: for firmware that designs nothing itself.
+//!
+//! ```text
+//! scenario.toml -> Experiment -> Designed -> standalone::text    C99, tick and coefficients, nothing else needed
+//!                                        `-> rust::text          Rust, the design in a static, on controller-core
+//! ```
+//!
+//! Both give the bits of the controller that `host-sim run` ticks. Both say where they come from: the scenario's text
+//! and its checksum, the `--set` arguments, the hash of the design (the one a target reports), the library's version.
+
+use std::fmt::Write as _;
+
+use crate::port::in_process::{ControllerSpec, Download};
+use crate::scenario::{Experiment, Source};
+
+mod rust;
+mod standalone;
+
+/// What the names of an exported C file begin with, if nothing else is asked for.
+pub const PREFIX: &str = "edo_smc";
+
+/// Which file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form<'a> {
+    /// Self-contained C99; every name in it begins with this prefix.
+    Standalone(&'a str),
+    /// Rust on `controller-core`.
+    Rust,
+}
+
+/// The text of an exported file.
+///
+/// # Errors
+/// What cannot be exported, and what to change.
+pub fn text(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Result<String, String> {
+    let (Some(spec), Some(download)) = (&experiment.spec, &experiment.download) else {
+        return Err(match &experiment.spec {
+            None => "the baseline is not exported; set controller.kind=proposed".into(),
+            Some(_) => "an exported controller computes in f32; set controller.precision=f32".into(),
+        });
+    };
+    let exported = Exported { spec, download, warnings: &experiment.warnings, source };
+    match form {
+        Form::Standalone(prefix) => standalone::text(&exported, prefix),
+        Form::Rust => Ok(rust::text(&exported)),
+    }
+}
+
+/// What all forms are made from.
+struct Exported<'a> {
+    spec: &'a ControllerSpec,
+    download: &'a Download,
+    warnings: &'a [String],
+    source: &'a Source<'a>,
+}
+
+impl Exported<'_> {
+    /// Observed channels, from 1.
+    fn channels(&self) -> Vec<usize> {
+        (1..=usize::from(self.download.instance.n))
+            .filter(|i| self.download.instance.mask >> (i - 1) & 1 == 1)
+            .collect()
+    }
+
+    /// `n = 4, observers of order up to 2 in channels 2, 4`.
+    fn shape(&self) -> String {
+        let channels: Vec<String> = self.channels().iter().map(usize::to_string).collect();
+        let instance = self.download.instance;
+        match channels.as_slice() {
+            [] => format!("n = {}, no observer", instance.n),
+            [one] => format!("n = {}, an observer of order {} in channel {one}", instance.n, instance.r),
+            many => {
+                format!("n = {}, observers of order up to {} in channels {}", instance.n, instance.r, many.join(", "))
+            }
+        }
+    }
+
+    fn design_hash(&self) -> u32 {
+        pil_wire::design_hash(self.download.instance, &self.download.numbers)
+    }
+
+    /// Where the file comes from, line by line: every line may stand in a comment of C and of Rust.
+    fn origin(&self) -> String {
+        let Source { file, text, sets } = self.source;
+        let mut origin = String::new();
+        for warning in self.warnings {
+            let _ = writeln!(origin, "Warning of the design: {warning}");
+        }
+        let _ = writeln!(origin, "Design {:#010x} (CRC-32, the one a target reports).", self.design_hash());
+        for set in *sets {
+            let _ = writeln!(origin, "Changed by --set {set}");
+        }
+        let checksum = pil_wire::checksum(text.as_bytes());
+        let _ = writeln!(origin, "Scenario {file} (CRC-32 {checksum:#010x}):\n");
+        for line in text.lines() {
+            let _ = writeln!(origin, "    {line}");
+        }
+        harmless(&origin)
+    }
+}
+
+/// A text as it may stand in any comment: nothing in it ends the comment, opens another or turns the direction of
+/// reading. What is changed so is visible.
+fn harmless(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        if matches!((out.chars().next_back(), c), (Some('*'), '/') | (Some('/'), '*')) {
+            out.push(' ');
+        }
+        let shown = c == '\n' || c == ' ' || c.is_ascii_graphic() || c.is_alphanumeric();
+        out.push(match c {
+            '\t' => ' ',
+            _ if shown => c,
+            _ => '?',
+        });
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests;

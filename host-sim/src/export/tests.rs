@@ -1,0 +1,50 @@
+use super::*;
+use crate::scenario::parse;
+
+fn exported(text: &str, sets: &[&str], form: Form<'_>) -> Result<String, String> {
+    let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+    let source = Source { file: "it.toml", text, sets: &sets };
+    super::text(&parse(&source, "it").expect("a good scenario"), &source, form)
+}
+
+#[test]
+fn the_head_says_scenario_settings_version_and_design() {
+    for form in [Form::Standalone(PREFIX), Form::Rust] {
+        let text = exported("# a line of mine\nspan_s = 3.0\n", &["controller.k_l=20"], form).expect("exported");
+        let design = "0x";
+        for part in
+            ["Scenario it.toml (CRC-32 0x", "# a line of mine", "span_s = 3.0", "--set controller.k_l=20", design]
+        {
+            assert!(text.contains(part), "{part:?} in {form:?}:\n{text}");
+        }
+        assert!(text.contains(controller_core::VERSION));
+    }
+}
+
+#[test]
+fn a_comment_of_the_scenario_cannot_end_the_comment_of_c() {
+    assert_eq!(harmless("a */ b /* c /*/ d \u{202e} e\tf\rg"), "a * / b / * c / * / d ? e f?g");
+    let text = exported("# */ int stray; /* \u{2066}\n", &[], Form::Standalone(PREFIX)).expect("exported");
+    let head = text.split_once(" */\n").expect("the end of the first comment").0;
+    assert!(head.contains("# * / int stray; / * ?"), "{head}");
+}
+
+#[test]
+fn what_cannot_be_exported_is_refused_with_the_way_out() {
+    let refused = |text: &str, form| exported(text, &[], form).expect_err("a refusal");
+    let benchmark = "[plant]\nkind = \"benchmark\"\n[controller]\nc = [5.0, 1.0]\n";
+    assert!(refused(benchmark, Form::Standalone(PREFIX)).contains("take --lang rust"));
+    assert!(exported(benchmark, &[], Form::Rust).expect("exported").contains("Benchmark<Libm>"));
+    let double = "[controller]\nprecision = \"f64\"\n";
+    assert!(refused(double, Form::Standalone(PREFIX)).contains("set controller.precision=f32"));
+    assert!(refused(double, Form::Rust).contains("set controller.precision=f32"));
+    let baseline = include_str!("../../scenarios/fig01_baseline.toml");
+    assert!(refused(baseline, Form::Rust).contains("set controller.kind=proposed"));
+}
+
+#[test]
+fn every_name_in_the_c_file_begins_with_the_prefix() {
+    let text = exported("", &[], Form::Standalone("left")).expect("exported");
+    assert!(text.contains("left_tick(") && text.contains("#define LEFT_N 4"));
+    assert!(!text.contains("edo_smc") && !text.contains("EDO_SMC") && !text.contains('@'), "{text}");
+}

@@ -1,0 +1,640 @@
+//! Does an exported file give the bits of the controller that it was exported from?
+//!
+//! C: every instance below is exported, compiled by the host's C compiler with all warnings as errors, and driven with
+//! random ticks beside the Rust tick: samples near rest and far from it, NaN, infinities, denormals, -0, too large
+//! ones, spikes, lost samples in a row, restarts, controls that the actuator held instead. Compared is every bit of u, sigma,
+//! sigma*, health and of the whole state, after every tick. Rust: the exported static has the coefficients, bit by bit,
+//! that the host designed.
+
+use controller_core::{Coefficients, Controller, Health, Linear, State, channels};
+use host_sim::port::in_process::Download;
+use host_sim::scenario::{self, Source};
+use integration_tests::data::path;
+use integration_tests::program::host_sim;
+use integration_tests::strategy::Rng;
+use std::env;
+use std::fmt::Write;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Of all instances together: a million.
+const TICKS: usize = 1_000_000_usize.div_ceil(INSTANCES.len());
+
+/// A shape of controller: its name, a scenario of it, and the Rust tick of that shape.
+type Instance = (&'static str, &'static str, fn(&str, &str) -> Run);
+
+/// Every instance the C library has, one without an observer, orders mixed, and the most there is.
+const INSTANCES: [Instance; 11] = [
+    (
+        "n2r1_2",
+        "plant = { kind = 'chain', order = 2, a = [-2, -1], b = 2 }
+         controller = { c = [5, 1], limits = { min = -30, max = 30 }, sigma_star_bound = 2, observer = [
+             { channel = 2, printed = [40] } ] }",
+        run::<2, 1, { channels([2]) }, 1>,
+    ),
+    (
+        "n2r2_12",
+        "plant = { kind = 'chain', order = 2, a = [0, -1], b = 2 }
+         controller = { c = [5, 1], limits = { min = -30, max = 30 }, fallback = -0.25, observer = [
+             { channel = 1, printed = [40, 400] }, { channel = 2, printed = [30, 200] } ] }",
+        run::<2, 2, { channels([1, 2]) }, 2>,
+    ),
+    (
+        "n2r1_none",
+        "plant = { kind = 'chain', order = 2, a = [-2, -1], b = -2 }
+         controller = { c = [5, 1] }",
+        run::<2, 1, 0, 0>,
+    ),
+    (
+        "n3r2_23",
+        "plant = { kind = 'chain', order = 3, a = [-6, -11, -6], b = -2 }
+         controller = { surface_bandwidth_rad_s = 4, limits = { min = -90, max = 80 }, k_s = 2, observer = [
+             { channel = 2, printed = [80, 1600] }, { channel = 3, printed = [80, 1600] } ] }",
+        run::<3, 2, { channels([2, 3]) }, 2>,
+    ),
+    (
+        "n3r2_123",
+        "plant = { kind = 'chain', order = 3, a = [-6, -11, -6], b = 1.5 }
+         controller = { surface_bandwidth_rad_s = 4, observer = [
+             { channel = 1, printed = [80, 1600] }, { channel = 2, printed = [80] },
+             { channel = 3, printed = [80, 1600] } ] }",
+        run::<3, 2, { channels([1, 2, 3]) }, 3>,
+    ),
+    (
+        "n4r2_24",
+        "controller = { limits = { min = -300, max = 200 }, sigma_star_bound = 5 }",
+        run::<4, 2, { channels([2, 4]) }, 2>,
+    ),
+    (
+        "n4r2_24_mixed",
+        "controller = { initial_estimates = [0, 0.5, 0, -3], fallback = 1.5, observer = [
+             { channel = 2, printed = [100, 20] }, { channel = 4, printed = [50] } ] }",
+        run::<4, 2, { channels([2, 4]) }, 2>,
+    ),
+    (
+        "n4r3_24",
+        "controller = { k_s = 0.5, limits = { min = -300, max = 300 }, observer = [
+             { channel = 2, bandwidth_rad_s = 50, order = 3 }, { channel = 4, bandwidth_rad_s = 50, order = 3 } ] }",
+        run::<4, 3, { channels([2, 4]) }, 2>,
+    ),
+    ("n4r2_4", "controller = { observer = [{ channel = 4, printed = [100, 20] }] }", run::<4, 2, { channels([4]) }, 1>),
+    (
+        "n4r3_1234",
+        "controller = { observer = [
+             { channel = 1, bandwidth_rad_s = 50, order = 3 }, { channel = 2, bandwidth_rad_s = 50, order = 3 },
+             { channel = 3, bandwidth_rad_s = 50, order = 3 }, { channel = 4, bandwidth_rad_s = 50, order = 3 } ] }",
+        run::<4, 3, { channels([1, 2, 3, 4]) }, 4>,
+    ),
+    (
+        "n6r3_3456",
+        "plant = { kind = 'chain', order = 6, a = [-1, -6, -15, -20, -15, -6], b = 3 }
+         controller = { surface_bandwidth_rad_s = 3, observer = [
+             { channel = 3, bandwidth_rad_s = 50, order = 3 }, { channel = 4, bandwidth_rad_s = 50, order = 2 },
+             { channel = 5, bandwidth_rad_s = 50, order = 3 }, { channel = 6, bandwidth_rad_s = 50, order = 1 } ] }",
+        run::<6, 3, { channels([3, 4, 5, 6]) }, 4>,
+    ),
+];
+
+/// What C compilers of today accept without a word.
+const STRICT: [&str; 7] = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wshadow", "-O2"];
+/// As firmware is built; nothing is linked that is not in the two files.
+const CORTEX_M4F: [&str; 7] = [
+    "-mcpu=cortex-m4",
+    "-mthumb",
+    "-mfpu=fpv4-sp-d16",
+    "-mfloat-abi=hard",
+    "-ffp-contract=off",
+    "-ffreestanding",
+    "-nostdlib",
+];
+
+/// Tests run side by side: each has its own.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("export").join(name);
+    fs::create_dir_all(&folder).expect("a folder for exported files");
+    folder
+}
+
+/// Exports a scenario, and returns the file's path.
+fn export(folder: &Path, name: &str, scenario: &str, form: &[&str]) -> PathBuf {
+    let file = folder.join(name);
+    let from = folder.join(format!("{name}.toml"));
+    fs::write(&from, scenario).expect("a scenario");
+    let mut args = vec!["export", plain(&from), "-o", plain(&file), "--force"];
+    args.extend(form);
+    let spoken = host_sim(&args);
+    assert_eq!(spoken.status, 0, "{}", spoken.err);
+    file
+}
+
+fn plain(path: &Path) -> &str {
+    path.to_str().expect("a plain path")
+}
+
+/// The numbers of the same design, as a target would get them.
+fn download(scenario: &str) -> Download {
+    let source = Source { file: "it", text: scenario, sets: &[] };
+    scenario::parse(&source, "it").expect("a good scenario").download.expect("an f32 design")
+}
+
+/// Runs a compiler on a file that must give no warning.
+fn compile(compiler: &str, options: &[&str], file: &Path, program: &Path) {
+    let output = Command::new(compiler).args(options).arg(file).arg("-o").arg(program).output();
+    let output = output.unwrap_or_else(|error| {
+        panic!("no C compiler `{compiler}` ({error}); on Debian: apt-get install gcc g++");
+    });
+    assert!(output.status.success(), "{compiler} {}: {}", file.display(), String::from_utf8_lossy(&output.stderr));
+}
+
+/// What the program is asked to do.
+#[derive(Clone, Copy, PartialEq)]
+enum Ask {
+    /// `tick_or_start`.
+    Tick,
+    /// `applied`, with the first number.
+    Applied,
+    /// `start`, of a state that runs already.
+    Start,
+    /// Back to zeros, then `tick_or_start`.
+    Forget,
+}
+
+/// What was asked of the Rust tick, and what it answered.
+struct Run {
+    n: usize,
+    r: usize,
+    /// From 1.
+    observed: Vec<usize>,
+    /// Requests as bytes: what, then n floats.
+    asked: Vec<u8>,
+    /// Words of an answer: what was said, then u, sigma, sigma* and the state.
+    words: usize,
+    answers: Vec<u32>,
+}
+
+/// Where the driver runs.
+#[derive(Clone, Copy, PartialEq)]
+enum Place {
+    Here,
+    /// On the emulated STM32F405: reset, FPU on, requests and answers through the emulator's semihosting.
+    Chip,
+}
+
+/// Reads with `receive`, answers with `send`; both say how many bytes.
+const ON_THE_HOST: &str = "
+#include <stdio.h>
+static size_t receive(void *to, size_t bytes) { return fread(to, 1, bytes, stdin); }
+static void send(const void *from, size_t bytes) { fwrite(from, 1, bytes, stdout); }
+";
+const ON_THE_CHIP: &str = "
+#include <stddef.h>
+#include <stdint.h>
+int main(void);
+void reset(void);
+void *memcpy(void *to, const void *from, size_t bytes);
+void *memset(void *to, int value, size_t bytes);
+static uintptr_t ask_emulator(uintptr_t what, const void *with)
+{
+    register uintptr_t r0 __asm__(\"r0\") = what;
+    register const void *r1 __asm__(\"r1\") = with;
+    __asm__ volatile(\"bkpt 0xab\" : \"+r\"(r0) : \"r\"(r1) : \"memory\");
+    return r0;
+}
+static uintptr_t requests, replies;
+static uintptr_t open_file(const char *name, uintptr_t length, uintptr_t mode)
+{
+    const uintptr_t block[] = { (uintptr_t)name, mode, length };
+    return ask_emulator(1, block);
+}
+static size_t receive(void *to, size_t bytes)
+{
+    const uintptr_t block[] = { requests, (uintptr_t)to, bytes };
+    return bytes - ask_emulator(6, block);
+}
+static void send(const void *from, size_t bytes)
+{
+    const uintptr_t block[] = { replies, (uintptr_t)from, bytes };
+    (void)ask_emulator(5, block);
+}
+/* The compiler may call these by itself. */
+void *memcpy(void *to, const void *from, size_t bytes)
+{
+    for (size_t k = 0; k < bytes; k++) {
+        ((volatile char *)to)[k] = ((const char *)from)[k];
+    }
+    return to;
+}
+void *memset(void *to, int value, size_t bytes)
+{
+    for (size_t k = 0; k < bytes; k++) {
+        ((volatile char *)to)[k] = (char)value;
+    }
+    return to;
+}
+void reset(void)
+{
+    *(volatile uint32_t *)0xE000ED88u |= 0xFu << 20;
+    __asm__ volatile(\"dsb\\n isb\");
+    requests = open_file(\"IN\", 2, 1);
+    replies = open_file(\"OUT\", 3, 5);
+    (void)main();
+    (void)ask_emulator(2, &replies);
+    (void)ask_emulator(0x18, (const void *)0x20026);
+}
+__attribute__((section(\".vectors\"), used)) static void (*const vectors[])(void) = {
+    (void (*)(void))0x20020000, reset
+};
+";
+/// Nothing but code, constants and zeros.
+const CHIP_LAYOUT: &str = "ENTRY(reset)
+SECTIONS {
+    .text 0x08000000 : { KEEP(*(.vectors)) *(.text*) *(.rodata*) }
+    .bss 0x20000000 (NOLOAD) : { *(.bss*) *(COMMON) }
+    .data : { *(.data*) }
+    /DISCARD/ : { *(.ARM.*) }
+}
+ASSERT(SIZEOF(.data) == 0, \"there is nobody to fill .data\")
+";
+
+/// The C around the exported file: requests in, answers out.
+fn driver(run: &Run, exported: &str, place: Place) -> String {
+    let mut state = String::new();
+    for i in &run.observed {
+        for letter in &["a", "b", "c"][..run.r] {
+            write!(state, "state.{letter}{i}, ").expect("a string takes all");
+        }
+    }
+    for field in ["p", "x"] {
+        for i in &run.observed {
+            let end = if field == "x" { "_prev" } else { "" };
+            write!(state, "state.{field}{i}{end}, ").expect("a string takes all");
+        }
+    }
+    let transfer = if place == Place::Here { ON_THE_HOST } else { ON_THE_CHIP };
+    format!(
+        "#include \"{exported}\"
+{transfer}
+static struct {{ unsigned what; float x[{n}]; }} asks[128];
+static struct {{ unsigned said; float all[{floats}]; }} answers[128];
+
+int main(void)
+{{
+    edo_smc_state state = {{0}};
+    const edo_smc_state zeros = {{0}};
+    size_t count;
+    while ((count = receive(asks, sizeof asks) / sizeof asks[0]) > 0) {{
+        for (size_t k = 0; k < count; k++) {{
+            const float *const x = asks[k].x;
+            edo_smc_output output = {{0.0f, 0.0f, 0.0f}};
+            unsigned said;
+            switch (asks[k].what) {{
+            case 1: said = edo_smc_applied(&state, x[0]); break;
+            case 2: said = edo_smc_start(&state, x); break;
+            case 3: state = zeros; said = edo_smc_tick_or_start(&state, x, &output); break;
+            default: said = edo_smc_tick_or_start(&state, x, &output); break;
+            }}
+            const float all[] = {{ output.u, output.sigma, output.sigma_star, {state}state.offset, state.held,
+                state.resuming ? 1.0f : 0.0f }};
+            answers[k].said = said;
+            for (size_t j = 0; j < sizeof all / sizeof all[0]; j++) {{
+                answers[k].all[j] = all[j];
+            }}
+        }}
+        send(answers, count * sizeof answers[0]);
+    }}
+    return 0;
+}}
+",
+        n = run.n,
+        floats = run.words - 1,
+    )
+}
+
+/// Every number of a state in the order of its fields. They are private; `Debug` prints each so that it reads back.
+fn numbers<const R: usize, const O: usize>(state: Option<&State<f32, R, O>>) -> Vec<f32> {
+    let Some(state) = state else { return vec![0.0; O * (R + 2) + 3] };
+    let text = format!("{state:?}");
+    let tokens = text.split(['[', ']', ',', '{', '}', ' ']).filter(|token| !token.is_empty() && !token.ends_with(':'));
+    let numbers = tokens.skip(1).map(|token| match token {
+        "true" => 1.0,
+        "false" => 0.0,
+        number => number.parse().expect("a number"),
+    });
+    let mut all: Vec<f32> = numbers.collect();
+    // b(x)/b_0 at the last tick: there is none where b is constant.
+    let gain_prev = all.remove(all.len() - 2);
+    assert_eq!(gain_prev, 0.0);
+    all
+}
+
+/// Numbers that a sample is seldom made of.
+const EDGES: [f32; 20] = [
+    f32::NAN,
+    f32::INFINITY,
+    f32::NEG_INFINITY,
+    0.0,
+    -0.0,
+    1e-45,
+    -1e-45,
+    f32::MIN_POSITIVE,
+    -1.1e-38,
+    f32::MAX,
+    f32::MIN,
+    1e12,
+    -1.000_001e12,
+    1e30,
+    -3e29,
+    1e20,
+    1e9,
+    -1e5,
+    1.0,
+    f32::EPSILON,
+];
+
+/// Samples of a plant near rest, with everything that can happen to one now and then.
+struct Samples {
+    rng: Rng,
+    scale: f64,
+    bad_left: usize,
+}
+
+impl Samples {
+    fn next<const N: usize>(&mut self) -> [f32; N] {
+        let rng = &mut self.rng;
+        if rng.chance(0.01) {
+            self.scale = rng.spread(1e-6, 10.0);
+        }
+        if rng.chance(0.01) {
+            self.bad_left = rng.integer(1, 6);
+        }
+        let mut x = core::array::from_fn(|_| (self.scale * rng.within(-1.0, 1.0)) as f32);
+        if self.bad_left > 0 {
+            self.bad_left -= 1;
+            let bad = match rng.integer(0, 2) {
+                0 => f32::from_bits(rng.bits() as u32),
+                1 => EDGES[rng.integer(0, EDGES.len() - 1)],
+                _ => rng.spread(1.0, 1e25) as f32,
+            };
+            if rng.chance(0.2) { x = [bad; N] } else { x[rng.integer(0, N - 1)] = bad }
+        }
+        x
+    }
+
+    fn ask(&mut self, started: bool) -> Ask {
+        match self.rng.integer(0, 999) {
+            0 => Ask::Forget,
+            1..=3 if started => Ask::Start,
+            4..=103 if started => Ask::Applied,
+            _ => Ask::Tick,
+        }
+    }
+}
+
+/// Ticks the Rust controller of a scenario.
+fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &str, scenario: &str) -> Run {
+    let download = download(scenario);
+    let instance = download.instance;
+    assert_eq!((usize::from(instance.n), usize::from(instance.r), instance.mask), (N, R, MASK), "{name}");
+    let mut given = download.numbers.iter().copied();
+    let mut next = || given.next().expect("as many as the layout says");
+    let d_hat: [f32; N] = core::array::from_fn(|_| next());
+    let row = core::array::from_fn(|_| next());
+    let coefficients = Coefficients::<f32, N, R, O>::from_numbers(next).expect("a design");
+    let controller = Controller::<f32, _, N, R, MASK, O>::from_parts(coefficients, Linear::from_row(row));
+
+    // What the Rust tick answers, and what was asked.
+    let mut samples = Samples { rng: Rng::new(0x5eed + u64::from(MASK) + 100 * N as u64), scale: 0.1, bad_left: 0 };
+    let mut memory: Option<State<f32, R, O>> = None;
+    let (mut asked, mut answers, mut seen, mut ticks) = (Vec::new(), Vec::new(), [0_usize; 8], 0);
+    let mut words = 0;
+    while ticks < TICKS {
+        let (ask, mut x) = (samples.ask(memory.is_some()), samples.next::<N>());
+        let (said, outputs) = match ask {
+            Ask::Tick | Ask::Forget => {
+                if ask == Ask::Forget {
+                    memory = None;
+                }
+                let output = controller.tick_or_start(&mut memory, &d_hat, &x);
+                ticks += 1;
+                seen[usize::from(output.health.bits())] += 1;
+                (u32::from(output.health.bits()), [output.u, output.sigma, output.sigma_star])
+            }
+            Ask::Applied => {
+                x[0] *= 100.0;
+                (u32::from(memory.as_mut().is_some_and(|state| state.applied(x[0]))), [0.0; 3])
+            }
+            Ask::Start => {
+                let started = controller.start_from(&x, &d_hat);
+                if started.is_some() {
+                    memory = started;
+                }
+                (u32::from(started.is_some()), [0.0; 3])
+            }
+        };
+        asked.extend((ask as u32).to_le_bytes());
+        asked.extend(x.iter().flat_map(|value| value.to_le_bytes()));
+        let state = numbers(memory.as_ref());
+        words = 4 + state.len();
+        answers.push(said);
+        answers.extend(outputs.iter().chain(&state).map(|value| value.to_bits()));
+    }
+    let healthy = seen[0];
+    let saturated = seen[usize::from(Health::SATURATED.bits())];
+    let rejected = seen[usize::from(Health::INPUT_REJECTED.bits())];
+    println!("{name}: {ticks} ticks, {healthy} healthy, {saturated} saturated, {rejected} rejected");
+    // No design is exercised by a run in which it hardly ever works.
+    assert!(healthy > ticks / 20 && rejected > ticks / 200, "{name}: the run shows too little: {seen:?}");
+
+    let observed = (1..=N).filter(|i| MASK >> (i - 1) & 1 == 1).collect();
+    Run { n: N, r: R, observed, asked, words, answers }
+}
+
+/// Compiles the exported file in its driver, runs it, and holds every word of every answer against the Rust tick.
+fn compare(name: &str, scenario: &str, run: &Run, place: Place) {
+    let folder = folder(if place == Place::Here { "here" } else { "chip" }).join(name);
+    fs::create_dir_all(&folder).expect("a folder");
+    let exported = export(&folder, &format!("{name}.h"), scenario, &["--standalone"]);
+    let source = folder.join("driver.c");
+    fs::write(&source, driver(run, plain(&exported), place)).expect("the driver");
+    fs::write(folder.join("IN"), &run.asked).expect("the requests");
+    let program = folder.join("program");
+    let answered = match place {
+        Place::Here => {
+            compile("cc", &STRICT, &source, &program);
+            let requests = File::open(folder.join("IN")).expect("the requests");
+            let ran = Command::new(&program).stdin(requests).output().expect("the program runs");
+            assert!(ran.status.success(), "{name}: {}", ran.status);
+            ran.stdout
+        }
+        Place::Chip => {
+            let layout = folder.join("layout.ld");
+            fs::write(&layout, CHIP_LAYOUT).expect("the layout");
+            compile(
+                "arm-none-eabi-gcc",
+                &[&STRICT[..], &CORTEX_M4F, &["-T", plain(&layout)]].concat(),
+                &source,
+                &program,
+            );
+            let ran = Command::new("qemu-system-arm")
+                .args(["-M", "netduinoplus2", "-nographic", "-monitor", "none", "-serial", "null"])
+                .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+                .arg(&program)
+                .current_dir(&folder)
+                .output()
+                .unwrap_or_else(|error| {
+                    panic!("no qemu-system-arm ({error}); on Debian: apt-get install qemu-system-arm")
+                });
+            assert!(ran.status.success(), "{name}: {ran:?}");
+            fs::read(folder.join("OUT")).expect("the answers")
+        }
+    };
+    let answered: Vec<u32> =
+        answered.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
+    assert_eq!(answered.len(), run.answers.len(), "{name}: words of the answers");
+    for (k, (c, rust)) in answered.chunks(run.words).zip(run.answers.chunks(run.words)).enumerate() {
+        let shown = |words: &[u32]| {
+            let floats: Vec<f32> = words[1..].iter().map(|&word| f32::from_bits(word)).collect();
+            format!("said {}, u, sigma, sigma* and state {floats:?}", words[0])
+        };
+        assert!(c == rust, "{name}: answer {k}\nC:    {}\nRust: {}", shown(c), shown(rust));
+    }
+    fs::remove_dir_all(&folder).expect("the folder goes");
+}
+
+fn compare_all(place: Place) {
+    for (name, scenario, run) in INSTANCES {
+        compare(name, scenario, &run(name, scenario), place);
+    }
+}
+
+#[test]
+fn the_exported_c_gives_the_bits_of_the_tick() {
+    compare_all(Place::Here);
+}
+
+#[test]
+fn the_exported_c_gives_the_bits_of_the_tick_on_the_emulated_chip() {
+    compare_all(Place::Chip);
+}
+
+#[test]
+fn two_exported_controllers_live_in_one_program_of_c_and_of_cpp() {
+    let folder = folder("two");
+    let (_, left, _) = INSTANCES[0];
+    let (_, right, _) = INSTANCES[7];
+    export(&folder, "left.h", left, &["--standalone", "--prefix", "left"]);
+    export(&folder, "right.h", right, &["--standalone", "--prefix", "right"]);
+    let user = "#include \"left.h\"
+#include \"right.h\"
+#include \"left.h\"
+int main(void)
+{
+    left_state of_left = {0};
+    right_state of_right = {0};
+    left_output left;
+    right_output right;
+    const float x[RIGHT_N] = {0.0f};
+    return left_tick_or_start(&of_left, x, &left) == LEFT_OK && right_tick_or_start(&of_right, x, &right) == RIGHT_OK
+        && left_applied(&of_left, 1.0f) && right_applied(&of_right, 1.0f) ? 0 : 1;
+}
+";
+    for (compiler, file, options) in [
+        ("cc", "user.c", &STRICT[..]),
+        (
+            "c++",
+            "user.cpp",
+            &["-std=c++17", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2", "-Wno-missing-field-initializers"],
+        ),
+    ] {
+        let (source, program) = (folder.join(file), folder.join(file).with_extension(compiler));
+        fs::write(&source, user).expect("the program");
+        compile(compiler, options, &source, &program);
+        let ran = Command::new(&program).status().expect("the program runs");
+        assert!(ran.success(), "{compiler}: {ran}");
+    }
+}
+
+#[test]
+fn the_exported_c_switches_contraction_off_by_itself() {
+    let (name, scenario, _) = INSTANCES[5];
+    let folder = folder("contraction");
+    let exported = export(&folder, &format!("{name}.h"), scenario, &["--standalone"]);
+    let (source, assembly) = (folder.join("user.c"), folder.join("user.s"));
+    let user = "unsigned tick(edo_smc_state *state, const float *x, edo_smc_output *output);
+unsigned tick(edo_smc_state *state, const float *x, edo_smc_output *output) { return edo_smc_tick(state, x, output); }
+float elsewhere(float a, float b, float c);
+float elsewhere(float a, float b, float c) { return a * b + c; }
+";
+    fs::write(&source, format!("#include \"{}\"\n{user}", plain(&exported))).expect("the program");
+    // GCC's own dialect fuses unless it is told not to.
+    let options = [&["-std=gnu99", "-O2", "-S"], &CORTEX_M4F[..4]].concat();
+    compile("arm-none-eabi-gcc", &options, &source, &assembly);
+    let text = fs::read_to_string(&assembly).expect("assembly");
+    let (before, elsewhere) = text.split_once("\nelsewhere:").expect("the last function");
+    assert!(elsewhere.contains("vfma"), "nothing would have been fused: {elsewhere}");
+    assert!(before.contains("vmul.f32") && !before.contains("vfm") && !before.contains("vml"), "{before}");
+}
+
+/// A package whose library is the exported file, and a program that prints the bits of its coefficients.
+fn bits_of_exported_rust(name: &str, scenario: &str) -> Vec<u32> {
+    let package = folder("rust");
+    let library = export(&package, &format!("{name}.rs"), scenario, &["--lang", "rust"]);
+    let root = path("..").canonicalize().expect("the workspace");
+    let manifest = format!(
+        "[package]\nname = \"exported\"\nedition = \"2024\"\n[lib]\npath = {:?}\n\
+         [[bin]]\nname = \"bits\"\npath = \"bits.rs\"\n[workspace]\n[dependencies]\n\
+         controller-core = {{ path = {:?} }}\n",
+        plain(&library),
+        plain(&root.join("controller-core")),
+    );
+    fs::write(package.join("Cargo.toml"), manifest).expect("the manifest");
+    fs::copy(root.join("Cargo.lock"), package.join("Cargo.lock")).expect("the lock file");
+    let program = "use exported::*;
+fn main() {
+    assert_eq!(EXPORTED_FOR, controller_core::VERSION);
+    let mut memory: Memory = None;
+    let output = CONTROLLER.tick_or_start(&mut memory, &INITIAL_ESTIMATES, &[0.5; INITIAL_ESTIMATES.len()]);
+    INITIAL_ESTIMATES.iter().for_each(|value| println!(\"{}\", value.to_bits()));
+    CONTROLLER.coefficients().numbers(|value| println!(\"{}\", value.to_bits()));
+    println!(\"{}\", output.u.to_bits());
+}
+";
+    fs::write(package.join("bits.rs"), program).expect("the program");
+    let output = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+        .args(["run", "--quiet", "--offline", "--color=never"])
+        .current_dir(&package)
+        .env("CARGO_TARGET_DIR", package.join("target"))
+        .env("RUSTFLAGS", "-D warnings")
+        .output()
+        .expect("cargo runs");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    said.lines().map(|line| line.parse().expect("bits")).collect()
+}
+
+#[test]
+fn the_exported_rust_has_the_coefficients_that_the_host_designed() {
+    let benchmark = "plant = { kind = 'benchmark' }
+                     controller = { c = [5, 1], exp = 'micromath', observer = [{ channel = 1, printed = [20, 100] }] }";
+    let of = |wanted| INSTANCES.iter().find(|(name, ..)| *name == wanted).map_or("", |(_, scenario, _)| scenario);
+    for (name, scenario) in [
+        ("joint", of("n4r2_24_mixed")),
+        ("unobserved", of("n2r1_none")),
+        ("benchmark", benchmark),
+        ("six", of("n6r3_3456")),
+    ] {
+        let exported = bits_of_exported_rust(name, scenario);
+        let download = download(scenario);
+        let n = usize::from(download.instance.n);
+        // The row of the linear model stands between the estimates and the coefficients.
+        let designed: Vec<u32> =
+            download.numbers[..n].iter().chain(&download.numbers[2 * n..]).map(|value| value.to_bits()).collect();
+        assert_eq!(exported[..designed.len()], designed, "{name}");
+        // The model is in u.
+        let source = Source { file: "it", text: scenario, sets: &[] };
+        let mut port = scenario::parse(&source, "it").expect("a good scenario").port;
+        let u = port.tick(&vec![0.5; n]).expect("a tick in process").u as f32;
+        assert_eq!(exported[designed.len()..], [u.to_bits()], "{name}");
+    }
+}
