@@ -3,6 +3,10 @@
 #include "edo_smc.h"
 #include "joint_design.h"
 
+/* Gradient of a(x), and b. */
+#define JOINT_GRADIENT 9667.02470461869, 0.0, -9667.02470461869, -75.18796992481204
+#define JOINT_INPUT_GAIN 127.81954887218045
+
 /* The joint of drive.c: all three roots of the surface at -10, both poles of each observer at -100. */
 static const edo_smc_config_n4_r2_c24_t config = {
     .period_s = 1e-4,

@@ -1,13 +1,41 @@
-/* The flexible joint of the paper at 10 kHz, observers of order 2 in channels 2 and 4; the project's tests
- * hold it to the library's own design. */
+/* Design of a sliding mode controller with an extended disturbance observer: n = 4, observers of order up to 2 in channels 2, 4, T = 0.0001 s.
+ * Exported for version 0.1.0 of the archive; do not edit, export it again.
+ *
+ * Design 0x31bf4986 (CRC-32, the one a target reports).
+ * Scenario joint.toml (CRC-32 0x97fb56c5):
+ *
+ *     # The joint of the examples: 10 kHz, all three roots of the surface at -10, both poles of each observer at -100.
+ *     #     host-sim export joint.toml --lang c --prefix joint -o joint_design.h --force
+ *     #     host-sim export joint.toml --standalone --prefix joint -o joint_standalone.h --force
+ *     name = "joint"
+ *
+ *     [plant]
+ *     kind = "flexible_joint"
+ *     reading = "reconstructed"
+ *
+ *     [controller]
+ *     period_s = 1e-4
+ *     surface_bandwidth_rad_s = 10.0
+ *     alpha_per_s = 10.0
+ *     k_l = 50.0
+ *     limits = { min = -300.0, max = 300.0 }
+ *     fallback = 0.0
+ *     sigma_star_bound = 10.0
+ *
+ *     [[controller.observer]]
+ *     channel = 2
+ *     bandwidth_rad_s = 100.0
+ *     order = 2
+ *
+ *     [[controller.observer]]
+ *     channel = 4
+ *     bandwidth_rad_s = 100.0
+ *     order = 2
+ */
 #ifndef JOINT_DESIGN_H
 #define JOINT_DESIGN_H
 
 #include "edo_smc.h"
-
-/* Gradient of a(x) and b, for a design on the chip. */
-#define JOINT_GRADIENT 9667.02470461869, 0.0, -9667.02470461869, -75.18796992481204
-#define JOINT_INPUT_GAIN 127.81954887218045
 
 static const edo_smc_design_n4_r2_c24_t joint_design = {
     0x000100u, EDO_SMC_ID(4, 2, 0xa),

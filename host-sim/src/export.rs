@@ -2,17 +2,22 @@
 //!
 //! ```text
 //! scenario.toml -> Experiment -> Designed -> standalone::text    C99, tick and coefficients, nothing else needed
+//!                                        |-> archive::text       C, the design in a constant, on the archive for C
 //!                                        `-> rust::text          Rust, the design in a static, on controller-core
 //! ```
 //!
-//! Both give the bits of the controller that `host-sim run` ticks. Both say where they come from: the scenario's text
+//! All give the bits of the controller that `host-sim run` ticks. All say where they come from: the scenario's text
 //! and its checksum, the `--set` arguments, the hash of the design (the one a target reports), the library's version.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
+
+use controller_core::LAYOUT;
 
 use crate::port::in_process::{ControllerSpec, Download};
 use crate::scenario::{Experiment, Source};
 
+mod archive;
 mod rust;
 mod standalone;
 
@@ -24,6 +29,8 @@ pub const PREFIX: &str = "edo_smc";
 pub enum Form<'a> {
     /// Self-contained C99; every name in it begins with this prefix.
     Standalone(&'a str),
+    /// C on the archive of `controller-capi`; the name of the design begins with this prefix.
+    Archive(&'a str),
     /// Rust on `controller-core`.
     Rust,
 }
@@ -42,6 +49,7 @@ pub fn text(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Res
     let exported = Exported { spec, download, warnings: &experiment.warnings, source };
     match form {
         Form::Standalone(prefix) => standalone::text(&exported, prefix),
+        Form::Archive(prefix) => archive::text(&exported, prefix),
         Form::Rust => Ok(rust::text(&exported)),
     }
 }
@@ -115,6 +123,22 @@ fn harmless(text: &str) -> String {
         });
     }
     out
+}
+
+/// The numbers of a download by the names of [`LAYOUT`], with what comes before the coefficients.
+fn named(n: usize, r: usize, o: usize, numbers: &[f32]) -> BTreeMap<&'static str, Vec<f32>> {
+    let mut given = numbers.iter().copied();
+    let mut named = BTreeMap::new();
+    for field in ["d_hat[N]", "drift[N]"].into_iter().chain(LAYOUT.split_whitespace()) {
+        let (name, shape) = field.split_once('[').unwrap_or((field, ""));
+        let count = match shape {
+            "N]" => n,
+            "O][R]" => o * r,
+            _ => 1,
+        };
+        named.insert(name, given.by_ref().take(count).collect());
+    }
+    named
 }
 
 #[cfg(test)]

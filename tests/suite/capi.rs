@@ -10,7 +10,7 @@ use controller_core::{
 };
 use host_sim::transport::qemu::{Clock, Process, is_last};
 use integration_tests::data::path;
-use integration_tests::program::Folder;
+use integration_tests::program::{Folder, host_sim};
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -327,68 +327,31 @@ fn joint() -> (Config<4, 2>, Controller<f32, Linear<f32, 4>, 4, 2, 10, 2>) {
     (config, Controller::<f32, _, 4, 2, 10, 2>::design(&config, model).expect("a good design"))
 }
 
+/// What they compute is held against the library's own design below, on the chip.
 #[test]
-fn the_design_in_the_c_examples_is_the_one_of_this_version() {
-    let (config, controller) = joint();
-    let mut numbers = [0.0; 4].to_vec();
-    controller.coefficients().numbers(|number| numbers.push(number));
-    numbers.extend(controller.model().row());
-    assert_eq!(numbers.len(), 8 + Coefficients::<f32, 4, 2, 2>::NUMBERS);
-    let mut numbers = numbers.into_iter().map(|number: f32| format!("{number:?}f"));
-    let mut body = String::new();
-    for (field, shape) in [
-        ("d_hat", &[4][..]),
-        ("rate", &[]),
-        ("rate_n", &[]),
-        ("theta_n", &[]),
-        ("gamma", &[2, 2]),
-        ("c", &[4]),
-        ("g", &[2, 2]),
-        ("kx", &[4]),
-        ("kw", &[]),
-        ("us", &[]),
-        ("k", &[2, 2]),
-        ("satk", &[]),
-        ("lim", &[]),
-        ("decay", &[]),
-        ("u_min", &[]),
-        ("u_max", &[]),
-        ("sigma_star_bound", &[]),
-        ("hold", &[]),
-        ("fallback", &[]),
-        ("period", &[]),
-        ("input_gain", &[]),
-        ("mu2_n", &[]),
-        ("a_row", &[4]),
-    ] {
-        let mut row = |count: usize| {
-            let row: Vec<String> = numbers.by_ref().take(count).collect();
-            format!("{{{}}}", row.join(", "))
-        };
-        let value = match *shape {
-            [] => row(1).trim_matches(['{', '}']).to_string(),
-            [count] => row(count),
-            [rows, count] => format!("{{{}}}", (0..rows).map(|_| row(count)).collect::<Vec<_>>().join(", ")),
-            _ => unreachable!("rows and tables only"),
-        };
-        writeln!(body, "    {value}, /* {field} */").expect("a string takes all");
+fn the_files_exported_for_the_examples_are_those_of_this_version() {
+    let scenario = text(&root().join("examples/c/joint.toml"));
+    for (file, form) in [("joint_design.h", &["--lang", "c"][..]), ("joint_standalone.h", &["--standalone"])] {
+        let exported = host_sim(&[&["export", &scenario, "--prefix", "joint"], form].concat());
+        assert_eq!(exported.status, 0, "{}", exported.err);
+        let found = std::fs::read_to_string(root().join("examples/c").join(file)).unwrap_or_default();
+        let again = format!("host-sim export joint.toml --prefix joint {} -o {file} --force", form.join(" "));
+        assert!(found.trim_end() == exported.out.trim_end(), "examples/c/{file} is stale: there, `{again}`");
     }
-    let gradient = config.nominal.gradient.map(|entry| format!("{entry:?}")).join(", ");
-    let version = words(&controller, &[0.0; 4])[0];
-    let expected = format!(
-        "/* The flexible joint of the paper at 10 kHz, observers of order 2 in channels 2 and 4; the project's tests\n \
-         * hold it to the library's own design. */\n\
-         #ifndef JOINT_DESIGN_H\n#define JOINT_DESIGN_H\n\n#include \"edo_smc.h\"\n\n\
-         /* Gradient of a(x) and b, for a design on the chip. */\n\
-         #define JOINT_GRADIENT {gradient}\n#define JOINT_INPUT_GAIN {:?}\n\n\
-         static const edo_smc_design_n4_r2_c24_t joint_design = {{\n    \
-         {version:#08x}u, EDO_SMC_ID(4, 2, 0xa),\n{body}}};\n\n\
-         #endif\n",
-        config.nominal.input_gain,
-    );
-    let file = root().join("examples/c/joint_design.h");
-    let found = std::fs::read_to_string(&file).unwrap_or_default();
-    assert!(found == expected, "{} should be\n{expected}", file.display());
+}
+
+#[test]
+fn a_design_that_the_archive_does_not_carry_is_refused_with_what_carries_it() {
+    for (set, told) in [
+        (&["--set", "controller.precision=f64"][..], "set controller.precision=f32"),
+        (
+            &["--set", "controller.observer=[]"],
+            "the archive for C has no n4_r1_c (n = 4, no observer); it has n2_r1_c2, ",
+        ),
+    ] {
+        let said = host_sim(&[&["export", "--lang", "c"], set].concat());
+        assert!(said.status == 2 && said.err.contains(told), "{}", said.err);
+    }
 }
 
 /// What an image says on USART2 until its last line.
@@ -435,7 +398,7 @@ fn the_drive_in_c_on_the_chip_gives_every_u_of_the_rust_tick() {
     let distinct: std::collections::HashSet<&String> = expected.iter().collect();
     assert!(distinct.len() > 900, "{}", distinct.len());
     expected.push("status 00000000".into());
-    for image in ["drive", "drive-nostdlib"] {
+    for image in ["drive", "drive-nostdlib", "drive-standalone"] {
         let said = emulated(&format!("examples/c/build/{image}.elf"));
         assert_eq!(said.len(), expected.len(), "{image}");
         for (tick, (said, expected)) in said.iter().zip(&expected).enumerate() {

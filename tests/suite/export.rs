@@ -142,7 +142,7 @@ fn download(scenario: &str) -> Download {
 fn compile(compiler: &str, options: &[&str], file: &Path, program: &Path) {
     let output = Command::new(compiler).args(options).arg(file).arg("-o").arg(program).output();
     let output = output.unwrap_or_else(|error| {
-        panic!("no C compiler `{compiler}` ({error}); on Debian: apt-get install gcc g++");
+        panic!("no C compiler `{compiler}` ({error}); on Debian: apt-get install gcc g++ gcc-arm-none-eabi");
     });
     assert!(output.status.success(), "{compiler} {}: {}", file.display(), String::from_utf8_lossy(&output.stderr));
 }

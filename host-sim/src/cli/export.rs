@@ -13,6 +13,8 @@ use crate::scenario::{self, Source};
 /// Languages that link a library of this project.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Language {
+    /// A constant for a program that links the archive of controller-capi.
+    C,
     /// A static for a program that links controller-core.
     Rust,
 }
@@ -31,8 +33,8 @@ pub(super) struct ExportOptions {
     /// The design for a program that links the library of this language.
     #[arg(long)]
     lang: Option<Language>,
-    /// What every name in the C file begins with; two controllers in one program need two.
-    #[arg(long, value_name = "NAME", default_value = PREFIX, conflicts_with = "lang", value_parser = prefix)]
+    /// What the names in a C file begin with; two controllers in one program need two.
+    #[arg(long, value_name = "NAME", default_value = PREFIX, value_parser = prefix)]
     prefix: String,
     /// The file to write; an existing one is left as it is [default: stdout].
     #[arg(short, long, value_name = "FILE")]
@@ -69,7 +71,11 @@ impl Console<'_> {
         let source = Source { file: &file, text: &text, sets };
         let experiment = scenario::parse(&source, &stem)?;
         let form = match options.lang {
+            Some(Language::Rust) if options.prefix != PREFIX => {
+                return Err(bad("--prefix is for C: in Rust the module is the prefix".into()));
+            }
             Some(Language::Rust) => Form::Rust,
+            Some(Language::C) => Form::Archive(&options.prefix),
             None => Form::Standalone(&options.prefix),
         };
         // The path of a file is of this machine only; what is exported is the same everywhere.

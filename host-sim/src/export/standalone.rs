@@ -9,9 +9,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use controller_core::{INPUT_LIMIT, LAYOUT};
+use controller_core::INPUT_LIMIT;
 
-use super::Exported;
+use super::{Exported, named};
 use crate::port::in_process::Model;
 
 /// Beyond this a demand does not come from a finite sample, see `Controller::reject`.
@@ -38,22 +38,6 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
         channels,
     };
     Ok([file.head(), file.constants(), file.types(), file.functions(), file.tail()].concat())
-}
-
-/// The numbers of a download by the names of [`LAYOUT`], with what comes before the coefficients.
-fn named(n: usize, r: usize, o: usize, numbers: &[f32]) -> BTreeMap<&'static str, Vec<f32>> {
-    let mut given = numbers.iter().copied();
-    let mut named = BTreeMap::new();
-    for field in ["d_hat[N]", "drift[N]"].into_iter().chain(LAYOUT.split_whitespace()) {
-        let (name, shape) = field.split_once('[').unwrap_or((field, ""));
-        let count = match shape {
-            "N]" => n,
-            "O][R]" => o * r,
-            _ => 1,
-        };
-        named.insert(name, given.by_ref().take(count).collect());
-    }
-    named
 }
 
 /// An f32 as C99 writes it exactly.

@@ -1,0 +1,91 @@
+//! The C file for a program that links the archive `libedo_smc.a`: the design alone, as a constant of `edo_smc.h`.
+//!
+//! A decimal with the digits that f32 needs is the same f32 to every compiler of C.
+
+use std::fmt::Write as _;
+
+use controller_core::LAYOUT;
+
+use super::{Exported, named};
+use crate::port::in_process::Model;
+
+/// What the archive carries is what its header declares.
+const HEADER: &str = include_str!("../../../controller-capi/include/edo_smc.h");
+
+/// # Errors
+/// What the archive does not carry, and what carries it.
+pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, String> {
+    let instance = exported.download.instance;
+    let (n, r, channels) = (usize::from(instance.n), usize::from(instance.r), exported.channels());
+    let Model::Linear(_) = exported.spec.model else {
+        return Err(
+            "the archive for C carries a linear a(x) only, and that of the benchmark is not: take --lang rust, or set \
+                    plant.kind=chain"
+                .into(),
+        );
+    };
+    let digits: String = channels.iter().map(usize::to_string).collect();
+    let name = format!("n{n}_r{r}_c{digits}");
+    if !HEADER.contains(&format!("EDO_SMC_INSTANCE({name}, ")) {
+        let carried = HEADER.lines().filter_map(|line| line.strip_prefix("EDO_SMC_INSTANCE(")?.split(',').next());
+        return Err(format!(
+            "the archive for C has no {name} ({}); it has {}. Take --standalone, which has them all",
+            exported.shape(),
+            carried.filter(|name| name.starts_with('n') && *name != "name").collect::<Vec<_>>().join(", ")
+        ));
+    }
+    let numbers = named(n, r, channels.len(), &exported.download.numbers);
+    let row = |values: &[f32]| {
+        let values: Vec<String> = values.iter().map(|value| format!("{value:?}f")).collect();
+        format!("{{{}}}", values.join(", "))
+    };
+    let mut body = String::new();
+    // The order of the header: that of LAYOUT between the estimates at the start and the row of a(x)/b_0.
+    for field in ["d_hat[N]"].into_iter().chain(LAYOUT.split_whitespace()).chain(["drift[N]"]) {
+        let (name, shape) = field.split_once('[').unwrap_or((field, ""));
+        let values = &numbers[name];
+        let value = match shape {
+            "N]" => row(values),
+            "O][R]" => format!("{{{}}}", values.chunks(r).map(row).collect::<Vec<_>>().join(", ")),
+            _ => format!("{:?}f", values[0]),
+        };
+        let shown = if name == "drift" { "a_row" } else { name };
+        let _ = writeln!(body, "    {value}, /* {shown} */");
+    }
+    let version = controller_core::VERSION;
+    let [major, minor, patch]: [u8; 3] = version
+        .split('.')
+        .filter_map(|part| part.parse().ok())
+        .collect::<Vec<_>>()
+        .try_into()
+        .map_err(|_| format!("no version of three numbers: {version}"))?;
+    let guard = format!("{}_DESIGN_H", prefix.to_uppercase());
+    let mut out = format!(
+        "/* Design of a sliding mode controller with an extended disturbance observer: {}, T = {:?} s.\n \
+         * Exported for version {version} of the archive; do not edit, export it again.\n *\n",
+        exported.shape(),
+        exported.spec.period_s
+    );
+    for line in exported.origin().lines() {
+        out.push_str(format!(" * {line}").trim_end());
+        out.push('\n');
+    }
+    let _ = write!(
+        out,
+        " */
+#ifndef {guard}
+#define {guard}
+
+#include \"edo_smc.h\"
+
+static const edo_smc_design_{name}_t {prefix}_design = {{
+    {:#08x}u, EDO_SMC_ID({n}, {r}, {:#x}),
+{body}}};
+
+#endif
+",
+        u32::from(major) << 16 | u32::from(minor) << 8 | u32::from(patch),
+        instance.mask,
+    );
+    Ok(out)
+}
