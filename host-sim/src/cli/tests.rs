@@ -491,7 +491,7 @@ fn export_says_what_is_wrong_with_its_arguments() {
         (&["export", "--standalone", "--lang", "rust"], "cannot be used with"),
         (&["export", "--lang", "rusty"], "'rust'"),
         (&["export", "--standalone", "--prefix", "9"], "expected 1 to 32 of a-z, 0-9, `_`, a letter first"),
-        (&["export", "--lang", "rust", "--prefix", "mine"], "cannot be used with"),
+        (&["export", "--lang", "rust", "--prefix", "mine"], "--prefix is for C"),
         (&["export", "--standalone", "--force"], "--output"),
         (&["export", "--standalone", "nowhere.toml"], "nowhere.toml: cannot be read"),
         (&["export", "--standalone", "--set", "controller.epsilom=1"], "did you mean `epsilon`"),
