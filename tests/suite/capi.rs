@@ -354,6 +354,57 @@ fn a_design_that_the_archive_does_not_carry_is_refused_with_what_carries_it() {
     }
 }
 
+/// The scenario of the design of every.c, order 3 with observers in channels 2 and 3.
+const CHAIN: &str = "
+[plant]
+kind = \"chain\"
+order = 3
+x0 = [0.0, 0.0, 0.0]
+a = [-1.0, -2.0, -3.0]
+b = 20.0
+[controller]
+period_s = 1e-3
+surface_bandwidth_rad_s = 5.0
+alpha_per_s = 2.0
+k_l = 50.0
+k_s = 0.5
+epsilon = 0.01
+limits = { min = -300.0, max = 250.0 }
+initial_estimates = [0.25, 0.5, 0.75]
+sigma_star_bound = 1.0
+[[controller.observer]]
+channel = 2
+printed = [100.0, 2500.0]
+[[controller.observer]]
+channel = 3
+printed = [100.0, 2500.0]
+";
+
+#[test]
+fn an_exported_design_has_the_words_of_the_library_s_and_the_archive_takes_it() {
+    let folder = Folder::new("capi-export");
+    let (scenario, design) = (folder.path("chain.toml"), folder.path("design.h"));
+    std::fs::write(&scenario, CHAIN).expect("a file");
+    let exported = host_sim(&["export", &scenario, "--lang", "c", "-o", &design]);
+    assert_eq!(exported.status, 0, "{}", exported.err);
+    let program = "#include <stdio.h>\n#include <string.h>\n#include \"design.h\"\n\
+        static edo_smc_state_n3_r2_c23_t state;\n\
+        int main(void) {\n    uint32_t words[sizeof edo_smc_design / 4];\n    size_t i;\n    \
+        memcpy(words, &edo_smc_design, sizeof words);\n    \
+        for (i = 0; i < sizeof words / 4; i++) printf(\"%08lx\\n\", (unsigned long)words[i]);\n    \
+        return edo_smc_init_n3_r2_c23(&edo_smc_design, sizeof edo_smc_design, &state, sizeof state) != EDO_SMC_OK;\n}\n";
+    let (main, made) = (folder.path("main.c"), folder.path("made"));
+    std::fs::write(&main, program).expect("a file");
+    let (controller, d_hat) = designed::<3, 2, 0b110, 2>();
+    let expected: String = words(&controller, &d_hat).iter().map(|word| format!("{word:08x}\n")).collect();
+    let (include, archive) = (include(), archive("host"));
+    for (compiler, language) in [("cc", &["-std=c99"][..]), ("c++", &["-x", "c++", "-std=c++11"])] {
+        let flags = [language, &STRICT, &[&include, &main, "-x", "none", &archive, "-o", &made]].concat();
+        run(compiler, &flags);
+        assert_eq!(run(&made, &[]), expected, "{compiler}");
+    }
+}
+
 /// What an image says on USART2 until its last line.
 fn emulated(image: &str) -> Vec<String> {
     let (process, [_, stream]) = Process::start(Path::new(&built(image)), [false, true], Clock::Instructions, None)
