@@ -26,23 +26,7 @@ use instance::{Design, Held};
 use status::Status;
 
 /// Version of header, archive and designs, a byte each of major, minor and patch.
-const VERSION: u32 = version(controller_core::VERSION);
-
-const fn version(text: &str) -> u32 {
-    let bytes = text.as_bytes();
-    let (mut packed, mut part, mut i) = (0, 0, 0);
-    while i < bytes.len() {
-        if bytes[i] == b'.' {
-            packed = packed << 8 | part;
-            part = 0;
-        } else {
-            assert!(bytes[i].is_ascii_digit(), "a version is three numbers");
-            part = part * 10 + (bytes[i] - b'0') as u32;
-        }
-        i += 1;
-    }
-    packed << 8 | part
-}
+const VERSION: u32 = controller_core::VERSION_NUMBER;
 
 /// Nothing here can panic; the compiler asks all the same.
 #[panic_handler]

@@ -69,10 +69,28 @@ pub use surface::Surface;
 
 /// Version of this crate; a design belongs to the version that made it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// The same as a number, a byte each of major, minor and patch.
+pub const VERSION_NUMBER: u32 = version(VERSION);
 /// Plant orders are 2..=`MAX_N`.
 pub const MAX_N: usize = 6;
 /// Observer orders are 1..=`MAX_R`.
 pub const MAX_R: usize = 3;
+
+const fn version(text: &str) -> u32 {
+    let bytes = text.as_bytes();
+    let (mut packed, mut part, mut i) = (0, 0, 0);
+    while i < bytes.len() {
+        if bytes[i] == b'.' {
+            packed = packed << 8 | part;
+            part = 0;
+        } else {
+            assert!(bytes[i].is_ascii_digit(), "a version is three numbers");
+            part = part * 10 + (bytes[i] - b'0') as u32;
+        }
+        i += 1;
+    }
+    packed << 8 | part
+}
 
 const fn assert_order(n: usize) {
     assert!(n >= 2 && n <= MAX_N, "the plant order N must be 2..=6");

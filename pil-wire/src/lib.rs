@@ -66,7 +66,7 @@ pub const REPLY_LEN: usize = 12 + 4 * REPLY_WORDS;
 /// Highest plant order on the wire.
 pub const MAX_N: usize = 4;
 /// Version of the controller, as one byte each of major, minor and patch.
-pub const CORE_VERSION: u32 = version(controller_core::VERSION);
+pub const CORE_VERSION: u32 = controller_core::VERSION_NUMBER;
 /// CRC-32 of [`LAYOUT`]: two programs that agree on it read the same design from the same numbers.
 pub const LAYOUT_ID: u32 = CRC.checksum(LAYOUT.as_bytes());
 
@@ -77,22 +77,6 @@ pub const LOAD: usize = REQUEST_WORDS - 1;
 const MARK: u8 = 0x5A;
 const FAULT: u32 = 0xFA17_FA17;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
-
-const fn version(text: &str) -> u32 {
-    let bytes = text.as_bytes();
-    let (mut packed, mut part, mut i) = (0, 0, 0);
-    while i < bytes.len() {
-        if bytes[i] == b'.' {
-            packed = packed << 8 | part;
-            part = 0;
-        } else {
-            assert!(bytes[i].is_ascii_digit(), "a version is three numbers");
-            part = part * 10 + (bytes[i] - b'0') as u32;
-        }
-        i += 1;
-    }
-    packed << 8 | part
-}
 
 /// CRC-32 (ISO-HDLC) of any bytes: the checksum of frames, for what else must be told apart.
 pub const fn checksum(bytes: &[u8]) -> u32 {

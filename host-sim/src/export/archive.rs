@@ -4,7 +4,7 @@
 
 use std::fmt::Write as _;
 
-use controller_core::LAYOUT;
+use controller_core::{LAYOUT, VERSION, VERSION_NUMBER};
 
 use super::{Exported, named};
 use crate::port::in_process::Model;
@@ -52,17 +52,10 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
         let shown = if name == "drift" { "a_row" } else { name };
         let _ = writeln!(body, "    {value}, /* {shown} */");
     }
-    let version = controller_core::VERSION;
-    let [major, minor, patch]: [u8; 3] = version
-        .split('.')
-        .filter_map(|part| part.parse().ok())
-        .collect::<Vec<_>>()
-        .try_into()
-        .map_err(|_| format!("no version of three numbers: {version}"))?;
     let guard = format!("{}_DESIGN_H", prefix.to_uppercase());
     let mut out = format!(
         "/* Design of a sliding mode controller with an extended disturbance observer: {}, T = {:?} s.\n \
-         * Exported for version {version} of the archive; do not edit, export it again.\n *\n",
+         * Exported for version {VERSION} of the archive; do not edit, export it again.\n *\n",
         exported.shape(),
         exported.spec.period_s
     );
@@ -84,8 +77,7 @@ static const edo_smc_design_{name}_t {prefix}_design = {{
 
 #endif
 ",
-        u32::from(major) << 16 | u32::from(minor) << 8 | u32::from(patch),
-        instance.mask,
+        VERSION_NUMBER, instance.mask,
     );
     Ok(out)
 }
