@@ -11,7 +11,7 @@ const EMULATOR: &str = "qemu-system-arm";
 const BOARD: &str = "netduinoplus2";
 /// The C compiler for the chip.
 pub(crate) const CROSS_C: &str = "arm-none-eabi-gcc";
-/// Programs for firmware in C, and the packages that bring them; the C library is one that no program asks for.
+/// Programs for firmware in C, and the packages that bring them.
 const FOR_C: [(&str, &[&str]); 3] =
     [(CROSS_C, &["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"]), ("make", &["make"]), ("cmake", &["cmake"])];
 /// Counts instructions on the host.
@@ -70,6 +70,11 @@ fn missing() -> Vec<Missing> {
         if Invocation::new(program, &["--version"]).answer().is_none() {
             missing.push(Missing { what: format!("no `{program}`, for firmware in C"), packages });
         }
+    }
+    // A file that it does not find it names without a folder.
+    if Invocation::new(CROSS_C, &["-print-file-name=nano.specs"]).answer().is_some_and(|path| !path.contains('/')) {
+        let what = format!("no C library (newlib-nano) for {CROSS_C}");
+        missing.push(Missing { what, packages: &["libnewlib-arm-none-eabi"] });
     }
     missing
 }
