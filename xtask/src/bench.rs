@@ -11,7 +11,8 @@ use std::process::Command;
 use object::{Object, ObjectSymbol};
 use serde_json::Value;
 
-use crate::compiler::{Compiler, TARGET};
+use crate::compiler::TARGET;
+use crate::firmware;
 use crate::setup::CROSS_C;
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
@@ -76,7 +77,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
             rerun: String::from(RERUN),
         });
     }
-    let build = Compiler::required()?.cargo("build").with(&["--manifest-path", MANIFEST]);
+    let build = firmware::build(&gate.root, MANIFEST)?;
     let verifier = Invocation::cargo(&["build", "--quiet", "-p", "host-sim"]);
     gate.commands("image of the yardsticks, and the verifier", &[build, verifier])?;
     gate.check("what a tick costs: Cortex-M4F, zero wait states", RERUN, |gate| {

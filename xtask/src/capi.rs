@@ -8,8 +8,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::compiler::{Compiler, TARGET};
-use crate::firmware::without_paths;
+use crate::compiler::TARGET;
+use crate::firmware;
 use crate::step::{Gate, Invocation, Outcome};
 
 /// Its own workspace.
@@ -28,8 +28,7 @@ pub(crate) fn lint(gate: &mut Gate) -> Outcome {
 
 /// Builds the archives into `controller-capi/target/archive/{thumbv7em,host}`, then the examples.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    let chip = Compiler::required()?.cargo("build").with(&["--manifest-path", MANIFEST]);
-    let chip = chip.with(&["--config", &without_paths(&gate.root)]);
+    let chip = firmware::build(&gate.root, MANIFEST)?;
     let host = Invocation::cargo(&["build", "--release", "--manifest-path", MANIFEST]);
     gate.commands(&format!("C interface for {TARGET} and for this machine"), &[chip, host])?;
     gate.step("archives for C, only their own names visible", |gate| {

@@ -7,7 +7,7 @@ use object::{Object, ObjectSection, SectionFlags, SectionKind};
 
 use crate::capi;
 use crate::compiler::{Compiler, TARGET};
-use crate::step::{Gate, Invocation, Outcome};
+use crate::step::{Failure, Gate, Invocation, Outcome};
 
 /// Its own workspace.
 const MANIFEST: &str = "firmware/Cargo.toml";
@@ -26,8 +26,7 @@ pub(crate) fn lint(gate: &mut Gate) -> Outcome {
 
 /// Builds the images, then says how large they are.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    let build = Compiler::required()?.cargo("build").with(&["--manifest-path", MANIFEST]);
-    let build = build.with(&["--config", &without_paths(&gate.root)]);
+    let build = build(&gate.root, MANIFEST)?;
     gate.commands(&format!("images for {TARGET}"), &[build])?;
     gate.check("sizes of the images", "cargo xtask firmware", |gate| {
         let directory = gate.root.join("firmware/target").join(TARGET).join("release");
@@ -55,9 +54,16 @@ pub(crate) fn judge(gate: &mut Gate) -> Outcome {
     gate.commands("ceilings of every instance of the tick and of the interrupt", &[judge])
 }
 
+/// Builds a workspace of its own for the chip. The one way: paths in it would change not only messages but, through the
+/// hashes in symbols, the order of instructions.
+pub(crate) fn build(root: &Path, manifest: &str) -> Result<Invocation, Failure> {
+    let build = Compiler::required()?.cargo("build").with(&["--manifest-path", manifest]);
+    Ok(build.with(&["--config", &without_paths(root)]))
+}
+
 /// A setting of cargo, on top of those in the files: a panic tells its place relative to this workspace or to the crate
 /// it is in, so that an image is the same, and as large, wherever it was built.
-pub(crate) fn without_paths(root: &Path) -> String {
+fn without_paths(root: &Path) -> String {
     let home = std::env::home_dir().unwrap_or_default().join(".cargo");
     let home = std::env::var_os("CARGO_HOME").map_or(home, PathBuf::from);
     let registries = std::fs::read_dir(home.join("registry/src")).into_iter().flatten().flatten();

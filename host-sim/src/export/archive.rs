@@ -26,12 +26,13 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
     };
     let digits: String = channels.iter().map(usize::to_string).collect();
     let name = format!("n{n}_r{r}_c{digits}");
-    if !HEADER.contains(&format!("EDO_SMC_INSTANCE({name}, ")) {
-        let carried = HEADER.lines().filter_map(|line| line.strip_prefix("EDO_SMC_INSTANCE(")?.split(',').next());
+    let carried: Vec<&str> =
+        HEADER.lines().filter_map(|line| line.strip_prefix("EDO_SMC_INSTANCE(")?.split(',').next()).collect();
+    if !carried.contains(&name.as_str()) {
         return Err(format!(
             "the archive for C has no {name} ({}); it has {}. Take --standalone, which has them all",
             exported.shape(),
-            carried.filter(|name| name.starts_with('n') && *name != "name").collect::<Vec<_>>().join(", ")
+            carried.join(", ")
         ));
     }
     let numbers = named(n, r, channels.len(), &exported.download.numbers);
