@@ -428,7 +428,7 @@ where
     /// The observers live on what is held: fed the commanded u, a saturated start-up may never settle. Under saturation
     /// this is the only anti-windup there is, and needed. A value beyond [`INPUT_LIMIT`] is not taken.
     #[inline]
-    fn report_applied(&self, state: &mut Self::State, u: T) -> bool {
+    fn report_applied(state: &mut Self::State, u: T) -> bool {
         let sound = is_sound(u);
         if sound {
             state.held = u;

@@ -71,7 +71,7 @@ pub trait ControlLaw {
     fn tick(&self, state: &mut Self::State, sample: &Self::Sample) -> Self::Output;
 
     /// Tells what the actuator really holds since the last tick; `false` if the value was not taken.
-    fn report_applied(&self, state: &mut Self::State, u: Self::Scalar) -> bool;
+    fn report_applied(state: &mut Self::State, u: Self::Scalar) -> bool;
 
     /// Estimates at the instant of the last tick, in physical units.
     fn estimates(&self, state: &Self::State) -> Self::Estimates;
@@ -108,8 +108,8 @@ impl<C: ControlLaw> ControlLaw for &C {
         C::tick(self, state, sample)
     }
     #[inline]
-    fn report_applied(&self, state: &mut C::State, u: C::Scalar) -> bool {
-        C::report_applied(self, state, u)
+    fn report_applied(state: &mut C::State, u: C::Scalar) -> bool {
+        C::report_applied(state, u)
     }
     fn estimates(&self, state: &C::State) -> C::Estimates {
         C::estimates(self, state)
@@ -200,7 +200,7 @@ impl<D: ControlLaw> Running<D> {
     #[inline]
     pub fn report_applied(&mut self, u: D::Scalar) -> bool {
         match &mut self.state {
-            Some(state) => self.design.report_applied(state, u),
+            Some(state) => D::report_applied(state, u),
             None => false,
         }
     }

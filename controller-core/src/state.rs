@@ -108,6 +108,10 @@ impl<T: core::fmt::Debug, M, const N: usize, const R: usize, const MASK: u8, con
 }
 
 impl<T: Real, M, const N: usize, const R: usize, const MASK: u8, const O: usize> State<T, M, N, R, MASK, O> {
+    /// Where in a state the one byte lies that must be 0 or 1; all others may be anything. Whoever gets states from
+    /// memory that others can write to looks there first.
+    pub const FLAG_AT: usize = core::mem::offset_of!(Self, resuming);
+
     /// A state of nothing but these, before a tick.
     pub(crate) const fn resuming(z: [[T; R]; O], offset: T, held: T) -> Self {
         Self {
