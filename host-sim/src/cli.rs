@@ -29,21 +29,21 @@ use std::time::Instant;
 use clap::{Args, Parser, Subcommand};
 use controller_core::Health;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use loop_sim::closed_loop::LoopError;
+use loop_sim::metrics::Metrics;
+use loop_sim::port::{ControllerPort, PortError};
+use loop_sim::trace::{Ending, Trace};
+use scenario::{Experiment, Mu, ScenarioError, Source};
 use serde::Serialize;
 
 use crate::budget;
-use crate::closed_loop::LoopError;
 use crate::figures::{CATALOGUE, Case, ClaimRow, PaperFigure};
 use crate::log::Log;
-use crate::metrics::Metrics;
-use crate::port::{ControllerPort, PortError};
 use crate::report::table::{Table, significant};
 use crate::report::{
     csv,
     trace_figure::{self, Labels},
 };
-use crate::scenario::{self, Experiment, Mu, ScenarioError, Source};
-use crate::trace::{Ending, Trace};
 use crate::transport::qemu;
 
 mod export;

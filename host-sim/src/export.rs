@@ -12,10 +12,11 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use controller_core::LAYOUT;
+use loop_sim::port::in_process::{ControllerSpec, Download};
+use scenario::{Experiment, Source};
 
-use crate::port::in_process::{ControllerSpec, Download};
-use crate::scenario::{Experiment, Source};
+use crate::remote::instance_of;
+use controller_core::LAYOUT;
 
 mod archive;
 mod rust;
@@ -65,26 +66,24 @@ struct Exported<'a> {
 impl Exported<'_> {
     /// Observed channels, from 1.
     fn channels(&self) -> Vec<usize> {
-        (1..=usize::from(self.download.instance.n))
-            .filter(|i| self.download.instance.mask >> (i - 1) & 1 == 1)
-            .collect()
+        (1..=usize::from(self.download.shape.n)).filter(|i| self.download.shape.mask >> (i - 1) & 1 == 1).collect()
     }
 
     /// `n = 4, observers of order up to 2 in channels 2, 4`.
     fn shape(&self) -> String {
         let channels: Vec<String> = self.channels().iter().map(usize::to_string).collect();
-        let instance = self.download.instance;
+        let shape = self.download.shape;
         match channels.as_slice() {
-            [] => format!("n = {}, no observer", instance.n),
-            [one] => format!("n = {}, an observer of order {} in channel {one}", instance.n, instance.r),
+            [] => format!("n = {}, no observer", shape.n),
+            [one] => format!("n = {}, an observer of order {} in channel {one}", shape.n, shape.r),
             many => {
-                format!("n = {}, observers of order up to {} in channels {}", instance.n, instance.r, many.join(", "))
+                format!("n = {}, observers of order up to {} in channels {}", shape.n, shape.r, many.join(", "))
             }
         }
     }
 
     fn design_hash(&self) -> u32 {
-        pil_wire::design_hash(self.download.instance, &self.download.numbers)
+        pil_wire::design_hash(instance_of(self.download.shape), &self.download.numbers)
     }
 
     /// Where the file comes from, line by line: every line may stand in a comment of C and of Rust.

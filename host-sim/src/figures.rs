@@ -9,12 +9,12 @@
 
 mod catalogue;
 
+use loop_sim::metrics::{self, Metrics};
+use loop_sim::trace::{Row, Trace};
+use scenario::{Experiment, ScenarioError, Source};
 use serde::Serialize;
 
-use crate::metrics::{self, Metrics};
 use crate::report::plot::{Figure, Panel, Series, Style};
-use crate::scenario::{self, Experiment, ScenarioError, Source};
-use crate::trace::{Row, Trace};
 
 pub use catalogue::CATALOGUE;
 
@@ -242,6 +242,19 @@ mod tests {
             let experiments = figure.experiments().unwrap_or_else(|error| panic!("{error}"));
             assert_eq!(experiments.len(), figure.cases.len() + usize::from(figure.baseline.is_some()));
         }
+    }
+
+    #[test]
+    fn every_scenario_file_of_a_figure_loads_without_a_warning() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+        let mut count = 0;
+        for entry in std::fs::read_dir(folder).expect("the folder of scenarios") {
+            let path = entry.expect("an entry").path();
+            let experiment = scenario::load(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
+            assert!(experiment.warnings.is_empty(), "{}: {:?}", path.display(), experiment.warnings);
+            count += 1;
+        }
+        assert!(count >= 12, "{count} scenarios");
     }
 
     #[test]

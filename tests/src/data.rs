@@ -7,6 +7,18 @@ pub fn path(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(name)
 }
 
+/// The folders of the scenario files that the project ships: the default and a chain, and those of the figures.
+pub const SCENARIOS: [&str; 2] = ["../scenario/scenarios", "../host-sim/scenarios"];
+
+/// Path of a scenario file that the project ships.
+///
+/// # Panics
+/// If there is none of this name.
+pub fn scenario_file(name: &str) -> PathBuf {
+    let files = SCENARIOS.map(|folder| path(folder).join(name));
+    files.into_iter().find(|file| file.exists()).unwrap_or_else(|| panic!("no scenario file {name}"))
+}
+
 /// A file of `tests/data` as text.
 ///
 /// # Panics

@@ -1,6 +1,6 @@
 //! What the suite measures with. Nothing here comes from the code under test: the tick is transcribed a second time
 //! ([`oracle`]), the continuous law is taken from the print ([`printed`]), linear plants are exact
-//! ([`truth`]). Only where the shipped loop itself is in question do the runs go through `host-sim` ([`paper`]).
+//! ([`truth`]). Only where the shipped loop itself is in question do the runs go through `loop-sim` ([`paper`]).
 //!
 //! | module | what |
 //! |---|---|
@@ -10,7 +10,7 @@
 //! | [`shape`] | the shipped controller behind one trait, whatever its order, channels and precision |
 //! | [`strategy`] | random designs and chains from a printed seed |
 //! | [`close`] | comparing two signals |
-//! | [`paper`] | the two examples of the paper, run through `host-sim` |
+//! | [`paper`] | the two examples of the paper, run through `loop-sim` |
 //! | [`program`] | `host-sim` with its stdout, stderr and exit status |
 //! | [`data`] | reading `tests/data` |
 //! | [`golden`] | small tables a person can judge |

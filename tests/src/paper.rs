@@ -1,17 +1,17 @@
-//! The two examples of the paper as runs of `host-sim`, and the same under the printed continuous law.
+//! The two examples of the paper as runs of `loop-sim`, and the same under the printed continuous law.
 
 use crate::oracle::{Gains, Spec};
 use crate::printed::Printed;
 use controller_core::{
     Config, Fallback, JointParameters, Limits, Nominal, ObserverGains, ReachingLaw, Reading, Surface,
 };
-use host_sim::actuator::Actuator;
-use host_sim::closed_loop::{Loop, close_loop};
-use host_sim::plant::Plant;
-use host_sim::port::in_process::{ControllerSpec, Model, Precision, build};
-use host_sim::sensor::Sensor;
-use host_sim::trace::{Ending, Trace};
-use host_sim::{actuator, sensor};
+use loop_sim::actuator::Actuator;
+use loop_sim::closed_loop::{Loop, close_loop};
+use loop_sim::plant::Plant;
+use loop_sim::port::in_process::{ControllerSpec, Model, Precision, build};
+use loop_sim::sensor::Sensor;
+use loop_sim::trace::{Ending, Trace};
+use loop_sim::{actuator, sensor};
 use std::ops::ControlFlow;
 
 /// A plant, its controller and where it starts.

@@ -1,5 +1,5 @@
 //! Linear chains that are exact between ticks (matrix exponential), and a plain Runge-Kutta for the rest: other means
-//! than those of `host-sim`.
+//! than those of `loop-sim`.
 
 /// dx/dt of a closed system: (t, x, dx).
 pub type Rate<'a> = dyn FnMut(f64, &[f64], &mut [f64]) + 'a;

@@ -4,15 +4,15 @@
 //! loop is of first order, since u is held.
 
 use controller_core::{JointParameters, Reading};
-use host_sim::plant::{Benchmark, FlexibleJoint, JointErrors};
-use host_sim::port::in_process::Precision as PortPrecision;
-use host_sim::trace::Trace;
 use integration_tests::close::{Gap, order};
 use integration_tests::data;
 use integration_tests::oracle::{Gains, Model, Spec, power};
 use integration_tests::paper::{complex_disturbance, joint, joint_spec};
 use integration_tests::shape::{Precision, controller};
 use integration_tests::truth::rk4;
+use loop_sim::plant::{Benchmark, FlexibleJoint, JointErrors};
+use loop_sim::port::in_process::Precision as PortPrecision;
+use loop_sim::trace::Trace;
 
 fn disturbance(t: f64) -> f64 {
     (2.0 * t).cos() + 0.3 * t

@@ -6,14 +6,14 @@
 use host_sim::cli::{self, Console};
 use host_sim::figures::CATALOGUE;
 use host_sim::log::{Log, Messages};
-use host_sim::port::ControllerPort;
-use host_sim::port::remote::{LONGEST_WAIT, Remote};
-use host_sim::scenario::load;
+use host_sim::remote::{LONGEST_WAIT, Remote, for_target};
 use host_sim::transport::qemu::START_WITHIN;
 use host_sim::transport::serial::BAUD;
 use host_sim::transport::{Emulator, Serial, Transport};
-use integration_tests::data::path;
+use integration_tests::data::{path, scenario_file};
 use integration_tests::program::{Folder, Spoken, host_sim, host_sim_until};
+use loop_sim::port::ControllerPort;
+use scenario::load;
 use serde_json::Value as Json;
 use std::io::{BufRead, BufReader, Write};
 use std::ops::ControlFlow;
@@ -33,7 +33,7 @@ fn image_text(name: &str) -> String {
 }
 
 fn scenario(file: &str) -> String {
-    path("../host-sim/scenarios").join(file).display().to_string()
+    scenario_file(file).display().to_string()
 }
 
 fn json(spoken: &Spoken) -> Json {
@@ -75,7 +75,7 @@ fn every_case_of_every_figure_has_the_same_bits_on_the_chip() {
     for figure in CATALOGUE {
         for (label, mut experiment) in figure.experiments().expect("right files") {
             // A target does not carry the baseline.
-            let Some(download) = experiment.for_target().ok().cloned() else { continue };
+            let Some(download) = for_target(&experiment).ok().cloned() else { continue };
             experiment.periods = 1000;
             let (emulator, _) = Emulator::start(&image("pil"), false).unwrap_or_else(|error| panic!("{error}"));
             let mut remote = Remote::connect(emulator, Duration::from_millis(100), &download)
@@ -196,8 +196,8 @@ fn a_scenario_that_no_target_carries_ends_with_status_2_before_anything_is_boote
 
 #[test]
 fn garbage_before_the_talk_is_skipped_and_a_fault_on_the_chip_brings_the_black_box_into_the_log() {
-    let experiment = load(&path("../host-sim/scenarios/default.toml"), &[]).unwrap_or_else(|error| panic!("{error}"));
-    let download = experiment.for_target().expect("one for a target");
+    let experiment = load(&scenario_file("default.toml"), &[]).unwrap_or_else(|error| panic!("{error}"));
+    let download = for_target(&experiment).expect("one for a target");
     let (mut emulator, log) = Emulator::start(&image("pil"), true).unwrap_or_else(|error| panic!("{error}"));
     let messages = Messages::of(&image("pil")).unwrap_or_else(|error| panic!("{error}"));
     let log = Log::follow(log.expect("the log"), messages);

@@ -7,11 +7,11 @@
 //! that the host designed.
 
 use controller_core::{Coefficients, Controller, Health, Linear, State, channels};
-use host_sim::port::in_process::Download;
-use host_sim::scenario::{self, Source};
 use integration_tests::data::path;
 use integration_tests::program::host_sim;
 use integration_tests::strategy::Rng;
+use loop_sim::port::in_process::Download;
+use scenario::Source;
 use std::env;
 use std::fmt::Write;
 use std::fs::{self, File};
@@ -394,8 +394,8 @@ impl Samples {
 /// Ticks the Rust controller of a scenario.
 fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &str, scenario: &str) -> Run {
     let download = download(scenario);
-    let instance = download.instance;
-    assert_eq!((usize::from(instance.n), usize::from(instance.r), instance.mask), (N, R, MASK), "{name}");
+    let shape = download.shape;
+    assert_eq!((usize::from(shape.n), usize::from(shape.r), shape.mask), (N, R, MASK), "{name}");
     let mut given = download.numbers.iter().copied();
     let mut next = || given.next().expect("as many as the layout says");
     let d_hat: [f32; N] = core::array::from_fn(|_| next());
@@ -626,7 +626,7 @@ fn the_exported_rust_has_the_coefficients_that_the_host_designed() {
     ] {
         let exported = bits_of_exported_rust(name, scenario);
         let download = download(scenario);
-        let n = usize::from(download.instance.n);
+        let n = usize::from(download.shape.n);
         // The row of the linear model stands between the estimates and the coefficients.
         let designed: Vec<u32> =
             download.numbers[..n].iter().chain(&download.numbers[2 * n..]).map(|value| value.to_bits()).collect();

@@ -3,10 +3,10 @@
 use controller_core::Health;
 use host_sim::figures::CATALOGUE;
 use host_sim::report::table::{Table, significant};
-use host_sim::trace::Trace;
 use integration_tests::data::columns;
 use integration_tests::golden::compare;
 use integration_tests::program::{Folder, Spoken, host_sim};
+use loop_sim::trace::Trace;
 use std::ops::ControlFlow;
 
 #[test]

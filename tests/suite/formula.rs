@@ -7,13 +7,13 @@ use controller_core::{
     Config, Controller, Fallback, FlexibleJoint, Health, JointParameters, Limits, Nominal, ObserverGains, Pole,
     ReachingLaw, Reading, Surface, channels,
 };
-use host_sim::plant::{Benchmark, Plant};
 use integration_tests::close::{Gap, order};
 use integration_tests::oracle::{Gains, Model, Oracle, Spec, power};
 use integration_tests::printed::{self, Printed};
 use integration_tests::shape::{Precision, SHAPES, controller};
 use integration_tests::strategy::{Case, Rng, any_design, case};
 use integration_tests::truth::{ExactStep, rk4};
+use loop_sim::plant::{Benchmark, Plant};
 
 /// Rounding only: some 50 operations per tick, sums of terms up to 1e4 times the result (differences over T), over a
 /// few hundred ticks. Measured: 4e-12 on random samples, 5e-14 in closed loops.

@@ -1,9 +1,10 @@
 //! Do the frames between host and target carry what they should, and survive what they must?
 
 use controller_core::{Controller, Fallback, LAYOUT, Limits, Linear, MAX_R, ObserverGains, ReachingLaw, channels};
-use host_sim::port::in_process::{ControllerSpec, Download, Model, Precision, build};
+use host_sim::remote::instance_of;
 use integration_tests::paper::{NOMINAL, joint_config};
 use integration_tests::strategy::Rng;
+use loop_sim::port::in_process::{ControllerSpec, Download, Model, ModelKind, Precision, Shape, build};
 use pil_wire::{
     CORE_VERSION, Event, Instance, LAYOUT_ID, LOAD, MAX_N, Open, REPLY_LEN, REQUEST_LEN, Reason, Receiver, Refusal,
     Reply, Request, Target, Ticked,
@@ -38,7 +39,7 @@ fn joint() -> Download {
     let controller = Controller::<f32, _, 4, 2, { channels([2, 4]) }, 2>::designed(&joint_config::<2>(gains), model);
     let mut numbers = [[0.0; 4], *model.row()].concat();
     controller.coefficients().numbers(|number| numbers.push(number));
-    Download { instance: Instance { n: 4, r: 2, mask: channels([2, 4]), model: pil_wire::Model::Linear }, numbers }
+    Download { shape: Shape { n: 4, r: 2, mask: channels([2, 4]), model: ModelKind::Linear }, numbers }
 }
 
 /// A host that does as the page says, and sees every reply.
@@ -89,8 +90,8 @@ impl Host {
         }
     }
 
-    fn start(&mut self, Download { instance, numbers }: &Download) {
-        let open = Open::new(*instance, numbers);
+    fn start(&mut self, Download { shape, numbers }: &Download) {
+        let open = Open::new(instance_of(*shape), numbers);
         self.done(&Request::Open(open));
         self.load(numbers);
         self.done(&Request::Start);
@@ -111,13 +112,16 @@ fn frames_are_those_of_the_page_byte_for_byte() {
     let words = [0x3F80_0000, 0x8000_0000, 0x4020_0000, 0x7FC0_0000, 0xC040_0000];
     assert_eq!(request.to_frame(7).to_vec(), by_hand(0xE5, 5, 7, &words));
 
-    let Download { instance, numbers } = joint();
+    let Download { shape, numbers } = joint();
     let digested: Vec<u8> = std::iter::once(0x000A_0204)
         .chain(numbers.iter().map(|number| number.to_bits()))
         .flat_map(u32::to_le_bytes)
         .collect();
     let words = [0x000A_0204, numbers.len() as u32, crc32(LAYOUT.as_bytes()), CORE_VERSION, crc32(&digested)];
-    assert_eq!(Request::Open(Open::new(instance, &numbers)).to_frame(1).to_vec(), by_hand(0xE5, 2, 1, &words));
+    assert_eq!(
+        Request::Open(Open::new(instance_of(shape), &numbers)).to_frame(1).to_vec(),
+        by_hand(0xE5, 2, 1, &words)
+    );
 
     let mut words = [0; 16];
     words[..3].copy_from_slice(&[LAYOUT_ID, CORE_VERSION, 0]);
@@ -208,7 +212,7 @@ proptest! {
     ) {
         let mut host = Host::new();
         let joint = joint();
-        let open = Open::new(joint.instance, &joint.numbers);
+        let open = Open::new(instance_of(joint.shape), &joint.numbers);
         for (kind, step, words, real) in script {
             host.sequence = host.sequence.wrapping_add_signed(step);
             let bytes = match real {
@@ -292,7 +296,8 @@ fn identify_changes_nothing_and_tells_where_the_talk_stands() {
 #[test]
 fn a_design_that_is_not_the_hosts_is_refused_with_what_differs() {
     let good = joint();
-    let open = Open::new(good.instance, &good.numbers);
+    let instance = instance_of(good.shape);
+    let open = Open::new(instance, &good.numbers);
     let mut host = Host::new();
 
     let layout = host.refused(&Request::Open(Open { layout: 1, ..open }));
@@ -311,7 +316,7 @@ fn a_design_that_is_not_the_hosts_is_refused_with_what_differs() {
     let mut other = good.numbers.clone();
     other[20] = f32::from_bits(other[20].to_bits() ^ 1);
     host.load(&other);
-    let hash = pil_wire::design_hash(good.instance, &other);
+    let hash = pil_wire::design_hash(instance, &other);
     let refusal = Refusal { reason: Reason::Design, target: hash, request: open.design };
     assert_eq!(host.refused(&Request::Start), refusal);
 
@@ -319,22 +324,22 @@ fn a_design_that_is_not_the_hosts_is_refused_with_what_differs() {
     for (position, value) in [(10, f32::NAN), (good.numbers.len() - 3, 0.0), (good.numbers.len() - 5, 7.0)] {
         let mut numbers = good.numbers.clone();
         numbers[position] = value;
-        host.done(&Request::Open(Open::new(good.instance, &numbers)));
+        host.done(&Request::Open(Open::new(instance, &numbers)));
         host.load(&numbers);
         assert_eq!(host.refused(&Request::Start).reason, Reason::Coefficients, "{position}");
     }
 
     // An instance that the image does not carry, and one that has another count of numbers.
-    for (instance, reason) in [
-        (Instance { n: 5, ..good.instance }, Reason::Instance),
-        (Instance { r: 4, ..good.instance }, Reason::Instance),
-        (Instance { mask: 0b1_0000, ..good.instance }, Reason::Instance),
-        (Instance { model: pil_wire::Model::BenchmarkLibm, ..good.instance }, Reason::Instance),
-        (Instance { r: 3, ..good.instance }, Reason::Count),
+    for (other, reason) in [
+        (Instance { n: 5, ..instance }, Reason::Instance),
+        (Instance { r: 4, ..instance }, Reason::Instance),
+        (Instance { mask: 0b1_0000, ..instance }, Reason::Instance),
+        (Instance { model: pil_wire::Model::BenchmarkLibm, ..instance }, Reason::Instance),
+        (Instance { r: 3, ..instance }, Reason::Count),
     ] {
-        host.done(&Request::Open(Open::new(instance, &good.numbers)));
+        host.done(&Request::Open(Open::new(other, &good.numbers)));
         host.load(&good.numbers);
-        assert_eq!(host.refused(&Request::Start).reason, reason, "{instance:?}");
+        assert_eq!(host.refused(&Request::Start).reason, reason, "{other:?}");
     }
 
     // A request of another version, with a right checksum.

@@ -2,14 +2,14 @@
 //! are in the other modules.
 
 use controller_core::{JointParameters, Reading};
-use host_sim::metrics::{Metrics, measure};
-use host_sim::plant::FlexibleJoint;
-use host_sim::port::in_process::Precision;
-use host_sim::scenario::load;
-use integration_tests::data::path;
+use integration_tests::data::{SCENARIOS, path, scenario_file};
 use integration_tests::golden::{REGENERATE, compare};
 use integration_tests::oracle::Spec;
 use integration_tests::paper::{joint, joint_spec};
+use loop_sim::metrics::{Metrics, measure};
+use loop_sim::plant::FlexibleJoint;
+use loop_sim::port::in_process::Precision;
+use scenario::load;
 use std::fmt::Write;
 use std::ops::ControlFlow;
 
@@ -56,7 +56,7 @@ fn difference_shows_both_tables_and_how_to_regenerate() {
 
 /// One row of the table of scenarios: the file as it is on disk, loaded and run as `host-sim run` does.
 fn scenario_row(file: &str, label: &str, sets: &[&str]) -> String {
-    let path = path("../host-sim/scenarios").join(file).with_extension("toml");
+    let path = scenario_file(&format!("{file}.toml"));
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
     let mut experiment = load(&path, &sets).unwrap_or_else(|error| panic!("{error}"));
     let (trace, error) = experiment.run(&mut |_| ControlFlow::Continue(()));
@@ -75,8 +75,9 @@ fn scenario_table() -> String {
          {:30} {:9}  {:9}  {:9}  bounded\n",
         "scenario", "sigma*", "y", "peak u"
     );
-    let mut files: Vec<String> = std::fs::read_dir(path("../host-sim/scenarios"))
-        .expect("the folder of scenarios")
+    let mut files: Vec<String> = SCENARIOS
+        .iter()
+        .flat_map(|folder| std::fs::read_dir(path(folder)).expect("a folder of scenarios"))
         .map(|entry| entry.expect("an entry").path())
         .filter(|file| file.extension().is_some_and(|extension| extension == "toml"))
         .map(|file| file.file_stem().expect("a name").to_string_lossy().into_owned())

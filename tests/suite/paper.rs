@@ -2,13 +2,13 @@
 //! plant.
 
 use controller_core::{JointParameters, Reading};
-use host_sim::metrics::ultimate;
-use host_sim::plant::FlexibleJoint;
-use host_sim::port::in_process::Precision;
-use host_sim::trace::Trace;
 use integration_tests::close::relative;
 use integration_tests::oracle::{Gains, Spec};
 use integration_tests::paper::{joint, joint_spec};
+use loop_sim::metrics::ultimate;
+use loop_sim::plant::FlexibleJoint;
+use loop_sim::port::in_process::Precision;
+use loop_sim::trace::Trace;
 
 fn trace(change: impl Fn(&mut Spec), k_l: f64) -> Trace {
     let plant = FlexibleJoint::of_the_paper(JointParameters::TABLE_I.chain(Reading::Reconstructed));

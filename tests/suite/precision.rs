@@ -2,15 +2,15 @@
 //! 2 (`reconstructed`, r = 2 as printed, k_l = 50, 20 s), after the transient.
 
 use controller_core::{JointParameters, Reading, Real};
-use host_sim::actuator;
-use host_sim::plant::FlexibleJoint;
-use host_sim::port::in_process::Precision;
-use host_sim::sensor::{Ideal, Sensor};
-use host_sim::trace::Trace;
 use integration_tests::close::Gap;
 use integration_tests::oracle::{Gains, Model, Spec};
 use integration_tests::paper::{Run, joint, joint_spec};
 use integration_tests::shape::{Precision as Bits, controller};
+use loop_sim::actuator;
+use loop_sim::plant::FlexibleJoint;
+use loop_sim::port::in_process::Precision;
+use loop_sim::sensor::{Ideal, Sensor};
+use loop_sim::trace::Trace;
 
 /// The offset has decayed to e^-10 and the closed loop's poles (5 rad/s) long have.
 const SETTLED_S: f64 = 10.0;

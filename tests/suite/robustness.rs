@@ -1,12 +1,6 @@
 //! Does the scheme hold where the designer's numbers are reasonable, and beyond?
 
 use controller_core::{JointChain, JointParameters, Reading};
-use host_sim::actuator::{self, Limited};
-use host_sim::metrics::{measure, ultimate};
-use host_sim::plant::{Benchmark, FlexibleJoint};
-use host_sim::port::in_process::Precision as PortPrecision;
-use host_sim::sensor;
-use host_sim::solver::advance;
 use integration_tests::close::{quantile, relative};
 use integration_tests::oracle::{Gains, Model, Spec, power};
 use integration_tests::paper::{self, complex_disturbance, is_bounded, joint, joint_spec};
@@ -14,6 +8,12 @@ use integration_tests::printed::{Printed, nominal};
 use integration_tests::shape::{Precision, controller};
 use integration_tests::strategy::{Case, Rng, case};
 use integration_tests::truth::{ExactStep, Term, rk4};
+use loop_sim::actuator::{self, Limited};
+use loop_sim::metrics::{measure, ultimate};
+use loop_sim::plant::{Benchmark, FlexibleJoint};
+use loop_sim::port::in_process::Precision as PortPrecision;
+use loop_sim::sensor;
+use loop_sim::solver::advance;
 
 /// Ultimate |sigma*| and |y| of the sampled f32 loop and of the continuous one; `None` if the sampled loop ran away.
 /// `model` is the plant's a(x) and b(x), known to the controller: the chain's own, or that with a bend and a swing.
@@ -316,7 +316,7 @@ fn half_the_slope_keeps_the_joint_bounded() {
     spec.gradient[3] /= 2.0;
     let mut run: paper::Run<'_> = joint(&plant, spec, PortPrecision::F32);
     // The tick's a(x) is the true one; only the design believes in half the slope.
-    run.model = host_sim::port::in_process::Model::Linear(joint_spec(Reading::Stiff, 10.0).gradient);
+    run.model = loop_sim::port::in_process::Model::Linear(joint_spec(Reading::Stiff, 10.0).gradient);
     let trace = run.trace();
     assert!(is_bounded(&trace) && ultimate(&trace, [10.0, 20.0], |row| row.x[0]) < 0.01);
 }

@@ -7,10 +7,6 @@
 
 use controller_core::bounds::{DisturbanceBounds, UltimateBounds, ultimate, ultimate_by_lyapunov};
 use controller_core::{JointParameters, Reading};
-use host_sim::metrics::ultimate as ultimate_of;
-use host_sim::plant::{FlexibleJoint, Plant};
-use host_sim::port::in_process::Precision as PortPrecision;
-use host_sim::trace::Row;
 use integration_tests::close::quantile;
 use integration_tests::oracle::{Gains, Model, Spec, power};
 use integration_tests::paper::{joint, joint_spec};
@@ -18,6 +14,10 @@ use integration_tests::printed::{Printed, nominal};
 use integration_tests::shape::config;
 use integration_tests::strategy::{Case, Rng, case};
 use integration_tests::truth::Term;
+use loop_sim::metrics::ultimate as ultimate_of;
+use loop_sim::plant::{FlexibleJoint, Plant};
+use loop_sim::port::in_process::Precision as PortPrecision;
+use loop_sim::trace::Row;
 
 /// Bounds of one loop with lengths known at run time only.
 struct Bounds {

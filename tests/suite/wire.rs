@@ -3,19 +3,19 @@
 //! The target is `pil_wire::Target` in this process, the very code that the image runs; `emulator` does it on the chip.
 
 use controller_core::Health;
-use host_sim::closed_loop::LoopError;
 use host_sim::figures::CATALOGUE;
-use host_sim::port::compared::{Difference, Field};
-use host_sim::port::in_process::Download;
-use host_sim::port::remote::{LONGEST_WAIT, Remote};
-use host_sim::port::{ControllerPort, PortError};
-use host_sim::scenario::{Experiment, load};
-use host_sim::trace::{Ending, Trace};
+use host_sim::remote::{LONGEST_WAIT, Remote, for_target};
 use host_sim::transport::faulty::{Rates, Struck};
 use host_sim::transport::{Faulty, Loopback, Transport, TransportError};
-use integration_tests::data::path;
+use integration_tests::data::scenario_file;
 use integration_tests::strategy::Rng;
+use loop_sim::closed_loop::LoopError;
+use loop_sim::port::in_process::Download;
+use loop_sim::port::{ControllerPort, PortError};
+use loop_sim::port::{Difference, Field};
+use loop_sim::trace::{Ending, Trace};
 use pil_wire::{CORE_VERSION, Identity, LAYOUT_ID, REPLY_LEN, Receiver, Reply, Request};
+use scenario::{Experiment, load};
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -27,7 +27,7 @@ const REPLY_WITHIN: Duration = Duration::from_millis(50);
 
 fn shipped(file: &str, sets: &[&str]) -> Experiment {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
-    load(&path("../host-sim/scenarios").join(file), &sets).unwrap_or_else(|error| panic!("{error}"))
+    load(&scenario_file(file), &sets).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn connect<T: Transport>(transport: T, download: &Download) -> Result<Remote<T>, PortError> {
@@ -36,7 +36,7 @@ fn connect<T: Transport>(transport: T, download: &Download) -> Result<Remote<T>,
 
 /// Runs an experiment with the target at the end of this wire.
 fn run_over<T: Transport>(experiment: &mut Experiment, transport: T) -> (Trace, Option<LoopError>, Remote<T>) {
-    let download = experiment.for_target().expect("one for a target").clone();
+    let download = for_target(experiment).expect("one for a target").clone();
     let mut remote = connect(transport, &download).unwrap_or_else(|error| panic!("{error}"));
     let (trace, error) = experiment.run_beside(Some(&mut remote), &mut |_| ControlFlow::Continue(()));
     (trace, error, remote)
@@ -56,7 +56,7 @@ fn every_case_of_every_figure_has_the_same_bits_over_the_wire() {
     let mut compared = 0;
     for figure in CATALOGUE {
         for (label, mut experiment) in figure.experiments().expect("right files") {
-            if let Err(told) = experiment.for_target() {
+            if let Err(told) = for_target(&experiment) {
                 assert!(told.contains("proposed controller only"), "{told}");
                 continue;
             }
@@ -166,7 +166,7 @@ where
 
 /// What the port says of a target that differs from this program in one thing.
 fn refusal<T: Transport>(transport: T, change: impl Fn(&mut Download)) -> String {
-    let mut download = shipped("default.toml", &[]).for_target().expect("one for a target").clone();
+    let mut download = for_target(&shipped("default.toml", &[])).expect("one for a target").clone();
     change(&mut download);
     match connect(transport, &download) {
         Err(PortError::Refused(told)) => told,
@@ -220,12 +220,12 @@ impl Transport for OtherVersion {
 
 #[test]
 fn a_design_that_does_not_fit_is_refused_with_the_reason() {
-    let told = refusal(Loopback::new(), |it| it.instance.n = 5);
+    let told = refusal(Loopback::new(), |it| it.shape.n = 5);
     let instance =
         "the target's image carries no controller with n = 5, r = 2, observed channels 2, 4 and a linear model";
     assert_eq!(told, instance);
 
-    let count = shipped("default.toml", &[]).for_target().expect("one for a target").numbers.len();
+    let count = for_target(&shipped("default.toml", &[])).expect("one for a target").numbers.len();
     let told = refusal(Loopback::new(), |it| it.numbers.truncate(count - 1));
     let counts = format!("a design of this kind has {count} numbers on the target, {} here; ", count - 1);
     assert!(told.starts_with(&counts), "{told}");
@@ -248,7 +248,7 @@ fn a_design_that_does_not_fit_is_refused_with_the_reason() {
 
 #[test]
 fn a_scenario_that_no_target_carries_is_refused_with_what_to_change() {
-    let told = |file, sets: &[&str]| shipped(file, sets).for_target().expect_err("not for a target");
+    let told = |file, sets: &[&str]| for_target(&shipped(file, sets)).expect_err("not for a target");
     assert!(told("default.toml", &["controller.precision=f64"]).ends_with("set controller.precision=f32"));
     assert!(told("fig01_baseline.toml", &[]).ends_with("set controller.kind=proposed"));
     let fifth = [
@@ -298,7 +298,7 @@ fn one_flipped_bit_ends_the_run_and_is_named_and_the_ticks_before_it_are_kept() 
 
 #[test]
 fn a_target_that_restarts_is_told_with_the_tick() {
-    let download = shipped("default.toml", &[]).for_target().expect("one for a target").clone();
+    let download = for_target(&shipped("default.toml", &[])).expect("one for a target").clone();
     let mut remote = connect(Loopback::new(), &download).unwrap_or_else(|error| panic!("{error}"));
     for _ in 0..10 {
         remote.tick(&[0.1, 0.0, 0.0, 0.0]).unwrap_or_else(|error| panic!("{error}"));
@@ -310,7 +310,7 @@ fn a_target_that_restarts_is_told_with_the_tick() {
 
 #[test]
 fn a_second_program_takes_over_where_the_first_one_stopped() {
-    let download = shipped("default.toml", &[]).for_target().expect("one for a target").clone();
+    let download = for_target(&shipped("default.toml", &[])).expect("one for a target").clone();
     let mut used = Loopback::new();
     for _ in 0..3 {
         let mut remote = connect(used, &download).unwrap_or_else(|error| panic!("{error}"));
@@ -367,7 +367,7 @@ impl Transport for Babbling {
 
 #[test]
 fn a_target_that_says_nothing_or_nonsense_is_given_up_in_the_time_that_the_page_names() {
-    let download = shipped("default.toml", &[]).for_target().expect("one for a target").clone();
+    let download = for_target(&shipped("default.toml", &[])).expect("one for a target").clone();
     let told = connect(Babbling(&[]), &download).err().map(|error| error.to_string());
     assert_eq!(told.as_deref(), Some("no answer to the first question within 5 s"));
 

@@ -6,9 +6,9 @@
 
 use benches::{Joint, NOMINAL, Naive, Noise, Tuned, joint, joint_f64};
 use controller_core::{Health, JointParameters, Reading, State};
-use host_sim::plant::FlexibleJoint;
-use host_sim::solver;
 use integration_tests::close::Gap;
+use loop_sim::plant::FlexibleJoint;
+use loop_sim::solver;
 
 /// Of the design.
 const PERIOD_S: f64 = 1e-4;

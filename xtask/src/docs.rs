@@ -13,7 +13,7 @@ use crate::scan::files_with;
 use crate::step::{Gate, Invocation, Outcome};
 
 /// Crates whose pages are read.
-const CRATES: [&str; 3] = ["controller_core", "host_sim", "pil_wire"];
+const CRATES: [&str; 5] = ["controller_core", "host_sim", "loop_sim", "pil_wire", "scenario"];
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let doc = Invocation::cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings");

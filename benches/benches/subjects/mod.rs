@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use host_sim::scenario::{self, Experiment, Source};
+use scenario::{Experiment, Source};
 
 /// The default scenario, of which one second is 1000 periods: 1001 ticks, and the plant between them.
 ///

@@ -42,6 +42,7 @@ use std::fmt;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use scenario::{Located, Source, nearest, read_text};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -50,7 +51,6 @@ use super::report::Report;
 use super::{Answer, Check, Options, emulated};
 use crate::image_file;
 use crate::report::table::Table;
-use crate::scenario::{Located, Source, nearest, read_text};
 
 /// A ceiling is tight if the figure is no more than this below it.
 pub const SLACK_PERCENT: u64 = 5;

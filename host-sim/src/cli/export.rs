@@ -5,10 +5,10 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, ValueEnum};
+use scenario::Source;
 
 use super::{Console, Failure, status};
 use crate::export::{self, Form, PREFIX};
-use crate::scenario::{self, Source};
 
 /// Languages that link a library of this project.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

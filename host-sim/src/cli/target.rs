@@ -6,14 +6,14 @@ use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use loop_sim::port::PortError;
+use loop_sim::port::in_process::Download;
 use pil_wire::{REPLY_LEN, REQUEST_LEN};
+use scenario::Experiment;
 
 use super::{Console, Failure, status};
 use crate::log::{Log, Messages};
-use crate::port::PortError;
-use crate::port::in_process::Download;
-use crate::port::remote::Remote;
-use crate::scenario::Experiment;
+use crate::remote::{self, Remote};
 use crate::transport::faulty::Rates;
 use crate::transport::qemu::{self, Clock, Process};
 use crate::transport::serial::BAUD;
@@ -92,7 +92,7 @@ fn failed(message: String) -> Failure {
 }
 
 fn design(experiment: &Experiment) -> Result<&Download, Failure> {
-    experiment.for_target().map_err(|message| Failure { status: status::BAD_INPUT, message })
+    remote::for_target(experiment).map_err(|message| Failure { status: status::BAD_INPUT, message })
 }
 
 impl<'a> Console<'a> {

@@ -6,6 +6,7 @@ use std::time::Duration;
 use serde_json::Value as Json;
 
 use super::*;
+use crate::remote::for_target;
 use crate::transport::{Loopback, Transport, TransportError};
 use pil_wire::Reply;
 
@@ -116,7 +117,7 @@ fn json_of_the_bare_run_is_one_object_with_the_published_sigma_star() {
 #[test]
 fn json_of_a_chain_gives_the_bounds_of_its_disturbances_too() {
     let folder = Folder::new("chain");
-    let file = folder.file("mine.toml", include_str!("../../scenarios/chain.toml"));
+    let file = folder.file("mine.toml", scenario::CHAIN);
     let (status, out, _) = spoken(&["run", &file, "--json", "--out", &folder.path("o"), "--set", "span_s=6"]);
     assert_eq!(status, status::DONE);
     let json = assert_is_run_json(&out);
@@ -410,7 +411,7 @@ fn a_target_that_differs_in_one_bit_ends_the_run_with_status_1_and_names_it_and_
         let options = RunOptions { sets: sets.clone(), out: Some(folder.0.join("o")), json };
         let ended = default_scenario(&options.sets).and_then(|experiment| {
             let wire = Flipping { inner: Loopback::new(), receiver: pil_wire::Receiver::of_replies(), ticks: 0 };
-            let download = experiment.for_target().expect("one for a target");
+            let download = for_target(&experiment).expect("one for a target");
             let link = console.linked(Box::new(wire), Duration::from_millis(50), download, None, |_| String::new())?;
             console.run(experiment, &options, "-pil", Some(link))
         });
@@ -457,7 +458,7 @@ fn options_that_make_no_sense_are_wrong_usage() {
 
 #[test]
 fn the_longest_wait_stands_in_the_help() {
-    let longest = format!("{} s for any answer", crate::port::remote::LONGEST_WAIT.as_secs());
+    let longest = format!("{} s for any answer", crate::remote::LONGEST_WAIT.as_secs());
     for command in ["pil", "hil"] {
         let (_, out, _) = spoken(&[command, "--help"]);
         assert!(out.contains(&longest), "{out}");

@@ -5,9 +5,9 @@
 use std::fmt::Write as _;
 
 use controller_core::{LAYOUT, VERSION, VERSION_NUMBER};
+use loop_sim::port::in_process::Model;
 
 use super::{Exported, named};
-use crate::port::in_process::Model;
 
 /// What the archive carries is what its header declares.
 const HEADER: &str = include_str!("../../../controller-capi/include/edo_smc.h");
@@ -15,8 +15,8 @@ const HEADER: &str = include_str!("../../../controller-capi/include/edo_smc.h");
 /// # Errors
 /// What the archive does not carry, and what carries it.
 pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, String> {
-    let instance = exported.download.instance;
-    let (n, r, channels) = (usize::from(instance.n), usize::from(instance.r), exported.channels());
+    let shape = exported.download.shape;
+    let (n, r, channels) = (usize::from(shape.n), usize::from(shape.r), exported.channels());
     let Model::Linear(_) = exported.spec.model else {
         return Err(
             "the archive for C carries a linear a(x) only, and that of the benchmark is not: take --lang rust, or set \
@@ -78,7 +78,7 @@ static const edo_smc_design_{name}_t {prefix}_design = {{
 
 #endif
 ",
-        VERSION_NUMBER, instance.mask,
+        VERSION_NUMBER, shape.mask,
     );
     Ok(out)
 }

@@ -6,14 +6,14 @@
 use std::fmt::Write as _;
 
 use controller_core::Fallback;
+use loop_sim::port::in_process::Model;
 
 use super::Exported;
-use crate::port::in_process::Model;
 
 pub(super) fn text(exported: &Exported<'_>) -> String {
     let Exported { spec, download, .. } = exported;
-    let instance = download.instance;
-    let (n, r) = (instance.n, instance.r);
+    let shape = download.shape;
+    let (n, r) = (shape.n, shape.r);
     let channels = exported.channels();
     let (model, model_value, import) = match &spec.model {
         Model::Linear(row) => {

@@ -10,9 +10,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use controller_core::INPUT_LIMIT;
+use loop_sim::port::in_process::Model;
 
 use super::{Exported, named};
-use crate::port::in_process::Model;
 
 /// Beyond this a demand does not come from a finite sample, see `Controller::reject`.
 const SPIKE: f32 = 1e30;
@@ -25,9 +25,9 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
                 .into(),
         );
     }
-    let instance = exported.download.instance;
+    let shape = exported.download.shape;
     let channels = exported.channels();
-    let (n, r) = (usize::from(instance.n), usize::from(instance.r));
+    let (n, r) = (usize::from(shape.n), usize::from(shape.r));
     let file = Standalone {
         exported,
         prefix,

@@ -1,5 +1,6 @@
+use scenario::parse;
+
 use super::*;
-use crate::scenario::parse;
 
 fn exported(text: &str, sets: &[&str], form: Form<'_>) -> Result<String, String> {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();

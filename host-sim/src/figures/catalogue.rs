@@ -3,9 +3,10 @@
 //! "Ultimate" figures are maxima over the second half of the run (Example 1: from 4 s on), as are the "bounds".
 //! Thresholds of claims in words ("marginally", "almost the same", "not at all") are ours and stand beside the claim.
 
+use loop_sim::trace::Row;
+
 use super::Test::{AtMost, Near};
 use super::{Case, Claim, PanelSpec, PaperFigure, Quantity, Test};
-use crate::trace::Row;
 
 const EXAMPLE_1: &str = "c1 = 5, alpha = 1, 0.1 ms";
 const EXAMPLE_2: &str = "reconstructed, 0.2 ms";
@@ -307,11 +308,11 @@ pub const CATALOGUE: &[PaperFigure] = &[
         ],
         claims: &[
             claim("d2_hat follows d2: error over |d2|", "(drawn)", "relative", AtMost(0.05), |cases| {
-                let size = crate::metrics::ultimate(&cases[0].trace, cases[0].metrics.window_s, |row| row.d[1]);
+                let size = loop_sim::metrics::ultimate(&cases[0].trace, cases[0].metrics.window_s, |row| row.d[1]);
                 ultimate_error(&cases[0], 2) / size
             }),
             claim("d4_hat follows d4: error over |d4|", "(drawn)", "relative", AtMost(0.05), |cases| {
-                let size = crate::metrics::ultimate(&cases[0].trace, cases[0].metrics.window_s, |row| row.d[3]);
+                let size = loop_sim::metrics::ultimate(&cases[0].trace, cases[0].metrics.window_s, |row| row.d[3]);
                 ultimate_error(&cases[0], 4) / size
             }),
         ],

@@ -11,9 +11,10 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use crate::MAX_ORDER;
+use loop_sim::MAX_ORDER;
+use loop_sim::trace::{Row, Trace};
+
 use crate::report::write_whole;
-use crate::trace::{Row, Trace};
 
 /// Writes the trace as the file `path`, whole or not at all.
 ///
@@ -71,8 +72,8 @@ fn observed(trace: &Trace) -> impl Iterator<Item = usize> + '_ {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trace::Ending;
     use controller_core::Health;
+    use loop_sim::trace::Ending;
 
     /// Awkward numbers: no finite decimal expansion, subnormal, huge, negative zero.
     const AWKWARD: [f64; 6] = [0.1, 1.0 / 3.0, 5e-324, f64::MAX, -0.0, -1.234_567_890_123_456_7e-7];

@@ -13,10 +13,10 @@
 //! last coefficient is 1, in U/sⁿ⁻¹ (Eq. (39), (44)).
 
 use controller_core::Health;
+use loop_sim::MAX_ORDER;
+use loop_sim::trace::{Row, Trace};
 
-use crate::MAX_ORDER;
 use crate::report::plot::{BLACK, Figure, GREY, Panel, Series, Shade, Style};
-use crate::trace::{Row, Trace};
 
 /// An error is drawn over its settled range when its transient is this many times larger; below, one range shows both.
 const TRANSIENT: f64 = 5.0;
@@ -161,7 +161,7 @@ fn settled_range(trace: &Trace, value: impl Fn(&Row) -> f64) -> Option<(f64, f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trace::Ending;
+    use loop_sim::trace::Ending;
 
     /// A run of 20 s whose control starts at 279, is limited to 200, and settles at a sine of 4.
     fn trace() -> Trace {

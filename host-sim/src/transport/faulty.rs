@@ -7,11 +7,10 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
+use loop_sim::random::Random;
 use pil_wire::{REPLY_LEN, Receiver};
-use rand_chacha::ChaCha8Rng;
 
 use super::{Transport, TransportError, take};
-use crate::sensor::{generator, uniform};
 
 /// Probability of each fault, per frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,7 +112,7 @@ impl<T: Transport> Transport for Faulty<T> {
 /// One direction of the wire.
 struct Direction {
     rates: Rates,
-    generator: ChaCha8Rng,
+    random: Random,
     /// Frames held back, each until so many others have passed.
     held: Vec<(u32, Vec<u8>)>,
     struck: Struck,
@@ -121,15 +120,15 @@ struct Direction {
 
 impl Direction {
     fn new(rates: Rates, seed: u64, stream: u64) -> Self {
-        Self { rates, generator: generator(seed, stream), held: Vec::new(), struck: Struck::default() }
+        Self { rates, random: Random::new(seed, stream), held: Vec::new(), struck: Struck::default() }
     }
 
     /// What comes out when this frame goes in.
     fn pass(&mut self, frame: &[u8]) -> Vec<Vec<u8>> {
-        let Self { rates, generator, held, struck } = self;
+        let Self { rates, random, held, struck } = self;
         // All are drawn for every frame: the rate of one fault does not change when another strikes.
         let mut strikes = |rate: f64, count: &mut u64| {
-            let strikes = uniform(generator) <= rate;
+            let strikes = random.uniform() <= rate;
             *count += u64::from(strikes);
             strikes
         };
@@ -139,7 +138,7 @@ impl Direction {
         let duplicate = strikes(rates.duplicate, &mut struck.duplicated);
         let delay = strikes(rates.delay, &mut struck.delayed);
         // A whole number below `end`.
-        let mut below = |end: usize| ((uniform(generator) * end as f64).ceil() as usize).saturating_sub(1);
+        let mut below = |end: usize| ((random.uniform() * end as f64).ceil() as usize).saturating_sub(1);
         let (bit, len, wait) = (below(8 * frame.len()), below(frame.len()), below(3));
 
         let mut bytes = frame.to_vec();

@@ -5,7 +5,7 @@
 //! gives.
 //!
 //! ```
-//! use host_sim::sensor::{Ideal, Noise, Quantised, Sensor};
+//! use loop_sim::sensor::{Ideal, Noise, Quantised, Sensor};
 //! // Noise on the line before the converter: the sample is a multiple of 0.01.
 //! let mut sensor = Quantised::new(Noise::new(Ideal, vec![0.1], 7), vec![0.01]);
 //! let mut sample = [0.0];
@@ -15,16 +15,13 @@
 //!
 //! A list of links of a scenario is stacked at run time as `Box<dyn Sensor>`, which is a sensor too.
 //!
-//! **Random numbers** come from the cipher ChaCha8, keyed with the seed itself, and are turned into a Gaussian by Box
-//! and Muller's formula with `libm`: nothing depends on how a version of a random-number crate samples or seeds. Noise
-//! and dropout draw from different streams of the same seed; two links of the same kind need two seeds.
+//! Noise and dropout draw from different streams of the same seed ([`Random`]); two links of the same kind need two
+//! seeds.
 
 use std::collections::VecDeque;
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
-
 use crate::MAX_ORDER;
+use crate::random::Random;
 
 /// One link of the measuring chain.
 pub trait Sensor {
@@ -47,37 +44,17 @@ impl Sensor for Ideal {
     }
 }
 
-/// The generator of one link: a stream of ChaCha8 under the key `seed`, little endian, then zeros.
-pub(crate) fn generator(seed: u64, stream: u64) -> ChaCha8Rng {
-    let mut key = [0; 32];
-    key[..8].copy_from_slice(&seed.to_le_bytes());
-    let mut generator = ChaCha8Rng::from_seed(key);
-    generator.set_stream(stream);
-    generator
-}
-
-/// Uniform in (0, 1], in steps of 2^-53: its logarithm is finite.
-pub(crate) fn uniform(generator: &mut ChaCha8Rng) -> f64 {
-    ((generator.next_u64() >> 11) + 1) as f64 / 9_007_199_254_740_992.0
-}
-
-/// Mean 0, standard deviation 1; Box and Muller.
-fn gaussian(generator: &mut ChaCha8Rng) -> f64 {
-    let radius = libm::sqrt(-2.0 * libm::log(uniform(generator)));
-    radius * libm::cos(core::f64::consts::TAU * uniform(generator))
-}
-
 /// Adds white Gaussian noise, independent from tick to tick and from channel to channel.
 pub struct Noise<S> {
     inner: S,
     sigma: Vec<f64>,
-    generator: ChaCha8Rng,
+    random: Random,
 }
 
 impl<S> Noise<S> {
     /// `sigma`: standard deviation of each channel, in its unit; channels beyond the list have none.
     pub fn new(inner: S, sigma: Vec<f64>, seed: u64) -> Self {
-        Self { inner, sigma, generator: generator(seed, 1) }
+        Self { inner, sigma, random: Random::new(seed, 1) }
     }
 }
 
@@ -86,7 +63,7 @@ impl<S: Sensor> Sensor for Noise<S> {
         self.inner.measure(x, sample);
         // A number is drawn for a quiet channel too: the others keep theirs when its sigma changes.
         for (value, sigma) in sample.iter_mut().zip(&self.sigma) {
-            *value += sigma * gaussian(&mut self.generator);
+            *value += sigma * self.random.gaussian();
         }
     }
 }
@@ -145,13 +122,13 @@ impl<S: Sensor> Sensor for Delayed<S> {
 pub struct Dropout<S> {
     inner: S,
     probability: f64,
-    generator: ChaCha8Rng,
+    random: Random,
 }
 
 impl<S> Dropout<S> {
     /// Each sample is lost with `probability`, 0 (none) to 1 (all), independent of the others.
     pub fn new(inner: S, probability: f64, seed: u64) -> Self {
-        Self { inner, probability, generator: generator(seed, 2) }
+        Self { inner, probability, random: Random::new(seed, 2) }
     }
 }
 
@@ -159,7 +136,7 @@ impl<S: Sensor> Sensor for Dropout<S> {
     fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
         // The sensor measures all the same; its sample is lost on the way.
         self.inner.measure(x, sample);
-        if uniform(&mut self.generator) <= self.probability {
+        if self.random.uniform() <= self.probability {
             sample.fill(f64::NAN);
         }
     }

@@ -6,7 +6,8 @@
 use crate::trace::{Ending, Row, Trace};
 
 /// Ultimate error of one estimate.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct ChannelError {
     /// Channel, from 1.
     pub channel: usize,
@@ -16,7 +17,8 @@ pub struct ChannelError {
 
 /// Figures of merit; "ultimate" is the maximum over the metric window. What no tick speaks for, because the run ended
 /// before its window, is NaN (`null` in JSON): not a 0 that looks like a perfect result.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Metrics {
     /// max |σ*|, U/s^(n-1).
     pub sigma_star_ultimate: f64,

@@ -21,14 +21,16 @@ mod error;
 mod resolve;
 
 pub use assemble::{Experiment, Mu};
-pub(crate) use error::nearest;
-pub use error::{ScenarioError, Source};
+pub use error::{ScenarioError, Source, nearest};
 
 use check::Fault;
 use document::KeyPath;
 
 /// The default scenario: Example 2, `reconstructed`, r = 2 as printed. It is also what `host-sim new` writes.
 pub const DEFAULT: &str = include_str!("../scenarios/default.toml");
+
+/// Your own plant, a chain of integrators: a file to start from.
+pub const CHAIN: &str = include_str!("../scenarios/chain.toml");
 
 /// Longest file that is read. A scenario is a page of text; a file without end must not hang the program.
 const LONGEST_FILE: u64 = 1 << 20;
@@ -507,14 +509,17 @@ pub fn parse(source: &Source<'_>, default_name: &str) -> Result<Experiment, Scen
 }
 
 /// A TOML text that has been held against a schema; knows where each key stands. Not only scenarios are read so.
-pub(crate) struct Located<'a> {
+pub struct Located<'a> {
     source: &'a Source<'a>,
     tree: document::Node,
 }
 
 impl<'a> Located<'a> {
-    /// The value of a text. The schema is that of `T`, in the words that `check` understands.
-    pub(crate) fn read<T: serde::de::DeserializeOwned>(
+    /// The value of a text. The schema is that of `T`, in the words that the check understands.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with its place.
+    pub fn read<T: serde::de::DeserializeOwned>(
         source: &'a Source<'a>,
         schema: &serde_json::Value,
     ) -> Result<(T, Self), ScenarioError> {
@@ -527,14 +532,17 @@ impl<'a> Located<'a> {
     }
 
     /// What is wrong with a key, told with its place: its own if it was written, else that of the table around it.
-    pub(crate) fn error(&self, key: &str, message: &str) -> ScenarioError {
+    pub fn error(&self, key: &str, message: &str) -> ScenarioError {
         let path = KeyPath::parse(key).unwrap_or_else(KeyPath::root);
         self.source.error(self.tree.origin_of(&path), format!("`{key}`: {message}"))
     }
 }
 
 /// The whole text of a file that a person wrote.
-pub(crate) fn read_text(path: &std::path::Path) -> Result<String, String> {
+///
+/// # Errors
+/// A file that cannot be read, is longer than 1 MiB, or is not UTF-8: in words, without the name of the file.
+pub fn read_text(path: &std::path::Path) -> Result<String, String> {
     use std::io::Read;
     let mut bytes = Vec::new();
     std::fs::File::open(path)

@@ -3,71 +3,7 @@
 //! Both get every sample. What the one elsewhere returns is what the loop goes on with; the first bit of any output in
 //! which the one here differs ends the run. Equality, not a tolerance: both are the same f32 arithmetic.
 
-use std::fmt;
-
-use crate::port::{ControllerPort, PortError, Tick};
-
-/// An output of a tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Field {
-    /// u.
-    U,
-    /// σ.
-    Sigma,
-    /// σ*.
-    SigmaStar,
-    /// Health.
-    Health,
-    /// An estimate, or a derivative of it.
-    Estimate {
-        /// From 1.
-        channel: usize,
-        /// 0 for d_hat itself.
-        derivative: usize,
-    },
-}
-
-impl fmt::Display for Field {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::U => f.write_str("u"),
-            Self::Sigma => f.write_str("sigma"),
-            Self::SigmaStar => f.write_str("sigma*"),
-            Self::Health => f.write_str("health"),
-            Self::Estimate { channel, derivative } => write!(f, "d_hat_{channel}{}", "'".repeat(*derivative)),
-        }
-    }
-}
-
-/// The first output that is not the same.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Difference {
-    /// Tick, from 0.
-    pub tick: u64,
-    /// Which output.
-    pub field: Field,
-    /// Its f32 bits elsewhere (health: its flags).
-    pub there: u32,
-    /// And here.
-    pub here: u32,
-}
-
-impl Difference {
-    /// How many bits differ.
-    pub const fn bits(&self) -> u32 {
-        (self.there ^ self.here).count_ones()
-    }
-}
-
-impl fmt::Display for Difference {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { tick, field, there, here } = *self;
-        let value =
-            |bits| if field == Field::Health { String::new() } else { format!(" ({:e})", f32::from_bits(bits)) };
-        write!(f, "tick {tick}: {field} differs: {there:#010x}{} on the target", value(there))?;
-        write!(f, ", {here:#010x}{} here", value(here))
-    }
-}
+use crate::port::{ControllerPort, Difference, Field, PortError, Tick};
 
 /// The two controllers.
 pub struct Compared<'a> {

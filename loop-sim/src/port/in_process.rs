@@ -7,7 +7,6 @@ use controller_core::{
     Benchmark, Config, ConfigError, Controller, Fallback, Libm, Limits, Linear, MAX_R, Micromath, Nominal,
     NominalModel, ObserverGains, ReachingLaw, Real, State, Surface, Warnings,
 };
-use pil_wire::Instance;
 
 use crate::MAX_ORDER;
 use crate::port::{ControllerPort, PortError, Tick};
@@ -117,9 +116,33 @@ pub struct Designed {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Download {
     /// Which tick.
-    pub instance: Instance,
+    pub shape: Shape,
     /// Estimates at the start, row of the linear model (zeros for another model), coefficients.
     pub numbers: Vec<f32>,
+}
+
+/// Which tick a design is for: a type of the controller, named at run time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shape {
+    /// Plant order N.
+    pub n: u8,
+    /// Capacity R for observer orders.
+    pub r: u8,
+    /// Observed channels, bit i - 1 for channel i.
+    pub mask: u8,
+    /// Nominal model.
+    pub model: ModelKind,
+}
+
+/// A [`Model`] without its numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ModelKind {
+    /// a(x) linear, its row among the numbers of the design.
+    Linear,
+    /// Eq. (59), e^x by libm.
+    BenchmarkLibm,
+    /// Eq. (59), e^x by micromath.
+    BenchmarkMicromath,
 }
 
 /// Designs the controller of a scenario.
@@ -169,22 +192,22 @@ fn in_precision<const N: usize, const R: usize, const MASK: u8, const O: usize>(
         Precision::F32 => {
             let linear = |a: &[f64]| Linear::<f32, N>::new(&spec.nominal(a));
             let (model, row, id) = match &spec.model {
-                Model::Linear(a) => (AnyModel::Linear(linear(a)), *linear(a).row(), pil_wire::Model::Linear),
+                Model::Linear(a) => (AnyModel::Linear(linear(a)), *linear(a).row(), ModelKind::Linear),
                 Model::BenchmarkLibm => {
                     let drift: fn(&_) -> _ = |x| Benchmark::<Libm>::new().drift(x);
-                    (AnyModel::Planar(drift), [0.0; N], pil_wire::Model::BenchmarkLibm)
+                    (AnyModel::Planar(drift), [0.0; N], ModelKind::BenchmarkLibm)
                 }
                 Model::BenchmarkMicromath => {
                     let drift: fn(&_) -> _ = |x| Benchmark::<Micromath>::new().drift(x);
-                    (AnyModel::Planar(drift), [0.0; N], pil_wire::Model::BenchmarkMicromath)
+                    (AnyModel::Planar(drift), [0.0; N], ModelKind::BenchmarkMicromath)
                 }
             };
             let controller = Controller::<f32, _, N, R, MASK, O>::design(&config, model)?;
             let port = InProcess::new(controller, spec);
             let mut numbers = [port.initial_estimates, row].concat();
             controller.coefficients().numbers(|number| numbers.push(number));
-            let instance = Instance { n: N as u8, r: R as u8, mask: MASK, model: id };
-            (Box::new(port), Some(Download { instance, numbers }))
+            let shape = Shape { n: N as u8, r: R as u8, mask: MASK, model: id };
+            (Box::new(port), Some(Download { shape, numbers }))
         }
         Precision::F64 => {
             let model = match &spec.model {

@@ -1,6 +1,8 @@
-//! The controller, wherever it runs: in this process, as the baseline of reference \[1\], or on a target.
+//! The controller, wherever it runs: in this process, as the baseline of reference \[1\], or, by a [`ControllerPort`] of
+//! another crate, at the far end of a wire.
 
 use std::fmt;
+use std::time::Duration;
 
 use crate::MAX_ORDER;
 use controller_core::{Health, MAX_R};
@@ -8,7 +10,6 @@ use controller_core::{Health, MAX_R};
 pub mod baseline;
 pub mod compared;
 pub mod in_process;
-pub mod remote;
 
 /// What one tick returns; every `f32` of a controller is exact in these `f64`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,25 +38,27 @@ impl Tick {
 pub enum PortError {
     /// The wire broke.
     Broken(String),
-    /// No answer in time: [`remote::LONGEST_WAIT`].
+    /// No answer in time.
     Silent {
         /// What was asked.
         asked: String,
         /// Bytes that came meanwhile and were no answer.
         heard: u64,
+        /// How long it was waited for.
+        within: Duration,
     },
     /// The target said no; in words.
     Refused(String),
     /// Two controllers that should agree to the last bit do not.
-    Differs(compared::Difference),
+    Differs(Difference),
 }
 
 impl fmt::Display for PortError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Broken(why) | Self::Refused(why) => f.write_str(why),
-            Self::Silent { asked, heard } => {
-                write!(f, "no answer to {asked} within {} s", remote::LONGEST_WAIT.as_secs())?;
+            Self::Silent { asked, heard, within } => {
+                write!(f, "no answer to {asked} within {} s", within.as_secs_f64())?;
                 if *heard > 0 { write!(f, ", but {heard} bytes that are none") } else { Ok(()) }
             }
             Self::Differs(difference) => difference.fmt(f),
@@ -64,6 +67,68 @@ impl fmt::Display for PortError {
 }
 
 impl std::error::Error for PortError {}
+
+/// An output of a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Field {
+    /// u.
+    U,
+    /// σ.
+    Sigma,
+    /// σ*.
+    SigmaStar,
+    /// Health.
+    Health,
+    /// An estimate, or a derivative of it.
+    Estimate {
+        /// From 1.
+        channel: usize,
+        /// 0 for d_hat itself.
+        derivative: usize,
+    },
+}
+
+impl fmt::Display for Field {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::U => f.write_str("u"),
+            Self::Sigma => f.write_str("sigma"),
+            Self::SigmaStar => f.write_str("sigma*"),
+            Self::Health => f.write_str("health"),
+            Self::Estimate { channel, derivative } => write!(f, "d_hat_{channel}{}", "'".repeat(*derivative)),
+        }
+    }
+}
+
+/// The first output that is not the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// Tick, from 0.
+    pub tick: u64,
+    /// Which output.
+    pub field: Field,
+    /// Its f32 bits elsewhere (health: its flags).
+    pub there: u32,
+    /// And here.
+    pub here: u32,
+}
+
+impl Difference {
+    /// How many bits differ.
+    pub const fn bits(&self) -> u32 {
+        (self.there ^ self.here).count_ones()
+    }
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { tick, field, there, here } = *self;
+        let value =
+            |bits| if field == Field::Health { String::new() } else { format!(" ({:e})", f32::from_bits(bits)) };
+        write!(f, "tick {tick}: {field} differs: {there:#010x}{} on the target", value(there))?;
+        write!(f, ", {here:#010x}{} here", value(here))
+    }
+}
 
 /// A controller at the end of a wire of any length.
 pub trait ControllerPort {

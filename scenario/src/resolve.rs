@@ -3,15 +3,15 @@
 use controller_core::{
     Benchmark, Fallback, JointChain, JointParameters, Limits, ObserverGains, Pole, ReachingLaw, Reading, Surface,
 };
+use loop_sim::port::baseline::BaselineSpec;
+use loop_sim::port::in_process::{ControllerSpec, Model, Precision};
+use loop_sim::signal::Term;
 
 use super::error::shown;
 use super::{
     ControllerKind, ControllerTable, ExpKey, FallbackKey, ObserverTable, ParametersTable, PlantKind, PlantTable,
     PrecisionKey, ReadingKey, Scenario, SensorTable, TermKind, TermTable,
 };
-use crate::port::baseline::BaselineSpec;
-use crate::port::in_process::{ControllerSpec, Model, Precision};
-use crate::signal::Term;
 
 /// Most ticks of one run: each is kept until the end, some 200 bytes, and written as a line.
 const MOST_TICKS: f64 = 2e6;

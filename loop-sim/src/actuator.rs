@@ -4,7 +4,7 @@
 //! drives the plant, each wrapper sits one link nearer to the controller, alters the demand and hands it inwards.
 //!
 //! ```
-//! use host_sim::actuator::{Actuator, Delayed, Ideal, Limited};
+//! use loop_sim::actuator::{Actuator, Delayed, Ideal, Limited};
 //! // The demand is limited first, then takes one tick to arrive.
 //! let mut actuator = Limited::new(Delayed::new(Ideal, 1), -10.0, 10.0);
 //! assert_eq!([50.0, 3.0, 0.0].map(|demand| actuator.drive(demand)), [0.0, 10.0, 3.0]);

@@ -11,14 +11,15 @@
 
 use std::time::{Duration, Instant};
 
+use loop_sim::MAX_ORDER;
+use loop_sim::port::in_process::{Download, ModelKind, Shape};
+use loop_sim::port::{ControllerPort, PortError, Tick};
 use pil_wire::{
     CORE_VERSION, Identity, Instance, LAYOUT_ID, LOAD, MAX_N, Model, Open, REPLY_LEN, Reason, Receiver, Refusal, Reply,
     Request, Ticked, VERSION,
 };
+use scenario::Experiment;
 
-use crate::MAX_ORDER;
-use crate::port::in_process::Download;
-use crate::port::{ControllerPort, PortError, Tick};
 use crate::transport::{Transport, TransportError};
 
 /// Longest wait for any answer.
@@ -30,6 +31,36 @@ impl From<TransportError> for PortError {
     fn from(TransportError(why): TransportError) -> Self {
         Self::Broken(why)
     }
+}
+
+/// The design of an experiment as a target can run it.
+///
+/// # Errors
+/// When it cannot; says what to change.
+pub fn for_target(experiment: &Experiment) -> Result<&Download, String> {
+    let name = &experiment.name;
+    match &experiment.download {
+        Some(download) if usize::from(download.shape.n) <= MAX_N => Ok(download),
+        Some(download) => Err(format!(
+            "{name}: a target carries plants up to order {MAX_N}, this one has order {}; host-sim run takes it",
+            download.shape.n
+        )),
+        None if experiment.spec.is_none() => {
+            Err(format!("{name}: a target carries the proposed controller only; set controller.kind=proposed"))
+        }
+        None => Err(format!("{name}: a target computes in f32; set controller.precision=f32")),
+    }
+}
+
+/// The tick of a design as the wire names it.
+pub const fn instance_of(shape: Shape) -> Instance {
+    let Shape { n, r, mask, model } = shape;
+    let model = match model {
+        ModelKind::Linear => Model::Linear,
+        ModelKind::BenchmarkLibm => Model::BenchmarkLibm,
+        ModelKind::BenchmarkMicromath => Model::BenchmarkMicromath,
+    };
+    Instance { n, r, mask, model }
 }
 
 /// What went over the wire.
@@ -58,7 +89,8 @@ impl<T: Transport> Remote<T> {
     /// # Errors
     /// When nothing answers, the wire breaks, or host and target do not fit: says what each of them has.
     pub fn connect(transport: T, reply_within: Duration, download: &Download) -> Result<Self, PortError> {
-        let Download { instance, numbers } = download;
+        let Download { shape, numbers } = download;
+        let instance = instance_of(*shape);
         let mut wire = Wire {
             transport,
             least: reply_within,
@@ -74,10 +106,10 @@ impl<T: Transport> Remote<T> {
 
         let done = |reply, asked: &str| match reply {
             Reply::Done => Ok(()),
-            Reply::Refused(refusal) => Err(PortError::Refused(in_words(&refusal, *instance))),
+            Reply::Refused(refusal) => Err(PortError::Refused(in_words(&refusal, instance))),
             _ => Err(PortError::Refused(format!("the target's answer to {asked} makes no sense"))),
         };
-        done(wire.ask(&Request::Open(Open::new(*instance, numbers)), "the design")?, "the design")?;
+        done(wire.ask(&Request::Open(Open::new(instance, numbers)), "the design")?, "the design")?;
         for (k, chunk) in numbers.chunks(LOAD).enumerate() {
             let mut numbers = [0.0; LOAD];
             numbers[..chunk.len()].copy_from_slice(chunk);
@@ -86,7 +118,7 @@ impl<T: Transport> Remote<T> {
         }
         done(wire.ask(&Request::Start, "the start")?, "the start")?;
         let observed = (0..usize::from(instance.n)).filter(|i| instance.mask >> i & 1 == 1).collect();
-        Ok(Self { wire, instance: *instance, observed, applied: f32::NAN, ticks: 0 })
+        Ok(Self { wire, instance, observed, applied: f32::NAN, ticks: 0 })
     }
 
     /// What went over the wire so far.
@@ -315,6 +347,6 @@ impl<T: Transport> Wire<T> {
     }
 
     fn silent(&self, asked: &str) -> PortError {
-        PortError::Silent { asked: asked.into(), heard: self.heard }
+        PortError::Silent { asked: asked.into(), heard: self.heard, within: LONGEST_WAIT }
     }
 }

@@ -3,21 +3,21 @@
 use std::ops::ControlFlow;
 
 use controller_core::ConfigError;
+use loop_sim::actuator::{self, Actuator};
+use loop_sim::closed_loop::{Loop, LoopError, close_loop};
+use loop_sim::metrics::{self, Metrics};
+use loop_sim::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel, Plant};
+use loop_sim::port::ControllerPort;
+use loop_sim::port::baseline::Baseline;
+use loop_sim::port::compared::Compared;
+use loop_sim::port::in_process::{self, ControllerSpec, Designed, Download};
+use loop_sim::sensor::{self, Sensor};
+use loop_sim::signal::Signal;
+use loop_sim::trace::{Row, Trace};
 use serde::Serialize;
 
 use super::resolve::{ControllerChoice, PlantChoice, Problem, Resolved};
 use super::{ActuatorTable, ControllerKind, ErrorTable, PrecisionKey, SensorTable};
-use crate::actuator::{self, Actuator};
-use crate::closed_loop::{Loop, LoopError, close_loop};
-use crate::metrics::{self, Metrics};
-use crate::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel, Plant};
-use crate::port::ControllerPort;
-use crate::port::baseline::Baseline;
-use crate::port::compared::Compared;
-use crate::port::in_process::{self, ControllerSpec, Designed, Download};
-use crate::sensor::{self, Sensor};
-use crate::signal::Signal;
-use crate::trace::{Row, Trace};
 
 /// A scenario ready to run.
 pub struct Experiment {
@@ -107,26 +107,6 @@ impl Experiment {
             periods: self.periods,
         };
         close_loop(setup, watch)
-    }
-
-    /// The design as a target can run it.
-    ///
-    /// # Errors
-    /// When it cannot; says what to change.
-    pub fn for_target(&self) -> Result<&Download, String> {
-        let name = &self.name;
-        match &self.download {
-            Some(download) if usize::from(download.instance.n) <= pil_wire::MAX_N => Ok(download),
-            Some(download) => Err(format!(
-                "{name}: a target carries plants up to order {}, this one has order {}; host-sim run takes it",
-                pil_wire::MAX_N,
-                download.instance.n
-            )),
-            None if self.controller.starts_with("baseline") => {
-                Err(format!("{name}: a target carries the proposed controller only; set controller.kind=proposed"))
-            }
-            None => Err(format!("{name}: a target computes in f32; set controller.precision=f32")),
-        }
     }
 
     /// Figures of merit of a trace of this scenario.

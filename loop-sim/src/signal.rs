@@ -101,7 +101,7 @@ fn quarter_turns(angle_rad: f64, k: u32) -> f64 {
 /// A sum of terms. The default has none: the signal 0.
 ///
 /// ```
-/// use host_sim::signal::{Signal, Term};
+/// use loop_sim::signal::{Signal, Term};
 /// // v = 1 + sin 2t, the input disturbance of Example 2.
 /// let v = Signal::new(vec![
 ///     Term::Const { amplitude: 1.0 },
