@@ -61,7 +61,7 @@ fn counted_tick_3(joint: &Joint<f32, 3>, state: &mut <Joint<f32, 3> as ControlLa
 
 fn ticks_2() {
     let (joint, mut noise) = (black_box(joint::<2>()), Noise::new(1));
-    let mut state = joint.start(&noise.sample(), &[0.0; 4]).expect("a finite sample");
+    let mut state = joint.start(&noise.sample()).expect("a finite sample");
     for _ in 0..TICKS {
         black_box(counted_tick_2(&joint, &mut state, &noise.sample()));
     }
@@ -69,7 +69,7 @@ fn ticks_2() {
 
 fn ticks_3() {
     let (joint, mut noise) = (black_box(joint::<3>()), Noise::new(1));
-    let mut state = joint.start(&noise.sample(), &[0.0; 4]).expect("a finite sample");
+    let mut state = joint.start(&noise.sample()).expect("a finite sample");
     for _ in 0..TICKS {
         black_box(counted_tick_3(&joint, &mut state, &noise.sample()));
     }

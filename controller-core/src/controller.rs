@@ -151,7 +151,7 @@ where
     M: NominalModel<T, N>,
 {
     /// The observed channels, from 0.
-    const CHANNELS: [usize; O] = design::observed(MASK);
+    pub const CHANNELS: [usize; O] = design::observed(MASK);
     const LAST: usize = N - 1;
 
     /// A controller of coefficients that were designed elsewhere, see [`Coefficients::from_numbers`].
@@ -334,6 +334,14 @@ where
         sigma + y[Self::LAST]
     }
 
+    /// The state before the first tick, with these A, B, C.
+    #[inline(always)]
+    fn begin(&self, x0: &[T; N], z: [[T; R]; O]) -> Option<State<T, M, N, R, MASK, O>> {
+        let offset = self.sigma(&Self::advanced(x0, &z), &z);
+        let all_sound = x0.iter().chain(z.as_flattened()).all(|&value| is_sound(value)) && is_sound(offset);
+        all_sound.then_some(State::resuming(z, offset, T::ZERO))
+    }
+
     /// θ, μ_2 and the unit of the estimate in slot s, see the module `design`.
     fn folding(&self, s: usize) -> (T, T, T) {
         let k = &self.coefficients;
@@ -394,15 +402,17 @@ where
     const NO_GUESS: [T; N] = [T::ZERO; N];
 
     /// The offset of Eq. (17) is taken here: give the first tick the same sample.
-    fn start(&self, x0: &[T; N], d_hat: &[T; N]) -> Option<Self::State> {
+    fn start_from(&self, x0: &[T; N], d_hat: &[T; N]) -> Option<Self::State> {
         let mut z = [[T::ZERO; R]; O];
         for s in 0..O {
             let i = Self::CHANNELS[s];
             z[s][0] = if i == Self::LAST { d_hat[i] / self.coefficients.input_gain } else { d_hat[i] };
         }
-        let offset = self.sigma(&Self::advanced(x0, &z), &z);
-        let all_sound = x0.iter().chain(z.as_flattened()).all(|&value| is_sound(value)) && is_sound(offset);
-        all_sound.then_some(State::resuming(z, offset, T::ZERO))
+        self.begin(x0, z)
+    }
+
+    fn start(&self, x0: &[T; N]) -> Option<Self::State> {
+        self.begin(x0, [[T::ZERO; R]; O])
     }
 
     #[inline]

@@ -83,7 +83,7 @@ pub use real::Real;
 #[doc(hidden)]
 pub use real::Sealed;
 #[doc(inline)]
-pub use running::{ControlLaw, RetuneError, Running, Words, WordsError};
+pub use running::{ControlLaw, Guessing, RetuneError, Running, Words, WordsError};
 #[doc(inline)]
 pub use shape::channels;
 #[doc(inline)]

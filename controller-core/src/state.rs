@@ -56,7 +56,7 @@ pub struct State<T, M, const N: usize, const R: usize, const MASK: u8, const O: 
 /// # };
 /// let controller = Motor::designed(&CONFIG, Linear::<f32, 2>::new(&NOMINAL));
 /// let x = [[0.1, 0.0]; 8];
-/// let state = controller.start(&x[0], &Motor::NO_GUESS).expect("a finite sample");
+/// let state = controller.start(&x[0]).expect("a finite sample");
 /// let mut lanes = state.lanes::<8>();
 /// let mut u = [0.0; 8];
 /// for l in 0..8 {

@@ -593,10 +593,10 @@ fn bits_of_exported_rust(name: &str, scenario: &str) -> Vec<u32> {
     let program = "use exported::*;
 fn main() {
     assert_eq!(EXPORTED_FOR, controller_core::VERSION);
-    let mut memory: Memory = None;
-    let output = CONTROLLER.tick_or_start(&mut memory, &INITIAL_ESTIMATES, &[0.5; INITIAL_ESTIMATES.len()]);
-    INITIAL_ESTIMATES.iter().for_each(|value| println!(\"{}\", value.to_bits()));
-    CONTROLLER.coefficients().numbers(|value| println!(\"{}\", value.to_bits()));
+    let mut running = RUNNING;
+    let output = running.tick(&[0.5; CONFIG.observers.len()]);
+    CONFIG.options.initial_estimates.iter().for_each(|value| println!(\"{}\", (*value as f32).to_bits()));
+    CONTROLLER.coefficients().numbers().for_each(|value| println!(\"{}\", value.to_bits()));
     println!(\"{}\", output.u.to_bits());
 }
 ";
