@@ -12,13 +12,10 @@
 //! random numbers from ChaCha8.
 
 pub mod actuator;
-pub mod budget;
 pub mod cli;
 pub mod closed_loop;
 pub mod export;
 pub mod figures;
-pub mod image_file;
-pub mod log;
 pub mod metrics;
 pub mod plant;
 pub mod port;

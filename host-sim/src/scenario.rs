@@ -21,7 +21,6 @@ mod error;
 mod resolve;
 
 pub use assemble::{Experiment, Mu};
-pub(crate) use error::nearest;
 pub use error::{ScenarioError, Source};
 
 use check::Fault;
@@ -506,7 +505,7 @@ pub fn parse(source: &Source<'_>, default_name: &str) -> Result<Experiment, Scen
     assemble::assemble(resolved).map_err(in_tree)
 }
 
-/// A TOML text that has been held against a schema; knows where each key stands. Not only scenarios are read so.
+/// A TOML text that has been held against a schema; knows where each key stands.
 pub(crate) struct Located<'a> {
     source: &'a Source<'a>,
     tree: document::Node,
