@@ -8,7 +8,7 @@ use controller_core::{
     Coefficients, Config, Controller, Fallback, Health, JointParameters, Limits, Linear, Nominal, ObserverGains,
     Options, ReachingLaw, Reading, Running, Surface,
 };
-use host_sim::transport::qemu::{Clock, Process, is_last};
+use cycle_bound::qemu::{Clock, Process, is_last};
 use integration_tests::data::path;
 use integration_tests::program::{Folder, host_sim};
 use std::fmt::Write as _;
