@@ -147,7 +147,7 @@ pub(super) fn resolve(file: Scenario, default_name: &str) -> Result<Resolved, Pr
     let (gains, observer_position) = observers(controller, plant.kind, n)?;
     let controller = match controller.kind {
         ControllerKind::Proposed => {
-            ControllerChoice::Proposed(Box::new(proposed(controller, plant.kind, n, nominal, gains)?))
+            ControllerChoice::Proposed(Box::new(proposed(controller, plant.kind, n, nominal, &gains)?))
         }
         ControllerKind::Baseline => ControllerChoice::Baseline(baseline(controller, plant.kind, &gains)?),
     };
@@ -512,7 +512,7 @@ fn proposed(
     kind: PlantKind,
     n: usize,
     nominal: NominalChannel,
-    observers: Gains,
+    observers: &Gains,
 ) -> Result<ControllerSpec, Problem> {
     let surface_c = surface(controller, kind, n)?;
     let NominalChannel { model, mut gradient, input_gain } = nominal;
