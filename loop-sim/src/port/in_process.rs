@@ -285,6 +285,11 @@ impl<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> Co
         }
     }
 
+    fn reset(&mut self) -> Result<(), PortError> {
+        self.state = None;
+        Ok(())
+    }
+
     fn observed(&self) -> &[usize] {
         &self.observed
     }
