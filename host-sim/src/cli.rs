@@ -372,7 +372,7 @@ impl Console<'_> {
         }
         let comparison = link.map(|link| compared(&trace, error.as_ref(), &link, started));
         let metrics = experiment.metrics(&trace);
-        let error = error.map(|error| reason(&error));
+        let error = error.map(|error| error.to_string());
         write_results(&folder, &experiment, &trace)?;
 
         if options.json {
@@ -421,10 +421,7 @@ impl Console<'_> {
                 self.note(&format!("{}: {label}", figure.id));
                 let (trace, error) = self.watched(&mut experiment, &mut None);
                 if let Some(error) = error {
-                    return Err(Failure {
-                        status: status::FAILED,
-                        message: format!("{}: {}", figure.id, reason(&error)),
-                    });
+                    return Err(Failure { status: status::FAILED, message: format!("{}: {error}", figure.id) });
                 }
                 if matches!(trace.ending, Ending::Interrupted { .. }) {
                     self.note(&format!(
@@ -570,13 +567,6 @@ fn write_results(folder: &Path, experiment: &Experiment, trace: &Trace) -> Resul
         figure.write(folder, &stem).map_err(told)?;
     }
     Ok(())
-}
-
-fn reason(error: &LoopError) -> String {
-    match error {
-        LoopError::Solver(error) => error.to_string(),
-        LoopError::Port(error) => error.to_string(),
-    }
 }
 
 /// As a word for programs, and as a sentence for people.

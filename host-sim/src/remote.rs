@@ -76,6 +76,8 @@ pub struct Traffic {
 pub struct Remote<T> {
     wire: Wire<T>,
     instance: Instance,
+    /// The design, to load it once more.
+    numbers: Vec<f32>,
     observed: Vec<usize>,
     /// What the actuator holds since the last tick; NaN if that was not told.
     applied: f32,
@@ -103,21 +105,9 @@ impl<T: Transport> Remote<T> {
         agree(&identity)?;
         wire.sequence = identity.last_sequence;
 
-        let done = |reply, asked: &str| match reply {
-            Reply::Done => Ok(()),
-            Reply::Refused(refusal) => Err(PortError::Refused(in_words(&refusal, instance))),
-            _ => Err(PortError::Refused(format!("the target's answer to {asked} makes no sense"))),
-        };
-        done(wire.ask(&Request::Open(Open::new(instance, numbers)), "the design")?, "the design")?;
-        for (k, chunk) in numbers.chunks(LOAD).enumerate() {
-            let mut numbers = [0.0; LOAD];
-            numbers[..chunk.len()].copy_from_slice(chunk);
-            let load = Request::Load { offset: (k * LOAD) as u32, numbers };
-            done(wire.ask(&load, "the design")?, "the design")?;
-        }
-        done(wire.ask(&Request::Start, "the start")?, "the start")?;
+        wire.load(instance, numbers)?;
         let observed = (0..usize::from(instance.n)).filter(|i| instance.mask >> i & 1 == 1).collect();
-        Ok(Self { wire, instance, observed, applied: f32::NAN, ticks: 0 })
+        Ok(Self { wire, instance, numbers: numbers.clone(), observed, applied: f32::NAN, ticks: 0 })
     }
 
     /// What went over the wire so far.
@@ -168,6 +158,12 @@ impl<T: Transport> ControllerPort for Remote<T> {
 
     fn applied(&mut self, u: f64) {
         self.applied = u as f32;
+    }
+
+    fn reset(&mut self) -> Result<(), PortError> {
+        self.wire.load(self.instance, &self.numbers)?;
+        (self.applied, self.ticks) = (f32::NAN, 0);
+        Ok(())
     }
 
     fn observed(&self) -> &[usize] {
@@ -285,6 +281,23 @@ impl<T: Transport> Wire<T> {
             }
         }
         Err(self.silent("the first question"))
+    }
+
+    /// Loads a design and starts it.
+    fn load(&mut self, instance: Instance, numbers: &[f32]) -> Result<(), PortError> {
+        let done = |reply, asked: &str| match reply {
+            Reply::Done => Ok(()),
+            Reply::Refused(refusal) => Err(PortError::Refused(in_words(&refusal, instance))),
+            _ => Err(PortError::Refused(format!("the target's answer to {asked} makes no sense"))),
+        };
+        done(self.ask(&Request::Open(Open::new(instance, numbers)), "the design")?, "the design")?;
+        for (k, chunk) in numbers.chunks(LOAD).enumerate() {
+            let mut numbers = [0.0; LOAD];
+            numbers[..chunk.len()].copy_from_slice(chunk);
+            let load = Request::Load { offset: (k * LOAD) as u32, numbers };
+            done(self.ask(&load, "the design")?, "the design")?;
+        }
+        done(self.ask(&Request::Start, "the start")?, "the start")
     }
 
     /// One request, one reply.

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! Plant -> Sensor -> ControllerPort -> Actuator -> (back to Plant)
-//!   `-> Trace -> Metrics
+//!   `-> Recorder (Trace) -> Metrics
 //! ```
 //!
 //! Every stage is a value-in, value-out step behind a small trait; [`closed_loop::close_loop`] is the one function that

@@ -87,26 +87,29 @@ impl Experiment {
         other: Option<&mut dyn ControllerPort>,
         watch: &mut dyn FnMut(&Row) -> ControlFlow<()>,
     ) -> (Trace, Option<LoopError>) {
-        let here = self.port.as_mut();
         let mut compared;
-        let port: &mut dyn ControllerPort = match other {
-            Some(other) => {
-                compared = Compared::new(other, here);
-                &mut compared
-            }
-            None => here,
-        };
-        let setup = Loop {
+        let mut setup = self.setup();
+        if let Some(other) = other {
+            compared = Compared::new(other, setup.port);
+            setup.port = &mut compared;
+        }
+        let mut trace = setup.trace();
+        let error = close_loop(setup, &mut (&mut trace, watch)).err();
+        (trace, error)
+    }
+
+    /// The loop of this experiment, for [`close_loop`] with a recorder of one's own.
+    pub fn setup(&mut self) -> Loop<'_> {
+        Loop {
             plant: self.plant.as_ref(),
             sensor: self.sensor.as_mut(),
-            port,
+            port: self.port.as_mut(),
             actuator: self.actuator.as_mut(),
             report: self.report,
             x0: &self.x0,
             period_s: self.period_s,
             periods: self.periods,
-        };
-        close_loop(setup, watch)
+        }
     }
 
     /// Figures of merit of a trace of this scenario.

@@ -13,7 +13,6 @@ use loop_sim::port::in_process::{ControllerSpec, Model, Precision, build};
 use loop_sim::sensor::Sensor;
 use loop_sim::trace::{Ending, Trace};
 use loop_sim::{actuator, sensor};
-use std::ops::ControlFlow;
 
 /// A plant, its controller and where it starts.
 pub struct Run<'a> {
@@ -113,8 +112,8 @@ impl Run<'_> {
             period_s: spec.period_s,
             periods: (self.span_s / spec.period_s).round() as usize,
         };
-        let (trace, error) = close_loop(setup, &mut |_| ControlFlow::Continue(()));
-        assert!(error.is_none(), "{error:?}");
+        let mut trace = setup.trace();
+        close_loop(setup, &mut trace).unwrap_or_else(|error| panic!("{error}"));
         trace
     }
 

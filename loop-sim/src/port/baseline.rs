@@ -63,6 +63,11 @@ impl ControllerPort for Baseline {
 
     fn applied(&mut self, _u: f64) {}
 
+    fn reset(&mut self) -> Result<(), PortError> {
+        self.last = None;
+        Ok(())
+    }
+
     fn observed(&self) -> &[usize] {
         &[0]
     }

@@ -183,6 +183,11 @@ impl<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> Co
         self.running.report_applied(T::from_f64(u));
     }
 
+    fn reset(&mut self) -> Result<(), PortError> {
+        self.state = None;
+        Ok(())
+    }
+
     fn observed(&self) -> &[usize] {
         &Controller::<T, AnyModel<T, N>, N, R, MASK, O>::CHANNELS
     }
