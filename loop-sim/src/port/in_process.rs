@@ -184,7 +184,7 @@ impl<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> Co
     }
 
     fn reset(&mut self) -> Result<(), PortError> {
-        self.state = None;
+        self.running.reset();
         Ok(())
     }
 
