@@ -1,5 +1,5 @@
-//! The controller, wherever it runs: in this process, as the baseline of reference \[1\], or, by a [`ControllerPort`] of
-//! another crate, at the far end of a wire.
+//! The controller, wherever it runs: in this process, as the baseline of reference \[1\], or, by a [`ControllerPort`]
+//! of another crate, at the far end of a wire.
 
 use std::fmt;
 use std::time::Duration;

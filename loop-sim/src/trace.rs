@@ -1,7 +1,7 @@
 //! What a run tells: one [`Row`] per tick, and how it ended.
 //!
-//! A [`Recorder`] takes the rows as they are made. `()` keeps nothing, a [`Trace`] keeps all of them, a closure sees each
-//! and may end the run, and a pair `(&mut a, &mut b)` is both of its halves.
+//! A [`Recorder`] takes the rows as they are made. `()` keeps nothing, a [`Trace`] keeps all of them, a closure sees
+//! each and may end the run, and a pair `(&mut a, &mut b)` is both of its halves.
 
 use std::ops::ControlFlow;
 

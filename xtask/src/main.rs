@@ -16,6 +16,7 @@ mod setup;
 mod step;
 mod test;
 mod thumb;
+mod wasm;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -28,11 +29,11 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 8] = [
+const ACTIONS: [Action; 9] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
-        help: "setup, then format, lints, docs, paper map, images, tests, budgets, fuzzing, builds for thumb",
+        help: "setup, then format, lints, docs, paper map, images, tests, budgets, fuzzing, thumb, WebAssembly",
         run: test::run,
     },
     Action { name: "firmware", help: "build the images for the chip and say how large they are", run: firmware::run },
@@ -44,6 +45,11 @@ const ACTIONS: [Action; 8] = [
     },
     Action { name: "capi", help: "build archive, header and examples for firmware in C", run: capi::run },
     Action { name: "fuzz", help: "libFuzzer against the target's side of the wire", run: fuzz::run },
+    Action {
+        name: "wasm",
+        help: "the closed loop in WebAssembly: builds, and has the bits of this machine",
+        run: wasm::run,
+    },
     Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
 ];
 

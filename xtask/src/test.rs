@@ -1,7 +1,7 @@
 //! The whole gate, cheapest steps first, so that a slip is told in seconds.
 
 use crate::step::{Gate, Invocation, Outcome};
-use crate::{bench, budget, capi, docs, firmware, fuzz, paper_map, scan, setup, thumb};
+use crate::{bench, budget, capi, docs, firmware, fuzz, paper_map, scan, setup, thumb, wasm};
 
 /// Features of controller-core; every combination must build and be free of warnings.
 const FEATURES: [&str; 3] = ["analysis", "defmt", "serde"];
@@ -41,7 +41,8 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     )?;
     budget::judge(gate)?;
     fuzz::run(gate)?;
-    thumb::run(gate, &sets)
+    thumb::run(gate, &sets)?;
+    wasm::run(gate)
 }
 
 /// All subsets of [`FEATURES`], as cargo reads them.
