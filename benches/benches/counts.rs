@@ -14,7 +14,7 @@ use std::hint::black_box;
 use std::process::{Command, ExitCode};
 
 use benches::{Joint, Noise, joint};
-use controller_core::State;
+use controller_core::ControlLaw;
 
 /// With which the ceilings were measured; set them anew with another one.
 const COMPILER: &str = "rustc 1.95.0 (59807616e 2026-04-14) for x86_64-unknown-linux-gnu, checks on";
@@ -50,12 +50,12 @@ const SUBJECTS: [Subject; 3] = [
 ];
 
 #[inline(never)]
-fn counted_tick_2(joint: &Joint<f32, 2>, state: &mut State<f32, 2, 2>, x: &[f32; 4]) -> f32 {
+fn counted_tick_2(joint: &Joint<f32, 2>, state: &mut <Joint<f32, 2> as ControlLaw>::State, x: &[f32; 4]) -> f32 {
     joint.tick(state, x).u
 }
 
 #[inline(never)]
-fn counted_tick_3(joint: &Joint<f32, 3>, state: &mut State<f32, 3, 2>, x: &[f32; 4]) -> f32 {
+fn counted_tick_3(joint: &Joint<f32, 3>, state: &mut <Joint<f32, 3> as ControlLaw>::State, x: &[f32; 4]) -> f32 {
     joint.tick(state, x).u
 }
 

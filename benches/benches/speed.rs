@@ -4,6 +4,7 @@
 
 mod subjects;
 
+use controller_core::ControlLaw;
 use std::hint::black_box;
 use std::time::Duration;
 

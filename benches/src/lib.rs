@@ -14,12 +14,12 @@
 use core::ffi::c_void;
 
 use controller_core::{
-    Coefficients, Config, Controller, Fallback, FlexibleJoint, JointParameters, LAYOUT, Limits, Nominal, NominalModel,
-    ObserverGains, ReachingLaw, Reading, Real, Surface, channels,
+    Coefficients, Config, Controller, FlexibleJoint, JointParameters, LAYOUT, Limits, Nominal, NominalModel,
+    ObserverGains, Options, ReachingLaw, Reading, Real, Surface, channels,
 };
 
 /// The shipped controller of the joint.
-pub type Joint<T, const R: usize> = Controller<T, FlexibleJoint<T>, 4, R, { channels([2, 4]) }, 2>;
+pub type Joint<T, const R: usize> = Controller<T, FlexibleJoint<T>, 4, R, { channels(4, 2, [2, 4]) }, 2>;
 
 /// What the design knows of the joint.
 pub const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
@@ -33,10 +33,7 @@ pub const fn config<const R: usize>() -> Config<4, R> {
         observers: [None, Some(observer), None, Some(observer)],
         reaching: ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 },
         nominal: NOMINAL,
-        limits: Limits::symmetric(300.0),
-        fallback: Fallback::HoldLast,
-        sigma_star_bound: 10.0,
-        observer_pole_limit: 1.0,
+        options: Options::NEUTRAL.with_limits(Limits::symmetric(300.0)).with_sigma_star_bound(10.0),
     }
 }
 
@@ -120,14 +117,7 @@ impl<T: Real, const R: usize> TunedDesign<T, R> {
     where
         FlexibleJoint<T>: NominalModel<T, 4>,
     {
-        // As many as the largest order has.
-        let mut numbers = [T::ZERO; 16 + 2 * 4 + 3 * 2 * 3];
-        let mut count = 0;
-        coefficients.numbers(|number| {
-            numbers[count] = number;
-            count += 1;
-        });
-        let mut numbers = numbers.into_iter();
+        let mut numbers = coefficients.numbers();
         let mut next = || numbers.next().unwrap_or(T::ZERO);
         let unit = |j: usize| model.drift(&core::array::from_fn(|i| if i == j { T::from_f64(1.0) } else { T::ZERO }));
         // The fields of a literal are computed in the order in which they stand.

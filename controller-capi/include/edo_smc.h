@@ -91,7 +91,8 @@ enum {
     EDO_SMC_OBSERVER_NOT_FINITE = -36,      /* a gain is NaN or infinite */
     EDO_SMC_OBSERVER_NOT_HURWITZ = -37,     /* the observer would diverge */
     EDO_SMC_OBSERVER_TOO_FAST = -38,        /* fastest pole times period above observer_pole_limit */
-    EDO_SMC_COEFFICIENT_RANGE = -39         /* a coefficient overflows or vanishes in float: check the units */
+    EDO_SMC_COEFFICIENT_RANGE = -39,        /* a coefficient overflows or vanishes in float: check the units */
+    EDO_SMC_OTHER_RULE = -40                /* a rule of the library that this header does not name */
 };
 
 /* Bits of output.health. */

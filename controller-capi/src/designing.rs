@@ -3,7 +3,7 @@
 //! It is arithmetic of 64 bits, in software on a Cortex-M4F: for a start-up, not for an interrupt.
 
 use controller_core::{
-    Config, Controller, Fallback, Limits, Linear, MAX_N, Nominal, ObserverGains, ReachingLaw, Surface,
+    Config, Controller, Fallback, Limits, Linear, MAX_N, Nominal, ObserverGains, Options, ReachingLaw, Surface,
 };
 
 use crate::VERSION;
@@ -105,10 +105,11 @@ fn designed<const N: usize, const R: usize, const MASK: u8, const O: usize>(
         observers,
         reaching: ReachingLaw { k_l: from.k_l, k_s: from.k_s, epsilon: from.epsilon },
         nominal,
-        limits: Limits { min: from.u_min, max: from.u_max },
-        fallback,
-        sigma_star_bound: from.sigma_star_bound,
-        observer_pole_limit: from.observer_pole_limit,
+        options: Options::NEUTRAL
+            .with_limits(Limits { min: from.u_min, max: from.u_max })
+            .with_fallback(fallback)
+            .with_sigma_star_bound(from.sigma_star_bound)
+            .with_observer_pole_limit(from.observer_pole_limit),
     };
     let controller = Controller::<f32, _, N, R, MASK, O>::design(&config, Linear::<f32, N>::new(&nominal))
         .map_err(|error| (Status::of(&error), error.channel().map_or(0, |channel| channel as u32)))?;

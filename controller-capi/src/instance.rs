@@ -8,7 +8,7 @@
 
 use core::mem::{MaybeUninit, offset_of};
 
-use controller_core::{Coefficients, Controller, Linear, Output, State};
+use controller_core::{Coefficients, ControlLaw, Controller, Linear, Output, State};
 
 use crate::VERSION;
 use crate::status::{Status, answer, is_place, overlap, place, sized_place};
@@ -21,16 +21,22 @@ pub struct Design<const N: usize, const R: usize, const MASK: u8, const O: usize
     pub(crate) instance: u32,
     /// Guess of the disturbances to start with, in their physical units.
     pub(crate) d_hat: [f32; N],
-    pub(crate) controller: Controller<f32, Linear<f32, N>, N, R, MASK, O>,
+    pub(crate) controller: Law<N, R, MASK, O>,
 }
+
+/// A controller of the archive, and what it remembers.
+type Law<const N: usize, const R: usize, const MASK: u8, const O: usize> =
+    Controller<f32, Linear<f32, N>, N, R, MASK, O>;
+type StateOf<const N: usize, const R: usize, const MASK: u8, const O: usize> =
+    State<f32, Linear<f32, N>, N, R, MASK, O>;
 
 /// A state: `edo_smc_state_*_t`.
 #[repr(C)]
-pub struct Held<const R: usize, const O: usize> {
+pub struct Held<const N: usize, const R: usize, const MASK: u8, const O: usize> {
     /// Address of the design it belongs to.
     design: usize,
     tag: u32,
-    state: MaybeUninit<State<f32, R, O>>,
+    state: MaybeUninit<StateOf<N, R, MASK, O>>,
 }
 
 /// n, r and channels as bytes.
@@ -61,10 +67,10 @@ pub(crate) const fn assert_layout<const N: usize, const R: usize, const MASK: u8
     assert!(size_of::<Design<N, R, MASK, O>>() == 8 + 4 * N + coefficients + 4 * N);
     assert!(align_of::<Design<N, R, MASK, O>>() == 4);
     let words = O * R + 2 * O + 4;
-    assert!(size_of::<State<f32, R, O>>() == 4 * words);
+    assert!(size_of::<StateOf<N, R, MASK, O>>() == 4 * words);
     let packed = size_of::<usize>() + 4 + 4 * words;
-    assert!(size_of::<Held<R, O>>() == packed.next_multiple_of(size_of::<usize>()));
-    assert!(align_of::<Held<R, O>>() == align_of::<usize>());
+    assert!(size_of::<Held<N, R, MASK, O>>() == packed.next_multiple_of(size_of::<usize>()));
+    assert!(align_of::<Held<N, R, MASK, O>>() == align_of::<usize>());
     assert!(size_of::<Output<f32>>() == 16 && offset_of!(Output<f32>, health) == 12);
 }
 
@@ -81,9 +87,8 @@ impl<const N: usize, const R: usize, const MASK: u8, const O: usize> Design<N, R
             return Err(Status::INSTANCE);
         }
         let row = self.controller.model().row();
-        let mut finite = true;
-        self.controller.coefficients().numbers(|number| finite &= number.is_finite());
-        if !finite || !self.d_hat.iter().chain(row).all(|number| number.is_finite()) {
+        let mut numbers = self.controller.coefficients().numbers();
+        if !numbers.all(f32::is_finite) || !self.d_hat.iter().chain(row).all(|number| number.is_finite()) {
             return Err(Status::NOT_FINITE);
         }
         if self.controller.coefficients().can_be_designed() { Ok(()) } else { Err(Status::COEFFICIENTS) }
@@ -95,7 +100,7 @@ impl<const N: usize, const R: usize, const MASK: u8, const O: usize> Design<N, R
 pub(crate) unsafe fn init<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     design: *const Design<N, R, MASK, O>,
     design_size: usize,
-    state: *mut Held<R, O>,
+    state: *mut Held<N, R, MASK, O>,
     state_size: usize,
 ) -> Status {
     let places = || {
@@ -121,7 +126,7 @@ pub(crate) unsafe fn init<const N: usize, const R: usize, const MASK: u8, const 
 #[inline(always)]
 pub(crate) unsafe fn tick<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     design: *const Design<N, R, MASK, O>,
-    state: *mut Held<R, O>,
+    state: *mut Held<N, R, MASK, O>,
     x: *const [f32; N],
     output: *mut Output<f32>,
 ) -> Status {
@@ -158,9 +163,9 @@ pub(crate) unsafe fn tick<const N: usize, const R: usize, const MASK: u8, const 
 
 /// The byte of a state that must be 0 or 1.
 #[inline(always)]
-fn flag_is_sound<const R: usize, const O: usize>(held: &Held<R, O>) -> bool {
+fn flag_is_sound<const N: usize, const R: usize, const MASK: u8, const O: usize>(held: &Held<N, R, MASK, O>) -> bool {
     // SAFETY: the byte lies within the state.
-    unsafe { held.state.as_ptr().cast::<u8>().add(State::<f32, R, O>::FLAG_AT).read() <= 1 }
+    unsafe { held.state.as_ptr().cast::<u8>().add(StateOf::<N, R, MASK, O>::FLAG_AT).read() <= 1 }
 }
 
 /// The first good sample starts a state; until then the fallback goes out. Apart, so that a tick keeps its registers.
@@ -171,7 +176,7 @@ fn flag_is_sound<const R: usize, const O: usize>(held: &Held<R, O>) -> bool {
 #[inline(never)]
 unsafe fn start<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     design: *const Design<N, R, MASK, O>,
-    state: *mut Held<R, O>,
+    state: *mut Held<N, R, MASK, O>,
     x: *const [f32; N],
     output: *mut Output<f32>,
 ) -> Status {
@@ -200,7 +205,7 @@ unsafe fn start<const N: usize, const R: usize, const MASK: u8, const O: usize>(
 /// # Safety
 /// A pointer that is not NULL points to memory of a state.
 pub(crate) unsafe fn applied<const N: usize, const R: usize, const MASK: u8, const O: usize>(
-    state: *mut Held<R, O>,
+    state: *mut Held<N, R, MASK, O>,
     u: f32,
 ) -> Status {
     if let Err(status) = place(state) {
@@ -218,14 +223,14 @@ pub(crate) unsafe fn applied<const N: usize, const R: usize, const MASK: u8, con
         return Status::DAMAGED;
     }
     // SAFETY: any bit pattern is a state whose flag is 0 or 1.
-    let sound = unsafe { held.state.assume_init_mut() }.applied(u);
+    let sound = Law::<N, R, MASK, O>::report_applied(unsafe { held.state.assume_init_mut() }, u);
     if sound { Status::OK } else { Status::NOT_FINITE }
 }
 
 /// # Safety
 /// A pointer that is not NULL points to memory of a state.
 pub(crate) unsafe fn reset<const N: usize, const R: usize, const MASK: u8, const O: usize>(
-    state: *mut Held<R, O>,
+    state: *mut Held<N, R, MASK, O>,
 ) -> Status {
     if let Err(status) = place(state) {
         return status;

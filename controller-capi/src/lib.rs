@@ -2,7 +2,7 @@
 //!
 //! A tick is a type in Rust: plant order n, observer order r and the set of observed channels. For C each of them is a
 //! handful of functions with that set in their names, `edo_smc_tick_n4_r2_c24`; so an absent channel costs nothing here
-//! either. The list at the end of this file is all there is: the orders (2,1), (2,2), (3,2), (4,2), (4,3), each with
+//! either. `controller_core::shapes!(archive)` is all there is: the orders (2,1), (2,2), (3,2), (4,2), (4,3), each with
 //! every set of channels that holds the driven one and that Eq. (44) allows (channel i < n needs an order of n - i).
 //! a(x) is linear, a row of the design; what it does not say, the observers estimate.
 //!
@@ -49,7 +49,7 @@ macro_rules! instances {
             use super::{CConfig, Design, Held, Output, Status, designing, instance};
 
             type ThisDesign = Design<$n, $r, $mask, $o>;
-            type ThisState = Held<$r, $o>;
+            type ThisState = Held<$n, $r, $mask, $o>;
             type ThisConfig = CConfig<$n, $r, $o>;
 
             const _: () = {
@@ -140,25 +140,4 @@ macro_rules! instances {
 }
 
 // Beside each other in edo_smc.h; the suite holds the two lists together.
-instances! {
-    n2_r1_c2: 2 1 0b10 1,
-    n2_r1_c12: 2 1 0b11 2,
-    n2_r2_c2: 2 2 0b10 1,
-    n2_r2_c12: 2 2 0b11 2,
-    n3_r2_c3: 3 2 0b100 1,
-    n3_r2_c13: 3 2 0b101 2,
-    n3_r2_c23: 3 2 0b110 2,
-    n3_r2_c123: 3 2 0b111 3,
-    n4_r2_c4: 4 2 0b1000 1,
-    n4_r2_c24: 4 2 0b1010 2,
-    n4_r2_c34: 4 2 0b1100 2,
-    n4_r2_c234: 4 2 0b1110 3,
-    n4_r3_c4: 4 3 0b1000 1,
-    n4_r3_c14: 4 3 0b1001 2,
-    n4_r3_c24: 4 3 0b1010 2,
-    n4_r3_c124: 4 3 0b1011 3,
-    n4_r3_c34: 4 3 0b1100 2,
-    n4_r3_c134: 4 3 0b1101 3,
-    n4_r3_c234: 4 3 0b1110 3,
-    n4_r3_c1234: 4 3 0b1111 4,
-}
+controller_core::shapes!(archive => instances);

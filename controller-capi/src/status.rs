@@ -2,7 +2,7 @@
 //!
 //! The numbers are those of `edo_smc.h`. They never change; a new one gets a new number.
 
-use controller_core::ConfigError;
+use controller_core::{Cause, ConfigError};
 
 /// A status as C sees it.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -35,26 +35,27 @@ impl Status {
 
     /// Why a configuration is refused.
     pub(crate) const fn of(error: &ConfigError) -> Self {
-        Self(match error {
-            ConfigError::NotFinite { .. } => -21,
-            ConfigError::PeriodNotPositive { .. } => -22,
-            ConfigError::InputGainZero => -23,
-            ConfigError::SurfaceLead { .. } => -24,
-            ConfigError::SurfaceNotHurwitz => -25,
-            ConfigError::OffsetDecayNotPositive { .. } => -26,
-            ConfigError::OffsetDecayTooSlow { .. } => -27,
-            ConfigError::Negative { .. } => -28,
-            ConfigError::BoundaryLayerEmpty { .. } => -29,
-            ConfigError::LimitsTooWide { .. } => -30,
-            ConfigError::LimitsReversed { .. } => -31,
-            ConfigError::FallbackOutsideLimits { .. } => -32,
-            ConfigError::ChannelMismatch { .. } => -33,
-            ConfigError::ObserverOrder { .. } => -34,
-            ConfigError::OrderTooLow { .. } => -35,
-            ConfigError::ObserverNotFinite { .. } => -36,
-            ConfigError::ObserverNotHurwitz { .. } => -37,
-            ConfigError::ObserverTooFast { .. } => -38,
-            ConfigError::CoefficientRange => -39,
+        Self(match error.cause {
+            Cause::NotFinite => -21,
+            Cause::PeriodNotPositive { .. } => -22,
+            Cause::InputGainZero => -23,
+            Cause::SurfaceLead { .. } => -24,
+            Cause::SurfaceNotHurwitz => -25,
+            Cause::OffsetDecayNotPositive { .. } => -26,
+            Cause::OffsetDecayTooSlow { .. } => -27,
+            Cause::Negative => -28,
+            Cause::BoundaryLayerEmpty { .. } => -29,
+            Cause::LimitsTooWide { .. } => -30,
+            Cause::LimitsReversed { .. } => -31,
+            Cause::FallbackOutsideLimits { .. } => -32,
+            Cause::ChannelMismatch { .. } => -33,
+            Cause::ObserverOrder { .. } => -34,
+            Cause::OrderTooLow { .. } => -35,
+            Cause::ObserverNotFinite => -36,
+            Cause::ObserverNotHurwitz => -37,
+            Cause::ObserverTooFast { .. } => -38,
+            Cause::CoefficientRange => -39,
+            _ => -40,
         })
     }
 }

@@ -404,8 +404,8 @@ fn spectrum(matrix: &Matrix3<f64>) -> Result<(f64, f64), BoundsError> {
 mod tests {
     extern crate std;
     use super::*;
-    use crate::Fallback;
-    use crate::law::Limits;
+    use crate::config::Options;
+    use crate::error::{Cause, Field};
     use crate::model::Nominal;
     use crate::observer::Pole;
     use crate::surface::Surface;
@@ -425,11 +425,12 @@ mod tests {
             observers,
             reaching,
             nominal: Nominal { gradient: [0.0; N], input_gain: 1.0 },
-            limits: Limits::NONE,
-            fallback: Fallback::HoldLast,
-            sigma_star_bound: 1e12,
-            observer_pole_limit: 1.0,
+            options: Options::NEUTRAL,
         }
+    }
+
+    fn refused(cause: Cause) -> BoundsError {
+        BoundsError::Config(ConfigError::new(Field::Observer { channel: 1 }, cause))
     }
 
     fn linear(k_l: f64) -> ReachingLaw {
@@ -784,9 +785,9 @@ mod tests {
         assert_eq!(ultimate(&with(gains), &mu(f64::NAN)), invalid);
         let undamped = ObserverGains::as_printed([1e-3, 100.0]);
         assert_eq!(ultimate(&with(undamped), &mu(1.0)), Err(BoundsError::NearlyUndamped));
-        let order = BoundsError::Config(ConfigError::ObserverOrder { channel: 1, order: 3, capacity: 2 });
+        let order = refused(Cause::ObserverOrder { order: 3, capacity: 2 });
         assert_eq!(ultimate(&with(ObserverGains { order: 3, l: [1.0; 2] }), &mu(1.0)), Err(order));
-        let not_hurwitz = BoundsError::Config(ConfigError::ObserverNotHurwitz { channel: 1 });
+        let not_hurwitz = refused(Cause::ObserverNotHurwitz);
         assert_eq!(ultimate(&with(ObserverGains::as_printed([-1.0, 2.0])), &mu(1.0)), Err(not_hurwitz));
         // What is not known is infinite, never a NaN.
         let unknown = ultimate(&with(gains), &mu(f64::INFINITY)).unwrap();

@@ -1,17 +1,20 @@
 //! A whole design in SI units, and every rule it must keep.
 //!
-//! [`Config`] is a full struct literal: every number is visible where it is used. [`Config::validate`] refuses what the
-//! theory refuses, and names channel, equation and remedy; [`Config::warnings`] remarks on what is near an edge.
+//! [`Config`] is a full struct literal: what every design must say is visible where it is used. What has a neutral value
+//! is in its [`Options`]. A [`Config`] has the orders in its type; [`AnyConfig`] has them as numbers, for whoever reads
+//! them from a file or a wire. Both are checked by the same rules, which name field, cause and remedy.
 
-use crate::error::{ConfigError, Warning, Warnings};
+use crate::error::{Cause, ConfigError, Field, Warning, Warnings};
 use crate::law::{Limits, ReachingLaw};
 use crate::model::Nominal;
 use crate::observer::ObserverGains;
-use crate::surface::Surface;
+use crate::surface::{self, Surface};
+use crate::{MAX_N, MAX_R, assert_order};
 
-/// Largest |u| that the law may ask for, that limits may allow and that [`State::applied`](crate::State::applied)
-/// takes. A sample that makes the law ask for more is rejected as one that is not finite: whatever is wrong with x,
-/// a(x), b(x) or a sum on the way ends up in the demand, so that one comparison at the end of the tick guards them all.
+/// Largest |u| that the law may ask for, that limits may allow and that
+/// [`Running::report_applied`](crate::Running::report_applied) takes. A sample that makes the law ask for more is
+/// rejected as one that is not finite: whatever is wrong with x, a(x), b(x) or a sum on the way ends up in the demand,
+/// so that one comparison at the end of the tick guards them all.
 pub const INPUT_LIMIT: f64 = 1e12;
 
 /// Half a unit in the last place of f32 is 6e-8: a smaller decrement per tick would leave the offset as it is.
@@ -32,6 +35,22 @@ pub enum Fallback {
 }
 
 /// A whole design, every number visible where it is used.
+///
+/// ```
+/// use controller_core::*;
+/// // A motor: 2e-4 kg m², 0.05 N m/A, viscous friction 1e-4 N m s/rad, 10 A.
+/// const NOMINAL: Nominal<2> = Nominal { gradient: [0.0, -1e-4 / 2e-4], input_gain: 0.05 / 2e-4 };
+/// const CONFIG: Config<2, 1> = Config {
+///     period_s: 1e-3,
+///     surface: Surface::from_bandwidth(20.0, 10.0),
+///     observers: [None, Some(ObserverGains::from_bandwidth::<1>(100.0))],
+///     reaching: ReachingLaw { k_l: 100.0, k_s: 0.0, epsilon: 0.01 },
+///     nominal: NOMINAL,
+///     options: Options::NEUTRAL.with_limits(Limits::symmetric(10.0)).with_fallback(Fallback::Safe(0.0)),
+/// };
+/// assert_eq!(CONFIG.validate(), Ok(()));
+/// assert!(CONFIG.warnings().is_empty());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config<const N: usize, const R: usize> {
@@ -45,6 +64,18 @@ pub struct Config<const N: usize, const R: usize> {
     pub reaching: ReachingLaw,
     /// b_0 and the gradient of a that the law allows for inside the tick.
     pub nominal: Nominal<N>,
+    /// What has a neutral value.
+    pub options: Options<N>,
+}
+
+/// What a design need not say: start from [`Options::NEUTRAL`] and change what is yours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct Options<const N: usize> {
+    /// Guess of d_1..d_n at the start, each in its physical unit; for [`Running::guessing`](crate::Running::guessing).
+    /// Entries of channels without an observer are not read.
+    pub initial_estimates: [f64; N],
     /// Clamp of u, in the plant's input unit.
     pub limits: Limits,
     /// What goes out when a sample is rejected.
@@ -55,158 +86,344 @@ pub struct Config<const N: usize, const R: usize> {
     pub observer_pole_limit: f64,
 }
 
+/// Every option: type, neutral value, setter.
+macro_rules! options {
+    ($($name:ident: $type:ty = $neutral:expr, $set:ident;)*) => {
+        impl<const N: usize> Options<N> {
+            /// Nothing known of the disturbances, no limit, the last u held on a lost sample, no alarm below 1e12, no
+            /// observer pole faster than 1/T.
+            pub const NEUTRAL: Self = Self { $($name: $neutral),* };
+
+            $(#[doc = concat!("The same with this [`", stringify!($name), "`](Self::", stringify!($name), ").")]
+            #[must_use]
+            pub const fn $set(mut self, $name: $type) -> Self {
+                self.$name = $name;
+                self
+            })*
+
+            /// The calls that make these of [`NEUTRAL`](Self::NEUTRAL), for whoever writes a design out as Rust.
+            #[doc(hidden)]
+            pub fn calls(&self) -> impl Iterator<Item = (&'static str, &dyn core::fmt::Debug)> {
+                let calls: [(&'static str, &dyn core::fmt::Debug); _] = [$((stringify!($set), &self.$name)),*];
+                calls.into_iter()
+            }
+        }
+    };
+}
+options! {
+    initial_estimates: [f64; N] = [0.0; N], with_initial_estimates;
+    limits: Limits = Limits::NONE, with_limits;
+    fallback: Fallback = Fallback::HoldLast, with_fallback;
+    sigma_star_bound: f64 = INPUT_LIMIT, with_sigma_star_bound;
+    observer_pole_limit: f64 = 1.0, with_observer_pole_limit;
+}
+
 impl<const N: usize, const R: usize> Config<N, R> {
     /// Checks every rule of the theory.
     ///
     /// # Errors
-    /// The first rule that is broken, with channel, equation and remedy.
+    /// The first rule that is broken: field, cause with channel and equation, remedy.
     pub const fn validate(&self) -> Result<(), ConfigError> {
-        if let Some(field) = self.not_finite() {
-            return Err(ConfigError::NotFinite { field });
-        }
-        if self.period_s <= 0.0 {
-            return Err(ConfigError::PeriodNotPositive { period_s: self.period_s });
-        }
-        if self.nominal.input_gain == 0.0 {
-            return Err(ConfigError::InputGainZero);
-        }
-        if self.surface.c[N - 1] != 1.0 {
-            return Err(ConfigError::SurfaceLead { c_n: self.surface.c[N - 1] });
-        }
-        if !self.surface.is_hurwitz() {
-            return Err(ConfigError::SurfaceNotHurwitz);
-        }
-        if self.surface.alpha_per_s <= 0.0 {
-            return Err(ConfigError::OffsetDecayNotPositive { alpha_per_s: self.surface.alpha_per_s });
-        }
-        let alpha_times_period = self.surface.alpha_per_s * self.period_s;
-        if alpha_times_period < SLOWEST_DECAY {
-            return Err(ConfigError::OffsetDecayTooSlow { alpha_times_period });
-        }
-        let ReachingLaw { k_l, k_s, epsilon } = self.reaching;
-        let non_negative = [
-            (k_l, "reaching.k_l"),
-            (k_s, "reaching.k_s"),
-            (self.sigma_star_bound, "sigma_star_bound"),
-            (self.observer_pole_limit, "observer_pole_limit"),
-        ];
-        let mut k = 0;
-        while k < non_negative.len() {
-            if non_negative[k].0 < 0.0 {
-                return Err(ConfigError::Negative { field: non_negative[k].1 });
-            }
-            k += 1;
-        }
-        if k_s > 0.0 && (epsilon < 0.0 || epsilon + k_s * self.period_s == 0.0) {
-            return Err(ConfigError::BoundaryLayerEmpty { epsilon });
-        }
-        let Limits { min, max } = self.limits;
-        if min.abs() > INPUT_LIMIT || max.abs() > INPUT_LIMIT {
-            return Err(ConfigError::LimitsTooWide { limit: if min.abs() > max.abs() { min } else { max } });
-        }
-        if min > max {
-            return Err(ConfigError::LimitsReversed { min, max });
-        }
-        if let Fallback::Safe(u) = self.fallback
-            && (u < min || u > max)
-        {
-            return Err(ConfigError::FallbackOutsideLimits { u });
-        }
-        let mut i = 0;
-        while i < N {
-            if let Some(gains) = &self.observers[i]
-                && let Err(error) = self.validate_observer(i, gains)
-            {
-                return Err(error);
-            }
-            i += 1;
-        }
-        Ok(())
-    }
-
-    const fn validate_observer(&self, i: usize, gains: &ObserverGains<R>) -> Result<(), ConfigError> {
-        let channel = i + 1;
-        let needed = N - channel;
-        if gains.order == 0 || gains.order > R {
-            return Err(ConfigError::ObserverOrder { channel, order: gains.order, capacity: R });
-        }
-        if gains.order < needed {
-            return Err(ConfigError::OrderTooLow { channel, needed, order: gains.order });
-        }
-        if !gains.is_finite() {
-            return Err(ConfigError::ObserverNotFinite { channel });
-        }
-        if !gains.is_hurwitz() {
-            return Err(ConfigError::ObserverNotHurwitz { channel });
-        }
-        let allowed_rad_s = self.observer_pole_limit / self.period_s;
-        let fastest_rad_s = gains.fastest_rad_s();
-        if fastest_rad_s > allowed_rad_s * ROOT_SLACK {
-            return Err(ConfigError::ObserverTooFast { channel, fastest_rad_s, allowed_rad_s });
-        }
-        Ok(())
-    }
-
-    /// Name of the first field that is not finite (gains of observers are looked at per channel).
-    const fn not_finite(&self) -> Option<&'static str> {
-        let mut i = 0;
-        while i < N {
-            if !self.surface.c[i].is_finite() {
-                return Some("surface.c");
-            }
-            if !self.nominal.gradient[i].is_finite() {
-                return Some("nominal.gradient");
-            }
-            i += 1;
-        }
-        let fallback = match self.fallback {
-            Fallback::HoldLast => 0.0,
-            Fallback::Safe(u) => u,
-        };
-        let fields = [
-            (self.period_s, "period_s"),
-            (self.surface.alpha_per_s, "surface.alpha_per_s"),
-            (self.reaching.k_l, "reaching.k_l"),
-            (self.reaching.k_s, "reaching.k_s"),
-            (self.reaching.epsilon, "reaching.epsilon"),
-            (self.nominal.input_gain, "nominal.input_gain"),
-            (self.limits.min, "limits.min"),
-            (self.limits.max, "limits.max"),
-            (fallback, "fallback"),
-            (self.sigma_star_bound, "sigma_star_bound"),
-            (self.observer_pole_limit, "observer_pole_limit"),
-        ];
-        let mut k = 0;
-        while k < fields.len() {
-            if !fields[k].0.is_finite() {
-                return Some(fields[k].1);
-            }
-            k += 1;
-        }
-        None
+        const { assert_order(N) };
+        check(&self.padded(), N, R)
     }
 
     /// What to be warned of in a design that [`validate`](Self::validate) accepts.
     pub const fn warnings(&self) -> Warnings {
-        let mut warnings = Warnings::NONE;
+        const { assert_order(N) };
+        remarks(&self.padded(), N)
+    }
+
+    /// The same with room for any order.
+    const fn padded(&self) -> Config<MAX_N, MAX_R> {
+        let mut observers = [None; MAX_N];
         let mut i = 0;
         while i < N {
             if let Some(gains) = &self.observers[i] {
-                let pole_times_period = gains.fastest_rad_s() * self.period_s;
-                if pole_times_period > 0.3 * ROOT_SLACK {
-                    warnings = warnings.with(Warning::ObserverFast { channel: i + 1, pole_times_period });
-                }
+                observers[i] = Some(gains.resized());
             }
             i += 1;
         }
-        let k_l_times_period = self.reaching.k_l * self.period_s;
-        if k_l_times_period > 0.5 {
-            warnings = warnings.with(Warning::LinearGainHigh { k_l_times_period });
+        let Options { initial_estimates, limits, fallback, sigma_star_bound, observer_pole_limit } = self.options;
+        Config {
+            period_s: self.period_s,
+            surface: Surface { c: resized(&self.surface.c), alpha_per_s: self.surface.alpha_per_s },
+            observers,
+            reaching: self.reaching,
+            nominal: Nominal { gradient: resized(&self.nominal.gradient), input_gain: self.nominal.input_gain },
+            options: Options {
+                initial_estimates: resized(&initial_estimates),
+                limits,
+                fallback,
+                sigma_star_bound,
+                observer_pole_limit,
+            },
         }
-        let bandwidth_times_period = self.surface.bandwidth_rad_s() * self.period_s;
-        if bandwidth_times_period > 0.5 * ROOT_SLACK {
-            warnings = warnings.with(Warning::SurfaceFast { bandwidth_times_period });
-        }
-        warnings
     }
+}
+
+/// A [`Config`] whose orders are numbers: what a file, a wire or a person gives.
+///
+/// ```
+/// use controller_core::*;
+/// # const CONFIG: Config<2, 1> = Config {
+/// #     period_s: 1e-3,
+/// #     surface: Surface::from_bandwidth(20.0, 10.0),
+/// #     observers: [None, Some(ObserverGains::from_bandwidth::<1>(100.0))],
+/// #     reaching: ReachingLaw { k_l: 100.0, k_s: 0.0, epsilon: 0.01 },
+/// #     nominal: Nominal { gradient: [0.0, -0.5], input_gain: 250.0 },
+/// #     options: Options::NEUTRAL,
+/// # };
+/// let any = AnyConfig::from(CONFIG);
+/// assert_eq!(any.shape(), Shape { n: 2, r: 1, mask: 0b10 });
+/// assert_eq!(any.fixed::<2, 1>(), Some(CONFIG));
+/// assert_eq!(any.fixed::<4, 2>(), None);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AnyConfig {
+    /// Plant order n, 2..=6.
+    pub n: usize,
+    /// The numbers; of every row the first n are read, and of observers those of channels 1..n.
+    pub padded: Config<MAX_N, MAX_R>,
+}
+
+/// Plant order, capacity for observer orders, observed channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shape {
+    /// Plant order n.
+    pub n: u8,
+    /// Highest order among the observers, and 1 where there is none.
+    pub r: u8,
+    /// Bit i - 1 for an observer in channel i.
+    pub mask: u8,
+}
+
+impl<const N: usize, const R: usize> From<Config<N, R>> for AnyConfig {
+    fn from(config: Config<N, R>) -> Self {
+        Self { n: N, padded: config.padded() }
+    }
+}
+
+impl AnyConfig {
+    /// Checks every rule of the theory.
+    ///
+    /// # Errors
+    /// The first rule that is broken: field, cause with channel and equation, remedy.
+    pub const fn validate(&self) -> Result<(), ConfigError> {
+        if self.n < 2 || self.n > MAX_N {
+            return Err(ConfigError::new(Field::Surface, Cause::PlantOrder { n: self.n }));
+        }
+        check(&self.padded, self.n, MAX_R)
+    }
+
+    /// What to be warned of in a design that [`validate`](Self::validate) accepts.
+    pub const fn warnings(&self) -> Warnings {
+        remarks(&self.padded, self.n)
+    }
+
+    /// The smallest shape that holds it.
+    pub fn shape(&self) -> Shape {
+        let (mut r, mut mask) = (1, 0);
+        for (i, gains) in self.padded.observers.iter().enumerate().take(self.n) {
+            if let Some(gains) = gains {
+                r = r.max(gains.order);
+                mask |= 1 << i;
+            }
+        }
+        Shape { n: self.n as u8, r: r as u8, mask }
+    }
+
+    /// With the orders as types; `None` if they are others.
+    pub fn fixed<const N: usize, const R: usize>(&self) -> Option<Config<N, R>> {
+        let Config { period_s, surface, observers, reaching, nominal, options } = self.padded;
+        let Options { initial_estimates, limits, fallback, sigma_star_bound, observer_pole_limit } = options;
+        let fits = self.n == N && usize::from(self.shape().r) <= R;
+        fits.then(|| Config {
+            period_s,
+            surface: Surface { c: resized(&surface.c), alpha_per_s: surface.alpha_per_s },
+            observers: core::array::from_fn(|i| observers[i].as_ref().map(ObserverGains::resized)),
+            reaching,
+            nominal: Nominal { gradient: resized(&nominal.gradient), input_gain: nominal.input_gain },
+            options: Options {
+                initial_estimates: resized(&initial_estimates),
+                limits,
+                fallback,
+                sigma_star_bound,
+                observer_pole_limit,
+            },
+        })
+    }
+}
+
+/// The first entries of a row, and zeros where there are no more.
+pub(crate) const fn resized<const FROM: usize, const TO: usize>(row: &[f64; FROM]) -> [f64; TO] {
+    let mut out = [0.0; TO];
+    let mut i = 0;
+    while i < FROM && i < TO {
+        out[i] = row[i];
+        i += 1;
+    }
+    out
+}
+
+/// Every rule, for a plant of order `n` <= 6 and observers of order up to `capacity`.
+const fn check(config: &Config<MAX_N, MAX_R>, n: usize, capacity: usize) -> Result<(), ConfigError> {
+    let Config { period_s, surface, observers, reaching, nominal, options } = config;
+    if let Some(field) = not_finite(config, n) {
+        return Err(ConfigError::new(field, Cause::NotFinite));
+    }
+    if *period_s <= 0.0 {
+        return Err(ConfigError::new(Field::Period, Cause::PeriodNotPositive { period_s: *period_s }));
+    }
+    if nominal.input_gain == 0.0 {
+        return Err(ConfigError::new(Field::InputGain, Cause::InputGainZero));
+    }
+    let c_n = surface::lead(&surface.c, n);
+    if c_n != 1.0 {
+        return Err(ConfigError::new(Field::Surface, Cause::SurfaceLead { c_n }));
+    }
+    if !surface::is_hurwitz(&surface.c, n) {
+        return Err(ConfigError::new(Field::Surface, Cause::SurfaceNotHurwitz));
+    }
+    let alpha_per_s = surface.alpha_per_s;
+    if alpha_per_s <= 0.0 {
+        return Err(ConfigError::new(Field::Alpha, Cause::OffsetDecayNotPositive { alpha_per_s }));
+    }
+    let alpha_times_period = alpha_per_s * *period_s;
+    if alpha_times_period < SLOWEST_DECAY {
+        return Err(ConfigError::new(Field::Alpha, Cause::OffsetDecayTooSlow { alpha_times_period }));
+    }
+    let ReachingLaw { k_l, k_s, epsilon } = *reaching;
+    let non_negative = [
+        (k_l, Field::LinearGain),
+        (k_s, Field::SwitchingGain),
+        (options.sigma_star_bound, Field::SigmaStarBound),
+        (options.observer_pole_limit, Field::ObserverPoleLimit),
+    ];
+    let mut k = 0;
+    while k < non_negative.len() {
+        if non_negative[k].0 < 0.0 {
+            return Err(ConfigError::new(non_negative[k].1, Cause::Negative));
+        }
+        k += 1;
+    }
+    if k_s > 0.0 && (epsilon < 0.0 || epsilon + k_s * *period_s == 0.0) {
+        return Err(ConfigError::new(Field::BoundaryLayer, Cause::BoundaryLayerEmpty { epsilon }));
+    }
+    let Limits { min, max } = options.limits;
+    if min.abs() > INPUT_LIMIT || max.abs() > INPUT_LIMIT {
+        let limit = if min.abs() > max.abs() { min } else { max };
+        return Err(ConfigError::new(Field::Limits, Cause::LimitsTooWide { limit }));
+    }
+    if min > max {
+        return Err(ConfigError::new(Field::Limits, Cause::LimitsReversed { min, max }));
+    }
+    if let Fallback::Safe(u) = options.fallback
+        && (u < min || u > max)
+    {
+        return Err(ConfigError::new(Field::Fallback, Cause::FallbackOutsideLimits { u }));
+    }
+    let mut i = 0;
+    while i < MAX_N && i < n {
+        if let Some(gains) = &observers[i]
+            && let Some(cause) = wrong_observer(gains, n - (i + 1), capacity, options.observer_pole_limit / *period_s)
+        {
+            return Err(ConfigError::new(Field::Observer { channel: i + 1 }, cause));
+        }
+        i += 1;
+    }
+    Ok(())
+}
+
+/// `needed` is n - i, the order that Eq. (44) asks for.
+const fn wrong_observer(
+    gains: &ObserverGains<MAX_R>,
+    needed: usize,
+    capacity: usize,
+    allowed_rad_s: f64,
+) -> Option<Cause> {
+    let order = gains.order;
+    if order == 0 || order > capacity {
+        return Some(Cause::ObserverOrder { order, capacity });
+    }
+    if order < needed {
+        return Some(Cause::OrderTooLow { needed, order });
+    }
+    if !gains.is_finite() {
+        return Some(Cause::ObserverNotFinite);
+    }
+    if !gains.is_hurwitz() {
+        return Some(Cause::ObserverNotHurwitz);
+    }
+    let fastest_rad_s = gains.fastest_rad_s();
+    if fastest_rad_s > allowed_rad_s * ROOT_SLACK {
+        return Some(Cause::ObserverTooFast { fastest_rad_s, allowed_rad_s });
+    }
+    None
+}
+
+/// The first field that is not finite (gains of observers are looked at per channel).
+const fn not_finite(config: &Config<MAX_N, MAX_R>, n: usize) -> Option<Field> {
+    let Config { period_s, surface, reaching, nominal, options, .. } = config;
+    let mut i = 0;
+    while i < MAX_N && i < n {
+        if !surface.c[i].is_finite() {
+            return Some(Field::Surface);
+        }
+        if !nominal.gradient[i].is_finite() {
+            return Some(Field::Gradient);
+        }
+        if !options.initial_estimates[i].is_finite() {
+            return Some(Field::InitialEstimates);
+        }
+        i += 1;
+    }
+    let fallback = match options.fallback {
+        Fallback::HoldLast => 0.0,
+        Fallback::Safe(u) => u,
+    };
+    let numbers = [
+        (*period_s, Field::Period),
+        (surface.alpha_per_s, Field::Alpha),
+        (reaching.k_l, Field::LinearGain),
+        (reaching.k_s, Field::SwitchingGain),
+        (reaching.epsilon, Field::BoundaryLayer),
+        (nominal.input_gain, Field::InputGain),
+        (options.limits.min, Field::Limits),
+        (options.limits.max, Field::Limits),
+        (fallback, Field::Fallback),
+        (options.sigma_star_bound, Field::SigmaStarBound),
+        (options.observer_pole_limit, Field::ObserverPoleLimit),
+    ];
+    let mut k = 0;
+    while k < numbers.len() {
+        if !numbers[k].0.is_finite() {
+            return Some(numbers[k].1);
+        }
+        k += 1;
+    }
+    None
+}
+
+const fn remarks(config: &Config<MAX_N, MAX_R>, n: usize) -> Warnings {
+    let mut warnings = Warnings::NONE;
+    let mut i = 0;
+    while i < MAX_N && i < n {
+        if let Some(gains) = &config.observers[i] {
+            let pole_times_period = gains.fastest_rad_s() * config.period_s;
+            if pole_times_period > 0.3 * ROOT_SLACK {
+                warnings = warnings.with(Warning::ObserverFast { channel: i + 1, pole_times_period });
+            }
+        }
+        i += 1;
+    }
+    let k_l_times_period = config.reaching.k_l * config.period_s;
+    if k_l_times_period > 0.5 {
+        warnings = warnings.with(Warning::LinearGainHigh { k_l_times_period });
+    }
+    let bandwidth_times_period = surface::bandwidth_rad_s(&config.surface.c, n) * config.period_s;
+    if bandwidth_times_period > 0.5 * ROOT_SLACK {
+        warnings = warnings.with(Warning::SurfaceFast { bandwidth_times_period });
+    }
+    warnings
 }

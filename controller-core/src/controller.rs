@@ -1,4 +1,4 @@
-//! Config -> Controller -> State: tune with the first, run with the second, remember in the third.
+//! Config -> Controller -> Running: tune with the first, compute with the second, remember in the third.
 //!
 //! One tick every period T: sample x, compute u, hold it. The tick is the folded form of the discrete controller
 //! (module `design` explains the folding): with $\beta = b(x)/b_0$, $a_u = a(x)/b_0$ and all of channel n in units of
@@ -22,7 +22,7 @@
 //! use controller_core::*;
 //!
 //! // The flexible joint of the paper, observers in channels 2 and 4, designed by the compiler.
-//! type Joint = Controller<f32, FlexibleJoint<f32>, 4, 2, { channels([2, 4]) }, 2>;
+//! type Joint = controller!(f32, FlexibleJoint<f32>, order 4, observers of order 2 in [2, 4]);
 //! const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
 //! const GAINS: ObserverGains<2> = ObserverGains::as_printed([100.0, 20.0]);
 //! const CONTROLLER: Joint = Joint::designed(
@@ -32,48 +32,26 @@
 //!         observers: [None, Some(GAINS), None, Some(GAINS)],
 //!         reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
 //!         nominal: NOMINAL,
-//!         limits: Limits::NONE,
-//!         fallback: Fallback::HoldLast,
-//!         sigma_star_bound: 1e12,
-//!         observer_pole_limit: 1.0,
+//!         options: Options::NEUTRAL,
 //!     },
 //!     FlexibleJoint::<f32>::new(&NOMINAL),
 //! );
 //!
-//! let mut state = CONTROLLER.start(&[0.1, 0.0, 0.0, 0.0]).expect("a finite first sample");
-//! let output = CONTROLLER.tick(&mut state, &[0.1, 0.0, 0.0, 0.0]);
+//! let mut running = Running::new(&CONTROLLER);
+//! let output = running.tick(&[0.1, 0.0, 0.0, 0.0]);
 //! assert_eq!(output.sigma_star, 0.0); // Eq. (17): the offset starts the sliding variable at zero
 //! ```
 #![doc = include_str!("../katex.html")]
 
-use crate::MAX_N;
 use crate::config::{Config, INPUT_LIMIT};
 use crate::design::{self, Coefficients};
-use crate::error::ConfigError;
+use crate::error::{Cause, ConfigError, Field, Text};
 use crate::health::Health;
 use crate::model::NominalModel;
 use crate::observer;
 use crate::real::Real;
-
-/// `MASK` of [`Controller`] from channel numbers as the paper counts them.
-///
-/// # Panics
-/// On a number outside 1..=6 or named twice; in a type, where it belongs, that is a compile error.
-///
-/// ```
-/// assert_eq!(controller_core::channels([2, 4]), 0b1010);
-/// ```
-pub const fn channels<const O: usize>(numbers: [usize; O]) -> u8 {
-    let mut mask = 0;
-    let mut k = 0;
-    while k < O {
-        assert!(numbers[k] >= 1 && numbers[k] <= MAX_N, "a channel number must be 1..=6");
-        assert!(mask >> (numbers[k] - 1) & 1 == 0, "a channel is named twice");
-        mask |= 1 << (numbers[k] - 1);
-        k += 1;
-    }
-    mask
-}
+use crate::running::{self, ControlLaw, RetuneError};
+use crate::state::{Lanes, State};
 
 /// A designed controller: coefficients and the nominal model, never changed by a tick.
 ///
@@ -81,35 +59,13 @@ pub const fn channels<const O: usize>(numbers: [usize; O]) -> u8 {
 /// * `M`: nominal model a(x)/b_0
 /// * `N`: plant order, 2..=6
 /// * `R`: capacity for observer orders, 1..=3
-/// * `MASK`, `O`: which channels carry an observer (bit i - 1 for channel i, see [`channels`]), and how many. An absent
+/// * `MASK`, `O`: which channels carry an observer (bit i - 1 for channel i, see [`channels`](crate::channels)), and how many. An absent
 ///   channel takes no state and executes no instruction.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Controller<T, M, const N: usize, const R: usize, const MASK: u8, const O: usize> {
     coefficients: Coefficients<T, N, R, O>,
     model: M,
-}
-
-/// What the controller remembers between two ticks. It belongs to the controller that started it: another design
-/// would read it in other units. Its layout is that of the fields in this order, for callers in C.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(C)]
-pub struct State<T, const R: usize, const O: usize> {
-    /// A, B, C of each observed channel.
-    z: [[T; R]; O],
-    /// P of each observed channel; without u in channel n.
-    past: [T; O],
-    /// x of each observed channel at the last tick.
-    x_prev: [T; O],
-    /// W = σ(0) e^(-αt).
-    offset: T,
-    /// What the actuator holds.
-    held: T,
-    /// b(x)/b_0 at the last tick; not used if b is constant.
-    gain_prev: T,
-    /// No last tick to compare the next sample with: after the start, and after a lost sample. A `bool`, since an
-    /// `Option<State>` then needs no tag of its own: 46 cycles in an interrupt that ticks one.
-    resuming: bool,
 }
 
 /// What one tick returns.
@@ -164,8 +120,10 @@ design_in!(f32, single);
 design_in!(f64, double);
 
 const fn assert_shape<const N: usize, const MASK: u8, const O: usize>() {
-    assert!(MASK as usize >> N == 0, "MASK names a channel above N");
-    assert!(MASK.count_ones() as usize == O, "O must be the number of channels in MASK");
+    let text = Text::new().string("MASK names ").number(MASK.count_ones() as usize).string(" channels, ");
+    assert!(MASK as usize >> N == 0, "{}", text.string("one of them above N = ").number(N).as_str());
+    let text = text.string("O is ").number(O).string(": let the macro controller! count");
+    assert!(MASK.count_ones() as usize == O, "{}", text.as_str());
 }
 
 const fn design_f64<const N: usize, const R: usize, const MASK: u8, const O: usize>(
@@ -177,7 +135,7 @@ const fn design_f64<const N: usize, const R: usize, const MASK: u8, const O: usi
         let channel = i + 1;
         let configured = config.observers[i].is_some();
         if configured != (MASK >> i & 1 == 1) {
-            return Err(ConfigError::ChannelMismatch { channel, configured });
+            return Err(ConfigError::new(Field::Observer { channel }, Cause::ChannelMismatch { configured }));
         }
         i += 1;
     }
@@ -193,7 +151,7 @@ where
     M: NominalModel<T, N>,
 {
     /// The observed channels, from 0.
-    const CHANNELS: [usize; O] = design::observed(MASK);
+    pub const CHANNELS: [usize; O] = design::observed(MASK);
     const LAST: usize = N - 1;
 
     /// A controller of coefficients that were designed elsewhere, see [`Coefficients::from_numbers`].
@@ -212,83 +170,41 @@ where
         &self.model
     }
 
-    /// State before the first tick, estimates at 0. `None` if the sample is not finite; try the next one.
-    pub fn start(&self, x0: &[T; N]) -> Option<State<T, R, O>> {
-        self.start_from(x0, &[T::ZERO; N])
-    }
-
-    /// State before the first tick with a guess of the disturbances, d_hat of each channel in its physical unit
-    /// (entries of unobserved channels are not read). The offset of Eq. (17) is taken here: give the first tick the
-    /// same sample.
-    pub fn start_from(&self, x0: &[T; N], d_hat: &[T; N]) -> Option<State<T, R, O>> {
-        let mut z = [[T::ZERO; R]; O];
-        for s in 0..O {
-            let i = Self::CHANNELS[s];
-            z[s][0] = if i == Self::LAST { d_hat[i] / self.coefficients.input_gain } else { d_hat[i] };
-        }
-        let offset = self.sigma(&Self::advanced(x0, &z), &z);
-        let all_sound = x0.iter().chain(z.as_flattened()).all(|&value| is_sound(value)) && is_sound(offset);
-        all_sound.then_some(State {
-            z,
-            past: [T::ZERO; O],
-            x_prev: [T::ZERO; O],
-            offset,
-            held: T::ZERO,
-            gain_prev: T::ZERO,
-            resuming: true,
-        })
-    }
-
-    /// [`tick`](Self::tick) of a controller that need not have started: the first good sample starts it, from `d_hat`
-    /// as [`start_from`](Self::start_from) does; until then the fallback goes out (0, as far as the limits allow it, if
-    /// there is nothing to hold).
-    #[inline]
-    pub fn tick_or_start(&self, state: &mut Option<State<T, R, O>>, d_hat: &[T; N], x: &[T; N]) -> Output<T> {
-        if state.is_none() {
-            *state = self.start_from(x, d_hat);
-        }
-        match state {
-            Some(state) => self.tick(state, x),
-            None => self.not_started(),
-        }
-    }
-
-    /// What goes out as long as there has been no good sample to start with.
-    #[inline]
-    pub fn not_started(&self) -> Output<T> {
-        Output {
-            u: self.coefficients.fallback.limited(self.coefficients.u_min, self.coefficients.u_max),
-            sigma: T::ZERO,
-            sigma_star: T::ZERO,
-            health: Health::INPUT_REJECTED,
-        }
-    }
-
-    /// One tick: observers, σ*, law, clamp. Call it once per period with the newest sample x, in chain coordinates.
+    /// [`tick`](ControlLaw::tick) of lane `l`: the same bits. In a loop over the lanes it becomes vector code, see
+    /// [`Lanes`].
     ///
-    /// A sample that is not finite never reaches the state (see [`INPUT_LIMIT`]); the estimates wait, and the next good
-    /// sample resumes without a kick. The tick takes `u` as what the actuator will hold; if it will not, say so with
-    /// [`State::applied`].
-    #[inline]
-    pub fn tick(&self, state: &mut State<T, R, O>, x: &[T; N]) -> Output<T> {
-        self.step::<true>(state, x)
+    /// # Panics
+    /// If there is no such lane.
+    #[inline(always)]
+    pub fn tick_lane<const L: usize>(
+        &self,
+        lanes: &mut Lanes<T, M, N, R, MASK, O, L>,
+        l: usize,
+        x: &[T; N],
+    ) -> Output<T> {
+        let mut state = lanes.lane(l);
+        let output = self.step::<true>(&mut state, x);
+        lanes.set(l, &state);
+        output
     }
 
-    /// [`tick`](Self::tick) without the guard: once a first `tick` has been made, the same bits for good samples, and
+    /// [`tick`](ControlLaw::tick) without the guard: once a first `tick` has been made, the same bits for good samples, and
     /// NaN for ever after one that is not. It is there so that the guard can be priced; firmware has no use for it.
     #[doc(hidden)]
     #[inline]
-    pub fn tick_unguarded(&self, state: &mut State<T, R, O>, x: &[T; N]) -> Output<T> {
+    pub fn tick_unguarded(&self, state: &mut State<T, M, N, R, MASK, O>, x: &[T; N]) -> Output<T> {
         self.step::<false>(state, x)
     }
 
     #[inline(always)]
-    fn step<const GUARDED: bool>(&self, state: &mut State<T, R, O>, x: &[T; N]) -> Output<T> {
+    fn step<const GUARDED: bool>(&self, state: &mut State<T, M, N, R, MASK, O>, x: &[T; N]) -> Output<T> {
         let k = &self.coefficients;
-        let drift = self.model.drift(x);
+        T::section("0. Nominal model, in units of u: a(x)/b_0, b(x)/b_0.");
+        let drift = self.model.drift(x).called("drift", 0);
         let gain = self.model.gain_ratio(x);
 
-        // 1. Observers. Here and below: short loops of one job each are unrolled, and the order of the statements, the
+        T::section("1. Observers, Eq. (45)-(50): innovation e, then A += B + gamma_1 e, B += C + gamma_2 e, ..");
+        // Here and below: short loops of one job each are unrolled, and the order of the statements, the
         // driven channel first, is the one of the fewest cycles (docs/cycles.md).
         let mut moved = [T::ZERO; O];
         for s in 0..O {
@@ -311,7 +227,7 @@ where
             z = state.z;
         }
 
-        // 2. Surface, and of the law what needs no sigma*.
+        T::section("2. Of the law what needs no sigma*; surface, Eq. (44); offset, Eq. (17).");
         let y = Self::advanced(x, &z);
         let mut input_drift = drift;
         for s in 0..O {
@@ -328,7 +244,7 @@ where
         let sigma = self.sigma(&y, &z);
         let sigma_star = sigma - state.offset;
 
-        // 3. Law.
+        T::section("3. Law, Eq. (51).");
         v += k.kw * state.offset;
         v += k.us * sigma_star;
         for j in 1..N {
@@ -343,7 +259,7 @@ where
             return self.reject(state, demand);
         }
 
-        // 4. Memory.
+        T::section("4. Memory.");
         for s in 0..O {
             let i = Self::CHANNELS[s];
             state.past[s] = if i == Self::LAST { input_drift } else { y[i + 1] } - h[s];
@@ -418,9 +334,41 @@ where
         sigma + y[Self::LAST]
     }
 
+    /// The state before the first tick, with these A, B, C.
+    #[inline(always)]
+    fn begin(&self, x0: &[T; N], z: [[T; R]; O]) -> Option<State<T, M, N, R, MASK, O>> {
+        let offset = self.sigma(&Self::advanced(x0, &z), &z);
+        let all_sound = x0.iter().chain(z.as_flattened()).all(|&value| is_sound(value)) && is_sound(offset);
+        all_sound.then_some(State::resuming(z, offset, T::ZERO))
+    }
+
+    /// θ, μ_2 and the unit of the estimate in slot s, see the module `design`.
+    fn folding(&self, s: usize) -> (T, T, T) {
+        let k = &self.coefficients;
+        if Self::CHANNELS[s] == Self::LAST {
+            (k.theta_n, k.mu2_n, k.input_gain)
+        } else {
+            (T::HALF, T::from_f64(1.0 / 3.0), T::from_f64(1.0))
+        }
+    }
+
+    /// A, B, C of estimates in physical units: the way back from [`estimates`](ControlLaw::estimates).
+    fn folded(&self, estimates: &[[T; R]; N]) -> [[T; R]; O] {
+        let period = self.coefficients.period;
+        core::array::from_fn(|s| {
+            let (theta, mu2, unit) = self.folding(s);
+            let physical = &estimates[Self::CHANNELS[s]];
+            let [d0, d1, d2] = core::array::from_fn(|m| if m < R { physical[m] / unit } else { T::ZERO });
+            let (s1, c) = (d1 * period, d2 * period * period);
+            let s2 = T::HALF * c;
+            let all = [d0 + theta * s1 + mu2 * s2, s1 + (theta + T::HALF) * c, c];
+            core::array::from_fn(|m| all[m])
+        })
+    }
+
     /// The sample is lost: keep the estimates, let the offset decay as time goes on, send the fallback.
     #[inline(always)]
-    fn reject(&self, state: &mut State<T, R, O>, demand: T) -> Output<T> {
+    fn reject(&self, state: &mut State<T, M, N, R, MASK, O>, demand: T) -> Output<T> {
         let k = &self.coefficients;
         if state.resuming && demand.abs() <= T::from_f64(1e30) {
             // A finite sample asks for too much a second time running: it is the estimates that a spike has spoilt.
@@ -434,52 +382,128 @@ where
         state.resuming = true;
         Output { u: state.held, sigma: state.offset, sigma_star: T::ZERO, health: Health::INPUT_REJECTED }
     }
+}
 
-    /// Estimates of every channel in physical units: [d_hat, d_hat', d_hat''] at the instant of the last tick, zeros
-    /// where there is no observer (or beyond its order).
-    pub fn estimates(&self, state: &State<T, R, O>) -> [[T; R]; N] {
+impl<T, M, const N: usize, const R: usize, const MASK: u8, const O: usize> ControlLaw
+    for Controller<T, M, N, R, MASK, O>
+where
+    T: Real,
+    M: NominalModel<T, N>,
+{
+    type Scalar = T;
+    /// x, in chain coordinates.
+    type Sample = [T; N];
+    type Output = Output<T>;
+    type State = State<T, M, N, R, MASK, O>;
+    /// d_hat of each channel in its physical unit; entries of unobserved channels are not read.
+    type Guess = [T; N];
+    /// [d_hat, d_hat', d_hat''] of every channel; zeros where there is no observer, or beyond its order.
+    type Estimates = [[T; R]; N];
+    const NO_GUESS: [T; N] = [T::ZERO; N];
+
+    /// The offset of Eq. (17) is taken here: give the first tick the same sample.
+    fn start_from(&self, x0: &[T; N], d_hat: &[T; N]) -> Option<Self::State> {
+        let mut z = [[T::ZERO; R]; O];
+        for s in 0..O {
+            let i = Self::CHANNELS[s];
+            z[s][0] = if i == Self::LAST { d_hat[i] / self.coefficients.input_gain } else { d_hat[i] };
+        }
+        self.begin(x0, z)
+    }
+
+    fn start(&self, x0: &[T; N]) -> Option<Self::State> {
+        self.begin(x0, [[T::ZERO; R]; O])
+    }
+
+    #[inline]
+    fn not_started(&self) -> Output<T> {
+        Output {
+            u: self.coefficients.fallback.limited(self.coefficients.u_min, self.coefficients.u_max),
+            sigma: T::ZERO,
+            sigma_star: T::ZERO,
+            health: Health::INPUT_REJECTED,
+        }
+    }
+
+    /// One tick: observers, σ*, law, clamp. Call it once per period with the newest sample x, in chain coordinates.
+    ///
+    /// A sample that is not finite never reaches the state (see [`INPUT_LIMIT`]); the estimates wait, and the next good
+    /// sample resumes without a kick. The tick takes `u` as what the actuator will hold; if it will not, say so with
+    /// [`report_applied`](ControlLaw::report_applied).
+    #[inline]
+    fn tick(&self, state: &mut Self::State, x: &[T; N]) -> Output<T> {
+        self.step::<true>(state, x)
+    }
+
+    /// The observers live on what is held: fed the commanded u, a saturated start-up may never settle. Under saturation
+    /// this is the only anti-windup there is, and needed. A value beyond [`INPUT_LIMIT`] is not taken.
+    #[inline]
+    fn report_applied(state: &mut Self::State, u: T) -> bool {
+        let sound = is_sound(u);
+        if sound {
+            state.held = u;
+        }
+        sound
+    }
+
+    fn estimates(&self, state: &Self::State) -> [[T; R]; N] {
         let k = &self.coefficients;
         let mut estimates = [[T::ZERO; R]; N];
         for s in 0..O {
-            let i = Self::CHANNELS[s];
-            let (theta, mu2, unit) = if i == Self::LAST {
-                (k.theta_n, k.mu2_n, k.input_gain)
-            } else {
-                (T::HALF, T::from_f64(1.0 / 3.0), T::from_f64(1.0))
-            };
             // Undo the folding: A, B, C -> S_0, S_1, S_2, then S_m -> d_hat^(m) = m! S_m / T^(m+1).
+            let (theta, mu2, unit) = self.folding(s);
             let [a, b, c] = core::array::from_fn(|m| if m < R { state.z[s][m] } else { T::ZERO });
             let s2 = T::HALF * c;
             let s1 = b - (theta + T::HALF) * c;
             let s0 = a - theta * s1 - mu2 * s2;
             let physical = [s0 * unit, s1 * unit / k.period, c * unit / (k.period * k.period)];
-            estimates[i].copy_from_slice(&physical[..R]);
+            estimates[Self::CHANNELS[s]].copy_from_slice(&physical[..R]);
         }
         estimates
     }
-}
 
-impl<T: Real, const R: usize, const O: usize> State<T, R, O> {
-    /// Where in a state the one byte lies that must be 0 or 1; all others may be anything. Who gets states from memory
-    /// that others can write to looks there first.
-    pub const FLAG_AT: usize = core::mem::offset_of!(Self, resuming);
-
-    /// Tells what the actuator really holds since the last tick, where that is not the `u` the tick returned. The
-    /// observers live on it: fed the commanded u, a saturated start-up may never settle. Under saturation this is the
-    /// only anti-windup there is, and needed. Call it before the next tick. A value that is not finite is ignored, and
-    /// the answer is `false`.
-    #[inline]
-    pub fn applied(&mut self, u: T) -> bool {
-        let sound = is_sound(u);
-        if sound {
-            self.held = u;
+    /// The tick that has passed had the old period and belongs to the old observers; the law is the new one from here
+    /// on. Its demand is affine in W with the slope k_w - u_σ, but for the switching term, which is left out: with
+    /// k_s > 0 u may jump by twice its bound.
+    fn take_over(&self, from: &Self, state: &Self::State, x: &[T; N]) -> Result<Self::State, RetuneError> {
+        let mut old = state.clone();
+        let before = from.tick(&mut old, x);
+        let Coefficients { kw, us, .. } = self.coefficients;
+        if (kw - us).abs() < T::from_f64(0.1) * us.abs() {
+            return Err(RetuneError::GainNearDecay);
         }
-        sound
+        let (z, held) = (self.folded(&from.estimates(&old)), state.held);
+        // The demand at W = 0: neither limits nor switching may hide it.
+        let limit = T::from_f64(INPUT_LIMIT);
+        let (mut open, model) = (self.coefficients, &self.model);
+        (open.satk, open.lim, open.u_min, open.u_max) = (T::ZERO, T::ZERO, -limit, limit);
+        let bare = Controller::<T, &M, N, R, MASK, O> { coefficients: open, model };
+        let without = bare.step::<true>(&mut State::resuming(z, T::ZERO, held), x);
+        let ratio = self.model.gain_ratio(x).unwrap_or(T::from_f64(1.0));
+        let offset = (before.u - without.u) * ratio / (kw - us);
+        let rejected = before.health.union(without.health).contains(Health::INPUT_REJECTED);
+        if rejected || !is_sound(offset) {
+            return Err(RetuneError::Sample);
+        }
+        Ok(State::resuming(z, offset, held))
     }
 
-    /// The u that the controller believes is held.
-    pub const fn held(&self) -> T {
-        self.held
+    /// Over version, precision, shape, every coefficient, and what the model answers to a few questions that no two
+    /// different linear ones answer alike.
+    fn fingerprint(&self) -> u32 {
+        let shape = [crate::VERSION_NUMBER, T::WORDS as u32, N as u32, R as u32, u32::from(MASK)];
+        let numbers = self.coefficients.numbers();
+        let questions = (0..=N).map(|asked| {
+            // e_1 .. e_n, and one with every entry another number: what bends shows there.
+            core::array::from_fn(|j| match asked {
+                _ if asked == N => T::from_f64(0.37 + 0.11 * j as f64),
+                _ if asked == j => T::from_f64(1.0),
+                _ => T::ZERO,
+            })
+        });
+        let answers = questions
+            .flat_map(|x: [T; N]| [self.model.drift(&x), self.model.gain_ratio(&x).unwrap_or(T::from_f64(1.0))]);
+        running::hash(shape.into_iter().chain(numbers.chain(answers).flat_map(T::to_words)))
     }
 }
 

@@ -25,7 +25,7 @@
 
 use crate::MAX_R;
 use crate::config::{Config, Fallback, INPUT_LIMIT};
-use crate::error::ConfigError;
+use crate::error::{Cause, ConfigError, Field};
 use crate::exponential::{FACTORIAL, PHIS, phi_functions, raised};
 use crate::real::{Real, row_f32};
 
@@ -99,29 +99,46 @@ impl<const N: usize, const R: usize, const O: usize> Coefficients<f64, N, R, O> 
     }
 }
 
+/// Every number of coefficients, borrowed one way or the other, in the order of [`LAYOUT`]: the one place that knows it
+/// beside the fields themselves.
+macro_rules! in_order {
+    ($coefficients:expr, $iter:ident, $flat:ident) => {{
+        #[rustfmt::skip]
+        let Self {
+            rate, rate_n, theta_n, gamma, c, g, kx, kw, us, k, satk, lim, decay, u_min, u_max, sigma_star_bound, hold,
+            fallback, period, input_gain, mu2_n,
+        } = $coefficients;
+        let head = [rate, rate_n, theta_n].into_iter().chain(gamma.$flat());
+        let sigma = c.$iter().chain(g.$flat());
+        let law = kx.$iter().chain([kw, us]).chain(k.$flat()).chain([satk, lim, decay]);
+        let edges = [u_min, u_max, sigma_star_bound, hold, fallback];
+        head.chain(sigma).chain(law).chain(edges).chain([period, input_gain, mu2_n])
+    }};
+}
+
 impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N, R, O> {
     /// How many numbers there are.
     pub const NUMBERS: usize = 16 + 2 * N + 3 * O * R;
 
-    /// Hands out every number in the order of [`LAYOUT`].
-    pub fn numbers(&self, mut take: impl FnMut(T)) {
-        let mut copy = *self;
-        copy.each().for_each(|number| take(*number));
+    /// Every number in the order of [`LAYOUT`].
+    pub fn numbers(&self) -> impl Iterator<Item = T> {
+        in_order!(self, iter, as_flattened).copied()
     }
 
-    /// The design that these numbers, in the order of [`LAYOUT`], are; `give` is asked [`NUMBERS`](Self::NUMBERS)
-    /// times. `None` if they cannot come from a design: a number beyond the range of f32, limits that are reversed or
-    /// wider than [`INPUT_LIMIT`], a fallback outside of them, a period or an input gain of zero.
-    pub fn from_numbers(mut give: impl FnMut() -> T) -> Option<Self> {
-        let mut read = Self::ZERO;
-        read.each().for_each(|number| *number = give());
+    /// The design that these numbers, in the order of [`LAYOUT`], are: the first [`NUMBERS`](Self::NUMBERS) of them.
+    /// `None` if there are fewer, or if they cannot come from a design: a number beyond the range of f32, limits that
+    /// are reversed or wider than [`INPUT_LIMIT`], a fallback outside of them, a period or an input gain of zero.
+    pub fn from_numbers(numbers: impl IntoIterator<Item = T>) -> Option<Self> {
+        let (mut read, mut given) = (Self::ZERO, numbers.into_iter());
+        for number in in_order!(&mut read, iter_mut, as_flattened_mut) {
+            *number = given.next()?;
+        }
         read.can_be_designed().then_some(read)
     }
 
     /// Can these numbers come from a design? What [`from_numbers`](Self::from_numbers) refuses cannot.
     pub fn can_be_designed(&self) -> bool {
-        let mut finite = true;
-        self.numbers(|number| finite &= number.abs() <= T::from_f64(LARGEST));
+        let finite = self.numbers().all(|number| number.abs() <= T::from_f64(LARGEST));
         let limit = T::from_f64(INPUT_LIMIT);
         let limits = -limit <= self.u_min && self.u_min <= self.u_max && self.u_max <= limit;
         let holds = self.hold == T::from_f64(1.0) && self.fallback == T::ZERO;
@@ -153,20 +170,6 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
         input_gain: T::ZERO,
         mu2_n: T::ZERO,
     };
-
-    /// Every number in the order of [`LAYOUT`]: the one place that knows it beside the fields themselves.
-    fn each(&mut self) -> impl Iterator<Item = &mut T> {
-        #[rustfmt::skip]
-        let Self {
-            rate, rate_n, theta_n, gamma, c, g, kx, kw, us, k, satk, lim, decay, u_min, u_max, sigma_star_bound, hold,
-            fallback, period, input_gain, mu2_n,
-        } = self;
-        let head = [rate, rate_n, theta_n].into_iter().chain(gamma.as_flattened_mut());
-        let sigma = c.iter_mut().chain(g.as_flattened_mut());
-        let law = kx.iter_mut().chain([kw, us]).chain(k.as_flattened_mut()).chain([satk, lim, decay]);
-        let edges = [u_min, u_max, sigma_star_bound, hold, fallback];
-        head.chain(sigma).chain(law).chain(edges).chain([period, input_gain, mu2_n])
-    }
 }
 
 const fn table_f32<const R: usize, const O: usize>(table: &[[f64; R]; O]) -> [[f32; R]; O] {
@@ -231,7 +234,8 @@ pub(crate) const fn coefficients<const N: usize, const R: usize, const O: usize>
     config: &Config<N, R>,
     observers: &[usize; O],
 ) -> Result<Coefficients<f64, N, R, O>, ConfigError> {
-    let Config { period_s: period, surface, reaching, nominal, limits, .. } = config;
+    let Config { period_s: period, surface, reaching, nominal, options, .. } = config;
+    let limits = options.limits;
     let (period, b, alpha) = (*period, nominal.input_gain, surface.alpha_per_s);
     let response = Response::new(period, -nominal.gradient[N - 1], &surface.c);
     let kv = response.kv;
@@ -261,7 +265,7 @@ pub(crate) const fn coefficients<const N: usize, const R: usize, const O: usize>
         (0.0, 0.0)
     };
 
-    let (hold, fallback) = match config.fallback {
+    let (hold, fallback) = match options.fallback {
         Fallback::HoldLast => (1.0, 0.0),
         Fallback::Safe(u) => (0.0, u),
     };
@@ -281,14 +285,14 @@ pub(crate) const fn coefficients<const N: usize, const R: usize, const O: usize>
         decay,
         u_min: limits.min,
         u_max: limits.max,
-        sigma_star_bound: config.sigma_star_bound,
+        sigma_star_bound: options.sigma_star_bound,
         hold,
         fallback,
         period,
         input_gain: b,
         mu2_n: response.mu2_n,
     };
-    if designed.is_sound() { Ok(designed) } else { Err(ConfigError::CoefficientRange) }
+    if designed.is_sound() { Ok(designed) } else { Err(ConfigError::new(Field::Whole, Cause::CoefficientRange)) }
 }
 
 /// Row of the law on x: what x_j adds to sigma over the coming tick if u = 0, and the mean of a's gradient.

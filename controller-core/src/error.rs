@@ -1,7 +1,8 @@
 //! Why a design is refused, and what a design that is accepted should still be warned of.
 //!
-//! Every message names the channel (from 1, as the paper counts), the equation and the remedy. In a `const` the same
-//! text is the compile error.
+//! An error is data: the [`Field`] of the configuration, the [`Cause`] with its numbers and equation, the [`Remedy`].
+//! Whoever shows it to a person says field and remedy in the words of that person's file or language; the words of Rust
+//! are here, and in a `const` they are the compile error.
 
 use core::fmt;
 
@@ -9,16 +10,97 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub enum ConfigError {
-    /// The field is NaN or infinite.
-    NotFinite {
-        /// Name of the field of [`Config`](crate::Config).
-        field: &'static str,
+#[non_exhaustive]
+pub struct ConfigError {
+    /// Where.
+    pub field: Field,
+    /// What is wrong.
+    pub cause: Cause,
+}
+
+/// A field of [`Config`](crate::Config).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub enum Field {
+    /// `period_s`.
+    Period,
+    /// `surface.c`.
+    Surface,
+    /// `surface.alpha_per_s`.
+    Alpha,
+    /// `observers`, that of one channel.
+    Observer {
+        /// The channel, from 1.
+        channel: usize,
     },
-    /// `period_s` <= 0.
+    /// `reaching.k_l`.
+    LinearGain,
+    /// `reaching.k_s`.
+    SwitchingGain,
+    /// `reaching.epsilon`.
+    BoundaryLayer,
+    /// `nominal.gradient`.
+    Gradient,
+    /// `nominal.input_gain`.
+    InputGain,
+    /// `options.initial_estimates`.
+    InitialEstimates,
+    /// `options.limits`.
+    Limits,
+    /// `options.fallback`.
+    Fallback,
+    /// `options.sigma_star_bound`.
+    SigmaStarBound,
+    /// `options.observer_pole_limit`.
+    ObserverPoleLimit,
+    /// All of them together.
+    Whole,
+}
+
+impl Field {
+    /// Its path in [`Config`](crate::Config).
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Period => "period_s",
+            Self::Surface => "surface.c",
+            Self::Alpha => "surface.alpha_per_s",
+            Self::Observer { .. } => "observers",
+            Self::LinearGain => "reaching.k_l",
+            Self::SwitchingGain => "reaching.k_s",
+            Self::BoundaryLayer => "reaching.epsilon",
+            Self::Gradient => "nominal.gradient",
+            Self::InputGain => "nominal.input_gain",
+            Self::InitialEstimates => "options.initial_estimates",
+            Self::Limits => "options.limits",
+            Self::Fallback => "options.fallback",
+            Self::SigmaStarBound => "options.sigma_star_bound",
+            Self::ObserverPoleLimit => "options.observer_pole_limit",
+            Self::Whole => "config",
+        }
+    }
+}
+
+/// What is wrong with a field, with the numbers that say so.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub enum Cause {
+    /// NaN or infinite.
+    NotFinite,
+    /// Below 0.
+    Negative,
+    /// A period of 0 or below.
     PeriodNotPositive {
         /// The period given, s.
         period_s: f64,
+    },
+    /// A plant order that is none of 2..=6.
+    PlantOrder {
+        /// The order given.
+        n: usize,
     },
     /// b = 0: the plant cannot be controlled.
     InputGainZero,
@@ -38,11 +120,6 @@ pub enum ConfigError {
     OffsetDecayTooSlow {
         /// α T.
         alpha_times_period: f64,
-    },
-    /// A reaching gain or a bound below 0.
-    Negative {
-        /// Name of the field of [`Config`](crate::Config).
-        field: &'static str,
     },
     /// k_s > 0 with ε < 0, or with ε = 0 and k_s T = 0.
     BoundaryLayerEmpty {
@@ -68,15 +145,11 @@ pub enum ConfigError {
     },
     /// The configured observers are not the ones the controller type has.
     ChannelMismatch {
-        /// The channel, from 1.
-        channel: usize,
         /// Does the configuration have an observer there?
         configured: bool,
     },
-    /// An order of 0 or above the capacity `R`.
+    /// An order of 0 or above the capacity R.
     ObserverOrder {
-        /// The channel, from 1.
-        channel: usize,
         /// The order given.
         order: usize,
         /// The capacity R.
@@ -84,27 +157,17 @@ pub enum ConfigError {
     },
     /// Eq. (44) needs a derivative that this observer does not estimate.
     OrderTooLow {
-        /// The channel, from 1.
-        channel: usize,
         /// n - i.
         needed: usize,
         /// The order given.
         order: usize,
     },
     /// A gain is NaN or infinite.
-    ObserverNotFinite {
-        /// The channel, from 1.
-        channel: usize,
-    },
+    ObserverNotFinite,
     /// D of Eq. (53) is not Hurwitz.
-    ObserverNotHurwitz {
-        /// The channel, from 1.
-        channel: usize,
-    },
+    ObserverNotHurwitz,
     /// The fastest observer pole times the period is above the configured limit.
     ObserverTooFast {
-        /// The channel, from 1.
-        channel: usize,
         /// Fastest pole, rad/s.
         fastest_rad_s: f64,
         /// Largest fastest pole that this period allows, rad/s.
@@ -114,33 +177,62 @@ pub enum ConfigError {
     CoefficientRange,
 }
 
-impl ConfigError {
-    /// The channel it is about, from 1.
-    pub const fn channel(&self) -> Option<usize> {
-        match *self {
-            Self::ChannelMismatch { channel, .. }
-            | Self::ObserverOrder { channel, .. }
-            | Self::OrderTooLow { channel, .. }
-            | Self::ObserverNotFinite { channel }
-            | Self::ObserverNotHurwitz { channel }
-            | Self::ObserverTooFast { channel, .. } => Some(channel),
-            _ => None,
+/// What to do about it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub enum Remedy {
+    /// The cause says it all.
+    AsTheCauseSays,
+    /// Give a finite number; where a limit of u is meant, none.
+    FiniteNumber,
+    /// Where the actuator has no limit, give none.
+    NoLimit,
+    /// Take the surface from a bandwidth.
+    SurfaceFromBandwidth,
+    /// Take the observer's gains from a bandwidth or from poles.
+    ObserverFromBandwidth,
+    /// Observe the channel in the type too, or not at all.
+    AddToType,
+    /// Give its gains, or take it out of the type.
+    GiveGains,
+    /// Another order, or another capacity R.
+    OtherOrder,
+    /// A slower observer, a shorter period, or a higher limit.
+    SlowerObserver,
+}
+
+impl Remedy {
+    /// In Rust.
+    const fn words(self) -> &'static str {
+        match self {
+            Self::AsTheCauseSays => "",
+            Self::FiniteNumber => ": give a finite one (for no limit of u: Limits::NONE)",
+            Self::NoLimit => ": where the actuator has none give Limits::NONE",
+            Self::SurfaceFromBandwidth => "; try Surface::from_bandwidth",
+            Self::ObserverFromBandwidth => ": take them from_bandwidth or from_poles",
+            Self::AddToType => ": add it to the controller's type, or set it to None",
+            Self::GiveGains => ": give its gains, or take it out of the controller's type",
+            Self::OtherOrder => ": change it, or the capacity R of the controller's type",
+            Self::SlowerObserver => ": slow the observer, shorten the period, or raise observer_pole_limit",
         }
     }
+}
 
-    /// What is wrong and what to do, without the numbers: usable in a `const`.
-    pub const fn reason(&self) -> &'static str {
+impl Cause {
+    /// What is wrong, in words that are of no language; the numbers come apart.
+    const fn words(self) -> &'static str {
         match self {
-            Self::NotFinite { .. } => {
-                "this number is NaN or infinite: give a finite one (for no limit of u: Limits::NONE)"
-            }
+            Self::NotFinite => "this number is NaN or infinite",
             Self::PeriodNotPositive { .. } => "the period must be above 0 s",
+            Self::PlantOrder { .. } => "the plant order must be 2..=6 (Eq. (39))",
             Self::InputGainZero => {
                 "the nominal input gain b is 0 (Eq. (39)): the law divides by it; give b(x)'s nominal value"
             }
             Self::SurfaceLead { .. } => "the last surface coefficient must be c_n = 1 (Eq. (44)): divide all c by it",
             Self::SurfaceNotHurwitz => {
-                "the surface polynomial p^(n-1) + c_{n-1} p^(n-2) + .. + c_1 is not Hurwitz (Eq. (44)): the sliding motion would diverge; try Surface::from_bandwidth"
+                "the surface polynomial p^(n-1) + c_{n-1} p^(n-2) + .. + c_1 is not Hurwitz (Eq. (44)): the sliding motion would diverge"
             }
             Self::OffsetDecayNotPositive { .. } => {
                 "alpha must be above 0 1/s (Eq. (17)): the offset of sigma* would never decay"
@@ -148,77 +240,131 @@ impl ConfigError {
             Self::OffsetDecayTooSlow { .. } => {
                 "alpha times period is below 1e-7 (Eq. (17)): the offset of sigma* would not decay in f32; raise alpha or lengthen the period"
             }
-            Self::Negative { .. } => "this number must not be negative",
+            Self::Negative => "this number must not be negative",
             Self::BoundaryLayerEmpty { .. } => "with k_s > 0 the boundary layer epsilon must be above 0 (Eq. (51))",
-            Self::LimitsTooWide { .. } => "a limit of u is beyond 1e12: where the actuator has none give Limits::NONE",
+            Self::LimitsTooWide { .. } => "a limit of u is beyond 1e12",
             Self::LimitsReversed { .. } => "the limits are reversed: min must not be above max",
             Self::FallbackOutsideLimits { .. } => {
                 "the safe u lies outside the limits: give one that the actuator can hold"
             }
-            Self::ChannelMismatch { configured: true, .. } => {
-                "this channel has an observer in the configuration but not in the controller's type (Eq. (47)): add it to MASK and O, or set it to None"
+            Self::ChannelMismatch { configured: true } => {
+                "this channel has an observer in the configuration but not in the controller's type (Eq. (47))"
             }
-            Self::ChannelMismatch { configured: false, .. } => {
-                "this channel has an observer in the controller's type but none in the configuration (Eq. (47)): give its gains, or take it out of MASK and O"
+            Self::ChannelMismatch { configured: false } => {
+                "this channel has an observer in the controller's type but none in the configuration (Eq. (47))"
             }
-            Self::ObserverOrder { .. } => {
-                "the observer order must be 1..=R (Eq. (45)): change it, or the capacity R of the controller's type"
-            }
+            Self::ObserverOrder { .. } => "the observer order must be 1..=R (Eq. (45))",
             Self::OrderTooLow { .. } => {
                 "the observer order is below n - i, so that sigma needs a derivative it does not estimate (Eq. (44)): raise the order, or observe no disturbance there"
             }
-            Self::ObserverNotFinite { .. } => {
+            Self::ObserverNotFinite => {
                 "an observer gain is NaN or infinite (Eq. (53)): give finite gains, or poles that are real or come in conjugate pairs"
             }
-            Self::ObserverNotHurwitz { .. } => {
-                "the observer gains are not Hurwitz (Eq. (53); order 3 needs l1 l2 > l3): take them from_bandwidth or from_poles"
-            }
-            Self::ObserverTooFast { .. } => {
-                "the fastest observer pole is too fast for the period (Eq. (53)): slow the observer, shorten the period, or raise observer_pole_limit"
-            }
+            Self::ObserverNotHurwitz => "the observer gains are not Hurwitz (Eq. (53); order 3 needs l1 l2 > l3)",
+            Self::ObserverTooFast { .. } => "the fastest observer pole is too fast for the period (Eq. (53))",
             Self::CoefficientRange => {
                 "a designed coefficient overflows or vanishes in this precision: check the units of the period, the gains and b"
             }
         }
     }
 
-    /// Channel, orders and reason as one line, built in `const` so that a compile error can say it.
-    pub(crate) const fn text(&self) -> Text {
-        let text = match self.channel() {
-            Some(channel) => Text::new().string("channel ").number(channel).string(": "),
-            None => Text::new(),
+    /// What to do about it.
+    pub const fn remedy(self) -> Remedy {
+        match self {
+            Self::NotFinite => Remedy::FiniteNumber,
+            Self::LimitsTooWide { .. } => Remedy::NoLimit,
+            Self::SurfaceNotHurwitz => Remedy::SurfaceFromBandwidth,
+            Self::ObserverNotHurwitz => Remedy::ObserverFromBandwidth,
+            Self::ChannelMismatch { configured: true } => Remedy::AddToType,
+            Self::ChannelMismatch { configured: false } => Remedy::GiveGains,
+            Self::ObserverOrder { .. } => Remedy::OtherOrder,
+            Self::ObserverTooFast { .. } => Remedy::SlowerObserver,
+            _ => Remedy::AsTheCauseSays,
+        }
+    }
+}
+
+impl ConfigError {
+    pub(crate) const fn new(field: Field, cause: Cause) -> Self {
+        Self { field, cause }
+    }
+
+    /// The channel it is about, from 1.
+    pub const fn channel(&self) -> Option<usize> {
+        match self.field {
+            Field::Observer { channel } => Some(channel),
+            _ => None,
+        }
+    }
+
+    /// Where and what, up to the remedy.
+    const fn complaint(&self) -> Text {
+        let text = match self.field {
+            Field::Observer { channel } => Text::new().string("channel ").number(channel).string(": "),
+            _ => Text::new(),
         };
-        let text = match *self {
-            Self::NotFinite { field } | Self::Negative { field } => text.string(field).string(": "),
-            Self::OrderTooLow { needed, order, .. } => {
+        let text = match self.cause {
+            Cause::NotFinite | Cause::Negative => text.string(self.field.name()).string(": "),
+            Cause::OrderTooLow { needed, order } => {
                 text.string("needs observer order ").number(needed).string(", has ").number(order).string(": ")
             }
-            Self::ObserverOrder { order, capacity, .. } => {
+            Cause::ObserverOrder { order, capacity } => {
                 text.string("has observer order ").number(order).string(" with R = ").number(capacity).string(": ")
             }
             _ => text,
         };
-        text.string(self.reason())
+        text.string(self.cause.words())
+    }
+
+    /// As one line in the words of Rust, built in `const` so that a compile error can say it.
+    pub(crate) const fn text(&self) -> Text {
+        self.complaint().string(self.cause.remedy().words())
+    }
+
+    /// As one line for a reader who does not write Rust: the field by another name where the line needs one, and the
+    /// remedy in other words, with the sign that leads up to it (`""`, `": .."` or `"; .."`).
+    pub fn told<'a>(&self, field: &'a str, remedy: &'a str) -> impl fmt::Display + use<'a> {
+        Told { error: *self, field, remedy }
+    }
+}
+
+/// An error in the words of somebody.
+struct Told<'a> {
+    error: ConfigError,
+    field: &'a str,
+    remedy: &'a str,
+}
+
+impl fmt::Display for Told<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let complaint = self.error.complaint();
+        // The name of a field stands first or not at all.
+        let (name, text) = (self.error.field.name(), complaint.as_str());
+        match text.strip_prefix(name) {
+            Some(rest) => write!(f, "{}{rest}", self.field)?,
+            None => f.write_str(text)?,
+        }
+        f.write_str(self.remedy)?;
+        match self.error.cause {
+            Cause::PeriodNotPositive { period_s } => write!(f, " (given {period_s} s)"),
+            Cause::SurfaceLead { c_n } => write!(f, " (given {c_n})"),
+            Cause::OffsetDecayNotPositive { alpha_per_s } => write!(f, " (given {alpha_per_s} 1/s)"),
+            Cause::OffsetDecayTooSlow { alpha_times_period } => write!(f, " (given {alpha_times_period})"),
+            Cause::BoundaryLayerEmpty { epsilon } => write!(f, " (given {epsilon})"),
+            Cause::LimitsTooWide { limit } => write!(f, " (given {limit})"),
+            Cause::LimitsReversed { min, max } => write!(f, " (given min {min}, max {max})"),
+            Cause::FallbackOutsideLimits { u } => write!(f, " (given {u})"),
+            Cause::ObserverTooFast { fastest_rad_s, allowed_rad_s } => {
+                write!(f, " (fastest pole {fastest_rad_s:.4} rad/s, allowed {allowed_rad_s:.4} rad/s)")
+            }
+            _ => Ok(()),
+        }
     }
 }
 
 impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.text().as_str())?;
-        match *self {
-            Self::PeriodNotPositive { period_s } => write!(f, " (given {period_s} s)"),
-            Self::SurfaceLead { c_n } => write!(f, " (given {c_n})"),
-            Self::OffsetDecayNotPositive { alpha_per_s } => write!(f, " (given {alpha_per_s} 1/s)"),
-            Self::OffsetDecayTooSlow { alpha_times_period } => write!(f, " (given {alpha_times_period})"),
-            Self::BoundaryLayerEmpty { epsilon } => write!(f, " (given {epsilon})"),
-            Self::LimitsTooWide { limit } => write!(f, " (given {limit})"),
-            Self::LimitsReversed { min, max } => write!(f, " (given min {min}, max {max})"),
-            Self::FallbackOutsideLimits { u } => write!(f, " (given {u})"),
-            Self::ObserverTooFast { fastest_rad_s, allowed_rad_s, .. } => {
-                write!(f, " (fastest pole {fastest_rad_s:.4} rad/s, allowed {allowed_rad_s:.4} rad/s)")
-            }
-            _ => Ok(()),
-        }
+        Told { error: *self, field: self.field.name(), remedy: self.cause.remedy().words() }.fmt(f)
     }
 }
 
@@ -232,11 +378,11 @@ pub(crate) struct Text {
 }
 
 impl Text {
-    const fn new() -> Self {
+    pub(crate) const fn new() -> Self {
         Self { bytes: [0; 320], len: 0 }
     }
 
-    const fn string(mut self, part: &str) -> Self {
+    pub(crate) const fn string(mut self, part: &str) -> Self {
         let part = part.as_bytes();
         let mut k = 0;
         while k < part.len() && self.len < self.bytes.len() {
@@ -247,7 +393,7 @@ impl Text {
         self
     }
 
-    const fn number(self, n: usize) -> Self {
+    pub(crate) const fn number(self, n: usize) -> Self {
         let this = if n >= 10 { self.number(n / 10) } else { self };
         let digit = [b'0' + (n % 10) as u8];
         match core::str::from_utf8(&digit) {
@@ -268,6 +414,7 @@ impl Text {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub enum Warning {
     /// Fastest observer pole times T above 0.3: the estimate between the ticks loses accuracy.
     ObserverFast {

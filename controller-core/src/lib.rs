@@ -37,15 +37,18 @@ pub mod controller;
 pub mod design;
 pub mod elementary;
 pub mod error;
-pub mod exponential;
+mod exponential;
 pub mod health;
 pub mod history;
 pub mod law;
 pub mod model;
 pub mod models;
 pub mod observer;
-pub mod polynomial;
+mod polynomial;
 pub mod real;
+pub mod running;
+pub mod shape;
+pub mod state;
 pub mod surface;
 
 #[cfg(feature = "analysis")]
@@ -53,18 +56,39 @@ pub mod bounds;
 #[cfg(feature = "analysis")]
 pub mod error_dynamics;
 
-pub use config::{Config, Fallback, INPUT_LIMIT};
-pub use controller::{Controller, Output, State, channels};
+#[doc(inline)]
+pub use config::{AnyConfig, Config, Fallback, INPUT_LIMIT, Options, Shape};
+#[doc(inline)]
+pub use controller::{Controller, Output};
+#[doc(inline)]
 pub use design::{Coefficients, LAYOUT};
+#[doc(inline)]
 pub use elementary::{Exp, Libm, Micromath};
-pub use error::{ConfigError, Warning, Warnings};
+#[doc(inline)]
+pub use error::{Cause, ConfigError, Field, Remedy, Warning, Warnings};
+#[doc(inline)]
 pub use health::Health;
+#[doc(inline)]
 pub use history::{History, Record};
+#[doc(inline)]
 pub use law::{Limits, ReachingLaw};
+#[doc(inline)]
 pub use model::{Linear, Nominal, NominalModel};
+#[doc(inline)]
 pub use models::{Benchmark, FlexibleJoint, JointChain, JointParameters, Reading};
+#[doc(inline)]
 pub use observer::{ObserverGains, Pole};
+#[doc(inline)]
 pub use real::Real;
+#[doc(hidden)]
+pub use real::Sealed;
+#[doc(inline)]
+pub use running::{ControlLaw, Guessing, RetuneError, Running, Words, WordsError};
+#[doc(inline)]
+pub use shape::channels;
+#[doc(inline)]
+pub use state::{Lanes, State};
+#[doc(inline)]
 pub use surface::Surface;
 
 /// Version of this crate; a design belongs to the version that made it.

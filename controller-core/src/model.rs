@@ -21,6 +21,18 @@ pub trait NominalModel<T: Real, const N: usize> {
     }
 }
 
+impl<T: Real, M: NominalModel<T, N>, const N: usize> NominalModel<T, N> for &M {
+    #[inline(always)]
+    fn drift(&self, x: &[T; N]) -> T {
+        M::drift(self, x)
+    }
+
+    #[inline(always)]
+    fn gain_ratio(&self, x: &[T; N]) -> Option<T> {
+        M::gain_ratio(self, x)
+    }
+}
+
 /// What the design knows of the nominal last channel, in f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -30,6 +30,7 @@
 #![doc = include_str!("../katex.html")]
 
 use crate::MAX_R;
+use crate::config::resized;
 use crate::exponential::channel_gammas;
 use crate::polynomial::{TERMS, is_hurwitz, spectral_radius};
 use crate::real::Real;
@@ -120,6 +121,11 @@ impl<const R: usize> ObserverGains<R> {
     /// All `ORDER` poles at -ω: the error settles within about 3/ω (r = 1), 5/ω (r = 2), 7/ω (r = 3).
     pub const fn from_bandwidth<const ORDER: usize>(omega_rad_s: f64) -> Self {
         Self::from_poles([Pole::real(-omega_rad_s); ORDER])
+    }
+
+    /// The same gains in another capacity.
+    pub(crate) const fn resized<const TO: usize>(&self) -> ObserverGains<TO> {
+        ObserverGains { order: self.order, l: resized(&self.l) }
     }
 
     /// The order as far as there is room for it: the fields are public, and nothing here may panic.

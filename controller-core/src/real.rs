@@ -9,15 +9,35 @@
 use core::fmt::{Debug, Display};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-mod sealed {
-    pub trait Sealed {}
-    impl Sealed for f32 {}
-    impl Sealed for f64 {}
+/// Not for implementing elsewhere: the bit-for-bit promise is stated for `f32` and `f64`. Within the workspace a scalar
+/// that records operations has it too, which is how the tick gets into other languages without being written twice.
+#[doc(hidden)]
+pub trait Sealed {
+    /// A value of the tick by its name in the formulas, with the channel from 1 or 0 for none: for whoever reads the
+    /// record. It costs nothing.
+    #[inline(always)]
+    #[must_use]
+    fn called(self, name: &'static str, channel: usize) -> Self
+    where
+        Self: Sized,
+    {
+        let _ = (name, channel);
+        self
+    }
+
+    /// Here a group of equations begins, likewise.
+    #[inline(always)]
+    fn section(title: &'static str) {
+        let _ = title;
+    }
 }
+
+impl Sealed for f32 {}
+impl Sealed for f64 {}
 
 /// `f32` or `f64`. Sealed: the bit-for-bit promise is stated for these two.
 pub trait Real:
-    sealed::Sealed
+    Sealed
     + Copy
     + Debug
     + Display
@@ -38,6 +58,12 @@ pub trait Real:
     const ZERO: Self;
     /// 1/2: the weight of both ends of a tick in its mean.
     const HALF: Self;
+    /// Words of 32 bits that a number takes.
+    const WORDS: usize;
+    /// The bits, low word first; the second is 0 where there is one word.
+    fn to_words(self) -> [u32; 2];
+    /// The number of these bits.
+    fn from_words(words: [u32; 2]) -> Self;
     /// The nearest value of this precision.
     fn from_f64(value: f64) -> Self;
     /// Exact for `f32`, the identity for `f64`.
@@ -57,10 +83,18 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($($t:ty),*) => {$(
+    ($($t:ty, $bits:ty;)*) => {$(
         impl Real for $t {
             const ZERO: Self = 0.0;
             const HALF: Self = 0.5;
+            const WORDS: usize = size_of::<$t>() / 4;
+            fn to_words(self) -> [u32; 2] {
+                let bits = u64::from(self.to_bits());
+                [bits as u32, (bits >> 32) as u32]
+            }
+            fn from_words([low, high]: [u32; 2]) -> Self {
+                <$t>::from_bits((u64::from(high) << 32 | u64::from(low)) as $bits)
+            }
             #[inline(always)]
             fn from_f64(value: f64) -> Self {
                 value as $t
@@ -76,7 +110,7 @@ macro_rules! real {
         }
     )*};
 }
-real!(f32, f64);
+real!(f32, u32; f64, u64;);
 
 /// Every entry rounded to the nearest f32.
 pub(crate) const fn row_f32<const L: usize>(row: &[f64; L]) -> [f32; L] {

@@ -14,8 +14,9 @@
 //! $r \ge n - i$ in every *observed* mismatched channel.
 #![doc = include_str!("../katex.html")]
 
-use crate::assert_order;
-use crate::polynomial::{TERMS, is_hurwitz, spectral_radius};
+use crate::config::resized;
+use crate::polynomial::{self, TERMS};
+use crate::{MAX_N, assert_order};
 
 /// Coefficients of the surface and the decay of its offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,26 +59,42 @@ impl<const N: usize> Surface<N> {
         Self { c, alpha_per_s }
     }
 
-    const fn polynomial(&self) -> ([f64; TERMS], usize) {
-        const { assert_order(N) };
-        let mut a = [0.0; TERMS];
-        let mut i = 0;
-        while i < N {
-            a[i] = self.c[N - 1 - i];
-            i += 1;
-        }
-        (a, N - 1)
-    }
-
     /// Do all roots of the sliding motion lie in the left half plane?
     pub const fn is_hurwitz(&self) -> bool {
-        let (a, degree) = self.polynomial();
-        is_hurwitz(a, degree)
+        const { assert_order(N) };
+        is_hurwitz(&resized(&self.c), N)
     }
 
     /// Magnitude of the fastest root of the sliding motion, rad/s.
     pub const fn bandwidth_rad_s(&self) -> f64 {
-        let (a, degree) = self.polynomial();
-        spectral_radius(a, degree)
+        const { assert_order(N) };
+        bandwidth_rad_s(&resized(&self.c), N)
     }
+}
+
+/// Of n coefficients, n <= 6, the last.
+pub(crate) const fn lead(c: &[f64; MAX_N], n: usize) -> f64 {
+    if n >= 1 && n <= MAX_N { c[n - 1] } else { f64::NAN }
+}
+
+/// [`Surface::is_hurwitz`] of n coefficients.
+pub(crate) const fn is_hurwitz(c: &[f64; MAX_N], n: usize) -> bool {
+    let (a, degree) = polynomial(c, n);
+    polynomial::is_hurwitz(a, degree)
+}
+
+/// [`Surface::bandwidth_rad_s`] of n coefficients.
+pub(crate) const fn bandwidth_rad_s(c: &[f64; MAX_N], n: usize) -> f64 {
+    let (a, degree) = polynomial(c, n);
+    polynomial::spectral_radius(a, degree)
+}
+
+const fn polynomial(c: &[f64; MAX_N], n: usize) -> ([f64; TERMS], usize) {
+    let mut a = [0.0; TERMS];
+    let mut i = 0;
+    while i < TERMS && i < n && n <= MAX_N {
+        a[i] = c[n - 1 - i];
+        i += 1;
+    }
+    (a, n.saturating_sub(1))
 }

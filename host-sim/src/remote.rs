@@ -12,7 +12,7 @@
 use std::time::{Duration, Instant};
 
 use loop_sim::MAX_ORDER;
-use loop_sim::port::in_process::{Download, ModelKind, Shape};
+use loop_sim::port::in_process::{Download, ModelKind};
 use loop_sim::port::{ControllerPort, PortError, Tick};
 use pil_wire::{
     CORE_VERSION, Identity, Instance, LAYOUT_ID, LOAD, MAX_N, Model, Open, REPLY_LEN, Reason, Receiver, Refusal, Reply,
@@ -53,9 +53,9 @@ pub fn for_target(experiment: &Experiment) -> Result<&Download, String> {
 }
 
 /// The tick of a design as the wire names it.
-pub const fn instance_of(shape: Shape) -> Instance {
-    let Shape { n, r, mask, model } = shape;
-    let model = match model {
+pub const fn instance_of(download: &Download) -> Instance {
+    let controller_core::Shape { n, r, mask } = download.shape;
+    let model = match download.model {
         ModelKind::Linear => Model::Linear,
         ModelKind::BenchmarkLibm => Model::BenchmarkLibm,
         ModelKind::BenchmarkMicromath => Model::BenchmarkMicromath,
@@ -91,8 +91,7 @@ impl<T: Transport> Remote<T> {
     /// # Errors
     /// When nothing answers, the wire breaks, or host and target do not fit: says what each of them has.
     pub fn connect(transport: T, reply_within: Duration, download: &Download) -> Result<Self, PortError> {
-        let Download { shape, numbers } = download;
-        let instance = instance_of(*shape);
+        let (instance, numbers) = (instance_of(download), &download.numbers);
         let mut wire = Wire {
             transport,
             least: reply_within,

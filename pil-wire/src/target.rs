@@ -5,7 +5,7 @@ use controller_core::{Coefficients, History, MAX_R, Output, Record};
 
 use crate::frame::{Identity, Open, Reason, Refusal, Reply, Request, Ticked};
 use crate::receiver::Receiver;
-use crate::running::Running;
+use crate::running::Loaded;
 use crate::{CORE_VERSION, LAYOUT_ID, LOAD, MAX_N, REPLY_LEN, REQUEST_LEN, VERSION};
 
 /// Most numbers that a design has: n = 4, r = 3, four channels observed.
@@ -34,7 +34,7 @@ pub struct Target {
     /// The design that is loading or runs.
     open: Option<Open>,
     numbers: [f32; MOST_NUMBERS],
-    running: Option<Running>,
+    running: Option<Loaded>,
     ticks: u32,
     black_box: History<f32, MAX_N, REMEMBERED>,
     event: Option<Event>,
@@ -143,7 +143,7 @@ impl Target {
         // `open` saw to it that they fit.
         let numbers = &self.numbers[..(open.count as usize).min(MOST_NUMBERS)];
         agree(Reason::Design, crate::design_hash(open.instance, numbers), open.design)?;
-        self.running = Some(Running::load(open.instance, numbers)?);
+        self.running = Some(Loaded::load(open.instance, numbers)?);
         self.ticks = 0;
         self.black_box = History::new();
         self.event = Some(Event::Started(open));

@@ -10,7 +10,7 @@
 use core::hint::black_box;
 
 use benches::{Joint, Naive, Noise, Tuned, joint};
-use controller_core::State;
+use controller_core::ControlLaw;
 use cortex_m_semihosting::debug;
 use dsp_process::SplitProcess;
 use idsp::iir::{Biquad, BiquadClamp, DirectForm1};
@@ -24,13 +24,21 @@ static JOINT_3: Joint<f32, 3> = joint();
 
 #[unsafe(no_mangle)]
 #[inline(never)]
-extern "C" fn shipped_tick_2(joint: &Joint<f32, 2>, state: &mut State<f32, 2, 2>, x: &[f32; 4]) -> f32 {
+extern "C" fn shipped_tick_2(
+    joint: &Joint<f32, 2>,
+    state: &mut <Joint<f32, 2> as ControlLaw>::State,
+    x: &[f32; 4],
+) -> f32 {
     joint.tick(state, x).u
 }
 
 #[unsafe(no_mangle)]
 #[inline(never)]
-extern "C" fn shipped_tick_3(joint: &Joint<f32, 3>, state: &mut State<f32, 3, 2>, x: &[f32; 4]) -> f32 {
+extern "C" fn shipped_tick_3(
+    joint: &Joint<f32, 3>,
+    state: &mut <Joint<f32, 3> as ControlLaw>::State,
+    x: &[f32; 4],
+) -> f32 {
     joint.tick(state, x).u
 }
 
@@ -59,7 +67,8 @@ fn main() -> ! {
     let mut noise = Noise::new(1);
     let first = noise.sample();
     let (joint_2, joint_3) = (black_box(&JOINT_2), black_box(&JOINT_3));
-    let (Some(mut state_2), Some(mut state_3)) = (joint_2.start(&first), joint_3.start(&first)) else {
+    let (Some(mut state_2), Some(mut state_3)) = (joint_2.start(&first), joint_3.start(&first))
+    else {
         end(debug::EXIT_FAILURE)
     };
     let mut naive_2 = Naive::<2, false>::new();

@@ -17,8 +17,8 @@ use core::hint::black_box;
 use core::mem::MaybeUninit;
 
 use controller_core::{
-    Benchmark, Config, Controller, Exp, Fallback, FlexibleJoint, JointParameters, Libm, Limits, Micromath, Nominal,
-    NominalModel, ObserverGains, Output, ReachingLaw, Reading, State, Surface, channels,
+    Benchmark, Config, ControlLaw, Controller, Exp, FlexibleJoint, JointParameters, Libm, Limits, Micromath, Nominal,
+    NominalModel, ObserverGains, Options, Output, ReachingLaw, Reading, Surface, channels,
 };
 use cortex_m::asm;
 use firmware::{clock, log};
@@ -56,15 +56,12 @@ macro_rules! instances {
             #[allow(clippy::wildcard_imports)]
             use super::*;
 
-            static CONTROLLER: Controller<f32, $model, $n, $r, { $mask }, $o> = $design;
-            static STATE: Place<State<f32, $r, $o>> = Place::empty();
+            type Law = Controller<f32, $model, $n, $r, { $mask }, $o>;
+            static CONTROLLER: Law = $design;
+            static STATE: Place<<Law as ControlLaw>::State> = Place::empty();
 
             #[inline(never)]
-            fn tick(
-                controller: &Controller<f32, $model, $n, $r, { $mask }, $o>,
-                state: &mut State<f32, $r, $o>,
-                x: &[f32; $n],
-            ) -> $answer {
+            fn tick(controller: &Law, state: &mut <Law as ControlLaw>::State, x: &[f32; $n]) -> $answer {
                 controller.$call(state, x)$(.$field)?
             }
 
@@ -79,10 +76,10 @@ macro_rules! instances {
     };
 }
 
-const DRIVEN: u8 = channels([4]);
-const BOTH: u8 = channels([2, 4]);
-const ALL: u8 = channels([1, 2, 3, 4]);
-const OF_TWO: u8 = channels([1, 2]);
+const DRIVEN: u8 = channels(4, 1, [4]);
+const BOTH: u8 = channels(4, 2, [2, 4]);
+const ALL: u8 = channels(4, 3, [1, 2, 3, 4]);
+const OF_TWO: u8 = channels(2, 2, [1, 2]);
 
 // Eq. (44) asks for order n - i in channel i: order 1 is for the driven channel alone, all four need order 3.
 instances! {
@@ -148,10 +145,7 @@ const fn config<const N: usize, const R: usize>(mask: u8, nominal: Nominal<N>) -
         observers,
         reaching: ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 },
         nominal,
-        limits: Limits::symmetric(300.0),
-        fallback: Fallback::HoldLast,
-        sigma_star_bound: 10.0,
-        observer_pole_limit: 1.0,
+        options: Options::NEUTRAL.with_limits(Limits::symmetric(300.0)).with_sigma_star_bound(10.0),
     }
 }
 
@@ -177,17 +171,17 @@ impl Noise {
     }
 }
 
-type Tick<C, S, const N: usize, Y> = fn(&C, &mut S, &[f32; N]) -> Y;
+type Tick<C, const N: usize, Y> = fn(&C, &mut <C as ControlLaw>::State, &[f32; N]) -> Y;
 
 /// Calls a tick by reference as a firmware does: nothing that the compiler knows of its arguments enters it.
 #[inline(never)]
-fn measure<M, Y, const N: usize, const R: usize, const MASK: u8, const O: usize>(
+fn measure<C, Y, const N: usize>(
     name: &str,
-    controller: &'static Controller<f32, M, N, R, MASK, O>,
-    place: &'static Place<State<f32, R, O>>,
-    tick: Tick<Controller<f32, M, N, R, MASK, O>, State<f32, R, O>, N, Y>,
+    controller: &'static C,
+    place: &'static Place<C::State>,
+    tick: Tick<C, N, Y>,
 ) where
-    M: NominalModel<f32, N>,
+    C: ControlLaw<Sample = [f32; N]>,
 {
     let (controller, tick) = (black_box(controller), black_box(tick));
     let overhead = clock::elapsed(|| {});

@@ -9,8 +9,8 @@
 use core::cell::RefCell;
 
 use controller_core::{
-    Config, Controller, Fallback, FlexibleJoint, History, JointParameters, Limits, Nominal, ObserverGains, Output,
-    ReachingLaw, Reading, Record, State, Surface, channels,
+    Config, Fallback, FlexibleJoint, History, JointParameters, Limits, Nominal, ObserverGains, Options, Output,
+    ReachingLaw, Reading, Record, Running, Surface, controller, design,
 };
 use cortex_m::asm;
 use critical_section::Mutex;
@@ -23,10 +23,11 @@ const PERIOD_S: f64 = 1.0 / TICK_HZ as f64;
 const REPORT_EVERY: u32 = TICK_HZ / 5;
 
 /// A chain of order 4, observers of order 2 in channels 2 and 4.
-type Drive = Controller<f32, FlexibleJoint<f32>, 4, 2, { channels([2, 4]) }, 2>;
+type Drive = controller!(f32, FlexibleJoint<f32>, order 4, observers of order 2 in [2, 4]);
 const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
 const OBSERVER: ObserverGains<2> = ObserverGains::from_bandwidth::<2>(100.0);
 
+design! {
 /// Designed by the compiler, kept in flash. A bad design does not compile, and the error says why.
 static CONTROLLER: Drive = Drive::designed(
     &Config {
@@ -35,13 +36,14 @@ static CONTROLLER: Drive = Drive::designed(
         observers: [None, Some(OBSERVER), None, Some(OBSERVER)],
         reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
         nominal: NOMINAL,
-        limits: Limits::symmetric(300.0),
-        fallback: Fallback::Safe(0.0),
-        sigma_star_bound: 10.0,
-        observer_pole_limit: 1.0,
+        options: Options::NEUTRAL
+            .with_limits(Limits::symmetric(300.0))
+            .with_fallback(Fallback::Safe(0.0))
+            .with_sigma_star_bound(10.0),
     },
     FlexibleJoint::<f32>::new(&NOMINAL),
 );
+}
 
 /// What the interrupt leaves for the main loop, and for the moment after a fault.
 struct Seen {
@@ -54,7 +56,7 @@ static SEEN: Mutex<RefCell<Seen>> = Mutex::new(RefCell::new(Seen { history: Hist
 
 #[interrupt]
 fn TIM3() {
-    static mut STATE: Option<State<f32, 2, 2>> = None;
+    static mut LOOP: Running<CONTROLLER> = Running::new(CONTROLLER);
     static mut JOINT: joint::Joint = joint::Joint::new();
     static mut TICK: u32 = 0;
     static mut WORST: u32 = 0;
@@ -63,8 +65,8 @@ fn TIM3() {
     JOINT.advance(PERIOD_S as f32); // BOARD: goes; the motor has moved by itself
     let began = clock::now();
     let x = JOINT.sample(); // BOARD: read the encoders, convert to chain coordinates
-    let output = CONTROLLER.tick_or_start(STATE, &[0.0; 4], &x);
-    JOINT.drive(output.u); // BOARD: write the PWM; if it holds anything else, tell `State::applied`
+    let output = LOOP.tick(&x);
+    JOINT.drive(output.u); // BOARD: write the PWM; if it holds anything else, `LOOP.report_applied(held)`
     critical_section::with(|cs| {
         if let Ok(mut seen) = SEEN.borrow(cs).try_borrow_mut() {
             seen.history.push(Record { tick: *TICK, x, output });
