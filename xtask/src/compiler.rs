@@ -80,6 +80,27 @@ impl Compiler {
     }
 }
 
+/// Builds a workspace of its own for the chip. The one way: paths in it would change not only messages but, through the
+/// hashes in symbols, the order of instructions.
+pub(crate) fn build(root: &Path, manifest: &str) -> Result<Invocation, Failure> {
+    let build = Compiler::required()?.cargo("build").with(&["--manifest-path", manifest]);
+    Ok(build.with(&["--config", &without_paths(root)]))
+}
+
+/// A setting of cargo, on top of those in the files: a panic tells its place relative to this workspace or to the crate
+/// it is in, so that an image is the same, and as large, wherever it was built.
+fn without_paths(root: &Path) -> String {
+    let home = std::env::home_dir().unwrap_or_default().join(".cargo");
+    let home = std::env::var_os("CARGO_HOME").map_or(home, PathBuf::from);
+    let registries = std::fs::read_dir(home.join("registry/src")).into_iter().flatten().flatten();
+    let crates = registries.map(|registry| format!("{}=crates", registry.path().display()));
+    let remaps: Vec<String> = std::iter::once(format!("{}=.", root.display()))
+        .chain(crates)
+        .map(|remap| format!("'--remap-path-prefix={remap}'"))
+        .collect();
+    format!("target.{TARGET}.rustflags=[{}]", remaps.join(", "))
+}
+
 impl fmt::Display for Compiler {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

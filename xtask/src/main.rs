@@ -4,6 +4,7 @@
 //! Each step is numbered and timed; the first that fails ends the run with the exact command to repeat it.
 
 mod bench;
+mod budget;
 mod capi;
 mod compiler;
 mod docs;
@@ -40,7 +41,7 @@ const ACTIONS: [Action; 9] = [
     Action {
         name: "budget",
         help: "build the images and hold what each instance costs to firmware/budgets.toml",
-        run: firmware::budget,
+        run: budget::run,
     },
     Action { name: "capi", help: "build archive, header and examples for firmware in C", run: capi::run },
     Action { name: "fuzz", help: "libFuzzer against the target's side of the wire", run: fuzz::run },

@@ -1,7 +1,7 @@
 //! The whole gate, cheapest steps first, so that a slip is told in seconds.
 
 use crate::step::{Gate, Invocation, Outcome};
-use crate::{bench, capi, docs, firmware, fuzz, paper_map, scan, setup, thumb, wasm};
+use crate::{bench, budget, capi, docs, firmware, fuzz, paper_map, scan, setup, thumb, wasm};
 
 /// Features of controller-core; every combination must build and be free of warnings.
 const FEATURES: [&str; 3] = ["analysis", "defmt", "serde"];
@@ -39,7 +39,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         "tests, controller-core without features",
         &[Invocation::cargo(&["test", "-p", "controller-core", "--no-default-features"])],
     )?;
-    firmware::judge(gate)?;
+    budget::judge(gate)?;
     fuzz::run(gate)?;
     thumb::run(gate, &sets)?;
     wasm::run(gate)
