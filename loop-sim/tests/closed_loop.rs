@@ -6,7 +6,9 @@ use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::thread;
 
-use controller_core::{Fallback, Health, JointParameters, Limits, ReachingLaw, Reading};
+use controller_core::{
+    Config, Health, JointParameters, Limits, Nominal, ObserverGains, Options, ReachingLaw, Reading, Surface,
+};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::closed_loop::{Loop, close_loop};
 use loop_sim::plant::{Benchmark, Chain, FlexibleJoint, LastChannel, Plant};
@@ -106,46 +108,38 @@ fn bits(trace: &Trace) -> String {
     format!("{trace:?}")
 }
 
-/// A controller for a chain with the linear a(x) `a` and all poles of the sliding motion at -5 rad/s.
-fn controller(a: &[f64], b: f64, observed: &[usize], precision: Precision) -> Box<dyn ControllerPort> {
-    let n = a.len();
-    // (s + 5)^(n - 1), lowest power first.
-    let mut surface_c = vec![1.0];
-    for _ in 1..n {
-        let shifted = [0.0].iter().chain(&surface_c);
-        surface_c = shifted.zip(surface_c.iter().chain(&[0.0])).map(|(high, low)| high + 5.0 * low).collect();
-    }
-    let designed = build(&ControllerSpec {
-        precision,
+/// A controller with this nominal model, and an observer of order 2 in these channels.
+fn controller<const N: usize>(
+    nominal: Nominal<N>,
+    observed: &[usize],
+    precision: Precision,
+) -> Box<dyn ControllerPort> {
+    let gains = ObserverGains::as_printed([40.0, 400.0]);
+    let config = Config::<N, 2> {
         period_s: 1e-3,
-        surface_c,
-        alpha_per_s: 1.0,
-        observers: (1..=n).map(|i| observed.contains(&i).then(|| vec![40.0, 400.0])).collect(),
+        surface: Surface::from_bandwidth(5.0, 1.0),
+        observers: std::array::from_fn(|i| observed.contains(&(i + 1)).then_some(gains)),
         reaching: ReachingLaw { k_l: 10.0, k_s: 0.0, epsilon: 0.01 },
-        model: Model::Linear(a.to_vec()),
-        gradient: a.to_vec(),
-        input_gain: b,
-        limits: Limits::symmetric(200.0),
-        fallback: Fallback::HoldLast,
-        initial_estimates: vec![0.0; n],
-        sigma_star_bound: 1e12,
-        observer_pole_limit: 1.0,
-    });
+        nominal,
+        options: Options::NEUTRAL.with_limits(Limits::symmetric(200.0)),
+    };
+    let model = Model::Linear(nominal.gradient.to_vec());
+    let designed = build(&ControllerSpec { precision, model, config: config.into() });
     designed.unwrap_or_else(|error| panic!("{error}")).port
 }
 
 fn joint(precision: Precision) -> Stages {
-    let nominal = JointParameters::TABLE_I.chain(Reading::Reconstructed);
-    let port = controller(&nominal.nominal().gradient, nominal.b, &[2, 4], precision);
-    Stages::of(FlexibleJoint::of_the_paper(nominal), port)
+    let chain = JointParameters::TABLE_I.chain(Reading::Reconstructed);
+    Stages::of(FlexibleJoint::of_the_paper(chain), controller(chain.nominal(), &[2, 4], precision))
 }
 
 fn chain() -> Stages {
-    let last = || LastChannel { a: vec![-1.0, -3.0, -3.0], b: 2.0 };
+    let nominal = Nominal { gradient: [-1.0, -3.0, -3.0], input_gain: 2.0 };
+    let last = || LastChannel { a: nominal.gradient.to_vec(), b: nominal.input_gain };
     let jump = Signal::new(vec![Term::Step { amplitude: 0.5, t0_s: 0.1234 }]);
     let disturbances = vec![Signal::default(), jump, Signal::default()];
     let chain = Chain::new(last(), last(), disturbances).expect("a chain");
-    Stages::of(chain, controller(&last().a, 2.0, &[2], Precision::F32))
+    Stages::of(chain, controller(nominal, &[2], Precision::F32))
 }
 
 fn baseline() -> Stages {

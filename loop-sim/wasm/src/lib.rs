@@ -5,7 +5,9 @@
 
 use std::ops::ControlFlow;
 
-use controller_core::{Fallback, JointParameters, Limits, ReachingLaw, Reading};
+use controller_core::{
+    AnyConfig, Config, JointParameters, Nominal, ObserverGains, Options, ReachingLaw, Reading, Surface,
+};
 use loop_sim::actuator::{self, Limited};
 use loop_sim::closed_loop::{Loop, close_loop};
 use loop_sim::plant::{Benchmark, FlexibleJoint, Plant};
@@ -15,6 +17,8 @@ use loop_sim::trace::{Ending, Recorder, Row};
 
 /// Numbers that [`bits`] takes: the joint in f32, the joint in f64, Eq. (59) in f32.
 pub const CASES: u32 = 3;
+
+const PERIOD_S: f64 = 1e-3;
 
 /// FNV-1a, 64 bits.
 struct Hash(u64);
@@ -40,42 +44,37 @@ pub extern "C" fn bits(case: u32) -> u64 {
 
 fn run(case: u32) -> Option<u64> {
     let joint = JointParameters::TABLE_I.chain(Reading::Reconstructed);
-    let gains = || Some(vec![100.0, 20.0]);
-    let of_joint = |precision| ControllerSpec {
-        precision,
-        period_s: 1e-3,
-        surface_c: vec![125.0, 75.0, 15.0, 1.0],
-        alpha_per_s: 1.0,
-        observers: vec![None, gains(), None, gains()],
-        reaching: ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 },
-        model: Model::Linear(joint.nominal().gradient.to_vec()),
-        gradient: joint.nominal().gradient.to_vec(),
-        input_gain: joint.nominal().input_gain,
-        limits: Limits::NONE,
-        fallback: Fallback::HoldLast,
-        initial_estimates: vec![0.0; 4],
-        sigma_star_bound: 1e12,
-        observer_pole_limit: 1.0,
+    let gains = Some(ObserverGains::<2>::as_printed([100.0, 20.0]));
+    let reaching = ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 };
+    let of_joint = Config {
+        period_s: PERIOD_S,
+        surface: Surface::from_bandwidth(5.0, 1.0),
+        observers: [None, gains, None, gains],
+        reaching,
+        nominal: joint.nominal(),
+        options: Options::NEUTRAL,
     };
-    let (plant, spec): (Box<dyn Plant>, _) = match case {
-        0 => (Box::new(FlexibleJoint::of_the_paper(joint)), of_joint(Precision::F32)),
-        1 => (Box::new(FlexibleJoint::of_the_paper(joint)), of_joint(Precision::F64)),
-        2 => {
-            let spec = ControllerSpec {
-                surface_c: vec![5.0, 1.0],
-                observers: vec![gains(), None],
-                model: Model::BenchmarkLibm,
-                gradient: vec![0.0, -1.0],
-                input_gain: 1.0,
-                initial_estimates: vec![0.0; 2],
-                ..of_joint(Precision::F32)
-            };
-            (Box::new(Benchmark::part_2()), spec)
-        }
+    let of_benchmark = Config {
+        period_s: PERIOD_S,
+        surface: Surface::from_bandwidth(5.0, 1.0),
+        observers: [gains, None],
+        reaching,
+        nominal: Nominal { gradient: [0.0, -1.0], input_gain: 1.0 },
+        options: Options::NEUTRAL,
+    };
+    let linear = Model::Linear(joint.nominal().gradient.to_vec());
+    let (precision, model, config): (_, _, AnyConfig) = match case {
+        0 => (Precision::F32, linear, of_joint.into()),
+        1 => (Precision::F64, linear, of_joint.into()),
+        2 => (Precision::F32, Model::BenchmarkLibm, of_benchmark.into()),
         _ => return None,
     };
+    let plant: Box<dyn Plant> = match config.n {
+        4 => Box::new(FlexibleJoint::of_the_paper(joint)),
+        _ => Box::new(Benchmark::part_2()),
+    };
     let n = plant.order();
-    let mut port = build(&spec).ok()?.port;
+    let mut port = build(&ControllerSpec { precision, model, config }).ok()?.port;
     let mut sensor = Dropout::new(Noise::new(sensor::Ideal, vec![1e-6; n], 1), 0.01, 1);
     let mut actuator = Limited::new(actuator::Ideal, -20.0, 20.0);
     let setup = Loop {
@@ -85,7 +84,7 @@ fn run(case: u32) -> Option<u64> {
         actuator: &mut actuator,
         report: true,
         x0: &[0.1, 0.0, 0.0, 0.0][..n],
-        period_s: spec.period_s,
+        period_s: PERIOD_S,
         periods: 5000,
     };
     let mut hash = Hash(0xcbf2_9ce4_8422_2325);
