@@ -41,7 +41,10 @@ const GATE: [Part; 15] = [
     Part { run: bench::count_on_host, quick: No("instructions on the host") },
     Part { run: test_without_features, quick: No("tests of controller-core without features") },
     Part { run: budget::judge, quick: No("the ceilings of the images") },
-    Part { run: last, quick: No("fuzzing of the wire, controller-core for the chip by feature set, the loop in WebAssembly") },
+    Part {
+        run: last,
+        quick: No("fuzzing of the wire, controller-core for the chip by feature set, the loop in WebAssembly"),
+    },
 ];
 
 /// Tests of the suite by the beginning of their names; the gate proper runs them all.
