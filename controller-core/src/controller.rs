@@ -44,7 +44,6 @@
 //! let output = CONTROLLER.tick(&mut state, &[0.1, 0.0, 0.0, 0.0]);
 //! assert_eq!(output.sigma_star, 0.0); // Eq. (17): the offset starts the sliding variable at zero
 //! ```
-#![doc = include_str!("../katex.html")]
 
 use crate::MAX_N;
 use crate::config::{Config, INPUT_LIMIT};

@@ -28,7 +28,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 9] = [
+const ACTIONS: [Action; 11] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -48,6 +48,12 @@ const ACTIONS: [Action; 9] = [
         run: budget::run,
     },
     Action { name: "capi", help: "build archive, header and examples for firmware in C", run: capi::run },
+    Action { name: "docs", help: "build the documentation without a warning, and check its formulas", run: docs::run },
+    Action {
+        name: "docs --offline",
+        help: "the same, with KaTeX beside the pages, so that formulas need no connection",
+        run: docs::offline,
+    },
     Action { name: "fuzz", help: "libFuzzer against the target's side of the wire", run: fuzz::run },
     Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
 ];
