@@ -29,7 +29,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 10] = [
+const ACTIONS: [Action; 12] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -49,6 +49,12 @@ const ACTIONS: [Action; 10] = [
         run: budget::run,
     },
     Action { name: "capi", help: "build archive, header and examples for firmware in C", run: capi::run },
+    Action { name: "docs", help: "build the documentation without a warning, and check its formulas", run: docs::run },
+    Action {
+        name: "docs --offline",
+        help: "the same, with KaTeX beside the pages, so that formulas need no connection",
+        run: docs::offline,
+    },
     Action { name: "fuzz", help: "libFuzzer against the target's side of the wire", run: fuzz::run },
     Action {
         name: "wasm",
