@@ -11,6 +11,8 @@ use integration_tests::strategy::Rng;
 
 type Motor = controller_core::controller!(f32, Linear<f32, 2>, order 2, observers of order 2 in [1, 2]);
 
+type Double = controller_core::controller!(f64, Linear<f64, 2>, order 2, observers of order 2 in [1, 2]);
+
 const NOMINAL: Nominal<2> = Nominal { gradient: [0.0, -0.5], input_gain: 250.0 };
 const GOOD: Config<2, 2> = Config {
     period_s: 1e-3,
@@ -134,7 +136,6 @@ fn whatever_makes_a_design_another_one_makes_its_fingerprint_another_one() {
     let design = motor(&GOOD);
     let row = Linear::from_row([1e-6, design.model().row()[1]]);
     seen.insert(Motor::from_parts(*design.coefficients(), row).fingerprint());
-    type Double = controller_core::controller!(f64, Linear<f64, 2>, order 2, observers of order 2 in [1, 2]);
     seen.insert(Double::designed(&GOOD, Linear::<f64, 2>::new(&NOMINAL)).fingerprint());
     let guessing = |guess| Running::guessing(design, guess).design().fingerprint();
     seen.extend([guessing([0.0; 2]), guessing([0.0, 1e-6])]);
@@ -232,14 +233,14 @@ fn config<const N: usize, const R: usize>(mask: u8) -> Config<N, R> {
         period_s: 1e-3,
         surface: Surface::from_bandwidth(4.0, 1.0),
         observers: std::array::from_fn(|i| (mask >> i & 1 == 1).then_some(slow)),
-        reaching: ReachingLaw { k_l: 40.0, k_s: if mask % 3 == 0 { 0.0 } else { 0.5 }, epsilon: 0.01 },
+        reaching: ReachingLaw { k_l: 40.0, k_s: if mask.is_multiple_of(3) { 0.0 } else { 0.5 }, epsilon: 0.01 },
         nominal: Nominal {
             gradient: std::array::from_fn(|i| -0.5 * (i as f64 + 1.0)),
             input_gain: 3.5 - f64::from(mask),
         },
         options: Options::NEUTRAL
             .with_limits(Limits { min: -40.0, max: 30.0 })
-            .with_fallback(if mask % 2 == 0 { Fallback::HoldLast } else { Fallback::Safe(1.25) })
+            .with_fallback(if mask.is_multiple_of(2) { Fallback::HoldLast } else { Fallback::Safe(1.25) })
             .with_sigma_star_bound(20.0),
     }
 }

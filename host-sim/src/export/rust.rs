@@ -33,17 +33,15 @@ pub(super) fn text(exported: &Exported<'_>) -> String {
             None => "        None,\n".into(),
         })
         .collect();
-    let options: String = options
-        .calls()
-        .map(|(call, value)| {
-            let value = match call {
-                "with_initial_estimates" => of_order(&options.initial_estimates, n),
-                "with_fallback" => format!("Fallback::{value:?}"),
-                _ => format!("{value:?}"),
-            };
-            format!("\n        .{call}({value})")
-        })
-        .collect();
+    let mut calls = String::new();
+    for (call, value) in options.calls() {
+        let value = match call {
+            "with_initial_estimates" => of_order(&options.initial_estimates, n),
+            "with_fallback" => format!("Fallback::{value:?}"),
+            _ => format!("{value:?}"),
+        };
+        let _ = write!(calls, "\n        .{call}({value})");
+    }
     let estimates = &download.numbers[..n];
     let version = controller_core::VERSION;
 
@@ -91,7 +89,7 @@ pub const CONFIG: Config<{n}, {r}> = Config {{
 {observers}    ],
     reaching: {reaching:?},
     nominal: Nominal {{ gradient: {gradient}, input_gain: {b:?} }},
-    options: Options::NEUTRAL{options},
+    options: Options::NEUTRAL{calls},
 }};
 
 /// Designed by the compiler: a bad design is a compile error.
