@@ -41,7 +41,6 @@
 //! let output = running.tick(&[0.1, 0.0, 0.0, 0.0]);
 //! assert_eq!(output.sigma_star, 0.0); // Eq. (17): the offset starts the sliding variable at zero
 //! ```
-#![doc = include_str!("../katex.html")]
 
 use crate::config::{Config, INPUT_LIMIT};
 use crate::design::{self, Coefficients};

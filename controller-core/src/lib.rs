@@ -28,7 +28,6 @@
 //!   [`ConfigError`], [`Warning`] and [`Warnings`]. serde derives nothing for `[T; N]` with a generic N, so [`Config`],
 //!   [`Surface`], [`ObserverGains`], [`Nominal`] and [`Record`] have no impl: keep their numbers in a type of your own (a
 //!   scenario file does) and build them from it.
-#![doc = include_str!("../katex.html")]
 #![no_std]
 #![forbid(unsafe_code)]
 

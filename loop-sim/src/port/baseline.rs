@@ -7,7 +7,6 @@
 //!
 //! It is written for continuous time; sampled with period T (held u, explicit Euler observer) its sign function
 //! chatters with an amplitude of k and a total variation that grows as 1/T. Any statement about it must name T.
-#![doc = include_str!("../../../controller-core/katex.html")]
 
 use controller_core::{Benchmark, Health, Libm, MAX_R, NominalModel};
 
