@@ -1,12 +1,11 @@
-//! The scenario file: everything one run needs, and nothing else.
+#![doc = include_str!("../README.md")]
+//!
+//! # From text to experiment
 //!
 //! ```text
 //! text + --set  ->  tree with places  ->  held against the schema  ->  Scenario  ->  defaults, rules  ->  Experiment
 //!                   (document)            (check)                                    (resolve, assemble)
 //! ```
-//!
-//! A key that is left out has the value of Example 2 of the paper in the reading that reproduces it: an empty file *is*
-//! that example. Units are SI and end the names. Channels and positions count from 1, as in the paper.
 //!
 //! The structs are flat with optional keys on purpose: serde's tagged enums would lose the place of an error. Which
 //! keys go with which kind is one table in `resolve`.
