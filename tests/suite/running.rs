@@ -2,8 +2,9 @@
 //! ticked beside others in lanes?
 
 use controller_core::{
-    Config, ControlLaw, Controller, Fallback, Guessing, Health, Limits, Linear, Nominal, ObserverGains, Options,
-    Output, ReachingLaw, Real, RetuneError, Running, Surface, Words, WordsError, shapes,
+    Config, ConfigError, ControlLaw, Controller, Fallback, Guessing, Health, Lanes, Limits, Linear, Nominal,
+    NominalModel, ObserverGains, Options, Output, ReachingLaw, Real, RetuneError, Running, State, Surface, Words,
+    WordsError, shapes,
 };
 use integration_tests::oracle::Model;
 use integration_tests::shape::UnitModel;
@@ -246,77 +247,112 @@ fn config<const N: usize, const R: usize>(mask: u8) -> Config<N, R> {
 }
 
 /// A number of a sample: good ones, ones that saturate, lost ones, edges.
-fn number<T: Real>(rng: &mut Rng) -> T {
+fn number(rng: &mut Rng) -> f64 {
     let edges = [f64::NAN, f64::INFINITY, -1e13, 1e30, 1e35, -1e-40, -0.0, 1e6, -3e11, 1e300];
     match rng.integer(0, 59) {
-        k @ 0..10 => T::from_f64(edges[k]),
-        10..14 => T::from_f64(rng.within(-100.0, 100.0)),
-        _ => T::from_f64(rng.within(-0.2, 0.2)),
+        k @ 0..10 => edges[k],
+        10..14 => rng.within(-100.0, 100.0),
+        _ => rng.within(-0.2, 0.2),
     }
 }
 
-/// Lanes against L controllers alone: outputs, states, reports of what was held. Returns lane-ticks that were rejected
-/// and that saturated.
-fn lanes_are_the_tick<T: Real, M, const N: usize, const R: usize, const MASK: u8, const O: usize>(
-    controller: &Controller<T, M, N, R, MASK, O>,
-) -> [usize; 2]
-where
-    M: controller_core::NominalModel<T, N>,
-{
-    let mut rng = Rng::new(u64::from(MASK) << 16 | (N * 8 + R) as u64);
+/// Samples of all lanes, and what a lane answers: u, sigma, sigma* as words, and the health.
+type Samples = [[f64; 6]; L];
+type Answer = ([[u32; 2]; 3], Health);
+
+/// A controller in lanes, and L of it alone; of any shape, so that the questions are compiled once.
+trait Beside {
+    fn together(&mut self, x: &Samples) -> [Answer; L];
+    fn alone(&mut self, x: &Samples) -> [Answer; L];
+    /// Half of the last u was really held in this lane.
+    fn report(&mut self, l: usize);
+    fn same_state(&self, l: usize) -> bool;
+}
+
+struct Both<T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MASK: u8, const O: usize> {
+    controller: Controller<T, M, N, R, MASK, O>,
+    lanes: Lanes<T, M, N, R, MASK, O, L>,
+    alone: Vec<State<T, M, N, R, MASK, O>>,
+}
+
+fn both<T: Real, M: NominalModel<T, N> + 'static, const N: usize, const R: usize, const MASK: u8, const O: usize>(
+    controller: Result<Controller<T, M, N, R, MASK, O>, ConfigError>,
+) -> Box<dyn Beside> {
+    let controller = controller.expect("a good design");
     let start = controller.start(&[T::from_f64(0.1); N]).expect("a good sample");
-    let mut lanes = start.lanes::<L>();
-    let mut alone = vec![start; L];
-    let mut seen = [0; 2];
-    for k in 0..150 {
-        let x: [[T; N]; L] = std::array::from_fn(|_| std::array::from_fn(|_| number(&mut rng)));
-        let together: [Output<T>; L] = std::array::from_fn(|l| controller.tick_lane(&mut lanes, l, &x[l]));
-        for l in 0..L {
-            let one = controller.tick(&mut alone[l], &x[l]);
-            let other = together[l];
-            for (one, other) in [(one.u, other.u), (one.sigma, other.sigma), (one.sigma_star, other.sigma_star)] {
-                assert_eq!(one.to_words(), other.to_words(), "n = {N}, r = {R}, {MASK:#b}, tick {k}, lane {l}");
-            }
-            assert_eq!(one.health, other.health, "n = {N}, r = {R}, {MASK:#b}, tick {k}, lane {l}");
-            seen[0] += usize::from(one.health.contains(Health::INPUT_REJECTED));
-            seen[1] += usize::from(one.health.contains(Health::SATURATED));
-            if rng.chance(0.2) {
-                let held = T::from_f64(0.5) * one.u;
-                Controller::<T, M, N, R, MASK, O>::report_applied(&mut alone[l], held);
-                let mut state = lanes.lane(l);
-                Controller::<T, M, N, R, MASK, O>::report_applied(&mut state, held);
-                lanes.set(l, &state);
-            }
-            assert!(lanes.lane(l).words().eq(alone[l].words()), "n = {N}, r = {R}, {MASK:#b}, tick {k}, lane {l}");
-        }
+    Box::new(Both { controller, lanes: start.lanes::<L>(), alone: vec![start; L] })
+}
+
+fn answer<T: Real>(Output { u, sigma, sigma_star, health }: Output<T>) -> Answer {
+    ([u, sigma, sigma_star].map(T::to_words), health)
+}
+
+impl<T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MASK: u8, const O: usize> Beside
+    for Both<T, M, N, R, MASK, O>
+{
+    fn together(&mut self, x: &Samples) -> [Answer; L] {
+        let x = x.map(|x| std::array::from_fn(|i| T::from_f64(x[i])));
+        let outputs: [Output<T>; L] = std::array::from_fn(|l| self.controller.tick_lane(&mut self.lanes, l, &x[l]));
+        outputs.map(answer)
     }
-    seen
+
+    fn alone(&mut self, x: &Samples) -> [Answer; L] {
+        let one = |l: usize| {
+            let x = std::array::from_fn(|i| T::from_f64(x[l][i]));
+            answer(self.controller.tick(&mut self.alone[l], &x))
+        };
+        std::array::from_fn(one)
+    }
+
+    fn report(&mut self, l: usize) {
+        let held = T::HALF * self.alone[l].held();
+        Controller::<T, M, N, R, MASK, O>::report_applied(&mut self.alone[l], held);
+        let mut state = self.lanes.lane(l);
+        Controller::<T, M, N, R, MASK, O>::report_applied(&mut state, held);
+        self.lanes.set(l, &state);
+    }
+
+    fn same_state(&self, l: usize) -> bool {
+        self.lanes.lane(l).words().eq(self.alone[l].words())
+    }
 }
 
 #[test]
 fn every_lane_of_every_shape_has_the_bits_of_the_tick_in_both_precisions() {
-    let mut seen = [0; 2];
-    let mut shapes = 0;
-    macro_rules! compare {
+    let mut pairs: Vec<(&str, Box<dyn Beside>)> = Vec::new();
+    macro_rules! every {
         ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {$(
-            // b(x) varies in every third shape, a(x) bends in all.
-            let model = Model { bend: 0.3, swing: if shapes % 3 == 0 { 0.2 } else { 0.0 }, ..Model::linear(&[-0.5; $n], 3.0) };
+            // a(x) bends in all, b(x) varies in every third.
+            let swing = if pairs.len() % 3 == 0 { 0.2 } else { 0.0 };
+            let model = Model { bend: 0.3, swing, ..Model::linear(&[-0.5; $n], 3.0) };
             let design = config::<$n, $r>($mask);
             let single = Controller::<f32, _, $n, $r, $mask, $o>::design(&design, UnitModel::new(&model));
             let double = Controller::<f64, _, $n, $r, $mask, $o>::design(&design, UnitModel::new(&model));
-            for found in [
-                lanes_are_the_tick(&single.expect("a good design")),
-                lanes_are_the_tick(&double.expect("a good design")),
-            ] {
-                seen = [seen[0] + found[0], seen[1] + found[1]];
-            }
-            shapes += 1;
+            pairs.push((stringify!($name), both(single)));
+            pairs.push((stringify!($name), both(double)));
         )*};
     }
-    shapes!(all => compare);
-    println!("{shapes} shapes, {} lane-ticks, {} rejected, {} saturated", shapes * 2 * 150 * L, seen[0], seen[1]);
-    assert_eq!(shapes, 116);
-    assert!(seen[0] > 10_000 && seen[1] > 10_000, "{seen:?}");
+    shapes!(all => every);
+    let (mut rejected, mut saturated) = (0, 0);
+    for (seed, (name, pair)) in pairs.iter_mut().enumerate() {
+        let mut rng = Rng::new(seed as u64);
+        for k in 0..150 {
+            let x: Samples = std::array::from_fn(|_| std::array::from_fn(|_| number(&mut rng)));
+            let (together, alone) = (pair.together(&x), pair.alone(&x));
+            for l in 0..L {
+                assert_eq!(together[l], alone[l], "{name}, tick {k}, lane {l}");
+                rejected += usize::from(alone[l].1.contains(Health::INPUT_REJECTED));
+                saturated += usize::from(alone[l].1.contains(Health::SATURATED));
+                if rng.chance(0.2) {
+                    pair.report(l);
+                }
+                assert!(pair.same_state(l), "{name}, tick {k}, lane {l}");
+            }
+        }
+    }
+    println!("{} lane-ticks, {rejected} rejected, {saturated} saturated", pairs.len() * 150 * L);
+    assert_eq!(pairs.len(), 2 * 116);
+    assert!(rejected > 10_000 && saturated > 10_000, "{rejected} {saturated}");
 }
 
 #[test]
