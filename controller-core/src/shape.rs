@@ -1,6 +1,6 @@
 //! The shape of a controller, as types and as numbers: plant order n, capacity r for observer orders, observed channels.
 //!
-//! [`controller!`](crate::controller) spells the type of a controller once. [`shapes!`](crate::shapes) is the one list
+//! [`controller!`](macro@crate::controller) spells the type of a controller once. [`shapes!`](crate::shapes) is the one list
 //! of all shapes for whoever must carry many: a target, a host, the archive for C.
 
 use crate::{MAX_N, MAX_R};
