@@ -325,7 +325,7 @@ fn area(begin: f64, middle: f64, end: f64, step: f64) -> f64 {
 /// disturbance reaches 2.55 (test
 /// `printed_lyapunov_bound_is_exceeded_and_the_corrected_one_holds`).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LyapunovBound<const R: usize> {
+pub(crate) struct LyapunovBound<const R: usize> {
     /// P of Eq. (22), (54), in the first `order` rows and columns.
     pub p: SMatrix<f64, R, R>,
     /// ρ, what Eq. (29) and (56) print: *not* a bound.
@@ -340,7 +340,7 @@ pub struct LyapunovBound<const R: usize> {
 /// # Errors
 /// [`BoundsError::NotPositiveDefinite`] if Q is not symmetric positive definite, or P is not (gains not Hurwitz, of an
 /// impossible order, or so far apart that f64 cannot tell); [`BoundsError::MuInvalid`] on a bad `mu`.
-pub fn lyapunov_bound<const R: usize>(
+pub(crate) fn lyapunov_bound<const R: usize>(
     gains: &ObserverGains<R>,
     q: &SMatrix<f64, R, R>,
     mu: f64,
@@ -414,7 +414,7 @@ mod tests {
     ) -> Config<N, R> {
         Config {
             period_s: 1e-4,
-            surface: Surface::from_coefficients(c, 1.0),
+            surface: Surface { c, alpha_per_s: 1.0 },
             observers,
             reaching,
             nominal: Nominal { gradient: [0.0; N], input_gain: 1.0 },

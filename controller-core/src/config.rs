@@ -49,7 +49,7 @@ pub enum Fallback {
 ///     options: Options::NEUTRAL.with_limits(Limits::symmetric(10.0)).with_fallback(Fallback::Safe(0.0)),
 /// };
 /// assert_eq!(CONFIG.validate(), Ok(()));
-/// assert!(CONFIG.warnings().is_empty());
+/// assert_eq!(CONFIG.warnings().iter().count(), 0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -28,7 +28,7 @@
 //! const CONTROLLER: Joint = Joint::designed(
 //!     &Config {
 //!         period_s: 1e-3,
-//!         surface: Surface::from_coefficients([125.0, 75.0, 15.0, 1.0], 1.0),
+//!         surface: Surface { c: [125.0, 75.0, 15.0, 1.0], alpha_per_s: 1.0 },
 //!         observers: [None, Some(GAINS), None, Some(GAINS)],
 //!         reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
 //!         nominal: NOMINAL,

@@ -289,14 +289,6 @@ impl ConfigError {
         Self { field, cause }
     }
 
-    /// The channel it is about, from 1.
-    pub const fn channel(&self) -> Option<usize> {
-        match self.field {
-            Field::Observer { channel } => Some(channel),
-            _ => None,
-        }
-    }
-
     /// Where and what, up to the remedy.
     const fn complaint(&self) -> Text {
         let text = match self.field {
@@ -476,10 +468,5 @@ impl Warnings {
     /// The remarks in turn.
     pub fn iter(&self) -> impl Iterator<Item = &Warning> {
         self.list.iter().flatten()
-    }
-
-    /// Nothing to remark?
-    pub const fn is_empty(&self) -> bool {
-        self.len == 0
     }
 }

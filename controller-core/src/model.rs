@@ -5,7 +5,7 @@
 //! $b_0 = b$. The true plant may differ; what the model does not say is the observers' business.
 
 use crate::assert_order;
-use crate::real::{Real, row_f32};
+use crate::real::Real;
 
 /// a(x) and b(x) in units of b_0.
 pub trait NominalModel<T: Real, const N: usize> {
@@ -51,26 +51,24 @@ pub struct Linear<T, const N: usize> {
     row: [T; N],
 }
 
-impl<const N: usize> Linear<f64, N> {
-    /// a(x) = gradient . x in f64.
-    pub const fn new(nominal: &Nominal<N>) -> Self {
-        const { assert_order(N) };
-        let mut row = nominal.gradient;
-        let mut i = 0;
-        while i < N {
-            row[i] /= nominal.input_gain;
-            i += 1;
+macro_rules! linear {
+    ($($t:ty),*) => {$(
+        impl<const N: usize> Linear<$t, N> {
+            /// a(x) = gradient . x, rounded once from f64.
+            pub const fn new(nominal: &Nominal<N>) -> Self {
+                const { assert_order(N) };
+                let mut row = [0.0; N];
+                let mut i = 0;
+                while i < N {
+                    row[i] = (nominal.gradient[i] / nominal.input_gain) as $t;
+                    i += 1;
+                }
+                Self { row }
+            }
         }
-        Self { row }
-    }
+    )*};
 }
-
-impl<const N: usize> Linear<f32, N> {
-    /// a(x) = gradient . x in f32.
-    pub const fn new(nominal: &Nominal<N>) -> Self {
-        Self { row: row_f32(&Linear::<f64, N>::new(nominal).row) }
-    }
-}
+linear!(f32, f64);
 
 impl<T: Real, const N: usize> Linear<T, N> {
     /// From the row of a(x)/b_0 itself.

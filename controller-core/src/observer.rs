@@ -159,13 +159,13 @@ impl<const R: usize> ObserverGains<R> {
     ///
     /// # Deviation
     /// The paper asks for positive gains, which suffices only for r = 2; r = 3 also needs l1 l2 > l3.
-    pub const fn is_hurwitz(&self) -> bool {
+    pub(crate) const fn is_hurwitz(&self) -> bool {
         let (a, degree) = self.polynomial();
         is_hurwitz(a, degree)
     }
 
     /// Magnitude of the fastest pole, rad/s.
-    pub const fn fastest_rad_s(&self) -> f64 {
+    pub(crate) const fn fastest_rad_s(&self) -> f64 {
         let (a, degree) = self.polynomial();
         spectral_radius(a, degree)
     }

@@ -42,7 +42,7 @@ fn poles(fast: f64) -> ObserverGains<2> {
 
 /// The surface with roots -`fast`, -10, -5 rad/s.
 fn surface(fast: f64) -> Surface<4> {
-    Surface::from_coefficients([50.0 * fast, 15.0 * fast + 50.0, fast + 15.0, 1.0], 1.0)
+    Surface { c: [50.0 * fast, 15.0 * fast + 50.0, fast + 15.0, 1.0], alpha_per_s: 1.0 }
 }
 
 const REFUSED: &[(Change, &str)] = &[
@@ -269,7 +269,6 @@ fn remarks(change: Change) -> Vec<String> {
     assert_eq!(designed(&config), Ok(()), "a warning is about a design that runs");
     let warnings = config.warnings();
     let told: Vec<String> = warnings.iter().map(Warning::to_string).collect();
-    assert_eq!(warnings.is_empty(), told.is_empty());
     told
 }
 

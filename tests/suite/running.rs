@@ -264,7 +264,7 @@ type Answer = ([[u32; 2]; 3], Health);
 trait Beside {
     fn together(&mut self, x: &Samples) -> [Answer; L];
     fn alone(&mut self, x: &Samples) -> [Answer; L];
-    /// Half of the last u was really held in this lane.
+    /// Something else was really held in this lane.
     fn report(&mut self, l: usize);
     fn same_state(&self, l: usize) -> bool;
 }
@@ -305,7 +305,7 @@ impl<T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MASK:
     }
 
     fn report(&mut self, l: usize) {
-        let held = T::HALF * self.alone[l].held();
+        let held = T::from_f64(0.25 * (l as f64 - 5.0));
         Controller::<T, M, N, R, MASK, O>::report_applied(&mut self.alone[l], held);
         let mut state = self.lanes.lane(l);
         Controller::<T, M, N, R, MASK, O>::report_applied(&mut state, held);
