@@ -37,7 +37,7 @@ fn designed(config: &Config<4, 2>) -> Result<(), ConfigError> {
 
 /// Poles at -`fast` and -10 rad/s: apart, so that the bisection finds them to 1e-11.
 fn poles(fast: f64) -> ObserverGains<2> {
-    ObserverGains::from_poles([Pole::real(-fast), Pole::real(-10.0)])
+    ObserverGains::from_poles([Pole { re: -fast, im: 0.0 }, Pole { re: -10.0, im: 0.0 }])
 }
 
 /// The surface with roots -`fast`, -10, -5 rad/s.
@@ -134,7 +134,7 @@ const REFUSED: &[(Change, &str)] = &[
     (
         // One complex pole without its partner.
         |config| {
-            let alone = [Pole { re: -10.0, im: 5.0 }, Pole::real(-10.0)];
+            let alone = [Pole { re: -10.0, im: 5.0 }, Pole { re: -10.0, im: 0.0 }];
             config.observers[3] = Some(ObserverGains::from_poles(alone));
         },
         "channel 4: an observer gain is NaN or infinite (Eq. (53)): give finite gains, or poles that are real or come \
