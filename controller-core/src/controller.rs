@@ -60,6 +60,25 @@ use crate::state::{Lanes, State};
 /// * `R`: capacity for observer orders, 1..=3
 /// * `MASK`, `O`: which channels carry an observer (bit i - 1 for channel i, see [`channels`](crate::channels)), and how many. An absent
 ///   channel takes no state and executes no instruction.
+///
+/// The macro [`controller!`](macro@crate::controller) spells it. [`Running`](crate::Running) ticks it; for a state of
+/// one's own it is a [`ControlLaw`]:
+/// ```
+/// use controller_core::*;
+/// # const NOMINAL: Nominal<2> = Nominal { gradient: [0.0, -0.5], input_gain: 250.0 };
+/// # const CONFIG: Config<2, 1> = Config {
+/// #     period_s: 1e-3,
+/// #     surface: Surface::from_bandwidth(20.0, 10.0),
+/// #     observers: [None, Some(ObserverGains::from_bandwidth::<1>(100.0))],
+/// #     reaching: ReachingLaw { k_l: 100.0, k_s: 0.0, epsilon: 0.01 },
+/// #     nominal: NOMINAL,
+/// #     options: Options::NEUTRAL,
+/// # };
+/// type Motor = controller!(f32, Linear<f32, 2>, order 2, observers of order 1 in [2]);
+/// let controller = Motor::design(&CONFIG, Linear::<f32, 2>::new(&NOMINAL)).expect("a good design");
+/// let mut state = controller.start(&[0.1, 0.0]).expect("a good first sample");
+/// assert!(controller.tick(&mut state, &[0.1, 0.0]).u < 0.0);
+/// ```
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Controller<T, M, const N: usize, const R: usize, const MASK: u8, const O: usize> {

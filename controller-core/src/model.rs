@@ -8,6 +8,26 @@ use crate::assert_order;
 use crate::real::Real;
 
 /// a(x) and b(x) in units of b_0.
+///
+/// ```
+/// use controller_core::*;
+///
+/// /// A pendulum: x_2' = -g/l sin x_1 + u/(m l²), with b_0 = 1/(m l²).
+/// #[derive(Clone, Copy)]
+/// struct Pendulum {
+///     weight: f32, // m g l, the torque that holds it level
+/// }
+///
+/// impl NominalModel<f32, 2> for Pendulum {
+///     fn drift(&self, x: &[f32; 2]) -> f32 {
+///         // Near the bottom; what the series leaves out, the observer of channel 2 estimates.
+///         let angle = x[0];
+///         -self.weight * (angle - angle * angle * angle * (1.0 / 6.0))
+///     }
+/// }
+///
+/// assert_eq!(Pendulum { weight: 2.0 }.drift(&[0.0, 1.0]), 0.0);
+/// ```
 pub trait NominalModel<T: Real, const N: usize> {
     /// a(x)/b_0: the drift of channel n in units of u.
     fn drift(&self, x: &[T; N]) -> T;
