@@ -196,7 +196,7 @@ fn a_configuration_of_any_order_is_refused_by_the_same_rules() {
     }
     for n in [0, 1, 7, usize::MAX] {
         let error = AnyConfig { n, ..any }.validate().expect_err("no such order");
-        assert_eq!(error.to_string(), "the plant order must be 2..=6 (Eq. (39))");
+        assert_eq!(error.to_string(), format!("the plant order must be 2..=6 (Eq. (39)) (given {n})"));
     }
     assert_eq!(any.warnings().iter().count(), GOOD.warnings().iter().count());
 }
