@@ -236,22 +236,30 @@ impl<'a, T: Real<Count = i32>> Machine<'a, T> {
 
     /// Runs a function; what it says beside the state.
     fn run(&mut self, record: &Record, sample: &[Word<T>]) -> Bits {
-        let word = |port: &Port| match port.role {
-            Role::Sample(j) => sample[j],
-            Role::State => {
-                let at = self.functions.state.iter().position(|word| word == port);
-                self.state[at.expect("a word of the state")]
+        // Words of the state stand in the same order everywhere, but not all in every record.
+        let state = |port: &Port, from: &mut usize| {
+            while self.functions.state[*from].name != port.name {
+                *from += 1;
             }
-            _ => sample[0],
+            *from
         };
-        let inputs: Vec<Word<T>> = record.inputs.iter().map(word).collect();
-        let mut said = Bits::new();
-        let mut flags = 0;
-        for (port, word) in record.results.iter().zip(record.run(&inputs)) {
+        let mut inputs = Vec::with_capacity(record.inputs.len());
+        let mut at = 0;
+        for port in &record.inputs {
+            inputs.push(match port.role {
+                Role::Sample(j) => sample[j],
+                Role::State if port.name == "started" => self.state[self.state.len() - 1],
+                Role::State => self.state[state(port, &mut at)],
+                _ => sample[0],
+            });
+        }
+        let (mut said, mut flags, mut at) = (Bits::new(), 0, 0);
+        let results = record.run(&inputs);
+        for (port, word) in record.results.iter().zip(results) {
             match port.role {
                 Role::State => {
-                    let at = self.functions.state.iter().position(|word| word == port);
-                    self.state[at.expect("a word of the state")] = word;
+                    let at = state(port, &mut at);
+                    self.state[at] = word;
                 }
                 Role::Flag(bit) => flags |= u64::from(word.truth()) << bit,
                 Role::Answer => flags = u64::from(word.truth()),
