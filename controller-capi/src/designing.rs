@@ -106,7 +106,6 @@ fn designed<const N: usize, const R: usize, const MASK: u8, const O: usize>(
         reaching: ReachingLaw { k_l: from.k_l, k_s: from.k_s, epsilon: from.epsilon },
         nominal,
         options: Options::NEUTRAL
-            .with_initial_estimates(from.d_hat)
             .with_limits(Limits { min: from.u_min, max: from.u_max })
             .with_fallback(fallback)
             .with_sigma_star_bound(from.sigma_star_bound)

@@ -192,7 +192,7 @@ unsafe fn start<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     }
     // SAFETY: `init` has looked at the design of this address.
     let Design { controller, d_hat, .. } = unsafe { &*design };
-    if let Some(started) = controller.start(&x, d_hat) {
+    if let Some(started) = controller.start_from(&x, d_hat) {
         held.state.write(started);
         held.tag = Design::<N, R, MASK, O>::RUNNING;
         return Status::OK;

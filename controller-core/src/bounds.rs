@@ -36,7 +36,6 @@
 //!   layer.
 //! * Eq. (58) forgets $\tilde d_n$, the largest term of Example 2, and runs its last inner sum over i instead of j.
 //! * Eq. (51), (58) print sat σ* for sat(σ*/ε).
-#![doc = include_str!("../katex.html")]
 
 use core::fmt;
 
@@ -52,7 +51,6 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// Bounds of the disturbances and their derivatives, Eq. (40): `mu[i - 1][k]` >= $|d_i^{(k)}|$ in the unit of
 /// $\dot x_i$ times s^-k. An observer of order r needs k = 0..=r; a channel without one needs k = 0.
-#[doc = include_str!("../katex.html")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisturbanceBounds<const N: usize, const K: usize> {
     /// $\mu_i^{(k)}$; `f64::INFINITY` says that nothing is known.
@@ -60,7 +58,6 @@ pub struct DisturbanceBounds<const N: usize, const K: usize> {
 }
 
 /// What is not exceeded once the transient has died.
-#[doc = include_str!("../katex.html")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UltimateBounds<const N: usize, const R: usize> {
     /// $\delta_{ik}$ of $|\tilde d_i^{(k)}|$. What no observer estimates is in error by all of itself: $\mu_i^{(k)}$,
@@ -75,7 +72,6 @@ pub struct UltimateBounds<const N: usize, const R: usize> {
 }
 
 /// Why there is no bound.
-#[doc = include_str!("../katex.html")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BoundsError {
     /// The controller itself would be refused.
@@ -136,7 +132,6 @@ impl From<ConfigError> for BoundsError {
 /// # Errors
 /// A configuration that would be refused, a $\mu$ that is missing, negative or NaN, or a design that is nearly
 /// undamped.
-#[doc = include_str!("../katex.html")]
 pub fn ultimate<const N: usize, const R: usize, const K: usize>(
     config: &Config<N, R>,
     disturbance: &DisturbanceBounds<N, K>,
@@ -329,7 +324,6 @@ fn area(begin: f64, middle: f64, end: f64, step: f64) -> f64 {
 /// $\rho\sqrt{\lambda_{max}(P)/\lambda_{min}(P)}$. For l = (0.5, 100), μ = 1, Q = I the print claims 2.26 and a
 /// disturbance reaches 2.55 (test
 /// `printed_lyapunov_bound_is_exceeded_and_the_corrected_one_holds`).
-#[doc = include_str!("../katex.html")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LyapunovBound<const R: usize> {
     /// P of Eq. (22), (54), in the first `order` rows and columns.
@@ -346,7 +340,6 @@ pub struct LyapunovBound<const R: usize> {
 /// # Errors
 /// [`BoundsError::NotPositiveDefinite`] if Q is not symmetric positive definite, or P is not (gains not Hurwitz, of an
 /// impossible order, or so far apart that f64 cannot tell); [`BoundsError::MuInvalid`] on a bad `mu`.
-#[doc = include_str!("../katex.html")]
 pub fn lyapunov_bound<const R: usize>(
     gains: &ObserverGains<R>,
     q: &SMatrix<f64, R, R>,

@@ -86,7 +86,7 @@ pub struct Options<const N: usize> {
     pub observer_pole_limit: f64,
 }
 
-/// Every option by its name, for whoever writes a design out: `each!(name)` once per option.
+/// Every option: type, neutral value, setter.
 macro_rules! options {
     ($($name:ident: $type:ty = $neutral:expr, $set:ident;)*) => {
         impl<const N: usize> Options<N> {
@@ -100,6 +100,13 @@ macro_rules! options {
                 self.$name = $name;
                 self
             })*
+
+            /// The calls that make these of [`NEUTRAL`](Self::NEUTRAL), for whoever writes a design out as Rust.
+            #[doc(hidden)]
+            pub fn calls(&self) -> impl Iterator<Item = (&'static str, &dyn core::fmt::Debug)> {
+                let calls: [(&'static str, &dyn core::fmt::Debug); _] = [$((stringify!($set), &self.$name)),*];
+                calls.into_iter()
+            }
         }
     };
 }

@@ -41,7 +41,6 @@
 //! let output = running.tick(&[0.1, 0.0, 0.0, 0.0]);
 //! assert_eq!(output.sigma_star, 0.0); // Eq. (17): the offset starts the sliding variable at zero
 //! ```
-#![doc = include_str!("../katex.html")]
 
 use crate::config::{Config, INPUT_LIMIT};
 use crate::design::{self, Coefficients};
@@ -151,7 +150,7 @@ where
     M: NominalModel<T, N>,
 {
     /// The observed channels, from 0.
-    const CHANNELS: [usize; O] = design::observed(MASK);
+    pub const CHANNELS: [usize; O] = design::observed(MASK);
     const LAST: usize = N - 1;
 
     /// A controller of coefficients that were designed elsewhere, see [`Coefficients::from_numbers`].
@@ -337,6 +336,14 @@ where
         (sigma + y[Self::LAST]).called("sigma", 0)
     }
 
+    /// The state before the first tick, with these A, B, C.
+    #[inline(always)]
+    fn begin(&self, x0: &[T; N], z: [[T; R]; O]) -> Option<State<T, M, N, R, MASK, O>> {
+        let offset = self.sigma(&Self::advanced(x0, &z), &z);
+        let all_sound = x0.iter().chain(z.as_flattened()).all(|&value| is_sound(value)) && is_sound(offset);
+        all_sound.then_some(State::resuming(z, offset, T::ZERO))
+    }
+
     /// θ, μ_2 and the unit of the estimate in slot s, see the module `design`.
     fn folding(&self, s: usize) -> (T, T, T) {
         let k = &self.coefficients;
@@ -398,15 +405,17 @@ where
     const NO_GUESS: [T; N] = [T::ZERO; N];
 
     /// The offset of Eq. (17) is taken here: give the first tick the same sample.
-    fn start(&self, x0: &[T; N], d_hat: &[T; N]) -> Option<Self::State> {
+    fn start_from(&self, x0: &[T; N], d_hat: &[T; N]) -> Option<Self::State> {
         let mut z = [[T::ZERO; R]; O];
         for s in 0..O {
             let i = Self::CHANNELS[s];
             z[s][0] = if i == Self::LAST { d_hat[i] / self.coefficients.input_gain } else { d_hat[i] };
         }
-        let offset = self.sigma(&Self::advanced(x0, &z), &z);
-        let all_sound = x0.iter().chain(z.as_flattened()).all(|&value| is_sound(value)) && is_sound(offset);
-        all_sound.then_some(State::resuming(z, offset, T::ZERO))
+        self.begin(x0, z)
+    }
+
+    fn start(&self, x0: &[T; N]) -> Option<Self::State> {
+        self.begin(x0, [[T::ZERO; R]; O])
     }
 
     #[inline]

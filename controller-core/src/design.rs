@@ -21,7 +21,6 @@
 //! # Leaving the process
 //! A design is a row of plain numbers in one declared order, [`LAYOUT`]: [`Coefficients::numbers`] gives them out,
 //! [`Coefficients::from_numbers`] takes them in again, checked. That is how a design made here gets onto a chip.
-#![doc = include_str!("../katex.html")]
 
 use crate::MAX_R;
 use crate::config::{Config, Fallback, INPUT_LIMIT};

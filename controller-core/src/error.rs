@@ -60,8 +60,8 @@ pub enum Field {
 }
 
 impl Field {
-    /// Its name in Rust.
-    const fn name(self) -> &'static str {
+    /// Its path in [`Config`](crate::Config).
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Period => "period_s",
             Self::Surface => "surface.c",

@@ -17,7 +17,6 @@
 //! * Example 2 calls (100, 20) and (1000, 300, 30) "pole at -10". Their poles are -99.8, -0.2 and -999.7,
 //!   -0.15 ± 0.087j (test `printed_gains_do_not_have_their_poles_at_minus_ten`): the gains stand in reverse order.
 //!   Poles at -10 need (20, 100) and (30, 300, 1000).
-#![doc = include_str!("../katex.html")]
 
 use crate::observer::{ObserverGains, Pole};
 use crate::polynomial::{TERMS, spectral_radius};
@@ -58,7 +57,6 @@ pub fn error_matrices<const R: usize>(gains: &ObserverGains<R>) -> (SMatrix<f64,
 /// let poles = error_poles(&ObserverGains::<2>::as_printed([100.0, 20.0]));
 /// assert!((poles[0].re + 99.8).abs() < 0.001 && (poles[1].re + 0.2).abs() < 0.001);
 /// ```
-#[doc = include_str!("../katex.html")]
 pub fn error_poles<const R: usize>(gains: &ObserverGains<R>) -> Vec<Pole, R> {
     roots(active(gains)).into_iter().flatten().collect()
 }

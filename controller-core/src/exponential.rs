@@ -5,7 +5,6 @@
 //! * from it the discrete observer gains $\gamma$.
 //!
 //! A series alone fails for large arguments: each is summed where the argument is small and doubled up from there.
-#![doc = include_str!("../katex.html")]
 
 use crate::{MAX_N, MAX_R};
 

@@ -14,7 +14,6 @@
 //!
 //! # Deviation
 //! The paper prints sat σ* in Eq. (51) and defines it by ε; the argument is σ*/ε.
-#![doc = include_str!("../katex.html")]
 
 /// Gains of the reaching law, Eq. (20) and (51).
 #[derive(Clone, Copy, Debug, PartialEq)]

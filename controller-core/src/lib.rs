@@ -28,7 +28,6 @@
 //!   [`ConfigError`], [`Warning`] and [`Warnings`]. serde derives nothing for `[T; N]` with a generic N, so [`Config`],
 //!   [`Surface`], [`ObserverGains`], [`Nominal`] and [`Record`] have no impl: keep their numbers in a type of your own (a
 //!   scenario file does) and build them from it.
-#![doc = include_str!("../katex.html")]
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -83,7 +82,7 @@ pub use real::Real;
 #[doc(hidden)]
 pub use real::{Count, Sealed};
 #[doc(inline)]
-pub use running::{ControlLaw, RetuneError, Running, Words, WordsError};
+pub use running::{ControlLaw, Guessing, RetuneError, Running, Words, WordsError};
 #[doc(inline)]
 pub use shape::channels;
 #[doc(inline)]

@@ -3,7 +3,6 @@
 //! Everything in that channel is measured in units of the *reference gain* $b_0$ ([`Nominal::input_gain`]): the model
 //! returns $a(x)/b_0$, and $b(x)/b_0$ where b varies. With a constant b this is why the tick needs no division: choose
 //! $b_0 = b$. The true plant may differ; what the model does not say is the observers' business.
-#![doc = include_str!("../katex.html")]
 
 use crate::assert_order;
 use crate::real::{Real, row_f32};

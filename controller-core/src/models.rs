@@ -1,5 +1,4 @@
 //! The plants of the paper's two examples, as nominal models.
-#![doc = include_str!("../katex.html")]
 
 pub mod benchmark;
 pub mod flexible_joint;

@@ -27,7 +27,6 @@
 //! estimate is off by 4e-3. This form takes differences of measurements first and is off by 3e-7 (test
 //! `precision::difference_form_keeps_at_100_rad_what_the_p_form_loses`).
 //! The estimates start at $\hat d(0) = 0$; $p(0) = 0$ would start them at $l \thinspace x(0)$.
-#![doc = include_str!("../katex.html")]
 
 use crate::MAX_R;
 use crate::config::resized;

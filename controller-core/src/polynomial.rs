@@ -7,7 +7,6 @@
 //!
 //! A polynomial is `[1, a_1, .., a_d]`, highest power first. A degree that has no room counts as unstable; asked first,
 //! so that no index needs a check that could panic.
-#![doc = include_str!("../katex.html")]
 
 /// Longest polynomial: the surface of a plant of order 6 has degree 5.
 pub(crate) const TERMS: usize = 6;

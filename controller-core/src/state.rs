@@ -56,7 +56,7 @@ pub struct State<T, M, const N: usize, const R: usize, const MASK: u8, const O: 
 /// # };
 /// let controller = Motor::designed(&CONFIG, Linear::<f32, 2>::new(&NOMINAL));
 /// let x = [[0.1, 0.0]; 8];
-/// let state = controller.start(&x[0], &Motor::NO_GUESS).expect("a finite sample");
+/// let state = controller.start(&x[0]).expect("a finite sample");
 /// let mut lanes = state.lanes::<8>();
 /// let mut u = [0.0; 8];
 /// for l in 0..8 {
@@ -111,6 +111,11 @@ impl<T: Real, M, const N: usize, const R: usize, const MASK: u8, const O: usize>
     /// Where in a state the one byte lies that must be 0 or 1; all others may be anything. Whoever gets states from
     /// memory that others can write to looks there first.
     pub const FLAG_AT: usize = core::mem::offset_of!(Self, resuming);
+
+    /// The u that the controller believes is held.
+    pub const fn held(&self) -> T {
+        self.held
+    }
 
     /// A state of nothing but these, before a tick.
     pub(crate) const fn resuming(z: [[T; R]; O], offset: T, held: T) -> Self {

@@ -12,7 +12,6 @@
 //!
 //! A channel $i < n$ contributes derivatives up to order $n - 1 - i$: hence Eq. (44) needs an observer of order
 //! $r \ge n - i$ in every *observed* mismatched channel.
-#![doc = include_str!("../katex.html")]
 
 use crate::config::resized;
 use crate::polynomial::{self, TERMS};

@@ -28,6 +28,9 @@ use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand};
 use controller_core::Health;
+use cycle_bound::log::Log;
+use cycle_bound::table::Table;
+use cycle_bound::{Reply, qemu};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use loop_sim::closed_loop::LoopError;
 use loop_sim::metrics::Metrics;
@@ -36,15 +39,10 @@ use loop_sim::trace::{Ending, Trace};
 use scenario::{Experiment, Mu, ScenarioError, Source};
 use serde::Serialize;
 
-use crate::budget;
 use crate::figures::{CATALOGUE, Case, ClaimRow, PaperFigure};
-use crate::log::Log;
-use crate::report::table::{Table, significant};
-use crate::report::{
-    csv,
-    trace_figure::{self, Labels},
-};
-use crate::transport::qemu;
+use crate::report::csv;
+use crate::report::number::significant;
+use crate::report::trace_figure::{self, Labels};
 
 mod export;
 mod target;
@@ -124,7 +122,7 @@ enum Command {
     /// Compute an upper bound in cycles of a function from its machine code, and what else it costs.
     ///
     /// Exit status: 0 the figures stand, 1 a check failed, 2 something could not be followed (it is named).
-    Budget(budget::Options),
+    Budget(cycle_bound::Options),
     /// Write the designed controller of a scenario as one source file, to stdout or with -o into a file.
     ///
     /// It gives the same bits as `host-sim run`. Its head says which scenario, design and version it is.
@@ -296,11 +294,6 @@ impl Comparison {
     }
 }
 
-/// For people a table, for programs one JSON object; numbers and names: nothing in it can fail to be written so.
-fn printed(answer: &(impl Serialize + std::fmt::Display), json: bool) -> String {
-    if json { serde_json::to_string(answer).unwrap_or_default() } else { answer.to_string() }
-}
-
 impl Console<'_> {
     /// To stdout. A reader that has gone away (`| head`) is no error.
     fn say(&mut self, text: &str) -> Result<(), Failure> {
@@ -315,26 +308,15 @@ impl Console<'_> {
         let _ = writeln!(self.err, "{text}");
     }
 
-    fn budget(&mut self, options: &budget::Options) -> Result<u8, Failure> {
+    fn budget(&mut self, options: &cycle_bound::Options) -> Result<u8, Failure> {
         let bad = |message| Failure { status: status::BAD_INPUT, message };
-        let (text, declined, failures, notes) = if let Some(file) = &options.ceilings {
-            let verdict = budget::ceilings::run(file, options.lower, self.stop).map_err(bad)?;
-            (printed(&verdict, options.json), verdict.declined, verdict.failures, verdict.notes)
-        } else {
-            let report = budget::run(options, self.stop).map_err(bad)?;
-            (printed(&report, options.json), report.declined, report.failures, Vec::new())
-        };
-        self.say(text.trim_end())?;
-        for (kind, lines) in [("note", &notes), ("declined", &declined), ("failed", &failures)] {
-            for line in lines {
-                self.note(&format!("{kind}: {line}"));
-            }
+        options.elf.as_deref().map_or(Ok(()), target::present).map_err(bad)?;
+        let Reply { text, remarks, status } = cycle_bound::run(options, self.stop).map_err(bad)?;
+        self.say(&text)?;
+        for line in &remarks {
+            self.note(line);
         }
-        Ok(match (declined.is_empty(), failures.is_empty()) {
-            (false, _) => status::BAD_INPUT,
-            (true, false) => status::FAILED,
-            (true, true) => status::DONE,
-        })
+        Ok(status)
     }
 
     fn schema(&mut self) -> Result<u8, Failure> {
@@ -390,7 +372,7 @@ impl Console<'_> {
         }
         let comparison = link.map(|link| compared(&trace, error.as_ref(), &link, started));
         let metrics = experiment.metrics(&trace);
-        let error = error.map(|error| reason(&error));
+        let error = error.map(|error| error.to_string());
         write_results(&folder, &experiment, &trace)?;
 
         if options.json {
@@ -439,10 +421,7 @@ impl Console<'_> {
                 self.note(&format!("{}: {label}", figure.id));
                 let (trace, error) = self.watched(&mut experiment, &mut None);
                 if let Some(error) = error {
-                    return Err(Failure {
-                        status: status::FAILED,
-                        message: format!("{}: {}", figure.id, reason(&error)),
-                    });
+                    return Err(Failure { status: status::FAILED, message: format!("{}: {error}", figure.id) });
                 }
                 if matches!(trace.ending, Ending::Interrupted { .. }) {
                     self.note(&format!(
@@ -588,13 +567,6 @@ fn write_results(folder: &Path, experiment: &Experiment, trace: &Trace) -> Resul
         figure.write(folder, &stem).map_err(told)?;
     }
     Ok(())
-}
-
-fn reason(error: &LoopError) -> String {
-    match error {
-        LoopError::Solver(error) => error.to_string(),
-        LoopError::Port(error) => error.to_string(),
-    }
 }
 
 /// As a word for programs, and as a sentence for people.

@@ -83,7 +83,7 @@ impl Exported<'_> {
     }
 
     fn design_hash(&self) -> u32 {
-        pil_wire::design_hash(instance_of(self.download.shape), &self.download.numbers)
+        pil_wire::design_hash(instance_of(self.download), &self.download.numbers)
     }
 
     /// Where the file comes from, line by line: every line may stand in a comment of C and of Rust.

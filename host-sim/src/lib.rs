@@ -8,12 +8,9 @@
 //! A [`scenario`] says what runs, [`loop_sim`] runs it. The controller runs in this process, or beside it on a target
 //! over a [`transport`], compared bit for bit. A scenario file with its seed reproduces a run bit for bit.
 
-pub mod budget;
 pub mod cli;
 pub mod export;
 pub mod figures;
-pub mod image_file;
-pub mod log;
 pub mod remote;
 pub mod report;
 pub mod transport;

@@ -12,7 +12,7 @@
 use std::time::{Duration, Instant};
 
 use loop_sim::MAX_ORDER;
-use loop_sim::port::in_process::{Download, ModelKind, Shape};
+use loop_sim::port::in_process::{Download, ModelKind};
 use loop_sim::port::{ControllerPort, PortError, Tick};
 use pil_wire::{
     CORE_VERSION, Identity, Instance, LAYOUT_ID, LOAD, MAX_N, Model, Open, REPLY_LEN, Reason, Receiver, Refusal, Reply,
@@ -53,9 +53,9 @@ pub fn for_target(experiment: &Experiment) -> Result<&Download, String> {
 }
 
 /// The tick of a design as the wire names it.
-pub const fn instance_of(shape: Shape) -> Instance {
-    let Shape { n, r, mask, model } = shape;
-    let model = match model {
+pub const fn instance_of(download: &Download) -> Instance {
+    let controller_core::Shape { n, r, mask } = download.shape;
+    let model = match download.model {
         ModelKind::Linear => Model::Linear,
         ModelKind::BenchmarkLibm => Model::BenchmarkLibm,
         ModelKind::BenchmarkMicromath => Model::BenchmarkMicromath,
@@ -76,6 +76,8 @@ pub struct Traffic {
 pub struct Remote<T> {
     wire: Wire<T>,
     instance: Instance,
+    /// The design, to load it once more.
+    numbers: Vec<f32>,
     observed: Vec<usize>,
     /// What the actuator holds since the last tick; NaN if that was not told.
     applied: f32,
@@ -89,8 +91,7 @@ impl<T: Transport> Remote<T> {
     /// # Errors
     /// When nothing answers, the wire breaks, or host and target do not fit: says what each of them has.
     pub fn connect(transport: T, reply_within: Duration, download: &Download) -> Result<Self, PortError> {
-        let Download { shape, numbers } = download;
-        let instance = instance_of(*shape);
+        let (instance, numbers) = (instance_of(download), &download.numbers);
         let mut wire = Wire {
             transport,
             least: reply_within,
@@ -104,21 +105,9 @@ impl<T: Transport> Remote<T> {
         agree(&identity)?;
         wire.sequence = identity.last_sequence;
 
-        let done = |reply, asked: &str| match reply {
-            Reply::Done => Ok(()),
-            Reply::Refused(refusal) => Err(PortError::Refused(in_words(&refusal, instance))),
-            _ => Err(PortError::Refused(format!("the target's answer to {asked} makes no sense"))),
-        };
-        done(wire.ask(&Request::Open(Open::new(instance, numbers)), "the design")?, "the design")?;
-        for (k, chunk) in numbers.chunks(LOAD).enumerate() {
-            let mut numbers = [0.0; LOAD];
-            numbers[..chunk.len()].copy_from_slice(chunk);
-            let load = Request::Load { offset: (k * LOAD) as u32, numbers };
-            done(wire.ask(&load, "the design")?, "the design")?;
-        }
-        done(wire.ask(&Request::Start, "the start")?, "the start")?;
+        wire.load(instance, numbers)?;
         let observed = (0..usize::from(instance.n)).filter(|i| instance.mask >> i & 1 == 1).collect();
-        Ok(Self { wire, instance, observed, applied: f32::NAN, ticks: 0 })
+        Ok(Self { wire, instance, numbers: numbers.clone(), observed, applied: f32::NAN, ticks: 0 })
     }
 
     /// What went over the wire so far.
@@ -169,6 +158,12 @@ impl<T: Transport> ControllerPort for Remote<T> {
 
     fn applied(&mut self, u: f64) {
         self.applied = u as f32;
+    }
+
+    fn reset(&mut self) -> Result<(), PortError> {
+        self.wire.load(self.instance, &self.numbers)?;
+        (self.applied, self.ticks) = (f32::NAN, 0);
+        Ok(())
     }
 
     fn observed(&self) -> &[usize] {
@@ -286,6 +281,23 @@ impl<T: Transport> Wire<T> {
             }
         }
         Err(self.silent("the first question"))
+    }
+
+    /// Loads a design and starts it.
+    fn load(&mut self, instance: Instance, numbers: &[f32]) -> Result<(), PortError> {
+        let done = |reply, asked: &str| match reply {
+            Reply::Done => Ok(()),
+            Reply::Refused(refusal) => Err(PortError::Refused(in_words(&refusal, instance))),
+            _ => Err(PortError::Refused(format!("the target's answer to {asked} makes no sense"))),
+        };
+        done(self.ask(&Request::Open(Open::new(instance, numbers)), "the design")?, "the design")?;
+        for (k, chunk) in numbers.chunks(LOAD).enumerate() {
+            let mut numbers = [0.0; LOAD];
+            numbers[..chunk.len()].copy_from_slice(chunk);
+            let load = Request::Load { offset: (k * LOAD) as u32, numbers };
+            done(self.ask(&load, "the design")?, "the design")?;
+        }
+        done(self.ask(&Request::Start, "the start")?, "the start")
     }
 
     /// One request, one reply.

@@ -6,7 +6,8 @@
 //! | every tick as numbers | [`csv`] |
 //! | the standard figures of a run | [`trace_figure`] |
 //! | a figure of your own | [`plot`] |
-//! | an aligned table on the terminal | [`table`] |
+//! | a number with as many digits as say something | [`number`] |
+//! | an aligned table on the terminal | [`cycle_bound::table`] |
 //!
 //! Every file appears whole or not at all, see [`write_whole`].
 
@@ -16,10 +17,10 @@ use std::path::Path;
 
 mod axis;
 pub mod csv;
+pub mod number;
 mod picture;
 pub mod plot;
 mod polyline;
-pub mod table;
 pub mod trace_figure;
 
 /// Writes a file whole or not at all: into a temporary name in the same folder, then renamed. Missing folders are made.

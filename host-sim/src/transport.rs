@@ -36,7 +36,7 @@ impl fmt::Display for TransportError {
 impl std::error::Error for TransportError {}
 
 /// A wire. It knows bytes and time, no frames.
-pub trait Transport {
+pub trait Transport: Send {
     /// Hands the bytes of one frame to the wire.
     ///
     /// # Errors

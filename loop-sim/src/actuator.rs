@@ -17,7 +17,7 @@
 use std::collections::VecDeque;
 
 /// One link of the actuating chain.
-pub trait Actuator {
+pub trait Actuator: Send {
     /// Called once per tick with the demand; returns what is really held until the next tick.
     fn drive(&mut self, demand: f64) -> f64;
 }
@@ -92,9 +92,9 @@ pub struct Delayed<A> {
 }
 
 impl<A> Delayed<A> {
-    /// A delay of whole ticks.
+    /// A delay of whole ticks; room for all that is under way is made here, none in the run.
     pub fn new(inner: A, ticks: usize) -> Self {
-        Self { inner, ticks, under_way: VecDeque::new() }
+        Self { inner, ticks, under_way: VecDeque::with_capacity(ticks + 1) }
     }
 }
 

@@ -1,6 +1,14 @@
 //! The one place where the loop is closed.
+//!
+//! Tick k of K + 1, at t = k T, with T the period:
+//!
+//! ```text
+//! sample = sensor(x)    u = port(sample)    u_held = actuator(u)    row -> recorder    x = x(t + T) under u_held
+//! ```
+//!
+//! All memory is made before: with a [`Recorder`] that keeps nothing, `()`, a run allocates nothing.
 
-use std::ops::ControlFlow;
+use std::fmt;
 
 use crate::MAX_ORDER;
 use crate::actuator::Actuator;
@@ -8,7 +16,7 @@ use crate::plant::Plant;
 use crate::port::{ControllerPort, PortError};
 use crate::sensor::Sensor;
 use crate::solver::{self, SolverError};
-use crate::trace::{Ending, Row, Trace};
+use crate::trace::{Ending, Recorder, Row, Trace};
 
 /// Everything between two ticks of the clock.
 pub struct Loop<'a> {
@@ -30,8 +38,21 @@ pub struct Loop<'a> {
     pub periods: usize,
 }
 
-/// Why a run broke off; what was recorded until then is kept.
-#[derive(Debug)]
+impl Loop<'_> {
+    /// A trace of this run before its first row, with room for all of them.
+    pub fn trace(&self) -> Trace {
+        Trace {
+            order: self.plant.order(),
+            observed: self.port.observed().to_vec(),
+            period_s: self.period_s,
+            rows: Vec::with_capacity(self.periods + 1),
+            ending: Ending::Finished,
+        }
+    }
+}
+
+/// Why a run broke off; what was recorded until then stays recorded.
+#[derive(Clone, Debug, PartialEq)]
 pub enum LoopError {
     /// The plant could not be integrated.
     Solver(SolverError),
@@ -39,35 +60,43 @@ pub enum LoopError {
     Port(PortError),
 }
 
-/// Runs the loop. `watch` sees every row as it is made and may break off (progress, Ctrl-C).
+impl fmt::Display for LoopError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Solver(error) => error.fmt(f),
+            Self::Port(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for LoopError {}
+
+/// Runs the loop; the recorder gets every row as it is made, may end the run, and is told how it ended.
 ///
-/// The trace is returned in any case; the error says why it is shorter than asked.
-pub fn close_loop(setup: Loop<'_>, watch: &mut dyn FnMut(&Row) -> ControlFlow<()>) -> (Trace, Option<LoopError>) {
+/// # Errors
+/// When the plant could not be integrated or the controller not be reached; the ending is then
+/// [`BrokenOff`](Ending::BrokenOff), and never otherwise.
+pub fn close_loop<R: Recorder + ?Sized>(setup: Loop<'_>, recorder: &mut R) -> Result<Ending, LoopError> {
+    let (ending, error) = run(setup, recorder);
+    recorder.end(ending);
+    error.map_or(Ok(ending), Err)
+}
+
+fn run<R: Recorder + ?Sized>(setup: Loop<'_>, recorder: &mut R) -> (Ending, Option<LoopError>) {
     let Loop { plant, sensor, port, actuator, report, x0, period_s, periods } = setup;
     let n = plant.order();
-    let mut trace = Trace {
-        order: n,
-        observed: port.observed().to_vec(),
-        period_s,
-        rows: Vec::with_capacity(periods + 1),
-        ending: Ending::Finished,
-    };
     let mut x = [0.0; MAX_ORDER];
     x[..n].copy_from_slice(x0);
     for k in 0..=periods {
         let t_s = k as f64 * period_s;
         if x[..n].iter().any(|value| !value.is_finite() || value.abs() > solver::RUNAWAY) {
-            trace.ending = Ending::Diverged { t_s };
-            break;
+            return (Ending::Diverged { t_s }, None);
         }
         let mut sample = [0.0; MAX_ORDER];
         sensor.measure(&x[..n], &mut sample[..n]);
         let tick = match port.tick(&sample[..n]) {
             Ok(tick) => tick,
-            Err(error) => {
-                trace.ending = Ending::BrokenOff { t_s };
-                return (trace, Some(LoopError::Port(error)));
-            }
+            Err(error) => return (Ending::BrokenOff { t_s }, Some(LoopError::Port(error))),
         };
         let u_held = actuator.drive(tick.u);
         if report {
@@ -86,17 +115,14 @@ pub fn close_loop(setup: Loop<'_>, watch: &mut dyn FnMut(&Row) -> ControlFlow<()
             d_hat: tick.d_hat(),
             health: tick.health,
         };
-        trace.rows.push(row);
-        if watch(&row).is_break() {
-            trace.ending = Ending::Interrupted { t_s };
-            break;
+        if recorder.record(&row).is_break() {
+            return (Ending::Interrupted { t_s }, None);
         }
         if k < periods
             && let Err(error) = solver::advance(plant, t_s, (k + 1) as f64 * period_s, u_held, &mut x[..n])
         {
-            trace.ending = Ending::BrokenOff { t_s };
-            return (trace, Some(LoopError::Solver(error)));
+            return (Ending::BrokenOff { t_s }, Some(LoopError::Solver(error)));
         }
     }
-    (trace, None)
+    (Ending::Finished, None)
 }

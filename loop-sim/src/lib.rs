@@ -1,14 +1,5 @@
-//! Closes the loop of [`controller_core`] against simulated plants, in process and without a file, a clock or a C
-//! compiler.
-//!
-//! ```text
-//! Plant -> Sensor -> ControllerPort -> Actuator -> (back to Plant)
-//!   `-> Trace -> Metrics
-//! ```
-//!
-//! Every stage is a value-in, value-out step behind a small trait; [`closed_loop::close_loop`] is the one function that
-//! closes the loop. A run with its seed is reproduced bit for bit: elementary functions come from `libm`, random numbers
-//! from ChaCha8.
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
 
 pub mod actuator;
 pub mod closed_loop;

@@ -22,7 +22,7 @@ use crate::MAX_ORDER;
 use crate::signal::Signal;
 
 /// A chain of integrators with disturbances, Eq. (39), as it really is.
-pub trait Plant {
+pub trait Plant: Send + Sync {
     /// n, 2..=6.
     fn order(&self) -> usize;
 

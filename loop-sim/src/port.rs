@@ -1,5 +1,5 @@
-//! The controller, wherever it runs: in this process, as the baseline of reference \[1\], or, by a [`ControllerPort`] of
-//! another crate, at the far end of a wire.
+//! The controller, wherever it runs: in this process, as the baseline of reference \[1\], or, by a [`ControllerPort`]
+//! of another crate, at the far end of a wire.
 
 use std::fmt;
 use std::time::Duration;
@@ -131,7 +131,7 @@ impl fmt::Display for Difference {
 }
 
 /// A controller at the end of a wire of any length.
-pub trait ControllerPort {
+pub trait ControllerPort: Send {
     /// One sample in, one control out. The first good sample starts the controller.
     ///
     /// # Errors
@@ -140,6 +140,12 @@ pub trait ControllerPort {
 
     /// What the actuator really holds since the last tick.
     fn applied(&mut self, u: f64);
+
+    /// Forgets every sample: the next good one starts the controller anew.
+    ///
+    /// # Errors
+    /// When the controller could not be reached.
+    fn reset(&mut self) -> Result<(), PortError>;
 
     /// Numbers (from 0) of the channels that carry an observer.
     fn observed(&self) -> &[usize];

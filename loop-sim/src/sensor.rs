@@ -24,7 +24,7 @@ use crate::MAX_ORDER;
 use crate::random::Random;
 
 /// One link of the measuring chain.
-pub trait Sensor {
+pub trait Sensor: Send {
     /// Called once per tick with the true state; writes the sample. A lost sample is NaN.
     fn measure(&mut self, x: &[f64], sample: &mut [f64]);
 }
@@ -100,9 +100,9 @@ pub struct Delayed<S> {
 }
 
 impl<S> Delayed<S> {
-    /// A delay of whole ticks.
+    /// A delay of whole ticks; room for all that is under way is made here, none in the run.
     pub fn new(inner: S, ticks: usize) -> Self {
-        Self { inner, ticks, under_way: VecDeque::new() }
+        Self { inner, ticks, under_way: VecDeque::with_capacity(ticks + 1) }
     }
 }
 

@@ -8,7 +8,6 @@
 //! between the jumps and the estimators start anew at each of them.
 //!
 //! Elementary functions come from `libm`, the same bits on every machine.
-#![doc = include_str!("../../controller-core/katex.html")]
 
 /// One term of a [`Signal`]; t in s.
 #[derive(Clone, Copy, Debug, PartialEq)]

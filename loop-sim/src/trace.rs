@@ -1,7 +1,48 @@
-//! What a run recorded: one row per tick.
+//! What a run tells: one [`Row`] per tick, and how it ended.
+//!
+//! A [`Recorder`] takes the rows as they are made. `()` keeps nothing, a [`Trace`] keeps all of them, a closure sees
+//! each and may end the run, and a pair `(&mut a, &mut b)` is both of its halves.
+
+use std::ops::ControlFlow;
 
 use crate::MAX_ORDER;
 use controller_core::Health;
+
+/// Takes the rows of a run as they are made.
+pub trait Recorder {
+    /// Called once per tick; `Break` ends the run after this row.
+    fn record(&mut self, row: &Row) -> ControlFlow<()>;
+
+    /// Called once, after the last row.
+    fn end(&mut self, _ending: Ending) {}
+}
+
+/// Keeps nothing.
+impl Recorder for () {
+    fn record(&mut self, _row: &Row) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+/// A closure: progress, Ctrl-C, a figure computed on the way.
+impl<F: FnMut(&Row) -> ControlFlow<()> + ?Sized> Recorder for F {
+    fn record(&mut self, row: &Row) -> ControlFlow<()> {
+        self(row)
+    }
+}
+
+/// Both see every row; either may end the run.
+impl<A: Recorder + ?Sized, B: Recorder + ?Sized> Recorder for (&mut A, &mut B) {
+    fn record(&mut self, row: &Row) -> ControlFlow<()> {
+        let [one, other] = [self.0.record(row), self.1.record(row)];
+        if one.is_break() { one } else { other }
+    }
+
+    fn end(&mut self, ending: Ending) {
+        self.0.end(ending);
+        self.1.end(ending);
+    }
+}
 
 /// Everything of one tick. Arrays are filled up to the plant order.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,6 +100,18 @@ pub struct Trace {
     pub period_s: f64,
     /// One per tick, k = 0..=K.
     pub rows: Vec<Row>,
-    /// How it ended.
+    /// How it ended; `Finished` before it began.
     pub ending: Ending,
+}
+
+/// Keeps every row.
+impl Recorder for Trace {
+    fn record(&mut self, row: &Row) -> ControlFlow<()> {
+        self.rows.push(*row);
+        ControlFlow::Continue(())
+    }
+
+    fn end(&mut self, ending: Ending) {
+        self.ending = ending;
+    }
 }

@@ -5,11 +5,15 @@
 //! variant per type, and no allocation.
 
 use controller_core::{
-    Benchmark, Coefficients, Controller, Libm, Linear, MAX_R, Micromath, NominalModel, Output, Running, shapes,
+    Benchmark, Coefficients, Controller, Guessing, Libm, Linear, MAX_R, Micromath, NominalModel, Output, Running,
+    shapes,
 };
 
 use crate::MAX_N;
 use crate::frame::{Instance, Model, Reason, Refusal};
+
+type Carried<M, const N: usize, const R: usize, const MASK: u8, const O: usize> =
+    Running<Guessing<Controller<f32, M, N, R, MASK, O>>>;
 
 /// What all of them have in common.
 pub(crate) trait Tick {
@@ -17,7 +21,7 @@ pub(crate) trait Tick {
 }
 
 impl<M: NominalModel<f32, N>, const N: usize, const R: usize, const MASK: u8, const O: usize> Tick
-    for Running<Controller<f32, M, N, R, MASK, O>>
+    for Carried<M, N, R, MASK, O>
 {
     fn tick(&mut self, x: &[f32; MAX_N], applied: f32) -> (Output<f32>, [[f32; MAX_R]; MAX_N]) {
         // NaN means that it was not told, and is what the controller ignores.
@@ -35,7 +39,7 @@ impl<M: NominalModel<f32, N>, const N: usize, const R: usize, const MASK: u8, co
 fn load<M, const N: usize, const R: usize, const MASK: u8, const O: usize>(
     numbers: &[f32],
     model: fn([f32; N]) -> M,
-) -> Result<Running<Controller<f32, M, N, R, MASK, O>>, Refusal>
+) -> Result<Carried<M, N, R, MASK, O>, Refusal>
 where
     M: NominalModel<f32, N>,
 {
@@ -57,7 +61,7 @@ macro_rules! carried {
     ($any:ident: $model:ident, $make:expr; $($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
         #[allow(non_camel_case_types)]
         pub(crate) enum $any {
-            $($name(Running<Controller<f32, $model<$n>, $n, $r, $mask, $o>>),)*
+            $($name(Carried<$model<$n>, $n, $r, $mask, $o>),)*
         }
 
         impl $any {

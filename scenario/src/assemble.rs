@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use controller_core::ConfigError;
+use controller_core::{ConfigError, Field, Remedy};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::closed_loop::{Loop, LoopError, close_loop};
 use loop_sim::metrics::{self, Metrics};
@@ -87,26 +87,29 @@ impl Experiment {
         other: Option<&mut dyn ControllerPort>,
         watch: &mut dyn FnMut(&Row) -> ControlFlow<()>,
     ) -> (Trace, Option<LoopError>) {
-        let here = self.port.as_mut();
         let mut compared;
-        let port: &mut dyn ControllerPort = match other {
-            Some(other) => {
-                compared = Compared::new(other, here);
-                &mut compared
-            }
-            None => here,
-        };
-        let setup = Loop {
+        let mut setup = self.setup();
+        if let Some(other) = other {
+            compared = Compared::new(other, setup.port);
+            setup.port = &mut compared;
+        }
+        let mut trace = setup.trace();
+        let error = close_loop(setup, &mut (&mut trace, watch)).err();
+        (trace, error)
+    }
+
+    /// The loop of this experiment, for [`close_loop`] with a recorder of one's own.
+    pub fn setup(&mut self) -> Loop<'_> {
+        Loop {
             plant: self.plant.as_ref(),
             sensor: self.sensor.as_mut(),
-            port,
+            port: self.port.as_mut(),
             actuator: self.actuator.as_mut(),
             report: self.report,
             x0: &self.x0,
             period_s: self.period_s,
             periods: self.periods,
-        };
-        close_loop(setup, watch)
+        }
     }
 
     /// Figures of merit of a trace of this scenario.
@@ -147,7 +150,8 @@ pub(super) fn assemble(resolved: Resolved) -> Result<Experiment, Problem> {
             ControllerChoice::Proposed(spec) => {
                 let Designed { port, warnings, download } =
                     in_process::build(&spec).map_err(|error| design_problem(&error, &observer_position))?;
-                let orders = spec.observers.iter().map(|gains| gains.as_ref().map_or(0, Vec::len)).collect();
+                let observers = spec.config.padded.observers.iter().take(spec.config.n);
+                let orders = observers.map(|gains| gains.map_or(0, |gains| gains.order)).collect();
                 (port, Some(*spec), download, warnings.iter().map(ToString::to_string).collect(), orders)
             }
             ControllerChoice::Baseline(spec) => (Box::new(Baseline::new(spec)), None, None, Vec::new(), vec![1, 0]),
@@ -249,42 +253,29 @@ fn actuator_of(table: &ActuatorTable, period_s: f64) -> Box<dyn Actuator> {
     chain
 }
 
-/// The key that a refused design is about.
+/// A refused design in the words of a scenario: the key that it is about, and what to do there.
 fn design_problem(error: &ConfigError, observer_position: &[Option<usize>]) -> Problem {
-    let key = match *error {
-        ConfigError::NotFinite { field } | ConfigError::Negative { field } => {
-            format!("controller.{}", field.rsplit('.').next().unwrap_or(field))
-        }
-        ConfigError::PeriodNotPositive { .. } => "controller.period_s".into(),
+    let path = error.field.name();
+    let key = match error.field {
+        Field::Observer { channel } => match observer_position.get(channel.wrapping_sub(1)).copied().flatten() {
+            Some(position) => format!("controller.observer[{position}]"),
+            None => "controller.observer".into(),
+        },
         // That of a chain is looked at before; what is left is a b of the joint that vanishes.
-        ConfigError::InputGainZero => "plant.parameters".into(),
-        ConfigError::SurfaceLead { .. } | ConfigError::SurfaceNotHurwitz => "controller.c".into(),
-        ConfigError::OffsetDecayNotPositive { .. } | ConfigError::OffsetDecayTooSlow { .. } => {
-            "controller.alpha_per_s".into()
-        }
-        ConfigError::BoundaryLayerEmpty { .. } => "controller.epsilon".into(),
-        ConfigError::LimitsTooWide { .. } | ConfigError::LimitsReversed { .. } => "controller.limits".into(),
-        ConfigError::FallbackOutsideLimits { .. } => "controller.fallback".into(),
-        ConfigError::CoefficientRange => "controller".into(),
-        ConfigError::ChannelMismatch { channel, .. }
-        | ConfigError::ObserverOrder { channel, .. }
-        | ConfigError::OrderTooLow { channel, .. }
-        | ConfigError::ObserverNotFinite { channel }
-        | ConfigError::ObserverNotHurwitz { channel }
-        | ConfigError::ObserverTooFast { channel, .. } => {
-            match observer_position.get(channel.wrapping_sub(1)).copied().flatten() {
-                Some(position) => format!("controller.observer[{position}]"),
-                None => "controller.observer".into(),
-            }
-        }
+        Field::InputGain | Field::Gradient => "plant.parameters".into(),
+        Field::Whole => "controller".into(),
+        // All other keys have the names of the fields.
+        _ => format!("controller.{}", path.rsplit('.').next().unwrap_or(path)),
     };
-    let message = REMEDIES.iter().fold(error.to_string(), |text, (rust, toml)| text.replace(rust, toml));
+    let remedy = match error.cause.remedy() {
+        Remedy::FiniteNumber => ": give a finite one (for no limit of u: leave the limit out)",
+        Remedy::NoLimit => ": where the actuator has none leave the limit out",
+        Remedy::SurfaceFromBandwidth => "; try surface_bandwidth_rad_s",
+        Remedy::ObserverFromBandwidth => ": give bandwidth_rad_s or poles instead",
+        Remedy::OtherOrder => ": an order is 1 to 3",
+        Remedy::SlowerObserver => ": slow the observer, shorten the period, or raise observer_pole_limit",
+        _ => "",
+    };
+    let message = error.told(path, remedy).to_string();
     Problem { key, message }
 }
-
-/// Remedies that the core names by its functions, and what a scenario calls them.
-const REMEDIES: [(&str, &str); 3] = [
-    ("try Surface::from_bandwidth", "try surface_bandwidth_rad_s"),
-    ("take them from_bandwidth or from_poles", "give bandwidth_rad_s or poles instead"),
-    ("give Limits::NONE", "leave the limit out"),
-];

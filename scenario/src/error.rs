@@ -79,7 +79,7 @@ pub(super) fn shown(value: f64) -> String {
 }
 
 /// `; did you mean `NAME`?` for the nearest of `names`, or the whole list if none is near.
-pub fn nearest<'a>(found: &str, names: impl Iterator<Item = &'a str> + Clone) -> String {
+pub(crate) fn nearest<'a>(found: &str, names: impl Iterator<Item = &'a str> + Clone) -> String {
     let distance = |name: &str| {
         // The unit at the end of a name is what is most often left out.
         if name.starts_with(&format!("{found}_")) { 0 } else { strsim::damerau_levenshtein(found, name) }

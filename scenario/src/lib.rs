@@ -1,12 +1,11 @@
-//! The scenario file: everything one run needs, and nothing else.
+#![doc = include_str!("../README.md")]
+//!
+//! # From text to experiment
 //!
 //! ```text
 //! text + --set  ->  tree with places  ->  held against the schema  ->  Scenario  ->  defaults, rules  ->  Experiment
 //!                   (document)            (check)                                    (resolve, assemble)
 //! ```
-//!
-//! A key that is left out has the value of Example 2 of the paper in the reading that reproduces it: an empty file *is*
-//! that example. Units are SI and end the names. Channels and positions count from 1, as in the paper.
 //!
 //! The structs are flat with optional keys on purpose: serde's tagged enums would lose the place of an error. Which
 //! keys go with which kind is one table in `resolve`.
@@ -21,7 +20,7 @@ mod error;
 mod resolve;
 
 pub use assemble::{Experiment, Mu};
-pub use error::{ScenarioError, Source, nearest};
+pub use error::{ScenarioError, Source};
 
 use check::Fault;
 use document::KeyPath;
@@ -508,8 +507,8 @@ pub fn parse(source: &Source<'_>, default_name: &str) -> Result<Experiment, Scen
     assemble::assemble(resolved).map_err(in_tree)
 }
 
-/// A TOML text that has been held against a schema; knows where each key stands. Not only scenarios are read so.
-pub struct Located<'a> {
+/// A TOML text that has been held against a schema; knows where each key stands.
+pub(crate) struct Located<'a> {
     source: &'a Source<'a>,
     tree: document::Node,
 }
@@ -519,7 +518,7 @@ impl<'a> Located<'a> {
     ///
     /// # Errors
     /// The first thing that is wrong, with its place.
-    pub fn read<T: serde::de::DeserializeOwned>(
+    pub(crate) fn read<T: serde::de::DeserializeOwned>(
         source: &'a Source<'a>,
         schema: &serde_json::Value,
     ) -> Result<(T, Self), ScenarioError> {
@@ -532,7 +531,7 @@ impl<'a> Located<'a> {
     }
 
     /// What is wrong with a key, told with its place: its own if it was written, else that of the table around it.
-    pub fn error(&self, key: &str, message: &str) -> ScenarioError {
+    pub(crate) fn error(&self, key: &str, message: &str) -> ScenarioError {
         let path = KeyPath::parse(key).unwrap_or_else(KeyPath::root);
         self.source.error(self.tree.origin_of(&path), format!("`{key}`: {message}"))
     }

@@ -1,10 +1,11 @@
 //! From what a file says to what it means: defaults filled in, and every rule that a schema cannot state.
 
 use controller_core::{
-    Benchmark, Fallback, JointChain, JointParameters, Limits, ObserverGains, Pole, ReachingLaw, Reading, Surface,
+    AnyConfig, Benchmark, Config, Fallback, JointChain, JointParameters, Limits, Nominal, ObserverGains, Options, Pole,
+    ReachingLaw, Reading, Surface,
 };
 use loop_sim::port::baseline::BaselineSpec;
-use loop_sim::port::in_process::{ControllerSpec, Model, Precision};
+use loop_sim::port::in_process::{ControllerSpec, Model, Precision, padded};
 use loop_sim::signal::Term;
 
 use super::error::shown;
@@ -146,7 +147,7 @@ pub(super) fn resolve(file: Scenario, default_name: &str) -> Result<Resolved, Pr
     let (gains, observer_position) = observers(controller, plant.kind, n)?;
     let controller = match controller.kind {
         ControllerKind::Proposed => {
-            ControllerChoice::Proposed(Box::new(proposed(controller, plant.kind, n, nominal, gains)?))
+            ControllerChoice::Proposed(Box::new(proposed(controller, plant.kind, n, nominal, &gains)?))
         }
         ControllerKind::Baseline => ControllerChoice::Baseline(baseline(controller, plant.kind, &gains)?),
     };
@@ -511,7 +512,7 @@ fn proposed(
     kind: PlantKind,
     n: usize,
     nominal: NominalChannel,
-    observers: Gains,
+    observers: &Gains,
 ) -> Result<ControllerSpec, Problem> {
     let surface_c = surface(controller, kind, n)?;
     let NominalChannel { model, mut gradient, input_gain } = nominal;
@@ -534,24 +535,29 @@ fn proposed(
             return problem("controller.fallback", message);
         }
     };
+    let gains = |l: &Vec<f64>| ObserverGains { order: l.len(), l: padded(l) };
     Ok(ControllerSpec {
         precision: match controller.precision {
             PrecisionKey::F32 => Precision::F32,
             PrecisionKey::F64 => Precision::F64,
         },
-        period_s: controller.period_s,
-        surface_c,
-        alpha_per_s: controller.alpha_per_s,
-        observers,
-        reaching: ReachingLaw { k_l: controller.k_l, k_s: controller.k_s, epsilon: controller.epsilon },
         model,
-        gradient,
-        input_gain,
-        limits,
-        fallback,
-        initial_estimates,
-        sigma_star_bound: controller.sigma_star_bound,
-        observer_pole_limit: controller.observer_pole_limit,
+        config: AnyConfig {
+            n,
+            padded: Config {
+                period_s: controller.period_s,
+                surface: Surface::from_coefficients(padded(&surface_c), controller.alpha_per_s),
+                observers: std::array::from_fn(|i| observers.get(i)?.as_ref().map(gains)),
+                reaching: ReachingLaw { k_l: controller.k_l, k_s: controller.k_s, epsilon: controller.epsilon },
+                nominal: Nominal { gradient: padded(&gradient), input_gain },
+                options: Options::NEUTRAL
+                    .with_initial_estimates(padded(&initial_estimates))
+                    .with_limits(limits)
+                    .with_fallback(fallback)
+                    .with_sigma_star_bound(controller.sigma_star_bound)
+                    .with_observer_pole_limit(controller.observer_pole_limit),
+            },
+        },
     })
 }
 
@@ -589,6 +595,10 @@ mod tests {
         resolve(serde_json::from_value(tree.json()).expect("keys of a scenario"), "a")
     }
 
+    fn config(text: &str, sets: &[&str]) -> Config<6, 3> {
+        spec(text, sets).config.padded
+    }
+
     fn spec(text: &str, sets: &[&str]) -> ControllerSpec {
         match resolved(text, sets).expect("a scenario").controller {
             ControllerChoice::Proposed(spec) => *spec,
@@ -598,13 +608,14 @@ mod tests {
 
     #[test]
     fn the_default_design_is_example_2_as_printed() {
-        let spec = spec("", &[]);
-        assert_eq!(spec.surface_c, [125.0, 75.0, 15.0, 1.0]);
-        assert_eq!(spec.observers, [None, Some(vec![100.0, 20.0]), None, Some(vec![100.0, 20.0])]);
-        assert_eq!((spec.period_s, spec.reaching.k_l, spec.alpha_per_s), (1e-3, 50.0, 1.0));
+        let spec = spec("", &[]).config.fixed::<4, 2>().expect("the joint");
+        assert_eq!((spec.surface.c, spec.surface.alpha_per_s), ([125.0, 75.0, 15.0, 1.0], 1.0));
+        let printed = Some(ObserverGains::as_printed([100.0, 20.0]));
+        assert_eq!(spec.observers, [None, printed, None, printed]);
+        assert_eq!((spec.period_s, spec.reaching.k_l), (1e-3, 50.0));
         // Table I in the reconstructed reading: K_s/J_11, -K_s/J_11, -B_12/J_11 and K_t/J_11.
         let expected = [9.0 / 931e-6, 0.0, -9.0 / 931e-6, -0.07 / 931e-6, 0.119 / 931e-6];
-        for (found, expected) in spec.gradient.iter().chain([&spec.input_gain]).zip(expected) {
+        for (found, expected) in spec.nominal.gradient.iter().chain([&spec.nominal.input_gain]).zip(expected) {
             // Quotients of the same literals: one rounding each.
             assert!((found - expected).abs() <= 1e-15 * expected.abs(), "{found} {expected}");
         }
@@ -612,19 +623,19 @@ mod tests {
 
     #[test]
     fn poles_bandwidth_and_printed_gains_are_three_ways_to_say_one_thing() {
-        let gains =
-            |rest: &str| spec(&format!("[[controller.observer]]\nchannel = 2\n{rest}"), &[]).observers[1].clone();
-        let printed = Some(vec![20.0, 100.0]);
+        let gains = |rest: &str| config(&format!("[[controller.observer]]\nchannel = 2\n{rest}"), &[]).observers[1];
+        let printed = Some(ObserverGains::as_printed([20.0, 100.0]));
         assert_eq!(gains("printed = [20, 100]"), printed);
         assert_eq!(gains("poles = [[-10, 0], [-10, 0]]"), printed);
         assert_eq!(gains("bandwidth_rad_s = 10\norder = 2"), printed);
         // (s + 1)^2 + 4
-        assert_eq!(gains("poles = [[-1, 2], [-1, -2]]"), Some(vec![2.0, 5.0]));
+        assert_eq!(gains("poles = [[-1, 2], [-1, -2]]"), Some(ObserverGains::as_printed([2.0, 5.0])));
     }
 
     #[test]
     fn bandwidth_of_the_surface_gives_that_of_example_2() {
-        assert_eq!(spec("", &["controller.surface_bandwidth_rad_s=5"]).surface_c, [125.0, 75.0, 15.0, 1.0]);
+        let c = config("", &["controller.surface_bandwidth_rad_s=5"]).surface.c;
+        assert_eq!(c, [125.0, 75.0, 15.0, 1.0, 0.0, 0.0]);
     }
 
     #[test]
@@ -632,20 +643,22 @@ mod tests {
         let full = spec("", &[]);
         let [no_slope, no_gradient] =
             ["use_slope", "use_gradient"].map(|key| spec("", &[&format!("controller.{key}=false")]));
-        assert_eq!(no_slope.gradient, [full.gradient[0], full.gradient[1], full.gradient[2], 0.0]);
-        assert_eq!(no_gradient.gradient, [0.0, 0.0, 0.0, full.gradient[3]]);
+        let gradient = |spec: &ControllerSpec| spec.config.padded.nominal.gradient[..4].to_vec();
+        let [a1, a2, a3, a4] = gradient(&full)[..] else { panic!("four entries") };
+        assert_eq!((gradient(&no_slope), gradient(&no_gradient)), (vec![a1, a2, a3, 0.0], vec![0.0, 0.0, 0.0, a4]));
         assert_eq!((&no_slope.model, &no_gradient.model), (&full.model, &full.model));
     }
 
     #[test]
     fn a_parameter_of_table_1_moves_plant_and_controller_but_an_error_the_plant_alone() {
-        let (before, after) = (spec("", &[]), spec("", &["plant.parameters.kt=0.238"]));
-        assert_eq!(after.input_gain, 2.0 * before.input_gain);
+        let gain = |sets: &[&str]| config("", sets).nominal.input_gain;
+        let (before, after) = (spec("", &[]), gain(&["plant.parameters.kt=0.238"]));
+        assert_eq!(after, 2.0 * gain(&[]));
         let plant = |sets: &[&str]| match resolved("", sets).expect("a scenario").plant {
             PlantChoice::FlexibleJoint { chain, .. } => chain.b,
             other => panic!("{other:?}"),
         };
-        assert_eq!(plant(&["plant.parameters.kt=0.238"]), after.input_gain);
+        assert_eq!(plant(&["plant.parameters.kt=0.238"]), after);
         assert_eq!(spec("", &["plant.error.b=0.5", "plant.error.k2_x3=-0.5"]), before);
     }
 
@@ -653,9 +666,11 @@ mod tests {
     fn what_the_controller_believes_of_a_chain_is_the_truth_unless_it_is_said() {
         let text = "[plant]\nkind = \"chain\"\norder = 2\na = [1, 2]\nb = 3\n[controller]\nc = [5, 1]";
         let told = spec(text, &[]);
-        assert_eq!((told.model, told.gradient, told.input_gain), (Model::Linear(vec![1.0, 2.0]), vec![1.0, 2.0], 3.0));
-        let other = spec(text, &["controller.nominal.b=4"]);
-        assert_eq!((other.gradient, other.input_gain), (vec![1.0, 2.0], 4.0));
+        let row = [1.0, 2.0, 0.0, 0.0, 0.0, 0.0];
+        assert_eq!(told.model, Model::Linear(vec![1.0, 2.0]));
+        assert_eq!(told.config.padded.nominal, Nominal { gradient: row, input_gain: 3.0 });
+        let other = config(text, &["controller.nominal.b=4"]);
+        assert_eq!(other.nominal, Nominal { gradient: row, input_gain: 4.0 });
     }
 
     #[test]

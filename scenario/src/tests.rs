@@ -38,6 +38,12 @@ printed = [10.0]
 const SMALL_CHAIN: &str = "span_s = 0.1\n[plant]\nkind = \"chain\"\norder = 3\na = [-6.0, -11.0, -6.0]\nb = 2.0\n\
                            [controller]\nsurface_bandwidth_rad_s = 4.0\n";
 
+/// An experiment may move to another thread: compiles only as long as it is so.
+const _: () = {
+    const fn moves<T: Send>() {}
+    moves::<Experiment>();
+};
+
 fn build(text: &str, sets: &[&str]) -> Result<Experiment, String> {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
     parse(&Source { file: "a.toml", text, sets: &sets }, "a").map_err(|error| error.to_string())

@@ -2,7 +2,7 @@
 
 use compile_cases::*;
 
-type Spoilt = Controller<f32, FlexibleJoint<f32>, 4, 2, { channels([2, 5]) }, 2>;
+type Spoilt = controller!(f32, FlexibleJoint<f32>, order 4, observers of order 2 in [2, 5]);
 static CONTROLLER: Spoilt = Spoilt::designed(&good(GAINS), MODEL);
 
 fn main() {

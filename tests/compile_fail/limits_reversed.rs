@@ -2,8 +2,10 @@
 
 use compile_cases::*;
 
-static CONTROLLER: Joint<2> =
-    Joint::designed(&Config { limits: Limits { min: 300.0, max: -300.0 }, ..good(GAINS) }, MODEL);
+static CONTROLLER: Joint<2> = Joint::designed(
+    &Config { options: Options::NEUTRAL.with_limits(Limits { min: 300.0, max: -300.0 }), ..good(GAINS) },
+    MODEL,
+);
 
 fn main() {
     let _ = &CONTROLLER;

@@ -3,7 +3,7 @@
 pub use controller_core::*;
 
 /// The flexible joint, observers of order up to R in channels 2 and 4.
-pub type Joint<const R: usize> = Controller<f32, FlexibleJoint<f32>, 4, R, { channels([2, 4]) }, 2>;
+pub type Joint<const R: usize> = Controller<f32, FlexibleJoint<f32>, 4, R, { channels(4, 2, [2, 4]) }, 2>;
 
 const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
 /// Its model.
@@ -19,9 +19,9 @@ pub const fn good<const R: usize>(gains: ObserverGains<R>) -> Config<4, R> {
         observers: [None, Some(gains), None, Some(gains)],
         reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
         nominal: NOMINAL,
-        limits: Limits::symmetric(300.0),
-        fallback: Fallback::Safe(0.0),
-        sigma_star_bound: 1.0,
-        observer_pole_limit: 1.0,
+        options: Options::NEUTRAL
+            .with_limits(Limits::symmetric(300.0))
+            .with_fallback(Fallback::Safe(0.0))
+            .with_sigma_star_bound(1.0),
     }
 }

@@ -2,8 +2,9 @@
 
 use crate::oracle::{Gains, Spec};
 use crate::printed::Printed;
+use crate::shape::any_config;
 use controller_core::{
-    Config, Fallback, JointParameters, Limits, Nominal, ObserverGains, ReachingLaw, Reading, Surface,
+    Config, JointParameters, Limits, Nominal, ObserverGains, Options, ReachingLaw, Reading, Surface,
 };
 use loop_sim::actuator::Actuator;
 use loop_sim::closed_loop::{Loop, close_loop};
@@ -12,7 +13,6 @@ use loop_sim::port::in_process::{ControllerSpec, Model, Precision, build};
 use loop_sim::sensor::Sensor;
 use loop_sim::trace::{Ending, Trace};
 use loop_sim::{actuator, sensor};
-use std::ops::ControlFlow;
 
 /// A plant, its controller and where it starts.
 pub struct Run<'a> {
@@ -59,10 +59,7 @@ pub const fn joint_config<const R: usize>(gains: ObserverGains<R>) -> Config<4, 
         observers: [None, Some(gains), None, Some(gains)],
         reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
         nominal: NOMINAL,
-        limits: Limits::symmetric(300.0),
-        fallback: Fallback::HoldLast,
-        sigma_star_bound: 1e12,
-        observer_pole_limit: 1.0,
+        options: Options::NEUTRAL.with_limits(Limits::symmetric(300.0)),
     }
 }
 
@@ -102,23 +99,8 @@ impl Run<'_> {
     /// If the design is refused or the plant cannot be integrated: not what these tests are about.
     pub fn trace_through(&self, sensor: &mut dyn Sensor, actuator: &mut dyn Actuator) -> Trace {
         let spec = &self.spec;
-        let designed = build(&ControllerSpec {
-            precision: self.precision,
-            period_s: spec.period_s,
-            surface_c: spec.c.clone(),
-            alpha_per_s: spec.alpha,
-            observers: spec.observers.iter().map(|gains| gains.as_ref().map(|gains| gains.l.clone())).collect(),
-            reaching: ReachingLaw { k_l: spec.k_l, k_s: spec.k_s, epsilon: spec.epsilon },
-            model: self.model.clone(),
-            gradient: spec.gradient.clone(),
-            input_gain: spec.input_gain,
-            limits: Limits::symmetric(spec.limit),
-            fallback: Fallback::HoldLast,
-            initial_estimates: vec![0.0; spec.c.len()],
-            sigma_star_bound: 1e12,
-            // Poles of the printed gains and coarse periods are part of the question.
-            observer_pole_limit: 100.0,
-        });
+        let designed =
+            build(&ControllerSpec { precision: self.precision, model: self.model.clone(), config: any_config(spec) });
         let mut port = designed.expect("a valid design").port;
         let setup = Loop {
             plant: self.plant,
@@ -130,8 +112,8 @@ impl Run<'_> {
             period_s: spec.period_s,
             periods: (self.span_s / spec.period_s).round() as usize,
         };
-        let (trace, error) = close_loop(setup, &mut |_| ControlFlow::Continue(()));
-        assert!(error.is_none(), "{error:?}");
+        let mut trace = setup.trace();
+        close_loop(setup, &mut trace).unwrap_or_else(|error| panic!("{error}"));
         trace
     }
 

@@ -5,8 +5,8 @@
 
 use crate::oracle::{Model, Spec};
 use controller_core::{
-    Config, ConfigError, Controller, Fallback, Health, Limits, Nominal, NominalModel, ObserverGains, ReachingLaw, Real,
-    State, Surface,
+    AnyConfig, Config, ConfigError, ControlLaw, Controller, Health, Limits, Nominal, NominalModel, ObserverGains,
+    Options, ReachingLaw, Real, Surface, shapes,
 };
 
 /// What a tick returns, in f64 (exact for f32).
@@ -87,32 +87,47 @@ impl<T: Real, const N: usize> NominalModel<T, N> for UnitModel<T, N> {
 
 /// The configuration that a spec describes.
 pub fn config<const N: usize, const R: usize>(spec: &Spec) -> Config<N, R> {
-    let gains = |i: usize| {
-        spec.observers[i].as_ref().map(|gains| ObserverGains {
-            order: gains.l.len(),
-            l: std::array::from_fn(|j| gains.l.get(j).copied().unwrap_or(0.0)),
-        })
-    };
+    fn padded<const L: usize>(row: &[f64]) -> [f64; L] {
+        std::array::from_fn(|i| row.get(i).copied().unwrap_or(0.0))
+    }
     Config {
         period_s: spec.period_s,
-        surface: Surface::from_coefficients(std::array::from_fn(|i| spec.c[i]), spec.alpha),
-        observers: std::array::from_fn(gains),
+        surface: Surface::from_coefficients(padded(&spec.c), spec.alpha),
+        observers: std::array::from_fn(|i| {
+            let gains = spec.observers.get(i)?.as_ref()?;
+            Some(ObserverGains { order: gains.l.len(), l: padded(&gains.l) })
+        }),
         reaching: ReachingLaw { k_l: spec.k_l, k_s: spec.k_s, epsilon: spec.epsilon },
-        nominal: Nominal { gradient: std::array::from_fn(|i| spec.gradient[i]), input_gain: spec.input_gain },
-        limits: Limits::symmetric(spec.limit),
-        fallback: Fallback::HoldLast,
-        sigma_star_bound: 1e12,
-        // The poles printed for Example 2 with order 3 (-999.7) and coarse periods are part of the theory's table.
-        observer_pole_limit: 100.0,
+        nominal: Nominal { gradient: padded(&spec.gradient), input_gain: spec.input_gain },
+        options: Options::NEUTRAL
+            .with_limits(Limits::symmetric(spec.limit))
+            // The poles printed for Example 2 with order 3 (-999.7) and coarse periods are part of the theory's table.
+            .with_observer_pole_limit(100.0),
     }
 }
 
-struct Running<T, const N: usize, const R: usize, const MASK: u8, const O: usize> {
-    controller: Controller<T, UnitModel<T, N>, N, R, MASK, O>,
-    state: Option<State<T, R, O>>,
+/// The same with its order as a number.
+pub fn any_config(spec: &Spec) -> AnyConfig {
+    AnyConfig { n: spec.order(), padded: config(spec) }
 }
 
-impl<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> Shape for Running<T, N, R, MASK, O> {
+/// A design and its state apart, so that a test may start it where it likes.
+struct Apart<C: ControlLaw> {
+    controller: C,
+    state: Option<C::State>,
+}
+
+impl<T, C, const N: usize, const R: usize> Shape for Apart<C>
+where
+    T: Real,
+    C: ControlLaw<
+            Scalar = T,
+            Sample = [T; N],
+            Guess = [T; N],
+            Output = controller_core::Output<T>,
+            Estimates = [[T; R]; N],
+        >,
+{
     fn start_from(&mut self, x0: &[f64], d_hat: &[f64]) -> bool {
         self.state = self.controller.start_from(&rounded(x0), &rounded(d_hat));
         self.state.is_some()
@@ -130,7 +145,7 @@ impl<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> Sh
     }
 
     fn applied(&mut self, u: f64) {
-        self.state.as_mut().expect("started").applied(T::from_f64(u));
+        C::report_applied(self.state.as_mut().expect("started"), T::from_f64(u));
     }
 
     fn estimates(&self) -> Vec<[f64; 3]> {
@@ -148,39 +163,13 @@ pub fn mask(spec: &Spec) -> u8 {
     spec.observed().map(|(i, _)| 1 << i).sum()
 }
 
-/// Hands the list of shapes to a macro: (n, R): masks.
-macro_rules! with_shapes {
-    ($then:ident) => {
-        $then! {
-            (2, 1): 0b00 0b01 0b10 0b11;
-            (2, 2): 0b00 0b01 0b10 0b11;
-            (2, 3): 0b00 0b01 0b10 0b11;
-            (3, 1): 0b000 0b010 0b100 0b110;
-            (3, 2): 0b000 0b001 0b010 0b011 0b100 0b101 0b110 0b111;
-            (3, 3): 0b000 0b001 0b010 0b011 0b100 0b101 0b110 0b111;
-            (4, 1): 0b0000 0b0100 0b1000 0b1100;
-            (4, 2): 0b0000 0b0010 0b0100 0b0110 0b1000 0b1010 0b1100 0b1110;
-            (4, 3): 0b0000 0b0001 0b0010 0b0011 0b0100 0b0101 0b0110 0b0111 0b1000 0b1001 0b1010 0b1011 0b1100 0b1101
-                0b1110 0b1111;
-            (5, 1): 0b00000 0b01000 0b10000 0b11000;
-            (5, 2): 0b00000 0b00100 0b01000 0b01100 0b10000 0b10100 0b11000 0b11100;
-            (5, 3): 0b00000 0b00010 0b00100 0b00110 0b01000 0b01010 0b01100 0b01110 0b10000 0b10010 0b10100 0b10110
-                0b11000 0b11010 0b11100 0b11110;
-            (6, 1): 0b000000 0b010000 0b100000 0b110000;
-            (6, 2): 0b000000 0b001000 0b010000 0b011000 0b100000 0b101000 0b110000 0b111000;
-            (6, 3): 0b000000 0b000100 0b001000 0b001100 0b010000 0b010100 0b011000 0b011100 0b100000 0b100100
-                0b101000 0b101100 0b110000 0b110100 0b111000 0b111100;
-        }
-    };
-}
-
 macro_rules! table {
-    ($( ($n:literal, $r:literal): $( $mask:literal )* ; )*) => {
+    ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
         /// Every (n, R, mask) that Eq. (44) allows.
-        pub const SHAPES: &[(usize, usize, u8)] = &[ $($( ($n, $r, $mask), )*)* ];
+        pub const SHAPES: &[(usize, usize, u8)] = &[$(($n, $r, $mask)),*];
     };
 }
-with_shapes!(table);
+shapes!(all => table);
 
 /// Designs the shipped controller with capacity R = `capacity`.
 ///
@@ -196,23 +185,22 @@ pub fn controller(
     precision: Precision,
 ) -> Result<Box<dyn Shape>, ConfigError> {
     macro_rules! build {
-        ($t:ty, $n:literal, $r:literal, $mask:literal) => {{
-            type Built = Controller<$t, UnitModel<$t, $n>, $n, $r, $mask, { ($mask as u8).count_ones() as usize }>;
+        ($t:ty, $n:literal, $r:literal, $mask:literal, $o:literal) => {{
+            type Built = Controller<$t, UnitModel<$t, $n>, $n, $r, $mask, $o>;
             let controller = Built::design(&config(spec), UnitModel::new(model))?;
-            let running: Box<dyn Shape> = Box::new(Running { controller, state: None });
-            Ok(running)
+            Ok(Box::new(Apart { controller, state: None }))
         }};
     }
     macro_rules! dispatch {
-        ($( ($n:literal, $r:literal): $( $mask:literal )* ; )*) => {
+        ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
             match (spec.order(), capacity, mask(spec), precision) {
-                $($(
-                    ($n, $r, $mask, Precision::Single) => build!(f32, $n, $r, $mask),
-                    ($n, $r, $mask, Precision::Double) => build!(f64, $n, $r, $mask),
-                )*)*
+                $(
+                    ($n, $r, $mask, Precision::Single) => build!(f32, $n, $r, $mask, $o),
+                    ($n, $r, $mask, Precision::Double) => build!(f64, $n, $r, $mask, $o),
+                )*
                 shape => panic!("no such shape: {shape:?}"),
             }
         };
     }
-    with_shapes!(dispatch)
+    shapes!(all => dispatch)
 }

@@ -6,9 +6,9 @@
 
 use controller_core::{
     Coefficients, Config, Controller, Fallback, Health, JointParameters, Limits, Linear, Nominal, ObserverGains,
-    ReachingLaw, Reading, Surface,
+    Options, ReachingLaw, Reading, Running, Surface,
 };
-use host_sim::transport::qemu::{Clock, Process, is_last};
+use cycle_bound::qemu::{Clock, Process, is_last};
 use integration_tests::data::path;
 use integration_tests::program::{Folder, host_sim};
 use std::fmt::Write as _;
@@ -90,7 +90,7 @@ fn words<const N: usize, const R: usize, const MASK: u8, const O: usize>(
         controller_core::VERSION.split('.').fold(0, |word, part| word << 8 | part.parse::<u32>().expect("three"));
     let mut words = vec![version, N as u32 | (R as u32) << 8 | u32::from(MASK) << 16];
     words.extend(d_hat.map(f32::to_bits));
-    controller.coefficients().numbers(|number| words.push(number.to_bits()));
+    words.extend(controller.coefficients().numbers().map(f32::to_bits));
     words.extend(controller.model().row().map(f32::to_bits));
     words
 }
@@ -105,10 +105,7 @@ fn config<const N: usize, const R: usize>(mask: u8) -> Config<N, R> {
         observers: std::array::from_fn(|i| (mask >> i & 1 == 1).then_some(gains)),
         reaching: ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 },
         nominal: Nominal { gradient: std::array::from_fn(|i| -(i as f64 + 1.0)), input_gain: 20.0 },
-        limits: Limits { min: -300.0, max: 250.0 },
-        fallback: Fallback::HoldLast,
-        sigma_star_bound: 1.0,
-        observer_pole_limit: 1.0,
+        options: Options::NEUTRAL.with_limits(Limits { min: -300.0, max: 250.0 }).with_sigma_star_bound(1.0),
     }
 }
 
@@ -139,7 +136,7 @@ fn expected<const N: usize, const R: usize, const MASK: u8, const O: usize>(name
         writeln!(out, "{word:08x}").expect("a string takes all");
     }
     let mut noise = Noise(1);
-    let mut state = None;
+    let mut running = Running::guessing(&controller, d_hat);
     for tick in 0..300 {
         let x = std::array::from_fn(|i| {
             let value = SIZES[i] * noise.next();
@@ -150,18 +147,16 @@ fn expected<const N: usize, const R: usize, const MASK: u8, const O: usize>(name
                 _ => value,
             }
         });
-        let output = controller.tick_or_start(&mut state, &d_hat, &x);
+        let output = running.tick(&x);
         let [u, sigma, sigma_star] = [output.u, output.sigma, output.sigma_star].map(f32::to_bits);
         let status = u8::from(output.health.contains(Health::INPUT_REJECTED));
         let health = output.health.bits();
         writeln!(out, "{status} {u:08x} {sigma:08x} {sigma_star:08x} {health}").expect("a string takes all");
-        if tick % 5 == 4
-            && let Some(state) = &mut state
-        {
-            state.applied(0.5 * output.u);
+        if tick % 5 == 4 {
+            running.report_applied(0.5 * output.u);
         }
         if tick == 150 {
-            state = None;
+            running.reset();
         }
     }
     out
@@ -240,14 +235,14 @@ fn a_program_of_rust_and_c_plus_plus_runs_two_controllers_of_different_order_sid
     run(&rustc, &["--edition=2024", &source("two.rs"), &object, &archive, "-Clink-arg=-lstdc++", "-o", &program]);
     let said = run(&program, &[]);
 
-    let (first, first_d_hat) = designed::<4, 2, 10, 2>();
-    let (second, second_d_hat) = designed::<2, 2, 3, 2>();
-    let (mut first_state, mut second_state, mut noise) = (None, None, Noise(1));
+    let ((first, first_guess), (second, second_guess)) = (designed::<4, 2, 10, 2>(), designed::<2, 2, 3, 2>());
+    let (mut first, mut second) = (Running::guessing(first, first_guess), Running::guessing(second, second_guess));
+    let mut noise = Noise(1);
     let mut ticks = 0;
     for line in said.lines() {
         let x = SIZES.map(|size| size * noise.next());
-        let one = first.tick_or_start(&mut first_state, &first_d_hat, &x).u.to_bits();
-        let other = second.tick_or_start(&mut second_state, &second_d_hat, &[x[0], x[1]]).u.to_bits();
+        let one = first.tick(&x).u.to_bits();
+        let other = second.tick(&[x[0], x[1]]).u.to_bits();
         assert_eq!(line, format!("{one:08x} {other:08x}"), "tick {ticks}");
         ticks += 1;
     }
@@ -318,10 +313,10 @@ fn joint() -> (Config<4, 2>, Controller<f32, Linear<f32, 4>, 4, 2, 10, 2>) {
         observers: [None, observer, None, observer],
         reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
         nominal: JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal(),
-        limits: Limits::symmetric(300.0),
-        fallback: Fallback::Safe(0.0),
-        sigma_star_bound: 10.0,
-        observer_pole_limit: 1.0,
+        options: Options::NEUTRAL
+            .with_limits(Limits::symmetric(300.0))
+            .with_fallback(Fallback::Safe(0.0))
+            .with_sigma_star_bound(10.0),
     };
     let model = Linear::<f32, 4>::new(&config.nominal);
     (config, Controller::<f32, _, 4, 2, 10, 2>::design(&config, model).expect("a good design"))
@@ -433,7 +428,7 @@ fn emulated(image: &str) -> Vec<String> {
 fn the_drive_in_c_on_the_chip_gives_every_u_of_the_rust_tick() {
     let (config, controller) = joint();
     let (row, b, period) = (*controller.model().row(), config.nominal.input_gain as f32, config.period_s as f32);
-    let (mut motor, mut held, mut state) = ([0.1_f32, 0.0, 0.0, 0.0], 0.0_f32, None);
+    let (mut motor, mut held, mut running) = ([0.1_f32, 0.0, 0.0, 0.0], 0.0_f32, Running::new(&controller));
     let mut expected = Vec::new();
     for _ in 0..1000 {
         let push = row[0] * motor[0] + row[2] * motor[2] + held + 1.0;
@@ -441,7 +436,7 @@ fn the_drive_in_c_on_the_chip_gives_every_u_of_the_rust_tick() {
         motor[2] += period * motor[3];
         motor[1] += period * (motor[2] + 0.5);
         motor[0] += period * motor[1];
-        held = controller.tick_or_start(&mut state, &[0.0; 4], &motor).u;
+        held = running.tick(&motor).u;
         expected.push(format!("u {:08x}", held.to_bits()));
     }
     // It holds the joint, rather than ending at a limit or at 0.

@@ -3,11 +3,11 @@
 //!
 //! These tests need `qemu-system-arm` and the images. Where one is missing they fail and say what to run.
 
+use cycle_bound::log::{Log, Messages};
+use cycle_bound::qemu::START_WITHIN;
 use host_sim::cli::{self, Console};
 use host_sim::figures::CATALOGUE;
-use host_sim::log::{Log, Messages};
 use host_sim::remote::{LONGEST_WAIT, Remote, for_target};
-use host_sim::transport::qemu::START_WITHIN;
 use host_sim::transport::serial::BAUD;
 use host_sim::transport::{Emulator, Serial, Transport};
 use integration_tests::data::{path, scenario_file};

@@ -6,7 +6,7 @@
 //! sigma*, health and of the whole state, after every tick. Rust: the exported static has the coefficients, bit by bit,
 //! that the host designed.
 
-use controller_core::{Coefficients, Controller, Health, Linear, State, channels};
+use controller_core::{Coefficients, ControlLaw, Controller, Health, Linear, Words, channels};
 use integration_tests::data::path;
 use integration_tests::program::host_sim;
 use integration_tests::strategy::Rng;
@@ -31,14 +31,14 @@ const INSTANCES: [Instance; 11] = [
         "plant = { kind = 'chain', order = 2, a = [-2, -1], b = 2 }
          controller = { c = [5, 1], limits = { min = -30, max = 30 }, sigma_star_bound = 2, observer = [
              { channel = 2, printed = [40] } ] }",
-        run::<2, 1, { channels([2]) }, 1>,
+        run::<2, 1, { channels(2, 1, [2]) }, 1>,
     ),
     (
         "n2r2_12",
         "plant = { kind = 'chain', order = 2, a = [0, -1], b = 2 }
          controller = { c = [5, 1], limits = { min = -30, max = 30 }, fallback = -0.25, observer = [
              { channel = 1, printed = [40, 400] }, { channel = 2, printed = [30, 200] } ] }",
-        run::<2, 2, { channels([1, 2]) }, 2>,
+        run::<2, 2, { channels(2, 2, [1, 2]) }, 2>,
     ),
     (
         "n2r1_none",
@@ -51,7 +51,7 @@ const INSTANCES: [Instance; 11] = [
         "plant = { kind = 'chain', order = 3, a = [-6, -11, -6], b = -2 }
          controller = { surface_bandwidth_rad_s = 4, limits = { min = -90, max = 80 }, k_s = 2, observer = [
              { channel = 2, printed = [80, 1600] }, { channel = 3, printed = [80, 1600] } ] }",
-        run::<3, 2, { channels([2, 3]) }, 2>,
+        run::<3, 2, { channels(3, 2, [2, 3]) }, 2>,
     ),
     (
         "n3r2_123",
@@ -59,32 +59,36 @@ const INSTANCES: [Instance; 11] = [
          controller = { surface_bandwidth_rad_s = 4, observer = [
              { channel = 1, printed = [80, 1600] }, { channel = 2, printed = [80] },
              { channel = 3, printed = [80, 1600] } ] }",
-        run::<3, 2, { channels([1, 2, 3]) }, 3>,
+        run::<3, 2, { channels(3, 2, [1, 2, 3]) }, 3>,
     ),
     (
         "n4r2_24",
         "controller = { limits = { min = -300, max = 200 }, sigma_star_bound = 5 }",
-        run::<4, 2, { channels([2, 4]) }, 2>,
+        run::<4, 2, { channels(4, 2, [2, 4]) }, 2>,
     ),
     (
         "n4r2_24_mixed",
         "controller = { initial_estimates = [0, 0.5, 0, -3], fallback = 1.5, observer = [
              { channel = 2, printed = [100, 20] }, { channel = 4, printed = [50] } ] }",
-        run::<4, 2, { channels([2, 4]) }, 2>,
+        run::<4, 2, { channels(4, 2, [2, 4]) }, 2>,
     ),
     (
         "n4r3_24",
         "controller = { k_s = 0.5, limits = { min = -300, max = 300 }, observer = [
              { channel = 2, bandwidth_rad_s = 50, order = 3 }, { channel = 4, bandwidth_rad_s = 50, order = 3 } ] }",
-        run::<4, 3, { channels([2, 4]) }, 2>,
+        run::<4, 3, { channels(4, 3, [2, 4]) }, 2>,
     ),
-    ("n4r2_4", "controller = { observer = [{ channel = 4, printed = [100, 20] }] }", run::<4, 2, { channels([4]) }, 1>),
+    (
+        "n4r2_4",
+        "controller = { observer = [{ channel = 4, printed = [100, 20] }] }",
+        run::<4, 2, { channels(4, 2, [4]) }, 1>,
+    ),
     (
         "n4r3_1234",
         "controller = { observer = [
              { channel = 1, bandwidth_rad_s = 50, order = 3 }, { channel = 2, bandwidth_rad_s = 50, order = 3 },
              { channel = 3, bandwidth_rad_s = 50, order = 3 }, { channel = 4, bandwidth_rad_s = 50, order = 3 } ] }",
-        run::<4, 3, { channels([1, 2, 3, 4]) }, 4>,
+        run::<4, 3, { channels(4, 3, [1, 2, 3, 4]) }, 4>,
     ),
     (
         "n6r3_3456",
@@ -92,7 +96,7 @@ const INSTANCES: [Instance; 11] = [
          controller = { surface_bandwidth_rad_s = 3, observer = [
              { channel = 3, bandwidth_rad_s = 50, order = 3 }, { channel = 4, bandwidth_rad_s = 50, order = 2 },
              { channel = 5, bandwidth_rad_s = 50, order = 3 }, { channel = 6, bandwidth_rad_s = 50, order = 1 } ] }",
-        run::<6, 3, { channels([3, 4, 5, 6]) }, 4>,
+        run::<6, 3, { channels(6, 3, [3, 4, 5, 6]) }, 4>,
     ),
 ];
 
@@ -311,21 +315,14 @@ int main(void)
     )
 }
 
-/// Every number of a state in the order of its fields. They are private; `Debug` prints each so that it reads back.
-fn numbers<const R: usize, const O: usize>(state: Option<&State<f32, R, O>>) -> Vec<f32> {
-    let Some(state) = state else { return vec![0.0; O * (R + 2) + 3] };
-    let text = format!("{state:?}");
-    let tokens = text.split(['[', ']', ',', '{', '}', ' ']).filter(|token| !token.is_empty() && !token.ends_with(':'));
-    let numbers = tokens.skip(1).map(|token| match token {
-        "true" => 1.0,
-        "false" => 0.0,
-        number => number.parse().expect("a number"),
-    });
-    let mut all: Vec<f32> = numbers.collect();
+/// Every number of a state in the order of its fields, then its flag.
+fn numbers<C: ControlLaw<Scalar = f32>>(state: Option<&C::State>, count: usize) -> Vec<f32> {
+    let Some(state) = state else { return vec![0.0; count] };
+    let mut words: Vec<u32> = state.words().collect();
+    let flag = words.remove(0);
     // b(x)/b_0 at the last tick: there is none where b is constant.
-    let gain_prev = all.remove(all.len() - 2);
-    assert_eq!(gain_prev, 0.0);
-    all
+    assert_eq!(words.pop(), Some(0));
+    words.into_iter().map(f32::from_bits).chain([flag as f32]).collect()
 }
 
 /// Numbers that a sample is seldom made of.
@@ -391,6 +388,9 @@ impl Samples {
     }
 }
 
+type Law<const N: usize, const R: usize, const MASK: u8, const O: usize> =
+    Controller<f32, Linear<f32, N>, N, R, MASK, O>;
+
 /// Ticks the Rust controller of a scenario.
 fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &str, scenario: &str) -> Run {
     let download = download(scenario);
@@ -400,12 +400,12 @@ fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &st
     let mut next = || given.next().expect("as many as the layout says");
     let d_hat: [f32; N] = core::array::from_fn(|_| next());
     let row = core::array::from_fn(|_| next());
-    let coefficients = Coefficients::<f32, N, R, O>::from_numbers(next).expect("a design");
-    let controller = Controller::<f32, _, N, R, MASK, O>::from_parts(coefficients, Linear::from_row(row));
+    let coefficients = Coefficients::<f32, N, R, O>::from_numbers(given).expect("a design");
+    let controller = Law::<N, R, MASK, O>::from_parts(coefficients, Linear::from_row(row));
 
     // What the Rust tick answers, and what was asked.
     let mut samples = Samples { rng: Rng::new(0x5eed + u64::from(MASK) + 100 * N as u64), scale: 0.1, bad_left: 0 };
-    let mut memory: Option<State<f32, R, O>> = None;
+    let mut memory: Option<<Law<N, R, MASK, O> as ControlLaw>::State> = None;
     let (mut asked, mut answers, mut seen, mut ticks) = (Vec::new(), Vec::new(), [0_usize; 8], 0);
     let mut words = 0;
     while ticks < TICKS {
@@ -415,26 +415,34 @@ fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &st
                 if ask == Ask::Forget {
                     memory = None;
                 }
-                let output = controller.tick_or_start(&mut memory, &d_hat, &x);
+                if memory.is_none() {
+                    memory = controller.start_from(&x, &d_hat);
+                }
+                let output = match &mut memory {
+                    Some(state) => controller.tick(state, &x),
+                    None => controller.not_started(),
+                };
                 ticks += 1;
                 seen[usize::from(output.health.bits())] += 1;
                 (u32::from(output.health.bits()), [output.u, output.sigma, output.sigma_star])
             }
             Ask::Applied => {
                 x[0] *= 100.0;
-                (u32::from(memory.as_mut().is_some_and(|state| state.applied(x[0]))), [0.0; 3])
+                (
+                    u32::from(memory.as_mut().is_some_and(|state| Law::<N, R, MASK, O>::report_applied(state, x[0]))),
+                    [0.0; 3],
+                )
             }
             Ask::Start => {
                 let started = controller.start_from(&x, &d_hat);
-                if started.is_some() {
-                    memory = started;
-                }
-                (u32::from(started.is_some()), [0.0; 3])
+                let said = u32::from(started.is_some());
+                memory = started.or(memory);
+                (said, [0.0; 3])
             }
         };
         asked.extend((ask as u32).to_le_bytes());
         asked.extend(x.iter().flat_map(|value| value.to_le_bytes()));
-        let state = numbers(memory.as_ref());
+        let state = numbers::<Law<N, R, MASK, O>>(memory.as_ref(), O * (R + 2) + 3);
         words = 4 + state.len();
         answers.push(said);
         answers.extend(outputs.iter().chain(&state).map(|value| value.to_bits()));
@@ -593,10 +601,10 @@ fn bits_of_exported_rust(name: &str, scenario: &str) -> Vec<u32> {
     let program = "use exported::*;
 fn main() {
     assert_eq!(EXPORTED_FOR, controller_core::VERSION);
-    let mut memory: Memory = None;
-    let output = CONTROLLER.tick_or_start(&mut memory, &INITIAL_ESTIMATES, &[0.5; INITIAL_ESTIMATES.len()]);
-    INITIAL_ESTIMATES.iter().for_each(|value| println!(\"{}\", value.to_bits()));
-    CONTROLLER.coefficients().numbers(|value| println!(\"{}\", value.to_bits()));
+    let mut running = RUNNING;
+    let output = running.tick(&[0.5; CONFIG.observers.len()]);
+    CONFIG.options.initial_estimates.iter().for_each(|value| println!(\"{}\", (*value as f32).to_bits()));
+    CONTROLLER.coefficients().numbers().for_each(|value| println!(\"{}\", value.to_bits()));
     println!(\"{}\", output.u.to_bits());
 }
 ";

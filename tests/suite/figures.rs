@@ -1,8 +1,9 @@
 //! Do the figures of the paper come out, and do the controllers in them behave as their continuous originals?
 
 use controller_core::Health;
+use cycle_bound::table::Table;
 use host_sim::figures::CATALOGUE;
-use host_sim::report::table::{Table, significant};
+use host_sim::report::number::significant;
 use integration_tests::data::columns;
 use integration_tests::golden::compare;
 use integration_tests::program::{Folder, Spoken, host_sim};

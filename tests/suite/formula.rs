@@ -4,8 +4,8 @@
 //! (`printed`). All three must agree: the folded tick with the plain one to rounding, both with the print as T -> 0.
 
 use controller_core::{
-    Config, Controller, Fallback, FlexibleJoint, Health, JointParameters, Limits, Nominal, ObserverGains, Pole,
-    ReachingLaw, Reading, Surface, channels,
+    Config, Fallback, FlexibleJoint, Health, JointParameters, Limits, Nominal, ObserverGains, Options, Pole,
+    ReachingLaw, Reading, Surface,
 };
 use integration_tests::close::{Gap, order};
 use integration_tests::oracle::{Gains, Model, Oracle, Spec, power};
@@ -312,7 +312,7 @@ fn for_n_2_the_general_law_is_the_special_one_of_section_3() {
 /// The compiler's floating point and the machine's are the same: a controller in flash is the one that was simulated.
 #[test]
 fn design_in_const_equals_the_design_at_run_time_bit_for_bit() {
-    type Joint<T> = Controller<T, FlexibleJoint<T>, 4, 3, { channels([2, 4]) }, 2>;
+    type Joint<T> = controller_core::controller!(T, FlexibleJoint<T>, order 4, observers of order 3 in [2, 4]);
     const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Stiff).nominal();
     const CONFIG: Config<4, 3> = Config {
         period_s: 1e-3,
@@ -325,10 +325,10 @@ fn design_in_const_equals_the_design_at_run_time_bit_for_bit() {
         ],
         reaching: ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 },
         nominal: NOMINAL,
-        limits: Limits::symmetric(100.0),
-        fallback: Fallback::Safe(0.0),
-        sigma_star_bound: 1.0,
-        observer_pole_limit: 1.0,
+        options: Options::NEUTRAL
+            .with_limits(Limits::symmetric(100.0))
+            .with_fallback(Fallback::Safe(0.0))
+            .with_sigma_star_bound(1.0),
     };
     const SINGLE: Joint<f32> = Joint::<f32>::designed(&CONFIG, FlexibleJoint::<f32>::new(&NOMINAL));
     const DOUBLE: Joint<f64> = Joint::<f64>::designed(&CONFIG, FlexibleJoint::<f64>::new(&NOMINAL));

@@ -1,10 +1,13 @@
 //! Do the frames between host and target carry what they should, and survive what they must?
 
-use controller_core::{Controller, Fallback, LAYOUT, Limits, Linear, MAX_R, ObserverGains, ReachingLaw, channels};
+use controller_core::{
+    AnyConfig, Config, Controller, Fallback, LAYOUT, Limits, Linear, MAX_R, Nominal, ObserverGains, Options,
+    ReachingLaw, Shape, Surface, channels,
+};
 use host_sim::remote::instance_of;
 use integration_tests::paper::{NOMINAL, joint_config};
 use integration_tests::strategy::Rng;
-use loop_sim::port::in_process::{ControllerSpec, Download, Model, ModelKind, Precision, Shape, build};
+use loop_sim::port::in_process::{ControllerSpec, Download, Model, ModelKind, Precision, build, padded};
 use pil_wire::{
     CORE_VERSION, Event, Instance, LAYOUT_ID, LOAD, MAX_N, Open, REPLY_LEN, REQUEST_LEN, Reason, Receiver, Refusal,
     Reply, Request, Target, Ticked,
@@ -36,10 +39,10 @@ fn by_hand(mark: u8, kind: u8, sequence: u32, words: &[u32]) -> Vec<u8> {
 fn joint() -> Download {
     let gains = ObserverGains::as_printed([100.0, 20.0]);
     let model = Linear::<f32, 4>::new(&NOMINAL);
-    let controller = Controller::<f32, _, 4, 2, { channels([2, 4]) }, 2>::designed(&joint_config::<2>(gains), model);
-    let mut numbers = [[0.0; 4], *model.row()].concat();
-    controller.coefficients().numbers(|number| numbers.push(number));
-    Download { shape: Shape { n: 4, r: 2, mask: channels([2, 4]), model: ModelKind::Linear }, numbers }
+    let controller =
+        Controller::<f32, _, 4, 2, { channels(4, 2, [2, 4]) }, 2>::designed(&joint_config::<2>(gains), model);
+    let numbers = [0.0; 4].into_iter().chain(*model.row()).chain(controller.coefficients().numbers()).collect();
+    Download { shape: Shape { n: 4, r: 2, mask: channels(4, 2, [2, 4]) }, model: ModelKind::Linear, numbers }
 }
 
 /// A host that does as the page says, and sees every reply.
@@ -90,10 +93,10 @@ impl Host {
         }
     }
 
-    fn start(&mut self, Download { shape, numbers }: &Download) {
-        let open = Open::new(instance_of(*shape), numbers);
+    fn start(&mut self, download: &Download) {
+        let open = Open::new(instance_of(download), &download.numbers);
         self.done(&Request::Open(open));
-        self.load(numbers);
+        self.load(&download.numbers);
         self.done(&Request::Start);
         assert_eq!(self.target.take_event(), Some(Event::Started(open)));
     }
@@ -112,16 +115,14 @@ fn frames_are_those_of_the_page_byte_for_byte() {
     let words = [0x3F80_0000, 0x8000_0000, 0x4020_0000, 0x7FC0_0000, 0xC040_0000];
     assert_eq!(request.to_frame(7).to_vec(), by_hand(0xE5, 5, 7, &words));
 
-    let Download { shape, numbers } = joint();
+    let joint = joint();
+    let (instance, numbers) = (instance_of(&joint), &joint.numbers);
     let digested: Vec<u8> = std::iter::once(0x000A_0204)
         .chain(numbers.iter().map(|number| number.to_bits()))
         .flat_map(u32::to_le_bytes)
         .collect();
     let words = [0x000A_0204, numbers.len() as u32, crc32(LAYOUT.as_bytes()), CORE_VERSION, crc32(&digested)];
-    assert_eq!(
-        Request::Open(Open::new(instance_of(shape), &numbers)).to_frame(1).to_vec(),
-        by_hand(0xE5, 2, 1, &words)
-    );
+    assert_eq!(Request::Open(Open::new(instance, numbers)).to_frame(1).to_vec(), by_hand(0xE5, 2, 1, &words));
 
     let mut words = [0; 16];
     words[..3].copy_from_slice(&[LAYOUT_ID, CORE_VERSION, 0]);
@@ -212,7 +213,7 @@ proptest! {
     ) {
         let mut host = Host::new();
         let joint = joint();
-        let open = Open::new(instance_of(joint.shape), &joint.numbers);
+        let open = Open::new(instance_of(&joint), &joint.numbers);
         for (kind, step, words, real) in script {
             host.sequence = host.sequence.wrapping_add_signed(step);
             let bytes = match real {
@@ -296,7 +297,7 @@ fn identify_changes_nothing_and_tells_where_the_talk_stands() {
 #[test]
 fn a_design_that_is_not_the_hosts_is_refused_with_what_differs() {
     let good = joint();
-    let instance = instance_of(good.shape);
+    let instance = instance_of(&good);
     let open = Open::new(instance, &good.numbers);
     let mut host = Host::new();
 
@@ -366,22 +367,20 @@ fn spec(n: usize, r: usize, mask: u8, model: Model) -> ControllerSpec {
     };
     // (s + 5)^(n-1)
     let c = [&[5.0, 1.0][..], &[25.0, 10.0, 1.0], &[125.0, 75.0, 15.0, 1.0]][n - 2];
-    ControllerSpec {
-        precision: Precision::F32,
+    let slope = std::array::from_fn(|i| if i + 1 == n { -1.0 } else { 0.0 });
+    let config = Config {
         period_s: 1e-3,
-        surface_c: c.to_vec(),
-        alpha_per_s: 1.0,
-        observers: (0..n).map(|i| (mask >> i & 1 == 1).then(|| gains.l[..r].to_vec())).collect(),
+        surface: Surface::from_coefficients(padded(c), 1.0),
+        observers: std::array::from_fn(|i| (mask >> i & 1 == 1).then_some(gains)),
         reaching: ReachingLaw { k_l: 30.0, k_s: 0.5, epsilon: 0.01 },
-        gradient: [0.0, 0.0, 0.0, -1.0][4 - n..].to_vec(),
-        input_gain: 2.0,
-        limits: Limits::symmetric(50.0),
-        fallback: Fallback::Safe(0.25),
-        initial_estimates: vec![0.5; n],
-        sigma_star_bound: 3.0,
-        observer_pole_limit: 1.0,
-        model,
-    }
+        nominal: Nominal { gradient: slope, input_gain: 2.0 },
+        options: Options::NEUTRAL
+            .with_initial_estimates([0.5; 6])
+            .with_limits(Limits::symmetric(50.0))
+            .with_fallback(Fallback::Safe(0.25))
+            .with_sigma_star_bound(3.0),
+    };
+    ControllerSpec { precision: Precision::F32, model, config: AnyConfig { n, padded: config } }
 }
 
 /// Every instance that the wire names is the very tick of this process: order, channels, model, start, fallback. A

@@ -16,6 +16,7 @@ mod precision;
 mod properties;
 mod refusals;
 mod robustness;
+mod running;
 mod theory;
 mod wire;
 mod yardsticks;

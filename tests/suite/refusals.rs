@@ -4,14 +4,14 @@
 //! message. The messages are part of the interface: they name channel, equation and remedy.
 
 use controller_core::{
-    Config, ConfigError, Controller, Fallback, FlexibleJoint, Limits, ObserverGains, Pole, ReachingLaw, Surface,
-    Warning, channels,
+    AnyConfig, Cause, Config, ConfigError, Fallback, Field, FlexibleJoint, Limits, ObserverGains, Pole, ReachingLaw,
+    Remedy, Surface, Warning, controller,
 };
 use integration_tests::paper::{NOMINAL, joint_config};
 use std::collections::BTreeSet;
 
-type Joint32 = Controller<f32, FlexibleJoint<f32>, 4, 2, { channels([2, 4]) }, 2>;
-type Joint64 = Controller<f64, FlexibleJoint<f64>, 4, 2, { channels([2, 4]) }, 2>;
+type Joint32 = controller!(f32, FlexibleJoint<f32>, order 4, observers of order 2 in [2, 4]);
+type Joint64 = controller!(f64, FlexibleJoint<f64>, order 4, observers of order 2 in [2, 4]);
 
 const PRINTED: ObserverGains<2> = ObserverGains::as_printed([100.0, 20.0]);
 const GOOD: Config<4, 2> =
@@ -45,32 +45,6 @@ fn surface(fast: f64) -> Surface<4> {
     Surface::from_coefficients([50.0 * fast, 15.0 * fast + 50.0, fast + 15.0, 1.0], 1.0)
 }
 
-/// Place of a variant in `ConfigError`. Without a wildcard: a new variant does not compile until it is here, and then
-/// the table lacks it.
-fn place(error: &ConfigError) -> usize {
-    match error {
-        ConfigError::NotFinite { .. } => 0,
-        ConfigError::PeriodNotPositive { .. } => 1,
-        ConfigError::InputGainZero => 2,
-        ConfigError::SurfaceLead { .. } => 3,
-        ConfigError::SurfaceNotHurwitz => 4,
-        ConfigError::OffsetDecayNotPositive { .. } => 5,
-        ConfigError::OffsetDecayTooSlow { .. } => 6,
-        ConfigError::Negative { .. } => 7,
-        ConfigError::BoundaryLayerEmpty { .. } => 8,
-        ConfigError::LimitsTooWide { .. } => 9,
-        ConfigError::LimitsReversed { .. } => 10,
-        ConfigError::FallbackOutsideLimits { .. } => 11,
-        ConfigError::ChannelMismatch { .. } => 12,
-        ConfigError::ObserverOrder { .. } => 13,
-        ConfigError::OrderTooLow { .. } => 14,
-        ConfigError::ObserverNotFinite { .. } => 15,
-        ConfigError::ObserverNotHurwitz { .. } => 16,
-        ConfigError::ObserverTooFast { .. } => 17,
-        ConfigError::CoefficientRange => 18,
-    }
-}
-
 const REFUSED: &[(Change, &str)] = &[
     (
         |config| config.surface.c[1] = f64::NAN,
@@ -102,37 +76,40 @@ const REFUSED: &[(Change, &str)] = &[
     ),
     (|config| config.reaching.k_l = -1.0, "reaching.k_l: this number must not be negative"),
     (|config| config.reaching.k_s = -1.0, "reaching.k_s: this number must not be negative"),
-    (|config| config.sigma_star_bound = -1.0, "sigma_star_bound: this number must not be negative"),
-    (|config| config.observer_pole_limit = -1.0, "observer_pole_limit: this number must not be negative"),
+    (|config| config.options.sigma_star_bound = -1.0, "options.sigma_star_bound: this number must not be negative"),
+    (
+        |config| config.options.observer_pole_limit = -1.0,
+        "options.observer_pole_limit: this number must not be negative",
+    ),
     (
         |config| config.reaching.epsilon = -0.01,
         "with k_s > 0 the boundary layer epsilon must be above 0 (Eq. (51)) (given -0.01)",
     ),
     (
-        |config| config.limits.max = 2e12,
+        |config| config.options.limits.max = 2e12,
         "a limit of u is beyond 1e12: where the actuator has none give Limits::NONE (given 2000000000000)",
     ),
     (
-        |config| config.limits.min = -2e12,
+        |config| config.options.limits.min = -2e12,
         "a limit of u is beyond 1e12: where the actuator has none give Limits::NONE (given -2000000000000)",
     ),
     (
-        |config| config.limits = Limits { min: 1.0, max: -1.0 },
+        |config| config.options.limits = Limits { min: 1.0, max: -1.0 },
         "the limits are reversed: min must not be above max (given min 1, max -1)",
     ),
     (
-        |config| config.fallback = Fallback::Safe(300.5),
+        |config| config.options.fallback = Fallback::Safe(300.5),
         "the safe u lies outside the limits: give one that the actuator can hold (given 300.5)",
     ),
     (
         |config| config.observers[2] = Some(PRINTED),
         "channel 3: this channel has an observer in the configuration but not in the controller's type (Eq. (47)): \
-         add it to MASK and O, or set it to None",
+         add it to the controller's type, or set it to None",
     ),
     (
         |config| config.observers[3] = None,
         "channel 4: this channel has an observer in the controller's type but none in the configuration (Eq. (47)): \
-         give its gains, or take it out of MASK and O",
+         give its gains, or take it out of the controller's type",
     ),
     (
         |config| config.observers[3] = Some(ObserverGains { order: 0, ..PRINTED }),
@@ -192,14 +169,57 @@ fn every_refusal_says_what_is_wrong_and_what_to_do() {
     for (change, expected) in REFUSED {
         let error = designed(&changed(*change)).expect_err(expected);
         assert_eq!(error.to_string(), *expected);
-        seen.insert(place(&error));
+        // Field and cause by name, without their numbers.
+        let cause = format!("{:?}", error.cause);
+        seen.insert(cause.split([' ', '{']).next().unwrap_or_default().to_owned());
     }
-    assert_eq!(seen, (0..=18).collect(), "a kind of refusal is not in the table");
+    assert_eq!(seen.len(), 19, "a kind of refusal is not in the table: {seen:?}");
+}
+
+/// Where the order is a number it may be wrong too, and the same rules hold for what a file gives.
+#[test]
+fn a_configuration_of_any_order_is_refused_by_the_same_rules() {
+    let any = AnyConfig::from(GOOD);
+    assert_eq!((any.validate(), any.fixed::<4, 2>()), (Ok(()), Some(GOOD)));
+    for (change, expected) in REFUSED {
+        let config = changed(*change);
+        let alone = config.validate();
+        // A capacity is the type's, and so is what an order above it is.
+        let capacity = matches!(alone, Err(ConfigError { cause: Cause::ObserverOrder { order: 3, .. }, .. }));
+        if !capacity {
+            assert_eq!(
+                format!("{:?}", AnyConfig::from(config).validate()),
+                format!("{alone:?}").replace("capacity: 2", "capacity: 3"),
+                "{expected}"
+            );
+        }
+    }
+    for n in [0, 1, 7, usize::MAX] {
+        let error = AnyConfig { n, ..any }.validate().expect_err("no such order");
+        assert_eq!(error.to_string(), "the plant order must be 2..=6 (Eq. (39))");
+    }
+    assert_eq!(any.warnings().iter().count(), GOOD.warnings().iter().count());
+}
+
+/// Another language has other words for field and remedy, and the same for what is wrong.
+#[test]
+fn a_refusal_can_be_told_in_the_words_of_another_language() {
+    let error = designed(&changed(|config| config.options.limits.max = f64::NAN)).expect_err("a refusal");
+    assert_eq!((error.field, error.cause.remedy()), (Field::Limits, Remedy::FiniteNumber));
+    assert_eq!(
+        error.told("controller.limits", ": write one").to_string(),
+        "controller.limits: this number is NaN or infinite: write one"
+    );
+    let error = designed(&changed(|config| config.options.limits.max = 2e12)).expect_err("a refusal");
+    assert_eq!(
+        error.told("-", "; leave it out").to_string(),
+        "a limit of u is beyond 1e12; leave it out (given 2000000000000)"
+    );
 }
 
 #[test]
 fn number_that_is_not_finite_is_refused_by_the_name_of_its_field() {
-    let fields: [(&str, Set); 13] = [
+    let fields: [(&str, Set); 14] = [
         ("surface.c", |config, bad| config.surface.c[3] = bad),
         ("nominal.gradient", |config, bad| config.nominal.gradient[3] = bad),
         ("period_s", |config, bad| config.period_s = bad),
@@ -208,17 +228,19 @@ fn number_that_is_not_finite_is_refused_by_the_name_of_its_field() {
         ("reaching.k_s", |config, bad| config.reaching.k_s = bad),
         ("reaching.epsilon", |config, bad| config.reaching.epsilon = bad),
         ("nominal.input_gain", |config, bad| config.nominal.input_gain = bad),
-        ("limits.min", |config, bad| config.limits.min = bad),
-        ("limits.max", |config, bad| config.limits.max = bad),
-        ("fallback", |config, bad| config.fallback = Fallback::Safe(bad)),
-        ("sigma_star_bound", |config, bad| config.sigma_star_bound = bad),
-        ("observer_pole_limit", |config, bad| config.observer_pole_limit = bad),
+        ("options.initial_estimates", |config, bad| config.options.initial_estimates[0] = bad),
+        ("options.limits", |config, bad| config.options.limits.min = bad),
+        ("options.limits", |config, bad| config.options.limits.max = bad),
+        ("options.fallback", |config, bad| config.options.fallback = Fallback::Safe(bad)),
+        ("options.sigma_star_bound", |config, bad| config.options.sigma_star_bound = bad),
+        ("options.observer_pole_limit", |config, bad| config.options.observer_pole_limit = bad),
     ];
     for (field, set) in fields {
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let mut config = GOOD;
             set(&mut config, bad);
-            assert_eq!(designed(&config), Err(ConfigError::NotFinite { field }), "{bad}");
+            let error = designed(&config).expect_err(field);
+            assert_eq!((error.field.name(), error.cause), (field, Cause::NotFinite), "{bad}");
         }
     }
 }
@@ -232,9 +254,9 @@ fn design_on_the_edge_of_a_rule_is_accepted() {
         ("no reaching gain", |config| (config.reaching.k_l, config.reaching.k_s) = (0.0, 0.0)),
         ("eps = 0 with k_s T > 0", |config| config.reaching.epsilon = 0.0),
         ("eps < 0 without k_s", |config| (config.reaching.k_s, config.reaching.epsilon) = (0.0, -1.0)),
-        ("limits of 1e12", |config| config.limits = Limits::symmetric(1e12)),
-        ("limits that meet", |config| config.limits = Limits { min: 7.0, max: 7.0 }),
-        ("safe u on a limit", |config| config.fallback = Fallback::Safe(-300.0)),
+        ("limits of 1e12", |config| config.options.limits = Limits::symmetric(1e12)),
+        ("limits that meet", |config| config.options.limits = Limits { min: 7.0, max: 7.0 }),
+        ("safe u on a limit", |config| config.options.fallback = Fallback::Safe(-300.0)),
         ("pole T = 1", |config| config.observers[1] = Some(poles(1000.0))),
     ];
     for (edge, change) in edges {

@@ -126,8 +126,8 @@ struct Rewritten<Q, P> {
 
 impl<Q, P> Rewritten<Q, P>
 where
-    Q: FnMut(Request) -> Option<Request>,
-    P: FnMut(Reply) -> Option<Reply>,
+    Q: FnMut(Request) -> Option<Request> + Send,
+    P: FnMut(Reply) -> Option<Reply> + Send,
 {
     fn new(request: Q, reply: P) -> Self {
         Self { inner: Loopback::new(), request, reply, receiver: Receiver::of_replies(), passed: VecDeque::new() }
@@ -136,8 +136,8 @@ where
 
 impl<Q, P> Transport for Rewritten<Q, P>
 where
-    Q: FnMut(Request) -> Option<Request>,
-    P: FnMut(Reply) -> Option<Reply>,
+    Q: FnMut(Request) -> Option<Request> + Send,
+    P: FnMut(Reply) -> Option<Reply> + Send,
 {
     fn send(&mut self, bytes: &[u8]) -> Result<(), TransportError> {
         let (sequence, request) = Request::from_frame(bytes.try_into().expect("one frame"));
@@ -318,6 +318,22 @@ fn a_second_program_takes_over_where_the_first_one_stopped() {
         assert_eq!(remote.transport().ticks(), 1);
         used = std::mem::take(remote.transport_mut());
     }
+}
+
+#[test]
+fn a_reset_starts_the_same_design_anew_on_the_target() {
+    let download = for_target(&shipped("default.toml", &[])).expect("one for a target").clone();
+    let mut remote = connect(Loopback::new(), &download).unwrap_or_else(|error| panic!("{error}"));
+    let ticks = |remote: &mut Remote<Loopback>| -> Vec<_> {
+        [0.1, 0.2, 0.3].map(|x| remote.tick(&[x, 0.0, 0.0, 0.0]).unwrap_or_else(|error| panic!("{error}"))).into()
+    };
+    let first = ticks(&mut remote);
+    assert_ne!(ticks(&mut remote), first, "it goes on where it stood");
+    // Told of before the reset, it must not count behind it.
+    remote.applied(7.0);
+    remote.reset().unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(ticks(&mut remote), first);
+    assert_eq!(remote.transport().ticks(), 3);
 }
 
 /// A wire that hums: other bytes before everything that comes.

@@ -5,7 +5,7 @@
 //! rounding. u is compared at every tick, in units of its limit.
 
 use benches::{Joint, NOMINAL, Naive, Noise, Tuned, joint, joint_f64};
-use controller_core::{Health, JointParameters, Reading, State};
+use controller_core::{ControlLaw, Health, JointParameters, Reading};
 use integration_tests::close::Gap;
 use loop_sim::plant::FlexibleJoint;
 use loop_sim::solver;
@@ -37,7 +37,7 @@ fn trajectory<const R: usize>() -> Vec<Tick> {
         .map(|k| {
             let x = true_x.map(|value| value as f32);
             let u = controller.tick(&mut state, &x.map(f64::from)).u as f32;
-            state.applied(f64::from(u));
+            Joint::<f64, R>::report_applied(&mut state, f64::from(u));
             let t_s = k as f64 * PERIOD_S;
             solver::advance(&plant, t_s, t_s + PERIOD_S, f64::from(u), &mut true_x).expect("the plant is slow");
             Tick { x, u }
@@ -67,7 +67,7 @@ fn differences<const R: usize>() -> [f64; 5] {
         fast.applied(*u);
         tuned.applied(*u);
         guarded.applied(*u);
-        state.applied(*u);
+        Joint::<f32, R>::report_applied(&mut state, *u);
         saturated += usize::from(u.abs() == LIMIT as f32);
     }
     assert!(saturated > 0 && saturated < TICKS / 2, "{saturated} ticks saturated: the run shows too little");
@@ -91,7 +91,7 @@ fn guarded_like_the_shipped_tick<const R: usize>() {
     let mut noise = Noise::new(7);
     let x0 = noise.sample();
     let shipped: Joint<f32, R> = joint();
-    let mut state: State<f32, R, 2> = shipped.start(&x0).expect("a finite sample");
+    let mut state = shipped.start(&x0).expect("a finite sample");
     let mut guarded = Tuned::<R, true>::start(&x0);
     let (mut rejected, mut gap) = (0, Gap::default());
     for k in 0..2000 {

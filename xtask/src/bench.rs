@@ -1,8 +1,8 @@
 //! What a tick costs on the chip beside other code: everything in the image `yardsticks` measured in one run by the same
-//! tool, `host-sim budget`, as a table for the README.
+//! tool, `cycle-bound`, as a table for the README.
 //!
-//! Instructions are those that the emulator executed, exact; cycles come from the table of docs/cycles.md. Both are of
-//! the dearest tick of the run; "pipelined" is the typical figure with VLDR and VSTR taken for LDR and STR.
+//! Instructions are those that the emulator executed, exact; cycles come from the table of cycle-bound/README.md. Both are
+//! of the dearest tick of the run; "pipelined" is the typical figure with VLDR and VSTR taken for LDR and STR.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -11,8 +11,7 @@ use std::process::Command;
 use object::{Object, ObjectSymbol};
 use serde_json::Value;
 
-use crate::compiler::TARGET;
-use crate::firmware;
+use crate::compiler::{self, TARGET};
 use crate::setup::CROSS_C;
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
@@ -77,8 +76,8 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
             rerun: String::from(RERUN),
         });
     }
-    let build = firmware::build(&gate.root, MANIFEST)?;
-    let verifier = Invocation::cargo(&["build", "--quiet", "-p", "host-sim"]);
+    let build = compiler::build(&gate.root, MANIFEST)?;
+    let verifier = Invocation::cargo(&["build", "--quiet", "-p", "cycle-bound"]);
     gate.commands("image of the yardsticks, and the verifier", &[build, verifier])?;
     gate.check("what a tick costs: Cortex-M4F, zero wait states", RERUN, |gate| {
         let image = gate.root.join("benches/chip/target").join(TARGET).join("release/yardsticks");
@@ -130,13 +129,13 @@ struct Cost {
 }
 
 fn cost(root: &Path, image: &Path, log: &Path, symbol: &'static str) -> Result<Cost, String> {
-    let output = Command::new(root.join("target/debug/host-sim"))
-        .args(["budget", "--json", "--symbol", symbol, "--elf"])
+    let output = Command::new(root.join("target/debug/cycle-bound"))
+        .args(["--json", "--symbol", symbol, "--elf"])
         .arg(image)
         .arg("--trace")
         .arg(log)
         .output()
-        .map_err(|error| format!("host-sim could not be started: {error}"))?;
+        .map_err(|error| format!("cycle-bound could not be started: {error}"))?;
     let said = String::from_utf8_lossy(&output.stderr);
     let report: Value = serde_json::from_slice(&output.stdout)
         .map_err(|error| format!("{symbol}: the verifier's answer is no JSON ({error}): {}", said.trim()))?;

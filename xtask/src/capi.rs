@@ -8,8 +8,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::compiler::TARGET;
-use crate::firmware;
+use crate::compiler::{self, TARGET};
 use crate::step::{Gate, Invocation, Outcome};
 
 /// Its own workspace.
@@ -28,7 +27,7 @@ pub(crate) fn lint(gate: &mut Gate) -> Outcome {
 
 /// Builds the archives into `controller-capi/target/archive/{thumbv7em,host}`, then the examples.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    let chip = firmware::build(&gate.root, MANIFEST)?;
+    let chip = compiler::build(&gate.root, MANIFEST)?;
     let host = Invocation::cargo(&["build", "--release", "--manifest-path", MANIFEST]);
     gate.commands(&format!("C interface for {TARGET} and for this machine"), &[chip, host])?;
     gate.step("archives for C, only their own names visible", |gate| {

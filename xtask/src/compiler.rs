@@ -1,4 +1,4 @@
-//! Which compiler builds for the chip.
+//! Which compiler builds for the chip, and for WebAssembly.
 //!
 //! Two worlds of machine. Where the toolchain carries the target's core library it builds normally. Elsewhere Debian's
 //! second compiler comes with the library's sources and builds core itself, with the linker of the toolchain in use; that
@@ -28,13 +28,19 @@ pub(crate) enum Compiler {
 }
 
 impl Compiler {
+    /// For the chip.
     pub(crate) fn find() -> Option<Self> {
-        let libraries = Invocation::new("rustc", &["--print", "target-libdir", "--target", TARGET]).answer();
-        if libraries.is_some_and(|directory| holds_core(Path::new(&directory))) {
+        Self::find_for(TARGET, "core")
+    }
+
+    /// For a target with this library, `core` or `std`.
+    pub(crate) fn find_for(target: &str, library: &str) -> Option<Self> {
+        let libraries = Invocation::new("rustc", &["--print", "target-libdir", "--target", target]).answer();
+        if libraries.is_some_and(|directory| holds(Path::new(&directory), library)) {
             return Some(Self::Toolchain);
         }
         let sysroot = Invocation::new(DEBIAN_RUSTC, &["--print", "sysroot"]).answer()?;
-        let sources = Path::new(&sysroot).join("lib/rustlib/src/rust/library/core/Cargo.toml");
+        let sources = Path::new(&sysroot).join("lib/rustlib/src/rust/library").join(library).join("Cargo.toml");
         // Beside the libraries of the host, `lib/rustlib/HOST/lib`, stand its tools.
         let host_libraries = Invocation::new("rustc", &["--print", "target-libdir"]).answer()?;
         let linker = Path::new(&host_libraries).with_file_name("bin").join("rust-lld");
@@ -49,18 +55,50 @@ impl Compiler {
         })
     }
 
-    /// `cargo VERB` for the target in release mode.
+    /// `cargo VERB` for the chip in release mode.
     pub(crate) fn cargo(&self, verb: &str) -> Invocation {
-        let common = Invocation::cargo(&[verb, "--release", "--target", TARGET]);
+        self.cargo_for(verb, TARGET, "core", "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER")
+    }
+
+    /// The same for a target with these libraries; `linker_variable` is the one in which cargo looks for its linker.
+    pub(crate) fn cargo_for(
+        &self,
+        verb: &str,
+        target: &str,
+        libraries: &str,
+        linker_variable: &'static str,
+    ) -> Invocation {
+        let common = Invocation::cargo(&[verb, "--release", "--target", target]);
         match self {
             Self::Toolchain => common,
             Self::Debian { linker } => common
-                .with(&["-Zbuild-std=core"])
+                .with(&[&format!("-Zbuild-std={libraries}")])
                 .env("RUSTC", DEBIAN_RUSTC)
                 .env("RUSTC_BOOTSTRAP", "1")
-                .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", &linker.to_string_lossy()),
+                .env(linker_variable, &linker.to_string_lossy()),
         }
     }
+}
+
+/// Builds a workspace of its own for the chip. The one way: paths in it would change not only messages but, through the
+/// hashes in symbols, the order of instructions.
+pub(crate) fn build(root: &Path, manifest: &str) -> Result<Invocation, Failure> {
+    let build = Compiler::required()?.cargo("build").with(&["--manifest-path", manifest]);
+    Ok(build.with(&["--config", &without_paths(root)]))
+}
+
+/// A setting of cargo, on top of those in the files: a panic tells its place relative to this workspace or to the crate
+/// it is in, so that an image is the same, and as large, wherever it was built.
+fn without_paths(root: &Path) -> String {
+    let home = std::env::home_dir().unwrap_or_default().join(".cargo");
+    let home = std::env::var_os("CARGO_HOME").map_or(home, PathBuf::from);
+    let registries = std::fs::read_dir(home.join("registry/src")).into_iter().flatten().flatten();
+    let crates = registries.map(|registry| format!("{}=crates", registry.path().display()));
+    let remaps: Vec<String> = std::iter::once(format!("{}=.", root.display()))
+        .chain(crates)
+        .map(|remap| format!("'--remap-path-prefix={remap}'"))
+        .collect();
+    format!("target.{TARGET}.rustflags=[{}]", remaps.join(", "))
 }
 
 impl fmt::Display for Compiler {
@@ -74,7 +112,8 @@ impl fmt::Display for Compiler {
     }
 }
 
-fn holds_core(directory: &Path) -> bool {
+fn holds(directory: &Path, library: &str) -> bool {
     let Ok(entries) = std::fs::read_dir(directory) else { return false };
-    entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"))
+    let name = format!("lib{library}-");
+    entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with(&name))
 }

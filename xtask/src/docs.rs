@@ -1,31 +1,119 @@
-//! `cargo doc` without a warning, and formulas that a browser shows as formulas.
+//! `cargo doc` without a warning, with formulas that a browser shows as formulas, with and without a connection.
 //!
-//! Formulas stand between `$` in doc comments. Two things spoil them silently. A page shows them only if it loads
-//! KaTeX, which a module asks for by including `controller-core/katex.html` in its docs (a header given by flags would
-//! miss plain `cargo doc`: a relative path is wrong for the dependencies). And markdown eats a backslash before
-//! anything but a letter or a blank (`\,` arrives as `,`, so formulas say `\thinspace`) and may take `]_` or `*` for
-//! emphasis.
+//! Formulas stand between `$` in doc comments, and rustdoc puts KaTeX, which shows them, into the head of every page.
+//! Two things spoil them silently: markdown eats a backslash before anything but a letter or a blank (`\,` arrives as
+//! `,`, so formulas say `\thinspace`) and may take `]_` or `*` for emphasis.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::scan::files_with;
-use crate::step::{Gate, Invocation, Outcome};
+use crate::step::{Failure, Gate, Invocation, Outcome};
 
-/// Crates whose pages are read.
-const CRATES: [&str; 5] = ["controller_core", "host_sim", "loop_sim", "pil_wire", "scenario"];
+/// What loads KaTeX; from the root, where cargo starts rustdoc for the crates of the workspace.
+const HEADER: &str = "controller-core/katex.html";
+/// Where the header takes it from, up to its version.
+const NETWORK: &str = "https://cdn.jsdelivr.net/npm/katex@";
+const PAGES: &str = "target/doc";
 
+/// Builds the pages and looks at their formulas.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    let doc = Invocation::cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings");
+    let flags = format!("-D warnings --html-in-header {HEADER}");
+    let doc = Invocation::cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", &flags);
     gate.commands("documentation without a warning", &[doc])?;
-    gate.check("formulas in the documentation", "cargo xtask test", |gate| {
+    gate.check("formulas in the documentation", "cargo xtask docs", |gate| {
         let sources = each(&gate.root, "rs", spoiled)?;
         let mut pages = 0;
-        for name in CRATES {
-            pages += each(&gate.root.join("target/doc").join(name), "html", unrendered)?;
+        for folder in pages_of_members(&gate.root)? {
+            pages += each(&folder, "html", unrendered)?;
         }
         Ok(format!("{sources} sources, {pages} pages"))
     })
+}
+
+/// The same, then KaTeX beside the pages, so that they are read without a connection.
+pub(crate) fn offline(gate: &mut Gate) -> Outcome {
+    run(gate)?;
+    let failed = |reason: String| Failure { reason, rerun: String::from("cargo xtask docs --offline") };
+    let header = fs::read_to_string(gate.root.join(HEADER)).map_err(|error| failed(format!("{HEADER}: {error}")))?;
+    let version = version(&header).ok_or_else(|| failed(format!("{HEADER} does not take KaTeX from {NETWORK}")))?;
+    let fetched = PathBuf::from("target/katex").join(version);
+    if !gate.root.join(&fetched).join("package/dist/katex.min.js").exists() {
+        if Invocation::new("npm", &["--version"]).answer().is_none() {
+            let remedy = "no npm, which fetches KaTeX: install Node.js (on Debian, as root: apt-get install npm)";
+            return Err(failed(String::from(remedy)));
+        }
+        fs::create_dir_all(gate.root.join(&fetched))
+            .map_err(|error| failed(format!("{}: {error}", fetched.display())))?;
+        let (package, folder) = (format!("katex@{version}"), fetched.display().to_string());
+        let pack = Invocation::new("npm", &["pack", "--silent", &package, "--pack-destination", &folder]);
+        let archive = fetched.join(format!("katex-{version}.tgz")).display().to_string();
+        let unpack = Invocation::new("tar", &["-xzf", &archive, "-C", &folder]);
+        gate.commands(&format!("KaTeX {version}"), &[pack, unpack])?;
+    }
+    gate.check("pages that need no connection", "cargo xtask docs --offline", |gate| {
+        let pages = gate.root.join(PAGES);
+        lay_beside(&gate.root.join(&fetched).join("package/dist"), &pages.join("katex"))?;
+        let mut local = 0;
+        for file in files_with(&pages, "html").map_err(|error| format!("{}: {error}", pages.display()))? {
+            let text = fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+            let depth = file.strip_prefix(&pages).map_or(0, |below| below.components().count() - 1);
+            let text = text.replace(header.trim(), &beside(&header, version, depth));
+            if let Some(from) = loaded(&text) {
+                return Err(format!("{} loads {from}: is it of an item that is gone? remove {PAGES}", file.display()));
+            }
+            fs::write(&file, text).map_err(|error| format!("{}: {error}", file.display()))?;
+            local += 1;
+        }
+        Ok(format!("{local} pages; begin at {}", pages.join("controller_core/index.html").display()))
+    })
+}
+
+/// Of KaTeX, `0.19.1`.
+fn version(header: &str) -> Option<&str> {
+    header.split_once(NETWORK)?.1.split('/').next()
+}
+
+/// The header for a page so many folders deep. A checksum is for what comes from the network.
+fn beside(header: &str, version: &str, depth: usize) -> String {
+    let local = header.replace(&format!("{NETWORK}{version}/dist/"), &format!("{}katex/", "../".repeat(depth)));
+    let mut text = String::new();
+    let mut rest = local.trim();
+    while let Some((before, after)) = rest.split_once("integrity=\"") {
+        text += before.trim_end();
+        rest = after.split_once("crossorigin=\"anonymous\"").map_or(after, |(_, after)| after);
+    }
+    text + rest
+}
+
+/// An address that a page loads a script or a style from.
+fn loaded(page: &str) -> Option<&str> {
+    let tags = page.split('<').filter(|tag| tag.starts_with("script") || tag.starts_with("link"));
+    let mut addresses = tags.flat_map(|tag| tag.split('"')).filter(|value| value.contains("://"));
+    addresses.next()
+}
+
+/// What a browser needs of a distribution: scripts, style, fonts.
+fn lay_beside(distribution: &Path, folder: &Path) -> Result<(), String> {
+    let told = |path: &Path, error: &std::io::Error| format!("{}: {error}", path.display());
+    fs::create_dir_all(folder.join("contrib")).map_err(|error| told(folder, &error))?;
+    fs::create_dir_all(folder.join("fonts")).map_err(|error| told(folder, &error))?;
+    let fonts = files_with(&distribution.join("fonts"), "woff2").map_err(|error| told(distribution, &error))?;
+    let rest = ["katex.min.css", "katex.min.js", "contrib/auto-render.min.js"].map(|name| distribution.join(name));
+    for file in fonts.iter().chain(&rest) {
+        let to = folder.join(file.strip_prefix(distribution).unwrap_or(file));
+        fs::copy(file, &to).map_err(|error| told(file, &error))?;
+    }
+    Ok(())
+}
+
+/// Folders with the pages of the crates of this workspace.
+fn pages_of_members(root: &Path) -> Result<Vec<PathBuf>, String> {
+    let manifest = fs::read_to_string(root.join("Cargo.toml")).map_err(|error| format!("Cargo.toml: {error}"))?;
+    let members = manifest.split_once("members = [").and_then(|(_, rest)| rest.split(']').next()).unwrap_or_default();
+    let folders = members.split('"').skip(1).step_by(2).map(|name| root.join(PAGES).join(name.replace('-', "_")));
+    let folders: Vec<PathBuf> = folders.filter(|folder| folder.is_dir()).collect();
+    if folders.is_empty() { Err(format!("no pages in {PAGES}")) } else { Ok(folders) }
 }
 
 /// Applies `fault` to the text of every such file; their number, or the first fault.
@@ -71,10 +159,7 @@ fn unrendered(page: &str) -> Option<String> {
     let body = page.split_once("<body").map_or(page, |(_, body)| body);
     let text = without_code(body).replace("$$", "$");
     if text.contains('$') && !page.contains("renderMathInElement") {
-        return Some(String::from(
-            "a formula, but no KaTeX: add #[doc = include_str!(\"../katex.html\")] to the item or write it in words \
-             (a page of an item that is gone? remove target/doc)",
-        ));
+        return Some(String::from("a formula, but no KaTeX: a page of an item that is gone? remove target/doc"));
     }
     let marked =
         |formula: &&str| ["<em>", "</em>", "<strong>", "</strong>", "<a "].iter().any(|tag| formula.contains(tag));
@@ -115,6 +200,18 @@ mod tests {
         assert!(spoiled("//! $a \\cr \\cr b$").is_some());
         assert_eq!(spoiled("//! $a\\ b \\cr c$"), None);
         assert_eq!(spoiled("//! $a \\thinspace b$, `\\,` and\n//! ```\n//! $\\,$\n//! ```\n"), None);
+    }
+
+    #[test]
+    fn beside_its_pages_katex_is_loaded_from_no_other_place() {
+        let header = include_str!("../../controller-core/katex.html");
+        let version = version(header).expect("a version");
+        assert!(loaded(header).is_some_and(|address| address.starts_with(NETWORK)));
+        let local = beside(header, version, 2);
+        assert_eq!(loaded(&local), None, "{local}");
+        assert!(local.contains("src=\"../../katex/contrib/auto-render.min.js\"\n  onload='renderMath"), "{local}");
+        assert_eq!((local.matches("../../katex/").count(), local.matches("integrity").count()), (3, 0));
+        assert_eq!(loaded("<a href=\"https://a.b\">"), None);
     }
 
     #[test]

@@ -1,18 +1,13 @@
-//! The images for the chip: built, weighed, and held to their budgets.
-
-use std::path::{Path, PathBuf};
+//! The images for the chip: built and weighed.
 
 use object::elf::{SHF_ALLOC, SHF_WRITE};
 use object::{Object, ObjectSection, SectionFlags, SectionKind};
 
-use crate::capi;
-use crate::compiler::{Compiler, TARGET};
-use crate::step::{Failure, Gate, Invocation, Outcome};
+use crate::compiler::{TARGET, build};
+use crate::step::{Gate, Invocation, Outcome};
 
 /// Its own workspace.
 const MANIFEST: &str = "firmware/Cargo.toml";
-/// Ceilings of what the images cost.
-const BUDGETS: &str = "firmware/budgets.toml";
 const IMAGES: [&str; 3] = ["pil", "drive", "budget"];
 
 /// Format and lints.
@@ -39,40 +34,6 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         }
         Ok(table.join("\n"))
     })
-}
-
-/// Builds the images, then holds what they cost to its ceilings.
-pub(crate) fn budget(gate: &mut Gate) -> Outcome {
-    run(gate)?;
-    capi::run(gate)?;
-    judge(gate)
-}
-
-/// Every shipped instance of the tick, and the interrupt of `drive`, against the ceilings in `firmware/budgets.toml`.
-pub(crate) fn judge(gate: &mut Gate) -> Outcome {
-    let judge = Invocation::cargo(&["run", "--quiet", "-p", "host-sim", "--", "budget", "--ceilings", BUDGETS]);
-    gate.commands("ceilings of every instance of the tick and of the interrupt", &[judge])
-}
-
-/// Builds a workspace of its own for the chip. The one way: paths in it would change not only messages but, through the
-/// hashes in symbols, the order of instructions.
-pub(crate) fn build(root: &Path, manifest: &str) -> Result<Invocation, Failure> {
-    let build = Compiler::required()?.cargo("build").with(&["--manifest-path", manifest]);
-    Ok(build.with(&["--config", &without_paths(root)]))
-}
-
-/// A setting of cargo, on top of those in the files: a panic tells its place relative to this workspace or to the crate
-/// it is in, so that an image is the same, and as large, wherever it was built.
-fn without_paths(root: &Path) -> String {
-    let home = std::env::home_dir().unwrap_or_default().join(".cargo");
-    let home = std::env::var_os("CARGO_HOME").map_or(home, PathBuf::from);
-    let registries = std::fs::read_dir(home.join("registry/src")).into_iter().flatten().flatten();
-    let crates = registries.map(|registry| format!("{}=crates", registry.path().display()));
-    let remaps: Vec<String> = std::iter::once(format!("{}=.", root.display()))
-        .chain(crates)
-        .map(|remap| format!("'--remap-path-prefix={remap}'"))
-        .collect();
-    format!("target.{TARGET}.rustflags=[{}]", remaps.join(", "))
 }
 
 /// What an image takes, in bytes.

@@ -4,6 +4,7 @@
 //! Each step is numbered and timed; the first that fails ends the run with the exact command to repeat it.
 
 mod bench;
+mod budget;
 mod capi;
 mod compiler;
 mod docs;
@@ -15,6 +16,7 @@ mod setup;
 mod step;
 mod test;
 mod thumb;
+mod wasm;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -27,46 +29,58 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 8] = [
+const ACTIONS: [Action; 12] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
-        help: "setup, then format, lints, docs, paper map, images, tests, budgets, fuzzing, builds for thumb",
+        help: "setup, then format, lints, docs, paper map, images, tests, budgets, fuzzing, thumb, WebAssembly",
         run: test::run,
+    },
+    Action {
+        name: "test --quick",
+        help: "the daily loop: format, lints, and the tests that need no image; says what it leaves out",
+        run: test::quick,
     },
     Action { name: "firmware", help: "build the images for the chip and say how large they are", run: firmware::run },
     Action { name: "bench", help: "what a tick costs on the chip beside other code, as a table", run: bench::run },
     Action {
         name: "budget",
         help: "build the images and hold what each instance costs to firmware/budgets.toml",
-        run: firmware::budget,
+        run: budget::run,
     },
     Action { name: "capi", help: "build archive, header and examples for firmware in C", run: capi::run },
+    Action { name: "docs", help: "build the documentation without a warning, and check its formulas", run: docs::run },
+    Action {
+        name: "docs --offline",
+        help: "the same, with KaTeX beside the pages, so that formulas need no connection",
+        run: docs::offline,
+    },
     Action { name: "fuzz", help: "libFuzzer against the target's side of the wire", run: fuzz::run },
+    Action {
+        name: "wasm",
+        help: "the closed loop in WebAssembly: builds, and has the bits of this machine",
+        run: wasm::run,
+    },
     Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
 ];
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let asked = match arguments.as_slice() {
-        [] => "help",
-        [one] => one,
-        [_, extra, ..] => return misused(&format!("unexpected argument `{extra}`: a command takes none")),
-    };
-    if ["help", "-h", "--help"].contains(&asked) {
+    let asked = arguments.join(" ");
+    if ["", "help", "-h", "--help"].contains(&&*asked) {
         println!("cargo xtask COMMAND\n");
         for Action { name, help, .. } in ACTIONS {
-            println!("  {name:<10} {help}");
+            println!("  {name:<14} {help}");
         }
-        println!("  {:<10} this list", "help");
+        println!("  {:<14} this list", "help");
         return ExitCode::SUCCESS;
     }
     let Some(Action { run, .. }) = ACTIONS.iter().find(|action| action.name == asked) else {
-        return misused(&format!("unknown command `{asked}`: did you mean `{}`?", nearest(asked)));
+        return misused(&format!("unknown command `{asked}`: did you mean `{}`?", nearest(&asked)));
     };
     let mut gate = Gate::new(root());
     let outcome = run(&mut gate);
-    gate.conclude(asked, &outcome);
+    gate.conclude(&asked, &outcome);
     if outcome.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
@@ -93,6 +107,7 @@ mod tests {
     #[test]
     fn a_slip_of_the_finger_finds_the_command_that_was_meant() {
         assert_eq!(nearest("tets"), "test");
+        assert_eq!(nearest("test quick"), "test --quick");
         assert_eq!(nearest("papermap"), "paper-map");
         assert_eq!(nearest("stup"), "setup");
         assert_eq!(nearest("hlep"), "help");

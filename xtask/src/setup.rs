@@ -5,6 +5,7 @@ use std::path::Path;
 
 use crate::compiler::{Compiler, DEBIAN_PACKAGES, TARGET};
 use crate::step::{Failure, Gate, Invocation, Outcome};
+use crate::wasm;
 
 /// The emulator of the chip, and the board with it.
 const EMULATOR: &str = "qemu-system-arm";
@@ -27,7 +28,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         }
         Ok(String::from("present"))
     })?;
-    gate.step(&format!("compiler for {TARGET}, emulator of the chip, compilers for C and C++"), |gate| {
+    gate.step(&format!("compiler for {TARGET}, emulator of the chip, compilers for C and C++, Node"), |gate| {
         let missing = missing();
         if !missing.is_empty() {
             install(gate, missing)?;
@@ -75,6 +76,14 @@ fn missing() -> Vec<Missing> {
     if Invocation::new(CROSS_C, &["-print-file-name=nano.specs"]).answer().is_some_and(|path| !path.contains('/')) {
         let what = format!("no C library (newlib-nano) for {CROSS_C}");
         missing.push(Missing { what, packages: &["libnewlib-arm-none-eabi"] });
+    }
+    if wasm::compiler().is_none() {
+        let target = wasm::TARGET;
+        let what = format!("no compiler here has the standard library for {target} (or: rustup target add {target})");
+        missing.push(Missing { what, packages: &DEBIAN_PACKAGES });
+    }
+    if Invocation::new(wasm::NODE, &["--version"]).answer().is_none() {
+        missing.push(Missing { what: format!("no `{}`, which runs WebAssembly", wasm::NODE), packages: &["nodejs"] });
     }
     missing
 }

@@ -1,47 +1,142 @@
-//! The whole gate, cheapest steps first, so that a slip is told in seconds.
+//! The whole gate, cheapest steps first, so that a slip is told in seconds; and the quick one for the daily loop, which
+//! ends with what it left out.
 
 use crate::step::{Gate, Invocation, Outcome};
-use crate::{bench, capi, docs, firmware, fuzz, paper_map, scan, setup, thumb};
+use crate::{bench, budget, capi, docs, firmware, fuzz, paper_map, scan, setup, thumb, wasm};
 
 /// Features of controller-core; every combination must build and be free of warnings.
 const FEATURES: [&str; 3] = ["analysis", "defmt", "serde"];
 
+/// A part of the gate.
+struct Part {
+    run: fn(&mut Gate) -> Outcome,
+    quick: Quick,
+}
+
+/// What the quick run does with a part.
+enum Quick {
+    /// All of it.
+    Same,
+    /// Less of it, and what is left out.
+    Less(fn(&mut Gate) -> Outcome, &'static str),
+    /// Nothing of it; in words.
+    No(&'static str),
+}
+
+use Quick::{Less, No, Same};
+
+const GATE: [Part; 15] = [
+    Part { run: setup::run, quick: No("the look for tools") },
+    Part { run: format, quick: Same },
+    Part { run: scan, quick: Same },
+    Part { run: paper_map::run, quick: Same },
+    Part { run: lint, quick: Same },
+    Part { run: lint_features, quick: No("lints of controller-core by feature set") },
+    Part { run: lint_others, quick: No("format and lints of the firmware, the yardsticks and the C interface") },
+    Part { run: docs::run, quick: No("the documentation and its formulas") },
+    // The suite runs them in the emulator, and links the archive.
+    Part { run: firmware::run, quick: No("the images for the chip") },
+    Part { run: capi::run, quick: No("the archives for C and their examples") },
+    Part { run: test, quick: Less(test_quickly, LEFT_OUT) },
+    Part { run: bench::count_on_host, quick: No("instructions on the host") },
+    Part { run: test_without_features, quick: No("tests of controller-core without features") },
+    Part { run: budget::judge, quick: No("the ceilings of the images") },
+    Part {
+        run: last,
+        quick: No("fuzzing of the wire, controller-core for the chip by feature set, the loop in WebAssembly"),
+    },
+];
+
+/// Tests of the suite by the beginning of their names; the gate proper runs them all.
+const SKIPPED: [&str; 10] = [
+    // Images, in the emulator.
+    "emulator::",
+    "budget::the_emulator",
+    "budget::every_executed_cycle",
+    // Compilers as programs.
+    "capi::",
+    "compile::",
+    "export::the_exported",
+    "export::two_exported",
+    // Long campaigns.
+    "wire::every_case_of_every_figure",
+    "wire::a_target_that_says_nothing",
+    "robustness::random_chains",
+];
+const LEFT_OUT: &str = "examples in the documentation; of the suite the emulator, the C interface, exported files, what \
+                        must not compile, the figures over the wire, a silent target, random chains";
+
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    setup::run(gate)?;
-    gate.commands("format", &[Invocation::cargo(&["fmt", "--all", "--check"])])?;
-    gate.check("no test switched off, no code left unwritten", "cargo xtask test", |gate| scan::check(&gate.root))?;
-    paper_map::run(gate)?;
+    GATE.iter().try_for_each(|part| (part.run)(gate))
+}
 
-    let deny = ["--", "-D", "warnings"];
+/// Format, lints and the tests that need no image and no other compiler.
+pub(crate) fn quick(gate: &mut Gate) -> Outcome {
+    GATE.iter().try_for_each(|part| match part.quick {
+        Same => (part.run)(gate),
+        Less(less, what) => {
+            gate.leave_out(what);
+            less(gate)
+        }
+        No(what) => {
+            gate.leave_out(what);
+            Ok(())
+        }
+    })
+}
+
+fn format(gate: &mut Gate) -> Outcome {
+    gate.commands("format", &[Invocation::cargo(&["fmt", "--all", "--check"])])
+}
+
+fn scan(gate: &mut Gate) -> Outcome {
+    gate.check("no test switched off, no code left unwritten", "cargo xtask test", |gate| scan::check(&gate.root))
+}
+
+/// A warning is an error.
+const DENY: [&str; 3] = ["--", "-D", "warnings"];
+
+fn lint(gate: &mut Gate) -> Outcome {
+    let clippy = Invocation::cargo(&["clippy", "--workspace", "--all-targets"]).with(&DENY);
+    gate.commands("lints, whole workspace", &[clippy])
+}
+
+fn lint_features(gate: &mut Gate) -> Outcome {
     let sets = feature_sets();
-    let clippy = Invocation::cargo(&["clippy", "--workspace", "--all-targets"]).with(&deny);
-    gate.commands("lints, whole workspace", &[clippy])?;
-    let core: Vec<Invocation> = sets
-        .iter()
-        .map(|features| {
-            Invocation::cargo(&["clippy", "-p", "controller-core", "--lib", "--no-default-features", "--features"])
-                .with(&[features])
-                .with(&deny)
-        })
-        .collect();
-    gate.commands(&format!("lints, controller-core, {} feature sets", core.len()), &core)?;
+    let of_set = |features: &String| {
+        Invocation::cargo(&["clippy", "-p", "controller-core", "--lib", "--no-default-features", "--features"])
+            .with(&[features])
+            .with(&DENY)
+    };
+    let core: Vec<Invocation> = sets.iter().map(of_set).collect();
+    gate.commands(&format!("lints, controller-core, {} feature sets", core.len()), &core)
+}
 
+fn lint_others(gate: &mut Gate) -> Outcome {
     firmware::lint(gate)?;
     bench::lint(gate)?;
-    capi::lint(gate)?;
-    docs::run(gate)?;
-    // The suite runs them in the emulator, and links the archive.
-    firmware::run(gate)?;
-    capi::run(gate)?;
-    gate.commands("tests", &[Invocation::cargo(&["test", "--workspace"])])?;
-    bench::count_on_host(gate)?;
-    gate.commands(
-        "tests, controller-core without features",
-        &[Invocation::cargo(&["test", "-p", "controller-core", "--no-default-features"])],
-    )?;
-    firmware::judge(gate)?;
+    capi::lint(gate)
+}
+
+fn test(gate: &mut Gate) -> Outcome {
+    gate.commands("tests", &[Invocation::cargo(&["test", "--workspace"])])
+}
+
+fn test_quickly(gate: &mut Gate) -> Outcome {
+    let skipped: Vec<&str> = SKIPPED.iter().flat_map(|name| ["--skip", name]).collect();
+    let tests = Invocation::cargo(&["test", "--quiet", "--workspace", "--tests", "--"]).with(&skipped);
+    gate.commands("tests that need no image and no other compiler", &[tests])
+}
+
+fn test_without_features(gate: &mut Gate) -> Outcome {
+    let tests = Invocation::cargo(&["test", "-p", "controller-core", "--no-default-features"]);
+    gate.commands("tests, controller-core without features", &[tests])
+}
+
+fn last(gate: &mut Gate) -> Outcome {
     fuzz::run(gate)?;
-    thumb::run(gate, &sets)
+    thumb::run(gate, &feature_sets())?;
+    wasm::run(gate)
 }
 
 /// All subsets of [`FEATURES`], as cargo reads them.
@@ -57,7 +152,19 @@ fn feature_sets() -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::feature_sets;
+    use std::path::Path;
+
+    use super::{SKIPPED, feature_sets};
+
+    #[test]
+    fn what_the_quick_run_skips_is_there_to_be_skipped() {
+        let suite = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/suite");
+        for name in SKIPPED {
+            let (module, test) = name.split_once("::").expect("a module of the suite");
+            let text = std::fs::read_to_string(suite.join(module).with_extension("rs")).expect(module);
+            assert!(text.contains(&format!("#[test]\nfn {test}")), "{name}");
+        }
+    }
 
     #[test]
     fn the_feature_sets_are_all_eight_and_begin_with_none() {

@@ -1,5 +1,7 @@
 //! What both benchmarks of the host run.
 
+pub(crate) mod lanes;
+
 use std::ops::ControlFlow;
 
 use scenario::{Experiment, Source};

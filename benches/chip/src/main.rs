@@ -67,7 +67,7 @@ fn main() -> ! {
     let mut noise = Noise::new(1);
     let first = noise.sample();
     let (joint_2, joint_3) = (black_box(&JOINT_2), black_box(&JOINT_3));
-    let (Some(mut state_2), Some(mut state_3)) = (joint_2.start(&first, &[0.0; 4]), joint_3.start(&first, &[0.0; 4]))
+    let (Some(mut state_2), Some(mut state_3)) = (joint_2.start(&first), joint_3.start(&first))
     else {
         end(debug::EXIT_FAILURE)
     };

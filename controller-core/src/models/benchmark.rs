@@ -1,5 +1,4 @@
 //! The nonlinear benchmark of Example 1, Eq. (59): $\dot x_1 = x_2 + d_1$, $\dot x_2 = -2x_1 - x_2 + e^{x_1} + u$.
-#![doc = include_str!("../../katex.html")]
 
 use core::marker::PhantomData;
 

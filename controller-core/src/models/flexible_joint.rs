@@ -11,7 +11,6 @@
 //! The print contradicts itself about which inertia belongs to which equation, and its simplified Eq. (64) forgets
 //! $k_1$ in $a$ and $b$. [`Reading`] names the ways out; `Reconstructed` is the one that reproduces the published
 //! numbers.
-#![doc = include_str!("../../katex.html")]
 
 use crate::model::{Nominal, NominalModel};
 use crate::real::{Real, row_f32};

@@ -195,7 +195,7 @@ fn measure<C, Y, const N: usize>(
     }
     let mut sample = || sizes.map(|size| size * noise.next());
     let x0 = sample();
-    let Some(state) = controller.start(&x0, &C::NO_GUESS) else { unreachable!() };
+    let Some(state) = controller.start(&x0) else { unreachable!() };
     // SAFETY: the macro gives every instance a place of its own, and `main` runs each once.
     let state = unsafe { place.put(state) };
     // Without its guard a tick does not know what to do at the start.

@@ -10,7 +10,7 @@ use core::cell::RefCell;
 
 use controller_core::{
     Config, Fallback, FlexibleJoint, History, JointParameters, Limits, Nominal, ObserverGains, Options, Output,
-    ReachingLaw, Reading, Record, Running, Surface, controller,
+    ReachingLaw, Reading, Record, Running, Surface, controller, design,
 };
 use cortex_m::asm;
 use critical_section::Mutex;
@@ -27,6 +27,7 @@ type Drive = controller!(f32, FlexibleJoint<f32>, order 4, observers of order 2 
 const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
 const OBSERVER: ObserverGains<2> = ObserverGains::from_bandwidth::<2>(100.0);
 
+design! {
 /// Designed by the compiler, kept in flash. A bad design does not compile, and the error says why.
 static CONTROLLER: Drive = Drive::designed(
     &Config {
@@ -42,6 +43,7 @@ static CONTROLLER: Drive = Drive::designed(
     },
     FlexibleJoint::<f32>::new(&NOMINAL),
 );
+}
 
 /// What the interrupt leaves for the main loop, and for the moment after a fault.
 struct Seen {
@@ -54,7 +56,7 @@ static SEEN: Mutex<RefCell<Seen>> = Mutex::new(RefCell::new(Seen { history: Hist
 
 #[interrupt]
 fn TIM3() {
-    static mut LOOP: Running<&Drive> = Running::new(&CONTROLLER);
+    static mut LOOP: Running<CONTROLLER> = Running::new(CONTROLLER);
     static mut JOINT: joint::Joint = joint::Joint::new();
     static mut TICK: u32 = 0;
     static mut WORST: u32 = 0;

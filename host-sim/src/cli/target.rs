@@ -1,21 +1,22 @@
 //! `pil`, `hil` and `emulate`: the controller on a chip, emulated or real.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use cycle_bound::log::{Log, Messages};
+use cycle_bound::qemu::{self, Clock, Process};
 use loop_sim::port::PortError;
 use loop_sim::port::in_process::Download;
 use pil_wire::{REPLY_LEN, REQUEST_LEN};
 use scenario::Experiment;
 
 use super::{Console, Failure, status};
-use crate::log::{Log, Messages};
 use crate::remote::{self, Remote};
 use crate::transport::faulty::Rates;
-use crate::transport::qemu::{self, Clock, Process};
 use crate::transport::serial::BAUD;
 use crate::transport::{Emulator, Faulty, Serial, Stoppable, Transport};
 
@@ -87,6 +88,16 @@ pub(super) struct Link<'a> {
     pub(super) log: Option<Log>,
 }
 
+/// Is there such an image at all? Who asks for one of ours is told how it comes to be.
+pub(super) fn present(image: &Path) -> Result<(), String> {
+    match std::fs::metadata(image) {
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            Err(format!("image {}: there is no such file; `cargo xtask firmware` builds the images", image.display()))
+        }
+        _ => Ok(()),
+    }
+}
+
 fn failed(message: String) -> Failure {
     Failure { status: status::FAILED, message }
 }
@@ -100,6 +111,7 @@ impl<'a> Console<'a> {
     pub(super) fn emulated(&mut self, experiment: &Experiment, options: &PilOptions) -> Result<Link<'a>, Failure> {
         let download = design(experiment)?;
         let PilOptions { image, log, faults, seed } = options;
+        present(image).map_err(failed)?;
         let messages = if *log { Some(Messages::of(image).map_err(failed)?) } else { None };
         self.wait_for(&format!("the emulator to boot {}", image.display()));
         let (emulator, log) = Emulator::start(image, messages.is_some()).map_err(|error| failed(error.0))?;
@@ -121,6 +133,7 @@ impl<'a> Console<'a> {
         let HilOptions { port, baud, log_port, elf } = options;
         let log = match (log_port, elf) {
             (Some(log_port), Some(elf)) => {
+                present(elf).map_err(failed)?;
                 let messages = Messages::of(elf).map_err(failed)?;
                 let source = Serial::open(log_port, *baud).map_err(|error| failed(error.0))?;
                 Some(Log::follow(source, messages))
@@ -182,10 +195,10 @@ impl<'a> Console<'a> {
 
     pub(super) fn emulate(&mut self, options: &EmulateOptions) -> Result<u8, Failure> {
         let EmulateOptions { image, seconds } = options;
+        present(image).map_err(failed)?;
         let messages = Messages::of(image).map_err(failed)?;
-        let (process, [_, stream]) =
-            Process::start(image, [false, true], Clock::Instructions, None).map_err(|error| failed(error.0))?;
-        let Some(stream) = stream else { return Err(failed(process.ended("no connection to the emulator").0)) };
+        let (process, [_, stream]) = Process::start(image, [false, true], Clock::Instructions, None).map_err(failed)?;
+        let Some(stream) = stream else { return Err(failed(process.ended("no connection to the emulator"))) };
         let log = Log::follow(stream, messages);
         let until = Instant::now() + Duration::from_secs_f64(*seconds);
         while Instant::now() < until {
@@ -200,7 +213,7 @@ impl<'a> Console<'a> {
                     }
                 }
                 Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return Err(failed(process.ended("the emulator is gone").0)),
+                Err(RecvTimeoutError::Disconnected) => return Err(failed(process.ended("the emulator is gone"))),
             }
         }
         Ok(status::DONE)

@@ -58,7 +58,7 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
         "/* Design of a sliding mode controller with an extended disturbance observer: {}, T = {:?} s.\n \
          * Exported for version {VERSION} of the archive; do not edit, export it again.\n *\n",
         exported.shape(),
-        exported.spec.period_s
+        exported.spec.config.padded.period_s
     );
     for line in exported.origin().lines() {
         out.push_str(format!(" * {line}").trim_end());

@@ -5,108 +5,109 @@
 
 use std::fmt::Write as _;
 
-use controller_core::Fallback;
+use controller_core::{Config, MAX_N};
 use loop_sim::port::in_process::Model;
 
 use super::Exported;
 
 pub(super) fn text(exported: &Exported<'_>) -> String {
     let Exported { spec, download, .. } = exported;
-    let shape = download.shape;
-    let (n, r) = (shape.n, shape.r);
+    let (n, r) = (usize::from(download.shape.n), download.shape.r);
     let channels = exported.channels();
-    let (model, model_value, import) = match &spec.model {
+    let Config { period_s, surface, observers, reaching, nominal, options } = spec.config.padded;
+    let b = nominal.input_gain;
+    let (model, value, import) = match &spec.model {
         Model::Linear(row) => {
-            let nominal = format!("Nominal {{ gradient: {row:?}, input_gain: {:?} }}", spec.input_gain);
+            let nominal = format!("Nominal {{ gradient: {row:?}, input_gain: {b:?} }}");
             (format!("Linear<f32, {n}>"), format!("Linear::<f32, {n}>::new(&{nominal})"), "Linear")
         }
         Model::BenchmarkLibm => ("Benchmark<Libm>".into(), "Benchmark::new()".into(), "Benchmark, Libm"),
         Model::BenchmarkMicromath => ("Benchmark<Micromath>".into(), "Benchmark::new()".into(), "Benchmark, Micromath"),
     };
-    let fallback = match spec.fallback {
-        Fallback::HoldLast => "Fallback::HoldLast".into(),
-        Fallback::Safe(u) => format!("Fallback::Safe({u:?})"),
-    };
-    let observers: Vec<String> = (spec.observers.iter())
+    let observers: String = (observers.iter().take(n))
         .map(|gains| match gains {
-            Some(l) => format!("            Some(ObserverGains::as_printed::<{}>({l:?})),\n", l.len()),
-            None => "            None,\n".into(),
+            Some(gains) => {
+                let l = &gains.l[..gains.order];
+                format!("        Some(ObserverGains::as_printed::<{}>({l:?})),\n", l.len())
+            }
+            None => "        None,\n".into(),
         })
         .collect();
-    let estimates: Vec<f32> = download.numbers.iter().copied().take(usize::from(n)).collect();
+    let mut calls = String::new();
+    for (call, value) in options.calls() {
+        let value = match call {
+            "with_initial_estimates" => of_order(&options.initial_estimates, n),
+            "with_fallback" => format!("Fallback::{value:?}"),
+            _ => format!("{value:?}"),
+        };
+        let _ = write!(calls, "\n        .{call}({value})");
+    }
+    let estimates = &download.numbers[..n];
     let version = controller_core::VERSION;
 
     let mut out = format!(
-        "// Sliding mode control with an extended disturbance observer: {}, f32, T = {:?} s.\n\
+        "// Sliding mode control with an extended disturbance observer: {}, f32, T = {period_s:?} s.\n\
          // Exported for controller-core {version}; do not edit, export it again.\n",
         exported.shape(),
-        spec.period_s
     );
     for line in exported.origin().lines() {
         out.push_str(format!("// {line}").trim_end());
         out.push('\n');
     }
-    let mut imports = format!("{import}, Config, Controller, Fallback, Limits, Nominal, ReachingLaw, State, Surface")
-        .split(", ")
-        .map(str::to_owned)
-        .collect::<Vec<_>>();
-    if !channels.is_empty() {
+    let mut imports =
+        format!("{import}, Config, Fallback, Guessing, Limits, Nominal, Options, ReachingLaw, Running, Surface")
+            .split(", ")
+            .map(str::to_owned)
+            .collect::<Vec<_>>();
+    let observed = if channels.is_empty() {
+        String::from("no observers")
+    } else {
         imports.push("ObserverGains".into());
-    }
+        format!("observers of order {r} in {channels:?}")
+    };
     imports.sort();
-    let reaching = spec.reaching;
     let _ = write!(
         out,
         "
 use controller_core::{{
-    {imports}, channels,
+    {imports}, controller,
 }};
 
-/// Precision, nominal model, plant order, largest observer order, observed channels and their number.
-pub type Designed = Controller<f32, {model}, {n}, {r}, {{ channels({channels:?}) }}, {o}>;
-/// What it remembers between two ticks.
-pub type Memory = Option<State<f32, {r}, {o}>>;
+/// Precision, nominal model, plant order, observers.
+pub type Designed = controller!(f32, {model}, order {n}, {observed});
 
 /// The version of controller-core that this was exported for.
 pub const EXPORTED_FOR: &str = {version:?};
 /// Hash of the design, as a target reports it.
 pub const DESIGN: u32 = {hash:#010x};
-/// Estimates of d_1..d_n at the start: `CONTROLLER.tick_or_start(&mut memory, &INITIAL_ESTIMATES, &x)`.
-pub const INITIAL_ESTIMATES: [f32; {n}] = {estimates:?};
+
+/// The design, number by number.
+pub const CONFIG: Config<{n}, {r}> = Config {{
+    period_s: {period_s:?},
+    surface: Surface::from_coefficients({c}, {alpha:?}),
+    observers: [
+{observers}    ],
+    reaching: {reaching:?},
+    nominal: Nominal {{ gradient: {gradient}, input_gain: {b:?} }},
+    options: Options::NEUTRAL{calls},
+}};
 
 /// Designed by the compiler: a bad design is a compile error.
-pub static CONTROLLER: Designed = Designed::designed(
-    &Config {{
-        period_s: {period:?},
-        surface: Surface::from_coefficients({c:?}, {alpha:?}),
-        observers: [
-{observers}        ],
-        reaching: ReachingLaw {{ k_l: {k_l:?}, k_s: {k_s:?}, epsilon: {epsilon:?} }},
-        nominal: Nominal {{ gradient: {gradient:?}, input_gain: {b:?} }},
-        limits: Limits {{ min: {min:?}, max: {max:?} }},
-        fallback: {fallback},
-        sigma_star_bound: {bound:?},
-        observer_pole_limit: {pole_limit:?},
-    }},
-    {model_value},
-);
+pub static CONTROLLER: Designed = Designed::designed(&CONFIG, {value});
+
+/// Ready for its first sample: `static mut LOOP: Running<Guessing<&Designed>> = RUNNING;`, then `LOOP.tick(&x).u`.
+pub const RUNNING: Running<Guessing<&Designed>> = Running::guessing(&CONTROLLER, {estimates:?});
 ",
         imports = imports.join(", "),
         hash = exported.design_hash(),
-        o = channels.len(),
-        period = spec.period_s,
-        c = spec.surface_c,
-        alpha = spec.alpha_per_s,
-        observers = observers.concat(),
-        k_l = reaching.k_l,
-        k_s = reaching.k_s,
-        epsilon = reaching.epsilon,
-        gradient = spec.gradient,
-        b = spec.input_gain,
-        min = spec.limits.min,
-        max = spec.limits.max,
-        bound = spec.sigma_star_bound,
-        pole_limit = spec.observer_pole_limit,
+        c = of_order(&surface.c, n),
+        alpha = surface.alpha_per_s,
+        gradient = of_order(&nominal.gradient, n),
     );
     out
+}
+
+/// The first n numbers of a row.
+fn of_order(row: &[f64; MAX_N], n: usize) -> String {
+    format!("{:?}", &row[..n])
 }

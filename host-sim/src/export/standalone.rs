@@ -97,7 +97,7 @@ impl Standalone<'_> {
             "/* Sliding mode control with an extended disturbance observer: {}, f32, T = {:?} s.\n \
              * Exported by version {} of the library; do not edit, export it again. C99 and C++17, no library.\n",
             self.exported.shape(),
-            spec.period_s,
+            spec.config.padded.period_s,
             controller_core::VERSION
         );
         out.push_str(&self.c(" *
@@ -139,7 +139,7 @@ impl Standalone<'_> {
 #endif
 
 "));
-        let period = format!("{:?}", spec.period_s);
+        let period = format!("{:?}", spec.config.padded.period_s);
         let version = controller_core::VERSION;
         let hash = self.exported.design_hash();
         let _ = write!(

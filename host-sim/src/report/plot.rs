@@ -29,8 +29,8 @@ use std::io;
 use std::path::Path;
 
 use crate::report::axis::{Axis, drawable};
+use crate::report::number::significant;
 use crate::report::picture::{Anchor, Picture, text_width};
-use crate::report::table::significant;
 use crate::report::{polyline, write_whole};
 
 /// Colours of Okabe and Ito, told apart by colour-blind readers too (their yellow is lost on white), then grey.

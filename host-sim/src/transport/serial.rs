@@ -7,7 +7,7 @@ use std::time::Duration;
 use serialport::{ClearBuffer, SerialPort};
 
 use super::{Transport, TransportError, is_silence};
-use crate::log;
+use cycle_bound::log;
 
 /// Speed of the images that come with this project, bits per second.
 pub const BAUD: u32 = 115_200;

@@ -7,7 +7,6 @@
 //! $$ d_1 = \tfrac12 x_1^2 + x_1 \sin 2t + 0.2 x_2 + \tfrac t6 + \sin^2 2t - \cos 2t + 1(t \ge 2). $$
 //!
 //! The nominal model knows channel 2 exactly, so $d_2$ is only what is added here (nothing in the paper).
-#![doc = include_str!("../../../controller-core/katex.html")]
 
 use super::{Plant, fastest_signal_rad_s, merged_jumps_s};
 use crate::signal::{Signal, Term};

@@ -4,7 +4,6 @@
 //!
 //! The controller knows $a^{nom}, b^{nom}$; the rest of the last channel is disturbance to it, Eq. (39):
 //! $d_i = w_i$ and $d_n = w_n + (a^{true} - a^{nom}) \cdot x + (b^{true} - b^{nom}) u$.
-#![doc = include_str!("../../../controller-core/katex.html")]
 
 use core::fmt;
 

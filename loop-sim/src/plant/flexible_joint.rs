@@ -15,7 +15,6 @@
 //! # Deviation
 //! The paper writes ± before every error; here D carries its sign (-0.5 is "50 % low"). $a_1$ is $k_2$ as printed; the
 //! consistent scaling (reading `Physical`) has $k_1 k_2$, and the same structure.
-#![doc = include_str!("../../../controller-core/katex.html")]
 
 use controller_core::JointChain;
 

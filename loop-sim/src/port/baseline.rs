@@ -7,7 +7,6 @@
 //!
 //! It is written for continuous time; sampled with period T (held u, explicit Euler observer) its sign function
 //! chatters with an amplitude of k and a total variation that grows as 1/T. Any statement about it must name T.
-#![doc = include_str!("../../../controller-core/katex.html")]
 
 use controller_core::{Benchmark, Health, Libm, MAX_R, NominalModel};
 
@@ -62,6 +61,11 @@ impl ControllerPort for Baseline {
     }
 
     fn applied(&mut self, _u: f64) {}
+
+    fn reset(&mut self) -> Result<(), PortError> {
+        self.last = None;
+        Ok(())
+    }
 
     fn observed(&self) -> &[usize] {
         &[0]

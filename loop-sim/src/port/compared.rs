@@ -35,6 +35,13 @@ impl ControllerPort for Compared<'_> {
         self.here.applied(u);
     }
 
+    fn reset(&mut self) -> Result<(), PortError> {
+        self.there.reset()?;
+        self.here.reset()?;
+        self.ticks = 0;
+        Ok(())
+    }
+
     fn observed(&self) -> &[usize] {
         self.here.observed()
     }
@@ -79,6 +86,11 @@ mod tests {
         }
 
         fn applied(&mut self, _u: f64) {}
+
+        fn reset(&mut self) -> Result<(), PortError> {
+            self.ticks = 0;
+            Ok(())
+        }
 
         fn observed(&self) -> &[usize] {
             &[]

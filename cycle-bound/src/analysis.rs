@@ -7,29 +7,29 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-use super::cycles::{self, Class, Reading, TABLE};
-use super::graph::{self, Edge, Graph, NoPath, Path};
-use super::image::{Function, Image};
-use super::instruction::{Decoder, Flow, Instruction};
+use crate::cycles::{self, Class, Reading, TABLE};
+use crate::graph::{self, Edge, Graph, NoPath, Path};
+use crate::image::{Function, Image};
+use crate::instruction::{Decoder, Flow, Instruction};
 
 /// Something that cannot be followed, where it is and why.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Refusal {
+pub(crate) struct Refusal {
     /// Address.
-    pub address: u32,
+    pub(crate) address: u32,
     /// The instruction there.
-    pub text: String,
+    pub(crate) text: String,
     /// Why.
-    pub reason: String,
+    pub(crate) reason: String,
 }
 
 /// An instruction and the ways out of it.
 #[derive(Clone, Debug)]
-pub struct Node {
+pub(crate) struct Node {
     /// It.
-    pub instruction: Instruction,
+    pub(crate) instruction: Instruction,
     /// Where it goes if it is executed.
-    pub flow: Flow,
+    pub(crate) flow: Flow,
     /// Targets of a table branch.
     table: Vec<u32>,
     /// A jump to another function, which returns in its place.
@@ -41,14 +41,14 @@ pub struct Node {
 
 impl Node {
     /// Is the instruction behind it executed after it, when it calls what returns?
-    pub fn falls_through(&self) -> bool {
+    pub(crate) fn falls_through(&self) -> bool {
         let stays = matches!(self.flow, Flow::Next | Flow::Call(_) | Flow::Indirect(true)) && !self.tail;
         let comes_back = self.callee.as_ref().is_none_or(|callee| callee.returns);
         self.instruction.conditional || (stays && comes_back)
     }
 
     /// Addresses in the same function that it goes to.
-    pub fn successors(&self) -> Vec<u32> {
+    pub(crate) fn successors(&self) -> Vec<u32> {
         let mut to = self.table.clone();
         match self.flow {
             Flow::Jump(target) if !self.tail => to.push(target),
@@ -61,12 +61,12 @@ impl Node {
     }
 
     /// Does it give control back to the caller, if it is executed?
-    pub fn leaves(&self) -> bool {
+    pub(crate) fn leaves(&self) -> bool {
         self.flow == Flow::Return || (self.tail && self.callee.as_ref().is_none_or(|callee| callee.returns))
     }
 
     /// The function that it hands control to.
-    pub fn callee(&self) -> Option<u32> {
+    pub(crate) fn callee(&self) -> Option<u32> {
         match self.flow {
             Flow::Call(target) => Some(target),
             Flow::Jump(target) if self.tail => Some(target),
@@ -75,56 +75,56 @@ impl Node {
     }
 
     /// Why it cannot be followed, if it cannot.
-    pub fn refusal(&self) -> Option<&str> {
+    pub(crate) fn refusal(&self) -> Option<&str> {
         self.refusal.as_deref()
     }
 
     /// Does the callee return in its place?
-    pub fn is_tail(&self) -> bool {
+    pub(crate) fn is_tail(&self) -> bool {
         self.tail
     }
 }
 
 /// What a function is worth to its caller.
 #[derive(Clone, Debug, Default)]
-pub struct Summary {
+pub(crate) struct Summary {
     /// First address.
-    pub start: u32,
+    pub(crate) start: u32,
     /// Does any path return?
-    pub returns: bool,
+    pub(crate) returns: bool,
     /// What has no bound.
-    pub refusals: Vec<Refusal>,
+    pub(crate) refusals: Vec<Refusal>,
     /// Its longest and shortest paths, if it has a bound.
-    pub paths: Option<Paths>,
+    pub(crate) paths: Option<Paths>,
     /// Bytes of stack at most, or where it cannot be told.
-    pub stack: Option<Result<u32, Refusal>>,
+    pub(crate) stack: Option<Result<u32, Refusal>>,
     /// Functions reached, itself included, paths that never return too.
-    pub reached: BTreeSet<u32>,
+    pub(crate) reached: BTreeSet<u32>,
     /// Its instructions.
-    pub nodes: BTreeMap<u32, Node>,
+    pub(crate) nodes: BTreeMap<u32, Node>,
     /// First instructions of ways that never return, with what they do.
-    pub never_return: Vec<Refusal>,
+    pub(crate) never_return: Vec<Refusal>,
     /// Calls and jumps out of the function.
-    pub calls: Vec<Refusal>,
+    pub(crate) calls: Vec<Refusal>,
     /// Jumps to where it has been.
-    pub backward: Vec<Refusal>,
+    pub(crate) backward: Vec<Refusal>,
 }
 
 /// The paths of a function.
 #[derive(Clone, Debug, Default)]
-pub struct Paths {
+pub(crate) struct Paths {
     /// Most cycles; none on a core without a table.
-    pub bound: Option<Path>,
+    pub(crate) bound: Option<Path>,
     /// Fewest cycles; none on a core without a table.
-    pub best: Option<Path>,
+    pub(crate) best: Option<Path>,
     /// Most instructions.
-    pub most: Path,
+    pub(crate) most: Path,
     /// Fewest instructions.
-    pub fewest: Path,
+    pub(crate) fewest: Path,
 }
 
 /// Reads functions, each once.
-pub struct Analyst<'a> {
+pub(crate) struct Analyst<'a> {
     image: &'a Image,
     decoder: Decoder,
     /// Header of a loop to how often it is executed at most per entry.
@@ -139,13 +139,13 @@ pub struct Analyst<'a> {
 
 impl<'a> Analyst<'a> {
     /// For the code of an image; `timed`: with the table of the Cortex-M4, otherwise instructions are counted.
-    pub fn new(image: &'a Image, decoder: Decoder, loops: BTreeMap<u32, u64>, timed: bool) -> Self {
+    pub(crate) fn new(image: &'a Image, decoder: Decoder, loops: BTreeMap<u32, u64>, timed: bool) -> Self {
         Self { image, decoder, loops, timed, barrier: None, done: BTreeMap::new(), open: Vec::new() }
     }
 
     /// With this for the cycles that a barrier waits at most; otherwise a barrier has no bound.
     #[must_use]
-    pub fn with_barrier(self, cycles: Option<u64>) -> Self {
+    pub(crate) fn with_barrier(self, cycles: Option<u64>) -> Self {
         Self { barrier: cycles, ..self }
     }
 
@@ -158,7 +158,7 @@ impl<'a> Analyst<'a> {
     }
 
     /// Reads a function and all it calls.
-    pub fn read(&mut self, function: &Function) -> Rc<Summary> {
+    pub(crate) fn read(&mut self, function: &Function) -> Rc<Summary> {
         if let Some(summary) = self.done.get(&function.start) {
             return Rc::clone(summary);
         }
@@ -171,7 +171,7 @@ impl<'a> Analyst<'a> {
     }
 
     /// Summaries of all functions that one reaches, itself included.
-    pub fn reached(&self, summary: &Summary) -> Vec<Rc<Summary>> {
+    pub(crate) fn reached(&self, summary: &Summary) -> Vec<Rc<Summary>> {
         summary.reached.iter().filter_map(|start| self.done.get(start).cloned()).collect()
     }
 

@@ -77,6 +77,11 @@ impl Drop for Log {
     }
 }
 
+/// Nothing came in time, as the operating systems say it.
+pub(crate) fn is_silence(kind: ErrorKind) -> bool {
+    matches!(kind, ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
+}
+
 fn read(mut source: impl Read, Messages(table): &Messages, lines: &Sender<String>, unwanted: &AtomicBool) {
     let mut decoder = table.new_stream_decoder();
     let mut is_garbled = false;
@@ -85,11 +90,7 @@ fn read(mut source: impl Read, Messages(table): &Messages, lines: &Sender<String
         let count = match source.read(&mut bytes) {
             Ok(0) => return,
             Ok(count) => count,
-            Err(error)
-                if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted) =>
-            {
-                continue;
-            }
+            Err(error) if is_silence(error.kind()) => continue,
             Err(_) => return,
         };
         decoder.received(&bytes[..count]);

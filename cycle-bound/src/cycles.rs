@@ -16,7 +16,7 @@
 //! registers, Table 3-1 gives 4), TBB and TBH (3.3.2 "at least six", Table 3-1 gives 2 + P), a literal load ("might add
 //! a cycle"). A transfer between a core register and the FPU takes 2 in Table 7-1 in every reading.
 
-use super::instruction::Instruction;
+use crate::instruction::Instruction;
 
 /// What is assumed with every figure in cycles.
 pub const ASSUMPTIONS: [&str; 5] = [
@@ -280,7 +280,7 @@ pub static TABLE: &[Row] = &[
 
 impl Class {
     /// Of an instruction that the table has.
-    pub fn of(one: &Instruction) -> Option<Self> {
+    pub(crate) fn of(one: &Instruction) -> Option<Self> {
         let mut types = one.name.split('.');
         let stem = types.next()?;
         if !types.all(|kind| ["f32", "s32", "u32", "s16", "u16", "f16", "32"].contains(&kind)) {
@@ -324,7 +324,7 @@ impl Class {
 ///
 /// # Errors
 /// Why there is no number.
-pub fn own(one: &Instruction, taken: bool, reading: Reading) -> Result<u64, String> {
+pub(crate) fn own(one: &Instruction, taken: bool, reading: Reading) -> Result<u64, String> {
     if reading == Reading::Count {
         return Ok(1);
     }
@@ -371,7 +371,7 @@ fn access(one: &Instruction, class: Class, reading: Reading) -> Option<Access> {
 }
 
 /// What `one` takes more, or less, because `before` was executed just before it.
-pub fn after(before: &Instruction, one: &Instruction, reading: Reading) -> i64 {
+pub(crate) fn after(before: &Instruction, one: &Instruction, reading: Reading) -> i64 {
     let (Some(first), Some(second)) = (Class::of(before), Class::of(one)) else { return 0 };
     if reading == Reading::Count {
         return 0;
@@ -404,8 +404,8 @@ pub fn after(before: &Instruction, one: &Instruction, reading: Reading) -> i64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::instruction::parse;
     use super::*;
+    use crate::instruction::parse;
 
     /// Best, typical, worst, not taken.
     fn readings(text: &str) -> [Result<u64, String>; 3] {

@@ -31,8 +31,7 @@ fn executed() -> Vec<u32> {
 }
 
 fn verdict_of(text: &str, compiler: &str) -> Result<Verdict, String> {
-    let source = Source { file: "b.toml", text, sets: &[] };
-    judge(&source, |_| Ok(image(compiler)), |_, _| Ok(executed()))
+    judge(("b.toml", text), |_| Ok(image(compiler)), |_, _| Ok(executed()))
 }
 
 const RUSTC: &str = "rustc version 1.96.0 (ac68faa20 2026-05-25)";
@@ -169,9 +168,8 @@ fn what_has_no_bound_is_declined_once() {
 fn the_emulator_runs_once_for_an_image_and_only_for_figures_that_need_it() {
     let runs = |text: &str, answer: Result<Vec<u32>, String>| {
         let times = Cell::new(0);
-        let source = Source { file: "b.toml", text, sets: &[] };
         let found = judge(
-            &source,
+            ("b.toml", text),
             |_| Ok(image(RUSTC)),
             |_, ranges| {
                 times.set(times.get() + 1);
@@ -222,6 +220,14 @@ fn a_difference_is_held_from_above_or_exactly() {
 }
 
 #[test]
+fn tables_in_a_line_are_read_as_those_below_each_other() {
+    let line = "compiler = \"rustc 1.96.0\"\ninstance = [{ name = \"it\", image = \"fw\", symbol = \"m::sum\", \
+                why = \"measured\", ceiling = { bound = 17 } }]\n";
+    let found = verdict_of(line, RUSTC).expect("good input");
+    assert!(one(&found.failures).starts_with("b.toml:2:99: `instance[1].ceiling.bound`: it has 18"), "{found:?}");
+}
+
+#[test]
 fn bad_input_is_told_with_its_place_and_what_would_be_right() {
     let good = file("m::sum", "ceiling = { bound = 18 }");
     assert!(verdict_of(&good, RUSTC).is_ok());
@@ -238,6 +244,19 @@ fn bad_input_is_told_with_its_place_and_what_would_be_right() {
         (with("18", "\"many\""), "found \"many\", expected a whole number"),
         (with("[[instance]]", "[[instance"), "b.toml:2:11: not TOML"),
         (and("loops = 3"), "found 3, expected a list of texts"),
+        (and("loops = [\"f=1\", 3]"), "b.toml:8:17: `instance[1].loops[2]`: found 3, expected text"),
+        (and("flash = 3"), "unknown key `instance[1].flash`; it belongs to difference.ceiling.flash or difference."),
+        (and("floor = { flash = 3 }"), "unknown key `instance[1].floor.flash`; it belongs to"),
+        (
+            and("banana = 3"),
+            "; expected one of allow, barrier, ceiling, coefficients, floor, image, loops, name, state,",
+        ),
+        (and("\"fl\\noor\" = 3"), "unknown key `instance[1].fl\\noor`; did you mean `floor`?"),
+        (format!("difference = {}\n{good}", "[".repeat(100_000)), "not TOML"),
+        ("compiler = [1, 2]\n[[instance]]\n".into(), "`compiler`: found a list of 2, expected text"),
+        (format!("compiler = \"{}\"x", "y".repeat(99)), "not TOML"),
+        (with("18", &format!("\"{}\"", "y".repeat(99))), "found \"yyy"),
+        ("instance = 3".into(), "b.toml:1:12: `instance`: found 3, expected a list of tables"),
         (and("loops = [\"m::sum+0x40=3\"]"), "`instance[1].loops`: --loop"),
         (and("state = \"m::STADE\""), "no variable or constant \"m::STADE\" in it; nearest: m::STATE"),
         (with("bound = 18", "state = 48"), "`instance[1].ceiling.state`: needs the static"),
@@ -249,7 +268,7 @@ fn bad_input_is_told_with_its_place_and_what_would_be_right() {
         let told = refused(&text);
         assert!(told.contains(what) && told.lines().count() == 1, "{told}\n{what}");
     }
-    let source = Source { file: "b.toml", text: &good, sets: &[] };
-    let told = judge(&source, |image| Err(format!("image {image}: there is no such file")), |_, _| Ok(executed()));
+    let told =
+        judge(("b.toml", &good), |image| Err(format!("image {image}: there is no such file")), |_, _| Ok(executed()));
     assert_eq!(told, Err("b.toml:4:9: `instance[1].image`: image fw: there is no such file".into()));
 }

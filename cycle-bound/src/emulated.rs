@@ -1,6 +1,6 @@
 //! What an image executes, from the emulator: the trace that typical cycles are counted from.
 //!
-//! The image runs as `host-sim emulate` runs it, one instruction a nanosecond, and the emulator writes down the address
+//! The image runs by the clock of its instructions, one a nanosecond, and the emulator writes down the address
 //! of every instruction within the functions that are asked about. It ends when the image says so in its log (a last
 //! word `ends`, `done` or `stopped`), and otherwise when there is enough.
 
@@ -10,9 +10,9 @@ use std::sync::mpsc::RecvTimeoutError;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use super::trace;
 use crate::log::{Log, Messages};
-use crate::transport::qemu::{Clock, Process, Trace, is_last};
+use crate::qemu::{Clock, Process, Trace, is_last};
+use crate::trace;
 
 /// An image that does not end by itself has said enough when its trace is as large as this: some million instructions.
 const ENOUGH_BYTES: u64 = 64 << 20;
@@ -28,7 +28,7 @@ impl Scratch {
     fn new() -> Self {
         static NUMBER: AtomicU32 = AtomicU32::new(0);
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        Self(std::env::temp_dir().join(format!("host-sim-trace-{}-{number}.log", std::process::id())))
+        Self(std::env::temp_dir().join(format!("cycle-bound-trace-{}-{number}.log", std::process::id())))
     }
 }
 
@@ -48,8 +48,7 @@ pub fn executed(image: &Path, ranges: &[(u32, u32)], stop: &AtomicBool) -> Resul
     // An image that logs nothing of ours runs as well: it only cannot say when it ends.
     let messages = Messages::of(image).ok();
     let trace = Trace { ranges, file: &scratch.0 };
-    let (process, [_, stream]) = Process::start(image, [false, messages.is_some()], Clock::Instructions, Some(trace))
-        .map_err(|error| error.0)?;
+    let (process, [_, stream]) = Process::start(image, [false, messages.is_some()], Clock::Instructions, Some(trace))?;
     let log = stream.zip(messages).map(|(stream, messages)| Log::follow(stream, messages));
     let until = Instant::now() + ENOUGH_TIME;
     loop {
@@ -60,7 +59,7 @@ pub fn executed(image: &Path, ranges: &[(u32, u32)], stop: &AtomicBool) -> Resul
             match log.wait(GLANCE) {
                 Ok(line) => is_last(&line),
                 Err(RecvTimeoutError::Timeout) => false,
-                Err(RecvTimeoutError::Disconnected) => return Err(process.ended("the emulator is gone").0),
+                Err(RecvTimeoutError::Disconnected) => return Err(process.ended("the emulator is gone")),
             }
         } else {
             sleep(GLANCE);

@@ -4,14 +4,15 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::analysis::Summary;
-use super::cycles::{ASSUMPTIONS, TABLE};
-use super::graph::Path;
-use super::image::Function;
-use super::lines::Lines;
-use super::trace::Run;
-use super::{Core, Options};
-use crate::report::table::Table;
+pub use crate::lines::{Line, Lines};
+
+use crate::analysis::Summary;
+use crate::cycles::{ASSUMPTIONS, TABLE};
+use crate::graph::Path;
+use crate::image::Function;
+use crate::table::Table;
+use crate::trace::Run;
+use crate::{Core, Options};
 
 /// Cycles and instructions of one path.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -59,7 +60,7 @@ pub struct Typical {
 
 impl Typical {
     /// Of all calls of a trace.
-    pub fn of(runs: &[Run]) -> Self {
+    pub(crate) fn of(runs: &[Run]) -> Self {
         let instructions = Spread::of(runs.iter().map(|run| run.instructions));
         let cycles = Spread::of(runs.iter().map(|run| run.cycles));
         let pipelined = Spread::of(runs.iter().map(|run| run.pipelined));
@@ -106,7 +107,7 @@ pub struct Report {
 }
 
 impl Report {
-    pub(super) fn new(options: &Options, function: &Function, summary: &Summary) -> Self {
+    pub(crate) fn new(options: &Options, function: &Function, summary: &Summary) -> Self {
         let timed = options.core == Core::CortexM4;
         let (mut longest, mut shortest, mut histogram) = (None, None, Vec::new());
         if let Some(paths) = &summary.paths {

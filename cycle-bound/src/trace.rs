@@ -6,34 +6,34 @@
 
 use std::collections::BTreeMap;
 
-use super::analysis::Node;
-use super::cycles::{self, Class, Reading};
-use super::instruction::Flow;
+use crate::analysis::Node;
+use crate::cycles::{self, Class, Reading};
+use crate::instruction::Flow;
 
 /// An executed instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Step {
+pub(crate) struct Step {
     /// Where it is.
-    pub address: u32,
+    pub(crate) address: u32,
     /// Typical cycles.
-    pub cycles: u64,
+    pub(crate) cycles: u64,
     /// The same if VLDR and VSTR pipeline as LDR and STR do.
-    pub pipelined: u64,
+    pub(crate) pipelined: u64,
 }
 
 /// One call of the function.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Run {
+pub(crate) struct Run {
     /// Instructions executed; one whose condition failed is one.
-    pub instructions: u64,
+    pub(crate) instructions: u64,
     /// Typical cycles.
-    pub cycles: u64,
+    pub(crate) cycles: u64,
     /// The same if VLDR and VSTR pipeline as LDR and STR do.
-    pub pipelined: u64,
+    pub(crate) pipelined: u64,
     /// Additions, subtractions, multiplications and conversions of floats.
-    pub arithmetic: u64,
+    pub(crate) arithmetic: u64,
     /// What was executed, in order.
-    pub steps: Vec<Step>,
+    pub(crate) steps: Vec<Step>,
 }
 
 /// Addresses of a log in the order of execution.
@@ -61,7 +61,7 @@ pub fn addresses(log: &str) -> Vec<u32> {
 ///
 /// # Errors
 /// The step that is not one of the function, or the instruction without a typical number.
-pub fn runs(executed: &[u32], start: u32, nodes: &BTreeMap<u32, &Node>) -> Result<Vec<Run>, String> {
+pub(crate) fn runs(executed: &[u32], start: u32, nodes: &BTreeMap<u32, &Node>) -> Result<Vec<Run>, String> {
     let mut runs = Vec::new();
     let mut at = 0;
     while at < executed.len() {

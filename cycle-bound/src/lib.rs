@@ -1,26 +1,26 @@
-//! Does it fit? An upper bound in cycles, computed from the machine code that is shipped.
+#![doc = include_str!("../README.md")]
 //!
-//! [`run`] disassembles a function of a linked firmware and all it calls, follows every way through it, and adds up the
-//! longest: each instruction at the most that the manual of the core gives it. Whatever it cannot follow (a loop of
-//! unknown length, a call by a register, an unknown instruction, recursion) it declines, with address and reason; a
-//! figure that is printed is a bound. The figures say nothing of wait states, interrupts or other bus masters: the
-//! assumptions stand beside them.
+//! ## The parts
 //!
 //! ```text
 //! image (ELF) -> instruction (decoder) -> analysis (ways, calls, stack) -> graph (longest path) -> report
-//!                                            `- cycles (the table) -- trace (what was executed) -- emulated
-//! budgets.toml -> ceilings (the same for every instance of a file, each figure held to its ceiling)
+//!                                            `- cycles (the table) -- trace (what was executed) -- emulated (qemu, log)
+//! a file of ceilings -> ceilings (the same for every function of the file, each figure held to its ceiling)
 //! ```
 
-pub mod analysis;
+mod analysis;
 pub mod ceilings;
 pub mod cycles;
 pub mod emulated;
-pub mod graph;
+mod graph;
 pub mod image;
-pub mod instruction;
-pub mod lines;
+mod image_file;
+mod instruction;
+mod lines;
+pub mod log;
+pub mod qemu;
 pub mod report;
+pub mod table;
 pub mod trace;
 
 use std::collections::BTreeMap;
@@ -29,14 +29,13 @@ use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueEnum};
+use serde::{Deserialize, Serialize};
 
 use analysis::{Analyst, Node, Refusal, Summary};
 use cycles::Class;
 use image::{Function, Image};
 use instruction::Decoder;
 use report::{Report, Typical};
-
-use crate::image_file;
 
 /// A core.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -128,7 +127,8 @@ pub struct Options {
 }
 
 /// What is not to be reached.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Check {
     /// A panic, a trap or a way that never returns.
     Panic,
@@ -144,6 +144,24 @@ pub enum Check {
     Fused,
 }
 
+impl Check {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::Panic, Self::Double, Self::Division, Self::Call, Self::BackwardBranch, Self::Fused];
+
+    /// As in a file of ceilings.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Panic => "panic",
+            Self::Double => "double",
+            Self::Division => "division",
+            Self::Call => "call",
+            Self::BackwardBranch => "backward_branch",
+            Self::Fused => "fused",
+        }
+    }
+}
+
 impl Options {
     fn asks(&self, check: Check) -> bool {
         match check {
@@ -157,11 +175,57 @@ impl Options {
     }
 }
 
-/// Reads the files and answers.
+/// What the program has to say.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reply {
+    /// For stdout: an aligned table, or one JSON object.
+    pub text: String,
+    /// For stderr: notes, what was declined, what failed, a line each.
+    pub remarks: Vec<String>,
+    /// Exit status: 0 the figures stand, 1 a check failed, 2 something could not be followed (it is named).
+    pub status: u8,
+}
+
+impl Reply {
+    fn of(
+        answer: &(impl Serialize + std::fmt::Display),
+        is_json: bool,
+        [notes, declined, failures]: [&[String]; 3],
+    ) -> Self {
+        // Numbers and names: nothing in it can fail to be written as JSON.
+        let text = if is_json { serde_json::to_string(answer).unwrap_or_default() } else { answer.to_string() };
+        let kinds = [("note", notes), ("declined", declined), ("failed", failures)];
+        let of_kind = |(kind, lines): (&str, &[String])| -> Vec<String> {
+            lines.iter().map(|line| format!("{kind}: {line}")).collect()
+        };
+        let status = match (declined, failures) {
+            ([], []) => 0,
+            ([], _) => 1,
+            _ => 2,
+        };
+        Self { text: text.trim_end().to_owned(), remarks: kinds.into_iter().flat_map(of_kind).collect(), status }
+    }
+}
+
+/// All of the program but its console: one function, or with `--ceilings` all of a file.
+///
+/// # Errors
+/// Bad input, in one line; the exit status is then 2.
+pub fn run(options: &Options, stop: &AtomicBool) -> Result<Reply, String> {
+    if let Some(file) = &options.ceilings {
+        let verdict = ceilings::run(file, options.lower, stop)?;
+        Ok(Reply::of(&verdict, options.json, [&verdict.notes, &verdict.declined, &verdict.failures]))
+    } else {
+        let report = report_of(options, stop)?;
+        Ok(Reply::of(&report, options.json, [&[], &report.declined, &report.failures]))
+    }
+}
+
+/// Reads the image, and the trace if there is one.
 ///
 /// # Errors
 /// Bad input, in one line.
-pub fn run(options: &Options, stop: &AtomicBool) -> Result<Report, String> {
+pub fn report_of(options: &Options, stop: &AtomicBool) -> Result<Report, String> {
     let told = |path: &Path, reason: &dyn std::fmt::Display| format!("{}: {reason}", path.display());
     let Some(elf) = &options.elf else { return Err("--elf FILE is missing".into()) };
     let image = Image::read(&image_file::read(elf)?).map_err(|reason| told(elf, &reason))?;

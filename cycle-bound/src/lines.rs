@@ -12,8 +12,8 @@ use addr2line::gimli::{self, EndianSlice, LittleEndian};
 use object::{Object, ObjectSection};
 use serde::Serialize;
 
-use super::trace::Run;
-use crate::report::table::Table;
+use crate::table::Table;
+use crate::trace::Run;
 
 type Slice<'a> = EndianSlice<'a, LittleEndian>;
 
@@ -44,7 +44,7 @@ pub struct Lines(pub Vec<Line>);
 ///
 /// # Errors
 /// The image has no readable debug information.
-pub fn of(elf: &[u8], runs: &[Run]) -> Result<Lines, String> {
+pub(crate) fn of(elf: &[u8], runs: &[Run]) -> Result<Lines, String> {
     let told = |error: gimli::Error| format!("the debug information cannot be read: {error}");
     let file = object::File::parse(elf).map_err(|error| format!("not an ELF file: {error}"))?;
     let section = |id: gimli::SectionId| -> Result<Cow<'_, [u8]>, gimli::Error> {

@@ -8,14 +8,14 @@ use capstone::arch::arm::{ArchExtraMode, ArchMode, ArmCC};
 use capstone::prelude::*;
 
 /// Stack pointer.
-pub const SP: u64 = 1 << 13;
+pub(crate) const SP: u64 = 1 << 13;
 const LR: u64 = 1 << 14;
 const PC: u64 = 1 << 15;
 const FLOAT_FLAGS: u64 = 1 << 48;
 
 /// Where the processor goes after an instruction that is executed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Flow {
+pub(crate) enum Flow {
     /// To the next one.
     Next,
     /// To an address known from the instruction.
@@ -34,22 +34,22 @@ pub enum Flow {
 
 /// A decoded instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Instruction {
+pub(crate) struct Instruction {
     /// Where it lies.
-    pub address: u32,
+    pub(crate) address: u32,
     /// Its length, 2 or 4 bytes.
-    pub size: u32,
+    pub(crate) size: u32,
     /// Mnemonic without condition and width, as `vadd.f32`.
-    pub name: String,
+    pub(crate) name: String,
     /// Operands as the manual writes them.
-    pub operands: Vec<String>,
+    pub(crate) operands: Vec<String>,
     /// Executed only if a condition holds.
-    pub conditional: bool,
+    pub(crate) conditional: bool,
 }
 
 impl Instruction {
     /// The instruction that this text says, `condition` being the letters that stand at the end of its mnemonic.
-    pub fn from_text(address: u32, size: u32, mnemonic: &str, operands: &str, condition: Option<&str>) -> Self {
+    pub(crate) fn from_text(address: u32, size: u32, mnemonic: &str, operands: &str, condition: Option<&str>) -> Self {
         let mnemonic = mnemonic.trim_end_matches(".w").trim_end_matches(".n");
         let (stem, types) = mnemonic.split_at(mnemonic.find('.').unwrap_or(mnemonic.len()));
         let bare = condition.and_then(|letters| stem.strip_suffix(letters)).filter(|_| !stem.starts_with("it"));
@@ -59,18 +59,18 @@ impl Instruction {
     }
 
     /// Mnemonic without data types: `vadd` of `vadd.f32`.
-    pub fn stem(&self) -> &str {
+    pub(crate) fn stem(&self) -> &str {
         self.name.split('.').next().unwrap_or(&self.name)
     }
 
     /// As in a listing.
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let condition = if self.conditional && !self.name.starts_with("cb") { "<c>" } else { "" };
         format!("{}{condition} {}", self.name, self.operands.join(", ")).trim_end().to_owned()
     }
 
     /// Address of the instruction behind it.
-    pub fn next(&self) -> u32 {
+    pub(crate) fn next(&self) -> u32 {
         self.address.wrapping_add(self.size)
     }
 
@@ -79,7 +79,7 @@ impl Instruction {
     }
 
     /// Where it goes if it is executed.
-    pub fn flow(&self) -> Flow {
+    pub(crate) fn flow(&self) -> Flow {
         let target = || immediate(self.operands.last().map_or("", String::as_str)).map(|target| target as u32);
         let writes_pc = self.writes() & PC != 0;
         match self.stem() {
@@ -111,7 +111,7 @@ impl Instruction {
     }
 
     /// Registers that its address in memory is made of.
-    pub fn address_registers(&self) -> u64 {
+    pub(crate) fn address_registers(&self) -> u64 {
         if self.is_push_or_pop() {
             return SP;
         }
@@ -122,12 +122,12 @@ impl Instruction {
     }
 
     /// Is its address relative to its own place?
-    pub fn is_literal_load(&self) -> bool {
+    pub(crate) fn is_literal_load(&self) -> bool {
         self.operands.iter().any(|operand| operand.starts_with("[pc"))
     }
 
     /// Is a register added to the base of its address?
-    pub fn has_register_offset(&self) -> bool {
+    pub(crate) fn has_register_offset(&self) -> bool {
         self.address_registers().count_ones() > 1
     }
 
@@ -157,7 +157,7 @@ impl Instruction {
     }
 
     /// Registers that it writes, but for the base of its address.
-    pub fn results(&self) -> u64 {
+    pub(crate) fn results(&self) -> u64 {
         let loads = ["ldm", "vldm", "fldm", "pop", "vpop"];
         if loads.iter().any(|name| self.name.starts_with(name)) {
             return self
@@ -176,20 +176,20 @@ impl Instruction {
     }
 
     /// Registers that it writes.
-    pub fn writes(&self) -> u64 {
+    pub(crate) fn writes(&self) -> u64 {
         let base = if self.writes_base() { self.address_registers() } else { 0 };
         self.results() | base
     }
 
     /// Registers that it reads, but for the addend of a multiply-accumulate.
-    pub fn reads(&self) -> u64 {
+    pub(crate) fn reads(&self) -> u64 {
         let flags = if matches!(self.stem(), "vmrs" | "fmstat") { FLOAT_FLAGS } else { 0 };
         let sources = self.operands.iter().skip(self.destinations());
         sources.map(|operand| registers(operand)).fold(flags, |a, b| a | b)
     }
 
     /// Words moved between registers and memory.
-    pub fn words(&self) -> u32 {
+    pub(crate) fn words(&self) -> u32 {
         match self.stem() {
             "ldrd" | "strd" => 2,
             "vldr" | "vstr" => registers(self.operand(0)).count_ones(),
@@ -198,7 +198,7 @@ impl Instruction {
     }
 
     /// By how many bytes the stack grows; none if that is not in the instruction itself.
-    pub fn stack_growth(&self) -> Option<i64> {
+    pub(crate) fn stack_growth(&self) -> Option<i64> {
         if self.stem() == "msr" && ["msp", "psp", "control"].contains(&self.operand(0)) {
             return None;
         }
@@ -295,14 +295,14 @@ fn register(name: &str) -> u64 {
 }
 
 /// Bytes to instructions.
-pub struct Decoder(Capstone);
+pub(crate) struct Decoder(Capstone);
 
 impl Decoder {
     /// Thumb of ARMv7-M, and of ARMv8-M if `v8`.
     ///
     /// # Errors
     /// What the decoder says if it cannot be made.
-    pub fn new(v8: bool) -> Result<Self, String> {
+    pub(crate) fn new(v8: bool) -> Result<Self, String> {
         let modes = [ArchExtraMode::MClass, ArchExtraMode::V8];
         let count = if v8 { 2 } else { 1 };
         let builder =
@@ -311,7 +311,7 @@ impl Decoder {
     }
 
     /// The instruction at the front of `code`, with those that depend on it if it is an IT; empty if it is none.
-    pub fn decode(&self, code: &[u8], address: u32) -> Vec<Instruction> {
+    pub(crate) fn decode(&self, code: &[u8], address: u32) -> Vec<Instruction> {
         let block = match *code {
             // IT: the lowest bit set of the mask ends the block.
             [low, 0xbf, ..] if low & 0xf != 0 => 5 - (low & 0xf).trailing_zeros() as usize,
@@ -337,7 +337,7 @@ impl Decoder {
 }
 
 #[cfg(test)]
-pub(super) fn parse(text: &str) -> Instruction {
+pub(crate) fn parse(text: &str) -> Instruction {
     let (mnemonic, operands) = text.split_once(' ').unwrap_or((text, ""));
     Instruction::from_text(0x100, 4, mnemonic, operands, None)
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// When not; says what to do.
-pub fn check(image: &Path) -> Result<(), String> {
+pub(crate) fn check(image: &Path) -> Result<(), String> {
     let told = |why: String| format!("image {}: {why}", image.display());
     // Opening what is no file, a pipe say, may wait for ever.
     if std::fs::metadata(image).is_ok_and(|about| !about.is_file()) {
@@ -16,9 +16,7 @@ pub fn check(image: &Path) -> Result<(), String> {
     let mut head = [0; 4];
     match std::fs::File::open(image).and_then(|mut file| file.read_exact(&mut head)) {
         Ok(()) if head == *b"\x7fELF" => Ok(()),
-        Err(error) if error.kind() == ErrorKind::NotFound => {
-            Err(told("there is no such file; `cargo xtask firmware` builds the images".into()))
-        }
+        Err(error) if error.kind() == ErrorKind::NotFound => Err(told("there is no such file".into())),
         Err(error) if error.kind() != ErrorKind::UnexpectedEof => Err(told(format!("cannot be read: {error}"))),
         _ => Err(told("this is no ELF file".into())),
     }
@@ -28,7 +26,7 @@ pub fn check(image: &Path) -> Result<(), String> {
 ///
 /// # Errors
 /// Those of [`check`].
-pub fn read(image: &Path) -> Result<Vec<u8>, String> {
+pub(crate) fn read(image: &Path) -> Result<Vec<u8>, String> {
     check(image)?;
     std::fs::read(image).map_err(|error| format!("image {}: cannot be read: {error}", image.display()))
 }

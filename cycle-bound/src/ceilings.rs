@@ -42,21 +42,22 @@ use std::fmt;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use scenario::{Located, Source, nearest, read_text};
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::image::Image;
-use super::report::Report;
-use super::{Answer, Check, Options, emulated};
-use crate::image_file;
-use crate::report::table::Table;
+use crate::image::Image;
+use crate::report::Report;
+use crate::table::Table;
+use crate::{Answer, Check, Options, emulated, image_file};
+
+use file::{Difference, File, Instance, Located, nearest};
+
+mod file;
 
 /// A ceiling is tight if the figure is no more than this below it.
 pub const SLACK_PERCENT: u64 = 5;
 
 /// What is counted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Figure {
     /// Upper bound, cycles.
@@ -123,124 +124,6 @@ impl Figure {
     }
 }
 
-/// One number for some of the figures.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-struct Figures {
-    bound: Option<u64>,
-    typical: Option<u64>,
-    pipelined: Option<u64>,
-    instructions: Option<u64>,
-    arithmetic: Option<u64>,
-    flash: Option<u64>,
-    stack: Option<u64>,
-    state: Option<u64>,
-    coefficients: Option<u64>,
-}
-
-impl Figures {
-    fn get(&self, figure: Figure) -> Option<u64> {
-        match figure {
-            Figure::Bound => self.bound,
-            Figure::Typical => self.typical,
-            Figure::Pipelined => self.pipelined,
-            Figure::Instructions => self.instructions,
-            Figure::Arithmetic => self.arithmetic,
-            Figure::Flash => self.flash,
-            Figure::Stack => self.stack,
-            Figure::State => self.state,
-            Figure::Coefficients => self.coefficients,
-        }
-    }
-}
-
-/// Theory says of cycles and counts what the least is; of bytes it says nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-struct Floors {
-    bound: Option<u64>,
-    typical: Option<u64>,
-    pipelined: Option<u64>,
-    instructions: Option<u64>,
-    arithmetic: Option<u64>,
-}
-
-impl Floors {
-    fn get(&self, figure: Figure) -> Option<u64> {
-        match figure {
-            Figure::Bound => self.bound,
-            Figure::Typical => self.typical,
-            Figure::Pipelined => self.pipelined,
-            Figure::Instructions => self.instructions,
-            Figure::Arithmetic => self.arithmetic,
-            _ => None,
-        }
-    }
-}
-
-/// Checks that are not asked for, each with its reason.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-struct Allowed {
-    panic: Option<String>,
-    double: Option<String>,
-    division: Option<String>,
-    call: Option<String>,
-    backward_branch: Option<String>,
-    fused: Option<String>,
-}
-
-impl Allowed {
-    fn all(&self) -> [(Check, &'static str, &Option<String>); 6] {
-        [
-            (Check::Panic, "panic", &self.panic),
-            (Check::Double, "double", &self.double),
-            (Check::Division, "division", &self.division),
-            (Check::Call, "call", &self.call),
-            (Check::BackwardBranch, "backward_branch", &self.backward_branch),
-            (Check::Fused, "fused", &self.fused),
-        ]
-    }
-}
-
-/// A function.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-struct InstanceTable {
-    name: String,
-    image: String,
-    symbol: String,
-    state: Option<String>,
-    coefficients: Option<String>,
-    barrier: Option<u64>,
-    loops: Vec<String>,
-    ceiling: Figures,
-    floor: Floors,
-    allow: Allowed,
-    why: String,
-}
-
-/// One instance less another.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-struct DifferenceTable {
-    name: String,
-    of: String,
-    without: String,
-    ceiling: Figures,
-    exactly: Figures,
-    why: String,
-}
-
-/// The file.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-struct File {
-    compiler: String,
-    instance: Vec<InstanceTable>,
-    difference: Vec<DifferenceTable>,
-}
-
 /// A figure of an instance or a difference, beside what it is held to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
@@ -295,10 +178,10 @@ pub struct Verdict {
 /// Bad input, in one line.
 pub fn run(path: &Path, lower: bool, stop: &AtomicBool) -> Result<Verdict, String> {
     let file = path.display().to_string();
-    let text = read_text(path).map_err(|message| format!("{file}: {message}"))?;
+    let text = file::text_of(path).map_err(|message| format!("{file}: {message}"))?;
     let at = |image: &str| path.parent().unwrap_or_else(|| Path::new("")).join(image);
     let verdict = judge(
-        &Source { file: &file, text: &text, sets: &[] },
+        (&file, &text),
         |image| Image::read(&image_file::read(&at(image))?).map_err(|why| format!("{}: {why}", at(image).display())),
         |image, ranges| emulated::executed(&at(image), ranges, stop),
     )?;
@@ -339,13 +222,13 @@ fn lowered(text: &str, verdict: &Verdict) -> Option<String> {
 }
 
 /// The same for images and traces from anywhere.
-pub(super) fn judge(
-    source: &Source<'_>,
+fn judge(
+    (name, text): (&str, &str),
     mut image_of: impl FnMut(&str) -> Result<Image, String>,
     mut trace_of: impl FnMut(&str, &[(u32, u32)]) -> Result<Vec<u32>, String>,
 ) -> Result<Verdict, String> {
-    let (file, located): (File, Located<'_>) = Located::read(source, &schema()).map_err(|error| error.to_string())?;
-    let told = |key: &str, message: &str| located.error(key, message).to_string();
+    let (file, located) = Located::read(name, text)?;
+    let told = |key: &str, message: &str| located.error(key, message);
     check(&file, &told)?;
 
     let mut verdict = Verdict {
@@ -404,11 +287,6 @@ pub(super) fn judge(
     Ok(verdict)
 }
 
-/// The JSON schema of the file.
-pub(crate) fn schema() -> serde_json::Value {
-    schemars::schema_for!(File).to_value()
-}
-
 /// What was found of an instance.
 struct Measured {
     answer: Answer,
@@ -416,7 +294,7 @@ struct Measured {
     is_judged: bool,
 }
 
-/// What the schema cannot say.
+/// What the layout cannot say.
 fn check(file: &File, told: &impl Fn(&str, &str) -> String) -> Result<(), String> {
     let given = |key: &str, text: &str, what: &str| {
         if text.trim().is_empty() { Err(told(key, &format!("is missing: {what}"))) } else { Ok(()) }
@@ -435,21 +313,17 @@ fn check(file: &File, told: &impl Fn(&str, &str) -> String) -> Result<(), String
         if names().position(|name| name == one.name) != Some(k) {
             return Err(told(&key("name"), &format!("{:?} is there already; each instance has its own", one.name)));
         }
-        for (_, name, reason) in one.allow.all() {
-            if let Some(reason) = reason {
-                given(&key(&format!("allow.{name}")), reason, "the reason of the exception, in words")?;
-            }
+        for (check, reason) in &one.allow {
+            given(&key(&format!("allow.{}", check.name())), reason, "the reason of the exception, in words")?;
         }
         for (figure, name) in [(Figure::State, &one.state), (Figure::Coefficients, &one.coefficients)] {
-            if one.ceiling.get(figure).is_some() && name.is_none() {
+            if one.ceiling.contains_key(&figure) && name.is_none() {
                 let message = format!("needs the static that is measured: {} = \"NAME\"", figure.name());
                 return Err(told(&key(&format!("ceiling.{}", figure.name())), &message));
             }
         }
-        for figure in Figure::ALL {
-            if let (Some(floor), Some(ceiling)) = (one.floor.get(figure), one.ceiling.get(figure))
-                && floor > ceiling
-            {
+        for (figure, floor) in &one.floor {
+            if let Some(ceiling) = one.ceiling.get(figure).filter(|ceiling| floor > ceiling) {
                 let message = format!("{floor} is above the ceiling of {ceiling}");
                 return Err(told(&key(&format!("floor.{}", figure.name())), &message));
             }
@@ -481,7 +355,7 @@ fn is_compiler(found: &str, named: &str) -> bool {
 
 fn read(
     image: &Image,
-    instance: &InstanceTable,
+    instance: &Instance,
     k: usize,
     is_judged: bool,
     told: &impl Fn(&str, &str) -> String,
@@ -510,10 +384,9 @@ fn trace(
     answers: &mut [(usize, Answer)],
     trace_of: &mut impl FnMut(&str, &[(u32, u32)]) -> Result<Vec<u32>, String>,
 ) -> Result<(), String> {
-    let is_executed =
-        |figures: &Figures| Figure::ALL.into_iter().any(|figure| figure.is_executed() && figures.get(figure).is_some());
-    let is_wanted = |instance: &InstanceTable| {
-        let uses = |one: &&DifferenceTable| one.of == instance.name || one.without == instance.name;
+    let is_executed = |figures: &BTreeMap<Figure, u64>| figures.keys().any(|figure| figure.is_executed());
+    let is_wanted = |instance: &Instance| {
+        let uses = |one: &&Difference| one.of == instance.name || one.without == instance.name;
         let mut differences = file.difference.iter().filter(uses);
         is_executed(&instance.ceiling) || differences.any(|one| is_executed(&one.ceiling) || is_executed(&one.exactly))
     };
@@ -532,7 +405,7 @@ fn trace(
     Ok(())
 }
 
-fn figures(image: &Image, instance: &InstanceTable, report: &Report) -> BTreeMap<Figure, u64> {
+fn figures(image: &Image, instance: &Instance, report: &Report) -> BTreeMap<Figure, u64> {
     let size = |name: &Option<String>| Some(u64::from(image.find_data(name.as_deref()?).ok()?.size));
     let all = Figure::ALL.into_iter().filter_map(|figure| {
         let value = match figure {
@@ -552,25 +425,26 @@ fn figures(image: &Image, instance: &InstanceTable, report: &Report) -> BTreeMap
 }
 
 impl Verdict {
-    fn instance(&mut self, instance: &InstanceTable, measured: &Measured, told: &impl Fn(&str, &str) -> String) {
+    fn instance(&mut self, instance: &Instance, measured: &Measured, told: &impl Fn(&str, &str) -> String) {
         let name = &instance.name;
         // Of another compiler's code only what hides something from the checks.
         let hides = measured.is_judged || !measured.answer.is_read();
         let told_in = if hides { &mut self.declined } else { &mut self.notes };
         told_in.extend(measured.answer.report.declined.iter().map(|reason| format!("{name}: {reason}")));
-        for (check, key, reason) in instance.allow.all() {
+        for check in Check::ALL {
             let found = measured.answer.found.iter().find(|(found, _)| *found == check);
-            match (found, reason) {
+            match (found, instance.allow.get(&check)) {
                 (Some((_, line)), None) => self.failures.push(format!("{name}: {line}")),
                 (None, Some(_)) if measured.is_judged => {
-                    self.failures.push(told(&format!(".allow.{key}"), "nothing needs this exception: take it out"));
+                    let key = format!(".allow.{}", check.name());
+                    self.failures.push(told(&key, "nothing needs this exception: take it out"));
                 }
                 _ => {}
             }
         }
         for figure in Figure::ALL {
             let value = measured.figures.get(&figure).copied();
-            let (ceiling, floor) = (instance.ceiling.get(figure), instance.floor.get(figure));
+            let (ceiling, floor) = (instance.ceiling.get(&figure).copied(), instance.floor.get(&figure).copied());
             let (mut remark, unit) = (String::new(), figure.unit());
             let key = format!(".ceiling.{}", figure.name());
             if let (Some(value), Some(ceiling)) = (value, ceiling) {
@@ -607,7 +481,7 @@ impl Verdict {
 
     fn difference(
         &mut self,
-        difference: &DifferenceTable,
+        difference: &Difference,
         of: &Measured,
         without: &Measured,
         told: &impl Fn(&str, &str) -> String,
@@ -617,7 +491,8 @@ impl Verdict {
         for figure in Figure::ALL {
             let value = |one: &Measured| one.figures.get(&figure).map(|value| *value as i64);
             let value = value(of).zip(value(without)).map(|(of, without)| of - without);
-            let (ceiling, exactly) = (difference.ceiling.get(figure), difference.exactly.get(figure));
+            let ceiling = difference.ceiling.get(&figure).copied();
+            let exactly = difference.exactly.get(&figure).copied();
             let (mut remark, unit) = (String::new(), figure.unit());
             if let (Some(value), Some(ceiling)) = (value, ceiling)
                 && value > ceiling as i64

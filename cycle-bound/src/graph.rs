@@ -6,17 +6,17 @@
 
 use std::collections::BTreeMap;
 
-use super::cycles::TABLE;
+use crate::cycles::TABLE;
 
 /// What lies on a path.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Path {
+pub(crate) struct Path {
     /// Cycles.
-    pub cycles: u64,
+    pub(crate) cycles: u64,
     /// Instructions.
-    pub instructions: u64,
+    pub(crate) instructions: u64,
     /// Instructions of each row of the table, and at the end those it does not have.
-    pub classes: Vec<u64>,
+    pub(crate) classes: Vec<u64>,
 }
 
 impl Default for Path {
@@ -28,7 +28,7 @@ impl Default for Path {
 impl Path {
     /// This, then that.
     #[must_use]
-    pub fn then(&self, next: &Self) -> Self {
+    pub(crate) fn then(&self, next: &Self) -> Self {
         let classes = self.classes.iter().zip(&next.classes).map(|(a, b)| a.saturating_add(*b)).collect();
         Self {
             cycles: self.cycles.saturating_add(next.cycles),
@@ -39,7 +39,7 @@ impl Path {
 
     /// This that many times.
     #[must_use]
-    pub fn times(&self, count: u64) -> Self {
+    pub(crate) fn times(&self, count: u64) -> Self {
         Self {
             cycles: self.cycles.saturating_mul(count),
             instructions: self.instructions.saturating_mul(count),
@@ -50,19 +50,19 @@ impl Path {
 
 /// A way to leave a node.
 #[derive(Clone, Debug)]
-pub struct Edge {
+pub(crate) struct Edge {
     /// To which node; none: the function returns.
-    pub to: Option<usize>,
+    pub(crate) to: Option<usize>,
     /// What the node costs if it is left this way.
-    pub cost: Path,
+    pub(crate) cost: Path,
 }
 
 /// A function: ways out of each node; the entry is node 0.
-pub type Graph = Vec<Vec<Edge>>;
+pub(crate) type Graph = Vec<Vec<Edge>>;
 
 /// Why there is no longest path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoPath {
+pub(crate) enum NoPath {
     /// The loop with this header is not bounded.
     Unbounded(usize),
     /// This node is jumped to from inside a circle that it does not dominate.
@@ -134,16 +134,11 @@ fn body(graph: &Graph, header: usize, latches: &[usize]) -> Vec<bool> {
     inside
 }
 
-/// Headers of the loops, each with the nodes that go back to it.
-pub fn loops(graph: &Graph) -> Latches {
-    order(graph).1
-}
-
 /// The longest path from the entry to a return; `bound` says how often a header is executed at most per entry.
 ///
 /// # Errors
 /// Why there is none.
-pub fn longest(graph: &Graph, bound: impl Fn(usize) -> Option<u64>) -> Result<Path, NoPath> {
+pub(crate) fn longest(graph: &Graph, bound: impl Fn(usize) -> Option<u64>) -> Result<Path, NoPath> {
     let (order, latches) = order(graph);
     for (&header, from) in &latches {
         if from.iter().any(|&node| is_reached_around(graph, node, header)) {
@@ -173,7 +168,7 @@ pub fn longest(graph: &Graph, bound: impl Fn(usize) -> Option<u64>) -> Result<Pa
 ///
 /// # Errors
 /// Why there is none.
-pub fn shortest(graph: &Graph) -> Result<Path, NoPath> {
+pub(crate) fn shortest(graph: &Graph) -> Result<Path, NoPath> {
     let (order, latches) = order(graph);
     finish(graph, &forward(graph, &order, &latches, &BTreeMap::new(), 0, |_| true, |a, b| a < b), |a, b| a < b)
 }

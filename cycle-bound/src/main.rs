@@ -1,0 +1,52 @@
+//! `cycle-bound --elf FW.elf --symbol NAME`: the answer to stdout, everything else to stderr.
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::Parser;
+use cycle_bound::{Options, Reply, qemu};
+
+/// Compute an upper bound in cycles of a function from its machine code, and what else it costs.
+///
+/// Exit status: 0 the figures stand, 1 a check failed, 2 bad input, or something could not be followed (it is named).
+#[derive(Parser)]
+#[command(name = "cycle-bound", version)]
+struct Cli {
+    #[command(flatten)]
+    options: Options,
+}
+
+/// Set by Ctrl-C.
+static STOP: AtomicBool = AtomicBool::new(false);
+
+fn main() -> ExitCode {
+    // Without a handler Ctrl-C still ends the program, it only leaves an emulator behind.
+    let _ = ctrlc::set_handler(|| {
+        if STOP.swap(true, Ordering::Relaxed) {
+            qemu::stop_all();
+            std::process::exit(130);
+        }
+    });
+    let Cli { options } = Cli::parse();
+    match cycle_bound::run(&options, &STOP) {
+        Ok(Reply { text, remarks, status }) => {
+            let shown = writeln!(io::stdout(), "{text}");
+            for line in &remarks {
+                eprintln!("{line}");
+            }
+            match shown {
+                // A reader that has gone away (`| head`) is no error.
+                Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+                    eprintln!("error: stdout cannot be written: {error}");
+                    ExitCode::from(1)
+                }
+                _ => ExitCode::from(status),
+            }
+        }
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! An image in the emulator: QEMU's `netduinoplus2` carries an STM32F405.
+//!
+//! QEMU is a child process. USART1 and USART2 of the chip (the log) reach us over TCP on this machine; both connections
+//! are made before the first instruction runs, so that no byte is lost. The child ends when its owner is dropped; an exit
+//! that drops nothing calls [`stop_all`] first (only a `kill -9` of this program leaves it behind).
+
+use std::io::{self, ErrorKind, Read};
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use crate::image_file;
+use crate::log::{self, is_silence};
+
+/// The emulator.
+const PROGRAM: &str = "qemu-system-arm";
+/// Longest wait for the emulator to come up.
+pub const START_WITHIN: Duration = Duration::from_secs(10);
+/// Last words by which an image says that it has no more to say: `budget ends`, or `stopped` after a fault.
+const LAST_WORDS: [&str; 3] = ["done", "ends", "stopped"];
+/// How often a child that starts is looked at.
+const GLANCE: Duration = Duration::from_millis(2);
+
+/// All emulators of this process.
+static RUNNING: Mutex<Vec<Arc<Mutex<Child>>>> = Mutex::new(Vec::new());
+
+/// Ends every emulator of this process: for an exit that drops nothing.
+pub fn stop_all() {
+    for child in RUNNING.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+        stop(&child);
+    }
+}
+
+fn stop(child: &Mutex<Child>) {
+    let mut child = child.lock().unwrap_or_else(PoisonError::into_inner);
+    // It may have ended by itself; either way it is waited for, and leaves nothing behind.
+    let _ = child.kill();
+    let _ = child.wait();
+}
+
+/// Is this line of a log its last?
+pub fn is_last(line: &str) -> bool {
+    line.split_whitespace().next_back().is_some_and(|word| LAST_WORDS.contains(&word))
+}
+
+/// What the emulator is to write down: the address of every instruction that it executes within some ranges.
+#[derive(Clone, Copy, Debug)]
+pub struct Trace<'a> {
+    /// First address and length in bytes of each range.
+    pub ranges: &'a [(u32, u32)],
+    /// Where to write it.
+    pub file: &'a Path,
+}
+
+/// Who drives the clock of the emulated chip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Clock {
+    /// This machine: as fast as it goes.
+    Host,
+    /// The instructions: one counts one, in every run alike; waiting takes no time.
+    Instructions,
+}
+
+/// A running emulator; ends when dropped.
+pub struct Process {
+    child: Arc<Mutex<Child>>,
+}
+
+impl Process {
+    /// Boots an image; `usarts` says which of USART1 and USART2 are to be connected.
+    ///
+    /// # Errors
+    /// When the emulator or the image is missing or no good; the text names the remedy.
+    pub fn start(
+        image: &Path,
+        usarts: [bool; 2],
+        clock: Clock,
+        trace: Option<Trace<'_>>,
+    ) -> Result<(Self, [Option<TcpStream>; 2]), String> {
+        image_file::check(image)?;
+        let told = |error: &io::Error| format!("no connection to the emulator: {error}");
+        let mut command = Command::new(PROGRAM);
+        command.args(["-M", "netduinoplus2", "-nographic", "-monitor", "none", "-kernel"]).arg(image);
+        if clock == Clock::Instructions {
+            command.args(["-icount", "shift=0,sleep=off"]);
+        }
+        if let Some(Trace { ranges, file }) = trace {
+            let ranges: Vec<String> = ranges.iter().map(|(at, length)| format!("{at:#x}+{length:#x}")).collect();
+            command.args(["-singlestep", "-d", "exec,nochain", "-dfilter", &ranges.join(","), "-D"]).arg(file);
+        }
+        let mut listeners = [None, None];
+        for (listener, wanted) in listeners.iter_mut().zip(usarts) {
+            let mut serial = String::from("null");
+            if wanted {
+                let socket = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).map_err(|error| told(&error))?;
+                let address = socket.local_addr().map_err(|error| told(&error))?;
+                serial = format!("tcp:{address},nodelay=on");
+                *listener = Some(socket);
+            }
+            command.args(["-serial", &serial]);
+        }
+        let process = Self::spawn(&mut command)?;
+        let until = Instant::now() + START_WITHIN;
+        let mut streams = [None, None];
+        for (stream, listener) in streams.iter_mut().zip(&listeners) {
+            if let Some(listener) = listener {
+                *stream = Some(process.accept(listener, until)?);
+            }
+        }
+        Ok((process, streams))
+    }
+
+    fn spawn(command: &mut Command) -> Result<Self, String> {
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+        // Ctrl-C at the terminal is for this program, which then keeps its record and ends the emulator.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(command, 0);
+        let child = command.spawn().map_err(|error| {
+            if error.kind() == ErrorKind::NotFound {
+                format!(
+                    "{PROGRAM} is not installed: apt-get install qemu-system-arm (or your system's package of QEMU)"
+                )
+            } else {
+                format!("{PROGRAM} cannot be started: {error}")
+            }
+        })?;
+        let child = Arc::new(Mutex::new(child));
+        RUNNING.lock().unwrap_or_else(PoisonError::into_inner).push(Arc::clone(&child));
+        Ok(Self { child })
+    }
+
+    fn accept(&self, listener: &TcpListener, until: Instant) -> Result<TcpStream, String> {
+        let connect = || -> io::Result<Option<TcpStream>> {
+            listener.set_nonblocking(true)?;
+            while Instant::now() < until && self.runs()? {
+                match listener.accept() {
+                    Ok((stream, _)) => {
+                        stream.set_nonblocking(false)?;
+                        stream.set_nodelay(true)?;
+                        stream.set_read_timeout(Some(log::GLANCE))?;
+                        stream.set_write_timeout(Some(Duration::from_secs(1)))?;
+                        return Ok(Some(stream));
+                    }
+                    Err(error) if is_silence(error.kind()) => sleep(GLANCE),
+                    Err(error) => return Err(error),
+                }
+            }
+            Ok(None)
+        };
+        match connect() {
+            Ok(Some(stream)) => Ok(stream),
+            Ok(None) => Err(self.ended("the emulator did not come up")),
+            Err(error) => Err(self.ended(&format!("no connection to the emulator: {error}"))),
+        }
+    }
+
+    fn runs(&self) -> io::Result<bool> {
+        Ok(self.child.lock().unwrap_or_else(PoisonError::into_inner).try_wait()?.is_none())
+    }
+
+    /// What happened, and what the emulator had to say about it; it ends with that.
+    pub fn ended(&self, what: &str) -> String {
+        let already = self.child.lock().unwrap_or_else(PoisonError::into_inner).try_wait().ok().flatten();
+        stop(&self.child);
+        let mut said = String::new();
+        let pipe = self.child.lock().unwrap_or_else(PoisonError::into_inner).stderr.take();
+        if let Some(mut pipe) = pipe {
+            // What can be read is better than nothing.
+            let _ = pipe.read_to_string(&mut said);
+        }
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        let ended = already.map_or_else(String::new, |status| format!(" ({status})"));
+        let said = if said.is_empty() { "it said nothing" } else { &said };
+        format!("{what}{ended}: {said}")
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        stop(&self.child);
+        RUNNING.lock().unwrap_or_else(PoisonError::into_inner).retain(|child| !Arc::ptr_eq(child, &self.child));
+    }
+}

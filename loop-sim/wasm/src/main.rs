@@ -1,0 +1,7 @@
+//! Prints the numbers of this machine, a line each.
+
+use loop_sim_wasm::{CASES, bits};
+
+fn main() {
+    (0..CASES).for_each(|case| println!("{:016x}", bits(case)));
+}
