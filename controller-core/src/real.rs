@@ -9,12 +9,18 @@
 use core::fmt::{Debug, Display};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// A counter that wraps, as an encoder has it.
+/// A count that wraps at 32 bits, as an encoder's timer has it.
 #[doc(hidden)]
 pub trait Count: Copy + Debug + Send + Sync + 'static {
-    /// How far it has moved since `earlier`, wrapping.
+    /// How far it has moved since `earlier`.
     #[must_use]
     fn since(self, earlier: Self) -> Self;
+    /// Moved on.
+    #[must_use]
+    fn plus(self, moved: Self) -> Self;
+    /// Its low bits, 1..=32 of them, with their sign: what a shorter counter has moved.
+    #[must_use]
+    fn signed(self, bits: u32) -> Self;
     /// Its bits.
     fn to_word(self) -> u32;
     /// The counter of these bits.
@@ -25,6 +31,14 @@ impl Count for i32 {
     #[inline(always)]
     fn since(self, earlier: Self) -> Self {
         self.wrapping_sub(earlier)
+    }
+    #[inline(always)]
+    fn plus(self, moved: Self) -> Self {
+        self.wrapping_add(moved)
+    }
+    #[inline(always)]
+    fn signed(self, bits: u32) -> Self {
+        self << (32 - bits) >> (32 - bits)
     }
     #[inline(always)]
     fn to_word(self) -> u32 {
@@ -43,8 +57,8 @@ pub trait Sealed: Sized {
     /// What counts come in as.
     type Count: Count;
 
-    /// The low `bits` bits of a count, 1..=31 of them, with their sign.
-    fn from_count(count: Self::Count, bits: u32) -> Self;
+    /// The nearest number to a count with its sign.
+    fn from_count(count: Self::Count) -> Self;
 
     /// A value of the tick by its name in the formulas, with the channel from 1 or 0 for none: for whoever reads the
     /// record. It costs nothing.
@@ -67,8 +81,8 @@ macro_rules! sealed {
         impl Sealed for $t {
             type Count = i32;
             #[inline(always)]
-            fn from_count(count: i32, bits: u32) -> Self {
-                (count << (32 - bits) >> (32 - bits)) as $t
+            fn from_count(count: i32) -> Self {
+                count as $t
             }
         }
     )*};

@@ -11,7 +11,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::fmt::Write as _;
 
-use crate::record::{Block, End, Id, Kind, Op, Port, Record, Role, Step, Test};
+use crate::record::{Block, End, Id, Kind, Op, Port, Record, Role, Step, Test, Value};
 
 /// How a function is written.
 pub struct Function<'a> {
@@ -129,8 +129,8 @@ impl<'a> Text<'a> {
         let (mut steps, mut returns) = (Vec::new(), Vec::new());
         flatten(&record.body, &mut steps, &mut returns, &mut text.uses);
         for id in &steps {
-            // |a| < b is written with a twice.
-            let twice = usize::from(matches!(record.value(*id).op, Op::Abs(_)));
+            // In |a| < b, and where a count becomes a number, a is written more than once.
+            let twice = usize::from(matches!(record.value(*id).op, Op::Abs(_) | Op::NumberOf(_)));
             for operand in record.value(*id).op.operands() {
                 text.uses[operand.index()] += 1 + twice;
             }
@@ -147,7 +147,9 @@ impl<'a> Text<'a> {
                     *groups.entry(c).or_default() += 1;
                 }
             }
-            groups.iter().for_each(|(c, selects)| text.uses[c.index()] -= selects - 1);
+            for (c, selects) in groups {
+                text.uses[c.index()] -= selects - 1;
+            }
         }
         text.names(&steps, &returns);
         text
@@ -204,20 +206,15 @@ impl<'a> Text<'a> {
                 wanted.insert(id, name);
             }
         }
-        let taken = ["state", "x", "output", "estimates", "u"].map(String::from);
-        let mut taken: HashSet<String> = taken.into_iter().collect();
-        let known = self.record.values.iter().filter(|value| matches!(value.op, Op::Constant(_) | Op::Input(_)));
-        taken.extend(known.filter_map(|value| value.name.clone()));
-        let is_u = |port: &Port| port.role == Role::Argument && port.name == "u";
-        if !self.record.inputs.iter().any(is_u) {
-            taken.remove("u");
-        }
-        for input in &self.record.inputs {
-            // A word of the state is never meant by its bare name.
-            if input.role == Role::State {
-                taken.remove(&input.name);
-            }
-        }
+        // A word of the state is never meant by its bare name.
+        let bare = |value: &&Value| match value.op {
+            Op::Input(at) => self.record.inputs[at].role != Role::State,
+            Op::Constant(_) => true,
+            _ => false,
+        };
+        let known = self.record.values.iter().filter(bare).filter_map(|value| value.name.clone());
+        let parameters = ["state", "x", "output", "estimates", "d_hat"].map(String::from);
+        let mut taken: HashSet<String> = known.chain(parameters).collect();
         for &id in steps {
             let Some(name) = wanted.get(&id) else { continue };
             if self.local.contains_key(&id) {
@@ -258,13 +255,12 @@ impl<'a> Text<'a> {
                 match c {
                     '(' => parentheses += 1,
                     ')' => parentheses = parentheses.saturating_sub(1),
-                    ' ' if ["&& ", "|| ", "| ", "? ", ": ", "+ ", "- "]
-                        .iter()
-                        .any(|s| rest[at + 1..].starts_with(s)) =>
+                    ' ' if best.is_none_or(|(least, _)| parentheses <= least)
+                        && ["&& ", "|| ", "| ", "? ", ": ", "+ ", "- "]
+                            .iter()
+                            .any(|s| rest[at + 1..].starts_with(s)) =>
                     {
-                        if best.is_none_or(|(least, _)| parentheses <= least) {
-                            best = Some((parentheses, at));
-                        }
+                        best = Some((parentheses, at));
                     }
                     _ => {}
                 }
@@ -357,7 +353,7 @@ impl<'a> Text<'a> {
             returned = Some("answer".into());
         }
         // Grouped by the condition under which they change.
-        let mut groups: Vec<(Option<(Id, bool)>, Vec<(&Port, Id)>)> = Vec::new();
+        let mut groups: Vec<Group<'_>> = Vec::new();
         for (port, id) in changes {
             let own = |id| self.is_own(id, port);
             let (condition, value) = match self.op(id) {
@@ -376,20 +372,23 @@ impl<'a> Text<'a> {
                 None => groups.push((condition, vec![(port, value)])),
             }
         }
-        // Conditions first, and what is computed of old words before any is assigned.
         groups.sort_by_key(|(condition, _)| condition.is_none());
-        let mut assigned: HashSet<String> = HashSet::new();
-        for (_, group) in &groups {
-            for (port, id) in group {
-                let reads = if [TRUE, FALSE].contains(id) { BTreeSet::new() } else { self.reads(*id) };
-                assert!(
-                    reads.iter().all(|name| !assigned.contains(name)),
-                    "{} is made of words of the state that are assigned before it: {reads:?}{}",
-                    port.name,
-                    self.lines
-                );
-                assigned.insert(port.name.clone());
+        // What is made of a word that is assigned before gets a name first.
+        let (mut assigned, mut late) = (HashSet::new(), Vec::new());
+        for (condition, group) in &groups {
+            let condition = condition.iter().map(|(id, _)| (None, *id));
+            for (port, id) in condition.chain(group.iter().map(|(port, id)| (Some(*port), *id))) {
+                if ![TRUE, FALSE].contains(&id) && self.reads(id).iter().any(|name| assigned.contains(name)) {
+                    late.push(id);
+                }
+                assigned.extend(port.map(|port| port.name.clone()));
             }
+        }
+        for (k, id) in late.iter().enumerate() {
+            let (t, name) = (self.function.type_of(self.record.kind(*id)), format!("next_{}", k + 1));
+            let value = self.shown(*id);
+            self.line(depth, &format!("const {t} {name} = {value};"));
+            self.local.insert(*id, name);
         }
         for (condition, group) in groups {
             let inside = depth + usize::from(condition.is_some());
@@ -409,6 +408,9 @@ impl<'a> Text<'a> {
             if condition.is_some() {
                 self.line(depth, "}");
             }
+        }
+        for id in late {
+            self.local.remove(&id);
         }
         if let Some(returned) = returned {
             self.line(depth, &format!("return {returned};"));
@@ -469,16 +471,14 @@ impl<'a> Text<'a> {
                 }
                 ((self.function.place)(port), Bond::Atom)
             }
-            Op::Constant(number) => match &self.record.value(id).name {
-                Some(name) => {
+            Op::Constant(number) => {
+                if let Some(name) = &self.record.value(id).name {
                     self.constants.insert(id, (name.clone(), number));
-                    (name.clone(), Bond::Atom)
+                    return (name.clone(), Bond::Atom);
                 }
-                None => {
-                    let bond = if number.is_sign_negative() { Bond::Operation } else { Bond::Atom };
-                    (decimal(number, self.function.double), bond)
-                }
-            },
+                let bond = if number.is_sign_negative() { Bond::Operation } else { Bond::Atom };
+                (decimal(number, self.function.double), bond)
+            }
             Op::Truth(truth) => (truth.to_string(), Bond::Atom),
             Op::CountOf(count) => (format!("{count}u"), Bond::Atom),
             Op::Neg(a) => (format!("-{}", self.part(a)), Bond::Operation),
@@ -488,8 +488,8 @@ impl<'a> Text<'a> {
                 // Of -0 the sum is +0, as it should be.
                 (format!("({a} < {zero}) ? (-{a}) : ({a} + {zero})"), Bond::Operation)
             }
-            Op::Add(a, b) => binary(self, "+", a, b),
-            Op::Sub(a, b) => binary(self, "-", a, b),
+            Op::Add(a, b) | Op::CountPlus(a, b) => binary(self, "+", a, b),
+            Op::Sub(a, b) | Op::CountSince(a, b) => binary(self, "-", a, b),
             Op::Mul(a, b) => binary(self, "*", a, b),
             Op::Div(a, b) => binary(self, "/", a, b),
             Op::Compare(test, a, b) => (self.comparison(test, a, b), Bond::Operation),
@@ -501,13 +501,15 @@ impl<'a> Text<'a> {
             }
             Op::Not(a) => (format!("!{}", self.part(a)), Bond::Operation),
             Op::Select(c, a, b) => (format!("{} ? {} : {}", self.part(c), self.part(a), self.part(b)), Bond::Operation),
-            Op::CountSince(a, b) => binary(self, "-", a, b),
-            Op::NumberOf(a, bits) => {
-                assert!((1..=31).contains(&bits), "a count has 1 to 31 bits");
-                let (mask, sign) = ((1_u32 << bits) - 1, 1_u32 << (bits - 1));
-                let t = self.function.number_type();
-                let a = self.part(a);
-                (format!("({t})((int32_t)(({a} & {mask:#x}u) ^ {sign:#x}u) - (int32_t){sign:#x}u)"), Bond::Operation)
+            Op::CountSigned(a, bits) => {
+                assert!((1..=32).contains(&bits), "a count has 1 to 32 bits");
+                let (mask, sign) = (u32::MAX >> (32 - bits), 1_u32 << (bits - 1));
+                (format!("(({} & {mask:#x}u) ^ {sign:#x}u) - {sign:#x}u", self.part(a)), Bond::Operation)
+            }
+            Op::NumberOf(a) => {
+                // Not by way of int32_t: that is for the compiler to define.
+                let (t, a) = (self.function.number_type(), self.part(a));
+                (format!("({a} < 0x80000000u) ? ({t}){a} : (-({t})(0u - {a}))"), Bond::Operation)
             }
         }
     }
@@ -550,6 +552,11 @@ impl<'a> Text<'a> {
     }
 }
 
+/// A condition, and whether its opposite is meant.
+type Condition = (Id, bool);
+/// Words of the state that change under one condition, and what they become.
+type Group<'a> = (Option<Condition>, Vec<(&'a Port, Id)>);
+
 /// Stands for "true" where a word of the state is set.
 const TRUE: Id = Id(u32::MAX);
 /// And "false" where it is taken back.
@@ -576,7 +583,9 @@ fn flatten<'a>(block: &'a Block, steps: &mut Vec<Id>, returns: &mut Vec<&'a [Id]
     }
     match &block.end {
         End::Return(results) => {
-            results.iter().for_each(|id| uses[id.index()] += 1);
+            for id in results {
+                uses[id.index()] += 1;
+            }
             returns.push(results);
         }
         End::Branch { condition, yes, no } => {
@@ -584,5 +593,26 @@ fn flatten<'a>(block: &'a Block, steps: &mut Vec<Id>, returns: &mut Vec<&'a [Id]
             flatten(yes, steps, returns, uses);
             flatten(no, steps, returns, uses);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimals_have_nine_digits_unless_fewer_are_exact() {
+        for (number, text) in [
+            (1.0, "1.0f"),
+            (-0.1, "-1.00000001e-1f"),
+            (0.0, "0.0f"),
+            (-0.0, "-0.0f"),
+            (1e12, "9.99999996e11f"),
+            (f64::from(f32::MIN_POSITIVE), "1.17549435e-38f"),
+            (f64::from(f32::from_bits(1)), "1.40129846e-45f"),
+        ] {
+            assert_eq!(decimal(number, false), text);
+        }
+        assert_eq!(decimal(0.1, true), "0.1");
     }
 }

@@ -31,7 +31,7 @@ pub trait Recorded: ControlLaw<Scalar = Symbol> + 'static {
 pub struct Functions {
     /// The words of the state, the last one `started`.
     pub state: Vec<Port>,
-    /// [`ControlLaw::start`]: sample -> state, and the answer whether it has started. If not the state is as it was.
+    /// [`ControlLaw::start_from`]: sample -> state, and the answer whether it has started. If not the state is as it was.
     pub start: Record,
     /// [`ControlLaw::tick`]: state, sample -> output, state.
     pub tick: Record,
@@ -51,9 +51,8 @@ fn port(name: &str, role: Role, kind: Kind) -> Port {
     Port { name: name.into(), role, kind }
 }
 
-fn answer() -> Port {
-    port("answer", Role::Answer, Kind::Truth)
-}
+const STARTED: &str = "started";
+const ANSWER: &str = "answer";
 
 /// Records a law. `design` makes it and its guess of the disturbances, of [constants](Recorder::constant).
 ///
@@ -76,7 +75,7 @@ pub fn functions<D: Recorded>(design: &dyn Fn(&Recorder) -> (D, D::Guess)) -> Fu
 fn all(law: &dyn Fn(&Recorder) -> Box<dyn Law>, words: &Words) -> Functions {
     let running = |during: &dyn Fn(&Recorder, &mut Running<Erased>)| {
         record(|recorder| {
-            let started = recorder.truth(Words::started());
+            let started = recorder.truth(STARTED, Role::State);
             let before = words.take(recorder);
             let saved = [0, u32::from(started)].into_iter().chain(before.iter().copied().filter(|_| started));
             let law = law(recorder);
@@ -89,18 +88,18 @@ fn all(law: &dyn Fn(&Recorder) -> Box<dyn Law>, words: &Words) -> Functions {
                 (true, true) => words.put(recorder, &vec![0; before.len()]),
                 (false, true) => words.put(recorder, &before),
             }
-            recorder.put_truth(Words::started(), !after.is_empty());
+            recorder.put_truth(STARTED, Role::State, !after.is_empty());
         })
     };
     Functions {
-        state: words.kept().map(|(word, _)| word.clone()).chain([Words::started()]).collect(),
+        state: words.kept().map(|(word, _)| word.clone()).chain([port(STARTED, Role::State, Kind::Truth)]).collect(),
         start: record(|recorder| {
-            let started = recorder.truth(Words::started());
+            let started = recorder.truth(STARTED, Role::State);
             let before = words.take(recorder);
             let state = law(recorder).start(recorder);
             words.put(recorder, state.as_ref().unwrap_or(&before));
-            recorder.put_truth(Words::started(), started || state.is_some());
-            recorder.put_truth(answer(), state.is_some());
+            recorder.put_truth(STARTED, Role::State, started || state.is_some());
+            recorder.put_truth(ANSWER, Role::Answer, state.is_some());
         }),
         tick: record(|recorder| {
             let mut state = words.take(recorder);
@@ -110,16 +109,16 @@ fn all(law: &dyn Fn(&Recorder) -> Box<dyn Law>, words: &Words) -> Functions {
         not_started: record(|recorder| law(recorder).not_started(recorder)),
         running: running(&|_, running| running.tick(&())),
         report_applied: running(&|recorder, running| {
-            let u = recorder.number(port("u", Role::Argument, Kind::Number));
+            let u = recorder.number("u", Role::Argument);
             let taken = running.report_applied(u);
-            recorder.put_truth(answer(), taken);
+            recorder.put_truth(ANSWER, Role::Answer, taken);
         }),
         estimates: running(&|recorder, running| {
             let known = running.estimates().is_some();
             if !known {
                 running.design().0.no_estimates(recorder);
             }
-            recorder.put_truth(answer(), known);
+            recorder.put_truth(ANSWER, Role::Answer, known);
         }),
         reset: running(&|_, running| running.reset()),
     }
@@ -160,7 +159,7 @@ impl<D: Recorded> Designed<D> {
 
 impl<D: Recorded> Law for Designed<D> {
     fn start(&self, recorder: &Recorder) -> Option<Vec<u32>> {
-        self.law.start(&D::sample(recorder), &self.guess).map(|state| Self::words(&state))
+        self.law.start_from(&D::sample(recorder), &self.guess).map(|state| Self::words(&state))
     }
     fn not_started(&self, recorder: &Recorder) {
         D::put_output(recorder, &self.law.not_started());
@@ -210,7 +209,7 @@ impl ControlLaw for Erased {
     type Estimates = ();
     const NO_GUESS: [Symbol; 0] = [];
 
-    fn start(&self, (): &(), _: &[Symbol; 0]) -> Option<ErasedState> {
+    fn start_from(&self, (): &(), _: &[Symbol; 0]) -> Option<ErasedState> {
         self.0.start(&Recorder::of_this_thread()).map(ErasedState)
     }
     fn not_started(&self) {
@@ -246,10 +245,6 @@ impl Functions {
 struct Words(Vec<Port>, Vec<bool>);
 
 impl Words {
-    fn started() -> Port {
-        port("started", Role::State, Kind::Truth)
-    }
-
     /// Of which kind they are, a state shows that starts on anything.
     fn of(names: &[String], law: &dyn Fn(&Recorder) -> Box<dyn Law>) -> Self {
         let mut words = Vec::new();
@@ -271,9 +266,9 @@ impl Words {
 
     fn take(&self, recorder: &Recorder) -> Vec<u32> {
         let take = |word: &Port| match word.kind {
-            Kind::Number => StateWord::Number(recorder.number(word.clone())),
-            Kind::Count => StateWord::Count(recorder.count(word.clone())),
-            Kind::Truth => StateWord::Truth(recorder.truth(word.clone())),
+            Kind::Number => StateWord::Number(recorder.number(&word.name, word.role)),
+            Kind::Count => StateWord::Count(recorder.count(&word.name, word.role)),
+            Kind::Truth => StateWord::Truth(recorder.truth(&word.name, word.role)),
         };
         let zero = |word: &Port| match word.kind {
             Kind::Number => StateWord::Number(Symbol::ZERO),
@@ -289,11 +284,13 @@ impl Words {
     fn put(&self, recorder: &Recorder, words: &[u32]) {
         for (port, at) in self.kept() {
             match (StateWord::of(words[at]), port.kind) {
-                (StateWord::Number(number), Kind::Number) => recorder.put(port.clone(), number),
-                (StateWord::Count(count), Kind::Count) => recorder.put_count(port.clone(), count),
-                (StateWord::Truth(truth), Kind::Truth) => recorder.put_truth(port.clone(), truth),
-                (StateWord::Truth(false), Kind::Number) => recorder.put(port.clone(), Symbol::ZERO),
-                (StateWord::Truth(false), Kind::Count) => recorder.put_count(port.clone(), recorder.count_of(0)),
+                (StateWord::Number(number), Kind::Number) => recorder.put(&port.name, port.role, number),
+                (StateWord::Count(count), Kind::Count) => recorder.put_count(&port.name, port.role, count),
+                (StateWord::Truth(truth), Kind::Truth) => recorder.put_truth(&port.name, port.role, truth),
+                (StateWord::Truth(false), Kind::Number) => recorder.put(&port.name, port.role, Symbol::ZERO),
+                (StateWord::Truth(false), Kind::Count) => {
+                    recorder.put_count(&port.name, port.role, recorder.count_of(0));
+                }
                 _ => panic!("`{}` changes its kind", port.name),
             }
         }
@@ -317,16 +314,16 @@ where
     }
 
     fn sample(recorder: &Recorder) -> [Symbol; N] {
-        core::array::from_fn(|j| recorder.number(port(&format!("x{}", j + 1), Role::Sample(j), Kind::Number)))
+        core::array::from_fn(|j| recorder.number(&format!("x{}", j + 1), Role::Sample(j)))
     }
 
     fn put_output(recorder: &Recorder, output: &Output<Symbol>) {
         for (name, number) in [("u", output.u), ("sigma", output.sigma), ("sigma_star", output.sigma_star)] {
-            recorder.put(port(name, Role::Output, Kind::Number), number);
+            recorder.put(name, Role::Output, number);
         }
         for (bit, name) in ["input_rejected", "saturated", "sigma_star_over_bound"].into_iter().enumerate() {
             let set = output.health.bits() >> bit & 1 == 1;
-            recorder.put_truth(port(name, Role::Flag(bit as u8), Kind::Truth), set);
+            recorder.put_truth(name, Role::Flag(bit as u8), set);
         }
     }
 
@@ -335,7 +332,7 @@ where
             for m in 0..R {
                 let name = format!("d{}_hat{}", i + 1, ["", "_dot", "_ddot"][m]);
                 let number = estimates.map_or(Symbol::ZERO, |estimates| estimates[i][m]);
-                recorder.put(port(&name, Role::Estimate(i, m), Kind::Number), number);
+                recorder.put(&name, Role::Estimate(i, m), number);
             }
         }
     }

@@ -18,14 +18,13 @@
 //! | C | [`c`] |
 //!
 //! ```
-//! use tick_record::{Kind, Port, Role, Word, record};
+//! use tick_record::{Role, Word, record};
 //!
-//! let port = |name: &str, role, kind| Port { name: name.into(), role, kind };
 //! let clamped = record(|recorder| {
-//!     let x = recorder.number(port("x", Role::Argument, Kind::Number));
+//!     let x = recorder.number("x", Role::Argument);
 //!     let one = recorder.constant("one", 1.0);
 //!     let y = if x > one { one } else { x + x };
-//!     recorder.put(port("y", Role::Output, Kind::Number), y);
+//!     recorder.put("y", Role::Output, y);
 //! });
 //! // One addition, one comparison, one select: no branch is left.
 //! assert_eq!(clamped.body.steps.len(), 3);

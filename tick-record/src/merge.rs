@@ -3,7 +3,7 @@
 //! 1. The runs share their beginnings: together they are a tree, with a decision at every fork.
 //! 2. From the leaves up the two branches of each decision c are laid side by side. A statement of the source (a kind of
 //!    operation, a place in the text, an equation group) that stands in both becomes one operation; an operand that differs becomes
-//!    `Select(c, yes, no)`. A few operations that only one branch has are computed always. So a clamp, the saturation flag
+//!    `Select(c, yes, no)`. What only one branch has between two such statements is computed always. So a clamp, the saturation flag
 //!    and the estimates that wait become selects, and what follows them is not there twice. Where the branches have
 //!    nothing in common, as beyond the guard, the decision stays one.
 //! 3. Values are put where they are first needed on each way, those that nobody needs are left out.
@@ -16,13 +16,14 @@ use std::collections::{HashMap, HashSet};
 use std::panic::Location;
 
 use crate::record::{Block, End, Id, Op, Port, Record, Role, Step, Value};
-use crate::recorder::{Event, Graph, What};
+use crate::recorder::{self, Event, Graph, What};
 
-/// Operations that one branch alone has and that are yet done always: a decision would cost more. Comparisons do not
-/// count: they are what decisions are made of.
+/// Operations before the end that one branch alone has and that are yet done always: a decision would cost more.
+/// Comparisons do not count: they are what decisions are made of.
 const FEW: usize = 4;
-/// As many events at most.
-const NEAR: usize = 64;
+/// Events of both branches between two statements that they share. All of them are done always: else what follows would
+/// stand there twice.
+const NEAR: usize = 200;
 
 /// Steps and names in a row, and what comes after.
 #[derive(Clone, Debug)]
@@ -39,9 +40,9 @@ enum DraftEnd {
 
 type Way = (Vec<Event>, Vec<(Port, Id)>);
 
-pub(crate) fn record(mut graph: Graph, ways: Vec<Way>) -> Record {
+pub(crate) fn record(mut graph: Graph, ways: &[Way]) -> Record {
     let results: Vec<Port> = ways[0].1.iter().map(|(port, _)| port.clone()).collect();
-    for (_, puts) in &ways {
+    for (_, puts) in ways {
         assert!(puts.iter().map(|(port, _)| port).eq(&results), "every way has the same results in the same order");
     }
     let ways: Vec<(&[Event], Vec<Id>)> =
@@ -114,6 +115,9 @@ impl Merge<'_> {
             (Some(false), _) => Op::And(self.graph.value(Op::Not(c)), no),
             (_, Some(true)) => Op::Or(self.graph.value(Op::Not(c)), yes),
             _ => match (self.graph.op(yes), self.graph.op(no)) {
+                (Op::Select(d, a, b), Op::Select(e, other_a, other_b)) if d == e => {
+                    Op::Select(d, self.either(c, a, other_a), self.either(c, b, other_b))
+                }
                 (Op::Select(d, a, b), _) if b == no => Op::Select(self.graph.value(Op::And(c, d)), a, b),
                 (_, Op::Select(d, a, b)) if a == yes => Op::Select(self.graph.value(Op::Or(c, d)), a, b),
                 _ => Op::Select(c, yes, no),
@@ -175,7 +179,7 @@ impl Merge<'_> {
                     std::mem::discriminant(&a) == std::mem::discriminant(&b)
                         && match (a, b) {
                             (Op::Compare(a, ..), Op::Compare(b, ..)) => a == b,
-                            (Op::NumberOf(_, a), Op::NumberOf(_, b)) => a == b,
+                            (Op::CountSigned(_, a), Op::CountSigned(_, b)) => a == b,
                             _ => true,
                         }
                 }
@@ -188,7 +192,6 @@ impl Merge<'_> {
         let cost = |event: &Event| match event.what {
             What::Compute(id) => match self.graph.op(id) {
                 Op::Compare(..) | Op::Abs(_) | Op::Neg(_) => 0,
-                Op::Div(..) => FEW + 1,
                 _ => 1,
             },
             _ => 0,
@@ -203,13 +206,14 @@ impl Merge<'_> {
             if i > yes.len() || j > no.len() {
                 return false;
             }
-            let (yes_alone, no_alone) = (self.cost(&yes[..i]), self.cost(&no[..j]));
-            yes_alone + no_alone <= FEW
-                && match (yes.get(i), no.get(j)) {
-                    (Some(a), Some(b)) => self.same_statement(a, b),
-                    (None, None) => yes_alone == 0 || no_alone == 0,
-                    _ => false,
+            match (yes.get(i), no.get(j)) {
+                (Some(a), Some(b)) => self.same_statement(a, b),
+                (None, None) => {
+                    let (yes_alone, no_alone) = (self.cost(yes), self.cost(no));
+                    yes_alone + no_alone <= FEW && (yes_alone == 0 || no_alone == 0)
                 }
+                _ => false,
+            }
         })
     }
 
@@ -329,7 +333,9 @@ struct Place<'a> {
 impl Place<'_> {
     fn names(&mut self, draft: &Draft) {
         for event in &draft.events {
-            if let What::Name { value, name, given } = event.what {
+            if let What::Name { value, name, given } = event.what
+                && ![recorder::ZERO, recorder::HALF].contains(&value)
+            {
                 let known = self.names.entry(value).or_insert((name, given));
                 if given && !known.1 {
                     *known = (name, given);

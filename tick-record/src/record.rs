@@ -138,8 +138,12 @@ pub enum Op {
     Select(Id, Id, Id),
     /// The first less the second, modulo 2^32.
     CountSince(Id, Id),
-    /// The low bits of a count, 1..=31 of them, as a number with a sign (two's complement), rounded once.
-    NumberOf(Id, u32),
+    /// Sum of two counts, modulo 2^32.
+    CountPlus(Id, Id),
+    /// The low bits of a count, 1..=32 of them, with the highest of them in all bits above (two's complement).
+    CountSigned(Id, u32),
+    /// A count as a number with a sign (two's complement), rounded once.
+    NumberOf(Id),
 }
 
 impl Op {
@@ -147,7 +151,9 @@ impl Op {
     pub fn operands(&self) -> impl Iterator<Item = Id> + use<> {
         let all = match *self {
             Self::Input(_) | Self::Constant(_) | Self::Truth(_) | Self::CountOf(_) => [None; 3],
-            Self::Neg(a) | Self::Abs(a) | Self::Not(a) | Self::NumberOf(a, _) => [Some(a), None, None],
+            Self::Neg(a) | Self::Abs(a) | Self::Not(a) | Self::NumberOf(a) | Self::CountSigned(a, _) => {
+                [Some(a), None, None]
+            }
             Self::Add(a, b)
             | Self::Sub(a, b)
             | Self::Mul(a, b)
@@ -155,6 +161,7 @@ impl Op {
             | Self::Compare(_, a, b)
             | Self::And(a, b)
             | Self::Or(a, b)
+            | Self::CountPlus(a, b)
             | Self::CountSince(a, b) => [Some(a), Some(b), None],
             Self::Select(a, b, c) => [Some(a), Some(b), Some(c)],
         };
@@ -169,7 +176,8 @@ impl Op {
             Self::Neg(a) => Self::Neg(to(a)),
             Self::Abs(a) => Self::Abs(to(a)),
             Self::Not(a) => Self::Not(to(a)),
-            Self::NumberOf(a, bits) => Self::NumberOf(to(a), bits),
+            Self::NumberOf(a) => Self::NumberOf(to(a)),
+            Self::CountSigned(a, bits) => Self::CountSigned(to(a), bits),
             Self::Add(a, b) => Self::Add(to(a), to(b)),
             Self::Sub(a, b) => Self::Sub(to(a), to(b)),
             Self::Mul(a, b) => Self::Mul(to(a), to(b)),
@@ -178,6 +186,7 @@ impl Op {
             Self::And(a, b) => Self::And(to(a), to(b)),
             Self::Or(a, b) => Self::Or(to(a), to(b)),
             Self::CountSince(a, b) => Self::CountSince(to(a), to(b)),
+            Self::CountPlus(a, b) => Self::CountPlus(to(a), to(b)),
             Self::Select(a, b, c) => Self::Select(to(a), to(b), to(c)),
         }
     }
@@ -295,7 +304,7 @@ impl Record {
         match self.value(id).op {
             Op::Input(at) => self.inputs[at].kind,
             Op::Truth(_) | Op::Compare(..) | Op::And(..) | Op::Or(..) | Op::Not(_) => Kind::Truth,
-            Op::CountOf(_) | Op::CountSince(..) => Kind::Count,
+            Op::CountOf(_) | Op::CountSince(..) | Op::CountPlus(..) | Op::CountSigned(..) => Kind::Count,
             Op::Select(_, a, _) => self.kind(a),
             _ => Kind::Number,
         }
@@ -376,6 +385,8 @@ fn execute<T: Real<Count = i32>>(op: Op, words: &[Option<Word<T>>]) -> Word<T> {
         Op::Not(a) => Word::Truth(!word(a).truth()),
         Op::Select(condition, a, b) => word(if word(condition).truth() { a } else { b }),
         Op::CountSince(a, b) => Word::Count(word(a).count().since(word(b).count())),
-        Op::NumberOf(a, bits) => Word::Number(T::from_count(word(a).count(), bits)),
+        Op::CountPlus(a, b) => Word::Count(word(a).count().plus(word(b).count())),
+        Op::CountSigned(a, bits) => Word::Count(word(a).count().signed(bits)),
+        Op::NumberOf(a) => Word::Number(T::from_count(word(a).count())),
     }
 }

@@ -17,7 +17,7 @@ use std::panic::Location;
 use controller_core::{Count, Real, Sealed};
 
 use crate::merge;
-use crate::record::{Id, Kind, Op, Port, Record, Test, Value};
+use crate::record::{Id, Kind, Op, Port, Record, Role, Test, Value};
 
 /// A number of a tick that is being recorded. It lives inside [`record`] only.
 #[derive(Clone, Copy, Debug, Default)]
@@ -28,8 +28,8 @@ pub struct Symbol(pub(crate) Id);
 pub struct CountSymbol(pub(crate) Id);
 
 /// The constants that need no recorder.
-const ZERO: Id = Id(0);
-const HALF: Id = Id(1);
+pub(crate) const ZERO: Id = Id(0);
+pub(crate) const HALF: Id = Id(1);
 
 /// What one run writes down.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,7 +81,7 @@ impl Graph {
             Op::Input(at) => at as u64,
             Op::Truth(truth) => u64::from(truth),
             Op::CountOf(count) => u64::from(count),
-            Op::NumberOf(_, bits) => u64::from(bits),
+            Op::CountSigned(_, bits) => u64::from(bits),
             Op::Compare(test, ..) => test as u64,
             _ => 0,
         };
@@ -166,6 +166,9 @@ impl Run {
     }
 
     fn decide(&mut self, condition: Id, at: &'static Location<'static>) -> bool {
+        if self.silent > 0 {
+            return true;
+        }
         if let Some(answer) = self.answers.get(&condition) {
             return *answer;
         }
@@ -190,9 +193,7 @@ impl Run {
     /// What an operation grows on has its name from now on: of a value in this run, or a word of the state.
     fn name_of(&self, id: Id) -> Option<String> {
         match self.graph.op(id) {
-            Op::Input(at) if self.graph.inputs[at].role == crate::record::Role::State => {
-                Some(self.graph.inputs[at].name.clone())
-            }
+            Op::Input(at) if self.graph.inputs[at].role == Role::State => Some(self.graph.inputs[at].name.clone()),
             _ => self.names.get(&id).map(|name| self.graph.names[*name].clone()),
         }
     }
@@ -214,16 +215,12 @@ impl Run {
         id
     }
 
-    /// The value under its name: a constant that had none is another from now on. What has a name keeps it, and yet the
-    /// event is noted: in another run this may be a value without.
-    fn called(&mut self, id: Id, name: String, at: &'static Location<'static>) -> Id {
-        let id = match self.graph.op(id) {
-            _ if self.silent > 0 => return id,
-            Op::Constant(number) if ![ZERO, HALF].contains(&id) && self.graph.values[id.index()].name.is_none() => {
-                self.graph.named(Op::Constant(number), Some(name.clone()))
-            }
-            _ => id,
-        };
+    /// Gives a value its name. What has a name keeps it, and yet the event is noted: in another run this may be a value
+    /// without.
+    fn called(&mut self, id: Id, name: String, at: &'static Location<'static>) {
+        if self.silent > 0 {
+            return;
+        }
         let name = self.graph.name(name);
         self.give(id, name, true, at);
         // The sums it has grown from, as far as they have no name of their own.
@@ -236,7 +233,6 @@ impl Run {
             self.give(before, name, false, at);
             last = before;
         }
-        id
     }
 }
 
@@ -264,9 +260,9 @@ fn compare(test: Test, a: Id, b: Id, at: &'static Location<'static>) -> bool {
 }
 
 #[inline(never)]
-fn called(id: Id, name: &'static str, channel: usize, at: &'static Location<'static>) -> Id {
+fn called(id: Id, name: &'static str, channel: usize, at: &'static Location<'static>) {
     let name = if channel == 0 { name.into() } else { format!("{name}{channel}") };
-    with(|run| run.called(id, name, at))
+    with(|run| run.called(id, name, at));
 }
 
 #[inline(never)]
@@ -293,26 +289,20 @@ impl Recorder {
     }
 
     /// A number that comes in.
-    pub fn number(&self, port: Port) -> Symbol {
-        assert_eq!(port.kind, Kind::Number);
-        Symbol(with(|run| run.graph.input(port)))
+    pub fn number(&self, name: &str, role: Role) -> Symbol {
+        Symbol(input(name, role, Kind::Number))
     }
 
     /// A count that comes in.
-    pub fn count(&self, port: Port) -> CountSymbol {
-        assert_eq!(port.kind, Kind::Count);
-        CountSymbol(with(|run| run.graph.input(port)))
+    pub fn count(&self, name: &str, role: Role) -> CountSymbol {
+        CountSymbol(input(name, role, Kind::Count))
     }
 
     /// Something true or false that comes in: a decision.
     #[track_caller]
-    pub fn truth(&self, port: Port) -> bool {
-        assert_eq!(port.kind, Kind::Truth);
-        let at = Location::caller();
-        with(|run| {
-            let id = run.graph.input(port);
-            run.decide(id, at)
-        })
+    pub fn truth(&self, name: &str, role: Role) -> bool {
+        let (id, at) = (input(name, role, Kind::Truth), Location::caller());
+        with(|run| run.decide(id, at))
     }
 
     /// A number that is known, with its name.
@@ -334,25 +324,30 @@ impl Recorder {
     }
 
     /// A number that goes out.
-    pub fn put(&self, port: Port, number: Symbol) {
-        assert_eq!(port.kind, Kind::Number);
-        with(|run| run.results.push((port, number.0)));
+    pub fn put(&self, name: &str, role: Role, number: Symbol) {
+        with(|run| run.results.push((port(name, role, Kind::Number), number.0)));
     }
 
     /// A count that goes out.
-    pub fn put_count(&self, port: Port, count: CountSymbol) {
-        assert_eq!(port.kind, Kind::Count);
-        with(|run| run.results.push((port, count.0)));
+    pub fn put_count(&self, name: &str, role: Role, count: CountSymbol) {
+        with(|run| run.results.push((port(name, role, Kind::Count), count.0)));
     }
 
     /// Something true or false that goes out.
-    pub fn put_truth(&self, port: Port, truth: bool) {
-        assert_eq!(port.kind, Kind::Truth);
+    pub fn put_truth(&self, name: &str, role: Role, truth: bool) {
         with(|run| {
             let id = run.graph.value(Op::Truth(truth));
-            run.results.push((port, id));
+            run.results.push((port(name, role, Kind::Truth), id));
         });
     }
+}
+
+fn port(name: &str, role: Role, kind: Kind) -> Port {
+    Port { name: name.into(), role, kind }
+}
+
+fn input(name: &str, role: Role, kind: Kind) -> Id {
+    with(|run| run.graph.input(port(name, role, kind)))
 }
 
 /// More ways through a function than any tick has.
@@ -390,21 +385,18 @@ fn every_way(f: &mut dyn FnMut(&Recorder)) -> Record {
         f(&Recorder(()));
         let run = RUN.with_borrow_mut(Option::take).expect("the run that was put there");
         graph = run.graph;
-        let answers = |events: &[Event]| -> Vec<bool> {
-            let answer = |event: &Event| match event.what {
-                What::Decide { answer, .. } => Some(answer),
-                _ => None,
-            };
-            events.iter().filter_map(answer).collect()
+        let answer = |event: &Event| match event.what {
+            What::Decide { answer, .. } => Some(answer),
+            _ => None,
         };
-        script = answers(&run.events);
+        script = run.events.iter().filter_map(answer).collect();
         ways.push((run.events, run.results));
         assert!(ways.len() <= WAYS, "more than {WAYS} ways through the function");
         // The next way: the last "true" becomes "false".
         while script.pop_if(|answer| !*answer).is_some() {}
         match script.last_mut() {
             Some(last) => *last = false,
-            None => return merge::record(graph, ways),
+            None => return merge::record(graph, &ways),
         }
     }
 }
@@ -541,6 +533,16 @@ impl Count for CountSymbol {
         let at = Location::caller();
         Self(compute(Op::CountSince(self.0, earlier.0), at))
     }
+    #[track_caller]
+    fn plus(self, moved: Self) -> Self {
+        let at = Location::caller();
+        Self(compute(Op::CountPlus(self.0, moved.0), at))
+    }
+    #[track_caller]
+    fn signed(self, bits: u32) -> Self {
+        let at = Location::caller();
+        Self(compute(Op::CountSigned(self.0, bits), at))
+    }
     fn to_word(self) -> u32 {
         StateWord::Count(self).to_word()
     }
@@ -553,15 +555,16 @@ impl Sealed for Symbol {
     type Count = CountSymbol;
 
     #[track_caller]
-    fn from_count(count: CountSymbol, bits: u32) -> Self {
+    fn from_count(count: CountSymbol) -> Self {
         let at = Location::caller();
-        Self(compute(Op::NumberOf(count.0, bits), at))
+        Self(compute(Op::NumberOf(count.0), at))
     }
 
     #[track_caller]
     fn called(self, name: &'static str, channel: usize) -> Self {
         let at = Location::caller();
-        Self(called(self.0, name, channel, at))
+        called(self.0, name, channel, at);
+        self
     }
 
     fn section(title: &'static str) {

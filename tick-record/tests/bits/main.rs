@@ -13,10 +13,10 @@ use controller_core::{
     Shape, Surface, shapes,
 };
 use drive::{Plan, Rust, compare};
-use tick_record::{Functions, Recorder, Symbol};
+use tick_record::{Functions, Port, Recorder, Role, Symbol, c};
 
 /// Of each precision, all shapes together.
-const TICKS: usize = 300_000;
+const TICKS: usize = 100_000;
 const SHAPES: usize = 116;
 
 /// A design of this shape; `seed` chooses what is in it.
@@ -143,3 +143,38 @@ macro_rules! bearing {
 }
 bearing!(a_quotient_with_a_varying_b_records_too_in_f32, f32);
 bearing!(a_quotient_with_a_varying_b_records_too_in_f64, f64);
+
+/// A function of two words of the state, an argument and a flag, both ways.
+fn of_two_words(f: impl Fn(Symbol, Symbol, Symbol, bool) -> (Symbol, Symbol)) -> String {
+    let record = tick_record::record(|recorder| {
+        let [a, b] = ["a", "b"].map(|name| recorder.number(name, Role::State));
+        let (x, on) = (recorder.number("x1", Role::Argument), recorder.truth("on", Role::Argument));
+        let (a, b) = f(a, b, x, on);
+        recorder.put("a", Role::State, a);
+        recorder.put("b", Role::State, b);
+    });
+    let place = |port: &Port| format!("{}{}", if port.role == Role::State { "s->" } else { "" }, port.name);
+    c::Function { record: &record, place: &place, meaning: &|_| String::new(), double: false }.body()
+}
+
+#[test]
+fn words_of_the_state_that_change_places_are_not_lost() {
+    let swapped = of_two_words(|a, b, _, _| (b, a));
+    assert_eq!(swapped, "    const float next_1 = s->a;\n    s->a = s->b;\n    s->b = next_1;\n");
+    let under_conditions = of_two_words(|a, b, x, on| (if on { x } else { a }, if a > x { x } else { b }));
+    assert_eq!(
+        under_conditions,
+        "    const bool next_1 = s->a > x1;\n    if (on) {\n        s->a = x1;\n    }\n    if (next_1) {\n        s->b = x1;\n    }\n"
+    );
+}
+
+#[test]
+fn a_comparison_with_nan_keeps_its_side() {
+    // Not greater is not less or equal.
+    #[allow(clippy::neg_cmp_op_on_partial_ord, clippy::if_not_else)]
+    let text = of_two_words(|a, b, x, _| (if a <= x { a } else { x }, if !(b > x) { x } else { b }));
+    assert!(
+        text.contains("if (!(s->a <= x1)) {\n        s->a = x1;") && text.contains("if (!(s->b > x1)) {"),
+        "{text}"
+    );
+}
