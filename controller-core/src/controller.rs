@@ -220,7 +220,7 @@ where
         let k = &self.coefficients;
         T::section("0. Nominal model, in units of u: a(x)/b_0, b(x)/b_0.");
         let drift = self.model.drift(x).called("drift", 0);
-        let gain = self.model.gain_ratio(x);
+        let gain = self.model.gain_ratio(x).map(|gain| gain.called("gain", 0));
 
         T::section("1. Observers, Eq. (45)-(50): innovation e, then A += B + gamma_1 e, B += C + gamma_2 e, ..");
         // Here and below: short loops of one job each are unrolled, and the order of the statements, the
@@ -228,7 +228,8 @@ where
         let mut moved = [T::ZERO; O];
         for s in 0..O {
             let i = Self::CHANNELS[s];
-            moved[s] = (x[i] - state.x_prev[s]) * if i == Self::LAST { k.rate_n } else { k.rate };
+            let rate = if i == Self::LAST { k.rate_n } else { k.rate };
+            moved[s] = ((x[i] - state.x_prev[s]) * rate).called("moved", i + 1);
         }
         let h = self.foreseen(x, drift);
         let held = match gain {
@@ -239,7 +240,8 @@ where
         let mut z = state.z;
         for s in (0..O).rev() {
             let expected = if Self::CHANNELS[s] == Self::LAST { state.past[s] + held } else { state.past[s] };
-            z[s] = observer::advance(z[s], &k.gamma[s], moved[s] - h[s] - expected);
+            let e = (moved[s] - h[s] - expected).called("e", Self::CHANNELS[s] + 1);
+            z[s] = observer::advance(z[s], &k.gamma[s], e);
         }
         if GUARDED && state.resuming {
             // There is no last tick to compare with: the estimates wait one more.
@@ -254,14 +256,14 @@ where
                 input_drift += z[s][0];
             }
         }
-        let mut v = -input_drift;
+        let mut v = (-input_drift.called("input_drift", 0)).called("v", 0);
         for s in (0..O).rev() {
             for m in 1..R {
                 v += k.k[s][m] * z[s][m];
             }
         }
         let sigma = self.sigma(&y, &z);
-        let sigma_star = sigma - state.offset;
+        let sigma_star = (sigma - state.offset).called("sigma_star", 0);
 
         T::section("3. Law, Eq. (51).");
         v += k.kw * state.offset;
@@ -269,10 +271,10 @@ where
         for j in 1..N {
             v += k.kx[j] * y[j];
         }
-        v += (k.satk * sigma_star).limited(-k.lim, k.lim);
+        v += (k.satk * sigma_star).called("switching", 0).limited(-k.lim, k.lim);
         let demand = match gain {
             None => v,
-            Some(ratio) => v / ratio,
+            Some(ratio) => (v / ratio).called("demand", 0),
         };
         if GUARDED && !(is_sound(demand) && gain.is_none_or(is_sound)) {
             return self.reject(state, demand);
@@ -287,7 +289,7 @@ where
         for s in 0..O {
             state.x_prev[s] = x[Self::CHANNELS[s]];
         }
-        let u = demand.limited(k.u_min, k.u_max);
+        let u = demand.limited(k.u_min, k.u_max).called("u", 0);
         state.held = u;
         state.offset -= k.decay * state.offset;
         if GUARDED {
@@ -309,7 +311,7 @@ where
         let mut h = [T::ZERO; O];
         for s in 0..O {
             let i = Self::CHANNELS[s];
-            h[s] = if i == Self::LAST {
+            let foreseen = if i == Self::LAST {
                 self.coefficients.theta_n * drift
             } else if i + 1 == Self::LAST {
                 // x_n moves exponentially inside the tick.
@@ -317,6 +319,7 @@ where
             } else {
                 T::HALF * x[i + 1]
             };
+            h[s] = foreseen.called("h", i + 1);
         }
         h
     }
@@ -328,7 +331,7 @@ where
         for s in 0..O {
             let i = Self::CHANNELS[s];
             if i != Self::LAST {
-                y[i + 1] += z[s][0];
+                y[i + 1] = (x[i + 1] + z[s][0]).called("y", i + 2);
             }
         }
         y
@@ -338,7 +341,7 @@ where
     #[inline(always)]
     fn sigma(&self, y: &[T; N], z: &[[T; R]; O]) -> T {
         let k = &self.coefficients;
-        let mut sigma = k.c[0] * y[0];
+        let mut sigma = (k.c[0] * y[0]).called("sigma", 0);
         for j in 1..Self::LAST {
             sigma += k.c[j] * y[j];
         }
@@ -350,7 +353,7 @@ where
             }
         }
         // c_n = 1 takes no multiplication.
-        sigma + y[Self::LAST]
+        (sigma + y[Self::LAST]).called("sigma", 0)
     }
 
     /// θ, μ_2 and the unit of the estimate in slot s, see the module `design`.
@@ -383,7 +386,8 @@ where
     #[inline(always)]
     fn reject(&self, state: &mut State<T, M, N, R, MASK, O>, demand: T) -> Output<T> {
         let k = &self.coefficients;
-        if state.resuming && demand.abs() <= T::from_f64(1e30) {
+        T::section("A rejected sample.");
+        if state.resuming && demand.abs() <= T::from_f64(1e30).called("spike", 0) {
             // A finite sample asks for too much a second time running: it is the estimates that a spike has spoilt.
             // More than eight constant zeros the compiler writes by a call of memset; of this one it does not know.
             #[allow(clippy::eq_op)]
@@ -558,5 +562,5 @@ where
 /// Within ±[`INPUT_LIMIT`]? False for NaN and infinities.
 #[inline(always)]
 fn is_sound<T: Real>(value: T) -> bool {
-    value.abs() <= T::from_f64(INPUT_LIMIT)
+    value.abs() <= T::from_f64(INPUT_LIMIT).called("input_limit", 0)
 }

@@ -72,7 +72,7 @@ pub use observer::{ObserverGains, Pole};
 #[doc(inline)]
 pub use real::Real;
 #[doc(hidden)]
-pub use real::Sealed;
+pub use real::{Count, Sealed};
 #[doc(inline)]
 pub use running::{ControlLaw, Guessing, RetuneError, Running, Words, WordsError};
 #[doc(inline)]

@@ -9,18 +9,62 @@
 use core::fmt::{Debug, Display};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
+/// A count that wraps at 32 bits, as an encoder's timer has it.
+#[doc(hidden)]
+pub trait Count: Copy + Debug + Send + Sync + 'static {
+    /// How far it has moved since `earlier`.
+    #[must_use]
+    fn since(self, earlier: Self) -> Self;
+    /// Moved on.
+    #[must_use]
+    fn plus(self, moved: Self) -> Self;
+    /// Its low bits, 1..=32 of them, with their sign: what a shorter counter has moved.
+    #[must_use]
+    fn signed(self, bits: u32) -> Self;
+    /// Its bits.
+    fn to_word(self) -> u32;
+    /// The counter of these bits.
+    fn from_word(word: u32) -> Self;
+}
+
+impl Count for i32 {
+    #[inline(always)]
+    fn since(self, earlier: Self) -> Self {
+        self.wrapping_sub(earlier)
+    }
+    #[inline(always)]
+    fn plus(self, moved: Self) -> Self {
+        self.wrapping_add(moved)
+    }
+    #[inline(always)]
+    fn signed(self, bits: u32) -> Self {
+        self << (32 - bits) >> (32 - bits)
+    }
+    #[inline(always)]
+    fn to_word(self) -> u32 {
+        self as u32
+    }
+    #[inline(always)]
+    fn from_word(word: u32) -> Self {
+        word as i32
+    }
+}
+
 /// Not for implementing elsewhere: the bit-for-bit promise is stated for `f32` and `f64`. Within the workspace a scalar
 /// that records operations has it too, which is how the tick gets into other languages without being written twice.
 #[doc(hidden)]
-pub trait Sealed {
+pub trait Sealed: Sized {
+    /// What counts come in as.
+    type Count: Count;
+
+    /// The nearest number to a count with its sign.
+    fn from_count(count: Self::Count) -> Self;
+
     /// A value of the tick by its name in the formulas, with the channel from 1 or 0 for none: for whoever reads the
     /// record. It costs nothing.
     #[inline(always)]
     #[must_use]
-    fn called(self, name: &'static str, channel: usize) -> Self
-    where
-        Self: Sized,
-    {
+    fn called(self, name: &'static str, channel: usize) -> Self {
         let _ = (name, channel);
         self
     }
@@ -32,8 +76,18 @@ pub trait Sealed {
     }
 }
 
-impl Sealed for f32 {}
-impl Sealed for f64 {}
+macro_rules! sealed {
+    ($($t:ty)*) => {$(
+        impl Sealed for $t {
+            type Count = i32;
+            #[inline(always)]
+            fn from_count(count: i32) -> Self {
+                count as $t
+            }
+        }
+    )*};
+}
+sealed!(f32 f64);
 
 /// `f32` or `f64`. Sealed: the bit-for-bit promise is stated for these two.
 pub trait Real:

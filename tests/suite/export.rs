@@ -3,17 +3,16 @@
 //! C: every instance below is exported, compiled by the host's C compiler with all warnings as errors, and driven with
 //! random ticks beside the Rust tick: samples near rest and far from it, NaN, infinities, denormals, -0, too large
 //! ones, spikes, lost samples in a row, restarts, controls that the actuator held instead. Compared is every bit of u, sigma,
-//! sigma*, health and of the whole state, after every tick. Rust: the exported static has the coefficients, bit by bit,
+//! sigma*, health, of the estimates and of the whole state, after every tick. Rust: the exported static has the coefficients, bit by bit,
 //! that the host designed.
 
-use controller_core::{Coefficients, ControlLaw, Controller, Health, Linear, Words, channels};
+use controller_core::{Coefficients, ControlLaw, Controller, Health, Linear, Running, Words, channels};
 use integration_tests::data::path;
 use integration_tests::program::host_sim;
 use integration_tests::strategy::Rng;
 use loop_sim::port::in_process::Download;
 use scenario::Source;
 use std::env;
-use std::fmt::Write;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -156,11 +155,11 @@ fn compile(compiler: &str, options: &[&str], file: &Path, program: &Path) {
 enum Ask {
     /// `tick_or_start`.
     Tick,
-    /// `applied`, with the first number.
-    Applied,
+    /// `report_applied`, with the first number.
+    ReportApplied,
     /// `start`, of a state that runs already.
     Start,
-    /// Back to zeros, then `tick_or_start`.
+    /// `reset`, then `tick_or_start`.
     Forget,
 }
 
@@ -172,7 +171,7 @@ struct Run {
     observed: Vec<usize>,
     /// Requests as bytes: what, then n floats.
     asked: Vec<u8>,
-    /// Words of an answer: what was said, then u, sigma, sigma* and the state.
+    /// Words of an answer: what was said, then u, sigma, sigma*, the state and the estimates.
     words: usize,
     answers: Vec<u32>,
 }
@@ -263,18 +262,13 @@ ASSERT(SIZEOF(.data) == 0, \"there is nobody to fill .data\")
 
 /// The C around the exported file: requests in, answers out.
 fn driver(run: &Run, exported: &str, place: Place) -> String {
-    let mut state = String::new();
-    for i in &run.observed {
-        for letter in &["a", "b", "c"][..run.r] {
-            write!(state, "state.{letter}{i}, ").expect("a string takes all");
-        }
-    }
-    for field in ["p", "x"] {
-        for i in &run.observed {
-            let end = if field == "x" { "_prev" } else { "" };
-            write!(state, "state.{field}{i}{end}, ").expect("a string takes all");
-        }
-    }
+    let of = |stem: &str, end: &str| run.observed.iter().map(|i| format!("{stem}{i}{end}")).collect::<Vec<_>>();
+    let folded = run.observed.iter().flat_map(|i| ["a", "b", "c"][..run.r].iter().map(move |m| format!("{m}{i}")));
+    let mut state: Vec<String> = folded.chain(of("p", "")).chain(of("x", "_prev")).collect();
+    state.extend(["offset", "held"].map(String::from));
+    let state = format!("state.{}, ", state.join(", state."));
+    // Without estimates there is nothing that would have to wait.
+    let resuming = if run.observed.is_empty() { "false" } else { "state.resuming" };
     let transfer = if place == Place::Here { ON_THE_HOST } else { ON_THE_CHIP };
     format!(
         "#include \"{exported}\"
@@ -285,7 +279,7 @@ static struct {{ unsigned said; float all[{floats}]; }} answers[128];
 int main(void)
 {{
     edo_smc_state state = {{0}};
-    const edo_smc_state zeros = {{0}};
+    float d_hat[{n}][{r}];
     size_t count;
     while ((count = receive(asks, sizeof asks) / sizeof asks[0]) > 0) {{
         for (size_t k = 0; k < count; k++) {{
@@ -293,16 +287,21 @@ int main(void)
             edo_smc_output output = {{0.0f, 0.0f, 0.0f}};
             unsigned said;
             switch (asks[k].what) {{
-            case 1: said = edo_smc_applied(&state, x[0]); break;
+            case 1: said = edo_smc_report_applied(&state, x[0]); break;
             case 2: said = edo_smc_start(&state, x); break;
-            case 3: state = zeros; said = edo_smc_tick_or_start(&state, x, &output); break;
+            case 3: edo_smc_reset(&state); said = edo_smc_tick_or_start(&state, x, &output); break;
             default: said = edo_smc_tick_or_start(&state, x, &output); break;
             }}
-            const float all[] = {{ output.u, output.sigma, output.sigma_star, {state}state.offset, state.held,
-                state.resuming ? 1.0f : 0.0f }};
+            const bool known = edo_smc_estimates(&state, d_hat);
+            const float all[] = {{ output.u, output.sigma, output.sigma_star, {state}{resuming} ? 1.0f : 0.0f,
+                state.started ? 1.0f : 0.0f, known ? 1.0f : 0.0f }};
+            const size_t length = sizeof all / sizeof all[0];
             answers[k].said = said;
-            for (size_t j = 0; j < sizeof all / sizeof all[0]; j++) {{
+            for (size_t j = 0; j < length; j++) {{
                 answers[k].all[j] = all[j];
+            }}
+            for (size_t j = 0; j < {n} * {r}; j++) {{
+                answers[k].all[length + j] = d_hat[j / {r}][j % {r}];
             }}
         }}
         send(answers, count * sizeof answers[0]);
@@ -311,18 +310,22 @@ int main(void)
 }}
 ",
         n = run.n,
+        r = run.r,
         floats = run.words - 1,
     )
 }
 
-/// Every number of a state in the order of its fields, then its flag.
-fn numbers<C: ControlLaw<Scalar = f32>>(state: Option<&C::State>, count: usize) -> Vec<f32> {
-    let Some(state) = state else { return vec![0.0; count] };
-    let mut words: Vec<u32> = state.words().collect();
-    let flag = words.remove(0);
+/// Every number of a state in the order of its fields, then whether it resumes (with an observer) and has started.
+fn numbers(words: &[u32], count: usize, observed: bool) -> Vec<f32> {
+    let [_, started, ref state @ ..] = *words else { panic!("words of a running controller") };
+    if started == 0 {
+        return vec![0.0; count + 2];
+    }
     // b(x)/b_0 at the last tick: there is none where b is constant.
-    assert_eq!(words.pop(), Some(0));
-    words.into_iter().map(f32::from_bits).chain([flag as f32]).collect()
+    let [resuming, ref state @ .., 0] = *state else { panic!("flag, numbers and a zero, not {state:?}") };
+    assert_eq!(state.len(), count);
+    let resumes = if observed { resuming as f32 } else { 0.0 };
+    state.iter().copied().map(f32::from_bits).chain([resumes, 1.0]).collect()
 }
 
 /// Numbers that a sample is seldom made of.
@@ -382,7 +385,7 @@ impl Samples {
         match self.rng.integer(0, 999) {
             0 => Ask::Forget,
             1..=3 if started => Ask::Start,
-            4..=103 if started => Ask::Applied,
+            4..=103 => Ask::ReportApplied,
             _ => Ask::Tick,
         }
     }
@@ -405,47 +408,46 @@ fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &st
 
     // What the Rust tick answers, and what was asked.
     let mut samples = Samples { rng: Rng::new(0x5eed + u64::from(MASK) + 100 * N as u64), scale: 0.1, bad_left: 0 };
-    let mut memory: Option<<Law<N, R, MASK, O> as ControlLaw>::State> = None;
+    let new = || Running::guessing(&controller, d_hat);
+    let mut running = new();
     let (mut asked, mut answers, mut seen, mut ticks) = (Vec::new(), Vec::new(), [0_usize; 8], 0);
     let mut words = 0;
     while ticks < TICKS {
-        let (ask, mut x) = (samples.ask(memory.is_some()), samples.next::<N>());
+        let (ask, mut x) = (samples.ask(running.estimates().is_some()), samples.next::<N>());
         let (said, outputs) = match ask {
             Ask::Tick | Ask::Forget => {
                 if ask == Ask::Forget {
-                    memory = None;
+                    running.reset();
                 }
-                if memory.is_none() {
-                    memory = controller.start_from(&x, &d_hat);
-                }
-                let output = match &mut memory {
-                    Some(state) => controller.tick(state, &x),
-                    None => controller.not_started(),
-                };
+                let output = running.tick(&x);
                 ticks += 1;
                 seen[usize::from(output.health.bits())] += 1;
                 (u32::from(output.health.bits()), [output.u, output.sigma, output.sigma_star])
             }
-            Ask::Applied => {
+            Ask::ReportApplied => {
                 x[0] *= 100.0;
-                (
-                    u32::from(memory.as_mut().is_some_and(|state| Law::<N, R, MASK, O>::report_applied(state, x[0]))),
-                    [0.0; 3],
-                )
+                (u32::from(running.report_applied(x[0])), [0.0; 3])
             }
             Ask::Start => {
                 let started = controller.start_from(&x, &d_hat);
-                let said = u32::from(started.is_some());
-                memory = started.or(memory);
-                (said, [0.0; 3])
+                if let Some(state) = &started {
+                    let mut words: Vec<u32> = new().words().collect();
+                    words[1] = 1;
+                    words.extend(state.words());
+                    running = Running::from_words(*running.design(), words).expect("words of this design");
+                }
+                (u32::from(started.is_some()), [0.0; 3])
             }
         };
         asked.extend((ask as u32).to_le_bytes());
         asked.extend(x.iter().flat_map(|value| value.to_le_bytes()));
-        let state = numbers::<Law<N, R, MASK, O>>(memory.as_ref(), O * (R + 2) + 3);
-        words = 4 + state.len();
+        let state = numbers(&running.words().collect::<Vec<_>>(), O * (R + 2) + 2, O > 0);
+        let known = if running.estimates().is_some() { 1.0 } else { 0.0 };
+        let estimates = running.estimates().unwrap_or([[0.0; R]; N]);
+        let all = outputs.iter().chain(&state).chain([&known]).chain(estimates.as_flattened());
         answers.push(said);
-        answers.extend(outputs.iter().chain(&state).map(|value| value.to_bits()));
+        answers.extend(all.map(|value| value.to_bits()));
+        words = 4 + state.len() + 1 + N * R;
     }
     let healthy = seen[0];
     let saturated = seen[usize::from(Health::SATURATED.bits())];
@@ -503,7 +505,7 @@ fn compare(name: &str, scenario: &str, run: &Run, place: Place) {
     for (k, (c, rust)) in answered.chunks(run.words).zip(run.answers.chunks(run.words)).enumerate() {
         let shown = |words: &[u32]| {
             let floats: Vec<f32> = words[1..].iter().map(|&word| f32::from_bits(word)).collect();
-            format!("said {}, u, sigma, sigma* and state {floats:?}", words[0])
+            format!("said {}, u, sigma, sigma*, state and estimates {floats:?}", words[0])
         };
         assert!(c == rust, "{name}: answer {k}\nC:    {}\nRust: {}", shown(c), shown(rust));
     }
@@ -544,15 +546,24 @@ int main(void)
     right_output right;
     const float x[RIGHT_N] = {0.0f};
     return left_tick_or_start(&of_left, x, &left) == LEFT_OK && right_tick_or_start(&of_right, x, &right) == RIGHT_OK
-        && left_applied(&of_left, 1.0f) && right_applied(&of_right, 1.0f) ? 0 : 1;
+        && left_report_applied(&of_left, 1.0f) && right_report_applied(&of_right, 1.0f) ? 0 : 1;
 }
 ";
     for (compiler, file, options) in [
         ("cc", "user.c", &STRICT[..]),
+        ("cc", "user.c", &["-std=c17", "-Wall", "-Wextra", "-Werror", "-pedantic-errors", "-O2"]),
         (
             "c++",
             "user.cpp",
-            &["-std=c++17", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2", "-Wno-missing-field-initializers"],
+            &[
+                "-std=c++11",
+                "-Wall",
+                "-Wextra",
+                "-Werror",
+                "-pedantic-errors",
+                "-O2",
+                "-Wno-missing-field-initializers",
+            ],
         ),
     ] {
         let (source, program) = (folder.join(file), folder.join(file).with_extension(compiler));

@@ -1,0 +1,411 @@
+//! The functions of a control law as records: what `controller-core` executes, run with a recording scalar.
+
+use std::cell::Cell;
+
+use controller_core::{
+    Coefficients, ControlLaw, Controller, LAYOUT, Linear, NominalModel, Output, Real, RetuneError, Running, Shape,
+    Words as _,
+};
+
+use crate::record::{Kind, Port, Record, Role};
+use crate::recorder::{Recorder, StateWord, Symbol, record};
+
+/// A law over the recording scalar, and how its parts are called outside.
+pub trait Recorded: ControlLaw<Scalar = Symbol> + 'static {
+    /// The words of its state in order, by name.
+    fn state_names() -> Vec<String>;
+
+    /// The sample, taken from the inputs.
+    fn sample(recorder: &Recorder) -> Self::Sample;
+
+    /// Puts an output among the results.
+    fn put_output(recorder: &Recorder, output: &Self::Output);
+
+    /// Puts estimates among the results, zeros where there are none.
+    fn put_estimates(recorder: &Recorder, estimates: Option<&Self::Estimates>);
+}
+
+/// What a control law does, each as a record. A word of the state keeps its name as input and as result; before the
+/// start every word is 0. Words that nothing depends on are left out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Functions {
+    /// The words of the state, the last one `started`.
+    pub state: Vec<Port>,
+    /// [`ControlLaw::start_from`]: sample -> state, and the answer whether it has started. If not the state is as it was.
+    pub start: Record,
+    /// [`ControlLaw::tick`]: state, sample -> output, state.
+    pub tick: Record,
+    /// [`ControlLaw::not_started`]: the output before there is a good sample.
+    pub not_started: Record,
+    /// [`Running::tick`] as a whole: all three.
+    pub running: Record,
+    /// [`Running::report_applied`]: state, `u` -> state, answer.
+    pub report_applied: Record,
+    /// [`Running::estimates`]: state -> estimates; zeros and the answer "no" before the start.
+    pub estimates: Record,
+    /// [`Running::reset`]: the state before the start.
+    pub reset: Record,
+}
+
+fn port(name: &str, role: Role, kind: Kind) -> Port {
+    Port { name: name.into(), role, kind }
+}
+
+const STARTED: &str = "started";
+const ANSWER: &str = "answer";
+
+/// Records a law. `design` makes it and its guess of the disturbances, of [constants](Recorder::constant).
+///
+/// # Panics
+/// If the law does not keep to what [`record`] asks of a function, or its names do not fit its state.
+pub fn functions<D: Recorded>(design: &dyn Fn(&Recorder) -> (D, D::Guess)) -> Functions {
+    let law = |recorder: &Recorder| -> Box<dyn Law> {
+        let (law, guess) = recorder.silently(|| design(recorder));
+        Box::new(Designed { law, guess })
+    };
+    let mut words = Words::of(&D::state_names(), &law);
+    let all = all(&law, &words);
+    if words.0.iter().all(|word| all.read(word)) {
+        return all;
+    }
+    words.1 = words.0.iter().map(|word| all.read(word)).collect();
+    self::all(&law, &words)
+}
+
+fn all(law: &dyn Fn(&Recorder) -> Box<dyn Law>, words: &Words) -> Functions {
+    let running = |during: &dyn Fn(&Recorder, &mut Running<Erased>)| {
+        record(|recorder| {
+            let started = recorder.truth(STARTED, Role::State);
+            let before = words.take(recorder);
+            let saved = [0, u32::from(started)].into_iter().chain(before.iter().copied().filter(|_| started));
+            let law = law(recorder);
+            REPORT_APPLIED.set(Some(law.report_applied()));
+            let mut running = Running::from_words(Erased(law), saved).expect("words of this law");
+            during(recorder, &mut running);
+            let after: Vec<u32> = running.words().skip(2).collect();
+            match (started, after.is_empty()) {
+                (_, false) => words.put(recorder, &after),
+                (true, true) => words.put(recorder, &vec![0; before.len()]),
+                (false, true) => words.put(recorder, &before),
+            }
+            recorder.put_truth(STARTED, Role::State, !after.is_empty());
+        })
+    };
+    Functions {
+        state: words.kept().map(|(word, _)| word.clone()).chain([port(STARTED, Role::State, Kind::Truth)]).collect(),
+        start: record(|recorder| {
+            let started = recorder.truth(STARTED, Role::State);
+            let before = words.take(recorder);
+            let state = law(recorder).start(recorder);
+            words.put(recorder, state.as_ref().unwrap_or(&before));
+            recorder.put_truth(STARTED, Role::State, started || state.is_some());
+            recorder.put_truth(ANSWER, Role::Answer, state.is_some());
+        }),
+        tick: record(|recorder| {
+            let mut state = words.take(recorder);
+            law(recorder).tick(recorder, &mut state);
+            words.put(recorder, &state);
+        }),
+        not_started: record(|recorder| law(recorder).not_started(recorder)),
+        running: running(&|_, running| running.tick(&())),
+        report_applied: running(&|recorder, running| {
+            let u = recorder.number("u", Role::Argument);
+            let taken = running.report_applied(u);
+            recorder.put_truth(ANSWER, Role::Answer, taken);
+        }),
+        estimates: running(&|recorder, running| {
+            let known = running.estimates().is_some();
+            if !known {
+                running.design().0.no_estimates(recorder);
+            }
+            recorder.put_truth(ANSWER, Role::Answer, known);
+        }),
+        reset: running(&|_, running| running.reset()),
+    }
+}
+
+/// A law without its type: its state is words, and it takes its sample from the inputs and puts what it gives among the
+/// results by itself. For many shapes there is then little to instantiate.
+trait Law {
+    fn start(&self, recorder: &Recorder) -> Option<Vec<u32>>;
+    fn not_started(&self, recorder: &Recorder);
+    fn tick(&self, recorder: &Recorder, state: &mut Vec<u32>);
+    fn report_applied(&self) -> ReportApplied;
+    fn estimates(&self, recorder: &Recorder, state: &[u32]);
+    fn no_estimates(&self, recorder: &Recorder);
+}
+
+type ReportApplied = fn(&mut Vec<u32>, Symbol) -> bool;
+
+// The one function of a law that does not get the law.
+thread_local!(static REPORT_APPLIED: Cell<Option<ReportApplied>> = const { Cell::new(None) });
+
+struct Designed<D: Recorded> {
+    law: D,
+    guess: D::Guess,
+}
+
+impl<D: Recorded> Designed<D> {
+    #[inline(never)]
+    fn state(recorder: &Recorder, words: &[u32]) -> D::State {
+        recorder.silently(|| D::State::from_words(&mut words.iter().copied())).expect("the words of a state")
+    }
+
+    #[inline(never)]
+    fn words(state: &D::State) -> Vec<u32> {
+        state.words().collect()
+    }
+}
+
+impl<D: Recorded> Law for Designed<D> {
+    fn start(&self, recorder: &Recorder) -> Option<Vec<u32>> {
+        self.law.start_from(&D::sample(recorder), &self.guess).map(|state| Self::words(&state))
+    }
+    fn not_started(&self, recorder: &Recorder) {
+        D::put_output(recorder, &self.law.not_started());
+    }
+    fn tick(&self, recorder: &Recorder, words: &mut Vec<u32>) {
+        let mut state = Self::state(recorder, words);
+        D::put_output(recorder, &self.law.tick(&mut state, &D::sample(recorder)));
+        *words = Self::words(&state);
+    }
+    fn report_applied(&self) -> ReportApplied {
+        |words, u| {
+            let mut state = Self::state(&Recorder::of_this_thread(), words);
+            let taken = D::report_applied(&mut state, u);
+            *words = Self::words(&state);
+            taken
+        }
+    }
+    fn estimates(&self, recorder: &Recorder, words: &[u32]) {
+        D::put_estimates(recorder, Some(&self.law.estimates(&Self::state(recorder, words))));
+    }
+    fn no_estimates(&self, recorder: &Recorder) {
+        D::put_estimates(recorder, None);
+    }
+}
+
+/// The law that runs: what [`Running`] makes of a [`ControlLaw`] is recorded through it.
+struct Erased(Box<dyn Law>);
+
+#[derive(Clone)]
+struct ErasedState(Vec<u32>);
+
+impl controller_core::Words for ErasedState {
+    fn words(&self) -> impl Iterator<Item = u32> {
+        self.0.iter().copied()
+    }
+    fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
+        Some(Self(words.collect()))
+    }
+}
+
+impl ControlLaw for Erased {
+    type Scalar = Symbol;
+    type Sample = ();
+    type Output = ();
+    type State = ErasedState;
+    type Guess = [Symbol; 0];
+    type Estimates = ();
+    const NO_GUESS: [Symbol; 0] = [];
+
+    fn start_from(&self, (): &(), _: &[Symbol; 0]) -> Option<ErasedState> {
+        self.0.start(&Recorder::of_this_thread()).map(ErasedState)
+    }
+    fn not_started(&self) {
+        self.0.not_started(&Recorder::of_this_thread());
+    }
+    fn tick(&self, state: &mut ErasedState, (): &()) {
+        self.0.tick(&Recorder::of_this_thread(), &mut state.0);
+    }
+    fn report_applied(state: &mut ErasedState, u: Symbol) -> bool {
+        let report_applied = REPORT_APPLIED.get().expect("a running law");
+        report_applied(&mut state.0, u)
+    }
+    fn estimates(&self, state: &ErasedState) {
+        self.0.estimates(&Recorder::of_this_thread(), &state.0);
+    }
+    fn take_over(&self, _: &Self, _: &ErasedState, (): &()) -> Result<ErasedState, RetuneError> {
+        Err(RetuneError::Sample)
+    }
+    fn fingerprint(&self) -> u32 {
+        0
+    }
+}
+
+impl Functions {
+    /// Does anything but the word itself depend on it? Not on the last b(x) where b is constant.
+    fn read(&self, word: &Port) -> bool {
+        let Self { state: _, start, tick, not_started, running, report_applied, estimates, reset } = self;
+        [start, tick, not_started, running, report_applied, estimates, reset].iter().any(|record| record.reads(word))
+    }
+}
+
+/// The words of a state, without `started`, and which of them are kept.
+struct Words(Vec<Port>, Vec<bool>);
+
+impl Words {
+    /// Of which kind they are, a state shows that starts on anything.
+    fn of(names: &[String], law: &dyn Fn(&Recorder) -> Box<dyn Law>) -> Self {
+        let mut words = Vec::new();
+        record(|recorder| {
+            let law = law(recorder);
+            let state = recorder.silently(|| law.start(recorder)).expect("every comparison is true");
+            assert_eq!(names.len(), state.len(), "a name for every word of the state: {names:?}");
+            let kinds = state.iter().map(|word| StateWord::of(*word).kind());
+            words = names.iter().zip(kinds).map(|(name, kind)| port(name, Role::State, kind)).collect();
+        });
+        let kept = vec![true; words.len()];
+        Self(words, kept)
+    }
+
+    /// Those that are kept, with their places.
+    fn kept(&self) -> impl Iterator<Item = (&Port, usize)> {
+        self.0.iter().zip(0..).zip(&self.1).filter_map(|(word, kept)| kept.then_some(word))
+    }
+
+    fn take(&self, recorder: &Recorder) -> Vec<u32> {
+        let take = |word: &Port| match word.kind {
+            Kind::Number => StateWord::Number(recorder.number(&word.name, word.role)),
+            Kind::Count => StateWord::Count(recorder.count(&word.name, word.role)),
+            Kind::Truth => StateWord::Truth(recorder.truth(&word.name, word.role)),
+        };
+        let zero = |word: &Port| match word.kind {
+            Kind::Number => StateWord::Number(Symbol::ZERO),
+            Kind::Count => StateWord::Count(recorder.count_of(0)),
+            Kind::Truth => StateWord::Truth(false),
+        };
+        let mut words: Vec<u32> = self.0.iter().map(|word| zero(word).to_word()).collect();
+        self.kept().for_each(|(word, at)| words[at] = take(word).to_word());
+        words
+    }
+
+    /// What the words become; the word 0 is zero of every kind.
+    fn put(&self, recorder: &Recorder, words: &[u32]) {
+        for (port, at) in self.kept() {
+            match (StateWord::of(words[at]), port.kind) {
+                (StateWord::Number(number), Kind::Number) => recorder.put(&port.name, port.role, number),
+                (StateWord::Count(count), Kind::Count) => recorder.put_count(&port.name, port.role, count),
+                (StateWord::Truth(truth), Kind::Truth) => recorder.put_truth(&port.name, port.role, truth),
+                (StateWord::Truth(false), Kind::Number) => recorder.put(&port.name, port.role, Symbol::ZERO),
+                (StateWord::Truth(false), Kind::Count) => {
+                    recorder.put_count(&port.name, port.role, recorder.count_of(0));
+                }
+                _ => panic!("`{}` changes its kind", port.name),
+            }
+        }
+    }
+}
+
+/// A, B, C: the folded estimate of one channel.
+const FOLDED: [char; 3] = ['a', 'b', 'c'];
+
+impl<M, const N: usize, const R: usize, const MASK: u8, const O: usize> Recorded
+    for Controller<Symbol, M, N, R, MASK, O>
+where
+    M: NominalModel<Symbol, N> + 'static,
+{
+    fn state_names() -> Vec<String> {
+        let channels = || observed(N, MASK);
+        let folded = channels().flat_map(|i| FOLDED[..R].iter().map(move |letter| format!("{letter}{i}")));
+        let (past, x_prev) = (channels().map(|i| format!("p{i}")), channels().map(|i| format!("x{i}_prev")));
+        let last = ["offset", "held", "gain_prev"].map(String::from);
+        ["resuming".into()].into_iter().chain(folded).chain(past).chain(x_prev).chain(last).collect()
+    }
+
+    fn sample(recorder: &Recorder) -> [Symbol; N] {
+        core::array::from_fn(|j| recorder.number(&format!("x{}", j + 1), Role::Sample(j)))
+    }
+
+    fn put_output(recorder: &Recorder, output: &Output<Symbol>) {
+        for (name, number) in [("u", output.u), ("sigma", output.sigma), ("sigma_star", output.sigma_star)] {
+            recorder.put(name, Role::Output, number);
+        }
+        for (bit, name) in ["input_rejected", "saturated", "sigma_star_over_bound"].into_iter().enumerate() {
+            let set = output.health.bits() >> bit & 1 == 1;
+            recorder.put_truth(name, Role::Flag(bit as u8), set);
+        }
+    }
+
+    fn put_estimates(recorder: &Recorder, estimates: Option<&[[Symbol; R]; N]>) {
+        for i in 0..N {
+            for m in 0..R {
+                let name = format!("d{}_hat{}", i + 1, ["", "_dot", "_ddot"][m]);
+                let number = estimates.map_or(Symbol::ZERO, |estimates| estimates[i][m]);
+                recorder.put(&name, Role::Estimate(i, m), number);
+            }
+        }
+    }
+}
+
+/// The observed channels, from 1.
+fn observed(n: usize, mask: u8) -> impl Iterator<Item = usize> {
+    (1..=n).filter(move |i| mask >> (i - 1) & 1 == 1)
+}
+
+/// The names of the coefficients in the order of [`LAYOUT`], with channel and order: `gamma2_1`, `k4_b`, `kx_3`.
+fn coefficient_names(n: usize, r: usize, mask: u8) -> Vec<String> {
+    let mut names = Vec::new();
+    for field in LAYOUT.split_whitespace() {
+        match field.split_once('[') {
+            None => names.push(field.into()),
+            Some((name, "N]")) => names.extend((1..=n).map(|j| format!("{name}_{j}"))),
+            // γ_1 .. γ_r; the rows of sigma and of the law belong to A, B, C.
+            Some(("gamma", _)) => {
+                names.extend(observed(n, mask).flat_map(|i| (1..=r).map(move |m| format!("gamma{i}_{m}"))));
+            }
+            Some((name, _)) => {
+                let of = |i| FOLDED[..r].iter().map(move |letter| format!("{name}{i}_{letter}"));
+                names.extend(observed(n, mask).flat_map(of));
+            }
+        }
+    }
+    names
+}
+
+/// Records a controller with these coefficients, in the order of [`LAYOUT`], and these estimates to start from, in
+/// physical units. `model` is its nominal model over the recording scalar, made of [constants](Recorder::constant).
+///
+/// # Panics
+/// If the coefficients are none of a design, or if the model does more than `+ - * /`, comparisons and `abs`.
+pub fn controller<M, const N: usize, const R: usize, const MASK: u8, const O: usize>(
+    coefficients: &[f64],
+    model: &dyn Fn(&Recorder) -> M,
+    guess: &[f64; N],
+) -> Functions
+where
+    M: NominalModel<Symbol, N> + 'static,
+{
+    let names = coefficient_names(N, R, MASK);
+    functions(&|recorder| {
+        let numbers = names.iter().zip(coefficients).map(|(name, number)| recorder.constant(name, *number));
+        let coefficients = Coefficients::from_numbers(numbers).expect("the coefficients of a design");
+        let law = Controller::<Symbol, M, N, R, MASK, O>::from_parts(coefficients, model(recorder));
+        let guess = core::array::from_fn(|i| recorder.constant(&format!("d_hat_{}", i + 1), guess[i]));
+        (law, guess)
+    })
+}
+
+macro_rules! linear_of_shape {
+    ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
+        /// Records a controller whose nominal model is linear. The coefficients are in the order of [`LAYOUT`], `row` is
+        /// that of a(x)/b_0 and will be called `drift_1`, `drift_2`, .., `guess` are the estimates it starts from.
+        /// `None` if there is no such shape, or if a list is too short.
+        pub fn linear(shape: Shape, coefficients: &[f64], row: &[f64], guess: &[f64]) -> Option<Functions> {
+            match (shape.n, shape.r, shape.mask) {
+                $(($n, $r, $mask) => {
+                    let (row, guess) = (row.first_chunk::<$n>()?, guess.first_chunk::<$n>()?);
+                    let model = |recorder: &Recorder| {
+                        let entry = |j| recorder.constant(&format!("drift_{}", j + 1), row[j]);
+                        Linear::from_row(core::array::from_fn(entry))
+                    };
+                    let wanted = Coefficients::<f64, $n, $r, $o>::NUMBERS;
+                    (coefficients.len() >= wanted)
+                        .then(|| controller::<_, $n, $r, $mask, $o>(coefficients, &model, guess))
+                })*
+                _ => None,
+            }
+        }
+    };
+}
+controller_core::shapes!(all => linear_of_shape);

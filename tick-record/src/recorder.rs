@@ -1,0 +1,602 @@
+//! The recording scalar, and the runs from which a record is made.
+//!
+//! A [`Symbol`] is a number whose value nobody knows yet: an operation on it is written down. Only a comparison has to be
+//! answered at once, so the function is run once for every possible row of answers (the first run says "true" to all),
+//! and [`merge`](crate::merge) makes one record of what the runs have written.
+//!
+//! Every event remembers the line of the source it comes from. The same line in two runs is the same statement, also
+//! where its operands differ: that is how the runs are laid side by side.
+
+use std::cell::RefCell;
+use std::cmp::Ordering;
+use std::collections::HashMap;
+use std::fmt;
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use std::panic::Location;
+
+use controller_core::{Count, Real, Sealed};
+
+use crate::merge;
+use crate::record::{Id, Kind, Op, Port, Record, Role, Test, Value};
+
+/// A number of a tick that is being recorded. It lives inside [`record`] only.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Symbol(pub(crate) Id);
+
+/// A count of a tick that is being recorded.
+#[derive(Clone, Copy, Debug)]
+pub struct CountSymbol(pub(crate) Id);
+
+/// The constants that need no recorder.
+pub(crate) const ZERO: Id = Id(0);
+pub(crate) const HALF: Id = Id(1);
+
+/// What one run writes down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum What {
+    /// A value is computed.
+    Compute(Id),
+    /// A value gets a name; one that the source gives goes before one that a sum inherits from its first part.
+    Name { value: Id, name: usize, given: bool },
+    /// A comparison, or an input that is true or false, is answered.
+    Decide { condition: Id, answer: bool },
+}
+
+/// An event, where in the source it was, and the equation group.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Event {
+    pub(crate) what: What,
+    pub(crate) at: &'static Location<'static>,
+    pub(crate) section: &'static str,
+}
+
+/// Every value of every run, each once: the same operation on the same operands is the same value.
+#[derive(Default)]
+pub(crate) struct Graph {
+    pub(crate) values: Vec<Value>,
+    pub(crate) inputs: Vec<Port>,
+    pub(crate) names: Vec<String>,
+    known: HashMap<Key, Id>,
+}
+
+/// Tells values apart; a constant by its name and its bits.
+#[derive(PartialEq, Eq, Hash)]
+enum Key {
+    Constant(Option<String>, u64),
+    Other(std::mem::Discriminant<Op>, u64, [Option<Id>; 3]),
+}
+
+impl Graph {
+    pub(crate) fn op(&self, id: Id) -> Op {
+        self.values[id.index()].op
+    }
+
+    pub(crate) fn value(&mut self, op: Op) -> Id {
+        self.named(op, None)
+    }
+
+    fn named(&mut self, op: Op, name: Option<String>) -> Id {
+        let own = match op {
+            Op::Constant(number) => number.to_bits(),
+            Op::Input(at) => at as u64,
+            Op::Truth(truth) => u64::from(truth),
+            Op::CountOf(count) => u64::from(count),
+            Op::CountSigned(_, bits) => u64::from(bits),
+            Op::Compare(test, ..) => test as u64,
+            _ => 0,
+        };
+        let mut operands = op.operands();
+        let key = if let Op::Constant(_) = op {
+            Key::Constant(name.clone(), own)
+        } else {
+            Key::Other(std::mem::discriminant(&op), own, [operands.next(), operands.next(), operands.next()])
+        };
+        let next = Id(self.values.len() as u32);
+        let values = &mut self.values;
+        *self.known.entry(key).or_insert_with(|| {
+            values.push(Value { op, name });
+            next
+        })
+    }
+
+    fn input(&mut self, port: Port) -> Id {
+        let at = self.inputs.iter().position(|known| *known == port).unwrap_or_else(|| {
+            assert!(self.inputs.iter().all(|known| known.name != port.name), "two inputs `{}`", port.name);
+            self.inputs.push(port.clone());
+            self.inputs.len() - 1
+        });
+        self.named(Op::Input(at), Some(port.name))
+    }
+
+    fn name(&mut self, name: String) -> usize {
+        self.names.iter().position(|known| *known == name).unwrap_or_else(|| {
+            self.names.push(name);
+            self.names.len() - 1
+        })
+    }
+
+    /// The number, where it is known in f32 and f64 alike but for its rounding.
+    fn constant(&self, id: Id) -> Option<f64> {
+        match self.op(id) {
+            Op::Constant(number) => Some(number),
+            Op::Neg(a) => self.constant(a).map(|number| -number),
+            Op::Abs(a) => self.constant(a).map(f64::abs),
+            _ => None,
+        }
+    }
+
+    /// The answer that a comparison of two constants has in f32 and f64 alike.
+    fn certain(&self, test: Test, a: Id, b: Id) -> Option<bool> {
+        let (a, b) = (self.constant(a)?, self.constant(b)?);
+        let answer = test.of(&a, &b);
+        (answer == test.of(&(a as f32), &(b as f32))).then_some(answer)
+    }
+}
+
+/// One run under way.
+struct Run {
+    graph: Graph,
+    /// What to answer to the first decisions; after them true.
+    script: Vec<bool>,
+    decisions: usize,
+    answers: HashMap<Id, bool>,
+    events: Vec<Event>,
+    /// Names given in this run.
+    names: HashMap<Id, usize>,
+    /// Sums that were made by `+=` and `-=`, and their first part.
+    grown: HashMap<Id, Id>,
+    section: &'static str,
+    results: Vec<(Port, Id)>,
+    /// Above zero nothing is written and every comparison is true.
+    silent: usize,
+}
+
+impl Run {
+    fn event(&mut self, what: What, at: &'static Location<'static>) {
+        self.events.push(Event { what, at, section: self.section });
+    }
+
+    fn compute(&mut self, op: Op, at: &'static Location<'static>) -> Id {
+        if self.silent > 0 {
+            return ZERO;
+        }
+        let id = self.graph.value(op);
+        self.event(What::Compute(id), at);
+        id
+    }
+
+    fn decide(&mut self, condition: Id, at: &'static Location<'static>) -> bool {
+        if self.silent > 0 {
+            return true;
+        }
+        if let Some(answer) = self.answers.get(&condition) {
+            return *answer;
+        }
+        let answer = self.script.get(self.decisions).copied().unwrap_or(true);
+        self.decisions += 1;
+        self.answers.insert(condition, answer);
+        self.event(What::Decide { condition, answer }, at);
+        answer
+    }
+
+    fn compare(&mut self, test: Test, a: Id, b: Id, at: &'static Location<'static>) -> bool {
+        if self.silent > 0 {
+            return true;
+        }
+        if let Some(answer) = self.graph.certain(test, a, b) {
+            return answer;
+        }
+        let condition = self.compute(Op::Compare(test, a, b), at);
+        self.decide(condition, at)
+    }
+
+    /// What an operation grows on has its name from now on: of a value in this run, or a word of the state.
+    fn name_of(&self, id: Id) -> Option<String> {
+        match self.graph.op(id) {
+            Op::Input(at) if self.graph.inputs[at].role == Role::State => Some(self.graph.inputs[at].name.clone()),
+            _ => self.names.get(&id).map(|name| self.graph.names[*name].clone()),
+        }
+    }
+
+    fn give(&mut self, value: Id, name: usize, given: bool, at: &'static Location<'static>) {
+        self.names.insert(value, name);
+        self.event(What::Name { value, name, given }, at);
+    }
+
+    fn grow(&mut self, op: Op, from: Id, at: &'static Location<'static>) -> Id {
+        let id = self.compute(op, at);
+        if self.silent == 0 {
+            self.grown.insert(id, from);
+            if let Some(name) = self.name_of(from) {
+                let name = self.graph.name(name);
+                self.give(id, name, false, at);
+            }
+        }
+        id
+    }
+
+    /// Gives a value its name. What has a name keeps it, and yet the event is noted: in another run this may be a value
+    /// without.
+    fn called(&mut self, id: Id, name: String, at: &'static Location<'static>) {
+        if self.silent > 0 {
+            return;
+        }
+        let name = self.graph.name(name);
+        self.give(id, name, true, at);
+        // The sums it has grown from, as far as they have no name of their own.
+        let mut last = id;
+        while let Some(&before) = self.grown.get(&last) {
+            let given = matches!(self.graph.op(before), Op::Input(_) | Op::Constant(_));
+            if given || self.names.contains_key(&before) {
+                break;
+            }
+            self.give(before, name, false, at);
+            last = before;
+        }
+    }
+}
+
+thread_local!(static RUN: RefCell<Option<Run>> = const { RefCell::new(None) });
+
+fn with<R>(f: impl FnOnce(&mut Run) -> R) -> R {
+    RUN.with_borrow_mut(|run| f(run.as_mut().expect("a Symbol lives inside tick_record::record only")))
+}
+
+// Not inlined: a law is instantiated for many shapes, and recording is in no hurry.
+
+#[inline(never)]
+fn compute(op: Op, at: &'static Location<'static>) -> Id {
+    with(|run| run.compute(op, at))
+}
+
+#[inline(never)]
+fn grow(op: Op, from: Id, at: &'static Location<'static>) -> Id {
+    with(|run| run.grow(op, from, at))
+}
+
+#[inline(never)]
+fn compare(test: Test, a: Id, b: Id, at: &'static Location<'static>) -> bool {
+    with(|run| run.compare(test, a, b, at))
+}
+
+#[inline(never)]
+fn called(id: Id, name: &'static str, channel: usize, at: &'static Location<'static>) {
+    let name = if channel == 0 { name.into() } else { format!("{name}{channel}") };
+    with(|run| run.called(id, name, at));
+}
+
+#[inline(never)]
+fn constant(number: f64) -> Id {
+    with(|run| run.graph.value(Op::Constant(number)))
+}
+
+/// Ends the recording of this thread, also when the recorded function panics.
+struct Ended;
+
+impl Drop for Ended {
+    fn drop(&mut self) {
+        RUN.with_borrow_mut(|run| *run = None);
+    }
+}
+
+/// Inputs and results of the function that is being recorded.
+pub struct Recorder(());
+
+impl Recorder {
+    /// The recorder of what is being recorded in this thread.
+    pub(crate) fn of_this_thread() -> Self {
+        Self(())
+    }
+
+    /// A number that comes in.
+    pub fn number(&self, name: &str, role: Role) -> Symbol {
+        Symbol(input(name, role, Kind::Number))
+    }
+
+    /// A count that comes in.
+    pub fn count(&self, name: &str, role: Role) -> CountSymbol {
+        CountSymbol(input(name, role, Kind::Count))
+    }
+
+    /// Something true or false that comes in: a decision.
+    #[track_caller]
+    pub fn truth(&self, name: &str, role: Role) -> bool {
+        let (id, at) = (input(name, role, Kind::Truth), Location::caller());
+        with(|run| run.decide(id, at))
+    }
+
+    /// A number that is known, with its name.
+    pub fn constant(&self, name: &str, number: f64) -> Symbol {
+        Symbol(with(|run| run.graph.named(Op::Constant(number), Some(name.into()))))
+    }
+
+    /// A count that is known.
+    pub fn count_of(&self, count: u32) -> CountSymbol {
+        CountSymbol(with(|run| run.graph.value(Op::CountOf(count))))
+    }
+
+    /// Runs what is no part of the function: operations leave no trace and give 0, and every comparison is true.
+    pub fn silently<R>(&self, f: impl FnOnce() -> R) -> R {
+        with(|run| run.silent += 1);
+        let result = f();
+        with(|run| run.silent -= 1);
+        result
+    }
+
+    /// A number that goes out.
+    pub fn put(&self, name: &str, role: Role, number: Symbol) {
+        with(|run| run.results.push((port(name, role, Kind::Number), number.0)));
+    }
+
+    /// A count that goes out.
+    pub fn put_count(&self, name: &str, role: Role, count: CountSymbol) {
+        with(|run| run.results.push((port(name, role, Kind::Count), count.0)));
+    }
+
+    /// Something true or false that goes out.
+    pub fn put_truth(&self, name: &str, role: Role, truth: bool) {
+        with(|run| {
+            let id = run.graph.value(Op::Truth(truth));
+            run.results.push((port(name, role, Kind::Truth), id));
+        });
+    }
+}
+
+fn port(name: &str, role: Role, kind: Kind) -> Port {
+    Port { name: name.into(), role, kind }
+}
+
+fn input(name: &str, role: Role, kind: Kind) -> Id {
+    with(|run| run.graph.input(port(name, role, kind)))
+}
+
+/// More ways through a function than any tick has.
+const WAYS: usize = 1 << 16;
+
+/// Records a function: `f` takes its inputs from the recorder, computes with them, and puts its results there. It is run
+/// once for every way through it, and must do the same each time as long as the answers are the same.
+///
+/// # Panics
+/// If `f` does not, if it has more than 65 536 ways, or if it records while it is being recorded.
+pub fn record(mut f: impl FnMut(&Recorder)) -> Record {
+    every_way(&mut f)
+}
+
+fn every_way(f: &mut dyn FnMut(&Recorder)) -> Record {
+    assert!(RUN.with_borrow(Option::is_none), "a recording is under way in this thread");
+    let _ended = Ended;
+    let mut graph = Graph::default();
+    assert_eq!((graph.value(Op::Constant(0.0)), graph.value(Op::Constant(0.5))), (ZERO, HALF));
+    let (mut ways, mut script) = (Vec::new(), Vec::new());
+    loop {
+        let run = Run {
+            graph,
+            script,
+            decisions: 0,
+            answers: HashMap::new(),
+            events: Vec::new(),
+            names: HashMap::new(),
+            grown: HashMap::new(),
+            section: "",
+            results: Vec::new(),
+            silent: 0,
+        };
+        RUN.with_borrow_mut(|slot| *slot = Some(run));
+        f(&Recorder(()));
+        let run = RUN.with_borrow_mut(Option::take).expect("the run that was put there");
+        graph = run.graph;
+        let answer = |event: &Event| match event.what {
+            What::Decide { answer, .. } => Some(answer),
+            _ => None,
+        };
+        script = run.events.iter().filter_map(answer).collect();
+        ways.push((run.events, run.results));
+        assert!(ways.len() <= WAYS, "more than {WAYS} ways through the function");
+        // The next way: the last "true" becomes "false".
+        while script.pop_if(|answer| !*answer).is_some() {}
+        match script.last_mut() {
+            Some(last) => *last = false,
+            None => return merge::record(graph, &ways),
+        }
+    }
+}
+
+macro_rules! operator {
+    ($($operator:ident $method:ident $assign:ident $assign_method:ident;)*) => {$(
+        impl $assign for Symbol {
+            #[track_caller]
+            fn $assign_method(&mut self, other: Self) {
+                let at = Location::caller();
+                self.0 = grow(Op::$operator(self.0, other.0), self.0, at);
+            }
+        }
+    )*};
+    ($($operator:ident $method:ident;)*) => {$(
+        impl $operator for Symbol {
+            type Output = Self;
+            #[track_caller]
+            fn $method(self, other: Self) -> Self {
+                let at = Location::caller();
+                Self(compute(Op::$operator(self.0, other.0), at))
+            }
+        }
+    )*};
+}
+operator! { Add add; Sub sub; Mul mul; Div div; }
+operator! { Add add AddAssign add_assign; Sub sub SubAssign sub_assign; }
+
+impl Neg for Symbol {
+    type Output = Self;
+    #[track_caller]
+    fn neg(self) -> Self {
+        let at = Location::caller();
+        Self(compute(Op::Neg(self.0), at))
+    }
+}
+
+impl PartialEq for Symbol {
+    #[track_caller]
+    fn eq(&self, other: &Self) -> bool {
+        let at = Location::caller();
+        compare(Test::Equal, self.0, other.0, at)
+    }
+    #[track_caller]
+    #[allow(clippy::partialeq_ne_impl)] // `a != b` is an operation of its own.
+    fn ne(&self, other: &Self) -> bool {
+        let at = Location::caller();
+        compare(Test::NotEqual, self.0, other.0, at)
+    }
+}
+
+impl PartialOrd for Symbol {
+    #[track_caller]
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        if self < other {
+            Some(Ordering::Less)
+        } else if self == other {
+            Some(Ordering::Equal)
+        } else if self > other {
+            Some(Ordering::Greater)
+        } else {
+            None
+        }
+    }
+    #[track_caller]
+    fn lt(&self, other: &Self) -> bool {
+        let at = Location::caller();
+        compare(Test::Less, self.0, other.0, at)
+    }
+    #[track_caller]
+    fn le(&self, other: &Self) -> bool {
+        let at = Location::caller();
+        compare(Test::LessOrEqual, self.0, other.0, at)
+    }
+    #[track_caller]
+    fn gt(&self, other: &Self) -> bool {
+        let at = Location::caller();
+        compare(Test::Greater, self.0, other.0, at)
+    }
+    #[track_caller]
+    fn ge(&self, other: &Self) -> bool {
+        let at = Location::caller();
+        compare(Test::GreaterOrEqual, self.0, other.0, at)
+    }
+}
+
+impl fmt::Display for Symbol {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "v{}", self.0.index())
+    }
+}
+
+/// Marks the words of a [`Symbol`] and of a [`CountSymbol`] among those of a state; what is left is 0 or 1.
+const NUMBER: u32 = 0x8000_0000;
+const COUNT: u32 = 0x4000_0000;
+
+/// What a word of a recorded state is.
+pub(crate) enum StateWord {
+    Number(Symbol),
+    Count(CountSymbol),
+    Truth(bool),
+}
+
+impl StateWord {
+    pub(crate) fn kind(&self) -> Kind {
+        match self {
+            Self::Number(_) => Kind::Number,
+            Self::Count(_) => Kind::Count,
+            Self::Truth(_) => Kind::Truth,
+        }
+    }
+
+    pub(crate) fn of(word: u32) -> Self {
+        match word {
+            0 | 1 => Self::Truth(word == 1),
+            _ if word & NUMBER != 0 => Self::Number(Symbol(Id(word & !NUMBER))),
+            _ if word & COUNT != 0 => Self::Count(CountSymbol(Id(word & !COUNT))),
+            _ => panic!("a word of a recorded state is a number, a count, 0 or 1, not {word}"),
+        }
+    }
+
+    pub(crate) fn to_word(&self) -> u32 {
+        match self {
+            Self::Number(number) => number.0.0 | NUMBER,
+            Self::Count(count) => count.0.0 | COUNT,
+            Self::Truth(truth) => u32::from(*truth),
+        }
+    }
+}
+
+impl Count for CountSymbol {
+    #[track_caller]
+    fn since(self, earlier: Self) -> Self {
+        let at = Location::caller();
+        Self(compute(Op::CountSince(self.0, earlier.0), at))
+    }
+    #[track_caller]
+    fn plus(self, moved: Self) -> Self {
+        let at = Location::caller();
+        Self(compute(Op::CountPlus(self.0, moved.0), at))
+    }
+    #[track_caller]
+    fn signed(self, bits: u32) -> Self {
+        let at = Location::caller();
+        Self(compute(Op::CountSigned(self.0, bits), at))
+    }
+    fn to_word(self) -> u32 {
+        StateWord::Count(self).to_word()
+    }
+    fn from_word(word: u32) -> Self {
+        Self(Id(word & !COUNT))
+    }
+}
+
+impl Sealed for Symbol {
+    type Count = CountSymbol;
+
+    #[track_caller]
+    fn from_count(count: CountSymbol) -> Self {
+        let at = Location::caller();
+        Self(compute(Op::NumberOf(count.0), at))
+    }
+
+    #[track_caller]
+    fn called(self, name: &'static str, channel: usize) -> Self {
+        let at = Location::caller();
+        called(self.0, name, channel, at);
+        self
+    }
+
+    fn section(title: &'static str) {
+        with(|run| run.section = title);
+    }
+}
+
+impl Real for Symbol {
+    const ZERO: Self = Self(ZERO);
+    const HALF: Self = Self(HALF);
+    const WORDS: usize = 1;
+
+    fn to_words(self) -> [u32; 2] {
+        [StateWord::Number(self).to_word(), 0]
+    }
+
+    fn from_words(words: [u32; 2]) -> Self {
+        Self(Id(words[0] & !NUMBER))
+    }
+
+    fn from_f64(value: f64) -> Self {
+        Self(constant(value))
+    }
+
+    /// NaN: a symbol has no value yet.
+    fn to_f64(self) -> f64 {
+        f64::NAN
+    }
+
+    #[track_caller]
+    fn abs(self) -> Self {
+        let at = Location::caller();
+        Self(compute(Op::Abs(self.0), at))
+    }
+}
