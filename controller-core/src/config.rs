@@ -136,21 +136,27 @@ impl<const N: usize, const R: usize> Config<N, R> {
 
     /// The same with room for any order.
     const fn padded(&self) -> Config<MAX_N, MAX_R> {
-        let mut observers = [None; MAX_N];
+        self.resized()
+    }
+
+    /// The same in other orders: rows cut, or filled up with zeros.
+    const fn resized<const TO_N: usize, const TO_R: usize>(&self) -> Config<TO_N, TO_R> {
+        let Self { period_s, surface, reaching, nominal, options, .. } = *self;
+        let Options { initial_estimates, limits, fallback, sigma_star_bound, observer_pole_limit } = options;
+        let mut observers = [None; TO_N];
         let mut i = 0;
-        while i < N {
+        while i < N && i < TO_N {
             if let Some(gains) = &self.observers[i] {
                 observers[i] = Some(gains.resized());
             }
             i += 1;
         }
-        let Options { initial_estimates, limits, fallback, sigma_star_bound, observer_pole_limit } = self.options;
         Config {
-            period_s: self.period_s,
-            surface: Surface { c: resized(&self.surface.c), alpha_per_s: self.surface.alpha_per_s },
+            period_s,
+            surface: Surface { c: resized(&surface.c), alpha_per_s: surface.alpha_per_s },
             observers,
-            reaching: self.reaching,
-            nominal: Nominal { gradient: resized(&self.nominal.gradient), input_gain: self.nominal.input_gain },
+            reaching,
+            nominal: Nominal { gradient: resized(&nominal.gradient), input_gain: nominal.input_gain },
             options: Options {
                 initial_estimates: resized(&initial_estimates),
                 limits,
@@ -239,23 +245,8 @@ impl AnyConfig {
     /// With the orders as types; `None` if they are others.
     pub fn fixed<const N: usize, const R: usize>(&self) -> Option<Config<N, R>> {
         const { assert_order(N) };
-        let Config { period_s, surface, observers, reaching, nominal, options } = self.padded;
-        let Options { initial_estimates, limits, fallback, sigma_star_bound, observer_pole_limit } = options;
         let fits = self.n == N && usize::from(self.shape().r) <= R;
-        fits.then(|| Config {
-            period_s,
-            surface: Surface { c: resized(&surface.c), alpha_per_s: surface.alpha_per_s },
-            observers: core::array::from_fn(|i| observers[i].as_ref().map(ObserverGains::resized)),
-            reaching,
-            nominal: Nominal { gradient: resized(&nominal.gradient), input_gain: nominal.input_gain },
-            options: Options {
-                initial_estimates: resized(&initial_estimates),
-                limits,
-                fallback,
-                sigma_star_bound,
-                observer_pole_limit,
-            },
-        })
+        fits.then(|| self.padded.resized())
     }
 }
 

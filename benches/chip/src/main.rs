@@ -67,8 +67,7 @@ fn main() -> ! {
     let mut noise = Noise::new(1);
     let first = noise.sample();
     let (joint_2, joint_3) = (black_box(&JOINT_2), black_box(&JOINT_3));
-    let (Some(mut state_2), Some(mut state_3)) = (joint_2.start(&first), joint_3.start(&first))
-    else {
+    let (Some(mut state_2), Some(mut state_3)) = (joint_2.start(&first), joint_3.start(&first)) else {
         end(debug::EXIT_FAILURE)
     };
     let mut naive_2 = Naive::<2, false>::new();
