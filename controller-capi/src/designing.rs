@@ -3,7 +3,7 @@
 //! It is arithmetic of 64 bits, in software on a Cortex-M4F: for a start-up, not for an interrupt.
 
 use controller_core::{
-    Config, Controller, Fallback, Limits, Linear, MAX_N, Nominal, ObserverGains, Options, ReachingLaw, Surface,
+    Config, Controller, Fallback, Field, Limits, Linear, MAX_N, Nominal, ObserverGains, Options, ReachingLaw, Surface,
 };
 
 use crate::VERSION;
@@ -101,7 +101,7 @@ fn designed<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     let nominal = Nominal { gradient: from.gradient, input_gain: from.input_gain };
     let config = Config {
         period_s: from.period_s,
-        surface: Surface::from_coefficients(from.c, from.alpha_per_s),
+        surface: Surface { c: from.c, alpha_per_s: from.alpha_per_s },
         observers,
         reaching: ReachingLaw { k_l: from.k_l, k_s: from.k_s, epsilon: from.epsilon },
         nominal,
@@ -111,8 +111,13 @@ fn designed<const N: usize, const R: usize, const MASK: u8, const O: usize>(
             .with_sigma_star_bound(from.sigma_star_bound)
             .with_observer_pole_limit(from.observer_pole_limit),
     };
-    let controller = Controller::<f32, _, N, R, MASK, O>::design(&config, Linear::<f32, N>::new(&nominal))
-        .map_err(|error| (Status::of(&error), error.channel().map_or(0, |channel| channel as u32)))?;
+    let controller =
+        Controller::<f32, _, N, R, MASK, O>::design(&config, Linear::<f32, N>::new(&nominal)).map_err(|error| {
+            match error.field {
+                Field::Observer { channel } => (Status::of(&error), channel as u32),
+                _ => (Status::of(&error), 0),
+            }
+        })?;
     let d_hat = from.d_hat.map(|d_hat| d_hat as f32);
     if !d_hat.iter().chain(controller.model().row()).all(|number| number.is_finite()) {
         return Err((Status::NOT_FINITE, 0));

@@ -91,7 +91,8 @@ impl<const N: usize, const R: usize, const MASK: u8, const O: usize> Design<N, R
         if !numbers.all(f32::is_finite) || !self.d_hat.iter().chain(row).all(|number| number.is_finite()) {
             return Err(Status::NOT_FINITE);
         }
-        if self.controller.coefficients().can_be_designed() { Ok(()) } else { Err(Status::COEFFICIENTS) }
+        let numbers = self.controller.coefficients().numbers();
+        Coefficients::<f32, N, R, O>::from_numbers(numbers).map(|_| ()).ok_or(Status::COEFFICIENTS)
     }
 }
 

@@ -31,7 +31,10 @@
 //! state, its $\mu$ must be checked on the trajectory.
 //!
 //! # Deviation
-//! * Eq. (28)-(29), (56)-(57) are not bounds as printed: see [`LyapunovBound`].
+//! * Eq. (28)-(29), (56)-(57) are not bounds as printed: V decreases outside a *ball*, and the error may leave that ball
+//!   along the ellipsoid $V = \text{const}$ that touches it. The bound is larger by
+//!   $\sqrt{\lambda_{max}(P)/\lambda_{min}(P)}$. For l = (0.5, 100), μ = 1, Q = I the print claims 2.26 and a disturbance
+//!   reaches 2.55 (test `printed_lyapunov_bound_is_exceeded_and_the_corrected_one_holds`).
 //! * Eq. (34) slips a sign, and Eq. (36) goes negative for a large $k_s$; here σ* is then bounded by the boundary
 //!   layer.
 //! * Eq. (58) forgets $\tilde d_n$, the largest term of Example 2, and runs its last inner sum over i instead of j.
@@ -142,8 +145,8 @@ pub fn ultimate<const N: usize, const R: usize, const K: usize>(
     })
 }
 
-/// The same by the paper's way, Eq. (54)-(58), with every error of a channel bounded by the corrected norm of
-/// [`lyapunov_bound`] for Q = I. Valid and loose: for the gains of Example 2 its bound of σ* is 1100 times
+/// The same by the paper's way, Eq. (54)-(58), with every error of a channel bounded by the corrected norm for
+/// Q = I. Valid and loose: for the gains of Example 2 its bound of σ* is 1100 times
 /// that of [`ultimate`].
 ///
 /// # Errors
@@ -325,7 +328,7 @@ fn area(begin: f64, middle: f64, end: f64, step: f64) -> f64 {
 /// disturbance reaches 2.55 (test
 /// `printed_lyapunov_bound_is_exceeded_and_the_corrected_one_holds`).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LyapunovBound<const R: usize> {
+pub(crate) struct LyapunovBound<const R: usize> {
     /// P of Eq. (22), (54), in the first `order` rows and columns.
     pub p: SMatrix<f64, R, R>,
     /// ρ, what Eq. (29) and (56) print: *not* a bound.
@@ -340,7 +343,7 @@ pub struct LyapunovBound<const R: usize> {
 /// # Errors
 /// [`BoundsError::NotPositiveDefinite`] if Q is not symmetric positive definite, or P is not (gains not Hurwitz, of an
 /// impossible order, or so far apart that f64 cannot tell); [`BoundsError::MuInvalid`] on a bad `mu`.
-pub fn lyapunov_bound<const R: usize>(
+pub(crate) fn lyapunov_bound<const R: usize>(
     gains: &ObserverGains<R>,
     q: &SMatrix<f64, R, R>,
     mu: f64,
@@ -414,7 +417,7 @@ mod tests {
     ) -> Config<N, R> {
         Config {
             period_s: 1e-4,
-            surface: Surface::from_coefficients(c, 1.0),
+            surface: Surface { c, alpha_per_s: 1.0 },
             observers,
             reaching,
             nominal: Nominal { gradient: [0.0; N], input_gain: 1.0 },

@@ -49,7 +49,7 @@ pub enum Fallback {
 ///     options: Options::NEUTRAL.with_limits(Limits::symmetric(10.0)).with_fallback(Fallback::Safe(0.0)),
 /// };
 /// assert_eq!(CONFIG.validate(), Ok(()));
-/// assert!(CONFIG.warnings().is_empty());
+/// assert_eq!(CONFIG.warnings().iter().count(), 0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -180,6 +180,7 @@ impl<const N: usize, const R: usize> Config<N, R> {
 /// assert_eq!(any.fixed::<4, 2>(), None);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AnyConfig {
     /// Plant order n, 2..=6.
     pub n: usize,
@@ -189,6 +190,7 @@ pub struct AnyConfig {
 
 /// Plant order, capacity for observer orders, observed channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Shape {
     /// Plant order n.
     pub n: u8,
@@ -211,7 +213,7 @@ impl AnyConfig {
     /// The first rule that is broken: field, cause with channel and equation, remedy.
     pub const fn validate(&self) -> Result<(), ConfigError> {
         if self.n < 2 || self.n > MAX_N {
-            return Err(ConfigError::new(Field::Surface, Cause::PlantOrder { n: self.n }));
+            return Err(ConfigError::new(Field::Order, Cause::PlantOrder { n: self.n }));
         }
         check(&self.padded, self.n, MAX_R)
     }
@@ -230,11 +232,13 @@ impl AnyConfig {
                 mask |= 1 << i;
             }
         }
-        Shape { n: self.n as u8, r: r as u8, mask }
+        let [n, r] = [self.n, r].map(|order| u8::try_from(order).unwrap_or(u8::MAX));
+        Shape { n, r, mask }
     }
 
     /// With the orders as types; `None` if they are others.
     pub fn fixed<const N: usize, const R: usize>(&self) -> Option<Config<N, R>> {
+        const { assert_order(N) };
         let Config { period_s, surface, observers, reaching, nominal, options } = self.padded;
         let Options { initial_estimates, limits, fallback, sigma_star_bound, observer_pole_limit } = options;
         let fits = self.n == N && usize::from(self.shape().r) <= R;

@@ -28,7 +28,7 @@
 //! const CONTROLLER: Joint = Joint::designed(
 //!     &Config {
 //!         period_s: 1e-3,
-//!         surface: Surface::from_coefficients([125.0, 75.0, 15.0, 1.0], 1.0),
+//!         surface: Surface { c: [125.0, 75.0, 15.0, 1.0], alpha_per_s: 1.0 },
 //!         observers: [None, Some(GAINS), None, Some(GAINS)],
 //!         reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
 //!         nominal: NOMINAL,
@@ -60,6 +60,25 @@ use crate::state::{Lanes, State};
 /// * `R`: capacity for observer orders, 1..=3
 /// * `MASK`, `O`: which channels carry an observer (bit i - 1 for channel i, see [`channels`](crate::channels)), and how many. An absent
 ///   channel takes no state and executes no instruction.
+///
+/// The macro [`controller!`](macro@crate::controller) spells it. [`Running`](crate::Running) ticks it; for a state of
+/// one's own it is a [`ControlLaw`]:
+/// ```
+/// use controller_core::*;
+/// # const NOMINAL: Nominal<2> = Nominal { gradient: [0.0, -0.5], input_gain: 250.0 };
+/// # const CONFIG: Config<2, 1> = Config {
+/// #     period_s: 1e-3,
+/// #     surface: Surface::from_bandwidth(20.0, 10.0),
+/// #     observers: [None, Some(ObserverGains::from_bandwidth::<1>(100.0))],
+/// #     reaching: ReachingLaw { k_l: 100.0, k_s: 0.0, epsilon: 0.01 },
+/// #     nominal: NOMINAL,
+/// #     options: Options::NEUTRAL,
+/// # };
+/// type Motor = controller!(f32, Linear<f32, 2>, order 2, observers of order 1 in [2]);
+/// let controller = Motor::design(&CONFIG, Linear::<f32, 2>::new(&NOMINAL)).expect("a good design");
+/// let mut state = controller.start(&[0.1, 0.0]).expect("a good first sample");
+/// assert!(controller.tick(&mut state, &[0.1, 0.0]).u < 0.0);
+/// ```
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Controller<T, M, const N: usize, const R: usize, const MASK: u8, const O: usize> {
@@ -118,7 +137,8 @@ macro_rules! design_in {
 design_in!(f32, single);
 design_in!(f64, double);
 
-const fn assert_shape<const N: usize, const MASK: u8, const O: usize>() {
+const fn assert_shape<const N: usize, const R: usize, const MASK: u8, const O: usize>() {
+    assert!(N >= 2 && N <= crate::MAX_N && R >= 1 && R <= crate::MAX_R, "the orders must be N = 2..=6 and R = 1..=3");
     let text = Text::new().string("MASK names ").number(MASK.count_ones() as usize).string(" channels, ");
     assert!(MASK as usize >> N == 0, "{}", text.string("one of them above N = ").number(N).as_str());
     let text = text.string("O is ").number(O).string(": let the macro controller! count");
@@ -128,7 +148,7 @@ const fn assert_shape<const N: usize, const MASK: u8, const O: usize>() {
 const fn design_f64<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     config: &Config<N, R>,
 ) -> Result<Coefficients<f64, N, R, O>, ConfigError> {
-    const { assert_shape::<N, MASK, O>() };
+    const { assert_shape::<N, R, MASK, O>() };
     let mut i = 0;
     while i < N {
         let channel = i + 1;
@@ -155,7 +175,7 @@ where
 
     /// A controller of coefficients that were designed elsewhere, see [`Coefficients::from_numbers`].
     pub const fn from_parts(coefficients: Coefficients<T, N, R, O>, model: M) -> Self {
-        const { assert_shape::<N, MASK, O>() };
+        const { assert_shape::<N, R, MASK, O>() };
         Self { coefficients, model }
     }
 
@@ -337,14 +357,6 @@ where
         (sigma + y[Self::LAST]).called("sigma", 0)
     }
 
-    /// The state before the first tick, with these A, B, C.
-    #[inline(always)]
-    fn begin(&self, x0: &[T; N], z: [[T; R]; O]) -> Option<State<T, M, N, R, MASK, O>> {
-        let offset = self.sigma(&Self::advanced(x0, &z), &z);
-        let all_sound = x0.iter().chain(z.as_flattened()).all(|&value| is_sound(value)) && is_sound(offset);
-        all_sound.then_some(State::resuming(z, offset, T::ZERO))
-    }
-
     /// θ, μ_2 and the unit of the estimate in slot s, see the module `design`.
     fn folding(&self, s: usize) -> (T, T, T) {
         let k = &self.coefficients;
@@ -360,8 +372,10 @@ where
         let period = self.coefficients.period;
         core::array::from_fn(|s| {
             let (theta, mu2, unit) = self.folding(s);
-            let physical = &estimates[Self::CHANNELS[s]];
-            let [d0, d1, d2] = core::array::from_fn(|m| if m < R { physical[m] / unit } else { T::ZERO });
+            let (physical, gamma) = (&estimates[Self::CHANNELS[s]], &self.coefficients.gamma[s]);
+            // What an observer of lower order does not estimate it would never correct.
+            let estimated = |m: usize| m < R && gamma[m] != T::ZERO;
+            let [d0, d1, d2] = core::array::from_fn(|m| if estimated(m) { physical[m] / unit } else { T::ZERO });
             let (s1, c) = (d1 * period, d2 * period * period);
             let s2 = T::HALF * c;
             let all = [d0 + theta * s1 + mu2 * s2, s1 + (theta + T::HALF) * c, c];
@@ -412,11 +426,9 @@ where
             let i = Self::CHANNELS[s];
             z[s][0] = if i == Self::LAST { d_hat[i] / self.coefficients.input_gain } else { d_hat[i] };
         }
-        self.begin(x0, z)
-    }
-
-    fn start(&self, x0: &[T; N]) -> Option<Self::State> {
-        self.begin(x0, [[T::ZERO; R]; O])
+        let offset = self.sigma(&Self::advanced(x0, &z), &z);
+        let all_sound = x0.iter().chain(z.as_flattened()).chain([&offset]).all(|&value| is_sound(value));
+        all_sound.then_some(State::resuming(z, offset, T::ZERO))
     }
 
     #[inline]
@@ -467,33 +479,67 @@ where
     }
 
     /// The tick that has passed had the old period and belongs to the old observers; the law is the new one from here
-    /// on. Its demand is affine in W with the slope k_w - u_σ, but for the switching term, which is left out: with
-    /// k_s > 0 u may jump by twice its bound.
+    /// on. What the new model says otherwise of channel n goes into d_hat_n, so that the total acceleration is kept. The
+    /// demand is $v(W) = v_0 + (k_w - u_\sigma)W + \mathrm{clamp}(s(\sigma - W), \pm lim)$; of the W that make it what it
+    /// would have been, the one nearest to the old W is taken.
     fn take_over(&self, from: &Self, state: &Self::State, x: &[T; N]) -> Result<Self::State, RetuneError> {
-        let mut old = state.clone();
-        let before = from.tick(&mut old, x);
-        let Coefficients { kw, us, .. } = self.coefficients;
-        if (kw - us).abs() < T::from_f64(0.1) * us.abs() {
+        let Coefficients { kw, us, satk, lim, .. } = self.coefficients;
+        let slope = kw - us;
+        if slope.abs() < T::from_f64(0.1) * us.abs() {
             return Err(RetuneError::GainNearDecay);
         }
-        let (z, held) = (self.folded(&from.estimates(&old)), state.held);
-        // The demand at W = 0: neither limits nor switching may hide it.
+        let mut old = state.clone();
+        let before = from.tick(&mut old, x);
+        let mut estimates = from.estimates(&old);
+        let one = T::from_f64(1.0);
+        let [(a_old, b_old), (a_new, b_new)] = [from, self].map(|law| {
+            let b = law.coefficients.input_gain;
+            (law.model.drift(x) * b, law.model.gain_ratio(x).unwrap_or(one) * b)
+        });
+        estimates[Self::LAST][0] += (a_old - a_new) + (b_old - b_new) * state.held;
+        let z = self.folded(&estimates);
+
+        // The demand without limits, in units of v; `step` is asked, so that the law is written once.
         let limit = T::from_f64(INPUT_LIMIT);
-        let (mut open, model) = (self.coefficients, &self.model);
-        (open.satk, open.lim, open.u_min, open.u_max) = (T::ZERO, T::ZERO, -limit, limit);
-        let bare = Controller::<T, &M, N, R, MASK, O> { coefficients: open, model };
-        let without = bare.step::<true>(&mut State::resuming(z, T::ZERO, held), x);
-        let ratio = self.model.gain_ratio(x).unwrap_or(T::from_f64(1.0));
-        let offset = (before.u - without.u) * ratio / (kw - us);
-        let rejected = before.health.union(without.health).contains(Health::INPUT_REJECTED);
-        if rejected || !is_sound(offset) {
+        let ratio = self.model.gain_ratio(x).unwrap_or(one);
+        let demand = |switching: bool, offset: T| {
+            let mut open = self.coefficients;
+            (open.u_min, open.u_max) = (-limit, limit);
+            if !switching {
+                (open.satk, open.lim) = (T::ZERO, T::ZERO);
+            }
+            let bare = Controller::<T, &M, N, R, MASK, O> { coefficients: open, model: &self.model };
+            let output = bare.step::<true>(&mut State::resuming(z, offset, state.held), x);
+            (output.u * ratio, output.sigma, output.health.contains(Health::INPUT_REJECTED))
+        };
+        let wanted = before.u * ratio;
+        let (v_0, sigma, rejected) = demand(false, T::ZERO);
+        if rejected || before.health.contains(Health::INPUT_REJECTED) {
             return Err(RetuneError::Sample);
         }
-        Ok(State::resuming(z, offset, held))
+        // One straight piece each: below, within and above the layer of the switching term.
+        let pieces = [(slope, lim), (slope - satk, satk * sigma), (slope, -lim)];
+        let nearest = pieces
+            .into_iter()
+            .filter(|&(slope, _)| slope != T::ZERO)
+            .map(|(slope, intercept)| (slope, (wanted - v_0 - intercept) / slope))
+            // Rounded at the edge of a piece: a thousandth of it may lie beyond.
+            .filter(|&(_, offset)| {
+                let switching = satk * (sigma - offset);
+                let reached = v_0 + (kw - us) * offset + switching.limited(-lim, lim);
+                (reached - wanted).abs() <= T::from_f64(1e-3) * (lim + wanted.abs()) + T::from_f64(1e-6) * v_0.abs()
+            })
+            .map(|(slope, offset)| ((offset - old.offset).abs(), slope, offset))
+            .reduce(|best, other| if other.0 < best.0 { other } else { best });
+        let Some((_, slope, offset)) = nearest else { return Err(RetuneError::OffsetOutOfRange) };
+        // W is found from large terms that nearly cancel: what the law makes of it says how much is left.
+        let (reached, _, _) = demand(true, offset);
+        let offset = offset - (reached - wanted) / slope;
+        if is_sound(offset) { Ok(State::resuming(z, offset, state.held)) } else { Err(RetuneError::OffsetOutOfRange) }
     }
 
-    /// Over version, precision, shape, every coefficient, and what the model answers to a few questions that no two
-    /// different linear ones answer alike.
+    /// Over version, precision, shape, every coefficient, and what the model answers at n + 1 points: that tells any two
+    /// linear models apart, and of nonlinear ones those that differ there.
     fn fingerprint(&self) -> u32 {
         let shape = [crate::VERSION_NUMBER, T::WORDS as u32, N as u32, R as u32, u32::from(MASK)];
         let numbers = self.coefficients.numbers();
@@ -507,7 +553,10 @@ where
         });
         let answers = questions
             .flat_map(|x: [T; N]| [self.model.drift(&x), self.model.gain_ratio(&x).unwrap_or(T::from_f64(1.0))]);
-        running::hash(shape.into_iter().chain(numbers.chain(answers).flat_map(T::to_words)))
+        running::hash(shape.into_iter().chain(numbers.chain(answers).flat_map(|number| {
+            // Which NaN it is means nothing.
+            if number.abs() >= T::ZERO { number.to_words() } else { [u32::MAX; 2] }
+        })))
     }
 }
 

@@ -135,8 +135,7 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
         read.can_be_designed().then_some(read)
     }
 
-    /// Can these numbers come from a design? What [`from_numbers`](Self::from_numbers) refuses cannot.
-    pub fn can_be_designed(&self) -> bool {
+    fn can_be_designed(&self) -> bool {
         let finite = self.numbers().all(|number| number.abs() <= T::from_f64(LARGEST));
         let limit = T::from_f64(INPUT_LIMIT);
         let limits = -limit <= self.u_min && self.u_min <= self.u_max && self.u_max <= limit;

@@ -24,6 +24,8 @@ pub struct ConfigError {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum Field {
+    /// The plant order n, where it is a number.
+    Order,
     /// `period_s`.
     Period,
     /// `surface.c`.
@@ -63,6 +65,7 @@ impl Field {
     /// Its path in [`Config`](crate::Config).
     pub const fn name(self) -> &'static str {
         match self {
+            Self::Order => "n",
             Self::Period => "period_s",
             Self::Surface => "surface.c",
             Self::Alpha => "surface.alpha_per_s",
@@ -289,14 +292,6 @@ impl ConfigError {
         Self { field, cause }
     }
 
-    /// The channel it is about, from 1.
-    pub const fn channel(&self) -> Option<usize> {
-        match self.field {
-            Field::Observer { channel } => Some(channel),
-            _ => None,
-        }
-    }
-
     /// Where and what, up to the remedy.
     const fn complaint(&self) -> Text {
         let text = match self.field {
@@ -346,6 +341,7 @@ impl fmt::Display for Told<'_> {
         }
         f.write_str(self.remedy)?;
         match self.error.cause {
+            Cause::PlantOrder { n } => write!(f, " (given {n})"),
             Cause::PeriodNotPositive { period_s } => write!(f, " (given {period_s} s)"),
             Cause::SurfaceLead { c_n } => write!(f, " (given {c_n})"),
             Cause::OffsetDecayNotPositive { alpha_per_s } => write!(f, " (given {alpha_per_s} 1/s)"),
@@ -476,10 +472,5 @@ impl Warnings {
     /// The remarks in turn.
     pub fn iter(&self) -> impl Iterator<Item = &Warning> {
         self.list.iter().flatten()
-    }
-
-    /// Nothing to remark?
-    pub const fn is_empty(&self) -> bool {
-        self.len == 0
     }
 }

@@ -33,7 +33,7 @@ impl Health {
     /// Both sets together.
     #[inline(always)]
     #[must_use]
-    pub const fn union(self, other: Self) -> Self {
+    pub(crate) const fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
@@ -52,6 +52,16 @@ impl Health {
     pub const fn from_bits(bits: u8) -> Option<Self> {
         let all = Self::INPUT_REJECTED.0 | Self::SATURATED.0 | Self::SIGMA_STAR_OVER_BOUND.0;
         if bits & !all == 0 { Some(Self(bits)) } else { None }
+    }
+}
+
+/// Both sets together.
+impl core::ops::BitOr for Health {
+    type Output = Self;
+
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        self.union(other)
     }
 }
 

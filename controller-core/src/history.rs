@@ -49,13 +49,8 @@ impl<T: Copy, const N: usize, const LEN: usize> History<T, N, LEN> {
         let _ = self.ring.push_back(record);
     }
 
-    /// The last record, if there is one.
-    pub fn newest(&self) -> Option<&Record<T, N>> {
-        self.ring.back()
-    }
-
-    /// The records from the oldest to the newest.
-    pub fn oldest_first(&self) -> impl Iterator<Item = &Record<T, N>> {
+    /// The records from the oldest to the newest; `next_back` is the last one.
+    pub fn oldest_first(&self) -> impl DoubleEndedIterator<Item = &Record<T, N>> {
         self.ring.iter()
     }
 }

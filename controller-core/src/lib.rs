@@ -1,17 +1,9 @@
-//! Sliding mode control for mismatched uncertain systems with an extended disturbance observer, as one discrete tick
-//! for a microcontroller: `no_std`, no allocation, no `unsafe`, fixed size, no panic in the tick.
+#![doc = include_str!("../README.md")]
 //!
-//! The plant is a chain of integrators with disturbances in every channel, only the last one driven (Eq. (39)):
+//! # The plant
+//! A chain of integrators with disturbances in every channel, only the last one driven (Eq. (39)):
 //!
 //! $$ \dot x_i = x_{i+1} + d_i(x,t)\ (i < n), \qquad \dot x_n = a(x) + b(x)u + d_n(x,u,t), \qquad y = x_1 $$
-//!
-//! | you want | go to |
-//! |---|---|
-//! | to run it: design, start, tick | [`Controller`], [`Config`], [`State`], [`Output`] |
-//! | to choose gains | [`ObserverGains`], [`Surface`], [`ReachingLaw`] |
-//! | to describe your plant | [`NominalModel`], [`Nominal`], [`Linear`]; examples [`FlexibleJoint`], [`Benchmark`] |
-//! | to know what is wrong | [`ConfigError`], [`Warnings`], [`Health`], [`History`] |
-//! | to know how well it will do | `bounds`, `error_dynamics` (feature `analysis`) |
 //!
 //! Equation numbers are those of *Sliding Mode Control for Mismatched Uncertain Systems Using an Extended Disturbance
 //! Observer*; where this crate differs, a `# Deviation` paragraph says so. Channels count from 1 in text and messages,

@@ -5,9 +5,29 @@
 //! $b_0 = b$. The true plant may differ; what the model does not say is the observers' business.
 
 use crate::assert_order;
-use crate::real::{Real, row_f32};
+use crate::real::Real;
 
 /// a(x) and b(x) in units of b_0.
+///
+/// ```
+/// use controller_core::*;
+///
+/// /// A pendulum: x_2' = -g/l sin x_1 + u/(m l²), with b_0 = 1/(m l²).
+/// #[derive(Clone, Copy)]
+/// struct Pendulum {
+///     weight: f32, // m g l, the torque that holds it level
+/// }
+///
+/// impl NominalModel<f32, 2> for Pendulum {
+///     fn drift(&self, x: &[f32; 2]) -> f32 {
+///         // Near the bottom; what the series leaves out, the observer of channel 2 estimates.
+///         let angle = x[0];
+///         -self.weight * (angle - angle * angle * angle * (1.0 / 6.0))
+///     }
+/// }
+///
+/// assert_eq!(Pendulum { weight: 2.0 }.drift(&[0.0, 1.0]), 0.0);
+/// ```
 pub trait NominalModel<T: Real, const N: usize> {
     /// a(x)/b_0: the drift of channel n in units of u.
     fn drift(&self, x: &[T; N]) -> T;
@@ -51,26 +71,24 @@ pub struct Linear<T, const N: usize> {
     row: [T; N],
 }
 
-impl<const N: usize> Linear<f64, N> {
-    /// a(x) = gradient . x in f64.
-    pub const fn new(nominal: &Nominal<N>) -> Self {
-        const { assert_order(N) };
-        let mut row = nominal.gradient;
-        let mut i = 0;
-        while i < N {
-            row[i] /= nominal.input_gain;
-            i += 1;
+macro_rules! linear {
+    ($($t:ty),*) => {$(
+        impl<const N: usize> Linear<$t, N> {
+            /// a(x) = gradient . x, rounded once from f64.
+            pub const fn new(nominal: &Nominal<N>) -> Self {
+                const { assert_order(N) };
+                let mut row = [0.0; N];
+                let mut i = 0;
+                while i < N {
+                    row[i] = (nominal.gradient[i] / nominal.input_gain) as $t;
+                    i += 1;
+                }
+                Self { row }
+            }
         }
-        Self { row }
-    }
+    )*};
 }
-
-impl<const N: usize> Linear<f32, N> {
-    /// a(x) = gradient . x in f32.
-    pub const fn new(nominal: &Nominal<N>) -> Self {
-        Self { row: row_f32(&Linear::<f64, N>::new(nominal).row) }
-    }
-}
+linear!(f32, f64);
 
 impl<T: Real, const N: usize> Linear<T, N> {
     /// From the row of a(x)/b_0 itself.

@@ -47,7 +47,7 @@ pub struct Pole {
 
 impl Pole {
     /// A pole on the real axis.
-    pub const fn real(re: f64) -> Self {
+    pub(crate) const fn real(re: f64) -> Self {
         Self { re, im: 0.0 }
     }
 }
@@ -81,8 +81,10 @@ impl<const R: usize> ObserverGains<R> {
     ///
     /// ```
     /// use controller_core::{ObserverGains, Pole};
-    /// const GAINS: ObserverGains<2> = ObserverGains::from_poles([Pole::real(-10.0), Pole::real(-10.0)]);
-    /// assert_eq!(GAINS.l, [20.0, 100.0]);
+    /// // s² + 20 s + 125
+    /// const PAIR: [Pole; 2] = [Pole { re: -10.0, im: 5.0 }, Pole { re: -10.0, im: -5.0 }];
+    /// const GAINS: ObserverGains<2> = ObserverGains::from_poles(PAIR);
+    /// assert_eq!(GAINS.l, [20.0, 125.0]);
     /// ```
     pub const fn from_poles<const ORDER: usize>(poles: [Pole; ORDER]) -> Self {
         const { assert!(ORDER >= 1 && ORDER <= R && R <= MAX_R, "an observer's order must be 1..=R, and R 1..=3") };
@@ -159,13 +161,13 @@ impl<const R: usize> ObserverGains<R> {
     ///
     /// # Deviation
     /// The paper asks for positive gains, which suffices only for r = 2; r = 3 also needs l1 l2 > l3.
-    pub const fn is_hurwitz(&self) -> bool {
+    pub(crate) const fn is_hurwitz(&self) -> bool {
         let (a, degree) = self.polynomial();
         is_hurwitz(a, degree)
     }
 
     /// Magnitude of the fastest pole, rad/s.
-    pub const fn fastest_rad_s(&self) -> f64 {
+    pub(crate) const fn fastest_rad_s(&self) -> f64 {
         let (a, degree) = self.polynomial();
         spectral_radius(a, degree)
     }

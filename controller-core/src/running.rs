@@ -89,7 +89,7 @@ pub trait ControlLaw {
     /// When the change cannot be made without a jump.
     fn take_over(&self, from: &Self, state: &Self::State, sample: &Self::Sample) -> Result<Self::State, RetuneError>;
 
-    /// A hash of all that makes this design differ from another.
+    /// A hash that tells this design from another; what it cannot tell, the law says.
     fn fingerprint(&self) -> u32;
 }
 
@@ -107,7 +107,7 @@ macro_rules! as_within {
         const NO_GUESS: Self::Guess = <$within as $crate::ControlLaw>::NO_GUESS;
 
         #[inline]
-        fn start_from(&$this, sample: &Self::Sample, guess: &Self::Guess) -> Option<Self::State> {
+        fn start_from(&$this, sample: &Self::Sample, guess: &Self::Guess) -> ::core::option::Option<Self::State> {
             $law.start_from(sample, guess)
         }
         #[inline]
@@ -130,7 +130,7 @@ macro_rules! as_within {
             $other: &Self,
             state: &Self::State,
             sample: &Self::Sample,
-        ) -> Result<Self::State, $crate::RetuneError> {
+        ) -> ::core::result::Result<Self::State, $crate::RetuneError> {
             $law.take_over($other_law, state, sample)
         }
     };
@@ -155,6 +155,13 @@ pub struct Guessing<C: ControlLaw> {
     guess: C::Guess,
 }
 
+impl<C: ControlLaw> Guessing<C> {
+    /// The law, with this guess in physical units.
+    pub const fn new(law: C, guess: C::Guess) -> Self {
+        Self { law, guess }
+    }
+}
+
 impl<C: ControlLaw> ControlLaw for Guessing<C> {
     as_within!(C: self => self.law, from => &from.law);
 
@@ -169,7 +176,8 @@ impl<C: ControlLaw> ControlLaw for Guessing<C> {
 
 /// A design in flash that is a type of its own, so that a [`Running`] of it keeps no address and the compiler puts the
 /// constants of the design into the tick (on the joint's drive 4 bytes and some 20 cycles less than by reference). It is
-/// never changed for another: where [`Running::retune`] is wanted, a plain `static` by reference is the way.
+/// never changed for another: where [`Running::retune`] is wanted, or an attribute that places the design in a section, a
+/// plain `static` by reference is the way. Attributes other than docs are refused.
 ///
 /// ```
 /// use controller_core::*;
@@ -194,13 +202,13 @@ impl<C: ControlLaw> ControlLaw for Guessing<C> {
 /// ```
 #[macro_export]
 macro_rules! design {
-    ($(#[$meta:meta])* $visibility:vis static $name:ident: $law:ty = $design:expr;) => {
-        $(#[$meta])*
+    ($(#[doc = $doc:expr])* $visibility:vis static $name:ident: $law:ty = $design:expr;) => {
+        $(#[doc = $doc])*
         #[allow(non_camel_case_types)]
-        #[derive(Clone, Copy, Debug)]
+        #[derive(::core::clone::Clone, ::core::marker::Copy, ::core::fmt::Debug)]
         $visibility struct $name;
 
-        impl core::ops::Deref for $name {
+        impl ::core::ops::Deref for $name {
             type Target = $law;
             #[inline(always)]
             fn deref(&self) -> &$law {
@@ -213,7 +221,7 @@ macro_rules! design {
             $crate::as_within!($law: self => (**self), from => from);
 
             #[inline]
-            fn start(&self, sample: &Self::Sample) -> Option<Self::State> {
+            fn start(&self, sample: &Self::Sample) -> ::core::option::Option<Self::State> {
                 (**self).start(sample)
             }
             fn fingerprint(&self) -> u32 {
@@ -268,7 +276,7 @@ impl<D: ControlLaw> Running<Guessing<D>> {
     /// Waits for its first good sample, and starts with this guess of the disturbances in their physical units, as
     /// [`Options::initial_estimates`](crate::Options::initial_estimates) has it.
     pub const fn guessing(design: D, guess: D::Guess) -> Self {
-        Self::new(Guessing { law: design, guess })
+        Self::new(Guessing::new(design, guess))
     }
 }
 
@@ -317,9 +325,12 @@ impl<D: ControlLaw> Running<D> {
         self.state = None;
     }
 
-    /// Changes to another design between two ticks, without a jump of u: call it with the sample of the coming tick,
-    /// then tick with the same sample. The estimates go on in their physical units, and the offset W is chosen so that
-    /// u is what it would have been; it decays with α as ever. Before the start the design is changed and no more.
+    /// Changes to another design between two ticks, without a jump of u: first
+    /// [`report_applied`](Self::report_applied), if there is something to report, then this with the sample of the coming
+    /// tick, then tick with the same sample. The estimates go on in their physical units, and the offset W is chosen so
+    /// that u is what it would have been, as far as the new limits allow it. W decays with the new α as ever, and u moves
+    /// with it: where the designs are unlike, W is large, and σ* tells nothing until it has decayed. Give a sample that
+    /// can be trusted. Before the start the design is changed and no more.
     ///
     /// # Errors
     /// Why the other design cannot take over here; then nothing is changed.
@@ -331,10 +342,12 @@ impl<D: ControlLaw> Running<D> {
         Ok(())
     }
 
-    /// All that it remembers as 32-bit words, to the bit: hash of the design (and of the guess), has it started, state.
+    /// All that it remembers as 32-bit words, to the bit: hash of the design (and of the guess), has it started, state,
+    /// and a checksum of these.
     pub fn words(&self) -> impl Iterator<Item = u32> {
         let head = [self.design.fingerprint(), u32::from(self.state.is_some())];
-        head.into_iter().chain(self.state.iter().flat_map(Words::words))
+        let words = || head.into_iter().chain(self.state.iter().flat_map(Words::words));
+        words().chain([hash(words())])
     }
 
     /// What these words are, with the design that they belong to.
@@ -342,21 +355,25 @@ impl<D: ControlLaw> Running<D> {
     /// # Errors
     /// When they belong to another design, are cut short or too many, or are none that [`words`](Self::words) gives.
     pub fn from_words(design: D, words: impl IntoIterator<Item = u32>) -> Result<Self, WordsError> {
-        let mut words = words.into_iter();
-        let found = words.next().ok_or(WordsError::Damaged)?;
-        let expected = design.fingerprint();
-        if found != expected {
-            return Err(WordsError::OtherDesign { expected, found });
-        }
-        let state = match words.next() {
-            Some(0) => None,
-            Some(1) => Some(D::State::from_words(&mut words).ok_or(WordsError::Damaged)?),
-            _ => return Err(WordsError::Damaged),
+        let (mut sum, mut words) = (START, words.into_iter());
+        let state = {
+            let mut summed = core::iter::from_fn(|| words.next().inspect(|&word| sum = mixed(sum, word)));
+            let found = summed.next().ok_or(WordsError::Damaged)?;
+            let expected = design.fingerprint();
+            if found != expected {
+                return Err(WordsError::OtherDesign { expected, found });
+            }
+            match summed.next() {
+                Some(0) => None,
+                Some(1) => Some(D::State::from_words(&mut summed).ok_or(WordsError::Damaged)?),
+                _ => return Err(WordsError::Damaged),
+            }
         };
-        if words.next().is_some() {
-            return Err(WordsError::Damaged);
+        if words.next() == Some(sum) && words.next().is_none() {
+            Ok(Self { design, state })
+        } else {
+            Err(WordsError::Damaged)
         }
-        Ok(Self { design, state })
     }
 }
 
@@ -372,7 +389,7 @@ pub enum WordsError {
         /// Hash in the words.
         found: u32,
     },
-    /// Too few, too many, or not those of a state: a number that is not finite, a flag that is neither 0 nor 1.
+    /// Too few, too many, others than were given: their checksum says so.
     Damaged,
 }
 
@@ -399,8 +416,11 @@ impl core::error::Error for WordsError {}
 pub enum RetuneError {
     /// The sample is one that a tick would reject: try with the next.
     Sample,
-    /// k_l of the new design lies within a tenth of its α, where the offset cannot be chosen so that u does not jump.
+    /// In the new design 1 - e^(-α T) lies within a tenth of k_l T (or of 1, if that is smaller): there the offset has
+    /// no say in u, and cannot be chosen so that u does not jump.
     GainNearDecay,
+    /// No offset, or none within ±[`INPUT_LIMIT`](crate::INPUT_LIMIT), makes the new law ask for the old u.
+    OffsetOutOfRange,
 }
 
 impl fmt::Display for RetuneError {
@@ -408,7 +428,10 @@ impl fmt::Display for RetuneError {
         f.write_str(match self {
             Self::Sample => "a tick would reject this sample: retune with the next good one",
             Self::GainNearDecay => {
-                "k_l of the new design lies within a tenth of its alpha: the offset has no say in u; move one of them"
+                "1 - e^(-alpha T) lies within a tenth of k_l T: the offset has no say in u; move alpha or k_l"
+            }
+            Self::OffsetOutOfRange => {
+                "no offset makes the new law ask for the old u: take a design that is nearer, or start anew with `reset`"
             }
         })
     }
@@ -416,10 +439,13 @@ impl fmt::Display for RetuneError {
 
 impl core::error::Error for RetuneError {}
 
-/// FNV-1a over words: tells designs apart, and is no defence against anyone who wants them alike.
+/// FNV-1a over words: tells designs apart and damage from none, and is no defence against anyone who means it.
 pub(crate) fn hash(words: impl IntoIterator<Item = u32>) -> u32 {
-    words
-        .into_iter()
-        .flat_map(u32::to_le_bytes)
-        .fold(0x811c_9dc5, |hash: u32, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
+    words.into_iter().fold(START, mixed)
+}
+
+const START: u32 = 0x811c_9dc5;
+
+fn mixed(hash: u32, word: u32) -> u32 {
+    word.to_le_bytes().into_iter().fold(hash, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
 }

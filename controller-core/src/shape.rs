@@ -1,6 +1,6 @@
 //! The shape of a controller, as types and as numbers: plant order n, capacity r for observer orders, observed channels.
 //!
-//! [`controller!`](crate::controller) spells the type of a controller once. [`shapes!`](crate::shapes) is the one list
+//! [`controller!`](macro@crate::controller) spells the type of a controller once. [`shapes!`](crate::shapes) is the one list
 //! of all shapes for whoever must carry many: a target, a host, the archive for C.
 
 use crate::{MAX_N, MAX_R};
@@ -13,7 +13,7 @@ use crate::{MAX_N, MAX_R};
 /// type Motor = controller!(f64, Linear<f64, 2>, order 2, no observers);
 /// ```
 ///
-/// A wrong shape is an error at this line, with its numbers:
+/// A wrong shape is an error that names this line and its numbers, as soon as the type is used:
 /// ```compile_fail
 /// # use controller_core::*;
 /// type Joint = controller!(f32, FlexibleJoint<f32>, order 4, observers of order 2 in [2, 5]);
@@ -21,7 +21,7 @@ use crate::{MAX_N, MAX_R};
 /// ```
 #[macro_export]
 macro_rules! controller {
-    ($t:ty, $model:ty, order $n:literal, observers of order $r:literal in [$($channel:literal),+ $(,)?]) => {
+    ($t:ty, $model:ty, order $n:literal, observers of order $r:literal in [$($channel:literal),+ $(,)?] $(,)?) => {
         $crate::Controller<
             $t,
             $model,
@@ -31,7 +31,7 @@ macro_rules! controller {
             { <[usize]>::len(&[$($channel),+]) },
         >
     };
-    ($t:ty, $model:ty, order $n:literal, no observers) => {
+    ($t:ty, $model:ty, order $n:literal, no observers $(,)?) => {
         $crate::Controller<$t, $model, $n, 1, { $crate::channels($n, 1, []) }, 0>
     };
 }
@@ -99,6 +99,7 @@ macro_rules! shapes {
     (planar => $callback:ident) => { $crate::shapes! { @ $callback [@planar_archive @planar] } };
     (wire => $callback:ident) => { $crate::shapes! { @ $callback [@planar_archive @archive @planar @wire] } };
     (all => $callback:ident) => { $crate::shapes! { @ $callback [@planar_archive @archive @planar @wire @long] } };
+    ($other:ident => $callback:ident) => { ::core::compile_error!("shapes! has the sets all, wire, planar and archive") };
     (@ $callback:ident [] $($shape:tt)*) => { $callback! { $($shape)* } };
     (@ $callback:ident [@planar_archive $($rest:tt)*] $($shape:tt)*) => {
         $crate::shapes! { @ $callback [$($rest)*] $($shape)*

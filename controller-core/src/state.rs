@@ -112,11 +112,6 @@ impl<T: Real, M, const N: usize, const R: usize, const MASK: u8, const O: usize>
     /// memory that others can write to looks there first.
     pub const FLAG_AT: usize = core::mem::offset_of!(Self, resuming);
 
-    /// The u that the controller believes is held.
-    pub const fn held(&self) -> T {
-        self.held
-    }
-
     /// A state of nothing but these, before a tick.
     pub(crate) const fn resuming(z: [[T; R]; O], offset: T, held: T) -> Self {
         Self {

@@ -13,7 +13,6 @@
 //! A channel $i < n$ contributes derivatives up to order $n - 1 - i$: hence Eq. (44) needs an observer of order
 //! $r \ge n - i$ in every *observed* mismatched channel.
 
-use crate::config::resized;
 use crate::polynomial::{self, TERMS};
 use crate::{MAX_N, assert_order};
 
@@ -28,11 +27,6 @@ pub struct Surface<const N: usize> {
 }
 
 impl<const N: usize> Surface<N> {
-    /// The surface with these coefficients, as a paper prints them.
-    pub const fn from_coefficients(c: [f64; N], alpha_per_s: f64) -> Self {
-        Self { c, alpha_per_s }
-    }
-
     /// All n - 1 roots of the sliding motion at -ω.
     ///
     /// ```
@@ -57,18 +51,6 @@ impl<const N: usize> Surface<N> {
         }
         Self { c, alpha_per_s }
     }
-
-    /// Do all roots of the sliding motion lie in the left half plane?
-    pub const fn is_hurwitz(&self) -> bool {
-        const { assert_order(N) };
-        is_hurwitz(&resized(&self.c), N)
-    }
-
-    /// Magnitude of the fastest root of the sliding motion, rad/s.
-    pub const fn bandwidth_rad_s(&self) -> f64 {
-        const { assert_order(N) };
-        bandwidth_rad_s(&resized(&self.c), N)
-    }
 }
 
 /// Of n coefficients, n <= 6, the last.
@@ -76,13 +58,13 @@ pub(crate) const fn lead(c: &[f64; MAX_N], n: usize) -> f64 {
     if n >= 1 && n <= MAX_N { c[n - 1] } else { f64::NAN }
 }
 
-/// [`Surface::is_hurwitz`] of n coefficients.
+/// Do all roots of the sliding motion of n coefficients lie in the left half plane?
 pub(crate) const fn is_hurwitz(c: &[f64; MAX_N], n: usize) -> bool {
     let (a, degree) = polynomial(c, n);
     polynomial::is_hurwitz(a, degree)
 }
 
-/// [`Surface::bandwidth_rad_s`] of n coefficients.
+/// Magnitude of its fastest root, rad/s.
 pub(crate) const fn bandwidth_rad_s(c: &[f64; MAX_N], n: usize) -> f64 {
     let (a, degree) = polynomial(c, n);
     polynomial::spectral_radius(a, degree)

@@ -546,7 +546,7 @@ fn proposed(
             n,
             padded: Config {
                 period_s: controller.period_s,
-                surface: Surface::from_coefficients(padded(&surface_c), controller.alpha_per_s),
+                surface: Surface { c: padded(&surface_c), alpha_per_s: controller.alpha_per_s },
                 observers: std::array::from_fn(|i| observers.get(i)?.as_ref().map(gains)),
                 reaching: ReachingLaw { k_l: controller.k_l, k_s: controller.k_s, epsilon: controller.epsilon },
                 nominal: Nominal { gradient: padded(&gradient), input_gain },

@@ -3,7 +3,7 @@
 use compile_cases::*;
 
 static CONTROLLER: Joint<2> = Joint::designed(
-    &Config { surface: Surface::from_coefficients([250.0, 150.0, 30.0, 2.0], 1.0), ..good(GAINS) },
+    &Config { surface: Surface { c: [250.0, 150.0, 30.0, 2.0], alpha_per_s: 1.0 }, ..good(GAINS) },
     MODEL,
 );
 

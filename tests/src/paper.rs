@@ -55,7 +55,7 @@ pub const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstr
 pub const fn joint_config<const R: usize>(gains: ObserverGains<R>) -> Config<4, R> {
     Config {
         period_s: 1e-3,
-        surface: Surface::from_coefficients([125.0, 75.0, 15.0, 1.0], 1.0),
+        surface: Surface { c: [125.0, 75.0, 15.0, 1.0], alpha_per_s: 1.0 },
         observers: [None, Some(gains), None, Some(gains)],
         reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
         nominal: NOMINAL,

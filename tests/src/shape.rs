@@ -92,7 +92,7 @@ pub fn config<const N: usize, const R: usize>(spec: &Spec) -> Config<N, R> {
     }
     Config {
         period_s: spec.period_s,
-        surface: Surface::from_coefficients(padded(&spec.c), spec.alpha),
+        surface: Surface { c: padded(&spec.c), alpha_per_s: spec.alpha },
         observers: std::array::from_fn(|i| {
             let gains = spec.observers.get(i)?.as_ref()?;
             Some(ObserverGains { order: gains.l.len(), l: padded(&gains.l) })

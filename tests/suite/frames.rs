@@ -370,7 +370,7 @@ fn spec(n: usize, r: usize, mask: u8, model: Model) -> ControllerSpec {
     let slope = std::array::from_fn(|i| if i + 1 == n { -1.0 } else { 0.0 });
     let config = Config {
         period_s: 1e-3,
-        surface: Surface::from_coefficients(padded(c), 1.0),
+        surface: Surface { c: padded(c), alpha_per_s: 1.0 },
         observers: std::array::from_fn(|i| (mask >> i & 1 == 1).then_some(gains)),
         reaching: ReachingLaw { k_l: 30.0, k_s: 0.5, epsilon: 0.01 },
         nominal: Nominal { gradient: slope, input_gain: 2.0 },

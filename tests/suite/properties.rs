@@ -319,6 +319,12 @@ fn wave(k: u32) -> [f32; 4] {
     [0.1 * (3.0 * t).cos(), -0.3 * (3.0 * t).sin(), 0.2 * (2.0 * t).sin(), 0.4 * (2.0 * t).cos()]
 }
 
+/// What a state believes to be held: its last word but one, before b(x)/b_0.
+fn held_of(state: &<Joint as ControlLaw>::State) -> f32 {
+    let words: Vec<u32> = state.words().collect();
+    f32::from_bits(words[words.len() - 2])
+}
+
 #[test]
 fn safe_fallback_goes_out_and_changes_nothing_else() {
     let safe = joint(|config| config.options.fallback = Fallback::Safe(-7.0));
@@ -333,7 +339,7 @@ fn safe_fallback_goes_out_and_changes_nothing_else() {
             let (one, other) = (safe.tick(&mut at_safe, &bad), hold.tick(&mut at_hold, &bad));
             assert_eq!((one.u, one.health), (-7.0, Health::INPUT_REJECTED));
             assert_eq!((other.u, other.health), (held, Health::INPUT_REJECTED));
-            assert_eq!((at_safe.held(), at_hold.held()), (-7.0, held));
+            assert_eq!((held_of(&at_safe), held_of(&at_hold)), (-7.0, held));
         } else {
             let output = safe.tick(&mut at_safe, &wave(k));
             assert_eq!(output, hold.tick(&mut at_hold, &wave(k)));
@@ -396,7 +402,7 @@ fn fallback_stays_within_the_limits_whatever_was_held() {
     assert!(Joint::report_applied(&mut state, 1e11));
     assert_eq!(controller.tick(&mut state, &[f32::NAN; 4]).u, 20.0);
     assert!(!Joint::report_applied(&mut state, f32::NAN) && !Joint::report_applied(&mut state, 1e13));
-    assert_eq!(state.held(), 20.0);
+    assert_eq!(held_of(&state), 20.0);
 }
 
 #[test]

@@ -37,12 +37,12 @@ fn designed(config: &Config<4, 2>) -> Result<(), ConfigError> {
 
 /// Poles at -`fast` and -10 rad/s: apart, so that the bisection finds them to 1e-11.
 fn poles(fast: f64) -> ObserverGains<2> {
-    ObserverGains::from_poles([Pole::real(-fast), Pole::real(-10.0)])
+    ObserverGains::from_poles([Pole { re: -fast, im: 0.0 }, Pole { re: -10.0, im: 0.0 }])
 }
 
 /// The surface with roots -`fast`, -10, -5 rad/s.
 fn surface(fast: f64) -> Surface<4> {
-    Surface::from_coefficients([50.0 * fast, 15.0 * fast + 50.0, fast + 15.0, 1.0], 1.0)
+    Surface { c: [50.0 * fast, 15.0 * fast + 50.0, fast + 15.0, 1.0], alpha_per_s: 1.0 }
 }
 
 const REFUSED: &[(Change, &str)] = &[
@@ -134,7 +134,7 @@ const REFUSED: &[(Change, &str)] = &[
     (
         // One complex pole without its partner.
         |config| {
-            let alone = [Pole { re: -10.0, im: 5.0 }, Pole::real(-10.0)];
+            let alone = [Pole { re: -10.0, im: 5.0 }, Pole { re: -10.0, im: 0.0 }];
             config.observers[3] = Some(ObserverGains::from_poles(alone));
         },
         "channel 4: an observer gain is NaN or infinite (Eq. (53)): give finite gains, or poles that are real or come \
@@ -196,7 +196,7 @@ fn a_configuration_of_any_order_is_refused_by_the_same_rules() {
     }
     for n in [0, 1, 7, usize::MAX] {
         let error = AnyConfig { n, ..any }.validate().expect_err("no such order");
-        assert_eq!(error.to_string(), "the plant order must be 2..=6 (Eq. (39))");
+        assert_eq!(error.to_string(), format!("the plant order must be 2..=6 (Eq. (39)) (given {n})"));
     }
     assert_eq!(any.warnings().iter().count(), GOOD.warnings().iter().count());
 }
@@ -269,7 +269,6 @@ fn remarks(change: Change) -> Vec<String> {
     assert_eq!(designed(&config), Ok(()), "a warning is about a design that runs");
     let warnings = config.warnings();
     let told: Vec<String> = warnings.iter().map(Warning::to_string).collect();
-    assert_eq!(warnings.is_empty(), told.is_empty());
     told
 }
 

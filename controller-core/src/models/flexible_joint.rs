@@ -13,7 +13,7 @@
 //! numbers.
 
 use crate::model::{Nominal, NominalModel};
-use crate::real::{Real, row_f32};
+use crate::real::Real;
 
 /// Table I, SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,21 +105,19 @@ pub struct FlexibleJoint<T> {
     row: [T; 3],
 }
 
-impl FlexibleJoint<f64> {
-    /// From [`JointChain::nominal`], in f64.
-    pub const fn new(nominal: &Nominal<4>) -> Self {
-        let [x1, _, x3, x4] = nominal.gradient;
-        let b = nominal.input_gain;
-        Self { row: [x1 / b, x3 / b, x4 / b] }
-    }
+macro_rules! joint {
+    ($($t:ty),*) => {$(
+        impl FlexibleJoint<$t> {
+            /// From [`JointChain::nominal`], rounded once from f64.
+            pub const fn new(nominal: &Nominal<4>) -> Self {
+                let [x1, _, x3, x4] = nominal.gradient;
+                let b = nominal.input_gain;
+                Self { row: [(x1 / b) as $t, (x3 / b) as $t, (x4 / b) as $t] }
+            }
+        }
+    )*};
 }
-
-impl FlexibleJoint<f32> {
-    /// From [`JointChain::nominal`], in f32.
-    pub const fn new(nominal: &Nominal<4>) -> Self {
-        Self { row: row_f32(&FlexibleJoint::<f64>::new(nominal).row) }
-    }
-}
+joint!(f32, f64);
 
 impl<T: Real> NominalModel<T, 4> for FlexibleJoint<T> {
     #[inline(always)]

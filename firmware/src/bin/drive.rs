@@ -92,7 +92,7 @@ fn main() -> ! {
         asm::wfi();
         let seen = critical_section::with(|cs| {
             let seen = SEEN.borrow_ref(cs);
-            seen.history.newest().map(|newest| (*newest, seen.worst, seen.missed))
+            seen.history.oldest_first().next_back().map(|newest| (*newest, seen.worst, seen.missed))
         });
         if let Some((newest, worst, missed)) = seen
             && newest.tick.wrapping_sub(reported) >= REPORT_EVERY

@@ -4,13 +4,18 @@
 
 use std::fmt::Write as _;
 
-use controller_core::{LAYOUT, VERSION, VERSION_NUMBER};
+use controller_core::{LAYOUT, VERSION, VERSION_NUMBER, shapes};
 use loop_sim::port::in_process::Model;
 
 use super::{Exported, named};
 
-/// What the archive carries is what its header declares.
-const HEADER: &str = include_str!("../../../controller-capi/include/edo_smc.h");
+/// What the archive carries, by name.
+const CARRIED: &[&str] = {
+    macro_rules! names {
+        ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => { &[$(stringify!($name)),*] };
+    }
+    shapes!(archive => names)
+};
 
 /// # Errors
 /// What the archive does not carry, and what carries it.
@@ -26,13 +31,11 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
     };
     let digits: String = channels.iter().map(usize::to_string).collect();
     let name = format!("n{n}_r{r}_c{digits}");
-    let carried: Vec<&str> =
-        HEADER.lines().filter_map(|line| line.strip_prefix("EDO_SMC_INSTANCE(")?.split(',').next()).collect();
-    if !carried.contains(&name.as_str()) {
+    if !CARRIED.contains(&name.as_str()) {
         return Err(format!(
             "the archive for C has no {name} ({}); it has {}. Take --standalone, which has them all",
             exported.shape(),
-            carried.join(", ")
+            CARRIED.join(", ")
         ));
     }
     let numbers = named(n, r, channels.len(), &exported.download.numbers);

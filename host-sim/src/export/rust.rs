@@ -84,7 +84,7 @@ pub const DESIGN: u32 = {hash:#010x};
 /// The design, number by number.
 pub const CONFIG: Config<{n}, {r}> = Config {{
     period_s: {period_s:?},
-    surface: Surface::from_coefficients({c}, {alpha:?}),
+    surface: Surface {{ c: {c}, alpha_per_s: {alpha:?} }},
     observers: [
 {observers}    ],
     reaching: {reaching:?},

@@ -88,7 +88,7 @@ mod tests {
             sigma_star: 1e22,
             d: [AWKWARD[1]; MAX_ORDER],
             d_hat: [0.0, AWKWARD[5], 0.0, AWKWARD[2], 0.0, 0.0],
-            health: Health::SATURATED.union(Health::INPUT_REJECTED),
+            health: Health::SATURATED | Health::INPUT_REJECTED,
         };
         Trace { order: 4, observed: vec![1, 3], period_s: 1e-3, rows: vec![row; 3], ending: Ending::Finished }
     }

@@ -219,7 +219,7 @@ mod tests {
         }
         assert_eq!(saturation(&trace), None);
         for k in [10, 11, 20_000] {
-            trace.rows[k].health = Health::SATURATED.union(Health::INPUT_REJECTED);
+            trace.rows[k].health = Health::SATURATED | Health::INPUT_REJECTED;
         }
         let intervals = saturation(&trace).unwrap().intervals;
         let expected = [(trace.rows[10].t_s, trace.rows[11].t_s + 1e-3), (20.0, 20.0 + 1e-3)];
