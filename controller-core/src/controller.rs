@@ -228,8 +228,8 @@ where
         let mut moved = [T::ZERO; O];
         for s in 0..O {
             let i = Self::CHANNELS[s];
-            let rate = if i == Self::LAST { k.rate_n } else { k.rate };
-            moved[s] = ((x[i] - state.x_prev[s]) * rate).called("moved", i + 1);
+            let moved_s = (x[i] - state.x_prev[s]) * if i == Self::LAST { k.rate_n } else { k.rate };
+            moved[s] = moved_s.called("moved", i + 1);
         }
         let h = self.foreseen(x, drift);
         let held = match gain {
@@ -331,7 +331,8 @@ where
         for s in 0..O {
             let i = Self::CHANNELS[s];
             if i != Self::LAST {
-                y[i + 1] = (x[i + 1] + z[s][0]).called("y", i + 2);
+                y[i + 1] += z[s][0];
+                y[i + 1] = y[i + 1].called("y", i + 2);
             }
         }
         y
