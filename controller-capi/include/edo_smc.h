@@ -20,7 +20,7 @@
  *     edo_smc_output_t output = {0};
  *     edo_smc_tick_n4_r2_c24(&my_design, &state, x, &output);   // x: the newest sample, float[4]
  *     pwm_set(output.u);
- *     edo_smc_applied_n4_r2_c24(&state, held);                  // only if the actuator holds something else
+ *     edo_smc_report_applied_n4_r2_c24(&state, held);           // only if the actuator holds something else
  *
  * STATUS. Below 0 a call refused, and wrote nothing. NULL, misaligned or overlapping memory, another size, version or
  * instance, numbers that are not finite, a state that init did not make or that something wrote over: all of them are
@@ -63,13 +63,13 @@ enum {
     EDO_SMC_SIZE = -3,             /* not the size of this instance in this version */
     EDO_SMC_WRONG_VERSION = -4,    /* the design belongs to another version: export it again */
     EDO_SMC_WRONG_INSTANCE = -5,   /* the design is of another instance */
-    EDO_SMC_NOT_FINITE = -6,       /* a number is NaN or infinite (applied: or beyond 1e12) */
+    EDO_SMC_NOT_FINITE = -6,       /* a number is NaN or infinite (report_applied: or beyond 1e12) */
     EDO_SMC_BAD_COEFFICIENTS = -7, /* no design has such numbers: was the file edited? */
     EDO_SMC_OVERLAP = -8,          /* two arguments share memory */
     EDO_SMC_NOT_INITIALISED = -9,  /* init of this instance did not make this state */
     EDO_SMC_OTHER_DESIGN = -10,    /* init made this state for another design */
     EDO_SMC_DAMAGED = -11,         /* something wrote over this state: init it */
-    EDO_SMC_NOT_STARTED = -12,     /* applied: no good sample yet, so nothing to correct */
+    EDO_SMC_NOT_STARTED = -12,     /* report_applied: no good sample yet, so nothing to correct */
 
     /* Of edo_smc_design_*; the number of the channel goes out beside it where there is one. */
     EDO_SMC_FALLBACK_UNKNOWN = -20,         /* fallback is neither EDO_SMC_HOLD_LAST nor EDO_SMC_SAFE_U */
@@ -128,8 +128,8 @@ enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
  *
  * edo_smc_init_NAME       looks at a design and makes a state that waits for its first good sample.
  * edo_smc_tick_NAME       one tick. The first good sample starts it; until then the fallback goes out.
- * edo_smc_applied_NAME    tells what the actuator really holds since the last tick, where that is not the u it answered:
- *                         the observers live on it, and it is the only anti-windup. Before the next tick.
+ * edo_smc_report_applied_NAME  tells what the actuator really holds since the last tick, where that is not the u that
+ *                         it answered: the observers live on it, and it is the only anti-windup. Before the next tick.
  * edo_smc_reset_NAME      forgets all but the design: the next good sample starts again. For the end of a fault.
  * edo_smc_design_NAME     designs on the spot, to the same bits as on the host. Arithmetic of double precision in
  *                         software: for a start-up, not for an interrupt. `channel` may be NULL; else the number of the
@@ -190,7 +190,7 @@ enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
                                          edo_smc_state_##name##_t *state, size_t state_size);                          \
     edo_smc_status_t edo_smc_tick_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state,     \
                                          const float x[n], edo_smc_output_t *output);                                  \
-    edo_smc_status_t edo_smc_applied_##name(edo_smc_state_##name##_t *state, float u);                                 \
+    edo_smc_status_t edo_smc_report_applied_##name(edo_smc_state_##name##_t *state, float u);                          \
     edo_smc_status_t edo_smc_reset_##name(edo_smc_state_##name##_t *state);                                            \
     edo_smc_status_t edo_smc_design_##name(const edo_smc_config_##name##_t *config, size_t config_size,                \
                                            edo_smc_design_##name##_t *design, size_t design_size, uint32_t *channel);

@@ -205,7 +205,7 @@ unsafe fn start<const N: usize, const R: usize, const MASK: u8, const O: usize>(
 
 /// # Safety
 /// A pointer that is not NULL points to memory of a state.
-pub(crate) unsafe fn applied<const N: usize, const R: usize, const MASK: u8, const O: usize>(
+pub(crate) unsafe fn report_applied<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     state: *mut Held<N, R, MASK, O>,
     u: f32,
 ) -> Status {

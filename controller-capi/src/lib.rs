@@ -104,10 +104,10 @@ macro_rules! instances {
             ///
             /// # Safety
             /// A pointer that is not NULL points to a state.
-            #[unsafe(export_name = concat!("edo_smc_applied_", stringify!($name)))]
-            pub unsafe extern "C" fn applied(state: *mut ThisState, u: f32) -> Status {
+            #[unsafe(export_name = concat!("edo_smc_report_applied_", stringify!($name)))]
+            pub unsafe extern "C" fn report_applied(state: *mut ThisState, u: f32) -> Status {
                 // SAFETY: the caller's word.
-                unsafe { instance::applied::<$n, $r, $mask, $o>(state, u) }
+                unsafe { instance::report_applied::<$n, $r, $mask, $o>(state, u) }
             }
 
             /// Forgets all but the design: the next good sample starts again.

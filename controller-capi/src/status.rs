@@ -28,7 +28,7 @@ impl Status {
     pub(crate) const OTHER_DESIGN: Self = Self(-10);
     /// The state was overwritten.
     pub(crate) const DAMAGED: Self = Self(-11);
-    /// `applied` before the first good sample.
+    /// `report_applied` before the first good sample.
     pub(crate) const NOT_STARTED: Self = Self(-12);
     /// Neither of the two fallbacks.
     pub(crate) const FALLBACK: Self = Self(-20);

@@ -76,7 +76,7 @@ void TIM3_IRQHandler(void) {
     const float x[4] = {motor[0], motor[1], motor[2], motor[3]}; /* BOARD: read the encoders, in chain coordinates */
     float u;
     const uint32_t status = controller_tick(x, &u);
-    held = u; /* BOARD: write the PWM; if it holds anything else, tell edo_smc_applied_n4_r2_c24 or joint_report_applied */
+    held = u; /* BOARD: write the PWM; if it holds anything else, say so by the function report_applied */
     if (status != 0) {
         worst = status;
     }

@@ -156,7 +156,7 @@ impl<T: Transport> ControllerPort for Remote<T> {
         }
     }
 
-    fn applied(&mut self, u: f64) {
+    fn report_applied(&mut self, u: f64) {
         self.applied = u as f32;
     }
 

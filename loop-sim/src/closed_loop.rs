@@ -100,7 +100,7 @@ fn run<R: Recorder + ?Sized>(setup: Loop<'_>, recorder: &mut R) -> (Ending, Opti
         };
         let u_held = actuator.drive(tick.u);
         if report {
-            port.applied(u_held);
+            port.report_applied(u_held);
         }
         let mut d = [0.0; MAX_ORDER];
         plant.lumped(t_s, &x[..n], u_held, &mut d[..n]);

@@ -139,7 +139,7 @@ pub trait ControllerPort: Send {
     fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError>;
 
     /// What the actuator really holds since the last tick.
-    fn applied(&mut self, u: f64);
+    fn report_applied(&mut self, u: f64);
 
     /// Forgets every sample: the next good one starts the controller anew.
     ///

@@ -266,7 +266,7 @@ impl ControllerPort for Mute {
         Ok(Tick { u: 0.0, sigma: 0.0, sigma_star: 0.0, estimates, health })
     }
 
-    fn applied(&mut self, _u: f64) {}
+    fn report_applied(&mut self, _u: f64) {}
 
     fn reset(&mut self) -> Result<(), PortError> {
         Ok(())

@@ -7,13 +7,13 @@
 #![no_main]
 
 use controller_core::{
-    Config, Controller, Fallback, Limits, Linear, Nominal, ObserverGains, ReachingLaw, Surface, channels,
+    Config, Limits, Linear, Nominal, ObserverGains, Options, ReachingLaw, Surface, channels, controller,
 };
 use libfuzzer_sys::fuzz_target;
 use pil_wire::{Instance, LOAD, Model, Open, REQUEST_LEN, Reply, Request, Target};
 
-type Controller2 = Controller<f32, Linear<f32, 2>, 2, 2, { channels([1]) }, 1>;
-const INSTANCE: Instance = Instance { n: 2, r: 2, mask: channels([1]), model: Model::Linear };
+type Controller2 = controller!(f32, Linear<f32, 2>, order 2, observers of order 2 in [1]);
+const INSTANCE: Instance = Instance { n: 2, r: 2, mask: channels(2, 2, [1]), model: Model::Linear };
 const NOMINAL: Nominal<2> = Nominal { gradient: [-2.0, -1.0], input_gain: 2.0 };
 const CONTROLLER: Controller2 = Controller2::designed(
     &Config {
@@ -22,10 +22,7 @@ const CONTROLLER: Controller2 = Controller2::designed(
         observers: [Some(ObserverGains::from_bandwidth::<2>(50.0)), None],
         reaching: ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 },
         nominal: NOMINAL,
-        limits: Limits::symmetric(300.0),
-        fallback: Fallback::HoldLast,
-        sigma_star_bound: 1.0,
-        observer_pole_limit: 1.0,
+        options: Options::NEUTRAL.with_limits(Limits::symmetric(300.0)).with_sigma_star_bound(1.0),
     },
     Linear::<f32, 2>::new(&NOMINAL),
 );
@@ -59,7 +56,7 @@ impl Host {
 fuzz_target!(|script: &[u8]| {
     let mut host = Host { target: Target::new(), sequence: 0 };
     let mut design = [[0.0; 2], *CONTROLLER.model().row()].concat();
-    CONTROLLER.coefficients().numbers(|number| design.push(number));
+    design.extend(CONTROLLER.coefficients().numbers());
     let mut numbers = design.clone();
 
     let mut script = script.iter().copied();

@@ -82,7 +82,7 @@ static const double gains[4][3] = {{0}, {50.0}, {100.0, 2500.0}, {150.0, 7500.0,
             printf("%d %08x %08x %08x %u\n", (int)status, (unsigned)bits(output.u), (unsigned)bits(output.sigma),      \
                    (unsigned)bits(output.sigma_star), (unsigned)output.health);                                        \
             if (tick % 5 == 4) {                                                                                       \
-                edo_smc_applied_##name(&state, 0.5f * output.u);                                                       \
+                edo_smc_report_applied_##name(&state, 0.5f * output.u);                                                \
             }                                                                                                          \
             if (tick == 150 && edo_smc_reset_##name(&state) != EDO_SMC_OK) {                                           \
                 return 2;                                                                                              \

@@ -133,7 +133,7 @@ int main(void) {
 
     /* Memory that init has not seen: of zeros, and of anything. */
     REFUSED(EDO_SMC_NOT_INITIALISED, tick(x));
-    REFUSED(EDO_SMC_NOT_INITIALISED, edo_smc_applied_n4_r2_c24(&state, 1.0f));
+    REFUSED(EDO_SMC_NOT_INITIALISED, edo_smc_report_applied_n4_r2_c24(&state, 1.0f));
     REFUSED(EDO_SMC_NOT_INITIALISED, edo_smc_reset_n4_r2_c24(&state));
     memset(&state, 0xff, sizeof state);
     REFUSED(EDO_SMC_NOT_INITIALISED, tick(x));
@@ -155,7 +155,7 @@ int main(void) {
 
     /* Before the first good sample the fallback goes out; the first good one starts. */
     EXPECT(EDO_SMC_OK, init(&design));
-    REFUSED(EDO_SMC_NOT_STARTED, edo_smc_applied_n4_r2_c24(&state, 1.0f));
+    REFUSED(EDO_SMC_NOT_STARTED, edo_smc_report_applied_n4_r2_c24(&state, 1.0f));
     REFUSED(EDO_SMC_NULL, edo_smc_tick_n4_r2_c24(NULL, &state, x, &output));
     EXPECT(EDO_SMC_REJECTED, tick(bad));
     EXPECT(EDO_SMC_INPUT_REJECTED, output.health);
@@ -174,9 +174,9 @@ int main(void) {
             edo_smc_tick_n4_r2_c24(&design, &state, x, (edo_smc_output_t *)(void *)((char *)&output + 1)));
     /* Of another instance, by a cast. */
     REFUSED(EDO_SMC_NOT_INITIALISED, edo_smc_reset_n4_r2_c34((edo_smc_state_n4_r2_c34_t *)(void *)&state));
-    REFUSED(EDO_SMC_NOT_FINITE, edo_smc_applied_n4_r2_c24(&state, NAN));
-    REFUSED(EDO_SMC_NOT_FINITE, edo_smc_applied_n4_r2_c24(&state, 1e13f));
-    EXPECT(EDO_SMC_OK, edo_smc_applied_n4_r2_c24(&state, 1.0f));
+    REFUSED(EDO_SMC_NOT_FINITE, edo_smc_report_applied_n4_r2_c24(&state, NAN));
+    REFUSED(EDO_SMC_NOT_FINITE, edo_smc_report_applied_n4_r2_c24(&state, 1e13f));
+    EXPECT(EDO_SMC_OK, edo_smc_report_applied_n4_r2_c24(&state, 1.0f));
 
     /* Each word of a state overwritten in turn: an answer, never worse; and a number of words that is refused. */
     const state_t good = state;
@@ -194,7 +194,7 @@ int main(void) {
     state = good;
     state.words[sizeof state.words / 4 - 1] = 2;
     REFUSED(EDO_SMC_DAMAGED, tick(x));
-    REFUSED(EDO_SMC_DAMAGED, edo_smc_applied_n4_r2_c24(&state, 1.0f));
+    REFUSED(EDO_SMC_DAMAGED, edo_smc_report_applied_n4_r2_c24(&state, 1.0f));
     state = good;
     EXPECT(EDO_SMC_OK, tick(x));
     EXPECT(EDO_SMC_OK, edo_smc_reset_n4_r2_c24(&state));

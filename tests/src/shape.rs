@@ -29,7 +29,7 @@ pub trait Shape {
     /// One tick; the sample is rounded to the controller's precision.
     fn tick(&mut self, x: &[f64]) -> Tick;
     /// What the actuator really holds.
-    fn applied(&mut self, u: f64);
+    fn report_applied(&mut self, u: f64);
     /// d_hat^(m) of every channel.
     fn estimates(&self) -> Vec<[f64; 3]>;
 
@@ -144,7 +144,7 @@ where
         }
     }
 
-    fn applied(&mut self, u: f64) {
+    fn report_applied(&mut self, u: f64) {
         C::report_applied(self.state.as_mut().expect("started"), T::from_f64(u));
     }
 

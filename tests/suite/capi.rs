@@ -274,7 +274,7 @@ fn the_archives_show_only_their_own_names_need_no_others_and_cannot_panic() {
                 _ => {}
             }
         }
-        let functions = ["design_size", "state_size", "init", "tick", "applied", "reset", "design"];
+        let functions = ["design_size", "state_size", "init", "tick", "report_applied", "reset", "design"];
         let instances = instances();
         let declared = instances.iter().flat_map(|(name, _)| functions.map(|of| format!("edo_smc_{of}_{name}")));
         let mut declared: Vec<String> = declared.chain(["edo_smc_version".into()]).collect();

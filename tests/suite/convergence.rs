@@ -102,7 +102,7 @@ fn polynomial_disturbance_of_degree_below_the_order_leaves_no_steady_error() {
                 if k == 0 {
                     assert!(shipped.start(&x));
                 } else {
-                    shipped.applied(u);
+                    shipped.report_applied(u);
                 }
                 shipped.tick(&x);
                 u = if k % 2 == 0 { 0.25 } else { -0.5 };

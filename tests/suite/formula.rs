@@ -54,7 +54,7 @@ fn compare(spec: &Spec, model: &Model, capacity: usize, guess: &[f64], samples: 
     assert!(shipped.start_from(&samples[0].0, guess));
     for (x, share) in samples {
         if let Some(share) = share {
-            shipped.applied(share * u);
+            shipped.report_applied(share * u);
             oracle.applied = share * u;
         }
         let (one, other) = (shipped.tick(x), oracle.tick(x));

@@ -429,7 +429,7 @@ fn every_instance_of_the_target_gives_the_bits_of_the_tick_in_process() {
                 }
                 applied = if rng.chance(0.5) { there.u * 0.5 } else { f32::NAN };
                 if applied.is_finite() {
-                    designed.port.applied(f64::from(applied));
+                    designed.port.report_applied(f64::from(applied));
                 }
             }
         }

@@ -170,7 +170,7 @@ proptest! {
             for (x, u) in history {
                 let tick = shipped.tick(&fitted(&spec, x));
                 assert!(!tick.health.contains(Health::INPUT_REJECTED));
-                shipped.applied(*u);
+                shipped.report_applied(*u);
             }
             shipped.estimates()
         };
@@ -214,7 +214,7 @@ proptest! {
             if x[..n].iter().any(|value| !value.is_finite()) {
                 prop_assert!(rejected);
             }
-            shipped.applied(*applied);
+            shipped.report_applied(*applied);
         }
         prop_assert!(shipped.estimates().iter().flatten().all(|value| value.is_finite()));
     }
@@ -241,7 +241,7 @@ proptest! {
                 prop_assert_eq!(tick, blank.tick(&vec![f64::NAN; n]));
                 prop_assert_eq!((tick.u, tick.health), (held, Health::INPUT_REJECTED));
                 // A report that is no number is not one.
-                various.applied(f64::NAN);
+                various.report_applied(f64::NAN);
             }
             let tick = various.tick(&x);
             prop_assert_eq!(tick, blank.tick(&x));

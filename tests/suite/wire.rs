@@ -330,7 +330,7 @@ fn a_reset_starts_the_same_design_anew_on_the_target() {
     let first = ticks(&mut remote);
     assert_ne!(ticks(&mut remote), first, "it goes on where it stood");
     // Told of before the reset, it must not count behind it.
-    remote.applied(7.0);
+    remote.report_applied(7.0);
     remote.reset().unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(ticks(&mut remote), first);
     assert_eq!(remote.transport().ticks(), 3);

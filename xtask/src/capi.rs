@@ -16,7 +16,7 @@ const MANIFEST: &str = "controller-capi/Cargo.toml";
 const HEADER: &str = "controller-capi/include/edo_smc.h";
 const PREFIX: &str = "edo_smc_";
 /// What `EDO_SMC_INSTANCE(name, ..)` declares, each followed by `_name`.
-const FUNCTIONS: [&str; 7] = ["design_size", "state_size", "init", "tick", "applied", "reset", "design"];
+const FUNCTIONS: [&str; 7] = ["design_size", "state_size", "init", "tick", "report_applied", "reset", "design"];
 
 /// Format and lints.
 pub(crate) fn lint(gate: &mut Gate) -> Outcome {

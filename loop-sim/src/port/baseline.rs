@@ -60,7 +60,7 @@ impl ControllerPort for Baseline {
         Ok(Tick { u, sigma, sigma_star: sigma, estimates, health: Health::OK })
     }
 
-    fn applied(&mut self, _u: f64) {}
+    fn report_applied(&mut self, _u: f64) {}
 
     fn reset(&mut self) -> Result<(), PortError> {
         self.last = None;

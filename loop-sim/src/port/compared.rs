@@ -30,9 +30,9 @@ impl ControllerPort for Compared<'_> {
         Ok(there)
     }
 
-    fn applied(&mut self, u: f64) {
-        self.there.applied(u);
-        self.here.applied(u);
+    fn report_applied(&mut self, u: f64) {
+        self.there.report_applied(u);
+        self.here.report_applied(u);
     }
 
     fn reset(&mut self) -> Result<(), PortError> {
@@ -85,7 +85,7 @@ mod tests {
             Ok(if self.ticks == self.at + 1 { self.other } else { self.tick })
         }
 
-        fn applied(&mut self, _u: f64) {}
+        fn report_applied(&mut self, _u: f64) {}
 
         fn reset(&mut self) -> Result<(), PortError> {
             self.ticks = 0;

@@ -179,7 +179,7 @@ impl<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> Co
         })
     }
 
-    fn applied(&mut self, u: f64) {
+    fn report_applied(&mut self, u: f64) {
         self.running.report_applied(T::from_f64(u));
     }
 
