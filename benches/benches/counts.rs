@@ -39,7 +39,7 @@ struct Subject {
 const SUBJECTS: [Subject; 5] = [
     Subject { what: "one tick, r = 2", function: "counted_tick_2", run: ticks_2, calls: TICKS, ceiling: 119 },
     Subject { what: "one tick, r = 3", function: "counted_tick_3", run: ticks_3, calls: TICKS, ceiling: 152 },
-    // Of 64 plants; a vectorisation that is lost makes it four to ten times as many.
+    // Of 64 plants; a vectorisation that is lost makes it two to six times as many.
     Subject {
         what: "64 lanes, r = 2, SSE2",
         function: "counted_sse2",

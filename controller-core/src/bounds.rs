@@ -76,6 +76,7 @@ pub struct UltimateBounds<const N: usize, const R: usize> {
 
 /// Why there is no bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum BoundsError {
     /// The controller itself would be refused.
     Config(ConfigError),

@@ -125,18 +125,13 @@ impl<const N: usize, const R: usize> Config<N, R> {
     /// The first rule that is broken: field, cause with channel and equation, remedy.
     pub const fn validate(&self) -> Result<(), ConfigError> {
         const { assert_order(N) };
-        check(&self.padded(), N, R)
+        check(&self.resized(), N, R)
     }
 
     /// What to be warned of in a design that [`validate`](Self::validate) accepts.
     pub const fn warnings(&self) -> Warnings {
         const { assert_order(N) };
-        remarks(&self.padded(), N)
-    }
-
-    /// The same with room for any order.
-    const fn padded(&self) -> Config<MAX_N, MAX_R> {
-        self.resized()
+        remarks(&self.resized(), N)
     }
 
     /// The same in other orders: rows cut, or filled up with zeros.
@@ -208,7 +203,7 @@ pub struct Shape {
 
 impl<const N: usize, const R: usize> From<Config<N, R>> for AnyConfig {
     fn from(config: Config<N, R>) -> Self {
-        Self { n: N, padded: config.padded() }
+        Self { n: N, padded: config.resized() }
     }
 }
 

@@ -12,9 +12,9 @@ use core::fmt;
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct ConfigError {
-    /// Where.
+    /// The field that is wrong.
     pub field: Field,
-    /// What is wrong.
+    /// What is wrong with it.
     pub cause: Cause,
 }
 
@@ -207,7 +207,7 @@ pub enum Remedy {
 }
 
 impl Remedy {
-    /// In Rust.
+    /// What to do, in the words of Rust.
     const fn words(self) -> &'static str {
         match self {
             Self::AsTheCauseSays => "",

@@ -233,7 +233,7 @@ macro_rules! design {
 
 /// A value as 32-bit words, to the bit.
 pub trait Words: Sized {
-    /// Its words.
+    /// The value as its words.
     fn words(&self) -> impl Iterator<Item = u32>;
 
     /// The value of the next words; `None` if they end too soon or are of no such value.
@@ -281,7 +281,8 @@ impl<D: ControlLaw> Running<Guessing<D>> {
 }
 
 impl<D: ControlLaw> Running<D> {
-    /// Waits for its first good sample, and starts with all estimates at 0.
+    /// Waits for its first good sample, and starts with all estimates at 0, whatever
+    /// [`Options::initial_estimates`](crate::Options::initial_estimates) says: for those take [`guessing`](Self::guessing).
     pub const fn new(design: D) -> Self {
         Self { design, state: None }
     }

@@ -10,7 +10,7 @@
 //! state = "drive::STATE"               # the static whose size is the figure `state`
 //! coefficients = "drive::CONTROLLER"   # and `coefficients`
 //! barrier = 3                          # as --barrier; loops = ["PLACE=N"] as --loop
-//! ceiling = { bound = 575, typical = 454, instructions = 291, flash = 1440, stack = 72, state = 48 }   # or fewer
+//! ceiling = { bound = 577, typical = 454, instructions = 291, flash = 1420, stack = 72, state = 48 }   # or fewer
 //! floor = { typical = 129 }            # what theory says is the least
 //! allow = { division = "b(x) varies" } # all checks are asked for; an exception has its reason
 //! why = "a third of the 1600 cycles between two interrupts"

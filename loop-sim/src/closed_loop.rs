@@ -53,6 +53,7 @@ impl Loop<'_> {
 
 /// Why a run broke off; what was recorded until then stays recorded.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum LoopError {
     /// The plant could not be integrated.
     Solver(SolverError),

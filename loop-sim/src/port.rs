@@ -35,6 +35,7 @@ impl Tick {
 
 /// Why a port could not tick. A controller in process never fails; one behind a wire may.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum PortError {
     /// The wire broke.
     Broken(String),

@@ -34,6 +34,7 @@ const WEIGHTS: [f64; ROWS] = weights();
 
 /// Why the plant could not be moved.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum SolverError {
     /// The dynamics are too fast for the tick: more steps than the solver will take.
     TooStiff {

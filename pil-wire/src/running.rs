@@ -1,8 +1,8 @@
 //! Every tick that the image carries: all shapes of plant orders 2 to 4 that Eq. (44) allows, and the nonlinear a(x) of
 //! Eq. (59) with either exponential.
 //!
-//! Orders and channels are types of the controller; a request names them at run time. So there is one enum with a
-//! variant per type, and no allocation.
+//! Orders and channels are types of the controller; a request names them at run time. So there is an enum for
+//! each model with a variant for each shape, and no allocation.
 
 use controller_core::{
     Benchmark, Coefficients, Controller, Guessing, Libm, Linear, MAX_R, Micromath, NominalModel, Output, Running,

@@ -256,6 +256,7 @@ fn actuator_of(table: &ActuatorTable, period_s: f64) -> Box<dyn Actuator> {
 /// A refused design in the words of a scenario: the key that it is about, and what to do there.
 fn design_problem(error: &ConfigError, observer_position: &[Option<usize>]) -> Problem {
     let path = error.field.name();
+    let word = path.rsplit('.').next().unwrap_or(path);
     let key = match error.field {
         Field::Observer { channel } => match observer_position.get(channel.wrapping_sub(1)).copied().flatten() {
             Some(position) => format!("controller.observer[{position}]"),
@@ -265,7 +266,7 @@ fn design_problem(error: &ConfigError, observer_position: &[Option<usize>]) -> P
         Field::InputGain | Field::Gradient => "plant.parameters".into(),
         Field::Whole => "controller".into(),
         // All other keys have the names of the fields.
-        _ => format!("controller.{}", path.rsplit('.').next().unwrap_or(path)),
+        _ => format!("controller.{word}"),
     };
     let remedy = match error.cause.remedy() {
         Remedy::FiniteNumber => ": give a finite one (for no limit of u: leave the limit out)",
@@ -276,6 +277,6 @@ fn design_problem(error: &ConfigError, observer_position: &[Option<usize>]) -> P
         Remedy::SlowerObserver => ": slow the observer, shorten the period, or raise observer_pole_limit",
         _ => "",
     };
-    let message = error.told(path, remedy).to_string();
+    let message = error.told(word, remedy).to_string();
     Problem { key, message }
 }

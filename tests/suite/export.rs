@@ -569,7 +569,7 @@ fn compare_shapes(place: Place) {
             let mut answer = [0_u32; WORDS];
             if ask == Ask::ReportApplied {
                 x[0] *= 100.0;
-                experiment.port.applied(f64::from(x[0]));
+                experiment.port.report_applied(f64::from(x[0]));
             } else {
                 if ask == Ask::Forget {
                     experiment.port.reset().expect("a controller in this process");

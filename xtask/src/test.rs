@@ -25,7 +25,7 @@ enum Quick {
 
 use Quick::{Less, No, Same};
 
-const GATE: [Part; 15] = [
+const GATE: [Part; 16] = [
     Part { run: setup::run, quick: No("the look for tools") },
     Part { run: format, quick: Same },
     Part { run: scan, quick: Same },
@@ -34,6 +34,7 @@ const GATE: [Part; 15] = [
     Part { run: lint_features, quick: No("lints of controller-core by feature set") },
     Part { run: lint_others, quick: No("format and lints of the firmware, the yardsticks and the C interface") },
     Part { run: docs::run, quick: No("the documentation and its formulas") },
+    Part { run: pack, quick: No("the packages of the crates") },
     // The suite runs them in the emulator, and links the archive.
     Part { run: firmware::run, quick: No("the images for the chip") },
     Part { run: capi::run, quick: No("the archives for C and their examples") },
@@ -116,6 +117,15 @@ fn lint_others(gate: &mut Gate) -> Outcome {
     firmware::lint(gate)?;
     bench::lint(gate)?;
     capi::lint(gate)
+}
+
+/// Crates that users take must make packages; that one builds from its own is for `cargo package` without `--no-verify`,
+/// which compiles all it depends on once more.
+fn pack(gate: &mut Gate) -> Outcome {
+    let own = ["integration-tests", "benches", "xtask", "loop-sim-wasm"];
+    let without: Vec<&str> = own.iter().flat_map(|name| ["--exclude", name]).collect();
+    let pack = Invocation::cargo(&["package", "--quiet", "--workspace", "--no-verify", "--allow-dirty"]).with(&without);
+    gate.commands("packages of the crates that users take", &[pack])
 }
 
 fn test(gate: &mut Gate) -> Outcome {

@@ -22,6 +22,7 @@ pub struct LastChannel {
 
 /// Why there is no such chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ChainError {
     /// The order is not 2..=6.
     Order {

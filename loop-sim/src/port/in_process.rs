@@ -38,7 +38,7 @@ pub struct ControllerSpec {
     pub precision: Precision,
     /// a(x) as the tick computes it.
     pub model: Model,
-    /// Everything else.
+    /// The design.
     pub config: AnyConfig,
 }
 
@@ -60,9 +60,9 @@ pub struct Designed {
 /// A design as plain numbers: what a target needs to run the very same controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Download {
-    /// Which tick.
+    /// Orders and observed channels.
     pub shape: Shape,
-    /// Of which model.
+    /// The nominal model.
     pub model: ModelKind,
     /// Estimates at the start, row of the linear model (zeros for another model), coefficients.
     pub numbers: Vec<f32>,

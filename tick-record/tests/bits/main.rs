@@ -16,7 +16,7 @@ use drive::{Plan, Rust, compare};
 use tick_record::{Functions, Port, Recorder, Role, Symbol, c};
 
 /// Of each precision, all shapes together.
-const TICKS: usize = 100_000;
+const TICKS: usize = 1_000_000;
 const SHAPES: usize = 116;
 
 /// A design of this shape; `seed` chooses what is in it.
