@@ -1,6 +1,6 @@
 //! The functions of a control law as records: what `controller-core` executes, run with a recording scalar.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 
 use controller_core::{
     Coefficients, ControlLaw, Controller, LAYOUT, Linear, NominalModel, Output, Real, RetuneError, Running, Shape,
@@ -77,18 +77,23 @@ fn all(law: &dyn Fn(&Recorder) -> Box<dyn Law>, words: &Words) -> Functions {
         record(|recorder| {
             let started = recorder.truth(STARTED, Role::State);
             let before = words.take(recorder);
-            let saved = [0, u32::from(started)].into_iter().chain(before.iter().copied().filter(|_| started));
             let law = law(recorder);
             REPORT_APPLIED.set(Some(law.report_applied()));
-            let mut running = Running::from_words(Erased(law), saved).expect("words of this law");
-            during(recorder, &mut running);
-            let after: Vec<u32> = running.words().skip(2).collect();
-            match (started, after.is_empty()) {
-                (_, false) => words.put(recorder, &after),
-                (true, true) => words.put(recorder, &vec![0; before.len()]),
-                (false, true) => words.put(recorder, &before),
+            let mut running = Running::new(Erased { law, given: RefCell::new(None) });
+            if started {
+                running.design().given.replace(Some(before.clone()));
+                running.tick(&());
+                running.design().given.replace(None);
             }
-            recorder.put_truth(STARTED, Role::State, !after.is_empty());
+            during(recorder, &mut running);
+            running.design().given.replace(Some(Vec::new()));
+            let after = running.estimates();
+            match (started, &after) {
+                (_, Some(after)) => words.put(recorder, after),
+                (true, None) => words.put(recorder, &vec![0; before.len()]),
+                (false, None) => words.put(recorder, &before),
+            }
+            recorder.put_truth(STARTED, Role::State, after.is_some());
         })
     };
     Functions {
@@ -116,7 +121,7 @@ fn all(law: &dyn Fn(&Recorder) -> Box<dyn Law>, words: &Words) -> Functions {
         estimates: running(&|recorder, running| {
             let known = running.estimates().is_some();
             if !known {
-                running.design().0.no_estimates(recorder);
+                running.design().law.no_estimates(recorder);
             }
             recorder.put_truth(ANSWER, Role::Answer, known);
         }),
@@ -185,8 +190,12 @@ impl<D: Recorded> Law for Designed<D> {
     }
 }
 
-/// The law that runs: what [`Running`] makes of a [`ControlLaw`] is recorded through it.
-struct Erased(Box<dyn Law>);
+/// The law that runs: what [`Running`] makes of a [`ControlLaw`] is recorded through it. While a state is `given` nothing
+/// is computed: a start takes it, and the estimates are the words of the state that runs.
+struct Erased {
+    law: Box<dyn Law>,
+    given: RefCell<Option<Vec<u32>>>,
+}
 
 #[derive(Clone)]
 struct ErasedState(Vec<u32>);
@@ -206,24 +215,30 @@ impl ControlLaw for Erased {
     type Output = ();
     type State = ErasedState;
     type Guess = [Symbol; 0];
-    type Estimates = ();
+    type Estimates = Vec<u32>;
     const NO_GUESS: [Symbol; 0] = [];
 
     fn start_from(&self, (): &(), _: &[Symbol; 0]) -> Option<ErasedState> {
-        self.0.start(&Recorder::of_this_thread()).map(ErasedState)
+        let given = self.given.borrow().clone();
+        given.or_else(|| self.law.start(&Recorder::of_this_thread())).map(ErasedState)
     }
     fn not_started(&self) {
-        self.0.not_started(&Recorder::of_this_thread());
+        self.law.not_started(&Recorder::of_this_thread());
     }
     fn tick(&self, state: &mut ErasedState, (): &()) {
-        self.0.tick(&Recorder::of_this_thread(), &mut state.0);
+        if self.given.borrow().is_none() {
+            self.law.tick(&Recorder::of_this_thread(), &mut state.0);
+        }
     }
     fn report_applied(state: &mut ErasedState, u: Symbol) -> bool {
         let report_applied = REPORT_APPLIED.get().expect("a running law");
         report_applied(&mut state.0, u)
     }
-    fn estimates(&self, state: &ErasedState) {
-        self.0.estimates(&Recorder::of_this_thread(), &state.0);
+    fn estimates(&self, state: &ErasedState) -> Vec<u32> {
+        if self.given.borrow().is_none() {
+            self.law.estimates(&Recorder::of_this_thread(), &state.0);
+        }
+        state.0.clone()
     }
     fn take_over(&self, _: &Self, _: &ErasedState, (): &()) -> Result<ErasedState, RetuneError> {
         Err(RetuneError::Sample)

@@ -244,13 +244,11 @@ impl<T: Real<Count = i32>> Driven for Turning<T> {
             }
             Ask::ReportApplied => vec![u64::from(self.running.report_applied(number(x[1])))],
             Ask::Start => {
-                let law = *self.running.design();
-                let started = law.start(&sample);
-                if let Some(state) = &started {
-                    let words = [1, 1].into_iter().chain(state.words());
-                    self.running = Running::from_words(law, words).expect("words of this law");
+                if self.running.design().start(&sample).is_none() {
+                    return vec![0];
                 }
-                vec![u64::from(started.is_some())]
+                self.running.reset();
+                self.ask(Ask::Tick, x)
             }
             Ask::Reset => {
                 self.running.reset();
