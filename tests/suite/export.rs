@@ -17,6 +17,7 @@ use std::env;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::LazyLock;
 
 /// Of all instances together: a million.
 const TICKS: usize = 1_000_000_usize.div_ceil(INSTANCES.len());
@@ -547,10 +548,9 @@ fn scenario_of((n, r, mask): Shape) -> String {
     )
 }
 
-/// The exported files of all shapes in one program, each asked as often, beside the controller that `host-sim` runs.
-fn compare_shapes(place: Place) {
-    const WORDS: usize = 4 + 18;
-    let folder = folder(if place == Place::Here { "shapes-here" } else { "shapes-chip" });
+/// The exported files of all shapes in one program without its transfer, and what each is asked and answers if it is the
+/// controller that `host-sim` runs.
+fn of_all_shapes() -> (String, Vec<u8>, Vec<u32>) {
     let (mut program, mut cases, mut asked, mut expected) = (String::new(), String::new(), Vec::new(), Vec::new());
     let shapes = shapes();
     let mut rejected = 0;
@@ -586,14 +586,24 @@ fn compare_shapes(place: Place) {
         }
     }
     assert!(rejected > TICKS_OF_SHAPES / 100, "{rejected} bad samples show too little");
-    let transfer = if place == Place::Here { ON_THE_HOST } else { ON_THE_CHIP };
     let serve = (0..shapes.len()).map(|k| SERVE.replace('@', &format!("s{k}")).replace('#', &format!("S{k}")));
-    program += &[transfer, ASKS, &serve.collect::<String>(), &SHAPES_MAIN.replace('@', &cases)].concat();
+    program += &[ASKS, &serve.collect::<String>(), &SHAPES_MAIN.replace('@', &cases)].concat();
+    (program, asked, expected)
+}
+
+fn compare_shapes(place: Place) {
+    static ALL: LazyLock<(String, Vec<u8>, Vec<u32>)> = LazyLock::new(of_all_shapes);
+    let (program, asked, expected) = &*ALL;
+    let folder = folder(if place == Place::Here { "shapes-here" } else { "shapes-chip" });
+    let transfer = if place == Place::Here { ON_THE_HOST } else { ON_THE_CHIP };
     // A hundred ticks in one program: the compiler may leave them as they stand.
-    held_together("shapes", &answers(&folder, &program, "-O1", &asked, place), &expected, WORDS);
+    let answered = answers(&folder, &[transfer, program].concat(), "-O1", asked, place);
+    held_together("shapes", &answered, expected, WORDS);
     fs::remove_dir_all(&folder).expect("the folder goes");
 }
 
+/// Of an answer: what was said, three outputs, estimates.
+const WORDS: usize = 4 + 18;
 /// Of all shapes together.
 const TICKS_OF_SHAPES: usize = 200_000;
 const ASKS: &str = "

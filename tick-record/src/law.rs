@@ -1,6 +1,7 @@
 //! The functions of a control law as records: what `controller-core` executes, run with a recording scalar.
 
-use std::cell::{Cell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
+use std::rc::Rc;
 
 use controller_core::{
     Coefficients, ControlLaw, Controller, LAYOUT, Linear, NominalModel, Output, Real, RetuneError, Running, Shape,
@@ -8,7 +9,7 @@ use controller_core::{
 };
 
 use crate::record::{Kind, Port, Record, Role};
-use crate::recorder::{Recorder, StateWord, Symbol, record};
+use crate::recorder::{Recorder, StateWord, Symbol, every_way, record};
 
 /// A law over the recording scalar, and how its parts are called outside.
 pub trait Recorded: ControlLaw<Scalar = Symbol> + 'static {
@@ -59,9 +60,9 @@ const ANSWER: &str = "answer";
 /// # Panics
 /// If the law does not keep to what [`record`] asks of a function, or its names do not fit its state.
 pub fn functions<D: Recorded>(design: &dyn Fn(&Recorder) -> (D, D::Guess)) -> Functions {
-    let law = |recorder: &Recorder| -> Box<dyn Law> {
+    let law = |recorder: &Recorder| -> Rc<dyn Law> {
         let (law, guess) = recorder.silently(|| design(recorder));
-        Box::new(Designed { law, guess })
+        Rc::new(Designed { law, guess })
     };
     let mut words = Words::of(&D::state_names(), &law);
     let all = all(&law, &words);
@@ -72,14 +73,18 @@ pub fn functions<D: Recorded>(design: &dyn Fn(&Recorder) -> (D, D::Guess)) -> Fu
     self::all(&law, &words)
 }
 
-fn all(law: &dyn Fn(&Recorder) -> Box<dyn Law>, words: &Words) -> Functions {
+fn all(design: &dyn Fn(&Recorder) -> Rc<dyn Law>, words: &Words) -> Functions {
+    // The law is made once for each record: its constants are the same on every way.
+    let record = |f: &dyn Fn(&Recorder, &Rc<dyn Law>)| {
+        let law = OnceCell::new();
+        every_way(&mut |recorder| f(recorder, law.get_or_init(|| design(recorder))))
+    };
     let running = |during: &dyn Fn(&Recorder, &mut Running<Erased>)| {
-        record(|recorder| {
+        record(&|recorder, law| {
             let started = recorder.truth(STARTED, Role::State);
             let before = words.take(recorder);
-            let law = law(recorder);
             REPORT_APPLIED.set(Some(law.report_applied()));
-            let mut running = Running::new(Erased { law, given: RefCell::new(None) });
+            let mut running = Running::new(Erased { law: law.clone(), given: RefCell::new(None) });
             if started {
                 running.design().given.replace(Some(before.clone()));
                 running.tick(&());
@@ -98,20 +103,20 @@ fn all(law: &dyn Fn(&Recorder) -> Box<dyn Law>, words: &Words) -> Functions {
     };
     Functions {
         state: words.kept().map(|(word, _)| word.clone()).chain([port(STARTED, Role::State, Kind::Truth)]).collect(),
-        start: record(|recorder| {
+        start: record(&|recorder, law| {
             let started = recorder.truth(STARTED, Role::State);
             let before = words.take(recorder);
-            let state = law(recorder).start(recorder);
+            let state = law.start(recorder);
             words.put(recorder, state.as_ref().unwrap_or(&before));
             recorder.put_truth(STARTED, Role::State, started || state.is_some());
             recorder.put_truth(ANSWER, Role::Answer, state.is_some());
         }),
-        tick: record(|recorder| {
+        tick: record(&|recorder, law| {
             let mut state = words.take(recorder);
-            law(recorder).tick(recorder, &mut state);
+            law.tick(recorder, &mut state);
             words.put(recorder, &state);
         }),
-        not_started: record(|recorder| law(recorder).not_started(recorder)),
+        not_started: record(&|recorder, law| law.not_started(recorder)),
         running: running(&|_, running| running.tick(&())),
         report_applied: running(&|recorder, running| {
             let u = recorder.number("u", Role::Argument);
@@ -193,7 +198,7 @@ impl<D: Recorded> Law for Designed<D> {
 /// The law that runs: what [`Running`] makes of a [`ControlLaw`] is recorded through it. While a state is `given` nothing
 /// is computed: a start takes it, and the estimates are the words of the state that runs.
 struct Erased {
-    law: Box<dyn Law>,
+    law: Rc<dyn Law>,
     given: RefCell<Option<Vec<u32>>>,
 }
 
@@ -261,7 +266,7 @@ struct Words(Vec<Port>, Vec<bool>);
 
 impl Words {
     /// Of which kind they are, a state shows that starts on anything.
-    fn of(names: &[String], law: &dyn Fn(&Recorder) -> Box<dyn Law>) -> Self {
+    fn of(names: &[String], law: &dyn Fn(&Recorder) -> Rc<dyn Law>) -> Self {
         let mut words = Vec::new();
         record(|recorder| {
             let law = law(recorder);

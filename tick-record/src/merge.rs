@@ -15,7 +15,7 @@
 use std::collections::{HashMap, HashSet};
 use std::panic::Location;
 
-use crate::record::{Block, End, Id, Op, Port, Record, Role, Step, Value};
+use crate::record::{Block, End, Id, Op, Port, Record, Role, Step, Table, Value};
 use crate::recorder::{self, Event, Graph, What};
 
 /// Operations before the end that one branch alone has and that are yet done always: a decision would cost more.
@@ -84,7 +84,7 @@ struct Merge<'a> {
 }
 
 /// What a value of a branch has become.
-type Becomes = HashMap<Id, Id>;
+type Becomes = Table<Id>;
 
 impl Merge<'_> {
     fn converted(&mut self, draft: Draft) -> Draft {
@@ -128,8 +128,8 @@ impl Merge<'_> {
 
     /// The value, made of what its operands have become.
     fn rewritten(&mut self, id: Id, becomes: &mut Becomes) -> Id {
-        if let Some(now) = becomes.get(&id) {
-            return *now;
+        if let Some(now) = becomes.get(id) {
+            return now;
         }
         let op = self.graph.op(id);
         let now = match op {
@@ -139,7 +139,7 @@ impl Merge<'_> {
                 self.graph.value(op)
             }
         };
-        becomes.insert(id, now);
+        becomes.set(id, now);
         now
     }
 
@@ -244,8 +244,8 @@ impl Merge<'_> {
                         self.either(c, yes, no)
                     });
                     let now = self.graph.value(op);
-                    of_yes.insert(a, now);
-                    of_no.insert(b, now);
+                    of_yes.set(a, now);
+                    of_no.set(b, now);
                     What::Compute(now)
                 }
                 (What::Name { value: a, name, given }, What::Name { value: b, .. }) => {

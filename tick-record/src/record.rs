@@ -72,6 +72,26 @@ impl Id {
     }
 }
 
+/// Something for each of many values.
+pub(crate) struct Table<T>(Vec<Option<T>>);
+
+impl<T: Copy> Table<T> {
+    pub(crate) const fn new() -> Self {
+        Self(Vec::new())
+    }
+
+    pub(crate) fn get(&self, id: Id) -> Option<T> {
+        self.0.get(id.index()).copied().flatten()
+    }
+
+    pub(crate) fn set(&mut self, id: Id, to: T) {
+        if self.0.len() <= id.index() {
+            self.0.resize(id.index() + 1, None);
+        }
+        self.0[id.index()] = Some(to);
+    }
+}
+
 /// A comparison, as it is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Test {

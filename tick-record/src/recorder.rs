@@ -17,7 +17,7 @@ use std::panic::Location;
 use controller_core::{Count, Real, Sealed};
 
 use crate::merge;
-use crate::record::{Id, Kind, Op, Port, Record, Role, Test, Value};
+use crate::record::{Id, Kind, Op, Port, Record, Role, Table, Test, Value};
 
 /// A number of a tick that is being recorded. It lives inside [`record`] only.
 #[derive(Clone, Copy, Debug, Default)]
@@ -139,12 +139,12 @@ struct Run {
     /// What to answer to the first decisions; after them true.
     script: Vec<bool>,
     decisions: usize,
-    answers: HashMap<Id, bool>,
+    answers: Table<bool>,
     events: Vec<Event>,
     /// Names given in this run.
-    names: HashMap<Id, usize>,
+    names: Table<usize>,
     /// Sums that were made by `+=` and `-=`, and their first part.
-    grown: HashMap<Id, Id>,
+    grown: Table<Id>,
     section: &'static str,
     results: Vec<(Port, Id)>,
     /// Above zero nothing is written and every comparison is true.
@@ -169,12 +169,12 @@ impl Run {
         if self.silent > 0 {
             return true;
         }
-        if let Some(answer) = self.answers.get(&condition) {
-            return *answer;
+        if let Some(answer) = self.answers.get(condition) {
+            return answer;
         }
         let answer = self.script.get(self.decisions).copied().unwrap_or(true);
         self.decisions += 1;
-        self.answers.insert(condition, answer);
+        self.answers.set(condition, answer);
         self.event(What::Decide { condition, answer }, at);
         answer
     }
@@ -194,19 +194,19 @@ impl Run {
     fn name_of(&self, id: Id) -> Option<String> {
         match self.graph.op(id) {
             Op::Input(at) if self.graph.inputs[at].role == Role::State => Some(self.graph.inputs[at].name.clone()),
-            _ => self.names.get(&id).map(|name| self.graph.names[*name].clone()),
+            _ => self.names.get(id).map(|name| self.graph.names[name].clone()),
         }
     }
 
     fn give(&mut self, value: Id, name: usize, given: bool, at: &'static Location<'static>) {
-        self.names.insert(value, name);
+        self.names.set(value, name);
         self.event(What::Name { value, name, given }, at);
     }
 
     fn grow(&mut self, op: Op, from: Id, at: &'static Location<'static>) -> Id {
         let id = self.compute(op, at);
         if self.silent == 0 {
-            self.grown.insert(id, from);
+            self.grown.set(id, from);
             if let Some(name) = self.name_of(from) {
                 let name = self.graph.name(name);
                 self.give(id, name, false, at);
@@ -225,9 +225,9 @@ impl Run {
         self.give(id, name, true, at);
         // The sums it has grown from, as far as they have no name of their own.
         let mut last = id;
-        while let Some(&before) = self.grown.get(&last) {
+        while let Some(before) = self.grown.get(last) {
             let given = matches!(self.graph.op(before), Op::Input(_) | Op::Constant(_));
-            if given || self.names.contains_key(&before) {
+            if given || self.names.get(before).is_some() {
                 break;
             }
             self.give(before, name, false, at);
@@ -362,7 +362,7 @@ pub fn record(mut f: impl FnMut(&Recorder)) -> Record {
     every_way(&mut f)
 }
 
-fn every_way(f: &mut dyn FnMut(&Recorder)) -> Record {
+pub(crate) fn every_way(f: &mut dyn FnMut(&Recorder)) -> Record {
     assert!(RUN.with_borrow(Option::is_none), "a recording is under way in this thread");
     let _ended = Ended;
     let mut graph = Graph::default();
@@ -373,10 +373,10 @@ fn every_way(f: &mut dyn FnMut(&Recorder)) -> Record {
             graph,
             script,
             decisions: 0,
-            answers: HashMap::new(),
+            answers: Table::new(),
             events: Vec::new(),
-            names: HashMap::new(),
-            grown: HashMap::new(),
+            names: Table::new(),
+            grown: Table::new(),
             section: "",
             results: Vec::new(),
             silent: 0,

@@ -11,6 +11,8 @@ use tick_record::{Functions, Kind, Port, Record, Role, Word, c};
 pub(crate) struct Plan<'a> {
     pub(crate) name: &'a str,
     pub(crate) ticks: usize,
+    /// Of those the first so many go through the record itself too; that takes its time.
+    pub(crate) executed: usize,
     pub(crate) seed: u64,
     pub(crate) double: bool,
 }
@@ -275,6 +277,17 @@ impl<'a, T: Real<Count = i32>> Machine<'a, T> {
         said
     }
 
+    fn ask(&mut self, ask: Ask, sample: &[Word<T>]) -> Bits {
+        let functions = self.functions;
+        match ask {
+            Ask::Tick => self.run(&functions.running, sample),
+            Ask::ReportApplied => self.run(&functions.report_applied, sample),
+            Ask::Start if self.run(&functions.start, sample) == [1] => self.run(&functions.tick, sample),
+            Ask::Start => vec![0],
+            Ask::Reset => self.run(&functions.reset, sample),
+        }
+    }
+
     fn state(&self) -> impl Iterator<Item = u64> {
         self.state.iter().map(|word| match *word {
             Word::Number(number) => bits(number),
@@ -331,29 +344,21 @@ fn beside<T: Real<Count = i32>>(driven: &mut dyn Driven, functions: &Functions, 
             Kind::Count => Word::Count(*bits as u32 as i32),
         };
         let sample: Vec<Word<T>> = x.iter().enumerate().map(word).collect();
-        let record = match ask {
-            Ask::Tick => &functions.running,
-            Ask::ReportApplied => &functions.report_applied,
-            Ask::Start => &functions.start,
-            Ask::Reset => &functions.reset,
-        };
-        let mut recorded = machine.run(record, &sample);
-        if ask == Ask::Start && recorded == [1] {
-            recorded = machine.run(&functions.tick, &sample);
-        }
-        assert_eq!(recorded, said, "{}: the answer to tick {ticks}", plan.name);
         if ask == Ask::Tick {
             ticks += 1;
             seen[said[outputs] as usize] += 1;
         }
         let state = state_of(driven, functions, plan.double);
-        assert_eq!(machine.state().collect::<Bits>(), state, "{}: the state after tick {ticks}", plan.name);
         let estimates: Bits = match driven.estimates() {
             Some(estimates) => estimates.into_iter().chain([1]).collect(),
             None => vec![0; rows * columns + 1],
         };
-        let recorded = machine.run(&functions.estimates, &[]);
-        assert_eq!(recorded, estimates, "{}: the estimates after tick {ticks}", plan.name);
+        if ticks <= plan.executed {
+            assert_eq!(machine.ask(ask, &sample), said, "{}: the answer to tick {ticks}", plan.name);
+            assert_eq!(machine.state().collect::<Bits>(), state, "{}: the state after tick {ticks}", plan.name);
+            let recorded = machine.run(&functions.estimates, &[]);
+            assert_eq!(recorded, estimates, "{}: the estimates after tick {ticks}", plan.name);
+        }
         if said.len() == 1 {
             said.splice(0..0, vec![0; outputs]);
         }

@@ -272,7 +272,7 @@ fn records<T: Real<Count = i32>>(double: bool) {
     });
     let motor = Motor::<T> { k: NUMBERS.map(T::from_f64), turn: TURN as i32, back: -(TURN as i32) };
     let mut turning = Turning { running: Running::new(motor), count: 0, speed: 0.0 };
-    compare(&mut turning, &functions, &Plan { name: "motor", ticks: 100_000, seed: 7, double });
+    compare(&mut turning, &functions, &Plan { name: "motor", ticks: 100_000, executed: 100_000, seed: 7, double });
 }
 
 #[test]
