@@ -9,7 +9,7 @@ use controller_core::{
 };
 
 use crate::record::{Kind, Port, Record, Role};
-use crate::recorder::{Recorder, StateWord, Symbol, every_way, record};
+use crate::recorder::{Recorder, StateWord, Symbol, every_way, port, record};
 
 /// A law over the recording scalar, and how its parts are called outside.
 pub trait Recorded: ControlLaw<Scalar = Symbol> + 'static {
@@ -46,10 +46,6 @@ pub struct Functions {
     pub estimates: Record,
     /// [`Running::reset`]: the state before the start.
     pub reset: Record,
-}
-
-fn port(name: &str, role: Role, kind: Kind) -> Port {
-    Port { name: name.into(), role, kind }
 }
 
 const STARTED: &str = "started";

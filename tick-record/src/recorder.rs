@@ -342,7 +342,7 @@ impl Recorder {
     }
 }
 
-fn port(name: &str, role: Role, kind: Kind) -> Port {
+pub(crate) fn port(name: &str, role: Role, kind: Kind) -> Port {
     Port { name: name.into(), role, kind }
 }
 
