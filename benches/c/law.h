@@ -32,8 +32,8 @@ struct naive_state {
 
 /* What controller-core's tick multiplies with, in the order of its LAYOUT, and a(x)/b = row . (x_1, x_3, x_4). */
 struct tuned_design {
-    float rate, rate_n, theta_n, gamma[2][R], c[N], g[2][R], kx[N], kw, us, k[2][R], satk, lim, decay;
-    float u_min, u_max, sigma_star_bound, hold, fallback, period, input_gain, mu2_n;
+    float rate, rate_n, theta_n, gamma[2][R], c[N], g[2][R], kx[N], kw, us, k[2][R], satk, lim, unit, decay;
+    float u_min, u_max, plausible, ko, sigma_star_bound, hold, fallback, period, input_gain, mu2_n;
     float row[3];
 };
 

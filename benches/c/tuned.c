@@ -22,7 +22,11 @@ float WITH_ORDER(NAME, R)(const struct tuned_design *restrict k, struct tuned_st
     float c2 = s->d2[2], c4 = s->d4[2];
 #endif
 #ifdef GUARD
-    if (!s->resuming)
+    int resuming = s->resuming;
+    if (resuming) {
+        s->resuming = 0;
+        s->p2 = x[3] + k->c[2] * x[2] + k->c[1] * x[1] + k->c[0] * x[0];
+    } else
 #endif
     {
         a2 += b2 + k->gamma[0][0] * e2;
@@ -48,18 +52,25 @@ float WITH_ORDER(NAME, R)(const struct tuned_design *restrict k, struct tuned_st
     sigma_star -= s->w;
     v += k->us * sigma_star + clamped(k->satk * sigma_star, -k->lim, k->lim);
     float w4 = al + a4;
-    float demand = v - w4;
 #ifdef GUARD
-    if (!(__builtin_fabsf(demand) <= 1e12f)) {
-        if (s->resuming && __builtin_fabsf(demand) <= 1e30f)
+    float demand = v * k->unit - w4;
+    float size = __builtin_fabsf(demand);
+    if (!(size <= k->plausible || (size <= 1e12f && __builtin_fabsf(demand - k->ko * s->w) > k->plausible))) {
+        float alone = s->p2;
+        s->p2 = 0;
+        if (resuming && __builtin_fabsf(alone) <= 1e12f) {
             for (int m = 0; m < R; m++)
                 s->d2[m] = s->d4[m] = 0;
-        s->held = clamped(k->hold * s->held + k->fallback, k->u_min, k->u_max);
+            s->w = alone;
+        }
+        float held = __builtin_fabsf(s->held) <= 1e12f ? s->held : 0;
+        s->held = clamped(k->hold * held + k->fallback, k->u_min, k->u_max);
         s->w -= k->decay * s->w;
         s->resuming = 1;
         return s->held;
     }
-    s->resuming = 0;
+#else
+    float demand = v - w4;
 #endif
     float u = clamped(demand, k->u_min, k->u_max);
 

@@ -69,8 +69,8 @@ impl Noise {
 const _: () = assert!(
     same(
         LAYOUT,
-        "rate rate_n theta_n gamma[O][R] c[N] g[O][R] kx[N] kw us k[O][R] satk lim decay u_min u_max sigma_star_bound hold \
-         fallback period input_gain mu2_n"
+        "rate rate_n theta_n gamma[O][R] c[N] g[O][R] kx[N] kw us k[O][R] satk lim unit decay u_min u_max plausible ko \
+         sigma_star_bound hold fallback period input_gain mu2_n"
     ),
     "the shipped coefficients have a new order: change TunedDesign, and tuned_design in c/law.h, with it"
 );
@@ -100,9 +100,12 @@ struct TunedDesign<T, const R: usize> {
     k: [[T; R]; 2],
     satk: T,
     lim: T,
+    unit: T,
     decay: T,
     u_min: T,
     u_max: T,
+    plausible: T,
+    ko: T,
     sigma_star_bound: T,
     hold: T,
     fallback: T,
@@ -134,9 +137,12 @@ impl<T: Real, const R: usize> TunedDesign<T, R> {
             k: rows(&mut next),
             satk: next(),
             lim: next(),
+            unit: next(),
             decay: next(),
             u_min: next(),
             u_max: next(),
+            plausible: next(),
+            ko: next(),
             sigma_star_bound: next(),
             hold: next(),
             fallback: next(),
@@ -144,6 +150,21 @@ impl<T: Real, const R: usize> TunedDesign<T, R> {
             input_gain: next(),
             mu2_n: next(),
             row: [0, 2, 3].map(unit),
+        }
+    }
+
+    /// The rows of the law in the unit of u: without a guard there is no use for another.
+    fn in_u(self) -> Self {
+        let in_u = |entry: T| entry * self.unit;
+        Self {
+            kx: self.kx.map(in_u),
+            kw: in_u(self.kw),
+            us: in_u(self.us),
+            k: self.k.map(|row| row.map(in_u)),
+            satk: in_u(self.satk),
+            lim: in_u(self.lim),
+            unit: T::from_f64(1.0),
+            ..self
         }
     }
 }
@@ -183,6 +204,7 @@ impl<const R: usize, const GUARDED: bool> Tuned<R, GUARDED> {
     pub fn start(x0: &[f32; 4]) -> Self {
         let joint = joint::<R>();
         let k = TunedDesign::of(joint.coefficients(), joint.model());
+        let k = if GUARDED { k } else { k.in_u() };
         let drift = k.row[0] * x0[0] + k.row[1] * x0[2] + k.row[2] * x0[3];
         let state = TunedState {
             d2: [0.0; R],
@@ -248,7 +270,7 @@ impl<const R: usize> NaiveDesign<R> {
     /// Takes the folding of the shipped design back (head of `controller-core/src/design.rs`), in f64.
     fn unfolded() -> Self {
         let joint = joint_f64::<R>();
-        let k = TunedDesign::<f64, R>::of(joint.coefficients(), joint.model());
+        let k = TunedDesign::<f64, R>::of(joint.coefficients(), joint.model()).in_u();
         let (period, b) = (k.period, k.input_gain);
         let switching = k.lim * b.abs();
         let mut naive = Self {

@@ -42,6 +42,8 @@
 //! assert_eq!(output.sigma_star, 0.0); // Eq. (17): the offset starts the sliding variable at zero
 //! ```
 
+use core::sync::atomic::{Ordering, compiler_fence};
+
 use crate::config::{Config, INPUT_LIMIT};
 use crate::design::{self, Coefficients};
 use crate::error::{Cause, ConfigError, Field, Text};
@@ -131,8 +133,8 @@ macro_rules! design_in {
             }
         }
     };
-    (@single $c:ident) => { $c.in_f32() };
-    (@double $c:ident) => { $c };
+    (@single $c:ident) => { $c.ranged(128).in_f32() };
+    (@double $c:ident) => { $c.ranged(1024) };
 }
 design_in!(f32, single);
 design_in!(f64, double);
@@ -202,7 +204,7 @@ where
         x: &[T; N],
     ) -> Output<T> {
         let mut state = lanes.lane(l);
-        let output = self.step::<true>(&mut state, x);
+        let output = self.step::<true, true>(&mut state, x);
         lanes.set(l, &state);
         output
     }
@@ -212,11 +214,15 @@ where
     #[doc(hidden)]
     #[inline]
     pub fn tick_unguarded(&self, state: &mut State<T, M, N, R, MASK, O>, x: &[T; N]) -> Output<T> {
-        self.step::<false>(state, x)
+        self.step::<false, false>(state, x)
     }
 
     #[inline(always)]
-    fn step<const GUARDED: bool>(&self, state: &mut State<T, M, N, R, MASK, O>, x: &[T; N]) -> Output<T> {
+    fn step<const GUARDED: bool, const LANE: bool>(
+        &self,
+        state: &mut State<T, M, N, R, MASK, O>,
+        x: &[T; N],
+    ) -> Output<T> {
         let k = &self.coefficients;
         T::section("0. Nominal model, in units of u: a(x)/b_0, b(x)/b_0.");
         let drift = self.model.drift(x).called("drift", 0);
@@ -243,9 +249,17 @@ where
             let e = (moved[s] - h[s] - expected).called("e", Self::CHANNELS[s] + 1);
             z[s] = observer::advance(z[s], &k.gamma[s], e);
         }
-        if GUARDED && state.resuming {
+        let resuming = GUARDED && state.resuming;
+        if resuming {
             // There is no last tick to compare with: the estimates wait one more.
             z = state.z;
+            state.resuming = false;
+            // sigma of the sample alone, should this one be refused as well; P is free until the next good tick.
+            let mut alone = x[Self::LAST];
+            for j in (0..Self::LAST).rev() {
+                alone += k.c[j] * x[j];
+            }
+            *state.aside() = alone;
         }
 
         T::section("2. Of the law what needs no sigma*; surface, Eq. (44); offset, Eq. (17).");
@@ -256,29 +270,28 @@ where
                 input_drift += z[s][0];
             }
         }
-        let mut v = (-input_drift.called("input_drift", 0)).called("v", 0);
+        let input_drift = input_drift.called("input_drift", 0);
+        let sigma = self.sigma(&y, &z);
+        let sigma_star = (sigma - state.offset).called("sigma_star", 0);
+
+        T::section("3. Law, Eq. (51).");
+        let mut v = (k.us * sigma_star).called("v", 0);
+        v += (k.satk * sigma_star).called("switching", 0).limited(-k.lim, k.lim);
+        v += k.kw * state.offset;
+        for j in 1..N {
+            v += k.kx[j] * y[j];
+        }
         for s in (0..O).rev() {
             for m in 1..R {
                 v += k.k[s][m] * z[s][m];
             }
         }
-        let sigma = self.sigma(&y, &z);
-        let sigma_star = (sigma - state.offset).called("sigma_star", 0);
-
-        T::section("3. Law, Eq. (51).");
-        v += k.kw * state.offset;
-        v += k.us * sigma_star;
-        for j in 1..N {
-            v += k.kx[j] * y[j];
+        let asked = (v * k.unit - input_drift).called("asked", 0);
+        let demand = gain.map_or(asked, |ratio| (asked / ratio).called("demand", 0));
+        if GUARDED && !(self.is_plausible(demand, state.offset) && gain.is_none_or(is_sound)) {
+            return self.reject::<LANE>(state, resuming);
         }
-        v += (k.satk * sigma_star).called("switching", 0).limited(-k.lim, k.lim);
-        let demand = match gain {
-            None => v,
-            Some(ratio) => (v / ratio).called("demand", 0),
-        };
-        if GUARDED && !(is_sound(demand) && gain.is_none_or(is_sound)) {
-            return self.reject(state, demand);
-        }
+        let u = demand.limited(k.u_min, k.u_max).called("u", 0);
 
         T::section("4. Memory.");
         for s in 0..O {
@@ -289,12 +302,8 @@ where
         for s in 0..O {
             state.x_prev[s] = x[Self::CHANNELS[s]];
         }
-        let u = demand.limited(k.u_min, k.u_max).called("u", 0);
         state.held = u;
         state.offset -= k.decay * state.offset;
-        if GUARDED {
-            state.resuming = false;
-        }
         if let Some(ratio) = gain {
             state.gain_prev = ratio;
         }
@@ -383,19 +392,37 @@ where
         })
     }
 
-    /// The sample is lost: keep the estimates, let the offset decay as time goes on, send the fallback.
+    /// May the law ask for this u? For far more than the actuator has only on a way that began far off: then there is an
+    /// offset that asks for more still, and a sample that takes most of it back. Estimates or an offset that nothing has
+    /// left do not look like that, and are not given the time to decay. False for NaN.
     #[inline(always)]
-    fn reject(&self, state: &mut State<T, M, N, R, MASK, O>, demand: T) -> Output<T> {
+    fn is_plausible(&self, demand: T, offset: T) -> bool {
+        let k = &self.coefficients;
+        let of_offset = k.ko * offset;
+        demand.abs() <= k.plausible || (demand.abs() < of_offset.abs() && (demand - of_offset).abs() > k.plausible)
+    }
+
+    /// The sample is lost: keep the estimates, let the offset decay as time goes on, send the fallback. If the last one
+    /// was lost too and this one is a number by itself, it is the state that is spoilt: start anew.
+    #[inline(always)]
+    fn reject<const LANE: bool>(&self, state: &mut State<T, M, N, R, MASK, O>, again: bool) -> Output<T> {
+        if !LANE {
+            // What is read below is read anew, so that the way of a good sample keeps no register for it.
+            compiler_fence(Ordering::SeqCst);
+        }
         let k = &self.coefficients;
         T::section("A rejected sample.");
-        if state.resuming && demand.abs() <= T::from_f64(1e30).called("spike", 0) {
-            // A finite sample asks for too much a second time running: it is the estimates that a spike has spoilt.
+        let alone = *state.aside();
+        *state.aside() = T::ZERO;
+        if again && is_sound(alone) {
             // More than eight constant zeros the compiler writes by a call of memset; of this one it does not know.
             #[allow(clippy::eq_op)]
-            let zero = if R * O <= 8 { T::ZERO } else { demand - demand };
+            let zero = if R * O <= 8 { T::ZERO } else { alone - alone };
             state.z = [[zero; R]; O];
+            state.offset = alone;
         }
-        state.held = (k.hold * state.held + k.fallback).limited(k.u_min, k.u_max);
+        let held = if is_sound(state.held) { state.held } else { T::ZERO };
+        state.held = (k.hold * held + k.fallback).limited(k.u_min, k.u_max);
         state.offset -= k.decay * state.offset;
         state.resuming = true;
         Output { u: state.held, sigma: state.offset, sigma_star: T::ZERO, health: Health::INPUT_REJECTED }
@@ -448,7 +475,7 @@ where
     /// [`report_applied`](ControlLaw::report_applied).
     #[inline]
     fn tick(&self, state: &mut Self::State, x: &[T; N]) -> Output<T> {
-        self.step::<true>(state, x)
+        self.step::<true, false>(state, x)
     }
 
     /// The observers live on what is held: fed the commanded u, a saturated start-up may never settle. Under saturation
@@ -483,7 +510,8 @@ where
     /// demand is $v(W) = v_0 + (k_w - u_\sigma)W + \mathrm{clamp}(s(\sigma - W), \pm lim)$; of the W that make it what it
     /// would have been, the one nearest to the old W is taken.
     fn take_over(&self, from: &Self, state: &Self::State, x: &[T; N]) -> Result<Self::State, RetuneError> {
-        let Coefficients { kw, us, satk, lim, .. } = self.coefficients;
+        let Coefficients { kw, us, satk, lim, unit, .. } = self.coefficients;
+        let [kw, us, satk, lim] = [kw, us, satk, lim].map(|entry| entry * unit);
         let slope = kw - us;
         if slope.abs() < T::from_f64(0.1) * us.abs() {
             return Err(RetuneError::GainNearDecay);
@@ -504,12 +532,12 @@ where
         let ratio = self.model.gain_ratio(x).unwrap_or(one);
         let demand = |switching: bool, offset: T| {
             let mut open = self.coefficients;
-            (open.u_min, open.u_max) = (-limit, limit);
+            (open.u_min, open.u_max, open.plausible) = (-limit, limit, limit);
             if !switching {
                 (open.satk, open.lim) = (T::ZERO, T::ZERO);
             }
             let bare = Controller::<T, &M, N, R, MASK, O> { coefficients: open, model: &self.model };
-            let output = bare.step::<true>(&mut State::resuming(z, offset, state.held), x);
+            let output = bare.step::<true, false>(&mut State::resuming(z, offset, state.held), x);
             (output.u * ratio, output.sigma, output.health.contains(Health::INPUT_REJECTED))
         };
         let wanted = before.u * ratio;

@@ -18,6 +18,16 @@
 //! its entry is exactly -1. The unfolded form is the oracle in `tests/` (test
 //! `formula::folded_tick_equals_the_plain_transcription`).
 //!
+//! # Range
+//! The sums of the law are computed in a unit of their own, in which the largest number of the precision stands for
+//! $\Lambda$, in the unit of u: a term beyond $\Lambda$ overflows, and neither infinity nor NaN comes back from a sum.
+//! So one look at the demand judges every word of the state by itself, and words whose terms cancel are seen as well. It
+//! is a power of two, and changes no bit of u:
+//! $$ \Lambda = 2^m \ge \max\big(\min(2^{20} |u|_{max}, 10^{12}), 2 |k|_{max}\big), \quad 2 \le m $$
+//! with $|k|_{max}$ the largest entry of the rows. After a good tick the state lies in the set $M$ of the design:
+//! $|k_{x,i+1} (x_{i+1} + A_i)|$, $|a_u + A_n|$, $|k_B B|$, $|k_C C|$, $|k_w W|$ and $|u_\sigma \sigma^*|$ at most
+//! $\Lambda$, the last sample and P as that sample and these make them, u within its limits.
+//!
 //! # Leaving the process
 //! A design is a row of plain numbers in one declared order, [`LAYOUT`]: [`Coefficients::numbers`] gives them out,
 //! [`Coefficients::from_numbers`] takes them in again, checked. That is how a design made here gets onto a chip.
@@ -30,8 +40,8 @@ use crate::real::{Real, row_f32};
 
 /// The order of the numbers of a [`Coefficients`] outside the process; \[O\] counts the observed channels, \[R\]
 /// their orders. Two programs that exchange designs compare it first.
-pub const LAYOUT: &str = "rate rate_n theta_n gamma[O][R] c[N] g[O][R] kx[N] kw us k[O][R] satk lim decay u_min u_max \
-                          sigma_star_bound hold fallback period input_gain mu2_n";
+pub const LAYOUT: &str = "rate rate_n theta_n gamma[O][R] c[N] g[O][R] kx[N] kw us k[O][R] satk lim unit decay u_min \
+                          u_max plausible ko sigma_star_bound hold fallback period input_gain mu2_n";
 
 /// What the tick multiplies with. `g` and `k` hold rows for (A, B, C); their entry 0 is not used (see the folding). In
 /// memory it is its numbers in the order of [`LAYOUT`] and nothing between them, for callers in C.
@@ -55,10 +65,16 @@ pub struct Coefficients<T, const N: usize, const R: usize, const O: usize> {
     /// Switching term clamp(satk sigma*, +-lim); both 0 without switching.
     pub(crate) satk: T,
     pub(crate) lim: T,
+    /// From what these rows add up to to u.
+    pub(crate) unit: T,
     /// 1 - e^(-alpha T).
     pub(crate) decay: T,
     pub(crate) u_min: T,
     pub(crate) u_max: T,
+    /// Largest |u| beyond the limits that is asked for without a doubt.
+    pub(crate) plausible: T,
+    /// What the offset adds to u.
+    pub(crate) ko: T,
     pub(crate) sigma_star_bound: T,
     /// A rejected sample gives hold u + fallback: (1, 0) holds the last u, (0, u) sends this one.
     pub(crate) hold: T,
@@ -69,7 +85,71 @@ pub struct Coefficients<T, const N: usize, const R: usize, const O: usize> {
     pub(crate) mu2_n: T,
 }
 
+/// How far beyond its limits u may be asked for by good samples, in units of their span; more than that is looked at.
+const PLAUSIBLE: f64 = 64.0;
+
+/// Λ over the largest |u|.
+const RANGE: f64 = (1 << 20) as f64;
+
+const fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+const fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
 impl<const N: usize, const R: usize, const O: usize> Coefficients<f64, N, R, O> {
+    /// The law in units of Λ 2^-`bits`, where numbers end at 2^`bits` (module head, "Range").
+    pub(crate) const fn ranged(mut self, bits: u64) -> Self {
+        let mut largest = larger(larger(self.kw.abs(), self.us.abs()), larger(self.satk.abs(), self.lim.abs()));
+        let mut j = 0;
+        while j < N {
+            largest = larger(largest, self.kx[j].abs());
+            j += 1;
+        }
+        let mut s = 0;
+        while s < O {
+            let mut m = 0;
+            while m < R {
+                largest = larger(largest, self.k[s][m].abs());
+                m += 1;
+            }
+            s += 1;
+        }
+        let asked = smaller(RANGE * larger(self.u_min.abs(), self.u_max.abs()), INPUT_LIMIT);
+        // The unit must be a normal number, 2^-126 in f32.
+        let (mut m, mut range) = (2, 4.0);
+        while range < larger(asked, 2.0 * largest) {
+            range *= 2.0;
+            m += 1;
+        }
+        self.scale(f64::from_bits((1023 + bits - m) << 52));
+        self
+    }
+
+    const fn scale(&mut self, unit: f64) {
+        let mut j = 0;
+        while j < N {
+            self.kx[j] *= unit;
+            j += 1;
+        }
+        let mut s = 0;
+        while s < O {
+            let mut m = 0;
+            while m < R {
+                self.k[s][m] *= unit;
+                m += 1;
+            }
+            s += 1;
+        }
+        self.kw *= unit;
+        self.us *= unit;
+        self.satk *= unit;
+        self.lim *= unit;
+        self.unit /= unit;
+    }
+
     /// Rounds every coefficient to the nearest f32.
     pub(crate) const fn in_f32(&self) -> Coefficients<f32, N, R, O> {
         Coefficients {
@@ -85,9 +165,12 @@ impl<const N: usize, const R: usize, const O: usize> Coefficients<f64, N, R, O> 
             k: table_f32(&self.k),
             satk: self.satk as f32,
             lim: self.lim as f32,
+            unit: self.unit as f32,
             decay: self.decay as f32,
             u_min: self.u_min as f32,
             u_max: self.u_max as f32,
+            plausible: self.plausible as f32,
+            ko: self.ko as f32,
             sigma_star_bound: self.sigma_star_bound as f32,
             hold: self.hold as f32,
             fallback: self.fallback as f32,
@@ -104,20 +187,20 @@ macro_rules! in_order {
     ($coefficients:expr, $iter:ident, $flat:ident) => {{
         #[rustfmt::skip]
         let Self {
-            rate, rate_n, theta_n, gamma, c, g, kx, kw, us, k, satk, lim, decay, u_min, u_max, sigma_star_bound, hold,
-            fallback, period, input_gain, mu2_n,
-        } = $coefficients;
+            rate, rate_n, theta_n, gamma, c, g, kx, kw, us, k, satk, lim, unit, decay, u_min, u_max, plausible, ko,
+            sigma_star_bound, hold, fallback, period, input_gain, mu2_n,
+            } = $coefficients;
         let head = [rate, rate_n, theta_n].into_iter().chain(gamma.$flat());
         let sigma = c.$iter().chain(g.$flat());
-        let law = kx.$iter().chain([kw, us]).chain(k.$flat()).chain([satk, lim, decay]);
-        let edges = [u_min, u_max, sigma_star_bound, hold, fallback];
+        let law = kx.$iter().chain([kw, us]).chain(k.$flat()).chain([satk, lim, unit, decay]);
+        let edges = [u_min, u_max, plausible, ko, sigma_star_bound, hold, fallback];
         head.chain(sigma).chain(law).chain(edges).chain([period, input_gain, mu2_n])
     }};
 }
 
 impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N, R, O> {
     /// How many numbers there are.
-    pub const NUMBERS: usize = 16 + 2 * N + 3 * O * R;
+    pub const NUMBERS: usize = 19 + 2 * N + 3 * O * R;
 
     /// Every number in the order of [`LAYOUT`].
     pub fn numbers(&self) -> impl Iterator<Item = T> {
@@ -136,13 +219,15 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
     }
 
     fn can_be_designed(&self) -> bool {
-        let finite = self.numbers().all(|number| number.abs() <= T::from_f64(LARGEST));
+        // Zero times what is not finite is NaN.
+        let finite = self.numbers().all(|number| number * T::ZERO == T::ZERO);
         let limit = T::from_f64(INPUT_LIMIT);
         let limits = -limit <= self.u_min && self.u_min <= self.u_max && self.u_max <= limit;
         let holds = self.hold == T::from_f64(1.0) && self.fallback == T::ZERO;
         let sends = self.hold == T::ZERO && self.u_min <= self.fallback && self.fallback <= self.u_max;
         let nonzero = self.period > T::ZERO && self.input_gain != T::ZERO;
-        finite && limits && (holds || sends) && nonzero
+        let ranged = self.unit > T::ZERO && true;
+        finite && limits && (holds || sends) && nonzero && ranged
     }
 
     const ZERO: Self = Self {
@@ -158,9 +243,12 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
         k: [[T::ZERO; R]; O],
         satk: T::ZERO,
         lim: T::ZERO,
+        unit: T::ZERO,
         decay: T::ZERO,
         u_min: T::ZERO,
         u_max: T::ZERO,
+        plausible: T::ZERO,
+        ko: T::ZERO,
         sigma_star_bound: T::ZERO,
         hold: T::ZERO,
         fallback: T::ZERO,
@@ -280,9 +368,12 @@ pub(crate) const fn coefficients<const N: usize, const R: usize, const O: usize>
         k,
         satk,
         lim,
+        unit: 1.0,
         decay,
         u_min: limits.min,
         u_max: limits.max,
+        plausible: smaller(INPUT_LIMIT, PLAUSIBLE * (limits.max - limits.min)),
+        ko: (reach - decay) / kv / b,
         sigma_star_bound: options.sigma_star_bound,
         hold,
         fallback,

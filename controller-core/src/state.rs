@@ -112,6 +112,12 @@ impl<T: Real, M, const N: usize, const R: usize, const MASK: u8, const O: usize>
     /// memory that others can write to looks there first.
     pub const FLAG_AT: usize = core::mem::offset_of!(Self, resuming);
 
+    /// A place that no tick reads which resumes: the first P, or where nothing is observed b(x) of the last tick.
+    #[inline(always)]
+    pub(crate) fn aside(&mut self) -> &mut T {
+        self.past.first_mut().unwrap_or(&mut self.gain_prev)
+    }
+
     /// A state of nothing but these, before a tick.
     pub(crate) const fn resuming(z: [[T; R]; O], offset: T, held: T) -> Self {
         Self {

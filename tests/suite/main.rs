@@ -14,6 +14,7 @@ mod golden;
 mod paper;
 mod precision;
 mod properties;
+mod recovery;
 mod refusals;
 mod robustness;
 mod running;
