@@ -82,6 +82,9 @@ pub struct Options {
     /// Lower in that file every ceiling that is above its figure; one that is exceeded is left for a person to judge.
     #[arg(long, requires = "ceilings")]
     pub lower: bool,
+    /// Write into that file the compiler of the images and their figures, where the ceilings are of another compiler.
+    #[arg(long, requires = "ceilings", conflicts_with = "lower")]
+    pub record: bool,
     /// The core; only the Cortex-M4 has a published table of cycles, for the others instructions are counted.
     #[arg(long, value_enum, default_value_t)]
     pub core: Core,
@@ -213,7 +216,12 @@ impl Reply {
 /// Bad input, in one line; the exit status is then 2.
 pub fn run(options: &Options, stop: &AtomicBool) -> Result<Reply, String> {
     if let Some(file) = &options.ceilings {
-        let verdict = ceilings::run(file, options.lower, stop)?;
+        let write = match (options.lower, options.record) {
+            (true, _) => Some(ceilings::Write::Lowered),
+            (_, true) => Some(ceilings::Write::Recorded),
+            _ => None,
+        };
+        let verdict = ceilings::run(file, write, stop)?;
         Ok(Reply::of(&verdict, options.json, [&verdict.notes, &verdict.declined, &verdict.failures]))
     } else {
         let report = report_of(options, stop)?;
