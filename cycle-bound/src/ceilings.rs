@@ -180,8 +180,8 @@ pub enum Write {
     Recorded,
 }
 
-/// Reads the file and its images, runs them in the emulator, and holds every figure to its ceiling; writes into the file
-/// first what is asked.
+/// Reads the file and its images, runs them in the emulator, and holds every figure to its ceiling; what is asked is
+/// written into the file first.
 ///
 /// # Errors
 /// Bad input, in one line.

@@ -257,6 +257,8 @@ pub struct Answer {
     reached: Vec<Rc<Summary>>,
     /// First address and length of every function reached.
     ranges: Vec<(u32, u32)>,
+    /// One of them where more than one section lies: an address in a trace does not say whose it is.
+    overlaid: Option<u32>,
 }
 
 impl Answer {
@@ -266,6 +268,7 @@ impl Answer {
     /// Bad input, in one line.
     pub fn of(image: &Image, options: &Options) -> Result<Self, String> {
         let function = image.find(options.symbol.as_deref().unwrap_or_default())?;
+        let image = &*image.while_runs(function);
         let loops = parse_loops(image, &options.loops)?;
         let decoder = Decoder::new(!options.core.is_timed())?;
         let timed = options.core.is_timed();
@@ -289,11 +292,11 @@ impl Answer {
         }
         report.functions = functions.iter().map(|one| one.name().to_owned()).collect();
         let ranges: Vec<(u32, u32)> = functions.iter().map(|one| (one.start, one.end - one.start)).collect();
-        report.flash_bytes = ranges.iter().map(|(_, length)| length).sum();
+        report.flash_bytes = covered(&ranges);
         if !summary.returns {
             report.declined.push(format!("{}: no path of it returns", image.place(function.start)));
         }
-        report.declined.extend(summary.refusals.iter().map(|refusal| told(image, refusal)));
+        report.declined.extend(analyst.refusals(&summary).iter().map(|refusal| told(image, refusal)));
         if let Some(Err(refusal)) = &summary.stack {
             report.declined.push(format!("stack: {}", told(image, refusal)));
         }
@@ -311,7 +314,8 @@ impl Answer {
                 ));
             }
         }
-        Ok(Self { report, found, reached, ranges })
+        let overlaid = reached.iter().map(|one| one.start).find(|&start| image.is_overlaid(start));
+        Ok(Self { report, found, reached, ranges, overlaid })
     }
 
     /// First address and length of every function that is reached: what a trace must hold.
@@ -329,6 +333,10 @@ impl Answer {
         let report = &mut self.report;
         if report.core != Core::CortexM4.name() {
             report.declined.push(format!("trace: no table of cycles for the {}", report.core));
+            return;
+        }
+        if let Some(address) = self.overlaid {
+            report.declined.push(format!("trace: more than one section lies at {address:#010x}"));
             return;
         }
         let nodes: BTreeMap<u32, &Node> =
@@ -357,6 +365,17 @@ impl Answer {
             ));
         }
     }
+}
+
+/// Bytes in at least one of these ranges, which are in the order of their addresses.
+fn covered(ranges: &[(u32, u32)]) -> u32 {
+    let (mut bytes, mut behind) = (0, 0);
+    for (start, length) in ranges {
+        let end = start + length;
+        bytes += end.saturating_sub((*start).max(behind));
+        behind = behind.max(end);
+    }
+    bytes
 }
 
 fn told(image: &Image, refusal: &Refusal) -> String {

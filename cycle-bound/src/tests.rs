@@ -1,6 +1,8 @@
 //! Functions written by hand, whose cycles are known by construction, and functions that must be declined. Machine
 //! code as an assembler makes it, the assembly beside it.
 
+mod files;
+
 use super::*;
 
 const BASE: u32 = 0x0800_0000;
@@ -169,6 +171,16 @@ fn a_table_branch_is_followed_only_behind_its_comparison() {
     // cbz r1 to the bhi: flags of another comparison.
     let flags: Vec<u16> = [0xb101].iter().chain(TABLE).copied().collect();
     assert!(declined(&plain(&[("f", &flags)])).contains("around its comparison"));
+    // cmp r0, #1; it hi; cmphi r0, #200; bhi: a comparison that need not be made bounds nothing.
+    let conditional = [&[0x2801, 0xbf88, 0x28c8][..], &TABLE[1..]].concat();
+    let conditional = plain(&[("f", &conditional)]);
+    assert!(declined(&conditional).contains("comparison is itself conditional"), "{:?}", conditional.declined);
+    // bhi to the tbb itself: both ways lead to it.
+    let to_itself: Vec<u16> = [TABLE[0], 0xd8ff].iter().chain(&TABLE[2..]).copied().collect();
+    assert!(declined(&plain(&[("f", &to_itself)])).contains("table"));
+    // it eq; beq.w, whose bits look like those of a bhi.w: b.w with imm10 = 0x200.
+    let other: Vec<u16> = [0x2801, 0xbf08, 0xf200, 0xb800].iter().chain(&TABLE[2..]).copied().collect();
+    assert!(plain(&[("f", &other)]).declined.iter().any(|line| line.contains("table")));
     // cmp r1 instead of r0: another register.
     let other: Vec<u16> = [0x2901].iter().chain(&TABLE[1..]).copied().collect();
     assert!(declined(&plain(&[("f", &other)])).contains("table"));
@@ -235,6 +247,10 @@ fn a_stack_pointer_that_moves_by_an_unknown_amount_is_declined_alone() {
     let report = plain(&[("f", &[0x466f, 0x46bd, 0x4770])]);
     assert_eq!((report.bound(), report.stack_bytes), (Some(6), None));
     assert!(report.declined[0].contains("stack: 0x08000002"), "{:?}", report.declined);
+    // sub.w sp, sp, #0x40000000 so often that it is 4 GiB, and as often back.
+    let deep: Vec<u16> = [[0xf1ad, 0x4d80]; 4].concat().into_iter().chain([[0xf10d, 0x4d80]; 4].concat()).collect();
+    let report = plain(&[("f", &[&deep[..], RETURN].concat())]);
+    assert!(report.stack_bytes.is_none() && report.declined[0].contains("no stack is as large"), "{report:?}");
     // push {r4, lr}; bx lr
     assert!(plain(&[("f", &[0xb510, 0x4770])]).declined[0].contains("another stack pointer"));
 }
