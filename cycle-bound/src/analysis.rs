@@ -124,7 +124,7 @@ pub(crate) struct Paths {
     /// Most cycles; none on a core without a table.
     pub(crate) bound: Option<Path>,
     /// Fewest cycles; none on a core without a table.
-    pub(crate) best: Option<Path>,
+    pub(crate) least: Option<Path>,
     /// Most instructions.
     pub(crate) most: Path,
     /// Fewest instructions.
@@ -499,8 +499,8 @@ impl<'a> Analyst<'a> {
         if self.timed {
             let worst = build(Reading::Worst, |paths| paths.bound.as_ref());
             paths.bound = Some(graph::longest(&worst, bound).map_err(refused)?);
-            let best = build(Reading::Best, |paths| paths.best.as_ref());
-            paths.best = Some(graph::shortest(&best).map_err(refused)?);
+            let least = build(Reading::Least, |paths| paths.least.as_ref());
+            paths.least = Some(graph::shortest(&least).map_err(refused)?);
         }
         Ok(paths)
     }
@@ -543,11 +543,12 @@ impl<'a> Analyst<'a> {
         if matches!(node.flow, Flow::Call(_)) && node.called.is_some() && node.comes_back() {
             edges.push(Edge { to: Some(next), cost: away(price(true)) });
         }
-        let is_flow = !matches!(node.flow, Flow::Next);
-        if !is_flow {
+        let counts_as_executed = !one.conditional || reading != Reading::Least;
+        if node.flow == Flow::Next && counts_as_executed {
             edges.push(Edge { to: Some(next), cost: cost(stalled(price(false))) });
         } else if one.conditional {
-            // A condition that fails takes one cycle, whatever would have been done (Table 3-1 note c).
+            // Counted as executed, but for the least; a condition that fails takes one cycle, whatever would have been
+            // done (Table 3-1 note c).
             edges.push(Edge { to: Some(next), cost: cost(1) });
         }
         edges
