@@ -5,7 +5,7 @@ use toml_edit::{DocumentMut, Item, value};
 /// A ceiling is tight if the count is no more than this below it.
 const SLACK_PERCENT: u64 = 5;
 
-/// The file.
+/// The file of ceilings, read.
 pub(crate) struct Ceilings(DocumentMut);
 
 impl Ceilings {
@@ -22,7 +22,7 @@ impl Ceilings {
         self.0.get("compiler").and_then(Item::as_str).unwrap_or("no compiler")
     }
 
-    /// Of a subject.
+    /// The most instructions that a call of this subject may take.
     pub(crate) fn of(&self, what: &str) -> Option<u64> {
         self.0.get("ceiling")?.get(what)?.as_integer()?.try_into().ok()
     }

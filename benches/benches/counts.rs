@@ -19,7 +19,7 @@ use ceilings::Ceilings;
 use controller_core::ControlLaw;
 use subjects::lanes::{self, L};
 
-/// Beside the sources.
+/// The file of ceilings, beside the sources.
 const CEILINGS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/counts.toml");
 /// What compiled this program.
 const THIS_COMPILER: &str =

@@ -15,18 +15,18 @@ use crate::instruction::{Decoder, Flow, Instruction};
 /// Something that cannot be followed, where it is and why.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Refusal {
-    /// Address.
+    /// Address of the instruction that cannot be followed.
     pub(crate) address: u32,
-    /// The instruction there.
+    /// The instruction there, as in a listing.
     pub(crate) text: String,
-    /// Why.
+    /// Why it cannot be followed.
     pub(crate) reason: String,
 }
 
 /// An instruction and the ways out of it.
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
-    /// It.
+    /// The instruction of this node.
     pub(crate) instruction: Instruction,
     /// Where it goes if it is executed.
     pub(crate) flow: Flow,
@@ -92,7 +92,7 @@ impl Node {
 /// What a function is worth to its caller.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Summary {
-    /// First address.
+    /// First address of the function.
     pub(crate) start: u32,
     /// Does any path return?
     pub(crate) returns: bool,
@@ -108,7 +108,7 @@ pub(crate) struct Summary {
     calls_all: BTreeSet<u32>,
     /// Functions called that return, on paths that do.
     calls_living: BTreeSet<u32>,
-    /// Its instructions.
+    /// Instructions of the function, by address.
     pub(crate) nodes: BTreeMap<u32, Node>,
     /// First instructions of ways that never return, with what they do.
     pub(crate) never_return: Vec<Refusal>,
@@ -125,9 +125,9 @@ pub(crate) struct Paths {
     pub(crate) bound: Option<Path>,
     /// Fewest cycles; none on a core without a table.
     pub(crate) least: Option<Path>,
-    /// Most instructions.
+    /// The path of most instructions.
     pub(crate) most: Path,
-    /// Fewest instructions.
+    /// The path of fewest instructions.
     pub(crate) fewest: Path,
 }
 

@@ -56,27 +56,27 @@ mod file;
 /// A ceiling is tight if the figure is no more than this below it.
 pub const SLACK_PERCENT: u64 = 5;
 
-/// What is counted.
+/// What is counted of a function and may have a ceiling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Figure {
-    /// Upper bound, cycles.
+    /// Upper bound of a call, in cycles.
     Bound,
-    /// Dearest executed call, cycles.
+    /// The dearest executed call, in typical cycles.
     Typical,
     /// The same with pipelined float loads and stores.
     Pipelined,
-    /// Longest executed call.
+    /// Instructions of the longest executed call.
     Instructions,
     /// Of floats, in an executed call.
     Arithmetic,
-    /// Bytes.
+    /// Bytes of the function and all it reaches.
     Flash,
-    /// Bytes.
+    /// Bytes below the stack pointer at the entry, callees included.
     Stack,
-    /// Bytes.
+    /// Bytes of the static that the file names as state.
     State,
-    /// Bytes.
+    /// Bytes of the static that the file names as coefficients.
     Coefficients,
 }
 
@@ -127,11 +127,11 @@ impl Figure {
 /// A figure of an instance or a difference, beside what it is held to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// Of which.
+    /// Of which instance or difference.
     pub name: String,
-    /// What is counted.
+    /// Which figure of it this row holds.
     pub figure: Figure,
-    /// How much.
+    /// The value of the figure; none if it has no answer.
     pub value: Option<i64>,
     /// The most, or of a difference that is fixed the very value.
     pub ceiling: Option<u64>,
@@ -152,14 +152,14 @@ pub struct Built {
     pub is_judged: bool,
 }
 
-/// The answer.
+/// The answer to a file of ceilings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
     /// The compiler that the ceilings were measured with.
     pub compiler: String,
-    /// The images.
+    /// The images that the file names, and who compiled them.
     pub images: Vec<Built>,
-    /// All figures.
+    /// All figures, each beside its ceiling.
     pub rows: Vec<Row>,
     /// What is above its ceiling, far below it, or should not be there.
     pub failures: Vec<String>,
@@ -226,7 +226,7 @@ fn lowered(text: &str, verdict: &Verdict) -> Option<String> {
 /// What comes of recording.
 #[derive(Debug, PartialEq)]
 enum Recorded {
-    /// The file anew.
+    /// The text of the file with the new compiler and figures.
     Text(String),
     /// Something has no figure: nothing is recorded.
     Declined(Box<Verdict>),

@@ -35,13 +35,13 @@ pub const ASSUMPTIONS: [&str; 7] = [
 /// A reading of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reading {
-    /// Upper bound.
+    /// Upper bound: the most that the manual allows.
     Worst,
     /// Of an executed trace.
     Typical,
     /// Of an executed trace, if VLDR and VSTR pipeline as LDR and STR do.
     Pipelined,
-    /// Lower bound.
+    /// Lower bound: the least that the manual allows.
     Least,
     /// Instructions instead of cycles, for cores without a table.
     Count,
@@ -93,7 +93,7 @@ pub enum Class {
 /// Cycles of one reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cycles {
-    /// That many.
+    /// That many cycles, whatever is moved.
     Fixed(u64),
     /// That many, and one for each word moved.
     Words(u64),
@@ -110,11 +110,11 @@ pub struct Row {
     pub label: &'static str,
     /// Mnemonics without condition, width, data type and the `s` of set flags.
     pub mnemonics: &'static [&'static str],
-    /// Fewest, if it is executed.
+    /// Fewest cycles, if it is executed.
     pub least: Cycles,
-    /// In a trace.
+    /// Cycles of it in an executed trace.
     pub typical: Cycles,
-    /// Most.
+    /// Most cycles, for the bound.
     pub worst: Cycles,
     /// Where this is written, and how it was read.
     pub source: &'static str,
@@ -318,7 +318,7 @@ impl Class {
         }
     }
 
-    /// Its row.
+    /// The row of the table for this class.
     pub fn row(self) -> &'static Row {
         // The table is in the order of the classes: a test holds it to that.
         &TABLE[self as usize]

@@ -11,9 +11,9 @@ use crate::cycles::TABLE;
 /// What lies on a path.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Path {
-    /// Cycles.
+    /// Cycles of all its instructions.
     pub(crate) cycles: u64,
-    /// Instructions.
+    /// Number of its instructions.
     pub(crate) instructions: u64,
     /// Instructions of each row of the table, and at the end those it does not have.
     pub(crate) classes: Vec<u64>,
@@ -26,7 +26,7 @@ impl Default for Path {
 }
 
 impl Path {
-    /// This, then that.
+    /// This path, and `next` behind it.
     #[must_use]
     pub(crate) fn then(&self, next: &Self) -> Self {
         let classes = self.classes.iter().zip(&next.classes).map(|(a, b)| a.saturating_add(*b)).collect();
@@ -37,7 +37,7 @@ impl Path {
         }
     }
 
-    /// This that many times.
+    /// This path, so many times over.
     #[must_use]
     pub(crate) fn times(&self, count: u64) -> Self {
         Self {

@@ -19,7 +19,7 @@ pub struct Function {
     pub symbols: Vec<String>,
     /// Names as written, in the same order.
     pub names: Vec<String>,
-    /// First address.
+    /// First address of the function.
     pub start: u32,
     /// Address behind its last byte, literal pools included.
     pub end: u32,
@@ -35,11 +35,11 @@ impl Function {
 /// A variable or a constant by its symbol.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Data {
-    /// Name as linked.
+    /// Name of the variable as linked.
     pub symbol: String,
-    /// Name as written.
+    /// Name of the variable as written.
     pub name: String,
-    /// Bytes.
+    /// Its size in bytes.
     pub size: u32,
 }
 

@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! image (ELF) -> instruction (decoder) -> analysis (ways, calls, stack) -> graph (longest path) -> report
-//!                                            `- cycles (the table) -- trace (what was executed) -- emulated (qemu, log)
+//!                                           `- cycles (the table) -- trace (what was executed) -- emulated (qemu, log)
 //! a file of ceilings -> ceilings (the same for every function of the file, each figure held to its ceiling)
 //! ```
 
@@ -37,7 +37,7 @@ use image::{Function, Image};
 use instruction::Decoder;
 use report::{Report, Typical};
 
-/// A core.
+/// A core whose code is read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Core {
     /// In-order, three stages: the manual has a table of cycles.
@@ -64,7 +64,7 @@ impl Core {
     }
 }
 
-/// What is asked.
+/// What is asked: the options of the command line.
 #[allow(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 #[derive(Args, Clone, Debug, Default)]
 pub struct Options {
@@ -135,20 +135,20 @@ pub struct Options {
 pub enum Check {
     /// A panic, a trap or a way that never returns.
     Panic,
-    /// 64-bit floating point.
+    /// Floating point of 64 bits.
     Double,
     /// A division or a root.
     Division,
     /// A call or a jump to another function.
     Call,
-    /// A jump back.
+    /// A jump back: a loop.
     BackwardBranch,
-    /// A multiply-accumulate.
+    /// A multiply-accumulate, VMLA or VFMA.
     Fused,
 }
 
 impl Check {
-    /// All of them.
+    /// All checks, in the order in which they are told.
     pub const ALL: [Self; 6] =
         [Self::Panic, Self::Double, Self::Division, Self::Call, Self::BackwardBranch, Self::Fused];
 
@@ -250,7 +250,7 @@ pub fn report_of(options: &Options, stop: &AtomicBool) -> Result<Report, String>
 
 /// A function that has been read: its report, and what a trace of it is held against.
 pub struct Answer {
-    /// The report.
+    /// The report, as it is printed.
     pub report: Report,
     /// What is reached and should perhaps not be, whether it was asked for or not.
     pub found: Vec<(Check, String)>,

@@ -20,18 +20,18 @@ pub struct PathJson {
     /// Cycles; none on a core without a table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cycles: Option<u64>,
-    /// Instructions.
+    /// Number of instructions on the path.
     pub instructions: u64,
 }
 
 /// Least, most and mean over the calls of a trace.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Spread {
-    /// Least.
+    /// Least over all calls.
     pub min: u64,
-    /// Most.
+    /// Most over all calls.
     pub max: u64,
-    /// Mean.
+    /// Mean over all calls.
     pub mean: f64,
 }
 
@@ -43,7 +43,7 @@ impl Spread {
     }
 }
 
-/// What was executed.
+/// What the calls of a trace executed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Typical {
     /// Calls in the trace.
@@ -74,9 +74,9 @@ impl Typical {
 pub struct Report {
     /// The function, as it is written.
     pub symbol: String,
-    /// First address.
+    /// First address of the function.
     pub address: u32,
-    /// The core.
+    /// Name of the core, as on the command line.
     pub core: &'static str,
     /// The longest path, an upper bound; none if it was declined.
     pub longest: Option<PathJson>,
@@ -84,7 +84,7 @@ pub struct Report {
     pub shortest: Option<PathJson>,
     /// Most instructions of any path; the longest path in cycles may have fewer.
     pub most_instructions: Option<u64>,
-    /// Executed calls.
+    /// What a trace says of executed calls.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub typical: Option<Typical>,
     /// Where the cycles of the executed calls go, if that was asked.

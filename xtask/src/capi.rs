@@ -1,9 +1,10 @@
 //! The archive and header for firmware in C, for the chip and for this machine, and the examples in C.
 //!
-//! rustc's own archive carries its arithmetic of 64 bits, `memcpy` and a panic handler under their common names, which a
-//! program in C has too. So everything that `edo_smc.h` declares is linked, with what it needs, into one object in which
-//! only names with our prefix stay visible. Its functions keep sections of their own: a linker with `--gc-sections`
-//! drops the instances that a program does not call. Its bytes do not depend on the folder of the checkout.
+//! rustc's own archive carries its arithmetic of 64 bits, `memcpy` and a panic handler under their common names, which
+//! a program in C has too. So everything that `edo_smc.h` declares is linked, with what it needs, into one object in
+//! which only names with our prefix stay visible. Its functions keep sections of their own: a linker with
+//! `--gc-sections` drops the instances that a program does not call. Its bytes do not depend on the folder of the
+//! checkout.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,7 +12,7 @@ use std::path::{Path, PathBuf};
 use crate::compiler::{self, Compiler, TARGET};
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
-/// Its own workspace.
+/// The manifest of the C interface, a workspace of its own.
 const MANIFEST: &str = "controller-capi/Cargo.toml";
 /// What cargo makes of it.
 const BUILT: &str = "controller-capi/target/build";
@@ -22,15 +23,15 @@ const PREFIX: &str = "edo_smc_";
 /// What `EDO_SMC_INSTANCE(name, ..)` declares, each followed by `_name`.
 const FUNCTIONS: [&str; 7] = ["design_size", "state_size", "init", "tick", "report_applied", "reset", "design"];
 
-/// Format and lints.
+/// Format and lints of the C interface.
 pub(crate) fn lint(gate: &mut Gate) -> Outcome {
     gate.commands("format, C interface", &[Invocation::cargo(&["fmt", "--manifest-path", MANIFEST, "--check"])])?;
     let clippy = Invocation::cargo(&["clippy", "--release", "--manifest-path", MANIFEST, "--", "-D", "warnings"]);
     gate.commands("lints, C interface", &[clippy])
 }
 
-/// Builds the archives into `controller-capi/target/archive/{thumbv7em,host}`, then the examples. What is shipped has the
-/// same bytes from any folder: it is built from two.
+/// Builds the archives into `controller-capi/target/archive/{thumbv7em,host}`, then the examples. What is shipped has
+/// the same bytes from any folder: it is built from two.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let elsewhere = gate.root.join(BUILT).join("elsewhere");
     copy(&gate.root, &elsewhere).map_err(failed)?;
@@ -64,8 +65,8 @@ fn failed(reason: String) -> Failure {
     Failure { reason, rerun: String::from("cargo xtask capi") }
 }
 
-/// What the archive is made of, in another folder. A file that is the same there already is left as it is, so that nothing
-/// is compiled for it.
+/// What the archive is made of, in another folder. A file that is the same there already is left as it is, so that
+/// nothing is compiled for it.
 fn copy(from: &Path, to: &Path) -> Result<(), String> {
     let told = |path: &Path, error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let mut open: Vec<PathBuf> = ["Cargo.toml", "controller-core", "controller-capi"].map(PathBuf::from).into();
@@ -113,7 +114,7 @@ fn pack(gate: &mut Gate) -> Result<Vec<(&'static str, Vec<u8>)>, Failure> {
 struct Form {
     folder: &'static str,
     ar: &'static str,
-    /// Sections that go.
+    /// Sections that are taken out of the archive.
     without: &'static [&'static str],
 }
 

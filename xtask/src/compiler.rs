@@ -1,8 +1,8 @@
 //! Which compiler builds for the chip, and for WebAssembly.
 //!
 //! Two worlds of machine. Where the toolchain carries the target's core library it builds normally. Elsewhere Debian's
-//! second compiler comes with the library's sources and builds core itself, with the linker of the toolchain in use; that
-//! needs `RUSTC_BOOTSTRAP`, which touches only this one child process.
+//! second compiler comes with the library's sources and builds core itself, with the linker of the toolchain in use;
+//! that needs `RUSTC_BOOTSTRAP`, which touches only this one child process.
 
 use std::ffi::{OsStr, OsString};
 use std::fmt;
@@ -24,13 +24,13 @@ pub(crate) enum Compiler {
     Toolchain,
     /// Debian's, which builds core from source.
     Debian {
-        /// It brings none.
+        /// That of the toolchain in use: Debian brings none.
         linker: PathBuf,
     },
 }
 
 impl Compiler {
-    /// For the chip.
+    /// Who builds for the chip here, if anybody.
     pub(crate) fn find() -> Option<Self> {
         Self::find_for(TARGET, "core")
     }

@@ -91,7 +91,7 @@ fn emulator() -> Option<String> {
     boards.contains(BOARD).then(|| version.lines().next().unwrap_or_default().to_string())
 }
 
-/// Root on Debian?
+/// Can packages be installed here: root on Debian?
 fn can_install() -> bool {
     let is_root = Invocation::new("id", &["-u"]).answer().as_deref() == Some("0");
     is_root && Path::new("/etc/debian_version").exists()
