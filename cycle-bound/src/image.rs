@@ -63,10 +63,6 @@ impl Section {
         (self.base..self.end()).contains(&address)
     }
 
-    fn overlaps(&self, other: &Self) -> bool {
-        self.base < other.end() && other.base < self.end()
-    }
-
     /// Adds a function; one without a size ends where the next begins.
     fn add_function(&mut self, symbol: &str, start: u32, size: u32) -> Result<(), String> {
         let name = format!("{:#}", rustc_demangle::demangle(symbol));
@@ -177,11 +173,20 @@ impl Image {
     }
 
     fn find_overlays(&mut self) {
-        for (at, one) in self.sections.iter().enumerate() {
-            for other in self.sections[at + 1..].iter().filter(|other| one.overlaps(other)) {
-                self.overlaid.push(one.base.min(other.base)..one.end().max(other.end()));
+        let mut ranges: Vec<Range<u32>> = self.sections.iter().map(|section| section.base..section.end()).collect();
+        ranges.sort_by_key(|range| range.start);
+        // Those that share addresses, as one.
+        let mut merged: Vec<(Range<u32>, usize)> = Vec::new();
+        for range in ranges {
+            match merged.last_mut() {
+                Some((before, sections)) if range.start < before.end => {
+                    before.end = before.end.max(range.end);
+                    *sections += 1;
+                }
+                _ => merged.push((range, 1)),
             }
         }
+        self.overlaid = merged.into_iter().filter(|(_, sections)| *sections > 1).map(|(range, _)| range).collect();
     }
 
     /// The image while this function runs: of the sections at one place only its own is loaded.

@@ -77,6 +77,14 @@ fn copy(from: &Path, to: &Path) -> Result<(), String> {
             for entry in fs::read_dir(&source).map_err(|error| told(&source, &error))?.flatten() {
                 open.extend((entry.file_name() != "target").then(|| path.join(entry.file_name())));
             }
+            // What has gone here goes there: of two files for one module the compiler takes neither.
+            for entry in fs::read_dir(&copied).map_err(|error| told(&copied, &error))?.flatten() {
+                if !source.join(entry.file_name()).exists() {
+                    let (gone, is_folder) = (entry.path(), entry.path().is_dir());
+                    let removed = if is_folder { fs::remove_dir_all(&gone) } else { fs::remove_file(&gone) };
+                    removed.map_err(|error| told(&gone, &error))?;
+                }
+            }
         } else {
             let bytes = fs::read(&source).map_err(|error| told(&source, &error))?;
             if fs::read(&copied).ok().as_deref() != Some(&*bytes) {
