@@ -1,7 +1,7 @@
 //! Ceilings: what each shipped function may cost, in a file beside the firmware, so that nothing gets dearer unseen.
 //!
 //! ```toml
-//! compiler = "rustc 1.96.0"            # the ceilings hold for its code; another compiler's is shown, not judged
+//! compiler = "rustc 1.96.0"            # the ceilings hold for its code; another compiler's is shown, and fails
 //!
 //! [[instance]]
 //! name = "current loop"
@@ -56,27 +56,27 @@ mod file;
 /// A ceiling is tight if the figure is no more than this below it.
 pub const SLACK_PERCENT: u64 = 5;
 
-/// What is counted.
+/// What is counted of a function and may have a ceiling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Figure {
-    /// Upper bound, cycles.
+    /// Upper bound of a call, in cycles.
     Bound,
-    /// Dearest executed call, cycles.
+    /// The dearest executed call, in typical cycles.
     Typical,
     /// The same with pipelined float loads and stores.
     Pipelined,
-    /// Longest executed call.
+    /// Instructions of the longest executed call.
     Instructions,
     /// Of floats, in an executed call.
     Arithmetic,
-    /// Bytes.
+    /// Bytes of the function and all it reaches.
     Flash,
-    /// Bytes.
+    /// Bytes below the stack pointer at the entry, callees included.
     Stack,
-    /// Bytes.
+    /// Bytes of the static that the file names as state.
     State,
-    /// Bytes.
+    /// Bytes of the static that the file names as coefficients.
     Coefficients,
 }
 
@@ -127,11 +127,11 @@ impl Figure {
 /// A figure of an instance or a difference, beside what it is held to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// Of which.
+    /// Of which instance or difference.
     pub name: String,
-    /// What is counted.
+    /// Which figure of it this row holds.
     pub figure: Figure,
-    /// How much.
+    /// The value of the figure; none if it has no answer.
     pub value: Option<i64>,
     /// The most, or of a difference that is fixed the very value.
     pub ceiling: Option<u64>,
@@ -152,14 +152,14 @@ pub struct Built {
     pub is_judged: bool,
 }
 
-/// The answer.
+/// The answer to a file of ceilings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
     /// The compiler that the ceilings were measured with.
     pub compiler: String,
-    /// The images.
+    /// The images that the file names, and who compiled them.
     pub images: Vec<Built>,
-    /// All figures.
+    /// All figures, each beside its ceiling.
     pub rows: Vec<Row>,
     /// What is above its ceiling, far below it, or should not be there.
     pub failures: Vec<String>,
@@ -171,54 +171,136 @@ pub struct Verdict {
     pub reasons: BTreeMap<String, String>,
 }
 
-/// Reads the file and its images, runs them in the emulator, and holds every figure to its ceiling; `lower`s the
-/// ceilings that are too high first.
+/// What is to be written into the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Write {
+    /// Every ceiling that is above its figure, lowered to it.
+    Lowered,
+    /// The compiler of the images and their figures, in place of those of another compiler.
+    Recorded,
+}
+
+/// Reads the file and its images, runs them in the emulator, and holds every figure to its ceiling; what is asked is
+/// written into the file first.
 ///
 /// # Errors
 /// Bad input, in one line.
-pub fn run(path: &Path, lower: bool, stop: &AtomicBool) -> Result<Verdict, String> {
+pub fn run(path: &Path, write: Option<Write>, stop: &AtomicBool) -> Result<Verdict, String> {
     let file = path.display().to_string();
     let text = file::text_of(path).map_err(|message| format!("{file}: {message}"))?;
     let at = |image: &str| path.parent().unwrap_or_else(|| Path::new("")).join(image);
-    let verdict = judge(
-        (&file, &text),
-        |image| Image::read(&image_file::read(&at(image))?).map_err(|why| format!("{}: {why}", at(image).display())),
-        |image, ranges| emulated::executed(&at(image), ranges, stop),
-    )?;
-    match lowered(&text, &verdict).filter(|_| lower) {
-        Some(text) => {
-            std::fs::write(path, text).map_err(|error| format!("{file}: cannot be written: {error}"))?;
-            run(path, false, stop)
+    let judged = |text: &str| {
+        judge(
+            (&file, text),
+            |image| {
+                Image::read(&image_file::read(&at(image))?).map_err(|why| format!("{}: {why}", at(image).display()))
+            },
+            |image, ranges| emulated::executed(&at(image), ranges, stop),
+        )
+    };
+    let text = match write {
+        None => return judged(&text),
+        Some(Write::Lowered) => {
+            let verdict = judged(&text)?;
+            match lowered(&text, &verdict) {
+                Some(text) => text,
+                None => return Ok(verdict),
+            }
         }
-        None => Ok(verdict),
-    }
+        Some(Write::Recorded) => match recorded(&file, &text, judged)? {
+            Recorded::Text(text) => text,
+            Recorded::Declined(verdict) => return Ok(*verdict),
+        },
+    };
+    std::fs::write(path, text).map_err(|error| format!("{file}: cannot be written: {error}"))?;
+    run(path, None, stop)
 }
 
 /// The text with the ceilings of what is judged lowered to their figures; none if all are there already.
 fn lowered(text: &str, verdict: &Verdict) -> Option<String> {
     let mut document: toml_edit::DocumentMut = text.parse().ok()?;
-    let instances = document.get_mut("instance")?.as_array_of_tables_mut()?;
+    let is_above = |row: &Row| row.value < row.ceiling.map(|ceiling| ceiling as i64);
+    with_ceilings(&mut document, "instance", verdict, is_above).then(|| document.to_string())
+}
+
+/// What comes of recording.
+#[derive(Debug, PartialEq)]
+enum Recorded {
+    /// The text of the file with the new compiler and figures.
+    Text(String),
+    /// Something has no figure: nothing is recorded.
+    Declined(Box<Verdict>),
+}
+
+/// The text with the compiler of the images and all their figures.
+fn recorded(file: &str, text: &str, judged: impl Fn(&str) -> Result<Verdict, String>) -> Result<Recorded, String> {
+    let verdict = judged(text)?;
+    if verdict.images.iter().all(|built| built.is_judged) {
+        return Err(format!(
+            "{file}: its ceilings are of {} already; what was gained is written by --lower, a ceiling raised by hand",
+            verdict.compiler
+        ));
+    }
+    let mut document: toml_edit::DocumentMut =
+        text.parse().map_err(|error: toml_edit::TomlError| format!("{file}: not TOML: {}", error.message()))?;
+    document["compiler"] = toml_edit::value(common_compiler(&verdict).ok_or_else(|| {
+        let of = |built: &Built| format!("{}: {}", built.image, built.compilers.join(", "));
+        let all: Vec<String> = verdict.images.iter().map(of).collect();
+        format!("{file}: there is no compiler that all images name ({})", all.join("; "))
+    })?);
+    let verdict = judged(&document.to_string())?;
+    if !verdict.declined.is_empty() {
+        return Ok(Recorded::Declined(Box::new(verdict)));
+    }
+    // A figure below its floor stays a failure: the floor is none then.
+    let is_other = |row: &Row| row.value.is_some_and(|value| value >= row.floor.unwrap_or(0) as i64);
+    with_ceilings(&mut document, "instance", &verdict, is_other);
+    with_ceilings(&mut document, "difference", &verdict, |_| true);
+    Ok(Recorded::Text(document.to_string()))
+}
+
+/// A compiler that every image names, up to its number; of the kind that the file had before any other.
+fn common_compiler(verdict: &Verdict) -> Option<String> {
+    let first = verdict.images.first()?;
+    let kind = |name: &str| name.split_whitespace().next().map(str::to_owned);
+    let everywhere = |name: &&String| verdict.images.iter().all(|built| built.compilers.contains(name));
+    let found: Vec<&String> = first.compilers.iter().filter(everywhere).collect();
+    let found = found.iter().find(|name| kind(name) == kind(&verdict.compiler)).or(found.first())?;
+    let words: Vec<&str> = found.split_whitespace().collect();
+    let number = words.iter().position(|word| word.starts_with(|c: char| c.is_ascii_digit()))?;
+    Some(words[..=number].join(" "))
+}
+
+/// Writes the figures of the rows that are `wanted` over their ceilings in this list of tables; was there any?
+fn with_ceilings(
+    document: &mut toml_edit::DocumentMut,
+    list: &str,
+    verdict: &Verdict,
+    wanted: impl Fn(&Row) -> bool,
+) -> bool {
+    let Some(tables) = document.get_mut(list).and_then(|item| item.as_array_of_tables_mut()) else { return false };
     let mut any = false;
-    for instance in instances.iter_mut() {
-        let text_of = |key: &str| instance.get(key).and_then(toml_edit::Item::as_str).unwrap_or_default();
-        let is_judged = verdict.images.iter().any(|built| built.image == text_of("image") && built.is_judged);
+    for table in tables.iter_mut() {
+        let text_of = |key: &str| table.get(key).and_then(toml_edit::Item::as_str).unwrap_or_default();
+        // A difference has no image of its own.
+        let image = verdict.images.iter().find(|built| built.image == text_of("image"));
+        let is_judged = image.is_none_or(|built| built.is_judged);
         let rows: Vec<&Row> = verdict.rows.iter().filter(|row| is_judged && row.name == text_of("name")).collect();
-        let Some(ceilings) = instance.get_mut("ceiling").and_then(|item| item.as_table_like_mut()) else { continue };
-        for row in rows {
+        let Some(ceilings) = table.get_mut("ceiling").and_then(|item| item.as_table_like_mut()) else { continue };
+        for row in rows.into_iter().filter(|row| wanted(row)) {
             let Some(ceiling) = ceilings.get_mut(row.figure.name()).and_then(|item| item.as_value_mut()) else {
                 continue;
             };
-            let value = row.value.filter(|value| Some(*value) < row.ceiling.map(|ceiling| ceiling as i64));
-            if let Some(value) = value {
+            if let Some(value) = row.value {
                 // The blanks and remarks around it stay.
                 let around = ceiling.decor().clone();
-                *ceiling = value.into();
+                *ceiling = value.max(0).into();
                 *ceiling.decor_mut() = around;
                 any = true;
             }
         }
     }
-    any.then(|| document.to_string())
+    any
 }
 
 /// The same for images and traces from anywhere.
@@ -253,9 +335,9 @@ fn judge(
         if !is_judged {
             let by =
                 if compilers.is_empty() { "a compiler that it does not name".into() } else { compilers.join(", ") };
-            verdict.notes.push(format!(
-                "{name} was built by {by}, the ceilings were measured with {}: the figures are shown, and only the \
-                 safety checks are judged",
+            verdict.failures.push(format!(
+                "{name} was built by {by}; the ceilings hold for {} alone: build it with that, or write down figures \
+                 of your own: --record",
                 file.compiler
             ));
         }

@@ -4,16 +4,16 @@
 //! times per entry is worth N - 1 of its longest rounds at the header; with that, and without its backward edges, the
 //! graph has no circle and the longest path is found node by node.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::cycles::TABLE;
 
 /// What lies on a path.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Path {
-    /// Cycles.
+    /// Cycles of all its instructions.
     pub(crate) cycles: u64,
-    /// Instructions.
+    /// Number of its instructions.
     pub(crate) instructions: u64,
     /// Instructions of each row of the table, and at the end those it does not have.
     pub(crate) classes: Vec<u64>,
@@ -26,7 +26,7 @@ impl Default for Path {
 }
 
 impl Path {
-    /// This, then that.
+    /// This path, and `next` behind it.
     #[must_use]
     pub(crate) fn then(&self, next: &Self) -> Self {
         let classes = self.classes.iter().zip(&next.classes).map(|(a, b)| a.saturating_add(*b)).collect();
@@ -37,7 +37,7 @@ impl Path {
         }
     }
 
-    /// This that many times.
+    /// This path, so many times over.
     #[must_use]
     pub(crate) fn times(&self, count: u64) -> Self {
         Self {
@@ -71,67 +71,80 @@ pub(crate) enum NoPath {
     NoReturn,
 }
 
-/// Backward edges by the node they lead to.
-type Latches = BTreeMap<usize, Vec<usize>>;
+/// Nodes in an order in which every edge but the backward ones leads on.
+struct Order {
+    nodes: Vec<usize>,
+    /// Of each node; none if the entry does not lead there.
+    positions: Vec<Option<usize>>,
+    /// Backward edges by the node they lead to.
+    latches: BTreeMap<usize, BTreeSet<usize>>,
+}
 
-/// Nodes in an order in which every edge but the backward ones leads on, and the backward edges.
-fn order(graph: &Graph) -> (Vec<usize>, Latches) {
-    let mut state = vec![0_u8; graph.len()];
-    let mut finished = Vec::new();
-    let mut latches = Latches::new();
-    let mut stack = vec![(0, 0)];
-    state[0] = 1;
-    while let Some((node, next)) = stack.pop() {
-        let Some(edge) = graph[node].get(next) else {
-            state[node] = 2;
-            finished.push(node);
-            continue;
-        };
-        stack.push((node, next + 1));
-        let Some(to) = edge.to else { continue };
-        match state[to] {
-            0 => {
-                state[to] = 1;
-                stack.push((to, 0));
-            }
-            1 => {
-                let from = latches.entry(to).or_default();
-                if !from.contains(&node) {
-                    from.push(node);
+impl Order {
+    fn of(graph: &Graph) -> Self {
+        let mut state = vec![0_u8; graph.len()];
+        let mut nodes = Vec::new();
+        let mut latches: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+        let mut stack = vec![(0, 0)];
+        state[0] = 1;
+        while let Some((node, next)) = stack.pop() {
+            let Some(edge) = graph[node].get(next) else {
+                state[node] = 2;
+                nodes.push(node);
+                continue;
+            };
+            stack.push((node, next + 1));
+            let Some(to) = edge.to else { continue };
+            match state[to] {
+                0 => {
+                    state[to] = 1;
+                    stack.push((to, 0));
                 }
+                1 => {
+                    latches.entry(to).or_default().insert(node);
+                }
+                _ => {}
             }
-            _ => {}
         }
+        nodes.reverse();
+        let mut positions = vec![None; graph.len()];
+        nodes.iter().enumerate().for_each(|(at, &node)| positions[node] = Some(at));
+        Self { nodes, positions, latches }
     }
-    finished.reverse();
-    (finished, latches)
+
+    fn is_backward(&self, from: usize, to: usize) -> bool {
+        self.latches.get(&to).is_some_and(|latches| latches.contains(&from))
+    }
 }
 
-/// Is `node` reached from the entry on a way around `without`?
-fn is_reached_around(graph: &Graph, node: usize, without: usize) -> bool {
-    let mut seen = vec![false; graph.len()];
-    let mut open = vec![0];
-    while let Some(at) = open.pop() {
-        if at == without || std::mem::replace(&mut seen[at], true) {
-            continue;
-        }
-        open.extend(graph[at].iter().filter_map(|edge| edge.to));
+/// From where each node is reached.
+fn sources(graph: &Graph) -> Vec<Vec<usize>> {
+    let mut sources = vec![Vec::new(); graph.len()];
+    for (from, edges) in graph.iter().enumerate() {
+        edges.iter().filter_map(|edge| edge.to).for_each(|to| sources[to].push(from));
     }
-    seen[node]
+    sources
 }
 
-/// Nodes of the loop of `header`: those from which a latch is reached without the header.
-fn body(graph: &Graph, header: usize, latches: &[usize]) -> Vec<bool> {
-    let mut inside = vec![false; graph.len()];
-    inside[header] = true;
-    let mut open = latches.to_vec();
+/// Nodes of the loop of `header`, in order: those from which a latch is reached without the header.
+///
+/// # Errors
+/// There is a way from the entry to a latch around the header.
+fn body(order: &Order, sources: &[Vec<usize>], header: usize) -> Result<Vec<usize>, NoPath> {
+    let mut inside: BTreeSet<usize> = [header].into();
+    let mut open: Vec<usize> = order.latches[&header].iter().copied().collect();
     while let Some(node) = open.pop() {
-        if std::mem::replace(&mut inside[node], true) {
-            continue;
+        if inside.insert(node) {
+            // Backwards from a latch to the entry and never through the header.
+            if node == 0 {
+                return Err(NoPath::Irreducible(header));
+            }
+            open.extend(sources[node].iter().filter(|&&from| order.positions[from].is_some()));
         }
-        open.extend((0..graph.len()).filter(|&from| graph[from].iter().any(|edge| edge.to == Some(node))));
     }
-    inside
+    let mut nodes: Vec<usize> = inside.into_iter().collect();
+    nodes.sort_by_key(|&node| order.positions[node]);
+    Ok(nodes)
 }
 
 /// The longest path from the entry to a return; `bound` says how often a header is executed at most per entry.
@@ -139,29 +152,29 @@ fn body(graph: &Graph, header: usize, latches: &[usize]) -> Vec<bool> {
 /// # Errors
 /// Why there is none.
 pub(crate) fn longest(graph: &Graph, bound: impl Fn(usize) -> Option<u64>) -> Result<Path, NoPath> {
-    let (order, latches) = order(graph);
-    for (&header, from) in &latches {
-        if from.iter().any(|&node| is_reached_around(graph, node, header)) {
-            return Err(NoPath::Irreducible(header));
-        }
-    }
+    let (order, sources) = (Order::of(graph), sources(graph));
+    let bodies = order.latches.keys().map(|&header| Ok((header, body(&order, &sources, header)?)));
+    let mut bodies = bodies.collect::<Result<Vec<_>, _>>()?;
     // Inner loops first: a round of the outer one goes through them.
-    let mut bodies: Vec<(usize, Vec<bool>)> = latches.iter().map(|(&h, from)| (h, body(graph, h, from))).collect();
-    bodies.sort_by_key(|(_, inside)| inside.iter().filter(|&&inside| inside).count());
-    let mut rounds: BTreeMap<usize, Path> = BTreeMap::new();
+    bodies.sort_by_key(|(_, inside)| inside.len());
+    let mut way = Way { graph, order: &order, rounds: BTreeMap::new(), reached: vec![None; graph.len()] };
     for (header, inside) in &bodies {
         let count = bound(*header).ok_or(NoPath::Unbounded(*header))?;
-        let reached = forward(graph, &order, &latches, &rounds, *header, |node| inside[node], |a, b| a > b);
         let mut longest = Path::default();
-        for &latch in &latches[header] {
-            let Some(so_far) = &reached[latch] else { continue };
+        way.forward(inside, |a, b| a > b);
+        for &latch in &order.latches[header] {
+            let Some(so_far) = &way.reached[latch] else { continue };
             for edge in graph[latch].iter().filter(|edge| edge.to == Some(*header)) {
                 longest = longest.max(so_far.then(&edge.cost));
             }
         }
-        rounds.insert(*header, longest.times(count.saturating_sub(1)));
+        for &node in inside {
+            way.reached[node] = None;
+        }
+        way.rounds.insert(*header, longest.times(count.saturating_sub(1)));
     }
-    finish(graph, &forward(graph, &order, &latches, &rounds, 0, |_| true, |a, b| a > b), |a, b| a > b)
+    way.forward(&order.nodes, |a, b| a > b);
+    way.finish(|a, b| a > b)
 }
 
 /// The shortest path from the entry to a return, every loop left as early as its way out allows.
@@ -169,52 +182,60 @@ pub(crate) fn longest(graph: &Graph, bound: impl Fn(usize) -> Option<u64>) -> Re
 /// # Errors
 /// Why there is none.
 pub(crate) fn shortest(graph: &Graph) -> Result<Path, NoPath> {
-    let (order, latches) = order(graph);
-    finish(graph, &forward(graph, &order, &latches, &BTreeMap::new(), 0, |_| true, |a, b| a < b), |a, b| a < b)
+    let order = Order::of(graph);
+    let mut way = Way { graph, order: &order, rounds: BTreeMap::new(), reached: vec![None; graph.len()] };
+    way.forward(&order.nodes, |a, b| a < b);
+    way.finish(|a, b| a < b)
 }
 
-fn forward(
-    graph: &Graph,
-    order: &[usize],
-    latches: &Latches,
-    rounds: &BTreeMap<usize, Path>,
-    entry: usize,
-    inside: impl Fn(usize) -> bool,
-    better: impl Fn(&Path, &Path) -> bool,
-) -> Vec<Option<Path>> {
-    let mut reached: Vec<Option<Path>> = vec![None; graph.len()];
-    reached[entry] = Some(rounds.get(&entry).cloned().unwrap_or_default());
-    for &node in order {
-        let Some(so_far) = reached[node].clone() else { continue };
-        for edge in &graph[node] {
-            let Some(to) = edge.to.filter(|&to| inside(to)) else { continue };
-            if latches.get(&to).is_some_and(|from| from.contains(&node)) {
-                continue;
-            }
-            let mut path = so_far.then(&edge.cost);
-            if let Some(round) = rounds.get(&to) {
-                path = path.then(round);
-            }
-            if reached[to].as_ref().is_none_or(|old| better(&path, old)) {
-                reached[to] = Some(path);
+/// Paths found so far.
+struct Way<'a> {
+    graph: &'a Graph,
+    order: &'a Order,
+    /// What all rounds of a loop but the last are worth, by its header.
+    rounds: BTreeMap<usize, Path>,
+    /// The best path to each node.
+    reached: Vec<Option<Path>>,
+}
+
+impl Way<'_> {
+    /// From the first of these nodes, which are in order, to the others.
+    fn forward(&mut self, nodes: &[usize], better: impl Fn(&Path, &Path) -> bool) {
+        let Some(&entry) = nodes.first() else { return };
+        self.reached[entry] = Some(self.rounds.get(&entry).cloned().unwrap_or_default());
+        let inside: BTreeSet<usize> = nodes.iter().copied().collect();
+        for &node in nodes {
+            let Some(so_far) = self.reached[node].clone() else { continue };
+            for edge in &self.graph[node] {
+                let Some(to) = edge.to.filter(|to| inside.contains(to)) else { continue };
+                if self.order.is_backward(node, to) {
+                    continue;
+                }
+                let mut path = so_far.then(&edge.cost);
+                if let Some(round) = self.rounds.get(&to) {
+                    path = path.then(round);
+                }
+                if self.reached[to].as_ref().is_none_or(|old| better(&path, old)) {
+                    self.reached[to] = Some(path);
+                }
             }
         }
     }
-    reached
-}
 
-fn finish(graph: &Graph, reached: &[Option<Path>], better: impl Fn(&Path, &Path) -> bool) -> Result<Path, NoPath> {
-    let mut best: Option<Path> = None;
-    for (node, so_far) in reached.iter().enumerate() {
-        let Some(so_far) = so_far else { continue };
-        for edge in graph[node].iter().filter(|edge| edge.to.is_none()) {
-            let path = so_far.then(&edge.cost);
-            if best.as_ref().is_none_or(|old| better(&path, old)) {
-                best = Some(path);
+    /// The best path to a return.
+    fn finish(&self, better: impl Fn(&Path, &Path) -> bool) -> Result<Path, NoPath> {
+        let mut best: Option<Path> = None;
+        for (node, so_far) in self.reached.iter().enumerate() {
+            let Some(so_far) = so_far else { continue };
+            for edge in self.graph[node].iter().filter(|edge| edge.to.is_none()) {
+                let path = so_far.then(&edge.cost);
+                if best.as_ref().is_none_or(|old| better(&path, old)) {
+                    best = Some(path);
+                }
             }
         }
+        best.ok_or(NoPath::NoReturn)
     }
-    best.ok_or(NoPath::NoReturn)
 }
 
 #[cfg(test)]

@@ -2,10 +2,12 @@
 //!
 //! Mapping symbols of the ARM ELF supplement part code (`$t`) from data (`$d`: literal pools, branch tables).
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use object::elf::{SHF_EXECINSTR, STT_FUNC, STT_OBJECT};
-use object::{Architecture, Object, ObjectKind, ObjectSection, ObjectSymbol, SectionFlags, SymbolFlags};
+use object::{Architecture, Object, ObjectKind, ObjectSection, ObjectSymbol, SectionFlags, SymbolFlags, SymbolSection};
 
 /// How many names a message offers.
 const OFFERED: usize = 3;
@@ -17,7 +19,7 @@ pub struct Function {
     pub symbols: Vec<String>,
     /// Names as written, in the same order.
     pub names: Vec<String>,
-    /// First address.
+    /// First address of the function.
     pub start: u32,
     /// Address behind its last byte, literal pools included.
     pub end: u32,
@@ -33,22 +35,65 @@ impl Function {
 /// A variable or a constant by its symbol.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Data {
-    /// Name as linked.
+    /// Name of the variable as linked.
     pub symbol: String,
-    /// Name as written.
+    /// Name of the variable as written.
     pub name: String,
-    /// Bytes.
+    /// Its size in bytes.
     pub size: u32,
 }
 
-/// Code and symbols of an ELF file.
-#[derive(Debug, Default)]
-pub struct Image {
-    /// Executable sections: address and bytes.
-    sections: Vec<(u32, Vec<u8>)>,
+/// A section with code.
+#[derive(Clone, Debug, Default)]
+struct Section {
+    base: u32,
+    bytes: Vec<u8>,
     /// Where code and data begin: `true` is code.
     marks: BTreeMap<u32, bool>,
     functions: BTreeMap<u32, Function>,
+}
+
+impl Section {
+    /// Its length fits behind its address: that is looked at when it is read.
+    fn end(&self) -> u32 {
+        self.base + self.bytes.len() as u32
+    }
+
+    fn holds(&self, address: u32) -> bool {
+        (self.base..self.end()).contains(&address)
+    }
+
+    /// Adds a function; one without a size ends where the next begins.
+    fn add_function(&mut self, symbol: &str, start: u32, size: u32) -> Result<(), String> {
+        let name = format!("{:#}", rustc_demangle::demangle(symbol));
+        let end = start.checked_add(size).filter(|end| *end <= self.end()).ok_or_else(|| {
+            format!("`{name}` has {size} bytes from {start:#010x} on, but its section ends at {:#010x}", self.end())
+        })?;
+        let fresh = Function { symbols: Vec::new(), names: Vec::new(), start, end };
+        let function = self.functions.entry(start).or_insert(fresh);
+        function.symbols.push(symbol.to_owned());
+        function.names.push(name);
+        function.end = function.end.max(end);
+        Ok(())
+    }
+
+    fn close_functions(&mut self) {
+        let mut next = self.end();
+        for (start, function) in self.functions.iter_mut().rev() {
+            if function.end == *start {
+                function.end = next;
+            }
+            next = *start;
+        }
+    }
+}
+
+/// Code and symbols of an ELF file.
+#[derive(Clone, Debug, Default)]
+pub struct Image {
+    sections: Vec<Section>,
+    /// Where more than one section lies, of which one at a time is loaded: overlays.
+    overlaid: Vec<Range<u32>>,
     data: Vec<Data>,
     /// What the tools that made it say of themselves, section `.comment`.
     tools: Vec<String>,
@@ -62,20 +107,31 @@ impl Image {
     /// What is wrong with it.
     pub fn read(bytes: &[u8]) -> Result<Self, String> {
         let file = object::File::parse(bytes).map_err(|error| format!("not an ELF file: {error}"))?;
-        if file.architecture() != Architecture::Arm {
-            return Err(format!("a file for {:?}, not for ARM", file.architecture()));
+        if file.architecture() != Architecture::Arm || file.is_64() {
+            return Err(format!("a file for {:?}, not for ARM of 32 bits", file.architecture()));
         }
         if file.kind() != ObjectKind::Executable {
             return Err("not linked: calls have no target yet, give the executable".to_owned());
         }
         let mut image = Self { elf: bytes.to_vec(), ..Self::default() };
+        // By the numbers that symbols name them by.
+        let mut numbers: BTreeMap<usize, usize> = BTreeMap::new();
         for section in file.sections() {
             let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
-            if sh_flags & u64::from(SHF_EXECINSTR) != 0 {
-                let data = section.data().map_err(|error| format!("a section cannot be read: {error}"))?;
-                image.sections.push((section.address() as u32, data.to_vec()));
+            if sh_flags & u64::from(SHF_EXECINSTR) == 0 {
+                continue;
+            }
+            let bytes = section.data().map_err(|error| format!("a section cannot be read: {error}"))?;
+            let base = section.address() as u32;
+            if u32::try_from(bytes.len()).ok().and_then(|length| base.checked_add(length)).is_none() {
+                return Err(format!("a section of {} bytes at {base:#010x} ends behind all addresses", bytes.len()));
+            }
+            if !bytes.is_empty() {
+                numbers.insert(section.index().0, image.sections.len());
+                image.sections.push(Section { base, bytes: bytes.to_vec(), ..Section::default() });
             }
         }
+        image.find_overlays();
         if let Some(Ok(comment)) = file.section_by_name(".comment").map(|section| section.data()) {
             let texts = comment.split(|&byte| byte == 0).filter(|text| !text.is_empty());
             image.tools = texts.map(|text| String::from_utf8_lossy(text).into_owned()).collect();
@@ -83,33 +139,70 @@ impl Image {
         for symbol in file.symbols() {
             let Ok(name) = symbol.name() else { continue };
             let SymbolFlags::Elf { st_info, .. } = symbol.flags() else { continue };
-            let address = symbol.address() as u32;
+            let kind = st_info & 0xf;
+            if kind == STT_OBJECT {
+                image.add_data(name, symbol.size() as u32);
+                continue;
+            }
+            // The lowest bit of a function's address says Thumb.
+            let address = symbol.address() as u32 & !u32::from(kind == STT_FUNC);
+            let number = match symbol.section() {
+                SymbolSection::Section(index) => numbers.get(&index.0).copied(),
+                // A name that the linker's script gives to a number: of the section there, if it is the only one.
+                SymbolSection::Absolute if !image.is_overlaid(address) => {
+                    image.sections.iter().position(|section| section.holds(address))
+                }
+                _ => None,
+            };
+            let Some(section) = number.map(|number| &mut image.sections[number]) else { continue };
             match name.split('.').next() {
                 Some("$t") => {
-                    image.marks.insert(address, true);
+                    section.marks.insert(address, true);
                 }
                 Some("$d" | "$a") => {
-                    image.marks.entry(address).or_insert(false);
+                    section.marks.entry(address).or_insert(false);
                 }
-                _ if st_info & 0xf == STT_FUNC && image.bytes(address & !1).is_some() => {
-                    image.add_function(name, address & !1, symbol.size() as u32);
+                _ if kind == STT_FUNC && section.holds(address) => {
+                    section.add_function(name, address, symbol.size() as u32)?;
                 }
-                _ if st_info & 0xf == STT_OBJECT => image.add_data(name, symbol.size() as u32),
                 _ => {}
             }
         }
-        image.close_functions();
+        image.sections.iter_mut().for_each(Section::close_functions);
         Ok(image)
     }
 
-    /// Adds a function; one without a size ends where the next begins.
-    fn add_function(&mut self, symbol: &str, start: u32, size: u32) {
-        let name = format!("{:#}", rustc_demangle::demangle(symbol));
-        let fresh = Function { symbols: Vec::new(), names: Vec::new(), start, end: start };
-        let function = self.functions.entry(start).or_insert(fresh);
-        function.symbols.push(symbol.to_owned());
-        function.names.push(name);
-        function.end = function.end.max(start.saturating_add(size));
+    fn find_overlays(&mut self) {
+        let mut ranges: Vec<Range<u32>> = self.sections.iter().map(|section| section.base..section.end()).collect();
+        ranges.sort_by_key(|range| range.start);
+        // Those that share addresses, as one.
+        let mut merged: Vec<(Range<u32>, usize)> = Vec::new();
+        for range in ranges {
+            match merged.last_mut() {
+                Some((before, sections)) if range.start < before.end => {
+                    before.end = before.end.max(range.end);
+                    *sections += 1;
+                }
+                _ => merged.push((range, 1)),
+            }
+        }
+        self.overlaid = merged.into_iter().filter(|(_, sections)| *sections > 1).map(|(range, _)| range).collect();
+    }
+
+    /// The image while this function runs: of the sections at one place only its own is loaded.
+    pub(crate) fn while_runs(&self, function: &Function) -> Cow<'_, Self> {
+        if self.overlaid.is_empty() {
+            return Cow::Borrowed(self);
+        }
+        let of_section = |section: &Section| section.functions.get(&function.start).map(std::ptr::from_ref);
+        let is_own = |section: &&Section| of_section(section) == Some(std::ptr::from_ref(function));
+        let loaded = |section: &&Section| is_own(section) || !self.is_overlaid(section.base);
+        Cow::Owned(Self { sections: self.sections.iter().filter(loaded).cloned().collect(), ..self.clone() })
+    }
+
+    /// Does more than one section of the file lie there, or beside one that does?
+    pub(crate) fn is_overlaid(&self, address: u32) -> bool {
+        self.overlaid.iter().any(|range| range.contains(&address))
     }
 
     fn add_data(&mut self, symbol: &str, size: u32) {
@@ -117,45 +210,40 @@ impl Image {
         self.data.push(Data { symbol: symbol.to_owned(), name, size });
     }
 
-    fn close_functions(&mut self) {
-        let starts: Vec<u32> = self.functions.keys().copied().collect();
-        for (at, start) in starts.iter().enumerate() {
-            let Some(function) = self.functions.get_mut(start) else { continue };
-            if function.end == *start {
-                let section =
-                    self.sections.iter().find(|(base, data)| (*base..base + data.len() as u32).contains(start));
-                let last = section.map_or(*start, |(base, data)| base + data.len() as u32);
-                function.end = starts.get(at + 1).map_or(last, |next| (*next).min(last));
-            }
-        }
-    }
-
     /// The file it was read from.
     pub fn elf(&self) -> &[u8] {
         &self.elf
     }
 
+    fn section(&self, address: u32) -> Option<&Section> {
+        self.sections.iter().find(|section| section.holds(address))
+    }
+
     /// Code from an address to the end of its section.
     pub fn bytes(&self, address: u32) -> Option<&[u8]> {
-        self.sections
-            .iter()
-            .find_map(|(base, data)| data.get(address.checked_sub(*base)? as usize..))
-            .filter(|bytes| !bytes.is_empty())
+        self.section(address).and_then(|section| section.bytes.get((address - section.base) as usize..))
     }
 
     /// Is this an address of data among code?
     pub fn is_data(&self, address: u32) -> bool {
-        self.marks.range(..=address).next_back().is_some_and(|(_, &code)| !code)
+        let mark = |section: &Section| section.marks.range(..=address).next_back().is_some_and(|(_, &code)| !code);
+        self.section(address).is_some_and(mark)
     }
 
     /// The function that begins there.
     pub fn function_at(&self, start: u32) -> Option<&Function> {
-        self.functions.get(&start)
+        self.section(start)?.functions.get(&start)
+    }
+
+    /// Is the second address one of the same section as the first?
+    pub(crate) fn is_beside(&self, address: u32, other: u32) -> bool {
+        self.section(address).is_some_and(|section| section.holds(other))
     }
 
     /// `NAME+0x..` of an address, or the address alone.
     pub fn place(&self, address: u32) -> String {
-        match self.functions.range(..=address).next_back() {
+        let before = self.section(address).and_then(|section| section.functions.range(..=address).next_back());
+        match before {
             Some((start, function)) if address < function.end => {
                 format!("{address:#010x} ({}+{:#x})", function.name(), address - start)
             }
@@ -169,7 +257,8 @@ impl Image {
     /// What there is instead.
     pub fn find(&self, wanted: &str) -> Result<&Function, String> {
         let names = |one: &Function| one.names.iter().chain(&one.symbols).cloned().collect();
-        find("function", wanted, &self.functions.values().map(|one| (one, names(one))).collect::<Vec<_>>())
+        let functions = self.sections.iter().flat_map(|section| section.functions.values());
+        find("function", wanted, &functions.map(|one| (one, names(one))).collect::<Vec<_>>())
     }
 
     /// A variable or a constant, by its name as a function by its own.
@@ -242,15 +331,21 @@ fn find<'a, T>(kind: &str, wanted: &str, all: &[(&'a T, Vec<String>)]) -> Result
 impl Image {
     /// Functions of given machine code one behind the other from 0x0800_0000 on.
     pub(super) fn of(functions: &[(&str, &[u16])]) -> Self {
-        let mut image = Self::default();
-        let mut code = Vec::new();
+        Self::default().with_section(0x0800_0000, functions)
+    }
+
+    /// And a section of these functions one behind the other.
+    pub(super) fn with_section(mut self, base: u32, functions: &[(&str, &[u16])]) -> Self {
+        let code = functions.iter().flat_map(|(_, halfwords)| halfwords.iter().flat_map(|half| half.to_le_bytes()));
+        let mut section = Section { base, bytes: code.collect(), ..Section::default() };
+        let mut start = base;
         for (name, halfwords) in functions {
-            let start = 0x0800_0000 + code.len() as u32;
-            code.extend(halfwords.iter().flat_map(|half| half.to_le_bytes()));
-            image.add_function(name, start, 2 * halfwords.len() as u32);
+            section.add_function(name, start, 2 * halfwords.len() as u32).expect("within the section");
+            start += 2 * halfwords.len() as u32;
         }
-        image.sections.push((0x0800_0000, code));
-        image
+        self.sections.push(section);
+        self.find_overlays();
+        self
     }
 
     /// And a variable of so many bytes.
@@ -267,7 +362,8 @@ impl Image {
 
     /// From `address` on there is data.
     pub(super) fn with_data(mut self, address: u32) -> Self {
-        self.marks.insert(address, false);
+        let section = self.sections.iter_mut().find(|section| section.holds(address)).expect("a section");
+        section.marks.insert(address, false);
         self
     }
 }

@@ -7,7 +7,7 @@
 use capstone::arch::arm::{ArchExtraMode, ArchMode, ArmCC};
 use capstone::prelude::*;
 
-/// Stack pointer.
+/// The stack pointer, as a set of registers.
 pub(crate) const SP: u64 = 1 << 13;
 const LR: u64 = 1 << 14;
 const PC: u64 = 1 << 15;
@@ -35,7 +35,7 @@ pub(crate) enum Flow {
 /// A decoded instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Instruction {
-    /// Where it lies.
+    /// Address of the instruction.
     pub(crate) address: u32,
     /// Its length, 2 or 4 bytes.
     pub(crate) size: u32,
@@ -246,7 +246,7 @@ fn split(operands: &str) -> Vec<String> {
     parts
 }
 
-/// `#16`, `#-0x4`.
+/// The number in an operand like `#16` or `#-0x4`.
 fn immediate(operand: &str) -> Option<i32> {
     let text = operand.strip_prefix('#')?;
     let (sign, digits) = text.strip_prefix('-').map_or((1, text), |digits| (-1, digits));
@@ -294,7 +294,7 @@ fn register(name: &str) -> u64 {
     }
 }
 
-/// Bytes to instructions.
+/// The disassembler: bytes to instructions.
 pub(crate) struct Decoder(Capstone);
 
 impl Decoder {

@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! image (ELF) -> instruction (decoder) -> analysis (ways, calls, stack) -> graph (longest path) -> report
-//!                                            `- cycles (the table) -- trace (what was executed) -- emulated (qemu, log)
+//!                                           `- cycles (the table) -- trace (what was executed) -- emulated (qemu, log)
 //! a file of ceilings -> ceilings (the same for every function of the file, each figure held to its ceiling)
 //! ```
 
@@ -37,7 +37,7 @@ use image::{Function, Image};
 use instruction::Decoder;
 use report::{Report, Typical};
 
-/// A core.
+/// A core whose code is read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Core {
     /// In-order, three stages: the manual has a table of cycles.
@@ -64,7 +64,7 @@ impl Core {
     }
 }
 
-/// What is asked.
+/// What is asked: the options of the command line.
 #[allow(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 #[derive(Args, Clone, Debug, Default)]
 pub struct Options {
@@ -82,6 +82,9 @@ pub struct Options {
     /// Lower in that file every ceiling that is above its figure; one that is exceeded is left for a person to judge.
     #[arg(long, requires = "ceilings")]
     pub lower: bool,
+    /// Write into that file the compiler of the images and their figures, where the ceilings are of another compiler.
+    #[arg(long, requires = "ceilings", conflicts_with = "lower")]
+    pub record: bool,
     /// The core; only the Cortex-M4 has a published table of cycles, for the others instructions are counted.
     #[arg(long, value_enum, default_value_t)]
     pub core: Core,
@@ -132,20 +135,20 @@ pub struct Options {
 pub enum Check {
     /// A panic, a trap or a way that never returns.
     Panic,
-    /// 64-bit floating point.
+    /// Floating point of 64 bits.
     Double,
     /// A division or a root.
     Division,
     /// A call or a jump to another function.
     Call,
-    /// A jump back.
+    /// A jump back: a loop.
     BackwardBranch,
-    /// A multiply-accumulate.
+    /// A multiply-accumulate, VMLA or VFMA.
     Fused,
 }
 
 impl Check {
-    /// All of them.
+    /// All checks, in the order in which they are told.
     pub const ALL: [Self; 6] =
         [Self::Panic, Self::Double, Self::Division, Self::Call, Self::BackwardBranch, Self::Fused];
 
@@ -213,7 +216,12 @@ impl Reply {
 /// Bad input, in one line; the exit status is then 2.
 pub fn run(options: &Options, stop: &AtomicBool) -> Result<Reply, String> {
     if let Some(file) = &options.ceilings {
-        let verdict = ceilings::run(file, options.lower, stop)?;
+        let write = match (options.lower, options.record) {
+            (true, _) => Some(ceilings::Write::Lowered),
+            (_, true) => Some(ceilings::Write::Recorded),
+            _ => None,
+        };
+        let verdict = ceilings::run(file, write, stop)?;
         Ok(Reply::of(&verdict, options.json, [&verdict.notes, &verdict.declined, &verdict.failures]))
     } else {
         let report = report_of(options, stop)?;
@@ -242,13 +250,15 @@ pub fn report_of(options: &Options, stop: &AtomicBool) -> Result<Report, String>
 
 /// A function that has been read: its report, and what a trace of it is held against.
 pub struct Answer {
-    /// The report.
+    /// The report, as it is printed.
     pub report: Report,
     /// What is reached and should perhaps not be, whether it was asked for or not.
     pub found: Vec<(Check, String)>,
     reached: Vec<Rc<Summary>>,
     /// First address and length of every function reached.
     ranges: Vec<(u32, u32)>,
+    /// One of them where more than one section lies: an address in a trace does not say whose it is.
+    overlaid: Option<u32>,
 }
 
 impl Answer {
@@ -258,6 +268,7 @@ impl Answer {
     /// Bad input, in one line.
     pub fn of(image: &Image, options: &Options) -> Result<Self, String> {
         let function = image.find(options.symbol.as_deref().unwrap_or_default())?;
+        let image = &*image.while_runs(function);
         let loops = parse_loops(image, &options.loops)?;
         let decoder = Decoder::new(!options.core.is_timed())?;
         let timed = options.core.is_timed();
@@ -281,11 +292,11 @@ impl Answer {
         }
         report.functions = functions.iter().map(|one| one.name().to_owned()).collect();
         let ranges: Vec<(u32, u32)> = functions.iter().map(|one| (one.start, one.end - one.start)).collect();
-        report.flash_bytes = ranges.iter().map(|(_, length)| length).sum();
+        report.flash_bytes = covered(&ranges);
         if !summary.returns {
             report.declined.push(format!("{}: no path of it returns", image.place(function.start)));
         }
-        report.declined.extend(summary.refusals.iter().map(|refusal| told(image, refusal)));
+        report.declined.extend(analyst.refusals(&summary).iter().map(|refusal| told(image, refusal)));
         if let Some(Err(refusal)) = &summary.stack {
             report.declined.push(format!("stack: {}", told(image, refusal)));
         }
@@ -303,7 +314,8 @@ impl Answer {
                 ));
             }
         }
-        Ok(Self { report, found, reached, ranges })
+        let overlaid = reached.iter().map(|one| one.start).find(|&start| image.is_overlaid(start));
+        Ok(Self { report, found, reached, ranges, overlaid })
     }
 
     /// First address and length of every function that is reached: what a trace must hold.
@@ -321,6 +333,10 @@ impl Answer {
         let report = &mut self.report;
         if report.core != Core::CortexM4.name() {
             report.declined.push(format!("trace: no table of cycles for the {}", report.core));
+            return;
+        }
+        if let Some(address) = self.overlaid {
+            report.declined.push(format!("trace: more than one section lies at {address:#010x}"));
             return;
         }
         let nodes: BTreeMap<u32, &Node> =
@@ -349,6 +365,17 @@ impl Answer {
             ));
         }
     }
+}
+
+/// Bytes in at least one of these ranges, which are in the order of their addresses.
+fn covered(ranges: &[(u32, u32)]) -> u32 {
+    let (mut bytes, mut behind) = (0, 0);
+    for (start, length) in ranges {
+        let end = start + length;
+        bytes += end.saturating_sub((*start).max(behind));
+        behind = behind.max(end);
+    }
+    bytes
 }
 
 fn told(image: &Image, refusal: &Refusal) -> String {

@@ -17,7 +17,7 @@ struct Cli {
     options: Options,
 }
 
-/// Set by Ctrl-C.
+/// Set by Ctrl-C: what runs is to end.
 static STOP: AtomicBool = AtomicBool::new(false);
 
 fn main() -> ExitCode {

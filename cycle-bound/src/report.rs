@@ -7,7 +7,7 @@ use serde::Serialize;
 pub use crate::lines::{Line, Lines};
 
 use crate::analysis::Summary;
-use crate::cycles::{ASSUMPTIONS, TABLE};
+use crate::cycles::{ASSUMPTIONS, RETURNS, TABLE};
 use crate::graph::Path;
 use crate::image::Function;
 use crate::table::Table;
@@ -20,18 +20,18 @@ pub struct PathJson {
     /// Cycles; none on a core without a table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cycles: Option<u64>,
-    /// Instructions.
+    /// Number of instructions on the path.
     pub instructions: u64,
 }
 
 /// Least, most and mean over the calls of a trace.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Spread {
-    /// Least.
+    /// Least over all calls.
     pub min: u64,
-    /// Most.
+    /// Most over all calls.
     pub max: u64,
-    /// Mean.
+    /// Mean over all calls.
     pub mean: f64,
 }
 
@@ -43,7 +43,7 @@ impl Spread {
     }
 }
 
-/// What was executed.
+/// What the calls of a trace executed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Typical {
     /// Calls in the trace.
@@ -74,17 +74,17 @@ impl Typical {
 pub struct Report {
     /// The function, as it is written.
     pub symbol: String,
-    /// First address.
+    /// First address of the function.
     pub address: u32,
-    /// The core.
+    /// Name of the core, as on the command line.
     pub core: &'static str,
     /// The longest path, an upper bound; none if it was declined.
     pub longest: Option<PathJson>,
-    /// The shortest path.
+    /// The shortest path, a lower bound.
     pub shortest: Option<PathJson>,
     /// Most instructions of any path; the longest path in cycles may have fewer.
     pub most_instructions: Option<u64>,
-    /// Executed calls.
+    /// What a trace says of executed calls.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub typical: Option<Typical>,
     /// Where the cycles of the executed calls go, if that was asked.
@@ -114,7 +114,7 @@ impl Report {
             let path = |path: &Path| PathJson { cycles: timed.then_some(path.cycles), instructions: path.instructions };
             let most = paths.bound.as_ref().unwrap_or(&paths.most);
             longest = Some(path(most));
-            shortest = Some(path(paths.best.as_ref().unwrap_or(&paths.fewest)));
+            shortest = Some(path(paths.least.as_ref().unwrap_or(&paths.fewest)));
             let labels = TABLE.iter().map(|row| row.label).chain(["not in the table"]);
             histogram = labels.zip(most.classes.iter().copied()).filter(|(_, count)| *count > 0).collect();
         }
@@ -133,7 +133,12 @@ impl Report {
             functions: Vec::new(),
             failures: Vec::new(),
             declined: Vec::new(),
-            assumptions: ASSUMPTIONS.iter().filter(|_| timed).map(|line| (*line).to_owned()).collect(),
+            assumptions: ASSUMPTIONS
+                .iter()
+                .filter(|_| timed)
+                .chain([&RETURNS])
+                .map(|line| (*line).to_owned())
+                .collect(),
         }
     }
 
@@ -152,7 +157,11 @@ impl fmt::Display for Report {
         };
         for (name, path, meaning) in [
             ("bound", &self.longest, "no call takes more: the longest path, each instruction at its documented worst"),
-            ("best", &self.shortest, "the shortest path, each instruction at its documented best"),
+            (
+                "least",
+                &self.shortest,
+                "no call takes fewer: the shortest path, each instruction at its documented least",
+            ),
         ] {
             let Some(path) = path else { continue };
             let cycles = path.cycles.map_or_else(|| "-".to_owned(), |cycles| cycles.to_string());

@@ -13,9 +13,9 @@ use crate::instruction::Flow;
 /// An executed instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Step {
-    /// Where it is.
+    /// Address of the executed instruction.
     pub(crate) address: u32,
-    /// Typical cycles.
+    /// Typical cycles of it, beside the instruction before.
     pub(crate) cycles: u64,
     /// The same if VLDR and VSTR pipeline as LDR and STR do.
     pub(crate) pipelined: u64,
@@ -26,7 +26,7 @@ pub(crate) struct Step {
 pub(crate) struct Run {
     /// Instructions executed; one whose condition failed is one.
     pub(crate) instructions: u64,
-    /// Typical cycles.
+    /// Typical cycles of the whole call.
     pub(crate) cycles: u64,
     /// The same if VLDR and VSTR pipeline as LDR and STR do.
     pub(crate) pipelined: u64,

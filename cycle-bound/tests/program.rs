@@ -46,3 +46,24 @@ fn what_has_no_answer_is_status_2_and_bad_input_prints_nothing_on_stdout() {
         assert!(err.starts_with(told), "{err}");
     }
 }
+
+#[test]
+fn a_gate_that_cannot_judge_does_not_pass() {
+    let folder = std::env::temp_dir().join(format!("cycle-bound-elsewhere-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("temporary folder");
+    let file = folder.join("ceilings.toml").display().to_string();
+    let text = format!(
+        "compiler = \"GCC 99\"\n[[instance]]\nname = \"slew\"\nimage = \"{ELF}\"\nsymbol = \"slew\"\n\
+         ceiling = {{ bound = 8 }}\nwhy = \"measured\"\n"
+    );
+    std::fs::write(&file, &text).expect("temporary file");
+    let (status, out, err) = spoken(&["--ceilings", &file]);
+    assert!(status == 1 && out.contains("above by 10"), "{out}");
+    let told = "slew.elf was built by a compiler that it does not name; the ceilings hold for GCC 99 alone: ";
+    assert!(err.starts_with("failed: ") && err.contains(told) && err.lines().count() == 1, "{err}");
+    let (status, out, err) = spoken(&["--ceilings", &file, "--record"]);
+    assert_eq!((status, out.as_str()), (2, ""));
+    assert!(err.contains("no compiler that all images name"), "{err}");
+    assert_eq!(std::fs::read_to_string(&file).ok(), Some(text), "nothing is written");
+    let _ = std::fs::remove_dir_all(&folder);
+}

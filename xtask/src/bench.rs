@@ -1,8 +1,8 @@
-//! What a tick costs on the chip beside other code: everything in the image `yardsticks` measured in one run by the same
-//! tool, `cycle-bound`, as a table for the README.
+//! What a tick costs on the chip beside other code: everything in the image `yardsticks` measured in one run by the
+//! same tool, `cycle-bound`, as a table for the README.
 //!
-//! Instructions are those that the emulator executed, exact; cycles come from the table of cycle-bound/README.md. Both are
-//! of the dearest tick of the run; "pipelined" is the typical figure with VLDR and VSTR taken for LDR and STR.
+//! Instructions are those that the emulator executed, exact; cycles come from the table of cycle-bound/README.md. Both
+//! are of the dearest tick of the run; "pipelined" is the typical figure with VLDR and VSTR taken for LDR and STR.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -15,7 +15,7 @@ use crate::compiler::{self, TARGET};
 use crate::setup::CROSS_C;
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
-/// Its own workspace.
+/// The manifest of the image, a workspace of its own.
 const MANIFEST: &str = "benches/chip/Cargo.toml";
 const RERUN: &str = "cargo xtask bench";
 
@@ -117,7 +117,7 @@ fn trace(image: &Path, log: &Path) -> Result<(), String> {
     }
 }
 
-/// Of one function.
+/// What one function costs.
 struct Cost {
     symbol: &'static str,
     instructions: u64,
@@ -161,7 +161,8 @@ fn cost(root: &Path, image: &Path, log: &Path, symbol: &'static str) -> Result<C
 /// As Markdown, in the order of [`YARDSTICKS`].
 fn table(costs: &[Cost]) -> Result<String, String> {
     let mut text = String::from(
-        "| | instructions | cycles, typical | pipelined | bound | flash, bytes | typical over ours |\n|---|---|---|---|---|---|---|",
+        "| | instructions | cycles, typical | pipelined | bound | flash, bytes | typical over ours |\n\
+         |---|---|---|---|---|---|---|",
     );
     for (Yardstick { what, against, .. }, cost) in YARDSTICKS.iter().zip(costs) {
         let reference = costs.iter().find(|cost| cost.symbol == *against);

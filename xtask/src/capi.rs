@@ -1,60 +1,128 @@
 //! The archive and header for firmware in C, for the chip and for this machine, and the examples in C.
 //!
-//! rustc's own archive carries its arithmetic of 64 bits, `memcpy` and a panic handler under their common names, which a
-//! program in C has too. So everything that `edo_smc.h` declares is linked, with what it needs, into one object in which
-//! only names with our prefix stay visible. Its functions keep sections of their own: a linker with `--gc-sections`
-//! drops the instances that a program does not call.
+//! rustc's own archive carries its arithmetic of 64 bits, `memcpy` and a panic handler under their common names, which
+//! a program in C has too. So everything that `edo_smc.h` declares is linked, with what it needs, into one object in
+//! which only names with our prefix stay visible. Its functions keep sections of their own: a linker with
+//! `--gc-sections` drops the instances that a program does not call. Its bytes do not depend on the folder of the
+//! checkout.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::compiler::{self, TARGET};
-use crate::step::{Gate, Invocation, Outcome};
+use crate::compiler::{self, Compiler, TARGET};
+use crate::step::{Failure, Gate, Invocation, Outcome};
 
-/// Its own workspace.
+/// The manifest of the C interface, a workspace of its own.
 const MANIFEST: &str = "controller-capi/Cargo.toml";
+/// What cargo makes of it.
+const BUILT: &str = "controller-capi/target/build";
+const ARCHIVES: &str = "controller-capi/target/archive";
+const ARCHIVE: &str = "libedo_smc.a";
 const HEADER: &str = "controller-capi/include/edo_smc.h";
 const PREFIX: &str = "edo_smc_";
 /// What `EDO_SMC_INSTANCE(name, ..)` declares, each followed by `_name`.
 const FUNCTIONS: [&str; 7] = ["design_size", "state_size", "init", "tick", "report_applied", "reset", "design"];
 
-/// Format and lints.
+/// Format and lints of the C interface.
 pub(crate) fn lint(gate: &mut Gate) -> Outcome {
     gate.commands("format, C interface", &[Invocation::cargo(&["fmt", "--manifest-path", MANIFEST, "--check"])])?;
     let clippy = Invocation::cargo(&["clippy", "--release", "--manifest-path", MANIFEST, "--", "-D", "warnings"]);
     gate.commands("lints, C interface", &[clippy])
 }
 
-/// Builds the archives into `controller-capi/target/archive/{thumbv7em,host}`, then the examples.
+/// Builds the archives into `controller-capi/target/archive/{thumbv7em,host}`, then the examples. What is shipped has
+/// the same bytes from any folder: it is built from two.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    let chip = compiler::build(&gate.root, MANIFEST)?;
-    let host = Invocation::cargo(&["build", "--release", "--manifest-path", MANIFEST]);
-    gate.commands(&format!("C interface for {TARGET} and for this machine"), &[chip, host])?;
+    let elsewhere = gate.root.join(BUILT).join("elsewhere");
+    copy(&gate.root, &elsewhere).map_err(failed)?;
+    let mut all = Vec::new();
+    // The last one's archives stay.
+    for root in [&elsewhere, &gate.root.clone()] {
+        let manifest = root.join(MANIFEST).display().to_string();
+        let (chip, host) = (Compiler::required()?.cargo("build"), Invocation::cargo(&["build", "--release"]));
+        for build in [chip, host] {
+            let build = build.with(&["--manifest-path", &manifest, "--target-dir", BUILT]);
+            all.push(compiler::anywhere(build, root)?);
+        }
+    }
+    let (copy, here) = all.split_at(2);
+    gate.commands("C interface for chip and host, from a copy of the sources", copy)?;
+    let first = pack(gate)?;
+    gate.commands("the same from this folder", here)?;
+    let second = pack(gate)?;
+    gate.check("archives for C: the same bytes from both folders", "cargo xtask capi", |_| {
+        let differ = first.iter().zip(&second).find(|(one, other)| one.1 != other.1);
+        match differ {
+            None => Ok(format!("{} bytes", second.iter().map(|(_, bytes)| bytes.len()).sum::<usize>())),
+            Some(((folder, _), _)) => Err(format!("the archive of {folder} depends on the folder that it is built in")),
+        }
+    })?;
+    // From nothing: make does not see a new archive of the same age.
+    gate.commands("examples in C", &[Invocation::new("make", &["--no-print-directory", "-C", "examples/c", "-B"])])
+}
+
+fn failed(reason: String) -> Failure {
+    Failure { reason, rerun: String::from("cargo xtask capi") }
+}
+
+/// What the archive is made of, in another folder. A file that is the same there already is left as it is, so that
+/// nothing is compiled for it.
+fn copy(from: &Path, to: &Path) -> Result<(), String> {
+    let told = |path: &Path, error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+    let mut open: Vec<PathBuf> = ["Cargo.toml", "controller-core", "controller-capi"].map(PathBuf::from).into();
+    while let Some(path) = open.pop() {
+        let (source, copied) = (from.join(&path), to.join(&path));
+        if source.is_dir() {
+            fs::create_dir_all(&copied).map_err(|error| told(&copied, &error))?;
+            for entry in fs::read_dir(&source).map_err(|error| told(&source, &error))?.flatten() {
+                open.extend((entry.file_name() != "target").then(|| path.join(entry.file_name())));
+            }
+            // What has gone here goes there: of two files for one module the compiler takes neither.
+            for entry in fs::read_dir(&copied).map_err(|error| told(&copied, &error))?.flatten() {
+                if !source.join(entry.file_name()).exists() {
+                    let (gone, is_folder) = (entry.path(), entry.path().is_dir());
+                    let removed = if is_folder { fs::remove_dir_all(&gone) } else { fs::remove_file(&gone) };
+                    removed.map_err(|error| told(&gone, &error))?;
+                }
+            }
+        } else {
+            let bytes = fs::read(&source).map_err(|error| told(&source, &error))?;
+            if fs::read(&copied).ok().as_deref() != Some(&*bytes) {
+                fs::write(&copied, bytes).map_err(|error| told(&copied, &error))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Makes the archives of what has been built; their folders and bytes.
+fn pack(gate: &mut Gate) -> Result<Vec<(&'static str, Vec<u8>)>, Failure> {
+    let mut packed = Vec::new();
     gate.step("archives for C, only their own names visible", |gate| {
-        let failed = |reason| crate::step::Failure { reason, rerun: String::from("cargo xtask capi") };
         let names = declared(&gate.root.join(HEADER)).map_err(failed)?;
         let tools = toolchain_tools().map_err(failed)?;
         // A note on the stack means something to a hosted linker only; that of the chip warns of objects without one.
         let chip = Form { folder: "thumbv7em", ar: "arm-none-eabi-ar", without: &[".note.GNU-stack"] };
         let host = Form { folder: "host", ar: "ar", without: &[] };
         for (from, form) in [(format!("{TARGET}/release"), chip), (String::from("release"), host)] {
-            let target = gate.root.join("controller-capi/target");
-            let folder = target.join("archive").join(form.folder);
+            let folder = gate.root.join(ARCHIVES).join(form.folder);
             fs::create_dir_all(&folder).map_err(|error| failed(format!("{}: {error}", folder.display())))?;
-            let archive = target.join(from).join("libedo_smc.a");
+            let archive = gate.root.join(BUILT).join(from).join(ARCHIVE);
             hide(gate, &names, &tools, &archive, &folder, &form)?;
+            let archive = folder.join(ARCHIVE);
+            let bytes = fs::read(&archive).map_err(|error| failed(format!("{}: {error}", archive.display())))?;
+            packed.push((form.folder, bytes));
         }
         Ok(())
     })?;
-    // From nothing: make does not see a new archive of the same age.
-    gate.commands("examples in C", &[Invocation::new("make", &["--no-print-directory", "-C", "examples/c", "-B"])])
+    Ok(packed)
 }
 
 /// What differs between the two archives.
 struct Form {
     folder: &'static str,
     ar: &'static str,
-    /// Sections that go.
+    /// Sections that are taken out of the archive.
     without: &'static [&'static str],
 }
 
@@ -74,12 +142,10 @@ fn hide(gate: &Gate, names: &[String], tools: &Tools, archive: &Path, folder: &P
     let library = format!("LD_LIBRARY_PATH={}", tools.library.display());
     let objcopy = Invocation::new("env", &[&library, &text(&tools.objcopy), "--wildcard", &keep]);
     objcopy.with(&sections).with(&[&linked, &object]).run(gate)?;
-    let packed = folder.join("libedo_smc.a");
+    let packed = folder.join(ARCHIVE);
     if packed.exists() {
         // `ar` adds to what is there.
-        let rerun = String::from("cargo xtask capi");
-        let failed = |error| crate::step::Failure { reason: format!("{}: {error}", packed.display()), rerun };
-        fs::remove_file(&packed).map_err(failed)?;
+        fs::remove_file(&packed).map_err(|error| failed(format!("{}: {error}", packed.display())))?;
     }
     Invocation::new(form.ar, &["rcsD", &text(&packed), &object]).run(gate)
 }

@@ -69,7 +69,7 @@ pub(crate) fn offline(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// Of KaTeX, `0.19.1`.
+/// The version of KaTeX in a header, as `0.19.1`.
 fn version(header: &str) -> Option<&str> {
     header.split_once(NETWORK)?.1.split('/').next()
 }

@@ -6,15 +6,15 @@ use object::{Object, ObjectSection, SectionFlags, SectionKind};
 use crate::compiler::{TARGET, build};
 use crate::step::{Gate, Invocation, Outcome};
 
-/// Its own workspace.
+/// The manifest of the firmware, a workspace of its own.
 const MANIFEST: &str = "firmware/Cargo.toml";
 const IMAGES: [&str; 3] = ["pil", "drive", "budget"];
 
-/// Format and lints.
+/// Format and lints of the firmware.
 pub(crate) fn lint(gate: &mut Gate) -> Outcome {
     gate.commands("format, firmware", &[Invocation::cargo(&["fmt", "--manifest-path", MANIFEST, "--check"])])?;
-    // clippy belongs to the toolchain in use, which need not have the chip's core library: the host's stands in. Release,
-    // since only that profile aborts on a panic, which a program without std must.
+    // clippy belongs to the toolchain in use, which need not have the chip's core library: the host's stands in.
+    // Release, since only that profile aborts on a panic, which a program without std must.
     let clippy = Invocation::cargo(&["clippy", "--release", "--manifest-path", MANIFEST, "--", "-D", "warnings"]);
     gate.commands("lints, firmware", &[clippy])
 }
@@ -68,8 +68,8 @@ mod tests {
 
     use super::*;
 
-    /// An ELF file of 32 bits with sections of these types, flags and sizes, the last one for their names; their contents
-    /// lie over its head.
+    /// An ELF file of 32 bits with sections of these types, flags and sizes, the last one for their names; their
+    /// contents lie over its head.
     fn elf(sections: &[(u32, u32, u32)]) -> Vec<u8> {
         let half = |value: u16| value.to_le_bytes().to_vec();
         let word = |value: u32| value.to_le_bytes().to_vec();

@@ -1,5 +1,5 @@
-//! libFuzzer against the target's side of the wire: so many scripts of requests and garbage, grown towards code that was
-//! not reached before. It starts from nothing, with a fixed seed, so that a run in CI is the run at the desk.
+//! libFuzzer against the target's side of the wire: so many scripts of requests and garbage, grown towards code that
+//! was not reached before. It starts from nothing, with a fixed seed, so that a run in CI is the run at the desk.
 //!
 //! Coverage needs no other compiler: the pass is in LLVM, and stable Rust can ask for it.
 

@@ -65,6 +65,9 @@ const ACTIONS: [Action; 12] = [
 ];
 
 fn main() -> ExitCode {
+    if let Some(root) = std::env::var_os(compiler::ROOT) {
+        return compiler::compile(&root);
+    }
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let asked = arguments.join(" ");
     if ["", "help", "-h", "--help"].contains(&&*asked) {

@@ -31,17 +31,9 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.step(&format!("compiler for {TARGET}, emulator of the chip, compilers for C and C++, Node"), |gate| {
         let missing = missing();
         if !missing.is_empty() {
-            install(gate, missing)?;
-        } else if !wanted().is_empty() && can_install() {
-            // Without a connection the gate does without; what is still not there is named below.
-            if let Err(Failure { reason, .. }) = install(gate, missing) {
-                println!("{reason}");
-            }
+            install(gate, &missing)?;
         }
         println!("{}\n{}", Compiler::required()?, emulator().unwrap_or_default());
-        for Missing { what, .. } in wanted() {
-            println!("{what}");
-        }
         Ok(())
     })
 }
@@ -85,17 +77,11 @@ fn missing() -> Vec<Missing> {
     if Invocation::new(wasm::NODE, &["--version"]).answer().is_none() {
         missing.push(Missing { what: format!("no `{}`, which runs WebAssembly", wasm::NODE), packages: &["nodejs"] });
     }
-    missing
-}
-
-/// What the gate uses where it is there and does without where it is not.
-fn wanted() -> Vec<Missing> {
-    let mut wanted = Vec::new();
     if Invocation::new(VALGRIND, &["--version"]).answer().is_none() {
-        let what = format!("no {VALGRIND}: instructions on the host are not counted");
-        wanted.push(Missing { what, packages: &[VALGRIND] });
+        let what = format!("no {VALGRIND}, which counts instructions on the host");
+        missing.push(Missing { what, packages: &[VALGRIND] });
     }
-    wanted
+    missing
 }
 
 /// Its version, if it knows the board.
@@ -105,24 +91,19 @@ fn emulator() -> Option<String> {
     boards.contains(BOARD).then(|| version.lines().next().unwrap_or_default().to_string())
 }
 
-/// Root on Debian?
+/// Can packages be installed here: root on Debian?
 fn can_install() -> bool {
     let is_root = Invocation::new("id", &["-u"]).answer().as_deref() == Some("0");
     is_root && Path::new("/etc/debian_version").exists()
 }
 
-/// All that is missing, if we can; then what is wanted comes with it.
-fn install(gate: &Gate, mut missing: Vec<Missing>) -> Outcome {
-    let apt_get = Invocation::new("apt-get", &["install", "-y", "--no-install-recommends"]);
-    let with = |missing: &[Missing]| {
-        let packages: Vec<&str> = missing.iter().flat_map(|missing| missing.packages).copied().collect();
-        apt_get.clone().with(&packages)
-    };
+/// All that is missing, if we can.
+fn install(gate: &Gate, missing: &[Missing]) -> Outcome {
+    let packages: Vec<&str> = missing.iter().flat_map(|missing| missing.packages).copied().collect();
+    let all = Invocation::new("apt-get", &["install", "-y", "--no-install-recommends"]).with(&packages);
     if !can_install() {
-        return Err(by_hand(&missing, &with(&missing)));
+        return Err(by_hand(missing, &all));
     }
-    missing.extend(wanted());
-    let all = with(&missing);
     Invocation::new("apt-get", &["update"]).run(gate)?;
     all.clone().env("DEBIAN_FRONTEND", "noninteractive").run(gate)?;
     let left = self::missing();

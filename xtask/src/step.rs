@@ -19,7 +19,7 @@ pub(crate) type Outcome = Result<(), Failure>;
 
 /// The run so far.
 pub(crate) struct Gate {
-    /// The workspace.
+    /// The folder of the workspace.
     pub(crate) root: PathBuf,
     /// Headlines and durations of the steps that passed.
     passed: Vec<(String, Duration)>,

@@ -15,7 +15,7 @@ struct Part {
 
 /// What the quick run does with a part.
 enum Quick {
-    /// All of it.
+    /// All of the part.
     Same,
     /// Less of it, and what is left out.
     Less(fn(&mut Gate) -> Outcome, &'static str),
@@ -64,8 +64,8 @@ const SKIPPED: [&str; 10] = [
     "wire::a_target_that_says_nothing",
     "robustness::random_chains",
 ];
-const LEFT_OUT: &str = "examples in the documentation; of the suite the emulator, the C interface, exported files, what \
-                        must not compile, the figures over the wire, a silent target, random chains";
+const LEFT_OUT: &str = "examples in the documentation; of the suite the emulator, the C interface, exported files, \
+                        what must not compile, the figures over the wire, a silent target, random chains";
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     GATE.iter().try_for_each(|part| (part.run)(gate))
@@ -119,8 +119,8 @@ fn lint_others(gate: &mut Gate) -> Outcome {
     capi::lint(gate)
 }
 
-/// Crates that users take must make packages; that one builds from its own is for `cargo package` without `--no-verify`,
-/// which compiles all it depends on once more.
+/// Crates that users take must make packages; that one builds from its own is for `cargo package` without
+/// `--no-verify`, which compiles all it depends on once more.
 fn pack(gate: &mut Gate) -> Outcome {
     let own = ["integration-tests", "benches", "xtask", "loop-sim-wasm"];
     let without: Vec<&str> = own.iter().flat_map(|name| ["--exclude", name]).collect();

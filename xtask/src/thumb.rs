@@ -1,5 +1,5 @@
-//! The controller on its target: every feature set builds. What its machine code costs and must not contain, `budget` says
-//! of the images.
+//! The controller on its target: every feature set builds. What its machine code costs and must not contain, `budget`
+//! says of the images.
 
 use crate::compiler::{Compiler, TARGET};
 use crate::step::{Gate, Outcome};

@@ -11,7 +11,7 @@ const PACKAGE: &str = "loop-sim-wasm";
 /// Its artifacts must not meet those of the first compiler.
 const TARGET_DIR: &str = "target/wasm";
 const MODULE: &str = "target/wasm/wasm32-unknown-unknown/release/loop_sim_wasm.wasm";
-/// Runs WebAssembly.
+/// The program that runs WebAssembly.
 pub(crate) const NODE: &str = "node";
 /// Calls `bits` for 0, 1, .. and prints a line for each; the arguments are the module and how many.
 const SCRIPT: &str = "\

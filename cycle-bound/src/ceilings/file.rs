@@ -18,7 +18,7 @@ const LONGEST_FILE: u64 = 1 << 20;
 /// A message quotes so many characters of what was found.
 const LONGEST_QUOTE: usize = 60;
 
-/// The file.
+/// The whole file of ceilings.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct File {
@@ -27,7 +27,7 @@ pub(super) struct File {
     pub(super) difference: Vec<Difference>,
 }
 
-/// A function.
+/// `[[instance]]`: a function and its ceilings.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct Instance {

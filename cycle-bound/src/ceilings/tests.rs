@@ -131,25 +131,47 @@ fn what_is_not_to_be_there_fails_and_an_exception_that_nothing_needs_fails_too()
 }
 
 #[test]
-fn of_another_compilers_code_only_the_checks_are_judged() {
+fn of_another_compilers_code_no_figure_is_judged_and_that_fails() {
     for other in ["rustc version 1.97.0 (0 2026-07)", "rustc version 1.96.01", "GCC: (Debian) 12.2.1", ""] {
-        let far_off = file("m::sum", "ceiling = { bound = 10, flash = 1000 }");
-        let found = verdict_of(&far_off, other).expect("good input");
-        assert_eq!((found.failures.len(), found.declined.len()), (0, 0), "{found:?}");
-        let note = one(&found.notes);
-        assert!(note.contains("measured with rustc 1.96.0") && note.contains("only the safety checks"), "{note}");
-        assert!(found.to_string().contains("above by 8"), "{found}");
+        for ceiling in ["bound = 10, flash = 1000", "bound = 18"] {
+            let found = verdict_of(&file("m::sum", &format!("ceiling = {{ {ceiling} }}")), other).expect("good input");
+            let line = one(&found.failures);
+            assert!(line.starts_with("fw was built by ") && line.contains("hold for rustc 1.96.0 alone"), "{line}");
+            assert!(line.contains("build it with that, or write down figures of your own: --record"), "{line}");
+            assert_eq!((found.declined.len(), found.notes.len()), (0, 0), "{found:?}");
+            assert!(!ceiling.contains("10,") || found.to_string().contains("above by 8"), "{found}");
+        }
         // A division is one in anybody's code.
         let found = verdict_of(&file("m::ratio", "ceiling = { bound = 1 }"), other).expect("good input");
-        assert!(one(&found.failures).starts_with("it: a division"), "{found:?}");
+        assert!(found.failures.len() == 2 && found.failures[1].starts_with("it: a division"), "{found:?}");
         // A loop elsewhere hides nothing from the checks; code that cannot be read does.
         let text = file("m::spin", "loops = [\"sum+0x2=3\"]\nallow = { backward_branch = \"a pause\" }");
         let found = verdict_of(&text, other).expect("good input");
-        assert_eq!((found.failures.len(), found.declined.len(), found.notes.len()), (0, 0, 2), "{found:?}");
+        assert_eq!((found.failures.len(), found.declined.len(), found.notes.len()), (1, 0, 1), "{found:?}");
         let text = file("m::unknown", "allow = { call = \"by a table\" }");
         assert_eq!(verdict_of(&text, other).expect("good input").declined.len(), 1);
     }
-    assert_eq!(verdict_of(&file("m::sum", ""), "rustc version 1.96.0").map(|found| found.notes.len()), Ok(0));
+    assert_eq!(verdict_of(&file("m::sum", ""), "rustc version 1.96.0").map(|found| found.failures.len()), Ok(0));
+}
+
+#[test]
+fn figures_of_another_compiler_are_recorded_with_its_name_and_judged_from_then_on() {
+    const OTHER: &str = "rustc version 1.97.0 (0 2026-07)";
+    let by = |compiler: &'static str| move |text: &str| verdict_of(text, compiler);
+    let text = file("m::sum", "ceiling = { bound = 10, flash = 1000, stack = 8 } # of the first board")
+        + "[[difference]]\nname = \"none\"\nof = \"it\"\nwithout = \"it\"\nwhy = \"so\"\nceiling = { bound = 3 }\n";
+    let own = text.replace("1.96.0", "1.97.0").replace("10,", "18,").replace("1000", "20").replace("= 3 }", "= 0 }");
+    assert_eq!(recorded("b.toml", &text, by(OTHER)), Ok(Recorded::Text(own.clone())));
+    assert_eq!(verdict_of(&own, OTHER).map(|found| found.failures), Ok(Vec::new()));
+    // Raising is not recording.
+    let refused = recorded("b.toml", &text, by(RUSTC)).expect_err("its own compiler");
+    assert!(refused.contains("b.toml") && refused.contains("--lower") && refused.contains("by hand"), "{refused}");
+    let nameless = recorded("b.toml", &text, by("")).expect_err("no compiler");
+    assert!(nameless.contains("no compiler that all images name"), "{nameless}");
+    // A figure that is missing is no record: nothing is written.
+    let spins = file("m::spin", "ceiling = { bound = 9 }\nallow = { backward_branch = \"a pause\" }");
+    let Ok(Recorded::Declined(found)) = recorded("b.toml", &spins, by(OTHER)) else { panic!("a loop without rounds") };
+    assert!(one(&found.declined).contains("a loop begins here"), "{found:?}");
 }
 
 #[test]
