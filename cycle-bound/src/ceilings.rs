@@ -43,6 +43,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use serde::{Deserialize, Serialize};
+use whole_file::{Existing, Kind};
 
 use crate::image::Image;
 use crate::report::Report;
@@ -178,7 +179,7 @@ pub struct Verdict {
 /// Bad input, in one line.
 pub fn run(path: &Path, lower: bool, stop: &AtomicBool) -> Result<Verdict, String> {
     let file = path.display().to_string();
-    let text = file::text_of(path).map_err(|message| format!("{file}: {message}"))?;
+    let text = whole_file::read_text(path, Kind::SETTINGS).map_err(|message| format!("{file}: {message}"))?;
     let at = |image: &str| path.parent().unwrap_or_else(|| Path::new("")).join(image);
     let verdict = judge(
         (&file, &text),
@@ -187,7 +188,8 @@ pub fn run(path: &Path, lower: bool, stop: &AtomicBool) -> Result<Verdict, Strin
     )?;
     match lowered(&text, &verdict).filter(|_| lower) {
         Some(text) => {
-            std::fs::write(path, text).map_err(|error| format!("{file}: cannot be written: {error}"))?;
+            whole_file::write(path, Existing::Replace, |out| out.write_all(text.as_bytes()))
+                .map_err(|error| format!("{file}: cannot be written: {error}"))?;
             run(path, false, stop)
         }
         None => Ok(verdict),

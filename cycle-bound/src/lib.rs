@@ -20,6 +20,7 @@ mod lines;
 pub mod log;
 pub mod qemu;
 pub mod report;
+pub mod stop;
 pub mod table;
 pub mod trace;
 
@@ -36,6 +37,7 @@ use cycles::Class;
 use image::{Function, Image};
 use instruction::Decoder;
 use report::{Report, Typical};
+use whole_file::Kind;
 
 /// A core.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -232,7 +234,7 @@ pub fn report_of(options: &Options, stop: &AtomicBool) -> Result<Report, String>
     let mut answer = Answer::of(&image, options)?;
     if let Some(path) = &options.trace {
         // Names in a log may be in any encoding; addresses are not.
-        let log = std::fs::read(path).map_err(|error| told(path, &error))?;
+        let log = whole_file::read(path, Kind::TRACE).map_err(|reason| told(path, &reason))?;
         answer.price(&trace::addresses(&String::from_utf8_lossy(&log)), options.lines.then_some(&image));
     } else if options.emulate {
         answer.price(&emulated::executed(elf, &answer.ranges(), stop)?, options.lines.then_some(&image));

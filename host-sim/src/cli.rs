@@ -30,7 +30,7 @@ use clap::{Args, Parser, Subcommand};
 use controller_core::Health;
 use cycle_bound::log::Log;
 use cycle_bound::table::Table;
-use cycle_bound::{Reply, qemu};
+use cycle_bound::{Reply, stop};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use loop_sim::closed_loop::LoopError;
 use loop_sim::metrics::Metrics;
@@ -38,6 +38,7 @@ use loop_sim::port::{ControllerPort, PortError};
 use loop_sim::trace::{Ending, Trace};
 use scenario::{Experiment, Mu, ScenarioError, Source};
 use serde::Serialize;
+use whole_file::{Claim, Existing};
 
 use crate::figures::{CATALOGUE, Case, ClaimRow, PaperFigure};
 use crate::report::csv;
@@ -59,7 +60,7 @@ pub mod status {
     /// Bad input.
     pub const BAD_INPUT: u8 = 2;
     /// Stopped by Ctrl-C.
-    pub const INTERRUPTED: u8 = 130;
+    pub const INTERRUPTED: u8 = cycle_bound::stop::STATUS;
 }
 
 /// Sliding mode control with an extended disturbance observer, in closed loop with a simulated plant.
@@ -166,14 +167,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 
 /// The program, on the real console.
 pub fn main() -> u8 {
-    // Without a handler Ctrl-C still ends the program, it only loses the record.
-    let _ = ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            // Asked twice: files are written whole or not at all, so this loses nothing but time.
-            qemu::stop_all();
-            std::process::exit(i32::from(status::INTERRUPTED));
-        }
-    });
+    stop::on_request(&STOP);
     let terminal = io::stderr().is_terminal();
     let console = Console { out: &mut io::stdout(), err: &mut io::stderr(), stop: &STOP, terminal };
     run(std::env::args_os(), console)
@@ -246,7 +240,13 @@ impl From<ScenarioError> for Failure {
 
 impl Failure {
     fn writing(what: impl std::fmt::Display, error: &io::Error) -> Self {
-        Self { status: status::FAILED, message: format!("{what} cannot be written: {error}") }
+        use io::ErrorKind::{AlreadyExists, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied};
+        let is_of_the_path = matches!(
+            error.kind(),
+            AlreadyExists | InvalidInput | IsADirectory | NotADirectory | NotFound | PermissionDenied
+        );
+        let status = if is_of_the_path { status::BAD_INPUT } else { status::FAILED };
+        Self { status, message: format!("{what} cannot be written: {error}") }
     }
 }
 
@@ -331,14 +331,10 @@ impl Console<'_> {
             bad(format!("{name:?} cannot name a scenario: use 1 to 64 letters, digits, `_`, `-`, `.`"))
         })?;
         let path = folder.join(format!("{name}.toml"));
-        let mut file = std::fs::File::create_new(&path).map_err(|error| match error.kind() {
+        let written = whole_file::write(&path, Existing::Keep, |out| out.write_all(text.as_bytes()));
+        written.map_err(|error| match error.kind() {
             io::ErrorKind::AlreadyExists => bad(format!("{} exists already and is left as it is", path.display())),
-            _ => Failure { status: status::BAD_INPUT, ..Failure::writing(path.display(), &error) },
-        })?;
-        file.write_all(text.as_bytes()).map_err(|error| {
-            // Half a file is none.
-            let _ = std::fs::remove_file(&path);
-            Failure::writing(path.display(), &error)
+            _ => Failure::writing(path.display(), &error),
         })?;
         self.say(&format!("wrote {0}; run it with: host-sim run {0}", path.display()))?;
         Ok(status::DONE)
@@ -354,7 +350,7 @@ impl Console<'_> {
     ) -> Result<u8, Failure> {
         note_changes(&mut experiment.title, &options.sets);
         let folder = options.out.clone().unwrap_or_else(|| target::folder(&experiment, place));
-        prepare_folder(&folder)?;
+        let claim = prepare_folder(&folder)?;
         let head = experiment.headline();
         if options.json {
             self.note(&head);
@@ -362,6 +358,7 @@ impl Console<'_> {
             self.say(&head)?;
         }
 
+        let kept = stop::keeping();
         let started = Instant::now();
         let (mut trace, mut error) = self.watched(&mut experiment, &mut link);
         if let Ending::BrokenOff { t_s } = trace.ending
@@ -374,6 +371,7 @@ impl Console<'_> {
         let metrics = experiment.metrics(&trace);
         let error = error.map(|error| error.to_string());
         write_results(&folder, &experiment, &trace)?;
+        drop((kept, claim));
 
         if options.json {
             let (ending, _) = ending(&trace);
@@ -412,7 +410,7 @@ impl Console<'_> {
 
     fn figures(&mut self, only: &[String], folder: &Path, json: bool) -> Result<u8, Failure> {
         let chosen = chosen_figures(only)?;
-        prepare_folder(folder)?;
+        let (_claim, kept) = (prepare_folder(folder)?, stop::keeping());
         let mut claims = Vec::new();
         for figure in chosen {
             let mut cases = Vec::new();
@@ -439,6 +437,7 @@ impl Console<'_> {
             reproduction.figure.write(folder, figure.id).map_err(told)?;
             claims.extend(reproduction.claims);
         }
+        drop(kept);
         if json {
             self.say(&serde_json::to_string_pretty(&claims).unwrap_or_default())?;
         } else {
@@ -466,6 +465,7 @@ impl Console<'_> {
         if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed} / {eta} left") {
             bar.set_style(style);
         }
+        let _looking = stop::looking();
         // Drawing is slower than a tick.
         let stride = (periods / 200).max(1);
         let mut ticks = 0;
@@ -546,16 +546,17 @@ fn claim_table(claims: &[ClaimRow]) -> Table {
     table
 }
 
-/// Makes the folder and tries it, before anything is computed that could then not be kept.
-fn prepare_folder(folder: &Path) -> Result<(), Failure> {
-    let probe = folder.join(format!(".probe-{}", std::process::id()));
-    std::fs::create_dir_all(folder)
-        .and_then(|()| std::fs::write(&probe, ""))
-        .and_then(|()| std::fs::remove_file(&probe))
-        .map_err(|error| Failure {
-            status: status::BAD_INPUT,
-            message: format!("output folder {}: cannot be written: {error}", folder.display()),
-        })
+/// Makes the folder, tries it and takes it, before anything is computed that could then not be kept.
+fn prepare_folder(folder: &Path) -> Result<Claim, Failure> {
+    whole_file::claim(folder).map_err(|error| {
+        let why = match error.kind() {
+            io::ErrorKind::ResourceBusy => {
+                "another run is writing there; wait for its end, or give this one another with --out".into()
+            }
+            _ => format!("cannot be written: {error}"),
+        };
+        Failure { status: status::BAD_INPUT, message: format!("output folder {}: {why}", folder.display()) }
+    })
 }
 
 fn write_results(folder: &Path, experiment: &Experiment, trace: &Trace) -> Result<(), Failure> {

@@ -24,15 +24,13 @@ pub use error::{ScenarioError, Source};
 
 use check::Fault;
 use document::KeyPath;
+use whole_file::Kind;
 
 /// The default scenario: Example 2, `reconstructed`, r = 2 as printed. It is also what `host-sim new` writes.
 pub const DEFAULT: &str = include_str!("../scenarios/default.toml");
 
 /// Your own plant, a chain of integrators: a file to start from.
 pub const CHAIN: &str = include_str!("../scenarios/chain.toml");
-
-/// Longest file that is read. A scenario is a page of text; a file without end must not hang the program.
-const LONGEST_FILE: u64 = 1 << 20;
 
 /// One run of the closed loop. Every key may be left out; an empty file is Example 2 of the paper.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -488,7 +486,7 @@ pub fn template(name: &str) -> Option<String> {
 /// The first thing that is wrong, with its place.
 pub fn load(path: &std::path::Path, sets: &[String]) -> Result<Experiment, ScenarioError> {
     let file = path.display().to_string();
-    let text = read_text(path).map_err(|message| ScenarioError::of_file(&file, message))?;
+    let text = whole_file::read_text(path, Kind::SETTINGS).map_err(|message| ScenarioError::of_file(&file, message))?;
     let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     parse(&Source { file: &file, text: &text, sets }, &stem)
 }
@@ -535,22 +533,6 @@ impl<'a> Located<'a> {
         let path = KeyPath::parse(key).unwrap_or_else(KeyPath::root);
         self.source.error(self.tree.origin_of(&path), format!("`{key}`: {message}"))
     }
-}
-
-/// The whole text of a file that a person wrote.
-///
-/// # Errors
-/// A file that cannot be read, is longer than 1 MiB, or is not UTF-8: in words, without the name of the file.
-pub fn read_text(path: &std::path::Path) -> Result<String, String> {
-    use std::io::Read;
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)
-        .and_then(|file| file.take(LONGEST_FILE + 1).read_to_end(&mut bytes))
-        .map_err(|error| format!("cannot be read: {error}"))?;
-    if bytes.len() as u64 > LONGEST_FILE {
-        return Err("longer than 1 MiB: not a file of settings".into());
-    }
-    String::from_utf8(bytes).map_err(|error| format!("not UTF-8 text (byte {})", error.utf8_error().valid_up_to() + 1))
 }
 
 #[cfg(test)]

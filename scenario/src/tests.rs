@@ -507,8 +507,8 @@ fn a_file_that_cannot_be_a_scenario_is_told_by_name() {
         std::fs::write(&path, bytes).expect("temporary file");
         path
     };
-    assert_eq!(told(&folder.join("none.toml")), "F: cannot be read: No such file or directory (os error 2)");
-    assert_eq!(told(&folder), "F: cannot be read: Is a directory (os error 21)");
+    assert_eq!(told(&folder.join("none.toml")), "F: there is no such file");
+    assert_eq!(told(&folder), "F: this is a directory, expected a regular file");
     assert_eq!(told(&write("latin1.toml", b"title = \"\xe9\"")), "F: not UTF-8 text (byte 10)");
     assert_eq!(told(&write("huge.toml", &vec![b'#'; (1 << 20) + 1])), "F: longer than 1 MiB: not a file of settings");
     assert_eq!(told(&write("large.toml", &vec![b'#'; 1 << 20])), "no error");

@@ -213,10 +213,7 @@ fn bad_input_ends_with_status_2_one_line_on_stderr_and_nothing_written() {
             &["run", &file, "--out", &out_folder],
             format!("error: {file}:2:1: unknown key `controller.kl`; did you mean `k_l`?\n"),
         ),
-        (
-            &["run", &absent, "--out", &out_folder],
-            format!("error: {absent}: cannot be read: No such file or directory (os error 2)\n"),
-        ),
+        (&["run", &absent, "--out", &out_folder], format!("error: {absent}: there is no such file\n")),
         (
             &["--set", "plant.kind=chain", "--out", &out_folder],
             "error: built-in default.toml:21:11: `plant.reading`: only for plant.kind = \"flexible_joint\", but \
@@ -464,7 +461,7 @@ fn the_longest_wait_stands_in_the_help() {
         assert!(out.contains(&longest), "{out}");
     }
     let (_, out, _) = spoken(&["pil", "--help"]);
-    assert!(out.contains(&format!("{} s for the emulator", qemu::START_WITHIN.as_secs())), "{out}");
+    assert!(out.contains(&format!("{} s for the emulator", cycle_bound::qemu::START_WITHIN.as_secs())), "{out}");
 }
 
 #[test]
@@ -494,7 +491,7 @@ fn export_says_what_is_wrong_with_its_arguments() {
         (&["export", "--standalone", "--prefix", "9"], "expected 1 to 32 of a-z, 0-9, `_`, a letter first"),
         (&["export", "--lang", "rust", "--prefix", "mine"], "--prefix is for C"),
         (&["export", "--standalone", "--force"], "--output"),
-        (&["export", "--standalone", "nowhere.toml"], "nowhere.toml: cannot be read"),
+        (&["export", "--standalone", "nowhere.toml"], "nowhere.toml: there is no such file"),
         (&["export", "--standalone", "--set", "controller.epsilom=1"], "did you mean `epsilon`"),
         (&["export", "--standalone", "--set", "controller.precision=f64"], "set controller.precision=f32"),
     ] {
