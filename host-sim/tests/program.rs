@@ -145,7 +145,7 @@ fn a_trace_that_is_too_long_is_refused_by_its_length() {
 
 #[test]
 fn the_first_request_to_stop_ends_a_program_whose_reader_does_not_read() {
-    for args in [&["schema"][..], &["run", "--set", "span_s=0.1", "--json", "--out"]] {
+    for args in [&["schema"][..], &["run", "--set", "span_s=0.2", "--set", "window_s=[0.1, 0.2]", "--json", "--out"]] {
         let folder = Folder::new("blocked");
         let (_reader, mut writer) = std::io::pipe().expect("a pipe");
         // As much as it holds.

@@ -19,7 +19,7 @@ fn a_failed_write_leaves_the_old_file_and_nothing_else() {
     let path = folder.path().join("a.txt");
     put(&path, "old", Existing::Keep).expect("written");
     let failed = write(&path, Existing::Replace, |out| {
-        out.write_all(&[b'x'; 1 << 20])?;
+        out.write_all(&vec![b'x'; 1 << 20])?;
         Err(io::Error::other("disk full"))
     });
     assert_eq!(failed.expect_err("refused").to_string(), "disk full");
