@@ -89,3 +89,45 @@ fn ceilings_that_cannot_be_written_whole_stay_as_they_were() {
     let err = lowered("unlimited");
     assert_eq!(std::fs::read_to_string(&file).expect("the file"), text.replacen("99", "18", 1), "{err}");
 }
+
+/// An emulator that does nothing but live, and writes down its process number first.
+#[test]
+#[cfg(target_os = "linux")]
+fn an_emulator_dies_with_the_program_that_started_it_however_that_dies() {
+    use std::os::unix::fs::PermissionsExt;
+    use std::path::Path;
+    use std::time::{Duration, Instant};
+
+    for signal in ["KILL", "QUIT", "TERM"] {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let emulator = folder.path().join("qemu-system-arm");
+        let number = folder.path().join("number");
+        let text = "#!/bin/sh\necho $$ > \"$NUMBER.new\" && mv \"$NUMBER.new\" \"$NUMBER\"\nexec sleep 600\n";
+        std::fs::write(&emulator, text).expect("a program");
+        std::fs::set_permissions(&emulator, std::fs::Permissions::from_mode(0o755)).expect("ours");
+        let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap_or_default());
+        let mut command = Command::new(env!("CARGO_BIN_EXE_cycle-bound"));
+        command.args(["--elf", ELF, "--symbol", "slew", "--emulate"]).env("PATH", path).env("NUMBER", &number);
+        // No core of a program that is told to leave one.
+        let mut child = command.current_dir(folder.path()).spawn().expect("the program");
+        let until = Instant::now() + Duration::from_secs(30);
+        let wait_for = |done: &dyn Fn() -> bool| {
+            while !done() && Instant::now() < until {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            done()
+        };
+        assert!(wait_for(&|| number.exists()), "the emulator was not started");
+        let number = std::fs::read_to_string(&number).expect("a number").trim().to_owned();
+        let kill = |signal: &str, number: &str| Command::new("kill").args([signal, number]).status().expect("kill");
+        assert!(kill(&format!("-{signal}"), &child.id().to_string()).success());
+        child.wait().expect("a child of ours");
+        // One that is dead and not yet waited for by anyone has no command line.
+        let about = Path::new("/proc").join(&number).join("cmdline");
+        let gone = wait_for(&|| std::fs::read(&about).map_or(true, |line| line.is_empty()));
+        if !gone {
+            kill("-KILL", &number);
+        }
+        assert!(gone, "{signal} left the emulator behind");
+    }
+}

@@ -506,10 +506,14 @@ fn compared(trace: &Trace, error: Option<&LoopError>, link: &Link, started: Inst
     }
 }
 
-/// A title speaks of its file: what `--set` changed is told beside it, here and in the figures.
+/// A title speaks of its file: what `--set` changed is told beside it, here and in the figures, on the same line.
 fn note_changes(title: &mut String, sets: &[String]) {
     let is_label = |set: &String| matches!(set.split('=').next().map(str::trim), Some("title" | "name"));
-    let changes: Vec<&str> = sets.iter().filter(|set| !is_label(set)).map(String::as_str).collect();
+    let on_a_line = |set: &String| {
+        let words: Vec<&str> = set.split(|c: char| c.is_whitespace() || c.is_control()).collect();
+        words.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
+    };
+    let changes: Vec<String> = sets.iter().filter(|set| !is_label(set)).map(on_a_line).collect();
     if !changes.is_empty() {
         title.push_str("; set ");
         title.push_str(&changes.join(", "));

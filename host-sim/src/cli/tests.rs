@@ -260,6 +260,20 @@ fn a_folder_that_cannot_be_written_is_told_before_anything_is_computed() {
 }
 
 #[test]
+fn a_folder_that_another_run_writes_into_is_refused_by_name() {
+    let folder = Folder::new("claimed");
+    let to = folder.path("o");
+    let claim = whole_file::claim(Path::new(&to)).expect("free");
+    for args in [&["--out", to.as_str()][..], &["figures", "--only", "fig09", "--out", &to]] {
+        let told = "another run is writing there; wait for its end, or give this one another with --out";
+        let message = format!("error: output folder {to}: {told}\n");
+        assert_eq!(spoken(args), (status::BAD_INPUT, String::new(), message));
+    }
+    drop(claim);
+    assert_eq!(spoken(&[&SHORT[..], &["--out", &to]].concat()).0, status::DONE);
+}
+
+#[test]
 fn ctrl_c_keeps_what_was_recorded() {
     let folder = Folder::new("interrupted");
     let stop = AtomicBool::new(false);
@@ -367,6 +381,8 @@ fn a_title_tells_what_set_changed_but_not_its_own_change() {
     assert_eq!(titled(&[]), "k_l = 50");
     assert_eq!(titled(&["name=x", "title = y"]), "k_l = 50");
     assert_eq!(titled(&["controller.k_l=9", "seed=1"]), "k_l = 50; set controller.k_l=9, seed=1");
+    // It is one line, whatever was typed.
+    assert_eq!(titled(&["window_s=[1,\n\t2] # \u{9b}x"]), "k_l = 50; set window_s=[1, 2] # x");
 }
 
 /// A target in this process that flips one bit of u in its 100th reply.
