@@ -193,9 +193,12 @@ impl Reply {
         answer: &(impl Serialize + std::fmt::Display),
         is_json: bool,
         [notes, declined, failures]: [&[String]; 3],
-    ) -> Self {
-        // Numbers and names: nothing in it can fail to be written as JSON.
-        let text = if is_json { serde_json::to_string(answer).unwrap_or_default() } else { answer.to_string() };
+    ) -> Result<Self, String> {
+        let text = if is_json {
+            serde_json::to_string(answer).map_err(|error| format!("the answer cannot be written as JSON: {error}"))?
+        } else {
+            answer.to_string()
+        };
         let kinds = [("note", notes), ("declined", declined), ("failed", failures)];
         let of_kind = |(kind, lines): (&str, &[String])| -> Vec<String> {
             lines.iter().map(|line| format!("{kind}: {line}")).collect()
@@ -205,7 +208,7 @@ impl Reply {
             ([], _) => 1,
             _ => 2,
         };
-        Self { text: text.trim_end().to_owned(), remarks: kinds.into_iter().flat_map(of_kind).collect(), status }
+        Ok(Self { text: text.trim_end().to_owned(), remarks: kinds.into_iter().flat_map(of_kind).collect(), status })
     }
 }
 
@@ -216,10 +219,10 @@ impl Reply {
 pub fn run(options: &Options, stop: &AtomicBool) -> Result<Reply, String> {
     if let Some(file) = &options.ceilings {
         let verdict = ceilings::run(file, options.lower, stop)?;
-        Ok(Reply::of(&verdict, options.json, [&verdict.notes, &verdict.declined, &verdict.failures]))
+        Reply::of(&verdict, options.json, [&verdict.notes, &verdict.declined, &verdict.failures])
     } else {
         let report = report_of(options, stop)?;
-        Ok(Reply::of(&report, options.json, [&[], &report.declined, &report.failures]))
+        Reply::of(&report, options.json, [&[], &report.declined, &report.failures])
     }
 }
 

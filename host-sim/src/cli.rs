@@ -19,6 +19,7 @@
 //! the writing failed, a claim that held no longer does, a target differs or cannot be reached, 2 bad input (nothing is
 //! written), 130 stopped by Ctrl-C (what was recorded is written).
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
 use std::ops::ControlFlow;
@@ -33,7 +34,7 @@ use cycle_bound::table::Table;
 use cycle_bound::{Reply, stop};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use loop_sim::closed_loop::LoopError;
-use loop_sim::metrics::Metrics;
+use loop_sim::metrics::{FAR, Metrics};
 use loop_sim::port::{ControllerPort, PortError};
 use loop_sim::trace::{Ending, Trace};
 use scenario::{Experiment, Mu, ScenarioError, Source};
@@ -255,6 +256,8 @@ impl Failure {
 struct RunJson<'a> {
     scenario: &'a str,
     metrics: &'a Metrics,
+    /// Ticks in which the controller told of this trouble.
+    ticks_with: BTreeMap<&'static str, usize>,
     ending: &'static str,
     /// Time of the last recorded tick, s.
     ended_at_s: f64,
@@ -301,6 +304,11 @@ impl Console<'_> {
             Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::writing("stdout", &error)),
             _ => Ok(()),
         }
+    }
+
+    /// JSON to stdout, or why there is none.
+    fn say_json(&mut self, json: serde_json::Result<String>) -> Result<(), Failure> {
+        self.say(&json.map_err(|error| Failure::writing("the answer as JSON", &error.into()))?)
     }
 
     /// To stderr; there is nowhere to complain if that fails.
@@ -374,10 +382,11 @@ impl Console<'_> {
         drop((kept, claim));
 
         if options.json {
-            let (ending, _) = ending(&trace);
+            let (ending, _) = ending(&trace, &metrics);
             let json = RunJson {
                 scenario: &experiment.name,
                 metrics: &metrics,
+                ticks_with: TROUBLES.map(|(flag, name)| (name, ticks_with(&trace, flag))).into(),
                 ending,
                 ended_at_s: trace.rows.last().map_or(0.0, |row| row.t_s),
                 error: error.clone(),
@@ -385,14 +394,13 @@ impl Console<'_> {
                 mu: &experiment.mu,
                 target: comparison,
             };
-            // Numbers, names and lists: nothing in it can fail to be written as JSON.
-            self.say(&serde_json::to_string(&json).unwrap_or_default())?;
+            self.say_json(serde_json::to_string(&json))?;
         } else {
             self.say(&table(&experiment, &metrics, &trace).to_string())?;
             for warning in &experiment.warnings {
                 self.say(&format!("warning: {warning}"))?;
             }
-            self.say(ending(&trace).1.as_str())?;
+            self.say(ending(&trace, &metrics).1.as_str())?;
             if let Some(comparison) = comparison {
                 self.say(&comparison.line())?;
             }
@@ -439,7 +447,7 @@ impl Console<'_> {
         }
         drop(kept);
         if json {
-            self.say(&serde_json::to_string_pretty(&claims).unwrap_or_default())?;
+            self.say_json(serde_json::to_string_pretty(&claims))?;
         } else {
             self.say(&claim_table(&claims).to_string())?;
             for claim in claims.iter().filter(|claim| !claim.remark.is_empty()) {
@@ -575,8 +583,11 @@ fn write_results(folder: &Path, experiment: &Experiment, trace: &Trace) -> Resul
 }
 
 /// As a word for programs, and as a sentence for people.
-fn ending(trace: &Trace) -> (&'static str, String) {
+fn ending(trace: &Trace, metrics: &Metrics) -> (&'static str, String) {
     match trace.ending {
+        Ending::Finished if !metrics.bounded => {
+            ("finished", format!("NOT BOUNDED: |y| went beyond {FAR} times where it began and the settling band"))
+        }
         Ending::Finished => ("finished", "the state stayed bounded to the end".into()),
         Ending::Diverged { t_s } => (
             "diverged",
@@ -589,6 +600,17 @@ fn ending(trace: &Trace) -> (&'static str, String) {
             ("interrupted", format!("INCOMPLETE: the run ended at t = {} s", significant(t_s, 4)))
         }
     }
+}
+
+/// What a controller can tell, and its name in JSON.
+const TROUBLES: [(Health, &str); 3] = [
+    (Health::INPUT_REJECTED, "input_rejected"),
+    (Health::SATURATED, "saturated"),
+    (Health::SIGMA_STAR_OVER_BOUND, "sigma_star_over_bound"),
+];
+
+fn ticks_with(trace: &Trace, flag: Health) -> usize {
+    trace.rows.iter().filter(|row| row.health.contains(flag)).count()
 }
 
 fn table(experiment: &Experiment, metrics: &Metrics, trace: &Trace) -> Table {
@@ -623,8 +645,8 @@ fn table(experiment: &Experiment, metrics: &Metrics, trace: &Trace) -> Table {
         _ => "NO",
     };
     row("bounded", bounded.into(), &ticks);
-    for flag in [Health::INPUT_REJECTED, Health::SATURATED, Health::SIGMA_STAR_OVER_BOUND] {
-        let count = trace.rows.iter().filter(|row| row.health.contains(flag)).count();
+    for (flag, _) in TROUBLES {
+        let count = ticks_with(trace, flag);
         if count > 0 {
             row(&format!("ticks with {flag}"), count.to_string(), "told by the controller");
         }

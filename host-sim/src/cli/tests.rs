@@ -89,6 +89,8 @@ fn assert_is_run_json(text: &str) -> Json {
         "window_s",
     ];
     assert_eq!(keys(&json["metrics"]), BTreeSet::from(metrics));
+    let flags = ["input_rejected", "saturated", "sigma_star_over_bound"];
+    assert_eq!(keys(&json["ticks_with"]), BTreeSet::from(flags));
     for error in json["metrics"]["estimation_error_ultimate"].as_array().expect("a list") {
         assert_eq!(keys(error), BTreeSet::from(["channel", "error"]));
     }
@@ -178,12 +180,33 @@ fn a_run_that_diverges_says_so_and_claims_no_figure_for_a_window_it_never_saw() 
 }
 
 #[test]
+fn a_run_that_ends_far_out_is_not_called_bounded() {
+    let folder = Folder::new("far");
+    // An unstable plant, and an actuator that is too weak for it: exp 1.6 t.
+    let text = "span_s = 10\nplant = { kind = \"chain\", order = 2, a = [1, 1], b = 1, x0 = [1, 0] }\n\
+                controller = { c = [5, 1], limits = { min = -0.1, max = 0.1 } }\n";
+    let file = folder.file("weak.toml", text);
+    let to = folder.path("o");
+    let (status, out, _) = spoken(&["run", &file, "--out", &to]);
+    assert_eq!(status, status::DONE);
+    assert!(out.lines().any(|line| line.starts_with("bounded ") && line.contains(" NO ")), "{out}");
+    let told = "NOT BOUNDED: |y| went beyond 1000 times where it began and the settling band";
+    assert!(out.contains(told), "{out}");
+    let (_, out, _) = spoken(&["run", &file, "--json", "--out", &to]);
+    let json = assert_is_run_json(&out);
+    assert_eq!((&json["ending"], &json["metrics"]["bounded"]), (&Json::from("finished"), &Json::from(false)));
+}
+
+#[test]
 fn trouble_that_the_controller_told_stands_in_the_table() {
     let folder = Folder::new("health");
     let sets = ["--set", "sensor.dropout=1", "--out", &folder.path("o")];
     let (_, out, _) = spoken(&[&SHORT[..], &sets[..]].concat());
     let row = out.lines().find(|line| line.starts_with("ticks with input rejected")).expect("a row");
     assert_eq!(row.split_whitespace().nth(4), Some("201"), "{row}");
+    let (_, out, _) = spoken(&[&SHORT[..], &sets[..], &["--json"]].concat());
+    let counts = serde_json::json!({ "input_rejected": 201, "saturated": 0, "sigma_star_over_bound": 0 });
+    assert_eq!(assert_is_run_json(&out)["ticks_with"], counts);
 }
 
 #[test]
