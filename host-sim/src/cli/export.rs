@@ -83,7 +83,7 @@ impl Console<'_> {
         let name = options.scenario.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy());
         let source = Source { file: name.as_deref().unwrap_or(&file), ..source };
         let exported = export::text(&experiment, &source, form).map_err(|why| bad(format!("{file}: {why}")))?;
-        for warning in &experiment.warnings {
+        for warning in export::warnings(&experiment) {
             self.note(&format!("warning: {warning}"));
         }
         match &options.output {

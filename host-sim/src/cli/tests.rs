@@ -508,7 +508,10 @@ fn export_goes_to_stdout_or_into_a_file_that_is_not_lost_by_a_slip() {
     let folder = Folder::new("export");
     let file = folder.path("controller.h");
     let (code, text, err) = spoken(&["export", "--standalone"]);
-    assert_eq!((code, err.as_str()), (status::DONE, ""));
+    let unlimited = "warning: u has no limits: up to 1e12 may go out; set controller.limits={ min = .., max = .. }\n";
+    assert_eq!((code, err.as_str()), (status::DONE, unlimited));
+    let limited = ["export", "--standalone", "--set", "controller.limits={ min = -300, max = 300 }"];
+    assert_eq!(spoken(&limited).2, "");
     assert!(text.starts_with("/* ") && text.contains("edo_smc_tick(") && text.trim_end().ends_with("#endif"), "{text}");
 
     assert_eq!(spoken(&["export", "--standalone", "-o", &file]).1, format!("wrote {file}\n"));
