@@ -10,7 +10,8 @@
 //! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
 //! host-sim export [FILE.toml] ..    the designed controller as one source file, C or Rust
 //! host-sim schema                   JSON schema of a scenario file
-//! host-sim new NAME                 a commented scenario file to start from
+//! host-sim new NAME [--plant P]     a commented scenario file to start from
+//! host-sim completions SHELL        what a shell must know to complete these
 //! ```
 //!
 //! Nothing waits for a target longer than 5 s, nor for the emulator to come up longer than 10 s.
@@ -27,7 +28,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use controller_core::Health;
 use cycle_bound::log::Log;
 use cycle_bound::table::Table;
@@ -135,7 +136,21 @@ enum Command {
     New {
         /// Name of the scenario and, with .toml, of the file.
         name: String,
+        /// What is controlled: the paper's joint, or a chain of integrators of your own.
+        #[arg(long, value_name = "PLANT", default_value = "flexible_joint", value_parser = starts())]
+        plant: String,
     },
+    /// Print a script that completes commands and options: bash, zsh, fish, elvish or powershell.
+    ///
+    /// For bash: host-sim completions bash > ~/.local/share/bash-completion/completions/host-sim
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+fn starts() -> clap::builder::PossibleValuesParser {
+    scenario::STARTS.map(|(plant, _)| plant).into()
 }
 
 #[derive(Args, Debug)]
@@ -176,6 +191,8 @@ pub fn main() -> u8 {
 
 /// The program on any console; `args` begin with its name. Returns the exit status.
 pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -> u8 {
+    let args: Vec<OsString> = args.into_iter().collect();
+    let program = args.first().map_or("host-sim".into(), |name| name.to_string_lossy().into_owned());
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
         Err(usage) => {
@@ -204,12 +221,15 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         Some(Command::Budget(options)) => console.budget(options),
         Some(Command::Export(options)) => console.export(options),
         Some(Command::Schema) => console.schema(),
-        Some(Command::New { name }) => console.new_scenario(name, Path::new("")),
+        Some(Command::New { name, plant }) => console.new_scenario(name, plant, Path::new(""), &program),
+        Some(Command::Completions { shell }) => console.completions(*shell),
     };
     match done {
         Ok(status) => status,
         Err(Failure { status, message }) => {
-            console.note(&format!("error: {message}"));
+            for line in message.lines() {
+                console.note(&format!("error: {line}"));
+            }
             status
         }
     }
@@ -227,7 +247,7 @@ fn scenario_of(file: Option<&Path>, options: &RunOptions) -> Result<Experiment, 
     }
 }
 
-/// Why a command ended early: one line, and the exit status.
+/// Why a command ended early, a line for each thing that is wrong, and the exit status.
 struct Failure {
     status: u8,
     message: String,
@@ -332,10 +352,18 @@ impl Console<'_> {
         Ok(status::DONE)
     }
 
-    fn new_scenario(&mut self, name: &str, folder: &Path) -> Result<u8, Failure> {
+    fn completions(&mut self, shell: clap_complete::Shell) -> Result<u8, Failure> {
+        let mut script = Vec::new();
+        clap_complete::generate(shell, &mut Cli::command(), "host-sim", &mut script);
+        self.say(String::from_utf8_lossy(&script).trim_end())?;
+        Ok(status::DONE)
+    }
+
+    /// `program` is what the user called.
+    fn new_scenario(&mut self, name: &str, plant: &str, folder: &Path, program: &str) -> Result<u8, Failure> {
         let name = name.strip_suffix(".toml").unwrap_or(name);
         let bad = |message: String| Failure { status: status::BAD_INPUT, message };
-        let text = scenario::template(name).ok_or_else(|| {
+        let text = scenario::template(name, plant).ok_or_else(|| {
             bad(format!("{name:?} cannot name a scenario: use 1 to 64 letters, digits, `_`, `-`, `.`"))
         })?;
         let path = folder.join(format!("{name}.toml"));
@@ -344,7 +372,7 @@ impl Console<'_> {
             io::ErrorKind::AlreadyExists => bad(format!("{} exists already and is left as it is", path.display())),
             _ => Failure::writing(path.display(), &error),
         })?;
-        self.say(&format!("wrote {0}; run it with: host-sim run {0}", path.display()))?;
+        self.say(&format!("wrote {0}; run it with: {program} run {0}", path.display()))?;
         Ok(status::DONE)
     }
 

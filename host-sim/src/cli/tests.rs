@@ -239,8 +239,12 @@ fn bad_input_ends_with_status_2_one_line_on_stderr_and_nothing_written() {
         (&["run", &absent, "--out", &out_folder], format!("error: {absent}: there is no such file\n")),
         (
             &["--set", "plant.kind=chain", "--out", &out_folder],
-            "error: built-in default.toml:21:11: `plant.reading`: only for plant.kind = \"flexible_joint\", but \
-             plant.kind is \"chain\"\n"
+            "error: --set plant.kind=chain: `plant.a`: missing: the coefficients a_1 .. a_n of the true a(x)\n\
+             error: --set plant.kind=chain: `plant.b`: missing: the true input gain\n\
+             error: --set plant.kind=chain: `plant.kind`: found \"chain\", but the file says `plant.reading`, \
+             `plant.parameters`, `plant.error`, `plant.input_disturbance`: only for \"flexible_joint\"; start from a \
+             file without them\n\
+             error: --set plant.kind=chain: `plant.order`: missing: the order n of the chain, 2 to 6\n"
                 .into(),
         ),
         (
@@ -368,15 +372,20 @@ fn a_reader_that_went_away_is_no_error_and_the_files_are_written_all_the_same() 
 #[test]
 fn new_writes_a_scenario_that_runs_and_never_over_another() {
     let folder = Folder::new("new");
-    let new = |name: &str| {
+    let new_of = |name: &str, plant: &str| {
         let (mut out, mut err) = (Vec::new(), Vec::new());
         let stop = AtomicBool::new(false);
         let mut console = Console { out: &mut out, err: &mut err, stop: &stop, terminal: false };
-        let answer = console.new_scenario(name, &folder.0).map_err(|failure| (failure.status, failure.message));
+        let answer =
+            console.new_scenario(name, plant, &folder.0, "./it").map_err(|failure| (failure.status, failure.message));
         answer.map(|status| (status, String::from_utf8(out).expect("UTF-8")))
     };
+    let new = |name: &str| new_of(name, "flexible_joint");
     let path = folder.path("mine.toml");
-    assert_eq!(new("mine"), Ok((status::DONE, format!("wrote {path}; run it with: host-sim run {path}\n"))));
+    assert_eq!(new("mine"), Ok((status::DONE, format!("wrote {path}; run it with: ./it run {path}\n"))));
+    assert!(new_of("other", "chain").is_ok());
+    let (_, out, _) = spoken(&["run", &folder.path("other.toml"), "--out", &folder.path("o"), "--set", "span_s=6"]);
+    assert!(out.starts_with("other: Chain of order 3"), "{out}");
     let (status, out, err) = spoken(&[&["run", &path, "--out", &folder.path("o")], &SHORT[..]].concat());
     assert_eq!((status, err.as_str()), (status::DONE, ""));
     assert!(out.starts_with("mine: "), "{out}");
@@ -391,7 +400,7 @@ fn new_writes_a_scenario_that_runs_and_never_over_another() {
         assert_eq!(refused.0, status::BAD_INPUT);
         assert!(refused.1.contains("cannot name a scenario: use 1 to 64 letters"), "{}", refused.1);
     }
-    assert_eq!(folder.names(""), ["mine.toml", "o"].map(String::from).into());
+    assert_eq!(folder.names(""), ["mine.toml", "o", "other.toml"].map(String::from).into());
 }
 
 #[test]
@@ -471,6 +480,20 @@ fn a_target_that_differs_in_one_bit_ends_the_run_with_status_1_and_names_it_and_
     let json = assert_is_run_json(&out);
     assert_eq!((&json["target"]["ticks"], &json["target"]["bits_differ"]), (&Json::from(100), &Json::from(1)));
     assert_eq!(json["ending"], "broken off");
+}
+
+#[test]
+fn help_is_wrapped_and_a_shell_can_complete_it() {
+    let (_, out, _) = spoken(&["budget", "--help"]);
+    let longest = out.lines().map(|line| line.chars().count()).max();
+    assert!(longest <= Some(100), "{longest:?}\n{out}");
+    let (_, out, _) = spoken(&["pil", "--help"]);
+    assert!(out.contains("--image <FILE>"), "{out}");
+    for shell in ["bash", "zsh", "fish"] {
+        let (status, out, err) = spoken(&["completions", shell]);
+        assert_eq!((status, err.as_str()), (status::DONE, ""));
+        assert!(out.contains("host-sim") && out.contains("ceilings") && out.contains("flexible_joint"), "{out}");
+    }
 }
 
 #[test]
