@@ -338,7 +338,7 @@ impl Console<'_> {
 
     fn budget(&mut self, options: &cycle_bound::Options) -> Result<u8, Failure> {
         let bad = |message| Failure { status: status::BAD_INPUT, message };
-        options.elf.as_deref().map_or(Ok(()), target::present).map_err(bad)?;
+        options.elf.as_deref().map_or(Ok(()), |elf| target::present(elf, "--elf")).map_err(bad)?;
         let Reply { text, remarks, status } = cycle_bound::run(options, self.stop).map_err(bad)?;
         self.say(&text)?;
         for line in &remarks {

@@ -164,3 +164,32 @@ fn the_first_request_to_stop_ends_a_program_whose_reader_does_not_read() {
         assert_eq!(status_of(&mut child), 130, "{args:?}");
     }
 }
+
+#[test]
+fn an_image_without_messages_runs_too_and_what_it_sends_is_shown_as_text() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new("text");
+    // An emulator of two lines.
+    let text = "#!/bin/bash\nall=\"$*\"\nport=${all##*tcp:127.0.0.1:}\nexec 3<>\"/dev/tcp/127.0.0.1/${port%%,*}\"\n\
+                printf 'count \\e[1m1\\r\\nis done\\n' >&3\nexec sleep 600\n";
+    let emulator = folder.0.join("qemu-system-arm");
+    fs::write(&emulator, text).expect("a program");
+    fs::set_permissions(&emulator, fs::Permissions::from_mode(0o755)).expect("ours");
+    let elf = concat!(env!("CARGO_MANIFEST_DIR"), "/../cycle-bound/tests/slew.elf");
+    let mut command = Command::new(PROGRAM);
+    command.args(["emulate", "--image", elf, "--seconds", "20"]);
+    let path = format!("{}:{}", folder.0.display(), std::env::var("PATH").unwrap_or_default());
+    let child = command.env("PATH", path).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program");
+    let note = "note: the image holds no defmt messages; what it sends over USART2 is shown as text\n";
+    assert_eq!(ended(child), (0, "count ?[1m1\nis done\n".into(), note.into()));
+}
+
+#[test]
+fn who_has_no_image_is_told_the_option_that_names_one_and_how_one_is_built() {
+    let folder = Folder::new("none");
+    let mut command = Command::new(PROGRAM);
+    command.arg("pil").current_dir(&folder.0).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let (status, _, err) = ended(command.spawn().expect("the program"));
+    let told = "there is no such file; --image FILE names one, `cargo xtask firmware` in the repository builds it\n";
+    assert!(status == 1 && err.ends_with(told), "{err}");
+}
