@@ -117,7 +117,7 @@ pub struct Options {
     /// A barrier (DSB, DMB, ISB) waits N cycles at most; without it a function with a barrier has no bound.
     #[arg(long, value_name = "N")]
     pub barrier: Option<u64>,
-    /// Addresses in the order of execution, as QEMU writes them: typical cycles.
+    /// Addresses in the order of execution, as QEMU writes them (256 MiB at most): typical cycles.
     #[arg(long, value_name = "FILE", group = "executed")]
     pub trace: Option<PathBuf>,
     /// Run the image in the emulator (an STM32F405) and take what it executes: typical cycles.

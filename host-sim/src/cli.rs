@@ -18,7 +18,7 @@
 //!
 //! Results go to stdout, everything else to stderr. Exit status: 0 done (a run that diverged is a result), 1 the run or
 //! the writing failed, a claim that held no longer does, a target differs or cannot be reached, 2 bad input (nothing is
-//! written), 130 stopped by Ctrl-C (what was recorded is written).
+//! written), 130 told to stop by Ctrl-C or SIGTERM (what was recorded is written).
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -446,7 +446,9 @@ impl Console<'_> {
 
     fn figures(&mut self, only: &[String], folder: &Path, json: bool) -> Result<u8, Failure> {
         let chosen = chosen_figures(only)?;
-        let (_claim, kept) = (prepare_folder(folder)?, stop::keeping());
+        let _claim = prepare_folder(folder)?;
+        // Between two looks there is the writing of one figure.
+        let guards = (stop::keeping(), stop::looking());
         let mut claims = Vec::new();
         for figure in chosen {
             let mut cases = Vec::new();
@@ -473,7 +475,7 @@ impl Console<'_> {
             reproduction.figure.write(folder, figure.id).map_err(told)?;
             claims.extend(reproduction.claims);
         }
-        drop(kept);
+        drop(guards);
         if json {
             self.say_json(serde_json::to_string_pretty(&claims))?;
         } else {

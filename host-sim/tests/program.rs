@@ -92,7 +92,7 @@ fn an_export_that_fails_half_way_leaves_the_file_that_was_there() {
     command.args(["-c", limited, PROGRAM, "export", "--standalone", "--force", "-o", &file]);
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("sh");
     let (status, _, err) = ended(child);
-    assert!(status == 1 && err.starts_with(&format!("error: {file} cannot be written: File too large")), "{err}");
+    assert!(status == 1 && err.contains(&format!("error: {file} cannot be written: File too large")), "{err}");
     assert_eq!(fs::read_to_string(&file).expect("the file"), "my work");
     assert_eq!(fs::read_dir(&folder.0).expect("the folder").count(), 1);
 }
@@ -106,7 +106,7 @@ fn what_is_no_file_is_neither_replaced_nor_removed_by_an_export() {
     for (target, name) in [(&device, "device"), (&pipe, "pipe")] {
         let (status, _, err) = spoken(&["export", "--standalone", "--force", "-o", target]);
         let told = format!("error: {target} cannot be written: this is a {name}, expected a regular file\n");
-        assert_eq!((status, err), (2, told));
+        assert!(status == 2 && err.ends_with(&told), "{err}");
     }
     assert_eq!(fs::read_link(&device).expect("the link"), Path::new("/dev/full"));
     assert!(fs::metadata(&pipe).expect("the pipe").file_type().is_fifo());
@@ -145,19 +145,17 @@ fn a_trace_that_is_too_long_is_refused_by_its_length() {
 
 #[test]
 fn the_first_request_to_stop_ends_a_program_whose_reader_does_not_read() {
-    for args in [&["schema"][..], &["run", "--set", "span_s=0.2", "--set", "window_s=[0.1, 0.2]", "--json", "--out"]] {
-        let folder = Folder::new("blocked");
+    let folder = Folder::new("blocked");
+    let to = folder.path("o");
+    let short = ["--set", "span_s=0.2", "--set", "window_s=[0.1, 0.2]", "--json", "--out", &to];
+    for (args, is_out) in [(&["schema"][..], true), (&short, true), (&["figures", "--out", &to], false)] {
         let (_reader, mut writer) = std::io::pipe().expect("a pipe");
         // As much as it holds.
         writer.write_all(&vec![0; 1 << 16]).expect("room");
         let mut command = Command::new(PROGRAM);
-        let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenario/scenarios/default.toml");
-        let (first, rest) = args.split_first().expect("a command");
-        command.arg(first);
-        if *first == "run" {
-            command.arg(scenario).args(rest).arg(&folder.0);
-        }
-        let mut child = command.stdout(writer).stderr(Stdio::null()).spawn().expect("the program");
+        command.args(args).stdout(Stdio::null()).stderr(Stdio::null());
+        let blocked = if is_out { command.stdout(writer) } else { command.stderr(writer) };
+        let mut child = blocked.spawn().expect("the program");
         std::thread::sleep(Duration::from_millis(500));
         assert!(child.try_wait().expect("a child of ours").is_none(), "it must still be writing");
         signal(&child, "TERM");
