@@ -58,8 +58,8 @@ fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
 
 /// A scenario that must not run. Its text is a line for each mistake.
 ///
-/// A file is read in three steps, and each tells all that it finds: what is not TOML (the first only), what is no key or
-/// no value of a scenario, what breaks a rule. Then the design is made, and tells one thing at a time.
+/// A file is read in three steps, and each tells all that it finds: what is not TOML (the first only), what is no key
+/// or no value of a scenario, what breaks a rule. Then the design is made, and tells one thing at a time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ScenarioError {
     lines: Vec<String>,

@@ -544,9 +544,9 @@ impl<'a> Located<'a> {
         let located = problems.into_iter().map(|Problem { key, message }| {
             let path = KeyPath::parse(&key).unwrap_or_else(KeyPath::root);
             // What a kind asks for stands right in its table.
-            let kinds = ["plant.kind", "controller.kind"].into_iter().filter(|_| key.matches('.').count() == 1);
-            let asked = || kinds.clone().find(|kind| self.is_set(kind));
-            let origin = self.origin_of(&key).or_else(|| asked().and_then(|kind| self.origin_of(kind)));
+            let is_asked = |kind: &&str| key.matches('.').count() == 1 && self.is_set(kind);
+            let of_kind = || self.origin_of(["plant.kind", "controller.kind"].into_iter().find(is_asked)?);
+            let origin = self.origin_of(&key).or_else(of_kind);
             (origin.unwrap_or_else(|| self.tree.origin_of(&path)), format!("`{key}`: {message}"))
         });
         self.source.errors(located.collect())

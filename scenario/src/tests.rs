@@ -427,8 +427,8 @@ fn all_mistakes_of_a_file_are_told_at_once_each_at_its_place() {
         (
             "spam_s = 1\n[plant]\nkind = \"chian\"\nx0 = [1, true]\n[controller]\nk_l = -1\nperiod = 1",
             "a.toml:1:1: unknown key `spam_s`; did you mean `span_s`?\n\
-             a.toml:3:8: `plant.kind`: found \"chian\", expected \"flexible_joint\", \"benchmark\" or \"chain\"; did you \
-             mean `chain`?\n\
+             a.toml:3:8: `plant.kind`: found \"chian\", expected \"flexible_joint\", \"benchmark\" or \"chain\"; did \
+             you mean `chain`?\n\
              a.toml:4:10: `plant.x0[2]`: found true, expected a finite number\n\
              a.toml:6:7: `controller.k_l`: found -1, expected a finite number at least 0\n\
              a.toml:7:1: unknown key `controller.period`; did you mean `period_s`?",

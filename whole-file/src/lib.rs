@@ -26,7 +26,7 @@ impl Kind {
 /// All bytes of a regular file.
 ///
 /// # Errors
-/// When there is none, it is no regular file, it cannot be read, or is too long for its kind: in words, without its name.
+/// When there is none, it is no regular file, cannot be read, or is too long for its kind: in words, without its name.
 pub fn read(path: &Path, kind: Kind) -> Result<Vec<u8>, String> {
     let file = open(path)?;
     let mut bytes = Vec::new();
@@ -99,8 +99,8 @@ pub enum Existing {
 /// Writes a file whole or not at all: under another name in the same folder, which then becomes its own.
 ///
 /// # Errors
-/// When the file cannot be written or `fill` fails: what was there before is there still. What is no regular file, or is
-/// read-only, is not replaced; with [`Existing::Keep`] nothing is ([`ErrorKind::AlreadyExists`]).
+/// When the file cannot be written or `fill` fails: what was there before is there still. What is no regular file, or
+/// is read-only, is not replaced; with [`Existing::Keep`] nothing is ([`ErrorKind::AlreadyExists`]).
 pub fn write(path: &Path, existing: Existing, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let refused = |why: String| io::Error::new(ErrorKind::InvalidInput, why);
     let mut target = path.to_owned();

@@ -83,7 +83,8 @@ impl Picture {
         let Self { width, height, title, body } = self;
         let head = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-             viewBox=\"0 0 {width} {height}\" font-family=\"{FAMILY}, {FALLBACKS}\" role=\"img\"><title>{title}</title>\n"
+             viewBox=\"0 0 {width} {height}\" font-family=\"{FAMILY}, {FALLBACKS}\" \
+             role=\"img\"><title>{title}</title>\n"
         );
         let source = format!("{head}{body}</svg>\n");
         Drawing { tree: parse(&source), source }

@@ -2,8 +2,8 @@
 //!
 //! A [`Figure`] is data; [`Figure::svg`] is a pure function of it and gives the same bytes on every machine. What is
 //! drawn can be trusted: thinning keeps every peak, a value that is not finite is a gap, what is held between ticks is
-//! drawn in steps, and a range that hides part of the data says so beside the panel's title. A curve that lies on another
-//! is dashed, so that both are seen. The legend stands above the panel and never covers a curve.
+//! drawn in steps, and a range that hides part of the data says so beside the panel's title. A curve that lies on
+//! another is dashed, so that both are seen. The legend stands above the panel and never covers a curve.
 //!
 //! ```
 //! use host_sim::report::plot::{Figure, Panel, Series};
