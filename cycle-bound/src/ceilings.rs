@@ -43,6 +43,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use serde::{Deserialize, Serialize};
+use whole_file::{Existing, Kind};
 
 use crate::image::Image;
 use crate::report::Report;
@@ -187,7 +188,7 @@ pub enum Write {
 /// Bad input, in one line.
 pub fn run(path: &Path, write: Option<Write>, stop: &AtomicBool) -> Result<Verdict, String> {
     let file = path.display().to_string();
-    let text = file::text_of(path).map_err(|message| format!("{file}: {message}"))?;
+    let text = whole_file::read_text(path, Kind::SETTINGS).map_err(|message| format!("{file}: {message}"))?;
     let at = |image: &str| path.parent().unwrap_or_else(|| Path::new("")).join(image);
     let judged = |text: &str| {
         judge(
@@ -212,7 +213,8 @@ pub fn run(path: &Path, write: Option<Write>, stop: &AtomicBool) -> Result<Verdi
             Recorded::Declined(verdict) => return Ok(*verdict),
         },
     };
-    std::fs::write(path, text).map_err(|error| format!("{file}: cannot be written: {error}"))?;
+    whole_file::write(path, Existing::Replace, |out| out.write_all(text.as_bytes()))
+        .map_err(|error| format!("{file}: cannot be written: {error}"))?;
     run(path, None, stop)
 }
 

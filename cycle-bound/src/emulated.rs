@@ -4,11 +4,13 @@
 //! of every instruction within the functions that are asked about. It ends when the image says so in its log (a last
 //! word `ends`, `done` or `stopped`), and otherwise when there is enough.
 
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::RecvTimeoutError;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
+
+use whole_file::Kind;
 
 use crate::log::{Log, Messages};
 use crate::qemu::{Clock, Process, Trace, is_last};
@@ -21,33 +23,15 @@ const ENOUGH_TIME: Duration = Duration::from_secs(30);
 /// How often it is looked at.
 const GLANCE: Duration = Duration::from_millis(20);
 
-/// A file of this process, gone when dropped.
-struct Scratch(PathBuf);
-
-impl Scratch {
-    fn new() -> Self {
-        static NUMBER: AtomicU32 = AtomicU32::new(0);
-        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        Self(std::env::temp_dir().join(format!("cycle-bound-trace-{}-{number}.log", std::process::id())))
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        // If it never came to be, there is nothing to remove.
-        let _ = std::fs::remove_file(&self.0);
-    }
-}
-
 /// Addresses within `ranges` in the order in which the image executes them.
 ///
 /// # Errors
 /// When the emulator or the image is missing or no good; when told to `stop`.
 pub fn executed(image: &Path, ranges: &[(u32, u32)], stop: &AtomicBool) -> Result<Vec<u32>, String> {
-    let scratch = Scratch::new();
+    let scratch = whole_file::scratch().map_err(|error| format!("no place for a trace: {error}"))?;
     // An image that logs nothing of ours runs as well: it only cannot say when it ends.
     let messages = Messages::of(image).ok();
-    let trace = Trace { ranges, file: &scratch.0 };
+    let trace = Trace { ranges, file: scratch.path() };
     let (process, [_, stream]) = Process::start(image, [false, messages.is_some()], Clock::Instructions, Some(trace))?;
     let log = stream.zip(messages).map(|(stream, messages)| Log::follow(stream, messages));
     let until = Instant::now() + ENOUGH_TIME;
@@ -65,12 +49,13 @@ pub fn executed(image: &Path, ranges: &[(u32, u32)], stop: &AtomicBool) -> Resul
             sleep(GLANCE);
             false
         };
-        let size = std::fs::metadata(&scratch.0).map_or(0, |about| about.len());
+        let size = std::fs::metadata(&scratch).map_or(0, |about| about.len());
         if ended || Instant::now() > until || size > ENOUGH_BYTES {
             break;
         }
     }
     drop(process);
-    let text = std::fs::read(&scratch.0).map_err(|error| format!("the emulator left no trace: {error}"))?;
+    let text =
+        whole_file::read(scratch.path(), Kind::TRACE).map_err(|why| format!("the trace of the emulator: {why}"))?;
     Ok(trace::addresses(&String::from_utf8_lossy(&text)))
 }

@@ -20,6 +20,7 @@ mod lines;
 pub mod log;
 pub mod qemu;
 pub mod report;
+pub mod stop;
 pub mod table;
 pub mod trace;
 
@@ -36,6 +37,7 @@ use cycles::Class;
 use image::{Function, Image};
 use instruction::Decoder;
 use report::{Report, Typical};
+use whole_file::Kind;
 
 /// A core whose code is read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -118,7 +120,7 @@ pub struct Options {
     /// A barrier (DSB, DMB, ISB) waits N cycles at most; without it a function with a barrier has no bound.
     #[arg(long, value_name = "N")]
     pub barrier: Option<u64>,
-    /// Addresses in the order of execution, as QEMU writes them: typical cycles.
+    /// Addresses in the order of execution, as QEMU writes them (256 MiB at most): typical cycles.
     #[arg(long, value_name = "FILE", group = "executed")]
     pub trace: Option<PathBuf>,
     /// Run the image in the emulator (an STM32F405) and take what it executes: typical cycles.
@@ -194,9 +196,12 @@ impl Reply {
         answer: &(impl Serialize + std::fmt::Display),
         is_json: bool,
         [notes, declined, failures]: [&[String]; 3],
-    ) -> Self {
-        // Numbers and names: nothing in it can fail to be written as JSON.
-        let text = if is_json { serde_json::to_string(answer).unwrap_or_default() } else { answer.to_string() };
+    ) -> Result<Self, String> {
+        let text = if is_json {
+            serde_json::to_string(answer).map_err(|error| format!("the answer cannot be written as JSON: {error}"))?
+        } else {
+            answer.to_string()
+        };
         let kinds = [("note", notes), ("declined", declined), ("failed", failures)];
         let of_kind = |(kind, lines): (&str, &[String])| -> Vec<String> {
             lines.iter().map(|line| format!("{kind}: {line}")).collect()
@@ -206,7 +211,7 @@ impl Reply {
             ([], _) => 1,
             _ => 2,
         };
-        Self { text: text.trim_end().to_owned(), remarks: kinds.into_iter().flat_map(of_kind).collect(), status }
+        Ok(Self { text: text.trim_end().to_owned(), remarks: kinds.into_iter().flat_map(of_kind).collect(), status })
     }
 }
 
@@ -222,10 +227,10 @@ pub fn run(options: &Options, stop: &AtomicBool) -> Result<Reply, String> {
             _ => None,
         };
         let verdict = ceilings::run(file, write, stop)?;
-        Ok(Reply::of(&verdict, options.json, [&verdict.notes, &verdict.declined, &verdict.failures]))
+        Reply::of(&verdict, options.json, [&verdict.notes, &verdict.declined, &verdict.failures])
     } else {
         let report = report_of(options, stop)?;
-        Ok(Reply::of(&report, options.json, [&[], &report.declined, &report.failures]))
+        Reply::of(&report, options.json, [&[], &report.declined, &report.failures])
     }
 }
 
@@ -240,7 +245,7 @@ pub fn report_of(options: &Options, stop: &AtomicBool) -> Result<Report, String>
     let mut answer = Answer::of(&image, options)?;
     if let Some(path) = &options.trace {
         // Names in a log may be in any encoding; addresses are not.
-        let log = std::fs::read(path).map_err(|error| told(path, &error))?;
+        let log = whole_file::read(path, Kind::TRACE).map_err(|reason| told(path, &reason))?;
         answer.price(&trace::addresses(&String::from_utf8_lossy(&log)), options.lines.then_some(&image));
     } else if options.emulate {
         answer.price(&emulated::executed(elf, &answer.ranges(), stop)?, options.lines.then_some(&image));

@@ -1,4 +1,4 @@
-//! What a target logs: defmt frames, decoded with the image they come from.
+//! What a target logs: defmt frames, decoded with the image they come from, or plain text.
 //!
 //! A thread of its own reads and decodes, so that neither a run nor a target ever waits for a log to be printed.
 
@@ -14,8 +14,8 @@ use defmt_decoder::{DecodeError, Table};
 
 use crate::image_file;
 
-/// The messages of an image, by number.
-pub struct Messages(Table);
+/// The messages of an image, by number; none if it speaks in plain text.
+pub struct Messages(Option<Table>);
 
 impl Messages {
     /// Reads them from the image.
@@ -23,13 +23,27 @@ impl Messages {
     /// # Errors
     /// When it cannot be read, or holds no messages; in words.
     pub fn of(image: &Path) -> Result<Self, String> {
-        let told = |why: &dyn std::fmt::Display| format!("log of image {}: {why}", image.display());
-        let bytes = image_file::read(image)?;
-        match Table::parse(&bytes) {
-            Ok(Some(table)) => Ok(Self(table)),
-            Ok(None) => Err(told(&"it holds no defmt messages")),
-            Err(error) => Err(told(&format!("its defmt messages cannot be read: {error}"))),
+        let found = Self::or_text(image)?;
+        if found.is_text() {
+            return Err(format!("log of image {}: it holds no defmt messages", image.display()));
         }
+        Ok(found)
+    }
+
+    /// Reads them from the image, if it holds any.
+    ///
+    /// # Errors
+    /// When image or messages cannot be read; in words.
+    pub fn or_text(image: &Path) -> Result<Self, String> {
+        let bytes = image_file::read(image)?;
+        Table::parse(&bytes)
+            .map(Self)
+            .map_err(|error| format!("log of image {}: its defmt messages cannot be read: {error}", image.display()))
+    }
+
+    /// Does the image speak in plain text?
+    pub fn is_text(&self) -> bool {
+        self.0.is_none()
     }
 }
 
@@ -49,7 +63,10 @@ impl Log {
         let (sender, lines) = mpsc::channel();
         let unwanted = Arc::new(AtomicBool::new(false));
         let no_longer = Arc::clone(&unwanted);
-        let reader = std::thread::spawn(move || read(source, &messages, &sender, &no_longer));
+        let reader = std::thread::spawn(move || match messages {
+            Messages(Some(table)) => read(source, &table, &sender, &no_longer),
+            Messages(None) => read_text(source, &sender, &no_longer),
+        });
         Self { lines, unwanted, reader: Some(reader) }
     }
 
@@ -82,7 +99,45 @@ pub(crate) fn is_silence(kind: ErrorKind) -> bool {
     matches!(kind, ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }
 
-fn read(mut source: impl Read, Messages(table): &Messages, lines: &Sender<String>, unwanted: &AtomicBool) {
+/// Longer than this no line gets.
+const LONGEST_LINE: usize = 1000;
+
+fn read_text(mut source: impl Read, lines: &Sender<String>, unwanted: &AtomicBool) {
+    let mut line = Vec::new();
+    let mut bytes = [0; 1024];
+    while !unwanted.load(Ordering::Relaxed) {
+        let count = match source.read(&mut bytes) {
+            Ok(0) => break,
+            Ok(count) => count,
+            Err(error) if is_silence(error.kind()) => continue,
+            Err(_) => break,
+        };
+        for &byte in &bytes[..count] {
+            if byte != b'\n' && line.len() < LONGEST_LINE {
+                line.push(byte);
+                continue;
+            }
+            if lines.send(shown(&line)).is_err() {
+                return;
+            }
+            line.clear();
+            if byte != b'\n' {
+                line.push(byte);
+            }
+        }
+    }
+    if !line.is_empty() {
+        // Whoever is gone does not want it.
+        let _ = lines.send(shown(&line));
+    }
+}
+
+/// A line as a terminal may show it.
+fn shown(line: &[u8]) -> String {
+    String::from_utf8_lossy(line).trim_end().chars().map(|c| if c.is_control() { '?' } else { c }).collect()
+}
+
+fn read(mut source: impl Read, table: &Table, lines: &Sender<String>, unwanted: &AtomicBool) {
     let mut decoder = table.new_stream_decoder();
     let mut is_garbled = false;
     let mut bytes = [0; 1024];
@@ -114,5 +169,19 @@ fn read(mut source: impl Read, Messages(table): &Messages, lines: &Sender<String
                 return;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn plain_text_comes_in_lines_that_a_terminal_may_show() {
+        let long = "x".repeat(LONGEST_LINE + 1);
+        let text = format!("one\r\n\n\u{1b}[2Jtwo\n{long}\nσ last");
+        let log = Log::follow(std::io::Cursor::new(text), Messages(None));
+        let lines: Vec<String> = std::iter::from_fn(|| log.wait(Duration::from_secs(30)).ok()).collect();
+        assert_eq!(lines, ["one", "", "?[2Jtwo", &long[1..], "x", "σ last"]);
     }
 }

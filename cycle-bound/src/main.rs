@@ -2,10 +2,10 @@
 
 use std::io::{self, Write};
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
-use cycle_bound::{Options, Reply, qemu};
+use cycle_bound::{Options, Reply, stop};
 
 /// Compute an upper bound in cycles of a function from its machine code, and what else it costs.
 ///
@@ -21,13 +21,7 @@ struct Cli {
 static STOP: AtomicBool = AtomicBool::new(false);
 
 fn main() -> ExitCode {
-    // Without a handler Ctrl-C still ends the program, it only leaves an emulator behind.
-    let _ = ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            qemu::stop_all();
-            std::process::exit(130);
-        }
-    });
+    stop::on_request(&STOP);
     let Cli { options } = Cli::parse();
     match cycle_bound::run(&options, &STOP) {
         Ok(Reply { text, remarks, status }) => {

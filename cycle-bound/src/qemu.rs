@@ -2,7 +2,7 @@
 //!
 //! QEMU is a child process. USART1 and USART2 of the chip (the log) reach us over TCP on this machine; both connections
 //! are made before the first instruction runs, so that no byte is lost. The child ends when its owner is dropped; an exit
-//! that drops nothing calls [`stop_all`] first (only a `kill -9` of this program leaves it behind).
+//! that drops nothing calls [`stop_all`] first. On Linux it dies with the thread that started it, however that ends.
 
 use std::io::{self, ErrorKind, Read};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
@@ -118,6 +118,8 @@ impl Process {
         // Ctrl-C at the terminal is for this program, which then keeps its record and ends the emulator.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(command, 0);
+        #[cfg(target_os = "linux")]
+        die_with_parent(command);
         let child = command.spawn().map_err(|error| {
             if error.kind() == ErrorKind::NotFound {
                 format!(
@@ -176,6 +178,20 @@ impl Process {
         let said = if said.is_empty() { "it said nothing" } else { &said };
         format!("{what}{ended}: {said}")
     }
+}
+
+/// A program that is killed cannot end its child: the system does.
+#[cfg(target_os = "linux")]
+fn die_with_parent(command: &mut Command) {
+    use rustix::process::{Signal, getpid, getppid, set_parent_process_death_signal};
+    let parent = getpid();
+    let wish = move || {
+        set_parent_process_death_signal(Some(Signal::KILL))?;
+        // It may be dead already.
+        if getppid() == Some(parent) { Ok(()) } else { Err(ErrorKind::BrokenPipe.into()) }
+    };
+    // SAFETY: between fork and exec only what is safe in a signal handler may be called: two system calls.
+    unsafe { std::os::unix::process::CommandExt::pre_exec(command, wish) };
 }
 
 impl Drop for Process {

@@ -386,3 +386,19 @@ fn the_bound_is_above_what_any_trace_of_the_function_takes() {
         assert!(least <= typical && typical <= worst, "{least} {typical} {worst}: {way:?}");
     }
 }
+
+#[test]
+fn an_answer_that_is_no_json_is_told_and_not_an_empty_line() {
+    // A map whose keys are lists has no form in JSON.
+    #[derive(serde::Serialize)]
+    struct Odd(BTreeMap<Vec<u8>, u8>);
+    impl std::fmt::Display for Odd {
+        fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            f.write_str("a table")
+        }
+    }
+    let odd = Odd(BTreeMap::from([(vec![1], 2)]));
+    let error = Reply::of(&odd, true, [&[]; 3]).expect_err("no JSON");
+    assert!(error.starts_with("the answer cannot be written as JSON: "), "{error}");
+    assert_eq!(Reply::of(&odd, false, [&[]; 3]).expect("a table").text, "a table");
+}

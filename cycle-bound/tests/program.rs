@@ -38,7 +38,7 @@ fn what_has_no_answer_is_status_2_and_bad_input_prints_nothing_on_stdout() {
     for (args, told) in [
         (&["--elf", ELF, "--symbol", "slow"][..], "error: no function \"slow\" in it; nearest: slew\n"),
         (&["--elf", "/no/such/file", "--symbol", "f"], "error: image /no/such/file: there is no such file\n"),
-        (&["--ceilings", "/no/such/file"], "error: /no/such/file: cannot be read: "),
+        (&["--ceilings", "/no/such/file"], "error: /no/such/file: there is no such file\n"),
         (&["--elf", ELF], "error: the following required arguments were not provided:\n  --symbol <NAME>\n"),
     ] {
         let (status, out, err) = spoken(args);
@@ -66,4 +66,89 @@ fn a_gate_that_cannot_judge_does_not_pass() {
     assert!(err.contains("no compiler that all images name"), "{err}");
     assert_eq!(std::fs::read_to_string(&file).ok(), Some(text), "nothing is written");
     let _ = std::fs::remove_dir_all(&folder);
+}
+
+/// The same image, with a section that says who compiled it in place of an empty one.
+#[cfg(unix)]
+fn signed(compiler: &str) -> Vec<u8> {
+    let mut elf = std::fs::read(ELF).expect("the image");
+    let find = |elf: &[u8], what: &[u8]| elf.windows(what.len()).position(|part| part == what).expect("a part");
+    let name = find(&elf, b".persistent\0");
+    elf[name..name + 11].copy_from_slice(b".comment\0\0\0");
+    let word = |elf: &[u8], at: usize| u32::from_le_bytes(elf[at..at + 4].try_into().expect("4 bytes")) as usize;
+    let names = find(&elf, b"\0.symtab\0");
+    let headers = (word(&elf, 32)..elf.len()).step_by(40);
+    // Its header: the index of its name, then offset and size.
+    let mut ours = headers.filter(|&at| names + word(&elf, at) == name);
+    let header = ours.next().expect("its header");
+    let text = [elf.len() as u32, compiler.len() as u32].map(u32::to_le_bytes).concat();
+    elf[header + 16..header + 24].copy_from_slice(&text);
+    elf.extend(compiler.bytes());
+    elf
+}
+
+#[test]
+#[cfg(unix)]
+fn ceilings_that_cannot_be_written_whole_stay_as_they_were() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("budgets.toml");
+    std::fs::write(folder.path().join("slew.elf"), signed("clang 21.1.8")).expect("an image");
+    let head = "compiler = \"clang 21.1.8\"\n\n[[instance]]\nname = \"slew\"\nsymbol = \"slew\"\n";
+    let rest = "image = \"slew.elf\"\nceiling = { bound = 99 }\nwhy = \"a test\"\n";
+    // Longer than a file may be below.
+    let text = format!("{head}{rest}{}", format!("# {}\n", "-".repeat(70)).repeat(100));
+    std::fs::write(&file, &text).expect("a file");
+    let lowered = |limit: &str| {
+        let limited = format!(r#"trap '' XFSZ; ulimit -f {limit}; exec "$0" --ceilings "$1" --lower"#);
+        let program = env!("CARGO_BIN_EXE_cycle-bound");
+        let output = Command::new("sh").args(["-c", &limited, program]).arg(&file).output().expect("sh");
+        String::from_utf8(output.stderr).expect("UTF-8")
+    };
+    let err = lowered("1");
+    assert!(err.contains("budgets.toml: cannot be written: File too large"), "{err}");
+    assert_eq!(std::fs::read_to_string(&file).expect("the file"), text);
+    let err = lowered("unlimited");
+    assert_eq!(std::fs::read_to_string(&file).expect("the file"), text.replacen("99", "18", 1), "{err}");
+}
+
+/// An emulator that does nothing but live, and writes down its process number first.
+#[test]
+#[cfg(target_os = "linux")]
+fn an_emulator_dies_with_the_program_that_started_it_however_that_dies() {
+    use std::os::unix::fs::PermissionsExt;
+    use std::path::Path;
+    use std::time::{Duration, Instant};
+
+    for signal in ["KILL", "QUIT", "TERM"] {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let emulator = folder.path().join("qemu-system-arm");
+        let number = folder.path().join("number");
+        let text = "#!/bin/sh\necho $$ > \"$NUMBER.new\" && mv \"$NUMBER.new\" \"$NUMBER\"\nexec sleep 600\n";
+        std::fs::write(&emulator, text).expect("a program");
+        std::fs::set_permissions(&emulator, std::fs::Permissions::from_mode(0o755)).expect("ours");
+        let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap_or_default());
+        let mut command = Command::new(env!("CARGO_BIN_EXE_cycle-bound"));
+        command.args(["--elf", ELF, "--symbol", "slew", "--emulate"]).env("PATH", path).env("NUMBER", &number);
+        // No core of a program that is told to leave one.
+        let mut child = command.current_dir(folder.path()).spawn().expect("the program");
+        let until = Instant::now() + Duration::from_secs(30);
+        let wait_for = |done: &dyn Fn() -> bool| {
+            while !done() && Instant::now() < until {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            done()
+        };
+        assert!(wait_for(&|| number.exists()), "the emulator was not started");
+        let number = std::fs::read_to_string(&number).expect("a number").trim().to_owned();
+        let kill = |signal: &str, number: &str| Command::new("kill").args([signal, number]).status().expect("kill");
+        assert!(kill(&format!("-{signal}"), &child.id().to_string()).success());
+        child.wait().expect("a child of ours");
+        // One that is dead and not yet waited for by anyone has no command line.
+        let about = Path::new("/proc").join(&number).join("cmdline");
+        let gone = wait_for(&|| std::fs::read(&about).map_or(true, |line| line.is_empty()));
+        if !gone {
+            kill("-KILL", &number);
+        }
+        assert!(gone, "{signal} left the emulator behind");
+    }
 }

@@ -10,15 +10,17 @@
 //! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
 //! host-sim export [FILE.toml] ..    the designed controller as one source file, C or Rust
 //! host-sim schema                   JSON schema of a scenario file
-//! host-sim new NAME                 a commented scenario file to start from
+//! host-sim new NAME [--plant P]     a commented scenario file to start from
+//! host-sim completions SHELL        what a shell must know to complete these
 //! ```
 //!
 //! Nothing waits for a target longer than 5 s, nor for the emulator to come up longer than 10 s.
 //!
 //! Results go to stdout, everything else to stderr. Exit status: 0 done (a run that diverged is a result), 1 the run or
 //! the writing failed, a claim that held no longer does, a target differs or cannot be reached, 2 bad input (nothing is
-//! written), 130 stopped by Ctrl-C (what was recorded is written).
+//! written), 130 told to stop by Ctrl-C or SIGTERM (what was recorded is written).
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
 use std::ops::ControlFlow;
@@ -26,18 +28,19 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use controller_core::Health;
 use cycle_bound::log::Log;
 use cycle_bound::table::Table;
-use cycle_bound::{Reply, qemu};
+use cycle_bound::{Reply, stop};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use loop_sim::closed_loop::LoopError;
-use loop_sim::metrics::Metrics;
+use loop_sim::metrics::{FAR, Metrics};
 use loop_sim::port::{ControllerPort, PortError};
 use loop_sim::trace::{Ending, Trace};
 use scenario::{Experiment, Mu, ScenarioError, Source};
 use serde::Serialize;
+use whole_file::{Claim, Existing};
 
 use crate::figures::{CATALOGUE, Case, ClaimRow, PaperFigure};
 use crate::report::csv;
@@ -59,7 +62,7 @@ pub mod status {
     /// Bad input.
     pub const BAD_INPUT: u8 = 2;
     /// Stopped by Ctrl-C.
-    pub const INTERRUPTED: u8 = 130;
+    pub const INTERRUPTED: u8 = cycle_bound::stop::STATUS;
 }
 
 /// Sliding mode control with an extended disturbance observer, in closed loop with a simulated plant.
@@ -133,7 +136,21 @@ enum Command {
     New {
         /// Name of the scenario and, with .toml, of the file.
         name: String,
+        /// What is controlled: the paper's joint, or a chain of integrators of your own.
+        #[arg(long, value_name = "PLANT", default_value = "flexible_joint", value_parser = starts())]
+        plant: String,
     },
+    /// Print a script that completes commands and options: bash, zsh, fish, elvish or powershell.
+    ///
+    /// For bash: host-sim completions bash > ~/.local/share/bash-completion/completions/host-sim
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+fn starts() -> clap::builder::PossibleValuesParser {
+    scenario::STARTS.map(|(plant, _)| plant).into()
 }
 
 #[derive(Args, Debug)]
@@ -166,14 +183,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 
 /// The program, on the real console.
 pub fn main() -> u8 {
-    // Without a handler Ctrl-C still ends the program, it only loses the record.
-    let _ = ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            // Asked twice: files are written whole or not at all, so this loses nothing but time.
-            qemu::stop_all();
-            std::process::exit(i32::from(status::INTERRUPTED));
-        }
-    });
+    stop::on_request(&STOP);
     let terminal = io::stderr().is_terminal();
     let console = Console { out: &mut io::stdout(), err: &mut io::stderr(), stop: &STOP, terminal };
     run(std::env::args_os(), console)
@@ -181,6 +191,8 @@ pub fn main() -> u8 {
 
 /// The program on any console; `args` begin with its name. Returns the exit status.
 pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -> u8 {
+    let args: Vec<OsString> = args.into_iter().collect();
+    let program = args.first().map_or("host-sim".into(), |name| name.to_string_lossy().into_owned());
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
         Err(usage) => {
@@ -209,12 +221,15 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         Some(Command::Budget(options)) => console.budget(options),
         Some(Command::Export(options)) => console.export(options),
         Some(Command::Schema) => console.schema(),
-        Some(Command::New { name }) => console.new_scenario(name, Path::new("")),
+        Some(Command::New { name, plant }) => console.new_scenario(name, plant, Path::new(""), &program),
+        Some(Command::Completions { shell }) => console.completions(*shell),
     };
     match done {
         Ok(status) => status,
         Err(Failure { status, message }) => {
-            console.note(&format!("error: {message}"));
+            for line in message.lines() {
+                console.note(&format!("error: {line}"));
+            }
             status
         }
     }
@@ -232,7 +247,7 @@ fn scenario_of(file: Option<&Path>, options: &RunOptions) -> Result<Experiment, 
     }
 }
 
-/// Why a command ended early: one line, and the exit status.
+/// Why a command ended early, a line for each thing that is wrong, and the exit status.
 struct Failure {
     status: u8,
     message: String,
@@ -246,7 +261,13 @@ impl From<ScenarioError> for Failure {
 
 impl Failure {
     fn writing(what: impl std::fmt::Display, error: &io::Error) -> Self {
-        Self { status: status::FAILED, message: format!("{what} cannot be written: {error}") }
+        use io::ErrorKind::{AlreadyExists, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied};
+        let is_of_the_path = matches!(
+            error.kind(),
+            AlreadyExists | InvalidInput | IsADirectory | NotADirectory | NotFound | PermissionDenied
+        );
+        let status = if is_of_the_path { status::BAD_INPUT } else { status::FAILED };
+        Self { status, message: format!("{what} cannot be written: {error}") }
     }
 }
 
@@ -255,6 +276,8 @@ impl Failure {
 struct RunJson<'a> {
     scenario: &'a str,
     metrics: &'a Metrics,
+    /// Ticks in which the controller told of this trouble.
+    ticks_with: BTreeMap<&'static str, usize>,
     ending: &'static str,
     /// Time of the last recorded tick, s.
     ended_at_s: f64,
@@ -303,6 +326,11 @@ impl Console<'_> {
         }
     }
 
+    /// JSON to stdout, or why there is none.
+    fn say_json(&mut self, json: serde_json::Result<String>) -> Result<(), Failure> {
+        self.say(&json.map_err(|error| Failure::writing("the answer as JSON", &error.into()))?)
+    }
+
     /// To stderr; there is nowhere to complain if that fails.
     fn note(&mut self, text: &str) {
         let _ = writeln!(self.err, "{text}");
@@ -310,7 +338,7 @@ impl Console<'_> {
 
     fn budget(&mut self, options: &cycle_bound::Options) -> Result<u8, Failure> {
         let bad = |message| Failure { status: status::BAD_INPUT, message };
-        options.elf.as_deref().map_or(Ok(()), target::present).map_err(bad)?;
+        options.elf.as_deref().map_or(Ok(()), |elf| target::present(elf, "--elf")).map_err(bad)?;
         let Reply { text, remarks, status } = cycle_bound::run(options, self.stop).map_err(bad)?;
         self.say(&text)?;
         for line in &remarks {
@@ -324,23 +352,27 @@ impl Console<'_> {
         Ok(status::DONE)
     }
 
-    fn new_scenario(&mut self, name: &str, folder: &Path) -> Result<u8, Failure> {
+    fn completions(&mut self, shell: clap_complete::Shell) -> Result<u8, Failure> {
+        let mut script = Vec::new();
+        clap_complete::generate(shell, &mut Cli::command(), "host-sim", &mut script);
+        self.say(String::from_utf8_lossy(&script).trim_end())?;
+        Ok(status::DONE)
+    }
+
+    /// `program` is what the user called.
+    fn new_scenario(&mut self, name: &str, plant: &str, folder: &Path, program: &str) -> Result<u8, Failure> {
         let name = name.strip_suffix(".toml").unwrap_or(name);
         let bad = |message: String| Failure { status: status::BAD_INPUT, message };
-        let text = scenario::template(name).ok_or_else(|| {
+        let text = scenario::template(name, plant).ok_or_else(|| {
             bad(format!("{name:?} cannot name a scenario: use 1 to 64 letters, digits, `_`, `-`, `.`"))
         })?;
         let path = folder.join(format!("{name}.toml"));
-        let mut file = std::fs::File::create_new(&path).map_err(|error| match error.kind() {
+        let written = whole_file::write(&path, Existing::Keep, |out| out.write_all(text.as_bytes()));
+        written.map_err(|error| match error.kind() {
             io::ErrorKind::AlreadyExists => bad(format!("{} exists already and is left as it is", path.display())),
-            _ => Failure { status: status::BAD_INPUT, ..Failure::writing(path.display(), &error) },
+            _ => Failure::writing(path.display(), &error),
         })?;
-        file.write_all(text.as_bytes()).map_err(|error| {
-            // Half a file is none.
-            let _ = std::fs::remove_file(&path);
-            Failure::writing(path.display(), &error)
-        })?;
-        self.say(&format!("wrote {0}; run it with: host-sim run {0}", path.display()))?;
+        self.say(&format!("wrote {0}; run it with: {program} run {0}", path.display()))?;
         Ok(status::DONE)
     }
 
@@ -354,7 +386,7 @@ impl Console<'_> {
     ) -> Result<u8, Failure> {
         note_changes(&mut experiment.title, &options.sets);
         let folder = options.out.clone().unwrap_or_else(|| target::folder(&experiment, place));
-        prepare_folder(&folder)?;
+        let claim = prepare_folder(&folder)?;
         let head = experiment.headline();
         if options.json {
             self.note(&head);
@@ -362,6 +394,7 @@ impl Console<'_> {
             self.say(&head)?;
         }
 
+        let kept = stop::keeping();
         let started = Instant::now();
         let (mut trace, mut error) = self.watched(&mut experiment, &mut link);
         if let Ending::BrokenOff { t_s } = trace.ending
@@ -374,12 +407,14 @@ impl Console<'_> {
         let metrics = experiment.metrics(&trace);
         let error = error.map(|error| error.to_string());
         write_results(&folder, &experiment, &trace)?;
+        drop((kept, claim));
 
         if options.json {
-            let (ending, _) = ending(&trace);
+            let (ending, _) = ending(&trace, &metrics);
             let json = RunJson {
                 scenario: &experiment.name,
                 metrics: &metrics,
+                ticks_with: TROUBLES.map(|(flag, name)| (name, ticks_with(&trace, flag))).into(),
                 ending,
                 ended_at_s: trace.rows.last().map_or(0.0, |row| row.t_s),
                 error: error.clone(),
@@ -387,14 +422,13 @@ impl Console<'_> {
                 mu: &experiment.mu,
                 target: comparison,
             };
-            // Numbers, names and lists: nothing in it can fail to be written as JSON.
-            self.say(&serde_json::to_string(&json).unwrap_or_default())?;
+            self.say_json(serde_json::to_string(&json))?;
         } else {
             self.say(&table(&experiment, &metrics, &trace).to_string())?;
             for warning in &experiment.warnings {
                 self.say(&format!("warning: {warning}"))?;
             }
-            self.say(ending(&trace).1.as_str())?;
+            self.say(ending(&trace, &metrics).1.as_str())?;
             if let Some(comparison) = comparison {
                 self.say(&comparison.line())?;
             }
@@ -412,7 +446,9 @@ impl Console<'_> {
 
     fn figures(&mut self, only: &[String], folder: &Path, json: bool) -> Result<u8, Failure> {
         let chosen = chosen_figures(only)?;
-        prepare_folder(folder)?;
+        let _claim = prepare_folder(folder)?;
+        // Between two looks there is the writing of one figure.
+        let guards = (stop::keeping(), stop::looking());
         let mut claims = Vec::new();
         for figure in chosen {
             let mut cases = Vec::new();
@@ -439,8 +475,9 @@ impl Console<'_> {
             reproduction.figure.write(folder, figure.id).map_err(told)?;
             claims.extend(reproduction.claims);
         }
+        drop(guards);
         if json {
-            self.say(&serde_json::to_string_pretty(&claims).unwrap_or_default())?;
+            self.say_json(serde_json::to_string_pretty(&claims))?;
         } else {
             self.say(&claim_table(&claims).to_string())?;
             for claim in claims.iter().filter(|claim| !claim.remark.is_empty()) {
@@ -466,6 +503,7 @@ impl Console<'_> {
         if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed} / {eta} left") {
             bar.set_style(style);
         }
+        let _looking = stop::looking();
         // Drawing is slower than a tick.
         let stride = (periods / 200).max(1);
         let mut ticks = 0;
@@ -506,10 +544,14 @@ fn compared(trace: &Trace, error: Option<&LoopError>, link: &Link, started: Inst
     }
 }
 
-/// A title speaks of its file: what `--set` changed is told beside it, here and in the figures.
+/// A title speaks of its file: what `--set` changed is told beside it, here and in the figures, on the same line.
 fn note_changes(title: &mut String, sets: &[String]) {
     let is_label = |set: &String| matches!(set.split('=').next().map(str::trim), Some("title" | "name"));
-    let changes: Vec<&str> = sets.iter().filter(|set| !is_label(set)).map(String::as_str).collect();
+    let on_a_line = |set: &String| {
+        let words: Vec<&str> = set.split(|c: char| c.is_whitespace() || c.is_control()).collect();
+        words.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
+    };
+    let changes: Vec<String> = sets.iter().filter(|set| !is_label(set)).map(on_a_line).collect();
     if !changes.is_empty() {
         title.push_str("; set ");
         title.push_str(&changes.join(", "));
@@ -546,16 +588,17 @@ fn claim_table(claims: &[ClaimRow]) -> Table {
     table
 }
 
-/// Makes the folder and tries it, before anything is computed that could then not be kept.
-fn prepare_folder(folder: &Path) -> Result<(), Failure> {
-    let probe = folder.join(format!(".probe-{}", std::process::id()));
-    std::fs::create_dir_all(folder)
-        .and_then(|()| std::fs::write(&probe, ""))
-        .and_then(|()| std::fs::remove_file(&probe))
-        .map_err(|error| Failure {
-            status: status::BAD_INPUT,
-            message: format!("output folder {}: cannot be written: {error}", folder.display()),
-        })
+/// Makes the folder, tries it and takes it, before anything is computed that could then not be kept.
+fn prepare_folder(folder: &Path) -> Result<Claim, Failure> {
+    whole_file::claim(folder).map_err(|error| {
+        let why = match error.kind() {
+            io::ErrorKind::ResourceBusy => {
+                "another run is writing there; wait for its end, or give this one another with --out".into()
+            }
+            _ => format!("cannot be written: {error}"),
+        };
+        Failure { status: status::BAD_INPUT, message: format!("output folder {}: {why}", folder.display()) }
+    })
 }
 
 fn write_results(folder: &Path, experiment: &Experiment, trace: &Trace) -> Result<(), Failure> {
@@ -570,8 +613,11 @@ fn write_results(folder: &Path, experiment: &Experiment, trace: &Trace) -> Resul
 }
 
 /// As a word for programs, and as a sentence for people.
-fn ending(trace: &Trace) -> (&'static str, String) {
+fn ending(trace: &Trace, metrics: &Metrics) -> (&'static str, String) {
     match trace.ending {
+        Ending::Finished if !metrics.bounded => {
+            ("finished", format!("NOT BOUNDED: |y| went beyond {FAR} times where it began and the settling band"))
+        }
         Ending::Finished => ("finished", "the state stayed bounded to the end".into()),
         Ending::Diverged { t_s } => (
             "diverged",
@@ -584,6 +630,17 @@ fn ending(trace: &Trace) -> (&'static str, String) {
             ("interrupted", format!("INCOMPLETE: the run ended at t = {} s", significant(t_s, 4)))
         }
     }
+}
+
+/// What a controller can tell, and its name in JSON.
+const TROUBLES: [(Health, &str); 3] = [
+    (Health::INPUT_REJECTED, "input_rejected"),
+    (Health::SATURATED, "saturated"),
+    (Health::SIGMA_STAR_OVER_BOUND, "sigma_star_over_bound"),
+];
+
+fn ticks_with(trace: &Trace, flag: Health) -> usize {
+    trace.rows.iter().filter(|row| row.health.contains(flag)).count()
 }
 
 fn table(experiment: &Experiment, metrics: &Metrics, trace: &Trace) -> Table {
@@ -618,8 +675,8 @@ fn table(experiment: &Experiment, metrics: &Metrics, trace: &Trace) -> Table {
         _ => "NO",
     };
     row("bounded", bounded.into(), &ticks);
-    for flag in [Health::INPUT_REJECTED, Health::SATURATED, Health::SIGMA_STAR_OVER_BOUND] {
-        let count = trace.rows.iter().filter(|row| row.health.contains(flag)).count();
+    for (flag, _) in TROUBLES {
+        let count = ticks_with(trace, flag);
         if count > 0 {
             row(&format!("ticks with {flag}"), count.to_string(), "told by the controller");
         }

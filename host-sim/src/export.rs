@@ -16,7 +16,7 @@ use loop_sim::port::in_process::{ControllerSpec, Download};
 use scenario::{Experiment, Source};
 
 use crate::remote::instance_of;
-use controller_core::LAYOUT;
+use controller_core::{LAYOUT, Limits};
 
 mod archive;
 mod rust;
@@ -36,6 +36,24 @@ pub enum Form<'a> {
     Rust,
 }
 
+/// What to be warned of before this controller drives anything: the warnings of its design, and limits that it has not.
+pub fn warnings(experiment: &Experiment) -> Vec<String> {
+    let mut warnings = experiment.warnings.clone();
+    if let Some(spec) = &experiment.spec {
+        let Limits { min, max } = spec.config.padded.options.limits;
+        let missing = match (min <= Limits::NONE.min, max >= Limits::NONE.max) {
+            (true, true) => Some(("limits", Limits::NONE.max)),
+            (true, false) => Some(("lower limit", Limits::NONE.min)),
+            (false, true) => Some(("upper limit", Limits::NONE.max)),
+            (false, false) => None,
+        };
+        warnings.extend(missing.map(|(what, size)| {
+            format!("u has no {what}: up to {size:e} may go out; set controller.limits={{ min = .., max = .. }}")
+        }));
+    }
+    warnings
+}
+
 /// The text of an exported file.
 ///
 /// # Errors
@@ -47,7 +65,7 @@ pub fn text(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Res
             Some(_) => "an exported controller computes in f32; set controller.precision=f32".into(),
         });
     };
-    let exported = Exported { spec, download, warnings: &experiment.warnings, source };
+    let exported = Exported { spec, download, warnings: warnings(experiment), source };
     match form {
         Form::Standalone(prefix) => standalone::text(&exported, prefix),
         Form::Archive(prefix) => archive::text(&exported, prefix),
@@ -59,7 +77,7 @@ pub fn text(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Res
 struct Exported<'a> {
     spec: &'a ControllerSpec,
     download: &'a Download,
-    warnings: &'a [String],
+    warnings: Vec<String>,
     source: &'a Source<'a>,
 }
 
@@ -90,7 +108,7 @@ impl Exported<'_> {
     fn origin(&self) -> String {
         let Source { file, text, sets } = self.source;
         let mut origin = String::new();
-        for warning in self.warnings {
+        for warning in &self.warnings {
             let _ = writeln!(origin, "Warning of the design: {warning}");
         }
         let _ = writeln!(origin, "Design {:#010x} (CRC-32, the one a target reports).", self.design_hash());

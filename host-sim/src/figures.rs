@@ -211,7 +211,11 @@ impl PaperFigure {
             for (q, &(name, quantity)) in panel.quantities.iter().enumerate() {
                 let shown = case.trace.rows.iter().filter(|row| (from_s..=to_s).contains(&row.t_s));
                 let label = if cases.len() > 1 { case.label } else { name };
-                let line = Series::solid(label, c + q, shown.map(|row| (row.t_s, quantity(row))));
+                let line = Series {
+                    // Of all that is drawn only the control is held from tick to tick.
+                    is_held: panel.y_label.starts_with('u'),
+                    ..Series::solid(label, c + q, shown.map(|row| (row.t_s, quantity(row))))
+                };
                 // An estimate lies on what it estimates: dashes show both.
                 series.push(if q > 0 { line.styled(Style::Dashed) } else { line });
             }

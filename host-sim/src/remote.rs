@@ -262,22 +262,27 @@ struct Wire<T> {
 
 impl<T: Transport> Wire<T> {
     /// Asks who is there until someone tells. A target says hello when it starts up, and is then asked at once: only
-    /// an answer is sure to be of now.
+    /// an answer is sure to be of now. One that says it again and again is listened to no longer than a silent one.
     fn identify(&mut self) -> Result<Identity, PortError> {
-        let mut waited = Duration::ZERO;
+        let (mut waited, mut greeted) = (Duration::ZERO, false);
         for attempt in 1.. {
             if waited >= LONGEST_WAIT {
                 break;
             }
-            waited += ASK_EVERY;
             self.transport.send(&Request::Identify.to_frame(attempt))?;
             let heard = self.hear(ASK_EVERY, |sequence, reply| match reply {
-                Reply::Identity(identity) if sequence <= attempt => Some((sequence, identity)),
+                Reply::Identity(identity) if sequence <= attempt && (sequence > 0 || !greeted) => {
+                    Some((sequence, identity))
+                }
                 _ => None,
             })?;
-            if let Some((1.., identity)) = heard {
-                self.heard = 0;
-                return Ok(identity);
+            match heard {
+                Some((1.., identity)) => {
+                    self.heard = 0;
+                    return Ok(identity);
+                }
+                Some(_) => greeted = true,
+                None => waited += ASK_EVERY,
             }
         }
         Err(self.silent("the first question"))
@@ -360,5 +365,62 @@ impl<T: Transport> Wire<T> {
 
     fn silent(&self, asked: &str) -> PortError {
         PortError::Silent { asked: asked.into(), heard: self.heard, within: LONGEST_WAIT }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transport::Loopback;
+
+    /// A target that says who it is, unasked, so many times before each answer.
+    struct Talkative {
+        inner: Loopback,
+        hello: Vec<u8>,
+        times: usize,
+    }
+
+    impl Talkative {
+        fn new(times: usize) -> Self {
+            let mut inner = Loopback::new();
+            let mut hello = vec![0; REPLY_LEN];
+            assert_eq!(inner.receive(&mut hello, Duration::ZERO), Ok(REPLY_LEN));
+            Self { inner, hello, times }
+        }
+    }
+
+    impl Transport for Talkative {
+        fn send(&mut self, bytes: &[u8]) -> Result<(), TransportError> {
+            self.inner.send(bytes)
+        }
+
+        fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, TransportError> {
+            if self.times == 0 {
+                return self.inner.receive(into, within);
+            }
+            self.times -= 1;
+            into[..REPLY_LEN].copy_from_slice(&self.hello);
+            Ok(REPLY_LEN)
+        }
+    }
+
+    fn connected(wire: Talkative) -> Result<Remote<Talkative>, PortError> {
+        let source = scenario::Source { file: "default.toml", text: scenario::DEFAULT, sets: &[] };
+        let experiment = scenario::parse(&source, "default").expect("the default scenario");
+        Remote::connect(wire, Duration::from_millis(50), for_target(&experiment).expect("one for a target"))
+    }
+
+    #[test]
+    fn unasked_words_of_a_target_do_not_use_up_the_time_that_it_has_to_answer() {
+        assert!(connected(Talkative::new(1000)).is_ok());
+    }
+
+    #[test]
+    fn a_target_that_never_stops_talking_is_given_up_in_time() {
+        let began = Instant::now();
+        let error = connected(Talkative::new(usize::MAX)).err().expect("no answer");
+        assert!(matches!(error, PortError::Silent { .. }), "{error}");
+        // As long as it says, and no longer; generous, as a machine may be busy.
+        assert!((LONGEST_WAIT..10 * LONGEST_WAIT).contains(&began.elapsed()), "{:?}", began.elapsed());
     }
 }

@@ -15,6 +15,9 @@ pub struct ChannelError {
     pub error: f64,
 }
 
+/// An output that gets so many times farther out than it began, or than where it counts as settled, is not bounded.
+pub const FAR: f64 = 1000.0;
+
 /// Figures of merit; "ultimate" is the maximum over the metric window. What no tick speaks for, because the run ended
 /// before its window, is NaN (`null` in JSON): not a 0 that looks like a perfect result.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,7 +36,8 @@ pub struct Metrics {
     pub estimation_error_ultimate: Vec<ChannelError>,
     /// Time after which |y| stays within the band, s; `null` if it never does, or the run did not finish.
     pub settling_time_s: Option<f64>,
-    /// Did the state stay within reasonable range to the end (or until someone asked to stop)?
+    /// Did the run go to its end (or until someone asked to stop), with |y| never more than [`FAR`] times the larger
+    /// of |y(0)| and the settling band?
     pub bounded: bool,
     /// First and last instant of the window, s.
     pub window_s: [f64; 2],
@@ -82,9 +86,15 @@ pub fn measure(trace: &Trace, window_s: [f64; 2], settling_band: f64) -> Metrics
             .map(|&i| ChannelError { channel: i + 1, error: ultimate(trace, window_s, |row| row.d[i] - row.d_hat[i]) })
             .collect(),
         settling_time_s: settled.map(|row| row.t_s),
-        bounded: matches!(trace.ending, Ending::Finished | Ending::Interrupted { .. }),
+        bounded: matches!(trace.ending, Ending::Finished | Ending::Interrupted { .. })
+            && stays_near(trace, settling_band),
         window_s,
     }
+}
+
+fn stays_near(trace: &Trace, settling_band: f64) -> bool {
+    let began = trace.rows.first().map_or(0.0, |row| row.x[0].abs());
+    trace.rows.iter().all(|row| row.x[0].abs() <= FAR * began.max(settling_band))
 }
 
 #[cfg(test)]
@@ -132,6 +142,19 @@ mod tests {
             assert_eq!((found.settling_time_s, found.bounded), (None, false));
             assert_eq!(found.u_peak, 3.0);
         }
+    }
+
+    #[test]
+    fn what_ends_a_thousand_times_farther_out_than_it_began_is_not_bounded() {
+        let bounded = |y: f64, band: f64| {
+            let mut trace = trace(11, Ending::Finished);
+            trace.rows[7].x[0] = y;
+            measure(&trace, [5.0, 10.0], band).bounded
+        };
+        // It begins at 1.
+        assert!(bounded(-FAR, 0.1) && !bounded(1.001 * FAR, 0.1) && !bounded(-3e6, 0.1));
+        assert!(bounded(3e6, 3e3) && !bounded(3.001e6, 3e3));
+        assert!(!bounded(f64::NAN, 0.1) && !bounded(f64::INFINITY, 0.1));
     }
 
     #[test]

@@ -16,9 +16,14 @@ pub(super) struct Fault {
     pub(super) message: String,
 }
 
-/// Checks the whole tree.
-pub(super) fn check(schema: &Json, tree: &Node) -> Result<(), Fault> {
-    Checker { schema }.node(schema, tree, &KeyPath::root())
+/// More than these a person does not mend at once.
+const MOST_FAULTS: usize = 20;
+
+/// Checks the whole tree: what is wrong, of very much only the first.
+pub(super) fn check(schema: &Json, tree: &Node) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    Checker { schema }.node(schema, tree, &KeyPath::root(), &mut faults);
+    faults
 }
 
 /// All keys of the schema as paths without positions: `controller.observer.printed`.
@@ -47,11 +52,15 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn node(&self, part: &'a Json, node: &Node, path: &KeyPath) -> Result<(), Fault> {
+    fn node(&self, part: &'a Json, node: &Node, path: &KeyPath, faults: &mut Vec<Fault>) {
+        if faults.len() >= MOST_FAULTS {
+            return;
+        }
         let choices = self.choices(part);
         let matching = choices.iter().find(|choice| is_of_type(choice, node) && may_be_word(choice, node));
         let Some(choice) = matching else {
-            return Err(fault(node.origin, path, node, &expected(&choices), &near_word(&choices, node)));
+            faults.push(fault(node.origin, path, node, &expected(&choices), &near_word(&choices, node)));
+            return;
         };
         match &node.value {
             NodeValue::Table(entries) => {
@@ -59,25 +68,26 @@ impl<'a> Checker<'a> {
                 for entry in entries {
                     let below = path.key(&entry.key);
                     match properties.and_then(|properties| properties.get(&entry.key)) {
-                        Some(part) => self.node(part, &entry.node, &below)?,
-                        None => return Err(self.unknown_key(choice, &below, &entry.key, entry.key_origin)),
+                        Some(part) => self.node(part, &entry.node, &below, faults),
+                        None if faults.len() >= MOST_FAULTS => return,
+                        None => faults.push(self.unknown_key(choice, &below, &entry.key, entry.key_origin)),
                     }
                 }
-                Ok(())
             }
             NodeValue::List(list) => {
                 let too_few = choice["minItems"].as_u64().is_some_and(|least| (list.len() as u64) < least);
                 let too_many = choice["maxItems"].as_u64().is_some_and(|most| list.len() as u64 > most);
                 if too_few || too_many {
-                    return Err(fault(node.origin, path, node, &expected(&[choice]), ""));
+                    faults.push(fault(node.origin, path, node, &expected(&[choice]), ""));
+                    return;
                 }
-                list.iter()
-                    .enumerate()
-                    .try_for_each(|(k, child)| self.node(&choice["items"], child, &path.position(k + 1)))
+                for (k, child) in list.iter().enumerate() {
+                    self.node(&choice["items"], child, &path.position(k + 1), faults);
+                }
             }
-            NodeValue::Integer(number) => in_range(choice, *number as f64, node, path),
-            NodeValue::Float(number) => in_range(choice, *number, node, path),
-            NodeValue::Bool(_) | NodeValue::Text(_) | NodeValue::Date(_) => Ok(()),
+            NodeValue::Integer(number) => faults.extend(out_of_range(choice, *number as f64, node, path)),
+            NodeValue::Float(number) => faults.extend(out_of_range(choice, *number, node, path)),
+            NodeValue::Bool(_) | NodeValue::Text(_) | NodeValue::Date(_) => {}
         }
     }
 
@@ -158,13 +168,13 @@ fn near_word(choices: &[&Json], node: &Node) -> String {
     }
 }
 
-fn in_range(choice: &Json, number: f64, node: &Node, path: &KeyPath) -> Result<(), Fault> {
+fn out_of_range(choice: &Json, number: f64, node: &Node, path: &KeyPath) -> Option<Fault> {
     let bound = |name: &str| choice[name].as_f64();
     let inside = number.is_finite()
         && bound("minimum").is_none_or(|least| number >= least)
         && bound("exclusiveMinimum").is_none_or(|least| number > least)
         && bound("maximum").is_none_or(|most| number <= most);
-    if inside { Ok(()) } else { Err(fault(node.origin, path, node, &expected(&[choice]), "")) }
+    (!inside).then(|| fault(node.origin, path, node, &expected(&[choice]), ""))
 }
 
 /// In words: `a number above 0`, `"sin", "cos" or a list of 2 numbers`.

@@ -236,10 +236,13 @@ pub(super) fn read(source: &Source<'_>) -> Result<Node, ScenarioError> {
         source.error(Origin::Text { offset }, format!("not TOML: {message}"))
     })?;
     let mut root = table(toml.as_table(), Origin::Text { offset: 0 });
-    for (k, argument) in source.sets.iter().enumerate() {
-        set(&mut root, argument, Origin::Set(k)).map_err(|message| source.error(Origin::Set(k), message))?;
-    }
-    Ok(root)
+    let each = source.sets.iter().enumerate();
+    let wrong = each.filter_map(|(k, argument)| {
+        let origin = Origin::Set(k);
+        set(&mut root, argument, origin).err().map(|message| (origin, message))
+    });
+    let wrong: Vec<(Origin, String)> = wrong.collect();
+    if wrong.is_empty() { Ok(root) } else { Err(source.errors(wrong)) }
 }
 
 fn set(root: &mut Node, argument: &str, origin: Origin) -> Result<(), String> {

@@ -1,9 +1,9 @@
-//! What is wrong with a scenario, and where: one line, `FILE:LINE:COLUMN: message` or `--set ARGUMENT: message`.
+//! What is wrong with a scenario, and where: a line each, `FILE:LINE:COLUMN: message` or `--set ARGUMENT: message`.
 
 use std::fmt;
 
 /// Where a value was written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Origin {
     /// In the file, bytes from its beginning.
     Text { offset: usize },
@@ -31,7 +31,15 @@ impl Source<'_> {
             }
             Origin::Set(k) => format!("--set {}", self.sets.get(k).map_or("", String::as_str)),
         };
-        ScenarioError { place: one_line(&place), message: one_line(&message.into()) }
+        ScenarioError::of_file(&place, message)
+    }
+
+    /// All that is wrong, in the order of the file and then of the arguments.
+    pub(super) fn errors(&self, mut faults: Vec<(Origin, String)>) -> ScenarioError {
+        faults.sort();
+        faults.dedup();
+        let lines = faults.into_iter().flat_map(|(origin, message)| self.error(origin, message).lines);
+        ScenarioError { lines: lines.collect() }
     }
 }
 
@@ -48,23 +56,25 @@ fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
     (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
 }
 
-/// A scenario that must not run. Its text is one line.
+/// A scenario that must not run. Its text is a line for each mistake.
+///
+/// A file is read in three steps, and each tells all that it finds: what is not TOML (the first only), what is no key
+/// or no value of a scenario, what breaks a rule. Then the design is made, and tells one thing at a time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ScenarioError {
-    place: String,
-    message: String,
+    lines: Vec<String>,
 }
 
 impl ScenarioError {
     /// An error of the file as a whole.
     pub(super) fn of_file(file: &str, message: impl Into<String>) -> Self {
-        Self { place: one_line(file), message: one_line(&message.into()) }
+        Self { lines: vec![one_line(&format!("{file}: {}", message.into()))] }
     }
 }
 
 impl fmt::Display for ScenarioError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.place, self.message)
+        f.write_str(&self.lines.join("\n"))
     }
 }
 
@@ -80,6 +90,8 @@ pub(super) fn shown(value: f64) -> String {
 
 /// `; did you mean `NAME`?` for the nearest of `names`, or the whole list if none is near.
 pub(crate) fn nearest<'a>(found: &str, names: impl Iterator<Item = &'a str> + Clone) -> String {
+    // No name has a capital: who writes one means the same letter.
+    let found = &found.to_lowercase();
     let distance = |name: &str| {
         // The unit at the end of a name is what is most often left out.
         if name.starts_with(&format!("{found}_")) { 0 } else { strsim::damerau_levenshtein(found, name) }
@@ -87,7 +99,7 @@ pub(crate) fn nearest<'a>(found: &str, names: impl Iterator<Item = &'a str> + Cl
     // `kl` is as far from `k` as from `k_l`: of two as near, the one of the same letters is meant.
     let other_letters = |name: &str| name.replace('_', "") != found.replace('_', "");
     match names.clone().map(|name| (distance(name), other_letters(name), name)).min() {
-        Some((far, _, name)) if far <= 1 + found.chars().count().min(30) / 3 => format!("; did you mean `{name}`?"),
+        Some((far, _, name)) if far <= 1 + found.chars().count().min(30) / 4 => format!("; did you mean `{name}`?"),
         _ => format!("; expected one of {}", names.collect::<Vec<_>>().join(", ")),
     }
 }
@@ -116,6 +128,8 @@ mod tests {
         let names = ["period_s", "k_l", "k_s", "omega_rad_s"];
         assert_eq!(nearest("perio_s", names.into_iter()), "; did you mean `period_s`?");
         assert_eq!(nearest("omega", names.into_iter()), "; did you mean `omega_rad_s`?");
+        assert_eq!(nearest("J11", ["b11", "j11", "j12"].into_iter()), "; did you mean `j11`?");
+        assert_eq!(nearest("xy1", ["b11", "j11"].into_iter()), "; expected one of b11, j11");
         assert_eq!(nearest("kl", ["k", "k_l"].into_iter()), "; did you mean `k_l`?");
         assert_eq!(nearest("banana", names.into_iter()), "; expected one of period_s, k_l, k_s, omega_rad_s");
     }

@@ -24,15 +24,15 @@ pub use error::{ScenarioError, Source};
 
 use check::Fault;
 use document::KeyPath;
+use error::Origin;
+use resolve::Problem;
+use whole_file::Kind;
 
 /// The default scenario: Example 2, `reconstructed`, r = 2 as printed. It is also what `host-sim new` writes.
 pub const DEFAULT: &str = include_str!("../scenarios/default.toml");
 
 /// Your own plant, a chain of integrators: a file to start from.
 pub const CHAIN: &str = include_str!("../scenarios/chain.toml");
-
-/// Longest file that is read. A scenario is a page of text; a file without end must not hang the program.
-const LONGEST_FILE: u64 = 1 << 20;
 
 /// One run of the closed loop. Every key may be left out; an empty file is Example 2 of the paper.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -477,18 +477,25 @@ pub fn schema() -> serde_json::Value {
     schemars::schema_for!(Scenario).to_value()
 }
 
-/// A commented scenario file of this name to start from; `None` if it cannot be a name.
-pub fn template(name: &str) -> Option<String> {
-    resolve::is_file_name(name).then(|| DEFAULT.replacen("name = \"default\"", &format!("name = {name:?}"), 1))
+/// What one can start from: the plant, and a commented file.
+pub const STARTS: [(&str, &str); 2] = [("flexible_joint", DEFAULT), ("chain", CHAIN)];
+
+/// One of [`STARTS`] as a scenario of this name; `None` if it cannot be a name, or there is no such plant.
+pub fn template(name: &str, plant: &str) -> Option<String> {
+    let (_, text) = STARTS.iter().find(|(known, _)| *known == plant)?;
+    let named = |line: &str| {
+        if line.starts_with("name = ") { format!("name = {name:?}\n") } else { format!("{line}\n") }
+    };
+    resolve::is_file_name(name).then(|| text.lines().map(named).collect())
 }
 
 /// Reads a scenario file, applies `--set` arguments, checks everything and builds what the loop needs.
 ///
 /// # Errors
-/// The first thing that is wrong, with its place.
+/// All that is wrong, with its places.
 pub fn load(path: &std::path::Path, sets: &[String]) -> Result<Experiment, ScenarioError> {
     let file = path.display().to_string();
-    let text = read_text(path).map_err(|message| ScenarioError::of_file(&file, message))?;
+    let text = whole_file::read_text(path, Kind::SETTINGS).map_err(|message| ScenarioError::of_file(&file, message))?;
     let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     parse(&Source { file: &file, text: &text, sets }, &stem)
 }
@@ -496,15 +503,12 @@ pub fn load(path: &std::path::Path, sets: &[String]) -> Result<Experiment, Scena
 /// The same for a text that is at hand; `default_name` is the name of a scenario that gives none.
 ///
 /// # Errors
-/// The first thing that is wrong, with its place.
+/// All that is wrong, with its places.
 pub fn parse(source: &Source<'_>, default_name: &str) -> Result<Experiment, ScenarioError> {
     let (scenario, file) = Located::read(source, &schema())?;
-    let tree = &file.tree;
-    let in_tree = |problem: resolve::Problem| file.error(&problem.key, &problem.message);
-    resolve::foreign_keys(&scenario, &|key| KeyPath::parse(key).is_some_and(|path| tree.get(&path).is_some()))
-        .map_err(in_tree)?;
-    let resolved = resolve::resolve(scenario, default_name).map_err(in_tree)?;
-    assemble::assemble(resolved).map_err(in_tree)
+    let foreign = resolve::foreign_keys(&scenario, &|key| file.origin_of(key).is_some(), &|key| file.is_set(key));
+    let resolved = resolve::resolve(scenario, default_name, foreign).map_err(|problems| file.errors(problems.0))?;
+    assemble::assemble(resolved).map_err(|problem| file.errors(vec![problem]))
 }
 
 /// A TOML text that has been held against a schema; knows where each key stands.
@@ -517,40 +521,46 @@ impl<'a> Located<'a> {
     /// The value of a text. The schema is that of `T`, in the words that the check understands.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its place.
+    /// All that is wrong, with its places.
     pub(crate) fn read<T: serde::de::DeserializeOwned>(
         source: &'a Source<'a>,
         schema: &serde_json::Value,
     ) -> Result<(T, Self), ScenarioError> {
         let tree = document::read(source)?;
-        check::check(schema, &tree).map_err(|fault: Fault| source.error(fault.origin, fault.message))?;
+        let faults: Vec<_> =
+            check::check(schema, &tree).into_iter().map(|Fault { origin, message }| (origin, message)).collect();
+        if !faults.is_empty() {
+            return Err(source.errors(faults));
+        }
         let value = serde_json::from_value(tree.json())
             // The schema is made from the very structs: what it lets through is read. Should it ever not be, say so.
             .map_err(|error| source.error(tree.origin_of(&KeyPath::root()), error.to_string()))?;
         Ok((value, Self { source, tree }))
     }
 
-    /// What is wrong with a key, told with its place: its own if it was written, else that of the table around it.
-    pub(crate) fn error(&self, key: &str, message: &str) -> ScenarioError {
-        let path = KeyPath::parse(key).unwrap_or_else(KeyPath::root);
-        self.source.error(self.tree.origin_of(&path), format!("`{key}`: {message}"))
+    /// What is wrong with some keys, told with their places: their own if they were written. A key that is missing is
+    /// told at the argument that asks for another kind, if one does, else at the table around it.
+    fn errors(&self, problems: Vec<Problem>) -> ScenarioError {
+        let located = problems.into_iter().map(|Problem { key, message }| {
+            let path = KeyPath::parse(&key).unwrap_or_else(KeyPath::root);
+            // What a kind asks for stands right in its table.
+            let is_asked = |kind: &&str| key.matches('.').count() == 1 && self.is_set(kind);
+            let of_kind = || self.origin_of(["plant.kind", "controller.kind"].into_iter().find(is_asked)?);
+            let origin = self.origin_of(&key).or_else(of_kind);
+            (origin.unwrap_or_else(|| self.tree.origin_of(&path)), format!("`{key}`: {message}"))
+        });
+        self.source.errors(located.collect())
     }
-}
 
-/// The whole text of a file that a person wrote.
-///
-/// # Errors
-/// A file that cannot be read, is longer than 1 MiB, or is not UTF-8: in words, without the name of the file.
-pub fn read_text(path: &std::path::Path) -> Result<String, String> {
-    use std::io::Read;
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)
-        .and_then(|file| file.take(LONGEST_FILE + 1).read_to_end(&mut bytes))
-        .map_err(|error| format!("cannot be read: {error}"))?;
-    if bytes.len() as u64 > LONGEST_FILE {
-        return Err("longer than 1 MiB: not a file of settings".into());
+    /// Where a key was written, if it was.
+    fn origin_of(&self, key: &str) -> Option<Origin> {
+        self.tree.get(&KeyPath::parse(key)?).map(|node| node.origin)
     }
-    String::from_utf8(bytes).map_err(|error| format!("not UTF-8 text (byte {})", error.utf8_error().valid_up_to() + 1))
+
+    /// Was the key given by `--set`?
+    fn is_set(&self, key: &str) -> bool {
+        matches!(self.origin_of(key), Some(Origin::Set(_)))
+    }
 }
 
 #[cfg(test)]

@@ -4,14 +4,15 @@ use controller_core::{
     AnyConfig, Benchmark, Config, Fallback, JointChain, JointParameters, Limits, Nominal, ObserverGains, Options, Pole,
     ReachingLaw, Reading, Surface,
 };
+use loop_sim::MAX_ORDER;
 use loop_sim::port::baseline::BaselineSpec;
 use loop_sim::port::in_process::{ControllerSpec, Model, Precision, padded};
 use loop_sim::signal::Term;
 
 use super::error::shown;
 use super::{
-    ControllerKind, ControllerTable, ExpKey, FallbackKey, ObserverTable, ParametersTable, PlantKind, PlantTable,
-    PrecisionKey, ReadingKey, Scenario, SensorTable, TermKind, TermTable,
+    ActuatorTable, ControllerKind, ControllerTable, ExpKey, FallbackKey, ObserverTable, ParametersTable, PlantKind,
+    PlantTable, PrecisionKey, ReadingKey, Scenario, SensorTable, TermKind, TermTable,
 };
 
 /// Most ticks of one run: each is kept until the end, some 200 bytes, and written as a line.
@@ -22,6 +23,16 @@ const MOST_TICKS: f64 = 2e6;
 pub(super) struct Problem {
     pub(super) key: String,
     pub(super) message: String,
+}
+
+/// What is wrong so far. One mistake does not end the search: a person mends all of them at once.
+#[derive(Debug, Default)]
+pub(super) struct Problems(pub(super) Vec<Problem>);
+
+impl Problems {
+    fn take<T>(&mut self, result: Result<T, Problem>) -> Option<T> {
+        result.map_err(|problem| self.0.push(problem)).ok()
+    }
 }
 
 pub(super) fn problem<T>(key: impl Into<String>, message: impl Into<String>) -> Result<T, Problem> {
@@ -107,68 +118,136 @@ impl ControllerKind {
     }
 }
 
-/// Refuses a key that the chosen kind would silently ignore.
-pub(super) fn foreign_keys(scenario: &Scenario, is_given: &dyn Fn(&str) -> bool) -> Result<(), Problem> {
+/// Keys that the chosen kind would silently ignore. `is_given` and `by_set` say of a key whether it was written, and
+/// whether by `--set`: who sets another kind than that of the file is told of his argument, not of lines of the file.
+pub(super) fn foreign_keys(
+    scenario: &Scenario,
+    is_given: &dyn Fn(&str) -> bool,
+    by_set: &dyn Fn(&str) -> bool,
+) -> Problems {
+    let mut problems = Vec::new();
     for (keys, selector, wanted) in FOREIGN {
         let chosen =
             if selector == "plant.kind" { scenario.plant.kind.word() } else { scenario.controller.kind.word() };
-        if chosen != wanted
-            && let Some(key) = keys.iter().find(|key| is_given(key))
-        {
-            return problem(*key, format!("only for {selector} = {wanted:?}, but {selector} is {chosen:?}"));
+        let given = keys.iter().filter(|key| chosen != wanted && is_given(key));
+        let (of_file, own): (Vec<&str>, Vec<&str>) = given.partition(|key| by_set(selector) && !by_set(key));
+        problems.extend(own.into_iter().map(|key| Problem {
+            key: key.into(),
+            message: format!("only for {selector} = {wanted:?}, but {selector} is {chosen:?}"),
+        }));
+        if !of_file.is_empty() {
+            let message = format!(
+                "found {chosen:?}, but the file says `{}`: only for {wanted:?}; start from a file without them",
+                of_file.join("`, `")
+            );
+            problems.push(Problem { key: selector.into(), message });
         }
     }
-    Ok(())
+    problems.extend(unread_parameters(scenario));
+    Problems(problems)
 }
 
-pub(super) fn resolve(file: Scenario, default_name: &str) -> Result<Resolved, Problem> {
-    let name = name(file.name.as_deref(), default_name)?;
-    let n = order(&file.plant)?;
+/// Parameters of the joint that its reading does not use: who changes them would see nothing.
+fn unread_parameters(scenario: &Scenario) -> Vec<Problem> {
+    let ParametersTable { kt, j11, j12, b11, b12, ks } = scenario.plant.parameters;
+    let given = [("kt", kt), ("j11", j11), ("j12", j12), ("b11", b11), ("b12", b12), ("ks", ks)];
+    let is_read = |name: &str, by: ReadingKey| {
+        let mut other = JointParameters::TABLE_I;
+        let JointParameters { kt, j11, j12, b11, b12, ks } = &mut other;
+        *match name {
+            "kt" => kt,
+            "j11" => j11,
+            "j12" => j12,
+            "b11" => b11,
+            "b12" => b12,
+            _ => ks,
+        } *= 2.0;
+        other.chain(reading(by)) != JointParameters::TABLE_I.chain(reading(by))
+    };
+    let chosen = scenario.plant.reading;
+    let unread = given.into_iter().filter(|(name, value)| value.is_some() && !is_read(name, chosen));
+    let told = unread.map(|(name, _)| {
+        let readers = ReadingKey::ALL.into_iter().filter(|by| is_read(name, *by)).map(ReadingKey::word);
+        let readers: Vec<String> = readers.map(|word| format!("{word:?}")).collect();
+        let message =
+            format!("the reading {:?} does not use it; plant.reading = {} does", chosen.word(), readers.join(" or "));
+        Problem { key: format!("plant.parameters.{name}"), message }
+    });
+    if scenario.plant.kind == PlantKind::FlexibleJoint { told.collect() } else { Vec::new() }
+}
+
+/// Fills in what is left open and checks every rule, to the last one.
+pub(super) fn resolve(file: Scenario, default_name: &str, mut problems: Problems) -> Result<Resolved, Problems> {
     let Scenario { plant, controller, sensor, actuator, .. } = &file;
-    let periods = periods(file.span_s, controller.period_s)?;
-    let window_s = window(file.window_s, file.span_s, controller.period_s)?;
+    let name = problems.take(name(file.name.as_deref(), default_name));
+    let n = problems.take(order(plant)).unwrap_or_else(|| likely_order(plant, controller));
+    let periods = problems.take(periods(file.span_s, controller.period_s));
+    // A window that is not given is as good as the span.
+    let window_s = match (periods, file.window_s) {
+        (None, None) => None,
+        _ => problems.take(window(file.window_s, file.span_s, controller.period_s)),
+    };
 
     if let Some(x0) = &plant.x0 {
-        of_length(x0, n, "plant.x0")?;
+        problems.take(of_length(x0, n, "plant.x0"));
     }
     let x0 = plant.x0.clone().unwrap_or_else(|| match plant.kind {
         PlantKind::FlexibleJoint => vec![0.1, 0.0, 0.0, 0.0],
         PlantKind::Benchmark | PlantKind::Chain => vec![0.0; n],
     });
-    sensor_lengths(sensor, n)?;
-    let (min, max) = (actuator.min.unwrap_or(f64::NEG_INFINITY), actuator.max.unwrap_or(f64::INFINITY));
-    if min > max {
-        let message = format!("found {} above actuator.max = {}: the limits are reversed", shown(min), shown(max));
-        return problem("actuator.min", message);
-    }
+    sensor_lengths(sensor, n, &mut problems);
+    problems.take(actuator_limits(actuator));
 
-    let disturbance = disturbance(plant, n)?;
-    let (choice, nominal) = plant_choice(plant, controller, n)?;
-    let (gains, observer_position) = observers(controller, plant.kind, n)?;
+    let disturbance = disturbance(plant, n, &mut problems);
+    let choice = plant_choice(plant, controller, n, &mut problems);
+    let (gains, observer_position) = observers(controller, plant.kind, n, &mut problems);
+    let (choice, nominal) = choice.unzip();
     let controller = match controller.kind {
-        ControllerKind::Proposed => {
-            ControllerChoice::Proposed(Box::new(proposed(controller, plant.kind, n, nominal, &gains)?))
+        ControllerKind::Proposed => proposed(controller, plant.kind, n, nominal, &gains, &mut problems)
+            .map(|spec| ControllerChoice::Proposed(Box::new(spec))),
+        ControllerKind::Baseline => {
+            baseline(controller, plant.kind, &gains, &mut problems).map(ControllerChoice::Baseline)
         }
-        ControllerKind::Baseline => ControllerChoice::Baseline(baseline(controller, plant.kind, &gains)?),
     };
-    let title = file.title.clone().unwrap_or_else(|| name.clone());
+    let title = file.title.clone().or_else(|| name.clone()).unwrap_or_default();
     // It goes to terminals and into drawings.
     if title.chars().any(char::is_control) || title.chars().count() > 200 {
-        return problem("title", "expected one line of at most 200 characters, without control characters");
+        problems
+            .take::<()>(problem("title", "expected one line of at most 200 characters, without control characters"));
     }
-    Ok(Resolved {
-        name,
-        title,
-        span_s: file.span_s,
-        periods,
-        window_s,
-        x0,
-        plant: choice,
-        disturbance,
-        controller,
-        observer_position,
-        file,
-    })
+    match (name, periods, window_s, choice, controller) {
+        (Some(name), Some(periods), Some(window_s), Some(plant), Some(controller)) if problems.0.is_empty() => {
+            Ok(Resolved {
+                name,
+                title,
+                span_s: file.span_s,
+                periods,
+                window_s,
+                x0,
+                plant,
+                disturbance,
+                controller,
+                observer_position,
+                file,
+            })
+        }
+        _ => Err(problems),
+    }
+}
+
+/// Of a chain that does not say its order: what its lists are held against all the same.
+fn likely_order(plant: &PlantTable, controller: &ControllerTable) -> usize {
+    let lists = [&plant.a, &plant.x0, &controller.c];
+    lists.into_iter().flatten().next().map_or(MAX_ORDER, Vec::len)
+}
+
+fn actuator_limits(actuator: &ActuatorTable) -> Result<(), Problem> {
+    let (min, max) = (actuator.min.unwrap_or(f64::NEG_INFINITY), actuator.max.unwrap_or(f64::INFINITY));
+    if min <= max {
+        return Ok(());
+    }
+    let message = format!("found {} above actuator.max = {}: the limits are reversed", shown(min), shown(max));
+    problem("actuator.min", message)
 }
 
 /// The name is a folder's name as well: it must not lead elsewhere.
@@ -250,32 +329,35 @@ fn window(given: Option<[f64; 2]>, span_s: f64, period_s: f64) -> Result<[f64; 2
     Ok([from, to])
 }
 
-fn sensor_lengths(sensor: &SensorTable, n: usize) -> Result<(), Problem> {
+fn sensor_lengths(sensor: &SensorTable, n: usize, problems: &mut Problems) {
     for (list, key) in [(&sensor.noise, "sensor.noise"), (&sensor.quantum, "sensor.quantum")] {
         if let Some(list) = list {
-            of_length(list, n, key)?;
+            problems.take(of_length(list, n, key));
         }
     }
-    Ok(())
 }
 
-fn disturbance(plant: &PlantTable, n: usize) -> Result<Vec<Vec<Term>>, Problem> {
+fn disturbance(plant: &PlantTable, n: usize, problems: &mut Problems) -> Vec<Vec<Term>> {
     let mut channels = vec![Vec::new(); n];
     for (k, table) in plant.disturbance.iter().enumerate() {
         let key = format!("plant.disturbance[{}]", k + 1);
-        let channel = channel(table.channel, n, &key)?;
-        if !channels[channel - 1].is_empty() {
-            return problem(
+        let at = format!("{key}.terms");
+        let terms = if table.terms.is_empty() {
+            problems.take(missing(&at, "the terms of the disturbance"))
+        } else {
+            terms(&table.terms, &at, problems)
+        };
+        let Some(channel) = problems.take(channel(table.channel, n, &key)) else { continue };
+        if channels[channel - 1].is_empty() {
+            channels[channel - 1] = terms.unwrap_or_default();
+        } else {
+            problems.take::<()>(problem(
                 format!("{key}.channel"),
                 format!("channel {channel} has a disturbance already: put all its terms into one table"),
-            );
+            ));
         }
-        if table.terms.is_empty() {
-            return missing(&format!("{key}.terms"), "the terms of the disturbance");
-        }
-        channels[channel - 1] = terms(&table.terms, &format!("{key}.terms"))?;
     }
-    Ok(channels)
+    channels
 }
 
 fn channel(given: Option<usize>, n: usize, key: &str) -> Result<usize, Problem> {
@@ -288,8 +370,11 @@ fn channel(given: Option<usize>, n: usize, key: &str) -> Result<usize, Problem> 
     }
 }
 
-fn terms(list: &[TermTable], key: &str) -> Result<Vec<Term>, Problem> {
-    list.iter().enumerate().map(|(k, table)| term(table, &format!("{key}[{}]", k + 1))).collect()
+/// All of them, or none if one is wrong.
+fn terms(list: &[TermTable], key: &str, problems: &mut Problems) -> Option<Vec<Term>> {
+    let each = list.iter().enumerate().map(|(k, table)| problems.take(term(table, &format!("{key}[{}]", k + 1))));
+    // Every one is looked at before the first that is wrong decides.
+    each.collect::<Vec<_>>().into_iter().collect()
 }
 
 fn term(table: &TermTable, key: &str) -> Result<Term, Problem> {
@@ -343,13 +428,14 @@ fn plant_choice(
     plant: &PlantTable,
     controller: &ControllerTable,
     n: usize,
-) -> Result<(PlantChoice, NominalChannel), Problem> {
+    problems: &mut Problems,
+) -> Option<(PlantChoice, NominalChannel)> {
     match plant.kind {
         PlantKind::FlexibleJoint => {
             let chain = parameters(&plant.parameters).chain(reading(plant.reading));
             let nominal = chain.nominal();
             let input_disturbance = match &plant.input_disturbance {
-                Some(list) => terms(list, "plant.input_disturbance")?,
+                Some(list) => terms(list, "plant.input_disturbance", problems)?,
                 // v = 1 + sin 2t
                 None => {
                     vec![Term::Const { amplitude: 1.0 }, Term::Sin { amplitude: 1.0, omega_rad_s: 2.0, phase_rad: 0.0 }]
@@ -357,48 +443,52 @@ fn plant_choice(
             };
             let gradient = nominal.gradient.to_vec();
             if !gradient.iter().chain([&nominal.input_gain]).all(|value| value.is_finite()) {
-                return problem("plant.parameters", "a coefficient of the joint overflows: check the units");
+                let why = "a coefficient of the joint overflows: check the units";
+                return problems.take(problem("plant.parameters", why));
             }
             let known =
                 NominalChannel { model: Model::Linear(gradient.clone()), gradient, input_gain: nominal.input_gain };
-            Ok((PlantChoice::FlexibleJoint { chain, input_disturbance }, known))
+            Some((PlantChoice::FlexibleJoint { chain, input_disturbance }, known))
         }
         PlantKind::Benchmark => {
             let model = match controller.exp {
                 ExpKey::Libm => Model::BenchmarkLibm,
                 ExpKey::Micromath if controller.precision == PrecisionKey::F64 => {
-                    return problem(
-                        "controller.exp",
-                        "micromath computes in f32 only: take libm, or precision = \"f32\"",
-                    );
+                    let why = "micromath computes in f32 only: take libm, or precision = \"f32\"";
+                    return problems.take(problem("controller.exp", why));
                 }
                 ExpKey::Micromath => Model::BenchmarkMicromath,
             };
             let nominal = Benchmark::<controller_core::Libm>::nominal();
             let known = NominalChannel { model, gradient: nominal.gradient.to_vec(), input_gain: nominal.input_gain };
-            Ok((PlantChoice::Benchmark { state_dependent: plant.state_dependent }, known))
+            Some((PlantChoice::Benchmark { state_dependent: plant.state_dependent }, known))
         }
         PlantKind::Chain => {
-            let Some(a) = plant.a.clone() else {
-                return missing("plant.a", &format!("the {n} coefficients of the true a(x)"));
+            let a = match &plant.a {
+                Some(a) => problems.take(of_length(a, n, "plant.a")).map(|()| a.clone()),
+                None => problems.take(missing("plant.a", "the coefficients a_1 .. a_n of the true a(x)")),
             };
-            of_length(&a, n, "plant.a")?;
-            let Some(b) = plant.b else {
-                return missing("plant.b", "the true input gain");
+            let nominal_a = match &controller.nominal.a {
+                Some(a) => problems.take(of_length(a, n, "controller.nominal.a")).map(|()| a.clone()),
+                None => a.clone(),
             };
-            let nominal_a = controller.nominal.a.clone().unwrap_or_else(|| a.clone());
-            of_length(&nominal_a, n, "controller.nominal.a")?;
-            let nominal_b = controller.nominal.b.unwrap_or(b);
-            if nominal_b == 0.0 {
+            let b = match plant.b {
+                Some(b) => Some(b),
+                None => problems.take(missing("plant.b", "the true input gain")),
+            };
+            let nominal_b = controller.nominal.b.or(b);
+            if nominal_b == Some(0.0) {
                 let key = if controller.nominal.b.is_some() { "controller.nominal.b" } else { "plant.b" };
-                return problem(key, "found 0, expected an input gain other than 0: the law divides by it (Eq. (51))");
+                let why = "found 0, expected an input gain other than 0: the law divides by it (Eq. (51))";
+                return problems.take(problem(key, why));
             }
+            let (a, b, nominal_a, nominal_b) = (a?, b?, nominal_a?, nominal_b?);
             let known = NominalChannel {
                 model: Model::Linear(nominal_a.clone()),
                 gradient: nominal_a.clone(),
                 input_gain: nominal_b,
             };
-            Ok((PlantChoice::Chain { a, b, nominal_a, nominal_b }, known))
+            Some((PlantChoice::Chain { a, b, nominal_a, nominal_b }, known))
         }
     }
 }
@@ -415,6 +505,19 @@ fn parameters(table: &ParametersTable) -> JointParameters {
     }
 }
 
+impl ReadingKey {
+    const ALL: [Self; 4] = [Self::Literal, Self::Reconstructed, Self::Stiff, Self::Physical];
+
+    const fn word(self) -> &'static str {
+        match self {
+            Self::Literal => "literal",
+            Self::Reconstructed => "reconstructed",
+            Self::Stiff => "stiff",
+            Self::Physical => "physical",
+        }
+    }
+}
+
 const fn reading(key: ReadingKey) -> Reading {
     match key {
         ReadingKey::Literal => Reading::Literal,
@@ -426,7 +529,12 @@ const fn reading(key: ReadingKey) -> Reading {
 
 type Gains = Vec<Option<Vec<f64>>>;
 
-fn observers(controller: &ControllerTable, kind: PlantKind, n: usize) -> Result<(Gains, Vec<Option<usize>>), Problem> {
+fn observers(
+    controller: &ControllerTable,
+    kind: PlantKind,
+    n: usize,
+    problems: &mut Problems,
+) -> (Gains, Vec<Option<usize>>) {
     let mut gains = vec![None; n];
     let mut positions = vec![None; n];
     let Some(list) = &controller.observer else {
@@ -435,18 +543,20 @@ fn observers(controller: &ControllerTable, kind: PlantKind, n: usize) -> Result<
             gains[1] = Some(vec![100.0, 20.0]);
             gains[3] = Some(vec![100.0, 20.0]);
         }
-        return Ok((gains, positions));
+        return (gains, positions);
     };
     for (k, table) in list.iter().enumerate() {
         let key = format!("controller.observer[{}]", k + 1);
-        let channel = channel(table.channel, n, &key)?;
-        if gains[channel - 1].is_some() {
-            return problem(format!("{key}.channel"), format!("channel {channel} has an observer already"));
+        let of_table = problems.take(observer_gains(table, &key));
+        let Some(channel) = problems.take(channel(table.channel, n, &key)) else { continue };
+        if positions[channel - 1].is_some() {
+            let why = format!("channel {channel} has an observer already");
+            problems.take::<()>(problem(format!("{key}.channel"), why));
+        } else {
+            (gains[channel - 1], positions[channel - 1]) = (of_table, Some(k + 1));
         }
-        gains[channel - 1] = Some(observer_gains(table, &key)?);
-        positions[channel - 1] = Some(k + 1);
     }
-    Ok((gains, positions))
+    (gains, positions)
 }
 
 fn observer_gains(table: &ObserverTable, key: &str) -> Result<Vec<f64>, Problem> {
@@ -511,19 +621,13 @@ fn proposed(
     controller: &ControllerTable,
     kind: PlantKind,
     n: usize,
-    nominal: NominalChannel,
+    nominal: Option<NominalChannel>,
     observers: &Gains,
-) -> Result<ControllerSpec, Problem> {
-    let surface_c = surface(controller, kind, n)?;
-    let NominalChannel { model, mut gradient, input_gain } = nominal;
-    for (j, entry) in gradient.iter_mut().enumerate() {
-        let used = if j + 1 == n { controller.use_slope } else { controller.use_gradient };
-        if !used {
-            *entry = 0.0;
-        }
-    }
+    problems: &mut Problems,
+) -> Option<ControllerSpec> {
+    let surface_c = problems.take(surface(controller, kind, n));
     let initial_estimates = controller.initial_estimates.clone().unwrap_or_else(|| vec![0.0; n]);
-    of_length(&initial_estimates, n, "controller.initial_estimates")?;
+    problems.take(of_length(&initial_estimates, n, "controller.initial_estimates"));
     let given = controller.limits.unwrap_or_default();
     let limits = Limits { min: given.min.unwrap_or(Limits::NONE.min), max: given.max.unwrap_or(Limits::NONE.max) };
     let fallback = match controller.fallback {
@@ -532,11 +636,19 @@ fn proposed(
         FallbackKey::Safe(u) => {
             let [u, min, max] = [u, limits.min, limits.max].map(shown);
             let message = format!("found {u}, expected a u within the limits [{min}, {max}]");
-            return problem("controller.fallback", message);
+            problems.take(problem("controller.fallback", message))?
         }
     };
+    let surface_c = surface_c?;
+    let NominalChannel { model, mut gradient, input_gain } = nominal?;
+    for (j, entry) in gradient.iter_mut().enumerate() {
+        let used = if j + 1 == n { controller.use_slope } else { controller.use_gradient };
+        if !used {
+            *entry = 0.0;
+        }
+    }
     let gains = |l: &Vec<f64>| ObserverGains { order: l.len(), l: padded(l) };
-    Ok(ControllerSpec {
+    Some(ControllerSpec {
         precision: match controller.precision {
             PrecisionKey::F32 => Precision::F32,
             PrecisionKey::F64 => Precision::F64,
@@ -561,25 +673,31 @@ fn proposed(
     })
 }
 
-fn baseline(controller: &ControllerTable, kind: PlantKind, gains: &Gains) -> Result<BaselineSpec, Problem> {
+fn baseline(
+    controller: &ControllerTable,
+    kind: PlantKind,
+    gains: &Gains,
+    problems: &mut Problems,
+) -> Option<BaselineSpec> {
+    let k = match controller.k {
+        Some(k) => Some(k),
+        None => problems.take(missing("controller.k", "the switching gain of the baseline")),
+    };
     if kind != PlantKind::Benchmark {
+        // Surface and observer are judged by a plant of two states.
         let message = format!("the baseline controls plant.kind = \"benchmark\" only, but it is {:?}", kind.word());
-        return problem("controller.kind", message);
+        return problems.take(problem("controller.kind", message));
     }
-    let c1 = match surface(controller, kind, 2)?[..] {
-        [c1, 1.0] if c1 > 0.0 => c1,
-        _ => return problem("controller.c", "expected [c_1, 1] with c_1 above 0"),
-    };
+    let c1 = surface(controller, kind, 2).and_then(|c| match c[..] {
+        [c1, 1.0] if c1 > 0.0 => Ok(c1),
+        _ => problem("controller.c", "expected [c_1, 1] with c_1 above 0"),
+    });
     let l = match gains.as_slice() {
-        [Some(l), None] if l.len() == 1 && l[0] > 0.0 => l[0],
-        _ => {
-            return problem("controller.observer", "the baseline has one observer: channel 1, order 1, a gain above 0");
-        }
+        [Some(l), None] if l.len() == 1 && l[0] > 0.0 => Ok(l[0]),
+        _ => problem("controller.observer", "the baseline has one observer: channel 1, order 1, a gain above 0"),
     };
-    let Some(k) = controller.k else {
-        return missing("controller.k", "the switching gain of the baseline");
-    };
-    Ok(BaselineSpec { period_s: controller.period_s, c1, l, k })
+    let (c1, l) = (problems.take(c1), problems.take(l));
+    Some(BaselineSpec { period_s: controller.period_s, c1: c1?, l: l?, k: k? })
 }
 
 #[cfg(test)]
@@ -589,10 +707,10 @@ mod tests {
     use super::*;
 
     /// What a text comes to; the place of a problem is the business of other tests.
-    fn resolved(text: &str, sets: &[&str]) -> Result<Resolved, Problem> {
+    fn resolved(text: &str, sets: &[&str]) -> Result<Resolved, Problems> {
         let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
         let tree = document::read(&Source { file: "a.toml", text, sets: &sets }).expect("TOML");
-        resolve(serde_json::from_value(tree.json()).expect("keys of a scenario"), "a")
+        resolve(serde_json::from_value(tree.json()).expect("keys of a scenario"), "a", Problems::default())
     }
 
     fn config(text: &str, sets: &[&str]) -> Config<6, 3> {
@@ -675,8 +793,8 @@ mod tests {
 
     #[test]
     fn a_title_that_would_upset_a_terminal_is_refused() {
-        let problem = resolved("title = \"a\\u001b[31m\"", &[]).expect_err("refused");
-        assert_eq!(problem.key, "title");
+        let problems = resolved("title = \"a\\u001b[31m\"", &[]).expect_err("refused");
+        assert_eq!(problems.0[0].key, "title");
         assert!(resolved(&format!("title = {:?}", "x".repeat(200)), &[]).is_ok());
         assert!(resolved(&format!("title = {:?}", "x".repeat(201)), &[]).is_err());
     }

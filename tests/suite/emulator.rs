@@ -172,7 +172,10 @@ fn an_image_that_is_missing_or_none_or_the_wrong_one_is_told_with_the_remedy() {
     let cases = [
         (
             PathBuf::from(&absent),
-            format!("{absent}: there is no such file; `cargo xtask firmware` builds the images\n"),
+            format!(
+                "{absent}: there is no such file; --image FILE names one, `cargo xtask firmware` in the repository \
+                 builds it\n"
+            ),
         ),
         (readme.clone(), format!("{}: this is no ELF file\n", readme.display())),
         (drive.clone(), format!("; is {} the image `pil`, and of this version?\n", drive.display())),

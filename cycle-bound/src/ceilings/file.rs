@@ -3,8 +3,6 @@
 //! A *key* is the way to a value, `instance[2].ceiling.bound`; positions in lists count from 1.
 
 use std::collections::BTreeMap;
-use std::io::Read;
-use std::path::Path;
 
 use serde::Deserialize;
 use serde_json::Value as Json;
@@ -13,8 +11,6 @@ use toml_edit::{Document, Item, TableLike, Value};
 use super::Figure;
 use crate::Check;
 
-/// A file that is longer was not written by a person.
-const LONGEST_FILE: u64 = 1 << 20;
 /// A message quotes so many characters of what was found.
 const LONGEST_QUOTE: usize = 60;
 
@@ -241,19 +237,4 @@ pub(super) fn nearest<'a>(found: &str, names: impl Iterator<Item = &'a str> + Cl
         Some((far, name)) if far <= 1 + found.chars().count().min(30) / 3 => format!("; did you mean `{name}`?"),
         _ => format!("; expected one of {}", names.collect::<Vec<_>>().join(", ")),
     }
-}
-
-/// The whole text of a file.
-///
-/// # Errors
-/// Why there is none, in words.
-pub(super) fn text_of(path: &Path) -> Result<String, String> {
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)
-        .and_then(|file| file.take(LONGEST_FILE + 1).read_to_end(&mut bytes))
-        .map_err(|error| format!("cannot be read: {error}"))?;
-    if bytes.len() as u64 > LONGEST_FILE {
-        return Err("longer than 1 MiB: not a file of settings".into());
-    }
-    String::from_utf8(bytes).map_err(|error| format!("not UTF-8 text (byte {})", error.utf8_error().valid_up_to() + 1))
 }

@@ -1,11 +1,11 @@
 //! `export`: the designed controller as a source file.
 
-use std::fs::{File, OpenOptions};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, ValueEnum};
 use scenario::Source;
+use whole_file::{Existing, Kind};
 
 use super::{Console, Failure, status};
 use crate::export::{self, Form, PREFIX};
@@ -62,7 +62,8 @@ impl Console<'_> {
         let (file, text, stem) = match &options.scenario {
             Some(path) => {
                 let file = path.display().to_string();
-                let text = scenario::read_text(path).map_err(|message| bad(format!("{file}: {message}")))?;
+                let text =
+                    whole_file::read_text(path, Kind::SETTINGS).map_err(|message| bad(format!("{file}: {message}")))?;
                 let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
                 (file, text, stem)
             }
@@ -82,7 +83,7 @@ impl Console<'_> {
         let name = options.scenario.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy());
         let source = Source { file: name.as_deref().unwrap_or(&file), ..source };
         let exported = export::text(&experiment, &source, form).map_err(|why| bad(format!("{file}: {why}")))?;
-        for warning in &experiment.warnings {
+        for warning in export::warnings(&experiment) {
             self.note(&format!("warning: {warning}"));
         }
         match &options.output {
@@ -98,22 +99,12 @@ impl Console<'_> {
 
 /// A file of one's own is never lost by a slip: only `--force` overwrites.
 fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
-    let shown = path.display();
-    let opened = if force {
-        OpenOptions::new().write(true).create(true).truncate(true).open(path)
-    } else {
-        File::create_new(path)
-    };
-    let mut file = opened.map_err(|error| match error.kind() {
+    let existing = if force { Existing::Replace } else { Existing::Keep };
+    whole_file::write(path, existing, |out| out.write_all(text.as_bytes())).map_err(|error| match error.kind() {
         io::ErrorKind::AlreadyExists => Failure {
             status: status::BAD_INPUT,
-            message: format!("{shown} exists already and is left as it is; --force overwrites it"),
+            message: format!("{} exists already and is left as it is; --force overwrites it", path.display()),
         },
-        _ => Failure { status: status::BAD_INPUT, ..Failure::writing(path.display(), &error) },
-    })?;
-    file.write_all(text.as_bytes()).map_err(|error| {
-        // Half a file is none.
-        let _ = std::fs::remove_file(path);
-        Failure::writing(path.display(), &error)
+        _ => Failure::writing(path.display(), &error),
     })
 }

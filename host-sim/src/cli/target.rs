@@ -88,12 +88,14 @@ pub(super) struct Link<'a> {
     pub(super) log: Option<Log>,
 }
 
-/// Is there such an image at all? Who asks for one of ours is told how it comes to be.
-pub(super) fn present(image: &Path) -> Result<(), String> {
+/// Is there such an image at all? Who asks for one of ours is told which option names it and how it comes to be.
+pub(super) fn present(image: &Path, option: &str) -> Result<(), String> {
     match std::fs::metadata(image) {
-        Err(error) if error.kind() == ErrorKind::NotFound => {
-            Err(format!("image {}: there is no such file; `cargo xtask firmware` builds the images", image.display()))
-        }
+        Err(error) if error.kind() == ErrorKind::NotFound => Err(format!(
+            "image {}: there is no such file; {option} FILE names one, `cargo xtask firmware` in the repository \
+                 builds it",
+            image.display()
+        )),
         _ => Ok(()),
     }
 }
@@ -111,7 +113,7 @@ impl<'a> Console<'a> {
     pub(super) fn emulated(&mut self, experiment: &Experiment, options: &PilOptions) -> Result<Link<'a>, Failure> {
         let download = design(experiment)?;
         let PilOptions { image, log, faults, seed } = options;
-        present(image).map_err(failed)?;
+        present(image, "--image").map_err(failed)?;
         let messages = if *log { Some(Messages::of(image).map_err(failed)?) } else { None };
         self.wait_for(&format!("the emulator to boot {}", image.display()));
         let (emulator, log) = Emulator::start(image, messages.is_some()).map_err(|error| failed(error.0))?;
@@ -133,7 +135,7 @@ impl<'a> Console<'a> {
         let HilOptions { port, baud, log_port, elf } = options;
         let log = match (log_port, elf) {
             (Some(log_port), Some(elf)) => {
-                present(elf).map_err(failed)?;
+                present(elf, "--elf").map_err(failed)?;
                 let messages = Messages::of(elf).map_err(failed)?;
                 let source = Serial::open(log_port, *baud).map_err(|error| failed(error.0))?;
                 Some(Log::follow(source, messages))
@@ -195,8 +197,11 @@ impl<'a> Console<'a> {
 
     pub(super) fn emulate(&mut self, options: &EmulateOptions) -> Result<u8, Failure> {
         let EmulateOptions { image, seconds } = options;
-        present(image).map_err(failed)?;
-        let messages = Messages::of(image).map_err(failed)?;
+        present(image, "--image").map_err(failed)?;
+        let messages = Messages::or_text(image).map_err(failed)?;
+        if messages.is_text() {
+            self.note("note: the image holds no defmt messages; what it sends over USART2 is shown as text");
+        }
         let (process, [_, stream]) = Process::start(image, [false, true], Clock::Instructions, None).map_err(failed)?;
         let Some(stream) = stream else { return Err(failed(process.ended("no connection to the emulator"))) };
         let log = Log::follow(stream, messages);

@@ -89,6 +89,8 @@ fn assert_is_run_json(text: &str) -> Json {
         "window_s",
     ];
     assert_eq!(keys(&json["metrics"]), BTreeSet::from(metrics));
+    let flags = ["input_rejected", "saturated", "sigma_star_over_bound"];
+    assert_eq!(keys(&json["ticks_with"]), BTreeSet::from(flags));
     for error in json["metrics"]["estimation_error_ultimate"].as_array().expect("a list") {
         assert_eq!(keys(error), BTreeSet::from(["channel", "error"]));
     }
@@ -178,12 +180,33 @@ fn a_run_that_diverges_says_so_and_claims_no_figure_for_a_window_it_never_saw() 
 }
 
 #[test]
+fn a_run_that_ends_far_out_is_not_called_bounded() {
+    let folder = Folder::new("far");
+    // An unstable plant, and an actuator that is too weak for it: exp 1.6 t.
+    let text = "span_s = 10\nplant = { kind = \"chain\", order = 2, a = [1, 1], b = 1, x0 = [1, 0] }\n\
+                controller = { c = [5, 1], limits = { min = -0.1, max = 0.1 } }\n";
+    let file = folder.file("weak.toml", text);
+    let to = folder.path("o");
+    let (status, out, _) = spoken(&["run", &file, "--out", &to]);
+    assert_eq!(status, status::DONE);
+    assert!(out.lines().any(|line| line.starts_with("bounded ") && line.contains(" NO ")), "{out}");
+    let told = "NOT BOUNDED: |y| went beyond 1000 times where it began and the settling band";
+    assert!(out.contains(told), "{out}");
+    let (_, out, _) = spoken(&["run", &file, "--json", "--out", &to]);
+    let json = assert_is_run_json(&out);
+    assert_eq!((&json["ending"], &json["metrics"]["bounded"]), (&Json::from("finished"), &Json::from(false)));
+}
+
+#[test]
 fn trouble_that_the_controller_told_stands_in_the_table() {
     let folder = Folder::new("health");
     let sets = ["--set", "sensor.dropout=1", "--out", &folder.path("o")];
     let (_, out, _) = spoken(&[&SHORT[..], &sets[..]].concat());
     let row = out.lines().find(|line| line.starts_with("ticks with input rejected")).expect("a row");
     assert_eq!(row.split_whitespace().nth(4), Some("201"), "{row}");
+    let (_, out, _) = spoken(&[&SHORT[..], &sets[..], &["--json"]].concat());
+    let counts = serde_json::json!({ "input_rejected": 201, "saturated": 0, "sigma_star_over_bound": 0 });
+    assert_eq!(assert_is_run_json(&out)["ticks_with"], counts);
 }
 
 #[test]
@@ -213,14 +236,15 @@ fn bad_input_ends_with_status_2_one_line_on_stderr_and_nothing_written() {
             &["run", &file, "--out", &out_folder],
             format!("error: {file}:2:1: unknown key `controller.kl`; did you mean `k_l`?\n"),
         ),
-        (
-            &["run", &absent, "--out", &out_folder],
-            format!("error: {absent}: cannot be read: No such file or directory (os error 2)\n"),
-        ),
+        (&["run", &absent, "--out", &out_folder], format!("error: {absent}: there is no such file\n")),
         (
             &["--set", "plant.kind=chain", "--out", &out_folder],
-            "error: built-in default.toml:21:11: `plant.reading`: only for plant.kind = \"flexible_joint\", but \
-             plant.kind is \"chain\"\n"
+            "error: --set plant.kind=chain: `plant.a`: missing: the coefficients a_1 .. a_n of the true a(x)\n\
+             error: --set plant.kind=chain: `plant.b`: missing: the true input gain\n\
+             error: --set plant.kind=chain: `plant.kind`: found \"chain\", but the file says `plant.reading`, \
+             `plant.parameters`, `plant.error`, `plant.input_disturbance`: only for \"flexible_joint\"; start from a \
+             file without them\n\
+             error: --set plant.kind=chain: `plant.order`: missing: the order n of the chain, 2 to 6\n"
                 .into(),
         ),
         (
@@ -260,6 +284,20 @@ fn a_folder_that_cannot_be_written_is_told_before_anything_is_computed() {
             format!("error: output folder {below_a_file}: cannot be written: Not a directory (os error 20)\n")
         );
     }
+}
+
+#[test]
+fn a_folder_that_another_run_writes_into_is_refused_by_name() {
+    let folder = Folder::new("claimed");
+    let to = folder.path("o");
+    let claim = whole_file::claim(Path::new(&to)).expect("free");
+    for args in [&["--out", to.as_str()][..], &["figures", "--only", "fig09", "--out", &to]] {
+        let told = "another run is writing there; wait for its end, or give this one another with --out";
+        let message = format!("error: output folder {to}: {told}\n");
+        assert_eq!(spoken(args), (status::BAD_INPUT, String::new(), message));
+    }
+    drop(claim);
+    assert_eq!(spoken(&[&SHORT[..], &["--out", &to]].concat()).0, status::DONE);
 }
 
 #[test]
@@ -334,15 +372,20 @@ fn a_reader_that_went_away_is_no_error_and_the_files_are_written_all_the_same() 
 #[test]
 fn new_writes_a_scenario_that_runs_and_never_over_another() {
     let folder = Folder::new("new");
-    let new = |name: &str| {
+    let new_of = |name: &str, plant: &str| {
         let (mut out, mut err) = (Vec::new(), Vec::new());
         let stop = AtomicBool::new(false);
         let mut console = Console { out: &mut out, err: &mut err, stop: &stop, terminal: false };
-        let answer = console.new_scenario(name, &folder.0).map_err(|failure| (failure.status, failure.message));
+        let answer =
+            console.new_scenario(name, plant, &folder.0, "./it").map_err(|failure| (failure.status, failure.message));
         answer.map(|status| (status, String::from_utf8(out).expect("UTF-8")))
     };
+    let new = |name: &str| new_of(name, "flexible_joint");
     let path = folder.path("mine.toml");
-    assert_eq!(new("mine"), Ok((status::DONE, format!("wrote {path}; run it with: host-sim run {path}\n"))));
+    assert_eq!(new("mine"), Ok((status::DONE, format!("wrote {path}; run it with: ./it run {path}\n"))));
+    assert!(new_of("other", "chain").is_ok());
+    let (_, out, _) = spoken(&["run", &folder.path("other.toml"), "--out", &folder.path("o"), "--set", "span_s=6"]);
+    assert!(out.starts_with("other: Chain of order 3"), "{out}");
     let (status, out, err) = spoken(&[&["run", &path, "--out", &folder.path("o")], &SHORT[..]].concat());
     assert_eq!((status, err.as_str()), (status::DONE, ""));
     assert!(out.starts_with("mine: "), "{out}");
@@ -357,7 +400,7 @@ fn new_writes_a_scenario_that_runs_and_never_over_another() {
         assert_eq!(refused.0, status::BAD_INPUT);
         assert!(refused.1.contains("cannot name a scenario: use 1 to 64 letters"), "{}", refused.1);
     }
-    assert_eq!(folder.names(""), ["mine.toml", "o"].map(String::from).into());
+    assert_eq!(folder.names(""), ["mine.toml", "o", "other.toml"].map(String::from).into());
 }
 
 #[test]
@@ -370,6 +413,8 @@ fn a_title_tells_what_set_changed_but_not_its_own_change() {
     assert_eq!(titled(&[]), "k_l = 50");
     assert_eq!(titled(&["name=x", "title = y"]), "k_l = 50");
     assert_eq!(titled(&["controller.k_l=9", "seed=1"]), "k_l = 50; set controller.k_l=9, seed=1");
+    // It is one line, whatever was typed.
+    assert_eq!(titled(&["window_s=[1,\n\t2] # \u{9b}x"]), "k_l = 50; set window_s=[1, 2] # x");
 }
 
 /// A target in this process that flips one bit of u in its 100th reply.
@@ -438,6 +483,20 @@ fn a_target_that_differs_in_one_bit_ends_the_run_with_status_1_and_names_it_and_
 }
 
 #[test]
+fn help_is_wrapped_and_a_shell_can_complete_it() {
+    let (_, out, _) = spoken(&["budget", "--help"]);
+    let longest = out.lines().map(|line| line.chars().count()).max();
+    assert!(longest <= Some(100), "{longest:?}\n{out}");
+    let (_, out, _) = spoken(&["pil", "--help"]);
+    assert!(out.contains("--image <FILE>"), "{out}");
+    for shell in ["bash", "zsh", "fish"] {
+        let (status, out, err) = spoken(&["completions", shell]);
+        assert_eq!((status, err.as_str()), (status::DONE, ""));
+        assert!(out.contains("host-sim") && out.contains("ceilings") && out.contains("flexible_joint"), "{out}");
+    }
+}
+
+#[test]
 fn options_that_make_no_sense_are_wrong_usage() {
     let wrong: [&[&str]; 8] = [
         &["pil", "--faults", "0.5"],
@@ -464,7 +523,7 @@ fn the_longest_wait_stands_in_the_help() {
         assert!(out.contains(&longest), "{out}");
     }
     let (_, out, _) = spoken(&["pil", "--help"]);
-    assert!(out.contains(&format!("{} s for the emulator", qemu::START_WITHIN.as_secs())), "{out}");
+    assert!(out.contains(&format!("{} s for the emulator", cycle_bound::qemu::START_WITHIN.as_secs())), "{out}");
 }
 
 #[test]
@@ -472,7 +531,10 @@ fn export_goes_to_stdout_or_into_a_file_that_is_not_lost_by_a_slip() {
     let folder = Folder::new("export");
     let file = folder.path("controller.h");
     let (code, text, err) = spoken(&["export", "--standalone"]);
-    assert_eq!((code, err.as_str()), (status::DONE, ""));
+    let unlimited = "warning: u has no limits: up to 1e12 may go out; set controller.limits={ min = .., max = .. }\n";
+    assert_eq!((code, err.as_str()), (status::DONE, unlimited));
+    let limited = ["export", "--standalone", "--set", "controller.limits={ min = -300, max = 300 }"];
+    assert_eq!(spoken(&limited).2, "");
     assert!(text.starts_with("/* ") && text.contains("edo_smc_tick(") && text.trim_end().ends_with("#endif"), "{text}");
 
     assert_eq!(spoken(&["export", "--standalone", "-o", &file]).1, format!("wrote {file}\n"));
@@ -494,7 +556,7 @@ fn export_says_what_is_wrong_with_its_arguments() {
         (&["export", "--standalone", "--prefix", "9"], "expected 1 to 32 of a-z, 0-9, `_`, a letter first"),
         (&["export", "--lang", "rust", "--prefix", "mine"], "--prefix is for C"),
         (&["export", "--standalone", "--force"], "--output"),
-        (&["export", "--standalone", "nowhere.toml"], "nowhere.toml: cannot be read"),
+        (&["export", "--standalone", "nowhere.toml"], "nowhere.toml: there is no such file"),
         (&["export", "--standalone", "--set", "controller.epsilom=1"], "did you mean `epsilon`"),
         (&["export", "--standalone", "--set", "controller.precision=f64"], "set controller.precision=f32"),
     ] {

@@ -23,6 +23,19 @@ fn the_head_says_scenario_settings_version_and_design() {
 }
 
 #[test]
+fn a_design_that_does_not_limit_u_says_so_in_the_file_and_how_to_limit_it() {
+    let limits = "controller.limits={ min = -300, max = 300 }";
+    for form in [Form::Standalone(PREFIX), Form::Archive(PREFIX), Form::Rust] {
+        let text = |sets: &[&str]| exported("", sets, form).expect("exported");
+        let told = "u has no limits: up to 1e12 may go out; set controller.limits={ min = .., max = .. }";
+        assert!(text(&[]).contains(&format!("Warning of the design: {told}\n")), "{form:?}");
+        assert!(text(&["controller.limits.min=-300"]).contains("u has no upper limit: up to 1e12 may"), "{form:?}");
+        assert!(text(&["controller.limits.max=300"]).contains("u has no lower limit: up to -1e12 may"), "{form:?}");
+        assert!(!text(&[limits]).contains("Warning of the design"), "{form:?}");
+    }
+}
+
+#[test]
 fn a_comment_of_the_scenario_cannot_end_the_comment_of_c() {
     assert_eq!(harmless("a */ b /* c /*/ d \u{202e} e\tf\rg"), "a * / b / * c / * / d ? e f?g");
     let text = exported("# */ int stray; /* \u{2066}\n", &[], Form::Standalone(PREFIX)).expect("exported");

@@ -1,8 +1,8 @@
 //! Ink on paper: a drawing in pixels, and its two files.
 //!
-//! The drawing is written as SVG with text elements, then read back by `usvg` with the font of this crate. What goes
-//! out is the result: text as outlines, so that the SVG looks the same on a machine without any font, and the PNG is
-//! made from the same tree. The same drawing gives the same bytes on every machine.
+//! The drawing is written as SVG with text as text, which can be searched, copied and read aloud; it names the font of
+//! this crate first and others that are as wide. `usvg` reads it back with that font, and the PNG is made of that. The
+//! same drawing gives the same bytes on every machine.
 
 use std::fmt::Write;
 use std::io;
@@ -10,11 +10,13 @@ use std::sync::{Arc, LazyLock};
 
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::fontdb::Database;
-use resvg::usvg::{Indent, Options, Tree, WriteOptions};
+use resvg::usvg::{Options, Tree};
 
 /// DejaVu Sans cut down to Latin, Greek and the marks of formulas; see `assets/README.md`.
 static FONT: &[u8] = include_bytes!("../../assets/DejaVuSans-subset.ttf");
 const FAMILY: &str = "DejaVu Sans";
+/// What a machine without it has: the first two are as wide.
+const FALLBACKS: &str = "Bitstream Vera Sans, Verdana, Noto Sans, Helvetica, Arial, sans-serif";
 /// Dots of the PNG per pixel of the drawing: sharp on a dense screen and in print.
 const DOTS_PER_PIXEL: f32 = 2.0;
 
@@ -48,13 +50,14 @@ pub(super) struct Picture {
 impl Picture {
     /// White paper of that size, px. The title is for readers that do not see.
     pub(super) fn new(width: f64, height: f64, title: &str) -> Self {
-        let body = format!("<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>");
+        let body = format!("<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n");
         Self { width, height, title: escaped(title), body }
     }
 
     /// Any SVG element; the caller vouches for its form.
     pub(super) fn element(&mut self, element: &str) {
         self.body += element;
+        self.body.push('\n');
     }
 
     /// A text on its base line, `size` px high, turned by `turn_deg`.
@@ -64,10 +67,11 @@ impl Picture {
             Anchor::Middle => "middle",
             Anchor::End => "end",
         };
-        let (x, y) = at;
+        // Hundredths of a pixel are invisible.
+        let [x, y] = [at.0, at.1].map(|px| (100.0 * px).round() / 100.0);
         let turn = if turn_deg == 0.0 { String::new() } else { format!(" transform=\"rotate({turn_deg} {x} {y})\"") };
         // Writing to a String cannot fail.
-        let _ = write!(
+        let _ = writeln!(
             self.body,
             "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\" fill=\"{color}\" text-anchor=\"{anchor}\"{turn}>{}</text>",
             escaped(text)
@@ -79,16 +83,16 @@ impl Picture {
         let Self { width, height, title, body } = self;
         let head = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-             viewBox=\"0 0 {width} {height}\" role=\"img\"><title>{title}</title>"
+             viewBox=\"0 0 {width} {height}\" font-family=\"{FAMILY}, {FALLBACKS}\" \
+             role=\"img\"><title>{title}</title>\n"
         );
         let source = format!("{head}{body}</svg>\n");
-        Drawing { tree: parse(&source), head, source }
+        Drawing { tree: parse(&source), source }
     }
 }
 
 /// A finished drawing.
 pub(super) struct Drawing {
-    head: String,
     source: String,
     /// Nothing if the drawing is beyond the renderer.
     tree: Option<Tree>,
@@ -96,21 +100,8 @@ pub(super) struct Drawing {
 
 impl Drawing {
     /// The SVG file.
-    pub(super) fn svg(&self) -> String {
-        // Hundredths of a pixel are invisible and keep the file small.
-        let options = WriteOptions {
-            coordinates_precision: 2,
-            transforms_precision: 4,
-            indent: Indent::Spaces(0),
-            ..WriteOptions::default()
-        };
-        let outlined = self.tree.as_ref().map(|tree| tree.to_string(&options));
-        match outlined.as_deref().and_then(|svg| svg.split_once('>')) {
-            // The head of `usvg` says neither view box nor title.
-            Some((_, body)) => format!("{}{body}", self.head),
-            // The source is a good picture too, on every machine with fonts.
-            None => self.source.clone(),
-        }
+    pub(super) fn svg(&self) -> &str {
+        &self.source
     }
 
     /// The PNG file.
@@ -132,6 +123,45 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
         escaped(text)
     );
     parse(&svg).map_or(0.0, |tree| f64::from(tree.root().bounding_box().width()))
+}
+
+/// The text in lines no wider than `width`, broken between words where that is possible; beyond `most` lines `..`.
+pub(super) fn wrapped(text: &str, size: f64, width: f64, most: usize) -> Vec<String> {
+    let fits = |line: &str| text_width(line, size) <= width;
+    let mut lines: Vec<String> = Vec::new();
+    let mut words = text.split_whitespace();
+    let mut rest = words.next().map(str::to_owned);
+    while let Some(word) = rest.take() {
+        let longer = lines.last().map(|line| format!("{line} {word}")).filter(|line| fits(line));
+        if let (Some(longer), Some(last)) = (longer, lines.last_mut()) {
+            *last = longer;
+        } else if lines.len() == most {
+            if let Some(last) = lines.last_mut() {
+                while !fits(&format!("{last} ..")) && last.pop().is_some() {}
+                last.push_str(" ..");
+            }
+            return lines;
+        } else {
+            // A word that is wider than a line goes on in the next.
+            let mut end = word.len().min(4 * width as usize);
+            while !word.is_char_boundary(end) {
+                end -= 1;
+            }
+            let mut part = word[..end].to_owned();
+            while !fits(&part) && part.pop().is_some() {}
+            let left = word[part.len()..].to_owned();
+            if part.is_empty() {
+                return lines;
+            }
+            lines.push(part);
+            if !left.is_empty() {
+                rest = Some(left);
+                continue;
+            }
+        }
+        rest = words.next().map(str::to_owned);
+    }
+    lines
 }
 
 /// Text as XML may hold it.
@@ -172,8 +202,9 @@ mod tests {
             picture.text((100.0, 25.0), 12.0, "#000000", Anchor::Middle, 0.0, text);
             let drawing = picture.finish();
             let svg = drawing.svg();
-            assert!(!svg.contains("<text"), "not outlined: {svg}");
-            assert!(parse(&svg).is_some(), "{svg}");
+            // Text can be searched, copied and read aloud; where our font is missing there is another.
+            assert!(svg.contains("<text ") && svg.contains("font-family=\"DejaVu Sans, "), "{svg}");
+            assert!(svg.contains("sans-serif\"") && parse(svg).is_some(), "{svg}");
             assert!(drawing.png().is_ok());
         }
     }

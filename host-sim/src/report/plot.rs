@@ -1,8 +1,9 @@
 //! Line figures: panels over time (or over anything), as SVG and PNG.
 //!
 //! A [`Figure`] is data; [`Figure::svg`] is a pure function of it and gives the same bytes on every machine. What is
-//! drawn can be trusted: thinning keeps every peak, a value that is not finite is a gap, and a range that hides part of
-//! the data says so beside the panel's title. The legend stands above the panel and never covers a curve.
+//! drawn can be trusted: thinning keeps every peak, a value that is not finite is a gap, what is held between ticks is
+//! drawn in steps, and a range that hides part of the data says so beside the panel's title. A curve that lies on
+//! another is dashed, so that both are seen. The legend stands above the panel and never covers a curve.
 //!
 //! ```
 //! use host_sim::report::plot::{Figure, Panel, Series};
@@ -30,7 +31,7 @@ use std::path::Path;
 
 use crate::report::axis::{Axis, drawable};
 use crate::report::number::significant;
-use crate::report::picture::{Anchor, Picture, text_width};
+use crate::report::picture::{Anchor, Picture, text_width, wrapped};
 use crate::report::{polyline, write_whole};
 
 /// Colours of Okabe and Ito, told apart by colour-blind readers too (their yellow is lost on white), then grey.
@@ -46,6 +47,8 @@ const GRID: &str = "#e8e8e8";
 const SHADE: &str = "#f8d2a6";
 
 const TITLE_PX: f64 = 17.0;
+/// A title that is longer ends in two dots.
+const TITLE_LINES: usize = 4;
 const LABEL_PX: f64 = 13.0;
 const TICK_PX: f64 = 12.0;
 /// Height of a line of the panel's head.
@@ -77,12 +80,24 @@ pub struct Series {
     pub style: Style,
     /// Index into the palette of eight colours, cyclic; see [`BLACK`] and [`GREY`].
     pub color: usize,
+    /// Does a value hold until the next point? Then the line goes in steps.
+    pub is_held: bool,
 }
 
 impl Series {
     /// A solid line.
     pub fn solid(label: impl Into<String>, color: usize, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        Self { label: label.into(), points: points.into_iter().collect(), style: Style::Solid, color }
+        Self { label: label.into(), points: points.into_iter().collect(), color, ..Self::default() }
+    }
+
+    /// Where both have the same x: how many points are within `near` of each other, and how many there are.
+    fn on(&self, other: &Self, x: &Axis, near: f64) -> (usize, usize) {
+        let same_x = |((x, _), (other, _)): (&(f64, f64), &(f64, f64))| x == other;
+        if self.points.len() != other.points.len() || !self.points.iter().zip(&other.points).all(same_x) {
+            return (0, 1);
+        }
+        let pairs = self.points.iter().zip(&other.points).filter(|((at, _), _)| (x.lo..=x.hi).contains(at));
+        pairs.fold((0, 0), |(on, all), ((_, a), (_, b))| (on + usize::from((a - b).abs() <= near), all + 1))
     }
 
     /// The same line in another style.
@@ -141,10 +156,10 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// The figure as an SVG file that needs no font.
+    /// The figure as an SVG file; its text is text, in the font of this crate or the next best there is.
     #[must_use]
     pub fn svg(&self) -> String {
-        self.draw().finish().svg()
+        self.draw().finish().svg().to_owned()
     }
 
     /// The figure as a PNG file, two dots per pixel of the SVG.
@@ -166,11 +181,55 @@ impl Figure {
         write_whole(&folder.join(format!("{stem}.png")), |out| out.write_all(&png))
     }
 
+    fn plot_height(&self) -> f64 {
+        let columns = self.columns.clamp(1, self.panels.len().max(1));
+        [360.0, 360.0, 230.0, 180.0][self.panels.len().div_ceil(columns).min(3)]
+    }
+
+    /// The panels, with a curve that lies on another for half of its points or more in another style. If it does so
+    /// everywhere, the legend says on which.
+    fn told_apart(&self) -> Vec<Panel> {
+        let mut panels = self.panels.clone();
+        for panel in &mut panels {
+            let Scales { x, y, .. } = Scales::new(panel);
+            let pixel = (y.hi - y.lo) / self.plot_height();
+            for k in 1..panel.series.len() {
+                let (below, above) = panel.series.split_at_mut(k);
+                let curve = &mut above[0];
+                let (mut taken, mut same) = (Vec::new(), None);
+                for other in below.iter() {
+                    let (on, all) = curve.on(other, &x, pixel);
+                    if all > 0 && 2 * on >= all {
+                        taken.push(other.style);
+                    }
+                    if all > 0 && on == all {
+                        same = same.or(Some(&other.label));
+                    }
+                }
+                if let Some(label) = same.filter(|label| !label.is_empty() && !curve.label.is_empty()) {
+                    curve.label = format!("{} (on {label})", curve.label);
+                }
+                // A solid line hides what is under it, and dashes hide the same dashes.
+                let hides = |style: Style| taken.contains(&style) || (style == Style::Solid && !taken.is_empty());
+                if hides(curve.style) {
+                    // Of more than three some stay hidden; the legend knows.
+                    curve.style =
+                        if hides(Style::Dashed) && !hides(Style::Dotted) { Style::Dotted } else { Style::Dashed };
+                }
+            }
+        }
+        panels
+    }
+
     fn draw(&self) -> Picture {
+        Self { panels: self.told_apart(), ..self.clone() }.drawn()
+    }
+
+    fn drawn(&self) -> Picture {
         let columns = self.columns.clamp(1, self.panels.len().max(1));
         let rows = self.panels.len().div_ceil(columns);
         let cell_width = if columns == 1 { 900.0 } else { 600.0 };
-        let plot_height = [360.0, 360.0, 230.0, 180.0][rows.min(3)];
+        let plot_height = self.plot_height();
         let width = cell_width * columns as f64;
 
         let scales: Vec<Scales> = self.panels.iter().map(Scales::new).collect();
@@ -200,7 +259,9 @@ impl Figure {
                 || (scales[below].x.lo, scales[below].x.hi) != (scales[k].x.lo, scales[k].x.hi)
         };
 
-        let mut y = if self.title.is_empty() { MARGIN_PX } else { MARGIN_PX + 1.8 * TITLE_PX };
+        let title = wrapped(&self.title, TITLE_PX, width - 2.0 * MARGIN_PX, TITLE_LINES);
+        let title_height = 1.3 * TITLE_PX * title.len() as f64;
+        let mut y = if title.is_empty() { MARGIN_PX } else { MARGIN_PX + title_height + 0.5 * TITLE_PX };
         let mut tops = Vec::new();
         for row in 0..rows {
             let panels = row * columns..((row + 1) * columns).min(boxes.len());
@@ -209,9 +270,9 @@ impl Figure {
             y += plot_height + if panels.clone().any(names_x) { 44.0 } else { 26.0 };
         }
         let mut picture = Picture::new(width, (y + 0.5 * MARGIN_PX).ceil(), &self.title);
-        if !self.title.is_empty() {
-            let size = TITLE_PX * ((width - 2.0 * MARGIN_PX) / text_width(&self.title, TITLE_PX)).min(1.0);
-            picture.text((width / 2.0, MARGIN_PX + TITLE_PX), size, INK, Anchor::Middle, 0.0, &self.title);
+        for (line, text) in title.iter().enumerate() {
+            let base = MARGIN_PX + TITLE_PX * (1.0 + 1.3 * line as f64);
+            picture.text((width / 2.0, base), TITLE_PX, INK, Anchor::Middle, 0.0, text);
         }
         for (k, panel) in self.panels.iter().enumerate() {
             let area = PlotBox { y: tops[k / columns], ..boxes[k] };
@@ -382,7 +443,9 @@ fn draw_panel(picture: &mut Picture, area: &PlotBox, panel: &Panel, scales: &Sca
     if let Some(shade) = &panel.shade {
         let inside = |x: f64| to_x(x).clamp(left, right);
         let path = shade_path(shade.seen(&scales.x).map(|(from, to)| (inside(from), inside(to))), top, bottom);
-        picture.element(&format!("<path fill=\"{SHADE}\" d=\"{path}\"/>"));
+        if !path.is_empty() {
+            picture.element(&format!("<path fill=\"{SHADE}\" d=\"{path}\"/>"));
+        }
     }
     let mut grid = String::new();
     for (value, text) in &scales.x.ticks {
@@ -402,7 +465,18 @@ fn draw_panel(picture: &mut Picture, area: &PlotBox, panel: &Panel, scales: &Sca
     let mut lines = String::new();
     for series in &panel.series {
         let points = series.points.iter().map(|&(x, y)| (drawable(x) && drawable(y)).then(|| (to_x(x), to_y(y))));
-        let path = polyline::path_data(&polyline::pieces(points));
+        let pieces = if series.is_held {
+            let next = series.points.iter().skip(1).map(|&(x, _)| drawable(x).then(|| to_x(x)));
+            let held = points.zip(next.chain([None])).flat_map(|(point, next)| {
+                let end = point.zip(next).map(|((_, y), x)| (x, y));
+                // No point, no end of it.
+                [Some(point), end.map(Some)].into_iter().flatten()
+            });
+            polyline::pieces(held)
+        } else {
+            polyline::pieces(points)
+        };
+        let path = polyline::path_data(&pieces);
         if !path.is_empty() {
             lines += &stroke(&path, series.style, series.color, 1.6);
         }
@@ -511,6 +585,75 @@ mod tests {
         }
         for columns in [0, 1, 7] {
             assert!(Figure { title: String::new(), panels: vec![], columns }.png().is_ok());
+        }
+    }
+
+    /// Path data of the curves of a panel.
+    fn curves(panel: &Panel) -> Vec<String> {
+        let svg = figure(vec![panel.clone()]).svg();
+        let curves = svg.lines().filter(|line| line.contains("stroke-width=\"1.6\""));
+        curves.map(|line| line.split('"').nth(1).unwrap().to_owned()).collect()
+    }
+
+    #[test]
+    fn a_held_value_is_drawn_in_steps() {
+        let points = vec![(0.0, 0.0), (1.0, 3.0), (2.0, f64::NAN), (3.0, 1.0), (4.0, 1.5), (5.0, 0.5)];
+        let ramps = panel(points);
+        let mut steps = ramps.clone();
+        steps.series[0].is_held = true;
+        let corners = |path: &str| -> Vec<(f64, f64)> {
+            let pairs = path.split(['M', 'L']).filter(|pair| !pair.is_empty());
+            pairs
+                .map(|pair| pair.split_once(' ').unwrap())
+                .map(|(x, y)| (x.parse().unwrap(), y.parse().unwrap()))
+                .collect()
+        };
+        let slopes = |panel: &Panel| {
+            let path = curves(panel).concat();
+            let pieces = path.split('M').map(corners);
+            pieces.map(|piece| piece.windows(2).filter(|p| p[0].0 != p[1].0 && p[0].1 != p[1].1).count()).sum::<usize>()
+        };
+        assert_eq!((slopes(&ramps), slopes(&steps)), (3, 0));
+        // What was held before a gap is held up to it.
+        let corners: Vec<_> = curves(&steps).concat().split('M').map(|piece| corners(piece).len()).collect();
+        assert_eq!(corners, [0, 4, 5]);
+    }
+
+    #[test]
+    fn of_curves_that_hide_each_other_all_are_seen_and_the_legend_says_so() {
+        let mut panel = panel(joint());
+        let also = |label: &str, color: usize, gap: f64| {
+            Series::solid(label, color, joint().into_iter().map(|(t, y)| (t, y + gap)))
+        };
+        panel.series.extend([also("same", 1, 1e-3), also("same again", 2, 0.0), also("apart", 3, 60.0)]);
+        let late = joint().into_iter().map(|(t, y)| (t, if t < 4.0 { y + 60.0 } else { y }));
+        panel.series.push(Series::solid("later the same", 4, late));
+        let shown = figure(vec![panel]).told_apart();
+        let styles: Vec<Style> = shown[0].series.iter().map(|series| series.style).collect();
+        assert_eq!(styles, [Style::Solid, Style::Dashed, Style::Dotted, Style::Solid, Style::Dashed]);
+        let labels: Vec<&str> = shown[0].series.iter().map(|series| series.label.as_str()).collect();
+        assert_eq!(labels, ["u", "same (on u)", "same again (on u)", "apart", "later the same"]);
+        // A solid line over a dashed one hides it as well.
+        let dashed = Series::solid("under", 1, joint()).styled(Style::Dashed);
+        let two = Panel { series: vec![dashed, Series::solid("over", 2, joint())], ..Panel::default() };
+        assert_eq!(figure(vec![two]).told_apart()[0].series[1].style, Style::Dotted);
+    }
+
+    #[test]
+    fn a_long_title_is_broken_into_lines_that_fit() {
+        let widths = |title: &str| {
+            let svg = Figure { title: title.into(), ..figure(vec![panel(joint())]) }.svg();
+            let size = format!("font-size=\"{TITLE_PX}\"");
+            let lines: Vec<&str> = svg.lines().filter(|line| line.contains(&size)).collect();
+            let text = |line: &str| line.split(['<', '>']).nth(2).unwrap().to_owned();
+            lines.into_iter().map(text).map(|line| text_width(&line, TITLE_PX)).collect::<Vec<_>>()
+        };
+        assert_eq!(widths("Short").len(), 1);
+        let words = "set controller.observer[1].bandwidth_rad_s=100, ".repeat(6);
+        for (title, lines) in [(words.as_str(), 3), (&"x".repeat(300), 4), (&"so on ".repeat(2000), 4)] {
+            let widths = widths(title);
+            assert_eq!(widths.len(), lines, "{title}");
+            assert!(widths.iter().all(|width| *width <= 900.0 - 2.0 * MARGIN_PX), "{widths:?}");
         }
     }
 

@@ -47,9 +47,10 @@ pub fn run_figures(trace: &Trace, labels: &Labels<'_>) -> Vec<(String, Figure)> 
 
 fn response(trace: &Trace, labels: &Labels<'_>) -> Figure {
     let rate = trace.order.saturating_sub(1);
-    let mut control = vec![line(trace, "u held", 0, |row| row.u_held)];
+    let held = |line: Series| Series { is_held: true, ..line };
+    let mut control = vec![held(line(trace, "u held", 0, |row| row.u_held))];
     if trace.rows.iter().any(|row| row.u != row.u_held) {
-        control.insert(0, line(trace, "u demanded", GREY, |row| row.u).styled(Style::Dashed));
+        control.push(held(line(trace, "u demanded", GREY, |row| row.u).styled(Style::Dashed)));
     }
     let whole = [
         Panel {
@@ -202,6 +203,15 @@ mod tests {
         assert_eq!(labels(0), ["y (rad)", "y (rad)", "σ* (rad/s³)", "σ* (rad/s³)", "u (A)", "u (A)"]);
         assert_eq!(labels(1), ["d₂ (rad/s²)", "d\u{303}₂ (rad/s²)", "d₄ (rad/s⁴)", "d\u{303}₄ (rad/s⁴)"]);
         assert_eq!(figures[1].1.columns, 2);
+    }
+
+    #[test]
+    fn the_control_is_held_between_ticks_and_nothing_else_is() {
+        for (_, figure) in run_figures(&trace(), &JOINT) {
+            for panel in figure.panels {
+                assert!(panel.series.iter().all(|line| line.is_held == panel.y_label.starts_with('u')), "{panel:?}");
+            }
+        }
     }
 
     #[test]

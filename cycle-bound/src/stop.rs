@@ -1,0 +1,69 @@
+//! Ctrl-C and the other requests to end: SIGINT, SIGTERM, SIGHUP.
+//!
+//! A request ends the program at once, unless it [keeps](keeping) a record that would be lost. Then it sets a flag, which
+//! the loop that [looks](looking) for it must see within [`SEEN_WITHIN`]: else it is blocked, by a reader that does not
+//! read say, and ends the same way. A second request ends it in any case. Files are written whole or not at all, so
+//! nothing is left half done; emulators end with the program.
+
+use std::process::exit;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread::{sleep, spawn};
+use std::time::Duration;
+
+use crate::qemu;
+
+/// Exit status of a program that was told to end.
+pub const STATUS: u8 = 130;
+/// Longest that a loop may go on without seeing that it is to end.
+pub const SEEN_WITHIN: Duration = Duration::from_secs(5);
+
+static KEEPERS: AtomicUsize = AtomicUsize::new(0);
+static LOOPS: AtomicUsize = AtomicUsize::new(0);
+
+/// Counts as long as it lives.
+#[must_use]
+pub struct Guard(&'static AtomicUsize);
+
+impl Guard {
+    fn of(count: &'static AtomicUsize) -> Self {
+        count.fetch_add(1, Ordering::SeqCst);
+        Self(count)
+    }
+}
+
+impl Drop for Guard {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+/// While this lives there is a record to be kept, and the first request to end only sets the flag.
+pub fn keeping() -> Guard {
+    Guard::of(&KEEPERS)
+}
+
+/// While this lives the flag is looked at all the time.
+pub fn looking() -> Guard {
+    Guard::of(&LOOPS)
+}
+
+/// Sets `flag` when the program is told to end, and ends it if nobody looks.
+pub fn on_request(flag: &'static AtomicBool) {
+    // Without a handler a request still ends the program; an emulator dies with it, and only the record is lost.
+    let _ = ctrlc::set_handler(|| {
+        if flag.swap(true, Ordering::SeqCst) || KEEPERS.load(Ordering::SeqCst) == 0 {
+            end();
+        }
+        spawn(|| {
+            sleep(SEEN_WITHIN);
+            if LOOPS.load(Ordering::SeqCst) > 0 {
+                end();
+            }
+        });
+    });
+}
+
+fn end() {
+    qemu::stop_all();
+    exit(i32::from(STATUS));
+}

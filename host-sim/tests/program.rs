@@ -1,0 +1,193 @@
+//! The program as a process: files that are no files, writes that fail half way, signals. Unix only, as they are.
+#![cfg(unix)]
+
+use std::fs;
+use std::io::{Read, Write};
+use std::os::unix::fs::{FileTypeExt, symlink};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Nothing here takes a second; what takes as long as this hangs.
+const HANGS: Duration = Duration::from_secs(30);
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_host-sim");
+
+/// A folder of one test, gone when the test is over.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("host-sim-program-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).expect("temporary folder");
+        Self(path)
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.join(name).display().to_string()
+    }
+
+    fn pipe(&self, name: &str) -> String {
+        let path = self.path(name);
+        assert!(Command::new("mkfifo").arg(&path).status().expect("mkfifo").success());
+        path
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Exit status, stdout and stderr of a child that must end by itself.
+fn ended(mut child: Child) -> (i32, String, String) {
+    let status = status_of(&mut child);
+    let text = |from: Option<&mut dyn Read>| {
+        let mut text = String::new();
+        from.map(|from| from.read_to_string(&mut text).expect("UTF-8"));
+        text
+    };
+    let out = text(child.stdout.as_mut().map(|pipe| pipe as &mut dyn Read));
+    (status, out, text(child.stderr.as_mut().map(|pipe| pipe as &mut dyn Read)))
+}
+
+fn status_of(child: &mut Child) -> i32 {
+    let until = Instant::now() + HANGS;
+    while Instant::now() < until {
+        if let Some(status) = child.try_wait().expect("a child of ours") {
+            return status.code().unwrap_or(-1);
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().expect("a child of ours");
+    child.wait().expect("a child of ours");
+    panic!("it hangs");
+}
+
+fn started(args: &[&str]) -> Child {
+    let mut command = Command::new(PROGRAM);
+    command.args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command.spawn().expect("the program")
+}
+
+fn spoken(args: &[&str]) -> (i32, String, String) {
+    ended(started(args))
+}
+
+fn signal(child: &Child, name: &str) {
+    let sent = Command::new("kill").args([&format!("-{name}"), &child.id().to_string()]).status().expect("kill");
+    assert!(sent.success());
+}
+
+#[test]
+fn an_export_that_fails_half_way_leaves_the_file_that_was_there() {
+    let folder = Folder::new("half");
+    let file = folder.path("controller.h");
+    fs::write(&file, "my work").expect("a file");
+    // No file may grow beyond a block, which a write is told and not killed for.
+    let limited = r#"trap '' XFSZ; ulimit -f 1; exec "$0" "$@""#;
+    let mut command = Command::new("sh");
+    command.args(["-c", limited, PROGRAM, "export", "--standalone", "--force", "-o", &file]);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("sh");
+    let (status, _, err) = ended(child);
+    assert!(status == 1 && err.contains(&format!("error: {file} cannot be written: File too large")), "{err}");
+    assert_eq!(fs::read_to_string(&file).expect("the file"), "my work");
+    assert_eq!(fs::read_dir(&folder.0).expect("the folder").count(), 1);
+}
+
+#[test]
+fn what_is_no_file_is_neither_replaced_nor_removed_by_an_export() {
+    let folder = Folder::new("device");
+    let device = folder.path("device");
+    symlink("/dev/full", &device).expect("a link");
+    let pipe = folder.pipe("pipe");
+    for (target, name) in [(&device, "device"), (&pipe, "pipe")] {
+        let (status, _, err) = spoken(&["export", "--standalone", "--force", "-o", target]);
+        let told = format!("error: {target} cannot be written: this is a {name}, expected a regular file\n");
+        assert!(status == 2 && err.ends_with(&told), "{err}");
+    }
+    assert_eq!(fs::read_link(&device).expect("the link"), Path::new("/dev/full"));
+    assert!(fs::metadata(&pipe).expect("the pipe").file_type().is_fifo());
+}
+
+#[test]
+fn a_pipe_or_a_file_without_end_is_refused_and_never_waited_for() {
+    let folder = Folder::new("pipe");
+    let pipe = folder.pipe("pipe");
+    let elf = concat!(env!("CARGO_MANIFEST_DIR"), "/../cycle-bound/tests/slew.elf");
+    for (args, name) in [
+        (&["run", &pipe][..], "pipe"),
+        (&["export", "--standalone", &pipe], "pipe"),
+        (&["budget", "--elf", elf, "--symbol", "slew", "--trace", &pipe], "pipe"),
+        (&["budget", "--elf", elf, "--symbol", "slew", "--trace", "/dev/zero"], "device"),
+        (&["budget", "--elf", &pipe, "--symbol", "slew"], "pipe"),
+        (&["budget", "--ceilings", &pipe], "pipe"),
+        (&["run", "/dev/zero"], "device"),
+    ] {
+        let (status, out, err) = spoken(args);
+        assert_eq!((status, out.as_str()), (2, ""), "{args:?}");
+        assert!(err.ends_with(&format!(": this is a {name}, expected a regular file\n")), "{args:?}: {err}");
+    }
+}
+
+#[test]
+fn a_trace_that_is_too_long_is_refused_by_its_length() {
+    let folder = Folder::new("long");
+    let elf = concat!(env!("CARGO_MANIFEST_DIR"), "/../cycle-bound/tests/slew.elf");
+    let file = folder.path("trace");
+    // A hole: long, and on the disk nothing.
+    fs::File::create(&file).and_then(|file| file.set_len(1 << 40)).expect("a file");
+    let (status, _, err) = spoken(&["budget", "--elf", elf, "--symbol", "slew", "--trace", &file]);
+    assert_eq!((status, err), (2, format!("error: {file}: longer than 256 MiB: not a trace\n")));
+}
+
+#[test]
+fn the_first_request_to_stop_ends_a_program_whose_reader_does_not_read() {
+    let folder = Folder::new("blocked");
+    let to = folder.path("o");
+    let short = ["--set", "span_s=0.2", "--set", "window_s=[0.1, 0.2]", "--json", "--out", &to];
+    for (args, is_out) in [(&["schema"][..], true), (&short, true), (&["figures", "--out", &to], false)] {
+        let (_reader, mut writer) = std::io::pipe().expect("a pipe");
+        // As much as it holds.
+        writer.write_all(&vec![0; 1 << 16]).expect("room");
+        let mut command = Command::new(PROGRAM);
+        command.args(args).stdout(Stdio::null()).stderr(Stdio::null());
+        let blocked = if is_out { command.stdout(writer) } else { command.stderr(writer) };
+        let mut child = blocked.spawn().expect("the program");
+        std::thread::sleep(Duration::from_millis(500));
+        assert!(child.try_wait().expect("a child of ours").is_none(), "it must still be writing");
+        signal(&child, "TERM");
+        assert_eq!(status_of(&mut child), 130, "{args:?}");
+    }
+}
+
+#[test]
+fn an_image_without_messages_runs_too_and_what_it_sends_is_shown_as_text() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new("text");
+    // An emulator of two lines.
+    let text = "#!/bin/bash\nall=\"$*\"\nport=${all##*tcp:127.0.0.1:}\nexec 3<>\"/dev/tcp/127.0.0.1/${port%%,*}\"\n\
+                printf 'count \\e[1m1\\r\\nis done\\n' >&3\nexec sleep 600\n";
+    let emulator = folder.0.join("qemu-system-arm");
+    fs::write(&emulator, text).expect("a program");
+    fs::set_permissions(&emulator, fs::Permissions::from_mode(0o755)).expect("ours");
+    let elf = concat!(env!("CARGO_MANIFEST_DIR"), "/../cycle-bound/tests/slew.elf");
+    let mut command = Command::new(PROGRAM);
+    command.args(["emulate", "--image", elf, "--seconds", "20"]);
+    let path = format!("{}:{}", folder.0.display(), std::env::var("PATH").unwrap_or_default());
+    let child = command.env("PATH", path).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program");
+    let note = "note: the image holds no defmt messages; what it sends over USART2 is shown as text\n";
+    assert_eq!(ended(child), (0, "count ?[1m1\nis done\n".into(), note.into()));
+}
+
+#[test]
+fn who_has_no_image_is_told_the_option_that_names_one_and_how_one_is_built() {
+    let folder = Folder::new("none");
+    let mut command = Command::new(PROGRAM);
+    command.arg("pil").current_dir(&folder.0).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let (status, _, err) = ended(command.spawn().expect("the program"));
+    let told = "there is no such file; --image FILE names one, `cargo xtask firmware` in the repository builds it\n";
+    assert!(status == 1 && err.ends_with(told), "{err}");
+}
