@@ -70,7 +70,7 @@ const _: () = assert!(
     same(
         LAYOUT,
         "rate rate_n theta_n gamma[O][R] c[N] g[O][R] kx[N] kw us k[O][R] satk lim unit decay u_min u_max plausible ko \
-         sigma_star_bound hold fallback period input_gain mu2_n"
+         sigma_star_bound hold fallback period input_gain mu2_n check"
     ),
     "the shipped coefficients have a new order: change TunedDesign, and tuned_design in c/law.h, with it"
 );

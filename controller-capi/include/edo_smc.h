@@ -119,7 +119,8 @@ enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
 /* All of one instance: n, r, the observed channels as a mask (bit i - 1 for channel i), and how many they are.
  *
  * edo_smc_design_NAME_t   what the tick multiplies with, in flash; made by `host-sim export` or by edo_smc_design_NAME.
- *                         Numbers in the order that controller_core::LAYOUT declares, then the row of a(x)/b.
+ *                         Numbers in the order that controller_core::LAYOUT declares, with the row of a(x)/b
+ *                         before their check.
  * edo_smc_config_NAME_t   what a design is made of. Of each observed channel, the lowest first: gains l_1 .. l_r and the
  *                         order that is used of them (1 .. r). Poles all at -w: order 1 {w}, order 2 {2w, w^2}, order
  *                         3 {3w, 3w^2, w^3}. observer_pole_limit: 1 unless you know why. d_hat: guess of the
@@ -148,8 +149,10 @@ enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
         float kx[n];                                                                                                   \
         float kw, us;                                                                                                  \
         float k[o][r];                                                                                                 \
-        float satk, lim, decay, u_min, u_max, sigma_star_bound, hold, fallback, period, input_gain, mu2_n;             \
+        float satk, lim, unit, decay, u_min, u_max, plausible, ko, sigma_star_bound, hold, fallback;                   \
+        float period, input_gain, mu2_n;                                                                               \
         float a_row[n];                                                                                                \
+        float check; /* of the numbers up to mu2_n: what was changed afterwards is refused */                          \
     } edo_smc_design_##name##_t;                                                                                       \
     typedef struct edo_smc_config_##name {                                                                             \
         double period_s;                                                                                               \
@@ -172,12 +175,12 @@ enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
         uint32_t tag;                                                                                                  \
         uint32_t words[(o) * (r) + 2 * (o) + 4];                                                                       \
     } edo_smc_state_##name##_t;                                                                                        \
-    EDO_SMC_ASSERT(name##_1, sizeof(edo_smc_design_##name##_t) == 4 * (18 + 4 * (n) + 3 * (o) * (r)))                  \
+    EDO_SMC_ASSERT(name##_1, sizeof(edo_smc_design_##name##_t) == 4 * (22 + 4 * (n) + 3 * (o) * (r)))                  \
     EDO_SMC_ASSERT(name##_2, offsetof(edo_smc_design_##name##_t, rate) == 4 * (2 + (n)))                               \
     EDO_SMC_ASSERT(name##_3, offsetof(edo_smc_design_##name##_t, gamma) == 4 * (5 + (n)))                              \
     EDO_SMC_ASSERT(name##_4, offsetof(edo_smc_design_##name##_t, kx) == 4 * (5 + 2 * (n) + 2 * (o) * (r)))             \
     EDO_SMC_ASSERT(name##_5, offsetof(edo_smc_design_##name##_t, satk) == 4 * (7 + 3 * (n) + 3 * (o) * (r)))           \
-    EDO_SMC_ASSERT(name##_6, offsetof(edo_smc_design_##name##_t, a_row) == 4 * (18 + 3 * (n) + 3 * (o) * (r)))         \
+    EDO_SMC_ASSERT(name##_6, offsetof(edo_smc_design_##name##_t, a_row) == 4 * (21 + 3 * (n) + 3 * (o) * (r)))         \
     EDO_SMC_ASSERT(name##_7, offsetof(edo_smc_config_##name##_t, order) == 8 * (11 + 3 * (n) + (o) * (r)))             \
     EDO_SMC_ASSERT(name##_8, sizeof(edo_smc_config_##name##_t) ==                                                      \
                                  EDO_SMC_ROUND_UP(8 * (11 + 3 * (n) + (o) * (r)) + 4 * ((o) + 1), 8))                  \

@@ -122,5 +122,6 @@ fn designed<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     if !d_hat.iter().chain(controller.model().row()).all(|number| number.is_finite()) {
         return Err((Status::NOT_FINITE, 0));
     }
-    Ok(Design { version: VERSION, instance: Design::<N, R, MASK, O>::INSTANCE, d_hat, controller })
+    let check = controller.coefficients().check();
+    Ok(Design { version: VERSION, instance: Design::<N, R, MASK, O>::INSTANCE, d_hat, controller, check })
 }

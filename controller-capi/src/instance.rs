@@ -13,7 +13,8 @@ use controller_core::{Coefficients, ControlLaw, Controller, Linear, Output, Stat
 use crate::VERSION;
 use crate::status::{Status, answer, is_place, overlap, place, sized_place};
 
-/// A design: `edo_smc_design_*_t`. Numbers in the order of [`controller_core::LAYOUT`], then the row of a(x)/b_0.
+/// A design: `edo_smc_design_*_t`. Numbers in the order of [`controller_core::LAYOUT`] up to its check, the row of
+/// a(x)/b_0, the check.
 #[repr(C)]
 pub struct Design<const N: usize, const R: usize, const MASK: u8, const O: usize> {
     pub(crate) version: u32,
@@ -22,6 +23,7 @@ pub struct Design<const N: usize, const R: usize, const MASK: u8, const O: usize
     /// Guess of the disturbances to start with, in their physical units.
     pub(crate) d_hat: [f32; N],
     pub(crate) controller: Law<N, R, MASK, O>,
+    pub(crate) check: f32,
 }
 
 /// A controller of the archive, and what it remembers.
@@ -60,11 +62,11 @@ const fn waiting(instance: u32) -> u32 {
 /// The layout that `edo_smc.h` declares and asserts too.
 pub(crate) const fn assert_layout<const N: usize, const R: usize, const MASK: u8, const O: usize>() {
     let coefficients = size_of::<Coefficients<f32, N, R, O>>();
-    assert!(coefficients == 4 * (16 + 2 * N + 3 * O * R));
-    assert!(coefficients == 4 * Coefficients::<f32, N, R, O>::NUMBERS);
+    assert!(coefficients == 4 * (19 + 2 * N + 3 * O * R));
+    assert!(coefficients == 4 * (Coefficients::<f32, N, R, O>::NUMBERS - 1));
     assert!(offset_of!(Design<N, R, MASK, O>, d_hat) == 8);
     assert!(offset_of!(Design<N, R, MASK, O>, controller) == 8 + 4 * N);
-    assert!(size_of::<Design<N, R, MASK, O>>() == 8 + 4 * N + coefficients + 4 * N);
+    assert!(size_of::<Design<N, R, MASK, O>>() == 8 + 4 * N + coefficients + 4 * N + 4);
     assert!(align_of::<Design<N, R, MASK, O>>() == 4);
     let words = O * R + 2 * O + 4;
     assert!(size_of::<StateOf<N, R, MASK, O>>() == 4 * words);
@@ -91,8 +93,8 @@ impl<const N: usize, const R: usize, const MASK: u8, const O: usize> Design<N, R
         if !numbers.all(f32::is_finite) || !self.d_hat.iter().chain(row).all(|number| number.is_finite()) {
             return Err(Status::NOT_FINITE);
         }
-        let numbers = self.controller.coefficients().numbers();
-        Coefficients::<f32, N, R, O>::from_numbers(numbers).map(|_| ()).ok_or(Status::COEFFICIENTS)
+        let numbers = self.controller.coefficients().numbers().take(Coefficients::<f32, N, R, O>::NUMBERS - 1);
+        Coefficients::<f32, N, R, O>::from_numbers(numbers.chain([self.check])).map(|_| ()).ok_or(Status::COEFFICIENTS)
     }
 }
 

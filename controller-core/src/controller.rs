@@ -259,7 +259,7 @@ where
             for j in (0..Self::LAST).rev() {
                 alone += k.c[j] * x[j];
             }
-            *state.aside() = alone;
+            *state.aside() = alone.called("alone", 0);
         }
 
         T::section("2. Of the law what needs no sigma*; surface, Eq. (44); offset, Eq. (17).");
@@ -398,7 +398,7 @@ where
     #[inline(always)]
     fn is_plausible(&self, demand: T, offset: T) -> bool {
         let k = &self.coefficients;
-        let of_offset = k.ko * offset;
+        let of_offset = (k.ko * offset).called("of_offset", 0);
         demand.abs() <= k.plausible || (demand.abs() < of_offset.abs() && (demand - of_offset).abs() > k.plausible)
     }
 
@@ -412,7 +412,8 @@ where
         }
         let k = &self.coefficients;
         T::section("A rejected sample.");
-        let alone = *state.aside();
+        let held = if is_sound(state.held) { state.held } else { T::ZERO };
+        let alone = state.aside().called("alone", 0);
         *state.aside() = T::ZERO;
         if again && is_sound(alone) {
             // More than eight constant zeros the compiler writes by a call of memset; of this one it does not know.
@@ -421,7 +422,6 @@ where
             state.z = [[zero; R]; O];
             state.offset = alone;
         }
-        let held = if is_sound(state.held) { state.held } else { T::ZERO };
         state.held = (k.hold * held + k.fallback).limited(k.u_min, k.u_max);
         state.offset -= k.decay * state.offset;
         state.resuming = true;

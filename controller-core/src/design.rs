@@ -37,14 +37,16 @@ use crate::config::{Config, Fallback, INPUT_LIMIT};
 use crate::error::{Cause, ConfigError, Field};
 use crate::exponential::{FACTORIAL, PHIS, phi_functions, raised};
 use crate::real::{Real, row_f32};
+use crate::running::hash;
 
 /// The order of the numbers of a [`Coefficients`] outside the process; \[O\] counts the observed channels, \[R\]
-/// their orders. Two programs that exchange designs compare it first.
+/// their orders. Two programs that exchange designs compare it first. `check` is the sum of all numbers before it, so
+/// that a number which something has changed on the way is no design ([`Coefficients::check`]).
 pub const LAYOUT: &str = "rate rate_n theta_n gamma[O][R] c[N] g[O][R] kx[N] kw us k[O][R] satk lim unit decay u_min \
-                          u_max plausible ko sigma_star_bound hold fallback period input_gain mu2_n";
+                          u_max plausible ko sigma_star_bound hold fallback period input_gain mu2_n check";
 
 /// What the tick multiplies with. `g` and `k` hold rows for (A, B, C); their entry 0 is not used (see the folding). In
-/// memory it is its numbers in the order of [`LAYOUT`] and nothing between them, for callers in C.
+/// memory it is its numbers in the order of [`LAYOUT`] up to `check` and nothing between them, for callers in C.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Coefficients<T, const N: usize, const R: usize, const O: usize> {
@@ -86,7 +88,7 @@ pub struct Coefficients<T, const N: usize, const R: usize, const O: usize> {
 }
 
 /// How far beyond its limits u may be asked for by good samples, in units of their span; more than that is looked at.
-const PLAUSIBLE: f64 = 64.0;
+const PLAUSIBLE: f64 = 256.0;
 
 /// Λ over the largest |u|.
 const RANGE: f64 = (1 << 20) as f64;
@@ -189,7 +191,7 @@ macro_rules! in_order {
         let Self {
             rate, rate_n, theta_n, gamma, c, g, kx, kw, us, k, satk, lim, unit, decay, u_min, u_max, plausible, ko,
             sigma_star_bound, hold, fallback, period, input_gain, mu2_n,
-            } = $coefficients;
+                    } = $coefficients;
         let head = [rate, rate_n, theta_n].into_iter().chain(gamma.$flat());
         let sigma = c.$iter().chain(g.$flat());
         let law = kx.$iter().chain([kw, us]).chain(k.$flat()).chain([satk, lim, unit, decay]);
@@ -199,23 +201,39 @@ macro_rules! in_order {
 }
 
 impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N, R, O> {
-    /// How many numbers there are.
-    pub const NUMBERS: usize = 19 + 2 * N + 3 * O * R;
+    /// How many numbers there are, the check included.
+    pub const NUMBERS: usize = 20 + 2 * N + 3 * O * R;
 
     /// Every number in the order of [`LAYOUT`].
     pub fn numbers(&self) -> impl Iterator<Item = T> {
-        in_order!(self, iter, as_flattened).copied()
+        in_order!(self, iter, as_flattened).copied().chain([self.check()])
+    }
+
+    /// The last number: 24 bits of a hash (FNV-1a) over the bits of all others, as a whole number, which f32 holds. It
+    /// tells damage from none, and is no defence against anyone who means it.
+    pub fn check(&self) -> T {
+        let words = in_order!(self, iter, as_flattened).flat_map(|number| number.to_words());
+        T::from_f64(f64::from(hash(words) & 0x00FF_FFFF))
     }
 
     /// The design that these numbers, in the order of [`LAYOUT`], are: the first [`NUMBERS`](Self::NUMBERS) of them.
-    /// `None` if there are fewer, or if they cannot come from a design: a number beyond the range of f32, limits that
-    /// are reversed or wider than [`INPUT_LIMIT`], a fallback outside of them, a period or an input gain of zero.
+    /// `None` if there are fewer, if they are not those that [`numbers`](Self::numbers) gave, which the check tells, or
+    /// if they cannot come from a design: a number that is not finite, limits that are reversed or wider than
+    /// [`INPUT_LIMIT`], a fallback outside of them, a period or an input gain of zero.
     pub fn from_numbers(numbers: impl IntoIterator<Item = T>) -> Option<Self> {
+        let mut given = numbers.into_iter();
+        let read = Self::from_trusted_numbers(&mut given)?;
+        (given.next()? == read.check() && read.can_be_designed()).then_some(read)
+    }
+
+    /// The same without a check, for numbers that have just been designed, whatever the scalar.
+    #[doc(hidden)]
+    pub fn from_trusted_numbers(numbers: impl IntoIterator<Item = T>) -> Option<Self> {
         let (mut read, mut given) = (Self::ZERO, numbers.into_iter());
         for number in in_order!(&mut read, iter_mut, as_flattened_mut) {
             *number = given.next()?;
         }
-        read.can_be_designed().then_some(read)
+        Some(read)
     }
 
     fn can_be_designed(&self) -> bool {
@@ -226,8 +244,7 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
         let holds = self.hold == T::from_f64(1.0) && self.fallback == T::ZERO;
         let sends = self.hold == T::ZERO && self.u_min <= self.fallback && self.fallback <= self.u_max;
         let nonzero = self.period > T::ZERO && self.input_gain != T::ZERO;
-        let ranged = self.unit > T::ZERO && true;
-        finite && limits && (holds || sends) && nonzero && ranged
+        finite && limits && (holds || sends) && nonzero
     }
 
     const ZERO: Self = Self {

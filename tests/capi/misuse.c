@@ -152,6 +152,11 @@ int main(void) {
     BAD_DESIGN(EDO_SMC_NOT_FINITE, design.d_hat[3] = NAN);
     BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.u_min = 400.0f);
     BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.hold = 0.5f);
+    /* What no design has, or no longer the one that was designed. */
+    BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.decay = 3.0f);
+    BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.kx[2] *= 1.000001f);
+    BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.gamma[1][0] = -design.gamma[1][0]);
+    BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.check += 1.0f);
 
     /* Before the first good sample the fallback goes out; the first good one starts. */
     EXPECT(EDO_SMC_OK, init(&design));

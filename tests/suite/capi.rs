@@ -90,8 +90,11 @@ fn words<const N: usize, const R: usize, const MASK: u8, const O: usize>(
         controller_core::VERSION.split('.').fold(0, |word, part| word << 8 | part.parse::<u32>().expect("three"));
     let mut words = vec![version, N as u32 | (R as u32) << 8 | u32::from(MASK) << 16];
     words.extend(d_hat.map(f32::to_bits));
-    words.extend(controller.coefficients().numbers().map(f32::to_bits));
+    let mut numbers: Vec<u32> = controller.coefficients().numbers().map(f32::to_bits).collect();
+    let check = numbers.pop();
+    words.extend(numbers);
     words.extend(controller.model().row().map(f32::to_bits));
+    words.extend(check);
     words
 }
 

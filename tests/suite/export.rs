@@ -269,8 +269,6 @@ fn driver(run: &Run, exported: &str, place: Place) -> String {
     let mut state: Vec<String> = folded.chain(of("p", "")).chain(of("x", "_prev")).collect();
     state.extend(["offset", "held"].map(String::from));
     let state = format!("state.{}, ", state.join(", state."));
-    // Without estimates there is nothing that would have to wait.
-    let resuming = if run.observed.is_empty() { "false" } else { "state.resuming" };
     let transfer = if place == Place::Here { ON_THE_HOST } else { ON_THE_CHIP };
     format!(
         "#include \"{exported}\"
@@ -295,7 +293,7 @@ int main(void)
             default: said = edo_smc_tick_or_start(&state, x, &output); break;
             }}
             const bool known = edo_smc_estimates(&state, d_hat);
-            const float all[] = {{ output.u, output.sigma, output.sigma_star, {state}{resuming} ? 1.0f : 0.0f,
+            const float all[] = {{ output.u, output.sigma, output.sigma_star, {state}state.resuming ? 1.0f : 0.0f,
                 state.started ? 1.0f : 0.0f, known ? 1.0f : 0.0f }};
             const size_t length = sizeof all / sizeof all[0];
             answers[k].said = said;
@@ -317,17 +315,15 @@ int main(void)
     )
 }
 
-/// From the words of a running controller every number of its state in the order of its fields, then whether it resumes (with an observer) and has started.
-fn numbers(words: &[u32], count: usize, observed: bool) -> Vec<f32> {
+/// From the words of a running controller `count` numbers of its state in the order of its fields, then whether it
+/// resumes and has started. The last number, b(x)/b_0 at the last tick, is not in C where b is constant.
+fn numbers(words: &[u32], count: usize) -> Vec<f32> {
     let [_, started, ref state @ .., _] = *words else { panic!("words of a running controller") };
     if started == 0 {
         return vec![0.0; count + 2];
     }
-    // b(x)/b_0 at the last tick: there is none where b is constant.
-    let [resuming, ref state @ .., 0] = *state else { panic!("flag, numbers and a zero, not {state:?}") };
-    assert_eq!(state.len(), count);
-    let resumes = if observed { resuming as f32 } else { 0.0 };
-    state.iter().copied().map(f32::from_bits).chain([resumes, 1.0]).collect()
+    let [resuming, ref state @ ..] = *state else { panic!("flag and numbers, not {state:?}") };
+    state[..count].iter().copied().map(f32::from_bits).chain([resuming as f32, 1.0]).collect()
 }
 
 /// Numbers that a sample is seldom made of.
@@ -441,7 +437,7 @@ fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &st
         };
         asked.extend((ask as u32).to_le_bytes());
         asked.extend(x.iter().flat_map(|value| value.to_le_bytes()));
-        let state = numbers(&running.words().collect::<Vec<_>>(), O * (R + 2) + 2, O > 0);
+        let state = numbers(&running.words().collect::<Vec<_>>(), O * (R + 2) + 2);
         let known = if running.estimates().is_some() { 1.0 } else { 0.0 };
         let estimates = running.estimates().unwrap_or([[0.0; R]; N]);
         let all = outputs.iter().chain(&state).chain([&known]).chain(estimates.as_flattened());

@@ -86,10 +86,7 @@ fn folded_tick_equals_the_plain_transcription() {
             let (mut spec, model) = any_design(&mut rng, n, capacity, mask);
             let scale = rng.spread(0.01, 10.0);
             let rate = 0.1 / spec.period_s;
-            if rng.chance(0.3) {
-                // Tight enough to bite now and then: the law's own size on such samples.
-                spec.limit = scale * rate / spec.input_gain.abs();
-            }
+            let limited = rng.chance(0.3);
             let guess: Vec<f64> = (0..n).map(|_| rng.within(-1.0, 1.0)).collect();
             let reports = rng.chance(0.5);
             let samples: Vec<_> = (0..60)
@@ -99,6 +96,13 @@ fn folded_tick_equals_the_plain_transcription() {
                     (x, reports.then(|| rng.within(0.0, 1.0)))
                 })
                 .collect();
+            if limited {
+                // Tight enough to bite now and then.
+                let mut free = Oracle::new(&spec, &model);
+                free.guess(&guess);
+                let largest = samples.iter().map(|(x, _)| free.tick(x).u.abs()).fold(0.0, f64::max);
+                spec.limit = 0.1 * largest;
+            }
             let gap = compare(&spec, &model, capacity, &guess, &samples);
             worst = worst.max(gap);
             assert!(gap <= FOLDING_BAR, "n = {n}, R = {capacity}, mask {mask:#b}, seed {seed}: {gap:e}\n{spec:?}");

@@ -4,8 +4,8 @@
 //! message. The messages are part of the interface: they name channel, equation and remedy.
 
 use controller_core::{
-    AnyConfig, Cause, Config, ConfigError, Fallback, Field, FlexibleJoint, Limits, ObserverGains, Pole, ReachingLaw,
-    Remedy, Surface, Warning, controller,
+    AnyConfig, Cause, Coefficients, Config, ConfigError, Fallback, Field, FlexibleJoint, Limits, ObserverGains, Pole,
+    ReachingLaw, Remedy, Surface, Warning, controller,
 };
 use integration_tests::paper::{NOMINAL, joint_config};
 use std::collections::BTreeSet;
@@ -309,4 +309,33 @@ fn each_warning_begins_above_its_edge_and_names_the_remedy() {
         config.surface = surface(502.0);
     });
     assert_eq!(all, [observer(2), observer(4), linear_gain.to_string(), sliding.to_string()]);
+}
+
+/// A decay of 3 made sigma infinite after a few ticks: numbers that were changed on the way are no design.
+#[test]
+fn a_design_with_one_number_changed_is_none() {
+    let config = joint_config(ObserverGains::<2>::as_printed([100.0, 20.0]));
+    type Joint = controller_core::controller!(f32, FlexibleJoint<f32>, order 4, observers of order 2 in [2, 4]);
+    let joint = Joint::design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design");
+    let numbers: Vec<f32> = joint.coefficients().numbers().collect();
+    let taken = |numbers: &[f32]| Coefficients::<f32, 4, 2, 2>::from_numbers(numbers.iter().copied());
+    assert_eq!(taken(&numbers).as_ref(), Some(joint.coefficients()));
+    assert_eq!(taken(&numbers[1..]), None);
+    for at in 0..numbers.len() {
+        let number = numbers[at];
+        let bits = (0..32).map(|bit| f32::from_bits(number.to_bits() ^ 1 << bit));
+        for other in [0.0, -1.0, 3.0, 1e6, -number, 2.0 * number].into_iter().chain(bits) {
+            let mut changed = numbers.clone();
+            changed[at] = other;
+            assert!(
+                other.to_bits() == number.to_bits() || taken(&changed).is_none(),
+                "number {at}: {number} -> {other}"
+            );
+        }
+    }
+    for at in 1..numbers.len() {
+        let mut swapped = numbers.clone();
+        swapped.swap(at - 1, at);
+        assert!(swapped == numbers || taken(&swapped).is_none(), "numbers {at} and the one before it");
+    }
 }

@@ -383,7 +383,7 @@ fn coefficient_names(n: usize, r: usize, mask: u8) -> Vec<String> {
 /// physical units. `model` is its nominal model over the recording scalar, made of [constants](Recorder::constant).
 ///
 /// # Panics
-/// If the coefficients are none of a design, or if the model does more than `+ - * /`, comparisons and `abs`.
+/// If there are too few coefficients, or if the model does more than `+ - * /`, comparisons and `abs`.
 pub fn controller<M, const N: usize, const R: usize, const MASK: u8, const O: usize>(
     coefficients: &[f64],
     model: &dyn Fn(&Recorder) -> M,
@@ -395,7 +395,7 @@ where
     let names = coefficient_names(N, R, MASK);
     functions(&|recorder| {
         let numbers = names.iter().zip(coefficients).map(|(name, number)| recorder.constant(name, *number));
-        let coefficients = Coefficients::from_numbers(numbers).expect("the coefficients of a design");
+        let coefficients = Coefficients::from_trusted_numbers(numbers).expect("the coefficients of a design");
         let law = Controller::<Symbol, M, N, R, MASK, O>::from_parts(coefficients, model(recorder));
         let guess = core::array::from_fn(|i| recorder.constant(&format!("d_hat_{}", i + 1), guess[i]));
         (law, guess)
@@ -415,7 +415,7 @@ macro_rules! linear_of_shape {
                         let entry = |j| recorder.constant(&format!("drift_{}", j + 1), row[j]);
                         Linear::from_row(core::array::from_fn(entry))
                     };
-                    let wanted = Coefficients::<f64, $n, $r, $o>::NUMBERS;
+                    let wanted = Coefficients::<f64, $n, $r, $o>::NUMBERS - 1;
                     (coefficients.len() >= wanted)
                         .then(|| controller::<_, $n, $r, $mask, $o>(coefficients, &model, guess))
                 })*

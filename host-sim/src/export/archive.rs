@@ -44,8 +44,10 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
         format!("{{{}}}", values.join(", "))
     };
     let mut body = String::new();
-    // The order of the header: that of LAYOUT between the estimates at the start and the row of a(x)/b_0.
-    for field in ["d_hat[N]"].into_iter().chain(LAYOUT.split_whitespace()).chain(["drift[N]"]) {
+    // The order of the header: that of LAYOUT, with the estimates at the start before it and the row of a(x)/b_0 before
+    // its check.
+    let coefficients = LAYOUT.split_whitespace().filter(|field| *field != "check");
+    for field in ["d_hat[N]"].into_iter().chain(coefficients).chain(["drift[N]", "check"]) {
         let (name, shape) = field.split_once('[').unwrap_or((field, ""));
         let values = &numbers[name];
         let value = match shape {

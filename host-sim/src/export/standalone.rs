@@ -35,7 +35,7 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
 }
 
 /// What is said of a constant, by how its name begins; of a longer beginning first.
-const MEANINGS: [(&str, &str); 22] = [
+const MEANINGS: [(&str, &str); 24] = [
     ("d_hat_", "initial estimate, in the unit of x_i per second"),
     ("drift_", "a(x)/b_0 = drift . x"),
     ("rate_n", "1/(T b_0)"),
@@ -45,19 +45,21 @@ const MEANINGS: [(&str, &str); 22] = [
     ("gamma", "observer gain"),
     ("c_", "surface, Eq. (44)"),
     ("g", "sigma's share"),
-    ("kx_", "law, Eq. (51), on the state"),
+    ("kx_", "law, Eq. (51), on the state; all of the law in u / unit, so that what is beyond belief overflows"),
     ("kw", "on the offset W"),
+    ("ko", "what the offset asks for"),
     ("k", "on the estimates"),
     ("us", "on sigma*"),
     ("satk", "slope of the switching term"),
     ("lim", "its limit"),
+    ("unit", "from the sums of the law to u"),
     ("decay", "1 - e^(-alpha T), Eq. (17)"),
     ("sigma_star_bound", "above it the health says so"),
     ("hold", "a rejected sample gives hold u + fallback"),
     ("period", "T, s"),
     ("input_gain", "b_0"),
-    ("input_limit", "a demand beyond is that of a bad sample"),
-    ("spike", "a demand beyond is not even that of a finite one"),
+    ("input_limit", "nothing beyond is a number to start from or to hold"),
+    ("plausible", "a demand beyond is looked at"),
 ];
 
 /// What is said of a word of the state, by how its name begins or ends.

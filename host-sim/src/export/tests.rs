@@ -58,14 +58,14 @@ fn what_cannot_be_exported_is_refused_with_the_way_out() {
 
 #[test]
 fn numbers_get_the_names_of_the_layout() {
-    let numbers: Vec<f32> = (0..56).map(|k| k as f32).collect();
+    let numbers: Vec<f32> = (0..60).map(|k| k as f32).collect();
     let named = named(4, 2, 2, &numbers);
     assert_eq!(named["drift"], [4.0, 5.0, 6.0, 7.0]);
     assert_eq!(named["rate"], [8.0]);
     assert_eq!(named["gamma"], [11.0, 12.0, 13.0, 14.0]);
     assert_eq!(named["c"], [15.0, 16.0, 17.0, 18.0]);
-    assert_eq!(named["input_gain"], [42.0]);
-    assert_eq!(named["mu2_n"], [43.0]);
+    assert_eq!(named["input_gain"], [45.0]);
+    assert_eq!(named["mu2_n"], [46.0]);
 }
 
 #[test]
