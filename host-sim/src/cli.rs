@@ -587,10 +587,10 @@ fn claim_table(claims: &[ClaimRow]) -> Table {
             None => "open; does not hold as drawn",
         };
         let verdict = format!("{verdict} ({})", claim.criterion);
-        let mut reproduced = significant(claim.reproduced, 4);
-        if let Some([least, most]) = claim.range {
-            reproduced += &format!(" ({} .. {})", significant(least, 3), significant(most, 3));
-        }
+        let range = claim.range.map_or_else(String::new, |[least, most]| {
+            format!(" ({} .. {})", significant(least, 3), significant(most, 3))
+        });
+        let reproduced = significant(claim.reproduced, 4) + &range;
         table.row([claim.figure, claim.claim, claim.published, &reproduced, claim.unit, claim.reading, &verdict]);
     }
     table

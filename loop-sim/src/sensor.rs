@@ -118,8 +118,8 @@ impl<S: Sensor> Sensor for Delayed<S> {
     }
 }
 
-/// Samples at an unsteady instant: too old by a random part of the period, uniform from 0 to a share of it, the same for
-/// all channels of a sample. Between two ticks the state is taken on the straight line.
+/// Samples at an unsteady instant: too old by a random part of the period, uniform from 0 to a share of it, the same
+/// for all channels of a sample. Between two ticks the state is taken on the straight line.
 pub struct Jittered<S> {
     inner: S,
     share: f64,

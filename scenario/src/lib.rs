@@ -274,8 +274,8 @@ pub struct ControllerTable {
     pub use_slope: bool,
     /// Does the law allow for the nominal gradient da/dx_1..da/dx_(n-1) inside a tick? Default true.
     pub use_gradient: bool,
-    /// Slope lambda = -da/dx_n as the design takes it, 1/s, while the model of the tick keeps its own. Half of the true one
-    /// is harmless, twice is not. Default: that of the nominal model.
+    /// Slope lambda = -da/dx_n as the design takes it, 1/s, while the model of the tick keeps its own. Half of the true
+    /// one is harmless, twice is not. Default: that of the nominal model.
     pub lambda_per_s: Option<f64>,
     /// chain: what the controller believes of a and b where that is not the truth.
     pub nominal: NominalTable,
@@ -470,7 +470,7 @@ pub struct ActuatorTable {
     #[schemars(range(min = 1, max = 100_000))]
     pub hold_ticks: usize,
     /// Is the controller told what the actuator really holds? Right for limits, where it is the only anti-windup; wrong
-    /// for a pure delay or hold, where it makes sigma* 1.4 times larger and more. Default true.
+    /// for a pure delay or hold, where with fast observers it makes sigma* 1.4 times larger and more. Default true.
     pub report: bool,
 }
 

@@ -111,8 +111,8 @@ pub fn config<const N: usize, const R: usize>(spec: &Spec) -> Config<N, R> {
 }
 
 /// Names the symbol that is broken in every design of this crate: what an equation that is wrong there would compute.
-/// `cargo xtask mutate` sets it and wants the tests of the paper map to fail. A name that is not known breaks nothing, so
-/// that they pass, and that is told.
+/// `cargo xtask mutate` sets it and wants the tests of the paper map to fail. A name that is not known breaks nothing:
+/// they pass, and that is told.
 pub const MUTATION: &str = "MUTATION";
 
 fn break_symbol<const N: usize, const R: usize>(config: &mut Config<N, R>, symbol: &str) {

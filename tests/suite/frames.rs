@@ -171,8 +171,11 @@ fn a_design_has_the_numbers_that_its_layout_names() {
     assert_eq!(at("nothing of this name"), numbers.len());
 }
 
-/// A word that may have certain values only (model, fault, health, reason) has one of them in half of the cases, so that
-/// every kind is read. What the page does not use is ignored, and sent as 0.
+/// Sequence number, kind and words of a request and of a reply, and whether words that are known are taken.
+type Frames = (u32, (u8, [u32; 5]), (u8, [u32; 16]), bool);
+
+/// A word that may have certain values only (model, fault, health, reason) has one of them in half of the cases, so
+/// that every kind is read. What the page does not use is ignored, and sent as 0.
 #[test]
 fn every_frame_with_a_right_checksum_reads_back_as_it_was() {
     let read = RefCell::new(BTreeMap::<u8, u32>::new());
@@ -180,11 +183,10 @@ fn every_frame_with_a_right_checksum_reads_back_as_it_was() {
     let requests = (1_u8..=6, any::<[u32; 5]>());
     let replies = (129_u8..=132, any::<[u32; 16]>());
     let frames = (any::<u32>(), requests, replies, any::<bool>());
-    type Frames = (u32, (u8, [u32; 5]), (u8, [u32; 16]), bool);
     let reads_back = |(sequence, (kind, mut words), (reply_kind, mut reply), known): Frames| {
         if known {
             match kind {
-                2 => words[0] = words[0] & 0x00FF_FFFF | (words[0] >> 24) % 3 << 24,
+                2 => words[0] = words[0] & 0x00FF_FFFF | ((words[0] >> 24) % 3) << 24,
                 6 => words[0] = 0xFA17_FA17,
                 _ => {}
             }

@@ -100,12 +100,12 @@ impl Claim {
     }
 
     /// It holds for a part of what the text leaves open, not for what is drawn.
-    const fn is_open_and_fails_as_drawn(self, remark: &'static str) -> Self {
-        self.fails("").is_open(remark)
+    const fn open_and_fails_as_drawn(self, remark: &'static str) -> Self {
+        self.fails("").open(remark)
     }
 
     /// It holds as drawn, and for a part of what the text leaves open.
-    const fn is_open(self, remark: &'static str) -> Self {
+    const fn open(self, remark: &'static str) -> Self {
         Self { held: Held { everywhere: None, ..self.held }, remark, ..self }
     }
 }
@@ -219,7 +219,7 @@ pub const CATALOGUE: &[PaperFigure] = &[
             ranged("x1 almost the same: spread of the peaks", "almost the same", "relative", AtMost(0.1), |cases| {
                 groups(cases, 2, |pair| spread(pair, |case| case.peak(2.0, y)))
             })
-            .is_open_and_fails_as_drawn(
+            .open_and_fails_as_drawn(
                 "alike in shape; within 0.1 at c1 = 10 only. alpha is of no effect: x(0) = 0 makes sigma(0) = 0",
             ),
             ranged("free from chatter: variation of u over [1]'s", "absolutely free", "ratio", AtMost(1e-3), |cases| {
@@ -252,7 +252,7 @@ pub const CATALOGUE: &[PaperFigure] = &[
             ranged("better performance: rms of x1 over [1]'s", "better", "ratio", AtMost(1.0), |cases| {
                 groups(cases, 4, |four| four[0].rms(y) / four[1].rms(y))
             })
-            .is_open("hangs on alpha, which is not printed"),
+            .open("hangs on alpha, which is not printed"),
             ranged("better performance: step's share of x1 over [1]'s", "better", "ratio", AtMost(1.0), |cases| {
                 groups(cases, 4, |four| added_by_step(&four[0], &four[2]) / added_by_step(&four[1], &four[3]))
             })
@@ -271,18 +271,18 @@ pub const CATALOGUE: &[PaperFigure] = &[
             ranged("|d2 - d2_hat| from 1 s on, r = 2", "0.01", "rad/s^2", AtMost(0.01), |cases| {
                 groups(cases, 2, |two| two[0].peak(1.0, error_2))
             })
-            .is_open(ERRORS_OPEN),
+            .open(ERRORS_OPEN),
             ranged("|d2 - d2_hat| from 1 s on, r = 3", "0.001", "rad/s^2", AtMost(0.001), |cases| {
                 groups(cases, 2, |two| two[1].peak(1.0, error_2))
             })
-            .is_open("needs T <= 0.2 ms (0.00108 at 1 ms), and hangs on the errors of the parameters"),
+            .open("needs T <= 0.2 ms (0.00108 at 1 ms), and hangs on the errors of the parameters"),
             ranged("better estimate: |d4 - d4_hat|, r = 3 over r = 2", "improved", "ratio", AtMost(0.5), |cases| {
                 groups(cases, 2, |two| ultimate_error(&two[1], 4) / ultimate_error(&two[0], 4))
             }),
             ranged("same control: peak u, r = 3 over r = 2", "not changed much", "ratio", Near(1.0, 0.05), |cases| {
                 groups(cases, 2, |two| two[1].metrics.u_peak / two[0].metrics.u_peak)
             })
-            .is_open(ERRORS_OPEN),
+            .open(ERRORS_OPEN),
             claim("fastest observer pole, gains (100, 20)", "-10", "rad/s", Near(-10.0, 0.01), |_| {
                 fastest_pole([100.0, 20.0])
             })
@@ -326,7 +326,7 @@ pub const CATALOGUE: &[PaperFigure] = &[
             ranged("k_l increases the control: spread of peak u", "marginally", "relative", AtMost(0.1), |cases| {
                 groups(cases, 3, |three| spread(three, |case| case.metrics.u_peak))
             })
-            .is_open(ERRORS_OPEN),
+            .open(ERRORS_OPEN),
             ranged("k_l increases u(0): spread", "not at all", "relative", AtMost(1e-6), |cases| {
                 groups(cases, 3, |three| spread(three, |case| case.trace.rows[0].u_held))
             }),
@@ -358,15 +358,15 @@ pub const CATALOGUE: &[PaperFigure] = &[
             ranged("|sigma*| ultimate, k_l = 10", "0.185", "rad/s^3", AtMost(0.185), |cases| {
                 groups(cases, 3, |three| three[0].metrics.sigma_star_ultimate)
             })
-            .is_open("a bound that is kept without errors, not a number that is reproduced"),
+            .open("a bound that is kept without errors, not a number that is reproduced"),
             ranged("|sigma*| ultimate, k_l = 50", "0.049", "rad/s^3", Near(0.049, 0.05), |cases| {
                 groups(cases, 3, |three| three[1].metrics.sigma_star_ultimate)
             })
-            .is_open(ERRORS_OPEN),
+            .open(ERRORS_OPEN),
             ranged("|sigma*| ultimate, k_l = 100", "0.025", "rad/s^3", Near(0.025, 0.05), |cases| {
                 groups(cases, 3, |three| three[2].metrics.sigma_star_ultimate)
             })
-            .is_open(ERRORS_OPEN),
+            .open(ERRORS_OPEN),
         ],
     },
     PaperFigure {
@@ -407,7 +407,7 @@ pub const CATALOGUE: &[PaperFigure] = &[
             AtMost(0.9),
             |cases| groups(cases, 3, |three| worst_step(three, |case| case.metrics.sigma_star_ultimate)),
         )
-        .is_open("decreasing in all; with errors of mixed signs by 2 % only")],
+        .open("decreasing in all; with errors of mixed signs by 2 % only")],
     },
     PaperFigure {
         id: "fig09",
