@@ -131,6 +131,7 @@ enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
  * edo_smc_tick_NAME       one tick. The first good sample starts it; until then the fallback goes out.
  * edo_smc_report_applied_NAME  tells what the actuator really holds since the last tick, where that is not the u that
  *                         it answered: the observers live on it, and it is the only anti-windup. Before the next tick.
+ *                         For limits and brakes; a u that is right and only late is better not told.
  * edo_smc_reset_NAME      forgets all but the design: the next good sample starts again. For the end of a fault.
  * edo_smc_design_NAME     designs on the spot, to the same bits as on the host. Arithmetic of double precision in
  *                         software: for a start-up, not for an interrupt. `channel` may be NULL; else the number of the

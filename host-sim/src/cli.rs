@@ -453,7 +453,7 @@ impl Console<'_> {
         for figure in chosen {
             let mut cases = Vec::new();
             let mut title = String::new();
-            for (label, mut experiment) in figure.experiments()? {
+            for (label, mut experiment) in figure.experiments()?.into_iter().chain(figure.further_experiments()?) {
                 self.note(&format!("{}: {label}", figure.id));
                 let (trace, error) = self.watched(&mut experiment, &mut None);
                 if let Some(error) = error {
@@ -467,7 +467,9 @@ impl Console<'_> {
                     ));
                     return Ok(status::INTERRUPTED);
                 }
-                title.clone_from(&experiment.title);
+                if title.is_empty() {
+                    title.clone_from(&experiment.title);
+                }
                 cases.push(Case { label, metrics: experiment.metrics(&trace), trace });
             }
             let reproduction = figure.judge(&title, &cases);
@@ -577,12 +579,18 @@ fn chosen_figures(only: &[String]) -> Result<Vec<&'static PaperFigure>, Failure>
 fn claim_table(claims: &[ClaimRow]) -> Table {
     let mut table = Table::new(["figure", "claim", "published", "reproduced", "unit", "reading", "verdict"]);
     for claim in claims {
-        let verdict = match (claim.holds, claim.held_before) {
-            (true, _) => format!("holds ({})", claim.criterion),
-            (false, false) => format!("does not hold ({})", claim.criterion),
-            (false, true) => format!("NO LONGER HOLDS ({})", claim.criterion),
+        let verdict = match claim.holds {
+            _ if claim.is_regression() => "NO LONGER HOLDS",
+            Some(true) => "holds",
+            Some(false) => "does not hold",
+            None if claim.holds_as_drawn => "open; holds as drawn",
+            None => "open; does not hold as drawn",
         };
-        let reproduced = significant(claim.reproduced, 4);
+        let verdict = format!("{verdict} ({})", claim.criterion);
+        let range = claim.range.map_or_else(String::new, |[least, most]| {
+            format!(" ({} .. {})", significant(least, 3), significant(most, 3))
+        });
+        let reproduced = significant(claim.reproduced, 4) + &range;
         table.row([claim.figure, claim.claim, claim.published, &reproduced, claim.unit, claim.reading, &verdict]);
     }
     table

@@ -15,8 +15,8 @@
 //!
 //! A list of links of a scenario is stacked at run time as `Box<dyn Sensor>`, which is a sensor too.
 //!
-//! Noise and dropout draw from different streams of the same seed ([`Random`]); two links of the same kind need two
-//! seeds.
+//! Jitter, noise and dropout draw from different streams of the same seed ([`Random`]); two links of the same kind need
+//! two seeds.
 
 use std::collections::VecDeque;
 
@@ -118,6 +118,35 @@ impl<S: Sensor> Sensor for Delayed<S> {
     }
 }
 
+/// Samples at an unsteady instant: too old by a random part of the period, uniform from 0 to a share of it, the same
+/// for all channels of a sample. Between two ticks the state is taken on the straight line.
+pub struct Jittered<S> {
+    inner: S,
+    share: f64,
+    random: Random,
+    last: Option<[f64; MAX_ORDER]>,
+}
+
+impl<S> Jittered<S> {
+    /// `share` of the period, 0 (none) to 1, is the largest age.
+    pub fn new(inner: S, share: f64, seed: u64) -> Self {
+        Self { inner, share, random: Random::new(seed, 3), last: None }
+    }
+}
+
+impl<S: Sensor> Sensor for Jittered<S> {
+    fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
+        self.inner.measure(x, sample);
+        let mut now = [0.0; MAX_ORDER];
+        now[..sample.len()].copy_from_slice(sample);
+        let age = self.share * self.random.uniform();
+        let last = self.last.replace(now).unwrap_or(now);
+        for (value, last) in sample.iter_mut().zip(last) {
+            *value -= age * (*value - last);
+        }
+    }
+}
+
 /// Loses whole samples at random: a lost one is NaN in all channels.
 pub struct Dropout<S> {
     inner: S,
@@ -215,6 +244,26 @@ mod tests {
             let mut sensor = Delayed::new(Ideal, ticks);
             assert_eq!([1.0, 2.0, 3.0, 4.0].map(|x| measured(&mut sensor, x)), expected, "{ticks} ticks");
         }
+    }
+
+    #[test]
+    fn jittered_is_too_old_by_a_uniform_part_of_the_period_the_same_in_every_channel() {
+        let mut sensor = Jittered::new(Ideal, 0.5, 4);
+        let ticks = 10_000;
+        let mut ages = Vec::new();
+        for k in 0..ticks {
+            // Straight lines: the age in periods can be read from any channel.
+            let (t, mut sample) = (f64::from(k), [0.0; 2]);
+            sensor.measure(&[t, 7.0 - 2.0 * t], &mut sample);
+            let age = t - sample[0];
+            assert!((sample[1] - (7.0 - 2.0 * (t - age))).abs() < 1e-8);
+            ages.push(age);
+        }
+        assert_eq!(ages[0], 0.0, "there is nothing older than the first sample");
+        assert!(ages.iter().all(|age| (0.0..=0.5 + 1e-8).contains(age)));
+        // Four standard deviations of a mean: 4 * 0.5/sqrt(12 * 10000) = 0.006.
+        assert!((ages.iter().sum::<f64>() / f64::from(ticks) - 0.25).abs() < 0.006);
+        assert!(ages.iter().any(|age| *age > 0.49) && ages[1..].iter().any(|age| *age < 0.01));
     }
 
     #[test]

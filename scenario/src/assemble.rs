@@ -215,9 +215,12 @@ fn plant_of(choice: PlantChoice, errors: &ErrorTable, disturbances: Vec<Signal>)
     })
 }
 
-/// From the truth to the sample: noise, quantisation, delay, dropout.
+/// From the truth to the sample: jitter, noise, quantisation, delay, dropout.
 fn sensor_of(table: &SensorTable, seed: u64) -> Box<dyn Sensor> {
     let mut chain: Box<dyn Sensor> = Box::new(sensor::Ideal);
+    if table.jitter > 0.0 {
+        chain = Box::new(sensor::Jittered::new(chain, table.jitter, seed));
+    }
     if let Some(noise) = &table.noise {
         chain = Box::new(sensor::Noise::new(chain, noise.clone(), seed));
     }

@@ -87,6 +87,7 @@ const FOREIGN: [(&[&str], &str, &str); 5] = [
             "controller.epsilon",
             "controller.use_slope",
             "controller.use_gradient",
+            "controller.lambda_per_s",
             "controller.limits",
             "controller.fallback",
             "controller.initial_estimates",
@@ -647,6 +648,13 @@ fn proposed(
             *entry = 0.0;
         }
     }
+    if let Some(lambda) = controller.lambda_per_s {
+        if !controller.use_slope {
+            let message = "a design without slope (use_slope = false) takes none";
+            problems.take(problem::<()>("controller.lambda_per_s", message))?;
+        }
+        gradient[n - 1] = -lambda;
+    }
     let gains = |l: &Vec<f64>| ObserverGains { order: l.len(), l: padded(l) };
     Some(ControllerSpec {
         precision: match controller.precision {
@@ -765,6 +773,16 @@ mod tests {
         let [a1, a2, a3, a4] = gradient(&full)[..] else { panic!("four entries") };
         assert_eq!((gradient(&no_slope), gradient(&no_gradient)), (vec![a1, a2, a3, 0.0], vec![0.0, 0.0, 0.0, a4]));
         assert_eq!((&no_slope.model, &no_gradient.model), (&full.model, &full.model));
+    }
+
+    #[test]
+    fn lambda_of_the_design_is_apart_from_the_model_and_needs_the_slope() {
+        let (full, other) = (spec("", &[]), spec("", &["controller.lambda_per_s=40"]));
+        let [before, after] = [&full, &other].map(|spec| spec.config.padded.nominal.gradient);
+        assert_eq!((after[..3].to_vec(), after[3]), (before[..3].to_vec(), -40.0));
+        assert_eq!(full.model, other.model);
+        let both = ["controller.lambda_per_s=40", "controller.use_slope=false"];
+        assert!(resolved("", &both).is_err());
     }
 
     #[test]

@@ -15,14 +15,21 @@ fn every_claim_that_held_still_holds_and_the_numbers_are_those_of_the_golden_tab
     let folder = Folder::new("figures");
     let Spoken { status, out, .. } = host_sim(&["figures", "--json", "--out", &folder.path("")]);
     let claims: Vec<serde_json::Value> = serde_json::from_str(&out).expect("an array of claims");
-    let mut table = Table::new(["figure", "claim", "published", "reproduced", "holds"]);
+    let mut table = Table::new(["figure", "claim", "published", "reproduced", "range of what is open", "holds"]);
     for claim in &claims {
         let text = |key: &str| claim[key].as_str().unwrap_or("?").to_owned();
         // A few units in the last place of f32 may be amplified in a spread near zero: one digit is what it is good for.
-        let value = claim["reproduced"].as_f64().unwrap_or(f64::NAN);
-        let digits = if value.abs() < 1e-4 { 1 } else { 4 };
-        let holds = if claim["holds"] == true { "yes" } else { "no" };
-        table.row([&*text("figure"), &text("claim"), &text("published"), &significant(value, digits), holds]);
+        let shown = |value: &serde_json::Value| {
+            let value = value.as_f64().unwrap_or(f64::NAN);
+            significant(value, if value.abs() < 1e-4 { 1 } else { 4 })
+        };
+        let range = claim["range"].as_array().map_or_else(String::new, |range| {
+            let [least, most] = [0, 1].map(|end| shown(&range[end]));
+            format!("{least} .. {most}")
+        });
+        let holds = claim["holds"].as_bool().map_or("open", |holds| if holds { "yes" } else { "no" });
+        let reproduced = shown(&claim["reproduced"]);
+        table.row([&*text("figure"), &text("claim"), &text("published"), &reproduced, &range, holds]);
     }
     for figure in CATALOGUE {
         for ending in ["svg", "png"] {

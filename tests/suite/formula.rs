@@ -4,8 +4,8 @@
 //! (`printed`). All three must agree: the folded tick with the plain one to rounding, both with the print as T -> 0.
 
 use controller_core::{
-    Config, Fallback, FlexibleJoint, Health, JointParameters, Limits, Nominal, ObserverGains, Options, Pole,
-    ReachingLaw, Reading, Surface,
+    Config, Fallback, FlexibleJoint, Health, JointParameters, Limits, Nominal, NominalModel, ObserverGains, Options,
+    Pole, ReachingLaw, Reading, Surface,
 };
 use integration_tests::close::{Gap, order};
 use integration_tests::oracle::{Gains, Model, Oracle, Spec, power};
@@ -346,4 +346,14 @@ fn design_in_const_equals_the_design_at_run_time_bit_for_bit() {
     assert_eq!(format!("{SINGLE:?}"), format!("{single:?}"));
     assert_eq!(format!("{DOUBLE:?}"), format!("{double:?}"));
     assert_ne!(format!("{SINGLE:?}"), format!("{DOUBLE:?}"));
+}
+
+#[test]
+fn nominal_benchmark_is_eq_59() {
+    let model = controller_core::Benchmark::<controller_core::Libm>::new();
+    for x in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [-0.7, 2.5]] {
+        let eq_59 = -2.0 * x[0] - x[1] + f64::exp(x[0]);
+        let drift: f64 = model.drift(&x);
+        assert!((drift - eq_59).abs() < 1e-14 && model.gain_ratio(&x).is_none(), "{x:?}: {drift}, not {eq_59}");
+    }
 }

@@ -89,6 +89,10 @@ fn scenario_table() -> String {
     for reading in ["literal", "stiff", "physical"] {
         table += &scenario_row("default", reading, &[&format!("plant.reading={reading}")]);
     }
+    // b_1 is not in the nominal model: 4.5/0.07 times of it is the damping B_11 on the link.
+    table += &scenario_row("default", "B11 on the link", &["plant.error.b1=63.2857142857"]);
+    table += &scenario_row("default", "jitter 20 %", &["sensor.jitter=0.2"]);
+    table += &scenario_row("default", "lambda halved", &["controller.lambda_per_s=37.6"]);
     for error in ["0.5", "-0.5"] {
         let sets = ERRORS.map(|key| format!("plant.error.{key}={error}"));
         let percent = if error == "0.5" { "all +50 %" } else { "all -50 %" };

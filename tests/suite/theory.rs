@@ -1,9 +1,8 @@
 //! Does the theory hold: does what is simulated stay within `controller_core::bounds`?
 //!
-//! The bounds are those of the continuous loop, so the printed law is held to every one of them, without allowance: a
-//! slow sinusoid reaches 96 % of the error's bound, random chains 99.5 % of that of sigma*. What sampling adds is the
-//! business of the modules `robustness` and `convergence`; on the joint it stays within the bounds of sigma* and y,
-//! too.
+//! The bounds are those of the continuous loop, so the printed law is held to every one of them, without allowance:
+//! random chains come to 99.98 % of the error's bound and to 99.93 % of that of sigma*. What sampling adds is the
+//! business of the modules `robustness` and `convergence`; on the joint it stays within the bounds of sigma* and y, too.
 
 use controller_core::bounds::{DisturbanceBounds, UltimateBounds, ultimate, ultimate_by_lyapunov};
 use controller_core::{JointParameters, Reading};
@@ -111,11 +110,11 @@ fn random_chains_stay_within_the_ultimate_bounds() {
         assert!(found.sigma_star <= bounds.sigma_star, "seed {seed}: sigma* {:e}", found.sigma_star);
         assert!(found.y <= bounds.y, "seed {seed}: y {:e} over {:e}", found.y, bounds.y);
     }
-    for (what, reached) in [("errors", reached_errors), ("sigma*", reached_sigma)] {
+    for (what, reached, least) in [("errors", reached_errors, 0.9998), ("sigma*", reached_sigma, 0.9993)] {
         let [median, largest] = [0.5, 1.0].map(|share| quantile(&reached, share));
-        println!("{what} reach a median of {median:.3} and at most {largest:.3} of their bounds");
+        println!("{what} reach a median of {median:.4} and at most {largest:.5} of their bounds");
         // A bound that nothing comes near would prove nothing.
-        assert!(largest >= 0.3, "{what}: {largest}");
+        assert!(largest >= least, "{what}: {largest}");
     }
 }
 
@@ -182,5 +181,31 @@ fn flexible_joint_stays_within_its_ultimate_bounds() {
         // The paper's way, corrected, is a bound, too: a looser one.
         let loose = ultimate_by_lyapunov::<4, 3, 4>(&config(&spec), &DisturbanceBounds { mu }).expect("a sound design");
         assert!(loose.sigma_star >= bounds.sigma_star && loose.y >= bounds.y, "{label}");
+    }
+}
+
+/// Section IV by hand, an observer of order 2 in channel 1: P of Eq. (22) for Q = I in closed form, Eq. (29) with the
+/// factor that it lacks, Eq. (36) and (38).
+#[test]
+fn bounds_by_lyapunov_are_those_written_out_for_n_2() {
+    let (c1, k_l, l1, l2) = (5.0, 10.0, 60.0, 900.0);
+    let [mu_1, mu_2, mu_n] = [0.7, 3.0, 0.2];
+    let spec = Spec { k_l, ..Spec::observing(1, Gains::printed(&[l1, l2]), 1e-3) };
+    let mu = [[0.9, mu_1, mu_2, 0.0], [mu_n, 0.0, 0.0, 0.0]];
+    let found = ultimate_by_lyapunov::<2, 2, 4>(&config(&spec), &DisturbanceBounds { mu }).expect("a sound design");
+
+    // D^T P + P D = -I with P = [[p, q], [q, s]].
+    let (p, q) = ((1.0 + l2) / (2.0 * l1), -0.5);
+    let s = (p + l1 / 2.0) / l2;
+    let (middle, radius) = (f64::midpoint(p, s), ((p - s) / 2.0).hypot(q));
+    let lambda_1 = 2.0 * q.hypot(s) * mu_2 * ((middle + radius) / (middle - radius)).sqrt();
+    // Eq. (32) with both errors of channel 1 within lambda_1, and the matched disturbance, which nothing observes.
+    let lambda_2 = ((c1 + l1) * lambda_1 + mu_1 + lambda_1 + mu_n) / k_l;
+    let lambda_3 = (lambda_2 + lambda_1) / c1;
+    for (what, found, by_hand) in
+        [("d_tilde_1", found.delta[0][0], lambda_1), ("sigma*", found.sigma_star, lambda_2), ("y", found.y, lambda_3)]
+    {
+        // Norms of responses are rounded up by 1e-6.
+        assert!((found / by_hand - 1.0).abs() < 3e-6, "{what}: {found}, by hand {by_hand}");
     }
 }

@@ -10,6 +10,7 @@ mod compiler;
 mod docs;
 mod firmware;
 mod fuzz;
+mod mutate;
 mod paper_map;
 mod scan;
 mod setup;
@@ -29,7 +30,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 12] = [
+const ACTIONS: [Action; 13] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -62,6 +63,7 @@ const ACTIONS: [Action; 12] = [
         run: wasm::run,
     },
     Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
+    Action { name: "mutate", help: "break symbols of the paper: do the tests of the map fail?", run: mutate::run },
 ];
 
 fn main() -> ExitCode {

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use crate::step::{Gate, Outcome};
 
-const MAP: &str = "docs/paper-map.md";
+pub(crate) const MAP: &str = "docs/paper-map.md";
 const EQUATIONS: u32 = 64;
 const FIGURES: u32 = 10;
 
@@ -92,7 +92,7 @@ fn labels(cell: &str) -> Result<Vec<String>, String> {
 }
 
 /// What stands between backticks.
-fn references(cell: &str) -> Vec<&str> {
+pub(crate) fn references(cell: &str) -> Vec<&str> {
     cell.split('`').skip(1).step_by(2).collect()
 }
 

@@ -143,6 +143,12 @@ impl Invocation {
         }
     }
 
+    /// What it prints on both streams, however it ends.
+    pub(crate) fn output(&self, gate: &Gate) -> std::io::Result<String> {
+        let output = self.command().current_dir(&gate.root).output()?;
+        Ok([output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat())
+    }
+
     /// What it prints, if it can be started and succeeds.
     pub(crate) fn answer(&self) -> Option<String> {
         let output = self.command().output().ok().filter(|output| output.status.success())?;

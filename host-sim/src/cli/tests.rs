@@ -139,6 +139,7 @@ fn json_of_the_figures_is_an_array_of_claims() {
     for row in rows {
         assert_eq!(row["figure"], "fig09");
         assert!(row["published"].is_string() && row["reproduced"].is_f64() && row["holds"].is_boolean(), "{row}");
+        assert!(row["range"].is_null(), "{row}");
     }
     assert_eq!(folder.names("o"), ["fig09.png", "fig09.svg"].map(String::from).into());
 }
