@@ -1,7 +1,7 @@
 /* Design of a sliding mode controller with an extended disturbance observer: n = 4, observers of order up to 2 in channels 2, 4, T = 0.0001 s.
  * Exported for version 0.1.0 of the archive; do not edit, export it again.
  *
- * Design 0x31bf4986 (CRC-32, the one a target reports).
+ * Design 0x032c8d7c (CRC-32, the one a target reports).
  * Scenario joint.toml (CRC-32 0x97fb56c5):
  *
  *     # The joint of the examples: 10 kHz, all three roots of the surface at -10, both poles of each observer at -100.
@@ -32,8 +32,13 @@
  *     bandwidth_rad_s = 100.0
  *     order = 2
  */
-#ifndef JOINT_DESIGN_H
-#define JOINT_DESIGN_H
+#ifdef JOINT_DESIGN_H
+#if JOINT_DESIGN_H != 0x032c8d7cu
+#error "two designs with the prefix joint, 0x032c8d7cu here and JOINT_DESIGN_H before: export one with another --prefix"
+#define JOINT_DESIGN_H 0x032c8d7cu
+#endif
+#else
+#define JOINT_DESIGN_H 0x032c8d7cu
 
 #include "edo_smc.h"
 
@@ -46,15 +51,18 @@ static const edo_smc_design_n4_r2_c24_t joint_design = {
     {{0.019900333f, 9.900581e-5f}, {0.019900333f, 9.900581e-5f}}, /* gamma */
     {1000.0f, 300.0f, 30.0f, 1.0f}, /* c */
     {{30.0f, 9985.0f}, {0.0f, 0.0f}}, /* g */
-    {0.0f, -7.844984f, -2.3527513f, -0.23156731f}, /* kx */
-    -0.078372784f, /* kw */
-    -0.3920599f, /* us */
-    {{-2.3527513f, 6.5343316e-5f}, {-1.0f, 0.00025068969f}}, /* k */
+    {0.0f, -4.9723494e30f, -1.4912333e30f, -1.4677322e29f}, /* kx */
+    -4.9674653e28f, /* kw */
+    -2.4849748e29f, /* us */
+    {{-1.4912333e30f, 4.1416247e25f}, {-6.338253e29f, 1.5889347e26f}}, /* k */
     0.0f, /* satk */
     0.0f, /* lim */
+    1.5777218e-30f, /* unit */
     0.0009995002f, /* decay */
     -300.0f, /* u_min */
     300.0f, /* u_max */
+    38400.0f, /* plausible */
+    0.3136871f, /* ko */
     10.0f, /* sigma_star_bound */
     0.0f, /* hold */
     0.0f, /* fallback */

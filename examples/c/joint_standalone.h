@@ -11,9 +11,12 @@
  * The same bits as the Rust tick need every operation rounded on its own. A fused multiply-add rounds a * b + c once,
  * which is another number (and takes longer on a Cortex-M4F): compile with -ffp-contract=off. This file asks for it by
  * itself where it can; with GCC that keeps joint_tick from being inlined unless the option is given too. Reordering
- * (-ffast-math), more digits than f32 (x87) and flushing denormals to zero (FPSCR.FZ) change bits as well.
+ * (-ffast-math and its parts), more digits than f32 (x87) and denormals flushed to zero (FPSCR.FZ) change bits as well.
+ * Where the compiler says that it may do so this file does not compile. clang says it of -ffast-math and
+ * -ffinite-math-only alone: there the file forbids reordering by itself, and nothing can see -fno-signed-zeros (part of
+ * -funsafe-math-optimizations too), -fno-honor-nans and -fno-honor-infinities. Do not give them.
  *
- * Design 0x31bf4986 (CRC-32, the one a target reports).
+ * Design 0x032c8d7c (CRC-32, the one a target reports).
  * Scenario joint.toml (CRC-32 0x97fb56c5):
  *
  *     # The joint of the examples: 10 kHz, all three roots of the surface at -10, both poles of each observer at -100.
@@ -44,14 +47,19 @@
  *     bandwidth_rad_s = 100.0
  *     order = 2
  */
-#ifndef JOINT_STANDALONE
-#define JOINT_STANDALONE
+#ifdef JOINT_STANDALONE
+#if JOINT_STANDALONE != 0x032c8d7cu
+#error "two designs with the prefix joint, 0x032c8d7cu here and JOINT_STANDALONE before: export one with another --prefix"
+#define JOINT_STANDALONE 0x032c8d7cu
+#endif
+#else
+#define JOINT_STANDALONE 0x032c8d7cu
 
 #include <float.h>
 #include <stdbool.h>
 
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) \
-    || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+    || defined(__NO_SIGNED_ZEROS__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error "compile without -ffast-math and its parts: they change numbers and remove the guard against NaN"
 #endif
 #if FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16
@@ -60,13 +68,17 @@
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off")
-#define JOINT_NO_CONTRACTION
+#define JOINT_AS_WRITTEN
+#elif defined(__clang__) && __clang_major__ >= 18
+#define JOINT_AS_WRITTEN _Pragma("clang fp contract(off) reassociate(off) reciprocal(off)")
+#elif defined(__clang__) && __clang_major__ >= 14
+#define JOINT_AS_WRITTEN _Pragma("clang fp contract(off) reassociate(off)")
 #else
-#define JOINT_NO_CONTRACTION _Pragma("STDC FP_CONTRACT OFF")
+#define JOINT_AS_WRITTEN _Pragma("STDC FP_CONTRACT OFF")
 #endif
 
 #define JOINT_VERSION "0.1.0"
-#define JOINT_DESIGN 0x31bf4986u /* log it: it tells designs apart */
+#define JOINT_DESIGN 0x032c8d7cu /* log it: it tells designs apart */
 #define JOINT_N 4 /* plant order, length of x */
 #define JOINT_R 2 /* highest order of an observer */
 #define JOINT_PERIOD_S 0.0001
@@ -105,7 +117,7 @@ typedef struct {
  * it was, if the sample is not good enough: try the next one. */
 static inline bool joint_start(joint_state *state, const float x[JOINT_N])
 {
-    JOINT_NO_CONTRACTION
+    JOINT_AS_WRITTEN
     static const float d_hat_4 = 0.0f; /* initial estimate, in the unit of x_i per second */
     static const float input_gain = 1.27819550e2f; /* b_0 */
     static const float d_hat_2 = 0.0f; /* initial estimate, in the unit of x_i per second */
@@ -149,7 +161,7 @@ static inline bool joint_start(joint_state *state, const float x[JOINT_N])
 /* What goes out as long as there has been no good sample. */
 static inline unsigned joint_not_started(joint_output *output)
 {
-    JOINT_NO_CONTRACTION
+    JOINT_AS_WRITTEN
     static const float fallback = 0.0f;
     output->u = fallback;
     output->sigma = 0.0f;
@@ -162,7 +174,7 @@ static inline unsigned joint_not_started(joint_output *output)
  * up in what the law demands: one comparison guards them all. */
 static inline unsigned joint_tick(joint_state *state, const float x[JOINT_N], joint_output *output)
 {
-    JOINT_NO_CONTRACTION
+    JOINT_AS_WRITTEN
     static const float drift_1 = 7.56302490e1f; /* a(x)/b_0 = drift . x */
     static const float drift_2 = 0.0f; /* a(x)/b_0 = drift . x */
     static const float drift_3 = -7.56302490e1f; /* a(x)/b_0 = drift . x */
@@ -174,25 +186,27 @@ static inline unsigned joint_tick(joint_state *state, const float x[JOINT_N], jo
     static const float gamma4_2 = 9.90058106e-5f; /* observer gain */
     static const float gamma2_1 = 1.99003331e-2f; /* observer gain */
     static const float gamma2_2 = 9.90058106e-5f; /* observer gain */
-    static const float k4_b = 2.50689685e-4f; /* on the estimates */
-    static const float k2_b = 6.53433162e-5f; /* on the estimates */
-    static const float c_1 = 1000.0f; /* surface, Eq. (44) */
-    static const float c_2 = 300.0f; /* surface, Eq. (44) */
     static const float c_3 = 30.0f; /* surface, Eq. (44) */
+    static const float c_2 = 300.0f; /* surface, Eq. (44) */
+    static const float c_1 = 1000.0f; /* surface, Eq. (44) */
     static const float g2_b = 9985.0f; /* sigma's share */
-    static const float kw = -7.83727840e-2f; /* on the offset W */
-    static const float us = -3.92059892e-1f; /* on sigma* */
-    static const float kx_2 = -7.84498405e0f; /* law, Eq. (51), on the state */
-    static const float kx_3 = -2.35275126e0f; /* law, Eq. (51), on the state */
-    static const float kx_4 = -2.31567308e-1f; /* law, Eq. (51), on the state */
+    static const float us = -2.48497479e29f; /* on sigma* */
     static const float satk = 0.0f; /* slope of the switching term */
     static const float lim = 0.0f; /* its limit */
-    static const float input_limit = 9.99999996e11f; /* a demand beyond is that of a bad sample */
+    static const float kw = -4.96746533e28f; /* on the offset W */
+    static const float kx_2 = -4.97234937e30f; /* law, Eq. (51), on the state */
+    static const float kx_3 = -1.49123327e30f; /* law, Eq. (51), on the state */
+    static const float kx_4 = -1.46773219e29f; /* law, Eq. (51), on the state */
+    static const float k4_b = 1.58893465e26f; /* on the estimates */
+    static const float k2_b = 4.14162470e25f; /* on the estimates */
+    static const float unit = 1.57772181e-30f;
+    static const float ko = 3.13687086e-1f; /* on the estimates */
+    static const float plausible = 38400.0f;
     static const float u_max = 300.0f;
     static const float u_min = -300.0f;
     static const float decay = 9.99500160e-4f; /* 1 - e^(-alpha T), Eq. (17) */
     static const float sigma_star_bound = 10.0f; /* above it the health says so */
-    static const float spike = 1.00000002e30f; /* a demand beyond is not even that of a finite one */
+    static const float input_limit = 9.99999996e11f; /* a demand beyond is that of a bad sample */
     static const float hold = 0.0f; /* a rejected sample gives hold u + fallback */
     static const float fallback = 0.0f;
     const float x1 = x[0];
@@ -217,53 +231,67 @@ static inline unsigned joint_tick(joint_state *state, const float x[JOINT_N], jo
     const float e2 = (moved2 - h2) - state->p2;
     const float a2 = state->resuming ? state->a2 : (state->a2 + (state->b2 + (gamma2_1 * e2)));
     const float b2 = state->resuming ? state->b2 : (state->b2 + (gamma2_2 * e2));
+    const float part = c_2 * x2;
+    const float sigma = c_1 * x1;
+    const float part_2 = ((x4 + (c_3 * x3)) + part) + sigma;
 
     /* 2. Of the law what needs no sigma*; surface, Eq. (44); offset, Eq. (17). */
     const float y3 = x3 + a2;
     const float input_drift = drift + a4;
-    float v = -input_drift;
-    v += k4_b * b4;
-    v += k2_b * b2;
-    float sigma = c_1 * x1;
-    sigma += c_2 * x2;
-    sigma += c_3 * y3;
-    sigma += g2_b * b2;
-    sigma += x4;
-    const float sigma_star = sigma - state->offset;
+    float sigma_2 = sigma + part;
+    sigma_2 += c_3 * y3;
+    sigma_2 += g2_b * b2;
+    sigma_2 += x4;
+    const float sigma_star = sigma_2 - state->offset;
 
     /* 3. Law, Eq. (51). */
+    float v = us * sigma_star;
+    const float switching = satk * sigma_star;
+    v += (switching > lim) ? lim : ((switching < (-lim)) ? (-lim) : switching);
     v += kw * state->offset;
-    v += us * sigma_star;
     v += kx_2 * x2;
     v += kx_3 * y3;
     v += kx_4 * x4;
-    const float switching = satk * sigma_star;
-    v += (switching > lim) ? lim : ((switching < (-lim)) ? (-lim) : switching);
-    if (!((v >= (-input_limit)) && (v <= input_limit))) {
+    v += k4_b * b4;
+    v += k2_b * b2;
+    const float asked = (v * unit) - input_drift;
+    const float part_3 = ko * state->offset;
+    const float part_4 = asked - part_3;
+    if (!(((asked >= (-plausible)) && (asked <= plausible))
+            || (((asked > (-((part_3 < 0.0f) ? (-part_3) : (part_3 + 0.0f))))
+            && (asked < ((part_3 < 0.0f) ? (-part_3) : (part_3 + 0.0f))))
+            && ((part_4 < (-plausible)) || (part_4 > plausible))))) {
         /* A rejected sample. */
-        const float part = (hold * state->held) + fallback;
-        const float offset = state->offset - (decay * state->offset);
-        const float u_2 = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
+        const float part_5 = state->resuming ? part_2 : state->held;
+        const bool holds = (part_5 >= (-input_limit)) && (part_5 <= input_limit);
+        const bool holds_2 = state->resuming && holds;
+        const float part_6 = holds_2 ? part_2 : state->offset;
+        const float part_7 = (hold * (state->resuming
+                ? (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held : 0.0f)
+                : (holds ? state->held : 0.0f))) + fallback;
+        const float offset_2 = part_6 - (decay * part_6);
+        const float u_2 = (part_7 > u_max) ? u_max : ((part_7 < u_min) ? u_min : part_7);
         output->u = u_2;
-        output->sigma = offset;
+        output->sigma = offset_2;
         output->sigma_star = 0.0f;
-        if (state->resuming && ((v >= (-spike)) && (v <= spike))) {
+        if (holds_2) {
             state->a2 = 0.0f;
             state->b2 = 0.0f;
             state->a4 = 0.0f;
             state->b4 = 0.0f;
         }
         state->resuming = true;
-        state->offset = offset;
+        state->p2 = 0.0f;
+        state->offset = offset_2;
         state->held = u_2;
         return (unsigned)JOINT_INPUT_REJECTED;
     }
+    const float u = (asked > u_max) ? u_max : ((asked < u_min) ? u_min : asked);
 
     /* 4. Memory. */
-    const float u = (v > u_max) ? u_max : ((v < u_min) ? u_min : v);
     const float offset = state->offset - (decay * state->offset);
     output->u = u;
-    output->sigma = sigma;
+    output->sigma = sigma_2;
     output->sigma_star = sigma_star;
     state->resuming = false;
     state->a2 = a2;
@@ -276,7 +304,7 @@ static inline unsigned joint_tick(joint_state *state, const float x[JOINT_N], jo
     state->x4_prev = x4;
     state->offset = offset;
     state->held = u;
-    return ((u != v) ? (unsigned)JOINT_SATURATED : 0u)
+    return ((u != asked) ? (unsigned)JOINT_SATURATED : 0u)
             | (((sigma_star < (-sigma_star_bound)) || (sigma_star > sigma_star_bound))
             ? (unsigned)JOINT_SIGMA_STAR_OVER_BOUND : 0u);
 }
@@ -295,11 +323,11 @@ static inline unsigned joint_tick_or_start(joint_state *state, const float x[JOI
 }
 
 /* Tells what the actuator really holds since the last tick, where that is not the u of the tick: the only
- * anti-windup, and needed. Call it before the next tick. A value that is not finite is not taken, nor any before the
- * start, and the answer is false. */
+ * anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not taken,
+ * nor any before the start, and the answer is false. */
 static inline bool joint_report_applied(joint_state *state, float u)
 {
-    JOINT_NO_CONTRACTION
+    JOINT_AS_WRITTEN
     static const float input_limit = 9.99999996e11f; /* a demand beyond is that of a bad sample */
     const bool answer = state->started && ((u >= (-input_limit)) && (u <= input_limit));
     if (answer) {
@@ -308,12 +336,12 @@ static inline bool joint_report_applied(joint_state *state, float u)
     return answer;
 }
 
-/* Estimates at the instant of the last tick: d_hat[i][m] is the m-th derivative of the estimate in channel
- * i + 1, in the unit of x_(i+1) per second and per second^m; zeros where there is no observer, or beyond its order.
- * False, and zeros, before the start. */
+/* Estimates at the instant of the last tick: d_hat[i][m] is the m-th derivative of the estimate in
+ * channel i + 1, in the unit of x_(i+1) per second and per second^m; zeros where there is no observer, or beyond its
+ * order. False, and zeros, before the start. */
 static inline bool joint_estimates(const joint_state *state, float d_hat[JOINT_N][JOINT_R])
 {
-    JOINT_NO_CONTRACTION
+    JOINT_AS_WRITTEN
     static const float period = 9.99999975e-5f; /* T, s */
     static const float theta_n = 5.00626564e-1f; /* mean of channel n's response over a tick */
     static const float mu2_n = 3.33960056e-1f; /* its second moment */
@@ -346,7 +374,7 @@ static inline bool joint_estimates(const joint_state *state, float d_hat[JOINT_N
 /* Forgets all but the design: the next good sample starts again. For the end of a fault. */
 static inline void joint_reset(joint_state *state)
 {
-    JOINT_NO_CONTRACTION
+    JOINT_AS_WRITTEN
     if (state->started) {
         state->resuming = false;
         state->a2 = 0.0f;
@@ -363,7 +391,7 @@ static inline void joint_reset(joint_state *state)
     state->started = false;
 }
 
-#undef JOINT_NO_CONTRACTION
+#undef JOINT_AS_WRITTEN
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC pop_options
 #endif
