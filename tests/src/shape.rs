@@ -95,7 +95,7 @@ pub fn config<const N: usize, const R: usize>(spec: &Spec) -> Config<N, R> {
         surface: Surface { c: padded(&spec.c), alpha_per_s: spec.alpha },
         observers: std::array::from_fn(|i| {
             let gains = spec.observers.get(i)?.as_ref()?;
-            Some(ObserverGains { order: gains.l.len(), l: padded(&gains.l) })
+            Some(ObserverGains::new(gains.l.len(), padded(&gains.l)).expect("an order of 1..=R"))
         }),
         reaching: ReachingLaw { k_l: spec.k_l, k_s: spec.k_s, epsilon: spec.epsilon },
         nominal: Nominal { gradient: padded(&spec.gradient), input_gain: spec.input_gain },
