@@ -18,7 +18,8 @@ fn every_claim_that_held_still_holds_and_the_numbers_are_those_of_the_golden_tab
     let mut table = Table::new(["figure", "claim", "published", "reproduced", "holds"]);
     for claim in &claims {
         let text = |key: &str| claim[key].as_str().unwrap_or("?").to_owned();
-        // A few units in the last place of f32 may be amplified in a spread near zero: one digit is what it is good for.
+        // A few units in the last place of f32 may be amplified in a spread near zero: one digit is what it is good
+        // for.
         let value = claim["reproduced"].as_f64().unwrap_or(f64::NAN);
         let digits = if value.abs() < 1e-4 { 1 } else { 4 };
         let holds = if claim["holds"] == true { "yes" } else { "no" };
@@ -44,9 +45,9 @@ fn distance(trace: &Trace, file: &str) -> f64 {
     gaps.fold(0.0, f64::max)
 }
 
-/// The runs of Fig. 1 and 2 (T = 0.1 ms) against the continuous trajectories. The smooth law is first order in T: 1.2e-5
-/// measured. The baseline chatters by k T = 3e-4 and 4e-4 in x_2 (its reference has a boundary layer of 1e-3 instead),
-/// and x_1 follows x_2 within that: 2.5e-5 and 1.8e-4 measured.
+/// The runs of Fig. 1 and 2 (T = 0.1 ms) against the continuous trajectories. The smooth law is first order in T:
+/// 1.2e-5 measured. The baseline chatters by k T = 3e-4 and 4e-4 in x_2 (its reference has a boundary layer of 1e-3
+/// instead), and x_1 follows x_2 within that: 2.5e-5 and 1.8e-4 measured.
 #[test]
 fn example_1_follows_the_continuous_trajectories_of_both_controllers() {
     let files = [
