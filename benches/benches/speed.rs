@@ -1,6 +1,7 @@
 //! How fast the host is: one tick by order and precision, and one closed-loop second of the default scenario.
 //!
-//! `cargo bench -p benches --bench speed`; `-- lanes` for many plants at once. Times are of this machine and of this moment: no test looks at them.
+//! `cargo bench -p benches --bench speed`; `-- lanes` for many plants at once. Times are of this machine and of this
+//! moment: no test looks at them.
 
 mod subjects;
 

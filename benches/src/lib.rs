@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`Joint`] | the shipped tick, observers of order R in channels 2 and 4 |
 //! | [`Naive`] | `c/naive.c`: the equations in loops, with an exponential and a division; `FAST`: at -O3 -ffast-math |
-//! | [`Tuned`] | `c/tuned.c`: the folded equations written out; `GUARDED`: bad samples are kept out as in the shipped tick |
+//! | [`Tuned`] | `c/tuned.c`: the folded equations written out; `GUARDED`: bad samples kept out as in our tick |
 //!
 //! All compute the same law from one design: the coefficients of the C versions are the shipped ones
 //! ([`Coefficients::numbers`]), for the naive version unfolded again, so that they differ in rounding only (test

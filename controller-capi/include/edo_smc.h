@@ -22,10 +22,22 @@
  *     pwm_set(output.u);
  *     edo_smc_report_applied_n4_r2_c24(&state, held);           // only if the actuator holds something else
  *
- * STATUS. Below 0 a call refused, and wrote nothing. NULL, misaligned or overlapping memory, another size, version or
- * instance, numbers that are not finite, a state that init did not make or that something wrote over: all of them are
- * refusals. What no call can see is your word: that a pointer points to memory of its type, and that the design stays
- * as it was while a state belongs to it.
+ * STATUS. Below 0 a call refused, and wrote nothing. NULL or misaligned memory, another size, version or instance,
+ * numbers that are not finite, a state that init did not make: all of them are refusals, and so is memory that two
+ * arguments share where something would be written (EDO_SMC_OVERLAP). A tick looks for that until the state has
+ * started, for every tick would pay some 8 instructions; later an output inside the state or the design is written there.
+ *
+ * Of a state that something wrote over, a call refuses another design, another tag and a flag byte above 1. Its numbers
+ * may be anything: a tick takes them, its u stays within the limits, and from any of them at most two good samples lead
+ * back to estimates that the design can have. reset does it at once.
+ *
+ * What no call can see is your word: that a pointer points to memory of its type, and that the design stays as it was
+ * while a state belongs to it.
+ *
+ * WHICH CORES. The archive for the chip is for a Cortex-M4F with hardware floats: -mcpu=cortex-m4 -mfpu=fpv4-sp-d16
+ * -mfloat-abi=hard (a Cortex-M7 runs it too). A linker that says "uses VFP register arguments, .. does not" was given
+ * code of yours with another -mfloat-abi. For any other core, ABI or compiler take the self-contained file instead:
+ * `host-sim export --standalone` (C99, no archive).
  *
  * INTERRUPTS. Nothing here allocates, locks, or has a variable of its own. Calls with different states may interrupt
  * each other; calls with the same state may not.
@@ -65,10 +77,10 @@ enum {
     EDO_SMC_WRONG_INSTANCE = -5,   /* the design is of another instance */
     EDO_SMC_NOT_FINITE = -6,       /* a number is NaN or infinite (report_applied: or beyond 1e12) */
     EDO_SMC_BAD_COEFFICIENTS = -7, /* no design has such numbers: was the file edited? */
-    EDO_SMC_OVERLAP = -8,          /* two arguments share memory */
+    EDO_SMC_OVERLAP = -8,          /* two arguments share memory (tick: seen until the state has started) */
     EDO_SMC_NOT_INITIALISED = -9,  /* init of this instance did not make this state */
     EDO_SMC_OTHER_DESIGN = -10,    /* init made this state for another design */
-    EDO_SMC_DAMAGED = -11,         /* something wrote over this state: init it */
+    EDO_SMC_DAMAGED = -11,         /* something wrote over the flag of this state: init it */
     EDO_SMC_NOT_STARTED = -12,     /* report_applied: no good sample yet, so nothing to correct */
 
     /* Of edo_smc_design_*; the number of the channel goes out beside it where there is one. */
@@ -81,7 +93,7 @@ enum {
     EDO_SMC_OFFSET_DECAY_NOT_POSITIVE = -26, /* alpha_per_s <= 0 */
     EDO_SMC_OFFSET_DECAY_TOO_SLOW = -27,    /* alpha times period below 1e-7: would not decay in float */
     EDO_SMC_NEGATIVE = -28,                 /* k_l, k_s, sigma_star_bound or observer_pole_limit below 0 */
-    EDO_SMC_BOUNDARY_LAYER_EMPTY = -29,     /* k_s > 0 needs epsilon > 0 */
+    EDO_SMC_BOUNDARY_LAYER_EMPTY = -29,     /* k_s > 0 with epsilon < 0, or 0 and k_s times period 0 */
     EDO_SMC_LIMITS_TOO_WIDE = -30,          /* beyond 1e12; give +-1e12 for no limit */
     EDO_SMC_LIMITS_REVERSED = -31,          /* u_min > u_max */
     EDO_SMC_FALLBACK_OUTSIDE_LIMITS = -32,  /* safe_u is not within the limits */

@@ -59,7 +59,8 @@ pub(crate) unsafe fn design<const N: usize, const R: usize, const MASK: u8, cons
         if !channel.is_null() {
             place(channel)?;
         }
-        if overlap(design, config) { Err(Status::OVERLAP) } else { Ok(()) }
+        let shared = overlap(design, config) || overlap(channel, design) || overlap(channel, config);
+        if shared { Err(Status::OVERLAP) } else { Ok(()) }
     };
     if let Err(status) = places() {
         return status;
@@ -95,7 +96,8 @@ fn designed<const N: usize, const R: usize, const MASK: u8, const O: usize>(
         if MASK >> i & 1 == 1
             && let Some((l, order)) = observed.next()
         {
-            *observer = Some(ObserverGains { order: *order as usize, l: *l });
+            let gains = ObserverGains::new(*order as usize, *l);
+            *observer = Some(gains.map_err(|cause| (Status::of(&cause), i as u32 + 1))?);
         }
     }
     let nominal = Nominal { gradient: from.gradient, input_gain: from.input_gain };
@@ -114,8 +116,8 @@ fn designed<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     let controller =
         Controller::<f32, _, N, R, MASK, O>::design(&config, Linear::<f32, N>::new(&nominal)).map_err(|error| {
             match error.field {
-                Field::Observer { channel } => (Status::of(&error), channel as u32),
-                _ => (Status::of(&error), 0),
+                Field::Observer { channel } => (Status::of(&error.cause), channel as u32),
+                _ => (Status::of(&error.cause), 0),
             }
         })?;
     let d_hat = from.d_hat.map(|d_hat| d_hat as f32);

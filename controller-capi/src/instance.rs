@@ -183,6 +183,10 @@ unsafe fn start<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     x: *const [f32; N],
     output: *mut Output<f32>,
 ) -> Status {
+    // Here and not in every tick: what is static stays as it is, and every tick would pay 8 instructions for the rest.
+    if overlap(output, state) || overlap(output, design) {
+        return Status::OVERLAP;
+    }
     // SAFETY: as the caller promises; taken out before the state is borrowed.
     let x = unsafe { x.read() };
     // SAFETY: as the caller promises; any bit pattern is a `Held`.

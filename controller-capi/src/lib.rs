@@ -8,7 +8,7 @@
 //!
 //! The caller owns all storage. Nothing here allocates, locks, or has a variable of its own, so calls with different
 //! states may interrupt each other. What a caller may get wrong and can be seen (NULL, misaligned, another size,
-//! version, instance or design, numbers that are not finite, a state that was overwritten) is answered with a status,
+//! version, instance or design, numbers that are not finite, a state of another make) is answered with a status,
 //! and then nothing has been written. What cannot be seen is his word: that pointers point to memory of their type.
 //!
 //! # Hiding
@@ -85,7 +85,7 @@ macro_rules! instances {
                 unsafe { instance::init(design, design_size, state, state_size) }
             }
 
-            /// One tick.
+            /// One tick: a sample in, u and health out.
             ///
             /// # Safety
             /// Pointers that are not NULL point to memory of their type.

@@ -2,7 +2,7 @@
 //!
 //! The numbers are those of `edo_smc.h`. They never change; a new one gets a new number.
 
-use controller_core::{Cause, ConfigError};
+use controller_core::Cause;
 
 /// A status as C sees it.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -34,8 +34,8 @@ impl Status {
     pub(crate) const FALLBACK: Self = Self(-20);
 
     /// Why a configuration is refused.
-    pub(crate) const fn of(error: &ConfigError) -> Self {
-        Self(match error.cause {
+    pub(crate) const fn of(cause: &Cause) -> Self {
+        Self(match cause {
             Cause::NotFinite => -21,
             Cause::PeriodNotPositive { .. } => -22,
             Cause::InputGainZero => -23,

@@ -1,8 +1,8 @@
 //! A whole design in SI units, and every rule it must keep.
 //!
-//! [`Config`] is a full struct literal: what every design must say is visible where it is used. What has a neutral value
-//! is in its [`Options`]. A [`Config`] has the orders in its type; [`AnyConfig`] has them as numbers, for whoever reads
-//! them from a file or a wire. Both are checked by the same rules, which name field, cause and remedy.
+//! [`Config`] is a full struct literal: what every design must say is visible where it is used. What has a neutral
+//! value is in its [`Options`]. A [`Config`] has the orders in its type; [`AnyConfig`] has them as numbers, for whoever
+//! reads them from a file or a wire. Both are checked by the same rules, which name field, cause and remedy.
 
 use crate::error::{Cause, ConfigError, Field, Warning, Warnings};
 use crate::law::{Limits, ReachingLaw};
@@ -80,7 +80,8 @@ pub struct Options<const N: usize> {
     pub limits: Limits,
     /// What goes out when a sample is rejected.
     pub fallback: Fallback,
-    /// Over this |σ*| (unit of x_n) the tick says [`Health::SIGMA_STAR_OVER_BOUND`](crate::Health::SIGMA_STAR_OVER_BOUND).
+    /// Over this |σ*| (unit of x_n) the tick says
+    /// [`Health::SIGMA_STAR_OVER_BOUND`](crate::Health::SIGMA_STAR_OVER_BOUND).
     pub sigma_star_bound: f64,
     /// Fastest observer pole times T above which the design is refused; 1 unless you know why.
     pub observer_pole_limit: f64,
@@ -132,6 +133,33 @@ impl<const N: usize, const R: usize> Config<N, R> {
     pub const fn warnings(&self) -> Warnings {
         const { assert_order(N) };
         remarks(&self.resized(), N)
+    }
+
+    /// Checks every rule of the theory, and refuses what there is a warning of.
+    ///
+    /// # Errors
+    /// What [`validate`](Self::validate) refuses; else the first of the [`warnings`](Self::warnings).
+    pub const fn validate_strictly(&self) -> Result<(), ConfigError> {
+        if let Err(error) = self.validate() {
+            return Err(error);
+        }
+        match self.warnings().first() {
+            Some(error) => Err(error),
+            None => Ok(()),
+        }
+    }
+
+    /// Itself, if there is nothing to warn of: in a `const` design, which nobody asks for its warnings, they are
+    /// compile errors.
+    ///
+    /// # Panics
+    /// On a configuration that [`validate_strictly`](Self::validate_strictly) refuses; outside a `const` use that.
+    #[must_use]
+    pub const fn strict(self) -> Self {
+        match self.validate_strictly() {
+            Ok(()) => self,
+            Err(error) => panic!("{}", error.text().as_str()),
+        }
     }
 
     /// The same in other orders: rows cut, or filled up with zeros.

@@ -191,7 +191,7 @@ macro_rules! in_order {
         let Self {
             rate, rate_n, theta_n, gamma, c, g, kx, kw, us, k, satk, lim, unit, decay, u_min, u_max, plausible, ko,
             sigma_star_bound, hold, fallback, period, input_gain, mu2_n,
-                    } = $coefficients;
+                        } = $coefficients;
         let head = [rate, rate_n, theta_n].into_iter().chain(gamma.$flat());
         let sigma = c.$iter().chain(g.$flat());
         let law = kx.$iter().chain([kw, us]).chain(k.$flat()).chain([satk, lim, unit, decay]);

@@ -178,6 +178,8 @@ pub enum Cause {
     },
     /// A designed coefficient is not a normal number in the precision of the controller.
     CoefficientRange,
+    /// A warning, where none is let pass: [`Config::validate_strictly`](crate::Config::validate_strictly).
+    Warned(Warning),
 }
 
 /// What to do about it.
@@ -235,16 +237,21 @@ impl Cause {
             }
             Self::SurfaceLead { .. } => "the last surface coefficient must be c_n = 1 (Eq. (44)): divide all c by it",
             Self::SurfaceNotHurwitz => {
-                "the surface polynomial p^(n-1) + c_{n-1} p^(n-2) + .. + c_1 is not Hurwitz (Eq. (44)): the sliding motion would diverge"
+                "the surface polynomial p^(n-1) + c_{n-1} p^(n-2) + .. + c_1 is not Hurwitz (Eq. (44)): \
+                 the sliding motion would diverge"
             }
             Self::OffsetDecayNotPositive { .. } => {
                 "alpha must be above 0 1/s (Eq. (17)): the offset of sigma* would never decay"
             }
             Self::OffsetDecayTooSlow { .. } => {
-                "alpha times period is below 1e-7 (Eq. (17)): the offset of sigma* would not decay in f32; raise alpha or lengthen the period"
+                "alpha times period is below 1e-7 (Eq. (17)): the offset of sigma* would not decay in f32; \
+                 raise alpha or lengthen the period"
             }
             Self::Negative => "this number must not be negative",
-            Self::BoundaryLayerEmpty { .. } => "with k_s > 0 the boundary layer epsilon must be above 0 (Eq. (51))",
+            Self::BoundaryLayerEmpty { .. } => {
+                "with k_s > 0 the boundary layer epsilon must not be below 0, \
+                 nor 0 where k_s times period is 0 (Eq. (51))"
+            }
             Self::LimitsTooWide { .. } => "a limit of u is beyond 1e12",
             Self::LimitsReversed { .. } => "the limits are reversed: min must not be above max",
             Self::FallbackOutsideLimits { .. } => {
@@ -258,15 +265,29 @@ impl Cause {
             }
             Self::ObserverOrder { .. } => "the observer order must be 1..=R (Eq. (45))",
             Self::OrderTooLow { .. } => {
-                "the observer order is below n - i, so that sigma needs a derivative it does not estimate (Eq. (44)): raise the order, or observe no disturbance there"
+                "the observer order is below n - i, so that sigma needs a derivative it does not estimate (Eq. (44)): \
+                 raise the order, or observe no disturbance there"
             }
             Self::ObserverNotFinite => {
-                "an observer gain is NaN or infinite (Eq. (53)): give finite gains, or poles that are real or come in conjugate pairs"
+                "an observer gain is NaN or infinite (Eq. (53)): \
+                 give finite gains, or poles that are real or come in conjugate pairs"
             }
             Self::ObserverNotHurwitz => "the observer gains are not Hurwitz (Eq. (53); order 3 needs l1 l2 > l3)",
             Self::ObserverTooFast { .. } => "the fastest observer pole is too fast for the period (Eq. (53))",
             Self::CoefficientRange => {
-                "a designed coefficient overflows or vanishes in this precision: check the units of the period, the gains and b"
+                "a designed coefficient overflows or vanishes in this precision: \
+                 check the units of the period, the gains and b"
+            }
+            Self::Warned(Warning::ObserverFast { .. }) => {
+                "the fastest observer pole times period is above 0.3, where the estimate loses accuracy: \
+                 slow the observer or shorten the period"
+            }
+            Self::Warned(Warning::LinearGainHigh { .. }) => {
+                "k_l times period is above 0.5, where there is little margin for a wrong b or a delay: \
+                 lower k_l or shorten the period"
+            }
+            Self::Warned(Warning::SurfaceFast { .. }) => {
+                "the surface bandwidth times period is above 0.5: slow the surface or shorten the period"
             }
         }
     }
@@ -323,6 +344,25 @@ impl ConfigError {
     }
 }
 
+/// A number as a message shows it: with a power of ten where it would take many digits.
+struct Short(f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let is_plain = self.0 == 0.0 || (1e-4..1e9).contains(&self.0.abs());
+        if is_plain { fmt::Display::fmt(&self.0, f) } else { fmt::LowerExp::fmt(&self.0, f) }
+    }
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.words())?;
+        f.write_str(self.remedy().words())
+    }
+}
+
+impl core::error::Error for Cause {}
+
 /// An error in the words of somebody.
 struct Told<'a> {
     error: ConfigError,
@@ -342,17 +382,23 @@ impl fmt::Display for Told<'_> {
         f.write_str(self.remedy)?;
         match self.error.cause {
             Cause::PlantOrder { n } => write!(f, " (given {n})"),
-            Cause::PeriodNotPositive { period_s } => write!(f, " (given {period_s} s)"),
-            Cause::SurfaceLead { c_n } => write!(f, " (given {c_n})"),
-            Cause::OffsetDecayNotPositive { alpha_per_s } => write!(f, " (given {alpha_per_s} 1/s)"),
-            Cause::OffsetDecayTooSlow { alpha_times_period } => write!(f, " (given {alpha_times_period})"),
-            Cause::BoundaryLayerEmpty { epsilon } => write!(f, " (given {epsilon})"),
-            Cause::LimitsTooWide { limit } => write!(f, " (given {limit})"),
-            Cause::LimitsReversed { min, max } => write!(f, " (given min {min}, max {max})"),
-            Cause::FallbackOutsideLimits { u } => write!(f, " (given {u})"),
+            Cause::PeriodNotPositive { period_s } => write!(f, " (given {} s)", Short(period_s)),
+            Cause::OffsetDecayNotPositive { alpha_per_s } => write!(f, " (given {} 1/s)", Short(alpha_per_s)),
+            Cause::LimitsReversed { min, max } => write!(f, " (given min {}, max {})", Short(min), Short(max)),
+            Cause::SurfaceLead { c_n: given }
+            | Cause::OffsetDecayTooSlow { alpha_times_period: given }
+            | Cause::BoundaryLayerEmpty { epsilon: given }
+            | Cause::LimitsTooWide { limit: given }
+            | Cause::FallbackOutsideLimits { u: given } => write!(f, " (given {})", Short(given)),
             Cause::ObserverTooFast { fastest_rad_s, allowed_rad_s } => {
-                write!(f, " (fastest pole {fastest_rad_s:.4} rad/s, allowed {allowed_rad_s:.4} rad/s)")
+                let [fastest, allowed] = [fastest_rad_s, allowed_rad_s].map(Short);
+                write!(f, " (fastest pole {fastest:.4} rad/s, allowed {allowed:.4} rad/s)")
             }
+            Cause::Warned(
+                Warning::ObserverFast { pole_times_period: product, .. }
+                | Warning::LinearGainHigh { k_l_times_period: product }
+                | Warning::SurfaceFast { bandwidth_times_period: product },
+            ) => write!(f, " ({:.3})", Short(product)),
             _ => Ok(()),
         }
     }
@@ -436,15 +482,20 @@ impl fmt::Display for Warning {
         match *self {
             Self::ObserverFast { channel, pole_times_period } => write!(
                 f,
-                "channel {channel}: fastest observer pole times period is {pole_times_period:.3} (above 0.3 the estimate loses accuracy): slow the observer or shorten the period"
+                "channel {channel}: fastest observer pole times period is {:.3} (above 0.3 the estimate loses \
+                 accuracy): slow the observer or shorten the period",
+                Short(pole_times_period)
             ),
             Self::LinearGainHigh { k_l_times_period } => write!(
                 f,
-                "k_l times period is {k_l_times_period:.3} (above 0.5 there is little margin for a wrong b or a delay): lower k_l or shorten the period"
+                "k_l times period is {:.3} (above 0.5 there is little margin for a wrong b or a delay): \
+                 lower k_l or shorten the period",
+                Short(k_l_times_period)
             ),
             Self::SurfaceFast { bandwidth_times_period } => write!(
                 f,
-                "surface bandwidth times period is {bandwidth_times_period:.3} (above 0.5): slow the surface or shorten the period"
+                "surface bandwidth times period is {:.3} (above 0.5): slow the surface or shorten the period",
+                Short(bandwidth_times_period)
             ),
         }
     }
@@ -467,6 +518,17 @@ impl Warnings {
         self.list[self.len] = Some(warning);
         self.len += 1;
         self
+    }
+
+    /// The first of them as a refusal.
+    pub(crate) const fn first(&self) -> Option<ConfigError> {
+        let [Some(warning), ..] = self.list else { return None };
+        let field = match warning {
+            Warning::ObserverFast { channel, .. } => Field::Observer { channel },
+            Warning::LinearGainHigh { .. } => Field::LinearGain,
+            Warning::SurfaceFast { .. } => Field::Surface,
+        };
+        Some(ConfigError::new(field, Cause::Warned(warning)))
     }
 
     /// The remarks in turn.

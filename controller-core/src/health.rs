@@ -1,17 +1,26 @@
 //! What a tick has to say about itself. The tick always returns; trouble is told here.
+//!
+//! ```
+//! use controller_core::Health;
+//! let mut seen = Health::OK;
+//! seen |= Health::SATURATED;
+//! assert!(!seen.is_ok() && seen.contains(Health::SATURATED));
+//! assert_eq!(seen.to_string(), "saturated");
+//! ```
 
-/// A set of flags, one per kind of trouble.
+/// A set of flags, one per kind of trouble; [`OK`](Self::OK) is the empty set.
 #[derive(Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(try_from = "u8"))]
 #[repr(transparent)]
 pub struct Health(u8);
 
 impl Health {
     /// No trouble.
     pub const OK: Self = Self(0);
-    /// The sample, or what the model made of it, was not finite or beyond [`INPUT_LIMIT`](crate::INPUT_LIMIT): the
-    /// state was left as it was and the configured [`Fallback`](crate::Fallback) went out. The next good sample
-    /// resumes.
+    /// The law asked for what is not finite or beyond [`INPUT_LIMIT`](crate::INPUT_LIMIT), because of the sample or of
+    /// what the model made of it: the configured [`Fallback`](crate::Fallback) went out, the estimates wait, and the
+    /// next good sample resumes. If it asks for too much twice in a row, the estimates are what is spoilt: they start
+    /// anew.
     pub const INPUT_REJECTED: Self = Self(1);
     /// The law asked for more than the limits allow.
     pub const SATURATED: Self = Self(2);
@@ -37,7 +46,13 @@ impl Health {
         Self(self.0 | other.0)
     }
 
-    /// Are all flags of `other` set?
+    /// No trouble at all?
+    #[inline(always)]
+    pub const fn is_ok(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Are all flags of `other` set? [`OK`](Self::OK) has none, so every set contains it: ask [`is_ok`](Self::is_ok).
     #[inline(always)]
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
@@ -65,9 +80,37 @@ impl core::ops::BitOr for Health {
     }
 }
 
+/// Adds the flags of the other set: what was seen since somebody looked.
+impl core::ops::BitOrAssign for Health {
+    #[inline(always)]
+    fn bitor_assign(&mut self, other: Self) {
+        *self = self.union(other);
+    }
+}
+
+/// A byte that is no [`Health`]: a bit in it has no meaning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnknownHealth(u8);
+
+impl core::fmt::Display for UnknownHealth {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "health {} has a bit without a meaning: it is a sum of 1, 2 and 4", self.0)
+    }
+}
+
+impl core::error::Error for UnknownHealth {}
+
+impl TryFrom<u8> for Health {
+    type Error = UnknownHealth;
+
+    fn try_from(bits: u8) -> Result<Self, UnknownHealth> {
+        Self::from_bits(bits).ok_or(UnknownHealth(bits))
+    }
+}
+
 impl core::fmt::Display for Health {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        if *self == Self::OK {
+        if self.is_ok() {
             return f.write_str("ok");
         }
         let mut separator = "";

@@ -8,9 +8,9 @@
 //! The first four terms are the *equivalent control*, the rest is the *reaching law* held here. Held over one tick, u
 //! must cancel what the chain does *during* the tick, so the discrete law weighs the same terms with rows that are
 //! computed once (module `design`), and the switching term is the implicit (backward Euler) sign: a clamp that makes no
-//! numerical chatter for any $k_s$, $\epsilon$, $T$. The price is that inside the layer it is softer than the printed one,
-//! by $(k_l + k_s/\epsilon)/(k_l + (1 - k_l T) k_s/(\epsilon + k_s T))$, and the bound on $\sigma^*$ larger by that
-//! (test `random_chains_with_switching_stay_bounded_and_as_close_as_the_implicit_saturation_allows`).
+//! numerical chatter for any $k_s$, $\epsilon$, $T$. The price is that inside the layer it is softer than the printed
+//! one, by $(k_l + k_s/\epsilon)/(k_l + (1 - k_l T) k_s/(\epsilon + k_s T))$, and the bound on $\sigma^*$ larger by
+//! that (test `random_chains_with_switching_stay_bounded_and_as_close_as_the_implicit_saturation_allows`).
 //!
 //! # Deviation
 //! The paper prints sat σ* in Eq. (51) and defines it by ε; the argument is σ*/ε.

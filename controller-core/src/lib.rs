@@ -18,8 +18,8 @@
 //! * `serde` reads and writes what holds no array of generic length: [`Output`], [`Health`], [`Fallback`],
 //!   [`ReachingLaw`], [`Limits`], [`Pole`], [`JointParameters`], [`JointChain`], [`Reading`]; it only writes
 //!   [`ConfigError`], [`Warning`] and [`Warnings`]. serde derives nothing for `[T; N]` with a generic N, so [`Config`],
-//!   [`Surface`], [`ObserverGains`], [`Nominal`] and [`Record`] have no impl: keep their numbers in a type of your own (a
-//!   scenario file does) and build them from it.
+//!   [`Surface`], [`ObserverGains`], [`Nominal`] and [`Record`] have no impl: keep their numbers in a type of your own
+//!   (a scenario file does) and build them from it.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -58,7 +58,7 @@ pub use elementary::{Exp, Libm, Micromath};
 #[doc(inline)]
 pub use error::{Cause, ConfigError, Field, Remedy, Warning, Warnings};
 #[doc(inline)]
-pub use health::Health;
+pub use health::{Health, UnknownHealth};
 #[doc(inline)]
 pub use history::{History, Record};
 #[doc(inline)]
@@ -84,7 +84,7 @@ pub use surface::Surface;
 
 /// Version of this crate; a design belongs to the version that made it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// The same as a number, a byte each of major, minor and patch.
+/// The same as a number, a byte each of major, minor and patch; of a pre-release, those of the release that it is for.
 pub const VERSION_NUMBER: u32 = version(VERSION);
 /// Plant orders are 2..=`MAX_N`.
 pub const MAX_N: usize = 6;
@@ -94,7 +94,7 @@ pub const MAX_R: usize = 3;
 const fn version(text: &str) -> u32 {
     let bytes = text.as_bytes();
     let (mut packed, mut part, mut i) = (0, 0, 0);
-    while i < bytes.len() {
+    while i < bytes.len() && bytes[i] != b'-' && bytes[i] != b'+' {
         if bytes[i] == b'.' {
             packed = packed << 8 | part;
             part = 0;
@@ -109,4 +109,16 @@ const fn version(text: &str) -> u32 {
 
 const fn assert_order(n: usize) {
     assert!(n >= 2 && n <= MAX_N, "the plant order N must be 2..=6");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pre_release_has_the_number_of_the_release_that_it_is_for() {
+        for text in ["0.2.10", "0.2.10-rc.1", "0.2.10-alpha", "0.2.10+build.7", "0.2.10-rc.1+7"] {
+            assert_eq!(version(text), 0x0000_020a, "{text}");
+        }
+    }
 }

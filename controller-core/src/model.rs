@@ -7,7 +7,8 @@
 use crate::assert_order;
 use crate::real::Real;
 
-/// a(x) and b(x) in units of b_0.
+/// a(x) and b(x) in units of b_0. A model is `Copy`, so that a design with it can lie in a `const`; what is large is
+/// held by reference.
 ///
 /// ```
 /// use controller_core::*;
@@ -28,7 +29,13 @@ use crate::real::Real;
 ///
 /// assert_eq!(Pendulum { weight: 2.0 }.drift(&[0.0, 1.0]), 0.0);
 /// ```
-pub trait NominalModel<T: Real, const N: usize> {
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no model of a plant of order {N} in `{T}`",
+    label = "needs `NominalModel<{T}, {N}>`",
+    note = "write `impl NominalModel<{T}, {N}> for ..` with its a(x)/b_0, or take `Linear<{T}, {N}>`; the model, the \
+            controller's type and `Nominal` must name one order and one precision"
+)]
+pub trait NominalModel<T: Real, const N: usize>: Copy {
     /// a(x)/b_0: the drift of channel n in units of u.
     fn drift(&self, x: &[T; N]) -> T;
 

@@ -30,6 +30,7 @@
 
 use crate::MAX_R;
 use crate::config::resized;
+use crate::error::Cause;
 use crate::exponential::channel_gammas;
 use crate::polynomial::{TERMS, is_hurwitz, spectral_radius};
 use crate::real::Real;
@@ -52,17 +53,46 @@ impl Pole {
     }
 }
 
-/// Gains l_i1 .. l_ir of one channel, l_ij in s⁻ʲ. The order r may be lower than the capacity `R`.
+/// Gains l_i1 .. l_ir of one channel, l_ij in s⁻ʲ. The order r may be lower than the capacity `R`, and is never higher.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ObserverGains<const R: usize> {
-    /// The order r of this channel's observer, 1..=R.
-    pub order: usize,
+    /// 1..=R.
+    pub(crate) order: usize,
     /// l_1 .. l_r; the rest is not read.
-    pub l: [f64; R],
+    pub(crate) l: [f64; R],
 }
 
 impl<const R: usize> ObserverGains<R> {
+    /// The first `order` of these gains, for an order that is known at run time only.
+    ///
+    /// # Errors
+    /// [`Cause::ObserverOrder`] if the order is not 1..=R.
+    ///
+    /// ```
+    /// use controller_core::{Cause, ObserverGains};
+    /// let gains = ObserverGains::<2>::new(1, [50.0, 0.0]).expect("one of two");
+    /// assert_eq!((gains.order(), gains.l()), (1, &[50.0][..]));
+    /// assert_eq!(ObserverGains::<2>::new(9, [50.0, 1.0]), Err(Cause::ObserverOrder { order: 9, capacity: 2 }));
+    /// ```
+    pub const fn new(order: usize, l: [f64; R]) -> Result<Self, Cause> {
+        const { assert!(R >= 1 && R <= MAX_R, "the observer capacity R must be 1..=3") };
+        if order == 0 || order > R {
+            return Err(Cause::ObserverOrder { order, capacity: R });
+        }
+        Ok(Self { order, l })
+    }
+
+    /// The order r of this channel's observer, 1..=R.
+    pub const fn order(&self) -> usize {
+        self.order
+    }
+
+    /// The gains l_1 .. l_r.
+    pub const fn l(&self) -> &[f64] {
+        self.l.split_at(self.degree()).0
+    }
+
     /// The gains as a paper prints them. They need not have the poles that are said of them: the printed (100, 20) of
     /// Example 2, "poles at -10", has -99.8 and -0.2. See `error_dynamics::error_poles`.
     pub const fn as_printed<const ORDER: usize>(l: [f64; ORDER]) -> Self {
@@ -76,19 +106,39 @@ impl<const R: usize> ObserverGains<R> {
         Self { order: ORDER, l: gains }
     }
 
-    /// The gains that give the error these poles. Complex poles come in conjugate pairs; if they do not, the gains are
-    /// NaN, which the design refuses.
+    /// [`try_from_poles`](Self::try_from_poles) for a `const`: poles without their partners are a compile error.
+    ///
+    /// # Panics
+    /// If complex poles do not come in conjugate pairs, or a pole is not finite; outside a `const` use
+    /// [`try_from_poles`](Self::try_from_poles).
     ///
     /// ```
     /// use controller_core::{ObserverGains, Pole};
     /// // s² + 20 s + 125
     /// const PAIR: [Pole; 2] = [Pole { re: -10.0, im: 5.0 }, Pole { re: -10.0, im: -5.0 }];
     /// const GAINS: ObserverGains<2> = ObserverGains::from_poles(PAIR);
-    /// assert_eq!(GAINS.l, [20.0, 125.0]);
+    /// assert_eq!(GAINS.l(), [20.0, 125.0]);
     /// ```
     pub const fn from_poles<const ORDER: usize>(poles: [Pole; ORDER]) -> Self {
+        match Self::try_from_poles(poles) {
+            Ok(gains) => gains,
+            Err(_) => panic!("poles must be finite, and complex ones come in conjugate pairs (Eq. (53))"),
+        }
+    }
+
+    /// The gains that give the error these poles.
+    ///
+    /// # Errors
+    /// [`Cause::ObserverNotFinite`] if complex poles do not come in conjugate pairs, or a pole or a gain is not finite.
+    pub const fn try_from_poles<const ORDER: usize>(poles: [Pole; ORDER]) -> Result<Self, Cause> {
+        let (gains, paired) = Self::multiplied(poles);
+        if paired && gains.is_finite() { Ok(gains) } else { Err(Cause::ObserverNotFinite) }
+    }
+
+    /// (s - p_1)(s - p_2).., and whether its imaginary part vanishes.
+    const fn multiplied<const ORDER: usize>(poles: [Pole; ORDER]) -> (Self, bool) {
         const { assert!(ORDER >= 1 && ORDER <= R && R <= MAX_R, "an observer's order must be 1..=R, and R 1..=3") };
-        // Multiply out (s - p_1)(s - p_2)..: re[k], im[k] belong to s^(order - k).
+        // re[k], im[k] belong to s^(order - k).
         let mut re = [0.0; TERMS];
         let mut im = [0.0; TERMS];
         re[0] = 1.0;
@@ -109,27 +159,29 @@ impl<const R: usize> ObserverGains<R> {
             q += 1;
         }
         let mut l = [0.0; R];
+        let mut paired = true;
         let mut j = 0;
         while j < ORDER {
             // A pair cancels exactly up to rounding; an unpaired pole leaves an imaginary part of its own size.
-            let paired = im[j + 1].abs() <= 1e-9 * (re[j + 1].abs() + largest);
-            l[j] = if paired { re[j + 1] } else { f64::NAN };
+            paired = paired && im[j + 1].abs() <= 1e-9 * (re[j + 1].abs() + largest);
+            l[j] = re[j + 1];
             j += 1;
         }
-        Self { order: ORDER, l }
+        (Self { order: ORDER, l }, paired)
     }
 
     /// All `ORDER` poles at -ω: the error settles within about 3/ω (r = 1), 5/ω (r = 2), 7/ω (r = 3).
+    /// What is not finite the design refuses.
     pub const fn from_bandwidth<const ORDER: usize>(omega_rad_s: f64) -> Self {
-        Self::from_poles([Pole::real(-omega_rad_s); ORDER])
+        Self::multiplied([Pole::real(-omega_rad_s); ORDER]).0
     }
 
     /// The same gains in another capacity.
     pub(crate) const fn resized<const TO: usize>(&self) -> ObserverGains<TO> {
-        ObserverGains { order: self.order, l: resized(&self.l) }
+        ObserverGains { order: if self.order < TO { self.order } else { TO }, l: resized(&self.l) }
     }
 
-    /// The order as far as there is room for it: the fields are public, and nothing here may panic.
+    /// The order, of which the compiler sees that there is room for it: nothing here may panic.
     const fn degree(&self) -> usize {
         const { assert!(R >= 1 && R <= MAX_R, "the observer capacity R must be 1..=3") };
         if self.order < R { self.order } else { R }

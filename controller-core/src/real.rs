@@ -127,7 +127,7 @@ pub trait Real:
     fn abs(self) -> Self;
 
     /// self limited to [min, max] by two compare-and-selects: constant time, and no library call as `f32::max` is on
-    /// thumb. A NaN stays a NaN; the tick's guard keeps it from getting here.
+    /// thumb. A NaN stays a NaN, for the tick's guard to find: the switching term is limited before it, u behind it.
     #[inline(always)]
     #[must_use]
     fn limited(self, min: Self, max: Self) -> Self {

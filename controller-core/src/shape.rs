@@ -1,7 +1,8 @@
-//! The shape of a controller, as types and as numbers: plant order n, capacity r for observer orders, observed channels.
+//! The shape of a controller, as types and as numbers: plant order n, capacity r for observer orders, observed
+//! channels.
 //!
-//! [`controller!`](macro@crate::controller) spells the type of a controller once. [`shapes!`](crate::shapes) is the one list
-//! of all shapes for whoever must carry many: a target, a host, the archive for C.
+//! [`controller!`](macro@crate::controller) spells the type of a controller once. [`shapes!`](crate::shapes) is the one
+//! list of all shapes for whoever must carry many: a target, a host, the archive for C.
 
 use crate::{MAX_N, MAX_R};
 
@@ -39,8 +40,8 @@ macro_rules! controller {
 /// `MASK` of a [`Controller`](crate::Controller) of plant order n with observers of order r in these channels, from 1.
 ///
 /// # Panics
-/// In a type, where it belongs, that is a compile error: on an order that there is not, on a channel that the plant does
-/// not have or that is named twice, and on one that Eq. (44) does not allow with this order.
+/// In a type, where it belongs, that is a compile error: on an order that there is not, on a channel that the plant
+/// does not have or that is named twice, and on one that Eq. (44) does not allow with this order.
 ///
 /// ```
 /// assert_eq!(controller_core::channels(4, 2, [2, 4]), 0b1010);
@@ -76,8 +77,8 @@ pub const fn channels<const O: usize>(n: usize, r: usize, numbers: [usize; O]) -
     mask
 }
 
-/// All shapes that Eq. (44) allows, as `name: n r mask o,`, handed to a macro of one's own: the one list for whoever must
-/// carry many of them.
+/// All shapes that Eq. (44) allows, as `name: n r mask o,`, handed to a macro of one's own: the one list for whoever
+/// must carry many of them.
 ///
 /// | set | what is in it | shapes |
 /// |---|---|---|
@@ -99,7 +100,9 @@ macro_rules! shapes {
     (planar => $callback:ident) => { $crate::shapes! { @ $callback [@planar_archive @planar] } };
     (wire => $callback:ident) => { $crate::shapes! { @ $callback [@planar_archive @archive @planar @wire] } };
     (all => $callback:ident) => { $crate::shapes! { @ $callback [@planar_archive @archive @planar @wire @long] } };
-    ($other:ident => $callback:ident) => { ::core::compile_error!("shapes! has the sets all, wire, planar and archive") };
+    ($other:ident => $callback:ident) => {
+        ::core::compile_error!("shapes! has the sets all, wire, planar and archive")
+    };
     (@ $callback:ident [] $($shape:tt)*) => { $callback! { $($shape)* } };
     (@ $callback:ident [@planar_archive $($rest:tt)*] $($shape:tt)*) => {
         $crate::shapes! { @ $callback [$($rest)*] $($shape)*

@@ -1,8 +1,9 @@
 //! An image in the emulator: QEMU's `netduinoplus2` carries an STM32F405.
 //!
 //! QEMU is a child process. USART1 and USART2 of the chip (the log) reach us over TCP on this machine; both connections
-//! are made before the first instruction runs, so that no byte is lost. The child ends when its owner is dropped; an exit
-//! that drops nothing calls [`stop_all`] first. On Linux it dies with the thread that started it, however that ends.
+//! are made before the first instruction runs, so that no byte is lost. The child ends when its owner is dropped; an
+//! exit that drops nothing calls [`stop_all`] first. On Linux it dies with the thread that started it, however that
+//! ends.
 
 use std::io::{self, ErrorKind, Read};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};

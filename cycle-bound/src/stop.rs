@@ -1,9 +1,9 @@
 //! Ctrl-C and the other requests to end: SIGINT, SIGTERM, SIGHUP.
 //!
-//! A request ends the program at once, unless it [keeps](keeping) a record that would be lost. Then it sets a flag, which
-//! the loop that [looks](looking) for it must see within [`SEEN_WITHIN`]: else it is blocked, by a reader that does not
-//! read say, and ends the same way. A second request ends it in any case. Files are written whole or not at all, so
-//! nothing is left half done; emulators end with the program.
+//! A request ends the program at once, unless it [keeps](keeping) a record that would be lost. Then it sets a flag,
+//! which the loop that [looks](looking) for it must see within [`SEEN_WITHIN`]: else it is blocked, by a reader that
+//! does not read say, and ends the same way. A second request ends it in any case. Files are written whole or not at
+//! all, so nothing is left half done; emulators end with the program.
 
 use std::process::exit;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};

@@ -32,8 +32,13 @@
  *     bandwidth_rad_s = 100.0
  *     order = 2
  */
-#ifndef JOINT_DESIGN_H
-#define JOINT_DESIGN_H
+#ifdef JOINT_DESIGN_H
+#if JOINT_DESIGN_H != 0xe4c45115u
+#error "two designs with the prefix joint, 0xe4c45115u here and JOINT_DESIGN_H before: export one with another --prefix"
+#define JOINT_DESIGN_H 0xe4c45115u
+#endif
+#else
+#define JOINT_DESIGN_H 0xe4c45115u
 
 #include "edo_smc.h"
 

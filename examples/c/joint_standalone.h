@@ -11,7 +11,10 @@
  * The same bits as the Rust tick need every operation rounded on its own. A fused multiply-add rounds a * b + c once,
  * which is another number (and takes longer on a Cortex-M4F): compile with -ffp-contract=off. This file asks for it by
  * itself where it can; with GCC that keeps joint_tick from being inlined unless the option is given too. Reordering
- * (-ffast-math), more digits than f32 (x87) and flushing denormals to zero (FPSCR.FZ) change bits as well.
+ * (-ffast-math and its parts), more digits than f32 (x87) and denormals flushed to zero (FPSCR.FZ) change bits as well.
+ * Where the compiler says that it may do so this file does not compile. clang says it of -ffast-math and
+ * -ffinite-math-only alone: there the file forbids reordering by itself, and nothing can see -fno-signed-zeros (part of
+ * -funsafe-math-optimizations too), -fno-honor-nans and -fno-honor-infinities. Do not give them.
  *
  * Design 0xe4c45115 (CRC-32, the one a target reports).
  * Scenario joint.toml (CRC-32 0x97fb56c5):
@@ -44,14 +47,19 @@
  *     bandwidth_rad_s = 100.0
  *     order = 2
  */
-#ifndef JOINT_STANDALONE
-#define JOINT_STANDALONE
+#ifdef JOINT_STANDALONE
+#if JOINT_STANDALONE != 0xe4c45115u
+#error "two designs with the prefix joint, 0xe4c45115u here and JOINT_STANDALONE before: export one with another --prefix"
+#define JOINT_STANDALONE 0xe4c45115u
+#endif
+#else
+#define JOINT_STANDALONE 0xe4c45115u
 
 #include <float.h>
 #include <stdbool.h>
 
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) \
-    || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+    || defined(__NO_SIGNED_ZEROS__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error "compile without -ffast-math and its parts: they change numbers and remove the guard against NaN"
 #endif
 #if FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16
@@ -60,9 +68,13 @@
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off")
-#define JOINT_NO_CONTRACTION
+#define JOINT_AS_WRITTEN
+#elif defined(__clang__) && __clang_major__ >= 18
+#define JOINT_AS_WRITTEN _Pragma("clang fp contract(off) reassociate(off) reciprocal(off)")
+#elif defined(__clang__) && __clang_major__ >= 14
+#define JOINT_AS_WRITTEN _Pragma("clang fp contract(off) reassociate(off)")
 #else
-#define JOINT_NO_CONTRACTION _Pragma("STDC FP_CONTRACT OFF")
+#define JOINT_AS_WRITTEN _Pragma("STDC FP_CONTRACT OFF")
 #endif
 
 #define JOINT_VERSION "0.1.0"
@@ -105,7 +117,7 @@ typedef struct {
  * it was, if the sample is not good enough: try the next one. */
 static inline bool joint_start(joint_state *state, const float x[JOINT_N])
 {
-    JOINT_NO_CONTRACTION
+    JOINT_AS_WRITTEN
     static const float d_hat_4 = 0.0f; /* initial estimate, in the unit of x_i per second */
     static const float input_gain = 1.27819550e2f; /* b_0 */
     static const float d_hat_2 = 0.0f; /* initial estimate, in the unit of x_i per second */
@@ -149,7 +161,7 @@ static inline bool joint_start(joint_state *state, const float x[JOINT_N])
 /* What goes out as long as there has been no good sample. */
 static inline unsigned joint_not_started(joint_output *output)
 {
-    JOINT_NO_CONTRACTION
+    JOINT_AS_WRITTEN
     static const float fallback = 0.0f;
     output->u = fallback;
     output->sigma = 0.0f;
@@ -162,7 +174,7 @@ static inline unsigned joint_not_started(joint_output *output)
  * up in what the law demands: one comparison guards them all. */
 static inline unsigned joint_tick(joint_state *state, const float x[JOINT_N], joint_output *output)
 {
-    JOINT_NO_CONTRACTION
+    JOINT_AS_WRITTEN
     static const float drift_1 = 7.56302490e1f; /* a(x)/b_0 = drift . x */
     static const float drift_2 = 0.0f; /* a(x)/b_0 = drift . x */
     static const float drift_3 = -7.56302490e1f; /* a(x)/b_0 = drift . x */
@@ -219,9 +231,11 @@ static inline unsigned joint_tick(joint_state *state, const float x[JOINT_N], jo
     const float e2 = (moved2 - h2) - state->p2;
     const float a2 = state->resuming ? state->a2 : (state->a2 + (state->b2 + (gamma2_1 * e2)));
     const float b2 = state->resuming ? state->b2 : (state->b2 + (gamma2_2 * e2));
+    float alone = x4 + (c_3 * x3);
     const float part = c_2 * x2;
+    alone += part;
     const float sigma = c_1 * x1;
-    const float part_2 = ((x4 + (c_3 * x3)) + part) + sigma;
+    alone += sigma;
 
     /* 2. Of the law what needs no sigma*; surface, Eq. (44); offset, Eq. (17). */
     const float y3 = x3 + a2;
@@ -243,26 +257,23 @@ static inline unsigned joint_tick(joint_state *state, const float x[JOINT_N], jo
     v += k4_b * b4;
     v += k2_b * b2;
     const float asked = (v * unit) - input_drift;
-    const float part_3 = ko * state->offset;
-    const float part_4 = asked - part_3;
+    const float of_offset = ko * state->offset;
+    const float part_2 = asked - of_offset;
     if (!(((asked >= (-plausible)) && (asked <= plausible))
-            || (((asked > (-((part_3 < 0.0f) ? (-part_3) : (part_3 + 0.0f))))
-            && (asked < ((part_3 < 0.0f) ? (-part_3) : (part_3 + 0.0f))))
-            && ((part_4 < (-plausible)) || (part_4 > plausible))))) {
+            || (((asked > (-((of_offset < 0.0f) ? (-of_offset) : (of_offset + 0.0f))))
+            && (asked < ((of_offset < 0.0f) ? (-of_offset) : (of_offset + 0.0f))))
+            && ((part_2 < (-plausible)) || (part_2 > plausible))))) {
         /* A rejected sample. */
-        const float part_5 = state->resuming ? part_2 : state->held;
-        const bool holds = (part_5 >= (-input_limit)) && (part_5 <= input_limit);
-        const bool holds_2 = state->resuming && holds;
-        const float part_6 = holds_2 ? part_2 : state->offset;
-        const float part_7 = (hold * (state->resuming
-                ? (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held : 0.0f)
-                : (holds ? state->held : 0.0f))) + fallback;
-        const float offset_2 = part_6 - (decay * part_6);
-        const float u_2 = (part_7 > u_max) ? u_max : ((part_7 < u_min) ? u_min : part_7);
+        const bool holds = state->resuming && ((alone >= (-input_limit)) && (alone <= input_limit));
+        const float part_3 = holds ? alone : state->offset;
+        const float part_4 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
+                : 0.0f)) + fallback;
+        const float alone_2 = part_3 - (decay * part_3);
+        const float u_2 = (part_4 > u_max) ? u_max : ((part_4 < u_min) ? u_min : part_4);
         output->u = u_2;
-        output->sigma = offset_2;
+        output->sigma = alone_2;
         output->sigma_star = 0.0f;
-        if (holds_2) {
+        if (holds) {
             state->a2 = 0.0f;
             state->b2 = 0.0f;
             state->a4 = 0.0f;
@@ -270,7 +281,7 @@ static inline unsigned joint_tick(joint_state *state, const float x[JOINT_N], jo
         }
         state->resuming = true;
         state->p2 = 0.0f;
-        state->offset = offset_2;
+        state->offset = alone_2;
         state->held = u_2;
         return (unsigned)JOINT_INPUT_REJECTED;
     }
@@ -311,11 +322,11 @@ static inline unsigned joint_tick_or_start(joint_state *state, const float x[JOI
 }
 
 /* Tells what the actuator really holds since the last tick, where that is not the u of the tick: the only
- * anti-windup, and needed. Call it before the next tick. A value that is not finite is not taken, nor any before the
- * start, and the answer is false. */
+ * anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not taken,
+ * nor any before the start, and the answer is false. */
 static inline bool joint_report_applied(joint_state *state, float u)
 {
-    JOINT_NO_CONTRACTION
+    JOINT_AS_WRITTEN
     static const float input_limit = 9.99999996e11f; /* nothing beyond is a number to start from or to hold */
     const bool answer = state->started && ((u >= (-input_limit)) && (u <= input_limit));
     if (answer) {
@@ -324,12 +335,12 @@ static inline bool joint_report_applied(joint_state *state, float u)
     return answer;
 }
 
-/* Estimates at the instant of the last tick: d_hat[i][m] is the m-th derivative of the estimate in channel
- * i + 1, in the unit of x_(i+1) per second and per second^m; zeros where there is no observer, or beyond its order.
- * False, and zeros, before the start. */
+/* Estimates at the instant of the last tick: d_hat[i][m] is the m-th derivative of the estimate in
+ * channel i + 1, in the unit of x_(i+1) per second and per second^m; zeros where there is no observer, or beyond its
+ * order. False, and zeros, before the start. */
 static inline bool joint_estimates(const joint_state *state, float d_hat[JOINT_N][JOINT_R])
 {
-    JOINT_NO_CONTRACTION
+    JOINT_AS_WRITTEN
     static const float period = 9.99999975e-5f; /* T, s */
     static const float theta_n = 5.00626564e-1f; /* mean of channel n's response over a tick */
     static const float mu2_n = 3.33960056e-1f; /* its second moment */
@@ -362,7 +373,7 @@ static inline bool joint_estimates(const joint_state *state, float d_hat[JOINT_N
 /* Forgets all but the design: the next good sample starts again. For the end of a fault. */
 static inline void joint_reset(joint_state *state)
 {
-    JOINT_NO_CONTRACTION
+    JOINT_AS_WRITTEN
     if (state->started) {
         state->resuming = false;
         state->a2 = 0.0f;
@@ -379,7 +390,7 @@ static inline void joint_reset(joint_state *state)
     state->started = false;
 }
 
-#undef JOINT_NO_CONTRACTION
+#undef JOINT_AS_WRITTEN
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC pop_options
 #endif

@@ -37,8 +37,9 @@ impl Uart {
 
     fn switched_on(registers: &'static usart1::RegisterBlock) -> Self {
         let divider = (CORE_HZ + BAUD / 2) / BAUD;
-        // SAFETY: every value of 16 bits is a valid divider but 0 .. 15; this is 139.
-        registers.brr().write(|w| unsafe { w.bits(divider as u16) });
+        // In sixteenths; 139 here.
+        let (mantissa, fraction) = ((divider / 16) as u16, (divider % 16) as u8);
+        registers.brr().write(|w| w.div_mantissa().set(mantissa).div_fraction().set(fraction));
         registers.cr1().write(|w| w.ue().set_bit().te().set_bit().re().set_bit());
         Self { registers }
     }
@@ -62,8 +63,7 @@ impl Uart {
     pub fn write(&self, bytes: &[u8]) {
         for &byte in bytes {
             while self.registers.sr().read().txe().bit_is_clear() {}
-            // SAFETY: the data register takes any 8 bits.
-            self.registers.dr().write(|w| unsafe { w.bits(u16::from(byte)) });
+            self.registers.dr().write(|w| w.dr().set(u16::from(byte)));
         }
     }
 }

@@ -25,7 +25,7 @@ mod standalone;
 /// What the names of an exported C file begin with, if nothing else is asked for.
 pub const PREFIX: &str = "edo_smc";
 
-/// Which file.
+/// Which form an exported controller has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form<'a> {
     /// Self-contained C99; every name in it begins with this prefix.
@@ -102,6 +102,22 @@ impl Exported<'_> {
 
     fn design_hash(&self) -> u32 {
         pil_wire::design_hash(instance_of(self.download), &self.download.numbers)
+    }
+
+    /// Opens the include guard of a C file. It carries the design: the same file twice is one, two designs of one
+    /// prefix are an error, after which the compiler shows where the other one comes from.
+    fn guard(&self, guard: &str, prefix: &str) -> String {
+        let hash = format!("{:#010x}u", self.design_hash());
+        format!(
+            "#ifdef {guard}
+#if {guard} != {hash}
+#error \"two designs with the prefix {prefix}, {hash} here and {guard} before: export one with another --prefix\"
+#define {guard} {hash}
+#endif
+#else
+#define {guard} {hash}
+"
+        )
     }
 
     /// Where the file comes from, line by line: every line may stand in a comment of C and of Rust.

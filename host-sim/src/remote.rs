@@ -6,8 +6,8 @@
 //! [`PortError`], not a hang.
 //!
 //! Who repeats too soon makes a slow target slower, for it answers the repetition too. So the wait doubles with each
-//! repetition, up to four times the shortest, and stays there until a request that was sent once is answered and shows how
-//! long that takes.
+//! repetition, up to four times the shortest, and stays there until a request that was sent once is answered and shows
+//! how long that takes.
 
 use std::time::{Duration, Instant};
 

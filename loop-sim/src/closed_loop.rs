@@ -22,11 +22,11 @@ use crate::trace::{Ending, Recorder, Row, Trace};
 pub struct Loop<'a> {
     /// The true plant.
     pub plant: &'a dyn Plant,
-    /// Measuring chain.
+    /// What lies between the state and the sample.
     pub sensor: &'a mut dyn Sensor,
-    /// The controller.
+    /// The controller, wherever it runs.
     pub port: &'a mut dyn ControllerPort,
-    /// Actuating chain.
+    /// What lies between the u demanded and the u held.
     pub actuator: &'a mut dyn Actuator,
     /// Is the controller told what the actuator holds?
     pub report: bool,

@@ -74,15 +74,15 @@ impl std::error::Error for PortError {}
 pub enum Field {
     /// u.
     U,
-    /// σ.
+    /// The sliding variable σ.
     Sigma,
-    /// σ*.
+    /// σ without its offset, σ*.
     SigmaStar,
-    /// Health.
+    /// The flags of trouble.
     Health,
     /// An estimate, or a derivative of it.
     Estimate {
-        /// From 1.
+        /// Channel, from 1.
         channel: usize,
         /// 0 for d_hat itself.
         derivative: usize,
@@ -106,11 +106,11 @@ impl fmt::Display for Field {
 pub struct Difference {
     /// Tick, from 0.
     pub tick: u64,
-    /// Which output.
+    /// Which output differs.
     pub field: Field,
     /// Its f32 bits elsewhere (health: its flags).
     pub there: u32,
-    /// And here.
+    /// Its f32 bits in this process.
     pub here: u32,
 }
 

@@ -12,39 +12,39 @@
 /// One term of a [`Signal`]; t in s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Term {
-    /// A.
+    /// The constant A.
     Const {
-        /// A, in the unit of the signal.
+        /// The constant A, in the unit of the signal.
         amplitude: f64,
     },
-    /// s t.
+    /// A ramp from 0, s t.
     Ramp {
-        /// s, unit of the signal per second.
+        /// The slope s, unit of the signal per second.
         slope: f64,
     },
     /// A sin(ω t + φ).
     Sin {
-        /// A.
+        /// The amplitude A, in the unit of the signal.
         amplitude: f64,
-        /// ω, rad/s.
+        /// The angular frequency ω, rad/s.
         omega_rad_s: f64,
-        /// φ, rad.
+        /// The phase φ at t = 0, rad.
         phase_rad: f64,
     },
     /// A cos(ω t + φ).
     Cos {
-        /// A.
+        /// The amplitude A, in the unit of the signal.
         amplitude: f64,
-        /// ω, rad/s.
+        /// The angular frequency ω, rad/s.
         omega_rad_s: f64,
-        /// φ, rad.
+        /// The phase φ at t = 0, rad.
         phase_rad: f64,
     },
     /// 0 for t < t0, A for t >= t0.
     Step {
-        /// A.
+        /// The amplitude A, in the unit of the signal.
         amplitude: f64,
-        /// t0, s.
+        /// The time t0 of the step, s.
         t0_s: f64,
     },
 }

@@ -17,7 +17,7 @@ pub trait Recorder {
     fn end(&mut self, _ending: Ending) {}
 }
 
-/// Keeps nothing.
+/// A recorder that keeps nothing.
 impl Recorder for () {
     fn record(&mut self, _row: &Row) -> ControlFlow<()> {
         ControlFlow::Continue(())
@@ -49,7 +49,7 @@ impl<A: Recorder + ?Sized, B: Recorder + ?Sized> Recorder for (&mut A, &mut B) {
 pub struct Row {
     /// Time of the tick, s.
     pub t_s: f64,
-    /// True state.
+    /// True state of the plant.
     pub x: [f64; MAX_ORDER],
     /// Control demanded by the controller.
     pub u: f64,

@@ -72,7 +72,7 @@ pub enum Request {
     Tick {
         /// The sample; entries beyond the plant order are not read.
         x: [f32; MAX_N],
-        /// What the actuator held since the last tick; NaN if that was not told.
+        /// What the actuator held since the last tick; NaN if that was not told. Beyond 1e12 it is not taken either.
         applied: f32,
     },
     /// Run into an undefined instruction: shows that the black box comes out.

@@ -151,7 +151,7 @@ pub(super) fn assemble(resolved: Resolved) -> Result<Experiment, Problem> {
                 let Designed { port, warnings, download } =
                     in_process::build(&spec).map_err(|error| design_problem(&error, &observer_position))?;
                 let observers = spec.config.padded.observers.iter().take(spec.config.n);
-                let orders = observers.map(|gains| gains.map_or(0, |gains| gains.order)).collect();
+                let orders = observers.map(|gains| gains.map_or(0, |gains| gains.order())).collect();
                 (port, Some(*spec), download, warnings.iter().map(ToString::to_string).collect(), orders)
             }
             ControllerChoice::Baseline(spec) => (Box::new(Baseline::new(spec)), None, None, Vec::new(), vec![1, 0]),

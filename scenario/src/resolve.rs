@@ -563,7 +563,7 @@ fn observers(
 fn observer_gains(table: &ObserverTable, key: &str) -> Result<Vec<f64>, Problem> {
     let order_key = format!("{key}.order");
     let (at, gains) = match (&table.printed, &table.poles, table.bandwidth_rad_s) {
-        (Some(l), None, None) => ("printed", l.clone()),
+        (Some(l), None, None) => ("printed", Some(l.clone())),
         (None, Some(poles), None) => ("poles", from_poles(poles)),
         (None, None, Some(omega_rad_s)) => {
             let Some(order) = table.order else {
@@ -577,21 +577,24 @@ fn observer_gains(table: &ObserverTable, key: &str) -> Result<Vec<f64>, Problem>
     if table.order.is_some() && table.bandwidth_rad_s.is_none() {
         return problem(order_key, "only with bandwidth_rad_s: the length of the list is the order");
     }
-    if !gains.iter().all(|l| l.is_finite()) {
-        let remedy = if at == "poles" { "complex poles must come in conjugate pairs" } else { "it is too fast" };
-        return problem(format!("{key}.{at}"), format!("no finite gains come of it: {remedy}"));
+    match gains {
+        Some(gains) if gains.iter().all(|l| l.is_finite()) => Ok(gains),
+        _ => {
+            let remedy = if at == "poles" { "complex poles must come in conjugate pairs" } else { "it is too fast" };
+            problem(format!("{key}.{at}"), format!("no finite gains come of it: {remedy}"))
+        }
     }
-    Ok(gains)
 }
 
-/// Gains by poles; NaN where complex poles are not paired.
-fn from_poles(poles: &[[f64; 2]]) -> Vec<f64> {
+/// Gains by poles; none where complex poles are not paired, or too fast for a number.
+fn from_poles(poles: &[[f64; 2]]) -> Option<Vec<f64>> {
     let pole = |k: usize| Pole { re: poles[k][0], im: poles[k][1] };
-    match poles.len() {
-        1 => ObserverGains::<1>::from_poles([pole(0)]).l.to_vec(),
-        2 => ObserverGains::<2>::from_poles([pole(0), pole(1)]).l.to_vec(),
-        _ => ObserverGains::<3>::from_poles([pole(0), pole(1), pole(2)]).l.to_vec(),
-    }
+    let gains = match poles.len() {
+        1 => ObserverGains::<3>::try_from_poles([pole(0)]),
+        2 => ObserverGains::try_from_poles([pole(0), pole(1)]),
+        _ => ObserverGains::try_from_poles([pole(0), pole(1), pole(2)]),
+    };
+    Some(gains.ok()?.l().to_vec())
 }
 
 fn surface(controller: &ControllerTable, kind: PlantKind, n: usize) -> Result<Vec<f64>, Problem> {
@@ -655,7 +658,7 @@ fn proposed(
         }
         gradient[n - 1] = -lambda;
     }
-    let gains = |l: &Vec<f64>| ObserverGains { order: l.len(), l: padded(l) };
+    let gains = |l: &Vec<f64>| ObserverGains::new(l.len(), padded(l)).ok();
     Some(ControllerSpec {
         precision: match controller.precision {
             PrecisionKey::F32 => Precision::F32,
@@ -667,7 +670,7 @@ fn proposed(
             padded: Config {
                 period_s: controller.period_s,
                 surface: Surface { c: padded(&surface_c), alpha_per_s: controller.alpha_per_s },
-                observers: std::array::from_fn(|i| observers.get(i)?.as_ref().map(gains)),
+                observers: std::array::from_fn(|i| observers.get(i)?.as_ref().and_then(gains)),
                 reaching: ReachingLaw { k_l: controller.k_l, k_s: controller.k_s, epsilon: controller.epsilon },
                 nominal: Nominal { gradient: padded(&gradient), input_gain },
                 options: Options::NEUTRAL

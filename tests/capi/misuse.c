@@ -123,6 +123,21 @@ static void designs(void) {
                                                         (uint32_t *)(void *)((char *)&channel + 1)));
 }
 
+/* Memory that two arguments share where one of them would be written; and that nothing has been. */
+static void overlaps(void) {
+    const config_t config_was = config;
+    const design_t design_was = design;
+    EXPECT(EDO_SMC_OVERLAP, edo_smc_design_n4_r2_c24(&config, sizeof config, &design, sizeof design,
+                                                     (uint32_t *)(void *)&design.kx[1]));
+    EXPECT(EDO_SMC_OVERLAP,
+           edo_smc_design_n4_r2_c24(&config, sizeof config, &design, sizeof design, &config.order[1]));
+    EXPECT(EDO_SMC_OK, init(&design));
+    REFUSED(EDO_SMC_OVERLAP, edo_smc_tick_n4_r2_c24(&design, &state, x, (edo_smc_output_t *)(void *)&state));
+    REFUSED(EDO_SMC_OVERLAP, edo_smc_tick_n4_r2_c24(&design, &state, x, (edo_smc_output_t *)(void *)&state.words[2]));
+    REFUSED(EDO_SMC_OVERLAP, edo_smc_tick_n4_r2_c24(&design, &state, x, (edo_smc_output_t *)(void *)&design.g));
+    EXPECT(0, memcmp(&config, &config_was, sizeof config) || memcmp(&design, &design_was, sizeof design));
+}
+
 int main(void) {
     static const float bad[4] = {0.1f, NAN, 0.0f, 0.0f};
     char *const odd = (char *)&state + 1;
@@ -205,6 +220,8 @@ int main(void) {
     EXPECT(EDO_SMC_OK, edo_smc_reset_n4_r2_c24(&state));
     EXPECT(EDO_SMC_OK, tick(x));
     EXPECT(0, output.sigma_star != 0.0f);
+
+    overlaps();
 
     printf("%d checks, %d failed\n", checks, failed);
     return failed != 0;

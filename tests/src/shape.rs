@@ -95,7 +95,7 @@ pub fn config<const N: usize, const R: usize>(spec: &Spec) -> Config<N, R> {
         surface: Surface { c: padded(&spec.c), alpha_per_s: spec.alpha },
         observers: std::array::from_fn(|i| {
             let gains = spec.observers.get(i)?.as_ref()?;
-            Some(ObserverGains { order: gains.l.len(), l: padded(&gains.l) })
+            Some(ObserverGains::new(gains.l.len(), padded(&gains.l)).expect("an order of 1..=R"))
         }),
         reaching: ReachingLaw { k_l: spec.k_l, k_s: spec.k_s, epsilon: spec.epsilon },
         nominal: Nominal { gradient: padded(&spec.gradient), input_gain: spec.input_gain },
@@ -122,10 +122,16 @@ fn break_symbol<const N: usize, const R: usize>(config: &mut Config<N, R>, symbo
         "k_l" => config.reaching.k_l *= 2.0,
         "k_s" => config.reaching.k_s *= 2.0,
         "epsilon" => config.reaching.epsilon *= 1.5,
-        "l" => config.observers.iter_mut().flatten().for_each(|gains| gains.l.iter_mut().for_each(|l| *l *= 0.5)),
+        "l" => config.observers.iter_mut().flatten().for_each(|gains| *gains = halved(gains)),
         "lambda" => config.nominal.gradient[N - 1] *= 1.5,
         _ => {}
     }
+}
+
+fn halved<const R: usize>(gains: &ObserverGains<R>) -> ObserverGains<R> {
+    let mut l = [0.0; R];
+    l.iter_mut().zip(gains.l()).for_each(|(half, l)| *half = 0.5 * l);
+    ObserverGains::new(gains.order(), l).expect("the order that it had")
 }
 
 /// The same with its order as a number.

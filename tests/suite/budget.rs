@@ -258,8 +258,8 @@ fn ceilings_as_json_are_one_object_and_take_no_other_question() {
     assert_eq!(host_sim(&["budget", "--json"]).status, 2);
 }
 
-/// The clamp of the switching term and the limits of u are two uses of one helper, told apart by the line that uses it. All
-/// lines together are the whole call.
+/// The clamp of the switching term and the limits of u are two uses of one helper, told apart by the line that uses it.
+/// All lines together are the whole call.
 #[test]
 fn every_executed_cycle_belongs_to_one_line_of_source() {
     let image = path("../firmware/target/thumbv7em-none-eabihf/release/budget");
@@ -287,8 +287,8 @@ fn every_executed_cycle_belongs_to_one_line_of_source() {
     assert!(selects("demand.limited(k.u_min, k.u_max)") >= 6.0, "{out}");
 }
 
-/// The emulator's log of the image and the stopwatch in it know nothing of each other. What the stopwatch takes beside the
-/// tick is the same for two instances of one type.
+/// The emulator's log of the image and the stopwatch in it know nothing of each other. What the stopwatch takes beside
+/// the tick is the same for two instances of one type.
 #[test]
 fn the_emulator_executes_what_the_stopwatch_in_the_image_counts() {
     let image = path("../firmware/target/thumbv7em-none-eabihf/release/budget");

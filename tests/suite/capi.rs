@@ -86,8 +86,8 @@ fn words<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     controller: &Controller<f32, Linear<f32, N>, N, R, MASK, O>,
     d_hat: &[f32; N],
 ) -> Vec<u32> {
-    let version =
-        controller_core::VERSION.split('.').fold(0, |word, part| word << 8 | part.parse::<u32>().expect("three"));
+    let release = controller_core::VERSION.split(['-', '+']).next().expect("a version");
+    let version = release.split('.').fold(0, |word, part| word << 8 | part.parse::<u32>().expect("three"));
     let mut words = vec![version, N as u32 | (R as u32) << 8 | u32::from(MASK) << 16];
     words.extend(d_hat.map(f32::to_bits));
     let mut numbers: Vec<u32> = controller.coefficients().numbers().map(f32::to_bits).collect();
@@ -101,7 +101,7 @@ fn words<const N: usize, const R: usize, const MASK: u8, const O: usize>(
 /// The design of every.c and two.cpp.
 fn config<const N: usize, const R: usize>(mask: u8) -> Config<N, R> {
     let gains = [&[50.0][..], &[100.0, 2500.0], &[150.0, 7500.0, 125_000.0]][R - 1];
-    let gains = ObserverGains { order: R, l: std::array::from_fn(|m| gains[m]) };
+    let gains = ObserverGains::as_printed::<R>(std::array::from_fn(|m| gains[m]));
     Config {
         period_s: 1e-3,
         surface: Surface::from_bandwidth(5.0, 2.0),
@@ -390,7 +390,8 @@ fn an_exported_design_has_the_words_of_the_library_s_and_the_archive_takes_it() 
         int main(void) {\n    uint32_t words[sizeof edo_smc_design / 4];\n    size_t i;\n    \
         memcpy(words, &edo_smc_design, sizeof words);\n    \
         for (i = 0; i < sizeof words / 4; i++) printf(\"%08lx\\n\", (unsigned long)words[i]);\n    \
-        return edo_smc_init_n3_r2_c23(&edo_smc_design, sizeof edo_smc_design, &state, sizeof state) != EDO_SMC_OK;\n}\n";
+        return edo_smc_init_n3_r2_c23(&edo_smc_design, sizeof edo_smc_design, &state, sizeof state) \
+        != EDO_SMC_OK;\n}\n";
     let (main, made) = (folder.path("main.c"), folder.path("made"));
     std::fs::write(&main, program).expect("a file");
     let (controller, d_hat) = designed::<3, 2, 0b110, 2>();

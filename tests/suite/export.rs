@@ -2,9 +2,9 @@
 //!
 //! C: every instance below is exported, compiled by the host's C compiler with all warnings as errors, and driven with
 //! random ticks beside the Rust tick: samples near rest and far from it, NaN, infinities, denormals, -0, too large
-//! ones, spikes, lost samples in a row, restarts, controls that the actuator held instead. Compared is every bit of u, sigma,
-//! sigma*, health, of the estimates and of the whole state, after every tick. Rust: the exported static has the coefficients, bit by bit,
-//! that the host designed.
+//! ones, spikes, lost samples in a row, restarts, controls that the actuator held instead. Compared is every bit of u,
+//! sigma, sigma*, health, of the estimates and of the whole state, after every tick. Rust: the exported static has the
+//! coefficients, bit by bit, that the host designed.
 
 use controller_core::{Coefficients, ControlLaw, Controller, Health, Linear, Running, channels};
 use host_sim::export;
@@ -544,8 +544,8 @@ fn scenario_of((n, r, mask): Shape) -> String {
     )
 }
 
-/// The exported files of all shapes in one program without its transfer, and what each is asked and answers if it is the
-/// controller that `host-sim` runs.
+/// The exported files of all shapes in one program without its transfer, and what each is asked and answers if it is
+/// the controller that `host-sim` runs.
 fn of_all_shapes() -> (String, Vec<u8>, Vec<u32>) {
     let (mut program, mut cases, mut asked, mut expected) = (String::new(), String::new(), Vec::new(), Vec::new());
     let shapes = shapes();
@@ -724,6 +724,74 @@ int main(void)
     }
 }
 
+/// What a compiler says that must not take a file.
+fn refusal(compiler: &str, options: &[&str], file: &Path) -> String {
+    let output = Command::new(compiler).args(options).args(["-fsyntax-only", plain(file)]).output();
+    let output = output.unwrap_or_else(|error| panic!("no C compiler `{compiler}` ({error})"));
+    assert!(!output.status.success(), "{compiler} {options:?} takes {}", file.display());
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn two_designs_of_one_prefix_in_one_program_are_refused_by_the_compiler() {
+    let folder = folder("prefix");
+    let include = format!("-I{}", plain(&path("../controller-capi/include").canonicalize().expect("a folder")));
+    for (form, guard) in [("--standalone", "EDO_SMC_STANDALONE"), ("--lang=c", "EDO_SMC_DESIGN_H")] {
+        let hash = |file: &Path| {
+            let text = fs::read_to_string(file).expect("an exported file");
+            text.split_once("Design 0x").expect("its hash").1[..8].to_string()
+        };
+        let one = exported(&folder, "one.h", INSTANCES[5].1, &[form]);
+        let other = exported(&folder, "other.h", "controller = { limits = { min = -300, max = 201 } }", &[form]);
+        let source = folder.join("user.c");
+        fs::write(&source, "#include \"one.h\"\n#include \"other.h\"\n").expect("the program");
+        for compiler in ["cc", "c++"] {
+            let said = refusal(compiler, &[&include], &source);
+            let told = format!("two designs with the prefix edo_smc, 0x{}u here and {guard} before", hash(&other));
+            assert!(said.contains(&told), "{said}");
+            assert!(said.contains(&format!("#define {guard} 0x{}u", hash(&one))), "the other by number: {said}");
+        }
+        fs::write(&source, "#include \"one.h\"\n#include \"one.h\"\nint main(void) { return 0; }\n").expect("it");
+        compile("cc", &[&include], &source, &folder.join("program"));
+    }
+}
+
+#[test]
+fn the_exported_c_does_not_compile_with_options_that_change_its_numbers() {
+    let folder = folder("options");
+    let file = exported(&folder, "it.h", INSTANCES[5].1, &["--standalone"]);
+    for options in [
+        &["-ffast-math"][..],
+        &["-funsafe-math-optimizations"],
+        &["-fassociative-math", "-fno-signed-zeros", "-fno-trapping-math"],
+        &["-freciprocal-math"],
+        &["-fno-signed-zeros"],
+        &["-ffinite-math-only"],
+    ] {
+        for compiler in ["cc", "arm-none-eabi-gcc"] {
+            let said = refusal(compiler, &[options, &["-x", "c"]].concat(), &file);
+            assert!(said.contains("compile without -ffast-math and its parts"), "{said}");
+        }
+    }
+}
+
+#[test]
+fn the_exported_c_forbids_clang_to_reorder_which_defines_no_macro_when_it_may() {
+    let folder = folder("clang");
+    let file = exported(&folder, "it.h", INSTANCES[5].1, &["--standalone"]);
+    let (off, old) = ("#pragma clang fp contract(off) reassociate(off)", "#pragma STDC FP_CONTRACT OFF");
+    for (major, pragma) in [(18, format!("{off} reciprocal(off)")), (14, off.into()), (13, old.into())] {
+        let version = format!("-D__clang_major__={major}");
+        let output = Command::new("cc").args(["-E", "-D__clang__", &version, plain(&file)]).output().expect("cc");
+        let text = String::from_utf8(output.stdout).expect("text");
+        let functions: Vec<&str> = text.split("static inline ").skip(1).collect();
+        assert!(functions.len() > 6, "{text}");
+        for function in functions.iter().filter(|function| !function.contains("_tick_or_start(")) {
+            assert!(function.lines().any(|line| line.trim() == pragma), "clang {major}: {function}");
+        }
+    }
+}
+
 #[test]
 fn the_exported_c_switches_contraction_off_by_itself() {
     let (name, scenario, _) = INSTANCES[5];
@@ -736,7 +804,6 @@ float elsewhere(float a, float b, float c);
 float elsewhere(float a, float b, float c) { return a * b + c; }
 ";
     fs::write(&source, format!("#include \"{}\"\n{user}", plain(&exported))).expect("the program");
-    // GCC's own dialect fuses unless it is told not to.
     let options = [&["-std=gnu99", "-O2", "-S"], &CORTEX_M4F[..4]].concat();
     compile("arm-none-eabi-gcc", &options, &source, &assembly);
     let text = fs::read_to_string(&assembly).expect("assembly");

@@ -51,9 +51,9 @@ fn distance(trace: &Trace, file: &str) -> f64 {
     gaps.fold(0.0, f64::max)
 }
 
-/// The runs of Fig. 1 and 2 (T = 0.1 ms) against the continuous trajectories. The smooth law is first order in T: 1.2e-5
-/// measured. The baseline chatters by k T = 3e-4 and 4e-4 in x_2 (its reference has a boundary layer of 1e-3 instead),
-/// and x_1 follows x_2 within that: 2.5e-5 and 1.8e-4 measured.
+/// The runs of Fig. 1 and 2 (T = 0.1 ms) against the continuous trajectories. The smooth law is first order in T:
+/// 1.2e-5 measured. The baseline chatters by k T = 3e-4 and 4e-4 in x_2 (its reference has a boundary layer of 1e-3
+/// instead), and x_1 follows x_2 within that: 2.5e-5 and 1.8e-4 measured.
 #[test]
 fn example_1_follows_the_continuous_trajectories_of_both_controllers() {
     let files = [

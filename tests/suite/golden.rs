@@ -16,7 +16,8 @@ use std::ops::ControlFlow;
 fn table() -> String {
     let mut table = String::from(
         "Example 2, 20 s, T = 1 ms, gains printed for r = 2, f32 controller; ultimate over [10, 20] s\n\
-         reading           k_l    k_s   sigma*     y          d~2        d~4        peak u    TV u /s   |y| <= 0.01 after s\n",
+         reading           k_l    k_s   sigma*     y          d~2        d~4        peak u    TV u /s   \
+         |y| <= 0.01 after s\n",
     );
     for reading in [Reading::Reconstructed, Reading::Stiff, Reading::Physical] {
         let plant = FlexibleJoint::of_the_paper(JointParameters::TABLE_I.chain(reading));

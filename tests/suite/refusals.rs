@@ -4,8 +4,8 @@
 //! message. The messages are part of the interface: they name channel, equation and remedy.
 
 use controller_core::{
-    AnyConfig, Cause, Coefficients, Config, ConfigError, Fallback, Field, FlexibleJoint, Limits, ObserverGains, Pole,
-    ReachingLaw, Remedy, Surface, Warning, controller,
+    AnyConfig, Cause, Coefficients, Config, ConfigError, Fallback, Field, FlexibleJoint, Health, Limits, ObserverGains,
+    Pole, ReachingLaw, Remedy, Surface, Warning, controller,
 };
 use integration_tests::paper::{NOMINAL, joint_config};
 use std::collections::BTreeSet;
@@ -72,7 +72,7 @@ const REFUSED: &[(Change, &str)] = &[
     (
         |config| config.surface.alpha_per_s = 2e-5,
         "alpha times period is below 1e-7 (Eq. (17)): the offset of sigma* would not decay in f32; raise alpha or \
-         lengthen the period (given 0.00000002)",
+         lengthen the period (given 2e-8)",
     ),
     (|config| config.reaching.k_l = -1.0, "reaching.k_l: this number must not be negative"),
     (|config| config.reaching.k_s = -1.0, "reaching.k_s: this number must not be negative"),
@@ -83,15 +83,16 @@ const REFUSED: &[(Change, &str)] = &[
     ),
     (
         |config| config.reaching.epsilon = -0.01,
-        "with k_s > 0 the boundary layer epsilon must be above 0 (Eq. (51)) (given -0.01)",
+        "with k_s > 0 the boundary layer epsilon must not be below 0, nor 0 where k_s times period is 0 (Eq. (51)) \
+         (given -0.01)",
     ),
     (
         |config| config.options.limits.max = 2e12,
-        "a limit of u is beyond 1e12: where the actuator has none give Limits::NONE (given 2000000000000)",
+        "a limit of u is beyond 1e12: where the actuator has none give Limits::NONE (given 2e12)",
     ),
     (
         |config| config.options.limits.min = -2e12,
-        "a limit of u is beyond 1e12: where the actuator has none give Limits::NONE (given -2000000000000)",
+        "a limit of u is beyond 1e12: where the actuator has none give Limits::NONE (given -2e12)",
     ),
     (
         |config| config.options.limits = Limits { min: 1.0, max: -1.0 },
@@ -112,32 +113,13 @@ const REFUSED: &[(Change, &str)] = &[
          give its gains, or take it out of the controller's type",
     ),
     (
-        |config| config.observers[3] = Some(ObserverGains { order: 0, ..PRINTED }),
-        "channel 4: has observer order 0 with R = 2: the observer order must be 1..=R (Eq. (45)): change it, or the \
-         capacity R of the controller's type",
-    ),
-    (
-        |config| config.observers[3] = Some(ObserverGains { order: 3, ..PRINTED }),
-        "channel 4: has observer order 3 with R = 2: the observer order must be 1..=R (Eq. (45)): change it, or the \
-         capacity R of the controller's type",
-    ),
-    (
-        |config| config.observers[1] = Some(ObserverGains { order: 1, ..PRINTED }),
+        |config| config.observers[1] = Some(ObserverGains::as_printed([100.0])),
         "channel 2: needs observer order 2, has 1: the observer order is below n - i, so that sigma needs a derivative \
          it does not estimate (Eq. (44)): raise the order, or observe no disturbance there",
     ),
     (
         |config| config.observers[1] = Some(ObserverGains::as_printed([f64::INFINITY, 20.0])),
         "channel 2: an observer gain is NaN or infinite (Eq. (53)): give finite gains, or poles that are real or come \
-         in conjugate pairs",
-    ),
-    (
-        // One complex pole without its partner.
-        |config| {
-            let alone = [Pole { re: -10.0, im: 5.0 }, Pole { re: -10.0, im: 0.0 }];
-            config.observers[3] = Some(ObserverGains::from_poles(alone));
-        },
-        "channel 4: an observer gain is NaN or infinite (Eq. (53)): give finite gains, or poles that are real or come \
          in conjugate pairs",
     ),
     (
@@ -173,7 +155,8 @@ fn every_refusal_says_what_is_wrong_and_what_to_do() {
         let cause = format!("{:?}", error.cause);
         seen.insert(cause.split([' ', '{']).next().unwrap_or_default().to_owned());
     }
-    assert_eq!(seen.len(), 19, "a kind of refusal is not in the table: {seen:?}");
+    // All but the order of an observer, which no gains can have wrong, and warnings.
+    assert_eq!(seen.len(), 18, "a kind of refusal is not in the table: {seen:?}");
 }
 
 /// Where the order is a number it may be wrong too, and the same rules hold for what a file gives.
@@ -211,10 +194,7 @@ fn a_refusal_can_be_told_in_the_words_of_another_language() {
         "controller.limits: this number is NaN or infinite: write one"
     );
     let error = designed(&changed(|config| config.options.limits.max = 2e12)).expect_err("a refusal");
-    assert_eq!(
-        error.told("-", "; leave it out").to_string(),
-        "a limit of u is beyond 1e12; leave it out (given 2000000000000)"
-    );
+    assert_eq!(error.told("-", "; leave it out").to_string(), "a limit of u is beyond 1e12; leave it out (given 2e12)");
 }
 
 #[test]
@@ -337,5 +317,94 @@ fn a_design_with_one_number_changed_is_none() {
         let mut swapped = numbers.clone();
         swapped.swap(at - 1, at);
         assert!(swapped == numbers || taken(&swapped).is_none(), "numbers {at} and the one before it");
+    }
+}
+
+#[test]
+fn gains_of_an_impossible_order_or_of_poles_without_partners_cannot_be_made() {
+    for order in [0, 3, 9, usize::MAX] {
+        let refused = ObserverGains::<2>::new(order, [50.0, 1.0]);
+        assert_eq!(refused, Err(Cause::ObserverOrder { order, capacity: 2 }));
+    }
+    assert_eq!(ObserverGains::<2>::new(2, [20.0, 125.0]), Ok(ObserverGains::as_printed([20.0, 125.0])));
+    let pole = |re: f64, im: f64| Pole { re, im };
+    for poles in [
+        [pole(-10.0, 5.0), pole(-10.0, 0.0)],
+        [pole(-10.0, 5.0), pole(-10.0, 5.0)],
+        [pole(f64::NAN, 0.0), pole(-1.0, 0.0)],
+        [pole(f64::NEG_INFINITY, 0.0), pole(-1.0, 0.0)],
+        [pole(-1e200, 0.0), pole(-1e200, 0.0)],
+    ] {
+        assert_eq!(ObserverGains::<2>::try_from_poles(poles), Err(Cause::ObserverNotFinite), "{poles:?}");
+    }
+    let pair = [pole(-10.0, 5.0), pole(-10.0, -5.0)];
+    assert_eq!(ObserverGains::<2>::try_from_poles(pair), Ok(ObserverGains::as_printed([20.0, 125.0])));
+}
+
+#[test]
+fn a_strict_design_refuses_what_it_would_be_warned_of_and_says_the_channel() {
+    let fast = changed(|config| config.observers[3] = Some(poles(400.0)));
+    assert_eq!(fast.validate(), Ok(()));
+    let refused = fast.validate_strictly().expect_err("a warning").to_string();
+    let told = "channel 4: the fastest observer pole times period is above 0.3, where the estimate loses accuracy: \
+                slow the observer or shorten the period (0.400)";
+    assert_eq!(refused, told);
+    for (config, field) in [
+        (changed(|config| config.reaching.k_l = 501.0), Field::LinearGain),
+        (changed(|config| config.surface = surface(600.0)), Field::Surface),
+    ] {
+        assert_eq!(config.validate(), Ok(()));
+        assert_eq!(config.validate_strictly().expect_err("a warning").field, field);
+    }
+    assert_eq!(changed(|_| {}).validate_strictly(), Ok(()));
+    // What is wrong comes before what is near an edge.
+    let wrong = changed(|config| (config.period_s, config.reaching.k_l) = (-1.0, 501.0));
+    assert_eq!(wrong.validate_strictly(), wrong.validate());
+}
+
+#[test]
+fn a_number_of_any_size_leaves_a_message_short() {
+    let outside = |config: &mut Config<4, 2>, size| {
+        (config.options.limits, config.options.fallback) = (Limits::symmetric(0.0), Fallback::Safe(size));
+    };
+    let sets: [Set; 8] = [
+        outside,
+        |config, size| config.options.limits = Limits { min: -1.0, max: size },
+        |config, size| config.options.limits = Limits { min: size, max: 2.0 },
+        |config, size| config.surface.c[3] = size,
+        |config, size| config.surface.alpha_per_s = -size,
+        |config, size| config.period_s = -size,
+        |config, size| config.observers[3] = Some(ObserverGains::as_printed([size, size.sqrt()])),
+        |config, size| config.reaching.k_l = size,
+    ];
+    let (mut refused, mut warned) = (0, 0);
+    for size in [f64::MAX, 1e300, f64::MIN_POSITIVE, f64::from_bits(1)] {
+        for set in sets {
+            let mut config = GOOD;
+            set(&mut config, size);
+            let error = config.validate().err().map(|error| error.to_string());
+            let remarks = config.warnings();
+            refused += usize::from(error.is_some());
+            warned += remarks.iter().count();
+            for text in error.into_iter().chain(remarks.iter().map(ToString::to_string)) {
+                assert!(text.len() < 260, "{text}");
+            }
+        }
+    }
+    assert!(refused > 20 && warned > 2, "{refused} {warned}");
+}
+
+#[test]
+fn a_health_of_bits_without_a_meaning_is_not_read() {
+    let read = |text: &str| serde_json::from_str::<Health>(text);
+    assert_eq!(read("3").expect("two flags"), Health::INPUT_REJECTED | Health::SATURATED);
+    for text in ["8", "255"] {
+        let error = read(text).expect_err("no such health").to_string();
+        assert!(error.contains(&format!("health {text} has a bit without a meaning")), "{error}");
+    }
+    for bits in 0..8 {
+        let health = Health::from_bits(bits).expect("three flags");
+        assert_eq!(read(&serde_json::to_string(&health).expect("a number")).expect("its own"), health);
+        assert_eq!(health.is_ok(), bits == 0);
     }
 }

@@ -150,9 +150,9 @@ fn whatever_makes_a_design_another_one_makes_its_fingerprint_another_one() {
     assert_eq!(design.fingerprint(), motor(&GOOD).fingerprint());
 }
 
-/// What an operator may do to a running motor: every gain at once, other periods and orders, another inertia, a switching
-/// term. On a shaft in motion under a load u goes on where it was; a tick by itself moves u by some 0.01 A here. Set up
-/// anew instead, with the estimates at 0 and the offset at sigma, u jumps by 0.13 A.
+/// What an operator may do to a running motor: every gain at once, other periods and orders, another inertia, a
+/// switching term. On a shaft in motion under a load u goes on where it was; a tick by itself moves u by some 0.01 A
+/// here. Set up anew instead, with the estimates at 0 and the offset at sigma, u jumps by 0.13 A.
 #[test]
 fn retune_in_motion_does_not_move_u() {
     let mut rng = Rng::new(0x2E7);
@@ -199,8 +199,8 @@ fn retune_in_motion_does_not_move_u() {
     assert!(naive > 0.1, "{naive} A");
 }
 
-/// The total acceleration a(x) + b u + d_n is what the observers know; another b_0 or a(x) shares it out differently. At
-/// rest under a load the shaft stays at rest when the inertia is changed, and so do the ticks after the first.
+/// The total acceleration a(x) + b u + d_n is what the observers know; another b_0 or a(x) shares it out differently.
+/// At rest under a load the shaft stays at rest when the inertia is changed, and so do the ticks after the first.
 #[test]
 fn retune_of_the_model_keeps_the_total_acceleration() {
     for (input_gain, slope) in [(200.0, -0.5), (125.0, -0.5), (400.0, -30.0), (-250.0, -0.5)] {

@@ -1,8 +1,8 @@
 //! Does the C that the tick is measured against compute the same law? A fast yardstick of something else is none.
 //!
-//! The joint in closed loop under the shipped tick in f64, 10 kHz, 2 s, from 0.3 rad: it saturates, reaches the layer and
-//! settles. The f32 versions get the same samples and are told the same applied u, so that what is left between them is
-//! rounding. u is compared at every tick, in units of its limit.
+//! The joint in closed loop under the shipped tick in f64, 10 kHz, 2 s, from 0.3 rad: it saturates, reaches the layer
+//! and settles. The f32 versions get the same samples and are told the same applied u, so that what is left between
+//! them is rounding. u is compared at every tick, in units of its limit.
 
 use benches::{Joint, NOMINAL, Naive, Noise, Tuned, joint, joint_f64};
 use controller_core::{ControlLaw, Health, JointParameters, Reading};
@@ -15,8 +15,8 @@ const PERIOD_S: f64 = 1e-4;
 const TICKS: usize = 20_000;
 /// Of u.
 const LIMIT: f64 = 300.0;
-/// u is a sum of some 20 terms of up to a few times the limit, each rounded to 6e-8 of itself. Measured: 4.1e-7 at most,
-/// by the shipped tick as by the tuned C.
+/// u is a sum of some 20 terms of up to a few times the limit, each rounded to 6e-8 of itself. Measured: 4.1e-7 at
+/// most, by the shipped tick as by the tuned C.
 const ROUNDING: f64 = 1e-6;
 /// The naive C rounds the estimate once for every term that it adds, and the observer takes 1/(pole T) = 100 ticks to
 /// correct it: 100 times 6e-8. Measured: 4.3e-6 (r = 3), 2.5e-7 (r = 2).

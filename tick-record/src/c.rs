@@ -1,10 +1,10 @@
 //! A record as the body of a function in C99, which is C++11 too.
 //!
-//! One statement a line. A value with a name becomes a constant of that name, a sum that grows under one name a variable;
-//! a value without a name that is used once stands where it is used, in parentheses. Constants are declared in the function
-//! that uses them, as decimals that give exactly the number. The order of the operations on numbers, and every rounding,
-//! are those of the record; two things are written another way that has the same answer for every bit pattern: |a| <= b is
-//! `a >= -b && a <= b`, and a word of the state that mostly stays is assigned under `if`.
+//! One statement a line. A value with a name becomes a constant of that name, a sum that grows under one name a
+//! variable; a value without a name that is used once stands where it is used, in parentheses. Constants are declared
+//! in the function that uses them, as decimals that give exactly the number. The order of the operations on numbers,
+//! and every rounding, are those of the record; two things are written another way that has the same answer for every
+//! bit pattern: |a| <= b is `a >= -b && a <= b`, and a word of the state that mostly stays is assigned under `if`.
 //!
 //! C must not contract operations, compute in more digits or reorder: the file around the function sees to that.
 
@@ -62,8 +62,8 @@ impl Function<'_> {
     }
 }
 
-/// A number, rounded to the precision, as a decimal of C that gives exactly it, whether a compiler reads it at once or as a
-/// double first.
+/// A number, rounded to the precision, as a decimal of C that gives exactly it, whether a compiler reads it at once or
+/// as a double first.
 ///
 /// # Panics
 /// If it is not finite.

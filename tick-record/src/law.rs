@@ -32,7 +32,8 @@ pub trait Recorded: ControlLaw<Scalar = Symbol> + 'static {
 pub struct Functions {
     /// The words of the state, the last one `started`.
     pub state: Vec<Port>,
-    /// [`ControlLaw::start_from`]: sample -> state, and the answer whether it has started. If not the state is as it was.
+    /// [`ControlLaw::start_from`]: sample -> state, and the answer whether it has started. If not the state is as it
+    /// was.
     pub start: Record,
     /// [`ControlLaw::tick`]: state, sample -> output, state.
     pub tick: Record,
@@ -191,8 +192,8 @@ impl<D: Recorded> Law for Designed<D> {
     }
 }
 
-/// The law that runs: what [`Running`] makes of a [`ControlLaw`] is recorded through it. While a state is `given` nothing
-/// is computed: a start takes it, and the estimates are the words of the state that runs.
+/// The law that runs: what [`Running`] makes of a [`ControlLaw`] is recorded through it. While a state is `given`
+/// nothing is computed: a start takes it, and the estimates are the words of the state that runs.
 struct Erased {
     law: Rc<dyn Law>,
     given: RefCell<Option<Vec<u32>>>,
@@ -404,8 +405,8 @@ where
 
 macro_rules! linear_of_shape {
     ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
-        /// Records a controller whose nominal model is linear. The coefficients are in the order of [`LAYOUT`], `row` is
-        /// that of a(x)/b_0 and will be called `drift_1`, `drift_2`, .., `guess` are the estimates it starts from.
+        /// Records a controller whose nominal model is linear. The coefficients are in the order of [`LAYOUT`], `row`
+        /// is that of a(x)/b_0 and will be called `drift_1`, `drift_2`, .., `guess` are the estimates it starts from.
         /// `None` if there is no such shape, or if a list is too short.
         pub fn linear(shape: Shape, coefficients: &[f64], row: &[f64], guess: &[f64]) -> Option<Functions> {
             match (shape.n, shape.r, shape.mask) {

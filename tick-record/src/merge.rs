@@ -1,16 +1,16 @@
 //! From the runs of a function to one record: a tree of decisions, and what both branches do is done once.
 //!
 //! 1. The runs share their beginnings: together they are a tree, with a decision at every fork.
-//! 2. From the leaves up the two branches of each decision c are laid side by side. A statement of the source (a kind of
-//!    operation, a place in the text, an equation group) that stands in both becomes one operation; an operand that differs becomes
-//!    `Select(c, yes, no)`. What only one branch has between two such statements is computed always. So a clamp, the saturation flag
-//!    and the estimates that wait become selects, and what follows them is not there twice. Where the branches have
-//!    nothing in common, as beyond the guard, the decision stays one.
+//! 2. From the leaves up the two branches of each decision c are laid side by side. A statement of the source (a kind
+//!    of operation, a place in the text, an equation group) that stands in both becomes one operation; an operand that
+//!    differs becomes `Select(c, yes, no)`. What only one branch has between two such statements is computed always. So
+//!    a clamp, the saturation flag and the estimates that wait become selects, and what follows them is not there
+//!    twice. Where the branches have nothing in common, as beyond the guard, the decision stays one.
 //! 3. Values are put where they are first needed on each way, those that nobody needs are left out.
 //!
-//! Whichever statements are laid side by side, the result means the same: under c each operation has the operands of the
-//! one branch, else those of the other, and no operation has another effect than its value. No step changes an operation
-//! on numbers.
+//! Whichever statements are laid side by side, the result means the same: under c each operation has the operands of
+//! the one branch, else those of the other, and no operation has another effect than its value. No step changes an
+//! operation on numbers.
 
 use std::collections::{HashMap, HashSet};
 use std::panic::Location;

@@ -7,8 +7,8 @@
 //! * What is not a number is *a* NaN: its sign and payload mean nothing. Every comparison with a NaN is false but
 //!   [`Test::NotEqual`]. So `!(a <= b)` is not `a > b`, and a record keeps the one that was written.
 //! * A constant is its f64 rounded to the precision.
-//! * Operations have no other effect. They may be computed where their value is not used: [`Op::Select`] looks at all of
-//!   its operands and takes one of two.
+//! * Operations have no other effect. They may be computed where their value is not used: [`Op::Select`] looks at all
+//!   of its operands and takes one of two.
 //!
 //! # Invariants
 //! * An operand has a lower [`Id`] than the operation, and is an input, a constant, or stands in an earlier

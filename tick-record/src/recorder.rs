@@ -1,8 +1,8 @@
 //! The recording scalar, and the runs from which a record is made.
 //!
-//! A [`Symbol`] is a number whose value nobody knows yet: an operation on it is written down. Only a comparison has to be
-//! answered at once, so the function is run once for every possible row of answers (the first run says "true" to all),
-//! and [`merge`](crate::merge) makes one record of what the runs have written.
+//! A [`Symbol`] is a number whose value nobody knows yet: an operation on it is written down. Only a comparison has to
+//! be answered at once, so the function is run once for every possible row of answers (the first run says "true" to
+//! all), and [`merge`](crate::merge) makes one record of what the runs have written.
 //!
 //! Every event remembers the line of the source it comes from. The same line in two runs is the same statement, also
 //! where its operands differ: that is how the runs are laid side by side.
@@ -353,8 +353,8 @@ fn input(name: &str, role: Role, kind: Kind) -> Id {
 /// More ways through a function than any tick has.
 const WAYS: usize = 1 << 16;
 
-/// Records a function: `f` takes its inputs from the recorder, computes with them, and puts its results there. It is run
-/// once for every way through it, and must do the same each time as long as the answers are the same.
+/// Records a function: `f` takes its inputs from the recorder, computes with them, and puts its results there. It is
+/// run once for every way through it, and must do the same each time as long as the answers are the same.
 ///
 /// # Panics
 /// If `f` does not, if it has more than 65 536 ways, or if it records while it is being recorded.

@@ -1,4 +1,5 @@
-//! No source may hold a test that is switched off or a place that is not written yet.
+//! No source may hold a test that is switched off, a place that is not written yet, or a line that is too long; and all
+//! workspaces have one table of lints.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,6 +11,12 @@ const FORBIDDEN: [&str; 4] =
 /// What no build reads and no one writes by hand.
 const SKIPPED: [&str; 4] = ["target", "out", ".git", "node_modules"];
 
+/// Characters of a line at most.
+const WIDTH: usize = 120;
+
+/// Workspaces of their own, which have lints of their own.
+const WORKSPACES: [&str; 3] = ["firmware/Cargo.toml", "controller-capi/Cargo.toml", "benches/chip/Cargo.toml"];
+
 /// Number of Rust files read, or the first finding.
 pub(crate) fn check(root: &Path) -> Result<String, String> {
     let files = files_with(root, "rs").map_err(|error| format!("the sources cannot be read: {error}"))?;
@@ -18,13 +25,40 @@ pub(crate) fn check(root: &Path) -> Result<String, String> {
         if let Some((line, needle)) = find(&text) {
             return Err(format!("{}:{line}: `{needle}` is not allowed", file.display()));
         }
+        if let Some((line, width)) = too_long(&text) {
+            return Err(format!("{}:{line}: {width} characters; break it at {WIDTH}", file.display()));
+        }
+    }
+    let read = |path: &str| fs::read_to_string(root.join(path)).map_err(|error| format!("{path}: {error}"));
+    let all = read("Cargo.toml")?;
+    for path in WORKSPACES {
+        if lints(&read(path)?) != lints(&all) {
+            return Err(format!("{path}: its tables of lints are not those of Cargo.toml, which it cannot inherit"));
+        }
     }
     Ok(format!("{} files", files.len()))
+}
+
+/// The lints of a manifest, table by table, without comments.
+fn lints(manifest: &str) -> Vec<String> {
+    let mut inside = false;
+    let lines = manifest.lines().map(|line| line.trim().replace("[workspace.lints", "[lints"));
+    lines
+        .filter(|line| {
+            inside = if line.starts_with('[') { line.starts_with("[lints.") } else { inside };
+            inside && !line.is_empty() && !line.starts_with('#')
+        })
+        .collect()
 }
 
 fn find(text: &str) -> Option<(usize, &'static str)> {
     let at = |line: &str| FORBIDDEN.into_iter().find(|needle| line.contains(needle));
     text.lines().enumerate().find_map(|(number, line)| Some((number + 1, at(line)?)))
+}
+
+fn too_long(text: &str) -> Option<(usize, usize)> {
+    let widths = text.lines().map(|line| line.chars().count()).enumerate();
+    widths.map(|(number, width)| (number + 1, width)).find(|(_, width)| *width > WIDTH)
 }
 
 /// All files below `directory` of this extension.
@@ -54,5 +88,19 @@ mod tests {
             assert_eq!(find(&format!("fn f() {{}}\n    {needle}\n")), Some((2, needle)));
         }
         assert_eq!(find("fn ignore() { /* to do later */ }"), None);
+    }
+
+    #[test]
+    fn lints_are_compared_without_comments_and_with_their_tables() {
+        let root = "[workspace.lints.rust]\n# why\na = \"warn\"\n\n[profile.dev]\nb = 1\n";
+        assert_eq!(lints(root), ["[lints.rust]", "a = \"warn\""]);
+        assert_eq!(lints("[lints.rust]\na = \"warn\"\n"), lints(root));
+        assert_ne!(lints("[lints.clippy]\na = \"warn\"\n"), lints(root));
+    }
+
+    #[test]
+    fn a_line_is_measured_in_characters() {
+        assert_eq!(too_long(&format!("{}\n{}", "σ".repeat(WIDTH), "x".repeat(WIDTH + 1))), Some((2, WIDTH + 1)));
+        assert_eq!(too_long(&"σ".repeat(WIDTH)), None);
     }
 }

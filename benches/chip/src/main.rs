@@ -1,9 +1,9 @@
 //! An image that only runs things to be measured: `cargo xtask bench` reads their machine code from it and traces their
 //! execution in the emulator.
 //!
-//! Every one is a function of its own, called with the same samples, coefficients and state by reference. The C versions
-//! are such functions already; their exponential is the one of `libm`, no C library is linked. What the crates `idsp` and
-//! `pid` offer is no observer and no sliding mode: they say what a much simpler controller takes.
+//! Every one is a function of its own, called with the same samples, coefficients and state by reference. The C
+//! versions are such functions already; their exponential is the one of `libm`, no C library is linked. What the crates
+//! `idsp` and `pid` offer is no observer and no sliding mode: they say what a much simpler controller takes.
 #![no_std]
 #![no_main]
 

@@ -25,7 +25,7 @@ impl<E> Benchmark<E> {
     }
 }
 
-impl<T: Real, E: Exp<T>> NominalModel<T, 2> for Benchmark<E> {
+impl<T: Real, E: Exp<T> + Copy> NominalModel<T, 2> for Benchmark<E> {
     #[inline(always)]
     fn drift(&self, x: &[T; 2]) -> T {
         E::exp(x[0]) - (x[0] + x[0]) - x[1]

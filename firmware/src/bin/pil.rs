@@ -31,8 +31,11 @@ fn main() -> ! {
     let Some(chip) = Peripherals::take() else { unreachable!() };
     log::start(chip.USART2, &chip.RCC, &chip.GPIOA);
     let host = Uart::on_usart1(chip.USART1, &chip.RCC, &chip.GPIOA);
-    TARGET.store(STORAGE, Ordering::Relaxed);
-    let target = STORAGE;
+    // The reference is made of the pointer, which so stays good beside it.
+    let storage = ptr::from_mut(STORAGE);
+    TARGET.store(storage, Ordering::Relaxed);
+    // SAFETY: nobody else has the storage but `black_box`, after which this program does not go on.
+    let target = unsafe { &mut *storage };
     fault::respond_with(fault::Response { switch_off: || {}, last_words: black_box });
 
     host.write(&target.hello());

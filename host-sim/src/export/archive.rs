@@ -72,9 +72,7 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
     let _ = write!(
         out,
         " */
-#ifndef {guard}
-#define {guard}
-
+{}
 #include \"edo_smc.h\"
 
 static const edo_smc_design_{name}_t {prefix}_design = {{
@@ -83,7 +81,9 @@ static const edo_smc_design_{name}_t {prefix}_design = {{
 
 #endif
 ",
-        VERSION_NUMBER, shape.mask,
+        exported.guard(&guard, prefix),
+        VERSION_NUMBER,
+        shape.mask,
     );
     Ok(out)
 }

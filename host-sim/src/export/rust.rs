@@ -27,7 +27,7 @@ pub(super) fn text(exported: &Exported<'_>) -> String {
     let observers: String = (observers.iter().take(n))
         .map(|gains| match gains {
             Some(gains) => {
-                let l = &gains.l[..gains.order];
+                let l = gains.l();
                 format!("        Some(ObserverGains::as_printed::<{}>({l:?})),\n", l.len())
             }
             None => "        None,\n".into(),

@@ -1,7 +1,8 @@
 //! The self-contained C99 file: the functions of a controller, recorded and written out.
 //!
-//! Not one operation stands here. [`tick_record`] runs `Running` and `Controller` of `controller-core` with a scalar that
-//! writes down what is done with it, and makes C of that; this file adds head, types, and what is said of each function.
+//! Not one operation stands here. [`tick_record`] runs `Running` and `Controller` of `controller-core` with a scalar
+//! that writes down what is done with it, and makes C of that; this file adds head, types, and what is said of each
+//! function.
 //!
 //! All functions are `static inline`: the file is included where the interrupt is, and the tick becomes part of it.
 //! Names of channels and states count from 1; `a2, b2, c2` are A, B, C of channel 2, `p2` its P.
@@ -108,20 +109,24 @@ impl Standalone<'_> {
  * The same bits as the Rust tick need every operation rounded on its own. A fused multiply-add rounds a * b + c once,
  * which is another number (and takes longer on a Cortex-M4F): compile with -ffp-contract=off. This file asks for it by
  * itself where it can; with GCC that keeps @_tick from being inlined unless the option is given too. Reordering
- * (-ffast-math), more digits than f32 (x87) and flushing denormals to zero (FPSCR.FZ) change bits as well.
+ * (-ffast-math and its parts), more digits than f32 (x87) and denormals flushed to zero (FPSCR.FZ) change bits as well.
+ * Where the compiler says that it may do so this file does not compile. clang says it of -ffast-math and
+ * -ffinite-math-only alone: there the file forbids reordering by itself, and nothing can see -fno-signed-zeros (part of
+ * -funsafe-math-optimizations too), -fno-honor-nans and -fno-honor-infinities. Do not give them.
  *
 "));
         for line in self.exported.origin().lines() {
             out.push_str(format!(" * {line}").trim_end());
             out.push('\n');
         }
-        out.push_str(&self.c(" */\n#ifndef @@_STANDALONE\n#define @@_STANDALONE\n"));
+        out.push_str(" */\n");
+        out.push_str(&self.exported.guard(&format!("{}_STANDALONE", self.capitals), self.prefix));
         out.push_str(&self.c("
 #include <float.h>
 #include <stdbool.h>
 
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) \\
-    || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+    || defined(__NO_SIGNED_ZEROS__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error \"compile without -ffast-math and its parts: they change numbers and remove the guard against NaN\"
 #endif
 #if FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16
@@ -130,9 +135,13 @@ impl Standalone<'_> {
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC push_options
 #pragma GCC optimize(\"fp-contract=off\")
-#define @@_NO_CONTRACTION
+#define @@_AS_WRITTEN
+#elif defined(__clang__) && __clang_major__ >= 18
+#define @@_AS_WRITTEN _Pragma(\"clang fp contract(off) reassociate(off) reciprocal(off)\")
+#elif defined(__clang__) && __clang_major__ >= 14
+#define @@_AS_WRITTEN _Pragma(\"clang fp contract(off) reassociate(off)\")
 #else
-#define @@_NO_CONTRACTION _Pragma(\"STDC FP_CONTRACT OFF\")
+#define @@_AS_WRITTEN _Pragma(\"STDC FP_CONTRACT OFF\")
 #endif
 
 "));
@@ -225,15 +234,15 @@ static inline unsigned @_tick_or_start(@_state *state, const float x[@@_N], @_ou
 "),
             self.function(
                 "Tells what the actuator really holds since the last tick, where that is not the u of the tick: the only
- * anti-windup, and needed. Call it before the next tick. A value that is not finite is not taken, nor any before the
- * start, and the answer is false.",
+ * anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not taken,
+ * nor any before the start, and the answer is false.",
                 "bool @_report_applied(@_state *state, float u)",
                 report_applied,
             ),
             self.function(
-                "Estimates at the instant of the last tick: d_hat[i][m] is the m-th derivative of the estimate in channel
- * i + 1, in the unit of x_(i+1) per second and per second^m; zeros where there is no observer, or beyond its order.
- * False, and zeros, before the start.",
+                "Estimates at the instant of the last tick: d_hat[i][m] is the m-th derivative of the estimate in
+ * channel i + 1, in the unit of x_(i+1) per second and per second^m; zeros where there is no observer, or beyond its
+ * order. False, and zeros, before the start.",
                 "bool @_estimates(const @_state *state, float d_hat[@@_N][@@_R])",
                 estimates,
             ),
@@ -260,12 +269,12 @@ static inline unsigned @_tick_or_start(@_state *state, const float x[@@_N], @_ou
             found.map_or(String::new(), |(_, meaning)| (*meaning).into())
         };
         let body = c::Function { record, place: &place, meaning: &meaning_of, double: false }.body();
-        self.c(&format!("\n/* {meaning} */\nstatic inline {head}\n{{\n    @@_NO_CONTRACTION\n")) + &body + "}\n"
+        self.c(&format!("\n/* {meaning} */\nstatic inline {head}\n{{\n    @@_AS_WRITTEN\n")) + &body + "}\n"
     }
 
     fn tail(&self) -> String {
         self.c("
-#undef @@_NO_CONTRACTION
+#undef @@_AS_WRITTEN
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC pop_options
 #endif

@@ -16,7 +16,7 @@ use crate::signal::Signal;
 pub struct LastChannel {
     /// Coefficients of x_1..x_n; a_j in s^-(n-j+1).
     pub a: Vec<f64>,
-    /// Input gain.
+    /// Input gain b of the last channel.
     pub b: f64,
 }
 
@@ -26,21 +26,21 @@ pub struct LastChannel {
 pub enum ChainError {
     /// The order is not 2..=6.
     Order {
-        /// Coefficients given.
+        /// How many coefficients were given.
         order: usize,
     },
     /// True and nominal plant differ in order.
     NominalOrder {
-        /// True.
+        /// Order of the true plant.
         order: usize,
-        /// Nominal.
+        /// Order of the nominal plant.
         nominal: usize,
     },
     /// Not one disturbance per channel.
     Disturbances {
-        /// n.
+        /// Order n of the plant.
         order: usize,
-        /// Given.
+        /// How many disturbances were given.
         given: usize,
     },
 }
@@ -64,7 +64,7 @@ impl fmt::Display for ChainError {
 
 impl std::error::Error for ChainError {}
 
-/// The chain.
+/// A chain of integrators as the truth of a simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
     truth: LastChannel,

@@ -38,7 +38,7 @@ pub struct ControllerSpec {
     pub precision: Precision,
     /// a(x) as the tick computes it.
     pub model: Model,
-    /// The design.
+    /// The design to build a controller of.
     pub config: AnyConfig,
 }
 

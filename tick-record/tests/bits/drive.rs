@@ -117,8 +117,8 @@ impl Ask {
     }
 }
 
-/// Every bit of an answer: outputs, flags or answer, estimates, state; 0 for what was not asked. A number that is none is
-/// the same NaN everywhere.
+/// Every bit of an answer: outputs, flags or answer, estimates, state; 0 for what was not asked. A number that is none
+/// is the same NaN everywhere.
 pub(crate) type Bits = Vec<u64>;
 
 pub(crate) fn bits<T: Real>(number: T) -> u64 {
@@ -399,7 +399,9 @@ int main(void)
         switch (ask.what) {
         /* The whole at once, and in its parts: both must be the same. */
         case 0: said = running(&state, x, ask.x, &output); break;
-        case 4: said = state.started || start(&state, x, ask.x) ? tick(&state, x, ask.x, &output) : not_started(&output); break;
+        case 4:
+            said = state.started || start(&state, x, ask.x) ? tick(&state, x, ask.x, &output) : not_started(&output);
+            break;
         case 1: said = report_applied(&state, x[@applied@]); break;
         case 2: said = start(&state, x, ask.x) ? tick(&state, x, ask.x, &output) : 0; break;
         default: reset(&state); said = 0; break;

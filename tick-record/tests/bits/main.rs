@@ -165,7 +165,8 @@ fn words_of_the_state_that_change_places_are_not_lost() {
     let under_conditions = of_two_words(|a, b, x, on| (if on { x } else { a }, if a > x { x } else { b }));
     assert_eq!(
         under_conditions,
-        "    const bool next_1 = s->a > x1;\n    if (on) {\n        s->a = x1;\n    }\n    if (next_1) {\n        s->b = x1;\n    }\n"
+        "    const bool next_1 = s->a > x1;\n    if (on) {\n        s->a = x1;\n    }\n    if (next_1) {\n        \
+         s->b = x1;\n    }\n"
     );
 }
 
