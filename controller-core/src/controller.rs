@@ -60,8 +60,8 @@ use crate::state::{Lanes, State};
 /// * `M`: nominal model a(x)/b_0
 /// * `N`: plant order, 2..=6
 /// * `R`: capacity for observer orders, 1..=3
-/// * `MASK`, `O`: which channels carry an observer (bit i - 1 for channel i, see [`channels`](crate::channels)), and how many. An absent
-///   channel takes no state and executes no instruction.
+/// * `MASK`, `O`: which channels carry an observer (bit i - 1 for channel i, see [`channels`](crate::channels)), and
+///   how many. An absent channel takes no state and executes no instruction.
 ///
 /// The macro [`controller!`](macro@crate::controller) spells it. [`Running`](crate::Running) ticks it; for a state of
 /// one's own it is a [`ControlLaw`]:
@@ -209,8 +209,8 @@ where
         output
     }
 
-    /// [`tick`](ControlLaw::tick) without the guard: once a first `tick` has been made, the same bits for good samples, and
-    /// NaN for ever after one that is not. It is there so that the guard can be priced; firmware has no use for it.
+    /// [`tick`](ControlLaw::tick) without the guard: once a first `tick` has been made, the same bits for good samples,
+    /// and NaN for ever after one that is not. It is there so that the guard can be priced; firmware has no use for it.
     #[doc(hidden)]
     #[inline]
     pub fn tick_unguarded(&self, state: &mut State<T, M, N, R, MASK, O>, x: &[T; N]) -> Output<T> {
@@ -392,9 +392,9 @@ where
         })
     }
 
-    /// May the law ask for this u? For far more than the actuator has only on a way that began far off: then there is an
-    /// offset that asks for more still, and a sample that takes most of it back. Estimates or an offset that nothing has
-    /// left do not look like that, and are not given the time to decay. False for NaN.
+    /// May the law ask for this u? For far more than the actuator has only on a way that began far off: then there is
+    /// an offset that asks for more still, and a sample that takes most of it back. Estimates or an offset that nothing
+    /// has left do not look like that, and are not given the time to decay. False for NaN.
     #[inline(always)]
     fn is_plausible(&self, demand: T, offset: T) -> bool {
         let k = &self.coefficients;
@@ -506,9 +506,9 @@ where
     }
 
     /// The tick that has passed had the old period and belongs to the old observers; the law is the new one from here
-    /// on. What the new model says otherwise of channel n goes into d_hat_n, so that the total acceleration is kept. The
-    /// demand is $v(W) = v_0 + (k_w - u_\sigma)W + \mathrm{clamp}(s(\sigma - W), \pm lim)$; of the W that make it what it
-    /// would have been, the one nearest to the old W is taken.
+    /// on. What the new model says otherwise of channel n goes into d_hat_n, so that the total acceleration is kept.
+    /// The demand is $v(W) = v_0 + (k_w - u_\sigma)W + \mathrm{clamp}(s(\sigma - W), \pm lim)$; of the W that make it
+    /// what it would have been, the one nearest to the old W is taken.
     fn take_over(&self, from: &Self, state: &Self::State, x: &[T; N]) -> Result<Self::State, RetuneError> {
         let Coefficients { kw, us, satk, lim, unit, .. } = self.coefficients;
         let [kw, us, satk, lim] = [kw, us, satk, lim].map(|entry| entry * unit);
@@ -566,8 +566,8 @@ where
         if is_sound(offset) { Ok(State::resuming(z, offset, state.held)) } else { Err(RetuneError::OffsetOutOfRange) }
     }
 
-    /// Over version, precision, shape, every coefficient, and what the model answers at n + 1 points: that tells any two
-    /// linear models apart, and of nonlinear ones those that differ there.
+    /// Over version, precision, shape, every coefficient, and what the model answers at n + 1 points: that tells any
+    /// two linear models apart, and of nonlinear ones those that differ there.
     fn fingerprint(&self) -> u32 {
         let shape = [crate::VERSION_NUMBER, T::WORDS as u32, N as u32, R as u32, u32::from(MASK)];
         let numbers = self.coefficients.numbers();

@@ -21,8 +21,8 @@
 //! # Range
 //! The sums of the law are computed in a unit of their own, in which the largest number of the precision stands for
 //! $\Lambda$, in the unit of u: a term beyond $\Lambda$ overflows, and neither infinity nor NaN comes back from a sum.
-//! So one look at the demand judges every word of the state by itself, and words whose terms cancel are seen as well. It
-//! is a power of two, and changes no bit of u:
+//! So one look at the demand judges every word of the state by itself, and words whose terms cancel are seen as well.
+//! It is a power of two, and changes no bit of u:
 //! $$ \Lambda = 2^m \ge \max\big(\min(2^{20} |u|_{max}, 10^{12}), 2 |k|_{max}\big), \quad 2 \le m $$
 //! with $|k|_{max}$ the largest entry of the rows. After a good tick the state lies in the set $M$ of the design:
 //! $|k_{x,i+1} (x_{i+1} + A_i)|$, $|a_u + A_n|$, $|k_B B|$, $|k_C C|$, $|k_w W|$ and $|u_\sigma \sigma^*|$ at most
@@ -187,11 +187,32 @@ impl<const N: usize, const R: usize, const O: usize> Coefficients<f64, N, R, O> 
 /// beside the fields themselves.
 macro_rules! in_order {
     ($coefficients:expr, $iter:ident, $flat:ident) => {{
-        #[rustfmt::skip]
         let Self {
-            rate, rate_n, theta_n, gamma, c, g, kx, kw, us, k, satk, lim, unit, decay, u_min, u_max, plausible, ko,
-            sigma_star_bound, hold, fallback, period, input_gain, mu2_n,
-                        } = $coefficients;
+            rate,
+            rate_n,
+            theta_n,
+            gamma,
+            c,
+            g,
+            kx,
+            kw,
+            us,
+            k,
+            satk,
+            lim,
+            unit,
+            decay,
+            u_min,
+            u_max,
+            plausible,
+            ko,
+            sigma_star_bound,
+            hold,
+            fallback,
+            period,
+            input_gain,
+            mu2_n,
+        } = $coefficients;
         let head = [rate, rate_n, theta_n].into_iter().chain(gamma.$flat());
         let sigma = c.$iter().chain(g.$flat());
         let law = kx.$iter().chain([kw, us]).chain(k.$flat()).chain([satk, lim, unit, decay]);

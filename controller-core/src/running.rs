@@ -175,9 +175,9 @@ impl<C: ControlLaw> ControlLaw for Guessing<C> {
 }
 
 /// A design in flash that is a type of its own, so that a [`Running`] of it keeps no address and the compiler puts the
-/// constants of the design into the tick (on the joint's drive 4 bytes and some 20 cycles less than by reference). It is
-/// never changed for another: where [`Running::retune`] is wanted, or an attribute that places the design in a section, a
-/// plain `static` by reference is the way. Attributes other than docs are refused.
+/// constants of the design into the tick (on the joint's drive 4 bytes and some 20 cycles less than by reference). It
+/// is never changed for another: where [`Running::retune`] is wanted, or an attribute that places the design in a
+/// section, a plain `static` by reference is the way. Attributes other than docs are refused.
 ///
 /// ```
 /// use controller_core::*;
@@ -282,7 +282,8 @@ impl<D: ControlLaw> Running<Guessing<D>> {
 
 impl<D: ControlLaw> Running<D> {
     /// Waits for its first good sample, and starts with all estimates at 0, whatever
-    /// [`Options::initial_estimates`](crate::Options::initial_estimates) says: for those take [`guessing`](Self::guessing).
+    /// [`Options::initial_estimates`](crate::Options::initial_estimates) says: for those take
+    /// [`guessing`](Self::guessing).
     pub const fn new(design: D) -> Self {
         Self { design, state: None }
     }
@@ -327,11 +328,11 @@ impl<D: ControlLaw> Running<D> {
     }
 
     /// Changes to another design between two ticks, without a jump of u: first
-    /// [`report_applied`](Self::report_applied), if there is something to report, then this with the sample of the coming
-    /// tick, then tick with the same sample. The estimates go on in their physical units, and the offset W is chosen so
-    /// that u is what it would have been, as far as the new limits allow it. W decays with the new α as ever, and u moves
-    /// with it: where the designs are unlike, W is large, and σ* tells nothing until it has decayed. Give a sample that
-    /// can be trusted. Before the start the design is changed and no more.
+    /// [`report_applied`](Self::report_applied), if there is something to report, then this with the sample of the
+    /// coming tick, then tick with the same sample. The estimates go on in their physical units, and the offset W is
+    /// chosen so that u is what it would have been, as far as the new limits allow it. W decays with the new α as ever,
+    /// and u moves with it: where the designs are unlike, W is large, and σ* tells nothing until it has decayed. Give a
+    /// sample that can be trusted. Before the start the design is changed and no more.
     ///
     /// # Errors
     /// Why the other design cannot take over here; then nothing is changed.
@@ -399,7 +400,8 @@ impl fmt::Display for WordsError {
         match self {
             Self::OtherDesign { expected, found } => write!(
                 f,
-                "the words belong to design {found:#010x}, this is {expected:#010x}: give the design they were made with"
+                "the words belong to design {found:#010x}, this is {expected:#010x}: give the design that they were \
+                 made with"
             ),
             Self::Damaged => {
                 f.write_str("these are not the words of a running controller: take them as they were given")
@@ -432,7 +434,8 @@ impl fmt::Display for RetuneError {
                 "1 - e^(-alpha T) lies within a tenth of k_l T: the offset has no say in u; move alpha or k_l"
             }
             Self::OffsetOutOfRange => {
-                "no offset makes the new law ask for the old u: take a design that is nearer, or start anew with `reset`"
+                "no offset makes the new law ask for the old u: take a design that is nearer, or start anew with \
+                 `reset`"
             }
         })
     }

@@ -1,22 +1,23 @@
 //! What a controller remembers between two ticks, and the same for many plants side by side.
 //!
-//! A [`State`] carries the shape of its controller in its type: that of another plant, precision or set of channels does
-//! not compile. What the type cannot tell, two designs of one shape, is told by the hash that goes with its
+//! A [`State`] carries the shape of its controller in its type: that of another plant, precision or set of channels
+//! does not compile. What the type cannot tell, two designs of one shape, is told by the hash that goes with its
 //! [words](crate::Running::words).
 //!
 //! # Lanes
 //! [`Lanes`] is the state of L loops as a structure of arrays. [`Controller::tick_lane`](crate::Controller::tick_lane)
 //! in a loop over the lanes is *the* tick, L times, so every lane has its bits; a compiler that knows vectors computes
-//! several lanes at once, since in that loop each branch of the tick is a select. Keep that loop innermost, with nothing
-//! but the tick in it, and its arrays apart: a copy of the lanes or of the controller beside it costs half the speed.
+//! several lanes at once, since in that loop each branch of the tick is a select. Keep that loop innermost, with
+//! nothing but the tick in it, and its arrays apart: a copy of the lanes or of the controller beside it costs half the
+//! speed.
 
 use core::marker::PhantomData;
 
 use crate::real::Real;
 use crate::running::{Words, next};
 
-/// What a [`Controller`](crate::Controller) of these parameters remembers between two ticks. The numbers are in units of
-/// its design. In memory they are the fields in this order, for callers in C.
+/// What a [`Controller`](crate::Controller) of these parameters remembers between two ticks. The numbers are in units
+/// of its design. In memory they are the fields in this order, for callers in C.
 ///
 /// `B` is `bool`, and an array of them in [`Lanes`].
 #[repr(C)]

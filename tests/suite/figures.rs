@@ -18,7 +18,8 @@ fn every_claim_that_held_still_holds_and_the_numbers_are_those_of_the_golden_tab
     let mut table = Table::new(["figure", "claim", "published", "reproduced", "range of what is open", "holds"]);
     for claim in &claims {
         let text = |key: &str| claim[key].as_str().unwrap_or("?").to_owned();
-        // A few units in the last place of f32 may be amplified in a spread near zero: one digit is what it is good for.
+        // A few units in the last place of f32 may be amplified in a spread near zero: one digit is what it is good
+        // for.
         let shown = |value: &serde_json::Value| {
             let value = value.as_f64().unwrap_or(f64::NAN);
             significant(value, if value.abs() < 1e-4 { 1 } else { 4 })

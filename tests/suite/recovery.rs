@@ -320,9 +320,9 @@ fn a_sample_of_1e27_whose_terms_cancel_does_not_lock_the_joint() {
     }
 }
 
-/// The loop on the limited joint, its state overwritten after 3 s, over and over. From the second sample on it is a start
-/// from where the plant is then, with an offset that W left out asks for at most 256 times the span of the limits:
-/// ln(512)/alpha = 6.2 s until u leaves its limit, then the surface, (125, 75, 15) with all roots at -5 /s.
+/// The loop on the limited joint, its state overwritten after 3 s, over and over. From the second sample on it is a
+/// start from where the plant is then, with an offset that W left out asks for at most 256 times the span of the
+/// limits: ln(512)/alpha = 6.2 s until u leaves its limit, then the surface, (125, 75, 15) with all roots at -5 /s.
 #[test]
 fn the_loop_converges_again_whatever_was_written_over_the_state() {
     let config = joint_config(ObserverGains::from_bandwidth::<2>(50.0));

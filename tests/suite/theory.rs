@@ -2,7 +2,8 @@
 //!
 //! The bounds are those of the continuous loop, so the printed law is held to every one of them, without allowance:
 //! random chains come to 99.98 % of the error's bound and to 99.93 % of that of sigma*. What sampling adds is the
-//! business of the modules `robustness` and `convergence`; on the joint it stays within the bounds of sigma* and y, too.
+//! business of the modules `robustness` and `convergence`; on the joint it stays within the bounds of sigma* and y,
+//! too.
 
 use controller_core::bounds::{DisturbanceBounds, UltimateBounds, ultimate, ultimate_by_lyapunov};
 use controller_core::{JointParameters, Reading};
