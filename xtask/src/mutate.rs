@@ -2,8 +2,8 @@
 //!
 //! The second table of docs/paper-map.md has rows `| (20) | `k_l`, `alpha` |`: symbols that are broken on purpose, one
 //! after the other, in the designs of the suite (`break_symbol` in tests/src/shape.rs; the code that is shipped stays
-//! as it is). Of the tests of the suite that the map names for the equation at least one must then fail; without a broken
-//! symbol all pass. One build, a run per symbol.
+//! as it is). Of the tests of the suite that the map names for the equation at least one must then fail; without a
+//! broken symbol all pass. One build, a run per symbol.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
