@@ -11,10 +11,10 @@ use crate::observer::ObserverGains;
 use crate::surface::{self, Surface};
 use crate::{MAX_N, MAX_R, assert_order};
 
-/// Largest |u| that the law may ask for, that limits may allow and that
-/// [`Running::report_applied`](crate::Running::report_applied) takes. A sample that makes the law ask for more is
-/// rejected as one that is not finite: whatever is wrong with x, a(x), b(x) or a sum on the way ends up in the demand,
-/// so that one comparison at the end of the tick guards them all.
+/// Largest |u| that limits may allow and that [`Running::report_applied`](crate::Running::report_applied) takes, and the
+/// largest number that a controller starts from. A sample that makes the law ask for far more than the limits is
+/// rejected as one that is not finite: whatever is wrong with x, a(x), b(x), the state or a sum on the way ends up in
+/// the demand, so that one look at the end of the tick guards them all.
 pub const INPUT_LIMIT: f64 = 1e12;
 
 /// Half a unit in the last place of f32 is 6e-8: a smaller decrement per tick would leave the offset as it is.

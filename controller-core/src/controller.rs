@@ -9,7 +9,7 @@
 //! 2. $y_j = x_j$, $y_{i+1} \mathrel{+}= A_i$; $\sigma = c \cdot y + \sum (g_B B + g_C C)$; $\sigma^* = \sigma - W$
 //!    (Eq. (44), (17));
 //! 3. $v = k_x \cdot y + k_w W + u_\sigma \sigma^* + \sum (k_B B + k_C C) + \mathrm{clamp}(s \thinspace \sigma^*,
-//!    \pm lim)$, $u = (v - a_u - A_n)/\beta$ clamped (Eq. (51));
+//!    \pm lim)$ in a unit of its own (module `design`, "Range"), $u = (v - a_u - A_n)/\beta$ clamped (Eq. (51));
 //! 4. $P_i = y_{i+1} - h_i$, $P_n = a_u + A_n - h_n$ (u joins when it is known), $x^- = x$,
 //!    $W \mathrel{-}= (1 - e^{-\alpha T}) W$.
 //!
@@ -470,8 +470,9 @@ where
 
     /// One tick: observers, σ*, law, clamp. Call it once per period with the newest sample x, in chain coordinates.
     ///
-    /// A sample that is not finite never reaches the state (see [`INPUT_LIMIT`]); the estimates wait, and the next good
-    /// sample resumes without a kick. The tick takes `u` as what the actuator will hold; if it will not, say so with
+    /// A sample that is not finite never reaches the state; the estimates wait, and the next good sample resumes without
+    /// a kick. From any state whatsoever at most two good samples lead back into the set of the design (module `design`,
+    /// "Range"), a good sample being one that the controller would start from and take at once. The tick takes `u` as what the actuator will hold; if it will not, say so with
     /// [`report_applied`](ControlLaw::report_applied).
     #[inline]
     fn tick(&self, state: &mut Self::State, x: &[T; N]) -> Output<T> {

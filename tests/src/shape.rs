@@ -86,6 +86,9 @@ impl<T: Real, const N: usize> NominalModel<T, N> for UnitModel<T, N> {
 }
 
 /// The configuration that a spec describes.
+///
+/// # Panics
+/// If the spec has gains of an order that does not fit.
 pub fn config<const N: usize, const R: usize>(spec: &Spec) -> Config<N, R> {
     fn padded<const L: usize>(row: &[f64]) -> [f64; L] {
         std::array::from_fn(|i| row.get(i).copied().unwrap_or(0.0))

@@ -72,7 +72,7 @@ impl Set {
         let mut found = Vec::new();
         let mut hold = |what: String, value: f64, most: f64| {
             // A term is rounded before it overflows.
-            if !(value.abs() <= most * (1.0 + 1e-6)) {
+            if value.is_nan() || value.abs() > most * (1.0 + 1e-6) {
                 found.push(format!("{what}: {value:e} over {most:e}"));
             }
         };
@@ -116,7 +116,8 @@ fn recovered<T: Precision, M: NominalModel<T, N>, const N: usize, const R: usize
     let tick = |state: &mut _| -> Output<T> { law.tick(state, good) };
     for lost in 0..3 {
         let output = tick(state);
-        if !(output.u.to_f64().abs() <= set.u[1].abs().max(set.u[0].abs())) {
+        let u = output.u.to_f64();
+        if u.is_nan() || u.abs() > set.u[1].abs().max(set.u[0].abs()) {
             return Err(format!("u = {} goes out", output.u));
         }
         let rejected = output.health.contains(Health::INPUT_REJECTED);
@@ -307,8 +308,8 @@ fn a_sample_of_1e27_whose_terms_cancel_does_not_lock_the_joint() {
         let law = law.expect("a valid design");
         let good = [0.1, 0.0, 0.0, 0.0];
         for x in [
-            [5.990_637_69e27, 3.260_119_05e27, -9.875_696_72e27, -5.325_497_76e30],
-            [7.646_730_3e27, -2.542_863_38e26, 1.539_743_38e27, -1.091_725_07e30],
+            [5.990_637_7e27, 3.260_119e27, -9.875_697e27, -5.325_498e30],
+            [7.646_730_3e27, -2.542_863_4e26, 1.539_743_4e27, -1.091_725e30],
         ] {
             let mut state = law.start(&good).expect("a good sample");
             for _ in 0..100 {

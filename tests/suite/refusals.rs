@@ -294,8 +294,9 @@ fn each_warning_begins_above_its_edge_and_names_the_remedy() {
 /// A decay of 3 made sigma infinite after a few ticks: numbers that were changed on the way are no design.
 #[test]
 fn a_design_with_one_number_changed_is_none() {
-    let config = joint_config(ObserverGains::<2>::as_printed([100.0, 20.0]));
     type Joint = controller_core::controller!(f32, FlexibleJoint<f32>, order 4, observers of order 2 in [2, 4]);
+
+    let config = joint_config(ObserverGains::<2>::as_printed([100.0, 20.0]));
     let joint = Joint::design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design");
     let numbers: Vec<f32> = joint.coefficients().numbers().collect();
     let taken = |numbers: &[f32]| Coefficients::<f32, 4, 2, 2>::from_numbers(numbers.iter().copied());
