@@ -11,8 +11,8 @@ use crate::observer::ObserverGains;
 use crate::surface::{self, Surface};
 use crate::{MAX_N, MAX_R, assert_order};
 
-/// Largest |u| that limits may allow and that [`Running::report_applied`](crate::Running::report_applied) takes, and the
-/// largest number that a controller starts from. A sample that makes the law ask for far more than the limits is
+/// Largest |u| that limits may allow and that [`Running::report_applied`](crate::Running::report_applied) takes, and
+/// the largest number that a controller starts from. A sample that makes the law ask for far more than the limits is
 /// rejected as one that is not finite: whatever is wrong with x, a(x), b(x), the state or a sum on the way ends up in
 /// the demand, so that one look at the end of the tick guards them all.
 pub const INPUT_LIMIT: f64 = 1e12;

@@ -470,9 +470,10 @@ where
 
     /// One tick: observers, σ*, law, clamp. Call it once per period with the newest sample x, in chain coordinates.
     ///
-    /// A sample that is not finite never reaches the state; the estimates wait, and the next good sample resumes without
-    /// a kick. From any state whatsoever at most two good samples lead back into the set of the design (module `design`,
-    /// "Range"), a good sample being one that the controller would start from and take at once. The tick takes `u` as what the actuator will hold; if it will not, say so with
+    /// A sample that is not finite never reaches the state; the estimates wait, and the next good sample resumes
+    /// without a kick. From any state whatsoever at most two good samples lead back into the set of the design (module
+    /// `design`, "Range"), a good sample being one that the controller would start from and take at once. The tick
+    /// takes `u` as what the actuator will hold; if it will not, say so with
     /// [`report_applied`](ControlLaw::report_applied).
     #[inline]
     fn tick(&self, state: &mut Self::State, x: &[T; N]) -> Output<T> {
