@@ -20,7 +20,10 @@ impl Division {
     /// The longest period that is not above that of `rate_hz`, by the finest count that 16 bits hold it in; a rate of 0
     /// is taken as 1 Hz, one above `core_hz` as `core_hz`.
     pub const fn new(core_hz: u32, rate_hz: u32) -> Self {
-        let wanted = if rate_hz == 0 { core_hz } else { core_hz / rate_hz };
+        let wanted = match core_hz.checked_div(rate_hz) {
+            Some(ticks) => ticks,
+            None => core_hz,
+        };
         let cycles = if wanted == 0 { 1 } else { wanted };
         // Both have 16 bits, for any 32 bits of cycles.
         let prescaler = (cycles - 1) / 0x1_0000;
