@@ -24,11 +24,11 @@
 //! So one look at the demand judges every word of the state by itself, and words whose terms cancel are seen as well.
 //! It is a power of two, and changes no bit of u:
 //! $$ \Lambda = 2^m \ge \max(\min(2^{20} U, 10^{12}), 2 K), \quad m \ge 2 $$
-//! with U the larger of the limits and K the largest entry of the rows. After a good tick the state lies in the set M of
-//! the design: $k_{x,i+1} (x_{i+1} + A_i)$, $k_B B$, $k_C C$, $k_w W$ and $u_\sigma \sigma^*$ within $\pm \Lambda$, and
-//! $a_u + A_n$, which stands in the demand itself, within what these leave of it; the last sample and P as this sample
-//! made them, u within its limits. An estimate that an observer of lower order than R does not have is not corrected,
-//! and stays what something wrote there, if that lies in M.
+//! with U the larger of the limits and K the largest entry of the rows. After a good tick the state lies in the set M
+//! of the design: $k_{x,i+1} (x_{i+1} + A_i)$, $k_B B$, $k_C C$, $k_w W$ and $u_\sigma \sigma^*$ within $\pm \Lambda$,
+//! and $a_u + A_n$, which stands in the demand itself, within what these leave of it; the last sample and P as this
+//! sample made them, u within its limits. An estimate that an observer of lower order than R does not have is not
+//! corrected, and stays what something wrote there, if that lies in M.
 //!
 //! # Leaving the process
 //! A design is a row of plain numbers in one declared order, [`LAYOUT`]: [`Coefficients::numbers`] gives them out,
