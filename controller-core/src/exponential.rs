@@ -74,9 +74,10 @@ pub(crate) const fn channel_gammas(l: [f64; MAX_R], order: usize, period: f64) -
     // D in per-step units: -l_j T^j in the first column, ones above the diagonal.
     let mut d = [[0.0; MAX_R]; MAX_R];
     let mut i = 0;
-    while i < order {
+    // Said twice so that an index by it needs no check that could panic.
+    while i < order && i < MAX_R {
         d[i][0] = -l[i] * raised(period, i + 1);
-        if i + 1 < order {
+        if i + 1 < order && i + 1 < MAX_R {
             d[i][i + 1] += 1.0;
         }
         i += 1;
