@@ -25,7 +25,7 @@
 //! type Joint = controller!(f32, FlexibleJoint<f32>, order 4, observers of order 2 in [2, 4]);
 //! const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
 //! const GAINS: ObserverGains<2> = ObserverGains::as_printed([100.0, 20.0]);
-//! const CONTROLLER: Joint = Joint::designed(
+//! const CONTROLLER: Joint = Joint::design(
 //!     &Config {
 //!         period_s: 1e-3,
 //!         surface: Surface { c: [125.0, 75.0, 15.0, 1.0], alpha_per_s: 1.0 },
@@ -77,7 +77,7 @@ use crate::state::{Lanes, State};
 /// #     options: Options::NEUTRAL,
 /// # };
 /// type Motor = controller!(f32, Linear<f32, 2>, order 2, observers of order 1 in [2]);
-/// let controller = Motor::design(&CONFIG, Linear::<f32, 2>::new(&NOMINAL)).expect("a good design");
+/// let controller = Motor::try_design(&CONFIG, Linear::<f32, 2>::new(&NOMINAL)).expect("a good design");
 /// let mut state = controller.start(&[0.1, 0.0]).expect("a good first sample");
 /// assert!(controller.tick(&mut state, &[0.1, 0.0]).u < 0.0);
 /// ```
@@ -114,19 +114,19 @@ macro_rules! design_in {
             ///
             /// # Errors
             /// What [`Config::validate`] refuses, and a configuration whose observers are not those of `MASK`.
-            pub const fn design(config: &Config<N, R>, model: M) -> Result<Self, ConfigError> {
+            pub const fn try_design(config: &Config<N, R>, model: M) -> Result<Self, ConfigError> {
                 match design_f64::<N, R, MASK, O>(config) {
                     Ok(rows) => Ok(Self::from_parts(design_in!(@$convert rows), model)),
                     Err(error) => Err(error),
                 }
             }
 
-            /// [`design`](Self::design) for a `const`: a bad configuration is a compile error with the reason.
+            /// [`try_design`](Self::try_design) for a `const`: a bad configuration is a compile error with the reason.
             ///
             /// # Panics
-            /// On a bad configuration; outside a `const` use [`design`](Self::design).
-            pub const fn designed(config: &Config<N, R>, model: M) -> Self {
-                match Self::design(config, model) {
+            /// On a bad configuration; outside a `const` use [`try_design`](Self::try_design).
+            pub const fn design(config: &Config<N, R>, model: M) -> Self {
+                match Self::try_design(config, model) {
                     Ok(controller) => controller,
                     Err(error) => panic!("{}", error.text().as_str()),
                 }

@@ -15,7 +15,7 @@ use pil_wire::{Instance, LOAD, Model, Open, REQUEST_LEN, Reply, Request, Target}
 type Controller2 = controller!(f32, Linear<f32, 2>, order 2, observers of order 2 in [1]);
 const INSTANCE: Instance = Instance { n: 2, r: 2, mask: channels(2, 2, [1]), model: Model::Linear };
 const NOMINAL: Nominal<2> = Nominal { gradient: [-2.0, -1.0], input_gain: 2.0 };
-const CONTROLLER: Controller2 = Controller2::designed(
+const CONTROLLER: Controller2 = Controller2::design(
     &Config {
         period_s: 1e-3,
         surface: Surface::from_bandwidth(5.0, 1.0),

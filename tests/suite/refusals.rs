@@ -26,10 +26,10 @@ fn changed(change: Change) -> Config<4, 2> {
     config
 }
 
-/// What `design` says, the same in both precisions. (The model is that of the good design: no refusal is about it.)
+/// What `try_design` says, the same in both precisions. (The model is that of the good design: no refusal is about it.)
 fn designed(config: &Config<4, 2>) -> Result<(), ConfigError> {
-    let single = Joint32::design(config, FlexibleJoint::<f32>::new(&NOMINAL)).map(|_| ());
-    let double = Joint64::design(config, FlexibleJoint::<f64>::new(&NOMINAL)).map(|_| ());
+    let single = Joint32::try_design(config, FlexibleJoint::<f32>::new(&NOMINAL)).map(|_| ());
+    let double = Joint64::try_design(config, FlexibleJoint::<f64>::new(&NOMINAL)).map(|_| ());
     // Compared as text: a NaN in an error equals nothing, not even itself.
     assert_eq!(format!("{single:?}"), format!("{double:?}"));
     single
@@ -297,7 +297,7 @@ fn a_design_with_one_number_changed_is_none() {
     type Joint = controller_core::controller!(f32, FlexibleJoint<f32>, order 4, observers of order 2 in [2, 4]);
 
     let config = joint_config(ObserverGains::<2>::as_printed([100.0, 20.0]));
-    let joint = Joint::design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design");
+    let joint = Joint::try_design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design");
     let numbers: Vec<f32> = joint.coefficients().numbers().collect();
     let taken = |numbers: &[f32]| Coefficients::<f32, 4, 2, 2>::from_numbers(numbers.iter().copied());
     assert_eq!(taken(&numbers).as_ref(), Some(joint.coefficients()));

@@ -152,13 +152,13 @@ const fn config<const N: usize, const R: usize>(mask: u8, nominal: Nominal<N>) -
 const fn joint<M: NominalModel<f32, 4> + Copy, const R: usize, const MASK: u8, const O: usize>(
     model: M,
 ) -> Controller<f32, M, 4, R, MASK, O> {
-    Controller::<f32, M, 4, R, MASK, O>::designed(&config(MASK, NOMINAL), model)
+    Controller::<f32, M, 4, R, MASK, O>::design(&config(MASK, NOMINAL), model)
 }
 
 /// Eq. (59).
 const fn benchmark<E: Exp<f32> + Copy>(model: Benchmark<E>) -> Controller<f32, Benchmark<E>, 2, 2, OF_TWO, 2> {
     let config = config(OF_TWO, Benchmark::<E>::nominal());
-    Controller::<f32, Benchmark<E>, 2, 2, OF_TWO, 2>::designed(&config, model)
+    Controller::<f32, Benchmark<E>, 2, 2, OF_TWO, 2>::design(&config, model)
 }
 
 /// A trajectory that needs no plant: noise of ±1/2 from a linear congruence, smaller than a spike, larger than rest.

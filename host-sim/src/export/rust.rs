@@ -93,7 +93,7 @@ pub const CONFIG: Config<{n}, {r}> = Config {{
 }};
 
 /// Designed by the compiler: a bad design is a compile error.
-pub static CONTROLLER: Designed = Designed::designed(&CONFIG, {value});
+pub static CONTROLLER: Designed = Designed::design(&CONFIG, {value});
 
 /// Ready for its first sample: `static mut LOOP: Running<Guessing<&Designed>> = RUNNING;`, then `LOOP.tick(&x).u`.
 pub const RUNNING: Running<Guessing<&Designed>> = Running::guessing(&CONTROLLER, {estimates:?});

@@ -120,7 +120,7 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
                     (AnyModel::Planar(drift), [0.0; N], ModelKind::BenchmarkMicromath)
                 }
             };
-            let controller = Controller::<f32, _, N, R, MASK, O>::design(&config, model)?;
+            let controller = Controller::<f32, _, N, R, MASK, O>::try_design(&config, model)?;
             let guess = estimates.map(f32::from_f64);
             let numbers = guess.into_iter().chain(row).chain(controller.coefficients().numbers()).collect();
             let download = Download { shape: spec.config.shape(), model: kind, numbers };
@@ -133,7 +133,7 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
                     AnyModel::Planar(|x| Benchmark::<Libm>::new().drift(x))
                 }
             };
-            let controller = Controller::<f64, _, N, R, MASK, O>::design(&config, model)?;
+            let controller = Controller::<f64, _, N, R, MASK, O>::try_design(&config, model)?;
             (Box::new(InProcess { running: Running::guessing(controller, estimates) }), None)
         }
     };

@@ -74,7 +74,7 @@ macro_rules! precision {
             fn shape<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &str, seed: usize) {
                 let config = config::<N, R>(MASK, seed);
                 let model = Linear::<$t, N>::new(&config.nominal);
-                let designed = Controller::<$t, _, N, R, MASK, O>::design(&config, model).expect("a design");
+                let designed = Controller::<$t, _, N, R, MASK, O>::try_design(&config, model).expect("a design");
                 let guess: [$t; N] = std::array::from_fn(|i| [0.0, 0.25, -3.0][(seed + i) % 3]);
                 let shape = Shape { n: N as u8, r: R as u8, mask: MASK };
                 let [row, guess_f64] = [model.row(), &guess].map(|row| row.map(f64::from));
@@ -128,7 +128,7 @@ macro_rules! bearing {
             let config = config::<2, 2>(0b11, 2);
             let (stiffness, gap, floor) = (0.7, 1.3, 1e-3);
             let model = Bearing::<$t> { stiffness, gap, floor };
-            let designed = Controller::<$t, _, 2, 2, 0b11, 2>::design(&config, model).expect("a design");
+            let designed = Controller::<$t, _, 2, 2, 0b11, 2>::try_design(&config, model).expect("a design");
             let recorded = move |recorder: &Recorder| Bearing::<Symbol> {
                 stiffness: recorder.constant("stiffness", f64::from(stiffness)),
                 gap: recorder.constant("gap", f64::from(gap)),
