@@ -161,6 +161,7 @@ const fn design_f64<const N: usize, const R: usize, const MASK: u8, const O: usi
         i += 1;
     }
     match config.validate() {
+        Ok(()) if !config.options.samples.is_none() => Err(ConfigError::new(Field::Samples, Cause::GateMissing)),
         Ok(()) => design::coefficients(config, &design::observed(MASK)),
         Err(error) => Err(error),
     }
@@ -475,9 +476,14 @@ where
     /// `design`, "Range"), a good sample being one that the controller would start from and take at once. The tick
     /// takes `u` as what the actuator will hold; if it will not, say so with
     /// [`report_applied`](ControlLaw::report_applied).
-    #[inline]
+    #[inline(always)]
     fn tick(&self, state: &mut Self::State, x: &[T; N]) -> Output<T> {
         self.step::<true, false>(state, x)
+    }
+
+    #[inline]
+    fn lost(&self, state: &mut Self::State) -> Output<T> {
+        self.reject::<false>(state, false)
     }
 
     /// The observers live on what is held: fed the commanded u, a saturated start-up may never settle. Under saturation

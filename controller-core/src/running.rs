@@ -77,6 +77,9 @@ pub trait ControlLaw {
     /// One tick.
     fn tick(&self, state: &mut Self::State, sample: &Self::Sample) -> Self::Output;
 
+    /// One tick whose sample never came: what [`tick`](Self::tick) does with one that it cannot take.
+    fn lost(&self, state: &mut Self::State) -> Self::Output;
+
     /// Tells what the actuator really holds since the last tick, where that is another u; `false` if the value was not
     /// taken.
     fn report_applied(state: &mut Self::State, u: Self::Scalar) -> bool;
@@ -118,6 +121,10 @@ macro_rules! as_within {
         #[inline]
         fn tick(&$this, state: &mut Self::State, sample: &Self::Sample) -> Self::Output {
             $law.tick(state, sample)
+        }
+        #[inline]
+        fn lost(&$this, state: &mut Self::State) -> Self::Output {
+            $law.lost(state)
         }
         #[inline]
         fn report_applied(state: &mut Self::State, u: Self::Scalar) -> bool {
@@ -303,6 +310,15 @@ impl<D: ControlLaw> Running<D> {
         }
         match &mut self.state {
             Some(state) => self.design.tick(state, sample),
+            None => self.design.not_started(),
+        }
+    }
+
+    /// One tick whose sample never came: a bus that is silent, a checksum that is wrong. A sample of NaN says the same.
+    #[inline]
+    pub fn lost(&mut self) -> D::Output {
+        match &mut self.state {
+            Some(state) => self.design.lost(state),
             None => self.design.not_started(),
         }
     }

@@ -103,6 +103,21 @@ const REFUSED: &[(Change, &str)] = &[
         "the safe u lies outside the limits: give one that the actuator can hold (given 300.5)",
     ),
     (
+        |config| config.options.samples.min[2] = 2e12,
+        "x_3: no sample keeps these limits: min must not be above max, and the jump must be above 0 (given min 2e12, \
+         max 1e12, jump 2e12)",
+    ),
+    (
+        |config| config.options.samples.jump[1] = 0.0,
+        "x_2: no sample keeps these limits: min must not be above max, and the jump must be above 0 (given min -1e12, \
+         max 1e12, jump 0)",
+    ),
+    (
+        |config| config.options.samples.max[0] = 7.0,
+        "limits of samples are kept by a gate, and this law has none: design a Gated<..> of it, or leave with_samples \
+         out",
+    ),
+    (
         |config| config.observers[2] = Some(PRINTED),
         "channel 3: this channel has an observer in the configuration but not in the controller's type (Eq. (47)): \
          add it to the controller's type, or set it to None",
@@ -156,7 +171,7 @@ fn every_refusal_says_what_is_wrong_and_what_to_do() {
         seen.insert(cause.split([' ', '{']).next().unwrap_or_default().to_owned());
     }
     // All but the order of an observer, which no gains can have wrong, and warnings.
-    assert_eq!(seen.len(), 18, "a kind of refusal is not in the table: {seen:?}");
+    assert_eq!(seen.len(), 20, "a kind of refusal is not in the table: {seen:?}");
 }
 
 /// Where the order is a number it may be wrong too, and the same rules hold for what a file gives.
@@ -199,7 +214,7 @@ fn a_refusal_can_be_told_in_the_words_of_another_language() {
 
 #[test]
 fn number_that_is_not_finite_is_refused_by_the_name_of_its_field() {
-    let fields: [(&str, Set); 14] = [
+    let fields: [(&str, Set); 17] = [
         ("surface.c", |config, bad| config.surface.c[3] = bad),
         ("nominal.gradient", |config, bad| config.nominal.gradient[3] = bad),
         ("period_s", |config, bad| config.period_s = bad),
@@ -214,6 +229,9 @@ fn number_that_is_not_finite_is_refused_by_the_name_of_its_field() {
         ("options.fallback", |config, bad| config.options.fallback = Fallback::Safe(bad)),
         ("options.sigma_star_bound", |config, bad| config.options.sigma_star_bound = bad),
         ("options.observer_pole_limit", |config, bad| config.options.observer_pole_limit = bad),
+        ("options.samples", |config, bad| config.options.samples.min[0] = bad),
+        ("options.samples", |config, bad| config.options.samples.max[1] = bad),
+        ("options.samples", |config, bad| config.options.samples.jump[3] = bad),
     ];
     for (field, set) in fields {
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {

@@ -5,7 +5,7 @@
 
 use controller_core::{
     AnyConfig, Benchmark, ConfigError, Controller, Guessing, Libm, Linear, MAX_R, Micromath, Nominal, NominalModel,
-    Real, Running, Shape, Warnings, shapes,
+    Real, Running, SampleLimits, Shape, Warnings, shapes,
 };
 
 use crate::MAX_ORDER;
@@ -101,7 +101,9 @@ pub fn build(spec: &ControllerSpec) -> Result<Designed, ConfigError> {
 fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     spec: &ControllerSpec,
 ) -> Result<Designed, ConfigError> {
-    let Some(config) = spec.config.fixed::<N, R>() else { unreachable!("the shape is that of the configuration") };
+    let Some(mut config) = spec.config.fixed::<N, R>() else { unreachable!("the shape is that of the configuration") };
+    // The gate stands before the port: `sensor::Gated`.
+    config.options = config.options.with_samples(SampleLimits::NONE);
     let estimates = config.options.initial_estimates;
     let linear = |a: &[f64]| Nominal { gradient: padded(a), input_gain: config.nominal.input_gain };
     let (port, download): (Box<dyn ControllerPort>, _) = match spec.precision {
