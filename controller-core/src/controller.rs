@@ -48,7 +48,7 @@ use crate::config::{Config, INPUT_LIMIT};
 use crate::design::{self, Coefficients};
 use crate::error::{Cause, ConfigError, Field, Text};
 use crate::health::Health;
-use crate::model::NominalModel;
+use crate::model::{Linear, NominalModel};
 use crate::observer;
 use crate::real::Real;
 use crate::running::{self, ControlLaw, RetuneError};
@@ -77,7 +77,7 @@ use crate::state::{Lanes, State};
 /// #     options: Options::NEUTRAL,
 /// # };
 /// type Motor = controller!(f32, Linear<f32, 2>, order 2, observers of order 1 in [2]);
-/// let controller = Motor::try_design(&CONFIG, Linear::<f32, 2>::new(&NOMINAL)).expect("a good design");
+/// let controller = Motor::try_linear(&CONFIG).expect("a good design");
 /// let mut state = controller.start(&[0.1, 0.0]).expect("a good first sample");
 /// assert!(controller.tick(&mut state, &[0.1, 0.0]).u < 0.0);
 /// ```
@@ -130,6 +130,27 @@ macro_rules! design_in {
                     Ok(controller) => controller,
                     Err(error) => panic!("{}", error.text().as_str()),
                 }
+            }
+        }
+
+        impl<const N: usize, const R: usize, const MASK: u8, const O: usize>
+            Controller<$t, Linear<$t, N>, N, R, MASK, O>
+        {
+            /// [`try_design`](Self::try_design) with the linear model that the configuration's own
+            /// [`nominal`](Config::nominal) is.
+            ///
+            /// # Errors
+            /// What [`try_design`](Self::try_design) refuses.
+            pub const fn try_linear(config: &Config<N, R>) -> Result<Self, ConfigError> {
+                Self::try_design(config, Linear::<$t, N>::new(&config.nominal))
+            }
+
+            /// [`try_linear`](Self::try_linear) for a `const`.
+            ///
+            /// # Panics
+            /// On a bad configuration; outside a `const` use [`try_linear`](Self::try_linear).
+            pub const fn linear(config: &Config<N, R>) -> Self {
+                Self::design(config, Linear::<$t, N>::new(&config.nominal))
             }
         }
     };

@@ -190,6 +190,20 @@ pub enum Cause {
         /// The jump given.
         jump: f64,
     },
+    /// The model has another slope than the nominal gradient.
+    GradientContradicts {
+        /// The state, from 1.
+        state: usize,
+        /// The entry of the gradient.
+        said: f64,
+        /// The slope of the model.
+        found: f64,
+    },
+    /// b(x) of the model is not of the sign of b_0.
+    GainContradicts {
+        /// b(x)/b_0.
+        ratio: f64,
+    },
     /// Limits of samples in the configuration of a law that keeps none.
     GateMissing,
     /// A designed coefficient is not a normal number in the precision of the controller.
@@ -296,6 +310,13 @@ impl Cause {
             Self::SamplesNone { .. } => {
                 "no sample keeps these limits: min must not be above max, and the jump must be above 0"
             }
+            Self::GradientContradicts { .. } => {
+                "the model has another slope there than nominal.gradient says (Eq. (39)): \
+                 it returns a(x)/b_0, the gradient is that of a(x)"
+            }
+            Self::GainContradicts { .. } => {
+                "b(x) of the model is not of the sign of nominal.input_gain (Eq. (39)): it returns b(x)/b_0"
+            }
             Self::GateMissing => "limits of samples are kept by a gate, and this law has none",
             Self::CoefficientRange => {
                 "a designed coefficient overflows or vanishes in this precision: \
@@ -344,7 +365,9 @@ impl ConfigError {
             _ => Text::new(),
         };
         let text = match self.cause {
-            Cause::SamplesNone { state, .. } => text.string("x_").number(state).string(": "),
+            Cause::SamplesNone { state, .. } | Cause::GradientContradicts { state, .. } => {
+                text.string("x_").number(state).string(": ")
+            }
             Cause::NotFinite | Cause::Negative => text.string(self.field.name()).string(": "),
             Cause::OrderTooLow { needed, order } => {
                 text.string("needs observer order ").number(needed).string(", has ").number(order).string(": ")
@@ -415,6 +438,10 @@ impl fmt::Display for Told<'_> {
             | Cause::BoundaryLayerEmpty { epsilon: given }
             | Cause::LimitsTooWide { limit: given }
             | Cause::FallbackOutsideLimits { u: given } => write!(f, " (given {})", Short(given)),
+            Cause::GradientContradicts { said, found, .. } => {
+                write!(f, " (said {:.4}, found {:.4})", Short(said), Short(found))
+            }
+            Cause::GainContradicts { ratio } => write!(f, " (b(x)/b_0 = {:.4})", Short(ratio)),
             Cause::SamplesNone { min, max, jump, .. } => {
                 write!(f, " (given min {}, max {}, jump {})", Short(min), Short(max), Short(jump))
             }

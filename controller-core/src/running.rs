@@ -23,7 +23,7 @@
 //!         nominal: NOMINAL,
 //!         options: Options::NEUTRAL.with_limits(Limits::symmetric(10.0)),
 //!     };
-//!     Motor::design(&config, Linear::<f32, 2>::new(&NOMINAL))
+//!     Motor::linear(&config)
 //! }
 //! static SOFT: Motor = motor(10.0);
 //! static FIRM: Motor = motor(20.0);
@@ -202,7 +202,7 @@ impl<C: ControlLaw> ControlLaw for Guessing<C> {
 /// type Motor = controller!(f32, Linear<f32, 2>, order 2, observers of order 1 in [2]);
 /// design! {
 ///     /// Designed by the compiler.
-///     static MOTOR: Motor = Motor::design(&CONFIG, Linear::<f32, 2>::new(&NOMINAL));
+///     static MOTOR: Motor = Motor::linear(&CONFIG);
 /// }
 /// let mut running: Running<MOTOR> = Running::new(MOTOR);
 /// assert_eq!(size_of_val(&running), size_of::<<Motor as ControlLaw>::State>());

@@ -4,8 +4,9 @@
 //! message. The messages are part of the interface: they name channel, equation and remedy.
 
 use controller_core::{
-    AnyConfig, Cause, Coefficients, Config, ConfigError, Fallback, Field, FlexibleJoint, Health, Limits, ObserverGains,
-    Pole, ReachingLaw, Remedy, Surface, Warning, controller,
+    AnyConfig, Benchmark, Cause, Coefficients, Config, ConfigError, Fallback, Field, FlexibleJoint, Health,
+    JointParameters, Libm, Limits, Nominal, NominalModel, ObserverGains, Pole, ReachingLaw, Reading, Remedy, Surface,
+    Warning, controller,
 };
 use integration_tests::paper::{NOMINAL, joint_config};
 use std::collections::BTreeSet;
@@ -425,5 +426,52 @@ fn a_health_of_bits_without_a_meaning_is_not_read() {
         let health = Health::from_bits(bits).expect("three flags");
         assert_eq!(read(&serde_json::to_string(&health).expect("a number")).expect("its own"), health);
         assert_eq!(health.is_ok(), bits == 0);
+    }
+}
+
+/// A model and what the design is told of it are written apart: the shipped ones agree, at rest and elsewhere.
+#[test]
+fn a_model_that_contradicts_what_the_design_is_told_of_it_is_found() {
+    for reading in [Reading::Literal, Reading::Reconstructed, Reading::Stiff, Reading::Physical] {
+        let nominal = JointParameters::TABLE_I.chain(reading).nominal();
+        for at in [[0.0; 4], [0.3, -2.0, 5.0, 70.0]] {
+            assert_eq!(nominal.check(&FlexibleJoint::<f64>::new(&nominal), &at), Ok(()), "{reading:?}");
+            let single = FlexibleJoint::<f32>::new(&nominal);
+            assert_eq!(nominal.check(&single, &at.map(|x| x as f32)), Ok(()), "{reading:?}");
+        }
+        let other = Nominal { input_gain: 1.05 * nominal.input_gain, ..nominal };
+        let error = nominal.check(&FlexibleJoint::<f64>::new(&other), &[0.0; 4]).expect_err("another b");
+        assert!(matches!(error.cause, Cause::GradientContradicts { state: 1, .. }), "{error}");
+    }
+    let benchmark = Benchmark::<Libm>::nominal();
+    assert_eq!(benchmark.check(&Benchmark::<Libm>::new(), &[0.4_f64, -1.0]), Ok(()));
+    let wrong = Nominal { gradient: [0.0, -2.0], ..benchmark };
+    let error = wrong.check(&Benchmark::<Libm>::new(), &[0.0_f32, 0.0]).expect_err("twice the slope");
+    assert_eq!(
+        error.to_string(),
+        "x_2: the model has another slope there than nominal.gradient says (Eq. (39)): it returns a(x)/b_0, the \
+         gradient is that of a(x) (said -2.0000, found -1.0000)"
+    );
+    for (gap, found) in [(0.5_f64, "2.0000"), (-0.5, "-2.0000"), (0.0, "inf"), (f64::NAN, "NaN")] {
+        let told = benchmark.check(&Bearing(gap), &[0.0_f64; 2]);
+        let expected = "b(x) of the model is not of the sign of nominal.input_gain (Eq. (39)): it returns b(x)/b_0 \
+                        (b(x)/b_0 = ";
+        match told {
+            Ok(()) => assert_eq!(found, "2.0000"),
+            Err(error) => assert_eq!(error.to_string(), format!("{expected}{found})")),
+        }
+    }
+}
+
+/// b(x)/b_0 = 1/gap, with the slopes of the benchmark.
+#[derive(Clone, Copy)]
+struct Bearing(f64);
+
+impl NominalModel<f64, 2> for Bearing {
+    fn drift(&self, x: &[f64; 2]) -> f64 {
+        -x[1]
+    }
+    fn gain_ratio(&self, _: &[f64; 2]) -> Option<f64> {
+        Some(1.0 / self.0)
     }
 }
