@@ -6,7 +6,7 @@
  *     joint_output output;                                   in the timer interrupt, every T:
  *     unsigned health = joint_tick_or_start(&state, x, &output);
  *     write_pwm(output.u);
- *     joint_report_applied(&state, held);                    only if the actuator holds another u
+ *     joint_report_applied(&state, held);                    only if it holds another u, not a late one
  *
  * The same bits as the Rust tick need every operation rounded on its own. A fused multiply-add rounds a * b + c once,
  * which is another number (and takes longer on a Cortex-M4F): compile with -ffp-contract=off. This file asks for it by
