@@ -69,10 +69,10 @@ pub(super) fn run(_: u64, trial: &mut Trial) -> Result<(), String> {
         (0..*rng.one_of(&[0, 0, 0, 1, 2])).map(|_| format!("{}={}", set_key(rng), value(rng, 3))).collect();
     trial.tell(|| format!("--set {sets:?}, the file:\n{text}\n(its end)"));
     trial.done += 1;
-    if trial.rng.chance(1.0 / 12.0) { through_the_program(&text, trial) } else { in_process(&text, &sets) }
+    if trial.rng.chance(1.0 / 12.0) { through_the_program(&text, trial) } else { in_process(&text, &sets, trial) }
 }
 
-fn in_process(text: &str, sets: &[String]) -> Result<(), String> {
+fn in_process(text: &str, sets: &[String], trial: &mut Trial) -> Result<(), String> {
     let began = Instant::now();
     let read = parse(&Source { file: "a.toml", text, sets }, "a");
     if began.elapsed() > READS {
@@ -80,11 +80,15 @@ fn in_process(text: &str, sets: &[String]) -> Result<(), String> {
     }
     let mut experiment = match read {
         Ok(experiment) => experiment,
-        Err(error) => return error.to_string().lines().try_for_each(|line| has_a_place(line, sets)),
+        Err(error) => {
+            trial.tell(|| format!("refused:\n{error}"));
+            return error.to_string().split('\n').try_for_each(|line| has_a_place(line, sets));
+        }
     };
     // The whole span would only take long.
     experiment.periods = experiment.periods.min(TICKS);
     let (trace, error) = experiment.run(&mut |_| ControlFlow::Continue(()));
+    trial.tell(|| format!("accepted, {} ticks, {error:?}", trace.rows.len()));
     experiment.metrics(&trace);
     if let Some(error) = error {
         return if error.to_string().is_empty() { Err("a run that ends without a word".into()) } else { Ok(()) };
@@ -132,6 +136,7 @@ fn through_the_program(text: &str, trial: &mut Trial) -> Result<(), String> {
         4 => host_sim(&["export", &file, "--lang", "c"]),
         _ => host_sim(&["export", &file, "--standalone"]),
     };
+    trial.tell(|| format!("{spoken:?}"));
     let is_told = spoken.err.lines().any(|line| line.starts_with("error: "));
     match spoken.status {
         0 if !is_told => Ok(()),

@@ -31,7 +31,13 @@ pub(super) fn run(_: u64, trial: &mut Trial) -> Result<(), String> {
     });
     trial.done += 1;
     let began = Instant::now();
-    let Ok(image) = Image::read(&file) else { return in_time(began) };
+    let image = match Image::read(&file) {
+        Ok(image) => image,
+        Err(reason) => {
+            trial.tell(|| format!("refused: {reason}"));
+            return in_time(began);
+        }
+    };
     for symbol in symbols {
         let rng = &mut trial.rng;
         let loops = (0..rng.integer(0, 3))
@@ -49,6 +55,7 @@ pub(super) fn run(_: u64, trial: &mut Trial) -> Result<(), String> {
             answer.price(&executed, options.lines.then_some(&image));
         }
         let report = &answer.report;
+        trial.tell(|| format!("bound {:?}, declined {:?}", report.bound(), report.declined));
         if report.to_string().is_empty() || serde_json::to_string(report).is_err() {
             return Err(format!("{symbol}: nothing is reported"));
         }
