@@ -85,10 +85,10 @@ const WAYS: [Way; 28] = [
         board.out.extend(sealed);
     }),
     told("another controller", FIRST, |board, frame| {
-        board.says(frame, |_, _| Some(Reply::Identity(Identity { core_version: 0x0001_0203, ..identity() })));
+        board.says(frame, |_| Some(Reply::Identity(Identity { core_version: 0x0001_0203, ..identity() })));
     }),
     told("another layout", FIRST, |board, frame| {
-        board.says(frame, |_, _| Some(Reply::Identity(Identity { layout: 1, ..identity() })));
+        board.says(frame, |_| Some(Reply::Identity(Identity { layout: 1, ..identity() })));
     }),
     told("everything refused", LOADING, |board, frame| {
         let words = [board.rng.integer(1, 10) as u32, board.rng.bits() as u32, board.rng.bits() as u32];
@@ -99,14 +99,14 @@ const WAYS: [Way; 28] = [
         let kind = board.rng.integer(133, 255) as u8;
         board.out.extend(sealed(frame, |bytes| bytes[3] = kind));
     }),
-    told("everything done", LOADING, |board, frame| board.says(frame, |_, _| Some(Reply::Done))),
+    told("everything done", LOADING, |board, frame| board.says(frame, |_| Some(Reply::Done))),
     told("everything ticked", LOADING, |board, frame| {
         let (sequence, _) = Reply::from_frame(frame);
         board.out.extend(by_hand(0xE6, 131, sequence, &[0; 16]));
     }),
-    told("u is NaN", LOADING, |board, frame| board.says(frame, |_, ticked| ticked.map(|it| with_u(it, f32::NAN)))),
+    told("u is NaN", LOADING, |board, frame| board.says(frame, |ticked| ticked.map(|it| with_u(it, f32::NAN)))),
     told("u is infinite", LOADING, |board, frame| {
-        board.says(frame, |_, ticked| ticked.map(|it| with_u(it, f32::NEG_INFINITY)));
+        board.says(frame, |ticked| ticked.map(|it| with_u(it, f32::NEG_INFINITY)));
     }),
     told("health that means nothing", LOADING, |board, frame| {
         let health = board.rng.integer(8, 255) as u8;
@@ -173,11 +173,11 @@ struct Board {
 
 impl Board {
     /// Instead of a reply another one to the same request; `None` for the reply as it is.
-    fn says(&mut self, frame: &Frame, other: fn(&Reply, Option<Ticked>) -> Option<Reply>) {
+    fn says(&mut self, frame: &Frame, other: fn(Option<Ticked>) -> Option<Reply>) {
         let (sequence, read) = Reply::from_frame(frame);
-        let read = read.expect("a reply of the target");
-        let ticked = if let Reply::Ticked(ticked) = read { Some(ticked) } else { None };
-        self.out.extend(other(&read, ticked).unwrap_or(read).to_frame(sequence));
+        let ticked = if let Some(Reply::Ticked(ticked)) = read { Some(ticked) } else { None };
+        let said = other(ticked).map_or(*frame, |reply| reply.to_frame(sequence));
+        self.out.extend(said);
     }
 }
 

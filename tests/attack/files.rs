@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 const READS: Duration = Duration::from_secs(5);
 /// Ticks that an accepted file runs: each takes at most 10 000 steps of the solver.
 const TICKS: usize = 50;
-/// A line of a refusal.
+/// Bytes of a line of a refusal behind its place.
 const LONGEST: usize = 1000;
 
 /// All shipped files.
@@ -107,14 +107,20 @@ fn in_process(text: &str, sets: &[String], trial: &mut Trial) -> Result<(), Stri
     Ok(())
 }
 
-/// `a.toml:3:1: what`, or `--set seed=x: what`.
+/// `a.toml:3:1: what`, or `--set seed=x: what`, where the argument may be as long as it was given.
 fn has_a_place(line: &str, sets: &[String]) -> Result<(), String> {
-    let number = line.strip_prefix("a.toml:").and_then(|rest| rest.split(':').next()?.parse::<usize>().ok());
-    let of_set = || line.starts_with("--set ") && !sets.is_empty();
-    if (number.is_some() || of_set()) && line.len() < LONGEST {
-        Ok(())
-    } else {
-        Err(format!("a refusal without a place, or longer than {LONGEST} bytes: {line}"))
+    let of_file = || {
+        let (number, what) = line.strip_prefix("a.toml:")?.split_once(':')?;
+        number.parse::<usize>().ok().map(|_| what)
+    };
+    let of_argument = || {
+        let escaped = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.into() };
+        let place = |set: &String| format!("--set {}: ", set.chars().map(escaped).collect::<String>());
+        sets.iter().find_map(|set| line.strip_prefix(&place(set)))
+    };
+    match of_file().or_else(of_argument) {
+        Some(what) if what.len() < LONGEST => Ok(()),
+        _ => Err(format!("a refusal without a place, or longer than {LONGEST} bytes: {line}")),
     }
 }
 

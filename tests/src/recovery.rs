@@ -117,9 +117,6 @@ fn numbers<T: Real>(state: &impl Words) -> Vec<f64> {
 
 /// A design to attack.
 pub trait Victim: Send + Sync {
-    /// Which one.
-    fn name(&self) -> &'static str;
-
     /// A cancelling sample, a damaged state and one of nothing but NaN, each with the way back; was the sample found,
     /// and taken?
     ///
@@ -278,10 +275,6 @@ where
     T: Precision,
     M: NominalModel<T, N> + Send + Sync,
 {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
     fn struck(&self, trial: &mut Trial) -> Result<bool, String> {
         let which = trial.rng.integer(0, 1);
         let mut state = self.healthy[which].clone();
