@@ -1,8 +1,8 @@
 //! What is done to a controller, and the way back from it.
 //!
 //! After a good tick every word of the state lies in the set M of its design (module `design` of the core, "Range"),
-//! and from any state at most two good samples lead there. Random samples find nothing here: what did harm were samples of
-//! 1e27 whose terms cancel to the last bit, so they are searched for along the directions in which the law asks for
+//! and from any state at most two good samples lead there. Random samples find nothing here: what did harm were samples
+//! of 1e27 whose terms cancel to the last bit, so they are searched for along the directions in which the law asks for
 //! nothing. A [`Victim`] is a design with its twin without limits, of six kinds in f32 and f64.
 
 use crate::paper::{NOMINAL, joint_config};
