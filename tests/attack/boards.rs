@@ -42,8 +42,10 @@ enum Ends {
 const ANY: [usize; 2] = [0, 80];
 /// It strikes who it is.
 const FIRST: [usize; 2] = [0, 0];
-/// Once the design is loading.
+/// Once it has said who it is.
 const LOADING: [usize; 2] = [3, 80];
+/// Once a design is announced: a restart before that loses nothing.
+const OPEN: [usize; 2] = [4, 80];
 
 const fn told(name: &'static str, after: [usize; 2], say: fn(&mut Board, &Frame)) -> Way {
     Way { name, ends: Ends::Told, after, say }
@@ -122,7 +124,8 @@ const WAYS: [Way; 28] = [
     }),
     well("late", |board, frame| {
         board.held.push_back(*frame);
-        if board.rng.chance(0.4) {
+        // Not too late: the host gives up after some twenty repetitions.
+        if board.held.len() > 3 || board.rng.chance(0.4) {
             let late: Vec<Frame> = board.held.drain(..).collect();
             board.out.extend(late.as_flattened());
         }
@@ -132,7 +135,7 @@ const WAYS: [Way; 28] = [
         Some(before) => board.out.extend([*frame, before].as_flattened()),
         None => board.held.push_back(*frame),
     }),
-    told("restarts", LOADING, |board, frame| {
+    told("restarts", OPEN, |board, frame| {
         if board.is_first {
             board.inner.restart();
         } else {
