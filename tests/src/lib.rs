@@ -9,6 +9,8 @@
 //! | [`truth`] | linear plants, exact between ticks; a plain Runge-Kutta |
 //! | [`shape`] | the shipped controller behind one trait, whatever its order, channels and precision |
 //! | [`strategy`] | random designs and chains from a printed seed |
+//! | [`recovery`] | the way back into the set M of a design: what is done to a controller, and the search for it |
+//! | [`talk`] | the host's side of the wire by hand |
 //! | [`close`] | comparing two signals |
 //! | [`paper`] | the two examples of the paper, run through `loop-sim` |
 //! | [`program`] | `host-sim` with its stdout, stderr and exit status |
@@ -22,8 +24,10 @@ pub mod oracle;
 pub mod paper;
 pub mod printed;
 pub mod program;
+pub mod recovery;
 pub mod shape;
 pub mod strategy;
+pub mod talk;
 pub mod truth;
 
 /// The code of the README compiles.

@@ -6,7 +6,7 @@
 use crate::oracle::{Model, Spec};
 use controller_core::{
     AnyConfig, Config, ConfigError, ControlLaw, Controller, Health, Limits, Nominal, NominalModel, ObserverGains,
-    Options, ReachingLaw, Real, Surface, shapes,
+    Options, ReachingLaw, Real, Surface, Words, shapes,
 };
 
 /// What a tick returns, in f64 (exact for f32).
@@ -32,6 +32,9 @@ pub trait Shape {
     fn report_applied(&mut self, u: f64);
     /// d_hat^(m) of every channel.
     fn estimates(&self) -> Vec<[f64; 3]>;
+
+    /// Changes the words of the state; false if what comes out is no state.
+    fn rewrite(&mut self, change: &mut dyn FnMut(&mut [u32])) -> bool;
 
     /// Starts at `x0`.
     fn start(&mut self, x0: &[f64]) -> bool {
@@ -182,6 +185,15 @@ where
     fn estimates(&self) -> Vec<[f64; 3]> {
         let estimates = self.controller.estimates(self.state.as_ref().expect("started"));
         estimates.iter().map(|of| std::array::from_fn(|m| of.get(m).map_or(0.0, |value| value.to_f64()))).collect()
+    }
+
+    fn rewrite(&mut self, change: &mut dyn FnMut(&mut [u32])) -> bool {
+        let mut words: Vec<u32> = self.state.as_ref().expect("started").words().collect();
+        change(&mut words);
+        let changed = C::State::from_words(&mut words.into_iter());
+        let is_one = changed.is_some();
+        self.state = changed.or(self.state.take());
+        is_one
     }
 }
 

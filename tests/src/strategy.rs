@@ -43,6 +43,11 @@ impl Rng {
         low + (self.bits() % (high - low + 1) as u64) as usize
     }
 
+    /// One of these.
+    pub fn one_of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
+        &all[self.integer(0, all.len() - 1)]
+    }
+
     /// -1 or 1.
     pub fn sign(&mut self) -> f64 {
         if self.chance(0.5) { -1.0 } else { 1.0 }
@@ -62,6 +67,35 @@ impl Rng {
             }
         }
         poles
+    }
+}
+
+/// One trial of a random campaign: its random numbers, how much it has done, and what, if that is to be told.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// All that is random in it.
+    pub rng: Rng,
+    /// What it has done so far, in the unit of its campaign.
+    pub done: u64,
+    told: Option<Vec<String>>,
+}
+
+impl Trial {
+    /// From a seed; one that is told keeps what [`tell`](Self::tell) is given.
+    pub fn new(seed: u64, is_told: bool) -> Self {
+        Self { rng: Rng::new(seed), done: 0, told: is_told.then(Vec::new) }
+    }
+
+    /// One more line of what happens to it.
+    pub fn tell(&mut self, line: impl FnOnce() -> String) {
+        if let Some(told) = &mut self.told {
+            told.push(line());
+        }
+    }
+
+    /// The lines so far.
+    pub fn told(&self) -> &[String] {
+        self.told.as_deref().unwrap_or_default()
     }
 }
 

@@ -1,16 +1,16 @@
 //! Do the frames between host and target carry what they should, and survive what they must?
 
 use controller_core::{
-    AnyConfig, Config, Controller, Fallback, LAYOUT, Limits, Linear, MAX_R, Nominal, ObserverGains, Options,
-    ReachingLaw, Shape, Surface, channels,
+    AnyConfig, Config, Fallback, LAYOUT, Limits, MAX_R, Nominal, ObserverGains, Options, ReachingLaw, Surface,
 };
 use host_sim::remote::instance_of;
-use integration_tests::paper::{NOMINAL, joint_config};
+use integration_tests::paper::NOMINAL;
 use integration_tests::strategy::Rng;
-use loop_sim::port::in_process::{ControllerSpec, Download, Model, ModelKind, Precision, build, padded};
+use integration_tests::talk::{Host, by_hand, crc32, joint};
+use loop_sim::port::in_process::{ControllerSpec, Download, Model, Precision, build, padded};
 use pil_wire::{
-    CORE_VERSION, Event, Instance, LAYOUT_ID, LOAD, MAX_N, Open, REPLY_LEN, REQUEST_LEN, Reason, Receiver, Refusal,
-    Reply, Request, Target, Ticked,
+    CORE_VERSION, Instance, LAYOUT_ID, MAX_N, Open, REPLY_LEN, REQUEST_LEN, Reason, Receiver, Refusal, Reply, Request,
+    Target,
 };
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
@@ -19,96 +19,6 @@ use std::collections::BTreeMap;
 
 fn cases(cases: u32) -> ProptestConfig {
     ProptestConfig { cases, failure_persistence: None, rng_seed: RngSeed::Fixed(0x5AE5), ..ProptestConfig::default() }
-}
-
-/// CRC-32 as its definition says it, bit by bit: reflected polynomial EDB88320, all ones before and after.
-pub(super) fn crc32(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(!0, |crc, &byte| {
-        (0..8).fold(crc ^ u32::from(byte), |crc, _| crc >> 1 ^ if crc & 1 == 1 { 0xEDB8_8320 } else { 0 })
-    })
-}
-
-/// A frame put together by hand, from the tables of the crate's page.
-fn by_hand(mark: u8, kind: u8, sequence: u32, words: &[u32]) -> Vec<u8> {
-    let mut bytes = vec![0x5A, mark, 1, kind];
-    bytes.extend(sequence.to_le_bytes());
-    bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
-    bytes.extend(crc32(&bytes).to_le_bytes());
-    bytes
-}
-
-/// The joint with observers of order 2 in channels 2 and 4, as numbers.
-fn joint() -> Download {
-    let gains = ObserverGains::as_printed([100.0, 20.0]);
-    let model = Linear::<f32, 4>::new(&NOMINAL);
-    let controller =
-        Controller::<f32, _, 4, 2, { channels(4, 2, [2, 4]) }, 2>::design(&joint_config::<2>(gains), model);
-    let numbers = [0.0; 4].into_iter().chain(*model.row()).chain(controller.coefficients().numbers()).collect();
-    Download { shape: Shape { n: 4, r: 2, mask: channels(4, 2, [2, 4]) }, model: ModelKind::Linear, numbers }
-}
-
-/// A host that does as the page says, and sees every reply.
-struct Host {
-    target: Target,
-    sequence: u32,
-}
-
-impl Host {
-    fn new() -> Self {
-        Self { target: Target::new(), sequence: 0 }
-    }
-
-    fn send(&mut self, bytes: &[u8]) -> Vec<[u8; REPLY_LEN]> {
-        bytes.iter().filter_map(|&byte| self.target.receive(byte)).collect()
-    }
-
-    /// The reply to a new request.
-    fn ask(&mut self, request: &Request) -> Reply {
-        self.sequence = self.sequence.wrapping_add(1);
-        let replies = self.send(&request.to_frame(self.sequence));
-        assert_eq!(replies.len(), 1);
-        let (sequence, reply) = Reply::from_frame(&replies[0]);
-        assert_eq!(sequence, self.sequence);
-        reply.expect("a reply of this version")
-    }
-
-    fn refused(&mut self, request: &Request) -> Refusal {
-        match self.ask(request) {
-            Reply::Refused(refusal) => {
-                assert_eq!(self.target.take_event(), Some(Event::Refused(refusal)));
-                refusal
-            }
-            other => panic!("not refused: {other:?}"),
-        }
-    }
-
-    fn done(&mut self, request: &Request) {
-        let reply = self.ask(request);
-        assert!(matches!(reply, Reply::Done), "{reply:?}");
-    }
-
-    fn load(&mut self, numbers: &[f32]) {
-        for (k, chunk) in numbers.chunks(LOAD).enumerate() {
-            let mut numbers = [0.0; LOAD];
-            numbers[..chunk.len()].copy_from_slice(chunk);
-            self.done(&Request::Load { offset: (k * LOAD) as u32, numbers });
-        }
-    }
-
-    fn start(&mut self, download: &Download) {
-        let open = Open::new(instance_of(download), &download.numbers);
-        self.done(&Request::Open(open));
-        self.load(&download.numbers);
-        self.done(&Request::Start);
-        assert_eq!(self.target.take_event(), Some(Event::Started(open)));
-    }
-
-    fn tick(&mut self, x: [f32; MAX_N], applied: f32) -> Ticked {
-        match self.ask(&Request::Tick { x, applied }) {
-            Reply::Ticked(ticked) => ticked,
-            other => panic!("not ticked: {other:?}"),
-        }
-    }
 }
 
 #[test]

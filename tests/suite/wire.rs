@@ -9,6 +9,7 @@ use host_sim::transport::faulty::{Rates, Struck};
 use host_sim::transport::{Faulty, Loopback, Transport, TransportError};
 use integration_tests::data::scenario_file;
 use integration_tests::strategy::Rng;
+use integration_tests::talk::crc32;
 use loop_sim::closed_loop::LoopError;
 use loop_sim::port::in_process::Download;
 use loop_sim::port::{ControllerPort, PortError};
@@ -19,8 +20,6 @@ use scenario::{Experiment, load};
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
-
-use super::frames::crc32;
 
 /// On a wire without time every wait is over at once.
 const REPLY_WITHIN: Duration = Duration::from_millis(50);

@@ -3,6 +3,7 @@
 //! It drives cargo by command line and links none of our crates, so it can tell what is wrong when they do not build.
 //! Each step is numbered and timed; the first that fails ends the run with the exact command to repeat it.
 
+mod attack;
 mod bench;
 mod budget;
 mod capi;
@@ -30,11 +31,11 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 13] = [
+const ACTIONS: [Action; 14] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
-        help: "setup, then format, lints, docs, paper map, images, tests, budgets, fuzzing, thumb, WebAssembly",
+        help: "setup, then format, lints, docs, paper map, images, tests, budgets, fuzzing, attack, thumb, WebAssembly",
         run: test::run,
     },
     Action {
@@ -56,6 +57,11 @@ const ACTIONS: [Action; 13] = [
         help: "the same, with KaTeX beside the pages, so that formulas need no connection",
         run: docs::offline,
     },
+    Action {
+        name: ATTACK,
+        help: "random campaigns with a seed of their own, minutes long; [--seed N] [--seconds S] [--only CAMPAIGN]",
+        run: attack::run,
+    },
     Action { name: "fuzz", help: "libFuzzer against the target's side of the wire", run: fuzz::run },
     Action {
         name: "wasm",
@@ -65,6 +71,9 @@ const ACTIONS: [Action; 13] = [
     Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
     Action { name: "mutate", help: "break symbols of the paper: do the tests of the map fail?", run: mutate::run },
 ];
+
+/// The one that takes arguments; the program that it runs checks them.
+const ATTACK: &str = "attack";
 
 fn main() -> ExitCode {
     if let Some(root) = std::env::var_os(compiler::ROOT) {
@@ -80,7 +89,8 @@ fn main() -> ExitCode {
         println!("  {:<14} this list", "help");
         return ExitCode::SUCCESS;
     }
-    let Some(Action { run, .. }) = ACTIONS.iter().find(|action| action.name == asked) else {
+    let is_asked = |action: &&Action| action.name == asked || (action.name == ATTACK && arguments[0] == ATTACK);
+    let Some(Action { run, .. }) = ACTIONS.iter().find(is_asked) else {
         return misused(&format!("unknown command `{asked}`: did you mean `{}`?", nearest(&asked)));
     };
     let mut gate = Gate::new(root());

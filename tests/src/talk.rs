@@ -1,0 +1,130 @@
+//! The host's side of the talk with a target, by the page of `pil-wire`: frames put together by hand, and a host that
+//! sees every reply.
+
+use controller_core::{Controller, Linear, ObserverGains, Shape, channels};
+use host_sim::remote::instance_of;
+use loop_sim::port::in_process::{Download, ModelKind};
+use pil_wire::{Event, LOAD, MAX_N, Open, REPLY_LEN, Refusal, Reply, Request, Target, Ticked};
+
+use crate::paper::{NOMINAL, joint_config};
+
+/// CRC-32 as its definition says it, bit by bit: reflected polynomial EDB88320, all ones before and after.
+pub fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| crc >> 1 ^ if crc & 1 == 1 { 0xEDB8_8320 } else { 0 })
+    })
+}
+
+/// A frame put together by hand, from the tables of the crate's page.
+pub fn by_hand(mark: u8, kind: u8, sequence: u32, words: &[u32]) -> Vec<u8> {
+    let mut bytes = vec![0x5A, mark, 1, kind];
+    bytes.extend(sequence.to_le_bytes());
+    bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+    bytes.extend(crc32(&bytes).to_le_bytes());
+    bytes
+}
+
+/// The joint with observers of order 2 in channels 2 and 4, as numbers.
+pub fn joint() -> Download {
+    let gains = ObserverGains::as_printed([100.0, 20.0]);
+    let model = Linear::<f32, 4>::new(&NOMINAL);
+    let controller =
+        Controller::<f32, _, 4, 2, { channels(4, 2, [2, 4]) }, 2>::design(&joint_config::<2>(gains), model);
+    let numbers = [0.0; 4].into_iter().chain(*model.row()).chain(controller.coefficients().numbers()).collect();
+    Download { shape: Shape { n: 4, r: 2, mask: channels(4, 2, [2, 4]) }, model: ModelKind::Linear, numbers }
+}
+
+/// A host that does as the page says, and sees every reply.
+#[derive(Default)]
+pub struct Host {
+    /// At the other end, in this process.
+    pub target: Target,
+    /// Number of the last new request.
+    pub sequence: u32,
+    /// Bytes sent so far.
+    pub sent: u64,
+}
+
+impl Host {
+    /// With a target that was just powered up.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// All replies to these bytes.
+    pub fn send(&mut self, bytes: &[u8]) -> Vec<[u8; REPLY_LEN]> {
+        self.sent += bytes.len() as u64;
+        bytes.iter().filter_map(|&byte| self.target.receive(byte)).collect()
+    }
+
+    /// The reply to a new request.
+    ///
+    /// # Panics
+    /// When there is none, or none that can be read.
+    pub fn ask(&mut self, request: &Request) -> Reply {
+        self.sequence = self.sequence.wrapping_add(1);
+        let replies = self.send(&request.to_frame(self.sequence));
+        assert_eq!(replies.len(), 1);
+        let (sequence, reply) = Reply::from_frame(&replies[0]);
+        assert_eq!(sequence, self.sequence);
+        reply.expect("a reply of this version")
+    }
+
+    /// Why a new request is refused.
+    ///
+    /// # Panics
+    /// When it is not.
+    pub fn refused(&mut self, request: &Request) -> Refusal {
+        match self.ask(request) {
+            Reply::Refused(refusal) => {
+                assert_eq!(self.target.take_event(), Some(Event::Refused(refusal)));
+                refusal
+            }
+            other => panic!("not refused: {other:?}"),
+        }
+    }
+
+    /// A new request that is to be done.
+    ///
+    /// # Panics
+    /// When it is not.
+    pub fn done(&mut self, request: &Request) {
+        let reply = self.ask(request);
+        assert!(matches!(reply, Reply::Done), "{reply:?}");
+    }
+
+    /// Numbers of a design, in order.
+    ///
+    /// # Panics
+    /// When they are refused.
+    pub fn load(&mut self, numbers: &[f32]) {
+        for (k, chunk) in numbers.chunks(LOAD).enumerate() {
+            let mut numbers = [0.0; LOAD];
+            numbers[..chunk.len()].copy_from_slice(chunk);
+            self.done(&Request::Load { offset: (k * LOAD) as u32, numbers });
+        }
+    }
+
+    /// A design, from its announcement to its start.
+    ///
+    /// # Panics
+    /// When it is refused.
+    pub fn start(&mut self, download: &Download) {
+        let open = Open::new(instance_of(download), &download.numbers);
+        self.done(&Request::Open(open));
+        self.load(&download.numbers);
+        self.done(&Request::Start);
+        assert_eq!(self.target.take_event(), Some(Event::Started(open)));
+    }
+
+    /// One tick.
+    ///
+    /// # Panics
+    /// When it is refused.
+    pub fn tick(&mut self, x: [f32; MAX_N], applied: f32) -> Ticked {
+        match self.ask(&Request::Tick { x, applied }) {
+            Reply::Ticked(ticked) => ticked,
+            other => panic!("not ticked: {other:?}"),
+        }
+    }
+}
