@@ -84,7 +84,7 @@ pub enum BoundsError {
     MuInvalid {
         /// The channel, from 1.
         channel: usize,
-        /// Which derivative.
+        /// Which derivative of the disturbance.
         derivative: usize,
     },
     /// K is too small for the order of this channel's observer.
@@ -334,7 +334,7 @@ pub(crate) struct LyapunovBound<const R: usize> {
     pub p: SMatrix<f64, R, R>,
     /// ρ, what Eq. (29) and (56) print: *not* a bound.
     pub printed: f64,
-    /// The bound.
+    /// The bound that holds, corrected.
     pub corrected: f64,
 }
 

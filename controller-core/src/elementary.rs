@@ -12,7 +12,7 @@
 //! channel n estimates along with the rest; at the places where the error of `Micromath` jumps (multiples of ln 2, and
 //! ±1), so does that disturbance.
 
-/// e^x.
+/// A way to compute e^x.
 pub trait Exp<T> {
     /// e^x for any x: overflows to infinity (which the tick's guard rejects) and underflows to 0; a NaN stays one.
     fn exp(x: T) -> T;

@@ -96,7 +96,7 @@ impl Field {
 pub enum Cause {
     /// NaN or infinite.
     NotFinite,
-    /// Below 0.
+    /// A number below 0 that must not be.
     Negative,
     /// A period of 0 or below.
     PeriodNotPositive {
@@ -201,7 +201,7 @@ pub enum Cause {
     },
     /// b(x) of the model is not of the sign of b_0.
     GainContradicts {
-        /// b(x)/b_0.
+        /// b(x)/b_0 of the model.
         ratio: f64,
     },
     /// Limits of samples in the configuration of a law that keeps none.

@@ -53,9 +53,9 @@ use crate::running::{self, ControlLaw, RetuneError, Words};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SampleLimits<const N: usize> {
-    /// Smallest x_1..x_n.
+    /// Smallest good x_1..x_n.
     pub min: [f64; N],
-    /// Largest x_1..x_n.
+    /// Largest good x_1..x_n.
     pub max: [f64; N],
     /// Farthest that x_1..x_n may lie from the sample before: what the plant moves in a tick at most, the noise of the
     /// sensor, and how far the plant moves while a sample or two are lost.

@@ -15,7 +15,7 @@
 pub struct Health(u8);
 
 impl Health {
-    /// No trouble.
+    /// No flag set: no trouble.
     pub const OK: Self = Self(0);
     /// The law asked for what is not finite or beyond [`INPUT_LIMIT`](crate::INPUT_LIMIT), because of the sample or of
     /// what the model made of it: the configured [`Fallback`](crate::Fallback) went out, the estimates wait, and the

@@ -33,9 +33,9 @@ pub struct ReachingLaw {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Limits {
-    /// Smallest u.
+    /// Smallest u that goes out.
     pub min: f64,
-    /// Largest u.
+    /// Largest u that goes out.
     pub max: f64,
 }
 

@@ -15,13 +15,13 @@ pub trait Count: Copy + Debug + Send + Sync + 'static {
     /// How far it has moved since `earlier`.
     #[must_use]
     fn since(self, earlier: Self) -> Self;
-    /// Moved on.
+    /// The count that has moved on by another.
     #[must_use]
     fn plus(self, moved: Self) -> Self;
     /// Its low bits, 1..=32 of them, with their sign: what a shorter counter has moved.
     #[must_use]
     fn signed(self, bits: u32) -> Self;
-    /// Its bits.
+    /// The count as 32 bits.
     fn to_word(self) -> u32;
     /// The counter of these bits.
     fn from_word(word: u32) -> Self;

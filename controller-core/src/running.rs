@@ -74,7 +74,7 @@ pub trait ControlLaw {
     /// What goes out as long as there has been no good sample.
     fn not_started(&self) -> Self::Output;
 
-    /// One tick.
+    /// One tick: a sample in, an output out.
     fn tick(&self, state: &mut Self::State, sample: &Self::Sample) -> Self::Output;
 
     /// One tick whose sample never came: what [`tick`](Self::tick) does with one that it cannot take.

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use crate::image_file;
 use crate::log::{self, is_silence};
 
-/// The emulator.
+/// Name of the emulator.
 const PROGRAM: &str = "qemu-system-arm";
 /// Longest wait for the emulator to come up.
 pub const START_WITHIN: Duration = Duration::from_secs(10);

@@ -53,13 +53,13 @@ mod target;
 use export::ExportOptions;
 use target::{EmulateOptions, HilOptions, Link, PilOptions};
 
-/// Exit statuses.
+/// The exit statuses of the program.
 pub mod status {
-    /// Done.
+    /// Everything was done.
     pub const DONE: u8 = 0;
     /// The run or the writing failed.
     pub const FAILED: u8 = 1;
-    /// Bad input.
+    /// The input was bad, and nothing was done.
     pub const BAD_INPUT: u8 = 2;
     /// Stopped by Ctrl-C.
     pub const INTERRUPTED: u8 = cycle_bound::stop::STATUS;
@@ -144,7 +144,7 @@ enum Command {
     ///
     /// For bash: host-sim completions bash > ~/.local/share/bash-completion/completions/host-sim
     Completions {
-        /// The shell.
+        /// The shell to write completions for.
         shell: clap_complete::Shell,
     },
 }
@@ -168,9 +168,9 @@ struct RunOptions {
 
 /// Where a command speaks, and whether it has been told to stop.
 pub struct Console<'a> {
-    /// Results.
+    /// Where results go.
     pub out: &'a mut dyn Write,
-    /// Everything else.
+    /// Where everything goes that is no result.
     pub err: &'a mut dyn Write,
     /// Set by Ctrl-C.
     pub stop: &'a AtomicBool,
@@ -296,7 +296,7 @@ struct RunJson<'a> {
 /// The controller on a target against the one here.
 #[derive(Serialize)]
 struct Comparison {
-    /// Ticks compared.
+    /// How many ticks were compared.
     ticks: u64,
     /// Bits that differ in the first output that does.
     bits_differ: u32,

@@ -60,7 +60,7 @@ struct PanelSpec {
 /// What the paper says, and how to see whether it is so.
 struct Claim {
     text: &'static str,
-    /// As printed.
+    /// What the paper prints.
     published: &'static str,
     /// The figure of merit, from the cases in the order of the catalogue.
     reproduced: Merit,
@@ -126,7 +126,7 @@ impl Test {
 pub struct Case {
     /// Its label in the legends.
     pub label: &'static str,
-    /// Its trace.
+    /// The trace of the run.
     pub trace: Trace,
     /// Its figures of merit.
     pub metrics: Metrics,
@@ -157,7 +157,7 @@ pub struct ClaimRow {
     pub reproduced: f64,
     /// Smallest and largest over what the text leaves open, if the claim hangs on that.
     pub range: Option<[f64; 2]>,
-    /// Its unit.
+    /// Unit of the number.
     pub unit: &'static str,
     /// What it takes for the claim to hold.
     pub criterion: String,
@@ -183,9 +183,9 @@ impl ClaimRow {
 
 /// A figure, drawn and judged.
 pub struct Reproduction {
-    /// The drawing.
+    /// What is drawn.
     pub figure: Figure,
-    /// The claims.
+    /// The claims that are judged.
     pub claims: Vec<ClaimRow>,
 }
 

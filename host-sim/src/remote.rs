@@ -66,7 +66,7 @@ pub const fn instance_of(download: &Download) -> Instance {
 /// What went over the wire.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Traffic {
-    /// Requests answered.
+    /// How many requests were answered.
     pub answered: u64,
     /// Requests sent again.
     pub repeated: u64,
@@ -115,7 +115,7 @@ impl<T: Transport> Remote<T> {
         self.wire.traffic
     }
 
-    /// The wire.
+    /// The wire to the target.
     pub const fn transport(&self) -> &T {
         &self.wire.transport
     }

@@ -131,7 +131,7 @@ impl Signal {
         Self { terms, jumps_s }
     }
 
-    /// The terms.
+    /// The terms whose sum it is.
     pub fn terms(&self) -> &[Term] {
         &self.terms
     }

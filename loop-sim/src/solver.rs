@@ -38,7 +38,7 @@ const WEIGHTS: [f64; ROWS] = weights();
 pub enum SolverError {
     /// The dynamics are too fast for the tick: more steps than the solver will take.
     TooStiff {
-        /// Time, s.
+        /// When the step failed, s.
         t_s: f64,
         /// The rate that asks for it, rad/s.
         fastest_rad_s: f64,

@@ -31,7 +31,7 @@ pub struct Instance {
     pub r: u8,
     /// Observed channels, bit i - 1 for channel i.
     pub mask: u8,
-    /// Nominal model.
+    /// The nominal model of the tick.
     pub model: Model,
 }
 
@@ -68,7 +68,7 @@ pub enum Request {
     },
     /// The design is complete: start with the next sample.
     Start,
-    /// One tick.
+    /// Asks for one tick.
     Tick {
         /// The sample; entries beyond the plant order are not read.
         x: [f32; MAX_N],
@@ -83,7 +83,7 @@ pub enum Request {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Open {
-    /// Which tick.
+    /// Shape and model of the tick that is meant.
     pub instance: Instance,
     /// How many numbers will be loaded.
     pub count: u32,
@@ -137,13 +137,13 @@ pub struct Identity {
 /// Every output of a tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Ticked {
-    /// u.
+    /// Control u.
     pub u: f32,
-    /// σ.
+    /// Sliding variable σ.
     pub sigma: f32,
-    /// σ*.
+    /// σ without its offset, σ*.
     pub sigma_star: f32,
-    /// Health.
+    /// Health of the tick.
     pub health: Health,
     /// d_hat, d_hat', d_hat'' of channels 1..4; zeros where there is nothing to estimate.
     pub estimates: [[f32; MAX_R]; MAX_N],
@@ -174,9 +174,9 @@ impl Refusal {
 pub enum Reason {
     /// Another [`VERSION`] of the wire.
     Version = 1,
-    /// Another [`LAYOUT_ID`].
+    /// The host has another [`LAYOUT_ID`].
     Layout,
-    /// Another [`CORE_VERSION`].
+    /// The host has another [`CORE_VERSION`].
     CoreVersion,
     /// The image carries no such [`Instance`].
     Instance,
@@ -211,7 +211,7 @@ const IDENTIFY: u8 = 1;
 const IDENTITY: u8 = 129;
 
 impl Request {
-    /// The bytes.
+    /// The bytes of the frame.
     pub fn to_frame(&self, sequence: u32) -> [u8; REQUEST_LEN] {
         let (kind, words) = match *self {
             Self::Identify => (IDENTIFY, [0; REQUEST_WORDS]),
@@ -254,7 +254,7 @@ impl Request {
 }
 
 impl Reply {
-    /// The bytes.
+    /// The bytes of the frame.
     pub fn to_frame(&self, sequence: u32) -> [u8; REPLY_LEN] {
         let mut words = [0; REPLY_WORDS];
         let kind = match *self {

@@ -12,14 +12,14 @@ pub struct Receiver<const LEN: usize> {
 }
 
 impl Receiver<{ crate::REQUEST_LEN }> {
-    /// Of requests.
+    /// A receiver of requests.
     pub const fn of_requests() -> Self {
         Self { mark: crate::frame::REQUEST_MARK, held: [0; _], len: 0 }
     }
 }
 
 impl Receiver<{ crate::REPLY_LEN }> {
-    /// Of replies.
+    /// A receiver of replies.
     pub const fn of_replies() -> Self {
         Self { mark: crate::frame::REPLY_MARK, held: [0; _], len: 0 }
     }

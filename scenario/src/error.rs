@@ -16,7 +16,7 @@ pub(super) enum Origin {
 pub struct Source<'a> {
     /// What messages call the file.
     pub file: &'a str,
-    /// Its content.
+    /// The content of the file.
     pub text: &'a str,
     /// `KEY=VALUE` arguments, applied in turn.
     pub sets: &'a [String],

@@ -123,7 +123,7 @@ impl Test {
     }
 }
 
-/// One operation.
+/// One operation of a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Op {
     /// One of [`Record::inputs`], by its place.
@@ -148,11 +148,11 @@ pub enum Op {
     Div(Id, Id),
     /// Comparison of two numbers.
     Compare(Test, Id, Id),
-    /// Both.
+    /// Are both true?
     And(Id, Id),
     /// One of them, or both.
     Or(Id, Id),
-    /// The opposite.
+    /// Is it false?
     Not(Id),
     /// If the first holds the second, else the third: the bits, nothing is computed.
     Select(Id, Id, Id),
@@ -247,7 +247,7 @@ pub enum End {
     Return(Vec<Id>),
     /// One of two blocks.
     Branch {
-        /// Decides.
+        /// The value that decides.
         condition: Id,
         /// Where it holds.
         yes: Box<Block>,
@@ -282,11 +282,11 @@ impl Block {
 /// A value of a running record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Word<T> {
-    /// A number.
+    /// A number of the precision.
     Number(T),
     /// True or false.
     Truth(bool),
-    /// A count.
+    /// A count that wraps.
     Count(i32),
 }
 
@@ -314,7 +314,7 @@ impl<T: Real> Word<T> {
 }
 
 impl Record {
-    /// The value.
+    /// The value of an id.
     pub fn value(&self, id: Id) -> &Value {
         &self.values[id.index()]
     }

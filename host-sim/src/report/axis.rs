@@ -16,7 +16,7 @@ pub(super) fn drawable(value: f64) -> bool {
 /// Range and ticks of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axis {
-    /// Lower end.
+    /// Lower end of the axis.
     pub(super) lo: f64,
     /// Upper end, above `lo`.
     pub(super) hi: f64,

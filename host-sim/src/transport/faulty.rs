@@ -41,7 +41,7 @@ pub struct Struck {
     pub dropped: u64,
     /// Frames with a bit changed.
     pub corrupted: u64,
-    /// Frames cut.
+    /// How many frames were cut.
     pub truncated: u64,
     /// Frames sent twice.
     pub duplicated: u64,

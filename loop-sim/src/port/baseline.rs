@@ -18,7 +18,7 @@ use crate::port::{ControllerPort, PortError, Tick};
 pub struct BaselineSpec {
     /// Period T, s.
     pub period_s: f64,
-    /// c_1, 1/s.
+    /// Surface coefficient c_1, 1/s.
     pub c1: f64,
     /// Observer gain l, 1/s: its pole is -l.
     pub l: f64,
