@@ -7,6 +7,7 @@ pub mod metrics;
 pub mod plant;
 pub mod port;
 pub mod random;
+pub mod response;
 pub mod sensor;
 pub mod signal;
 pub mod solver;
