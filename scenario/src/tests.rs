@@ -199,7 +199,8 @@ fn a_list_of_the_wrong_length_is_told_with_the_right_one() {
         ),
         (
             "[controller]\nsamples = { jump = [1, 1, 1] }",
-            "a.toml:2:20: `controller.samples.jump`: found a list of 3, expected 4 numbers, one per state of this plant",
+            "a.toml:2:20: `controller.samples.jump`: found a list of 3, expected 4 numbers, one per state of this \
+             plant",
         ),
         (
             "[controller.samples]\nmin = [0, 0, 8, 0]\nmax = [0, 0, 7, 0]",
