@@ -1,8 +1,8 @@
 //! What the loop as it ticks answers to one impulse, and the margins that follow.
 //!
 //! No model of the controller is made: the very tick runs against the plant, once with an impulse of one period at the
-//! plant's input and once with its negative; half the difference is the linear answer, whatever the loop was doing. With
-//! w the impulse, u what the actuator holds and $v = u + w$ what the plant feels,
+//! plant's input and once with its negative; half the difference is the linear answer, whatever the loop was doing.
+//! With w the impulse, u what the actuator holds and $v = u + w$ what the plant feels,
 //!
 //! $$ S(\omega) = \frac{\sum_k v_k e^{-i \omega k T}}{\sum_k w_k e^{-i \omega k T}} = \frac{1}{1 + L(\omega)} $$
 //!
