@@ -113,12 +113,10 @@ fn designed<const N: usize, const R: usize, const MASK: u8, const O: usize>(
             .with_sigma_star_bound(from.sigma_star_bound)
             .with_observer_pole_limit(from.observer_pole_limit),
     };
-    let controller =
-        Controller::<f32, _, N, R, MASK, O>::try_design(&config, Linear::<f32, N>::new(&nominal)).map_err(|error| {
-            match error.field {
-                Field::Observer { channel } => (Status::of(&error.cause), channel as u32),
-                _ => (Status::of(&error.cause), 0),
-            }
+    let controller = Controller::<f32, _, N, R, MASK, O>::try_design(&config, Linear::<f32, N>::new(&nominal))
+        .map_err(|error| match error.field {
+            Field::Observer { channel } => (Status::of(&error.cause), channel as u32),
+            _ => (Status::of(&error.cause), 0),
         })?;
     let d_hat = from.d_hat.map(|d_hat| d_hat as f32);
     if !d_hat.iter().chain(controller.model().row()).all(|number| number.is_finite()) {
