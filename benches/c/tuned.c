@@ -25,7 +25,12 @@ float WITH_ORDER(NAME, R)(const struct tuned_design *restrict k, struct tuned_st
     int resuming = s->resuming;
     if (resuming) {
         s->resuming = 0;
-        s->p2 = x[3] + k->c[2] * x[2] + k->c[1] * x[1] + k->c[0] * x[0];
+        a2 += b2;
+        a4 += b4;
+#if R == 3
+        b2 += c2;
+        b4 += c4;
+#endif
     } else
 #endif
     {
@@ -56,9 +61,11 @@ float WITH_ORDER(NAME, R)(const struct tuned_design *restrict k, struct tuned_st
     float demand = v * k->unit - w4;
     float size = __builtin_fabsf(demand);
     if (!(size <= k->plausible || (size <= 1e12f && __builtin_fabsf(demand - k->ko * s->w) > k->plausible))) {
-        float alone = s->p2;
-        s->p2 = 0;
-        if (resuming && __builtin_fabsf(alone) <= 1e12f) {
+        float before = s->p2, sum = x[3] + k->c[2] * x[2] + k->c[1] * x[1] + k->c[0] * x[0];
+        float alone = __builtin_fabsf(sum) <= 1e12f ? sum : 1e38f;
+        float apart = (k->us + k->kw) * k->unit * (alone - before);
+        s->p2 = alone;
+        if (resuming && __builtin_fabsf(alone) <= 1e12f && __builtin_fabsf(apart) <= k->plausible) {
             for (int m = 0; m < R; m++)
                 s->d2[m] = s->d4[m] = 0;
             s->w = alone;

@@ -165,7 +165,7 @@ enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
         float satk, lim, unit, decay, u_min, u_max, plausible, ko, sigma_star_bound, hold, fallback;                   \
         float period, input_gain, mu2_n;                                                                               \
         float a_row[n];                                                                                                \
-        float check; /* of the numbers up to mu2_n: what was changed afterwards is refused */                          \
+        float check; /* of every number before it: what was changed afterwards is refused */                           \
     } edo_smc_design_##name##_t;                                                                                       \
     typedef struct edo_smc_config_##name {                                                                             \
         double period_s;                                                                                               \

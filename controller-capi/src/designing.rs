@@ -122,6 +122,8 @@ fn designed<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     if !d_hat.iter().chain(controller.model().row()).all(|number| number.is_finite()) {
         return Err((Status::NOT_FINITE, 0));
     }
-    let check = controller.coefficients().check();
-    Ok(Design { version: VERSION, instance: Design::<N, R, MASK, O>::INSTANCE, d_hat, controller, check })
+    let instance = Design::<N, R, MASK, O>::INSTANCE;
+    let mut design = Design { version: VERSION, instance, d_hat, controller, check: 0.0 };
+    design.check = design.check_of_numbers();
+    Ok(design)
 }

@@ -8,13 +8,13 @@
 
 use core::mem::{MaybeUninit, offset_of};
 
-use controller_core::{Coefficients, ControlLaw, Controller, Linear, Output, State};
+use controller_core::{Coefficients, ControlLaw, Controller, Linear, Output, State, design};
 
 use crate::VERSION;
 use crate::status::{Status, answer, is_place, overlap, place, sized_place};
 
-/// A design: `edo_smc_design_*_t`. Numbers in the order of [`controller_core::LAYOUT`] up to its check, the row of
-/// a(x)/b_0, the check.
+/// A design: `edo_smc_design_*_t`. Guess, numbers in the order of [`controller_core::LAYOUT`] up to its check, the row
+/// of a(x)/b_0, the check over all of these.
 #[repr(C)]
 pub struct Design<const N: usize, const R: usize, const MASK: u8, const O: usize> {
     pub(crate) version: u32,
@@ -81,6 +81,12 @@ impl<const N: usize, const R: usize, const MASK: u8, const O: usize> Design<N, R
     const WAITING: u32 = waiting(Self::INSTANCE);
     const RUNNING: u32 = !Self::WAITING;
 
+    /// The check over every number before it.
+    pub(crate) fn check_of_numbers(&self) -> f32 {
+        let coefficients = self.controller.coefficients().unchecked();
+        design::check(self.d_hat.into_iter().chain(coefficients).chain(*self.controller.model().row()))
+    }
+
     fn check(&self) -> Result<(), Status> {
         if self.version != VERSION {
             return Err(Status::VERSION);
@@ -93,7 +99,7 @@ impl<const N: usize, const R: usize, const MASK: u8, const O: usize> Design<N, R
         if !coefficients.numbers().chain(self.d_hat).chain(*row).all(f32::is_finite) {
             return Err(Status::NOT_FINITE);
         }
-        let is_design = coefficients.check() == self.check && coefficients.can_be_designed();
+        let is_design = self.check_of_numbers() == self.check && coefficients.can_be_designed();
         if is_design { Ok(()) } else { Err(Status::COEFFICIENTS) }
     }
 }

@@ -350,10 +350,20 @@ const fn check(config: &Config<MAX_N, MAX_R>, n: usize, capacity: usize) -> Resu
     {
         return Err(ConfigError::new(Field::Fallback, Cause::FallbackOutsideLimits { u }));
     }
+    let mut i = 0;
+    while i < MAX_N && i < n {
+        let unit = if i + 1 == n { nominal.input_gain } else { 1.0 };
+        if observers[i].is_some() && (options.initial_estimates[i] / unit).abs() > INPUT_LIMIT {
+            return Err(ConfigError::new(Field::InitialEstimates, Cause::CoefficientRange));
+        }
+        i += 1;
+    }
     let SampleLimits { min, max, jump } = &options.samples;
     let mut j = 0;
     while j < MAX_N && j < n {
-        if min[j] > max[j] || jump[j] <= 0.0 {
+        // In f32 too a jump must be something.
+        let numbers = min[j].abs() <= INPUT_LIMIT && max[j].abs() <= INPUT_LIMIT && jump[j] <= 2.0 * INPUT_LIMIT;
+        if !numbers || min[j] > max[j] || jump[j] as f32 <= 0.0 {
             let (min, max, jump) = (min[j], max[j], jump[j]);
             return Err(ConfigError::new(Field::Samples, Cause::SamplesNone { state: j + 1, min, max, jump }));
         }

@@ -42,6 +42,7 @@
 //! assert_eq!(output.sigma_star, 0.0); // Eq. (17): the offset starts the sliding variable at zero
 //! ```
 
+use core::hint::black_box;
 use core::sync::atomic::{Ordering, compiler_fence};
 
 use crate::config::{Config, INPUT_LIMIT};
@@ -273,15 +274,15 @@ where
         }
         let resuming = GUARDED && state.resuming;
         if resuming {
-            // There is no last tick to compare with: the estimates wait one more.
-            z = state.z;
-            state.resuming = false;
-            // sigma of the sample alone, should this one be refused as well; P is free until the next good tick.
-            let mut alone = x[Self::LAST];
-            for j in (0..Self::LAST).rev() {
-                alone += k.c[j] * x[j];
+            if !LANE {
+                compiler_fence(Ordering::SeqCst);
             }
-            *state.aside() = alone.called("alone", 0);
+            // There is no last tick to compare with. What the estimates make of themselves in a tick is in the demand
+            // all the same: of those that nothing has left it would else be seen every other tick only, for ever.
+            for s in 0..O {
+                z[s] = observer::coasted(state.z[s]);
+            }
+            state.resuming = false;
         }
 
         T::section("2. Of the law what needs no sigma*; surface, Eq. (44); offset, Eq. (17).");
@@ -311,7 +312,7 @@ where
         let asked = (v * k.unit - input_drift).called("asked", 0);
         let demand = gain.map_or(asked, |ratio| (asked / ratio).called("demand", 0));
         if GUARDED && !(self.is_plausible(demand, state.offset) && gain.is_none_or(is_sound)) {
-            return self.reject::<LANE>(state, resuming);
+            return self.reject::<LANE>(state, Some(x), resuming);
         }
         let u = demand.limited(k.u_min, k.u_max).called("u", 0);
 
@@ -425,19 +426,40 @@ where
     }
 
     /// The sample is lost: keep the estimates, let the offset decay as time goes on, send the fallback. If the last one
-    /// was lost too and this one is a number by itself, it is the state that is spoilt: start anew.
+    /// was lost too, and the two are samples of one plant, it is the state that is spoilt: start anew.
     #[inline(always)]
-    fn reject<const LANE: bool>(&self, state: &mut State<T, M, N, R, MASK, O>, again: bool) -> Output<T> {
+    fn reject<const LANE: bool>(
+        &self,
+        state: &mut State<T, M, N, R, MASK, O>,
+        x: Option<&[T; N]>,
+        again: bool,
+    ) -> Output<T> {
+        let mut k = &self.coefficients;
+        let mut x = x;
         if !LANE {
-            // What is read below is read anew, so that the way of a good sample keeps no register for it.
+            // All is read anew, so that the way of a good sample keeps no register for what is needed here too.
             compiler_fence(Ordering::SeqCst);
+            (k, x) = black_box((k, x));
         }
-        let k = &self.coefficients;
         T::section("A rejected sample.");
         let held = if is_sound(state.held) { state.held } else { T::ZERO };
-        let alone = state.aside().called("alone", 0);
-        *state.aside() = T::ZERO;
-        if again && is_sound(alone) {
+        // sigma of the sample alone, and that of the last lost one, which P is free to keep until the next good tick.
+        let before = *state.aside();
+        let mut alone = T::from_f64(NO_SIGMA);
+        if let Some(x) = x {
+            let mut sum = x[Self::LAST];
+            for j in (0..Self::LAST).rev() {
+                sum += k.c[j] * x[j];
+            }
+            if is_sound(sum) {
+                alone = sum;
+            }
+        }
+        let alone = alone.called("alone", 0);
+        *state.aside() = alone;
+        // What the law would ask for the one and for the other: not much more than it may.
+        let apart = ((k.us + k.kw) * k.unit * (alone - before)).called("apart", 0);
+        if again && is_sound(alone) && apart.abs() <= k.plausible {
             // More than eight constant zeros the compiler writes by a call of memset; of this one it does not know.
             #[allow(clippy::eq_op)]
             let zero = if R * O <= 8 { T::ZERO } else { alone - alone };
@@ -504,7 +526,7 @@ where
 
     #[inline]
     fn lost(&self, state: &mut Self::State) -> Output<T> {
-        self.reject::<false>(state, false)
+        self.reject::<false>(state, None, false)
     }
 
     /// The observers live on what is held: fed the commanded u, a saturated start-up may never settle. Under saturation
@@ -528,7 +550,7 @@ where
             let s2 = T::HALF * c;
             let s1 = b - (theta + T::HALF) * c;
             let s0 = a - theta * s1 - mu2 * s2;
-            let physical = [s0 * unit, s1 * unit / k.period, c * unit / (k.period * k.period)];
+            let physical = [s0 * unit, s1 * unit / k.period, c * unit / k.period / k.period];
             estimates[Self::CHANNELS[s]].copy_from_slice(&physical[..R]);
         }
         estimates
@@ -554,7 +576,8 @@ where
             (law.model.drift(x) * b, law.model.gain_ratio(x).unwrap_or(one) * b)
         });
         estimates[Self::LAST][0] += (a_old - a_new) + (b_old - b_new) * state.held;
-        let z = self.folded(&estimates);
+        // They are those of now, and the tick that resumes lets them coast.
+        let z = self.folded(&estimates).map(observer::rewound);
 
         // The demand without limits, in units of v; `step` is asked, so that the law is written once.
         let limit = T::from_f64(INPUT_LIMIT);
@@ -569,7 +592,7 @@ where
             let output = bare.step::<true, false>(&mut State::resuming(z, offset, state.held), x);
             (output.u * ratio, output.sigma, output.health.contains(Health::INPUT_REJECTED))
         };
-        let wanted = before.u * ratio;
+        let wanted = before.u.limited(self.coefficients.u_min, self.coefficients.u_max) * ratio;
         let (v_0, sigma, rejected) = demand(false, T::ZERO);
         if rejected || before.health.contains(Health::INPUT_REJECTED) {
             return Err(RetuneError::Sample);
@@ -616,6 +639,9 @@ where
         })))
     }
 }
+
+/// In place of σ where a sample has none: far from any.
+const NO_SIGMA: f64 = 1e38;
 
 /// Within ±[`INPUT_LIMIT`]? False for NaN and infinities.
 #[inline(always)]

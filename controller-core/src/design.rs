@@ -38,12 +38,13 @@ use crate::MAX_R;
 use crate::config::{Config, Fallback, INPUT_LIMIT};
 use crate::error::{Cause, ConfigError, Field};
 use crate::exponential::{FACTORIAL, PHIS, phi_functions, raised};
+use crate::law::Limits;
 use crate::real::{Real, row_f32};
 use crate::running::hash;
 
 /// The order of the numbers of a [`Coefficients`] outside the process; \[O\] counts the observed channels, \[R\]
 /// their orders. Two programs that exchange designs compare it first. `check` is the sum of all numbers before it, so
-/// that a number which something has changed on the way is no design ([`Coefficients::check`]).
+/// that a number which something has changed on the way is no design ([`check`]).
 pub const LAYOUT: &str = "rate rate_n theta_n gamma[O][R] c[N] g[O][R] kx[N] kw us k[O][R] satk lim unit decay u_min \
                           u_max plausible ko sigma_star_bound hold fallback period input_gain mu2_n check";
 
@@ -89,8 +90,12 @@ pub struct Coefficients<T, const N: usize, const R: usize, const O: usize> {
     pub(crate) mu2_n: T,
 }
 
-/// How far beyond its limits u may be asked for by good samples, in units of their span; more than that is looked at.
-const PLAUSIBLE: f64 = 256.0;
+/// How far beyond its limits u may be asked for by good samples, in units of their span or of the larger limit; more
+/// than that is looked at.
+pub(crate) const fn plausible(limits: Limits) -> f64 {
+    let size = larger(limits.max - limits.min, larger(limits.min.abs(), limits.max.abs()));
+    if size > 0.0 { smaller(INPUT_LIMIT, 256.0 * size) } else { INPUT_LIMIT }
+}
 
 /// Λ over the largest |u|.
 const RANGE: f64 = (1 << 20) as f64;
@@ -233,15 +238,14 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
     }
 
     /// Every number but the check.
-    fn unchecked(&self) -> impl Iterator<Item = T> {
+    #[doc(hidden)]
+    pub fn unchecked(&self) -> impl Iterator<Item = T> {
         in_order!(self, iter, as_flattened).copied()
     }
 
-    /// The last number: 24 bits of a hash (FNV-1a) over the bits of all others, as a whole number, which f32 holds. It
-    /// tells damage from none, and is no defence against anyone who means it.
+    /// The last number, [`check`] of all others.
     pub fn check(&self) -> T {
-        let words = self.unchecked().flat_map(Real::to_words);
-        T::from_f64(f64::from(hash(words) & 0x00FF_FFFF))
+        check(self.unchecked())
     }
 
     /// The design that these numbers, in the order of [`LAYOUT`], are: the first [`NUMBERS`](Self::NUMBERS) of them.
@@ -273,8 +277,11 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
         let limits = -limit <= self.u_min && self.u_min <= self.u_max && self.u_max <= limit;
         let holds = self.hold == T::from_f64(1.0) && self.fallback == T::ZERO;
         let sends = self.hold == T::ZERO && self.u_min <= self.fallback && self.fallback <= self.u_max;
+        let one = T::from_f64(1.0);
         let nonzero = self.period > T::ZERO && self.input_gain != T::ZERO;
-        finite && limits && (holds || sends) && nonzero
+        let rates = (self.rate * self.period - one).abs() <= T::from_f64(1e-3) && self.c[N - 1] == one;
+        let moments = self.theta_n > T::ZERO && self.theta_n <= one && self.mu2_n > T::ZERO && self.mu2_n <= one;
+        finite && limits && (holds || sends) && nonzero && rates && moments
     }
 
     const ZERO: Self = Self {
@@ -303,6 +310,12 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
         input_gain: T::ZERO,
         mu2_n: T::ZERO,
     };
+}
+
+/// 24 bits of a hash (FNV-1a) over the bits of these numbers, as a whole number, which f32 holds: of 16.8 million ways
+/// to damage them it takes one for none. It is no defence against anyone who means it.
+pub fn check<T: Real>(numbers: impl IntoIterator<Item = T>) -> T {
+    T::from_f64(f64::from(hash(numbers.into_iter().flat_map(Real::to_words)) & 0x00FF_FFFF))
 }
 
 const fn table_f32<const R: usize, const O: usize>(table: &[[f64; R]; O]) -> [[f32; R]; O] {
@@ -419,7 +432,7 @@ pub(crate) const fn coefficients<const N: usize, const R: usize, const O: usize>
         decay,
         u_min: limits.min,
         u_max: limits.max,
-        plausible: smaller(INPUT_LIMIT, PLAUSIBLE * (limits.max - limits.min)),
+        plausible: plausible(limits),
         ko: (reach - decay) / kv / b,
         sigma_star_bound: options.sigma_star_bound,
         hold,
@@ -428,7 +441,14 @@ pub(crate) const fn coefficients<const N: usize, const R: usize, const O: usize>
         input_gain: b,
         mu2_n: response.mu2_n,
     };
-    if designed.is_sound() { Ok(designed) } else { Err(ConfigError::new(Field::Whole, Cause::CoefficientRange)) }
+    // The rows of a linear model are of the same numbers.
+    let mut sound = designed.is_sound();
+    let mut j = 0;
+    while j < N {
+        sound = sound && fits(nominal.gradient[j] / b);
+        j += 1;
+    }
+    if sound { Ok(designed) } else { Err(ConfigError::new(Field::Whole, Cause::CoefficientRange)) }
 }
 
 /// Row of the law on x: what x_j adds to sigma over the coming tick if u = 0, and the mean of a's gradient.

@@ -308,7 +308,8 @@ impl Cause {
             Self::ObserverNotHurwitz => "the observer gains are not Hurwitz (Eq. (53); order 3 needs l1 l2 > l3)",
             Self::ObserverTooFast { .. } => "the fastest observer pole is too fast for the period (Eq. (53))",
             Self::SamplesNone { .. } => {
-                "no sample keeps these limits: min must not be above max, and the jump must be above 0"
+                "no sample keeps these limits: min must not be above max, nor any beyond 1e12, and the jump must be \
+                 above 0"
             }
             Self::GradientContradicts { .. } => {
                 "the model has another slope there than nominal.gradient says (Eq. (39)): \

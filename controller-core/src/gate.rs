@@ -12,7 +12,7 @@
 //! spoilt, the second of two good samples is taken: no count of lost samples and no jump can lock the gate. A sensor
 //! that goes on with wrong samples that agree among themselves is believed: that is for a monitor to see.
 //!
-//! It is a type around the law: a law without it pays nothing. With it the tick of the joint takes 87 cycles more on a
+//! It is a type around the law: a law without it pays nothing. With it the tick of the joint takes 101 cycles more on a
 //! Cortex-M4F (`firmware/budgets.toml`), and the state 4 n bytes.
 //!
 //! ```

@@ -84,12 +84,14 @@ const AGREED: f64 = 0.01;
 
 impl<const N: usize> Nominal<N> {
     /// Does a model say the same near x? Its slopes there, by central differences, must be those of
-    /// [`gradient`](Self::gradient) within a hundredth (and what the precision of the model leaves open), but for
-    /// entries of 0, which say that nothing is known; b(x) must have the sign of b_0.
+    /// [`gradient`](Self::gradient) within a hundredth (and what the precision of the model leaves open: at most
+    /// half of them), but for entries of 0, which say that nothing is known; b(x) must have the sign of b_0. Of a model
+    /// with a large constant part ask the one in f64.
     ///
     /// # Errors
     /// The first entry that is another, with both values.
     pub fn check<T: Real, M: NominalModel<T, N>>(&self, model: &M, x: &[T; N]) -> Result<(), ConfigError> {
+        let here = model.drift(x).to_f64();
         let ratio = model.gain_ratio(x).map_or(1.0, T::to_f64);
         if !(ratio > 0.0 && ratio.is_finite()) {
             return Err(ConfigError::new(Field::InputGain, Cause::GainContradicts { ratio }));
@@ -103,9 +105,10 @@ impl<const N: usize> Nominal<N> {
             });
             let found = (high - low) / (above - below);
             let rounding = if T::WORDS == 1 { 1e-6 } else { 1e-14 } * high.abs().max(low.abs()) / step;
-            // False of a model that is not a number there.
-            let agrees = (found - said).abs() <= AGREED * found.abs().max(said.abs()) + rounding;
-            if said != 0.0 && !agrees {
+            let size = found.abs().max(said.abs());
+            // False of a model that is not a number there, and of one that says nothing in this precision.
+            let agrees = rounding <= 0.5 * size && (found - said).abs() <= AGREED * size + rounding;
+            if !(here.is_finite() && found.is_finite()) || (said != 0.0 && !agrees) {
                 return Err(ConfigError::new(
                     Field::Gradient,
                     Cause::GradientContradicts { state: j + 1, said, found },

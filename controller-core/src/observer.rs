@@ -253,3 +253,22 @@ pub(crate) fn advance<T: Real, const R: usize>(z: [T; R], gamma: &[T; R], e: T) 
     }
     next
 }
+
+/// The same without a sample to learn from: A += B, B += C.
+#[inline(always)]
+pub(crate) fn coasted<T: Real, const R: usize>(z: [T; R]) -> [T; R] {
+    let mut next = z;
+    for m in 1..R {
+        next[m - 1] += z[m];
+    }
+    next
+}
+
+/// What [`coasted`] makes z of.
+pub(crate) fn rewound<T: Real, const R: usize>(z: [T; R]) -> [T; R] {
+    let mut before = z;
+    for m in (1..R).rev() {
+        before[m - 1] -= before[m];
+    }
+    before
+}

@@ -175,7 +175,11 @@ impl<'a> Analyst<'a> {
     /// Cycles of an instruction without its neighbours.
     fn own(&self, one: &Instruction, taken: bool, reading: Reading) -> Result<u64, String> {
         match (self.barrier, Class::of(one)) {
-            (Some(waits), Some(Class::Barrier)) if reading == Reading::Worst => Ok(waits.saturating_add(1)),
+            (Some(waits), Some(Class::Barrier)) if reading == Reading::Worst => {
+                // An ISB waits for the pipeline at least.
+                let least = if one.stem() == "isb" { reading.refill() } else { 0 };
+                Ok(waits.max(least).saturating_add(1))
+            }
             _ => cycles::own(one, taken, reading),
         }
     }

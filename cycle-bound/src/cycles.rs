@@ -49,7 +49,7 @@ pub enum Reading {
 
 impl Reading {
     /// Cycles of a pipeline refill, P.
-    fn refill(self) -> u64 {
+    pub(crate) fn refill(self) -> u64 {
         match self {
             Self::Worst => 3,
             Self::Typical | Self::Pipelined => 2,

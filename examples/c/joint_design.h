@@ -70,7 +70,7 @@ static const edo_smc_design_n4_r2_c24_t joint_design = {
     127.81955f, /* input_gain */
     0.33396006f, /* mu2_n */
     {75.63025f, 0.0f, -75.63025f, -0.5882353f}, /* a_row */
-    5611542.0f, /* check */
+    7744700.0f, /* check */
 };
 
 #endif

@@ -186,9 +186,9 @@ static inline unsigned joint_tick(joint_state *state, const float x[JOINT_N], jo
     static const float gamma4_2 = 9.90058106e-5f; /* observer gain */
     static const float gamma2_1 = 1.99003331e-2f; /* observer gain */
     static const float gamma2_2 = 9.90058106e-5f; /* observer gain */
-    static const float c_3 = 30.0f; /* surface, Eq. (44) */
-    static const float c_2 = 300.0f; /* surface, Eq. (44) */
     static const float c_1 = 1000.0f; /* surface, Eq. (44) */
+    static const float c_2 = 300.0f; /* surface, Eq. (44) */
+    static const float c_3 = 30.0f; /* surface, Eq. (44) */
     static const float g2_b = 9985.0f; /* sigma's share */
     static const float us = -2.48497479e29f; /* on sigma* */
     static const float satk = 0.0f; /* slope of the switching term */
@@ -226,20 +226,19 @@ static inline unsigned joint_tick(joint_state *state, const float x[JOINT_N], jo
     const float h2 = 0.5f * x3;
     const float h4 = theta_n * drift;
     const float e4 = (moved4 - h4) - (state->p4 + state->held);
-    const float a4 = state->resuming ? state->a4 : (state->a4 + (state->b4 + (gamma4_1 * e4)));
+    const float a4 = state->a4 + (state->b4 + (gamma4_1 * e4));
     const float b4 = state->resuming ? state->b4 : (state->b4 + (gamma4_2 * e4));
     const float e2 = (moved2 - h2) - state->p2;
-    const float a2 = state->resuming ? state->a2 : (state->a2 + (state->b2 + (gamma2_1 * e2)));
+    const float a2 = state->a2 + (state->b2 + (gamma2_1 * e2));
     const float b2 = state->resuming ? state->b2 : (state->b2 + (gamma2_2 * e2));
-    float alone = x4 + (c_3 * x3);
-    const float part = c_2 * x2;
-    alone += part;
-    const float sigma = c_1 * x1;
-    alone += sigma;
+    const float a2_2 = state->resuming ? (state->a2 + state->b2) : a2;
+    const float a4_2 = state->resuming ? (state->a4 + state->b4) : a4;
 
     /* 2. Of the law what needs no sigma*; surface, Eq. (44); offset, Eq. (17). */
-    const float y3 = x3 + a2;
-    const float input_drift = drift + a4;
+    const float y3 = x3 + a2_2;
+    const float input_drift = drift + a4_2;
+    const float sigma = c_1 * x1;
+    const float part = c_2 * x2;
     float sigma_2 = sigma + part;
     sigma_2 += c_3 * y3;
     sigma_2 += g2_b * b2;
@@ -259,53 +258,60 @@ static inline unsigned joint_tick(joint_state *state, const float x[JOINT_N], jo
     const float asked = (v * unit) - input_drift;
     const float of_offset = ko * state->offset;
     const float part_2 = asked - of_offset;
-    if (!(((asked >= (-plausible)) && (asked <= plausible))
+    if (((asked >= (-plausible)) && (asked <= plausible))
             || (((asked > (-((of_offset < 0.0f) ? (-of_offset) : (of_offset + 0.0f))))
             && (asked < ((of_offset < 0.0f) ? (-of_offset) : (of_offset + 0.0f))))
-            && ((part_2 < (-plausible)) || (part_2 > plausible))))) {
-        /* A rejected sample. */
-        const bool holds = state->resuming && ((alone >= (-input_limit)) && (alone <= input_limit));
-        const float part_3 = holds ? alone : state->offset;
-        const float part_4 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
-                : 0.0f)) + fallback;
-        const float alone_2 = part_3 - (decay * part_3);
-        const float u_2 = (part_4 > u_max) ? u_max : ((part_4 < u_min) ? u_min : part_4);
-        output->u = u_2;
-        output->sigma = alone_2;
-        output->sigma_star = 0.0f;
-        if (holds) {
-            state->a2 = 0.0f;
-            state->b2 = 0.0f;
-            state->a4 = 0.0f;
-            state->b4 = 0.0f;
-        }
-        state->resuming = true;
-        state->p2 = 0.0f;
-        state->offset = alone_2;
-        state->held = u_2;
-        return (unsigned)JOINT_INPUT_REJECTED;
-    }
-    const float u = (asked > u_max) ? u_max : ((asked < u_min) ? u_min : asked);
+            && ((part_2 < (-plausible)) || (part_2 > plausible)))) {
+        const float u = (asked > u_max) ? u_max : ((asked < u_min) ? u_min : asked);
 
-    /* 4. Memory. */
-    const float offset = state->offset - (decay * state->offset);
-    output->u = u;
-    output->sigma = sigma_2;
-    output->sigma_star = sigma_star;
-    state->resuming = false;
-    state->a2 = a2;
-    state->b2 = b2;
-    state->a4 = a4;
-    state->b4 = b4;
-    state->p2 = y3 - h2;
-    state->p4 = input_drift - h4;
-    state->x2_prev = x2;
-    state->x4_prev = x4;
-    state->offset = offset;
-    state->held = u;
-    return ((u != asked) ? (unsigned)JOINT_SATURATED : 0u)
-            | (((sigma_star < (-sigma_star_bound)) || (sigma_star > sigma_star_bound))
-            ? (unsigned)JOINT_SIGMA_STAR_OVER_BOUND : 0u);
+        /* 4. Memory. */
+        const float offset = state->offset - (decay * state->offset);
+        output->u = u;
+        output->sigma = sigma_2;
+        output->sigma_star = sigma_star;
+        state->resuming = false;
+        state->a2 = a2_2;
+        state->b2 = b2;
+        state->a4 = a4_2;
+        state->b4 = b4;
+        state->p2 = y3 - h2;
+        state->p4 = input_drift - h4;
+        state->x2_prev = x2;
+        state->x4_prev = x4;
+        state->offset = offset;
+        state->held = u;
+        return ((u != asked) ? (unsigned)JOINT_SATURATED : 0u)
+                | (((sigma_star < (-sigma_star_bound)) || (sigma_star > sigma_star_bound))
+                ? (unsigned)JOINT_SIGMA_STAR_OVER_BOUND : 0u);
+    }
+
+    /* A rejected sample. */
+    float alone = x4 + (c_3 * x3);
+    alone += part;
+    const float part_3 = alone + sigma;
+    const bool holds = (part_3 >= (-input_limit)) && (part_3 <= input_limit);
+    const float alone_2 = holds ? part_3 : 9.99999968e37f;
+    const float apart = ((us + kw) * unit) * (alone_2 - state->p2);
+    const bool holds_2 = state->resuming && holds && ((apart >= (-plausible)) && (apart <= plausible));
+    const float part_4 = holds_2 ? part_3 : state->offset;
+    const float part_5 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
+            : 0.0f)) + fallback;
+    const float alone_3 = part_4 - (decay * part_4);
+    const float u_2 = (part_5 > u_max) ? u_max : ((part_5 < u_min) ? u_min : part_5);
+    output->u = u_2;
+    output->sigma = alone_3;
+    output->sigma_star = 0.0f;
+    if (holds_2) {
+        state->a2 = 0.0f;
+        state->b2 = 0.0f;
+        state->a4 = 0.0f;
+        state->b4 = 0.0f;
+    }
+    state->resuming = true;
+    state->p2 = alone_2;
+    state->offset = alone_3;
+    state->held = u_2;
+    return (unsigned)JOINT_INPUT_REJECTED;
 }
 
 /* The tick of a controller that need not have started: the first good sample starts it; until then the fallback goes

@@ -204,8 +204,8 @@ fn a_list_of_the_wrong_length_is_told_with_the_right_one() {
         ),
         (
             "[controller.samples]\nmin = [0, 0, 8, 0]\nmax = [0, 0, 7, 0]",
-            "a.toml:1:1: `controller.samples`: x_3: no sample keeps these limits: min must not be above max, and the \
-             jump must be above 0 (given min 8, max 7, jump 2e12)",
+            "a.toml:1:1: `controller.samples`: x_3: no sample keeps these limits: min must not be above max, nor any \
+             beyond 1e12, and the jump must be above 0 (given min 8, max 7, jump 2e12)",
         ),
         (
             "[controller]\ninitial_estimates = [0, 0, 0, 0, 0]",

@@ -171,6 +171,8 @@ int main(void) {
     BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.decay = 3.0f);
     BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.kx[2] *= 1.000001f);
     BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.gamma[1][0] = -design.gamma[1][0]);
+    BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.a_row[2] += 1000.0f);
+    BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.d_hat[3] = 1e9f);
     BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.check += 1.0f);
 
     /* Before the first good sample the fallback goes out; the first good one starts. */

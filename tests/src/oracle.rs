@@ -256,8 +256,8 @@ impl Oracle {
         }
     }
 
-    /// A tick without a sample: time goes on for the offset, the estimates wait, and the next sample has no
-    /// predecessor.
+    /// A tick without a sample: time goes on for the offset, the estimates wait, and the next sample, which has no
+    /// predecessor, lets them go on by themselves.
     pub fn lost(&mut self) {
         self.offset += (-self.spec.alpha * self.spec.period_s).exp_m1() * self.offset;
         self.resuming = true;
@@ -285,6 +285,12 @@ impl Oracle {
                 channel.s[0] = s0 + s1 + s2 + channel.gain[0] * e;
                 channel.s[1] = s1 + 2.0 * s2 + channel.gain[1] * e;
                 channel.s[2] = s2 + channel.gain[2] * e;
+            }
+        }
+        if self.resuming && !self.first {
+            for channel in &mut self.channels {
+                let [s0, s1, s2] = channel.s;
+                channel.s = [s0 + s1 + s2, s1 + 2.0 * s2, s2];
             }
         }
         if !self.first {

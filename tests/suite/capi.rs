@@ -91,10 +91,14 @@ fn words<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     let mut words = vec![version, N as u32 | (R as u32) << 8 | u32::from(MASK) << 16];
     words.extend(d_hat.map(f32::to_bits));
     let mut numbers: Vec<u32> = controller.coefficients().numbers().map(f32::to_bits).collect();
-    let check = numbers.pop();
+    // Its own check is of the coefficients alone.
+    numbers.pop();
     words.extend(numbers);
     words.extend(controller.model().row().map(f32::to_bits));
-    words.extend(check);
+    // FNV-1a over every number as two words.
+    let bytes = words[2..].iter().flat_map(|&word| u64::from(word).to_le_bytes());
+    let sum = bytes.fold(0x811c_9dc5_u32, |sum, byte| (sum ^ u32::from(byte)).wrapping_mul(0x0100_0193));
+    words.push(((sum & 0x00ff_ffff) as f32).to_bits());
     words
 }
 

@@ -5,7 +5,10 @@
 //! find nothing here: what did harm were samples of 1e27 whose terms cancel to the last bit, so they are searched for
 //! along the directions in which the law asks for nothing.
 
-use controller_core::{Config, ControlLaw, FlexibleJoint, Limits, ObserverGains, Running};
+use controller_core::{
+    Config, ControlLaw, Controller, Fallback, FlexibleJoint, Health, Limits, Linear, Nominal, ObserverGains, Options,
+    ReachingLaw, Running, Surface,
+};
 use integration_tests::paper::{NOMINAL, joint_config};
 use integration_tests::recovery::{Joint, Twins, victims};
 use integration_tests::strategy::{Rng, Trial};
@@ -98,4 +101,121 @@ fn sealed(words: &[u32]) -> Vec<u32> {
     let bytes = words.iter().flat_map(|word| word.to_le_bytes());
     let sum = bytes.fold(0x811c_9dc5_u32, |sum, byte| (sum ^ u32::from(byte)).wrapping_mul(0x0100_0193));
     words.iter().copied().chain([sum]).collect()
+}
+
+type Motor<const R: usize, const MASK: u8, const O: usize> = Controller<f32, Linear<f32, 2>, 2, R, MASK, O>;
+
+fn motor<const R: usize>(observers: [Option<ObserverGains<R>>; 2], limits: Limits) -> Config<2, R> {
+    Config {
+        period_s: 1e-3,
+        surface: Surface::from_bandwidth(20.0, 10.0),
+        observers,
+        reaching: ReachingLaw { k_l: 100.0, k_s: 0.0, epsilon: 0.01 },
+        nominal: Nominal { gradient: [0.0, -0.5], input_gain: 250.0 },
+        options: Options::NEUTRAL.with_limits(limits),
+    }
+}
+
+/// A motor under a constant disturbance, in a loop that has settled for 2 s; then `strike` changes its samples and its
+/// words for as long as it likes. How many of the ticks after that were rejected, and the largest |x_1| of the last
+/// second of ten.
+fn struck<const R: usize, const MASK: u8, const O: usize>(
+    config: &Config<2, R>,
+    push: f64,
+    strike: impl Fn(usize, &mut [f32; 2], &mut Vec<u32>),
+) -> (usize, f64) {
+    let law = Motor::<R, MASK, O>::try_linear(config).expect("a good design");
+    let Nominal { gradient, input_gain: b } = config.nominal;
+    let plant = LinearChain { a: gradient.to_vec(), b, d: vec![vec![], vec![Term::Const(push)]] };
+    let step = ExactStep::new(&plant, config.period_s);
+    let mut running = Running::guessing(law, [0.0, push as f32]);
+    let (mut x, mut rejected, mut left) = (vec![0.0; 2], 0, 0.0_f64);
+    for k in 0..12_000 {
+        let mut sample: [f32; 2] = std::array::from_fn(|j| x[j] as f32);
+        if k >= 2000 {
+            let mut words: Vec<u32> = running.words().collect();
+            let before = words.clone();
+            strike(k - 2000, &mut sample, &mut words);
+            if words != before {
+                let design = running.design().clone();
+                running = Running::from_words(design, sealed(&words)).expect("words of finite numbers");
+            }
+        }
+        let output = running.tick(&sample);
+        rejected += usize::from(k >= 2010 && output.health.contains(Health::INPUT_REJECTED));
+        step.advance(k, f64::from(output.u), &mut x);
+        left = if k >= 11_000 { left.max(x[0].abs()) } else { 0.0 };
+    }
+    (rejected, left)
+}
+
+/// Two finite samples that were found by an attack: what they leave in B shows in the demand every other tick only, so
+/// that every other sample was refused, for ever.
+#[test]
+fn estimates_that_show_every_other_tick_only_do_not_lock_the_motor() {
+    let gains = Some(ObserverGains::from_bandwidth::<2>(100.0));
+    let config = motor([None, gains], Limits::symmetric(10.0));
+    let (rejected, left) = struck::<2, 0b10, 1>(&config, -1000.0, |k, sample, _| match k {
+        0 => *sample = [-2_845_502.0, 24_000_000.0],
+        1 => *sample = [-124_545.9, 2_084_493.8],
+        _ => {}
+    });
+    assert!(rejected <= 10 && left < 1e-3, "{rejected} samples rejected, |x_1| = {left}");
+}
+
+/// Every size of every word of the estimates, all else as it was.
+#[test]
+fn one_spoilt_estimate_of_any_size_is_gone_ten_seconds_later() {
+    let of_2 = motor([None, Some(ObserverGains::from_bandwidth::<2>(100.0))], Limits::symmetric(10.0));
+    let of_3 = motor([None, Some(ObserverGains::from_bandwidth::<3>(60.0))], Limits::symmetric(10.0));
+    let safe = of_2.options.with_fallback(Fallback::Safe(0.0));
+    let safe = Config { options: safe, reaching: ReachingLaw { k_s: 1.0, ..of_2.reaching }, ..of_2 };
+    for tenth in 0..90 {
+        let value = 10.0_f32.powf(tenth as f32 / 10.0).to_bits();
+        // Fingerprint, whether it runs, whether it resumes; then A, B, C.
+        let strike = |word: usize| {
+            move |k: usize, _: &mut [f32; 2], words: &mut Vec<u32>| {
+                if k == 0 {
+                    words[3 + word] = value;
+                }
+            }
+        };
+        let told = |what: &str, word: usize, (rejected, left): (usize, f64)| {
+            assert!(rejected <= 20 && left < 0.01, "{what}, word {word}, 10^{tenth}/10: {rejected} rejected, {left}");
+        };
+        for word in 0..2 {
+            told("order 2", word, struck::<2, 0b10, 1>(&of_2, 0.0, strike(word)));
+            told("safe u", word, struck::<2, 0b10, 1>(&safe, 0.0, strike(word)));
+        }
+        for word in 0..3 {
+            told("order 3", word, struck::<3, 0b10, 1>(&of_3, 0.0, strike(word)));
+        }
+    }
+}
+
+/// A wild sample beside a lost one says nothing of the state: it is no sample of the same plant as the next.
+#[test]
+fn a_wild_sample_after_a_lost_one_costs_no_estimate() {
+    let config = motor([None, Some(ObserverGains::from_bandwidth::<2>(100.0))], Limits::symmetric(10.0));
+    for lead in [[f32::NAN; 2], [1e9, 0.0]] {
+        let (rejected, left) = struck::<2, 0b10, 1>(&config, -1000.0, |k, sample, _| match k {
+            10 => *sample = lead,
+            11 => *sample = [-1e9, 0.0],
+            // And from then on every other one.
+            k if k > 11 && k < 5000 && k % 2 == 1 => *sample = [1e9 * (k % 4) as f32 - 2e9, 0.0],
+            _ => {}
+        });
+        assert!(rejected <= 2500 && left < 1e-3, "{rejected} of 2496 wild samples rejected, |x_1| = {left}");
+    }
+}
+
+/// Limits that are narrow and far from 0, or leave nothing to choose.
+#[test]
+fn a_motor_holds_a_load_within_narrow_limits_far_from_zero() {
+    let gains = Some(ObserverGains::from_bandwidth::<2>(100.0));
+    for (min, max) in [(1000.0, 1003.0), (998.0, 1005.0), (700.0, 1003.0), (1001.0, 1001.0)] {
+        let config = motor([None, gains], Limits { min, max });
+        let (rejected, left) = struck::<2, 0b10, 1>(&config, -1001.0 * 250.0, |_, _, _| {});
+        assert!(rejected == 0 && left < 0.1, "[{min}, {max}]: {rejected} rejected, |x_1| = {left}");
+    }
 }

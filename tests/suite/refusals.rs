@@ -5,8 +5,8 @@
 
 use controller_core::{
     AnyConfig, Benchmark, Cause, Coefficients, Config, ConfigError, Fallback, Field, FlexibleJoint, Health,
-    JointParameters, Libm, Limits, Nominal, NominalModel, ObserverGains, Pole, ReachingLaw, Reading, Remedy, Surface,
-    Warning, controller,
+    JointParameters, Libm, Limits, Nominal, NominalModel, ObserverGains, Pole, ReachingLaw, Reading, Real, Remedy,
+    Surface, Warning, controller,
 };
 use integration_tests::paper::{NOMINAL, joint_config};
 use std::collections::BTreeSet;
@@ -105,13 +105,28 @@ const REFUSED: &[(Change, &str)] = &[
     ),
     (
         |config| config.options.samples.min[2] = 2e12,
-        "x_3: no sample keeps these limits: min must not be above max, and the jump must be above 0 (given min 2e12, \
-         max 1e12, jump 2e12)",
+        "x_3: no sample keeps these limits: min must not be above max, nor any beyond 1e12, and the jump must be above 0 \
+         (given min 2e12, max 1e12, jump 2e12)",
+    ),
+    (
+        |config| config.options.samples.jump[0] = 1e-60,
+        "x_1: no sample keeps these limits: min must not be above max, nor any beyond 1e12, and the jump must be above 0 \
+         (given min -1e12, max 1e12, jump 1e-60)",
+    ),
+    (
+        |config| config.options.samples.max[3] = 1e39,
+        "x_4: no sample keeps these limits: min must not be above max, nor any beyond 1e12, and the jump must be above 0 \
+         (given min -1e12, max 1e39, jump 2e12)",
+    ),
+    (
+        |config| config.options.initial_estimates[3] = 2e12 * config.nominal.input_gain,
+        "a designed coefficient overflows or vanishes in this precision: check the units of the period, the gains \
+         and b",
     ),
     (
         |config| config.options.samples.jump[1] = 0.0,
-        "x_2: no sample keeps these limits: min must not be above max, and the jump must be above 0 (given min -1e12, \
-         max 1e12, jump 0)",
+        "x_2: no sample keeps these limits: min must not be above max, nor any beyond 1e12, and the jump must be above 0 \
+         (given min -1e12, max 1e12, jump 0)",
     ),
     (
         |config| config.options.samples.max[0] = 7.0,
@@ -452,6 +467,16 @@ fn a_model_that_contradicts_what_the_design_is_told_of_it_is_found() {
         "x_2: the model has another slope there than nominal.gradient says (Eq. (39)): it returns a(x)/b_0, the \
          gradient is that of a(x) (said -2.0000, found -1.0000)"
     );
+    // What is no number, or says nothing in this precision, agrees with nothing.
+    for (model, at) in [(Bent(f64::NAN, 0.0), 0.0), (Bent(f64::INFINITY, 0.0), 0.0), (Bent(0.0, 0.0), f64::NAN)] {
+        for gradient in [[0.0, 0.0], [-4.0, -1.0]] {
+            let nominal = Nominal { gradient, input_gain: 1.0 };
+            assert!(nominal.check(&model, &[at, 0.0]).is_err(), "{gradient:?}");
+        }
+    }
+    let nominal = Nominal { gradient: [-4.0, -1.0], input_gain: 1.0 };
+    assert_eq!(nominal.check(&Bent(-4.0, 1e5), &[0.0_f64, 0.0]), Ok(()));
+    assert!(nominal.check(&Bent(-4.0, 1e5), &[0.0_f32, 0.0]).is_err(), "1e5 in f32 hides a slope of 4");
     for (gap, found) in [(0.5_f64, "2.0000"), (-0.5, "-2.0000"), (0.0, "inf"), (f64::NAN, "NaN")] {
         let told = benchmark.check(&Bearing(gap), &[0.0_f64; 2]);
         let expected = "b(x) of the model is not of the sign of nominal.input_gain (Eq. (39)): it returns b(x)/b_0 \
@@ -473,5 +498,15 @@ impl NominalModel<f64, 2> for Bearing {
     }
     fn gain_ratio(&self, _: &[f64; 2]) -> Option<f64> {
         Some(1.0 / self.0)
+    }
+}
+
+/// A slope, and a constant part.
+#[derive(Clone, Copy)]
+struct Bent(f64, f64);
+
+impl<T: Real> NominalModel<T, 2> for Bent {
+    fn drift(&self, x: &[T; 2]) -> T {
+        T::from_f64(self.0) * x[0] - x[1] + T::from_f64(self.1)
     }
 }

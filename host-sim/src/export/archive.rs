@@ -4,7 +4,7 @@
 
 use std::fmt::Write as _;
 
-use controller_core::{LAYOUT, SampleLimits, VERSION, VERSION_NUMBER, shapes};
+use controller_core::{LAYOUT, SampleLimits, VERSION, VERSION_NUMBER, design, shapes};
 use loop_sim::port::in_process::Model;
 
 use super::{Exported, named};
@@ -43,16 +43,20 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
             CARRIED.join(", ")
         ));
     }
-    let numbers = named(n, r, channels.len(), &exported.download.numbers);
+    let mut numbers = named(n, r, channels.len(), &exported.download.numbers);
     let row = |values: &[f32]| {
         let values: Vec<String> = values.iter().map(|value| format!("{value:?}f")).collect();
         format!("{{{}}}", values.join(", "))
     };
     let mut body = String::new();
     // The order of the header: that of LAYOUT, with the estimates at the start before it and the row of a(x)/b_0 before
-    // its check.
+    // its check, which is over all of them.
     let coefficients = LAYOUT.split_whitespace().filter(|field| *field != "check");
-    for field in ["d_hat[N]"].into_iter().chain(coefficients).chain(["drift[N]", "check"]) {
+    let fields = || ["d_hat[N]"].into_iter().chain(coefficients.clone()).chain(["drift[N]"]);
+    let before = fields().flat_map(|field| numbers[field.split('[').next().unwrap_or(field)].clone());
+    let check = design::check(before.collect::<Vec<f32>>());
+    numbers.insert("check", vec![check]);
+    for field in fields().chain(["check"]) {
         let (name, shape) = field.split_once('[').unwrap_or((field, ""));
         let values = &numbers[name];
         let value = match shape {
