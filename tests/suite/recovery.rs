@@ -137,7 +137,7 @@ fn struck<const R: usize, const MASK: u8, const O: usize>(
             let before = words.clone();
             strike(k - 2000, &mut sample, &mut words);
             if words != before {
-                let design = running.design().clone();
+                let design = *running.design();
                 running = Running::from_words(design, sealed(&words)).expect("words of finite numbers");
             }
         }
