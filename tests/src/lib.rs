@@ -17,6 +17,7 @@
 
 pub mod close;
 pub mod data;
+pub mod drive;
 pub mod golden;
 pub mod oracle;
 pub mod paper;

@@ -1,0 +1,18 @@
+//! Drives: a motor with one encoder, a flexible joint with two, from counts to current.
+
+mod block;
+mod chain;
+mod encoder;
+mod error;
+mod law;
+mod motor;
+mod state;
+mod target;
+
+pub use chain::{ChainModel, map_error};
+pub use encoder::Encoder;
+pub use error::DriveError;
+pub use law::{DriveEstimates, EncoderForm, Sample};
+pub use motor::{DEFAULT_LAG_S, Motor, MotorBandwidths, MotorDesign, MotorDrive, MotorModel, Switching};
+pub use state::EncoderState;
+pub use target::{Aim, Hold, Position, Speed, Target};
