@@ -4,14 +4,17 @@ mod block;
 mod chain;
 mod encoder;
 mod error;
+mod joint;
 mod law;
 mod motor;
 mod state;
 mod target;
+mod trigonometry;
 
 pub use chain::{ChainModel, map_error};
 pub use encoder::Encoder;
 pub use error::DriveError;
+pub use joint::{Joint, JointBandwidths, JointDesign, JointDrive, JointModel};
 pub use law::{DriveEstimates, EncoderForm, Sample};
 pub use motor::{DEFAULT_LAG_S, Motor, MotorBandwidths, MotorDesign, MotorDrive, MotorModel, Switching};
 pub use state::EncoderState;

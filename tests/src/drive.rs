@@ -1,7 +1,7 @@
 //! Drives for the suite: recorded counts fed to a law, tick by tick.
 
 use controller_core::drive::{Aim, ChainModel, EncoderForm, Sample, Speed, Target};
-use controller_core::{ControlLaw, Output, Real, Running, Sealed};
+use controller_core::{Output, Real, Running, Sealed};
 
 /// A scalar whose counts are plain numbers: `f32` and `f64`.
 pub trait Plain: Real + Sealed<Count = i32> {}
