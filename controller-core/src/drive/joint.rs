@@ -86,6 +86,17 @@ impl Joint {
         }
     };
 
+    /// u that makes a jet r .. r^(4) of the nominal joint, the inverse of the map: for planning, the law does not use it.
+    pub fn feed_forward(&self, [r, r_1, r_2, r_3, r_4]: &[f64; 5]) -> f64 {
+        let m = self.model();
+        let [s, c] = m.seen(&[*r, 0.0]);
+        let (f_1, f_2) = (-m.k1 - c, -m.b1);
+        let x_3 = r_2 + m.k1 * r + m.b1 * r_1 + s;
+        let x_4 = r_3 - f_1 * r_1 - f_2 * r_2;
+        let (_, drift) = m.chain(&[*r, *r_1, x_3, x_4], &[s, c]);
+        r_4 / m.b - drift
+    }
+
     /// Its model: k_1, b_1, g, k_2, b_2, b of the module's head.
     pub const fn model(&self) -> JointModel<f64> {
         let (link, motor) = (self.link_inertia_kg_m2, self.motor_inertia_kg_m2);

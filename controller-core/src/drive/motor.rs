@@ -67,6 +67,11 @@ impl Motor {
         self.torque_n_m_per_a / self.inertia_kg_m2
     }
 
+    /// u that makes a jet r, r', r'' of the nominal motor: for planning, the law does not use it.
+    pub const fn feed_forward(&self, [_, speed, acceleration]: &[f64; 3]) -> f64 {
+        (*acceleration + self.slope_per_s() * *speed) / self.input_gain()
+    }
+
     /// λ = B/J, 1/s.
     pub const fn slope_per_s(&self) -> f64 {
         self.damping_n_m_s / self.inertia_kg_m2
