@@ -13,7 +13,7 @@ use crate::real::Real;
 use crate::running::Words;
 
 /// A nominal model of E blocks, of which the last is driven, as a chain of N = 2 E integrators. Channels count from 0
-/// here; channel n-1 is in units of u: divided by b.
+/// here.
 pub trait ChainModel<T: Real, const E: usize, const N: usize>: Copy {
     /// What the positions push: the coupling w of every block, as it is remembered until the next tick.
     type Push: Copy + core::fmt::Debug + PartialEq + Words;
@@ -38,7 +38,7 @@ pub trait ChainModel<T: Real, const E: usize, const N: usize>: Copy {
     /// b: acceleration of the last block per unit of u.
     fn input_gain(&self) -> T;
 
-    /// z and a_z/b.
+    /// z and a_z.
     fn chain(&self, x: &[T; N], seen: &Self::Seen) -> ([T; N], T);
 
     /// What disturbances of the blocks are in the channels; entry 0 is not read.
@@ -81,7 +81,7 @@ where
     let ((z, a), (later, _), (before, _)) = (at(0.0), at(1.0), at(-1.0));
     let errors = (0..N).map(|i| {
         let rate = (later[i] - before[i]) / (2.0 * h);
-        let expected = if i + 1 < N { z[i + 1] } else { model.input_gain() * (a + u) };
+        let expected = if i + 1 < N { z[i + 1] } else { a + model.input_gain() * u };
         (rate - expected).abs() / (1.0 + rate.abs())
     });
     errors.fold(0.0, |worst, error| if error > worst || error.is_nan() { error } else { worst })

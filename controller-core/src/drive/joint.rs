@@ -94,7 +94,7 @@ impl Joint {
         let x_3 = r_2 + m.k1 * r + m.b1 * r_1 + s;
         let x_4 = r_3 - f_1 * r_1 - f_2 * r_2;
         let (_, drift) = m.chain(&[*r, *r_1, x_3, x_4], &[s, c]);
-        r_4 / m.b - drift
+        (r_4 - drift) / m.b
     }
 
     /// Its model: k_1, b_1, g, k_2, b_2, b of the module's head.
@@ -121,10 +121,8 @@ pub struct JointModel<T> {
     /// k_1 k_2.
     spring: T,
     b: T,
-    /// 1/b.
-    per_b: T,
-    /// a_z/b on x_1, x_3, x_4.
-    drift: [T; 3],
+    k2: T,
+    b2: T,
     /// f_2² - k_1: what is constant in f_1 + f_2².
     cross: T,
 }
@@ -132,26 +130,17 @@ pub struct JointModel<T> {
 impl JointModel<f64> {
     /// Of the numbers of the module's head.
     const fn new(k1: f64, b1: f64, gravity: f64, k2: f64, b2: f64, b: f64) -> Self {
-        Self {
-            k1,
-            b1,
-            gravity,
-            spring: k1 * k2,
-            b,
-            per_b: 1.0 / b,
-            drift: [k1 * k2 / b, -k2 / b, -b2 / b],
-            cross: b1 * b1 - k1,
-        }
+        Self { k1, b1, gravity, spring: k1 * k2, b, k2, b2, cross: b1 * b1 - k1 }
     }
 
     /// κ of the blocks.
     pub const fn kappa(&self) -> [f64; 2] {
-        [self.k1 + self.gravity, -self.drift[1] * self.b]
+        [self.k1 + self.gravity, self.k2]
     }
 
     /// λ of the blocks.
     pub const fn lambda(&self) -> [f64; 2] {
-        [self.b1, -self.drift[2] * self.b]
+        [self.b1, self.b2]
     }
 
     /// Gradient of a_z at 0.
@@ -167,8 +156,8 @@ impl JointModel<f64> {
             gravity: self.gravity as f32,
             spring: self.spring as f32,
             b: self.b as f32,
-            per_b: self.per_b as f32,
-            drift: crate::real::row_f32(&self.drift),
+            k2: self.k2 as f32,
+            b2: self.b2 as f32,
             cross: self.cross as f32,
         }
     }
@@ -211,14 +200,14 @@ impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
         let f_1 = -(self.k1 + *c);
         let z_3 = x[2] - self.k1 * x[0] - self.b1 * x[1] - *s;
         let z_4 = x[3] + f_1 * x[1] - self.b1 * z_3;
-        let nonlinear = *s * x[1] * x[1] + f_1 * z_3 - self.b1 * z_4;
-        let drift = self.drift[0] * x[0] + self.drift[1] * x[2] + self.drift[2] * x[3] + self.per_b * nonlinear;
+        let linear = self.spring * x[0] - self.k2 * x[2] - self.b2 * x[3];
+        let drift = linear + *s * x[1] * x[1] + f_1 * z_3 - self.b1 * z_4;
         ([x[0], x[1], z_3, z_4], drift)
     }
 
     #[inline(always)]
     fn spread(&self, [_, c]: &[T; 2], d: &[T; 2]) -> [T; 4] {
-        [T::ZERO, d[0], -self.b1 * d[0], self.per_b * (d[1] + (self.cross - *c) * d[0])]
+        [T::ZERO, d[0], -self.b1 * d[0], d[1] + (self.cross - *c) * d[0]]
     }
 
     #[inline(always)]
@@ -227,7 +216,7 @@ impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
     }
 
     fn numbers(&self) -> impl Iterator<Item = T> {
-        [self.k1, self.b1, self.gravity, self.spring, self.b].into_iter().chain(self.drift)
+        [self.k1, self.b1, self.gravity, self.spring, self.b, self.k2, self.b2].into_iter()
     }
 }
 
@@ -549,13 +538,13 @@ mod tests {
         let chain = |x: &[f64; 4]| model.chain(x, &model.seen(&[x[0], x[2]]));
         // At 0 the map is triangular: columns of z and a_z on x.
         let h = 1e-5;
-        let column = |j: usize| {
+        let column = |j: usize| -> ([f64; 4], f64) {
             let mut x = [0.0; 4];
             x[j] = h;
             let (z, a) = chain(&x);
             x[j] = -h;
             let (less, b) = chain(&x);
-            (core::array::from_fn::<f64, 4, _>(|i| (z[i] - less[i]) / (2.0 * h)), (a - b) * model.b / (2.0 * h))
+            (core::array::from_fn::<f64, 4, _>(|i| (z[i] - less[i]) / (2.0 * h)), (a - b) / (2.0 * h))
         };
         // gradient . dz/dx = da/dx, solved from the last column.
         let mut gradient = [0.0; 4];

@@ -8,16 +8,17 @@
 //!    the prediction stands, and the next good count brings the whole difference.
 //! 3. *Observe.* The couplings $w$ at the raw positions; $m \mathrel{+}= (w - w^-)/2$; prediction;
 //!    $e = -p$; $x \mathrel{+}= L e$. With two gain sets $L$ moves between them, as the smoothed $e$ says.
-//! 4. *Map* to the chain: $z$, $a_z$, and of every channel $B = T d'$, $A = d + \theta B$ (modules `motor`, `joint`).
+//! 4. *Map* to the chain: $z$, $a_z$, and of every channel $d$ and $d'$ (modules `motor`, `joint`).
 //!    With one tick of delay the blocks are foreseen once more first, with the u that is held then.
 //! 5. *Law* on $e_j = z_j - r^{(j-1)}$ at the beginning of the coming tick, with $\Delta$ the change of the reference
 //!    until its end:
 //!
 //! $$ \mathrm{ff} = \frac{\Delta r^{(n-1)}}{t_1} - \theta_n \sum_{j<n} \frac{\partial a_z}{\partial z_j} \Delta r^{(j-1)},
-//!    \qquad y = e, \quad y_{i+1} \mathrel{+}= A_i, \qquad \sigma = c \cdot y + \sum g_B B, \quad \sigma^* = \sigma - W $$
-//! $$ u = k_x \cdot y + k_w W + u_\sigma \sigma^* + \sum k_B B + \mathrm{ff}/b - (a_z + A_n)/b $$
+//!    \qquad y = e, \quad y_{i+1} \mathrel{+}= d_i, \qquad \sigma = c \cdot y + \sum g d', \quad \sigma^* = \sigma - W $$
+//! $$ u = k_x \cdot y + k_w W + u_\sigma \sigma^* + \sum k d' + \mathrm{ff}/b - (a_z + d_n)/b $$
 //!
-//! The rows are those of the module `design` for observers of order 2 in the channels 2..n. The feed-forward is made of
+//! The rows are those of the module `design` for observers of order 2 in the channels 2..n, with $A = d + \theta T d'$ and
+//! $B = T d'$ put in. The feed-forward is made of
 //! *differences*: whatever $r^{(n)}$ does within the tick, $\Delta r^{(n-1)}$ is what u must bring about. The observers
 //! never see the reference.
 //!
@@ -109,9 +110,9 @@ impl<const S: usize> FastGains<f64, S> {
 pub(crate) struct Row<T, const N: usize> {
     /// The last one is 1 and not read.
     pub(crate) c: [T; N],
-    /// On B, of σ and of the law; entries of channels without are not read.
+    /// On d', of σ and of the law; entry 0 is not read.
     pub(crate) g: [T; N],
-    pub(crate) kb: [T; N],
+    pub(crate) kd: [T; N],
     /// Entry 0 is 0 and not read.
     pub(crate) kx: [T; N],
     /// ff/b on Δr, Δr', ..
@@ -119,7 +120,8 @@ pub(crate) struct Row<T, const N: usize> {
     pub(crate) kw: T,
     pub(crate) us: T,
     pub(crate) decay: T,
-    pub(crate) theta_n: T,
+    /// 1/b.
+    pub(crate) per_b: T,
     pub(crate) period: T,
     /// 2π.
     pub(crate) turn: T,
@@ -144,12 +146,20 @@ impl<const N: usize> Row<f64, N> {
         fallback: Fallback,
     ) -> Self {
         let t_1 = rows.period * phi_functions(gradient[N - 1] * rows.period)[1];
-        let (mut g, mut kb, mut feed) = ([0.0; N], [0.0; N], [0.0; N]);
-        let mut channel = 1;
-        while channel < N {
-            (g[channel], kb[channel]) = (rows.g[channel - 1][1], rows.k[channel - 1][1]);
-            feed[channel - 1] = -rows.theta_n * gradient[channel - 1] / rows.input_gain;
-            channel += 1;
+        let (mut g, mut kd, mut feed) = ([0.0; N], [0.0; N], [0.0; N]);
+        let (t, b) = (rows.period, rows.input_gain);
+        let mut i = 1;
+        while i < N {
+            // A = d + θ T d', B = T d'; in channel n in units of u, and there A has the coefficient -1.
+            (g[i], kd[i]) = (rows.g[i - 1][1] * t, rows.k[i - 1][1] * t);
+            if i + 1 < N {
+                g[i] += 0.5 * t * rows.c[i + 1];
+                kd[i] += 0.5 * t * rows.kx[i + 1];
+            } else {
+                kd[i] = (kd[i] - rows.theta_n * t) / b;
+            }
+            feed[i - 1] = -rows.theta_n * gradient[i - 1] / b;
+            i += 1;
         }
         feed[N - 1] = 1.0 / (t_1 * rows.input_gain);
         let asked = PLAUSIBLE * (limits.max - limits.min);
@@ -160,13 +170,13 @@ impl<const N: usize> Row<f64, N> {
         Self {
             c: rows.c,
             g,
-            kb,
+            kd,
             kx: rows.kx,
             feed,
             kw: rows.kw,
             us: rows.us,
             decay: rows.decay,
-            theta_n: rows.theta_n,
+            per_b: 1.0 / b,
             period: rows.period,
             turn: core::f64::consts::TAU,
             u_min: limits.min,
@@ -181,13 +191,13 @@ impl<const N: usize> Row<f64, N> {
         Row {
             c: row_f32(&self.c),
             g: row_f32(&self.g),
-            kb: row_f32(&self.kb),
+            kd: row_f32(&self.kd),
             kx: row_f32(&self.kx),
             feed: row_f32(&self.feed),
             kw: self.kw as f32,
             us: self.us as f32,
             decay: self.decay as f32,
-            theta_n: self.theta_n as f32,
+            per_b: self.per_b as f32,
             period: self.period as f32,
             turn: self.turn as f32,
             u_min: self.u_min as f32,
@@ -285,7 +295,7 @@ type StateOf<C> = <C as ControlLaw>::State;
 struct Known<T, V, const E: usize, const N: usize> {
     x: [T; N],
     d: [T; E],
-    /// Growth of d per tick; 0 with three states.
+    /// d'; 0 with three states.
     growth: [T; E],
     seen: V,
 }
@@ -408,7 +418,8 @@ where
         }
         state.push = push;
         // The map wants them at the estimate, not at the count.
-        let seen = self.model.seen_ahead(seen, self.position(state, 0) - position[0]);
+        let seen =
+            self.model.seen_ahead(seen, if used[0] { state.x[0][0] } else { self.position(state, 0) - position[0] });
         (seen, used, known)
     }
 
@@ -456,7 +467,7 @@ where
             }
             (x[2 * i], x[2 * i + 1], d[i]) = (position, v, d_i);
             if S == 4 {
-                growth[i] = self.row.period * state.x[i][3];
+                growth[i] = state.x[i][3];
             }
         }
         Known { x, d, growth, seen }
@@ -475,21 +486,16 @@ where
         let k = &self.row;
         T::section("4. The chain.");
         let (z, drift) = self.model.chain(&known.x, &known.seen);
-        let mut a = self.model.spread(&known.seen, &known.d);
-        let mut b = [T::ZERO; N];
-        if S == 4 {
-            b = self.model.spread(&known.seen, &known.growth);
-            for i in 1..N {
-                a[i] += if i + 1 == N { k.theta_n } else { T::HALF } * b[i];
-            }
-        }
+        let d = self.model.spread(&known.seen, &known.d);
+        // Not read with three states.
+        let growth = self.model.spread(&known.seen, &known.growth);
 
         T::section("5. Law.");
         let mut y = A::errors(&z, turn, k.turn, begin);
         for i in 1..N - 1 {
-            y[i + 1] += a[i];
+            y[i + 1] += d[i];
         }
-        let input_drift = drift + a[N - 1];
+        let input_drift = k.per_b * (drift + d[N - 1]);
         let mut sigma = y[N - 1];
         if A::POSITION {
             for j in 0..N - 1 {
@@ -498,7 +504,7 @@ where
         }
         if S == 4 {
             for i in 1..N - 1 {
-                sigma += k.g[i] * b[i];
+                sigma += k.g[i] * growth[i];
             }
         }
         let sigma = sigma.called("sigma", 0);
@@ -510,7 +516,7 @@ where
         }
         if S == 4 && A::POSITION {
             for i in 1..N {
-                bare += k.kb[i] * b[i];
+                bare += k.kd[i] * growth[i];
             }
         }
         if let Some(moved) = A::moved(begin, end, k.turn) {
@@ -572,16 +578,31 @@ where
         let at = T::from_count(state.at[0]);
         let forward = at > self.sensors[0].edge;
         if forward || at < -self.sensors[0].edge {
-            let mut position = [T::ZERO; E];
-            for i in 0..E {
-                let base = T::Count::of(self.sensors[i].base_counts);
-                state.at[i] = if forward { state.at[i].since(base) } else { state.at[i].plus(base) };
-                position[i] = self.raw(state, i);
-            }
-            let turns = T::Count::of(self.sensors[0].base_turns);
-            state.turn = if forward { state.turn.plus(turns) } else { state.turn.since(turns) };
-            state.push = self.model.push(&position, &self.model.seen(&position));
+            self.shift(state, forward);
         }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn shift(&self, state: &mut StateOf<Self>, forward: bool) {
+        let mut raw = [T::ZERO; E];
+        for i in 0..E {
+            let base = T::Count::of(self.sensors[i].base_counts);
+            state.at[i] = if forward { state.at[i].since(base) } else { state.at[i].plus(base) };
+            raw[i] = self.raw(state, i);
+        }
+        let turns = T::Count::of(self.sensors[0].base_turns);
+        state.turn = if forward { state.turn.plus(turns) } else { state.turn.since(turns) };
+        state.push = self.model.push(&raw, &self.model.seen(&raw));
+    }
+
+    /// The first tick of a state: there is none that has passed.
+    #[cold]
+    #[inline(never)]
+    fn begun(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> M::Seen {
+        state.fresh = false;
+        self.go_on_to(state, counts);
+        self.model.seen(&core::array::from_fn(|i| self.position(state, i)))
     }
 
     /// Nothing is known any more: the fallback goes out, and the observers start again with the next count of each
@@ -653,10 +674,10 @@ where
         let sensors = self.sensors.iter().flat_map(|k| [k.unit, k.half_span, k.edge]);
         let fast = self.fast.as_flattened().iter();
         let fast = fast.flat_map(|k| k.more.into_iter().chain([k.calm, k.rate, k.smoothing, k.keep]));
-        let Row { c, g, kb, kx, feed, kw, us, decay, theta_n, period, turn, u_min, u_max, plausible, hold, fallback } =
+        let Row { c, g, kd, kx, feed, kw, us, decay, per_b, period, turn, u_min, u_max, plausible, hold, fallback } =
             self.row;
-        let rows = [c, g, kb, kx, feed].into_iter().flatten();
-        let rest = [kw, us, decay, theta_n, period, turn, u_min, u_max, plausible, hold, fallback];
+        let rows = [c, g, kd, kx, feed].into_iter().flatten();
+        let rest = [kw, us, decay, per_b, period, turn, u_min, u_max, plausible, hold, fallback];
         let gates = self.gate.into_iter().chain([self.closing, self.lost_ticks]).chain(self.inertia);
         blocks.chain(sensors).chain(fast).chain(rows).chain(rest).chain(gates).chain(self.model.numbers())
     }
@@ -727,10 +748,7 @@ where
         let before = state.push;
         let mut health = Health::OK;
         let seen = if state.fresh {
-            state.fresh = false;
-            self.go_on_to(state, &sample.counts);
-            let position = core::array::from_fn(|i| self.position(state, i));
-            self.model.seen(&position)
+            self.begun(state, &sample.counts)
         } else {
             let (seen, used, known) = self.observe(state, &sample.counts);
             if !known {
@@ -824,7 +842,7 @@ where
             x[2 * i] = x[2 * i] * unit;
             x[2 * i + 1] = x[2 * i + 1] * unit;
             d[i] = (d[i] - shift[i]) * unit;
-            growth[i] = growth[i] * unit * pace;
+            growth[i] = growth[i] * unit;
         }
         let before = Known { x, d, growth, seen: now.seen };
         let Sample { begin, end, .. } = sample;

@@ -318,21 +318,18 @@ const fn fifth_root(x: f64) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorModel<T> {
     b: T,
-    /// 1/b.
-    per_b: T,
-    /// λ/b.
+    /// -λ.
     drag: T,
 }
 
 impl MotorModel<f64> {
     /// Of the data sheet.
     pub const fn new(motor: &Motor) -> Self {
-        let b = motor.input_gain();
-        Self { b, per_b: 1.0 / b, drag: -motor.slope_per_s() / b }
+        Self { b: motor.input_gain(), drag: -motor.slope_per_s() }
     }
 
     const fn in_f32(&self) -> MotorModel<f32> {
-        MotorModel { b: self.b as f32, per_b: self.per_b as f32, drag: self.drag as f32 }
+        MotorModel { b: self.b as f32, drag: self.drag as f32 }
     }
 }
 
@@ -361,7 +358,7 @@ impl<T: Real> ChainModel<T, 1, 2> for MotorModel<T> {
     }
     #[inline(always)]
     fn spread(&self, (): &(), d: &[T; 1]) -> [T; 2] {
-        [T::ZERO, self.per_b * d[0]]
+        [T::ZERO, d[0]]
     }
     #[inline(always)]
     fn per_rad(&self, _: usize) -> T {
