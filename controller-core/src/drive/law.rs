@@ -392,8 +392,9 @@ where
             } else {
                 // Where nothing is measured the couplings see the prediction.
                 position[i] += self.blocks[i].g2 * state.x[i][1];
-                state.missed[i] += T::from_f64(1.0);
-                known = known && state.missed[i] <= self.lost_ticks;
+                let one = T::from_f64(1.0);
+                state.missed[i] += one;
+                known = known && state.missed[i] >= one && state.missed[i] <= self.lost_ticks;
             }
         }
 
@@ -583,7 +584,6 @@ where
     }
 
     #[cold]
-    #[inline(never)]
     fn shift(&self, state: &mut StateOf<Self>, forward: bool) {
         let mut raw = [T::ZERO; E];
         for i in 0..E {
@@ -598,7 +598,6 @@ where
 
     /// The first tick of a state: there is none that has passed.
     #[cold]
-    #[inline(never)]
     fn begun(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> M::Seen {
         state.fresh = false;
         self.go_on_to(state, counts);
@@ -613,6 +612,9 @@ where
         let u = self.fallback(state);
         if self.go_on_to(state, counts) {
             *state = self.started(state.last, state.at, state.turn, &[T::ZERO; E]);
+        } else {
+            // No difference is made over a gap: until all are there nothing is believed.
+            state.reach = core::array::from_fn(|i| -self.sensors[i].half_span);
         }
         Self::remember(state, u);
         Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health: Health::INPUT_REJECTED.union(Health::SAMPLE_LOST) }

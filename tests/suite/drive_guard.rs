@@ -1,0 +1,252 @@
+//! Does anything that comes into a drive get out of it, and does it find back from anything?
+
+use controller_core::drive::{
+    Encoder, EncoderForm, Joint, JointDesign, JointDrive, Motor, MotorDesign, MotorDrive, Position, Sample, Speed,
+    Target,
+};
+use controller_core::{ControlLaw, Health, Limits, Running, WordsError};
+use integration_tests::drive::{Shaft, blended_sine};
+use integration_tests::strategy::Rng;
+use std::f64::consts::TAU;
+
+const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
+const MOTOR_DESIGN: MotorDesign =
+    MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits { min: -10.0, max: 8.0 });
+const JOINT_DESIGN: JointDesign =
+    JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits { min: -30.0, max: 25.0 }, 1.3);
+
+/// Numbers as nobody would give them.
+fn wild(rng: &mut Rng) -> f32 {
+    match rng.integer(0, 7) {
+        0 => f32::NAN,
+        1 => f32::INFINITY,
+        2 => f32::NEG_INFINITY,
+        3 => f32::MAX,
+        4 => -f32::MAX,
+        5 => f32::from_bits(rng.bits() as u32),
+        _ => rng.within(-10.0, 10.0) as f32,
+    }
+}
+
+fn wild_sample<const E: usize, const N: usize>(rng: &mut Rng) -> Sample<i32, Target<f32, i32, N>, E> {
+    let mut target = || Target { turn: rng.bits() as i32, jet: core::array::from_fn(|_| wild(rng)) };
+    let (begin, end) = (target(), target());
+    let counts = core::array::from_fn(|_| rng.chance(0.7).then(|| rng.bits() as i32));
+    Sample { counts, begin, end }
+}
+
+/// A million wild ticks, after wild reports and re-tunes.
+fn stays_within<M, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
+    law: EncoderForm<f32, M, Position, E, N, S, FAST, LATE>,
+    [min, max]: [f32; 2],
+    seed: u64,
+) where
+    M: controller_core::drive::ChainModel<f32, E, N>,
+    EncoderForm<f32, M, Position, E, N, S, FAST, LATE>: Copy,
+{
+    let mut rng = Rng::new(seed);
+    let mut running = Running::new(law);
+    for tick in 0..200_000 {
+        let sample = wild_sample(&mut rng);
+        if rng.chance(0.01) {
+            let _ = running.retune(law, &sample);
+        }
+        let output = running.tick(&sample);
+        assert!(output.u >= min && output.u <= max, "seed {seed:#x}, tick {tick}: {output:?}");
+        assert!(output.sigma_star.is_finite(), "seed {seed:#x}, tick {tick}: {output:?}");
+        running.report_applied(wild(&mut rng));
+    }
+}
+
+#[test]
+fn u_is_within_its_limits_whatever_comes_in() {
+    stays_within(MotorDrive::<f32, Position>::designed(&MOTOR_DESIGN), [-10.0, 8.0], 1);
+    stays_within(MotorDrive::<f32, Position, 1>::designed(&MOTOR_DESIGN), [-10.0, 8.0], 2);
+    stays_within(MotorDrive::<f32, Position, 0, 1, 4>::designed(&MOTOR_DESIGN), [-10.0, 8.0], 3);
+    stays_within(JointDrive::<f32, Position, 1>::designed(&JOINT_DESIGN), [-30.0, 25.0], 4);
+    stays_within(JointDrive::<f32, Position, 1, 1>::designed(&JOINT_DESIGN), [-30.0, 25.0], 5);
+}
+
+fn count(shaft: &Shaft) -> i32 {
+    ((shaft.x[0] / TAU * 16384.0 + 0.5).floor() as i64).rem_euclid(16384) as i32
+}
+
+/// Every number of the state, but not where it stands, becomes anything that a word can be; a moment later the motor is
+/// back where the reference is.
+#[test]
+fn from_any_numbers_in_its_state_the_loop_finds_back() {
+    let law = MotorDrive::<f32, Position, 1>::designed(&MOTOR_DESIGN);
+    let mut rng = Rng::new(0x5147E);
+    let (mut slowest, mut farthest) = (0, 0.0_f64);
+    for case in 0..400 {
+        let mut running = Running::new(law);
+        let mut shaft = Shaft::ROUGH;
+        let mut back = None;
+        for k in 0..2000_u32 {
+            if k == 100 {
+                // Head: fingerprint, started, fresh, last, at, turn; then p v d, two of the switching, reach, missed,
+                // offset, held; the checksum is made anew.
+                let mut words: Vec<u32> = running.words().collect();
+                let last = words.len() - 1;
+                assert_eq!(last, 15);
+                for word in &mut words[6..last] {
+                    if rng.chance(0.5) {
+                        let number = if case % 2 == 0 { wild(&mut rng) } else { rng.spread(1e-3, 1e30) as f32 };
+                        // What is not finite is not let in here.
+                        *word = if number.is_finite() { number } else { f32::MAX }.to_bits();
+                    }
+                }
+                words[last] = checksum(&words[..last]);
+                running = Running::from_words(law, words).expect("finite words");
+            }
+            let at = Target { turn: 0, jet: [0.0; 2] };
+            let output = running.tick(&Sample { counts: [Some(count(&shaft))], begin: at, end: at });
+            assert!((-10.0..=8.0).contains(&output.u));
+            shaft.advance(f64::from(k) * 1e-3, f64::from(output.u), 1e-3);
+            if k > 100 {
+                farthest = farthest.max(shaft.x[0].abs());
+                back = if shaft.x[0].abs() > 0.02 { None } else { back.or(Some(k)) };
+            }
+        }
+        slowest = slowest.max(back.unwrap_or_else(|| panic!("case {case}: {shaft:?}")) - 100);
+    }
+    println!("at most {farthest:.2} rad away, back after {slowest} ms");
+}
+
+/// FNV-1a, as the words have it.
+fn checksum(words: &[u32]) -> u32 {
+    words.iter().fold(0x811c_9dc5, |hash, word| {
+        word.to_le_bytes().into_iter().fold(hash, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
+    })
+}
+
+/// Targets that are no numbers cost their ticks; the observers go on meanwhile.
+#[test]
+fn targets_that_are_no_numbers_cost_their_ticks_and_nothing_else() {
+    let law = MotorDrive::<f32, Position>::designed(&MOTOR_DESIGN);
+    let mut running = Running::new(law);
+    let mut shaft = Shaft { load: [0.05, 0.02], ..Shaft::ROUGH };
+    for k in 0..600_u32 {
+        let spoilt = (200..205).contains(&k);
+        let at = Target { turn: 0, jet: if spoilt { [f32::NAN, 0.0] } else { [0.0; 2] } };
+        let output = running.tick(&Sample { counts: [Some(count(&shaft))], begin: at, end: at });
+        assert_eq!(output.health.contains(Health::INPUT_REJECTED), spoilt, "tick {k}");
+        shaft.advance(f64::from(k) * 1e-3, f64::from(output.u), 1e-3);
+        if k > 190 {
+            assert!(shaft.x[0].abs() < 2e-3, "tick {k}: {}", shaft.x[0]);
+        }
+    }
+}
+
+/// One wild count is one lost sample, which moves the peak by less than a tenth. Without a gate it throws the current about.
+#[test]
+fn a_gate_leaves_no_trace_of_a_wild_count() {
+    let design = MotorDesign { limits: Limits::symmetric(10.0), ..MOTOR_DESIGN };
+    let open = MotorDesign { gate_steps: f64::INFINITY, ..design };
+    let sine = blended_sine::<2>(1.0, TAU, 0.25);
+    let peak = |design: &MotorDesign, spike: i32| {
+        let law = MotorDrive::<f32, Position>::design(design).expect("a good design");
+        let (mut running, mut shaft) = (Running::new(law), Shaft::ROUGH);
+        let (mut peak, mut lost) = (0.0_f64, 0);
+        for k in 0..1000_u32 {
+            let t = f64::from(k) * 1e-3;
+            let spike = if k == 600 { spike } else { 0 };
+            let [begin, end] = [sine(t), sine(t + 1e-3)].map(|jet| Target { turn: 0, jet: jet.map(|r| r as f32) });
+            let output = running.tick(&Sample { counts: [Some(count(&shaft) + spike)], begin, end });
+            lost += u32::from(output.health.contains(Health::SAMPLE_LOST));
+            shaft.advance(t, f64::from(output.u), 1e-3);
+            if k >= 500 {
+                peak = peak.max((shaft.x[0] - sine(t + 1e-3)[0]).abs());
+            }
+        }
+        (peak, lost)
+    };
+    let (without, none) = peak(&design, 0);
+    assert_eq!(none, 0);
+    for spike in [150, -1000, 5000] {
+        let (with, lost) = peak(&design, spike);
+        assert!(lost == 1 && with <= 1.1 * without, "{spike}: {with} after {without}, {lost} lost");
+    }
+    let (thrown, lost) = peak(&open, 5000);
+    assert!(lost == 0 && thrown > 10.0 * without, "{thrown}, {lost}");
+}
+
+/// Bits of the counter above its own are not read, and it may begin anywhere: a counter of k bits on its way through the
+/// wrap, both ways, gives the same bits as one that does not wrap.
+#[test]
+fn a_wrap_of_the_counter_changes_no_bit() {
+    for (bits, ticks) in [(12, 4000), (16, 4000), (24, 4000)] {
+        let design = |bits| MotorDesign {
+            encoder: Encoder { bits, counts_per_turn: 1 << 12, gear_num: 1, gear_den: 1 },
+            ..MOTOR_DESIGN
+        };
+        let [wrapping, wide] = [bits, 32].map(design).map(|design| {
+            // The gate of neither may depend on its counter.
+            MotorDrive::<f32, Speed>::design(&design).expect("a good design")
+        });
+        let (mut wrapping, mut wide) = (Running::new(wrapping), Running::new(wide));
+        let mut rng = Rng::new(7);
+        let mut position = 0_i32;
+        for k in 0..ticks {
+            // Five turns there and back, jerkily.
+            let speed = if k < ticks / 2 { 10 } else { -10 };
+            position += speed + rng.integer(0, 4) as i32 - 2;
+            let at = if k < ticks / 2 { 15.0 } else { -15.0 };
+            let tick = |running: &mut Running<MotorDrive<f32, Speed>>, count: i32| {
+                running.tick(&Sample { counts: [Some(count)], begin: at, end: at })
+            };
+            let (a, b) = (tick(&mut wrapping, position & ((1 << bits) - 1)), tick(&mut wide, position));
+            assert_eq!([a.u, a.sigma, a.sigma_star].map(f32::to_bits), [b.u, b.sigma, b.sigma_star].map(f32::to_bits));
+            let (a, b) = (wrapping.estimates().expect("started"), wide.estimates().expect("started"));
+            assert_eq!((a.turn, a.position[0].to_bits()), (b.turn, b.position[0].to_bits()), "tick {k}");
+        }
+    }
+}
+
+/// After more lost samples than may be missing the fallback goes out, and with the next good one the loop is back.
+#[test]
+fn a_sensor_that_is_gone_ends_in_the_fallback_and_a_new_start() {
+    let law = JointDrive::<f32, Position, 1>::designed(&JOINT_DESIGN);
+    let mut running = Running::new(law);
+    let at = Target { turn: 0, jet: [0.0; 4] };
+    let mut healths = Vec::new();
+    for k in 0..200 {
+        let there = !(60..150).contains(&k);
+        let sample = Sample { counts: [there.then_some(3), Some(3)], begin: at, end: at };
+        healths.push(running.tick(&sample).health);
+    }
+    let rejected: Vec<usize> = (0..200).filter(|&k| healths[k].contains(Health::INPUT_REJECTED)).collect();
+    // 50 are bridged; then every tick without it, and the one with which it starts again.
+    assert_eq!(rejected, (110..=150).collect::<Vec<_>>());
+    assert!(healths[60..150].iter().all(|health| health.contains(Health::SAMPLE_LOST)));
+    assert!(healths[152..].iter().all(|health| !health.contains(Health::SAMPLE_LOST)));
+}
+
+#[test]
+fn words_bring_a_drive_back_to_the_bit_and_another_design_refuses_them() {
+    let law = JointDrive::<f32, Position, 1, 1>::designed(&JOINT_DESIGN);
+    let other = JointDesign { lost_ticks: 51, ..JOINT_DESIGN };
+    let other = JointDrive::<f32, Position, 1, 1>::designed(&other);
+    assert_ne!(law.fingerprint(), other.fingerprint());
+    let mut rng = Rng::new(0x3D5);
+    let mut running = Running::new(law);
+    let at = Target { turn: 0, jet: [0.0; 4] };
+    for k in 0..300 {
+        let mut sample = || Sample {
+            counts: [rng.chance(0.9).then(|| rng.integer(0, 9) as i32), Some(rng.integer(0, 9) as i32)],
+            begin: at,
+            end: at,
+        };
+        if k % 50 == 49 {
+            let words: Vec<u32> = running.words().collect();
+            assert!(matches!(Running::from_words(other, words.clone()), Err(WordsError::OtherDesign { .. })));
+            let mut again = Running::from_words(law, words).expect("words of this design");
+            let sample = sample();
+            let (a, b) = (again.tick(&sample), running.tick(&sample));
+            assert_eq!((a.u.to_bits(), a.health), (b.u.to_bits(), b.health));
+            assert!(again.words().eq(running.words()));
+        } else {
+            running.tick(&sample());
+        }
+    }
+}
