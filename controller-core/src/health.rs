@@ -71,6 +71,12 @@ impl Health {
         self.0 & other.0 == other.0
     }
 
+    /// Is any flag of `other` set?
+    #[inline(always)]
+    pub const fn intersects(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+
     /// The flags as bits, for logs and frames.
     pub const fn bits(self) -> u8 {
         self.0

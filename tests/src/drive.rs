@@ -1,6 +1,6 @@
 //! Drives for the suite: recorded counts fed to a law, tick by tick.
 
-use controller_core::drive::{Aim, ChainModel, EncoderForm, MotorDrive, Sample, Speed, Target};
+use controller_core::drive::{Aim, ChainModel, EncoderForm, JointDrive, MotorDrive, Position, Sample, Speed, Target};
 use controller_core::{Output, Real, Running, Sealed};
 
 /// A scalar whose counts are plain numbers: `f32` and `f64`.
@@ -13,7 +13,7 @@ pub trait Told<T: Plain, const N: usize>: Aim<T, N> {
     fn target(jet: [f64; N]) -> Self::Target;
 }
 
-impl<T: Plain, const N: usize> Told<T, N> for controller_core::drive::Position {
+impl<T: Plain, const N: usize> Told<T, N> for Position {
     /// The angle within a turn of 0, as whoever plans in f64 splits it.
     fn target(jet: [f64; N]) -> Target<T, i32, N> {
         let turn = (jet[0] / std::f64::consts::TAU).round();
@@ -254,4 +254,85 @@ pub fn blended_sine<const J: usize>(amplitude: f64, omega: f64, blend: f64) -> i
         ];
         core::array::from_fn(|n| (0..=n).map(|m| BINOMIAL[n][m] * sine[m] * step[n - m]).sum())
     }
+}
+
+/// The paper's joint as it truly is: link angle and speed, motor angle times the nominal k_1 and its speed. Errors are
+/// relative, of K_s/J_l, link damping, K_s/J_m, motor damping, K_t/J_m; an unknown v = 1 + sin 2t A works beside u.
+#[derive(Clone, Copy, Debug)]
+pub struct Flexible {
+    /// x_1 .. x_4.
+    pub x: [f64; 4],
+    /// Errors of the parameters.
+    pub errors: [f64; 5],
+    /// From this time on this acceleration of the link, s and rad/s².
+    pub load: [f64; 2],
+    /// Friction 1.5 A static, 1 A Coulomb, cogging 0.3 A, ripple 2 %?
+    pub rough: bool,
+}
+
+impl Flexible {
+    /// At rest at 0, as the model has it.
+    pub const NOMINAL: Self = Self { x: [0.0; 4], errors: [0.0; 5], load: [f64::INFINITY, 0.0], rough: false };
+    /// K_s/J_l of Table I.
+    pub const K_1: f64 = 9.0 / 0.230;
+
+    fn rate(&self, t: f64, x: [f64; 4], u: f64) -> [f64; 4] {
+        let [e1, e2, e3, e4, e5] = self.errors.map(|error| 1.0 + error);
+        let (b_1, k_2, b_2, b) = (0.07 / 0.230 * e2, 9.0 / 931e-6 * e3, 0.07 / 931e-6 * e4, 0.119 / 931e-6 * e5);
+        let (angle, speed) = (x[2] / Self::K_1, x[3] / Self::K_1);
+        let mut u = u;
+        if self.rough {
+            u *= 1.0 + 0.02 * (42.0 * angle).sin();
+            u -= (1.0 + 0.5 * (-(speed / 0.05) * (speed / 0.05)).exp()) * (speed / 0.005).tanh();
+            u += 0.3 * (24.0 * angle).sin();
+        }
+        let load = if t >= self.load[0] { self.load[1] } else { 0.0 };
+        let twist = x[2] - Self::K_1 * x[0];
+        let driven = b * (u + 1.0 + (2.0 * t).sin());
+        [x[1], e1 * twist - b_1 * x[1] - x[0].sin() + load, x[3], Self::K_1 * driven - k_2 * twist - b_2 * x[3]]
+    }
+
+    /// Holds u from t on for one period.
+    pub fn advance(&mut self, t: f64, u: f64, period_s: f64) {
+        let steps = (period_s / if self.rough { 5e-5 } else { 5e-4 } - 1e-9).ceil().max(1.0);
+        let h = period_s / steps;
+        for k in 0..steps as u32 {
+            let s = t + f64::from(k) * h;
+            let at = |x: [f64; 4], d: [f64; 4], h: f64| core::array::from_fn(|j| x[j] + h * d[j]);
+            let a = self.rate(s, self.x, u);
+            let b = self.rate(s + h / 2.0, at(self.x, a, h / 2.0), u);
+            let c = self.rate(s + h / 2.0, at(self.x, b, h / 2.0), u);
+            let d = self.rate(s + h - 1e-12, at(self.x, c, h), u);
+            self.x = core::array::from_fn(|j| self.x[j] + h / 6.0 * (a[j] + 2.0 * b[j] + 2.0 * c[j] + d[j]));
+        }
+    }
+}
+
+/// A joint under its law, on jets of a plan, in f64 apart from the law.
+pub fn run_joint<T: Plain, const FAST: usize, const LATE: usize>(
+    law: JointDrive<T, Position, FAST, LATE>,
+    mut plant: Flexible,
+    run: Run,
+    plan: &dyn Fn(f64) -> [f64; 4],
+    mut each: impl FnMut(u32, &mut Sample<i32, Target<T, i32, 4>, 2>, &mut Running<JointDrive<T, Position, FAST, LATE>>),
+) -> Trace {
+    let (mut running, mut trace, mut queued) = (Running::new(law), Trace::default(), 0.0);
+    let unit = std::f64::consts::TAU / f64::from(1 << run.bits);
+    for k in 0..run.ticks {
+        let t = f64::from(k) * run.period_s;
+        let [begin, end] =
+            [0.0, 1.0].map(|more| Position::target(plan(t + (f64::from(run.delay) + more) * run.period_s)));
+        let count = |angle: f64| ((angle / unit + 0.5).floor() as i64).rem_euclid(1 << run.bits) as i32;
+        let counts = [plant.x[0], plant.x[2] / Flexible::K_1].map(|angle| Some(count(angle)));
+        let mut sample = Sample { counts, begin, end };
+        each(k, &mut sample, &mut running);
+        let u = running.tick(&sample).u.to_f64();
+        let jet = plan(t);
+        trace.error.push(plant.x[0] - jet[0]);
+        trace.speed_error.push(plant.x[1] - jet[1]);
+        trace.u.push(u);
+        let held = if run.delay == 1 { std::mem::replace(&mut queued, u) } else { u };
+        plant.advance(t, held, run.period_s);
+    }
+    trace
 }

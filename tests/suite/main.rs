@@ -6,6 +6,8 @@ mod cases;
 mod compile;
 mod convergence;
 mod drive_guard;
+mod drive_joint;
+mod drive_monitor;
 mod drive_motor;
 mod drive_replay;
 mod emulator;

@@ -27,7 +27,8 @@
 //!
 //! const DESIGN: JointDesign =
 //!     JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
-//! static DRIVE: JointDrive<f32, Position, 1> = JointDrive::designed(&DESIGN);
+//! type Drive = JointDrive<f32, Position, 1>;
+//! static DRIVE: Drive = Drive::designed(&DESIGN);
 //! let running = Running::new(&DRIVE);
 //! # assert!(running.estimates().is_none());
 //! ```

@@ -288,7 +288,7 @@ pub struct DriveEstimates<T, C, const E: usize> {
     pub load: [T; E],
 }
 
-type StateOf<C> = <C as ControlLaw>::State;
+pub(crate) type StateOf<C> = <C as ControlLaw>::State;
 
 /// The estimates that the law works with.
 #[derive(Clone, Copy)]
@@ -323,6 +323,78 @@ where
     /// The nominal model.
     pub const fn model(&self) -> &M {
         &self.model
+    }
+
+    /// Gain Γ of each observer into σ: what a unit of innovation, in the unit of its block, adds to σ at rest at 0, with
+    /// the quiet set or, if there is one, the fast set.
+    fn gains_into_sigma(&self, fast: bool) -> [T; E] {
+        let sigma = |x: [[T; S]; E]| {
+            let mut known = Known {
+                x: [T::ZERO; N],
+                d: [T::ZERO; E],
+                growth: [T::ZERO; E],
+                seen: self.model.seen(&core::array::from_fn(|i| x[i][0])),
+            };
+            for i in 0..E {
+                (known.x[2 * i], known.x[2 * i + 1], known.d[i]) = (x[i][0], x[i][1], x[i][2]);
+                known.growth[i] = if S == 4 { x[i][3] } else { T::ZERO };
+            }
+            let (z, _) = self.model.chain(&known.x, &known.seen);
+            self.sigma(&z, &self.model.spread(&known.seen, &known.d), &self.model.spread(&known.seen, &known.growth))
+        };
+        core::array::from_fn(|i| {
+            let mut gains = self.blocks[i].gains;
+            for set in self.fast.iter().take(usize::from(fast)) {
+                for s in 0..S {
+                    gains[s] += set[i].more[s];
+                }
+            }
+            let step = self.sensors[i].unit;
+            let mut x = [[T::ZERO; S]; E];
+            x[i] = gains.map(|gain| gain * step);
+            sigma(x) / step
+        })
+    }
+
+    /// λ_2 of the module `monitor`: what |σ*| stays below as long as u is within its limits and the innovations are at
+    /// most so many steps; of the larger gain set. In the unit of x_n. Not for the tick.
+    pub fn sigma_star_bound(&self, innovation_steps: [f64; E]) -> f64 {
+        let sets = [false, true].map(|fast| {
+            let gains = self.gains_into_sigma(fast);
+            (0..E).map(|i| (gains[i] * self.sensors[i].unit).abs().to_f64() * innovation_steps[i]).sum::<f64>()
+        });
+        // u_σ moves σ by -min(k_l T, 1) within a tick: so does K_v b u_σ, and k_w by α.
+        let reach = (self.row.us / self.row.kw * self.row.decay).to_f64();
+        (if sets[1] > sets[0] { sets[1] } else { sets[0] }) / reach
+    }
+
+    /// σ of errors or of a state, with what the channels carry.
+    #[inline(always)]
+    fn sigma(&self, e: &[T; N], d: &[T; N], growth: &[T; N]) -> T {
+        let k = &self.row;
+        let y = Self::with(e, d);
+        let mut sigma = y[N - 1];
+        if A::POSITION {
+            for j in 0..N - 1 {
+                sigma += k.c[j] * y[j];
+            }
+        }
+        if S == 4 {
+            for i in 1..N - 1 {
+                sigma += k.g[i] * growth[i];
+            }
+        }
+        sigma.called("sigma", 0)
+    }
+
+    /// y: the disturbance of each mismatched channel on top of the error that it drives.
+    #[inline(always)]
+    fn with(e: &[T; N], d: &[T; N]) -> [T; N] {
+        let mut y = *e;
+        for i in 1..N - 1 {
+            y[i + 1] += d[i];
+        }
+        y
     }
 
     /// Position of a block since the base, in its unit.
@@ -492,23 +564,10 @@ where
         let growth = self.model.spread(&known.seen, &known.growth);
 
         T::section("5. Law.");
-        let mut y = A::errors(&z, turn, k.turn, begin);
-        for i in 1..N - 1 {
-            y[i + 1] += d[i];
-        }
+        let e = A::errors(&z, turn, k.turn, begin);
+        let y = Self::with(&e, &d);
+        let sigma = self.sigma(&e, &d, &growth);
         let input_drift = k.per_b * (drift + d[N - 1]);
-        let mut sigma = y[N - 1];
-        if A::POSITION {
-            for j in 0..N - 1 {
-                sigma += k.c[j] * y[j];
-            }
-        }
-        if S == 4 {
-            for i in 1..N - 1 {
-                sigma += k.g[i] * growth[i];
-            }
-        }
-        let sigma = sigma.called("sigma", 0);
         let mut bare = -input_drift;
         if A::POSITION {
             for j in 1..N {

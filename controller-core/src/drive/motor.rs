@@ -23,7 +23,8 @@
 //!
 //! const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
 //! const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
-//! static DRIVE: MotorDrive = MotorDrive::designed(&DESIGN);
+//! type Drive = MotorDrive<f32, Position>;
+//! static DRIVE: Drive = Drive::designed(&DESIGN);
 //!
 //! let mut running = Running::new(&DRIVE);
 //! let at = |angle| Target { turn: 0, jet: [angle, 0.0] };
