@@ -905,7 +905,8 @@ where
             d[i] = (d[i] - shift[i]) * unit;
             growth[i] = growth[i] * unit;
         }
-        let before = Known { x, d, growth, seen: now.seen };
+        let seen = from.model.seen(&core::array::from_fn(|i| x[2 * i]));
+        let before = Known { x, d, growth, seen };
         let Sample { begin, end, .. } = sample;
         let asked = self.asked(&now, new.turn, begin, end, None);
         let wanted = from.asked(&before, new.turn, begin, end, (!same_period).then_some(pace));
