@@ -238,6 +238,14 @@ pub fn point_to_point<const J: usize>(distance: f64, start: f64, tau: f64, degre
     }
 }
 
+const BINOMIAL: [[f64; 5]; 5] = [
+    [1.0, 0.0, 0.0, 0.0, 0.0],
+    [1.0, 1.0, 0.0, 0.0, 0.0],
+    [1.0, 2.0, 1.0, 0.0, 0.0],
+    [1.0, 3.0, 3.0, 1.0, 0.0],
+    [1.0, 4.0, 6.0, 4.0, 1.0],
+];
+
 /// A sin ωt, times a step of degree 9 over the first `blend` seconds.
 pub fn blended_sine<const J: usize>(amplitude: f64, omega: f64, blend: f64) -> impl Fn(f64) -> [f64; J] {
     move |t| {
@@ -245,13 +253,6 @@ pub fn blended_sine<const J: usize>(amplitude: f64, omega: f64, blend: f64) -> i
         let sine: [f64; 5] = core::array::from_fn(|j| amplitude * omega.powi(j as i32) * [s, c, -s, -c][j % 4]);
         let jet = smooth_step(t / blend, 9);
         let step: [f64; 5] = core::array::from_fn(|j| jet[j] / blend.powi(j as i32));
-        const BINOMIAL: [[f64; 5]; 5] = [
-            [1.0, 0.0, 0.0, 0.0, 0.0],
-            [1.0, 1.0, 0.0, 0.0, 0.0],
-            [1.0, 2.0, 1.0, 0.0, 0.0],
-            [1.0, 3.0, 3.0, 1.0, 0.0],
-            [1.0, 4.0, 6.0, 4.0, 1.0],
-        ];
         core::array::from_fn(|n| (0..=n).map(|m| BINOMIAL[n][m] * sine[m] * step[n - m]).sum())
     }
 }

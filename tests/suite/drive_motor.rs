@@ -56,8 +56,11 @@ fn corners(size: f64) -> Vec<[f64; 3]> {
     (0..8).map(signs).collect()
 }
 
+/// Bits, T, and figures.
+type Line = (u32, f64, [f64; 4], [f64; 3], [f64; 3]);
+
 /// (bits, T): values of S rms, S peak, M, L with two sets; S rms, M, L at ±20 %; the same at ±50 % with one set.
-const TABLE: [(u32, f64, [f64; 4], [f64; 3], [f64; 3]); 4] = [
+const TABLE: [Line; 4] = [
     (12, 1e-3, [8.3e-4, 3.6e-3, 2.4e-3, 1.8e-2], [1.2e-3, 1.7e-2, 2.2e-2], [3.8e-3, 0.35, 7.1e-2]),
     (14, 1e-3, [3.7e-4, 2.1e-3, 1.2e-3, 7.7e-3], [4.7e-4, 5.6e-3, 9.6e-3], [1.4e-3, 0.22, 4.4e-2]),
     (16, 1e-4, [4.6e-5, 4.4e-4, 2.7e-4, 2.4e-3], [6.5e-5, 1.1e-3, 2.8e-3], [2.0e-4, 7.4e-3, 8.1e-3]),

@@ -803,7 +803,7 @@ where
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn tick(&self, state: &mut Self::State, sample: &Self::Sample) -> Output<T> {
         let k = &self.row;
         let before = state.push;
