@@ -12,7 +12,7 @@
 //! | to say where it should be | [`Position`], [`Speed`] or [`Hold`], and a [`Target`] for each end of a tick |
 //! | to plan that | [`Joined`], [`Sine`], [`Streamed`], [`Player`], [`shortest`], [`stop`] |
 //! | to be told when something is wrong | the gate of a design, [`Monitored`], [`Health`](crate::Health) |
-//! | to tune it in motion, to store it | [`Running::retune`](crate::Running::retune), [`EncoderForm::at_rest`], [`Running::words`](crate::Running::words) |
+//! | to tune it in motion, to store it | `retune`, `words` of [`Running`](crate::Running), [`EncoderForm::at_rest`] |
 //! | another plant | [`ChainModel`], [`map_error`] |
 //!
 //! Once per period: sample the counts, tick, hold u; where something else is held (a current limit, a brake) tell it by

@@ -309,13 +309,16 @@ impl Flexible {
     }
 }
 
+/// What the drive of a joint is given.
+pub type JointSample<T> = Sample<i32, Target<T, i32, 4>, 2>;
+
 /// A joint under its law, on jets of a plan, in f64 apart from the law.
 pub fn run_joint<T: Plain, const FAST: usize, const LATE: usize>(
     law: JointDrive<T, Position, FAST, LATE>,
     mut plant: Flexible,
     run: Run,
     plan: &dyn Fn(f64) -> [f64; 4],
-    mut each: impl FnMut(u32, &mut Sample<i32, Target<T, i32, 4>, 2>, &mut Running<JointDrive<T, Position, FAST, LATE>>),
+    mut each: impl FnMut(u32, &mut JointSample<T>, &mut Running<JointDrive<T, Position, FAST, LATE>>),
 ) -> Trace {
     let (mut running, mut trace, mut queued) = (Running::new(law), Trace::default(), 0.0);
     let unit = std::f64::consts::TAU / f64::from(1 << run.bits);

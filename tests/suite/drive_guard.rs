@@ -138,7 +138,8 @@ fn targets_that_are_no_numbers_cost_their_ticks_and_nothing_else() {
     }
 }
 
-/// One wild count is one lost sample, which moves the peak by less than a tenth. Without a gate it throws the current about.
+/// One wild count is one lost sample, which moves the peak by less than a tenth. Without a gate it throws the current
+/// about.
 #[test]
 fn a_gate_leaves_no_trace_of_a_wild_count() {
     let design = MotorDesign { limits: Limits::symmetric(10.0), ..MOTOR_DESIGN };
@@ -171,8 +172,8 @@ fn a_gate_leaves_no_trace_of_a_wild_count() {
     assert!(lost == 0 && thrown > 10.0 * without, "{thrown}, {lost}");
 }
 
-/// Bits of the counter above its own are not read, and it may begin anywhere: a counter of k bits on its way through the
-/// wrap, both ways, gives the same bits as one that does not wrap.
+/// Bits of the counter above its own are not read, and it may begin anywhere: a counter of k bits on its way through
+/// the wrap, both ways, gives the same bits as one that does not wrap.
 #[test]
 fn a_wrap_of_the_counter_changes_no_bit() {
     for (bits, ticks) in [(12, 4000), (16, 4000), (24, 4000)] {

@@ -98,8 +98,8 @@ fn figures_of_a_wrong_model() {
     }
 }
 
-/// Every corner and 30 random errors of ±50 %, one gain set: a start off the reference dies away, and nothing grows in 8 s.
-/// With a tick of delay, and at 2 ms, within ±20 %.
+/// Every corner and 30 random errors of ±50 %, one gain set: a start off the reference dies away, and nothing grows in
+/// 8 s. With a tick of delay, and at 2 ms, within ±20 %.
 #[test]
 fn corners_of_the_joint_are_stable() {
     let mut rng = Rng::new(0x10117);

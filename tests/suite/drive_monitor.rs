@@ -99,8 +99,8 @@ fn healthy_motors_raise_no_alarm() {
     }
 }
 
-/// λ_2 as it was found elsewhere: by step of link and motor .91, .13 (quiet), 25.9, .21 (fast) of σ; a motor by rule .044
-/// and .114 at 14 bits and 1 ms.
+/// λ_2 as it was found elsewhere: by step of link and motor .91, .13 (quiet), 25.9, .21 (fast) of σ; a motor by rule
+/// .044 and .114 at 14 bits and 1 ms.
 #[test]
 fn the_bound_of_sigma_star_is_the_known_one() {
     let design = JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);

@@ -11,10 +11,10 @@
 //! $$ q \mathrel{+}= g_2 v + g_1 m + h_1 d_1, \qquad v = \varphi v + g_2 m + g_1 d_1, \qquad d \mathrel{+}= T d_1 $$
 //!
 //! # Gains
-//! The observer corrects with the sample of the same instant, $x \mathrel{+}= L e$. Ackermann's formula places the poles
-//! of $(I - L h) \Phi$ at $e^{\text{pole} \cdot T}$; the poles are those of a Bessel filter, scaled by the bandwidth. All
-//! is computed in units of one tick (position, speed T, d T², d_1 T³) and in $E$ rather than $\Phi$, so that no digit
-//! is lost for a slow observer at a short period: poles are met to 1e-14 from 50 µs to 10 ms (test
+//! The observer corrects with the sample of the same instant, $x \mathrel{+}= L e$. Ackermann's formula places the
+//! poles of $(I - L h) \Phi$ at $e^{\text{pole} \cdot T}$; the poles are those of a Bessel filter, scaled by the
+//! bandwidth. All is computed in units of one tick (position, speed T, d T², d_1 T³) and in $E$ rather than $\Phi$, so
+//! that no digit is lost for a slow observer at a short period: poles are met to 1e-14 from 50 µs to 10 ms (test
 //! `poles_lie_where_they_were_asked_for`). Of three states the last, $d_1$, is left out.
 
 use crate::exponential::{exp_minus_identity, product};

@@ -5,9 +5,9 @@
 //! $$ z_1 = x_1, \qquad z_{i+1} = L z_i, \qquad a_z = L z_n, \qquad
 //!    d^z_i = d_i + \sum_{j<i} \frac{\partial z_i}{\partial x_j} d_j $$
 //!
-//! so that $\dot z_i = z_{i+1} + d^z_i$ and $\dot z_n = a_z + b u + d^z_n$: what the law of the paper is for. The user of
-//! a new plant gives the map, no derivatives of it; [`map_error`] holds one to this definition. For a rigid shaft the
-//! map is the identity and costs nothing.
+//! so that $\dot z_i = z_{i+1} + d^z_i$ and $\dot z_n = a_z + b u + d^z_n$: what the law of the paper is for. The user
+//! of a new plant gives the map, no derivatives of it; [`map_error`] holds one to this definition. For a rigid shaft
+//! the map is the identity and costs nothing.
 
 use crate::real::Real;
 use crate::running::Words;
@@ -52,9 +52,9 @@ pub trait ChainModel<T: Real, const E: usize, const N: usize>: Copy {
 }
 
 /// How far the map of a model is from its definition, at a state: the largest
-/// $|L z_i - z_{i+1}| / (1 + |L z_i|)$ and $|L z_n - a_z - b u|$ likewise, by central differences along the nominal motion. A
-/// right map gives less than 1e-6 (that of the joint 3e-9); a wrong sign gives 0.01 and more. `kappa` and `lambda` are
-/// those of the blocks.
+/// $|L z_i - z_{i+1}| / (1 + |L z_i|)$ and $|L z_n - a_z - b u|$ likewise, by central differences along the nominal
+/// motion. A right map gives less than 1e-6 (that of the joint 3e-9); a wrong sign gives 0.01 and more. `kappa` and
+/// `lambda` are those of the blocks.
 pub fn map_error<M, const E: usize, const N: usize>(
     model: &M,
     kappa: &[f64; E],

@@ -20,8 +20,8 @@
 //! what was measured: the link's observer at least 3 times as fast as the surface, the motor's at least 3.5 times as
 //! fast as the link's, k_l 2 to 8 times w_c; times the period at most 0.25, 0.8 (0.5 with a tick of delay) and 0.3.
 //! Within these the loop was stable in every corner of ±50 % of all parameters with one gain set. With a tick of delay,
-//! and at 2 ms (motor's observer at 300 rad/s), it was within ±20 %; at ±50 % the corner K_t/J_m -50 %, all else +50 %, then
-//! swings up to the limits (test `drive_joint::corners_of_the_joint_are_stable`).
+//! and at 2 ms (motor's observer at 300 rad/s), it was within ±20 %; at ±50 % the corner K_t/J_m -50 %, all else +50 %,
+//! then swings up to the limits (test `drive_joint::corners_of_the_joint_are_stable`).
 //!
 //! ```
 //! use controller_core::drive::{Encoder, Joint, JointDesign, JointDrive, Position};
@@ -89,7 +89,8 @@ impl Joint {
         }
     };
 
-    /// u that makes a jet r .. r^(4) of the nominal joint, the inverse of the map: for planning, the law does not use it.
+    /// u that makes a jet r .. r^(4) of the nominal joint, the inverse of the map: for planning, the law does not use
+    /// it.
     pub fn feed_forward(&self, [r, r_1, r_2, r_3, r_4]: &[f64; 5]) -> f64 {
         let m = self.model();
         let [s, c] = m.seen(&[*r, 0.0]);
@@ -409,8 +410,8 @@ const fn steps(disturbance: f64, bandwidth_rad_s: f64, encoder: &Encoder) -> f64
 
 /// The drive of a flexible joint with an encoder on link and motor.
 ///
-/// `JointDrive` alone is in f32, follows a position, has one gain set and no delay; `JointDrive<f32, Position, 1>` has a
-/// fast gain set too (for parameters known to 20 %), `JointDrive<f32, Position, 0, 1>` holds u one tick after it was
+/// `JointDrive` alone is in f32, follows a position, has one gain set and no delay; `JointDrive<f32, Position, 1>` has
+/// a fast gain set too (for parameters known to 20 %), `JointDrive<f32, Position, 0, 1>` holds u one tick after it was
 /// computed.
 pub type JointDrive<T = f32, A = Position, const FAST: usize = 0, const LATE: usize = 0> =
     EncoderForm<T, JointModel<T>, A, 2, 4, 4, FAST, LATE>;

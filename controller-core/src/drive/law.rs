@@ -2,8 +2,8 @@
 //!
 //! One tick, in this order (blocks as in module `block`, all sums in the units of the blocks):
 //!
-//! 1. *Foresee.* $m = w^- - \kappa X + d$ ($+ b u$ for the driven block) with the couplings and the applied u of the tick
-//!    that has passed; what the count should have moved is $p + g_2 v + g_1 m + h_1 d_1$.
+//! 1. *Foresee.* $m = w^- - \kappa X + d$ ($+ b u$ for the driven block) with the couplings and the applied u of the
+//!    tick that has passed; what the count should have moved is $p + g_2 v + g_1 m + h_1 d_1$.
 //! 2. *Believe.* A count that is there and has moved by that, give or take the gate, is taken; else the sample is lost:
 //!    the prediction stands, and the next good count brings the whole difference.
 //! 3. *Observe.* The couplings $w$ at the raw positions; $m \mathrel{+}= (w - w^-)/2$; prediction;
@@ -13,14 +13,15 @@
 //! 5. *Law* on $e_j = z_j - r^{(j-1)}$ at the beginning of the coming tick, with $\Delta$ the change of the reference
 //!    until its end:
 //!
-//! $$ \mathrm{ff} = \frac{\Delta r^{(n-1)}}{t_1} - \theta_n \sum_{j<n} \frac{\partial a_z}{\partial z_j} \Delta r^{(j-1)},
-//!    \qquad y = e, \quad y_{i+1} \mathrel{+}= d_i, \qquad \sigma = c \cdot y + \sum g d', \quad \sigma^* = \sigma - W $$
+//! $$ \mathrm{ff} = \frac{\Delta r^{(n-1)}}{t_1} -
+//!    \theta_n \sum_{j<n} \frac{\partial a_z}{\partial z_j} \Delta r^{(j-1)}, \qquad
+//!    y = e, \quad y_{i+1} \mathrel{+}= d_i, \qquad
+//!    \sigma = c \cdot y + \sum g d', \quad \sigma^* = \sigma - W $$
 //! $$ u = k_x \cdot y + k_w W + u_\sigma \sigma^* + \sum k d' + \mathrm{ff}/b - (a_z + d_n)/b $$
 //!
-//! The rows are those of the module `design` for observers of order 2 in the channels 2..n, with $A = d + \theta T d'$ and
-//! $B = T d'$ put in. The feed-forward is made of
-//! *differences*: whatever $r^{(n)}$ does within the tick, $\Delta r^{(n-1)}$ is what u must bring about. The observers
-//! never see the reference.
+//! The rows are those of the module `design` for observers of order 2 in the channels 2..n, with $A = d + \theta T d'$
+//! and $B = T d'$ put in. The feed-forward is made of *differences*: whatever $r^{(n)}$ does within the tick,
+//! $\Delta r^{(n-1)}$ is what u must bring about. The observers never see the reference.
 //!
 //! # What holds whatever happens
 //! * u is finite and within the limits, for any counts, any targets (NaN and infinities too) and any state.
@@ -325,8 +326,8 @@ where
         &self.model
     }
 
-    /// Gain Γ of each observer into σ: what a unit of innovation, in the unit of its block, adds to σ at rest at 0, with
-    /// the quiet set or, if there is one, the fast set.
+    /// Gain Γ of each observer into σ: what a unit of innovation, in the unit of its block, adds to σ at rest at 0,
+    /// with the quiet set or, if there is one, the fast set.
     fn gains_into_sigma(&self, fast: bool) -> [T; E] {
         let sigma = |x: [[T; S]; E]| {
             let mut known = Known {

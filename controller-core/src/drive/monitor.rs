@@ -12,8 +12,9 @@
 //! * *Stuck at a limit*: u at a limit for so many ticks while |σ| does not fall.
 //! * *Lost*: more samples missing than the law bridges.
 //!
-//! What follows is in the type: [`GoOn`] tells it in [`Health`] and leaves the rest to the caller, who may plan a joined
-//! [`stop`](super::stop) with the reference; [`Stop`] sends what goes out before the start until the drive is reset.
+//! What follows is in the type: [`GoOn`] tells it in [`Health`] and leaves the rest to the caller, who may plan a
+//! joined [`stop`](super::stop) with the reference; [`Stop`] sends what goes out before the start until the drive is
+//! reset.
 
 use core::marker::PhantomData;
 

@@ -13,9 +13,9 @@
 //! $$ w_c = \min\left[ \left(\frac{0.01 \thinspace u_{max} b}{6 \thinspace \mathrm{unit} \sqrt T}\right)^{0.4},\
 //!    \frac{0.1}{T/2 + 1.5 \thinspace \mathrm{lag} + \mathrm{delay}} \right] $$
 //!
-//! The first bound lets the steps of the encoder make 1 % of the current limit as noise of u (fitted: the noise is 4 to 7
-//! times $\mathrm{unit} \thinspace w_c^{2.5} \sqrt T / b$), the second is phase. With these the loop is stable for every J
-//! and K_t within ±50 % of the nominal (test `drive_robust::corners_of_the_motor_are_stable`).
+//! The first bound lets the steps of the encoder make 1 % of the current limit as noise of u (fitted: the noise is 4 to
+//! 7 times $\mathrm{unit} \thinspace w_c^{2.5} \sqrt T / b$), the second is phase. With these the loop is stable for
+//! every J and K_t within ±50 % of the nominal (test `drive_motor::corners_of_the_motor_are_stable`).
 //!
 //! ```
 //! use controller_core::drive::{Encoder, Motor, MotorDesign, MotorDrive, Position, Sample, Target};
@@ -94,8 +94,8 @@ pub struct MotorBandwidths {
     pub offset_per_s: f64,
 }
 
-/// How the second gain set comes in. The steps of an encoder fill the innovation with both signs, a load with one: while
-/// the smoothed innovation is larger than noise, the gains move to the fast set.
+/// How the second gain set comes in. The steps of an encoder fill the innovation with both signs, a load with one:
+/// while the smoothed innovation is larger than noise, the gains move to the fast set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -192,8 +192,8 @@ pub struct MotorDesign {
 pub const DEFAULT_LAG_S: f64 = 2e-4;
 
 impl MotorDesign {
-    /// The rule of the module's head for a current loop with a lag of 0.2 ms, and no tick of delay. The gate is that for
-    /// a disturbance of 1.2 times the limit.
+    /// The rule of the module's head for a current loop with a lag of 0.2 ms, and no tick of delay. The gate is that
+    /// for a disturbance of 1.2 times the limit.
     pub const fn by_rule(period_s: f64, motor: Motor, encoder: Encoder, limits: Limits) -> Self {
         let bandwidths =
             MotorBandwidths { surface_rad_s: 0.0, observer_rad_s: 0.0, reaching_per_s: 0.0, offset_per_s: 0.0 };

@@ -12,12 +12,12 @@
 //!   to rest (degree 2m - 1: m = 4 is the default for a joint, m = 3 minimum jerk), a start, a recovery, a retarget in
 //!   flight (the present is the old plan's jet, never the measurement), and a stop.
 //! * [`Sine`], [`Rest`], and [`Streamed`] points.
-//! * [`shortest`]: the smallest duration whose feed-forward stays within a limit. Background work. Never skip it: a plan
-//!   beyond the limit can hold the loop in saturation for good. Where there is none, do not plan; take the target
+//! * [`shortest`]: the smallest duration whose feed-forward stays within a limit. Background work. Never skip it: a
+//!   plan beyond the limit can hold the loop in saturation for good. Where there is none, do not plan; take the target
 //!   itself, the offset W recovers.
 //!
-//! Numbers in f32 are relative to the goal and to the duration, so that they are exact at the end of a move: a move of D
-//! is off by less than 4e-7 D on the way (test `f32_follows_f64`).
+//! Numbers in f32 are relative to the goal and to the duration, so that they are exact at the end of a move: a move of
+//! D is off by less than 4e-7 D on the way (test `f32_follows_f64`).
 //!
 //! ```
 //! use controller_core::drive::{Joined, Player, Rest};
@@ -118,8 +118,8 @@ fn choose(n: usize, k: usize) -> f64 {
 }
 
 impl<T: Real<Count = i32>, R, const M: usize> Joined<T, R, M> {
-    /// Onto `target` from a jet that is `gap` (present less target: r, r', .. in rad and s, see [`gap`]) away from it at
-    /// tick `start`, in so many ticks (1..=2^24; one, if fewer are given).
+    /// Onto `target` from a jet that is `gap` (present less target: r, r', .. in rad and s, see [`gap`]) away from it
+    /// at tick `start`, in so many ticks (1..=2^24; one, if fewer are given).
     pub fn new(target: R, gap: [f64; M], start: u32, ticks: u32, period_s: f64) -> Self {
         const { assert!(M >= 2 && M <= 5, "a join takes over 2 to 5 derivatives, r included") };
         let ticks = ticks.clamp(1, 1 << 24);
