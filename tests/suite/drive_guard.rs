@@ -5,7 +5,7 @@ use controller_core::drive::{
     Target,
 };
 use controller_core::{ControlLaw, Health, Limits, Running, WordsError};
-use integration_tests::drive::{Shaft, blended_sine};
+use integration_tests::drive::{Shaft, blended_sine, point_to_point};
 use integration_tests::strategy::Rng;
 use std::f64::consts::TAU;
 
@@ -250,4 +250,115 @@ fn words_bring_a_drive_back_to_the_bit_and_another_design_refuses_them() {
             running.tick(&sample());
         }
     }
+}
+
+/// Behind a gear of 37 : 10 the base moves on by five turns of the shaft, whole counts each; sixty turns there and back
+/// are followed as one is, and end where they began.
+#[test]
+fn a_gear_that_never_meets_its_encoder_in_one_turn_is_followed() {
+    let encoder = Encoder::absolute(12).geared(37, 10);
+    let design = MotorDesign::by_rule(1e-3, MOTOR, encoder, Limits::symmetric(10.0));
+    let law = MotorDrive::<f32, Position>::design(&design).expect("a good design");
+    let (mut running, mut shaft) = (Running::new(law), Shaft::CLEAN);
+    let far = 60.0 * TAU;
+    let there = point_to_point::<2>(far, 0.0, 2.0, 7);
+    let plan = |t: f64| if t < 2.5 { there(t) } else { there(5.0 - t).map(|r| r * 1.0) };
+    let mut worst = 0.0_f64;
+    let mut turns = 0;
+    for k in 0..5500_u32 {
+        let t = f64::from(k) * 1e-3;
+        let count = (shaft.x[0] / encoder.unit_rad() + 0.5).floor() as i64;
+        let jet = |t: f64| {
+            let [r, v] = plan(t.min(5.0));
+            let turn = (r / TAU).round();
+            Target { turn: turn as i32, jet: [(r - turn * TAU) as f32, if t < 2.5 { v } else { -v } as f32] }
+        };
+        let sample = Sample { counts: [Some(count.rem_euclid(4096) as i32)], begin: jet(t), end: jet(t + 1e-3) };
+        let output = running.tick(&sample);
+        worst = worst.max((shaft.x[0] - plan(t.min(5.0))[0]).abs());
+        shaft.advance(t, f64::from(output.u), 1e-3);
+        let known = running.estimates().expect("started");
+        turns = turns.max(known.turn);
+        let angle = f64::from(known.turn) * TAU + f64::from(known.position[0]);
+        assert!(known.position[0].abs() < 5.0 * 7.0, "tick {k}: {known:?}");
+        // The estimate is that of the tick's beginning: a tick of travel later the shaft is elsewhere.
+        assert!((angle - plan(t.min(5.0))[0]).abs() < 0.05, "tick {k}: {angle}");
+    }
+    println!("at most {worst:.1e} rad off");
+    assert!(turns >= 55 && turns % 5 == 0 && worst < 5e-3, "{turns}, {worst}");
+    assert!(shaft.x[0].abs() < 1e-3, "{}", shaft.x[0]);
+}
+
+/// At rest under a model that was far off the offset is left out: what is frozen into W by the other rule is not there.
+#[test]
+fn a_re_tune_at_rest_leaves_no_offset() {
+    let law = MotorDrive::<f32, Position>::designed(&MOTOR_DESIGN);
+    let firmer = MotorDrive::<f32, Position>::designed(&MOTOR_DESIGN.with_surface(150.0));
+    let mut running = Running::new(law);
+    let at = Target { turn: 0, jet: [0.0; 2] };
+    let sample = |count| Sample { counts: [Some(count)], begin: at, end: at };
+    for k in 0..40 {
+        running.tick(&sample(k % 3));
+    }
+    let (mut bumpless, mut rest) = (running.clone(), running.clone());
+    bumpless.retune(firmer, &sample(1)).expect("designs that can take over");
+    rest.retune(firmer.at_rest(), &sample(1)).expect("designs that can take over");
+    let offset = |output: controller_core::Output<f32>| output.sigma - output.sigma_star;
+    assert_eq!(offset(rest.tick(&sample(1))), 0.0);
+    let kept = offset(bumpless.tick(&sample(1)));
+    assert!(kept.abs() > 1e-3, "{kept}");
+    // Another encoder counts otherwise.
+    let other = MotorDesign { encoder: Encoder::absolute(16), ..MOTOR_DESIGN };
+    let other = MotorDrive::<f32, Position>::designed(&other);
+    assert_eq!(running.retune(other, &sample(1)), Err(controller_core::RetuneError::OtherEncoder));
+    // W has no say in u where α is k_l.
+    let mut flat = MOTOR_DESIGN;
+    (flat.bandwidths.offset_per_s, flat.bandwidths.reaching_per_s) = (400.0, 350.0);
+    let flat = MotorDrive::<f32, Position>::designed(&flat);
+    assert_eq!(running.retune(flat, &sample(1)), Err(controller_core::RetuneError::GainNearDecay));
+}
+
+/// Every number out of its range is refused by name, with the nearest that is allowed; the nearest is accepted.
+#[test]
+fn a_design_out_of_range_is_refused_by_name_with_the_nearest_that_is_not() {
+    let good = MOTOR_DESIGN;
+    let changes: [(&str, fn(&mut MotorDesign, f64)); 9] = [
+        ("period_s", |design, value| design.period_s = value),
+        ("motor.inertia_kg_m2", |design, value| design.motor.inertia_kg_m2 = value),
+        ("motor.torque_n_m_per_a", |design, value| design.motor.torque_n_m_per_a = value),
+        ("limits.max", |design, value| design.limits.max = value),
+        ("bandwidths.surface_rad_s", |design, value| design.bandwidths.surface_rad_s = value),
+        ("bandwidths.observer_rad_s", |design, value| design.bandwidths.observer_rad_s = value),
+        ("bandwidths.reaching_per_s", |design, value| design.bandwidths.reaching_per_s = value),
+        ("fast_ratio", |design, value| design.fast_ratio = value),
+        ("gate_steps", |design, value| design.gate_steps = value),
+    ];
+    for (field, change) in changes {
+        for value in [f64::NAN, -1e3, 0.0, 1e15] {
+            if field == "gate_steps" && value > 0.0 || field == "limits.max" && value == 0.0 {
+                continue;
+            }
+            let mut design = good;
+            change(&mut design, value);
+            let error = MotorDrive::<f32>::design(&design).expect_err(field);
+            let told = error.to_string();
+            assert!(told.starts_with(error.field) && told.contains("take "), "{told}");
+            let of_limits = field == "limits.max" && error.field == "limits.min";
+            assert!(error.field == field || of_limits || error.field == "motor.damping_n_m_s", "{field}: {told}");
+            assert!(error.low <= error.nearest() && error.nearest() <= error.high, "{told}");
+        }
+    }
+    // What is allowed with u held at once is too fast one tick late.
+    let mut fast = good;
+    fast.bandwidths.observer_rad_s = 700.0;
+    assert!(MotorDrive::<f32>::design(&fast).is_ok());
+    let late = MotorDrive::<f32, Position, 0, 1>::design(&fast).expect_err("too fast for a delay");
+    assert_eq!((late.field, late.high), ("bandwidths.observer_rad_s", 0.5));
+    // The joint: bandwidths stand in proportion, and its base is one turn.
+    let mut joint = JOINT_DESIGN;
+    joint.bandwidths.link_rad_s = 50.0;
+    assert_eq!(JointDrive::<f32>::design(&joint).expect_err("too near the surface").field, "bandwidths.link_rad_s");
+    let mut joint = JOINT_DESIGN;
+    joint.encoders[1] = Encoder::absolute(12).geared(37, 10);
+    assert_eq!(JointDrive::<f32>::design(&joint).expect_err("no whole turn").field, "encoders[1]");
 }

@@ -269,8 +269,8 @@ impl MotorDesign {
             ("motor.inertia_kg_m2", motor.inertia_kg_m2, 1e-12, 1e9, POSITIVE),
             ("motor.torque_n_m_per_a", motor.torque_n_m_per_a, 1e-9, 1e9, POSITIVE),
             ("motor.damping_n_m_s", motor.slope_per_s() * t, 0.0, 1.0, "the damping times period over J is 0 to 1"),
-            ("limits", limits.min, -1e12, limits.max, "the limits are reversed or beyond 1e12"),
-            ("limits", limits.max, limits.min, 1e12, "the limits are reversed or beyond 1e12"),
+            ("limits.max", limits.max, -1e12, 1e12, "a limit of u is beyond 1e12"),
+            ("limits.min", limits.min, -1e12, limits.max, "the limits are reversed or beyond 1e12"),
             ("fallback", u_safe, limits.min, limits.max, "the safe u lies outside the limits"),
             ("bandwidths.surface_rad_s", bandwidths.surface_rad_s * t, 1e-6, 0.5, "w_c times period is up to 0.5"),
             (
