@@ -120,6 +120,29 @@ fn checksum(words: &[u32]) -> u32 {
     })
 }
 
+/// An offset that nothing has left asks for more than 256 times the span of the limits: it becomes σ at once, as at the
+/// start, and is not given the time to decay.
+#[test]
+fn an_offset_that_asks_for_too_much_is_replaced() {
+    let law = MotorDrive::<f32, Position>::designed(&MOTOR_DESIGN);
+    let mut running = Running::new(law);
+    let at = Target { turn: 0, jet: [0.0; 2] };
+    let sample = Sample { counts: [Some(5)], begin: at, end: at };
+    for _ in 0..50 {
+        running.tick(&sample);
+    }
+    let calm = running.clone().tick(&sample);
+    let mut words: Vec<u32> = running.words().collect();
+    let last = words.len() - 1;
+    // Before the held u and the checksum.
+    words[last - 2] = 1e9_f32.to_bits();
+    words[last] = checksum(&words[..last]);
+    let mut spoilt = Running::from_words(law, words).expect("finite words");
+    let output = spoilt.tick(&sample);
+    assert_eq!((output.sigma, output.sigma_star), (calm.sigma, 0.0));
+    assert!(output.u.abs() < 1.0 && spoilt.tick(&sample).sigma_star.abs() < 1.0, "{output:?}");
+}
+
 /// Targets that are no numbers cost their ticks; the observers go on meanwhile.
 #[test]
 fn targets_that_are_no_numbers_cost_their_ticks_and_nothing_else() {
@@ -318,11 +341,14 @@ fn a_re_tune_at_rest_leaves_no_offset() {
     assert_eq!(running.retune(flat, &sample(1)), Err(controller_core::RetuneError::GainNearDecay));
 }
 
+/// A field and how it is set.
+type Change = (&'static str, fn(&mut MotorDesign, f64));
+
 /// Every number out of its range is refused by name, with the nearest that is allowed; the nearest is accepted.
 #[test]
 fn a_design_out_of_range_is_refused_by_name_with_the_nearest_that_is_not() {
     let good = MOTOR_DESIGN;
-    let changes: [(&str, fn(&mut MotorDesign, f64)); 9] = [
+    let changes: [Change; 9] = [
         ("period_s", |design, value| design.period_s = value),
         ("motor.inertia_kg_m2", |design, value| design.motor.inertia_kg_m2 = value),
         ("motor.torque_n_m_per_a", |design, value| design.motor.torque_n_m_per_a = value),

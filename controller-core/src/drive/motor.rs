@@ -10,7 +10,7 @@
 //! # Bandwidths by rule
 //! Surface, observer and reaching law stand as w_c : w_o : k_l = 1 : 1.5 : 8, with $k_l T \le 1$ and
 //!
-//! $$ w_c = \min\left[ \left(\frac{0.01 \thinspace u_{max} b}{6 \thinspace \mathrm{unit} \sqrt T}\right)^{0.4},\
+//! $$ w_c = \min\left[ \left(\frac{0.01 \thinspace u_{max} b}{6 \thinspace \mathrm{unit} \sqrt T}\right)^{0.4}, \quad
 //!    \frac{0.1}{T/2 + 1.5 \thinspace \mathrm{lag} + \mathrm{delay}} \right] $$
 //!
 //! The first bound lets the steps of the encoder make 1 % of the current limit as noise of u (fitted: the noise is 4 to
