@@ -297,3 +297,37 @@ fn a_re_tune_in_motion_does_not_move_u() {
     // The noise of u at that moment goes into W: 0.01 A is 5e-5 rad at 14 rad/s.
     assert!(jump <= 0.05 && error <= 1e-4, "{jump} A, {error:e} rad");
 }
+
+/// In the middle of a fast move the period is halved: the old law is asked for the same pace of the reference, so that the
+/// feed-forward of the tick that is twice as long is not taken for one of the other.
+#[test]
+fn a_change_of_the_period_on_a_fast_move_does_not_move_u() {
+    let plan = point_to_point::<4>(1.0, 0.1, 0.8, 9);
+    let laws =
+        [1e-3, 5e-4].map(|period_s| JointDrive::<f32>::design(&design(period_s, 24, DEFAULT)).expect("a good design"));
+    let unit = std::f64::consts::TAU / f64::from(1 << 24);
+    let mut worst = 0.0_f64;
+    for swap in [250, 300, 420, 700] {
+        let (mut running, mut plant, mut t, mut period_s) = (Running::new(laws[0]), Flexible::NOMINAL, 0.0, 1e-3);
+        let mut u = [0.0; 3];
+        for k in 0..=swap {
+            let counts =
+                [plant.x[0], plant.x[2] / Flexible::K_1].map(|angle| Some((angle / unit + 0.5).floor() as i32));
+            let target = |t: f64| Target { turn: 0, jet: plan(t).map(|r| r as f32) };
+            if k == swap {
+                period_s = 5e-4;
+            }
+            let sample = controller_core::drive::Sample { counts, begin: target(t), end: target(t + period_s) };
+            if k == swap {
+                running.retune(laws[1], &sample).expect("designs that can take over");
+            }
+            u = [u[1], u[2], f64::from(running.tick(&sample).u)];
+            plant.advance(t, u[2], period_s);
+            t += period_s;
+        }
+        // How far it lies off the line through the last two.
+        worst = worst.max((u[2] - 2.0 * u[1] + u[0]).abs());
+    }
+    println!("u bends by {worst:.1e} A at the swap");
+    assert!(worst <= 0.02, "{worst} A");
+}

@@ -831,10 +831,9 @@ where
             demand = bare + k.kw * sigma;
             if !is_sound(demand) {
                 let u = self.fallback(state);
-                state.offset = if is_sound(state.offset) { state.offset } else { T::ZERO };
                 Self::remember(state, u);
                 let health = health.union(Health::INPUT_REJECTED);
-                return Output { u, sigma: state.offset, sigma_star: T::ZERO, health };
+                return Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health };
             }
             (state.offset, sigma_star) = (sigma, T::ZERO);
         }
