@@ -388,3 +388,25 @@ fn a_design_out_of_range_is_refused_by_name_with_the_nearest_that_is_not() {
     joint.encoders[1] = Encoder::absolute(12).geared(37, 10);
     assert_eq!(JointDrive::<f32>::design(&joint).expect_err("no whole turn").field, "encoders[1]");
 }
+
+/// 3.2 rad of turn 0 is 3.2 - 2π of turn 1, for the error and for the change of the reference alike.
+#[test]
+fn how_an_angle_is_split_into_turns_changes_nothing() {
+    // Nothing obeys u here: without limits that would hide it.
+    let design = JointDesign { limits: Limits::symmetric(1e6), ..JOINT_DESIGN };
+    let law = JointDrive::<f64, Position>::designed(&design);
+    let (mut one, mut other) = (Running::new(law), Running::new(law));
+    for k in 0..200 {
+        let angle = |k: i32| 3.0 + 2e-3 * f64::from(k);
+        let count = (angle(k) / TAU * f64::from(1 << 20)).round() as i32;
+        let plain = |k: i32| Target { turn: 0, jet: [angle(k), 2.0, 0.0, 0.0] };
+        let split = |k: i32| {
+            let turn = i32::from(angle(k) > std::f64::consts::PI);
+            Target { turn, jet: [angle(k) - TAU * f64::from(turn), 2.0, 0.0, 0.0] }
+        };
+        let counts = [Some(count); 2];
+        let a = one.tick(&Sample { counts, begin: plain(k), end: plain(k + 1) }).u;
+        let b = other.tick(&Sample { counts, begin: split(k), end: split(k + 1) }).u;
+        assert!((a - b).abs() <= 1e-7, "tick {k}: {a}, {b}");
+    }
+}

@@ -122,7 +122,6 @@ drives! {
     motor_late: MotorDrive<f32, Position, 0, 1> = Law::designed(&MOTOR), 1, 2;
     joint_drive: JointDrive = Law::designed(&JOINT_DRIVE), 2, 4;
     joint_drive_two_sets: JointDrive<f32, Position, 1> = Law::designed(&JOINT_DRIVE), 2, 4;
-    joint_drive_late: JointDrive<f32, Position, 0, 1> = Law::designed(&JOINT_DRIVE), 2, 4;
 }
 
 const MOTOR: MotorDesign = MotorDesign::by_rule(
