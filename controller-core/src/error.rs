@@ -394,7 +394,7 @@ impl ConfigError {
 }
 
 /// A number as a message shows it: with a power of ten where it would take many digits.
-struct Short(f64);
+pub(crate) struct Short(pub(crate) f64);
 
 impl fmt::Display for Short {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

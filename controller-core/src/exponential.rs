@@ -160,7 +160,7 @@ const fn scaled<const S: usize>(a: &[[f64; S]; S], factor: f64) -> [[f64; S]; S]
     out
 }
 
-const fn product<const S: usize>(a: &[[f64; S]; S], b: &[[f64; S]; S]) -> [[f64; S]; S] {
+pub(crate) const fn product<const S: usize>(a: &[[f64; S]; S], b: &[[f64; S]; S]) -> [[f64; S]; S] {
     let mut out = [[0.0; S]; S];
     let mut i = 0;
     while i < S {

@@ -27,10 +27,23 @@ impl Health {
     /// |σ*| is over the configured bound: the plant does not do what the design supposes.
     pub const SIGMA_STAR_OVER_BOUND: Self = Self(4);
 
-    const NAMES: [(Self, &'static str); 3] = [
+    /// A count was not there, or moved as no shaft can: it was not used, the observers predict. Drives only.
+    pub const SAMPLE_LOST: Self = Self(8);
+    /// The estimate of a disturbance is over the declared bound. Drives only.
+    pub const DISTURBANCE_OVER_BOUND: Self = Self(16);
+    /// u has been at a limit for too long while the error grew. Drives only.
+    pub const STUCK_AT_LIMIT: Self = Self(32);
+    /// A monitor has stopped the drive: the fallback goes out until it starts anew. Drives only.
+    pub const STOPPED: Self = Self(64);
+
+    const NAMES: [(Self, &'static str); 7] = [
         (Self::INPUT_REJECTED, "input rejected"),
         (Self::SATURATED, "saturated"),
         (Self::SIGMA_STAR_OVER_BOUND, "sigma* over bound"),
+        (Self::SAMPLE_LOST, "sample lost"),
+        (Self::DISTURBANCE_OVER_BOUND, "disturbance over bound"),
+        (Self::STUCK_AT_LIMIT, "stuck at limit"),
+        (Self::STOPPED, "stopped"),
     ];
 
     /// `flag` if `condition`, else nothing; without a branch.
@@ -58,6 +71,12 @@ impl Health {
         self.0 & other.0 == other.0
     }
 
+    /// Is any flag of `other` set?
+    #[inline(always)]
+    pub const fn intersects(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+
     /// The flags as bits, for logs and frames.
     pub const fn bits(self) -> u8 {
         self.0
@@ -65,8 +84,7 @@ impl Health {
 
     /// The flags of these bits; `None` if a bit has no meaning.
     pub const fn from_bits(bits: u8) -> Option<Self> {
-        let all = Self::INPUT_REJECTED.0 | Self::SATURATED.0 | Self::SIGMA_STAR_OVER_BOUND.0;
-        if bits & !all == 0 { Some(Self(bits)) } else { None }
+        if bits & 128 == 0 { Some(Self(bits)) } else { None }
     }
 }
 
@@ -94,7 +112,7 @@ pub struct UnknownHealth(u8);
 
 impl core::fmt::Display for UnknownHealth {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "health {} has a bit without a meaning: it is a sum of 1, 2 and 4", self.0)
+        write!(f, "health {} has a bit without a meaning: it is a sum of 1, 2, 4, 8, 16, 32 and 64", self.0)
     }
 }
 

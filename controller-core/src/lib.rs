@@ -26,6 +26,7 @@
 pub mod config;
 pub mod controller;
 pub mod design;
+pub mod drive;
 pub mod elementary;
 pub mod error;
 mod exponential;

@@ -12,6 +12,8 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 /// A count that wraps at 32 bits, as an encoder's timer has it.
 #[doc(hidden)]
 pub trait Count: Copy + Debug + Send + Sync + 'static {
+    /// A count that is known.
+    fn of(count: i32) -> Self;
     /// How far it has moved since `earlier`.
     #[must_use]
     fn since(self, earlier: Self) -> Self;
@@ -28,6 +30,10 @@ pub trait Count: Copy + Debug + Send + Sync + 'static {
 }
 
 impl Count for i32 {
+    #[inline(always)]
+    fn of(count: i32) -> Self {
+        count
+    }
     #[inline(always)]
     fn since(self, earlier: Self) -> Self {
         self.wrapping_sub(earlier)

@@ -262,6 +262,17 @@ impl<T: Real, const L: usize> Words for [T; L] {
     }
 }
 
+/// Nothing.
+impl Words for () {
+    fn words(&self) -> impl Iterator<Item = u32> {
+        core::iter::empty()
+    }
+
+    fn from_words(_: &mut impl Iterator<Item = u32>) -> Option<Self> {
+        Some(())
+    }
+}
+
 /// The next number; `None` if it is not finite.
 pub(crate) fn next<T: Real>(words: &mut impl Iterator<Item = u32>) -> Option<T> {
     let low = words.next()?;
@@ -442,6 +453,8 @@ pub enum RetuneError {
     GainNearDecay,
     /// No offset, or none within ±[`INPUT_LIMIT`](crate::INPUT_LIMIT), makes the new law ask for the old u.
     OffsetOutOfRange,
+    /// The new design counts by another encoder or gear: what was counted means nothing to it.
+    OtherEncoder,
 }
 
 impl fmt::Display for RetuneError {
@@ -455,6 +468,7 @@ impl fmt::Display for RetuneError {
                 "no offset makes the new law ask for the old u: take a design that is nearer, or start anew with \
                  `reset`"
             }
+            Self::OtherEncoder => "the new design counts by another encoder or gear: start anew with `reset`",
         })
     }
 }

@@ -19,6 +19,7 @@
 
 pub mod close;
 pub mod data;
+pub mod drive;
 pub mod golden;
 pub mod oracle;
 pub mod paper;

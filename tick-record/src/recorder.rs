@@ -528,6 +528,9 @@ impl StateWord {
 }
 
 impl Count for CountSymbol {
+    fn of(count: i32) -> Self {
+        Self(with(|run| run.graph.value(Op::CountOf(count as u32))))
+    }
     #[track_caller]
     fn since(self, earlier: Self) -> Self {
         let at = Location::caller();

@@ -16,6 +16,8 @@ use core::cell::UnsafeCell;
 use core::hint::black_box;
 use core::mem::MaybeUninit;
 
+use controller_core::drive::{Encoder, Joint as JointData, JointDesign, JointDrive, Motor, MotorDesign, MotorDrive};
+use controller_core::drive::{Position, Sample, Target};
 use controller_core::{
     Benchmark, Config, ControlLaw, Controller, Exp, FlexibleJoint, Gate, Gated, JointParameters, Libm, Limits,
     Micromath, Nominal, NominalModel, ObserverGains, Options, Output, ReachingLaw, Reading, SampleLimits, Surface,
@@ -66,7 +68,7 @@ macro_rules! instances {
             }
 
             pub(super) fn run() {
-                measure(stringify!($name), &CONTROLLER, &STATE, tick);
+                measure(stringify!($name), &CONTROLLER, &STATE, tick, samples());
             }
         })*
 
@@ -75,6 +77,61 @@ macro_rules! instances {
         }
     };
 }
+
+/// The same for drives: the sample is counts and targets.
+macro_rules! drives {
+    ($($name:ident: $law:ty = $design:expr, $e:literal, $n:literal;)*) => {
+        $(mod $name {
+            #[allow(clippy::wildcard_imports)]
+            use super::*;
+
+            type Law = $law;
+            static CONTROLLER: Law = $design;
+            static STATE: Place<<Law as ControlLaw>::State> = Place::empty();
+
+            #[inline(never)]
+            fn tick(
+                law: &Law,
+                state: &mut <Law as ControlLaw>::State,
+                sample: &Sample<i32, Target<f32, i32, $n>, $e>,
+            ) -> f32 {
+                law.tick(state, sample).u
+            }
+
+            pub(super) fn run() {
+                let mut noise = Noise(1);
+                let mut count = || Some((40.0 * noise.next()) as i32);
+                let mut end = Target { turn: 0, jet: [0.0; $n] };
+                measure(stringify!($name), &CONTROLLER, &STATE, tick, || {
+                    let begin = end;
+                    end.jet[0] += 1e-6;
+                    Sample { counts: core::array::from_fn(|_| count()), begin, end }
+                });
+            }
+        })*
+
+        fn all_drives() {
+            $($name::run();)*
+        }
+    };
+}
+
+drives! {
+    motor: MotorDrive = Law::designed(&MOTOR), 1, 2;
+    motor_two_sets: MotorDrive<f32, Position, 1> = Law::designed(&MOTOR), 1, 2;
+    motor_late: MotorDrive<f32, Position, 0, 1> = Law::designed(&MOTOR), 1, 2;
+    joint_drive: JointDrive = Law::designed(&JOINT_DRIVE), 2, 4;
+    joint_drive_two_sets: JointDrive<f32, Position, 1> = Law::designed(&JOINT_DRIVE), 2, 4;
+}
+
+const MOTOR: MotorDesign = MotorDesign::by_rule(
+    1e-3,
+    Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 },
+    Encoder::absolute(14),
+    Limits::symmetric(10.0),
+);
+const JOINT_DRIVE: JointDesign =
+    JointDesign::new(1e-3, JointData::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
 
 const DRIVEN: u8 = channels(4, 1, [4]);
 const BOTH: u8 = channels(4, 2, [2, 4]);
@@ -177,36 +234,38 @@ impl Noise {
     }
 }
 
-type Tick<C, const N: usize, Y> = fn(&C, &mut <C as ControlLaw>::State, &[f32; N]) -> Y;
-
-/// Calls a tick by reference as a firmware does: nothing that the compiler knows of its arguments enters it.
-#[inline(never)]
-fn measure<C, Y, const N: usize>(
-    name: &str,
-    controller: &'static C,
-    place: &'static Place<C::State>,
-    tick: Tick<C, N, Y>,
-) where
-    C: ControlLaw<Sample = [f32; N]>,
-{
-    let (controller, tick) = (black_box(controller), black_box(tick));
-    let overhead = clock::elapsed(|| {});
+/// Samples of a chain: 0.01, 0.1, 1, 10, each derivative faster than the one before.
+fn samples<const N: usize>() -> impl FnMut() -> [f32; N] {
     let mut noise = Noise(1);
-    // 0.01, 0.1, 1, 10: each derivative faster than the one before.
     let mut size = 0.001;
     let mut sizes = [0.0; N];
     for entry in &mut sizes {
         size *= 10.0;
         *entry = size;
     }
-    let mut sample = || sizes.map(|size| size * noise.next());
+    move || sizes.map(|size| size * noise.next())
+}
+
+type Tick<C, Y> = fn(&C, &mut <C as ControlLaw>::State, &<C as ControlLaw>::Sample) -> Y;
+
+/// Calls a tick by reference as a firmware does: nothing that the compiler knows of its arguments enters it.
+#[inline(never)]
+fn measure<C: ControlLaw, Y>(
+    name: &str,
+    controller: &'static C,
+    place: &'static Place<C::State>,
+    tick: Tick<C, Y>,
+    mut sample: impl FnMut() -> C::Sample,
+) {
+    let (controller, tick) = (black_box(controller), black_box(tick));
+    let overhead = clock::elapsed(|| {});
     let x0 = sample();
     let Some(state) = controller.start(&x0) else { unreachable!() };
     // SAFETY: the macro gives every instance a place of its own, and `main` runs each once.
     let state = unsafe { place.put(state) };
     // Without its guard a tick does not know what to do at the start.
     controller.tick(state, &x0);
-    let mut cost = |x: [f32; N]| {
+    let mut cost = |x: C::Sample| {
         let (state, x) = (black_box(&mut *state), black_box(&x));
         clock::elapsed(|| {
             black_box(tick(controller, state, x));
@@ -235,6 +294,7 @@ fn main() -> ! {
     let unit = clock::start(core.DCB, core.DWT, chip.TIM2, &chip.RCC);
     defmt::println!("budget in {}", unit);
     all();
+    all_drives();
     defmt::println!("budget ends");
     loop {
         asm::wfi();

@@ -1,0 +1,69 @@
+//! Drives: a motor with one encoder, a flexible joint with two, from counts to current.
+//!
+//! The law of this crate fed with what a drive has: encoder counts instead of a state, a reference, known dynamics.
+//! Observers run on the counts, one per encoder (module `block` inside), the nominal model makes one chain of
+//! integrators of them ([`ChainModel`]), and the law row works on the errors from a reference ([`EncoderForm`]).
+//!
+//! | you want | go to |
+//! |---|---|
+//! | a motor with a rigid load | [`Motor`], [`MotorDesign::by_rule`], [`MotorDrive`] |
+//! | a flexible joint with an encoder on each side | [`Joint`], [`JointDesign`], [`JointDrive`] |
+//! | to say how it is measured | [`Encoder`]; a lost sample is `None` in [`Sample`] |
+//! | to say where it should be | [`Position`], [`Speed`] or [`Hold`], and a [`Target`] for each end of a tick |
+//! | to plan that | [`Joined`], [`Sine`], [`Streamed`], [`Player`], [`shortest`], [`stop`] |
+//! | to be told when something is wrong | the gate of a design, [`Monitored`], [`Health`](crate::Health) |
+//! | to tune it in motion, to store it | `retune`, `words` of [`Running`](crate::Running), [`EncoderForm::at_rest`] |
+//! | another plant | [`ChainModel`], [`map_error`] |
+//!
+//! Once per period: sample the counts, tick, hold u; where something else is held (a current limit, a brake) tell it by
+//! [`report_applied`](crate::Running::report_applied) before the next tick. That is all the anti-windup there is, and
+//! enough. For the current of a motor:
+//!
+//! ```
+//! use controller_core::drive::*;
+//! use controller_core::{Limits, Running};
+//!
+//! const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
+//! const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
+//! type Drive = MotorDrive<f32, Position>;
+//! static DRIVE: Drive = Drive::designed(&DESIGN);
+//!
+//! let mut drive = Running::new(&DRIVE);
+//! let goal = Rest { turn: 0, angle: 1.0 };
+//! let mut plan: Player<f32, _, 2> = Player::new(Joined::new(goal, [-1.0, 0.0, 0.0], 0, 100, 1e-3), 0);
+//! for count in [0, 0, 1] {
+//!     let [begin, end] = plan.next_tick();
+//!     let output = drive.tick(&Sample { counts: [Some(count)], begin, end });
+//!     assert!(output.health.is_ok());
+//! }
+//! assert!(drive.estimates().expect("started").position[0] > 0.0);
+//! ```
+//!
+//! # What it does not do
+//! Backlash, resonances beyond the one spring, more than one tick of delay, identification. With one gain set it is a
+//! linear law: a well tuned cascade is as good. What it adds is gains by rule from a data sheet, load torque and speed,
+//! a smaller peak under a load with two sets, one code for motor and joint.
+
+mod block;
+mod chain;
+mod encoder;
+mod error;
+mod joint;
+mod law;
+mod monitor;
+mod motor;
+mod reference;
+mod state;
+mod target;
+mod trigonometry;
+
+pub use chain::{ChainModel, map_error};
+pub use encoder::Encoder;
+pub use error::DriveError;
+pub use joint::{Joint, JointBandwidths, JointDesign, JointDrive, JointModel};
+pub use law::{DriveEstimates, EncoderForm, Sample};
+pub use monitor::{Bounds, GoOn, Monitored, MonitoredState, Reaction, Stop, Watched};
+pub use motor::{DEFAULT_LAG_S, Motor, MotorBandwidths, MotorDesign, MotorDrive, MotorModel, Switching};
+pub use reference::{Joined, Player, Reference, Rest, Sine, Streamed, gap, shortest, stop};
+pub use state::EncoderState;
+pub use target::{Aim, Hold, Position, Speed, Target};

@@ -1,0 +1,194 @@
+//! An encoder: counts that wrap, made an angle that does not.
+//!
+//! The counter has `bits` bits and wraps; the difference of two samples, its low bits with their sign, does not, as
+//! long as the shaft moves less than half a counter per tick. The angle is kept as a whole number of counts since a
+//! *base* that follows the shaft in whole turns: the f32 numbers of the tick stay below some turns, and so keep their
+//! digits however far it goes. One step is
+//!
+//! $$ \text{unit} = 2\pi \thinspace \frac{\text{den}}{\text{num} \cdot \text{counts per turn}} \quad \text{rad} $$
+//!
+//! behind a gear: the encoder makes num turns while the shaft that is meant makes den. An angle counts to the middle of
+//! its step; a sensor that rounds down is half a step off.
+
+use core::f64::consts::TAU;
+
+use super::error::DriveError;
+
+/// An encoder and the gear between it and the shaft whose angle is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Encoder {
+    /// Bits of the counter, 2..=32; higher bits of a sample are not read.
+    pub bits: u32,
+    /// Counts while the encoder turns once, 4..=2^24.
+    pub counts_per_turn: u32,
+    /// Turns of the encoder, 1..=1000, while the shaft makes ...
+    pub gear_num: u32,
+    /// ... so many, 1..=1000.
+    pub gear_den: u32,
+}
+
+impl Encoder {
+    /// An absolute encoder of one turn on the shaft itself: 2^bits counts.
+    pub const fn absolute(bits: u32) -> Self {
+        Self { bits, counts_per_turn: 1u32.wrapping_shl(bits), gear_num: 1, gear_den: 1 }
+    }
+
+    /// A counter of so many bits behind an encoder of `counts_per_turn`, four per line; it is 0 at angle 0.
+    pub const fn incremental(bits: u32, counts_per_turn: u32) -> Self {
+        Self { bits, counts_per_turn, gear_num: 1, gear_den: 1 }
+    }
+
+    /// The same behind a gear: `num` turns of the encoder are `den` turns of the shaft.
+    #[must_use]
+    pub const fn geared(self, num: u32, den: u32) -> Self {
+        Self { gear_num: num, gear_den: den, ..self }
+    }
+
+    /// One step, in rad of the shaft.
+    pub const fn unit_rad(&self) -> f64 {
+        TAU * self.gear_den as f64 / (self.gear_num as f64 * self.counts_per_turn as f64)
+    }
+
+    /// Turns of the shaft that are a whole number of counts, the fewest, and that number.
+    pub(crate) const fn base(&self) -> (u32, u64) {
+        let counts = self.counts_per_turn as u64 * self.gear_num as u64;
+        let den = self.gear_den as u64;
+        let (mut a, mut b) = (counts, den);
+        while b != 0 {
+            (a, b) = (b, a % b);
+        }
+        ((den / a) as u32, counts / a)
+    }
+
+    pub(crate) const fn check(&self, field: &'static str) -> Result<(), DriveError> {
+        let Self { bits, counts_per_turn, gear_num, gear_den } = *self;
+        let ranges = [
+            (bits, 2, 32, "an encoder's counter has 2 to 32 bits"),
+            (counts_per_turn, 4, 1 << 24, "an encoder makes 4 to 2^24 counts per turn"),
+            (gear_num, 1, 1000, "the turns of a gear are 1 to 1000"),
+            (gear_den, 1, 1000, "the turns of a gear are 1 to 1000"),
+        ];
+        let mut k = 0;
+        while k < ranges.len() {
+            let (given, low, high, why) = ranges[k];
+            if given < low || given > high {
+                return Err(DriveError::new(field, given as f64, low as f64, high as f64, why));
+            }
+            k += 1;
+        }
+        let (_, counts) = self.base();
+        if counts > 1 << 24 {
+            let why =
+                "the turns in which gear and encoder meet again make more than 2^24 counts, which f32 cannot hold";
+            return Err(DriveError::new(field, counts as f64, 4.0, (1 << 24) as f64, why));
+        }
+        Ok(())
+    }
+
+    pub(crate) const fn sensor(&self) -> Sensor<f64> {
+        let (turns, counts) = self.base();
+        // Four bases and more: whatever was written there, an angle has a size.
+        let mut width = 4;
+        while width < 32 && (1u64 << (width - 1)) < 4 * counts {
+            width += 1;
+        }
+        Sensor {
+            unit: self.unit_rad(),
+            half_span: self.unit_rad() * (1u64 << self.bits) as f64 / 2.0,
+            edge: 0.75 * counts as f64,
+            bits: self.bits,
+            width,
+            base_counts: counts as i32,
+            base_turns: turns as i32,
+        }
+    }
+}
+
+/// What the tick knows of an encoder.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sensor<T> {
+    /// One count in the unit of the block's position.
+    pub(crate) unit: T,
+    /// Half the counter: further it cannot move in a tick.
+    pub(crate) half_span: T,
+    /// Three quarters of the base, in counts: there it is moved.
+    pub(crate) edge: T,
+    pub(crate) bits: u32,
+    /// Bits, with the sign, that hold any count since the base.
+    pub(crate) width: u32,
+    pub(crate) base_counts: i32,
+    pub(crate) base_turns: i32,
+}
+
+impl<T> Sensor<T> {
+    /// Does a count mean the same to both?
+    pub(crate) const fn counts_alike(&self, other: &Self) -> bool {
+        self.bits == other.bits && self.base_counts == other.base_counts && self.base_turns == other.base_turns
+    }
+}
+
+impl Sensor<f64> {
+    /// With the position in another unit.
+    #[must_use]
+    pub(crate) const fn scaled(self, factor: f64) -> Self {
+        Self { unit: self.unit * factor, half_span: self.half_span * factor, ..self }
+    }
+
+    pub(crate) const fn in_f32(&self) -> Sensor<f32> {
+        Sensor {
+            unit: self.unit as f32,
+            half_span: self.half_span as f32,
+            edge: self.edge as f32,
+            bits: self.bits,
+            width: self.width,
+            base_counts: self.base_counts,
+            base_turns: self.base_turns,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gear_meets_its_encoder_again_after_whole_turns() {
+        // 37 : 10 with 4096 counts: 15155.2 counts per turn of the shaft, 75776 in five.
+        let encoder = Encoder::absolute(12).geared(37, 10);
+        assert_eq!(encoder.base(), (5, 75_776));
+        assert!((encoder.unit_rad() * 75_776.0 - 5.0 * TAU).abs() < 1e-12);
+        // A harmonic drive needs one turn, a bare encoder too.
+        assert_eq!(Encoder::absolute(12).geared(100, 1).base(), (1, 409_600));
+        assert_eq!(Encoder::incremental(16, 4000).base(), (1, 4000));
+    }
+
+    #[test]
+    fn an_encoder_that_the_tick_cannot_hold_is_refused_with_what_it_may_be() {
+        let refused = [
+            Encoder::absolute(25),
+            Encoder::absolute(1),
+            Encoder::incremental(33, 4096),
+            Encoder::absolute(20).geared(0, 1),
+            Encoder::absolute(20).geared(1, 1001),
+            Encoder::absolute(20).geared(100, 1),
+        ];
+        for encoder in refused {
+            let error = encoder.check("encoder").expect_err("refused");
+            assert!(error.given < error.low || error.given > error.high, "{encoder:?}: {error}");
+        }
+        assert_eq!(Encoder::absolute(24).check("encoder"), Ok(()));
+        assert_eq!(Encoder::incremental(32, 4000).geared(160, 3).check("encoder"), Ok(()));
+    }
+
+    #[test]
+    fn the_width_holds_four_bases() {
+        for encoder in [Encoder::absolute(12), Encoder::absolute(24), Encoder::incremental(16, 4000)] {
+            let sensor = encoder.sensor();
+            let largest = (1_i64 << (sensor.width - 1)) as f64;
+            let bases = largest / f64::from(sensor.base_counts);
+            assert!((4.0..=8.0).contains(&bases), "{bases}");
+        }
+    }
+}

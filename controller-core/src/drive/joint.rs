@@ -1,0 +1,566 @@
+//! A flexible joint: a motor drives a link through a spring, with an encoder on each side.
+//!
+//! $$ \ddot q = k_1 (q_m - q) - b_1 \dot q - g \sin q + d_l, \qquad
+//!    \ddot q_m = k_2 (q - q_m) - b_2 \dot q_m + \frac{K_t}{J_m} u + d_m $$
+//!
+//! with $k_1 = K_s/J_l$, $k_2 = K_s/J_m$ and all angles on the link's side of a gear. In $x = (q, \dot q, k_1 q_m,
+//! k_1 \dot q_m)$ the input gain is $b = k_1 K_t/J_m$. Blocks: the link has $\kappa = k_1 + g$, $\lambda = b_1$,
+//! $w = x_3 + g (x_1 - \sin x_1)$; the motor $\kappa = k_2$, $\lambda = b_2$, $w = k_1 k_2 x_1 + b u$. The chain, with
+//! $s = g \sin x_1$, $f_1 = -k_1 - g \cos x_1$, $f_2 = -b_1$:
+//!
+//! $$ z_3 = x_3 - k_1 x_1 - b_1 x_2 - s, \qquad z_4 = x_4 + f_1 x_2 + f_2 z_3, $$
+//! $$ a_z = k_1 k_2 x_1 - k_2 x_3 - b_2 x_4 + s x_2^2 + f_1 z_3 + f_2 z_4 $$
+//! $$ d^z_2 = d_l, \qquad d^z_3 = f_2 d_l, \qquad d^z_4 = d_m + (f_1 + f_2^2) d_l $$
+//!
+//! and the gradient of $a_z$ at 0, with $K = k_1 + g$:
+//! $(k_1 k_2 - k_2 K,\ -k_2 b_1 - b_2 K,\ -k_2 - b_1 b_2 - K,\ -b_1 - b_2)$.
+//!
+//! # Bandwidths
+//! Three sets are measured: [`JointBandwidths::DEFAULT`], `FIRM`, and `QUIET` for encoders of 12 bits. Others keep to
+//! what was measured: the link's observer at least 3 times as fast as the surface, the motor's at least 3.5 times as
+//! fast as the link's, k_l 2 to 8 times w_c; times the period at most 0.25, 0.8 (0.5 with a tick of delay) and 0.3.
+//! Within these the loop was stable in every corner of ±50 % of all parameters with one gain set. With a tick of delay,
+//! and at 2 ms (motor's observer at 300 rad/s), it was within ±20 %; at ±50 % the corner K_t/J_m -50 %, all else +50 %,
+//! then swings up to the limits (test `drive_joint::corners_of_the_joint_are_stable`).
+//!
+//! ```
+//! use controller_core::drive::{Encoder, Joint, JointDesign, JointDrive, Position};
+//! use controller_core::{Limits, Running};
+//!
+//! const DESIGN: JointDesign =
+//!     JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
+//! type Drive = JointDrive<f32, Position, 1>;
+//! static DRIVE: Drive = Drive::designed(&DESIGN);
+//! let running = Running::new(&DRIVE);
+//! # assert!(running.estimates().is_none());
+//! ```
+
+use core::marker::PhantomData;
+
+use super::block::Block;
+use super::chain::ChainModel;
+use super::encoder::Encoder;
+use super::error::DriveError;
+use super::law::{EncoderForm, Row};
+use super::motor::{OBSERVED, POSITIVE, Switching, decay};
+use super::target::{Aim, Position};
+use super::trigonometry::sin_cos;
+use crate::config::{Config, Fallback, Options};
+use crate::design;
+use crate::law::{Limits, ReachingLaw};
+use crate::model::Nominal;
+use crate::models::JointParameters;
+use crate::real::Real;
+use crate::surface::Surface;
+
+/// Data sheet of a flexible joint, everything on the link's side of a gear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Joint {
+    /// J_l, kg m².
+    pub link_inertia_kg_m2: f64,
+    /// Viscous friction of the link, N m s/rad.
+    pub link_damping_n_m_s: f64,
+    /// Torque of the link's weight when it is level, N m; 0 where it turns about an upright axis.
+    pub weight_n_m: f64,
+    /// K_s of the spring, N m/rad.
+    pub stiffness_n_m: f64,
+    /// J_m, kg m²: times the square of the gear.
+    pub motor_inertia_kg_m2: f64,
+    /// Viscous friction of the motor, N m s/rad.
+    pub motor_damping_n_m_s: f64,
+    /// K_t, N m per unit of u (A): times the gear.
+    pub torque_n_m_per_a: f64,
+}
+
+impl Joint {
+    /// The joint of the paper, in the one reading that is a joint: x_3 is k_1 times the motor's angle.
+    pub const TABLE_I: Self = {
+        let JointParameters { kt, j11, j12, b12, ks, .. } = JointParameters::TABLE_I;
+        Self {
+            link_inertia_kg_m2: j12,
+            link_damping_n_m_s: b12,
+            weight_n_m: j12,
+            stiffness_n_m: ks,
+            motor_inertia_kg_m2: j11,
+            motor_damping_n_m_s: b12,
+            torque_n_m_per_a: kt,
+        }
+    };
+
+    /// u that makes a jet r .. r^(4) of the nominal joint, the inverse of the map: for planning, the law does not use
+    /// it.
+    pub fn feed_forward(&self, [r, r_1, r_2, r_3, r_4]: &[f64; 5]) -> f64 {
+        let m = self.model();
+        let [s, c] = m.seen(&[*r, 0.0]);
+        let (f_1, f_2) = (-m.k1 - c, -m.b1);
+        let x_3 = r_2 + m.k1 * r + m.b1 * r_1 + s;
+        let x_4 = r_3 - f_1 * r_1 - f_2 * r_2;
+        let (_, drift) = m.chain(&[*r, *r_1, x_3, x_4], &[s, c]);
+        (r_4 - drift) / m.b
+    }
+
+    /// Its model: k_1, b_1, g, k_2, b_2, b of the module's head.
+    pub const fn model(&self) -> JointModel<f64> {
+        let (link, motor) = (self.link_inertia_kg_m2, self.motor_inertia_kg_m2);
+        let (k1, k2) = (self.stiffness_n_m / link, self.stiffness_n_m / motor);
+        JointModel::new(
+            k1,
+            self.link_damping_n_m_s / link,
+            self.weight_n_m / link,
+            k2,
+            self.motor_damping_n_m_s / motor,
+            k1 * self.torque_n_m_per_a / motor,
+        )
+    }
+}
+
+/// The joint as the tick knows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointModel<T> {
+    k1: T,
+    b1: T,
+    gravity: T,
+    /// k_1 k_2.
+    spring: T,
+    b: T,
+    k2: T,
+    b2: T,
+    /// f_2² - k_1: what is constant in f_1 + f_2².
+    cross: T,
+}
+
+impl JointModel<f64> {
+    /// Of the numbers of the module's head.
+    const fn new(k1: f64, b1: f64, gravity: f64, k2: f64, b2: f64, b: f64) -> Self {
+        Self { k1, b1, gravity, spring: k1 * k2, b, k2, b2, cross: b1 * b1 - k1 }
+    }
+
+    /// κ of the blocks.
+    pub const fn kappa(&self) -> [f64; 2] {
+        [self.k1 + self.gravity, self.k2]
+    }
+
+    /// λ of the blocks.
+    pub const fn lambda(&self) -> [f64; 2] {
+        [self.b1, self.b2]
+    }
+
+    /// Gradient of a_z at 0.
+    const fn gradient(&self) -> [f64; 4] {
+        let ([k, k2], [b1, b2]) = (self.kappa(), self.lambda());
+        [self.spring - k2 * k, -k2 * b1 - b2 * k, -k2 - b1 * b2 - k, -b2 - b1]
+    }
+
+    const fn in_f32(&self) -> JointModel<f32> {
+        JointModel {
+            k1: self.k1 as f32,
+            b1: self.b1 as f32,
+            gravity: self.gravity as f32,
+            spring: self.spring as f32,
+            b: self.b as f32,
+            k2: self.k2 as f32,
+            b2: self.b2 as f32,
+            cross: self.cross as f32,
+        }
+    }
+}
+
+impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
+    type Push = [T; 2];
+    /// g sin x_1, g cos x_1.
+    type Seen = [T; 2];
+    const HAS_GRADIENT: bool = true;
+
+    #[inline(always)]
+    fn seen(&self, position: &[T; 2]) -> [T; 2] {
+        let (s, c) = sin_cos(position[0]);
+        [self.gravity * s, self.gravity * c]
+    }
+
+    #[inline(always)]
+    fn seen_ahead(&self, [s, c]: [T; 2], moved: T) -> [T; 2] {
+        [s + moved * (c - T::HALF * moved * s), c - moved * s]
+    }
+
+    #[inline(always)]
+    fn push(&self, position: &[T; 2], [s, _]: &[T; 2]) -> [T; 2] {
+        [position[1] + (self.gravity * position[0] - *s), self.spring * position[0]]
+    }
+
+    #[inline(always)]
+    fn coupling(push: &[T; 2], block: usize) -> Option<T> {
+        Some(push[block])
+    }
+
+    #[inline(always)]
+    fn input_gain(&self) -> T {
+        self.b
+    }
+
+    #[inline(always)]
+    fn chain(&self, x: &[T; 4], [s, c]: &[T; 2]) -> ([T; 4], T) {
+        let f_1 = -(self.k1 + *c);
+        let z_3 = x[2] - self.k1 * x[0] - self.b1 * x[1] - *s;
+        let z_4 = x[3] + f_1 * x[1] - self.b1 * z_3;
+        let linear = self.spring * x[0] - self.k2 * x[2] - self.b2 * x[3];
+        let drift = linear + *s * x[1] * x[1] + f_1 * z_3 - self.b1 * z_4;
+        ([x[0], x[1], z_3, z_4], drift)
+    }
+
+    #[inline(always)]
+    fn spread(&self, [_, c]: &[T; 2], d: &[T; 2]) -> [T; 4] {
+        [T::ZERO, d[0], -self.b1 * d[0], d[1] + (self.cross - *c) * d[0]]
+    }
+
+    #[inline(always)]
+    fn per_rad(&self, block: usize) -> T {
+        if block == 0 { T::from_f64(1.0) } else { self.k1 }
+    }
+
+    fn numbers(&self) -> impl Iterator<Item = T> {
+        [self.k1, self.b1, self.gravity, self.spring, self.b, self.k2, self.b2].into_iter()
+    }
+}
+
+/// Bandwidths of the drive of a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct JointBandwidths {
+    /// w_c: the surface is (s + w_c)³, rad/s.
+    pub surface_rad_s: f64,
+    /// Of the link's observer, rad/s.
+    pub link_rad_s: f64,
+    /// Of the motor's observer, rad/s.
+    pub motor_rad_s: f64,
+    /// k_l of the reaching law, 1/s.
+    pub reaching_per_s: f64,
+    /// α: decay of the offset, 1/s.
+    pub offset_per_s: f64,
+}
+
+impl JointBandwidths {
+    /// For encoders of 16 bits and more: noise of u 0.01 A on the joint of the paper with 20 bits.
+    pub const DEFAULT: Self = Self::of([20.0, 80.0, 500.0, 100.0]);
+    /// For 20 bits and more: stiffer against a load by 1.7, noise of u 0.024 A.
+    pub const FIRM: Self = Self::of([26.0, 85.0, 800.0, 150.0]);
+    /// For 12 to 14 bits.
+    pub const QUIET: Self = Self::of([12.0, 50.0, 300.0, 40.0]);
+
+    const fn of([surface_rad_s, link_rad_s, motor_rad_s, reaching_per_s]: [f64; 4]) -> Self {
+        Self { surface_rad_s, link_rad_s, motor_rad_s, reaching_per_s, offset_per_s: 0.5 * surface_rad_s }
+    }
+}
+
+/// What the drive of a joint is designed from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct JointDesign {
+    /// Period T, s.
+    pub period_s: f64,
+    /// What is driven.
+    pub joint: Joint,
+    /// On the link and on the motor; the motor's counts per turn of the link must be whole.
+    pub encoders: [Encoder; 2],
+    /// What the actuator can do.
+    pub limits: Limits,
+    /// What goes out when nobody may ask for u.
+    pub fallback: Fallback,
+    /// How fast everything is.
+    pub bandwidths: JointBandwidths,
+    /// Bandwidths of the fast gain set over those of the quiet one, link and motor; read where there are two.
+    pub fast_ratios: [f64; 2],
+    /// When the fast set comes in; read where there are two.
+    pub switching: Switching,
+    /// Gates of link and motor, in steps of innovation beyond which a count is not believed; infinite for none.
+    pub gate_steps: [f64; 2],
+    /// Lost samples of an encoder in a row that are bridged; then the fallback goes out and the observers start again.
+    pub lost_ticks: u32,
+}
+
+impl JointDesign {
+    /// Default bandwidths, and gates for a sudden load of so many N m on the link and 1.2 times the limit on the motor.
+    pub const fn new(period_s: f64, joint: Joint, encoders: [Encoder; 2], limits: Limits, load_n_m: f64) -> Self {
+        Self {
+            period_s,
+            joint,
+            encoders,
+            limits,
+            fallback: Fallback::HoldLast,
+            bandwidths: JointBandwidths::DEFAULT,
+            fast_ratios: [3.0, 1.5],
+            switching: Switching::DEFAULT,
+            gate_steps: [f64::INFINITY; 2],
+            lost_ticks: 50,
+        }
+        .with_bandwidths(JointBandwidths::DEFAULT, load_n_m)
+    }
+
+    /// The same with other bandwidths and the gates for them.
+    #[must_use]
+    pub const fn with_bandwidths(mut self, bandwidths: JointBandwidths, load_n_m: f64) -> Self {
+        let Limits { min, max } = self.limits;
+        let u_max = if max > -min { max } else { -min };
+        let link = load_n_m / self.joint.link_inertia_kg_m2;
+        let motor = 1.2 * u_max * self.joint.torque_n_m_per_a / self.joint.motor_inertia_kg_m2;
+        self.bandwidths = bandwidths;
+        self.gate_steps = [
+            steps(link, bandwidths.link_rad_s, &self.encoders[0]),
+            steps(motor, bandwidths.motor_rad_s, &self.encoders[1]),
+        ];
+        self
+    }
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// The first that is out of its range, with the range.
+    pub const fn validate(&self, late: usize) -> Result<(), DriveError> {
+        const WHOLE: &str = "a turn of the link must be a whole number of counts: sin and cos need a base of one turn";
+        let fields = ["encoders[0]", "encoders[1]"];
+        let mut i = 0;
+        while i < 2 {
+            if let Err(error) = self.encoders[i].check(fields[i]) {
+                return Err(error);
+            }
+            let (turns, _) = self.encoders[i].base();
+            if let Err(error) = DriveError::within(fields[i], turns as f64, 1.0, 1.0, WHOLE) {
+                return Err(error);
+            }
+            i += 1;
+        }
+        if let Err(error) = self.switching.check() {
+            return Err(error);
+        }
+        let Self { period_s: t, joint, limits, bandwidths: w, .. } = self;
+        let t = *t;
+        let margin = if late == 0 { 0.8 } else { 0.5 };
+        let u_safe = match self.fallback {
+            Fallback::HoldLast => limits.min,
+            Fallback::Safe(u) => u,
+        };
+        let limit = "the limits are reversed or beyond 1e12";
+        let damping = "a damping times period over its inertia is 0 to 1";
+        let [b1, b2] = joint.model().lambda();
+        let rules = [
+            ("period_s", t, 2e-5, 1e-2, "the period of a drive is 20 us to 10 ms"),
+            ("joint.link_inertia_kg_m2", joint.link_inertia_kg_m2, 1e-12, 1e9, POSITIVE),
+            ("joint.motor_inertia_kg_m2", joint.motor_inertia_kg_m2, 1e-12, 1e9, POSITIVE),
+            ("joint.stiffness_n_m", joint.stiffness_n_m, 1e-9, 1e9, POSITIVE),
+            ("joint.torque_n_m_per_a", joint.torque_n_m_per_a, 1e-9, 1e9, POSITIVE),
+            ("joint.weight_n_m", joint.weight_n_m, 0.0, 1e9, "the weight is not below 0"),
+            ("joint.link_damping_n_m_s", b1 * t, 0.0, 1.0, damping),
+            ("joint.motor_damping_n_m_s", b2 * t, 0.0, 1.0, damping),
+            ("limits.max", limits.max, -1e12, 1e12, limit),
+            ("limits.min", limits.min, -1e12, limits.max, limit),
+            ("fallback", u_safe, limits.min, limits.max, "the safe u lies outside the limits"),
+            ("bandwidths.surface_rad_s", w.surface_rad_s * t, 1e-6, 0.1, "w_c times period is up to 0.1"),
+            (
+                "bandwidths.link_rad_s",
+                w.link_rad_s * t,
+                3.0 * w.surface_rad_s * t,
+                0.25,
+                "the link's observer times period is 3 w_c T to 0.25",
+            ),
+            (
+                "bandwidths.motor_rad_s",
+                w.motor_rad_s * t,
+                3.5 * w.link_rad_s * t,
+                margin,
+                "the motor's observer times period is 3.5 times the link's to 0.8, and to 0.5 with a tick of delay",
+            ),
+            (
+                "bandwidths.reaching_per_s",
+                w.reaching_per_s,
+                2.0 * w.surface_rad_s,
+                8.0 * w.surface_rad_s,
+                "k_l is 2 to 8 times w_c",
+            ),
+            ("bandwidths.reaching_per_s", w.reaching_per_s * t, 1e-6, 0.3, "k_l times period is up to 0.3"),
+            ("bandwidths.offset_per_s", w.offset_per_s * t, 1e-7, 1.0, "alpha times period is 1e-7 to 1"),
+            ("fast_ratios[0]", self.fast_ratios[0], 1.0, 4.0, RATIO),
+            ("fast_ratios[1]", self.fast_ratios[1], 1.0, 4.0, RATIO),
+            ("gate_steps[0]", self.gate_steps[0], 2.0, f64::INFINITY, GATE),
+            ("gate_steps[1]", self.gate_steps[1], 2.0, f64::INFINITY, GATE),
+            ("lost_ticks", self.lost_ticks as f64, 1.0, 1e6, "1 to 1e6 samples may be missing"),
+        ];
+        let mut k = 0;
+        while k < rules.len() {
+            let (field, given, low, high, why) = rules[k];
+            if let Err(error) = DriveError::within(field, given, low, high, why) {
+                return Err(error);
+            }
+            k += 1;
+        }
+        Ok(())
+    }
+}
+
+const RATIO: &str = "the fast set is 1 to 4 times as fast as the quiet one";
+const GATE: &str = "a gate below 2 steps refuses good counts";
+
+/// What a step D of the disturbance makes of the innovation is at most 0.131 D/w²; coarse encoders make some steps of
+/// their own.
+const fn steps(disturbance: f64, bandwidth_rad_s: f64, encoder: &Encoder) -> f64 {
+    let steps = 0.131 * disturbance / (bandwidth_rad_s * bandwidth_rad_s * encoder.unit_rad());
+    1.0 + if steps > 7.0 { steps } else { 7.0 }
+}
+
+/// The drive of a flexible joint with an encoder on link and motor.
+///
+/// `JointDrive` alone is in f32, follows a position, has one gain set and no delay; `JointDrive<f32, Position, 1>` has
+/// a fast gain set too (for parameters known to 20 %), `JointDrive<f32, Position, 0, 1>` holds u one tick after it was
+/// computed.
+pub type JointDrive<T = f32, A = Position, const FAST: usize = 0, const LATE: usize = 0> =
+    EncoderForm<T, JointModel<T>, A, 2, 4, 4, FAST, LATE>;
+
+impl<A: Aim<f64, 4>, const FAST: usize, const LATE: usize> EncoderForm<f64, JointModel<f64>, A, 2, 4, 4, FAST, LATE> {
+    const fn of_joint(design: &JointDesign) -> Result<Self, DriveError> {
+        if let Err(error) = design.validate(LATE) {
+            return Err(error);
+        }
+        let JointDesign { period_s: t, joint, encoders, limits, bandwidths, .. } = design;
+        let (t, model) = (*t, joint.model());
+        let ([kappa, lambda], gradient) = ([model.kappa(), model.lambda()], model.gradient());
+        let config = Config {
+            period_s: t,
+            surface: Surface::from_bandwidth(bandwidths.surface_rad_s, bandwidths.offset_per_s),
+            observers: [None, Some(OBSERVED), Some(OBSERVED), Some(OBSERVED)],
+            reaching: ReachingLaw { k_l: bandwidths.reaching_per_s, k_s: 0.0, epsilon: 0.0 },
+            nominal: Nominal { gradient, input_gain: model.b },
+            options: Options::NEUTRAL.with_limits(*limits),
+        };
+        let Ok(rows) = design::coefficients::<4, 2, 3>(&config, &[1, 2, 3]) else {
+            return Err(DriveError::new("joint", f64::NAN, 0.0, 0.0, "a coefficient overflows in f32"));
+        };
+        let omega = [bandwidths.link_rad_s, bandwidths.motor_rad_s];
+        let sensors = [encoders[0].sensor(), encoders[1].sensor().scaled(model.k1)];
+        let mut blocks = [Block::<f64, 4>::design(kappa[0], lambda[0], t, omega[0]); 2];
+        blocks[1] = Block::<f64, 4>::design(kappa[1], lambda[1], t, omega[1]);
+        let mut fast = [design.switching.gains(&blocks[0].gains, blocks[0].gains, sensors[0].unit, t); 2];
+        let mut gate = [0.0; 2];
+        let mut i = 0;
+        while i < 2 {
+            let gains = Block::<f64, 4>::gains_at(kappa[i], lambda[i], t, omega[i] * design.fast_ratios[i]);
+            fast[i] = design.switching.gains(&blocks[i].gains, gains, sensors[i].unit, t);
+            let wanted = design.gate_steps[i] * sensors[i].unit;
+            gate[i] = if wanted < sensors[i].half_span { wanted } else { sensors[i].half_span };
+            i += 1;
+        }
+        Ok(Self {
+            model,
+            blocks,
+            sensors,
+            fast: [fast; FAST],
+            row: Row::of(&rows, &gradient, *limits, design.fallback),
+            gate,
+            closing: decay(0.2 * omega[0] * t),
+            lost_ticks: design.lost_ticks as f64,
+            inertia: [joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2],
+            at_rest: false,
+            of: PhantomData,
+        })
+    }
+}
+
+macro_rules! designs {
+    ($t:ty, $drive:ident => $converted:expr) => {
+        impl<A: Aim<f64, 4> + Aim<$t, 4>, const FAST: usize, const LATE: usize>
+            EncoderForm<$t, JointModel<$t>, A, 2, 4, 4, FAST, LATE>
+        {
+            /// Designs the drive; the same numbers whether the compiler or the program calls it.
+            ///
+            /// # Errors
+            /// The first number that is out of its range, with the range.
+            pub const fn design(design: &JointDesign) -> Result<Self, DriveError> {
+                match EncoderForm::<f64, JointModel<f64>, A, 2, 4, 4, FAST, LATE>::of_joint(design) {
+                    Ok($drive) => Ok($converted),
+                    Err(error) => Err(error),
+                }
+            }
+
+            /// [`design`](Self::design) for a `const`: a bad design is a compile error with the reason.
+            ///
+            /// # Panics
+            /// On a bad design; outside a `const` use [`design`](Self::design).
+            pub const fn designed(design: &JointDesign) -> Self {
+                match Self::design(design) {
+                    Ok(drive) => drive,
+                    Err(error) => panic!("{}", error.text().as_str()),
+                }
+            }
+        }
+    };
+}
+designs!(f64, drive => drive);
+designs!(f32, drive => drive.in_f32(drive.model.in_f32()));
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::drive::map_error;
+    use crate::models::Reading;
+
+    #[test]
+    fn the_joint_of_the_paper_has_the_chain_of_the_physical_reading() {
+        let (model, chain) = (Joint::TABLE_I.model(), JointParameters::TABLE_I.chain(Reading::Physical));
+        let found = [model.k1, model.spring, model.b, model.b1, model.lambda()[1], model.kappa()[1], model.gravity];
+        let expected = [chain.k1, chain.a1, chain.b, chain.b1, chain.b2, chain.k2, 1.0];
+        for (found, expected) in found.into_iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 1e-14, "{found} for {expected}");
+        }
+    }
+
+    /// L z_i = z_{i+1}, L z_n = a_z + b u, whatever the state, the weight and the damping are.
+    #[test]
+    fn the_map_is_what_the_definition_of_a_chain_says() {
+        let mut worst = 0.0_f64;
+        let mut seed = 1_u64;
+        let mut noise = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
+        };
+        for weight_n_m in [0.0, 0.23, 2.0] {
+            let model = Joint { weight_n_m, link_damping_n_m_s: 0.5, ..Joint::TABLE_I }.model();
+            for _ in 0..100 {
+                let x = [noise() * 2.0, noise() * 4.0, noise() * 80.0, noise() * 400.0];
+                worst = worst.max(map_error(&model, &model.kappa(), &model.lambda(), &x, noise() * 10.0));
+            }
+            // The check sees what is wrong: another κ is another motion.
+            let [link, motor] = model.kappa();
+            assert!(map_error(&model, &[link + 1.0, motor], &model.lambda(), &[1.0, 1.0, 50.0, 3.0], 1.0) > 1e-3);
+        }
+        std::println!("map off by {worst:.1e}");
+        assert!(worst <= 1e-6, "{worst:e}");
+    }
+
+    /// ∂a_z/∂z at 0 by differences: x of a z near 0 by Newton's method on the map.
+    #[test]
+    fn the_gradient_is_that_of_the_map() {
+        let model = Joint::TABLE_I.model();
+        let chain = |x: &[f64; 4]| model.chain(x, &model.seen(&[x[0], x[2]]));
+        // At 0 the map is triangular: columns of z and a_z on x.
+        let h = 1e-5;
+        let column = |j: usize| -> ([f64; 4], f64) {
+            let mut x = [0.0; 4];
+            x[j] = h;
+            let (z, a) = chain(&x);
+            x[j] = -h;
+            let (less, b) = chain(&x);
+            (core::array::from_fn::<f64, 4, _>(|i| (z[i] - less[i]) / (2.0 * h)), (a - b) / (2.0 * h))
+        };
+        // gradient . dz/dx = da/dx, solved from the last column.
+        let mut gradient = [0.0; 4];
+        for j in (0..4).rev() {
+            let (dz, da) = column(j);
+            let known: f64 = (j + 1..4).map(|i| gradient[i] * dz[i]).sum();
+            gradient[j] = (da - known) / dz[j];
+        }
+        for (found, expected) in model.gradient().into_iter().zip(gradient) {
+            assert!((found - expected).abs() <= 1e-6 * (1.0 + expected.abs()), "{found} for {expected}");
+        }
+    }
+}

@@ -1,0 +1,933 @@
+//! The encoder form of the law: observers on the counts, the folded law on the errors from a reference.
+//!
+//! One tick, in this order (blocks as in module `block`, all sums in the units of the blocks):
+//!
+//! 1. *Foresee.* $m = w^- - \kappa X + d$ ($+ b u$ for the driven block) with the couplings and the applied u of the
+//!    tick that has passed; what the count should have moved is $p + g_2 v + g_1 m + h_1 d_1$.
+//! 2. *Believe.* A count that is there and has moved by that, give or take the gate, is taken; else the sample is lost:
+//!    the prediction stands, and the next good count brings the whole difference.
+//! 3. *Observe.* The couplings $w$ at the raw positions; $m \mathrel{+}= (w - w^-)/2$; prediction;
+//!    $e = -p$; $x \mathrel{+}= L e$. With two gain sets $L$ moves between them, as the smoothed $e$ says.
+//! 4. *Map* to the chain: $z$, $a_z$, and of every channel $d$ and $d'$ (modules `motor`, `joint`).
+//!    With one tick of delay the blocks are foreseen once more first, with the u that is held then.
+//! 5. *Law* on $e_j = z_j - r^{(j-1)}$ at the beginning of the coming tick, with $\Delta$ the change of the reference
+//!    until its end:
+//!
+//! $$ \mathrm{ff} = \frac{\Delta r^{(n-1)}}{t_1} -
+//!    \theta_n \sum_{j<n} \frac{\partial a_z}{\partial z_j} \Delta r^{(j-1)}, \qquad
+//!    y = e, \quad y_{i+1} \mathrel{+}= d_i, \qquad
+//!    \sigma = c \cdot y + \sum g d', \quad \sigma^* = \sigma - W $$
+//! $$ u = k_x \cdot y + k_w W + u_\sigma \sigma^* + \sum k d' + \mathrm{ff}/b - (a_z + d_n)/b $$
+//!
+//! The rows are those of the module `design` for observers of order 2 in the channels 2..n, with $A = d + \theta T d'$
+//! and $B = T d'$ put in. The feed-forward is made of *differences*: whatever $r^{(n)}$ does within the tick,
+//! $\Delta r^{(n-1)}$ is what u must bring about. The observers never see the reference.
+//!
+//! # What holds whatever happens
+//! * u is finite and within the limits, for any counts, any targets (NaN and infinities too) and any state.
+//! * Targets that are no numbers cost their ticks and nothing else: the fallback goes out, the observers go on.
+//! * From any numbers in the state the loop finds back. Estimates that are no numbers or far off cannot foresee the
+//!   count; when that has gone on for more ticks than samples may be missing, the fallback goes out and the observers
+//!   start again where the counts are. An offset that asks for more than 256 times the span of the limits is replaced
+//!   by σ, as at the start; a smaller one decays with α.
+//! * What no sensor tells cannot be found again: the whole turn, and on an incremental encoder the angle. A state with
+//!   other words there is a loop at another place. Their checksum in [`words`](crate::Running::words) is for that.
+
+use core::marker::PhantomData;
+
+use super::block::Block;
+use super::chain::ChainModel;
+use super::encoder::Sensor;
+use super::state::EncoderState;
+use super::target::Aim;
+use crate::config::{Fallback, INPUT_LIMIT};
+use crate::controller::Output;
+use crate::design::Coefficients;
+use crate::exponential::phi_functions;
+use crate::health::Health;
+use crate::law::Limits;
+use crate::real::{Count as _, Real, row_f32};
+use crate::running::{ControlLaw, RetuneError, hash};
+
+/// A designed drive law over E encoders, never changed by a tick.
+///
+/// * `T`: precision, `f32` or `f64`
+/// * `M`: model of the drive: [`Motor`](super::Motor), [`Joint`](super::Joint) or one of your own
+/// * `A`: what it is told to do: follow a [`Position`](super::Position) or a [`Speed`](super::Speed), or
+///   [`Hold`](super::Hold) angle 0
+/// * `E`, `N`: encoders, and the order 2 E of the chain
+/// * `S`: states of each observer, 3 or 4
+/// * `FAST`: gain sets beside the quiet one, 0 or 1
+/// * `LATE`: ticks between computing u and holding it, 0 or 1
+///
+/// Nobody writes all of them: [`MotorDrive`](super::MotorDrive) and [`JointDrive`](super::JointDrive) have names for
+/// what there is to choose. What is not chosen has no state and no instruction.
+#[derive(Clone, Copy, Debug)]
+pub struct EncoderForm<T, M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> {
+    pub(crate) model: M,
+    pub(crate) blocks: [Block<T, S>; E],
+    pub(crate) sensors: [Sensor<T>; E],
+    pub(crate) fast: [[FastGains<T, S>; E]; FAST],
+    pub(crate) row: Row<T, N>,
+    /// Where the gate of each encoder closes to, in the unit of its block, and how fast.
+    pub(crate) gate: [T; E],
+    pub(crate) closing: T,
+    /// Samples of an encoder in a row that may be missing.
+    pub(crate) lost_ticks: T,
+    /// Inertia of each block, for estimates as torques; the tick does not use it.
+    pub(crate) inertia: [T; E],
+    /// A re-tune to this design leaves no offset.
+    pub(crate) at_rest: bool,
+    pub(crate) of: PhantomData<A>,
+}
+
+/// The second gain set of one block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FastGains<T, const S: usize> {
+    /// Fast less quiet.
+    pub(crate) more: [T; S],
+    /// Where it begins to come in, and 1/(where it is all in - where it begins).
+    pub(crate) calm: T,
+    pub(crate) rate: T,
+    /// 1 - e^(-T/3 ms), e^(-T/20 ms).
+    pub(crate) smoothing: T,
+    pub(crate) keep: T,
+}
+
+impl<const S: usize> FastGains<f64, S> {
+    const fn in_f32(&self) -> FastGains<f32, S> {
+        FastGains {
+            more: row_f32(&self.more),
+            calm: self.calm as f32,
+            rate: self.rate as f32,
+            smoothing: self.smoothing as f32,
+            keep: self.keep as f32,
+        }
+    }
+}
+
+/// Rows of the law, see the module's head; entry j belongs to y_j, channel j or Δr^(j-1), from 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Row<T, const N: usize> {
+    /// The last one is 1 and not read.
+    pub(crate) c: [T; N],
+    /// On d', of σ and of the law; entry 0 is not read.
+    pub(crate) g: [T; N],
+    pub(crate) kd: [T; N],
+    /// Entry 0 is 0 and not read.
+    pub(crate) kx: [T; N],
+    /// ff/b on Δr, Δr', ..
+    pub(crate) feed: [T; N],
+    pub(crate) kw: T,
+    pub(crate) us: T,
+    pub(crate) decay: T,
+    /// 1/b.
+    pub(crate) per_b: T,
+    pub(crate) period: T,
+    /// 2π.
+    pub(crate) turn: T,
+    pub(crate) u_min: T,
+    pub(crate) u_max: T,
+    /// Largest |u| that is asked for without a doubt.
+    pub(crate) plausible: T,
+    /// A rejected tick gives hold u + fallback.
+    pub(crate) hold: T,
+    pub(crate) fallback: T,
+}
+
+/// As for a sample in chain coordinates.
+const PLAUSIBLE: f64 = 256.0;
+
+impl<const N: usize> Row<f64, N> {
+    /// Of the rows for observers of order 2 in every channel but the first.
+    pub(crate) const fn of<const O: usize>(
+        rows: &Coefficients<f64, N, 2, O>,
+        gradient: &[f64; N],
+        limits: Limits,
+        fallback: Fallback,
+    ) -> Self {
+        let t_1 = rows.period * phi_functions(gradient[N - 1] * rows.period)[1];
+        let (mut g, mut kd, mut feed) = ([0.0; N], [0.0; N], [0.0; N]);
+        let (t, b) = (rows.period, rows.input_gain);
+        let mut i = 1;
+        while i < N {
+            // A = d + θ T d', B = T d'; in channel n in units of u, and there A has the coefficient -1.
+            (g[i], kd[i]) = (rows.g[i - 1][1] * t, rows.k[i - 1][1] * t);
+            if i + 1 < N {
+                g[i] += 0.5 * t * rows.c[i + 1];
+                kd[i] += 0.5 * t * rows.kx[i + 1];
+            } else {
+                kd[i] = (kd[i] - rows.theta_n * t) / b;
+            }
+            feed[i - 1] = -rows.theta_n * gradient[i - 1] / b;
+            i += 1;
+        }
+        feed[N - 1] = 1.0 / (t_1 * rows.input_gain);
+        let asked = PLAUSIBLE * (limits.max - limits.min);
+        let (hold, fallback) = match fallback {
+            Fallback::HoldLast => (1.0, 0.0),
+            Fallback::Safe(u) => (0.0, u),
+        };
+        Self {
+            c: rows.c,
+            g,
+            kd,
+            kx: rows.kx,
+            feed,
+            kw: rows.kw,
+            us: rows.us,
+            decay: rows.decay,
+            per_b: 1.0 / b,
+            period: rows.period,
+            turn: core::f64::consts::TAU,
+            u_min: limits.min,
+            u_max: limits.max,
+            plausible: if asked < INPUT_LIMIT { asked } else { INPUT_LIMIT },
+            hold,
+            fallback,
+        }
+    }
+
+    const fn in_f32(&self) -> Row<f32, N> {
+        Row {
+            c: row_f32(&self.c),
+            g: row_f32(&self.g),
+            kd: row_f32(&self.kd),
+            kx: row_f32(&self.kx),
+            feed: row_f32(&self.feed),
+            kw: self.kw as f32,
+            us: self.us as f32,
+            decay: self.decay as f32,
+            per_b: self.per_b as f32,
+            period: self.period as f32,
+            turn: self.turn as f32,
+            u_min: self.u_min as f32,
+            u_max: self.u_max as f32,
+            plausible: self.plausible as f32,
+            hold: self.hold as f32,
+            fallback: self.fallback as f32,
+        }
+    }
+}
+
+impl<A, M, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>
+    EncoderForm<f64, M, A, E, N, S, FAST, LATE>
+{
+    /// Every number rounded to the nearest f32, with a model that is in f32 already.
+    pub(crate) const fn in_f32<M32>(&self, model: M32) -> EncoderForm<f32, M32, A, E, N, S, FAST, LATE> {
+        let mut blocks = [self.blocks[0].in_f32(); E];
+        let mut sensors = [self.sensors[0].in_f32(); E];
+        let mut i = 1;
+        while i < E {
+            blocks[i] = self.blocks[i].in_f32();
+            sensors[i] = self.sensors[i].in_f32();
+            i += 1;
+        }
+        let none = FastGains { more: [0.0_f32; S], calm: 0.0, rate: 0.0, smoothing: 0.0, keep: 0.0 };
+        let mut fast = [[none; E]; FAST];
+        let mut f = 0;
+        while f < FAST {
+            let mut i = 0;
+            while i < E {
+                fast[f][i] = self.fast[f][i].in_f32();
+                i += 1;
+            }
+            f += 1;
+        }
+        EncoderForm {
+            model,
+            blocks,
+            sensors,
+            fast,
+            row: self.row.in_f32(),
+            gate: row_f32(&self.gate),
+            closing: self.closing as f32,
+            lost_ticks: self.lost_ticks as f32,
+            inertia: row_f32(&self.inertia),
+            at_rest: self.at_rest,
+            of: PhantomData,
+        }
+    }
+}
+
+impl<T, M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>
+    EncoderForm<T, M, A, E, N, S, FAST, LATE>
+{
+    /// The same design; a re-tune to it leaves no offset W, and u may jump: for a loop at rest under a model that was
+    /// far off. What still swings there would have the difference of u at one moment frozen into W.
+    #[must_use]
+    pub const fn at_rest(mut self) -> Self {
+        self.at_rest = true;
+        self
+    }
+}
+
+/// What one tick is given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample<C, G, const E: usize> {
+    /// Count of each encoder (`i32`, of which only the bits of its counter are read); `None` for one that is lost.
+    pub counts: [Option<C>; E],
+    /// Where it should be at the beginning of the tick in which u is held: now, or with a tick of delay in one tick.
+    pub begin: G,
+    /// Where it should be at the end of that tick.
+    pub end: G,
+}
+
+/// What a drive knows, in rad of each shaft.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct DriveEstimates<T, C, const E: usize> {
+    /// Whole turns to which the positions are to be added.
+    pub turn: C,
+    /// Position of each shaft, rad; with a geared base it may be some turns.
+    pub position: [T; E],
+    /// Speed, rad/s.
+    pub speed: [T; E],
+    /// Disturbance d, rad/s²: acceleration that the model does not explain.
+    pub disturbance: [T; E],
+    /// The same as a torque against the shaft, -J d, N m: load and friction.
+    pub load: [T; E],
+}
+
+pub(crate) type StateOf<C> = <C as ControlLaw>::State;
+
+/// The estimates that the law works with.
+#[derive(Clone, Copy)]
+struct Known<T, V, const E: usize, const N: usize> {
+    x: [T; N],
+    d: [T; E],
+    /// d'; 0 with three states.
+    growth: [T; E],
+    seen: V,
+}
+
+/// What the law asks for.
+struct Asked<T> {
+    sigma: T,
+    /// Without the offset: kw W + us (σ - W) is to be added.
+    bare: T,
+}
+
+impl<T, M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>
+    EncoderForm<T, M, A, E, N, S, FAST, LATE>
+where
+    T: Real,
+    M: ChainModel<T, E, N>,
+    A: Aim<T, N>,
+{
+    const DRIVEN: usize = E - 1;
+    const SHAPE: () = assert!(
+        E >= 1 && N == 2 * E && (S == 3 || S == 4) && FAST <= 1 && LATE <= 1,
+        "a drive has N = 2 E, 3 or 4 states per block, at most one fast gain set and one tick of delay"
+    );
+
+    /// The nominal model.
+    pub const fn model(&self) -> &M {
+        &self.model
+    }
+
+    /// Gain Γ of each observer into σ: what a unit of innovation, in the unit of its block, adds to σ at rest at 0,
+    /// with the quiet set or, if there is one, the fast set.
+    fn gains_into_sigma(&self, fast: bool) -> [T; E] {
+        let sigma = |x: [[T; S]; E]| {
+            let mut known = Known {
+                x: [T::ZERO; N],
+                d: [T::ZERO; E],
+                growth: [T::ZERO; E],
+                seen: self.model.seen(&core::array::from_fn(|i| x[i][0])),
+            };
+            for i in 0..E {
+                (known.x[2 * i], known.x[2 * i + 1], known.d[i]) = (x[i][0], x[i][1], x[i][2]);
+                known.growth[i] = if S == 4 { x[i][3] } else { T::ZERO };
+            }
+            let (z, _) = self.model.chain(&known.x, &known.seen);
+            self.sigma(&z, &self.model.spread(&known.seen, &known.d), &self.model.spread(&known.seen, &known.growth))
+        };
+        core::array::from_fn(|i| {
+            let mut gains = self.blocks[i].gains;
+            for set in self.fast.iter().take(usize::from(fast)) {
+                for s in 0..S {
+                    gains[s] += set[i].more[s];
+                }
+            }
+            let step = self.sensors[i].unit;
+            let mut x = [[T::ZERO; S]; E];
+            x[i] = gains.map(|gain| gain * step);
+            sigma(x) / step
+        })
+    }
+
+    /// λ_2 of the module `monitor`: what |σ*| stays below as long as u is within its limits and the innovations are at
+    /// most so many steps; of the larger gain set. In the unit of x_n. Not for the tick.
+    pub fn sigma_star_bound(&self, innovation_steps: [f64; E]) -> f64 {
+        let sets = [false, true].map(|fast| {
+            let gains = self.gains_into_sigma(fast);
+            (0..E).map(|i| (gains[i] * self.sensors[i].unit).abs().to_f64() * innovation_steps[i]).sum::<f64>()
+        });
+        // u_σ moves σ by -min(k_l T, 1) within a tick: so does K_v b u_σ, and k_w by α.
+        let reach = (self.row.us / self.row.kw * self.row.decay).to_f64();
+        (if sets[1] > sets[0] { sets[1] } else { sets[0] }) / reach
+    }
+
+    /// σ of errors or of a state, with what the channels carry.
+    #[inline(always)]
+    fn sigma(&self, e: &[T; N], d: &[T; N], growth: &[T; N]) -> T {
+        let k = &self.row;
+        let y = Self::with(e, d);
+        let mut sigma = y[N - 1];
+        if A::POSITION {
+            for j in 0..N - 1 {
+                sigma += k.c[j] * y[j];
+            }
+        }
+        if S == 4 {
+            for i in 1..N - 1 {
+                sigma += k.g[i] * growth[i];
+            }
+        }
+        sigma.called("sigma", 0)
+    }
+
+    /// y: the disturbance of each mismatched channel on top of the error that it drives.
+    #[inline(always)]
+    fn with(e: &[T; N], d: &[T; N]) -> [T; N] {
+        let mut y = *e;
+        for i in 1..N - 1 {
+            y[i + 1] += d[i];
+        }
+        y
+    }
+
+    /// Position of a block since the base, in its unit.
+    #[inline(always)]
+    fn position(&self, state: &StateOf<Self>, i: usize) -> T {
+        self.raw(state, i) + state.x[i][0]
+    }
+
+    /// Where the last good count was.
+    #[inline(always)]
+    fn raw(&self, state: &StateOf<Self>, i: usize) -> T {
+        self.sensors[i].unit * T::from_count(state.at[i])
+    }
+
+    /// Change of position, and v, d after one more tick under m.
+    #[inline(always)]
+    fn foreseen(&self, i: usize, x: &[T; S], m: T) -> (T, T, T) {
+        let k = &self.blocks[i];
+        let (mut moved, mut v, mut d) = (k.g2 * x[1] + k.g1 * m, k.phi * x[1] + k.g2 * m, x[2]);
+        if S == 4 {
+            moved += k.h1 * x[3];
+            v += k.g1 * x[3];
+            d += self.row.period * x[3];
+        }
+        (moved, v, d)
+    }
+
+    /// Steps 1 to 3. `false` when too many samples are missing.
+    #[inline(always)]
+    fn observe(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> (M::Seen, [bool; E], bool) {
+        T::section("1. What the counts should have moved.");
+        let mut m = [T::ZERO; E];
+        let mut expected = [T::ZERO; E];
+        let mut position = [T::ZERO; E];
+        for i in 0..E {
+            m[i] = state.x[i][2];
+            position[i] = self.position(state, i);
+            if let Some(w) = M::coupling(&state.push, i) {
+                m[i] += w - self.blocks[i].kappa * position[i];
+            }
+            if i == Self::DRIVEN {
+                m[i] += self.model.input_gain() * state.held;
+            }
+            expected[i] = (state.x[i][0] + self.foreseen(i, &state.x[i], m[i]).0).called("expected", i + 1);
+        }
+
+        T::section("2. Which counts are believed.");
+        let mut used = [false; E];
+        let mut known = true;
+        for i in 0..E {
+            state.x[i][0] = expected[i];
+            let k = &self.sensors[i];
+            if let Some(count) = counts[i] {
+                let moved = count.since(state.last[i]).signed(k.bits);
+                let p = (expected[i] - k.unit * T::from_count(moved)).called("p", i + 1);
+                if p.abs() <= state.reach[i] {
+                    used[i] = true;
+                    state.last[i] = count;
+                    state.at[i] = state.at[i].plus(moved).signed(k.width);
+                    state.x[i][0] = p;
+                    position[i] = self.raw(state, i);
+                }
+            }
+            state.reach[i] -= self.closing * (state.reach[i] - self.gate[i]);
+            if used[i] {
+                state.missed[i] = T::ZERO;
+            } else {
+                // Where nothing is measured the couplings see the prediction.
+                position[i] += self.blocks[i].g2 * state.x[i][1];
+                let one = T::from_f64(1.0);
+                state.missed[i] += one;
+                known = known && state.missed[i] >= one && state.missed[i] <= self.lost_ticks;
+            }
+        }
+
+        T::section("3. Observers.");
+        let seen = self.model.seen(&position);
+        let push = self.model.push(&position, &seen);
+        for i in 0..E {
+            let k = &self.blocks[i];
+            if let (Some(before), Some(now)) = (M::coupling(&state.push, i), M::coupling(&push, i)) {
+                let more = T::HALF * (now - before);
+                m[i] += more;
+                state.x[i][0] += k.g1 * more;
+            }
+            (_, state.x[i][1], state.x[i][2]) = self.foreseen(i, &state.x[i], m[i]);
+            if used[i] {
+                let e = (-state.x[i][0]).called("e", i + 1);
+                let gains = self.gains(state, i, e);
+                for s in 0..S {
+                    state.x[i][s] += gains[s] * e;
+                }
+            }
+        }
+        state.push = push;
+        // The map wants them at the estimate, not at the count.
+        let seen =
+            self.model.seen_ahead(seen, if used[0] { state.x[0][0] } else { self.position(state, 0) - position[0] });
+        (seen, used, known)
+    }
+
+    /// The gains of this tick.
+    #[inline(always)]
+    fn gains(&self, state: &mut StateOf<Self>, i: usize, e: T) -> [T; S] {
+        let mut gains = self.blocks[i].gains;
+        for f in 0..FAST {
+            let k = &self.fast[f][i];
+            let [mut smoothed, level] = state.alert[f][i];
+            smoothed += k.smoothing * (e - smoothed);
+            let (now, fading) = ((smoothed.abs() - k.calm) * k.rate, level * k.keep);
+            let level = if now > fading { now } else { fading }.limited(T::ZERO, T::from_f64(1.0));
+            state.alert[f][i] = [smoothed, level];
+            for s in 0..S {
+                gains[s] += level * k.more[s];
+            }
+        }
+        gains
+    }
+
+    /// The estimates at the beginning of the tick in which u is held.
+    #[inline(always)]
+    fn known(&self, state: &StateOf<Self>, mut seen: M::Seen, before: &M::Push) -> Known<T, M::Seen, E, N> {
+        let (mut x, mut d, mut growth) = ([T::ZERO; N], [T::ZERO; E], [T::ZERO; E]);
+        for i in 0..E {
+            let (mut position, mut v, mut d_i) = (self.position(state, i), state.x[i][1], state.x[i][2]);
+            if LATE == 1 {
+                let mut m = d_i;
+                if let (Some(last), Some(now)) = (M::coupling(before, i), M::coupling(&state.push, i)) {
+                    // w at the end of the tick is not known: it goes on as it did.
+                    m += now + T::HALF * (now - last) - self.blocks[i].kappa * position;
+                }
+                if i == Self::DRIVEN {
+                    for queued in state.queued {
+                        m += self.model.input_gain() * queued;
+                    }
+                }
+                let moved;
+                (moved, v, d_i) = self.foreseen(i, &state.x[i], m);
+                position += moved;
+                if i == 0 {
+                    seen = self.model.seen_ahead(seen, moved);
+                }
+            }
+            (x[2 * i], x[2 * i + 1], d[i]) = (position, v, d_i);
+            if S == 4 {
+                growth[i] = state.x[i][3];
+            }
+        }
+        Known { x, d, growth, seen }
+    }
+
+    /// Steps 4 and 5, for a reference that moves `pace` as much.
+    #[inline(always)]
+    fn asked(
+        &self,
+        known: &Known<T, M::Seen, E, N>,
+        turn: T::Count,
+        begin: &A::Target,
+        end: &A::Target,
+        pace: Option<T>,
+    ) -> Asked<T> {
+        let k = &self.row;
+        T::section("4. The chain.");
+        let (z, drift) = self.model.chain(&known.x, &known.seen);
+        let d = self.model.spread(&known.seen, &known.d);
+        // Not read with three states.
+        let growth = self.model.spread(&known.seen, &known.growth);
+
+        T::section("5. Law.");
+        let e = A::errors(&z, turn, k.turn, begin);
+        let y = Self::with(&e, &d);
+        let sigma = self.sigma(&e, &d, &growth);
+        let input_drift = k.per_b * (drift + d[N - 1]);
+        let mut bare = -input_drift;
+        if A::POSITION {
+            for j in 1..N {
+                bare += k.kx[j] * y[j];
+            }
+        }
+        if S == 4 && A::POSITION {
+            for i in 1..N {
+                bare += k.kd[i] * growth[i];
+            }
+        }
+        if let Some(moved) = A::moved(begin, end, k.turn) {
+            let mut feed = k.feed[N - 1] * moved[N - 1];
+            if M::HAS_GRADIENT {
+                for j in 0..N - 1 {
+                    feed += k.feed[j] * moved[j];
+                }
+            }
+            bare += pace.map_or(feed, |pace| feed * pace);
+        }
+        Asked { sigma, bare: bare.called("bare", 0) }
+    }
+
+    /// A state that starts where the counts are.
+    fn started(&self, counts: [T::Count; E], at: [T::Count; E], turn: T::Count, d: &[T; E]) -> StateOf<Self> {
+        let mut x = [[T::ZERO; S]; E];
+        let mut position = [T::ZERO; E];
+        for i in 0..E {
+            x[i][2] = d[i];
+            position[i] = self.sensors[i].unit * T::from_count(at[i]);
+        }
+        EncoderState {
+            last: counts,
+            at,
+            turn,
+            x,
+            push: self.model.push(&position, &self.model.seen(&position)),
+            alert: [[[T::ZERO; 2]; E]; FAST],
+            reach: core::array::from_fn(|i| self.sensors[i].half_span),
+            missed: [T::ZERO; E],
+            offset: T::ZERO,
+            held: T::ZERO,
+            queued: [T::ZERO; LATE],
+            fresh: true,
+        }
+    }
+
+    /// Where the counts are now, for a state without a tick that has passed.
+    #[inline(always)]
+    fn go_on_to(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> bool {
+        let mut all = true;
+        for i in 0..E {
+            let k = &self.sensors[i];
+            match counts[i] {
+                Some(count) => {
+                    state.at[i] = state.at[i].plus(count.since(state.last[i]).signed(k.bits)).signed(k.width);
+                    state.last[i] = count;
+                }
+                None => all = false,
+            }
+        }
+        all
+    }
+
+    /// The base follows by whole turns, and the couplings with it.
+    #[inline(always)]
+    fn follow(&self, state: &mut StateOf<Self>) {
+        let at = T::from_count(state.at[0]);
+        let forward = at > self.sensors[0].edge;
+        if forward || at < -self.sensors[0].edge {
+            self.shift(state, forward);
+        }
+    }
+
+    #[cold]
+    fn shift(&self, state: &mut StateOf<Self>, forward: bool) {
+        let mut raw = [T::ZERO; E];
+        for i in 0..E {
+            let base = T::Count::of(self.sensors[i].base_counts);
+            state.at[i] = if forward { state.at[i].since(base) } else { state.at[i].plus(base) };
+            raw[i] = self.raw(state, i);
+        }
+        let turns = T::Count::of(self.sensors[0].base_turns);
+        state.turn = if forward { state.turn.plus(turns) } else { state.turn.since(turns) };
+        state.push = self.model.push(&raw, &self.model.seen(&raw));
+    }
+
+    /// The first tick of a state: there is none that has passed.
+    #[cold]
+    fn begun(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> M::Seen {
+        state.fresh = false;
+        self.go_on_to(state, counts);
+        self.model.seen(&core::array::from_fn(|i| self.position(state, i)))
+    }
+
+    /// Nothing is known any more: the fallback goes out, and the observers start again with the next count of each
+    /// encoder.
+    #[cold]
+    #[inline(never)]
+    fn lost(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Output<T> {
+        let u = self.fallback(state);
+        if self.go_on_to(state, counts) {
+            *state = self.started(state.last, state.at, state.turn, &[T::ZERO; E]);
+        } else {
+            // No difference is made over a gap: until all are there nothing is believed.
+            state.reach = core::array::from_fn(|i| -self.sensors[i].half_span);
+        }
+        Self::remember(state, u);
+        Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health: Health::INPUT_REJECTED.union(Health::SAMPLE_LOST) }
+    }
+
+    /// What goes out instead of a u that nobody may ask for.
+    #[inline(always)]
+    fn fallback(&self, state: &StateOf<Self>) -> T {
+        let last = if LATE == 1 { state.queued[0] } else { state.held };
+        let last = if is_sound(last) { last } else { T::ZERO };
+        (self.row.hold * last + self.row.fallback).limited(self.row.u_min, self.row.u_max)
+    }
+
+    /// Estimates of another design in the units of this one, such that the acceleration of every block is what it was;
+    /// what that has added to d.
+    fn convert(&self, from: &Self, state: &mut StateOf<Self>) -> [T; E] {
+        let mut shift = [T::ZERO; E];
+        for i in 0..E {
+            shift[i] = from.acceleration(state, i);
+        }
+        let mut raw = [T::ZERO; E];
+        for i in 0..E {
+            let unit = self.model.per_rad(i) / from.model.per_rad(i);
+            for s in 0..S {
+                state.x[i][s] = state.x[i][s] * unit;
+            }
+            for f in 0..FAST {
+                state.alert[f][i][0] = state.alert[f][i][0] * unit;
+            }
+            shift[i] = shift[i] * unit;
+            raw[i] = self.raw(state, i);
+            state.reach[i] = self.sensors[i].half_span;
+        }
+        state.push = self.model.push(&raw, &self.model.seen(&raw));
+        for i in 0..E {
+            shift[i] -= self.acceleration(state, i);
+            state.x[i][2] += shift[i];
+        }
+        shift
+    }
+
+    /// Nominal acceleration of a block, as the model has it without d.
+    fn acceleration(&self, state: &StateOf<Self>, i: usize) -> T {
+        let k = &self.blocks[i];
+        let mut sum = -k.lambda * state.x[i][1];
+        if let Some(w) = M::coupling(&state.push, i) {
+            sum += w - k.kappa * self.position(state, i);
+        }
+        if i == Self::DRIVEN {
+            sum += self.model.input_gain() * state.held;
+        }
+        sum
+    }
+
+    /// Every number of the design.
+    fn numbers(&self) -> impl Iterator<Item = T> {
+        let blocks =
+            self.blocks.iter().flat_map(|k| [k.kappa, k.lambda, k.phi, k.g2, k.g1, k.h1].into_iter().chain(k.gains));
+        let sensors = self.sensors.iter().flat_map(|k| [k.unit, k.half_span, k.edge]);
+        let fast = self.fast.as_flattened().iter();
+        let fast = fast.flat_map(|k| k.more.into_iter().chain([k.calm, k.rate, k.smoothing, k.keep]));
+        let Row { c, g, kd, kx, feed, kw, us, decay, per_b, period, turn, u_min, u_max, plausible, hold, fallback } =
+            self.row;
+        let rows = [c, g, kd, kx, feed].into_iter().flatten();
+        let rest = [kw, us, decay, per_b, period, turn, u_min, u_max, plausible, hold, fallback];
+        let gates = self.gate.into_iter().chain([self.closing, self.lost_ticks]).chain(self.inertia);
+        blocks.chain(sensors).chain(fast).chain(rows).chain(rest).chain(gates).chain(self.model.numbers())
+    }
+
+    /// u is on its way to the actuator.
+    #[inline(always)]
+    fn remember(state: &mut StateOf<Self>, u: T) {
+        state.held = u;
+        for queued in &mut state.queued {
+            state.held = *queued;
+            *queued = u;
+        }
+    }
+}
+
+/// Within ±[`INPUT_LIMIT`]? False for NaN and infinities.
+#[inline(always)]
+fn is_sound<T: Real>(value: T) -> bool {
+    value.abs() <= T::from_f64(INPUT_LIMIT).called("input_limit", 0)
+}
+
+impl<T, M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> ControlLaw
+    for EncoderForm<T, M, A, E, N, S, FAST, LATE>
+where
+    T: Real,
+    M: ChainModel<T, E, N>,
+    A: Aim<T, N>,
+{
+    type Scalar = T;
+    type Sample = Sample<T::Count, A::Target, E>;
+    type Output = Output<T>;
+    type State = EncoderState<T, M, E, N, S, FAST, LATE>;
+    /// d of each block at the start, in rad/s² of its shaft.
+    type Guess = [T; E];
+    type Estimates = DriveEstimates<T, T::Count, E>;
+    const NO_GUESS: [T; E] = [T::ZERO; E];
+
+    /// All counts must be there. The angles are then within half a counter of 0.
+    fn start_from(&self, sample: &Self::Sample, d: &[T; E]) -> Option<Self::State> {
+        let () = Self::SHAPE;
+        let (mut counts, mut at) = ([T::Count::of(0); E], [T::Count::of(0); E]);
+        let mut d = *d;
+        for i in 0..E {
+            counts[i] = sample.counts[i]?;
+            at[i] = counts[i].signed(self.sensors[i].bits);
+            d[i] = d[i] * self.model.per_rad(i);
+        }
+        let mut state = self.started(counts, at, T::Count::of(0), &d);
+        let position = core::array::from_fn(|i| self.position(&state, i));
+        let known = self.known(&state, self.model.seen(&position), &state.push);
+        state.offset = self.asked(&known, state.turn, &sample.begin, &sample.end, None).sigma;
+        (is_sound(state.offset) && d.iter().all(|&d| is_sound(d))).then_some(state)
+    }
+
+    #[inline]
+    fn not_started(&self) -> Output<T> {
+        Output {
+            u: self.row.fallback.limited(self.row.u_min, self.row.u_max),
+            sigma: T::ZERO,
+            sigma_star: T::ZERO,
+            health: Health::INPUT_REJECTED,
+        }
+    }
+
+    #[inline(always)]
+    fn tick(&self, state: &mut Self::State, sample: &Self::Sample) -> Output<T> {
+        let k = &self.row;
+        let before = state.push;
+        let mut health = Health::OK;
+        let seen = if state.fresh {
+            self.begun(state, &sample.counts)
+        } else {
+            let (seen, used, known) = self.observe(state, &sample.counts);
+            if !known {
+                return self.lost(state, &sample.counts);
+            }
+            for used in used {
+                health = health.union(Health::SAMPLE_LOST.when(!used));
+            }
+            seen
+        };
+        let known = self.known(state, seen, &before);
+        let Asked { sigma, bare } = self.asked(&known, state.turn, &sample.begin, &sample.end, None);
+        let mut sigma_star = (sigma - state.offset).called("sigma_star", 0);
+        let mut demand = (bare + k.kw * state.offset + k.us * sigma_star).called("demand", 0);
+        let is_plausible = demand.abs() <= k.plausible;
+        if !is_plausible {
+            // Far from the reference, or an offset that nothing has left: as at the start, or no number at all.
+            demand = bare + k.kw * sigma;
+            if !is_sound(demand) {
+                let u = self.fallback(state);
+                Self::remember(state, u);
+                let health = health.union(Health::INPUT_REJECTED);
+                return Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health };
+            }
+            (state.offset, sigma_star) = (sigma, T::ZERO);
+        }
+        let u = demand.limited(k.u_min, k.u_max).called("u", 0);
+
+        T::section("6. Memory.");
+        Self::remember(state, u);
+        state.offset -= k.decay * state.offset;
+        self.follow(state);
+        Output { u, sigma, sigma_star, health: health.union(Health::SATURATED.when(u != demand)) }
+    }
+
+    #[inline]
+    fn report_applied(state: &mut Self::State, u: T) -> bool {
+        let taken = is_sound(u);
+        if taken {
+            state.held = u;
+        }
+        taken
+    }
+
+    fn estimates(&self, state: &Self::State) -> Self::Estimates {
+        let of = |i: usize, value: T| value / self.model.per_rad(i);
+        let disturbance = core::array::from_fn(|i| of(i, state.x[i][2]));
+        DriveEstimates {
+            turn: state.turn,
+            position: core::array::from_fn(|i| of(i, self.position(state, i))),
+            speed: core::array::from_fn(|i| of(i, state.x[i][1])),
+            disturbance,
+            load: core::array::from_fn(|i| -self.inertia[i] * disturbance[i]),
+        }
+    }
+
+    fn take_over(&self, from: &Self, state: &Self::State, sample: &Self::Sample) -> Result<Self::State, RetuneError> {
+        let k = &self.row;
+        if !self.sensors.iter().zip(&from.sensors).all(|(new, old)| new.counts_alike(old)) {
+            return Err(RetuneError::OtherEncoder);
+        }
+        if (k.us - k.kw).abs() < T::from_f64(0.1) * k.us.abs() {
+            return Err(RetuneError::GainNearDecay);
+        }
+        // The tick that has passed had the period of its own design.
+        let same_period = k.period == from.row.period;
+        let (mut old, mut shift) = (state.clone(), [T::ZERO; E]);
+        if same_period {
+            shift = self.convert(from, &mut old);
+        }
+        let (seen, _, known) = if old.fresh {
+            self.go_on_to(&mut old, &sample.counts);
+            let position = core::array::from_fn(|i| self.position(&old, i));
+            (self.model.seen(&position), [true; E], true)
+        } else if same_period {
+            self.observe(&mut old, &sample.counts)
+        } else {
+            from.observe(&mut old, &sample.counts)
+        };
+        if !same_period {
+            shift = self.convert(from, &mut old);
+        }
+        let mut new = old;
+        let push = new.push;
+        let now = self.known(&new, seen, &push);
+        let pace = from.row.period / k.period;
+        let (mut x, mut d, mut growth) = (now.x, now.d, now.growth);
+        for i in 0..E {
+            let unit = from.model.per_rad(i) / self.model.per_rad(i);
+            x[2 * i] = x[2 * i] * unit;
+            x[2 * i + 1] = x[2 * i + 1] * unit;
+            d[i] = (d[i] - shift[i]) * unit;
+            growth[i] = growth[i] * unit;
+        }
+        let seen = from.model.seen(&core::array::from_fn(|i| x[2 * i]));
+        let before = Known { x, d, growth, seen };
+        let Sample { begin, end, .. } = sample;
+        let asked = self.asked(&now, new.turn, begin, end, None);
+        let wanted = from.asked(&before, new.turn, begin, end, (!same_period).then_some(pace));
+        let wanted = wanted.bare + from.row.kw * new.offset + from.row.us * (wanted.sigma - new.offset);
+        let offset = (wanted - (asked.bare + k.us * asked.sigma)) / (k.kw - k.us);
+        if !known || !is_sound(asked.sigma) || !is_sound(wanted) {
+            return Err(RetuneError::Sample);
+        }
+        if !is_sound(offset) {
+            return Err(RetuneError::OffsetOutOfRange);
+        }
+        new.offset = if self.at_rest { T::ZERO } else { offset };
+        new.fresh = true;
+        Ok(new)
+    }
+
+    /// Over version, precision, shape and every number of the design and of its model.
+    fn fingerprint(&self) -> u32 {
+        let shape = [E, S, FAST, LATE, usize::from(A::POSITION)].map(|number| number as u32);
+        let head = [crate::VERSION_NUMBER, T::WORDS as u32].into_iter().chain(shape);
+        let sensors = self.sensors.iter().flat_map(|k| [k.bits, k.base_counts as u32, k.base_turns as u32]);
+        hash(head.chain(sensors).chain(self.numbers().flat_map(Real::to_words)))
+    }
+}

@@ -1,0 +1,241 @@
+//! Monitors around a drive: is what it sees still what its design supposes?
+//!
+//! The gate of the law (a count that moves as no shaft can is not believed) sees a sensor that jumps, or sticks in
+//! motion. A count that sticks at a turning point moves as a shaft at rest does: the observer takes what u does to the
+//! real shaft for a disturbance that cancels it, and the loop runs away. That is what these are for; they are not
+//! optional where a runaway does harm.
+//!
+//! * *Disturbance*: |d| over what load, friction and errors of the model can be.
+//! * *Sliding variable*: unsaturated and with innovations of at most $\bar e_i$ it cannot leave
+//!   $|\sigma^*| \le \lambda_2 = \sum_i |\Gamma_i| \bar e_i / \min(k_l T, 1)$, where $\Gamma_i$ is what a unit of
+//!   innovation adds to σ ([`EncoderForm::sigma_star_bound`]). Masked while u is at a limit.
+//! * *Stuck at a limit*: u at a limit for so many ticks while |σ| does not fall.
+//! * *Lost*: more samples missing than the law bridges.
+//!
+//! What follows is in the type: [`GoOn`] tells it in [`Health`] and leaves the rest to the caller, who may plan a
+//! joined [`stop`](super::stop) with the reference; [`Stop`] sends what goes out before the start until the drive is
+//! reset.
+
+use core::marker::PhantomData;
+
+use super::chain::ChainModel;
+use super::law::{EncoderForm, StateOf};
+use super::target::Aim;
+use crate::controller::Output;
+use crate::health::Health;
+use crate::real::Real;
+use crate::running::{ControlLaw, RetuneError, Words, hash, next};
+
+/// What the monitors of a drive with E encoders may see, in the units of a data sheet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Bounds<const E: usize> {
+    /// Largest |d| of each shaft, rad/s². For a motor 0.4 of the limit of u times b, 0.9 of it within ±50 %.
+    pub disturbance: [f64; E],
+    /// Largest |σ*|; infinite for none.
+    pub sigma_star: f64,
+    /// Ticks that u may be at a limit while |σ| does not fall.
+    pub stuck_ticks: u32,
+}
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for super::GoOn {}
+    impl Sealed for super::Stop {}
+}
+
+/// What follows an alarm: [`GoOn`] or [`Stop`].
+pub trait Reaction: sealed::Sealed + Copy + 'static {
+    /// Does it stop the drive?
+    const STOPS: bool;
+}
+
+/// An alarm is told and no more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GoOn;
+/// An alarm stops the drive until it is [reset](crate::Running::reset).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stop;
+
+impl Reaction for GoOn {
+    const STOPS: bool = false;
+}
+impl Reaction for Stop {
+    const STOPS: bool = true;
+}
+
+/// A law whose disturbances can be watched.
+pub trait Watched<const E: usize>: ControlLaw<Output = Output<<Self as ControlLaw>::Scalar>> {
+    /// d of each block, in its own unit.
+    fn disturbance(state: &Self::State) -> [Self::Scalar; E];
+
+    /// How many of these units one rad/s² is.
+    fn per_rad(&self, block: usize) -> Self::Scalar;
+}
+
+impl<T, M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> Watched<E>
+    for EncoderForm<T, M, A, E, N, S, FAST, LATE>
+where
+    T: Real,
+    M: ChainModel<T, E, N>,
+    A: Aim<T, N>,
+{
+    #[inline(always)]
+    fn disturbance(state: &StateOf<Self>) -> [T; E] {
+        core::array::from_fn(|i| state.x[i][2])
+    }
+
+    fn per_rad(&self, block: usize) -> T {
+        self.model.per_rad(block)
+    }
+}
+
+/// A drive with its monitors.
+///
+/// ```
+/// use controller_core::drive::{Bounds, Encoder, Monitored, Motor, MotorDesign, MotorDrive, Position, Stop};
+/// use controller_core::{Limits, Running};
+///
+/// const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
+/// const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
+/// type Drive = MotorDrive<f32, Position>;
+/// let bounds = Bounds { disturbance: [4.0 * MOTOR.input_gain()], sigma_star: f64::INFINITY, stuck_ticks: 200 };
+/// let running = Running::new(Monitored::<Drive, 1, Stop>::new(Drive::designed(&DESIGN), &bounds));
+/// # assert!(running.estimates().is_none());
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Monitored<L: ControlLaw, const E: usize, R> {
+    law: L,
+    disturbance: [L::Scalar; E],
+    sigma_star: L::Scalar,
+    stuck_ticks: L::Scalar,
+    of: PhantomData<R>,
+}
+
+impl<L: Watched<E>, const E: usize, R: Reaction> Monitored<L, E, R> {
+    /// A drive, and what may be seen of it.
+    pub fn new(law: L, bounds: &Bounds<E>) -> Self {
+        let disturbance = core::array::from_fn(|i| L::Scalar::from_f64(bounds.disturbance[i]) * law.per_rad(i));
+        let sigma_star = if bounds.sigma_star < LARGEST { bounds.sigma_star } else { LARGEST };
+        Self {
+            law,
+            disturbance,
+            sigma_star: L::Scalar::from_f64(sigma_star),
+            stuck_ticks: L::Scalar::from_f64(f64::from(bounds.stuck_ticks)),
+            of: PhantomData,
+        }
+    }
+}
+
+/// For no bound, in f32 too.
+const LARGEST: f64 = 1e30;
+
+/// State of a [`Monitored`] drive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MonitoredState<S, T> {
+    within: S,
+    /// Ticks at a limit without |σ| falling, and the last |σ|.
+    stuck: T,
+    last: T,
+    stopped: bool,
+}
+
+impl<S: Words, T: Real> Words for MonitoredState<S, T> {
+    fn words(&self) -> impl Iterator<Item = u32> {
+        let numbers = [self.stuck, self.last].into_iter();
+        let numbers = numbers.flat_map(|number| number.to_words().into_iter().take(T::WORDS));
+        [u32::from(self.stopped)].into_iter().chain(numbers).chain(self.within.words())
+    }
+
+    fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
+        let stopped = match words.next()? {
+            0 => false,
+            1 => true,
+            _ => return None,
+        };
+        let (stuck, last) = (next(words)?, next(words)?);
+        Some(Self { within: S::from_words(words)?, stuck, last, stopped })
+    }
+}
+
+impl<L: Watched<E>, const E: usize, R: Reaction> ControlLaw for Monitored<L, E, R> {
+    type Scalar = L::Scalar;
+    type Sample = L::Sample;
+    type Output = Output<L::Scalar>;
+    type State = MonitoredState<L::State, L::Scalar>;
+    type Guess = L::Guess;
+    type Estimates = L::Estimates;
+    const NO_GUESS: L::Guess = L::NO_GUESS;
+
+    fn start_from(&self, sample: &L::Sample, guess: &L::Guess) -> Option<Self::State> {
+        let within = self.law.start_from(sample, guess)?;
+        Some(MonitoredState { within, stuck: L::Scalar::ZERO, last: L::Scalar::ZERO, stopped: false })
+    }
+
+    #[inline]
+    fn not_started(&self) -> Self::Output {
+        self.law.not_started()
+    }
+
+    #[inline]
+    fn tick(&self, state: &mut Self::State, sample: &L::Sample) -> Self::Output {
+        if R::STOPS && state.stopped {
+            let output = self.law.not_started();
+            return Output { health: output.health.union(Health::STOPPED), ..output };
+        }
+        let mut output = self.law.tick(&mut state.within, sample);
+        let saturated = output.health.contains(Health::SATURATED);
+        let d = L::disturbance(&state.within);
+        for i in 0..E {
+            let over = Health::DISTURBANCE_OVER_BOUND.when(d[i].abs() > self.disturbance[i]);
+            output.health = output.health.union(over);
+        }
+        let sigma = output.sigma.abs();
+        if saturated {
+            if sigma >= state.last {
+                state.stuck += L::Scalar::from_f64(1.0);
+            }
+        } else {
+            state.stuck = L::Scalar::ZERO;
+            let over = output.sigma_star.abs() > self.sigma_star;
+            output.health = output.health.union(Health::SIGMA_STAR_OVER_BOUND.when(over));
+        }
+        state.last = sigma;
+        let stuck = Health::STUCK_AT_LIMIT.when(state.stuck > self.stuck_ticks);
+        output.health = output.health.union(stuck);
+        if R::STOPS {
+            const ALARMS: Health = Health::DISTURBANCE_OVER_BOUND
+                .union(Health::SIGMA_STAR_OVER_BOUND)
+                .union(Health::STUCK_AT_LIMIT)
+                .union(Health::INPUT_REJECTED);
+            if output.health.intersects(ALARMS) {
+                state.stopped = true;
+                let stopped = self.law.not_started();
+                output.health = output.health.union(Health::STOPPED);
+                output.u = stopped.u;
+            }
+        }
+        output
+    }
+
+    #[inline]
+    fn report_applied(state: &mut Self::State, u: L::Scalar) -> bool {
+        L::report_applied(&mut state.within, u)
+    }
+
+    fn estimates(&self, state: &Self::State) -> L::Estimates {
+        self.law.estimates(&state.within)
+    }
+
+    /// A drive that has stopped stays so.
+    fn take_over(&self, from: &Self, state: &Self::State, sample: &L::Sample) -> Result<Self::State, RetuneError> {
+        let within = self.law.take_over(&from.law, &state.within, sample)?;
+        Ok(MonitoredState { within, ..*state })
+    }
+
+    fn fingerprint(&self) -> u32 {
+        let bounds = self.disturbance.into_iter().chain([self.sigma_star, self.stuck_ticks]);
+        let bounds = bounds.flat_map(Real::to_words);
+        hash([self.law.fingerprint(), u32::from(R::STOPS)].into_iter().chain(bounds))
+    }
+}

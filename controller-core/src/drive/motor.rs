@@ -1,0 +1,455 @@
+//! A motor with an encoder on its shaft and a rigid load.
+//!
+//! $$ J \dot\omega = K_t u - B \omega - \text{friction} - \text{load}, \qquad b = K_t/J, \quad \lambda = B/J, \quad
+//!    a_z = -\lambda \omega $$
+//!
+//! One block without coupling, n = 2, and the chain is (position, speed) itself. The observer has three states unless
+//! four are asked for: with d' the loop is only conditionally stable (at a third of the gain it is not, at any
+//! bandwidth) and hunts at rest where there is friction; it is for b known to 20 % and little friction.
+//!
+//! # Bandwidths by rule
+//! Surface, observer and reaching law stand as w_c : w_o : k_l = 1 : 1.5 : 8, with $k_l T \le 1$ and
+//!
+//! $$ w_c = \min\left[ \left(\frac{0.01 \thinspace u_{max} b}{6 \thinspace \mathrm{unit} \sqrt T}\right)^{0.4}, \quad
+//!    \frac{0.1}{T/2 + 1.5 \thinspace \mathrm{lag} + \mathrm{delay}} \right] $$
+//!
+//! The first bound lets the steps of the encoder make 1 % of the current limit as noise of u (fitted: the noise is 4 to
+//! 7 times $\mathrm{unit} \thinspace w_c^{2.5} \sqrt T / b$), the second is phase. With these the loop is stable for
+//! every J and K_t within ±50 % of the nominal (test `drive_motor::corners_of_the_motor_are_stable`).
+//!
+//! ```
+//! use controller_core::drive::{Encoder, Motor, MotorDesign, MotorDrive, Position, Sample, Target};
+//! use controller_core::{Limits, Running};
+//!
+//! const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
+//! const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
+//! type Drive = MotorDrive<f32, Position>;
+//! static DRIVE: Drive = Drive::designed(&DESIGN);
+//!
+//! let mut running = Running::new(&DRIVE);
+//! let at = |angle| Target { turn: 0, jet: [angle, 0.0] };
+//! let output = running.tick(&Sample { counts: [Some(7)], begin: at(0.0), end: at(0.0) });
+//! assert!(output.health.is_ok() && output.u < 0.0);
+//! ```
+
+use core::marker::PhantomData;
+
+use super::block::Block;
+use super::chain::ChainModel;
+use super::encoder::Encoder;
+use super::error::DriveError;
+use super::law::{EncoderForm, FastGains, Row};
+use super::target::{Aim, Position};
+use crate::config::{Config, Fallback, Options};
+use crate::design;
+use crate::exponential::phi_functions;
+use crate::law::{Limits, ReachingLaw};
+use crate::model::Nominal;
+use crate::observer::ObserverGains;
+use crate::real::Real;
+use crate::surface::Surface;
+
+/// Data sheet of a motor and its rigid load, at the shaft whose angle is meant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Motor {
+    /// J, motor and load, kg m².
+    pub inertia_kg_m2: f64,
+    /// K_t, N m of the shaft per unit of u (A).
+    pub torque_n_m_per_a: f64,
+    /// B, viscous friction, N m s/rad; 0 if unknown.
+    pub damping_n_m_s: f64,
+}
+
+impl Motor {
+    /// b, rad/s² per unit of u.
+    pub const fn input_gain(&self) -> f64 {
+        self.torque_n_m_per_a / self.inertia_kg_m2
+    }
+
+    /// u that makes a jet r, r', r'' of the nominal motor: for planning, the law does not use it.
+    pub const fn feed_forward(&self, [_, speed, acceleration]: &[f64; 3]) -> f64 {
+        (*acceleration + self.slope_per_s() * *speed) / self.input_gain()
+    }
+
+    /// λ = B/J, 1/s.
+    pub const fn slope_per_s(&self) -> f64 {
+        self.damping_n_m_s / self.inertia_kg_m2
+    }
+}
+
+/// Bandwidths of the drive of a motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct MotorBandwidths {
+    /// w_c: the error obeys e' = -w_c e, rad/s. Not read by the speed loop.
+    pub surface_rad_s: f64,
+    /// w_o of the observer, rad/s.
+    pub observer_rad_s: f64,
+    /// k_l of the reaching law, 1/s; the bandwidth of the speed loop.
+    pub reaching_per_s: f64,
+    /// α: decay of the offset, 1/s.
+    pub offset_per_s: f64,
+}
+
+/// How the second gain set comes in. The steps of an encoder fill the innovation with both signs, a load with one:
+/// while the smoothed innovation is larger than noise, the gains move to the fast set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Switching {
+    /// The fast set begins to come in at so many steps of smoothed innovation.
+    pub calm_steps: f64,
+    /// Here it is all in.
+    pub alert_steps: f64,
+    /// Time constant of the smoothing, s.
+    pub smoothing_s: f64,
+    /// The fast set fades with this time constant, s. It must: without, friction switches it at every reversal.
+    pub keep_s: f64,
+}
+
+impl Switching {
+    /// 1.5 and 4 steps, 3 ms, 20 ms.
+    pub const DEFAULT: Self = Self { calm_steps: 1.5, alert_steps: 4.0, smoothing_s: 3e-3, keep_s: 20e-3 };
+
+    pub(crate) const fn gains<const S: usize>(
+        &self,
+        quiet: &[f64; S],
+        fast: [f64; S],
+        unit: f64,
+        period_s: f64,
+    ) -> FastGains<f64, S> {
+        let mut more = fast;
+        let mut s = 0;
+        while s < S {
+            more[s] -= quiet[s];
+            s += 1;
+        }
+        FastGains {
+            more,
+            calm: self.calm_steps * unit,
+            rate: 1.0 / ((self.alert_steps - self.calm_steps) * unit),
+            smoothing: decay(period_s / self.smoothing_s),
+            keep: phi_functions(-period_s / self.keep_s)[0],
+        }
+    }
+
+    pub(crate) const fn check(&self) -> Result<(), DriveError> {
+        const WHY: &str = "steps and times of the switching must be above 0, and alert above calm";
+        let rules = [
+            ("switching.calm_steps", self.calm_steps, 0.0, 1e6),
+            ("switching.alert_steps", self.alert_steps, self.calm_steps + 0.1, 1e7),
+            ("switching.smoothing_s", self.smoothing_s, 1e-6, 10.0),
+            ("switching.keep_s", self.keep_s, 1e-6, 10.0),
+        ];
+        let mut k = 0;
+        while k < rules.len() {
+            let (field, given, low, high) = rules[k];
+            if let Err(error) = DriveError::within(field, given, low, high, WHY) {
+                return Err(error);
+            }
+            k += 1;
+        }
+        Ok(())
+    }
+}
+
+/// 1 - e^(-x).
+pub(crate) const fn decay(x: f64) -> f64 {
+    x * phi_functions(-x)[1]
+}
+
+/// What the drive of a motor is designed from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MotorDesign {
+    /// Period T, s.
+    pub period_s: f64,
+    /// What is driven.
+    pub motor: Motor,
+    /// How its angle is measured.
+    pub encoder: Encoder,
+    /// What the actuator can do.
+    pub limits: Limits,
+    /// What goes out when nobody may ask for u.
+    pub fallback: Fallback,
+    /// How fast everything is.
+    pub bandwidths: MotorBandwidths,
+    /// Bandwidth of the fast gain set over that of the quiet one; read where there are two. 2 is stable within ±20 % of
+    /// J and K_t, nothing above 1 within ±50 %.
+    pub fast_ratio: f64,
+    /// When the fast set comes in; read where there are two.
+    pub switching: Switching,
+    /// Gate, in steps of innovation beyond which a count is not believed; infinite for none.
+    pub gate_steps: f64,
+    /// Lost samples in a row that the observer bridges; then the fallback goes out and it starts again.
+    pub lost_ticks: u32,
+}
+
+/// Lag of the current loop, where nobody says another, s.
+pub const DEFAULT_LAG_S: f64 = 2e-4;
+
+impl MotorDesign {
+    /// The rule of the module's head for a current loop with a lag of 0.2 ms, and no tick of delay. The gate is that
+    /// for a disturbance of 1.2 times the limit.
+    pub const fn by_rule(period_s: f64, motor: Motor, encoder: Encoder, limits: Limits) -> Self {
+        let bandwidths =
+            MotorBandwidths { surface_rad_s: 0.0, observer_rad_s: 0.0, reaching_per_s: 0.0, offset_per_s: 0.0 };
+        Self {
+            period_s,
+            motor,
+            encoder,
+            limits,
+            fallback: Fallback::HoldLast,
+            bandwidths,
+            fast_ratio: 2.0,
+            switching: Switching::DEFAULT,
+            gate_steps: f64::INFINITY,
+            lost_ticks: 50,
+        }
+        .with_lag(DEFAULT_LAG_S, 0)
+    }
+
+    /// Bandwidths and gate by the rule for another lag of the current loop, and for `delay_ticks` between computing u
+    /// and holding it.
+    #[must_use]
+    pub const fn with_lag(self, lag_s: f64, delay_ticks: u32) -> Self {
+        let t = self.period_s;
+        let by_phase = 0.1 / (t / 2.0 + 1.5 * lag_s + delay_ticks as f64 * t);
+        let noise = 0.01 * self.largest_acceleration() / (6.0 * self.encoder.unit_rad());
+        // (x/√T)^0.4 = (x²/T)^(1/5).
+        let by_noise = fifth_root(noise * noise / t);
+        self.with_surface(if by_noise < by_phase { by_noise } else { by_phase })
+    }
+
+    /// The same proportions for another w_c, with the gate for them.
+    #[must_use]
+    pub const fn with_surface(mut self, surface_rad_s: f64) -> Self {
+        let fastest = 1.0 / self.period_s;
+        let reaching = 8.0 * surface_rad_s;
+        self.bandwidths = MotorBandwidths {
+            surface_rad_s,
+            observer_rad_s: 1.5 * surface_rad_s,
+            reaching_per_s: if reaching < fastest { reaching } else { fastest },
+            offset_per_s: 0.5 * surface_rad_s,
+        };
+        let omega = self.bandwidths.observer_rad_s;
+        // What a step D of the disturbance makes of the innovation is at most 0.42 D/w_o².
+        self.gate_steps = 1.0 + 0.42 * 1.2 * self.largest_acceleration() / (omega * omega * self.encoder.unit_rad());
+        self
+    }
+
+    const fn largest_acceleration(&self) -> f64 {
+        let Limits { min, max } = self.limits;
+        (if max > -min { max } else { -min }) * self.motor.input_gain().abs()
+    }
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// The first that is out of its range, with the range.
+    pub const fn validate(&self, late: usize) -> Result<(), DriveError> {
+        if let Err(error) = self.encoder.check("encoder") {
+            return Err(error);
+        }
+        if let Err(error) = self.switching.check() {
+            return Err(error);
+        }
+        let Self { period_s: t, motor, limits, bandwidths, .. } = self;
+        let t = *t;
+        let margin = if late == 0 { 0.8 } else { 0.5 };
+        let u_safe = match self.fallback {
+            Fallback::HoldLast => limits.min,
+            Fallback::Safe(u) => u,
+        };
+        let rules = [
+            ("period_s", t, 2e-5, 1e-2, "the period of a drive is 20 us to 10 ms"),
+            ("motor.inertia_kg_m2", motor.inertia_kg_m2, 1e-12, 1e9, POSITIVE),
+            ("motor.torque_n_m_per_a", motor.torque_n_m_per_a, 1e-9, 1e9, POSITIVE),
+            ("motor.damping_n_m_s", motor.slope_per_s() * t, 0.0, 1.0, "the damping times period over J is 0 to 1"),
+            ("limits.max", limits.max, -1e12, 1e12, "a limit of u is beyond 1e12"),
+            ("limits.min", limits.min, -1e12, limits.max, "the limits are reversed or beyond 1e12"),
+            ("fallback", u_safe, limits.min, limits.max, "the safe u lies outside the limits"),
+            ("bandwidths.surface_rad_s", bandwidths.surface_rad_s * t, 1e-6, 0.5, "w_c times period is up to 0.5"),
+            (
+                "bandwidths.observer_rad_s",
+                bandwidths.observer_rad_s * t,
+                1e-5,
+                margin,
+                "the observer's bandwidth times period is up to 0.8, and up to 0.5 with a tick of delay",
+            ),
+            ("bandwidths.reaching_per_s", bandwidths.reaching_per_s * t, 1e-6, 1.0, "k_l times period is up to 1"),
+            ("bandwidths.offset_per_s", bandwidths.offset_per_s * t, 1e-7, 1.0, "alpha times period is 1e-7 to 1"),
+            ("fast_ratio", self.fast_ratio, 1.0, 4.0, "the fast set is 1 to 4 times as fast as the quiet one"),
+            ("gate_steps", self.gate_steps, 2.0, f64::INFINITY, "a gate below 2 steps refuses good counts"),
+            ("lost_ticks", self.lost_ticks as f64, 1.0, 1e6, "1 to 1e6 samples may be missing"),
+        ];
+        let mut k = 0;
+        while k < rules.len() {
+            let (field, given, low, high, why) = rules[k];
+            if let Err(error) = DriveError::within(field, given, low, high, why) {
+                return Err(error);
+            }
+            k += 1;
+        }
+        Ok(())
+    }
+}
+
+/// Rows for an observer of order 2 are asked for; its gains are those of the block.
+pub(crate) const OBSERVED: ObserverGains<2> = ObserverGains::from_bandwidth::<2>(1.0);
+
+pub(crate) const POSITIVE: &str = "this number of the data sheet must be above 0";
+
+/// By Newton's method from above.
+const fn fifth_root(x: f64) -> f64 {
+    let mut root = if x > 1.0 { x } else { 1.0 };
+    let mut steps = 0;
+    while steps < 400 {
+        let power = root * root * root * root;
+        root -= (root * power - x) / (5.0 * power);
+        steps += 1;
+    }
+    root
+}
+
+/// The motor as the tick knows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotorModel<T> {
+    b: T,
+    /// -λ.
+    drag: T,
+}
+
+impl MotorModel<f64> {
+    /// Of the data sheet.
+    pub const fn new(motor: &Motor) -> Self {
+        Self { b: motor.input_gain(), drag: -motor.slope_per_s() }
+    }
+
+    const fn in_f32(&self) -> MotorModel<f32> {
+        MotorModel { b: self.b as f32, drag: self.drag as f32 }
+    }
+}
+
+impl<T: Real> ChainModel<T, 1, 2> for MotorModel<T> {
+    type Push = ();
+    type Seen = ();
+    const HAS_GRADIENT: bool = false;
+
+    #[inline(always)]
+    fn seen(&self, _: &[T; 1]) {}
+    #[inline(always)]
+    fn seen_ahead(&self, (): (), _: T) {}
+    #[inline(always)]
+    fn push(&self, _: &[T; 1], (): &()) {}
+    #[inline(always)]
+    fn coupling((): &(), _: usize) -> Option<T> {
+        None
+    }
+    #[inline(always)]
+    fn input_gain(&self) -> T {
+        self.b
+    }
+    #[inline(always)]
+    fn chain(&self, x: &[T; 2], (): &()) -> ([T; 2], T) {
+        (*x, self.drag * x[1])
+    }
+    #[inline(always)]
+    fn spread(&self, (): &(), d: &[T; 1]) -> [T; 2] {
+        [T::ZERO, d[0]]
+    }
+    #[inline(always)]
+    fn per_rad(&self, _: usize) -> T {
+        T::from_f64(1.0)
+    }
+    fn numbers(&self) -> impl Iterator<Item = T> {
+        [self.b, self.drag].into_iter()
+    }
+}
+
+/// The drive of a motor with one encoder.
+///
+/// `MotorDrive` alone is in f32, follows a position, has one gain set and no delay. `MotorDrive<f32, Speed>` is the
+/// speed loop, `MotorDrive<f32, Position, 1>` has a fast gain set too, `MotorDrive<f32, Position, 0, 1>` holds u one
+/// tick after it was computed, `MotorDrive<f32, Position, 0, 0, 4>` observes with four states.
+pub type MotorDrive<T = f32, A = Position, const FAST: usize = 0, const LATE: usize = 0, const S: usize = 3> =
+    EncoderForm<T, MotorModel<T>, A, 1, 2, S, FAST, LATE>;
+
+impl<A: Aim<f64, 2>, const S: usize, const FAST: usize, const LATE: usize>
+    EncoderForm<f64, MotorModel<f64>, A, 1, 2, S, FAST, LATE>
+{
+    const fn of_motor(design: &MotorDesign) -> Result<Self, DriveError> {
+        if let Err(error) = design.validate(LATE) {
+            return Err(error);
+        }
+        let MotorDesign { period_s: t, motor, encoder, limits, bandwidths, .. } = design;
+        let (t, lambda) = (*t, motor.slope_per_s());
+        let gradient = [0.0, -lambda];
+        let w_c = if A::POSITION { bandwidths.surface_rad_s } else { 0.0 };
+        let config = Config {
+            period_s: t,
+            surface: Surface::from_bandwidth(w_c, bandwidths.offset_per_s),
+            observers: [None, Some(OBSERVED)],
+            reaching: ReachingLaw { k_l: bandwidths.reaching_per_s, k_s: 0.0, epsilon: 0.0 },
+            nominal: Nominal { gradient, input_gain: motor.input_gain() },
+            options: Options::NEUTRAL.with_limits(*limits),
+        };
+        let Ok(rows) = design::coefficients::<2, 2, 1>(&config, &[1]) else {
+            return Err(DriveError::new("motor", f64::NAN, 0.0, 0.0, "a coefficient overflows in f32"));
+        };
+        let omega = bandwidths.observer_rad_s;
+        let block = Block::<f64, S>::design(0.0, lambda, t, omega);
+        let sensor = encoder.sensor();
+        let fast = Block::<f64, S>::gains_at(0.0, lambda, t, omega * design.fast_ratio);
+        let fast = design.switching.gains(&block.gains, fast, sensor.unit, t);
+        let gate = design.gate_steps * sensor.unit;
+        Ok(Self {
+            model: MotorModel::new(motor),
+            blocks: [block],
+            sensors: [sensor],
+            fast: [[fast]; FAST],
+            row: Row::of(&rows, &gradient, *limits, design.fallback),
+            gate: [if gate < sensor.half_span { gate } else { sensor.half_span }],
+            closing: decay(0.2 * omega * t),
+            lost_ticks: design.lost_ticks as f64,
+            inertia: [motor.inertia_kg_m2],
+            at_rest: false,
+            of: PhantomData,
+        })
+    }
+}
+
+macro_rules! designs {
+    ($t:ty, $late:ident => $convert:expr) => {
+        impl<A: Aim<f64, 2> + Aim<$t, 2>, const S: usize, const FAST: usize, const LATE: usize>
+            EncoderForm<$t, MotorModel<$t>, A, 1, 2, S, FAST, LATE>
+        {
+            /// Designs the drive; the same numbers whether the compiler or the program calls it.
+            ///
+            /// # Errors
+            /// The first number that is out of its range, with the range.
+            pub const fn design(design: &MotorDesign) -> Result<Self, DriveError> {
+                match EncoderForm::<f64, MotorModel<f64>, A, 1, 2, S, FAST, LATE>::of_motor(design) {
+                    Ok($late) => Ok($convert),
+                    Err(error) => Err(error),
+                }
+            }
+
+            /// [`design`](Self::design) for a `const`: a bad design is a compile error with the reason.
+            ///
+            /// # Panics
+            /// On a bad design; outside a `const` use [`design`](Self::design).
+            pub const fn designed(design: &MotorDesign) -> Self {
+                match Self::design(design) {
+                    Ok(drive) => drive,
+                    Err(error) => panic!("{}", error.text().as_str()),
+                }
+            }
+        }
+    };
+}
+designs!(f64, drive => drive);
+designs!(f32, drive => drive.in_f32(drive.model.in_f32()));

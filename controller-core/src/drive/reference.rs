@@ -1,0 +1,554 @@
+//! Where to go: references as functions of the tick number, and how long a move must take.
+//!
+//! A reference gives turn and jet (r, r', r'', ..) at any tick; ticks are integers, since k T + T is not (k+1) T in
+//! floating point. Evaluate it once per tick, for the end of the tick ([`Player`] remembers the beginning). The law
+//! differences r^(n-1) and needs nothing above it, so jumps of r^(n) cost nothing: for a motor (n = 2) r' must be
+//! continuous, for a joint (n = 4) r'''.
+//!
+//! * [`Joined`]: from any jet onto any other reference in a given time, as
+//!   $$ r = \text{target} + q(s), \quad q = (1 - s)^m \sum_{k<m} a_k s^k, \quad
+//!   a_k = \sum_{j \le k} D_j \binom{m-1+k-j}{m-1}, \quad D_j = \text{gap}^{(j)} \tau^j / j! $$
+//!   It has m derivatives of the present (r included) and meets the target with m - 1. One formula for a move from rest
+//!   to rest (degree 2m - 1: m = 4 is the default for a joint, m = 3 minimum jerk), a start, a recovery, a retarget in
+//!   flight (the present is the old plan's jet, never the measurement), and a stop.
+//! * [`Sine`], [`Rest`], and [`Streamed`] points.
+//! * [`shortest`]: the smallest duration whose feed-forward stays within a limit. Background work. Never skip it: a
+//!   plan beyond the limit can hold the loop in saturation for good. Where there is none, do not plan; take the target
+//!   itself, the offset W recovers.
+//!
+//! Numbers in f32 are relative to the goal and to the duration, so that they are exact at the end of a move: a move of
+//! D is off by less than 4e-7 D on the way (test `f32_follows_f64`).
+//!
+//! ```
+//! use controller_core::drive::{Joined, Player, Rest};
+//!
+//! // From rest at 0 to 1 rad in 100 ticks of 1 ms, degree 7.
+//! let goal = Rest { turn: 0, angle: 1.0_f32 };
+//! let mut player: Player<f32, _, 2> = Player::new(Joined::new(goal, [-1.0, 0.0, 0.0, 0.0], 0, 100, 1e-3), 0);
+//! let [begin, end] = player.next_tick();
+//! assert!(begin.jet[0].abs() < 1e-7 && end.jet[1] > 0.0);
+//! ```
+
+use core::f64::consts::TAU;
+
+use super::target::Target;
+use super::trigonometry::sin_cos;
+use crate::real::Real;
+
+/// A plan: turn and jet at every tick.
+pub trait Reference<T: Real<Count = i32>, const J: usize> {
+    /// r and its derivatives up to the order J - 1 at a tick.
+    fn at(&self, tick: u32) -> Target<T, i32, J>;
+}
+
+impl<T: Real<Count = i32>, R: Reference<T, J>, const J: usize> Reference<T, J> for &R {
+    fn at(&self, tick: u32) -> Target<T, i32, J> {
+        R::at(self, tick)
+    }
+}
+
+/// Stay at an angle of a turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rest<T> {
+    /// Whole turns.
+    pub turn: i32,
+    /// And so much, rad.
+    pub angle: T,
+}
+
+impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Rest<T> {
+    fn at(&self, _: u32) -> Target<T, i32, J> {
+        let mut jet = [T::ZERO; J];
+        jet[0] = self.angle;
+        Target { turn: self.turn, jet }
+    }
+}
+
+/// A sin ωt about angle 0, with the phase of tick 0 at 0. The phase is an integer that wraps: it never drifts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sine<T> {
+    amplitude: T,
+    omega: T,
+    /// Of 2^32 per period.
+    phase_per_tick: u32,
+}
+
+impl<T: Real<Count = i32>> Sine<T> {
+    /// Amplitude in rad. ω is rounded to a whole number of 2^-32 periods per tick, 1.5e-6 rad/s at 1 ms.
+    pub fn new(amplitude_rad: f64, omega_rad_s: f64, period_s: f64) -> Self {
+        let phase_per_tick = (omega_rad_s * period_s / TAU * TWO_32 + 0.5) as u32;
+        let omega = f64::from(phase_per_tick) / TWO_32 * TAU / period_s;
+        Self { amplitude: T::from_f64(amplitude_rad), omega: T::from_f64(omega), phase_per_tick }
+    }
+}
+
+const TWO_32: f64 = 4_294_967_296.0;
+
+impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Sine<T> {
+    fn at(&self, tick: u32) -> Target<T, i32, J> {
+        let phase = T::from_count(self.phase_per_tick.wrapping_mul(tick) as i32);
+        let (s, c) = sin_cos(phase * T::from_f64(TAU / TWO_32));
+        let mut jet = [T::ZERO; J];
+        let mut scale = self.amplitude;
+        for j in 0..J {
+            jet[j] = scale * [s, c, -s, -c][j % 4];
+            scale = scale * self.omega;
+        }
+        Target { turn: 0, jet }
+    }
+}
+
+/// From a jet onto another reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joined<T, R, const M: usize> {
+    target: R,
+    end: u32,
+    /// 1/ticks and 1/τ.
+    per_tick: T,
+    per_s: T,
+    ticks: u32,
+    /// q in powers of s and in powers of the part that is left, 1 - s; each is read in its half, where it is exact at
+    /// the end of the move.
+    powers: [[[T; M]; 2]; 2],
+}
+
+/// n over k.
+fn choose(n: usize, k: usize) -> f64 {
+    (0..k).fold(1.0, |product, i| product * (n - i) as f64 / (i + 1) as f64)
+}
+
+impl<T: Real<Count = i32>, R, const M: usize> Joined<T, R, M> {
+    /// Onto `target` from a jet that is `gap` (present less target: r, r', .. in rad and s, see [`gap`]) away from it
+    /// at tick `start`, in so many ticks (1..=2^24; one, if fewer are given).
+    pub fn new(target: R, gap: [f64; M], start: u32, ticks: u32, period_s: f64) -> Self {
+        const { assert!(M >= 2 && M <= 5, "a join takes over 2 to 5 derivatives, r included") };
+        let ticks = ticks.clamp(1, 1 << 24);
+        let tau = f64::from(ticks) * period_s;
+        let (mut taylor, mut scale) = (gap, 1.0);
+        for (j, entry) in taylor.iter_mut().enumerate() {
+            *entry *= scale;
+            scale *= tau / (j + 1) as f64;
+        }
+        let a: [f64; M] = core::array::from_fn(|k| (0..=k).map(|j| taylor[j] * choose(M - 1 + k - j, M - 1)).sum());
+        // (1 - s)^m Σ a_k s^k, in powers of s; with u = 1 - s it is u^m Σ a_k (1 - u)^k.
+        let sign = |i: usize| if i.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let in_s = |i: usize| -> f64 {
+            (0..M).filter(|k| (*k..=M + k).contains(&i)).map(|k| a[k] * sign(i - k) * choose(M, i - k)).sum()
+        };
+        let in_u = |i: usize| -> f64 {
+            if i < M { 0.0 } else { (i - M..M).map(|k| a[k] * sign(i - M) * choose(k, i - M)).sum() }
+        };
+        let halves = |power: &dyn Fn(usize) -> f64| {
+            core::array::from_fn(|half| core::array::from_fn(|k| T::from_f64(power(M * half + k))))
+        };
+        let powers = [halves(&in_s), halves(&in_u)];
+        Self {
+            target,
+            end: start.wrapping_add(ticks),
+            per_tick: T::from_f64(1.0 / f64::from(ticks)),
+            per_s: T::from_f64(1.0 / tau),
+            ticks,
+            powers,
+        }
+    }
+
+    /// The tick from which on the target is met.
+    pub const fn end(&self) -> u32 {
+        self.end
+    }
+}
+
+impl<T: Real<Count = i32>, R: Reference<T, J>, const M: usize, const J: usize> Reference<T, J> for Joined<T, R, M> {
+    fn at(&self, tick: u32) -> Target<T, i32, J> {
+        let mut target = self.target.at(tick);
+        let left = self.end.wrapping_sub(tick);
+        // Over, however the number of the tick has wrapped since.
+        if left == 0 || left > self.ticks {
+            return target;
+        }
+        let done = self.ticks - left;
+        let (part, powers, rate) =
+            if done < left { (done, &self.powers[0], self.per_s) } else { (left, &self.powers[1], -self.per_s) };
+        let jet: [T; J] =
+            jet_of(T::from_count(part as i32) * self.per_tick, powers.as_flattened().iter().copied(), rate);
+        for j in 0..J {
+            target.jet[j] += jet[j];
+        }
+        target
+    }
+}
+
+/// A polynomial of this argument and its derivatives, the argument moving at `rate`: Horner for the value and all its
+/// Taylor coefficients at once.
+fn jet_of<T: Real, const J: usize>(x: T, powers: impl DoubleEndedIterator<Item = T>, rate: T) -> [T; J] {
+    let mut jet = [T::ZERO; J];
+    for power in powers.rev() {
+        for i in (1..J).rev() {
+            jet[i] = jet[i] * x + jet[i - 1];
+        }
+        jet[0] = jet[0] * x + power;
+    }
+    let mut scale = T::from_f64(1.0);
+    for j in 0..J {
+        jet[j] = scale * jet[j];
+        scale = scale * rate * T::from_f64((j + 1) as f64);
+    }
+    jet
+}
+
+/// Present less target, in f64 and with the turns counted: what [`Joined::new`] takes.
+pub fn gap<T: Real<Count = i32>, const M: usize>(present: &Target<T, i32, M>, target: &Target<T, i32, M>) -> [f64; M] {
+    let mut gap = core::array::from_fn(|j| present.jet[j].to_f64() - target.jet[j].to_f64());
+    gap[0] += TAU * f64::from(present.turn.wrapping_sub(target.turn));
+    gap
+}
+
+/// Where a joined stop ends that begins with this jet and takes `tau_s`: the speed falls evenly on both sides of the
+/// middle, so it goes on for half of what it would have gone.
+pub fn stop<T: Real<Count = i32>, const M: usize>(present: &Target<T, i32, M>, tau_s: f64) -> Rest<T> {
+    Rest { turn: present.turn, angle: T::from_f64(present.jet[0].to_f64() + 0.5 * tau_s * present.jet[1].to_f64()) }
+}
+
+/// Points that come in evenly, every so many ticks, as a uniform quartic B-spline: r''' is continuous.
+///
+/// The points go through $P - \frac{5}{24} \delta^2 P$ first, so that the spline goes through them to the fourth order
+/// (10 ms points of 0.5 sin t: to 2e-10). It is late by 3.5 points. An angle is given in 2^-32 turns, so that the
+/// differences of which derivatives are made are exact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Streamed<T> {
+    /// The newest last.
+    points: [i64; 7],
+    /// When the newest came.
+    tick: u32,
+    /// 1/(ticks per point), 1/(time per point).
+    per_tick: T,
+    per_s: T,
+    /// Control points relative to the middle one.
+    control: [T; 5],
+}
+
+impl<T: Real<Count = i32>> Streamed<T> {
+    /// At rest at this angle (2^-32 turns).
+    pub fn new(angle: i64, ticks_per_point: u32, period_s: f64) -> Self {
+        let ticks = f64::from(ticks_per_point);
+        let (per_tick, per_s) = (T::from_f64(1.0 / ticks), T::from_f64(1.0 / (ticks * period_s)));
+        Self { points: [angle; 7], tick: 0, per_tick, per_s, control: [T::ZERO; 5] }
+    }
+
+    /// An angle in rad in 2^-32 turns.
+    pub fn angle(rad: f64) -> i64 {
+        let turns = rad / TAU * TWO_32;
+        (if turns < 0.0 { turns - 0.5 } else { turns + 0.5 }) as i64
+    }
+
+    /// The next point, at the tick at which it is due.
+    pub fn push(&mut self, angle: i64, tick: u32) {
+        self.points.rotate_left(1);
+        self.points[6] = angle;
+        self.tick = tick;
+        let p = &self.points;
+        let filtered = |i: usize| {
+            let [before, here, after] = [i - 1, i, i + 1].map(|i| p[i].wrapping_sub(p[3]) as f64);
+            here - 5.0 / 24.0 * (after - 2.0 * here + before)
+        };
+        self.control = core::array::from_fn(|i| T::from_f64(filtered(i + 1) * (TAU / TWO_32)));
+    }
+}
+
+impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Streamed<T> {
+    fn at(&self, tick: u32) -> Target<T, i32, J> {
+        // Powers of s on the five control points, times 24.
+        const POWERS: [[f64; 5]; 5] = [
+            [1.0, 11.0, 11.0, 1.0, 0.0],
+            [-4.0, -12.0, 12.0, 4.0, 0.0],
+            [6.0, -6.0, -6.0, 6.0, 0.0],
+            [-4.0, 12.0, -12.0, 4.0, 0.0],
+            [1.0, -4.0, 6.0, -4.0, 1.0],
+        ];
+        let s = T::from_count(tick.wrapping_sub(self.tick) as i32) * self.per_tick;
+        let power = |row: &[f64; 5]| {
+            let terms = row.iter().zip(self.control);
+            terms.fold(T::ZERO, |sum, (entry, control)| sum + T::from_f64(*entry / 24.0) * control)
+        };
+        let mut jet = jet_of(s, POWERS.iter().map(power), self.per_s);
+        let middle = self.points[3];
+        // The nearest whole turn, so that the rest is within half of one.
+        let turn = middle.wrapping_add(1 << 31) >> 32;
+        jet[0] += T::from_f64(middle.wrapping_sub(turn << 32) as f64 * (TAU / TWO_32));
+        Target { turn: turn as i32, jet }
+    }
+}
+
+/// Plays a reference, and remembers where the coming tick begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Player<T, R, const J: usize> {
+    reference: R,
+    tick: u32,
+    last: Target<T, i32, J>,
+}
+
+impl<T: Real<Count = i32>, R: Reference<T, J>, const J: usize> Player<T, R, J> {
+    /// The first tick to be played begins at `tick`: 0, or 1 where u is held one tick late.
+    pub fn new(reference: R, tick: u32) -> Self {
+        let last = reference.at(tick);
+        Self { reference, tick, last }
+    }
+
+    /// Targets at the beginning and at the end of the coming tick.
+    pub fn next_tick(&mut self) -> [Target<T, i32, J>; 2] {
+        self.tick = self.tick.wrapping_add(1);
+        let begin = self.last;
+        self.last = self.reference.at(self.tick);
+        [begin, self.last]
+    }
+
+    /// The tick at which the coming tick begins: where a new plan starts.
+    pub const fn tick(&self) -> u32 {
+        self.tick
+    }
+
+    /// Goes on with another reference, from the coming tick on; give one that begins where this one stands.
+    pub fn play(&mut self, reference: R) {
+        self.reference = reference;
+    }
+
+    /// What is played, for a point that comes in.
+    pub fn reference_mut(&mut self) -> &mut R {
+        &mut self.reference
+    }
+}
+
+/// The smallest number of ticks, from `fewest` to `most`, for which the plan that begins at tick `start` keeps the
+/// feed-forward within ±`u_max` (take 0.9 of the limit) at 64 of its ticks; `None` if there is none. `feed_forward` is
+/// u of a jet of n + 1 entries: [`Motor::feed_forward`](super::Motor::feed_forward),
+/// [`Joint::feed_forward`](super::Joint::feed_forward). What is feasible need not stay so for longer plans: this is the
+/// first that is found going up by a quarter, refined from there.
+pub fn shortest<R: Reference<f64, J>, const J: usize>(
+    start: u32,
+    fewest: u32,
+    most: u32,
+    u_max: f64,
+    feed_forward: impl Fn(&[f64; J]) -> f64,
+    plan: impl Fn(u32) -> R,
+) -> Option<u32> {
+    const POINTS: u64 = 64;
+    let fits = |ticks: u32| {
+        let plan = plan(ticks);
+        (0..POINTS).all(|i| {
+            let tick = start.wrapping_add((u64::from(ticks) * i / POINTS) as u32);
+            feed_forward(&plan.at(tick).jet).abs() <= u_max
+        })
+    };
+    let (mut low, mut high) = (0, fewest.max(1));
+    while !fits(high) {
+        low = high;
+        high = high.saturating_add(high / 4).saturating_add(1);
+        if high > most {
+            return None;
+        }
+    }
+    while low > 0 && high - low > 1 {
+        let middle = low + (high - low) / 2;
+        if fits(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    Some(high)
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::drive::{Joint, Motor};
+
+    /// P of the moves in powers of s, as printed; m of each is 2 more than its place.
+    const POINT: [&[f64]; 4] = [
+        &[0.0, 0.0, 3.0, -2.0],
+        &[0.0, 0.0, 0.0, 10.0, -15.0, 6.0],
+        &[0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0],
+        &[0.0, 0.0, 0.0, 0.0, 0.0, 126.0, -420.0, 540.0, -315.0, 70.0],
+    ];
+
+    fn printed(c: &[f64], s: f64, tau: f64, j: i32) -> f64 {
+        let term = |(i, c): (usize, &f64)| {
+            let power = i32::try_from(i).expect("small");
+            let factor: f64 = (0..j).map(|k| f64::from(power - k)).product();
+            if power < j { 0.0 } else { c * factor * s.powi(power - j) }
+        };
+        c.iter().enumerate().map(term).sum::<f64>() / tau.powi(j)
+    }
+
+    fn at<T: Real<Count = i32>, const J: usize>(reference: &impl Reference<T, J>, tick: u32) -> [f64; J] {
+        let Target { turn, jet } = reference.at(tick);
+        core::array::from_fn(|j| jet[j].to_f64() + if j == 0 { TAU * f64::from(turn) } else { 0.0 })
+    }
+
+    fn joined<T: Real<Count = i32>, const M: usize>(distance: f64) -> Joined<T, Rest<T>, M> {
+        let mut gap = [0.0; M];
+        gap[0] = -distance;
+        Joined::new(Rest { turn: 0, angle: T::from_f64(distance) }, gap, 50, 200, 1e-3)
+    }
+
+    /// The printed polynomial cancels from coefficients up to 540 (of its derivatives, 1e4) to 1.
+    #[test]
+    fn a_move_from_rest_to_rest_is_the_printed_polynomial() {
+        macro_rules! check {
+            ($m:literal) => {{
+                let plan = joined::<f64, $m>(0.7);
+                for tick in 50..250 {
+                    let found: [f64; 5] = at(&plan, tick);
+                    for j in 0..5_u8 {
+                        let s = f64::from(tick - 50) / 200.0;
+                        let expected = 0.7 * printed(POINT[$m - 2], s, 0.2, i32::from(j));
+                        let size = 0.7 * [1.0, 10.0, 300.0, 3e4, 3e6][usize::from(j)];
+                        let off = (found[usize::from(j)] - expected).abs();
+                        assert!(off <= 3e-12 * size, "m = {}, tick {tick}, r^({j}): {off:e}", $m);
+                    }
+                }
+                assert_eq!(at::<f64, 3>(&plan, 250), [0.7, 0.0, 0.0]);
+                assert_eq!(at::<f64, 3>(&plan, 1000), [0.7, 0.0, 0.0]);
+            }};
+        }
+        check!(2);
+        check!(3);
+        check!(4);
+        check!(5);
+    }
+
+    #[test]
+    fn a_join_takes_over_m_derivatives_and_meets_the_target_with_as_many() {
+        let sine = Sine::<f64>::new(0.5, 7.0, 1e-3);
+        let present = Target { turn: 3, jet: [0.3, -1.0, 20.0, -300.0, 4000.0] };
+        let plan = Joined::new(sine, gap(&present, &sine.at(40)), 40, 120, 1e-3);
+        let begin: [f64; 5] = at(&plan, 40);
+        for (j, jet) in present.jet.into_iter().enumerate() {
+            let expected = jet + if j == 0 { TAU * 3.0 } else { 0.0 };
+            assert!((begin[j] - expected).abs() <= 1e-9 * (1.0 + expected.abs()), "r^({j}): {}", begin[j]);
+        }
+        // The last tick is near the target to the order 5 - j in the time that is left, 1/120 of it.
+        let (last, target): ([f64; 5], [f64; 5]) = (at(&plan, 159), at(&sine, 159));
+        // The gap is 19 rad.
+        let (mut size, mut factor) = (4e3 * 120.0_f64.powi(-5), 5.0);
+        for j in 0..5 {
+            assert!((last[j] - target[j]).abs() <= size, "r^({j}) off by {} of {size}", last[j] - target[j]);
+            size *= factor * 1e3;
+            factor -= 1.0;
+        }
+        assert_eq!(at::<f64, 5>(&plan, 160), at::<f64, 5>(&sine, 160));
+    }
+
+    /// Every derivative of a reference is the difference of the one before: nothing of the formulas is used.
+    #[test]
+    fn derivatives_are_those_of_the_position() {
+        fn check(name: &str, plan: &impl Reference<f64, 5>, ticks: core::ops::Range<u32>) {
+            for tick in ticks {
+                let [before, here, after] = [tick - 1, tick, tick + 1].map(|tick| plan.at(tick).jet);
+                for j in 0..4 {
+                    let found = (after[j] - before[j]) / 2e-5;
+                    let bend = (after[j + 1] - 2.0 * here[j + 1] + before[j + 1]).abs();
+                    assert!((found - here[j + 1]).abs() <= bend + 1e-4 * (1.0 + here[j + 1].abs()), "{name}, r^({j})");
+                }
+            }
+        }
+        check("sine", &Sine::<f64>::new(0.5, 7.0, 1e-5), 1000..1200);
+        let mut gap = [0.0; 5];
+        gap[0] = -1.0;
+        check("move", &Joined::new(Rest { turn: 0, angle: 1.0 }, gap, 0, 20_000, 1e-5), 9000..9200);
+    }
+
+    #[test]
+    fn streamed_points_are_met_late_by_three_and_a_half() {
+        let h = 0.01;
+        let at_point = |k: u32| 2.0 * TAU + 0.5 * (h * f64::from(k)).sin();
+        let first = Streamed::<f64>::angle(at_point(0));
+        let (mut double, mut single) = (Streamed::<f64>::new(first, 10, 1e-3), Streamed::<f32>::new(first, 10, 1e-3));
+        let (mut worst, mut jump, mut rough) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let mut last = 0.0;
+        for tick in 0..4000_u32 {
+            if tick % 10 == 0 {
+                double.push(Streamed::<f64>::angle(at_point(tick / 10)), tick);
+                single.push(Streamed::<f32>::angle(at_point(tick / 10)), tick);
+            }
+            let (found, coarse): ([f64; 4], [f64; 4]) = (at(&double, tick), at(&single, tick));
+            if tick > 100 {
+                let t = 1e-3 * f64::from(tick) - 3.5 * h;
+                worst = worst.max((found[0] - 2.0 * TAU - 0.5 * t.sin()).abs());
+                rough = rough.max((coarse[3] - found[3]).abs());
+                jump = jump.max((found[3] - last).abs());
+            }
+            last = found[3];
+        }
+        std::println!("r off by {worst:.1e}; third derivative steps {jump:.1e}, in f32 off by {rough:.1e}");
+        // The points are rounded to 0.7e-9 rad, f32 rounds their distances as much: some million times that in r^(3).
+        assert!(worst <= 2e-9, "{worst:e}");
+        assert!(jump <= 4e-3 && rough <= 4e-3, "{jump:e}, {rough:e}");
+    }
+
+    #[test]
+    fn f32_follows_f64() {
+        let (double, single) = (joined::<f64, 4>(1.0), joined::<f32, 4>(1.0));
+        let (sine, coarse) = (Sine::<f64>::new(1.0, TAU, 1e-3), Sine::<f32>::new(1.0, TAU, 1e-3));
+        let mut worst = [0.0_f64; 4];
+        for tick in 0..1000 {
+            let (a, b): ([f64; 4], [f64; 4]) = (at(&double, tick), at(&single, tick));
+            let (c, d): ([f64; 4], [f64; 4]) = (at(&sine, tick), at(&coarse, tick));
+            let (moves, sines) = ([1.0, 11.0, 188.0, 6600.0], [1.0, TAU, TAU * TAU, TAU * TAU * TAU]);
+            for j in 0..4 {
+                worst[j] = worst[j].max((a[j] - b[j]).abs() / moves[j]).max((c[j] - d[j]).abs() / sines[j]);
+            }
+        }
+        std::println!("f32 off by {worst:?} of the largest");
+        assert!(worst[0] <= 4e-7 && worst.iter().all(|&worst| worst <= 2e-6), "{worst:?}");
+    }
+
+    #[test]
+    fn a_plan_across_the_wrap_of_the_tick_number_goes_on() {
+        let start = u32::MAX - 20;
+        let plan: Joined<f64, _, 2> = Joined::new(Rest { turn: 0, angle: 0.0 }, [1.0, 0.0], start, 40, 1e-3);
+        let mut last = 1.0;
+        for k in 1..=40 {
+            let [r]: [f64; 1] = at(&plan, start.wrapping_add(k));
+            assert!(r < last, "tick {k}: {r} after {last}");
+            last = r;
+        }
+        assert_eq!(last, 0.0);
+    }
+
+    #[test]
+    fn a_stop_never_goes_back() {
+        let present = Target { turn: 2, jet: [0.4, 30.0, 0.0_f64] };
+        let rest = stop(&present, 0.1);
+        let plan: Joined<f64, _, 3> = Joined::new(rest, gap(&present, &rest.at(0)), 0, 100, 1e-3);
+        for tick in 0..100 {
+            let [r, v]: [f64; 2] = at(&plan, tick);
+            assert!(v >= -1e-9 && r <= 2.0 * TAU + 0.4 + 1.5 + 1e-9, "tick {tick}: {r}, {v}");
+        }
+    }
+
+    /// From 0.1 rad with the motor at 0, within 27 A: 0.21 s.
+    #[test]
+    fn the_shortest_recovery_of_the_joint_is_the_known_one() {
+        let joint = Joint::TABLE_I;
+        let (k_1, b_1) = (9.0 / 0.23, 0.07 / 0.23);
+        let pull = k_1 * 0.1 + 0.1_f64.sin();
+        let gap = [0.1, 0.0, -pull, b_1 * pull];
+        let plan = |ticks| Joined::<f64, _, 4>::new(Rest { turn: 0, angle: 0.0 }, gap, 0, ticks, 1e-3);
+        let ticks = shortest::<_, 5>(0, 20, 10_000, 27.0, |jet| joint.feed_forward(jet), plan);
+        assert!((205..=215).contains(&ticks.expect("a plan")), "{ticks:?}");
+        // Below what the spring asks for at once there is none.
+        assert_eq!(shortest::<_, 5>(0, 20, 10_000, 1.0, |jet| joint.feed_forward(jet), plan), None);
+    }
+
+    /// The largest acceleration of degree 5 is 10/√3 D/τ².
+    #[test]
+    fn the_shortest_move_of_a_motor_is_the_closed_form() {
+        let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 0.0 };
+        let plan = |ticks| Joined::<f64, _, 3>::new(Rest { turn: 0, angle: 1.0 }, [-1.0, 0.0, 0.0], 0, ticks, 1e-5);
+        let ticks = shortest::<_, 3>(0, 20, 100_000, 9.0, |jet| motor.feed_forward(jet), plan).expect("a plan");
+        let expected = (10.0 / 3.0_f64.sqrt() / (9.0 * 250.0)).sqrt();
+        assert!((f64::from(ticks) * 1e-5 / expected - 1.0).abs() < 2e-3, "{ticks} for {expected} s");
+    }
+}

@@ -1,0 +1,91 @@
+//! What an encoder drive remembers between two ticks.
+
+use super::chain::ChainModel;
+use crate::real::{Count as _, Real};
+use crate::running::{Words, next};
+
+/// Everything in physical units: of another design of the same shape the estimates mean the same.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EncoderState<T, M, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>
+where
+    T: Real,
+    M: ChainModel<T, E, N>,
+{
+    /// Count of the last good sample.
+    pub(crate) last: [T::Count; E],
+    /// The same since the base.
+    pub(crate) at: [T::Count; E],
+    /// Turn of the base.
+    pub(crate) turn: T::Count,
+    /// Estimates of each block: p, the position less that of its count; v; d; with four states d'.
+    pub(crate) x: [[T; S]; E],
+    /// The couplings at the last tick.
+    pub(crate) push: M::Push,
+    /// With two gain sets, of each block: smoothed innovation, and how far the fast set is in.
+    pub(crate) alert: [[[T; 2]; E]; FAST],
+    /// Beyond this innovation a sample is not believed; it closes to the gate after a start.
+    pub(crate) reach: [T; E],
+    /// Samples of each encoder that were not used, in a row.
+    pub(crate) missed: [T; E],
+    /// W = σ(0) e^(-αt).
+    pub(crate) offset: T,
+    /// What the actuator held since the last tick.
+    pub(crate) held: T,
+    /// With a tick of delay: what it holds now.
+    pub(crate) queued: [T; LATE],
+    /// The estimates are those of the coming sample already: after the start, and after a re-tune.
+    pub(crate) fresh: bool,
+}
+
+impl<T, M, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> Words
+    for EncoderState<T, M, E, N, S, FAST, LATE>
+where
+    T: Real,
+    M: ChainModel<T, E, N>,
+{
+    fn words(&self) -> impl Iterator<Item = u32> {
+        let Self { last, at, turn, x, push, alert, reach, missed, offset, held, queued, fresh } = self;
+        let counts = last.iter().chain(at).chain([turn]).map(|count| count.to_word());
+        let alert = alert.as_flattened().as_flattened();
+        let numbers =
+            x.as_flattened().iter().chain(alert).chain(reach).chain(missed).chain([offset, held]).chain(queued);
+        let numbers = numbers.flat_map(|number| number.to_words().into_iter().take(T::WORDS));
+        [u32::from(*fresh)].into_iter().chain(counts).chain(push.words()).chain(numbers)
+    }
+
+    fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
+        let fresh = match words.next()? {
+            0 => false,
+            1 => true,
+            _ => return None,
+        };
+        let mut counts = [[T::Count::of(0); E]; 2];
+        for count in counts.as_flattened_mut() {
+            *count = T::Count::from_word(words.next()?);
+        }
+        let [last, at] = counts;
+        let turn = T::Count::from_word(words.next()?);
+        let push = M::Push::from_words(words)?;
+        let mut state = Self {
+            last,
+            at,
+            turn,
+            x: [[T::ZERO; S]; E],
+            push,
+            alert: [[[T::ZERO; 2]; E]; FAST],
+            reach: [T::ZERO; E],
+            missed: [T::ZERO; E],
+            offset: T::ZERO,
+            held: T::ZERO,
+            queued: [T::ZERO; LATE],
+            fresh,
+        };
+        let Self { x, alert, reach, missed, offset, held, queued, .. } = &mut state;
+        let alert = alert.as_flattened_mut().as_flattened_mut();
+        let numbers = x.as_flattened_mut().iter_mut().chain(alert).chain(reach).chain(missed);
+        for number in numbers.chain([offset, held]).chain(queued) {
+            *number = next(words)?;
+        }
+        Some(state)
+    }
+}
