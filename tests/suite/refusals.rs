@@ -105,18 +105,18 @@ const REFUSED: &[(Change, &str)] = &[
     ),
     (
         |config| config.options.samples.min[2] = 2e12,
-        "x_3: no sample keeps these limits: min must not be above max, nor any beyond 1e12, and the jump must be above 0 \
-         (given min 2e12, max 1e12, jump 2e12)",
+        "x_3: no sample keeps these limits: min must not be above max, nor any beyond 1e12, and the jump must be \
+         above 0 (given min 2e12, max 1e12, jump 2e12)",
     ),
     (
         |config| config.options.samples.jump[0] = 1e-60,
-        "x_1: no sample keeps these limits: min must not be above max, nor any beyond 1e12, and the jump must be above 0 \
-         (given min -1e12, max 1e12, jump 1e-60)",
+        "x_1: no sample keeps these limits: min must not be above max, nor any beyond 1e12, and the jump must be \
+         above 0 (given min -1e12, max 1e12, jump 1e-60)",
     ),
     (
         |config| config.options.samples.max[3] = 1e39,
-        "x_4: no sample keeps these limits: min must not be above max, nor any beyond 1e12, and the jump must be above 0 \
-         (given min -1e12, max 1e39, jump 2e12)",
+        "x_4: no sample keeps these limits: min must not be above max, nor any beyond 1e12, and the jump must be \
+         above 0 (given min -1e12, max 1e39, jump 2e12)",
     ),
     (
         |config| config.options.initial_estimates[3] = 2e12 * config.nominal.input_gain,
@@ -125,8 +125,8 @@ const REFUSED: &[(Change, &str)] = &[
     ),
     (
         |config| config.options.samples.jump[1] = 0.0,
-        "x_2: no sample keeps these limits: min must not be above max, nor any beyond 1e12, and the jump must be above 0 \
-         (given min -1e12, max 1e12, jump 0)",
+        "x_2: no sample keeps these limits: min must not be above max, nor any beyond 1e12, and the jump must be \
+         above 0 (given min -1e12, max 1e12, jump 0)",
     ),
     (
         |config| config.options.samples.max[0] = 7.0,
