@@ -39,12 +39,12 @@ pub const fn config<const R: usize>() -> Config<4, R> {
 
 /// The shipped controller in f32.
 pub const fn joint<const R: usize>() -> Joint<f32, R> {
-    Joint::<f32, R>::designed(&config(), FlexibleJoint::<f32>::new(&NOMINAL))
+    Joint::<f32, R>::design(&config(), FlexibleJoint::<f32>::new(&NOMINAL))
 }
 
 /// The shipped controller in f64.
 pub const fn joint_f64<const R: usize>() -> Joint<f64, R> {
-    Joint::<f64, R>::designed(&config(), FlexibleJoint::<f64>::new(&NOMINAL))
+    Joint::<f64, R>::design(&config(), FlexibleJoint::<f64>::new(&NOMINAL))
 }
 
 /// Samples that need no plant: noise from a linear congruence, of the size that the joint's states have.

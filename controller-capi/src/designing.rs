@@ -114,7 +114,7 @@ fn designed<const N: usize, const R: usize, const MASK: u8, const O: usize>(
             .with_observer_pole_limit(from.observer_pole_limit),
     };
     let controller =
-        Controller::<f32, _, N, R, MASK, O>::design(&config, Linear::<f32, N>::new(&nominal)).map_err(|error| {
+        Controller::<f32, _, N, R, MASK, O>::try_design(&config, Linear::<f32, N>::new(&nominal)).map_err(|error| {
             match error.field {
                 Field::Observer { channel } => (Status::of(&error.cause), channel as u32),
                 _ => (Status::of(&error.cause), 0),

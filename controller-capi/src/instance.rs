@@ -88,13 +88,13 @@ impl<const N: usize, const R: usize, const MASK: u8, const O: usize> Design<N, R
         if self.instance != Self::INSTANCE {
             return Err(Status::INSTANCE);
         }
+        let coefficients = self.controller.coefficients();
         let row = self.controller.model().row();
-        let mut numbers = self.controller.coefficients().numbers();
-        if !numbers.all(f32::is_finite) || !self.d_hat.iter().chain(row).all(|number| number.is_finite()) {
+        if !coefficients.numbers().chain(self.d_hat).chain(*row).all(f32::is_finite) {
             return Err(Status::NOT_FINITE);
         }
-        let numbers = self.controller.coefficients().numbers().take(Coefficients::<f32, N, R, O>::NUMBERS - 1);
-        Coefficients::<f32, N, R, O>::from_numbers(numbers.chain([self.check])).map(|_| ()).ok_or(Status::COEFFICIENTS)
+        let is_design = coefficients.check() == self.check && coefficients.can_be_designed();
+        if is_design { Ok(()) } else { Err(Status::COEFFICIENTS) }
     }
 }
 

@@ -5,6 +5,7 @@
 //! reads them from a file or a wire. Both are checked by the same rules, which name field, cause and remedy.
 
 use crate::error::{Cause, ConfigError, Field, Warning, Warnings};
+use crate::gate::SampleLimits;
 use crate::law::{Limits, ReachingLaw};
 use crate::model::Nominal;
 use crate::observer::ObserverGains;
@@ -85,6 +86,8 @@ pub struct Options<const N: usize> {
     pub sigma_star_bound: f64,
     /// Fastest observer pole times T above which the design is refused; 1 unless you know why.
     pub observer_pole_limit: f64,
+    /// What a sample may be and how far it may move; kept by a [`Gated`](crate::Gated) law, any other refuses them.
+    pub samples: SampleLimits<N>,
 }
 
 /// Every option: type, neutral value, setter.
@@ -92,7 +95,7 @@ macro_rules! options {
     ($($name:ident: $type:ty = $neutral:expr, $set:ident;)*) => {
         impl<const N: usize> Options<N> {
             /// Nothing known of the disturbances, no limit, the last u held on a lost sample, no alarm below 1e12, no
-            /// observer pole faster than 1/T.
+            /// observer pole faster than 1/T, no limit of samples.
             pub const NEUTRAL: Self = Self { $($name: $neutral),* };
 
             $(#[doc = concat!("The same with this [`", stringify!($name), "`](Self::", stringify!($name), ").")]
@@ -117,6 +120,7 @@ options! {
     fallback: Fallback = Fallback::HoldLast, with_fallback;
     sigma_star_bound: f64 = INPUT_LIMIT, with_sigma_star_bound;
     observer_pole_limit: f64 = 1.0, with_observer_pole_limit;
+    samples: SampleLimits<N> = SampleLimits::NONE, with_samples;
 }
 
 impl<const N: usize, const R: usize> Config<N, R> {
@@ -165,7 +169,7 @@ impl<const N: usize, const R: usize> Config<N, R> {
     /// The same in other orders: rows cut, or filled up with zeros.
     const fn resized<const TO_N: usize, const TO_R: usize>(&self) -> Config<TO_N, TO_R> {
         let Self { period_s, surface, reaching, nominal, options, .. } = *self;
-        let Options { initial_estimates, limits, fallback, sigma_star_bound, observer_pole_limit } = options;
+        let Options { initial_estimates, limits, fallback, sigma_star_bound, observer_pole_limit, samples } = options;
         let mut observers = [None; TO_N];
         let mut i = 0;
         while i < N && i < TO_N {
@@ -186,6 +190,11 @@ impl<const N: usize, const R: usize> Config<N, R> {
                 fallback,
                 sigma_star_bound,
                 observer_pole_limit,
+                samples: SampleLimits {
+                    min: resized(&samples.min),
+                    max: resized(&samples.max),
+                    jump: resized(&samples.jump),
+                },
             },
         }
     }
@@ -341,6 +350,15 @@ const fn check(config: &Config<MAX_N, MAX_R>, n: usize, capacity: usize) -> Resu
     {
         return Err(ConfigError::new(Field::Fallback, Cause::FallbackOutsideLimits { u }));
     }
+    let SampleLimits { min, max, jump } = &options.samples;
+    let mut j = 0;
+    while j < MAX_N && j < n {
+        if min[j] > max[j] || jump[j] <= 0.0 {
+            let (min, max, jump) = (min[j], max[j], jump[j]);
+            return Err(ConfigError::new(Field::Samples, Cause::SamplesNone { state: j + 1, min, max, jump }));
+        }
+        j += 1;
+    }
     let mut i = 0;
     while i < MAX_N && i < n {
         if let Some(gains) = &observers[i]
@@ -393,6 +411,10 @@ const fn not_finite(config: &Config<MAX_N, MAX_R>, n: usize) -> Option<Field> {
         }
         if !options.initial_estimates[i].is_finite() {
             return Some(Field::InitialEstimates);
+        }
+        let SampleLimits { min, max, jump } = &options.samples;
+        if !(min[i].is_finite() && max[i].is_finite() && jump[i].is_finite()) {
+            return Some(Field::Samples);
         }
         i += 1;
     }

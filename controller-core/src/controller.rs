@@ -25,7 +25,7 @@
 //! type Joint = controller!(f32, FlexibleJoint<f32>, order 4, observers of order 2 in [2, 4]);
 //! const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
 //! const GAINS: ObserverGains<2> = ObserverGains::as_printed([100.0, 20.0]);
-//! const CONTROLLER: Joint = Joint::designed(
+//! const CONTROLLER: Joint = Joint::design(
 //!     &Config {
 //!         period_s: 1e-3,
 //!         surface: Surface { c: [125.0, 75.0, 15.0, 1.0], alpha_per_s: 1.0 },
@@ -48,7 +48,7 @@ use crate::config::{Config, INPUT_LIMIT};
 use crate::design::{self, Coefficients};
 use crate::error::{Cause, ConfigError, Field, Text};
 use crate::health::Health;
-use crate::model::NominalModel;
+use crate::model::{Linear, NominalModel};
 use crate::observer;
 use crate::real::Real;
 use crate::running::{self, ControlLaw, RetuneError};
@@ -77,7 +77,7 @@ use crate::state::{Lanes, State};
 /// #     options: Options::NEUTRAL,
 /// # };
 /// type Motor = controller!(f32, Linear<f32, 2>, order 2, observers of order 1 in [2]);
-/// let controller = Motor::design(&CONFIG, Linear::<f32, 2>::new(&NOMINAL)).expect("a good design");
+/// let controller = Motor::try_linear(&CONFIG).expect("a good design");
 /// let mut state = controller.start(&[0.1, 0.0]).expect("a good first sample");
 /// assert!(controller.tick(&mut state, &[0.1, 0.0]).u < 0.0);
 /// ```
@@ -114,22 +114,43 @@ macro_rules! design_in {
             ///
             /// # Errors
             /// What [`Config::validate`] refuses, and a configuration whose observers are not those of `MASK`.
-            pub const fn design(config: &Config<N, R>, model: M) -> Result<Self, ConfigError> {
+            pub const fn try_design(config: &Config<N, R>, model: M) -> Result<Self, ConfigError> {
                 match design_f64::<N, R, MASK, O>(config) {
                     Ok(rows) => Ok(Self::from_parts(design_in!(@$convert rows), model)),
                     Err(error) => Err(error),
                 }
             }
 
-            /// [`design`](Self::design) for a `const`: a bad configuration is a compile error with the reason.
+            /// [`try_design`](Self::try_design) for a `const`: a bad configuration is a compile error with the reason.
             ///
             /// # Panics
-            /// On a bad configuration; outside a `const` use [`design`](Self::design).
-            pub const fn designed(config: &Config<N, R>, model: M) -> Self {
-                match Self::design(config, model) {
+            /// On a bad configuration; outside a `const` use [`try_design`](Self::try_design).
+            pub const fn design(config: &Config<N, R>, model: M) -> Self {
+                match Self::try_design(config, model) {
                     Ok(controller) => controller,
                     Err(error) => panic!("{}", error.text().as_str()),
                 }
+            }
+        }
+
+        impl<const N: usize, const R: usize, const MASK: u8, const O: usize>
+            Controller<$t, Linear<$t, N>, N, R, MASK, O>
+        {
+            /// [`try_design`](Self::try_design) with the linear model that the configuration's own
+            /// [`nominal`](Config::nominal) is.
+            ///
+            /// # Errors
+            /// What [`try_design`](Self::try_design) refuses.
+            pub const fn try_linear(config: &Config<N, R>) -> Result<Self, ConfigError> {
+                Self::try_design(config, Linear::<$t, N>::new(&config.nominal))
+            }
+
+            /// [`try_linear`](Self::try_linear) for a `const`.
+            ///
+            /// # Panics
+            /// On a bad configuration; outside a `const` use [`try_linear`](Self::try_linear).
+            pub const fn linear(config: &Config<N, R>) -> Self {
+                Self::design(config, Linear::<$t, N>::new(&config.nominal))
             }
         }
     };
@@ -161,6 +182,7 @@ const fn design_f64<const N: usize, const R: usize, const MASK: u8, const O: usi
         i += 1;
     }
     match config.validate() {
+        Ok(()) if !config.options.samples.is_none() => Err(ConfigError::new(Field::Samples, Cause::GateMissing)),
         Ok(()) => design::coefficients(config, &design::observed(MASK)),
         Err(error) => Err(error),
     }
@@ -475,9 +497,14 @@ where
     /// `design`, "Range"), a good sample being one that the controller would start from and take at once. The tick
     /// takes `u` as what the actuator will hold; if it will not, say so with
     /// [`report_applied`](ControlLaw::report_applied).
-    #[inline]
+    #[inline(always)]
     fn tick(&self, state: &mut Self::State, x: &[T; N]) -> Output<T> {
         self.step::<true, false>(state, x)
+    }
+
+    #[inline]
+    fn lost(&self, state: &mut Self::State) -> Output<T> {
+        self.reject::<false>(state, false)
     }
 
     /// The observers live on what is held: fed the commanded u, a saturated start-up may never settle. Under saturation

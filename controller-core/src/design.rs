@@ -229,13 +229,18 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
 
     /// Every number in the order of [`LAYOUT`].
     pub fn numbers(&self) -> impl Iterator<Item = T> {
-        in_order!(self, iter, as_flattened).copied().chain([self.check()])
+        self.unchecked().chain([self.check()])
+    }
+
+    /// Every number but the check.
+    fn unchecked(&self) -> impl Iterator<Item = T> {
+        in_order!(self, iter, as_flattened).copied()
     }
 
     /// The last number: 24 bits of a hash (FNV-1a) over the bits of all others, as a whole number, which f32 holds. It
     /// tells damage from none, and is no defence against anyone who means it.
     pub fn check(&self) -> T {
-        let words = in_order!(self, iter, as_flattened).flat_map(|number| number.to_words());
+        let words = self.unchecked().flat_map(Real::to_words);
         T::from_f64(f64::from(hash(words) & 0x00FF_FFFF))
     }
 
@@ -259,9 +264,11 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
         Some(read)
     }
 
-    fn can_be_designed(&self) -> bool {
+    /// Is it what [`from_numbers`](Self::from_numbers) takes, the check apart?
+    #[doc(hidden)]
+    pub fn can_be_designed(&self) -> bool {
         // Zero times what is not finite is NaN.
-        let finite = self.numbers().all(|number| number * T::ZERO == T::ZERO);
+        let finite = self.unchecked().all(|number| number * T::ZERO == T::ZERO);
         let limit = T::from_f64(INPUT_LIMIT);
         let limits = -limit <= self.u_min && self.u_min <= self.u_max && self.u_max <= limit;
         let holds = self.hold == T::from_f64(1.0) && self.fallback == T::ZERO;

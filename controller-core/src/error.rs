@@ -57,6 +57,8 @@ pub enum Field {
     SigmaStarBound,
     /// `options.observer_pole_limit`.
     ObserverPoleLimit,
+    /// `options.samples`.
+    Samples,
     /// All of them together.
     Whole,
 }
@@ -80,6 +82,7 @@ impl Field {
             Self::Fallback => "options.fallback",
             Self::SigmaStarBound => "options.sigma_star_bound",
             Self::ObserverPoleLimit => "options.observer_pole_limit",
+            Self::Samples => "options.samples",
             Self::Whole => "config",
         }
     }
@@ -176,6 +179,33 @@ pub enum Cause {
         /// Largest fastest pole that this period allows, rad/s.
         allowed_rad_s: f64,
     },
+    /// Limits that no sample keeps: min > max, or a jump of 0 or below.
+    SamplesNone {
+        /// The state, from 1.
+        state: usize,
+        /// The smallest x given.
+        min: f64,
+        /// The largest x given.
+        max: f64,
+        /// The jump given.
+        jump: f64,
+    },
+    /// The model has another slope than the nominal gradient.
+    GradientContradicts {
+        /// The state, from 1.
+        state: usize,
+        /// The entry of the gradient.
+        said: f64,
+        /// The slope of the model.
+        found: f64,
+    },
+    /// b(x) of the model is not of the sign of b_0.
+    GainContradicts {
+        /// b(x)/b_0.
+        ratio: f64,
+    },
+    /// Limits of samples in the configuration of a law that keeps none.
+    GateMissing,
     /// A designed coefficient is not a normal number in the precision of the controller.
     CoefficientRange,
     /// A warning, where none is let pass: [`Config::validate_strictly`](crate::Config::validate_strictly).
@@ -206,6 +236,8 @@ pub enum Remedy {
     OtherOrder,
     /// A slower observer, a shorter period, or a higher limit.
     SlowerObserver,
+    /// A law behind a gate, or no limits of samples.
+    AddGate,
 }
 
 impl Remedy {
@@ -221,6 +253,7 @@ impl Remedy {
             Self::GiveGains => ": give its gains, or take it out of the controller's type",
             Self::OtherOrder => ": change it, or the capacity R of the controller's type",
             Self::SlowerObserver => ": slow the observer, shorten the period, or raise observer_pole_limit",
+            Self::AddGate => ": design a Gated<..> of it, or leave with_samples out",
         }
     }
 }
@@ -274,6 +307,17 @@ impl Cause {
             }
             Self::ObserverNotHurwitz => "the observer gains are not Hurwitz (Eq. (53); order 3 needs l1 l2 > l3)",
             Self::ObserverTooFast { .. } => "the fastest observer pole is too fast for the period (Eq. (53))",
+            Self::SamplesNone { .. } => {
+                "no sample keeps these limits: min must not be above max, and the jump must be above 0"
+            }
+            Self::GradientContradicts { .. } => {
+                "the model has another slope there than nominal.gradient says (Eq. (39)): \
+                 it returns a(x)/b_0, the gradient is that of a(x)"
+            }
+            Self::GainContradicts { .. } => {
+                "b(x) of the model is not of the sign of nominal.input_gain (Eq. (39)): it returns b(x)/b_0"
+            }
+            Self::GateMissing => "limits of samples are kept by a gate, and this law has none",
             Self::CoefficientRange => {
                 "a designed coefficient overflows or vanishes in this precision: \
                  check the units of the period, the gains and b"
@@ -303,6 +347,7 @@ impl Cause {
             Self::ChannelMismatch { configured: false } => Remedy::GiveGains,
             Self::ObserverOrder { .. } => Remedy::OtherOrder,
             Self::ObserverTooFast { .. } => Remedy::SlowerObserver,
+            Self::GateMissing => Remedy::AddGate,
             _ => Remedy::AsTheCauseSays,
         }
     }
@@ -320,6 +365,9 @@ impl ConfigError {
             _ => Text::new(),
         };
         let text = match self.cause {
+            Cause::SamplesNone { state, .. } | Cause::GradientContradicts { state, .. } => {
+                text.string("x_").number(state).string(": ")
+            }
             Cause::NotFinite | Cause::Negative => text.string(self.field.name()).string(": "),
             Cause::OrderTooLow { needed, order } => {
                 text.string("needs observer order ").number(needed).string(", has ").number(order).string(": ")
@@ -390,6 +438,13 @@ impl fmt::Display for Told<'_> {
             | Cause::BoundaryLayerEmpty { epsilon: given }
             | Cause::LimitsTooWide { limit: given }
             | Cause::FallbackOutsideLimits { u: given } => write!(f, " (given {})", Short(given)),
+            Cause::GradientContradicts { said, found, .. } => {
+                write!(f, " (said {:.4}, found {:.4})", Short(said), Short(found))
+            }
+            Cause::GainContradicts { ratio } => write!(f, " (b(x)/b_0 = {:.4})", Short(ratio)),
+            Cause::SamplesNone { min, max, jump, .. } => {
+                write!(f, " (given min {}, max {}, jump {})", Short(min), Short(max), Short(jump))
+            }
             Cause::ObserverTooFast { fastest_rad_s, allowed_rad_s } => {
                 let [fastest, allowed] = [fastest_rad_s, allowed_rad_s].map(Short);
                 write!(f, " (fastest pole {fastest:.4} rad/s, allowed {allowed:.4} rad/s)")

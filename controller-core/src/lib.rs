@@ -30,6 +30,7 @@ pub mod drive;
 pub mod elementary;
 pub mod error;
 mod exponential;
+pub mod gate;
 pub mod health;
 pub mod history;
 pub mod law;
@@ -58,6 +59,8 @@ pub use design::{Coefficients, LAYOUT};
 pub use elementary::{Exp, Libm, Micromath};
 #[doc(inline)]
 pub use error::{Cause, ConfigError, Field, Remedy, Warning, Warnings};
+#[doc(inline)]
+pub use gate::{Gate, Gated, GatedState, SampleLimits};
 #[doc(inline)]
 pub use health::{Health, UnknownHealth};
 #[doc(inline)]

@@ -3,8 +3,13 @@
 //! Everything in that channel is measured in units of the *reference gain* $b_0$ ([`Nominal::input_gain`]): the model
 //! returns $a(x)/b_0$, and $b(x)/b_0$ where b varies. With a constant b this is why the tick needs no division: choose
 //! $b_0 = b$. The true plant may differ; what the model does not say is the observers' business.
+//!
+//! The design is told of the same channel by a [`Nominal`], in SI units. Where a is linear it is all there is, and the
+//! model is made of it ([`Controller::linear`](crate::Controller::linear)). Where it is not the two are written apart,
+//! and [`Nominal::check`] holds one against the other: in a test of your own, since a `const` cannot ask a model.
 
 use crate::assert_order;
+use crate::error::{Cause, ConfigError, Field};
 use crate::real::Real;
 
 /// a(x) and b(x) in units of b_0. A model is `Copy`, so that a design with it can lie in a `const`; what is large is
@@ -27,7 +32,11 @@ use crate::real::Real;
 ///     }
 /// }
 ///
-/// assert_eq!(Pendulum { weight: 2.0 }.drift(&[0.0, 1.0]), 0.0);
+/// // m l² = 0.5: hanging down, a = -4 x_1.
+/// const NOMINAL: Nominal<2> = Nominal { gradient: [-4.0, 0.0], input_gain: 2.0 };
+/// assert_eq!(NOMINAL.check(&Pendulum { weight: 2.0 }, &[0.0, 0.0]), Ok(()));
+/// // g in feet.
+/// assert!(NOMINAL.check(&Pendulum { weight: 6.56 }, &[0.0, 0.0]).is_err());
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no model of a plant of order {N} in `{T}`",
@@ -68,6 +77,43 @@ pub struct Nominal<const N: usize> {
     pub gradient: [f64; N],
     /// b_0: the constant b, or a reference value of b(x), in the unit of x_n per second and per unit of u. Never 0.
     pub input_gain: f64,
+}
+
+/// How far a model and a nominal gradient may lie apart, as a share of the larger.
+const AGREED: f64 = 0.01;
+
+impl<const N: usize> Nominal<N> {
+    /// Does a model say the same near x? Its slopes there, by central differences, must be those of
+    /// [`gradient`](Self::gradient) within a hundredth (and what the precision of the model leaves open), but for
+    /// entries of 0, which say that nothing is known; b(x) must have the sign of b_0.
+    ///
+    /// # Errors
+    /// The first entry that is another, with both values.
+    pub fn check<T: Real, M: NominalModel<T, N>>(&self, model: &M, x: &[T; N]) -> Result<(), ConfigError> {
+        let ratio = model.gain_ratio(x).map_or(1.0, T::to_f64);
+        if !(ratio > 0.0 && ratio.is_finite()) {
+            return Err(ConfigError::new(Field::InputGain, Cause::GainContradicts { ratio }));
+        }
+        for (j, &said) in self.gradient.iter().enumerate() {
+            let step = 1e-3 * (1.0 + x[j].to_f64().abs());
+            let [(above, high), (below, low)] = [step, -step].map(|by| {
+                let mut there = *x;
+                there[j] += T::from_f64(by);
+                (there[j].to_f64(), model.drift(&there).to_f64() * self.input_gain)
+            });
+            let found = (high - low) / (above - below);
+            let rounding = if T::WORDS == 1 { 1e-6 } else { 1e-14 } * high.abs().max(low.abs()) / step;
+            // False of a model that is not a number there.
+            let agrees = (found - said).abs() <= AGREED * found.abs().max(said.abs()) + rounding;
+            if said != 0.0 && !agrees {
+                return Err(ConfigError::new(
+                    Field::Gradient,
+                    Cause::GradientContradicts { state: j + 1, said, found },
+                ));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// A linear a(x) with constant b: [`Nominal`] is all there is to know.

@@ -23,7 +23,7 @@
 //!         nominal: NOMINAL,
 //!         options: Options::NEUTRAL.with_limits(Limits::symmetric(10.0)),
 //!     };
-//!     Motor::designed(&config, Linear::<f32, 2>::new(&NOMINAL))
+//!     Motor::linear(&config)
 //! }
 //! static SOFT: Motor = motor(10.0);
 //! static FIRM: Motor = motor(20.0);
@@ -77,7 +77,11 @@ pub trait ControlLaw {
     /// One tick.
     fn tick(&self, state: &mut Self::State, sample: &Self::Sample) -> Self::Output;
 
-    /// Tells what the actuator really holds since the last tick; `false` if the value was not taken.
+    /// One tick whose sample never came: what [`tick`](Self::tick) does with one that it cannot take.
+    fn lost(&self, state: &mut Self::State) -> Self::Output;
+
+    /// Tells what the actuator really holds since the last tick, where that is another u; `false` if the value was not
+    /// taken.
     fn report_applied(state: &mut Self::State, u: Self::Scalar) -> bool;
 
     /// Estimates at the instant of the last tick, in physical units.
@@ -117,6 +121,10 @@ macro_rules! as_within {
         #[inline]
         fn tick(&$this, state: &mut Self::State, sample: &Self::Sample) -> Self::Output {
             $law.tick(state, sample)
+        }
+        #[inline]
+        fn lost(&$this, state: &mut Self::State) -> Self::Output {
+            $law.lost(state)
         }
         #[inline]
         fn report_applied(state: &mut Self::State, u: Self::Scalar) -> bool {
@@ -194,7 +202,7 @@ impl<C: ControlLaw> ControlLaw for Guessing<C> {
 /// type Motor = controller!(f32, Linear<f32, 2>, order 2, observers of order 1 in [2]);
 /// design! {
 ///     /// Designed by the compiler.
-///     static MOTOR: Motor = Motor::designed(&CONFIG, Linear::<f32, 2>::new(&NOMINAL));
+///     static MOTOR: Motor = Motor::linear(&CONFIG);
 /// }
 /// let mut running: Running<MOTOR> = Running::new(MOTOR);
 /// assert_eq!(size_of_val(&running), size_of::<<Motor as ControlLaw>::State>());
@@ -317,9 +325,19 @@ impl<D: ControlLaw> Running<D> {
         }
     }
 
-    /// Tells what the actuator really holds since the last tick, where that is not the u that the tick returned. Call
-    /// it before the next tick. The answer is `false` for a value that is not finite (or beyond
-    /// [`INPUT_LIMIT`](crate::INPUT_LIMIT)), which is not taken, and before the start.
+    /// One tick whose sample never came: a bus that is silent, a checksum that is wrong. A sample of NaN says the same.
+    #[inline]
+    pub fn lost(&mut self) -> D::Output {
+        match &mut self.state {
+            Some(state) => self.design.lost(state),
+            None => self.design.not_started(),
+        }
+    }
+
+    /// Tells what the actuator really holds since the last tick, where that is another u than the tick returned: one
+    /// cut by a limit, say. A u that is right and only acts later is better not reported. Call it before the next tick.
+    /// The answer is `false` for a value that is not finite (or beyond [`INPUT_LIMIT`](crate::INPUT_LIMIT)), which is
+    /// not taken, and before the start.
     #[inline]
     pub fn report_applied(&mut self, u: D::Scalar) -> bool {
         match &mut self.state {

@@ -55,7 +55,7 @@ pub struct State<T, M, const N: usize, const R: usize, const MASK: u8, const O: 
 /// #     nominal: NOMINAL,
 /// #     options: Options::NEUTRAL,
 /// # };
-/// let controller = Motor::designed(&CONFIG, Linear::<f32, 2>::new(&NOMINAL));
+/// let controller = Motor::linear(&CONFIG);
 /// let x = [[0.1, 0.0]; 8];
 /// let state = controller.start(&x[0]).expect("a finite sample");
 /// let mut lanes = state.lanes::<8>();

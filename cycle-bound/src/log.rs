@@ -3,6 +3,7 @@
 //! A thread of its own reads and decodes, so that neither a run nor a target ever waits for a log to be printed.
 
 use std::io::{ErrorKind, Read};
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -102,44 +103,8 @@ pub(crate) fn is_silence(kind: ErrorKind) -> bool {
 /// Longer than this no line gets.
 const LONGEST_LINE: usize = 1000;
 
-fn read_text(mut source: impl Read, lines: &Sender<String>, unwanted: &AtomicBool) {
-    let mut line = Vec::new();
-    let mut bytes = [0; 1024];
-    while !unwanted.load(Ordering::Relaxed) {
-        let count = match source.read(&mut bytes) {
-            Ok(0) => break,
-            Ok(count) => count,
-            Err(error) if is_silence(error.kind()) => continue,
-            Err(_) => break,
-        };
-        for &byte in &bytes[..count] {
-            if byte != b'\n' && line.len() < LONGEST_LINE {
-                line.push(byte);
-                continue;
-            }
-            if lines.send(shown(&line)).is_err() {
-                return;
-            }
-            line.clear();
-            if byte != b'\n' {
-                line.push(byte);
-            }
-        }
-    }
-    if !line.is_empty() {
-        // Whoever is gone does not want it.
-        let _ = lines.send(shown(&line));
-    }
-}
-
-/// A line as a terminal may show it.
-fn shown(line: &[u8]) -> String {
-    String::from_utf8_lossy(line).trim_end().chars().map(|c| if c.is_control() { '?' } else { c }).collect()
-}
-
-fn read(mut source: impl Read, table: &Table, lines: &Sender<String>, unwanted: &AtomicBool) {
-    let mut decoder = table.new_stream_decoder();
-    let mut is_garbled = false;
+/// Hands on what comes in, until the source ends, nobody wants more, or `take` breaks off.
+fn pump(mut source: impl Read, unwanted: &AtomicBool, mut take: impl FnMut(&[u8]) -> ControlFlow<()>) {
     let mut bytes = [0; 1024];
     while !unwanted.load(Ordering::Relaxed) {
         let count = match source.read(&mut bytes) {
@@ -148,14 +113,55 @@ fn read(mut source: impl Read, table: &Table, lines: &Sender<String>, unwanted: 
             Err(error) if is_silence(error.kind()) => continue,
             Err(_) => return,
         };
-        decoder.received(&bytes[..count]);
+        if take(&bytes[..count]).is_break() {
+            return;
+        }
+    }
+}
+
+fn read_text(source: impl Read, lines: &Sender<String>, unwanted: &AtomicBool) {
+    let mut line = Vec::new();
+    pump(source, unwanted, |bytes| {
+        for &byte in bytes {
+            if byte != b'\n' && line.len() < LONGEST_LINE {
+                line.push(byte);
+                continue;
+            }
+            send(lines, shown(&line))?;
+            line.clear();
+            if byte != b'\n' {
+                line.push(byte);
+            }
+        }
+        ControlFlow::Continue(())
+    });
+    if !line.is_empty() {
+        // Whoever is gone does not want it.
+        let _ = lines.send(shown(&line));
+    }
+}
+
+fn send(lines: &Sender<String>, line: String) -> ControlFlow<()> {
+    if lines.send(line).is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+}
+
+/// A line as a terminal may show it.
+fn shown(line: &[u8]) -> String {
+    String::from_utf8_lossy(line).trim_end().chars().map(|c| if c.is_control() { '?' } else { c }).collect()
+}
+
+fn read(source: impl Read, table: &Table, lines: &Sender<String>, unwanted: &AtomicBool) {
+    let mut decoder = table.new_stream_decoder();
+    let mut is_garbled = false;
+    pump(source, unwanted, |bytes| {
+        decoder.received(bytes);
         loop {
             let line = match decoder.decode() {
                 Ok(frame) => match frame.level() {
                     Some(level) => format!("{:<5} {}", level.as_str(), frame.display_message()),
                     None => frame.display_message().to_string(),
                 },
-                Err(DecodeError::UnexpectedEof) => break,
+                Err(DecodeError::UnexpectedEof) => return ControlFlow::Continue(()),
                 Err(DecodeError::Malformed) if table.encoding().can_recover() => {
                     // Once is enough: what follows is no better.
                     if std::mem::replace(&mut is_garbled, true) {
@@ -163,13 +169,11 @@ fn read(mut source: impl Read, table: &Table, lines: &Sender<String>, unwanted: 
                     }
                     "(something that is no message of this image; is it the one that runs there?)".into()
                 }
-                Err(DecodeError::Malformed) => return,
+                Err(DecodeError::Malformed) => return ControlFlow::Break(()),
             };
-            if lines.send(line).is_err() {
-                return;
-            }
+            send(lines, line)?;
         }
-    }
+    });
 }
 
 #[cfg(test)]

@@ -20,6 +20,8 @@
 
 use std::collections::VecDeque;
 
+use controller_core::{Gate, Real};
+
 use crate::MAX_ORDER;
 use crate::random::Random;
 
@@ -166,6 +168,37 @@ impl<S: Sensor> Sensor for Dropout<S> {
         // The sensor measures all the same; its sample is lost on the way.
         self.inner.measure(x, sample);
         if self.random.uniform() <= self.probability {
+            sample.fill(f64::NAN);
+        }
+    }
+}
+
+/// The gate of a law that keeps limits of its samples: what does not pass is lost. It stands here, before whatever
+/// controller there is, and so it does for a target, whose tick has none; in the precision of the law it decides as
+/// [`Gated`](controller_core::Gated) does.
+pub struct Gated<S, T> {
+    inner: S,
+    gate: Gate<T, MAX_ORDER>,
+    last: Option<[T; MAX_ORDER]>,
+}
+
+impl<S, T: Real> Gated<S, T> {
+    /// Limits of states that there are not must hold for 0.
+    pub fn new(inner: S, gate: Gate<T, MAX_ORDER>) -> Self {
+        Self { inner, gate, last: None }
+    }
+}
+
+impl<S: Sensor, T: Real> Sensor for Gated<S, T> {
+    fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
+        self.inner.measure(x, sample);
+        let now = std::array::from_fn(|j| T::from_f64(sample.get(j).copied().unwrap_or(0.0)));
+        let mut last = self.last.unwrap_or(now);
+        let taken = self.gate.takes(&mut last, &now);
+        if taken || self.last.is_some() {
+            self.last = Some(last);
+        }
+        if !taken {
             sample.fill(f64::NAN);
         }
     }

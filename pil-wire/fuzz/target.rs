@@ -14,18 +14,14 @@ use pil_wire::{Instance, LOAD, Model, Open, REQUEST_LEN, Reply, Request, Target}
 
 type Controller2 = controller!(f32, Linear<f32, 2>, order 2, observers of order 2 in [1]);
 const INSTANCE: Instance = Instance { n: 2, r: 2, mask: channels(2, 2, [1]), model: Model::Linear };
-const NOMINAL: Nominal<2> = Nominal { gradient: [-2.0, -1.0], input_gain: 2.0 };
-const CONTROLLER: Controller2 = Controller2::designed(
-    &Config {
-        period_s: 1e-3,
-        surface: Surface::from_bandwidth(5.0, 1.0),
-        observers: [Some(ObserverGains::from_bandwidth::<2>(50.0)), None],
-        reaching: ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 },
-        nominal: NOMINAL,
-        options: Options::NEUTRAL.with_limits(Limits::symmetric(300.0)).with_sigma_star_bound(1.0),
-    },
-    Linear::<f32, 2>::new(&NOMINAL),
-);
+const CONTROLLER: Controller2 = Controller2::linear(&Config {
+    period_s: 1e-3,
+    surface: Surface::from_bandwidth(5.0, 1.0),
+    observers: [Some(ObserverGains::from_bandwidth::<2>(50.0)), None],
+    reaching: ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 },
+    nominal: Nominal { gradient: [-2.0, -1.0], input_gain: 2.0 },
+    options: Options::NEUTRAL.with_limits(Limits::symmetric(300.0)).with_sigma_star_bound(1.0),
+});
 
 struct Host {
     target: Target,

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use controller_core::{ConfigError, Field, Remedy};
+use controller_core::{ConfigError, Field, Gate, Remedy, SampleLimits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::closed_loop::{Loop, LoopError, close_loop};
 use loop_sim::metrics::{self, Metrics};
@@ -10,7 +10,7 @@ use loop_sim::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel,
 use loop_sim::port::ControllerPort;
 use loop_sim::port::baseline::Baseline;
 use loop_sim::port::compared::Compared;
-use loop_sim::port::in_process::{self, ControllerSpec, Designed, Download};
+use loop_sim::port::in_process::{self, ControllerSpec, Designed, Download, Precision};
 use loop_sim::sensor::{self, Sensor};
 use loop_sim::signal::Signal;
 use loop_sim::trace::{Row, Trace};
@@ -169,7 +169,7 @@ pub(super) fn assemble(resolved: Resolved) -> Result<Experiment, Problem> {
         output_unit,
         control_unit,
         plant: plant_of(plant, &file.plant.error, disturbances)?,
-        sensor: sensor_of(&file.sensor, file.seed),
+        sensor: gated(sensor_of(&file.sensor, file.seed), spec.as_ref()),
         actuator: actuator_of(&file.actuator, period_s),
         x0,
         port,
@@ -234,6 +234,17 @@ fn sensor_of(table: &SensorTable, seed: u64) -> Box<dyn Sensor> {
         chain = Box::new(sensor::Dropout::new(chain, table.dropout, seed));
     }
     chain
+}
+
+/// Before a controller that keeps limits of its samples, its gate.
+fn gated(sensor: Box<dyn Sensor>, spec: Option<&ControllerSpec>) -> Box<dyn Sensor> {
+    let Some(ControllerSpec { precision, config, .. }) = spec else { return sensor };
+    let samples = &config.padded.options.samples;
+    match precision {
+        _ if *samples == SampleLimits::NONE => sensor,
+        Precision::F32 => Box::new(sensor::Gated::new(sensor, Gate::<f32, _>::new(samples))),
+        Precision::F64 => Box::new(sensor::Gated::new(sensor, Gate::<f64, _>::new(samples))),
+    }
 }
 
 /// From the demand to the plant: hold, delay, limits, rate limit. Built from the plant outwards. The limits come before

@@ -283,6 +283,8 @@ pub struct ControllerTable {
     pub limits: Option<LimitsTable>,
     /// What goes out when a sample is lost: "hold" (the last u) or a safe u. Default "hold".
     pub fallback: FallbackKey,
+    /// What a sample may be and how far it may move in a tick; one that is not so is lost. Default: any.
+    pub samples: Option<SamplesTable>,
     /// Estimates of d_1..d_n at t = 0. Default zeros.
     #[schemars(length(min = 2, max = 6), inner(range(min = -1e11, max = 1e11)))]
     pub initial_estimates: Option<Vec<f64>>,
@@ -318,6 +320,7 @@ impl Default for ControllerTable {
             nominal: NominalTable::default(),
             limits: None,
             fallback: FallbackKey::default(),
+            samples: None,
             initial_estimates: None,
             sigma_star_bound: 1e12,
             observer_pole_limit: 1.0,
@@ -405,6 +408,21 @@ pub struct LimitsTable {
     pub min: Option<f64>,
     /// Largest u. Default: none.
     pub max: Option<f64>,
+}
+
+/// What a sample may be, per state.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SamplesTable {
+    /// Smallest x_1..x_n. Default: none.
+    #[schemars(length(min = 2, max = 6))]
+    pub min: Option<Vec<f64>>,
+    /// Largest x_1..x_n. Default: none.
+    #[schemars(length(min = 2, max = 6))]
+    pub max: Option<Vec<f64>>,
+    /// Farthest that x_1..x_n may lie from the sample before. Default: any.
+    #[schemars(length(min = 2, max = 6))]
+    pub jump: Option<Vec<f64>>,
 }
 
 /// "hold" or a number.

@@ -2,7 +2,7 @@
 
 use controller_core::{
     AnyConfig, Benchmark, Config, Fallback, JointChain, JointParameters, Limits, Nominal, ObserverGains, Options, Pole,
-    ReachingLaw, Reading, Surface,
+    ReachingLaw, Reading, SampleLimits, Surface,
 };
 use loop_sim::MAX_ORDER;
 use loop_sim::port::baseline::BaselineSpec;
@@ -12,7 +12,7 @@ use loop_sim::signal::Term;
 use super::error::shown;
 use super::{
     ActuatorTable, ControllerKind, ControllerTable, ExpKey, FallbackKey, ObserverTable, ParametersTable, PlantKind,
-    PlantTable, PrecisionKey, ReadingKey, Scenario, SensorTable, TermKind, TermTable,
+    PlantTable, PrecisionKey, ReadingKey, SamplesTable, Scenario, SensorTable, TermKind, TermTable,
 };
 
 /// Most ticks of one run: each is kept until the end, some 200 bytes, and written as a line.
@@ -90,6 +90,7 @@ const FOREIGN: [(&[&str], &str, &str); 5] = [
             "controller.lambda_per_s",
             "controller.limits",
             "controller.fallback",
+            "controller.samples",
             "controller.initial_estimates",
             "controller.sigma_star_bound",
             "controller.observer_pole_limit",
@@ -643,6 +644,7 @@ fn proposed(
             problems.take(problem("controller.fallback", message))?
         }
     };
+    let samples = samples(controller.samples.as_ref(), n, problems);
     let surface_c = surface_c?;
     let NominalChannel { model, mut gradient, input_gain } = nominal?;
     for (j, entry) in gradient.iter_mut().enumerate() {
@@ -677,11 +679,26 @@ fn proposed(
                     .with_initial_estimates(padded(&initial_estimates))
                     .with_limits(limits)
                     .with_fallback(fallback)
+                    .with_samples(samples)
                     .with_sigma_star_bound(controller.sigma_star_bound)
                     .with_observer_pole_limit(controller.observer_pole_limit),
             },
         },
     })
+}
+
+fn samples(given: Option<&SamplesTable>, n: usize, problems: &mut Problems) -> SampleLimits<MAX_ORDER> {
+    let mut samples = SampleLimits::NONE;
+    let SampleLimits { min, max, jump } = &mut samples;
+    let Some(table) = given else { return samples };
+    for (row, list, key) in [(min, &table.min, "min"), (max, &table.max, "max"), (jump, &table.jump, "jump")] {
+        if let Some(list) = list
+            && problems.take(of_length(list, n, &format!("controller.samples.{key}"))).is_some()
+        {
+            *row = padded(list);
+        }
+    }
+    samples
 }
 
 fn baseline(

@@ -198,6 +198,15 @@ fn a_list_of_the_wrong_length_is_told_with_the_right_one() {
             "a.toml:2:11: `sensor.quantum`: found a list of 2, expected 4 numbers, one per state of this plant",
         ),
         (
+            "[controller]\nsamples = { jump = [1, 1, 1] }",
+            "a.toml:2:20: `controller.samples.jump`: found a list of 3, expected 4 numbers, one per state of this plant",
+        ),
+        (
+            "[controller.samples]\nmin = [0, 0, 8, 0]\nmax = [0, 0, 7, 0]",
+            "a.toml:1:1: `controller.samples`: x_3: no sample keeps these limits: min must not be above max, and the \
+             jump must be above 0 (given min 8, max 7, jump 2e12)",
+        ),
+        (
             "[controller]\ninitial_estimates = [0, 0, 0, 0, 0]",
             "a.toml:2:21: `controller.initial_estimates`: found a list of 5, expected 4 numbers, one per state of this \
              plant",
@@ -791,6 +800,25 @@ fn links_of_the_chains_stand_in_the_loop_in_the_order_they_are_written_of() {
             !pair[1].health.contains(controller_core::Health::INPUT_REJECTED) || pair[1].u == pair[0].u
         })
     );
+}
+
+/// Every sample whose x_1 is above 0.05 rad is lost, so the start is, and the joint, which nobody drives, stays there.
+#[test]
+fn a_sample_beyond_the_limits_of_the_controller_is_lost() {
+    for precision in ["f32", "f64"] {
+        let precision = format!("controller.precision={precision}");
+        let lost = |max: &str| {
+            let sets = [
+                "span_s=0.1",
+                "window_s=[0, 0.1]",
+                &precision,
+                &format!("controller.samples.max=[{max}, 9, 9e3, 9e5]"),
+            ];
+            let run = ran("", &sets);
+            run.rows.iter().filter(|row| row.health.contains(controller_core::Health::INPUT_REJECTED)).count()
+        };
+        assert_eq!((lost("0.05"), lost("0.2")), (101, 0), "{precision}");
+    }
 }
 
 #[test]

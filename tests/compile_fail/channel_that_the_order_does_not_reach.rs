@@ -3,7 +3,7 @@
 use compile_cases::*;
 
 type Spoilt = controller!(f32, FlexibleJoint<f32>, order 4, observers of order 2 in [1, 4]);
-static CONTROLLER: Spoilt = Spoilt::designed(&good(GAINS), MODEL);
+static CONTROLLER: Spoilt = Spoilt::design(&good(GAINS), MODEL);
 
 fn main() {
     let _ = &CONTROLLER;

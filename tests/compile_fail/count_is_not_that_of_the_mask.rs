@@ -3,7 +3,7 @@
 use compile_cases::*;
 
 type Spoilt = Controller<f32, FlexibleJoint<f32>, 4, 2, { channels(4, 2, [2, 4]) }, 1>;
-static CONTROLLER: Spoilt = Spoilt::designed(&good(GAINS), MODEL);
+static CONTROLLER: Spoilt = Spoilt::design(&good(GAINS), MODEL);
 
 fn main() {
     let _ = &CONTROLLER;

@@ -2,7 +2,7 @@
 
 use compile_cases::*;
 
-static CONTROLLER: Joint<3> = Joint::designed(&good(ObserverGains::as_printed([1.0, 2.0, 3.0])), MODEL);
+static CONTROLLER: Joint<3> = Joint::design(&good(ObserverGains::as_printed([1.0, 2.0, 3.0])), MODEL);
 
 fn main() {
     let _ = &CONTROLLER;

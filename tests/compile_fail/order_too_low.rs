@@ -2,7 +2,7 @@
 
 use compile_cases::*;
 
-static CONTROLLER: Joint<2> = Joint::designed(&good(ObserverGains::as_printed([100.0])), MODEL);
+static CONTROLLER: Joint<2> = Joint::design(&good(ObserverGains::as_printed([100.0])), MODEL);
 
 fn main() {
     let _ = &CONTROLLER;

@@ -2,7 +2,7 @@
 
 use compile_cases::*;
 
-static CONTROLLER: Joint<2> = Joint::designed(&good(GAINS), MODEL);
+static CONTROLLER: Joint<2> = Joint::design(&good(GAINS), MODEL);
 
 fn main() {
     assert!(CONTROLLER.start(&[0.1, 0.0, 0.0, 0.0]).is_some());

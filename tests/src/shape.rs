@@ -218,7 +218,7 @@ pub fn controller(
     macro_rules! build {
         ($t:ty, $n:literal, $r:literal, $mask:literal, $o:literal) => {{
             type Built = Controller<$t, UnitModel<$t, $n>, $n, $r, $mask, $o>;
-            let controller = Built::design(&config(spec), UnitModel::new(model))?;
+            let controller = Built::try_design(&config(spec), UnitModel::new(model))?;
             Ok(Box::new(Apart { controller, state: None }))
         }};
     }

@@ -80,7 +80,7 @@ pub fn drift_row(poles: &[Complex]) -> Vec<f64> {
     row
 }
 
-/// A design of the given shape that the shipped `design` accepts, nothing else asked of it: gains up to deadbeat,
+/// A design of the given shape that the shipped `try_design` accepts, nothing else asked of it: gains up to deadbeat,
 /// slopes of either sign, any gradient, b(x) constant or swinging, with or without switching and limits.
 pub fn any_design(rng: &mut Rng, n: usize, capacity: usize, mask: u8) -> (Spec, Model) {
     let period_s = rng.spread(1e-4, 1e-2);

@@ -116,7 +116,7 @@ fn designed<const N: usize, const R: usize, const MASK: u8, const O: usize>()
 -> (Controller<f32, Linear<f32, N>, N, R, MASK, O>, [f32; N]) {
     let config = config::<N, R>(MASK);
     let model = Linear::<f32, N>::new(&config.nominal);
-    let controller = Controller::<f32, _, N, R, MASK, O>::design(&config, model);
+    let controller = Controller::<f32, _, N, R, MASK, O>::try_design(&config, model);
     (controller.expect("a good design"), std::array::from_fn(|i| 0.25 * (i as f32 + 1.0)))
 }
 
@@ -322,7 +322,7 @@ fn joint() -> (Config<4, 2>, Controller<f32, Linear<f32, 4>, 4, 2, 10, 2>) {
             .with_sigma_star_bound(10.0),
     };
     let model = Linear::<f32, 4>::new(&config.nominal);
-    (config, Controller::<f32, _, 4, 2, 10, 2>::design(&config, model).expect("a good design"))
+    (config, Controller::<f32, _, 4, 2, 10, 2>::try_design(&config, model).expect("a good design"))
 }
 
 /// What they compute is held against the library's own design below, on the chip.

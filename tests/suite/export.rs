@@ -6,7 +6,9 @@
 //! sigma, sigma*, health, of the estimates and of the whole state, after every tick. Rust: the exported static has the
 //! coefficients, bit by bit, that the host designed.
 
-use controller_core::{Coefficients, ControlLaw, Controller, Health, Linear, Running, channels};
+use controller_core::{
+    Coefficients, ControlLaw, Controller, Gate, Gated, Health, Linear, Output, Running, SampleLimits, channels,
+};
 use host_sim::export;
 use integration_tests::data::path;
 use integration_tests::program::host_sim;
@@ -26,7 +28,7 @@ const TICKS: usize = 1_000_000_usize.div_ceil(INSTANCES.len());
 type Instance = (&'static str, &'static str, fn(&str, &str) -> Run);
 
 /// Every instance the C library has, one without an observer, orders mixed, and the most there is.
-const INSTANCES: [Instance; 11] = [
+const INSTANCES: [Instance; 12] = [
     (
         "n2r1_2",
         "plant = { kind = 'chain', order = 2, a = [-2, -1], b = 2 }
@@ -71,6 +73,12 @@ const INSTANCES: [Instance; 11] = [
         "n4r2_24_mixed",
         "controller = { initial_estimates = [0, 0.5, 0, -3], fallback = 1.5, observer = [
              { channel = 2, printed = [100, 20] }, { channel = 4, printed = [50] } ] }",
+        run::<4, 2, { channels(4, 2, [2, 4]) }, 2>,
+    ),
+    (
+        "n4r2_24_gated",
+        "controller = { limits = { min = -300, max = 300 }, samples = { min = [-2, -3, -4, -5], max = [3, 3, 3, 9],
+             jump = [1, 2, 3, 4] } }",
         run::<4, 2, { channels(4, 2, [2, 4]) }, 2>,
     ),
     (
@@ -171,6 +179,8 @@ struct Run {
     r: usize,
     /// From 1.
     observed: Vec<usize>,
+    /// Numbers that a gate keeps, 0 where there is none.
+    gated: usize,
     /// Requests as bytes: what, then n floats.
     asked: Vec<u8>,
     /// Words of an answer: what was said, then u, sigma, sigma*, the state and the estimates.
@@ -268,6 +278,7 @@ fn driver(run: &Run, exported: &str, place: Place) -> String {
     let folded = run.observed.iter().flat_map(|i| ["a", "b", "c"][..run.r].iter().map(move |m| format!("{m}{i}")));
     let mut state: Vec<String> = folded.chain(of("p", "")).chain(of("x", "_prev")).collect();
     state.extend(["offset", "held"].map(String::from));
+    state.extend((1..=run.gated).map(|j| format!("x{j}_seen")));
     let state = format!("state.{}, ", state.join(", state."));
     let transfer = if place == Place::Here { ON_THE_HOST } else { ON_THE_CHIP };
     format!(
@@ -315,15 +326,18 @@ int main(void)
     )
 }
 
-/// From the words of a running controller `count` numbers of its state in the order of its fields, then whether it
-/// resumes and has started. The last number, b(x)/b_0 at the last tick, is not in C where b is constant.
-fn numbers(words: &[u32], count: usize) -> Vec<f32> {
+/// From the words of a running controller `count` numbers of its state in the order of its fields, the `gated` last
+/// ones, then whether it resumes and has started. The number between, b(x)/b_0 at the last tick, is not in C where b is
+/// constant.
+fn numbers(words: &[u32], count: usize, gated: usize) -> Vec<f32> {
     let [_, started, ref state @ .., _] = *words else { panic!("words of a running controller") };
     if started == 0 {
-        return vec![0.0; count + 2];
+        return vec![0.0; count + gated + 2];
     }
     let [resuming, ref state @ ..] = *state else { panic!("flag and numbers, not {state:?}") };
-    state[..count].iter().copied().map(f32::from_bits).chain([resuming as f32, 1.0]).collect()
+    assert_eq!(state.len(), count + 1 + gated);
+    let kept = state[..count].iter().chain(&state[count + 1..]);
+    kept.copied().map(f32::from_bits).chain([resuming as f32, 1.0]).collect()
 }
 
 /// Numbers that a sample is seldom made of.
@@ -394,7 +408,9 @@ type Law<const N: usize, const R: usize, const MASK: u8, const O: usize> =
 
 /// Ticks the Rust controller of a scenario.
 fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &str, scenario: &str) -> Run {
-    let download = download(scenario);
+    let source = Source { file: "it", text: scenario, sets: &[] };
+    let experiment = scenario::parse(&source, "it").expect("a good scenario");
+    let (download, spec) = (experiment.download.expect("an f32 design"), experiment.spec.expect("a design"));
     let shape = download.shape;
     assert_eq!((usize::from(shape.n), usize::from(shape.r), shape.mask), (N, R, MASK), "{name}");
     let mut given = download.numbers.iter().copied();
@@ -403,10 +419,30 @@ fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &st
     let row = core::array::from_fn(|_| next());
     let coefficients = Coefficients::<f32, N, R, O>::from_numbers(given).expect("a design");
     let controller = Law::<N, R, MASK, O>::from_parts(coefficients, Linear::from_row(row));
+    let observed = (1..=N).filter(|i| MASK >> (i - 1) & 1 == 1).collect();
+    let samples = spec.config.fixed::<N, R>().expect("the shape").options.samples;
+    if samples == SampleLimits::NONE {
+        run_of(name, &controller, d_hat, observed, 0)
+    } else {
+        run_of(name, &Gated::new(controller, Gate::<f32, N>::new(&samples)), d_hat, observed, N)
+    }
+}
 
+/// The same of any law; `gated` numbers at the end of its state are those of a gate.
+fn run_of<D, const N: usize, const R: usize>(
+    name: &str,
+    controller: &D,
+    d_hat: [f32; N],
+    observed: Vec<usize>,
+    gated: usize,
+) -> Run
+where
+    D: ControlLaw<Scalar = f32, Sample = [f32; N], Guess = [f32; N], Output = Output<f32>, Estimates = [[f32; R]; N]>,
+{
     // What the Rust tick answers, and what was asked.
-    let mut samples = Samples { rng: Rng::new(0x5eed + u64::from(MASK) + 100 * N as u64), scale: 0.1, bad_left: 0 };
-    let mut running = Running::guessing(&controller, d_hat);
+    let mut samples =
+        Samples { rng: Rng::new(0x5eed + 10 * observed.len() as u64 + 100 * N as u64), scale: 0.1, bad_left: 0 };
+    let mut running = Running::guessing(controller, d_hat);
     let (mut asked, mut answers, mut seen, mut ticks) = (Vec::new(), Vec::new(), [0_usize; 8], 0);
     let mut words = 0;
     while ticks < TICKS {
@@ -437,7 +473,7 @@ fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &st
         };
         asked.extend((ask as u32).to_le_bytes());
         asked.extend(x.iter().flat_map(|value| value.to_le_bytes()));
-        let state = numbers(&running.words().collect::<Vec<_>>(), O * (R + 2) + 2);
+        let state = numbers(&running.words().collect::<Vec<_>>(), observed.len() * (R + 2) + 2, gated);
         let known = if running.estimates().is_some() { 1.0 } else { 0.0 };
         let estimates = running.estimates().unwrap_or([[0.0; R]; N]);
         let all = outputs.iter().chain(&state).chain([&known]).chain(estimates.as_flattened());
@@ -452,8 +488,7 @@ fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &st
     // No design is exercised by a run in which it hardly ever works.
     assert!(healthy > ticks / 20 && rejected > ticks / 200, "{name}: the run shows too little: {seen:?}");
 
-    let observed = (1..=N).filter(|i| MASK >> (i - 1) & 1 == 1).collect();
-    Run { n: N, r: R, observed, asked, words, answers }
+    Run { n: N, r: R, observed, gated, asked, words, answers }
 }
 
 /// Compiles a program that includes exported files, runs it, and gives the words it answers.
@@ -832,10 +867,11 @@ fn main() {
     let mut running = RUNNING;
     let output = running.tick(&[0.5; CONFIG.observers.len()]);
     CONFIG.options.initial_estimates.iter().for_each(|value| println!(\"{}\", (*value as f32).to_bits()));
-    CONTROLLER.coefficients().numbers().for_each(|value| println!(\"{}\", value.to_bits()));
+    CONTROLLER@.coefficients().numbers().for_each(|value| println!(\"{}\", value.to_bits()));
     println!(\"{}\", output.u.to_bits());
 }
 ";
+    let program = program.replace('@', if scenario.contains("samples") { ".law()" } else { "" });
     fs::write(package.join("bits.rs"), program).expect("the program");
     let output = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
         .args(["run", "--quiet", "--offline", "--color=never"])
@@ -856,6 +892,7 @@ fn the_exported_rust_has_the_coefficients_that_the_host_designed() {
     let of = |wanted| INSTANCES.iter().find(|(name, ..)| *name == wanted).map_or("", |(_, scenario, _)| scenario);
     for (name, scenario) in [
         ("joint", of("n4r2_24_mixed")),
+        ("gated", of("n4r2_24_gated")),
         ("unobserved", of("n2r1_none")),
         ("benchmark", benchmark),
         ("six", of("n6r3_3456")),

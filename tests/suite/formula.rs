@@ -334,14 +334,14 @@ fn design_in_const_equals_the_design_at_run_time_bit_for_bit() {
             .with_fallback(Fallback::Safe(0.0))
             .with_sigma_star_bound(1.0),
     };
-    const SINGLE: Joint<f32> = Joint::<f32>::designed(&CONFIG, FlexibleJoint::<f32>::new(&NOMINAL));
-    const DOUBLE: Joint<f64> = Joint::<f64>::designed(&CONFIG, FlexibleJoint::<f64>::new(&NOMINAL));
+    const SINGLE: Joint<f32> = Joint::<f32>::design(&CONFIG, FlexibleJoint::<f32>::new(&NOMINAL));
+    const DOUBLE: Joint<f64> = Joint::<f64>::design(&CONFIG, FlexibleJoint::<f64>::new(&NOMINAL));
 
     // `black_box` keeps the optimiser from designing at compile time again.
     let config = std::hint::black_box(CONFIG);
     let nominal = std::hint::black_box(NOMINAL);
-    let single = Joint::<f32>::design(&config, FlexibleJoint::<f32>::new(&nominal)).expect("a valid design");
-    let double = Joint::<f64>::design(&config, FlexibleJoint::<f64>::new(&nominal)).expect("a valid design");
+    let single = Joint::<f32>::try_design(&config, FlexibleJoint::<f32>::new(&nominal)).expect("a valid design");
+    let double = Joint::<f64>::try_design(&config, FlexibleJoint::<f64>::new(&nominal)).expect("a valid design");
     // Debug prints the shortest decimal that reads back to the same bits, of every coefficient.
     assert_eq!(format!("{SINGLE:?}"), format!("{single:?}"));
     assert_eq!(format!("{DOUBLE:?}"), format!("{double:?}"));

@@ -42,7 +42,7 @@ fn joint() -> Download {
     let gains = ObserverGains::as_printed([100.0, 20.0]);
     let model = Linear::<f32, 4>::new(&NOMINAL);
     let controller =
-        Controller::<f32, _, 4, 2, { channels(4, 2, [2, 4]) }, 2>::designed(&joint_config::<2>(gains), model);
+        Controller::<f32, _, 4, 2, { channels(4, 2, [2, 4]) }, 2>::design(&joint_config::<2>(gains), model);
     let numbers = [0.0; 4].into_iter().chain(*model.row()).chain(controller.coefficients().numbers()).collect();
     Download { shape: Shape { n: 4, r: 2, mask: channels(4, 2, [2, 4]) }, model: ModelKind::Linear, numbers }
 }

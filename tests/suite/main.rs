@@ -11,6 +11,7 @@ mod export;
 mod figures;
 mod formula;
 mod frames;
+mod gate;
 mod golden;
 mod paper;
 mod precision;

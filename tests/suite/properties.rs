@@ -308,7 +308,7 @@ type Joint = controller_core::controller!(f32, FlexibleJoint<f32>, order 4, obse
 fn joint(change: impl Fn(&mut Config<4, 2>)) -> Joint {
     let mut config = joint_config(ObserverGains::<2>::as_printed([100.0, 20.0]));
     change(&mut config);
-    Joint::design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design")
+    Joint::try_design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design")
 }
 
 type JointOfOrder3 = controller_core::controller!(f32, FlexibleJoint<f32>, order 4, observers of order 3 in [2, 4]);
@@ -376,7 +376,8 @@ fn no_spike_locks_the_controller() {
     for omega in [50.0, 400.0] {
         let gains = ObserverGains::<3>::from_bandwidth::<3>(omega);
         let config = Config { options: Options::NEUTRAL, ..joint_config(gains) };
-        let controller = JointOfOrder3::design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design");
+        let controller =
+            JointOfOrder3::try_design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design");
         for step in 0..=260 {
             for i in 0..4 {
                 let mut spike = [0.0; 4];
@@ -489,8 +490,8 @@ fn model_of_the_joint_is_the_linear_one() {
     type General = controller_core::controller!($t, Linear<$t, 4>, order 4, observers of order 2 in [2, 4]);
     type Special = controller_core::controller!($t, FlexibleJoint<$t>, order 4, observers of order 2 in [2, 4]);
             let config = joint_config(ObserverGains::as_printed([100.0, 20.0]));
-            let general = General::design(&config, Linear::<$t, 4>::new(&NOMINAL)).expect("a valid design");
-            let special = Special::design(&config, FlexibleJoint::<$t>::new(&NOMINAL)).expect("a valid design");
+            let general = General::try_design(&config, Linear::<$t, 4>::new(&NOMINAL)).expect("a valid design");
+            let special = Special::try_design(&config, FlexibleJoint::<$t>::new(&NOMINAL)).expect("a valid design");
             let x = |k: u32| wave(k).map(<$t>::from);
             let mut one = general.start(&x(0)).expect("a good sample");
             let mut other = special.start(&x(0)).expect("a good sample");

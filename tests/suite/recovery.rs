@@ -232,7 +232,7 @@ macro_rules! attacks {
                 let config = $config;
                 let [law, free] = [config.options.limits, Limits::NONE].map(|limits| {
                     let options = config.options.with_limits(limits);
-                    <$law>::design(&Config { options, ..config }, $model).expect("a valid design")
+                    <$law>::try_design(&Config { options, ..config }, $model).expect("a valid design")
                 });
                 let good: [$t; _] = $good;
                 let mut rng = Rng::new(seed ^ u64::from(law.fingerprint()));
@@ -304,7 +304,7 @@ fn a_sample_of_1e27_whose_terms_cancel_does_not_lock_the_joint() {
     let config = joint_config(ObserverGains::as_printed([100.0, 20.0]));
     for limits in [Limits::NONE, Limits::symmetric(300.0)] {
         let options = config.options.with_limits(limits);
-        let law = Joint::<f32>::design(&Config { options, ..config }, FlexibleJoint::<f32>::new(&NOMINAL));
+        let law = Joint::<f32>::try_design(&Config { options, ..config }, FlexibleJoint::<f32>::new(&NOMINAL));
         let law = law.expect("a valid design");
         let good = [0.1, 0.0, 0.0, 0.0];
         for x in [
@@ -327,7 +327,7 @@ fn a_sample_of_1e27_whose_terms_cancel_does_not_lock_the_joint() {
 #[test]
 fn the_loop_converges_again_whatever_was_written_over_the_state() {
     let config = joint_config(ObserverGains::from_bandwidth::<2>(50.0));
-    let law = Joint::<f32>::design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design");
+    let law = Joint::<f32>::try_design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design");
     let plant = LinearChain {
         a: NOMINAL.gradient.to_vec(),
         b: NOMINAL.input_gain,

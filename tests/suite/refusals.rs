@@ -4,8 +4,9 @@
 //! message. The messages are part of the interface: they name channel, equation and remedy.
 
 use controller_core::{
-    AnyConfig, Cause, Coefficients, Config, ConfigError, Fallback, Field, FlexibleJoint, Health, Limits, ObserverGains,
-    Pole, ReachingLaw, Remedy, Surface, Warning, controller,
+    AnyConfig, Benchmark, Cause, Coefficients, Config, ConfigError, Fallback, Field, FlexibleJoint, Health,
+    JointParameters, Libm, Limits, Nominal, NominalModel, ObserverGains, Pole, ReachingLaw, Reading, Remedy, Surface,
+    Warning, controller,
 };
 use integration_tests::paper::{NOMINAL, joint_config};
 use std::collections::BTreeSet;
@@ -26,10 +27,10 @@ fn changed(change: Change) -> Config<4, 2> {
     config
 }
 
-/// What `design` says, the same in both precisions. (The model is that of the good design: no refusal is about it.)
+/// What `try_design` says, the same in both precisions. (The model is that of the good design: no refusal is about it.)
 fn designed(config: &Config<4, 2>) -> Result<(), ConfigError> {
-    let single = Joint32::design(config, FlexibleJoint::<f32>::new(&NOMINAL)).map(|_| ());
-    let double = Joint64::design(config, FlexibleJoint::<f64>::new(&NOMINAL)).map(|_| ());
+    let single = Joint32::try_design(config, FlexibleJoint::<f32>::new(&NOMINAL)).map(|_| ());
+    let double = Joint64::try_design(config, FlexibleJoint::<f64>::new(&NOMINAL)).map(|_| ());
     // Compared as text: a NaN in an error equals nothing, not even itself.
     assert_eq!(format!("{single:?}"), format!("{double:?}"));
     single
@@ -103,6 +104,21 @@ const REFUSED: &[(Change, &str)] = &[
         "the safe u lies outside the limits: give one that the actuator can hold (given 300.5)",
     ),
     (
+        |config| config.options.samples.min[2] = 2e12,
+        "x_3: no sample keeps these limits: min must not be above max, and the jump must be above 0 (given min 2e12, \
+         max 1e12, jump 2e12)",
+    ),
+    (
+        |config| config.options.samples.jump[1] = 0.0,
+        "x_2: no sample keeps these limits: min must not be above max, and the jump must be above 0 (given min -1e12, \
+         max 1e12, jump 0)",
+    ),
+    (
+        |config| config.options.samples.max[0] = 7.0,
+        "limits of samples are kept by a gate, and this law has none: design a Gated<..> of it, or leave with_samples \
+         out",
+    ),
+    (
         |config| config.observers[2] = Some(PRINTED),
         "channel 3: this channel has an observer in the configuration but not in the controller's type (Eq. (47)): \
          add it to the controller's type, or set it to None",
@@ -156,7 +172,7 @@ fn every_refusal_says_what_is_wrong_and_what_to_do() {
         seen.insert(cause.split([' ', '{']).next().unwrap_or_default().to_owned());
     }
     // All but the order of an observer, which no gains can have wrong, and warnings.
-    assert_eq!(seen.len(), 18, "a kind of refusal is not in the table: {seen:?}");
+    assert_eq!(seen.len(), 20, "a kind of refusal is not in the table: {seen:?}");
 }
 
 /// Where the order is a number it may be wrong too, and the same rules hold for what a file gives.
@@ -199,7 +215,7 @@ fn a_refusal_can_be_told_in_the_words_of_another_language() {
 
 #[test]
 fn number_that_is_not_finite_is_refused_by_the_name_of_its_field() {
-    let fields: [(&str, Set); 14] = [
+    let fields: [(&str, Set); 17] = [
         ("surface.c", |config, bad| config.surface.c[3] = bad),
         ("nominal.gradient", |config, bad| config.nominal.gradient[3] = bad),
         ("period_s", |config, bad| config.period_s = bad),
@@ -214,6 +230,9 @@ fn number_that_is_not_finite_is_refused_by_the_name_of_its_field() {
         ("options.fallback", |config, bad| config.options.fallback = Fallback::Safe(bad)),
         ("options.sigma_star_bound", |config, bad| config.options.sigma_star_bound = bad),
         ("options.observer_pole_limit", |config, bad| config.options.observer_pole_limit = bad),
+        ("options.samples", |config, bad| config.options.samples.min[0] = bad),
+        ("options.samples", |config, bad| config.options.samples.max[1] = bad),
+        ("options.samples", |config, bad| config.options.samples.jump[3] = bad),
     ];
     for (field, set) in fields {
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
@@ -297,7 +316,7 @@ fn a_design_with_one_number_changed_is_none() {
     type Joint = controller_core::controller!(f32, FlexibleJoint<f32>, order 4, observers of order 2 in [2, 4]);
 
     let config = joint_config(ObserverGains::<2>::as_printed([100.0, 20.0]));
-    let joint = Joint::design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design");
+    let joint = Joint::try_design(&config, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a valid design");
     let numbers: Vec<f32> = joint.coefficients().numbers().collect();
     let taken = |numbers: &[f32]| Coefficients::<f32, 4, 2, 2>::from_numbers(numbers.iter().copied());
     assert_eq!(taken(&numbers).as_ref(), Some(joint.coefficients()));
@@ -407,5 +426,52 @@ fn a_health_of_bits_without_a_meaning_is_not_read() {
         let health = Health::from_bits(bits).expect("three flags");
         assert_eq!(read(&serde_json::to_string(&health).expect("a number")).expect("its own"), health);
         assert_eq!(health.is_ok(), bits == 0);
+    }
+}
+
+/// A model and what the design is told of it are written apart: the shipped ones agree, at rest and elsewhere.
+#[test]
+fn a_model_that_contradicts_what_the_design_is_told_of_it_is_found() {
+    for reading in [Reading::Literal, Reading::Reconstructed, Reading::Stiff, Reading::Physical] {
+        let nominal = JointParameters::TABLE_I.chain(reading).nominal();
+        for at in [[0.0; 4], [0.3, -2.0, 5.0, 70.0]] {
+            assert_eq!(nominal.check(&FlexibleJoint::<f64>::new(&nominal), &at), Ok(()), "{reading:?}");
+            let single = FlexibleJoint::<f32>::new(&nominal);
+            assert_eq!(nominal.check(&single, &at.map(|x| x as f32)), Ok(()), "{reading:?}");
+        }
+        let other = Nominal { input_gain: 1.05 * nominal.input_gain, ..nominal };
+        let error = nominal.check(&FlexibleJoint::<f64>::new(&other), &[0.0; 4]).expect_err("another b");
+        assert!(matches!(error.cause, Cause::GradientContradicts { state: 1, .. }), "{error}");
+    }
+    let benchmark = Benchmark::<Libm>::nominal();
+    assert_eq!(benchmark.check(&Benchmark::<Libm>::new(), &[0.4_f64, -1.0]), Ok(()));
+    let wrong = Nominal { gradient: [0.0, -2.0], ..benchmark };
+    let error = wrong.check(&Benchmark::<Libm>::new(), &[0.0_f32, 0.0]).expect_err("twice the slope");
+    assert_eq!(
+        error.to_string(),
+        "x_2: the model has another slope there than nominal.gradient says (Eq. (39)): it returns a(x)/b_0, the \
+         gradient is that of a(x) (said -2.0000, found -1.0000)"
+    );
+    for (gap, found) in [(0.5_f64, "2.0000"), (-0.5, "-2.0000"), (0.0, "inf"), (f64::NAN, "NaN")] {
+        let told = benchmark.check(&Bearing(gap), &[0.0_f64; 2]);
+        let expected = "b(x) of the model is not of the sign of nominal.input_gain (Eq. (39)): it returns b(x)/b_0 \
+                        (b(x)/b_0 = ";
+        match told {
+            Ok(()) => assert_eq!(found, "2.0000"),
+            Err(error) => assert_eq!(error.to_string(), format!("{expected}{found})")),
+        }
+    }
+}
+
+/// b(x)/b_0 = 1/gap, with the slopes of the benchmark.
+#[derive(Clone, Copy)]
+struct Bearing(f64);
+
+impl NominalModel<f64, 2> for Bearing {
+    fn drift(&self, x: &[f64; 2]) -> f64 {
+        -x[1]
+    }
+    fn gain_ratio(&self, _: &[f64; 2]) -> Option<f64> {
+        Some(1.0 / self.0)
     }
 }

@@ -25,7 +25,7 @@ const GOOD: Config<2, 2> = Config {
 };
 
 fn motor(config: &Config<2, 2>) -> Motor {
-    Motor::design(config, Linear::<f32, 2>::new(&config.nominal)).expect("a good design")
+    Motor::try_linear(config).expect("a good design")
 }
 
 /// A motor that is not the nominal one, under a load: J w' = K_t u - friction - load, stepped by the exact u.
@@ -143,7 +143,7 @@ fn whatever_makes_a_design_another_one_makes_its_fingerprint_another_one() {
     let design = motor(&GOOD);
     let row = Linear::from_row([1e-6, design.model().row()[1]]);
     seen.insert(Motor::from_parts(*design.coefficients(), row).fingerprint());
-    seen.insert(Double::designed(&GOOD, Linear::<f64, 2>::new(&NOMINAL)).fingerprint());
+    seen.insert(Double::linear(&GOOD).fingerprint());
     let guessing = |guess| Running::guessing(design, guess).design().fingerprint();
     seen.extend([guessing([0.0; 2]), guessing([0.0, 1e-6])]);
     assert_eq!(seen.len(), 17);
@@ -411,8 +411,8 @@ fn every_lane_of_every_shape_has_the_bits_of_the_tick_in_both_precisions() {
             let swing = if pairs.len() % 3 == 0 { 0.2 } else { 0.0 };
             let model = Model { bend: 0.3, swing, ..Model::linear(&[-0.5; $n], 3.0) };
             let design = config::<$n, $r>($mask);
-            let single = Controller::<f32, _, $n, $r, $mask, $o>::design(&design, UnitModel::new(&model));
-            let double = Controller::<f64, _, $n, $r, $mask, $o>::design(&design, UnitModel::new(&model));
+            let single = Controller::<f32, _, $n, $r, $mask, $o>::try_design(&design, UnitModel::new(&model));
+            let double = Controller::<f64, _, $n, $r, $mask, $o>::try_design(&design, UnitModel::new(&model));
             pairs.push((stringify!($name), both(single)));
             pairs.push((stringify!($name), both(double)));
         )*};

@@ -4,8 +4,8 @@ use std::cell::{Cell, OnceCell, RefCell};
 use std::rc::Rc;
 
 use controller_core::{
-    Coefficients, ControlLaw, Controller, LAYOUT, Linear, NominalModel, Output, Real, RetuneError, Running, Shape,
-    Words as _,
+    Coefficients, ControlLaw, Controller, Gate, Gated, LAYOUT, Linear, MAX_N, NominalModel, Output, Real, RetuneError,
+    Running, SampleLimits, Shape, Words as _,
 };
 
 use crate::record::{Kind, Port, Record, Role};
@@ -137,6 +137,7 @@ trait Law {
     fn start(&self, recorder: &Recorder) -> Option<Vec<u32>>;
     fn not_started(&self, recorder: &Recorder);
     fn tick(&self, recorder: &Recorder, state: &mut Vec<u32>);
+    fn lost(&self, recorder: &Recorder, state: &mut Vec<u32>);
     fn report_applied(&self) -> ReportApplied;
     fn estimates(&self, recorder: &Recorder, state: &[u32]);
     fn no_estimates(&self, recorder: &Recorder);
@@ -174,6 +175,11 @@ impl<D: Recorded> Law for Designed<D> {
     fn tick(&self, recorder: &Recorder, words: &mut Vec<u32>) {
         let mut state = Self::state(recorder, words);
         D::put_output(recorder, &self.law.tick(&mut state, &D::sample(recorder)));
+        *words = Self::words(&state);
+    }
+    fn lost(&self, recorder: &Recorder, words: &mut Vec<u32>) {
+        let mut state = Self::state(recorder, words);
+        D::put_output(recorder, &self.law.lost(&mut state));
         *words = Self::words(&state);
     }
     fn report_applied(&self) -> ReportApplied {
@@ -231,6 +237,9 @@ impl ControlLaw for Erased {
         if self.given.borrow().is_none() {
             self.law.tick(&Recorder::of_this_thread(), &mut state.0);
         }
+    }
+    fn lost(&self, state: &mut ErasedState) {
+        self.law.lost(&Recorder::of_this_thread(), &mut state.0);
     }
     fn report_applied(state: &mut ErasedState, u: Symbol) -> bool {
         let report_applied = REPORT_APPLIED.get().expect("a running law");
@@ -355,6 +364,24 @@ where
     }
 }
 
+impl<D, const N: usize> Recorded for Gated<D, N>
+where
+    D: Recorded + ControlLaw<Sample = [Symbol; N]>,
+{
+    fn state_names() -> Vec<String> {
+        D::state_names().into_iter().chain((1..=N).map(|j| format!("x{j}_seen"))).collect()
+    }
+    fn sample(recorder: &Recorder) -> [Symbol; N] {
+        D::sample(recorder)
+    }
+    fn put_output(recorder: &Recorder, output: &D::Output) {
+        D::put_output(recorder, output);
+    }
+    fn put_estimates(recorder: &Recorder, estimates: Option<&D::Estimates>) {
+        D::put_estimates(recorder, estimates);
+    }
+}
+
 /// The observed channels, from 1.
 fn observed(n: usize, mask: u8) -> impl Iterator<Item = usize> {
     (1..=n).filter(move |i| mask >> (i - 1) & 1 == 1)
@@ -381,7 +408,8 @@ fn coefficient_names(n: usize, r: usize, mask: u8) -> Vec<String> {
 }
 
 /// Records a controller with these coefficients, in the order of [`LAYOUT`], and these estimates to start from, in
-/// physical units. `model` is its nominal model over the recording scalar, made of [constants](Recorder::constant).
+/// physical units; behind a gate, if there are limits of samples. `model` is its nominal model over the recording
+/// scalar, made of [constants](Recorder::constant).
 ///
 /// # Panics
 /// If there are too few coefficients, or if the model does more than `+ - * /`, comparisons and `abs`.
@@ -389,26 +417,41 @@ pub fn controller<M, const N: usize, const R: usize, const MASK: u8, const O: us
     coefficients: &[f64],
     model: &dyn Fn(&Recorder) -> M,
     guess: &[f64; N],
+    samples: Option<&SampleLimits<N>>,
 ) -> Functions
 where
     M: NominalModel<Symbol, N> + 'static,
 {
     let names = coefficient_names(N, R, MASK);
-    functions(&|recorder| {
+    let law = |recorder: &Recorder| {
         let numbers = names.iter().zip(coefficients).map(|(name, number)| recorder.constant(name, *number));
         let coefficients = Coefficients::from_trusted_numbers(numbers).expect("the coefficients of a design");
         let law = Controller::<Symbol, M, N, R, MASK, O>::from_parts(coefficients, model(recorder));
         let guess = core::array::from_fn(|i| recorder.constant(&format!("d_hat_{}", i + 1), guess[i]));
         (law, guess)
+    };
+    let Some(SampleLimits { min, max, jump }) = samples else { return functions(&law) };
+    functions(&|recorder| {
+        let (law, guess) = law(recorder);
+        let row =
+            |name, row: &[f64; N]| core::array::from_fn(|j| recorder.constant(&format!("{name}_{}", j + 1), row[j]));
+        (Gated::new(law, Gate::from_rows(row("x_min", min), row("x_max", max), row("x_jump", jump))), guess)
     })
 }
 
 macro_rules! linear_of_shape {
     ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
         /// Records a controller whose nominal model is linear. The coefficients are in the order of [`LAYOUT`], `row`
-        /// is that of a(x)/b_0 and will be called `drift_1`, `drift_2`, .., `guess` are the estimates it starts from.
+        /// is that of a(x)/b_0 and will be called `drift_1`, `drift_2`, .., `guess` are the estimates it starts from,
+        /// `samples` what a sample may be, of which the first n entries are read.
         /// `None` if there is no such shape, or if a list is too short.
-        pub fn linear(shape: Shape, coefficients: &[f64], row: &[f64], guess: &[f64]) -> Option<Functions> {
+        pub fn linear(
+            shape: Shape,
+            coefficients: &[f64],
+            row: &[f64],
+            guess: &[f64],
+            samples: Option<&SampleLimits<MAX_N>>,
+        ) -> Option<Functions> {
             match (shape.n, shape.r, shape.mask) {
                 $(($n, $r, $mask) => {
                     let (row, guess) = (row.first_chunk::<$n>()?, guess.first_chunk::<$n>()?);
@@ -417,8 +460,12 @@ macro_rules! linear_of_shape {
                         Linear::from_row(core::array::from_fn(entry))
                     };
                     let wanted = Coefficients::<f64, $n, $r, $o>::NUMBERS - 1;
+                    let samples = samples.map(|&SampleLimits { min, max, jump }| {
+                        let [min, max, jump] = [min, max, jump].map(|row| core::array::from_fn(|j| row[j]));
+                        SampleLimits::<$n> { min, max, jump }
+                    });
                     (coefficients.len() >= wanted)
-                        .then(|| controller::<_, $n, $r, $mask, $o>(coefficients, &model, guess))
+                        .then(|| controller::<_, $n, $r, $mask, $o>(coefficients, &model, guess, samples.as_ref()))
                 })*
                 _ => None,
             }

@@ -17,8 +17,9 @@ use core::hint::black_box;
 use core::mem::MaybeUninit;
 
 use controller_core::{
-    Benchmark, Config, ControlLaw, Controller, Exp, FlexibleJoint, JointParameters, Libm, Limits, Micromath, Nominal,
-    NominalModel, ObserverGains, Options, Output, ReachingLaw, Reading, Surface, channels,
+    Benchmark, Config, ControlLaw, Controller, Exp, FlexibleJoint, Gate, Gated, JointParameters, Libm, Limits,
+    Micromath, Nominal, NominalModel, ObserverGains, Options, Output, ReachingLaw, Reading, SampleLimits, Surface,
+    channels,
 };
 use cortex_m::asm;
 use firmware::{clock, log};
@@ -50,13 +51,12 @@ impl<S> Place<S> {
 
 /// One module per instance. `tick.u -> f32` is a caller that reads nothing else of the output.
 macro_rules! instances {
-    ($($name:ident: $model:ty, $n:literal, $r:literal, $mask:expr, $o:literal = $design:expr,
-       $call:ident $(.$field:ident)? -> $answer:ty;)*) => {
+    ($($name:ident: $law:ty, $n:literal = $design:expr, $call:ident $(.$field:ident)? -> $answer:ty;)*) => {
         $(mod $name {
             #[allow(clippy::wildcard_imports)]
             use super::*;
 
-            type Law = Controller<f32, $model, $n, $r, { $mask }, $o>;
+            type Law = $law;
             static CONTROLLER: Law = $design;
             static STATE: Place<<Law as ControlLaw>::State> = Place::empty();
 
@@ -83,24 +83,30 @@ const OF_TWO: u8 = channels(2, 2, [1, 2]);
 
 // Eq. (44) asks for order n - i in channel i: order 1 is for the driven channel alone, all four need order 3.
 instances! {
-    joint_r1: Joint, 4, 1, DRIVEN, 1 = joint(JOINT), tick.u -> f32;
-    joint_r2: Joint, 4, 2, BOTH, 2 = joint(JOINT), tick.u -> f32;
-    joint_r3: Joint, 4, 3, BOTH, 2 = joint(JOINT), tick.u -> f32;
-    joint_r2_driven: Joint, 4, 2, DRIVEN, 1 = joint(JOINT), tick.u -> f32;
-    joint_r3_all: Joint, 4, 3, ALL, 4 = joint(JOINT), tick.u -> f32;
-    joint_r2_output: Joint, 4, 2, BOTH, 2 = joint(JOINT), tick -> Output<f32>;
-    joint_r3_output: Joint, 4, 3, BOTH, 2 = joint(JOINT), tick -> Output<f32>;
-    joint_r2_unguarded: Joint, 4, 2, BOTH, 2 = joint(JOINT), tick_unguarded.u -> f32;
-    joint_r3_unguarded: Joint, 4, 3, BOTH, 2 = joint(JOINT), tick_unguarded.u -> f32;
-    joint_r2_varying_gain: VaryingGain, 4, 2, BOTH, 2 = joint(VaryingGain(JOINT)), tick.u -> f32;
-    benchmark_libm: Benchmark<Libm>, 2, 2, OF_TWO, 2 = benchmark(Benchmark::new()), tick.u -> f32;
-    benchmark_micromath: Benchmark<Micromath>, 2, 2, OF_TWO, 2 = benchmark(Benchmark::new()), tick.u -> f32;
-    benchmark_without_exponential: Benchmark<Nothing>, 2, 2, OF_TWO, 2 = benchmark(Benchmark::new()), tick.u -> f32;
+    joint_r1: Of<Joint, 1, DRIVEN, 1>, 4 = joint(JOINT), tick.u -> f32;
+    joint_r2: Of<Joint, 2, BOTH, 2>, 4 = joint(JOINT), tick.u -> f32;
+    joint_r3: Of<Joint, 3, BOTH, 2>, 4 = joint(JOINT), tick.u -> f32;
+    joint_r2_driven: Of<Joint, 2, DRIVEN, 1>, 4 = joint(JOINT), tick.u -> f32;
+    joint_r3_all: Of<Joint, 3, ALL, 4>, 4 = joint(JOINT), tick.u -> f32;
+    joint_r2_output: Of<Joint, 2, BOTH, 2>, 4 = joint(JOINT), tick -> Output<f32>;
+    joint_r3_output: Of<Joint, 3, BOTH, 2>, 4 = joint(JOINT), tick -> Output<f32>;
+    joint_r2_unguarded: Of<Joint, 2, BOTH, 2>, 4 = joint(JOINT), tick_unguarded.u -> f32;
+    joint_r3_unguarded: Of<Joint, 3, BOTH, 2>, 4 = joint(JOINT), tick_unguarded.u -> f32;
+    joint_r2_varying_gain: Of<VaryingGain, 2, BOTH, 2>, 4 = joint(VaryingGain(JOINT)), tick.u -> f32;
+    joint_r2_gated: Gated<Of<Joint, 2, BOTH, 2>, 4>, 4 = Gated::new(joint(JOINT), GATE), tick.u -> f32;
+    benchmark_libm: OfTwo<Libm>, 2 = benchmark(Benchmark::new()), tick.u -> f32;
+    benchmark_micromath: OfTwo<Micromath>, 2 = benchmark(Benchmark::new()), tick.u -> f32;
+    benchmark_without_exponential: OfTwo<Nothing>, 2 = benchmark(Benchmark::new()), tick.u -> f32;
 }
 
+type Of<M, const R: usize, const MASK: u8, const O: usize> = Controller<f32, M, 4, R, MASK, O>;
+type OfTwo<E> = Controller<f32, Benchmark<E>, 2, 2, OF_TWO, 2>;
 type Joint = FlexibleJoint<f32>;
 const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
 const JOINT: Joint = Joint::new(&NOMINAL);
+
+/// Wide enough for the samples that are measured.
+const GATE: Gate<f32, 4> = Gate::<f32, 4>::new(&SampleLimits { min: [-12.0; 4], max: [12.0; 4], jump: [12.0; 4] });
 
 /// The joint with b(x) = b_0 (1 + x_1²/2): what a varying gain costs.
 #[derive(Clone, Copy)]
@@ -151,14 +157,14 @@ const fn config<const N: usize, const R: usize>(mask: u8, nominal: Nominal<N>) -
 
 const fn joint<M: NominalModel<f32, 4> + Copy, const R: usize, const MASK: u8, const O: usize>(
     model: M,
-) -> Controller<f32, M, 4, R, MASK, O> {
-    Controller::<f32, M, 4, R, MASK, O>::designed(&config(MASK, NOMINAL), model)
+) -> Of<M, R, MASK, O> {
+    Of::<M, R, MASK, O>::design(&config(MASK, NOMINAL), model)
 }
 
 /// Eq. (59).
-const fn benchmark<E: Exp<f32> + Copy>(model: Benchmark<E>) -> Controller<f32, Benchmark<E>, 2, 2, OF_TWO, 2> {
+const fn benchmark<E: Exp<f32> + Copy>(model: Benchmark<E>) -> OfTwo<E> {
     let config = config(OF_TWO, Benchmark::<E>::nominal());
-    Controller::<f32, Benchmark<E>, 2, 2, OF_TWO, 2>::designed(&config, model)
+    OfTwo::<E>::design(&config, model)
 }
 
 /// A trajectory that needs no plant: noise of ±1/2 from a linear congruence, smaller than a spike, larger than rest.

@@ -29,7 +29,7 @@ const OBSERVER: ObserverGains<2> = ObserverGains::from_bandwidth::<2>(100.0);
 
 design! {
 /// Designed by the compiler, kept in flash. A bad design does not compile, and the error says why.
-static CONTROLLER: Drive = Drive::designed(
+static CONTROLLER: Drive = Drive::design(
     &Config {
         period_s: PERIOD_S,
         surface: Surface::from_bandwidth(10.0, 10.0),

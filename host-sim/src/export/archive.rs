@@ -4,7 +4,7 @@
 
 use std::fmt::Write as _;
 
-use controller_core::{LAYOUT, VERSION, VERSION_NUMBER, shapes};
+use controller_core::{LAYOUT, SampleLimits, VERSION, VERSION_NUMBER, shapes};
 use loop_sim::port::in_process::Model;
 
 use super::{Exported, named};
@@ -29,6 +29,11 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
                 .into(),
         );
     };
+    if exported.spec.config.padded.options.samples != SampleLimits::NONE {
+        return Err("the archive for C keeps no limits of samples: take --standalone, which does, or leave \
+                    controller.samples out"
+            .into());
+    }
     let digits: String = channels.iter().map(usize::to_string).collect();
     let name = format!("n{n}_r{r}_c{digits}");
     if !CARRIED.contains(&name.as_str()) {

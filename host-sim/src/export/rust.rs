@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-use controller_core::{Config, MAX_N};
+use controller_core::{Config, MAX_N, SampleLimits};
 use loop_sim::port::in_process::Model;
 
 use super::Exported;
@@ -34,8 +34,14 @@ pub(super) fn text(exported: &Exported<'_>) -> String {
         })
         .collect();
     let mut calls = String::new();
-    for (call, value) in options.calls() {
+    let gated = options.samples != SampleLimits::NONE;
+    for (call, value) in options.calls().filter(|(call, _)| gated || *call != "with_samples") {
         let value = match call {
+            "with_samples" => {
+                let SampleLimits { min, max, jump } = options.samples;
+                let [min, max, jump] = [min, max, jump].map(|row| of_order(&row, n));
+                format!("SampleLimits {{ min: {min}, max: {max}, jump: {jump} }}")
+            }
             "with_initial_estimates" => of_order(&options.initial_estimates, n),
             "with_fallback" => format!("Fallback::{value:?}"),
             _ => format!("{value:?}"),
@@ -65,6 +71,13 @@ pub(super) fn text(exported: &Exported<'_>) -> String {
         imports.push("ObserverGains".into());
         format!("observers of order {r} in {channels:?}")
     };
+    let mut designed = format!("controller!(f32, {model}, order {n}, {observed})");
+    let mut parts = "Precision, nominal model, plant order, observers";
+    if gated {
+        imports.extend(["Gated".into(), "SampleLimits".into()]);
+        designed = format!("Gated<{designed}, {n}>");
+        parts = "Precision, nominal model, plant order, observers; before it the gate that loses bad samples";
+    }
     imports.sort();
     let _ = write!(
         out,
@@ -73,8 +86,8 @@ use controller_core::{{
     {imports}, controller,
 }};
 
-/// Precision, nominal model, plant order, observers.
-pub type Designed = controller!(f32, {model}, order {n}, {observed});
+/// {parts}.
+pub type Designed = {designed};
 
 /// The version of controller-core that this was exported for.
 pub const EXPORTED_FOR: &str = {version:?};
@@ -93,7 +106,7 @@ pub const CONFIG: Config<{n}, {r}> = Config {{
 }};
 
 /// Designed by the compiler: a bad design is a compile error.
-pub static CONTROLLER: Designed = Designed::designed(&CONFIG, {value});
+pub static CONTROLLER: Designed = Designed::design(&CONFIG, {value});
 
 /// Ready for its first sample: `static mut LOOP: Running<Guessing<&Designed>> = RUNNING;`, then `LOOP.tick(&x).u`.
 pub const RUNNING: Running<Guessing<&Designed>> = Running::guessing(&CONTROLLER, {estimates:?});

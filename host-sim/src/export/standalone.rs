@@ -9,7 +9,7 @@
 
 use std::fmt::Write as _;
 
-use controller_core::Shape;
+use controller_core::{SampleLimits, Shape};
 use loop_sim::port::in_process::Model;
 use tick_record::{Functions, Kind, Port, Record, Role, c, linear};
 
@@ -27,7 +27,9 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
     let numbers: Vec<f64> = exported.download.numbers.iter().copied().map(f64::from).collect();
     let (guess, rest) = numbers.split_at(usize::from(shape.n));
     let (row, coefficients) = rest.split_at(usize::from(shape.n));
-    let Some(functions) = linear(shape, coefficients, row, guess) else {
+    let samples = &exported.spec.config.padded.options.samples;
+    let samples = (*samples != SampleLimits::NONE).then_some(samples);
+    let Some(functions) = linear(shape, coefficients, row, guess, samples) else {
         return Err(format!("there is no tick of {}", exported.shape()));
     };
     let capitals = prefix.to_ascii_uppercase();
@@ -36,9 +38,12 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
 }
 
 /// What is said of a constant, by how its name begins; of a longer beginning first.
-const MEANINGS: [(&str, &str); 24] = [
+const MEANINGS: [(&str, &str); 27] = [
     ("d_hat_", "initial estimate, in the unit of x_i per second"),
     ("drift_", "a(x)/b_0 = drift . x"),
+    ("x_min_", "a sample below is lost"),
+    ("x_max_", "a sample above is lost"),
+    ("x_jump_", "a sample farther than this from the one before is lost"),
     ("rate_n", "1/(T b_0)"),
     ("rate", "1/T, 1/s"),
     ("theta_n", "mean of channel n's response over a tick"),
@@ -64,8 +69,9 @@ const MEANINGS: [(&str, &str); 24] = [
 ];
 
 /// What is said of a word of the state, by how its name begins or ends.
-const WORDS: [(&str, &str); 7] = [
+const WORDS: [(&str, &str); 8] = [
     ("_prev", "x at the last tick"),
+    ("_seen", "the last sample within its range"),
     ("offset", "W = sigma(0) e^(-alpha t), Eq. (17)"),
     ("held", "the u that the actuator holds"),
     ("resuming", "no last tick to compare the next sample with"),
@@ -104,7 +110,7 @@ impl Standalone<'_> {
  *     @_output output;                                   in the timer interrupt, every T:
  *     unsigned health = @_tick_or_start(&state, x, &output);
  *     write_pwm(output.u);
- *     @_report_applied(&state, held);                    only if the actuator holds another u
+ *     @_report_applied(&state, held);                    only if it holds another u, not a late one
  *
  * The same bits as the Rust tick need every operation rounded on its own. A fused multiply-add rounds a * b + c once,
  * which is another number (and takes longer on a Cortex-M4F): compile with -ffp-contract=off. This file asks for it by

@@ -5,7 +5,7 @@
 
 use controller_core::{
     AnyConfig, Benchmark, ConfigError, Controller, Guessing, Libm, Linear, MAX_R, Micromath, Nominal, NominalModel,
-    Real, Running, Shape, Warnings, shapes,
+    Real, Running, SampleLimits, Shape, Warnings, shapes,
 };
 
 use crate::MAX_ORDER;
@@ -101,7 +101,9 @@ pub fn build(spec: &ControllerSpec) -> Result<Designed, ConfigError> {
 fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     spec: &ControllerSpec,
 ) -> Result<Designed, ConfigError> {
-    let Some(config) = spec.config.fixed::<N, R>() else { unreachable!("the shape is that of the configuration") };
+    let Some(mut config) = spec.config.fixed::<N, R>() else { unreachable!("the shape is that of the configuration") };
+    // The gate stands before the port: `sensor::Gated`.
+    config.options = config.options.with_samples(SampleLimits::NONE);
     let estimates = config.options.initial_estimates;
     let linear = |a: &[f64]| Nominal { gradient: padded(a), input_gain: config.nominal.input_gain };
     let (port, download): (Box<dyn ControllerPort>, _) = match spec.precision {
@@ -120,7 +122,7 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
                     (AnyModel::Planar(drift), [0.0; N], ModelKind::BenchmarkMicromath)
                 }
             };
-            let controller = Controller::<f32, _, N, R, MASK, O>::design(&config, model)?;
+            let controller = Controller::<f32, _, N, R, MASK, O>::try_design(&config, model)?;
             let guess = estimates.map(f32::from_f64);
             let numbers = guess.into_iter().chain(row).chain(controller.coefficients().numbers()).collect();
             let download = Download { shape: spec.config.shape(), model: kind, numbers };
@@ -133,7 +135,7 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
                     AnyModel::Planar(|x| Benchmark::<Libm>::new().drift(x))
                 }
             };
-            let controller = Controller::<f64, _, N, R, MASK, O>::design(&config, model)?;
+            let controller = Controller::<f64, _, N, R, MASK, O>::try_design(&config, model)?;
             (Box::new(InProcess { running: Running::guessing(controller, estimates) }), None)
         }
     };

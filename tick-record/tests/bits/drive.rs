@@ -1,6 +1,6 @@
 //! Random ticks on three machines: the Rust tick, the record, its C.
 
-use controller_core::{ControlLaw, Controller, Guessing, NominalModel, Real, Running};
+use controller_core::{ControlLaw, Guessing, Output, Real, Running};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
@@ -142,15 +142,23 @@ struct Machine<'a, T> {
     state: Vec<Word<T>>,
 }
 
-/// The Rust tick as it is driven.
-pub(crate) struct Rust<'a, T, M, const N: usize, const R: usize, const MASK: u8, const O: usize>
-where
-    T: Real,
-    M: NominalModel<T, N>,
-{
-    pub(crate) designed: &'a Controller<T, M, N, R, MASK, O>,
-    pub(crate) guess: [T; N],
-    pub(crate) running: Option<Running<Guessing<&'a Controller<T, M, N, R, MASK, O>>>>,
+/// The Rust tick as it is driven: a law that takes rows of N numbers.
+pub(crate) struct Rust<'a, D: ControlLaw> {
+    pub(crate) designed: &'a D,
+    pub(crate) guess: D::Guess,
+    /// Of the words of the state.
+    pub(crate) names: Vec<String>,
+    pub(crate) running: Option<Running<Guessing<&'a D>>>,
+}
+
+/// The names of the words of a controller's state.
+pub(crate) fn names(n: usize, r: usize, mask: u8) -> Vec<String> {
+    let channels: Vec<usize> = (1..=n).filter(|i| mask >> (i - 1) & 1 == 1).collect();
+    let of = |stem: &str, end: &str| channels.iter().map(|i| format!("{stem}{i}{end}")).collect::<Vec<_>>();
+    let folded = |i| ["a", "b", "c"][..r].iter().map(move |letter| format!("{letter}{i}"));
+    let mut names: Vec<String> = ["resuming".to_owned()].into_iter().chain(channels.iter().flat_map(folded)).collect();
+    names.extend([of("p", ""), of("x", "_prev"), ["offset", "held", "gain_prev"].map(String::from).to_vec()].concat());
+    names
 }
 
 /// Whatever is driven beside a record.
@@ -174,30 +182,22 @@ pub(crate) trait Driven {
     fn words(&self) -> Vec<u32>;
 }
 
-impl<T, M, const N: usize, const R: usize, const MASK: u8, const O: usize> Driven for Rust<'_, T, M, N, R, MASK, O>
+impl<T, D, const N: usize, const R: usize> Driven for Rust<'_, D>
 where
     T: Real,
-    M: NominalModel<T, N>,
+    D: ControlLaw<Scalar = T, Sample = [T; N], Output = Output<T>, Estimates = [[T; R]; N]>,
 {
     fn lengths(&self) -> [usize; 3] {
         [N, N, R]
     }
 
     fn names(&self) -> Vec<String> {
-        let channels: Vec<usize> = (1..=N).filter(|i| MASK >> (i - 1) & 1 == 1).collect();
-        let of = |stem: &str, end: &str| channels.iter().map(|i| format!("{stem}{i}{end}")).collect::<Vec<_>>();
-        let folded = |i| ["a", "b", "c"][..R].iter().map(move |letter| format!("{letter}{i}"));
-        let mut names: Vec<String> =
-            ["resuming".to_owned()].into_iter().chain(channels.iter().flat_map(folded)).collect();
-        names.extend(
-            [of("p", ""), of("x", "_prev"), ["offset", "held", "gain_prev"].map(String::from).to_vec()].concat(),
-        );
-        names
+        self.names.clone()
     }
 
     fn ask(&mut self, ask: Ask, words: &[u64]) -> Bits {
         let x: [T; N] = std::array::from_fn(|j| number(words[j]));
-        let new = || Running::guessing(self.designed, self.guess);
+        let new = || Running::guessing(self.designed, self.guess.clone());
         let running = self.running.get_or_insert_with(new);
         match ask {
             Ask::Tick => {

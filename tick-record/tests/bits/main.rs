@@ -9,10 +9,10 @@ mod drive;
 mod motor;
 
 use controller_core::{
-    Config, Controller, Fallback, Limits, Linear, Nominal, NominalModel, ObserverGains, Options, ReachingLaw, Real,
-    Shape, Surface, shapes,
+    Config, Controller, Fallback, Gate, Gated, Limits, Linear, MAX_N, Nominal, NominalModel, ObserverGains, Options,
+    ReachingLaw, Real, SampleLimits, Shape, Surface, shapes,
 };
-use drive::{Plan, Rust, compare};
+use drive::{Plan, Rust, compare, names};
 use tick_record::{Functions, Port, Recorder, Role, Symbol, c};
 
 /// Of all shapes together, in f64; in f32 the suite has as many with the exported file, and here are a tenth.
@@ -36,6 +36,11 @@ fn config<const N: usize, const R: usize>(mask: u8, seed: usize) -> Config<N, R>
         nominal: nominal(),
         options: options.with_fallback([Fallback::HoldLast, Fallback::Safe(-1.5)][seed / 5 % 2]),
     }
+}
+
+/// Wide enough for most samples, narrow enough to lose some.
+fn samples<const N: usize>() -> SampleLimits<N> {
+    SampleLimits { min: [-3.0; N], max: [2.0; N], jump: [1.0; N] }
 }
 
 fn numbers<T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MASK: u8, const O: usize>(
@@ -74,15 +79,25 @@ macro_rules! precision {
             fn shape<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &str, seed: usize) {
                 let config = config::<N, R>(MASK, seed);
                 let model = Linear::<$t, N>::new(&config.nominal);
-                let designed = Controller::<$t, _, N, R, MASK, O>::design(&config, model).expect("a design");
+                let designed = Controller::<$t, _, N, R, MASK, O>::try_design(&config, model).expect("a design");
                 let guess: [$t; N] = std::array::from_fn(|i| [0.0, 0.25, -3.0][(seed + i) % 3]);
                 let shape = Shape { n: N as u8, r: R as u8, mask: MASK };
                 let [row, guess_f64] = [model.row(), &guess].map(|row| row.map(f64::from));
-                let functions = tick_record::linear(shape, &numbers(&designed), &row, &guess_f64).expect("a shape");
                 let (double, executed) = (size_of::<$t>() == 8, TICKS.div_ceil(10 * SHAPES));
                 let ticks = if double { 10 * executed } else { executed };
                 let plan = Plan { name, ticks, executed, seed: seed as u64, double };
-                compare(&mut Rust { designed: &designed, guess, running: None }, &functions, &plan);
+                let recorded = |samples| tick_record::linear(shape, &numbers(&designed), &row, &guess_f64, samples);
+                let names = names(N, R, MASK);
+                // Every fourth behind a gate.
+                if seed % 4 == 0 {
+                    let functions = recorded(Some(&samples::<MAX_N>())).expect("a shape");
+                    let names = names.into_iter().chain((1..=N).map(|j| format!("x{j}_seen"))).collect();
+                    let designed = Gated::new(designed, Gate::<$t, N>::new(&samples()));
+                    compare(&mut Rust { designed: &designed, guess, names, running: None }, &functions, &plan);
+                } else {
+                    let functions = recorded(None).expect("a shape");
+                    compare(&mut Rust { designed: &designed, guess, names, running: None }, &functions, &plan);
+                }
             }
         }
     };
@@ -128,17 +143,18 @@ macro_rules! bearing {
             let config = config::<2, 2>(0b11, 2);
             let (stiffness, gap, floor) = (0.7, 1.3, 1e-3);
             let model = Bearing::<$t> { stiffness, gap, floor };
-            let designed = Controller::<$t, _, 2, 2, 0b11, 2>::design(&config, model).expect("a design");
+            let designed = Controller::<$t, _, 2, 2, 0b11, 2>::try_design(&config, model).expect("a design");
             let recorded = move |recorder: &Recorder| Bearing::<Symbol> {
                 stiffness: recorder.constant("stiffness", f64::from(stiffness)),
                 gap: recorder.constant("gap", f64::from(gap)),
                 floor: recorder.constant("floor", f64::from(floor)),
             };
             let functions: Functions =
-                tick_record::controller::<_, 2, 2, 0b11, 2>(&numbers(&designed), &recorded, &[0.0, 0.0]);
+                tick_record::controller::<_, 2, 2, 0b11, 2>(&numbers(&designed), &recorded, &[0.0, 0.0], None);
             assert!(functions.state.iter().any(|word| word.name == "gain_prev"));
             let plan = Plan { name: "bearing", ticks: 50_000, executed: 50_000, seed: 5, double: size_of::<$t>() == 8 };
-            compare(&mut Rust { designed: &designed, guess: [0.0, 0.0], running: None }, &functions, &plan);
+            let names = names(2, 2, 0b11);
+            compare(&mut Rust { designed: &designed, guess: [0.0, 0.0], names, running: None }, &functions, &plan);
         }
     };
 }

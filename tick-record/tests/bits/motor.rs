@@ -90,6 +90,11 @@ impl<T: Real> ControlLaw for Motor<T> {
         Output { u: T::ZERO, sigma_star: T::ZERO, health: 1 }
     }
 
+    fn lost(&self, state: &mut State<T>) -> Output<T> {
+        let [_, _, _, r, rate, ..] = state.numbers;
+        self.tick(state, &Sample { count: state.last, r, rate, good: false })
+    }
+
     fn tick(&self, state: &mut State<T>, sample: &Sample<T>) -> Output<T> {
         let [unit, two_pi, far, b, t1, t2, phi, slow @ .., w_c, kx, kw, us, ahead, slope, decay] = self.k;
         let [slow1, slow2, slow3, more1, more2, more3, smooth, keep, calm, alert] = slow;
