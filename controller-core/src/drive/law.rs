@@ -588,13 +588,23 @@ where
     /// encoder.
     #[cold]
     #[inline(never)]
-    fn lost(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Output<T> {
+    fn give_up(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Output<T> {
         let u = self.fallback(state);
         if self.go_on_to(state, counts) {
             *state = self.started(state.last, state.at, state.turn, &[T::ZERO; E]);
         }
         Self::remember(state, u);
         Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health: Health::INPUT_REJECTED.union(Health::SAMPLE_LOST) }
+    }
+
+    /// Nothing is asked for: the fallback goes out.
+    #[inline(always)]
+    fn refuse(&self, state: &mut StateOf<Self>, health: Health) -> Output<T> {
+        let u = self.fallback(state);
+        state.offset = if is_sound(state.offset) { state.offset } else { T::ZERO };
+        Self::remember(state, u);
+        let health = health.union(Health::INPUT_REJECTED);
+        Output { u, sigma: state.offset, sigma_star: T::ZERO, health }
     }
 
     /// What goes out instead of a u that nobody may ask for.
@@ -734,7 +744,7 @@ where
         } else {
             let (seen, used, known) = self.observe(state, &sample.counts);
             if !known {
-                return self.lost(state, &sample.counts);
+                return self.give_up(state, &sample.counts);
             }
             for used in used {
                 health = health.union(Health::SAMPLE_LOST.when(!used));
@@ -750,11 +760,7 @@ where
             // Far from the reference, or an offset that nothing has left: as at the start, or no number at all.
             demand = bare + k.kw * sigma;
             if !is_sound(demand) {
-                let u = self.fallback(state);
-                state.offset = if is_sound(state.offset) { state.offset } else { T::ZERO };
-                Self::remember(state, u);
-                let health = health.union(Health::INPUT_REJECTED);
-                return Output { u, sigma: state.offset, sigma_star: T::ZERO, health };
+                return self.refuse(state, health);
             }
             (state.offset, sigma_star) = (sigma, T::ZERO);
         }
@@ -765,6 +771,15 @@ where
         state.offset -= k.decay * state.offset;
         self.follow(state);
         Output { u, sigma, sigma_star, health: health.union(Health::SATURATED.when(u != demand)) }
+    }
+
+    /// No counts and no targets: the observers predict, the fallback goes out.
+    fn lost(&self, state: &mut Self::State) -> Output<T> {
+        let counts = [None; E];
+        if !state.fresh && !self.observe(state, &counts).2 {
+            return self.give_up(state, &counts);
+        }
+        self.refuse(state, Health::SAMPLE_LOST)
     }
 
     #[inline]
