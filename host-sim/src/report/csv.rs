@@ -82,6 +82,7 @@ mod tests {
         let row = Row {
             t_s: 0.1 + 0.2,
             x: AWKWARD,
+            r: 0.0,
             u: -7.661,
             u_held: f64::INFINITY,
             sigma: f64::NAN,
@@ -90,7 +91,14 @@ mod tests {
             d_hat: [0.0, AWKWARD[5], 0.0, AWKWARD[2], 0.0, 0.0],
             health: Health::SATURATED | Health::INPUT_REJECTED,
         };
-        Trace { order: 4, observed: vec![1, 3], period_s: 1e-3, rows: vec![row; 3], ending: Ending::Finished }
+        Trace {
+            order: 4,
+            observed: vec![1, 3],
+            follows: None,
+            period_s: 1e-3,
+            rows: vec![row; 3],
+            ending: Ending::Finished,
+        }
     }
 
     #[test]

@@ -174,6 +174,7 @@ mod tests {
             let mut row = Row {
                 t_s,
                 x: [0.0; MAX_ORDER],
+                r: 0.0,
                 u,
                 u_held: u.clamp(-200.0, 200.0),
                 sigma: fade + 0.17 * wave,
@@ -189,7 +190,7 @@ mod tests {
             row
         };
         let rows = (0..=20_000).map(row).collect();
-        Trace { order: 4, observed: vec![1, 3], period_s: 1e-3, rows, ending: Ending::Finished }
+        Trace { order: 4, observed: vec![1, 3], follows: None, period_s: 1e-3, rows, ending: Ending::Finished }
     }
 
     const JOINT: Labels<'_> = Labels { title: "Flexible joint", output_unit: "rad", control_unit: "A" };
