@@ -107,14 +107,17 @@ fn stays_near(trace: &Trace, settling_band: f64) -> bool {
     trace.rows.iter().all(|row| trace.error(row).abs() <= FAR * began.max(settling_band))
 }
 
+/// What has been so for this long is no passing through, s.
+const STAYS_S: f64 = 0.05;
+
 /// How a reference was followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Tracking {
     /// Root mean square of y - r over the window, U.
     pub error_rms: f64,
-    /// Time from which on y stays within the band about the last r, s; `null` if it never does, if the reference does
-    /// not end at rest, or if the run did not finish.
+    /// Time at which y comes within the band about the last r, and stays there for 50 ms, s; `null` if it never does, if
+    /// the reference does not end at rest, or if the run did not finish.
     pub arrival_s: Option<f64>,
     /// Share of all ticks in which the law asked for more than the limits allow.
     pub saturated_share: f64,
@@ -126,12 +129,12 @@ pub fn track(trace: &Trace, window_s: [f64; 2], settling_band: f64) -> Tracking 
     let last = rows.last().map_or(f64::NAN, |row| row.r);
     let rests = rows.iter().rev().take(rows.len() / 10 + 2).all(|row| row.r == last);
     let output = trace.follows.unwrap_or(0);
-    let outside = rows.iter().rposition(|row| (row.x[output] - last).abs() > settling_band);
-    let arrived = rows.get(outside.map_or(0, |last| last + 1));
+    let stays = ((STAYS_S / trace.period_s).round() as usize).max(1);
+    let arrived = rows.windows(stays).find(|rows| rows.iter().all(|row| (row.x[output] - last).abs() <= settling_band));
     let saturated = rows.iter().filter(|row| row.health.contains(Health::SATURATED)).count();
     Tracking {
         error_rms: rms(trace, window_s, |row| trace.error(row)),
-        arrival_s: arrived.filter(|_| rests && trace.ending == Ending::Finished).map(|row| row.t_s),
+        arrival_s: arrived.filter(|_| rests && trace.ending == Ending::Finished).map(|rows| rows[0].t_s),
         saturated_share: saturated as f64 / rows.len() as f64,
     }
 }
@@ -142,14 +145,21 @@ pub fn track(trace: &Trace, window_s: [f64; 2], settling_band: f64) -> Tracking 
 pub struct Noise {
     /// While r moves; NaN (`null`) if it does not.
     pub moving: f64,
-    /// While r has stood still for 50 ms.
+    /// While r has stood still for 50 ms, and nothing has jumped for 0.2 s.
     pub at_rest: f64,
 }
 
 /// The noise of u in a recorded run over a window, saturation apart: the difference from what `other` says, the same
-/// controller behind a better sensor, which is shown the true states and told what was held.
-pub fn noise(trace: &Trace, window_s: [f64; 2], sensor: &mut dyn Sensor, other: &mut dyn ControllerPort) -> Noise {
-    const SETTLED_S: f64 = 0.05;
+/// controller behind a better sensor, which is shown the true states and told what was held. `jumps_s` are the instants
+/// at which the load jumps.
+pub fn noise(
+    trace: &Trace,
+    window_s: [f64; 2],
+    jumps_s: &[f64],
+    sensor: &mut dyn Sensor,
+    other: &mut dyn ControllerPort,
+) -> Noise {
+    const AFTER_JUMP_S: f64 = 0.2;
     let inside: Range<f64> = window_s[0] - 0.5 * trace.period_s..window_s[1] + 0.5 * trace.period_s;
     let mut sums = [(0.0, 0_usize); 2];
     let (mut last, mut moved_s) = (f64::NAN, 0.0);
@@ -164,9 +174,12 @@ pub fn noise(trace: &Trace, window_s: [f64; 2], sensor: &mut dyn Sensor, other: 
         // Between the two there is what is neither.
         let kind = match row.t_s - moved_s {
             still_s if still_s < 0.5 * trace.period_s => 0,
-            still_s if still_s > SETTLED_S => 1,
+            still_s if still_s > STAYS_S => 1,
             _ => continue,
         };
+        if jumps_s.iter().any(|jump_s| (0.0..AFTER_JUMP_S).contains(&(row.t_s - jump_s))) {
+            continue;
+        }
         if inside.contains(&row.t_s) && (row.health | tick.health).is_ok() {
             let difference = row.u - tick.u;
             sums[kind] = (sums[kind].0 + difference * difference, sums[kind].1 + 1);
@@ -263,11 +276,11 @@ mod tests {
             row.r = row.r.max((k as f64 - 5.0).clamp(2.0, 7.0));
             row.u = row.x[1] + if k < 7 { 100.0 } else { [0.3, -0.4][k % 2] };
         }
-        let found = noise(&trace, [5.0, 20.0], &mut crate::sensor::Ideal, &mut Echo);
-        // Ticks 8 to 12 move: -0.4 in the odd ones; 7, 13 and all after them stand still.
+        let found = noise(&trace, [5.0, 20.0], &[16.9], &mut crate::sensor::Ideal, &mut Echo);
+        // Ticks 8 to 12 move: -0.4 in the odd ones; 7, 13 and all after them stand still, but for the jump before 17.
         let rms = |odd: f64, even: f64| ((odd * 0.16 + even * 0.09) / (odd + even)).sqrt();
         assert!((found.moving - rms(2.0, 3.0)).abs() < 1e-12, "{found:?}");
-        assert!((found.at_rest - rms(5.0, 4.0)).abs() < 1e-12, "{found:?}");
+        assert!((found.at_rest - rms(4.0, 4.0)).abs() < 1e-12, "{found:?}");
     }
 
     #[test]
