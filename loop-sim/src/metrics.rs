@@ -6,6 +6,7 @@
 //! Where a reference is followed, y stands for what is left of it, y - r: [`measure`] takes both kinds of run alike, and
 //! [`track`] adds what only a reference can be asked.
 
+use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
 
 use controller_core::Health;
@@ -123,7 +124,8 @@ pub struct Tracking {
     pub saturated_share: f64,
 }
 
-/// Computes the figures of a run that follows a reference; at rest is what has stood still for the last tenth of the run.
+/// Computes the figures of a run that follows a reference; it ends at rest if it stands still for the last tenth of the
+/// run.
 pub fn track(trace: &Trace, window_s: [f64; 2], settling_band: f64) -> Tracking {
     let rows = &trace.rows;
     let last = rows.last().map_or(f64::NAN, |row| row.r);
@@ -139,19 +141,19 @@ pub fn track(trace: &Trace, window_s: [f64; 2], settling_band: f64) -> Tracking 
     }
 }
 
-/// Noise of u: the root mean square of what a sensor makes of it.
+/// Noise of u, root mean square: what the steps of a sensor make of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Noise {
-    /// While r moves; NaN (`null`) if it does not.
+    /// While r moves, the difference from what a better sensor makes of u; NaN (`null`) if it does not move.
     pub moving: f64,
-    /// While r has stood still for 50 ms, and nothing has jumped for 0.2 s.
+    /// While r has stood still for 50 ms and the load for 0.2 s, the change of u per tick over √2: the deviation of
+    /// white noise, and nothing of an offset that friction holds.
     pub at_rest: f64,
 }
 
-/// The noise of u in a recorded run over a window, saturation apart: the difference from what `other` says, the same
-/// controller behind a better sensor, which is shown the true states and told what was held. `jumps_s` are the instants
-/// at which the load jumps.
+/// The noise of u in a recorded run over a window, saturation apart. `other` is the same controller behind a better
+/// sensor: it is shown the true states and told what was held. `jumps_s` are the instants at which the load jumps.
 pub fn noise(
     trace: &Trace,
     window_s: [f64; 2],
@@ -162,7 +164,7 @@ pub fn noise(
     const AFTER_JUMP_S: f64 = 0.2;
     let inside: Range<f64> = window_s[0] - 0.5 * trace.period_s..window_s[1] + 0.5 * trace.period_s;
     let mut sums = [(0.0, 0_usize); 2];
-    let (mut last, mut moved_s) = (f64::NAN, 0.0);
+    let (mut last, mut moved_s, mut before) = (f64::NAN, 0.0, f64::NAN);
     for row in &trace.rows {
         let mut sample = [0.0; MAX_ORDER];
         sensor.measure(&row.x[..trace.order], &mut sample[..trace.order]);
@@ -171,6 +173,7 @@ pub fn noise(
         if row.r != last {
             (last, moved_s) = (row.r, row.t_s);
         }
+        let before = std::mem::replace(&mut before, row.u);
         // Between the two there is what is neither.
         let kind = match row.t_s - moved_s {
             still_s if still_s < 0.5 * trace.period_s => 0,
@@ -180,8 +183,8 @@ pub fn noise(
         if jumps_s.iter().any(|jump_s| (0.0..AFTER_JUMP_S).contains(&(row.t_s - jump_s))) {
             continue;
         }
+        let difference = if kind == 0 { row.u - tick.u } else { (row.u - before) * FRAC_1_SQRT_2 };
         if inside.contains(&row.t_s) && (row.health | tick.health).is_ok() {
-            let difference = row.u - tick.u;
             sums[kind] = (sums[kind].0 + difference * difference, sums[kind].1 + 1);
         }
     }
@@ -278,9 +281,11 @@ mod tests {
         }
         let found = noise(&trace, [5.0, 20.0], &[16.9], &mut crate::sensor::Ideal, &mut Echo);
         // Ticks 8 to 12 move: -0.4 in the odd ones; 7, 13 and all after them stand still, but for the jump before 17.
-        let rms = |odd: f64, even: f64| ((odd * 0.16 + even * 0.09) / (odd + even)).sqrt();
-        assert!((found.moving - rms(2.0, 3.0)).abs() < 1e-12, "{found:?}");
-        assert!((found.at_rest - rms(4.0, 4.0)).abs() < 1e-12, "{found:?}");
+        assert!((found.moving - ((2.0 * 0.16 + 3.0 * 0.09) / 5.0_f64).sqrt()).abs() < 1e-12, "{found:?}");
+        // u changes by 0.7 per tick, and y by less than 0.01; at tick 7 saturation has just ended.
+        let steps = |k: usize| trace.rows[k].u - trace.rows[k - 1].u;
+        let squares: f64 = [7, 13, 14, 15, 16, 18, 19, 20].into_iter().map(|k| steps(k) * steps(k)).sum();
+        assert!((found.at_rest - (0.5 * squares / 8.0).sqrt()).abs() < 1e-12, "{found:?}");
     }
 
     #[test]

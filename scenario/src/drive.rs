@@ -219,8 +219,8 @@ pub struct ReferenceTable {
     /// Instant at which it begins, s. Default 0.
     #[schemars(range(min = 0))]
     pub start_s: Option<f64>,
-    /// Time from rest onto the reference, s. Default: the shortest within 90 % of the current limit; of sine and points
-    /// at least 0.25.
+    /// Time from rest onto the reference, s. Default: the shortest within 90 % of the current limit for a motor as weak
+    /// and heavy as uncertain_percent allows; of sine and points at least 0.25.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub duration_s: Option<f64>,
 }

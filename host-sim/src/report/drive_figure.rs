@@ -2,11 +2,11 @@
 //!
 //! | file | shows |
 //! |---|---|
-//! | `response` | output y on its reference r, the error y - r, and the current in steps, over the whole run and a part of it |
-//! | `load` | per shaft the true torque against it (load, friction, and what the data sheet has wrong) and its estimate |
+//! | `response` | output y on its reference r, the error y - r, the current in steps: the whole run, and a part of it |
+//! | `load` | per shaft the true torque against it (load, friction, errors of the data sheet) and its estimate |
 //!
-//! The part is that in which the reference moves, with as much time again behind it; where it moves most of the time the
-//! last quarter of the run. Time in saturation is tinted, limits are drawn where the current comes near them.
+//! The part is that in which the reference moves, with as much time again behind it; where it moves most of the time
+//! the last quarter of the run. Time in saturation is tinted, limits are drawn where the current comes near them.
 
 use loop_sim::trace::{Row, Trace};
 use scenario::Drive;

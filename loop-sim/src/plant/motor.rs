@@ -1,13 +1,13 @@
 //! A motor with a rigid load, as it really is.
 //!
-//! $$ J \dot\omega = K_t i \thinspace (1 + r \sin n_r \theta) + c \sin n_c \theta - B \omega - F(\omega) - \text{load}(t),
-//!    \qquad \tau \thinspace \dot i = u - i $$
+//! $$ J \dot\omega = K_t i \thinspace (1 + r \sin n_r \theta) + c \sin n_c \theta - B \omega - F(\omega)
+//!    - \text{load}(t), \qquad \tau \thinspace \dot i = u - i $$
 //!
 //! $$ F(\omega) = \left(F_c + (F_s - F_c) e^{-(\omega/\omega_s)^2}\right) \tanh(\omega/\omega_t) $$
 //!
 //! States are the angle θ (rad), the speed ω (rad/s) and, with a lag τ, the current i (A); without one i is u. All
-//! torques are at the shaft whose angle is θ. Friction is Coulomb's and Stribeck's, made smooth at ω_t: below it a shaft
-//! creeps where a real one sticks. A load is positive against positive motion.
+//! torques are at the shaft whose angle is θ. Friction is Coulomb's and Stribeck's, made smooth at ω_t: below it a
+//! shaft creeps where a real one sticks. A load is positive against positive motion.
 //!
 //! The controller believes $\dot\omega = (K_t u - B \omega)/J$ with its own J, K_t, B. What is left is the lumped
 //! disturbance d_2 (rad/s²); it is taken with the current that flows, since the lag of a current loop is no torque.

@@ -60,20 +60,23 @@ struct Wanted {
 }
 
 impl Wanted {
-    /// The motion with a duration within 90 % of the limit; else as a jump, with a warning.
+    /// The motion with a duration within 90 % of the limit, for a motor as weak and heavy as it may be; else as a jump,
+    /// with a warning. A plan that the true motor cannot follow ends in ringing at the limits.
     fn planned<const P: usize, const J: usize>(
         &self,
         max_current_a: f64,
+        uncertain_percent: f64,
         last: usize,
         feed_forward: impl Fn(&[f64; J]) -> f64,
         warnings: &mut Vec<String>,
     ) -> Motion {
         let most = (LONGEST_S / self.motion.period_s) as u32;
+        let within_a = 0.9 * max_current_a * (100.0 - uncertain_percent) / (100.0 + uncertain_percent);
         let shortest = |fewest: u32| {
             let range = [fewest, most.max(fewest)];
-            self.motion.shortest::<P, J>(range, 0.9 * max_current_a, &feed_forward).unwrap_or_else(|| {
+            self.motion.shortest::<P, J>(range, within_a, &feed_forward).unwrap_or_else(|| {
                 warnings.push(format!(
-                    "no way onto the reference stays within 90 % of {} A: it begins with a jump",
+                    "no way onto the reference stays within {within_a:.3} A of {} A: it begins with a jump",
                     shown(max_current_a)
                 ));
                 self.motion.clone()
@@ -433,8 +436,13 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
     let design = MotorDesign { lost_ticks: drive.lost_ticks, fallback: fallback(drive.fallback), ..design };
 
     let mut warnings = Vec::new();
-    let motion =
-        resolved.wanted.planned::<3, 3>(limit, resolved.periods, |jet| nominal.feed_forward(jet), &mut warnings);
+    let motion = resolved.wanted.planned::<3, 3>(
+        limit,
+        drive.uncertain_percent,
+        resolved.periods,
+        |jet| nominal.feed_forward(jet),
+        &mut warnings,
+    );
     let refused = |error: DriveError| vec![design_problem(&error, "motor")];
     let port = port::motor(&design, form, mounted, &motion).map_err(refused)?;
     let exact = finer(mounted).and_then(|(fine, times)| {
@@ -615,8 +623,13 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
     let design = JointDesign { lost_ticks: drive.lost_ticks, fallback: fallback(drive.fallback), ..design };
 
     let mut warnings = Vec::new();
-    let motion =
-        resolved.wanted.planned::<4, 5>(limit, resolved.periods, |jet| nominal.feed_forward(jet), &mut warnings);
+    let motion = resolved.wanted.planned::<4, 5>(
+        limit,
+        drive.uncertain_percent,
+        resolved.periods,
+        |jet| nominal.feed_forward(jet),
+        &mut warnings,
+    );
     let refused = |error: DriveError| vec![design_problem(&error, "joint")];
     let port = port::joint(&design, form, [link, motor], &motion).map_err(refused)?;
     let exact = finer(link).zip(finer(motor)).and_then(|((fine_link, times), (fine_motor, times_motor))| {

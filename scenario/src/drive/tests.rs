@@ -148,7 +148,8 @@ fn above_20_percent_there_is_one_gain_set() {
     assert!(headline("drive.uncertain_percent=20.1").contains("1 gain set,"));
 }
 
-/// 0.9 times 10 A on 2e-4 kg m² turn by 10/√3 D/τ² at most; B asks for next to nothing.
+/// 0.9 times 10 A on 2e-4 kg m² turn by 10/√3 D/τ² at most, and a motor that is off by 20 % twice by 0.8/1.2 of that; B
+/// asks for next to nothing.
 #[test]
 fn a_move_is_as_short_as_the_limit_allows() {
     let sets = [
@@ -159,11 +160,11 @@ fn a_move_is_as_short_as_the_limit_allows() {
         "motor.current_lag_s=0",
     ];
     let (experiment, trace) = ran(MOTOR, &sets);
-    let tau = (10.0 / 3.0_f64.sqrt() / (0.9 * 2500.0)).sqrt();
+    let tau = (10.0 / 3.0_f64.sqrt() / (0.6 * 2500.0)).sqrt();
     let moves = trace.rows.windows(2).filter(|pair| pair[0].r != pair[1].r).count();
     assert!((moves as f64 * 1e-3 - tau).abs() < 3e-3, "{moves} ticks for {tau} s");
     let peak = experiment.metrics(&trace).u_peak;
-    assert!((8.0..=10.0).contains(&peak), "{peak}");
+    assert!((5.5..=6.5).contains(&peak), "{peak}");
     let arrived = experiment.tracking(&trace).and_then(|tracking| tracking.arrival_s).expect("it arrives");
     assert!((0.1 + 0.8 * tau..0.1 + 1.2 * tau).contains(&arrived), "{arrived}");
     assert_eq!(experiment.warnings, Vec::<String>::new());
