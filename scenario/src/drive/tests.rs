@@ -217,13 +217,15 @@ fn a_fault_is_where_and_when_the_file_says() {
     assert!(held(&trace)[300..] != held(&plain)[300..], "{}", experiment.headline());
 }
 
+/// A target that is one tick off would cost a tick at 6.3 and at 2.2 rad/s: 6 and 2 mrad.
 #[test]
-fn a_tick_of_delay_is_known_to_the_law() {
-    for text in [MOTOR, JOINT] {
-        let (experiment, trace) = ran(text, &["drive.delay_ticks=1"]);
+fn a_tick_of_delay_is_known_to_the_law_and_to_its_reference() {
+    let motor = ["friction={}", "motor.current_lag_s=0", "encoder.bits=20"];
+    for (text, more, allowed) in [(MOTOR, &motor[..], 1e-3), (JOINT, &["load=[]"], 1e-4)] {
+        let (experiment, trace) = ran(text, &[&["drive.delay_ticks=1"], more].concat());
         assert!(trace.rows.windows(2).all(|pair| pair[1].u_held == pair[0].u), "{}", experiment.headline());
         let found = experiment.metrics(&trace);
-        assert!(found.bounded && found.y_ultimate < 0.01, "{found:?}");
+        assert!(found.y_ultimate < allowed, "{found:?}");
     }
 }
 
