@@ -38,6 +38,12 @@ printed = [10.0]
 const SMALL_CHAIN: &str = "span_s = 0.1\n[plant]\nkind = \"chain\"\norder = 3\na = [-6.0, -11.0, -6.0]\nb = 2.0\n\
                            [controller]\nsurface_bandwidth_rad_s = 4.0\n";
 
+/// A motor with what its file to start from does not use.
+const SMALL_MOTOR: &str = "[motor]\ninertia_kg_m2 = 2e-4\ntorque_n_m_per_a = 0.05\nmax_current_a = 10\n\
+                           [encoder]\nbits = 14\n[reference]\nkind = \"points\"\npoints_rad = [0, 0.1, 0.3]\n\
+                           every_s = 0.01\nstart_s = 0.1\nduration_s = 0.1\n[[fault]]\nkind = \"jump\"\n\
+                           counts = 3\nat_s = 0.1\nfor_s = 0.1\n[[load]]\nkind = \"ramp\"\nslope = 0.1\n";
+
 /// An experiment may move to another thread: compiles only as long as it is so.
 const _: () = {
     const fn moves<T: Send>() {}
@@ -949,8 +955,14 @@ fn settable_keys(plant: &str) -> Vec<String> {
 #[test]
 fn no_value_of_any_key_brings_a_panic_a_hang_or_a_message_without_a_place() {
     let (mut ran, mut tried) = (0, 0);
-    for (text, plant) in [(DEFAULT, "paper"), (CHAIN, "paper"), (BASELINE, "paper"), (MOTOR, "motor"), (JOINT, "joint")]
-    {
+    for (text, plant) in [
+        (DEFAULT, "paper"),
+        (CHAIN, "paper"),
+        (BASELINE, "paper"),
+        (MOTOR, "motor"),
+        (SMALL_MOTOR, "motor"),
+        (JOINT, "joint"),
+    ] {
         for key in settable_keys(plant) {
             for value in NASTY {
                 let set = [format!("{key}={value}")];
@@ -970,7 +982,7 @@ fn no_damage_to_a_file_or_an_argument_brings_a_panic_a_hang_or_a_message_without
         proptest::test_runner::TestRng::deterministic_rng(proptest::test_runner::RngAlgorithm::ChaCha),
     );
     let keys = ["paper", "motor", "joint"].map(settable_keys).concat();
-    let texts = [DEFAULT, CHAIN, BASELINE, SMALL_CHAIN, MOTOR, JOINT, ""];
+    let texts = [DEFAULT, CHAIN, BASELINE, SMALL_CHAIN, MOTOR, SMALL_MOTOR, JOINT, ""];
     let damages = prop::collection::vec(any::<Damage>(), 0..4);
     let argument = (any::<prop::sample::Index>(), 0..NASTY.len())
         .prop_map(move |(key, value)| format!("{}={}", key.get(&keys), NASTY[value]));

@@ -223,6 +223,10 @@ fn motion(table: &ReferenceTable, mode: ModeKey, from_rad: f64, period_s: f64) -
                 return problem("reference.every_s", message);
             }
             let angles_rad = points_rad.clone().unwrap_or_default();
+            // Six more after the last, and a start.
+            if ticks * (angles_rad.len() + 6) as f64 > f64::from(1 << 30) {
+                return problem("reference.every_s", "the last point is more than 2^30 ticks away");
+            }
             (Goal::Points { angles_rad, every: ticks.round() as u32 }, at_least(START_S))
         }
         ReferenceKind::Speed => (Goal::Speed { speed_rad_s: speed_rad_s.unwrap_or(0.0) }, Some(1)),
@@ -345,10 +349,21 @@ struct Parts {
 }
 
 fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
-    let Parts { resolved, plant, mut x0, mounted, port, exact, form, motion, warnings, chosen, shafts } = parts;
+    let Parts { resolved, plant, mut x0, mounted, port, exact, form, motion, mut warnings, chosen, shafts } = parts;
     let Common { span_s, period_s, max_current_a, .. } = *common;
     let Resolved { name, title, periods, faults, .. } = resolved;
     x0.resize(plant.order(), 0.0);
+    let moved_rad = period_s * motion.peak::<3, 2>(periods as u32, |jet| jet[1]);
+    for (_, Mounted { encoder, .. }) in &mounted {
+        let counter_rad = (1_u64 << encoder.bits) as f64 * encoder.unit_rad();
+        if moved_rad > 0.4 * counter_rad {
+            warnings.push(format!(
+                "a counter of {} bits is {counter_rad:.3} rad, of which the shaft moves {moved_rad:.3} in a tick: nobody \
+                 can tell which way",
+                encoder.bits
+            ));
+        }
+    }
     let has_faults = !faults.is_empty();
     let mut sensor: Box<dyn Sensor> = Box::new(Encoders::new(mounted));
     for (fault, channels, ticks) in faults {

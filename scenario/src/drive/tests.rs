@@ -25,7 +25,7 @@ fn held(trace: &Trace) -> Vec<f64> {
 
 #[test]
 fn each_mistake_is_told_at_its_place_with_what_would_be_right() {
-    let cases: [(&str, &str, &str); 19] = [
+    let cases: [(&str, &str, &str); 20] = [
         (MOTOR, "motor.inertia=1", "unknown key `motor.inertia`; did you mean `inertia_kg_m2`?"),
         (MOTOR, "motor.max_current_a=0", "`motor.max_current_a`: found 0, expected a finite number above 0"),
         (MOTOR, "reference.to_rad=1", "`reference.to_rad`: reference.kind = \"sine\" does not read it"),
@@ -50,6 +50,11 @@ fn each_mistake_is_told_at_its_place_with_what_would_be_right() {
             MOTOR,
             "drive.surface_rad_s=700",
             "`drive.surface_rad_s`: w_c times period is up to 0.5 (given 0.7, allowed 1e-6 to 0.5)",
+        ),
+        (
+            MOTOR,
+            "reference={kind = \"points\", points_rad = [0, 1], every_s = 1e300}",
+            "`reference.every_s`: the last point is more than 2^30 ticks away",
         ),
         (MOTOR, "fault[1].kind=jump", "`fault[1].at_s`: missing: the instant from which on, s"),
         (MOTOR, "fault[1]={kind = \"jump\", at_s = 1}", "`fault[1].counts`: missing: by how many counts it is off"),
@@ -179,6 +184,9 @@ fn a_reference_beyond_the_limit_is_warned_of() {
     let jump = told(&["reference={kind = \"move\", to_rad = 1, duration_s = 0.02}"]);
     assert!(jump.contains("the limit is 10 A: it will not be followed"), "{jump}");
     assert_eq!(told(&[]), "");
+    let spinning =
+        told(&["reference={kind = \"speed\", speed_rad_s = 4000, duration_s = 1}", "motor.max_current_a=100"]);
+    assert!(spinning.contains("is 6.283 rad, of which the shaft moves 4.000 in a tick"), "{spinning}");
 }
 
 #[test]
