@@ -39,7 +39,7 @@ pub(super) fn table(
     }
     if let Some(Noise { moving, at_rest }) = noise {
         for (name, value) in
-            [("moving", *moving), ("at rest", *at_rest)].into_iter().filter(|(_, value)| !value.is_nan())
+            [("r moving", *moving), ("r at rest", *at_rest)].into_iter().filter(|(_, value)| !value.is_nan())
         {
             row(&format!("noise of u, {name} (A rms)"), number(value), &over("of the encoder's steps,"));
         }

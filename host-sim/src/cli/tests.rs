@@ -578,7 +578,7 @@ fn a_motor_of_one_s_own_runs_from_its_file_and_says_how_the_reference_was_follow
     assert_eq!((status, err.as_str()), (status::DONE, ""));
     let has = |start: &str| out.lines().any(|line| line.starts_with(start));
     assert!(has("error 125 rad/s: the phase lost in 0.80 ms of period, lag and delay allows no more"), "{out}");
-    for row in ["|y - r| peak (rad) ", "noise of u, moving (A rms) ", "|u| peak (A) ", "saturated ", "bounded "] {
+    for row in ["|y - r| peak (rad) ", "noise of u, r moving (A rms) ", "|u| peak (A) ", "saturated ", "bounded "] {
         assert!(has(row), "{row}: {out}");
     }
     let expected = ["load.png", "load.svg", "response.png", "response.svg", "trace.csv"];

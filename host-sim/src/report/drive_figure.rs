@@ -5,8 +5,8 @@
 //! | `response` | output y on its reference r, the error y - r, the current in steps: the whole run, and a part of it |
 //! | `load` | per shaft the true torque against it (load, friction, errors of the data sheet) and its estimate |
 //!
-//! The part is that in which the reference moves, with as much time again behind it; where it moves most of the time
-//! the last quarter of the run. Time in saturation is tinted, limits are drawn where the current comes near them.
+//! The part is that in which the reference moves, with half as much time again behind it; where it moves most of the
+//! time the last quarter of the run. Time in saturation is tinted, limits are drawn where the current comes near them.
 
 use loop_sim::trace::{Row, Trace};
 use scenario::Drive;
@@ -72,7 +72,7 @@ fn part(trace: &Trace) -> (&'static str, (f64, f64)) {
         let to_s = moving.next_back().unwrap_or(from_s) + trace.period_s;
         let last = to_s - from_s;
         if last < 0.4 * (end_s - begin_s) {
-            let edges = (from_s - 0.2 * last).max(begin_s)..(to_s + last).min(end_s);
+            let edges = (from_s - 0.2 * last).max(begin_s)..(to_s + 0.5 * last).min(end_s);
             return ("on the way", (edges.start, edges.end));
         }
     }
@@ -124,7 +124,7 @@ mod tests {
         assert!(
             current[1].points.iter().all(|(_, u)| *u == 10.0) && current[2].points.iter().all(|(_, u)| *u == -10.0)
         );
-        // The move, and as much time again.
+        // The move, and half as much time again.
         let (from, to) = panels[1].x_range.expect("a part");
         assert!(from > 0.48 && from < 0.5 && to > 0.55 && to < 0.65, "{from} {to}");
         let (trace, drive) = ran(&[]);
