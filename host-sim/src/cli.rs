@@ -9,8 +9,8 @@
 //! host-sim figures                  the figures of the paper and its claims
 //! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
 //! host-sim export [FILE.toml] ..    the designed controller as one source file, C or Rust
-//! host-sim schema                   JSON schema of a scenario file
-//! host-sim new NAME [--plant P]     a commented scenario file to start from
+//! host-sim schema [--plant P]       JSON schema of a scenario file
+//! host-sim new NAME [--plant P]     a commented scenario file to start from: paper, motor, joint, chain
 //! host-sim completions SHELL        what a shell must know to complete these
 //! ```
 //!
@@ -35,7 +35,7 @@ use cycle_bound::table::Table;
 use cycle_bound::{Reply, stop};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use loop_sim::closed_loop::LoopError;
-use loop_sim::metrics::{FAR, Metrics};
+use loop_sim::metrics::{FAR, Metrics, Noise, Tracking};
 use loop_sim::port::{ControllerPort, PortError};
 use loop_sim::trace::{Ending, Trace};
 use scenario::{Experiment, Mu, ScenarioError, Source};
@@ -43,10 +43,11 @@ use serde::Serialize;
 use whole_file::{Claim, Existing};
 
 use crate::figures::{CATALOGUE, Case, ClaimRow, PaperFigure};
-use crate::report::csv;
 use crate::report::number::significant;
 use crate::report::trace_figure::{self, Labels};
+use crate::report::{csv, drive_figure};
 
+mod drive;
 mod export;
 mod target;
 
@@ -131,13 +132,17 @@ enum Command {
     /// It gives the same bits as `host-sim run`. Its head says which scenario, design and version it is.
     Export(ExportOptions),
     /// Print the JSON schema of scenario files.
-    Schema,
+    Schema {
+        /// Whose: a motor and a joint have their own, the others one together.
+        #[arg(long, value_name = "PLANT", default_value = "paper", value_parser = starts())]
+        plant: String,
+    },
     /// Write a commented scenario file NAME.toml; an existing file is never overwritten.
     New {
         /// Name of the scenario and, with .toml, of the file.
         name: String,
-        /// What is controlled: the paper's joint, or a chain of integrators of your own.
-        #[arg(long, value_name = "PLANT", default_value = "flexible_joint", value_parser = starts())]
+        /// What is controlled: the paper's joint; a motor, a flexible joint or a chain of integrators of your own.
+        #[arg(long, value_name = "PLANT", default_value = "paper", value_parser = starts())]
         plant: String,
     },
     /// Print a script that completes commands and options: bash, zsh, fish, elvish or powershell.
@@ -220,7 +225,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         Some(Command::Figures { only, out, json }) => console.figures(only, out, *json),
         Some(Command::Budget(options)) => console.budget(options),
         Some(Command::Export(options)) => console.export(options),
-        Some(Command::Schema) => console.schema(),
+        Some(Command::Schema { plant }) => console.schema(plant),
         Some(Command::New { name, plant }) => console.new_scenario(name, plant, Path::new(""), &program),
         Some(Command::Completions { shell }) => console.completions(*shell),
     };
@@ -276,6 +281,12 @@ impl Failure {
 struct RunJson<'a> {
     scenario: &'a str,
     metrics: &'a Metrics,
+    /// How the reference was followed, if there was one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tracking: Option<Tracking>,
+    /// Noise of u by the steps of the encoders of a drive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    noise: Option<Noise>,
     /// Ticks in which the controller told of this trouble.
     ticks_with: BTreeMap<&'static str, usize>,
     ending: &'static str,
@@ -347,8 +358,8 @@ impl Console<'_> {
         Ok(status)
     }
 
-    fn schema(&mut self) -> Result<u8, Failure> {
-        self.say(&format!("{:#}", scenario::schema()))?;
+    fn schema(&mut self, plant: &str) -> Result<u8, Failure> {
+        self.say(&format!("{:#}", scenario::schema(plant)))?;
         Ok(status::DONE)
     }
 
@@ -405,6 +416,7 @@ impl Console<'_> {
         }
         let comparison = link.map(|link| compared(&trace, error.as_ref(), &link, started));
         let metrics = experiment.metrics(&trace);
+        let (tracking, noise) = (experiment.tracking(&trace), experiment.noise(&trace));
         let error = error.map(|error| error.to_string());
         write_results(&folder, &experiment, &trace)?;
         drop((kept, claim));
@@ -414,6 +426,8 @@ impl Console<'_> {
             let json = RunJson {
                 scenario: &experiment.name,
                 metrics: &metrics,
+                tracking,
+                noise,
                 ticks_with: TROUBLES.map(|(flag, name)| (name, ticks_with(&trace, flag))).into(),
                 ending,
                 ended_at_s: trace.rows.last().map_or(0.0, |row| row.t_s),
@@ -424,7 +438,16 @@ impl Console<'_> {
             };
             self.say_json(serde_json::to_string(&json))?;
         } else {
-            self.say(&table(&experiment, &metrics, &trace).to_string())?;
+            for line in experiment.drive.iter().flat_map(|drive| &drive.chosen) {
+                self.say(line)?;
+            }
+            let table = match (&experiment.drive, tracking) {
+                (Some(drive), Some(tracking)) => {
+                    drive::table(&experiment, drive, &metrics, &tracking, noise.as_ref(), &trace)
+                }
+                _ => table(&experiment, &metrics, &trace),
+            };
+            self.say(&table.to_string())?;
             for warning in &experiment.warnings {
                 self.say(&format!("warning: {warning}"))?;
             }
@@ -613,7 +636,12 @@ fn write_results(folder: &Path, experiment: &Experiment, trace: &Trace) -> Resul
     let path = folder.join("trace.csv");
     csv::write(trace, &path).map_err(|error| Failure::writing(path.display(), &error))?;
     let Experiment { title, output_unit, control_unit, .. } = experiment;
-    for (stem, figure) in trace_figure::run_figures(trace, &Labels { title, output_unit, control_unit }) {
+    let labels = Labels { title, output_unit, control_unit };
+    let figures = match &experiment.drive {
+        Some(drive) => drive_figure::drive_figures(trace, drive, &labels),
+        None => trace_figure::run_figures(trace, &labels),
+    };
+    for (stem, figure) in figures {
         let told = |error| Failure::writing(folder.join(&stem).display(), &error);
         figure.write(folder, &stem).map_err(told)?;
     }
@@ -641,10 +669,11 @@ fn ending(trace: &Trace, metrics: &Metrics) -> (&'static str, String) {
 }
 
 /// What a controller can tell, and its name in JSON.
-const TROUBLES: [(Health, &str); 3] = [
+const TROUBLES: [(Health, &str); 4] = [
     (Health::INPUT_REJECTED, "input_rejected"),
     (Health::SATURATED, "saturated"),
     (Health::SIGMA_STAR_OVER_BOUND, "sigma_star_over_bound"),
+    (Health::SAMPLE_LOST, "sample_lost"),
 ];
 
 fn ticks_with(trace: &Trace, flag: Health) -> usize {
@@ -675,6 +704,17 @@ fn table(experiment: &Experiment, metrics: &Metrics, trace: &Trace) -> Table {
     let unsettled = if trace.ending == Ending::Finished { "never" } else { "-" };
     let settled = metrics.settling_time_s.map_or_else(|| unsettled.into(), number);
     row("settling time (s)", settled, &format!("|y| within {} from then on", experiment.settling_band));
+    how_it_went(experiment, metrics, trace, &mut row);
+    for mu in experiment.mu.iter().filter(|mu| mu.mu > 0.0) {
+        let by_order: Vec<String> = mu.by_order.iter().map(|bound| number(*bound)).collect();
+        let meaning = format!("bounds of d_{}, its derivatives: {}", mu.channel, by_order.join(", "));
+        row(&format!("mu_{} of Eq. (40)", mu.channel), number(mu.mu), &meaning);
+    }
+    table
+}
+
+/// The rows that every run has.
+fn how_it_went(experiment: &Experiment, metrics: &Metrics, trace: &Trace, row: &mut impl FnMut(&str, String, &str)) {
     let ticks = format!("{} of {} ticks", trace.rows.len(), experiment.periods + 1);
     // A run that could not go on says nothing of it.
     let bounded = match trace.ending {
@@ -689,12 +729,6 @@ fn table(experiment: &Experiment, metrics: &Metrics, trace: &Trace) -> Table {
             row(&format!("ticks with {flag}"), count.to_string(), "told by the controller");
         }
     }
-    for mu in experiment.mu.iter().filter(|mu| mu.mu > 0.0) {
-        let by_order: Vec<String> = mu.by_order.iter().map(|bound| number(*bound)).collect();
-        let meaning = format!("bounds of d_{}, its derivatives: {}", mu.channel, by_order.join(", "));
-        row(&format!("mu_{} of Eq. (40)", mu.channel), number(mu.mu), &meaning);
-    }
-    table
 }
 
 #[cfg(test)]

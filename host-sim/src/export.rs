@@ -61,6 +61,7 @@ pub fn warnings(experiment: &Experiment) -> Vec<String> {
 pub fn text(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Result<String, String> {
     let (Some(spec), Some(download)) = (&experiment.spec, &experiment.download) else {
         return Err(match &experiment.spec {
+            _ if experiment.drive.is_some() => "a drive is not exported yet; host-sim run simulates it".into(),
             None => "the baseline is not exported; set controller.kind=proposed".into(),
             Some(_) => "an exported controller computes in f32; set controller.precision=f32".into(),
         });

@@ -45,6 +45,9 @@ pub fn for_target(experiment: &Experiment) -> Result<&Download, String> {
             "{name}: a target carries plants up to order {MAX_N}, this one has order {}; host-sim run takes it",
             download.shape.n
         )),
+        None if experiment.drive.is_some() => {
+            Err(format!("{name}: the target's image has no drive yet; host-sim run simulates it"))
+        }
         None if experiment.spec.is_none() => {
             Err(format!("{name}: a target carries the proposed controller only; set controller.kind=proposed"))
         }

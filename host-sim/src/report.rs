@@ -4,7 +4,7 @@
 //! | you want | go to |
 //! |---|---|
 //! | every tick as numbers | [`csv`] |
-//! | the standard figures of a run | [`trace_figure`] |
+//! | the standard figures of a run | [`trace_figure`]; where a reference is followed [`drive_figure`] |
 //! | a figure of your own | [`plot`] |
 //! | a number with as many digits as say something | [`number`] |
 //! | an aligned table on the terminal | [`cycle_bound::table`] |
@@ -19,6 +19,7 @@ use whole_file::Existing;
 
 mod axis;
 pub mod csv;
+pub mod drive_figure;
 pub mod number;
 mod picture;
 pub mod plot;

@@ -191,3 +191,68 @@ fn who_has_no_image_is_told_the_option_that_names_one_and_how_one_is_built() {
     let told = "there is no such file; --image FILE names one, `cargo xtask firmware` in the repository builds it\n";
     assert!(status == 1 && err.ends_with(told), "{err}");
 }
+
+/// The part of a file from the first line that begins with `from` to the next that begins with `to`, both left out.
+fn between<'a>(text: &'a str, from: &str, to: &str) -> &'a str {
+    let (_, rest) = text.split_once(from).unwrap_or_else(|| panic!("no {from:?}"));
+    rest.split_once(to).unwrap_or_else(|| panic!("no {to:?} behind {from:?}")).0
+}
+
+/// Runs the program in a folder.
+fn ran_in(folder: &Folder, args: &[&str]) -> (i32, String, String) {
+    let mut command = Command::new(PROGRAM);
+    command.args(args).current_dir(&folder.0).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    ended(command.spawn().expect("the program"))
+}
+
+#[test]
+fn the_motor_of_the_readme_runs_as_it_stands_there() {
+    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md");
+    let readme = fs::read_to_string(readme).expect("the README");
+    let section = between(&readme, "## Drive my motor\n", "\n## ");
+    let folder = Folder::new("readme");
+    let mut said = String::new();
+    for line in between(section, "```sh\n", "```").lines() {
+        let Some(args) = line.strip_prefix("cargo run --release -- ") else {
+            assert_eq!(line, "$EDITOR mine.toml");
+            continue;
+        };
+        let (status, out, err) = ran_in(&folder, &args.split(' ').collect::<Vec<_>>());
+        assert_eq!((status, err.as_str()), (0, ""), "{line}");
+        said = out;
+    }
+    assert_eq!(said, between(section, "```text\n", "```"));
+}
+
+/// Another motor than that of the file: three times as heavy, twice as strong, 16 bits, and its numbers typed in.
+#[test]
+fn three_commands_take_a_motor_of_one_s_own_along_a_sine() {
+    let folder = Folder::new("three");
+    let peak = |typed: &[(&str, &str)], friction: &str| {
+        let _ = fs::remove_file(folder.0.join("mine.toml"));
+        assert_eq!(ran_in(&folder, &["new", "mine", "--plant", "motor"]).0, 0);
+        let mut text = fs::read_to_string(folder.0.join("mine.toml")).expect("the file");
+        for (from, to) in typed {
+            assert!(text.contains(from), "{from}");
+            text = text.replace(from, to);
+        }
+        assert!(text.contains(friction));
+        fs::write(folder.0.join("mine.toml"), text).expect("ours");
+        let (status, out, err) = ran_in(&folder, &["run", "mine.toml", "--json"]);
+        assert_eq!((status, err.lines().count()), (0, 1), "{err}");
+        let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+        assert_eq!(json["metrics"]["window_s"], serde_json::json!([0.25, 2.0]));
+        json["metrics"]["y_ultimate"].as_f64().expect("a number")
+    };
+    let friction = "coulomb_n_m = 0.005\nstatic_n_m = 0.008\n";
+    // 2e-4 kg m², 0.05 N m/A, 10 A, 14 bits, 1 kHz: the file's own.
+    let found = peak(&[], friction);
+    assert!(found < 3.2e-3, "{found:e} rad");
+    let other = [
+        ("inertia_kg_m2 = 2e-4", "inertia_kg_m2 = 6e-4"),
+        ("torque_n_m_per_a = 0.05", "torque_n_m_per_a = 0.1"),
+        ("bits = 14", "bits = 16"),
+    ];
+    let found = peak(&other, friction);
+    assert!(found < 3.2e-3, "{found:e} rad");
+}

@@ -44,6 +44,7 @@ impl Loop<'_> {
         Trace {
             order: self.plant.order(),
             observed: self.port.observed().to_vec(),
+            follows: self.port.follows(),
             period_s: self.period_s,
             rows: Vec::with_capacity(self.periods + 1),
             ending: Ending::Finished,
@@ -108,6 +109,7 @@ fn run<R: Recorder + ?Sized>(setup: Loop<'_>, recorder: &mut R) -> (Ending, Opti
         let row = Row {
             t_s,
             x,
+            r: port.reference(),
             u: tick.u,
             u_held,
             sigma: tick.sigma,

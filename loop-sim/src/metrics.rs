@@ -2,7 +2,18 @@
 //!
 //! Units: with U that of the output y = x_1 (rad for the flexible joint) and n the order of the plant, σ* is in
 //! U/s^(n-1), the disturbance d_i and its error in U/s^i; u is in the plant's input unit, times in s.
+//!
+//! Where a reference is followed, y stands for what is left of it, y - r: [`measure`] takes both kinds of run alike, and
+//! [`track`] adds what only a reference can be asked.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+use std::ops::Range;
+
+use controller_core::Health;
+
+use crate::MAX_ORDER;
+use crate::port::ControllerPort;
+use crate::sensor::Sensor;
 use crate::trace::{Ending, Row, Trace};
 
 /// Ultimate error of one estimate.
@@ -25,7 +36,7 @@ pub const FAR: f64 = 1000.0;
 pub struct Metrics {
     /// max |σ*|, U/s^(n-1).
     pub sigma_star_ultimate: f64,
-    /// max |y|, U.
+    /// max |y|, of a reference max |y - r|, U.
     pub y_ultimate: f64,
     /// max |u| held, over the whole run, in the plant's input unit.
     pub u_peak: f64,
@@ -73,11 +84,11 @@ pub fn measure(trace: &Trace, window_s: [f64; 2], settling_band: f64) -> Metrics
     let variation: f64 = window.windows(2).map(|pair| (pair[1].u_held - pair[0].u_held).abs()).sum();
     // 0/0 without two ticks to compare.
     let duration = window.len().saturating_sub(1) as f64 * trace.period_s;
-    let outside = trace.rows.iter().rposition(|row| row.x[0].abs() > settling_band);
+    let outside = trace.rows.iter().rposition(|row| trace.error(row).abs() > settling_band);
     let settled = trace.rows.get(outside.map_or(0, |last| last + 1)).filter(|_| trace.ending == Ending::Finished);
     Metrics {
         sigma_star_ultimate: ultimate(trace, window_s, |row| row.sigma_star),
-        y_ultimate: ultimate(trace, window_s, |row| row.x[0]),
+        y_ultimate: ultimate(trace, window_s, |row| trace.error(row)),
         u_peak: trace.rows.iter().map(|row| row.u_held.abs()).fold(f64::NAN, f64::max),
         u_total_variation_per_s: variation / duration,
         estimation_error_ultimate: trace
@@ -93,8 +104,92 @@ pub fn measure(trace: &Trace, window_s: [f64; 2], settling_band: f64) -> Metrics
 }
 
 fn stays_near(trace: &Trace, settling_band: f64) -> bool {
-    let began = trace.rows.first().map_or(0.0, |row| row.x[0].abs());
-    trace.rows.iter().all(|row| row.x[0].abs() <= FAR * began.max(settling_band))
+    let began = trace.rows.first().map_or(0.0, |row| trace.error(row).abs());
+    trace.rows.iter().all(|row| trace.error(row).abs() <= FAR * began.max(settling_band))
+}
+
+/// What has been so for this long is no passing through, s.
+const STAYS_S: f64 = 0.05;
+
+/// How a reference was followed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Tracking {
+    /// Root mean square of y - r over the window, U.
+    pub error_rms: f64,
+    /// Time at which y comes within the band about the last r, and stays there for 50 ms, s; `null` if it never does, if
+    /// the reference does not end at rest, or if the run did not finish.
+    pub arrival_s: Option<f64>,
+    /// Share of all ticks in which the law asked for more than the limits allow.
+    pub saturated_share: f64,
+}
+
+/// Computes the figures of a run that follows a reference; it ends at rest if it stands still for the last tenth of the
+/// run.
+pub fn track(trace: &Trace, window_s: [f64; 2], settling_band: f64) -> Tracking {
+    let rows = &trace.rows;
+    let last = rows.last().map_or(f64::NAN, |row| row.r);
+    let rests = rows.iter().rev().take(rows.len() / 10 + 2).all(|row| row.r == last);
+    let output = trace.follows.unwrap_or(0);
+    let stays = ((STAYS_S / trace.period_s).round() as usize).max(1);
+    let arrived = rows.windows(stays).find(|rows| rows.iter().all(|row| (row.x[output] - last).abs() <= settling_band));
+    let saturated = rows.iter().filter(|row| row.health.contains(Health::SATURATED)).count();
+    Tracking {
+        error_rms: rms(trace, window_s, |row| trace.error(row)),
+        arrival_s: arrived.filter(|_| rests && trace.ending == Ending::Finished).map(|rows| rows[0].t_s),
+        saturated_share: saturated as f64 / rows.len() as f64,
+    }
+}
+
+/// Noise of u, root mean square: what the steps of a sensor make of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Noise {
+    /// While r moves, the difference from what a better sensor makes of u; NaN (`null`) if it does not move.
+    pub moving: f64,
+    /// While r has stood still for 50 ms and the load for 0.2 s, the change of u per tick over √2: the deviation of
+    /// white noise, and nothing of an offset that friction holds.
+    pub at_rest: f64,
+}
+
+/// The noise of u in a recorded run over a window, saturation apart. `other` is the same controller behind a better
+/// sensor: it is shown the true states and told what was held. `jumps_s` are the instants at which the load jumps.
+pub fn noise(
+    trace: &Trace,
+    window_s: [f64; 2],
+    jumps_s: &[f64],
+    sensor: &mut dyn Sensor,
+    other: &mut dyn ControllerPort,
+) -> Noise {
+    const AFTER_JUMP_S: f64 = 0.2;
+    let inside: Range<f64> = window_s[0] - 0.5 * trace.period_s..window_s[1] + 0.5 * trace.period_s;
+    let mut sums = [(0.0, 0_usize); 2];
+    let (mut last, mut moved_s, mut before) = (f64::NAN, 0.0, f64::NAN);
+    for row in &trace.rows {
+        let mut sample = [0.0; MAX_ORDER];
+        sensor.measure(&row.x[..trace.order], &mut sample[..trace.order]);
+        let Ok(tick) = other.tick(&sample[..trace.order]) else { break };
+        other.report_applied(row.u_held);
+        if row.r != last {
+            (last, moved_s) = (row.r, row.t_s);
+        }
+        let before = std::mem::replace(&mut before, row.u);
+        // Between the two there is what is neither.
+        let kind = match row.t_s - moved_s {
+            still_s if still_s < 0.5 * trace.period_s => 0,
+            still_s if still_s > STAYS_S => 1,
+            _ => continue,
+        };
+        if jumps_s.iter().any(|jump_s| (0.0..AFTER_JUMP_S).contains(&(row.t_s - jump_s))) {
+            continue;
+        }
+        let difference = if kind == 0 { row.u - tick.u } else { (row.u - before) * FRAC_1_SQRT_2 };
+        if inside.contains(&row.t_s) && (row.health | tick.health).is_ok() {
+            sums[kind] = (sums[kind].0 + difference * difference, sums[kind].1 + 1);
+        }
+    }
+    let [moving, at_rest] = sums.map(|(sum, count)| (sum / count as f64).sqrt());
+    Noise { moving, at_rest }
 }
 
 #[cfg(test)]
@@ -108,6 +203,7 @@ mod tests {
             let mut row = Row {
                 t_s: k as f64,
                 x: [0.0; 6],
+                r: 0.0,
                 u: 0.0,
                 u_held: [1.0, 3.0][k % 2],
                 sigma: 0.0,
@@ -120,7 +216,7 @@ mod tests {
             row.d[0] = 3.0;
             row
         };
-        Trace { order: 2, observed: vec![0], period_s: 1.0, rows: (0..ticks).map(row).collect(), ending }
+        Trace { order: 2, observed: vec![0], follows: None, period_s: 1.0, rows: (0..ticks).map(row).collect(), ending }
     }
 
     #[test]
@@ -131,6 +227,65 @@ mod tests {
         assert_eq!(found.estimation_error_ultimate, [ChannelError { channel: 1, error: 3.0 }]);
         assert_eq!(found.settling_time_s, Some(4.0));
         assert_eq!(rms(&trace(11, Ending::Finished), [0.0, 10.0], |row| row.sigma_star), 2.0);
+    }
+
+    /// r = 0 for three ticks, then 2 from 3 s on; y comes from 1.
+    fn following() -> Trace {
+        let mut trace = trace(21, Ending::Finished);
+        trace.follows = Some(1);
+        for (k, row) in trace.rows.iter_mut().enumerate() {
+            row.r = if k < 3 { 0.0 } else { 2.0 };
+            row.x[1] = 2.0 - 0.5_f64.powi(k as i32);
+            row.health = if k < 7 { Health::SATURATED } else { Health::OK };
+        }
+        trace
+    }
+
+    #[test]
+    fn a_reference_is_what_errors_are_taken_from() {
+        let trace = following();
+        let found = measure(&trace, [10.0, 20.0], 0.1);
+        assert_eq!((found.y_ultimate, found.settling_time_s, found.bounded), (0.5_f64.powi(10), Some(4.0), true));
+        let followed = track(&trace, [19.0, 20.0], 0.1);
+        let rms = (0.5 * (0.25_f64.powi(19) + 0.25_f64.powi(20))).sqrt();
+        assert_eq!((followed.error_rms, followed.arrival_s, followed.saturated_share), (rms, Some(4.0), 7.0 / 21.0));
+        let mut moving = following();
+        moving.rows[20].r = 2.1;
+        assert_eq!(track(&moving, [10.0, 20.0], 0.1).arrival_s, None);
+    }
+
+    /// Says the state that it is shown.
+    struct Echo;
+
+    impl ControllerPort for Echo {
+        fn tick(&mut self, sample: &[f64]) -> Result<crate::port::Tick, crate::port::PortError> {
+            let none = [[0.0; controller_core::MAX_R]; MAX_ORDER];
+            Ok(crate::port::Tick { u: sample[1], sigma: 0.0, sigma_star: 0.0, estimates: none, health: Health::OK })
+        }
+        fn report_applied(&mut self, _: f64) {}
+        fn reset(&mut self) -> Result<(), crate::port::PortError> {
+            Ok(())
+        }
+        fn observed(&self) -> &[usize] {
+            &[]
+        }
+    }
+
+    #[test]
+    fn noise_is_the_difference_from_a_better_sensor_apart_from_saturation() {
+        let mut trace = following();
+        for (k, row) in trace.rows.iter_mut().enumerate() {
+            // Moving up to tick 12.
+            row.r = row.r.max((k as f64 - 5.0).clamp(2.0, 7.0));
+            row.u = row.x[1] + if k < 7 { 100.0 } else { [0.3, -0.4][k % 2] };
+        }
+        let found = noise(&trace, [5.0, 20.0], &[16.9], &mut crate::sensor::Ideal, &mut Echo);
+        // Ticks 8 to 12 move: -0.4 in the odd ones; 7, 13 and all after them stand still, but for the jump before 17.
+        assert!((found.moving - ((2.0 * 0.16 + 3.0 * 0.09) / 5.0_f64).sqrt()).abs() < 1e-12, "{found:?}");
+        // u changes by 0.7 per tick, and y by less than 0.01; at tick 7 saturation has just ended.
+        let steps = |k: usize| trace.rows[k].u - trace.rows[k - 1].u;
+        let squares: f64 = [7, 13, 14, 15, 16, 18, 19, 20].into_iter().map(|k| steps(k) * steps(k)).sum();
+        assert!((found.at_rest - (0.5 * squares / 8.0).sqrt()).abs() < 1e-12, "{found:?}");
     }
 
     #[test]

@@ -6,6 +6,8 @@
 //! | [`FlexibleJoint`] | Example 2, Eq. (63)-(64): a link on a motor through a spring, an error per parameter |
 //! | [`Benchmark`] | Example 1, Eq. (59)-(61): the nonlinear system of order 2 |
 //! | [`Chain`] | Eq. (39) with a linear last channel, order 2 to 6: a plant without writing Rust |
+//! | [`Motor`] | a motor with a rigid load: friction, cogging, ripple, current loop |
+//! | [`Joint`] | a flexible joint of one's own: two inertias on a spring, the same motor |
 //!
 //! Each says the same thing twice, by different formulas: [`Plant::rhs`] from the true coefficients and
 //! [`Plant::lumped`] from the nominal ones and the errors. The tests hold them against each other.
@@ -13,10 +15,14 @@
 mod benchmark;
 mod chain;
 mod flexible_joint;
+mod joint;
+mod motor;
 
 pub use benchmark::Benchmark;
 pub use chain::{Chain, ChainError, LastChannel};
 pub use flexible_joint::{FlexibleJoint, JointErrors};
+pub use joint::{Joint, JointBody};
+pub use motor::{Friction, Imperfections, Motor, Shaft};
 
 use crate::MAX_ORDER;
 use crate::signal::Signal;

@@ -1,5 +1,5 @@
 //! The controller, wherever it runs: in this process, as the baseline of reference \[1\], or, by a [`ControllerPort`]
-//! of another crate, at the far end of a wire.
+//! of another crate, at the far end of a wire. [`drive`] is another law, which reads encoders and plays a reference.
 
 use std::fmt;
 use std::time::Duration;
@@ -9,6 +9,7 @@ use controller_core::{Health, MAX_R};
 
 pub mod baseline;
 pub mod compared;
+pub mod drive;
 pub mod in_process;
 
 /// What one tick returns; every `f32` of a controller is exact in these `f64`.
@@ -150,4 +151,14 @@ pub trait ControllerPort: Send {
 
     /// Numbers (from 0) of the channels that carry an observer.
     fn observed(&self) -> &[usize];
+
+    /// The state (from 0) that follows a reference; none for a law that holds rest.
+    fn follows(&self) -> Option<usize> {
+        None
+    }
+
+    /// Where that state should have been at the last tick; NaN before there is a plan, 0 without a reference.
+    fn reference(&self) -> f64 {
+        0.0
+    }
 }

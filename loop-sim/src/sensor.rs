@@ -25,6 +25,8 @@ use controller_core::{Gate, Real};
 use crate::MAX_ORDER;
 use crate::random::Random;
 
+pub mod encoder;
+
 /// One link of the measuring chain.
 pub trait Sensor: Send {
     /// Called once per tick with the true state; writes the sample. A lost sample is NaN.

@@ -51,6 +51,8 @@ pub struct Row {
     pub t_s: f64,
     /// True state of the plant.
     pub x: [f64; MAX_ORDER],
+    /// Where the output should be; 0 for a law that follows nothing.
+    pub r: f64,
     /// Control demanded by the controller.
     pub u: f64,
     /// Control the plant feels until the next tick.
@@ -96,12 +98,21 @@ pub struct Trace {
     pub order: usize,
     /// Observed channels, from 0.
     pub observed: Vec<usize>,
+    /// The state that follows a reference, from 0; none for a law that holds rest.
+    pub follows: Option<usize>,
     /// Period, s.
     pub period_s: f64,
     /// One per tick, k = 0..=K.
     pub rows: Vec<Row>,
     /// How it ended; `Finished` before it began.
     pub ending: Ending,
+}
+
+impl Trace {
+    /// y - r of a row: what is left of the reference, or of rest.
+    pub fn error(&self, row: &Row) -> f64 {
+        row.x[self.follows.unwrap_or(0)] - row.r
+    }
 }
 
 /// Keeps every row.

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use controller_core::{ConfigError, Field, Gate, Remedy, SampleLimits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::closed_loop::{Loop, LoopError, close_loop};
-use loop_sim::metrics::{self, Metrics};
+use loop_sim::metrics::{self, Metrics, Noise, Tracking};
 use loop_sim::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel, Plant};
 use loop_sim::port::ControllerPort;
 use loop_sim::port::baseline::Baseline;
@@ -59,7 +59,34 @@ pub struct Experiment {
     pub warnings: Vec<String>,
     /// Bounds of the external disturbances per channel; chain plants only.
     pub mu: Vec<Mu>,
-    controller: String,
+    /// What is to be told of a drive; none for any other controller.
+    pub drive: Option<Drive>,
+    pub(super) controller: String,
+}
+
+/// What a drive has to tell beside its trace.
+pub struct Drive {
+    /// Bandwidths and why, a line each.
+    pub chosen: Vec<String>,
+    /// Limit of the current of either sign, A.
+    pub max_current_a: f64,
+    /// Shafts with an encoder.
+    pub shafts: Vec<ShaftOf>,
+    /// When the reference begins to move, s.
+    pub begins_s: f64,
+    /// The same drive with finer encoders, if there is room for such, and nothing is wrong with the coarse ones.
+    pub(super) exact: Option<(Box<dyn Sensor>, Box<dyn ControllerPort>)>,
+}
+
+/// A shaft with an encoder: the torque against it is -J d.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShaftOf {
+    /// Its channel, from 0.
+    pub channel: usize,
+    /// What it is called.
+    pub name: &'static str,
+    /// J of the data sheet, kg m².
+    pub inertia_kg_m2: f64,
 }
 
 /// Bounds of one external disturbance over the span, Eq. (2) and (40): what the file's terms say. What a wrong model
@@ -115,6 +142,18 @@ impl Experiment {
     /// Figures of merit of a trace of this scenario.
     pub fn metrics(&self, trace: &Trace) -> Metrics {
         metrics::measure(trace, self.window_s, self.settling_band)
+    }
+
+    /// How a reference was followed; none where there is none.
+    pub fn tracking(&self, trace: &Trace) -> Option<Tracking> {
+        trace.follows.map(|_| metrics::track(trace, self.window_s, self.settling_band))
+    }
+
+    /// Noise of u by the steps of the encoders of a drive, against the same drive with finer ones in the same run.
+    pub fn noise(&mut self, trace: &Trace) -> Option<Noise> {
+        let (sensor, port) = self.drive.as_mut()?.exact.as_mut()?;
+        port.reset().ok()?;
+        Some(metrics::noise(trace, self.window_s, self.plant.jumps_s(), sensor.as_mut(), port.as_mut()))
     }
 
     /// What is being run, in one line.
@@ -178,6 +217,7 @@ pub(super) fn assemble(resolved: Resolved) -> Result<Experiment, Problem> {
         report: file.actuator.report,
         warnings,
         mu,
+        drive: None,
         controller: match (file.controller.kind, file.controller.precision) {
             (ControllerKind::Baseline, _) => "baseline f64".into(),
             (ControllerKind::Proposed, PrecisionKey::F32) => "f32".into(),

@@ -16,10 +16,16 @@ use serde::Deserialize;
 mod assemble;
 mod check;
 mod document;
+mod drive;
 mod error;
 mod resolve;
 
-pub use assemble::{Experiment, Mu};
+pub use assemble::{Drive, Experiment, Mu, ShaftOf};
+pub use drive::{
+    EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointEncoderTable,
+    JointErrorTable, JointScenario, JointTable, ModeKey, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable,
+    ReferenceKind, ReferenceTable, TuningKey,
+};
 pub use error::{ScenarioError, Source};
 
 use check::Fault;
@@ -33,6 +39,12 @@ pub const DEFAULT: &str = include_str!("../scenarios/default.toml");
 
 /// Your own plant, a chain of integrators: a file to start from.
 pub const CHAIN: &str = include_str!("../scenarios/chain.toml");
+
+/// A motor of your own with an encoder, by its data sheet: a file to start from.
+pub const MOTOR: &str = include_str!("../scenarios/motor.toml");
+
+/// A flexible joint of your own with two encoders: a file to start from.
+pub const JOINT: &str = include_str!("../scenarios/joint.toml");
 
 /// One run of the closed loop. Every key may be left out; an empty file is Example 2 of the paper.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -498,13 +510,17 @@ impl Default for ActuatorTable {
     }
 }
 
-/// The JSON schema of a scenario file.
-pub fn schema() -> serde_json::Value {
-    schemars::schema_for!(Scenario).to_value()
+/// The JSON schema of the scenario files of one of [`STARTS`]; those of a motor and of a joint have their own.
+pub fn schema(plant: &str) -> serde_json::Value {
+    match plant {
+        "motor" => schemars::schema_for!(MotorScenario).to_value(),
+        "joint" => schemars::schema_for!(JointScenario).to_value(),
+        _ => schemars::schema_for!(Scenario).to_value(),
+    }
 }
 
 /// What one can start from: the plant, and a commented file.
-pub const STARTS: [(&str, &str); 2] = [("flexible_joint", DEFAULT), ("chain", CHAIN)];
+pub const STARTS: [(&str, &str); 4] = [("paper", DEFAULT), ("motor", MOTOR), ("joint", JOINT), ("chain", CHAIN)];
 
 /// One of [`STARTS`] as a scenario of this name; `None` if it cannot be a name, or there is no such plant.
 pub fn template(name: &str, plant: &str) -> Option<String> {
@@ -531,7 +547,22 @@ pub fn load(path: &std::path::Path, sets: &[String]) -> Result<Experiment, Scena
 /// # Errors
 /// All that is wrong, with its places.
 pub fn parse(source: &Source<'_>, default_name: &str) -> Result<Experiment, ScenarioError> {
-    let (scenario, file) = Located::read(source, &schema())?;
+    let tree = document::read(source)?;
+    let table = |name: &str| KeyPath::parse(name).and_then(|path| Some(tree.get(&path)?.origin));
+    let [motor, joint] = ["motor", "joint"].map(table);
+    if let (Some(motor), Some(joint)) = (motor, joint) {
+        let both = "a file has a table `motor` or a table `joint`, not both";
+        return Err(source.error(motor.max(joint), both));
+    }
+    if motor.is_some() {
+        let (scenario, file) = Located::held::<MotorScenario>(source, tree, &schema("motor"))?;
+        return drive::motor(&scenario, default_name).map_err(|problems| file.errors(problems));
+    }
+    if joint.is_some() {
+        let (scenario, file) = Located::held::<JointScenario>(source, tree, &schema("joint"))?;
+        return drive::joint(&scenario, default_name).map_err(|problems| file.errors(problems));
+    }
+    let (scenario, file) = Located::held::<Scenario>(source, tree, &schema("paper"))?;
     let foreign = resolve::foreign_keys(&scenario, &|key| file.origin_of(key).is_some(), &|key| file.is_set(key));
     let resolved = resolve::resolve(scenario, default_name, foreign).map_err(|problems| file.errors(problems.0))?;
     assemble::assemble(resolved).map_err(|problem| file.errors(vec![problem]))
@@ -544,15 +575,15 @@ pub(crate) struct Located<'a> {
 }
 
 impl<'a> Located<'a> {
-    /// The value of a text. The schema is that of `T`, in the words that the check understands.
+    /// The value of a text that has been read. The schema is that of `T`, in the words that the check understands.
     ///
     /// # Errors
     /// All that is wrong, with its places.
-    pub(crate) fn read<T: serde::de::DeserializeOwned>(
+    fn held<T: serde::de::DeserializeOwned>(
         source: &'a Source<'a>,
+        tree: document::Node,
         schema: &serde_json::Value,
     ) -> Result<(T, Self), ScenarioError> {
-        let tree = document::read(source)?;
         let faults: Vec<_> =
             check::check(schema, &tree).into_iter().map(|Fault { origin, message }| (origin, message)).collect();
         if !faults.is_empty() {

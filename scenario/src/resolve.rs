@@ -30,7 +30,7 @@ pub(super) struct Problem {
 pub(super) struct Problems(pub(super) Vec<Problem>);
 
 impl Problems {
-    fn take<T>(&mut self, result: Result<T, Problem>) -> Option<T> {
+    pub(super) fn take<T>(&mut self, result: Result<T, Problem>) -> Option<T> {
         result.map_err(|problem| self.0.push(problem)).ok()
     }
 }
@@ -211,14 +211,11 @@ pub(super) fn resolve(file: Scenario, default_name: &str, mut problems: Problems
             baseline(controller, plant.kind, &gains, &mut problems).map(ControllerChoice::Baseline)
         }
     };
-    let title = file.title.clone().or_else(|| name.clone()).unwrap_or_default();
-    // It goes to terminals and into drawings.
-    if title.chars().any(char::is_control) || title.chars().count() > 200 {
-        problems
-            .take::<()>(problem("title", "expected one line of at most 200 characters, without control characters"));
-    }
-    match (name, periods, window_s, choice, controller) {
-        (Some(name), Some(periods), Some(window_s), Some(plant), Some(controller)) if problems.0.is_empty() => {
+    let title = problems.take(title(file.title.as_deref().or(name.as_deref())));
+    match (name, title, periods, window_s, choice, controller) {
+        (Some(name), Some(title), Some(periods), Some(window_s), Some(plant), Some(controller))
+            if problems.0.is_empty() =>
+        {
             Ok(Resolved {
                 name,
                 title,
@@ -253,7 +250,7 @@ fn actuator_limits(actuator: &ActuatorTable) -> Result<(), Problem> {
 }
 
 /// The name is a folder's name as well: it must not lead elsewhere.
-fn name(given: Option<&str>, default_name: &str) -> Result<String, Problem> {
+pub(super) fn name(given: Option<&str>, default_name: &str) -> Result<String, Problem> {
     match given {
         Some(name) if is_file_name(name) => Ok(name.into()),
         Some(name) => problem(
@@ -268,6 +265,15 @@ fn name(given: Option<&str>, default_name: &str) -> Result<String, Problem> {
             Ok(name)
         }
     }
+}
+
+/// The title, or the name in its place. It goes to terminals and into drawings.
+pub(super) fn title(given: Option<&str>) -> Result<String, Problem> {
+    let title = given.unwrap_or_default();
+    if title.chars().any(char::is_control) || title.chars().count() > 200 {
+        return problem("title", "expected one line of at most 200 characters, without control characters");
+    }
+    Ok(title.into())
 }
 
 const fn is_safe(c: char) -> bool {
@@ -288,7 +294,7 @@ fn order(plant: &PlantTable) -> Result<usize, Problem> {
     }
 }
 
-fn missing<T>(key: &str, what: &str) -> Result<T, Problem> {
+pub(super) fn missing<T>(key: &str, what: &str) -> Result<T, Problem> {
     problem(key, format!("missing: {what}"))
 }
 
@@ -299,7 +305,7 @@ fn of_length(list: &[f64], n: usize, key: &str) -> Result<(), Problem> {
     problem(key, format!("found a list of {}, expected {n} numbers, one per state of this plant", list.len()))
 }
 
-fn periods(span_s: f64, period_s: f64) -> Result<usize, Problem> {
+pub(super) fn periods(span_s: f64, period_s: f64) -> Result<usize, Problem> {
     let ticks = (span_s / period_s).round();
     let (span, period) = (shown(span_s), shown(period_s));
     if ticks < 1.0 {
@@ -314,7 +320,7 @@ fn periods(span_s: f64, period_s: f64) -> Result<usize, Problem> {
     Ok(ticks as usize)
 }
 
-fn window(given: Option<[f64; 2]>, span_s: f64, period_s: f64) -> Result<[f64; 2], Problem> {
+pub(super) fn window(given: Option<[f64; 2]>, span_s: f64, period_s: f64) -> Result<[f64; 2], Problem> {
     let [from, to] = given.unwrap_or([span_s / 2.0, span_s]);
     // Half a tick of slack, as the metrics have.
     let inside = from >= 0.0 && to <= span_s + 0.5 * period_s;
@@ -373,7 +379,7 @@ fn channel(given: Option<usize>, n: usize, key: &str) -> Result<usize, Problem> 
 }
 
 /// All of them, or none if one is wrong.
-fn terms(list: &[TermTable], key: &str, problems: &mut Problems) -> Option<Vec<Term>> {
+pub(super) fn terms(list: &[TermTable], key: &str, problems: &mut Problems) -> Option<Vec<Term>> {
     let each = list.iter().enumerate().map(|(k, table)| problems.take(term(table, &format!("{key}[{}]", k + 1))));
     // Every one is looked at before the first that is wrong decides.
     each.collect::<Vec<_>>().into_iter().collect()

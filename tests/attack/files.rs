@@ -51,7 +51,7 @@ static KEYS: LazyLock<Vec<String>> = LazyLock::new(|| {
         }
     }
     let mut keys = Vec::new();
-    collect(&scenario::schema(), &mut keys);
+    scenario::STARTS.iter().for_each(|(plant, _)| collect(&scenario::schema(plant), &mut keys));
     keys
 });
 

@@ -60,11 +60,11 @@ fn stays_within<M, const E: usize, const N: usize, const S: usize, const FAST: u
 
 #[test]
 fn u_is_within_its_limits_whatever_comes_in() {
-    stays_within(MotorDrive::<f32, Position>::designed(&MOTOR_DESIGN), [-10.0, 8.0], 1);
-    stays_within(MotorDrive::<f32, Position, 1>::designed(&MOTOR_DESIGN), [-10.0, 8.0], 2);
-    stays_within(MotorDrive::<f32, Position, 0, 1, 4>::designed(&MOTOR_DESIGN), [-10.0, 8.0], 3);
-    stays_within(JointDrive::<f32, Position, 1>::designed(&JOINT_DESIGN), [-30.0, 25.0], 4);
-    stays_within(JointDrive::<f32, Position, 1, 1>::designed(&JOINT_DESIGN), [-30.0, 25.0], 5);
+    stays_within(MotorDrive::<f32, Position>::design(&MOTOR_DESIGN), [-10.0, 8.0], 1);
+    stays_within(MotorDrive::<f32, Position, 1>::design(&MOTOR_DESIGN), [-10.0, 8.0], 2);
+    stays_within(MotorDrive::<f32, Position, 0, 1, 4>::design(&MOTOR_DESIGN), [-10.0, 8.0], 3);
+    stays_within(JointDrive::<f32, Position, 1>::design(&JOINT_DESIGN), [-30.0, 25.0], 4);
+    stays_within(JointDrive::<f32, Position, 1, 1>::design(&JOINT_DESIGN), [-30.0, 25.0], 5);
 }
 
 fn count(shaft: &Shaft) -> i32 {
@@ -75,7 +75,7 @@ fn count(shaft: &Shaft) -> i32 {
 /// back where the reference is.
 #[test]
 fn from_any_numbers_in_its_state_the_loop_finds_back() {
-    let law = MotorDrive::<f32, Position, 1>::designed(&MOTOR_DESIGN);
+    let law = MotorDrive::<f32, Position, 1>::design(&MOTOR_DESIGN);
     let mut rng = Rng::new(0x5147E);
     let (mut slowest, mut farthest) = (0, 0.0_f64);
     for case in 0..400 {
@@ -124,7 +124,7 @@ fn checksum(words: &[u32]) -> u32 {
 /// start, and is not given the time to decay.
 #[test]
 fn an_offset_that_asks_for_too_much_is_replaced() {
-    let law = MotorDrive::<f32, Position>::designed(&MOTOR_DESIGN);
+    let law = MotorDrive::<f32, Position>::design(&MOTOR_DESIGN);
     let mut running = Running::new(law);
     let at = Target { turn: 0, jet: [0.0; 2] };
     let sample = Sample { counts: [Some(5)], begin: at, end: at };
@@ -146,7 +146,7 @@ fn an_offset_that_asks_for_too_much_is_replaced() {
 /// Targets that are no numbers cost their ticks; the observers go on meanwhile.
 #[test]
 fn targets_that_are_no_numbers_cost_their_ticks_and_nothing_else() {
-    let law = MotorDrive::<f32, Position>::designed(&MOTOR_DESIGN);
+    let law = MotorDrive::<f32, Position>::design(&MOTOR_DESIGN);
     let mut running = Running::new(law);
     let mut shaft = Shaft { load: [0.05, 0.02], ..Shaft::ROUGH };
     for k in 0..600_u32 {
@@ -169,7 +169,7 @@ fn a_gate_leaves_no_trace_of_a_wild_count() {
     let open = MotorDesign { gate_steps: f64::INFINITY, ..design };
     let sine = blended_sine::<2>(1.0, TAU, 0.25);
     let peak = |design: &MotorDesign, spike: i32| {
-        let law = MotorDrive::<f32, Position>::design(design).expect("a good design");
+        let law = MotorDrive::<f32, Position>::try_design(design).expect("a good design");
         let (mut running, mut shaft) = (Running::new(law), Shaft::ROUGH);
         let (mut peak, mut lost) = (0.0_f64, 0);
         for k in 0..1000_u32 {
@@ -206,7 +206,7 @@ fn a_wrap_of_the_counter_changes_no_bit() {
         };
         let [wrapping, wide] = [bits, 32].map(design).map(|design| {
             // The gate of neither may depend on its counter.
-            MotorDrive::<f32, Speed>::design(&design).expect("a good design")
+            MotorDrive::<f32, Speed>::try_design(&design).expect("a good design")
         });
         let (mut wrapping, mut wide) = (Running::new(wrapping), Running::new(wide));
         let mut rng = Rng::new(7);
@@ -230,7 +230,7 @@ fn a_wrap_of_the_counter_changes_no_bit() {
 /// After more lost samples than may be missing the fallback goes out, and with the next good one the loop is back.
 #[test]
 fn a_sensor_that_is_gone_ends_in_the_fallback_and_a_new_start() {
-    let law = JointDrive::<f32, Position, 1>::designed(&JOINT_DESIGN);
+    let law = JointDrive::<f32, Position, 1>::design(&JOINT_DESIGN);
     let mut running = Running::new(law);
     let at = Target { turn: 0, jet: [0.0; 4] };
     let mut healths = Vec::new();
@@ -248,9 +248,9 @@ fn a_sensor_that_is_gone_ends_in_the_fallback_and_a_new_start() {
 
 #[test]
 fn words_bring_a_drive_back_to_the_bit_and_another_design_refuses_them() {
-    let law = JointDrive::<f32, Position, 1, 1>::designed(&JOINT_DESIGN);
+    let law = JointDrive::<f32, Position, 1, 1>::design(&JOINT_DESIGN);
     let other = JointDesign { lost_ticks: 51, ..JOINT_DESIGN };
-    let other = JointDrive::<f32, Position, 1, 1>::designed(&other);
+    let other = JointDrive::<f32, Position, 1, 1>::design(&other);
     assert_ne!(law.fingerprint(), other.fingerprint());
     let mut rng = Rng::new(0x3D5);
     let mut running = Running::new(law);
@@ -281,7 +281,7 @@ fn words_bring_a_drive_back_to_the_bit_and_another_design_refuses_them() {
 fn a_gear_that_never_meets_its_encoder_in_one_turn_is_followed() {
     let encoder = Encoder::absolute(12).geared(37, 10);
     let design = MotorDesign::by_rule(1e-3, MOTOR, encoder, Limits::symmetric(10.0));
-    let law = MotorDrive::<f32, Position>::design(&design).expect("a good design");
+    let law = MotorDrive::<f32, Position>::try_design(&design).expect("a good design");
     let (mut running, mut shaft) = (Running::new(law), Shaft::CLEAN);
     let far = 60.0 * TAU;
     let there = point_to_point::<2>(far, 0.0, 2.0, 7);
@@ -315,8 +315,8 @@ fn a_gear_that_never_meets_its_encoder_in_one_turn_is_followed() {
 /// At rest under a model that was far off the offset is left out: what is frozen into W by the other rule is not there.
 #[test]
 fn a_re_tune_at_rest_leaves_no_offset() {
-    let law = MotorDrive::<f32, Position>::designed(&MOTOR_DESIGN);
-    let firmer = MotorDrive::<f32, Position>::designed(&MOTOR_DESIGN.with_surface(150.0));
+    let law = MotorDrive::<f32, Position>::design(&MOTOR_DESIGN);
+    let firmer = MotorDrive::<f32, Position>::design(&MOTOR_DESIGN.with_surface(150.0));
     let mut running = Running::new(law);
     let at = Target { turn: 0, jet: [0.0; 2] };
     let sample = |count| Sample { counts: [Some(count)], begin: at, end: at };
@@ -332,12 +332,12 @@ fn a_re_tune_at_rest_leaves_no_offset() {
     assert!(kept.abs() > 1e-3, "{kept}");
     // Another encoder counts otherwise.
     let other = MotorDesign { encoder: Encoder::absolute(16), ..MOTOR_DESIGN };
-    let other = MotorDrive::<f32, Position>::designed(&other);
+    let other = MotorDrive::<f32, Position>::design(&other);
     assert_eq!(running.retune(other, &sample(1)), Err(controller_core::RetuneError::OtherEncoder));
     // W has no say in u where α is k_l.
     let mut flat = MOTOR_DESIGN;
     (flat.bandwidths.offset_per_s, flat.bandwidths.reaching_per_s) = (400.0, 350.0);
-    let flat = MotorDrive::<f32, Position>::designed(&flat);
+    let flat = MotorDrive::<f32, Position>::design(&flat);
     assert_eq!(running.retune(flat, &sample(1)), Err(controller_core::RetuneError::GainNearDecay));
 }
 
@@ -366,7 +366,7 @@ fn a_design_out_of_range_is_refused_by_name_with_the_nearest_that_is_not() {
             }
             let mut design = good;
             change(&mut design, value);
-            let error = MotorDrive::<f32>::design(&design).expect_err(field);
+            let error = MotorDrive::<f32>::try_design(&design).expect_err(field);
             let told = error.to_string();
             assert!(told.starts_with(error.field) && told.contains("take "), "{told}");
             let of_limits = field == "limits.max" && error.field == "limits.min";
@@ -377,16 +377,16 @@ fn a_design_out_of_range_is_refused_by_name_with_the_nearest_that_is_not() {
     // What is allowed with u held at once is too fast one tick late.
     let mut fast = good;
     fast.bandwidths.observer_rad_s = 700.0;
-    assert!(MotorDrive::<f32>::design(&fast).is_ok());
-    let late = MotorDrive::<f32, Position, 0, 1>::design(&fast).expect_err("too fast for a delay");
+    assert!(MotorDrive::<f32>::try_design(&fast).is_ok());
+    let late = MotorDrive::<f32, Position, 0, 1>::try_design(&fast).expect_err("too fast for a delay");
     assert_eq!((late.field, late.high), ("bandwidths.observer_rad_s", 0.5));
     // The joint: bandwidths stand in proportion, and its base is one turn.
     let mut joint = JOINT_DESIGN;
     joint.bandwidths.link_rad_s = 50.0;
-    assert_eq!(JointDrive::<f32>::design(&joint).expect_err("too near the surface").field, "bandwidths.link_rad_s");
+    assert_eq!(JointDrive::<f32>::try_design(&joint).expect_err("too near the surface").field, "bandwidths.link_rad_s");
     let mut joint = JOINT_DESIGN;
     joint.encoders[1] = Encoder::absolute(12).geared(37, 10);
-    assert_eq!(JointDrive::<f32>::design(&joint).expect_err("no whole turn").field, "encoders[1]");
+    assert_eq!(JointDrive::<f32>::try_design(&joint).expect_err("no whole turn").field, "encoders[1]");
 }
 
 /// 3.2 rad of turn 0 is 3.2 - 2π of turn 1, for the error and for the change of the reference alike.
@@ -394,7 +394,7 @@ fn a_design_out_of_range_is_refused_by_name_with_the_nearest_that_is_not() {
 fn how_an_angle_is_split_into_turns_changes_nothing() {
     // Nothing obeys u here: without limits that would hide it.
     let design = JointDesign { limits: Limits::symmetric(1e6), ..JOINT_DESIGN };
-    let law = JointDrive::<f64, Position>::designed(&design);
+    let law = JointDrive::<f64, Position>::design(&design);
     let (mut one, mut other) = (Running::new(law), Running::new(law));
     for k in 0..200 {
         let angle = |k: i32| 3.0 + 2e-3 * f64::from(k);

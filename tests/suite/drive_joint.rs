@@ -19,7 +19,7 @@ fn design(period_s: f64, bits: u32, bandwidths: JointBandwidths) -> JointDesign 
 const DEFAULT: JointBandwidths = JointBandwidths::DEFAULT;
 
 fn run<const FAST: usize>(design: &JointDesign, plant: Flexible, span_s: f64, plan: &dyn Fn(f64) -> [f64; 4]) -> Trace {
-    let law = JointDrive::<f32, Position, FAST>::design(design).expect("a good design");
+    let law = JointDrive::<f32, Position, FAST>::try_design(design).expect("a good design");
     let (period_s, bits) = (design.period_s, design.encoders[0].bits);
     let run = Run { period_s, bits, ticks: (span_s / period_s).round() as u32, delay: 0 };
     run_joint(law, plant, run, plan, |_, _, _| ())
@@ -127,10 +127,10 @@ fn corners_of_the_joint_are_stable() {
             let plant = Flexible { x: [1e-3, 0.0, 1e-3 * Flexible::K_1, 0.0], ..*plant };
             let still = |_: f64| [0.0; 4];
             let error = if delay == 0 {
-                let law = JointDrive::<f32>::design(&design).expect("a good design");
+                let law = JointDrive::<f32>::try_design(&design).expect("a good design");
                 run_joint(law, plant, run, &still, |_, _, _| ()).error
             } else {
-                let law = JointDrive::<f32, Position, 0, 1>::design(&design).expect("a good design");
+                let law = JointDrive::<f32, Position, 0, 1>::try_design(&design).expect("a good design");
                 run_joint(law, plant, run, &still, |_, _, _| ()).error
             };
             let last = peak(&error[error.len() * 9 / 10..]);
@@ -180,7 +180,7 @@ fn a_planned_recovery_settles_as_planned() {
 fn what_is_taken_away_is_missed() {
     let default = design(1e-3, 20, DEFAULT);
     let with = moved::<1>(&default, Flexible::NOMINAL, 9);
-    let law = JointDrive::<f32, Position, 1>::design(&default).expect("a good design");
+    let law = JointDrive::<f32, Position, 1>::try_design(&default).expect("a good design");
     let plan = point_to_point(1.0, 0.2, 1.0, 9);
     let once = Run { period_s: 1e-3, bits: 20, ticks: 2000, delay: 0 };
     // Δ = 0 and the same errors: the feed-forward is gone, nothing else.
@@ -191,7 +191,7 @@ fn what_is_taken_away_is_missed() {
 
     let jerk = point_to_point(1.0, 0.2, 1.0, 5);
     let late = Run { delay: 1, ..once };
-    let knows = JointDrive::<f32, Position, 1, 1>::design(&default).expect("a good design");
+    let knows = JointDrive::<f32, Position, 1, 1>::try_design(&default).expect("a good design");
     let predicted = peak(&run_joint(knows, Flexible::NOMINAL, late, &jerk, |_, _, _| ()).error);
     // The law without prediction on targets of its own tick, the observers told what was held.
     let mut held = [0.0_f32; 2];
@@ -216,7 +216,7 @@ fn runs_are_those_of_the_other_implementation() {
     let hold = |name: &str, plant: Flexible, design: &JointDesign, plan: &dyn Fn(f64) -> [f64; 4], bars: [f64; 2]| {
         let rows = data::columns(&format!("joint_{name}_loop.csv"), ["t", "y", "u"]);
         let span_s = rows.last().expect("rows")[0] + design.period_s;
-        let law = JointDrive::<f64, Position, 1>::design(design).expect("a good design");
+        let law = JointDrive::<f64, Position, 1>::try_design(design).expect("a good design");
         let ticks = (span_s / design.period_s).round() as u32;
         let run = Run { period_s: design.period_s, bits: design.encoders[0].bits, ticks, delay: 0 };
         let trace = run_joint(law, plant, run, plan, |_, _, _| ());
@@ -269,7 +269,7 @@ fn a_re_tune_in_motion_does_not_move_u() {
             other.joint.torque_n_m_per_a *= vary(1.0, 0.9, 1.1);
         }
         let laws = [design(1e-3, 20, DEFAULT), other]
-            .map(|design| JointDrive::<f32, Position, 1>::design(&design).expect("a good design"));
+            .map(|design| JointDrive::<f32, Position, 1>::try_design(&design).expect("a good design"));
         let (mut running, mut plant, mut t, mut period_s) = (Running::new(laws[0]), Flexible::NOMINAL, 0.0, 1e-3);
         let (swap, mut last) = (700 + 13 * case, 0.0);
         for k in 0..2500 {
@@ -303,8 +303,8 @@ fn a_re_tune_in_motion_does_not_move_u() {
 #[test]
 fn a_change_of_the_period_on_a_fast_move_does_not_move_u() {
     let plan = point_to_point::<4>(1.0, 0.1, 0.8, 9);
-    let laws =
-        [1e-3, 5e-4].map(|period_s| JointDrive::<f32>::design(&design(period_s, 24, DEFAULT)).expect("a good design"));
+    let laws = [1e-3, 5e-4]
+        .map(|period_s| JointDrive::<f32>::try_design(&design(period_s, 24, DEFAULT)).expect("a good design"));
     let unit = std::f64::consts::TAU / f64::from(1 << 24);
     let mut worst = 0.0_f64;
     for swap in [250, 300, 420, 700] {

@@ -21,7 +21,7 @@ fn run<R: controller_core::drive::Reaction>(
     ticks: u32,
     stuck: Option<u32>,
 ) -> (Option<u32>, f64, f64) {
-    let law = Drive::design(design).expect("a good design");
+    let law = Drive::try_design(design).expect("a good design");
     let bounds =
         Bounds { disturbance: [4.0 * MOTOR.input_gain()], sigma_star: law.sigma_star_bound([25.0]), stuck_ticks: 200 };
     let mut running = Running::new(Monitored::<Drive, 1, R>::new(law, &bounds));
@@ -104,10 +104,10 @@ fn healthy_motors_raise_no_alarm() {
 #[test]
 fn the_bound_of_sigma_star_is_the_known_one() {
     let design = JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
-    let one = JointDrive::<f64, Position>::design(&design).expect("a good design");
-    let two = JointDrive::<f64, Position, 1>::design(&design).expect("a good design");
-    let motor = MotorDrive::<f64, Position, 1>::design(&by_rule(1e-3, 14)).expect("a good design");
-    let quiet = MotorDrive::<f64, Position>::design(&by_rule(1e-3, 14)).expect("a good design");
+    let one = JointDrive::<f64, Position>::try_design(&design).expect("a good design");
+    let two = JointDrive::<f64, Position, 1>::try_design(&design).expect("a good design");
+    let motor = MotorDrive::<f64, Position, 1>::try_design(&by_rule(1e-3, 14)).expect("a good design");
+    let quiet = MotorDrive::<f64, Position>::try_design(&by_rule(1e-3, 14)).expect("a good design");
     // min(k_l T, 1) is 0.1 for the joint, 1 for the motor.
     let found = [
         one.sigma_star_bound([1.0, 0.0]) * 0.1,
@@ -129,7 +129,7 @@ fn the_bound_of_sigma_star_is_the_known_one() {
 /// u at a limit while the error grows: the shaft is held fast.
 #[test]
 fn a_shaft_that_is_held_fast_is_seen_and_the_drive_stays_stopped() {
-    let law = Drive::design(&by_rule(1e-3, 14)).expect("a good design");
+    let law = Drive::try_design(&by_rule(1e-3, 14)).expect("a good design");
     let bounds = Bounds { disturbance: [1e9], sigma_star: f64::INFINITY, stuck_ticks: 50 };
     let mut running = Running::new(Monitored::<Drive, 1, Stop>::new(law, &bounds));
     let mut first = None;

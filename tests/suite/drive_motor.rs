@@ -28,7 +28,7 @@ fn off(shaft: Shaft, [inertia, torque, damping]: [f64; 3]) -> Shaft {
 
 /// The drive in question, on counts of its encoder, for so many seconds.
 fn run<const FAST: usize>(design: &MotorDesign, shaft: Shaft, span_s: f64, plan: &dyn Fn(f64) -> [f64; 2]) -> Trace {
-    let law = MotorDrive::<f32, Position, FAST>::design(design).expect("a good design");
+    let law = MotorDrive::<f32, Position, FAST>::try_design(design).expect("a good design");
     let (period_s, bits) = (design.period_s, design.encoder.bits);
     let run = Run { period_s, bits, ticks: (span_s / period_s).round() as u32, delay: 0 };
     run_motor(law, shaft, run, plan, |_, _, _| ())
@@ -156,10 +156,10 @@ fn corners_of_the_motor_are_stable() {
                     let run = Run { period_s, bits: 24, ticks, delay };
                     let still = |_: f64| [0.0; 2];
                     let error = if delay == 0 {
-                        let law = MotorDrive::<f32, Position>::design(&design).expect("a good design");
+                        let law = MotorDrive::<f32, Position>::try_design(&design).expect("a good design");
                         run_motor(law, shaft, run, &still, |_, _, _| ()).error
                     } else {
-                        let law = MotorDrive::<f32, Position, 0, 1>::design(&design).expect("a good design");
+                        let law = MotorDrive::<f32, Position, 0, 1>::try_design(&design).expect("a good design");
                         run_motor(law, shaft, run, &still, |_, _, _| ()).error
                     };
                     let last = peak(&error[error.len() - error.len() / 20..]);
@@ -177,14 +177,14 @@ fn corners_of_the_motor_are_stable() {
 #[test]
 fn an_unplanned_start_settles_because_the_applied_u_is_known() {
     let design = by_rule(1e-3, 14);
-    let law = MotorDrive::<f32, Position>::design(&design).expect("a good design");
+    let law = MotorDrive::<f32, Position>::try_design(&design).expect("a good design");
     let plan = Run { period_s: 1e-3, bits: 14, ticks: 600, delay: 0 };
     let shaft = Shaft { x: [3.0, 0.0, 0.0], ..Shaft::ROUGH };
     let known = run_motor(law, shaft, plan, &|_| [0.0; 2], |_, _, _| ());
     let settled = known.error.iter().rposition(|error| error.abs() > 0.01).expect("it began at 3 rad") + 1;
     // Without limits of its own the law believes that what it asks for is held; the loop clamps.
     let boundless = MotorDesign { limits: Limits::symmetric(1e9), gate_steps: f64::INFINITY, ..design };
-    let boundless = MotorDrive::<f32, Position>::design(&boundless).expect("a good design");
+    let boundless = MotorDrive::<f32, Position>::try_design(&boundless).expect("a good design");
     let mut shaft = Shaft { x: [3.0, 0.0, 0.0], ..Shaft::ROUGH };
     let mut blind = Running::new(boundless);
     let unit = TAU / 16384.0;
@@ -235,7 +235,7 @@ fn a_hundred_turns_away_nothing_is_worse() {
 fn the_speed_loop_dips_and_recovers_as_said_and_knows_the_load() {
     for (bits, period_s, dip, back_ms) in [(14, 1e-3, 2.5, 28.0), (16, 1e-4, 1.2, 10.0)] {
         let design = by_rule(period_s, bits);
-        let law = MotorDrive::<f32, Speed>::design(&design).expect("a good design");
+        let law = MotorDrive::<f32, Speed>::try_design(&design).expect("a good design");
         let ramp = |t: f64| [0.0, 20.0 * integral_free_step(t / 0.05)];
         let run = Run { period_s, bits, ticks: (0.6 / period_s).round() as u32, delay: 0 };
         let shaft = Shaft { load: [0.3, 0.1], ..Shaft::ROUGH };
@@ -263,8 +263,8 @@ fn integral_free_step(s: f64) -> f64 {
 fn holding_is_following_zero() {
     let design = by_rule(1e-3, 14);
     let (hold, follow) = (
-        MotorDrive::<f32, Hold>::design(&design).expect("a good design"),
-        MotorDrive::<f32, Position>::design(&design).expect("a good design"),
+        MotorDrive::<f32, Hold>::try_design(&design).expect("a good design"),
+        MotorDrive::<f32, Position>::try_design(&design).expect("a good design"),
     );
     let (mut hold, mut follow) = (Running::new(hold), Running::new(follow));
     let mut rng = Rng::new(0x401D);

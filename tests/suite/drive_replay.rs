@@ -102,8 +102,8 @@ fn joint() -> JointDesign {
 macro_rules! joint_replay {
     ($name:literal, $single:literal, $late:literal) => {{
         let (design, rows) = (joint(), joint_rows($name));
-        let double = JointDrive::<f64, Position, 1, $late>::design(&design).expect("a good design");
-        let single = JointDrive::<f32, Position, 1, $late>::design(&design).expect("a good design");
+        let double = JointDrive::<f64, Position, 1, $late>::try_design(&design).expect("a good design");
+        let single = JointDrive::<f32, Position, 1, $late>::try_design(&design).expect("a good design");
         let [double, single] = [replay(&double, &rows, |_, _, _| ()), replay(&single, &rows, |_, _, _| ())];
         check($name, double, single, [1e-6, $single]);
     }};
@@ -138,8 +138,8 @@ fn a_joint_is_tuned_anew_in_motion() {
     let other = JointDesign { bandwidths: firmer, ..design };
     macro_rules! run {
         ($t:ty) => {{
-            let [law, other] =
-                [&design, &other].map(|design| JointDrive::<$t, Position, 1>::design(design).expect("a good design"));
+            let [law, other] = [&design, &other]
+                .map(|design| JointDrive::<$t, Position, 1>::try_design(design).expect("a good design"));
             replay(&law, &rows, |k, running, sample| {
                 if k == 500 {
                     running.retune(other, sample).expect("designs that can take over");

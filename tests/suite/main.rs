@@ -6,6 +6,7 @@ mod cases;
 mod compile;
 mod convergence;
 mod drive_guard;
+mod drive_host;
 mod drive_joint;
 mod drive_monitor;
 mod drive_motor;

@@ -11,7 +11,7 @@ use scenario::{Experiment, Source};
 /// # Panics
 /// If the default scenario is no longer one.
 pub(crate) fn second() -> Experiment {
-    let text = scenario::template("default", "flexible_joint").expect("a name");
+    let text = scenario::template("default", "paper").expect("a name");
     let sets = ["span_s=1.0", "window_s=[0.5, 1.0]"].map(str::to_owned);
     scenario::parse(&Source { file: "default.toml", text: &text, sets: &sets }, "default").expect("a good scenario")
 }

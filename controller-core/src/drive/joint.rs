@@ -30,7 +30,7 @@
 //! const DESIGN: JointDesign =
 //!     JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
 //! type Drive = JointDrive<f32, Position, 1>;
-//! static DRIVE: Drive = Drive::designed(&DESIGN);
+//! static DRIVE: Drive = Drive::design(&DESIGN);
 //! let running = Running::new(&DRIVE);
 //! # assert!(running.estimates().is_none());
 //! ```
@@ -474,19 +474,19 @@ macro_rules! designs {
             ///
             /// # Errors
             /// The first number that is out of its range, with the range.
-            pub const fn design(design: &JointDesign) -> Result<Self, DriveError> {
+            pub const fn try_design(design: &JointDesign) -> Result<Self, DriveError> {
                 match EncoderForm::<f64, JointModel<f64>, A, 2, 4, 4, FAST, LATE>::of_joint(design) {
                     Ok($drive) => Ok($converted),
                     Err(error) => Err(error),
                 }
             }
 
-            /// [`design`](Self::design) for a `const`: a bad design is a compile error with the reason.
+            /// [`try_design`](Self::try_design) for a `const`: a bad design is a compile error with the reason.
             ///
             /// # Panics
-            /// On a bad design; outside a `const` use [`design`](Self::design).
-            pub const fn designed(design: &JointDesign) -> Self {
-                match Self::design(design) {
+            /// On a bad design; outside a `const` use [`try_design`](Self::try_design).
+            pub const fn design(design: &JointDesign) -> Self {
+                match Self::try_design(design) {
                     Ok(drive) => drive,
                     Err(error) => panic!("{}", error.text().as_str()),
                 }

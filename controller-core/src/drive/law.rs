@@ -42,7 +42,7 @@ use super::state::EncoderState;
 use super::target::Aim;
 use crate::config::{Fallback, INPUT_LIMIT};
 use crate::controller::Output;
-use crate::design::Coefficients;
+use crate::design::{self, Coefficients};
 use crate::exponential::phi_functions;
 use crate::health::Health;
 use crate::law::Limits;
@@ -135,9 +135,6 @@ pub(crate) struct Row<T, const N: usize> {
     pub(crate) fallback: T,
 }
 
-/// As for a sample in chain coordinates.
-const PLAUSIBLE: f64 = 256.0;
-
 impl<const N: usize> Row<f64, N> {
     /// Of the rows for observers of order 2 in every channel but the first.
     pub(crate) const fn of<const O: usize>(
@@ -163,7 +160,6 @@ impl<const N: usize> Row<f64, N> {
             i += 1;
         }
         feed[N - 1] = 1.0 / (t_1 * rows.input_gain);
-        let asked = PLAUSIBLE * (limits.max - limits.min);
         let (hold, fallback) = match fallback {
             Fallback::HoldLast => (1.0, 0.0),
             Fallback::Safe(u) => (0.0, u),
@@ -182,7 +178,7 @@ impl<const N: usize> Row<f64, N> {
             turn: core::f64::consts::TAU,
             u_min: limits.min,
             u_max: limits.max,
-            plausible: if asked < INPUT_LIMIT { asked } else { INPUT_LIMIT },
+            plausible: design::plausible(limits),
             hold,
             fallback,
         }
@@ -668,7 +664,7 @@ where
     /// encoder.
     #[cold]
     #[inline(never)]
-    fn lost(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Output<T> {
+    fn give_up(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Output<T> {
         let u = self.fallback(state);
         if self.go_on_to(state, counts) {
             *state = self.started(state.last, state.at, state.turn, &[T::ZERO; E]);
@@ -678,6 +674,15 @@ where
         }
         Self::remember(state, u);
         Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health: Health::INPUT_REJECTED.union(Health::SAMPLE_LOST) }
+    }
+
+    /// Nothing is asked for: the fallback goes out.
+    #[inline(always)]
+    fn refuse(&self, state: &mut StateOf<Self>, health: Health) -> Output<T> {
+        let u = self.fallback(state);
+        Self::remember(state, u);
+        let health = health.union(Health::INPUT_REJECTED);
+        Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health }
     }
 
     /// What goes out instead of a u that nobody may ask for.
@@ -814,7 +819,7 @@ where
         } else {
             let (seen, used, known) = self.observe(state, &sample.counts);
             if !known {
-                return self.lost(state, &sample.counts);
+                return self.give_up(state, &sample.counts);
             }
             for used in used {
                 health = health.union(Health::SAMPLE_LOST.when(!used));
@@ -830,10 +835,7 @@ where
             // Far from the reference, or an offset that nothing has left: as at the start, or no number at all.
             demand = bare + k.kw * sigma;
             if !is_sound(demand) {
-                let u = self.fallback(state);
-                Self::remember(state, u);
-                let health = health.union(Health::INPUT_REJECTED);
-                return Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health };
+                return self.refuse(state, health);
             }
             (state.offset, sigma_star) = (sigma, T::ZERO);
         }
@@ -844,6 +846,15 @@ where
         state.offset -= k.decay * state.offset;
         self.follow(state);
         Output { u, sigma, sigma_star, health: health.union(Health::SATURATED.when(u != demand)) }
+    }
+
+    /// No counts and no targets: the observers predict, the fallback goes out.
+    fn lost(&self, state: &mut Self::State) -> Output<T> {
+        let counts = [None; E];
+        if !state.fresh && !self.observe(state, &counts).2 {
+            return self.give_up(state, &counts);
+        }
+        self.refuse(state, Health::SAMPLE_LOST)
     }
 
     #[inline]

@@ -100,7 +100,7 @@ where
 /// const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
 /// type Drive = MotorDrive<f32, Position>;
 /// let bounds = Bounds { disturbance: [4.0 * MOTOR.input_gain()], sigma_star: f64::INFINITY, stuck_ticks: 200 };
-/// let running = Running::new(Monitored::<Drive, 1, Stop>::new(Drive::designed(&DESIGN), &bounds));
+/// let running = Running::new(Monitored::<Drive, 1, Stop>::new(Drive::design(&DESIGN), &bounds));
 /// # assert!(running.estimates().is_none());
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -158,32 +158,23 @@ impl<S: Words, T: Real> Words for MonitoredState<S, T> {
     }
 }
 
-impl<L: Watched<E>, const E: usize, R: Reaction> ControlLaw for Monitored<L, E, R> {
-    type Scalar = L::Scalar;
-    type Sample = L::Sample;
-    type Output = Output<L::Scalar>;
-    type State = MonitoredState<L::State, L::Scalar>;
-    type Guess = L::Guess;
-    type Estimates = L::Estimates;
-    const NO_GUESS: L::Guess = L::NO_GUESS;
-
-    fn start_from(&self, sample: &L::Sample, guess: &L::Guess) -> Option<Self::State> {
-        let within = self.law.start_from(sample, guess)?;
-        Some(MonitoredState { within, stuck: L::Scalar::ZERO, last: L::Scalar::ZERO, stopped: false })
-    }
-
-    #[inline]
-    fn not_started(&self) -> Self::Output {
-        self.law.not_started()
-    }
-
-    #[inline]
-    fn tick(&self, state: &mut Self::State, sample: &L::Sample) -> Self::Output {
-        if R::STOPS && state.stopped {
+impl<L: Watched<E>, const E: usize, R: Reaction> Monitored<L, E, R> {
+    /// What goes out of a drive that has stopped.
+    #[inline(always)]
+    fn stopped(&self, state: &MonitoredState<L::State, L::Scalar>) -> Option<Output<L::Scalar>> {
+        (R::STOPS && state.stopped).then(|| {
             let output = self.law.not_started();
-            return Output { health: output.health.union(Health::STOPPED), ..output };
-        }
-        let mut output = self.law.tick(&mut state.within, sample);
+            Output { health: output.health.union(Health::STOPPED), ..output }
+        })
+    }
+
+    /// The output of a tick with what the monitors say of it.
+    #[inline(always)]
+    fn judged(
+        &self,
+        state: &mut MonitoredState<L::State, L::Scalar>,
+        mut output: Output<L::Scalar>,
+    ) -> Output<L::Scalar> {
         let saturated = output.health.contains(Health::SATURATED);
         let d = L::disturbance(&state.within);
         for i in 0..E {
@@ -216,6 +207,42 @@ impl<L: Watched<E>, const E: usize, R: Reaction> ControlLaw for Monitored<L, E, 
             }
         }
         output
+    }
+}
+
+impl<L: Watched<E>, const E: usize, R: Reaction> ControlLaw for Monitored<L, E, R> {
+    type Scalar = L::Scalar;
+    type Sample = L::Sample;
+    type Output = Output<L::Scalar>;
+    type State = MonitoredState<L::State, L::Scalar>;
+    type Guess = L::Guess;
+    type Estimates = L::Estimates;
+    const NO_GUESS: L::Guess = L::NO_GUESS;
+
+    fn start_from(&self, sample: &L::Sample, guess: &L::Guess) -> Option<Self::State> {
+        let within = self.law.start_from(sample, guess)?;
+        Some(MonitoredState { within, stuck: L::Scalar::ZERO, last: L::Scalar::ZERO, stopped: false })
+    }
+
+    #[inline]
+    fn not_started(&self) -> Self::Output {
+        self.law.not_started()
+    }
+
+    #[inline]
+    fn tick(&self, state: &mut Self::State, sample: &L::Sample) -> Self::Output {
+        self.stopped(state).unwrap_or_else(|| {
+            let output = self.law.tick(&mut state.within, sample);
+            self.judged(state, output)
+        })
+    }
+
+    #[inline]
+    fn lost(&self, state: &mut Self::State) -> Self::Output {
+        self.stopped(state).unwrap_or_else(|| {
+            let output = self.law.lost(&mut state.within);
+            self.judged(state, output)
+        })
     }
 
     #[inline]

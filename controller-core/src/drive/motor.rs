@@ -24,7 +24,7 @@
 //! const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
 //! const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
 //! type Drive = MotorDrive<f32, Position>;
-//! static DRIVE: Drive = Drive::designed(&DESIGN);
+//! static DRIVE: Drive = Drive::design(&DESIGN);
 //!
 //! let mut running = Running::new(&DRIVE);
 //! let at = |angle| Target { turn: 0, jet: [angle, 0.0] };
@@ -431,19 +431,19 @@ macro_rules! designs {
             ///
             /// # Errors
             /// The first number that is out of its range, with the range.
-            pub const fn design(design: &MotorDesign) -> Result<Self, DriveError> {
+            pub const fn try_design(design: &MotorDesign) -> Result<Self, DriveError> {
                 match EncoderForm::<f64, MotorModel<f64>, A, 1, 2, S, FAST, LATE>::of_motor(design) {
                     Ok($late) => Ok($convert),
                     Err(error) => Err(error),
                 }
             }
 
-            /// [`design`](Self::design) for a `const`: a bad design is a compile error with the reason.
+            /// [`try_design`](Self::try_design) for a `const`: a bad design is a compile error with the reason.
             ///
             /// # Panics
-            /// On a bad design; outside a `const` use [`design`](Self::design).
-            pub const fn designed(design: &MotorDesign) -> Self {
-                match Self::design(design) {
+            /// On a bad design; outside a `const` use [`try_design`](Self::try_design).
+            pub const fn design(design: &MotorDesign) -> Self {
+                match Self::try_design(design) {
                     Ok(drive) => drive,
                     Err(error) => panic!("{}", error.text().as_str()),
                 }

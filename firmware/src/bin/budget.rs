@@ -117,11 +117,11 @@ macro_rules! drives {
 }
 
 drives! {
-    motor: MotorDrive = Law::designed(&MOTOR), 1, 2;
-    motor_two_sets: MotorDrive<f32, Position, 1> = Law::designed(&MOTOR), 1, 2;
-    motor_late: MotorDrive<f32, Position, 0, 1> = Law::designed(&MOTOR), 1, 2;
-    joint_drive: JointDrive = Law::designed(&JOINT_DRIVE), 2, 4;
-    joint_drive_two_sets: JointDrive<f32, Position, 1> = Law::designed(&JOINT_DRIVE), 2, 4;
+    motor: MotorDrive = Law::design(&MOTOR), 1, 2;
+    motor_two_sets: MotorDrive<f32, Position, 1> = Law::design(&MOTOR), 1, 2;
+    motor_late: MotorDrive<f32, Position, 0, 1> = Law::design(&MOTOR), 1, 2;
+    joint_drive: JointDrive = Law::design(&JOINT_DRIVE), 2, 4;
+    joint_drive_two_sets: JointDrive<f32, Position, 1> = Law::design(&JOINT_DRIVE), 2, 4;
 }
 
 const MOTOR: MotorDesign = MotorDesign::by_rule(

@@ -89,7 +89,7 @@ fn assert_is_run_json(text: &str) -> Json {
         "window_s",
     ];
     assert_eq!(keys(&json["metrics"]), BTreeSet::from(metrics));
-    let flags = ["input_rejected", "saturated", "sigma_star_over_bound"];
+    let flags = ["input_rejected", "saturated", "sigma_star_over_bound", "sample_lost"];
     assert_eq!(keys(&json["ticks_with"]), BTreeSet::from(flags));
     for error in json["metrics"]["estimation_error_ultimate"].as_array().expect("a list") {
         assert_eq!(keys(error), BTreeSet::from(["channel", "error"]));
@@ -206,7 +206,9 @@ fn trouble_that_the_controller_told_stands_in_the_table() {
     let row = out.lines().find(|line| line.starts_with("ticks with input rejected")).expect("a row");
     assert_eq!(row.split_whitespace().nth(4), Some("201"), "{row}");
     let (_, out, _) = spoken(&[&SHORT[..], &sets[..], &["--json"]].concat());
-    let counts = serde_json::json!({ "input_rejected": 201, "saturated": 0, "sigma_star_over_bound": 0 });
+    let counts = serde_json::json!({
+        "input_rejected": 201, "saturated": 0, "sigma_star_over_bound": 0, "sample_lost": 0
+    });
     assert_eq!(assert_is_run_json(&out)["ticks_with"], counts);
 }
 
@@ -381,7 +383,7 @@ fn new_writes_a_scenario_that_runs_and_never_over_another() {
             console.new_scenario(name, plant, &folder.0, "./it").map_err(|failure| (failure.status, failure.message));
         answer.map(|status| (status, String::from_utf8(out).expect("UTF-8")))
     };
-    let new = |name: &str| new_of(name, "flexible_joint");
+    let new = |name: &str| new_of(name, "paper");
     let path = folder.path("mine.toml");
     assert_eq!(new("mine"), Ok((status::DONE, format!("wrote {path}; run it with: ./it run {path}\n"))));
     assert!(new_of("other", "chain").is_ok());
@@ -493,7 +495,7 @@ fn help_is_wrapped_and_a_shell_can_complete_it() {
     for shell in ["bash", "zsh", "fish"] {
         let (status, out, err) = spoken(&["completions", shell]);
         assert_eq!((status, err.as_str()), (status::DONE, ""));
-        assert!(out.contains("host-sim") && out.contains("ceilings") && out.contains("flexible_joint"), "{out}");
+        assert!(out.contains("host-sim") && out.contains("ceilings") && out.contains("paper"), "{out}");
     }
 }
 
@@ -565,4 +567,52 @@ fn export_says_what_is_wrong_with_its_arguments() {
         assert_eq!((code, out.as_str()), (status::BAD_INPUT, ""), "{args:?}");
         assert!(err.contains(expected), "{args:?}: {err}");
     }
+}
+
+#[test]
+fn a_motor_of_one_s_own_runs_from_its_file_and_says_how_the_reference_was_followed() {
+    let folder = Folder::new("motor");
+    let file = folder.file("mine.toml", scenario::MOTOR);
+    let to = folder.path("o");
+    let (status, out, err) = spoken(&["run", &file, "--out", &to]);
+    assert_eq!((status, err.as_str()), (status::DONE, ""));
+    let has = |start: &str| out.lines().any(|line| line.starts_with(start));
+    assert!(has("error 125 rad/s: the phase lost in 0.80 ms of period, lag and delay allows no more"), "{out}");
+    for row in ["|y - r| peak (rad) ", "noise of u, r moving (A rms) ", "|u| peak (A) ", "saturated ", "bounded "] {
+        assert!(has(row), "{row}: {out}");
+    }
+    let expected = ["load.png", "load.svg", "response.png", "response.svg", "trace.csv"];
+    assert_eq!(folder.names("o"), expected.map(String::from).into());
+    let csv = std::fs::read_to_string(folder.path("o/trace.csv")).expect("a trace");
+    assert!(csv.starts_with("t_s,x1,x2,x3,r,error,u,u_held,sigma,sigma_star,d1,d2,d3,d_hat2,health\n"), "{csv:.100}");
+
+    let (_, out, _) = spoken(&["run", &file, "--json", "--out", &to]);
+    let json = assert_is_run_json(&out);
+    assert_eq!(keys(&json["tracking"]), BTreeSet::from(["error_rms", "arrival_s", "saturated_share"]));
+    assert!(json["noise"]["moving"].as_f64().is_some_and(|noise| noise > 0.01) && json["noise"]["at_rest"].is_null());
+}
+
+#[test]
+fn a_drive_goes_to_no_target_and_into_no_file_yet_and_says_so() {
+    let folder = Folder::new("no-target");
+    for (name, text) in [("motor", scenario::MOTOR), ("joint", scenario::JOINT)] {
+        let file = folder.file(&format!("{name}.toml"), text);
+        let told = format!("error: {name}: the target's image has no drive yet; host-sim run simulates it\n");
+        assert_eq!(spoken(&["pil", &file]), (status::BAD_INPUT, String::new(), told.clone()));
+        assert_eq!(spoken(&["hil", &file, "--port", "/dev/null"]), (status::BAD_INPUT, String::new(), told));
+        for form in [&["--standalone"][..], &["--lang", "c"], &["--lang", "rust"]] {
+            let told = format!("error: {file}: a drive is not exported yet; host-sim run simulates it\n");
+            assert_eq!(spoken(&[&["export", &file], form].concat()), (status::BAD_INPUT, String::new(), told));
+        }
+    }
+}
+
+#[test]
+fn a_motor_and_a_joint_have_a_schema_of_their_own() {
+    let schema = |plant: &str| spoken(&["schema", "--plant", plant]).1;
+    assert_eq!(schema("paper"), spoken(&["schema"]).1);
+    assert_eq!(schema("paper"), schema("chain"));
+    assert!(schema("motor").contains("torque_n_m_per_a") && !schema("motor").contains("stiffness_n_m"));
+    assert!(schema("joint").contains("stiffness_n_m") && !schema("joint").contains("k_s"));
+    assert!(spoken(&["new", "x", "--plant", "pendulum"]).2.contains("[possible values: paper, motor, joint, chain]"));
 }

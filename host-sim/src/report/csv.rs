@@ -1,12 +1,14 @@
 //! A trace as comma-separated values, one line per tick.
 //!
 //! ```text
-//! t_s,x1,..,xn,u,u_held,sigma,sigma_star,d1,..,dn,d_hat<i>..,health
+//! t_s,x1,..,xn,[r,error,]u,u_held,sigma,sigma_star,d1,..,dn,d_hat<i>..,health
 //! ```
 //!
+//! `r` and `error` are there where a reference is followed: what the output should be, and output less `r`.
 //! `t_s` is in seconds, every other column in the units of the plant; channels count from 1 and an estimate has a
 //! column only where there is an observer. A number is the shortest text that reads back as the same bits. `health` is
-//! the sum of 1 (input rejected), 2 (saturated) and 4 (σ* over its bound), so that every column is numeric.
+//! the sum of 1 (input rejected), 2 (saturated), 4 (σ* over its bound) and 8 (a count was missing or not believed), so
+//! that every column is numeric.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -44,6 +46,9 @@ fn header(trace: &Trace) -> Vec<String> {
     let per_channel = |name: &'static str| (1..=order(trace)).map(move |i| format!("{name}{i}"));
     let mut names = vec!["t_s".to_owned()];
     names.extend(per_channel("x"));
+    if trace.follows.is_some() {
+        names.extend(["r", "error"].map(str::to_owned));
+    }
     names.extend(["u", "u_held", "sigma", "sigma_star"].map(str::to_owned));
     names.extend(per_channel("d"));
     names.extend(observed(trace).map(|i| format!("d_hat{}", i + 1)));
@@ -56,6 +61,7 @@ fn values<'a>(trace: &'a Trace, row: &'a Row) -> impl Iterator<Item = f64> + 'a 
     let n = order(trace);
     std::iter::once(row.t_s)
         .chain(row.x[..n].iter().copied())
+        .chain(trace.follows.map(|_| [row.r, trace.error(row)]).into_iter().flatten())
         .chain([row.u, row.u_held, row.sigma, row.sigma_star])
         .chain(row.d[..n].iter().copied())
         .chain(observed(trace).map(|i| row.d_hat[i]))
@@ -82,6 +88,7 @@ mod tests {
         let row = Row {
             t_s: 0.1 + 0.2,
             x: AWKWARD,
+            r: 0.0,
             u: -7.661,
             u_held: f64::INFINITY,
             sigma: f64::NAN,
@@ -90,7 +97,14 @@ mod tests {
             d_hat: [0.0, AWKWARD[5], 0.0, AWKWARD[2], 0.0, 0.0],
             health: Health::SATURATED | Health::INPUT_REJECTED,
         };
-        Trace { order: 4, observed: vec![1, 3], period_s: 1e-3, rows: vec![row; 3], ending: Ending::Finished }
+        Trace {
+            order: 4,
+            observed: vec![1, 3],
+            follows: None,
+            period_s: 1e-3,
+            rows: vec![row; 3],
+            ending: Ending::Finished,
+        }
     }
 
     #[test]
@@ -110,6 +124,19 @@ mod tests {
             assert_eq!(health, "3");
         }
         assert_eq!(lines.next(), None);
+    }
+
+    #[test]
+    fn a_reference_and_what_is_left_of_it_have_columns() {
+        let mut trace = trace();
+        (trace.follows, trace.rows[0].x[1], trace.rows[0].r) = (Some(1), 3.0, 1.25);
+        let mut text = Vec::new();
+        write_to(&trace, &mut text).unwrap();
+        let text = String::from_utf8(text).unwrap();
+        let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+        let (names, row) = (lines.next().unwrap(), lines.next().unwrap());
+        assert_eq!((&names[4..8], &row[5..7]), (&["x4", "r", "error", "u"][..], &["1.25", "1.75"][..]));
+        assert_eq!(names.len(), row.len());
     }
 
     #[test]

@@ -47,7 +47,6 @@ pub fn run_figures(trace: &Trace, labels: &Labels<'_>) -> Vec<(String, Figure)> 
 
 fn response(trace: &Trace, labels: &Labels<'_>) -> Figure {
     let rate = trace.order.saturating_sub(1);
-    let held = |line: Series| Series { is_held: true, ..line };
     let mut control = vec![held(line(trace, "u held", 0, |row| row.u_held))];
     if trace.rows.iter().any(|row| row.u != row.u_held) {
         control.push(held(line(trace, "u demanded", GREY, |row| row.u).styled(Style::Dashed)));
@@ -111,15 +110,20 @@ fn estimates(trace: &Trace, labels: &Labels<'_>) -> Figure {
     Figure { title: labels.title.into(), panels, columns }
 }
 
-fn panel() -> Panel {
+/// A line that holds its value until the next point.
+pub(super) fn held(line: Series) -> Series {
+    Series { is_held: true, ..line }
+}
+
+pub(super) fn panel() -> Panel {
     Panel { x_label: "t (s)".into(), ..Panel::default() }
 }
 
-fn line(trace: &Trace, label: &str, color: usize, value: impl Fn(&Row) -> f64) -> Series {
+pub(super) fn line(trace: &Trace, label: &str, color: usize, value: impl Fn(&Row) -> f64) -> Series {
     Series::solid(label, color, trace.rows.iter().map(|row| (row.t_s, value(row))))
 }
 
-fn quantity(name: &str, unit: &str) -> String {
+pub(super) fn quantity(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name} ({unit})") }
 }
 
@@ -132,7 +136,7 @@ fn per_second(unit: &str, power: usize) -> String {
 }
 
 /// The intervals spent in saturation, if any.
-fn saturation(trace: &Trace) -> Option<Shade> {
+pub(super) fn saturation(trace: &Trace) -> Option<Shade> {
     let saturated = |row: &Row| row.health.contains(Health::SATURATED);
     let intervals: Vec<(f64, f64)> = trace
         .rows
@@ -174,6 +178,7 @@ mod tests {
             let mut row = Row {
                 t_s,
                 x: [0.0; MAX_ORDER],
+                r: 0.0,
                 u,
                 u_held: u.clamp(-200.0, 200.0),
                 sigma: fade + 0.17 * wave,
@@ -189,7 +194,7 @@ mod tests {
             row
         };
         let rows = (0..=20_000).map(row).collect();
-        Trace { order: 4, observed: vec![1, 3], period_s: 1e-3, rows, ending: Ending::Finished }
+        Trace { order: 4, observed: vec![1, 3], follows: None, period_s: 1e-3, rows, ending: Ending::Finished }
     }
 
     const JOINT: Labels<'_> = Labels { title: "Flexible joint", output_unit: "rad", control_unit: "A" };

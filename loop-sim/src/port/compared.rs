@@ -45,6 +45,14 @@ impl ControllerPort for Compared<'_> {
     fn observed(&self) -> &[usize] {
         self.here.observed()
     }
+
+    fn follows(&self) -> Option<usize> {
+        self.here.follows()
+    }
+
+    fn reference(&self) -> f64 {
+        self.here.reference()
+    }
 }
 
 fn difference(there: &Tick, here: &Tick) -> Option<(Field, u32, u32)> {

@@ -25,8 +25,8 @@ struct Hash(u64);
 
 impl Recorder for Hash {
     fn record(&mut self, row: &Row) -> ControlFlow<()> {
-        let Row { t_s, x, u, u_held, sigma, sigma_star, d, d_hat, health } = row;
-        let scalars = [t_s, u, u_held, sigma, sigma_star].into_iter();
+        let Row { t_s, x, r, u, u_held, sigma, sigma_star, d, d_hat, health } = row;
+        let scalars = [t_s, r, u, u_held, sigma, sigma_star].into_iter();
         let words = scalars.chain(x).chain(d).chain(d_hat).map(|value| value.to_bits());
         for byte in words.chain([u64::from(health.bits())]).flat_map(u64::to_le_bytes) {
             self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);

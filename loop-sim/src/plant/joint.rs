@@ -1,0 +1,209 @@
+//! A flexible joint of one's own, as it really is: two inertias on a spring, in SI units.
+//!
+//! $$ J_l \ddot q = K (q_m - q) + D (\dot q_m - \dot q) - B_l \dot q - W \sin q - \text{load}(t) $$
+//! $$ J_m \ddot q_m = K (q - q_m) + D (\dot q - \dot q_m) - B_m \dot q_m - F(\dot q_m) + K_t i \thinspace (1 + \ldots)
+//!    + \ldots, \qquad \tau \thinspace \dot i = u - i $$
+//!
+//! States: angle and speed of the link, angle and speed of the motor, both on the link's side of a gear (rad, rad/s),
+//! and, with a lag, the current (A). Friction, cogging and ripple of the motor are those of [`Motor`](super::Motor); a
+//! load is positive against positive motion of the link. W is the torque of the link's weight when it is level; 0 hangs
+//! down.
+//!
+//! The controller believes the same with its own numbers, without D and F. The lumped disturbances d_2 and d_4 (rad/s²)
+//! are what that leaves out at each shaft; as for the motor the current is the one that flows.
+
+use super::motor::{Imperfections, Shaft};
+use super::{Plant, fastest_signal_rad_s, merged_jumps_s, spectral_bound};
+use crate::MAX_ORDER;
+use crate::signal::Signal;
+
+/// Above this speed of the link the solver no longer resolves sin q, rad/s.
+const SPINNING_RAD_S: f64 = 1e4;
+
+/// Link, spring and motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointBody {
+    /// J_l, kg m².
+    pub link_inertia_kg_m2: f64,
+    /// B_l, N m s/rad.
+    pub link_damping_n_m_s: f64,
+    /// W, N m.
+    pub weight_n_m: f64,
+    /// K, N m/rad.
+    pub stiffness_n_m: f64,
+    /// D, N m s/rad.
+    pub spring_damping_n_m_s: f64,
+    /// J_m, B_m, K_t, on the link's side of the gear.
+    pub motor: Shaft,
+}
+
+impl JointBody {
+    /// Accelerations of link and motor, without friction and load, under this torque on the motor.
+    fn accelerations(&self, x: &[f64], torque: f64) -> [f64; 2] {
+        let spring = self.stiffness_n_m * (x[2] - x[0]) + self.spring_damping_n_m_s * (x[3] - x[1]);
+        let link = spring - self.link_damping_n_m_s * x[1] - self.weight_n_m * libm::sin(x[0]);
+        let motor = torque - spring - self.motor.damping_n_m_s * x[3];
+        [link / self.link_inertia_kg_m2, motor / self.motor.inertia_kg_m2]
+    }
+}
+
+/// The joint with its load.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    truth: JointBody,
+    nominal: JointBody,
+    imperfections: Imperfections,
+    load: Signal,
+    fastest_rad_s: f64,
+    jumps_s: Vec<f64>,
+}
+
+impl Joint {
+    /// A joint that is `truth`, of which the controller believes `nominal`; `load` on the link in N m.
+    pub fn new(truth: JointBody, nominal: JointBody, imperfections: Imperfections, load: Signal) -> Self {
+        let JointBody { link_inertia_kg_m2: link, stiffness_n_m: k, spring_damping_n_m_s: d, motor, .. } = truth;
+        let held = motor.damping_n_m_s + imperfections.damping_n_m_s();
+        let mut jacobian = [[0.0; MAX_ORDER]; MAX_ORDER];
+        (jacobian[0][1], jacobian[2][3]) = (1.0, 1.0);
+        let of_link = [-k - truth.weight_n_m, -d - truth.link_damping_n_m_s, k, d];
+        let of_motor = [k, d, -k, -d - held];
+        for j in 0..4 {
+            jacobian[1][j] = of_link[j] / link;
+            jacobian[3][j] = of_motor[j] / motor.inertia_kg_m2;
+        }
+        let fastest_rad_s = spectral_bound(jacobian).max(fastest_signal_rad_s([&load]));
+        let jumps_s = merged_jumps_s([&load]);
+        Self { truth, nominal, imperfections, load, fastest_rad_s, jumps_s }
+    }
+
+    fn accelerations(&self, t_s: f64, x: &[f64], current: f64) -> [f64; 2] {
+        let torque = self.imperfections.torque_n_m(self.truth.motor.torque_n_m_per_a, current, x[2], x[3]);
+        let [link, motor] = self.truth.accelerations(x, torque);
+        [link - self.load.value(t_s) / self.truth.link_inertia_kg_m2, motor]
+    }
+}
+
+impl Plant for Joint {
+    /// 4, and 5 with a lag.
+    fn order(&self) -> usize {
+        if self.imperfections.lag_s > 0.0 { 5 } else { 4 }
+    }
+
+    fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
+        let [link, motor] = self.accelerations(t_s, x, self.imperfections.current(x, u));
+        dx[..4].copy_from_slice(&[x[1], link, x[3], motor]);
+        if let Some(current) = dx.get_mut(4) {
+            *current = (u - x[4]) / self.imperfections.lag_s;
+        }
+    }
+
+    fn lumped(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]) {
+        let current = self.imperfections.current(x, u);
+        let truth = self.accelerations(t_s, x, current);
+        let believed = JointBody { spring_damping_n_m_s: 0.0, ..self.nominal };
+        let believed = believed.accelerations(x, self.nominal.motor.torque_n_m_per_a * current);
+        d.fill(0.0);
+        (d[1], d[3]) = (truth[0] - believed[0], truth[1] - believed[1]);
+    }
+
+    fn fastest_rad_s(&self, x: &[f64]) -> f64 {
+        let motor = self.imperfections.fastest_rad_s(self.truth.motor.inertia_kg_m2, x[3]);
+        self.fastest_rad_s.max(motor).max(x[1].abs().min(SPINNING_RAD_S))
+    }
+
+    fn jumps_s(&self) -> &[f64] {
+        &self.jumps_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{FlexibleJoint, JointErrors};
+    use super::*;
+    use crate::plant::motor::Friction;
+    use crate::signal::Term;
+    use crate::solver;
+    use controller_core::{JointParameters, Reading};
+
+    /// That of the paper: gravity is 1 rad/s² of the link.
+    fn table_i() -> JointBody {
+        let JointParameters { kt, j11, j12, b12, ks, .. } = JointParameters::TABLE_I;
+        let motor = Shaft { inertia_kg_m2: j11, torque_n_m_per_a: kt, damping_n_m_s: b12 };
+        JointBody {
+            link_inertia_kg_m2: j12,
+            link_damping_n_m_s: b12,
+            weight_n_m: j12,
+            stiffness_n_m: ks,
+            spring_damping_n_m_s: 0.0,
+            motor,
+        }
+    }
+
+    /// The other joint of this crate, in its chain coordinates, which has its own oracle.
+    #[test]
+    fn the_joint_of_the_paper_is_its_physical_reading() {
+        let chain = JointParameters::TABLE_I.chain(Reading::Physical);
+        let paper = FlexibleJoint::new(chain, JointErrors::default(), Signal::default(), <[Signal; 4]>::default());
+        let joint = Joint::new(table_i(), table_i(), Imperfections::default(), Signal::default());
+        let (q, w, motor, speed, u) = (0.4, -0.3, 0.5, 2.0, 1.7);
+        let (mut found, mut expected) = ([0.0; 4], [0.0; 4]);
+        joint.rhs(0.0, &[q, w, motor, speed], u, &mut found);
+        paper.rhs(0.0, &[q, w, chain.k1 * motor, chain.k1 * speed], u, &mut expected);
+        let scale = [1.0, 1.0, chain.k1, chain.k1];
+        for i in 0..4 {
+            let difference = found[i] * scale[i] - expected[i];
+            assert!(difference.abs() < 1e-12 * (1.0 + expected[i].abs()), "channel {}: {difference}", i + 1);
+        }
+    }
+
+    /// Kinetic energy, spring and weight; dampers and friction take, the current and the load give or take.
+    #[test]
+    fn energy_goes_nowhere_else() {
+        let body = JointBody { spring_damping_n_m_s: 0.05, weight_n_m: 1.5, ..table_i() };
+        let friction = Friction { static_n_m: 0.02, coulomb_n_m: 0.01, stribeck_rad_s: 0.5, smooth_rad_s: 0.1 };
+        let imperfections = Imperfections { friction, ..Imperfections::default() };
+        let load = 0.3;
+        let joint = Joint::new(body, body, imperfections, Signal::new(vec![Term::Const { amplitude: load }]));
+        let (mut x, step_s) = ([0.3, 0.0, 0.35, 0.0], 2e-5);
+        let stored = |x: &[f64; 4]| {
+            let kinetic = body.link_inertia_kg_m2 * x[1] * x[1] + body.motor.inertia_kg_m2 * x[3] * x[3];
+            let twist = x[2] - x[0];
+            0.5 * (kinetic + body.stiffness_n_m * twist * twist) + body.weight_n_m * (1.0 - x[0].cos())
+        };
+        let (before, start, mut flowed, mut turned_over) = (stored(&x), x[0], 0.0, 0.0);
+        for k in 0..20_000_u32 {
+            let u = if k / 4000 % 2 == 0 { 4.0 } else { -6.0 };
+            let power = |x: &[f64; 4]| {
+                let twisting = x[3] - x[1];
+                let heat = 0.05 * twisting * twisting + 0.07 * (x[1] * x[1] + x[3] * x[3]);
+                body.motor.torque_n_m_per_a * u * x[3] - heat - friction.torque_n_m(x[3]) * x[3]
+            };
+            let first = power(&x);
+            solver::advance(&joint, f64::from(k) * step_s, f64::from(k + 1) * step_s, u, &mut x).expect("slow");
+            flowed += 0.5 * step_s * (first + power(&x));
+            turned_over += step_s * first.abs();
+        }
+        let balance = stored(&x) - before - flowed + load * (x[0] - start);
+        // The trapezoid over 20 us of a spring with 98 rad/s.
+        assert!(turned_over > 0.1 && balance.abs() < 1e-5 * turned_over, "{balance:e} J of {turned_over} J");
+    }
+
+    #[test]
+    fn the_lumped_disturbances_are_what_the_nominal_joint_does_not_explain() {
+        let truth = JointBody { spring_damping_n_m_s: 0.05, weight_n_m: 0.5, ..table_i() };
+        let load = Signal::new(vec![Term::Const { amplitude: 0.1 }]);
+        let imperfections = Imperfections { lag_s: 1e-3, ..Imperfections::default() };
+        let [joint, believed] = [truth, table_i()].map(|body| {
+            Joint::new(body, table_i(), imperfections, if body == truth { load.clone() } else { Signal::default() })
+        });
+        let (x, mut d, mut dx, mut nominal) = ([0.3, 1.0, 0.2, -2.0, 3.0], [1.0; 5], [0.0; 5], [0.0; 5]);
+        joint.lumped(0.0, &x, 8.0, &mut d);
+        joint.rhs(0.0, &x, 8.0, &mut dx);
+        believed.rhs(0.0, &x, 8.0, &mut nominal);
+        assert!((dx[1] - nominal[1] - d[1]).abs() < 1e-9 && (dx[3] - nominal[3] - d[3]).abs() < 1e-9, "{d:?}");
+        // By hand: the damper pulls the link back by 0.05 * 3, the weight by 0.27 sin 0.3, the load by 0.1.
+        let link = (-0.15 - 0.27 * 0.3_f64.sin() - 0.1) / 0.23;
+        assert!((d[1] - link).abs() < 1e-12 && (d[3] - 0.15 / 931e-6).abs() < 1e-9, "{d:?}");
+        assert_eq!([d[0], d[2], d[4]], [0.0; 3]);
+    }
+}

@@ -1,0 +1,275 @@
+//! A motor with a rigid load, as it really is.
+//!
+//! $$ J \dot\omega = K_t i \thinspace (1 + r \sin n_r \theta) + c \sin n_c \theta - B \omega - F(\omega)
+//!    - \text{load}(t), \qquad \tau \thinspace \dot i = u - i $$
+//!
+//! $$ F(\omega) = \left(F_c + (F_s - F_c) e^{-(\omega/\omega_s)^2}\right) \tanh(\omega/\omega_t) $$
+//!
+//! States are the angle θ (rad), the speed ω (rad/s) and, with a lag τ, the current i (A); without one i is u. All
+//! torques are at the shaft whose angle is θ. Friction is Coulomb's and Stribeck's, made smooth at ω_t: below it a
+//! shaft creeps where a real one sticks. A load is positive against positive motion.
+//!
+//! The controller believes $\dot\omega = (K_t u - B \omega)/J$ with its own J, K_t, B. What is left is the lumped
+//! disturbance d_2 (rad/s²); it is taken with the current that flows, since the lag of a current loop is no torque.
+
+use super::{Plant, fastest_signal_rad_s, merged_jumps_s};
+use crate::signal::Signal;
+
+/// Above this rate of its cogging a shaft spins faster than the solver resolves, rad/s.
+const SPINNING_RAD_S: f64 = 1e5;
+
+/// J, K_t and B of a shaft.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shaft {
+    /// J, kg m².
+    pub inertia_kg_m2: f64,
+    /// K_t, N m per A.
+    pub torque_n_m_per_a: f64,
+    /// B, N m s/rad.
+    pub damping_n_m_s: f64,
+}
+
+/// F(ω) of the module's head, N m. The default is none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Friction {
+    /// F_s, just above rest, N m.
+    pub static_n_m: f64,
+    /// F_c, N m.
+    pub coulomb_n_m: f64,
+    /// ω_s, at which the one has given way to the other, rad/s.
+    pub stribeck_rad_s: f64,
+    /// ω_t, below which it fades, rad/s.
+    pub smooth_rad_s: f64,
+}
+
+impl Default for Friction {
+    fn default() -> Self {
+        Self { static_n_m: 0.0, coulomb_n_m: 0.0, stribeck_rad_s: 0.1, smooth_rad_s: 0.005 }
+    }
+}
+
+impl Friction {
+    /// The torque against a shaft with this speed, N m.
+    pub fn torque_n_m(&self, speed_rad_s: f64) -> f64 {
+        let bell = speed_rad_s / self.stribeck_rad_s;
+        let size = self.coulomb_n_m + (self.static_n_m - self.coulomb_n_m) * libm::exp(-bell * bell);
+        size * libm::tanh(speed_rad_s / self.smooth_rad_s)
+    }
+
+    /// The largest slope, that at rest, N m s/rad.
+    fn steepest_n_m_s(&self) -> f64 {
+        self.static_n_m.max(self.coulomb_n_m) / self.smooth_rad_s
+    }
+}
+
+/// What a data sheet does not say of a motor. The default is nothing of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Imperfections {
+    /// F.
+    pub friction: Friction,
+    /// c, N m.
+    pub cogging_n_m: f64,
+    /// Periods of the cogging in a turn of the shaft.
+    pub cogging_per_turn: f64,
+    /// r, share of the torque.
+    pub ripple: f64,
+    /// Periods of the ripple in a turn of the shaft.
+    pub ripple_per_turn: f64,
+    /// τ of the current loop, s; 0 for none.
+    pub lag_s: f64,
+}
+
+impl Imperfections {
+    /// Torque at the shaft, viscous friction and load apart, N m.
+    pub(super) fn torque_n_m(&self, torque_n_m_per_a: f64, current: f64, angle: f64, speed: f64) -> f64 {
+        let ripple = self.ripple * libm::sin(self.ripple_per_turn * angle);
+        torque_n_m_per_a * current * (1.0 + ripple) + self.cogging_n_m * libm::sin(self.cogging_per_turn * angle)
+            - self.friction.torque_n_m(speed)
+    }
+
+    /// Friction as a damping, where it is steepest, N m s/rad.
+    pub(super) fn damping_n_m_s(&self) -> f64 {
+        self.friction.steepest_n_m_s()
+    }
+
+    /// What else varies, and how fast, rad/s: the current, the spring of the cogging, and both of what depends on the
+    /// angle at this speed.
+    pub(super) fn fastest_rad_s(&self, inertia_kg_m2: f64, speed: f64) -> f64 {
+        let current = if self.lag_s > 0.0 { 1.0 / self.lag_s } else { 0.0 };
+        let spring = libm::sqrt(self.cogging_n_m.abs() * self.cogging_per_turn / inertia_kg_m2);
+        let periods = |size: f64, per_turn: f64| if size == 0.0 { 0.0 } else { per_turn };
+        let waves = periods(self.cogging_n_m, self.cogging_per_turn).max(periods(self.ripple, self.ripple_per_turn));
+        current.max(spring).max((waves * speed).abs().min(SPINNING_RAD_S))
+    }
+
+    /// The current that flows, if u is held and the state ends with the current.
+    pub(super) fn current(&self, x: &[f64], u: f64) -> f64 {
+        if self.lag_s > 0.0 { x.last().copied().unwrap_or(u) } else { u }
+    }
+}
+
+/// The motor with its load.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motor {
+    truth: Shaft,
+    nominal: Shaft,
+    imperfections: Imperfections,
+    load: Signal,
+    fastest_rad_s: f64,
+    jumps_s: Vec<f64>,
+}
+
+impl Motor {
+    /// A motor that is `truth`, of which the controller believes `nominal`; `load` in N m.
+    pub fn new(truth: Shaft, nominal: Shaft, imperfections: Imperfections, load: Signal) -> Self {
+        let damping = truth.damping_n_m_s + imperfections.damping_n_m_s();
+        let fastest_rad_s = (damping / truth.inertia_kg_m2).max(fastest_signal_rad_s([&load]));
+        let jumps_s = merged_jumps_s([&load]);
+        Self { truth, nominal, imperfections, load, fastest_rad_s, jumps_s }
+    }
+
+    fn acceleration(&self, t_s: f64, x: &[f64], current: f64) -> f64 {
+        let Shaft { inertia_kg_m2, torque_n_m_per_a, damping_n_m_s } = self.truth;
+        let torque = self.imperfections.torque_n_m(torque_n_m_per_a, current, x[0], x[1]);
+        (torque - damping_n_m_s * x[1] - self.load.value(t_s)) / inertia_kg_m2
+    }
+}
+
+impl Plant for Motor {
+    /// 2, and 3 with a lag.
+    fn order(&self) -> usize {
+        if self.imperfections.lag_s > 0.0 { 3 } else { 2 }
+    }
+
+    fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
+        dx[0] = x[1];
+        dx[1] = self.acceleration(t_s, x, self.imperfections.current(x, u));
+        if let Some(current) = dx.get_mut(2) {
+            *current = (u - x[2]) / self.imperfections.lag_s;
+        }
+    }
+
+    fn lumped(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]) {
+        let Shaft { inertia_kg_m2, torque_n_m_per_a, damping_n_m_s } = self.nominal;
+        let current = self.imperfections.current(x, u);
+        d.fill(0.0);
+        d[1] = self.acceleration(t_s, x, current) - (torque_n_m_per_a * current - damping_n_m_s * x[1]) / inertia_kg_m2;
+    }
+
+    fn fastest_rad_s(&self, x: &[f64]) -> f64 {
+        self.fastest_rad_s.max(self.imperfections.fastest_rad_s(self.truth.inertia_kg_m2, x[1]))
+    }
+
+    fn jumps_s(&self) -> &[f64] {
+        &self.jumps_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::Term;
+    use crate::solver;
+
+    const SHAFT: Shaft = Shaft { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-3 };
+
+    fn after(motor: &Motor, x: &[f64], u: f64, span_s: f64) -> Vec<f64> {
+        let mut x = x.to_vec();
+        let ticks = 100;
+        for k in 0..ticks {
+            let [from, to] = [k, k + 1].map(|k| f64::from(k) * span_s / f64::from(ticks));
+            solver::advance(motor, from, to, u, &mut x).expect("a slow plant");
+        }
+        x
+    }
+
+    /// ω = (K_t u - load)/B (1 - e^(-t B/J)) without friction.
+    #[test]
+    fn a_motor_without_friction_runs_up_as_the_exponential() {
+        let load = Signal::new(vec![Term::Const { amplitude: 0.02 }]);
+        let motor = Motor::new(SHAFT, SHAFT, Imperfections::default(), load);
+        let found = after(&motor, &[1.0, 0.0], 2.0, 0.5);
+        let (end, rate) = ((0.1 - 0.02) / 1e-3, 1e-3 / 2e-4);
+        let speed = end * (1.0 - (-rate * 0.5_f64).exp());
+        let angle = 1.0 + end * 0.5 - speed / rate;
+        assert!((found[1] - speed).abs() < 1e-9 * speed && (found[0] - angle).abs() < 1e-9 * angle, "{found:?}");
+    }
+
+    /// i = u (1 - e^(-t/τ)); with B = 0 the speed is K_t/J times its integral.
+    #[test]
+    fn the_current_lags_as_an_exponential() {
+        let shaft = Shaft { damping_n_m_s: 0.0, ..SHAFT };
+        let motor =
+            Motor::new(shaft, shaft, Imperfections { lag_s: 2e-4, ..Imperfections::default() }, Signal::default());
+        let found = after(&motor, &[0.0, 0.0, 0.0], 3.0, 1e-3);
+        let left = (-5.0_f64).exp();
+        assert!((found[2] - 3.0 * (1.0 - left)).abs() < 1e-9, "{found:?}");
+        let speed = 250.0 * 3.0 * (1e-3 - 2e-4 * (1.0 - left));
+        assert!((found[1] - speed).abs() < 1e-9 * speed, "{found:?}");
+    }
+
+    /// What the current puts in is kinetic energy, heat of both frictions, work against the load and cogging's
+    /// potential: nothing of the right-hand side is used but F.
+    #[test]
+    fn energy_goes_nowhere_else() {
+        let friction = Friction { static_n_m: 0.008, coulomb_n_m: 0.005, ..Friction::default() };
+        let imperfections = Imperfections {
+            friction,
+            cogging_n_m: 0.003,
+            cogging_per_turn: 7.0,
+            ripple: 0.02,
+            ripple_per_turn: 6.0,
+            lag_s: 0.0,
+        };
+        let load = 0.01;
+        let motor = Motor::new(SHAFT, SHAFT, imperfections, Signal::new(vec![Term::Const { amplitude: load }]));
+        let (mut x, step_s) = ([0.2, 5.0], 1e-5);
+        let stored = |x: &[f64; 2]| 0.5 * 2e-4 * x[1] * x[1] + 0.003 / 7.0 * (7.0 * x[0]).cos();
+        let (before, start, mut flowed, mut put_in) = (stored(&x), x[0], 0.0, 0.0);
+        for k in 0..20_000_u32 {
+            let u = if k / 5000 % 2 == 0 { 0.9 } else { -0.6 };
+            let power = |x: &[f64; 2]| {
+                let gained = 0.05 * u * (1.0 + 0.02 * (6.0 * x[0]).sin()) * x[1];
+                [gained, (1e-3 * x[1] + friction.torque_n_m(x[1])) * x[1]]
+            };
+            let first = power(&x);
+            solver::advance(&motor, f64::from(k) * step_s, f64::from(k + 1) * step_s, u, &mut x).expect("slow");
+            let last = power(&x);
+            flowed += 0.5 * step_s * (first[0] + last[0] - first[1] - last[1]);
+            put_in += 0.5 * step_s * (first[0] + last[0]).abs();
+        }
+        let balance = stored(&x) - before - flowed + load * (x[0] - start);
+        // The trapezoid over 10 us.
+        assert!(put_in > 0.03 && balance.abs() < 1e-7 * put_in, "{balance:e} J of {put_in} J");
+    }
+
+    #[test]
+    fn the_lumped_disturbance_is_what_the_nominal_motor_does_not_explain() {
+        let nominal = Shaft { inertia_kg_m2: 3e-4, torque_n_m_per_a: 0.04, damping_n_m_s: 0.0 };
+        let imperfections = Imperfections {
+            friction: Friction { static_n_m: 0.008, coulomb_n_m: 0.005, ..Friction::default() },
+            lag_s: 1e-3,
+            ..Imperfections::default()
+        };
+        let load = Signal::new(vec![Term::Step { amplitude: 0.1, t0_s: 0.3 }]);
+        let motor = Motor::new(SHAFT, nominal, imperfections, load);
+        let (mut dx, mut d, x) = ([0.0; 3], [7.0; 3], [0.4, 30.0, 2.0]);
+        motor.rhs(0.5, &x, 9.0, &mut dx);
+        motor.lumped(0.5, &x, 9.0, &mut d);
+        assert!((dx[1] - d[1] - 0.04 * 2.0 / 3e-4).abs() < 1e-9 && [d[0], d[2]] == [0.0; 2], "{dx:?} {d:?}");
+        // Far above ω_s friction is Coulomb's: (K_t i - B ω - F_c - load)/J.
+        assert!((dx[1] - (0.1 - 0.03 - 0.005 - 0.1) / 2e-4).abs() < 1e-9, "{dx:?}");
+        assert_eq!((motor.order(), motor.jumps_s()), (3, &[0.3][..]));
+    }
+
+    /// A shaft that is pushed with less than the static friction creeps at the speed at which the smoothed friction
+    /// holds the push.
+    #[test]
+    fn friction_holds_a_shaft_but_for_creep() {
+        let friction = Friction { static_n_m: 0.008, coulomb_n_m: 0.005, ..Friction::default() };
+        let motor = Motor::new(SHAFT, SHAFT, Imperfections { friction, ..Imperfections::default() }, Signal::default());
+        let found = after(&motor, &[0.0, 0.0], 0.08, 0.1);
+        // 0.004 of 0.008 N m: tanh x = 1/2 at x = 0.549, less the little that ω_s and B take.
+        assert!((found[1] / (0.549 * 0.005) - 1.0).abs() < 0.01, "{found:?}");
+    }
+}

@@ -1,0 +1,486 @@
+//! A drive in this process: counts in, current out, along a reference that it plays.
+//!
+//! The law is [`EncoderForm`], the very one that runs on a chip, in f32; gain sets, delay, states and aim are types
+//! there and numbers here ([`Form`]). The sample is the counts of [`Encoders`](crate::sensor::encoder::Encoders), from
+//! which [`Mounted`] takes sign and offset, as a program on the chip would.
+//!
+//! A [`Motion`] waits at rest where it begins, is on its way for some ticks, and then on its goal:
+//!
+//! ```text
+//! r = from      tick < start
+//! r = join      start <= tick < start + ticks       (drive::Joined: r and its derivatives are continuous)
+//! r = goal      from there on
+//! ```
+//!
+//! It is played in f32 for the law and in f64 for whoever records the run. Estimates are the disturbance of each shaft
+//! (rad/s²), in the channel of its speed.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use controller_core::drive::{
+    self, Aim, ChainModel, DriveError, EncoderForm, Joined, JointDesign, JointDrive, MotorDesign, MotorDrive, Player,
+    Position, Reference, Rest, Sample, Sine, Speed, Streamed, Target,
+};
+use controller_core::{MAX_R, Output, Real, Running};
+
+use crate::MAX_ORDER;
+use crate::port::{ControllerPort, PortError, Tick};
+use crate::sensor::encoder::Mounted;
+
+/// Units of an angle that is kept as a whole number, per turn.
+const TWO_32: f64 = 4_294_967_296.0;
+
+/// Where a motion leads.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Goal {
+    /// Rest at this angle.
+    Rest {
+        /// Rad.
+        angle_rad: f64,
+    },
+    /// A sin ωt about angle 0, with phase 0 at tick 0.
+    Sine {
+        /// A, rad.
+        amplitude_rad: f64,
+        /// ω, rad/s.
+        omega_rad_s: f64,
+    },
+    /// A smooth curve through points that come evenly, the first at the start; late by 3.5 of them.
+    Points {
+        /// Rad.
+        angles_rad: Vec<f64>,
+        /// Ticks from one to the next.
+        every: u32,
+    },
+    /// Even turning; the way there loses half the angle that it would have made.
+    Speed {
+        /// Rad/s.
+        speed_rad_s: f64,
+    },
+}
+
+/// From rest onto a goal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// Where it leads.
+    pub goal: Goal,
+    /// Angle at rest before, rad.
+    pub from_rad: f64,
+    /// The tick at which it begins.
+    pub start: u32,
+    /// Ticks from rest onto the goal.
+    pub ticks: u32,
+    /// Period of a tick, s.
+    pub period_s: f64,
+}
+
+impl Motion {
+    /// The same, as short as it may be: at least `fewest` ticks from rest onto the goal (20, if fewer are given: with
+    /// less the ticks do not show the peak), at most `most`, and as many as it takes for the current `feed_forward` of
+    /// the jets on the way to stay within ±`u_max`. `None` if no way does.
+    #[must_use]
+    pub fn shortest<const M: usize, const J: usize>(
+        &self,
+        [fewest, most]: [u32; 2],
+        u_max: f64,
+        feed_forward: impl Fn(&[f64; J]) -> f64,
+    ) -> Option<Self> {
+        let with = |ticks| Self { ticks, ..self.clone() };
+        let plan = |ticks| with(ticks).plan::<f64, M>();
+        drive::shortest(self.start, fewest.max(20), most, u_max, feed_forward, plan).map(with)
+    }
+
+    /// The largest |current| that `feed_forward` asks for in ticks 0 to `last`.
+    pub fn peak<const M: usize, const J: usize>(&self, last: u32, feed_forward: impl Fn(&[f64; J]) -> f64) -> f64 {
+        let plan = self.plan::<f64, M>();
+        let asked = (0..=last).map(|tick| feed_forward(&Reference::<f64, J>::at(&plan, tick).jet).abs());
+        asked.fold(0.0, f64::max)
+    }
+
+    fn plan<T: Real<Count = i32>, const M: usize>(&self) -> Plan<T, M> {
+        let Self { ref goal, from_rad, start, ticks, period_s } = *self;
+        // An angle far out is turns and a rest: f32 keeps its digits.
+        let rest = |angle_rad: f64| {
+            let turn = libm::round(angle_rad / TAU);
+            Rest { turn: turn as i32, angle: T::from_f64(angle_rad - turn * TAU) }
+        };
+        let course = match goal {
+            Goal::Rest { angle_rad } => Course::Rest(rest(*angle_rad)),
+            Goal::Sine { amplitude_rad, omega_rad_s } => {
+                Course::Sine(Sine::new(*amplitude_rad, *omega_rad_s, period_s))
+            }
+            Goal::Points { angles_rad, every } => Course::Points(Points::new(angles_rad, *every, start, period_s)),
+            Goal::Speed { speed_rad_s } => {
+                let before = 0.5 * f64::from(ticks) * period_s * speed_rad_s;
+                Course::Turning(Turning::new(from_rad - before, *speed_rad_s, start, period_s))
+            }
+        };
+        let before = rest(from_rad);
+        // Gaps are taken in f64 whatever the plan is played in: all of them are the same plan.
+        let mut present = Target { turn: before.turn, jet: [T::ZERO; M] };
+        present.jet[0] = before.angle;
+        let gap = drive::gap(&present, &course.at(start));
+        Plan { before, start, after: Joined::new(course, gap, start, ticks, period_s) }
+    }
+}
+
+/// A motion, ready to be played.
+#[derive(Clone, Debug)]
+struct Plan<T, const M: usize> {
+    before: Rest<T>,
+    start: u32,
+    after: Joined<T, Course<T>, M>,
+}
+
+impl<T: Real<Count = i32>, const M: usize, const J: usize> Reference<T, J> for Plan<T, M> {
+    fn at(&self, tick: u32) -> Target<T, i32, J> {
+        if tick < self.start { self.before.at(tick) } else { self.after.at(tick) }
+    }
+}
+
+#[derive(Clone, Debug)]
+enum Course<T> {
+    Rest(Rest<T>),
+    Sine(Sine<T>),
+    Points(Points<T>),
+    Turning(Turning<T>),
+}
+
+impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Course<T> {
+    fn at(&self, tick: u32) -> Target<T, i32, J> {
+        match self {
+            Self::Rest(rest) => rest.at(tick),
+            Self::Sine(sine) => sine.at(tick),
+            Self::Points(points) => points.at(tick),
+            Self::Turning(turning) => turning.at(tick),
+        }
+    }
+}
+
+/// What the stream of points was after each of them had come.
+#[derive(Clone, Debug)]
+struct Points<T> {
+    streams: Arc<[Streamed<T>]>,
+    start: u32,
+    every: u32,
+}
+
+impl<T: Real<Count = i32>> Points<T> {
+    fn new(angles_rad: &[f64], every: u32, start: u32, period_s: f64) -> Self {
+        let angle = |rad: &f64| Streamed::<T>::angle(*rad);
+        let first = angles_rad.first().map_or(0, angle);
+        let mut stream = Streamed::new(first, every, period_s);
+        // The last one comes again until the curve rests there.
+        let last = angles_rad.last().map_or(0, angle);
+        let coming = angles_rad.iter().map(angle).chain([last; 6]);
+        let streams = coming.enumerate().map(|(k, angle)| {
+            stream.push(angle, start + k as u32 * every);
+            stream
+        });
+        Self { streams: streams.collect(), start, every }
+    }
+}
+
+impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Points<T> {
+    fn at(&self, tick: u32) -> Target<T, i32, J> {
+        let k = (tick.saturating_sub(self.start) / self.every) as usize;
+        self.streams[k.min(self.streams.len() - 1)].at(tick)
+    }
+}
+
+/// Even turning. The angle is a whole number that wraps with the turns: it never drifts.
+#[derive(Clone, Copy, Debug)]
+struct Turning<T> {
+    /// At the start, in 2^-32 turns.
+    begin: i64,
+    per_tick: i64,
+    start: u32,
+    speed: T,
+}
+
+impl<T: Real<Count = i32>> Turning<T> {
+    fn new(from_rad: f64, speed_rad_s: f64, start: u32, period_s: f64) -> Self {
+        let per_tick = libm::round(speed_rad_s * period_s / TAU * TWO_32);
+        let speed = T::from_f64(per_tick / TWO_32 * TAU / period_s);
+        Self { begin: libm::round(from_rad / TAU * TWO_32) as i64, per_tick: per_tick as i64, start, speed }
+    }
+}
+
+impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Turning<T> {
+    fn at(&self, tick: u32) -> Target<T, i32, J> {
+        let angle = self.begin.wrapping_add(self.per_tick.wrapping_mul(i64::from(tick) - i64::from(self.start)));
+        let turn = angle.wrapping_add(1 << 31) >> 32;
+        let mut jet = [T::ZERO; J];
+        jet[0] = T::from_f64(angle.wrapping_sub(turn << 32) as f64 * (TAU / TWO_32));
+        if let Some(speed) = jet.get_mut(1) {
+            *speed = self.speed;
+        }
+        Target { turn: turn as i32, jet }
+    }
+}
+
+/// What a drive follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Follows {
+    /// The angle.
+    Position,
+    /// The speed alone.
+    Speed,
+}
+
+/// The types of a drive, as numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Form {
+    /// What it follows.
+    pub follows: Follows,
+    /// 1, or 2: fast gains too.
+    pub gain_sets: usize,
+    /// 0, or 1: u is held one tick after it was computed.
+    pub delay_ticks: usize,
+    /// States of a motor's observer: 3, or 4. A joint has 4.
+    pub observer_states: usize,
+}
+
+/// What an aim is told of a target.
+trait Told<const N: usize>: Aim<f32, N> {
+    fn told(target: &Target<f32, i32, N>) -> Self::Target;
+}
+
+impl<const N: usize> Told<N> for Position {
+    fn told(target: &Target<f32, i32, N>) -> Self::Target {
+        *target
+    }
+}
+
+impl Told<2> for Speed {
+    fn told(target: &Target<f32, i32, 2>) -> f32 {
+        target.jet[1]
+    }
+}
+
+/// The law with its encoders and its reference. The plan takes over `P` derivatives, r included.
+struct Drive<M, A, const E: usize, const N: usize, const P: usize, const S: usize, const FAST: usize, const LATE: usize>
+where
+    M: ChainModel<f32, E, N>,
+    A: Aim<f32, N>,
+{
+    running: Running<EncoderForm<f32, M, A, E, N, S, FAST, LATE>>,
+    mounted: [Mounted; E],
+    player: Player<f32, Plan<f32, P>, N>,
+    plan: Plan<f32, P>,
+    exact: Plan<f64, P>,
+    tick: u32,
+    r: f64,
+}
+
+impl<M, A, const E: usize, const N: usize, const P: usize, const S: usize, const FAST: usize, const LATE: usize>
+    Drive<M, A, E, N, P, S, FAST, LATE>
+where
+    M: ChainModel<f32, E, N>,
+    A: Aim<f32, N>,
+{
+    fn new(law: EncoderForm<f32, M, A, E, N, S, FAST, LATE>, mounted: [Mounted; E], motion: &Motion) -> Self {
+        let plan = motion.plan();
+        let player = Player::new(plan.clone(), LATE as u32);
+        Self { running: Running::new(law), mounted, player, plan, exact: motion.plan(), tick: 0, r: 0.0 }
+    }
+}
+
+impl<M, A, const E: usize, const N: usize, const P: usize, const S: usize, const FAST: usize, const LATE: usize>
+    ControllerPort for Drive<M, A, E, N, P, S, FAST, LATE>
+where
+    M: ChainModel<f32, E, N> + Send,
+    A: Told<N> + Send,
+    EncoderForm<f32, M, A, E, N, S, FAST, LATE>: Send,
+    Running<EncoderForm<f32, M, A, E, N, S, FAST, LATE>>: Send,
+{
+    fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
+        let count = |i: usize| sample.get(i).and_then(|&count| self.mounted[i].upright(count));
+        let counts = std::array::from_fn(count);
+        let [begin, end] = self.player.next_tick().map(|target| A::told(&target));
+        let Output { u, sigma, sigma_star, health } = self.running.tick(&Sample { counts, begin, end });
+        let target: Target<f64, i32, 2> = self.exact.at(self.tick);
+        self.r = if A::POSITION { TAU * f64::from(target.turn) + target.jet[0] } else { target.jet[1] };
+        self.tick += 1;
+        let mut estimates = [[0.0; MAX_R]; MAX_ORDER];
+        if let Some(known) = self.running.estimates() {
+            for (i, d) in known.disturbance.into_iter().enumerate() {
+                estimates[2 * i + 1][0] = f64::from(d);
+            }
+        }
+        let [u, sigma, sigma_star] = [u, sigma, sigma_star].map(f64::from);
+        Ok(Tick { u, sigma, sigma_star, estimates, health })
+    }
+
+    fn report_applied(&mut self, u: f64) {
+        self.running.report_applied(u as f32);
+    }
+
+    fn reset(&mut self) -> Result<(), PortError> {
+        self.running.reset();
+        self.player = Player::new(self.plan.clone(), LATE as u32);
+        (self.tick, self.r) = (0, 0.0);
+        Ok(())
+    }
+
+    fn observed(&self) -> &[usize] {
+        &[1, 3][..E]
+    }
+
+    fn follows(&self) -> Option<usize> {
+        Some(usize::from(!A::POSITION))
+    }
+
+    fn reference(&self) -> f64 {
+        self.r
+    }
+}
+
+/// The drive of a motor. More than one gain set, or ticks of delay, are as two, and one.
+///
+/// # Errors
+/// Those of the design.
+pub fn motor(
+    design: &MotorDesign,
+    form: Form,
+    mounted: Mounted,
+    motion: &Motion,
+) -> Result<Box<dyn ControllerPort>, DriveError> {
+    macro_rules! built {
+        ($aim:ty, $fast:literal, $late:literal, $states:literal) => {{
+            let law = MotorDrive::<f32, $aim, $fast, $late, $states>::try_design(design)?;
+            Ok(Box::new(Drive::<_, _, 1, 2, 3, $states, $fast, $late>::new(law, [mounted], motion)))
+        }};
+    }
+    macro_rules! following {
+        ($aim:ty) => {
+            match (form.gain_sets, form.delay_ticks, form.observer_states) {
+                (..=1, 0, ..=3) => built!($aim, 0, 0, 3),
+                (..=1, 0, _) => built!($aim, 0, 0, 4),
+                (..=1, _, ..=3) => built!($aim, 0, 1, 3),
+                (..=1, _, _) => built!($aim, 0, 1, 4),
+                (_, 0, ..=3) => built!($aim, 1, 0, 3),
+                (_, 0, _) => built!($aim, 1, 0, 4),
+                (_, _, ..=3) => built!($aim, 1, 1, 3),
+                (_, _, _) => built!($aim, 1, 1, 4),
+            }
+        };
+    }
+    match form.follows {
+        Follows::Position => following!(Position),
+        Follows::Speed => following!(Speed),
+    }
+}
+
+/// The drive of a joint, which follows the position of its link with four states per encoder.
+///
+/// # Errors
+/// Those of the design.
+pub fn joint(
+    design: &JointDesign,
+    form: Form,
+    mounted: [Mounted; 2],
+    motion: &Motion,
+) -> Result<Box<dyn ControllerPort>, DriveError> {
+    macro_rules! built {
+        ($fast:literal, $late:literal) => {{
+            let law = JointDrive::<f32, Position, $fast, $late>::try_design(design)?;
+            Ok(Box::new(Drive::<_, _, 2, 4, 4, 4, $fast, $late>::new(law, mounted, motion)))
+        }};
+    }
+    match (form.gain_sets, form.delay_ticks) {
+        (..=1, 0) => built!(0, 0),
+        (..=1, _) => built!(0, 1),
+        (_, 0) => built!(1, 0),
+        (_, _) => built!(1, 1),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn motion(goal: Goal) -> Motion {
+        Motion { goal, from_rad: 0.3, start: 50, ticks: 100, period_s: 1e-3 }
+    }
+
+    fn jets<T: Real<Count = i32>>(motion: &Motion, ticks: u32) -> Vec<[f64; 3]> {
+        let plan = motion.plan::<T, 3>();
+        let jet = |tick| {
+            let Target { turn, jet } = Reference::<T, 3>::at(&plan, tick);
+            let [r, v, a] = jet.map(T::to_f64);
+            [TAU * f64::from(turn) + r, v, a]
+        };
+        (0..ticks).map(jet).collect()
+    }
+
+    fn goals() -> [Goal; 4] {
+        let angles_rad = (0..30).map(|k| 0.5 * (0.1 * f64::from(k)).sin()).collect();
+        [
+            Goal::Rest { angle_rad: -40.0 },
+            Goal::Sine { amplitude_rad: 1.0, omega_rad_s: 6.0 },
+            Goal::Points { angles_rad, every: 10 },
+            Goal::Speed { speed_rad_s: 300.0 },
+        ]
+    }
+
+    #[test]
+    fn every_motion_waits_and_is_then_as_smooth_as_its_speed_says() {
+        for goal in goals() {
+            let motion = motion(goal);
+            let jets = jets::<f64>(&motion, 600);
+            assert!(jets[..50].iter().all(|jet| (jet[0] - 0.3).abs() < 1e-9 && jet[1] == 0.0), "{motion:?}");
+            for (k, pair) in jets.windows(3).enumerate() {
+                // r' is the slope of r, and r'' that of r' but for its jumps: the trapezoid errs by T²/12 r'''.
+                let moved = pair[1][0] - pair[0][0];
+                let off = (moved - 0.5e-3 * (pair[0][1] + pair[1][1])).abs();
+                let bend = (pair[1][2] - pair[0][2]).abs() * 1e-6 + 1e-8;
+                assert!(off <= bend, "{:?}, tick {k}: {off:e} of {moved:e}", motion.goal);
+            }
+        }
+    }
+
+    #[test]
+    fn every_motion_is_on_its_goal_in_time() {
+        let [rest, sine, points, speed] = goals().map(|goal| jets::<f64>(&motion(goal), 600));
+        assert_eq!(rest[150], rest[599]);
+        assert!((rest[150][0] + 40.0).abs() < 1e-12 && rest[149][0] > -40.0);
+        for (k, [r, v, _]) in sine.iter().enumerate().skip(150) {
+            let phase = 6e-3 * k as f64;
+            assert!((r - phase.sin()).abs() < 1e-6 && (v - 6.0 * phase.cos()).abs() < 1e-5, "tick {k}: {r} {v}");
+        }
+        // A point every 10 ms, 35 ms late; the fourth order of a sine of 10 rad/s in steps of 0.1 rad.
+        for (k, [r, ..]) in points.iter().enumerate().skip(150).take(150) {
+            let expected = 0.5 * (10.0 * (1e-3 * (k as f64 - 50.0) - 0.035)).sin();
+            assert!((r - expected).abs() < 2e-5, "tick {k}: {r} {expected}");
+        }
+        assert_eq!(points[450], points[599]);
+        // Half of 0.1 s at 300 rad/s is lost on the way, and 2^-32 turns per tick by rounding.
+        assert!((speed[150][0] - 0.3 - 15.0).abs() < 1e-6 && (speed[599][1] - 300.0).abs() < 1e-5, "{:?}", speed[150]);
+        assert!(speed[50..150].windows(2).all(|pair| pair[1][1] > pair[0][1]), "a ramp goes up");
+    }
+
+    #[test]
+    fn f32_plays_the_same_motion() {
+        for goal in goals() {
+            let motion = motion(goal);
+            let pairs = jets::<f64>(&motion, 600).into_iter().zip(jets::<f32>(&motion, 600));
+            let off = pairs.map(|(a, b)| (a[0] - b[0]).abs()).fold(0.0, f64::max);
+            // 4e-7 of the way to go.
+            assert!(off <= 4e-7 * 41.0, "{:?}: {off:e}", motion.goal);
+        }
+    }
+
+    /// The largest acceleration of degree 5 is 10/√3 D/τ².
+    #[test]
+    fn the_shortest_motion_asks_for_the_limit_and_no_more() {
+        let wanted = Motion { ticks: 1, ..motion(Goal::Rest { angle_rad: 1.3 }) };
+        let found = wanted.shortest::<3, 3>([1, 10_000], 1000.0, |jet| jet[2]).expect("a way");
+        let tau = (10.0 / 3.0_f64.sqrt() / 1000.0).sqrt();
+        assert!((f64::from(found.ticks) * 1e-3 - tau).abs() < 2e-3, "{found:?}");
+        let peak = found.peak::<3, 3>(400, |jet| jet[2]);
+        assert!((930.0..=1000.0).contains(&peak), "{peak}");
+        assert_eq!(wanted.shortest::<3, 3>([1, 10_000], 1e-3, |jet| jet[2]), None);
+    }
+}

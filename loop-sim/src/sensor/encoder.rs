@@ -1,0 +1,201 @@
+//! Encoders: an angle becomes a count that wraps, and what happens to counts.
+//!
+//! $$ \text{count} = \left(\pm \left\lfloor \frac{\theta}{2\pi} \thinspace \frac{\text{num}}{\text{den}} \thinspace
+//!    \text{counts per turn} + \frac12 \right\rfloor + \text{offset}\right) \bmod 2^{\text{bits}} $$
+//!
+//! with num turns of the encoder to den of the shaft. A count is a whole number in an f64, exact for every counter; one
+//! that is lost is NaN. The sample of a drive is the counts of its encoders, in order, and zeros for the rest of the
+//! states. [`Faulty`] is what goes wrong at a given time: a wrapper, as all faults are.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use controller_core::drive::Encoder;
+
+use super::Sensor;
+use crate::MAX_ORDER;
+
+/// An encoder as it is mounted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mounted {
+    /// Counts, gear and width of the counter.
+    pub encoder: Encoder,
+    /// Does it count down while the angle grows?
+    pub is_reversed: bool,
+    /// Count at angle 0.
+    pub offset_counts: i32,
+}
+
+impl Mounted {
+    /// An encoder that counts up, from 0 at angle 0.
+    pub const fn new(encoder: Encoder) -> Self {
+        Self { encoder, is_reversed: false, offset_counts: 0 }
+    }
+
+    /// The count at this angle.
+    pub fn count(&self, angle_rad: f64) -> f64 {
+        let Encoder { bits, counts_per_turn, gear_num, gear_den } = self.encoder;
+        // The steps before the quotient: a whole number of turns is a whole number of counts.
+        let steps = angle_rad / TAU * f64::from(counts_per_turn) * f64::from(gear_num) / f64::from(gear_den);
+        let steps = libm::floor(steps + 0.5);
+        let count = if self.is_reversed { -steps } else { steps } + f64::from(self.offset_counts);
+        let span = (1_u64 << bits) as f64;
+        count - span * libm::floor(count / span)
+    }
+
+    /// The count that an encoder without offset would give that counts up: what a drive is to be fed. `None` for one
+    /// that is lost.
+    pub fn upright(&self, count: f64) -> Option<i32> {
+        // Of more bits than the counter has the drive reads the low ones.
+        let count = count.is_finite().then_some(count as i64 as i32)?.wrapping_sub(self.offset_counts);
+        Some(if self.is_reversed { count.wrapping_neg() } else { count })
+    }
+}
+
+/// Encoders instead of states.
+pub struct Encoders {
+    /// The state that each sees, from 0.
+    mounted: Vec<(usize, Mounted)>,
+}
+
+impl Encoders {
+    /// Of each encoder the number of the state that it sees, from 0, and what it is.
+    pub fn new(mounted: Vec<(usize, Mounted)>) -> Self {
+        Self { mounted }
+    }
+}
+
+impl Sensor for Encoders {
+    fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
+        sample.fill(0.0);
+        for (value, (state, mounted)) in sample.iter_mut().zip(&self.mounted) {
+            *value = x.get(*state).map_or(f64::NAN, |&angle| mounted.count(angle));
+        }
+    }
+}
+
+/// What goes wrong with counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fault {
+    /// The count stays what it was.
+    Stuck,
+    /// The count is off by so many.
+    Jump {
+        /// Added to it.
+        counts: f64,
+    },
+    /// There is none.
+    Lost,
+}
+
+/// A fault during some ticks.
+pub struct Faulty<S> {
+    inner: S,
+    fault: Fault,
+    channels: Range<usize>,
+    ticks: Range<usize>,
+    tick: usize,
+    held: [f64; MAX_ORDER],
+}
+
+impl<S> Faulty<S> {
+    /// In these entries of the sample, during these ticks from 0.
+    pub fn new(inner: S, fault: Fault, channels: Range<usize>, ticks: Range<usize>) -> Self {
+        Self { inner, fault, channels, ticks, tick: 0, held: [f64::NAN; MAX_ORDER] }
+    }
+}
+
+impl<S: Sensor> Sensor for Faulty<S> {
+    fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
+        self.inner.measure(x, sample);
+        let is_now = self.ticks.contains(&self.tick);
+        self.tick += 1;
+        for (k, (value, held)) in sample.iter_mut().zip(&mut self.held).enumerate() {
+            if is_now && self.channels.contains(&k) {
+                *value = match self.fault {
+                    Fault::Stuck => *held,
+                    Fault::Jump { counts } => *value + counts,
+                    Fault::Lost => f64::NAN,
+                };
+            } else {
+                *held = *value;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensor::Ideal;
+
+    #[test]
+    fn a_count_is_the_nearest_step_and_wraps() {
+        let plain = Mounted::new(Encoder::absolute(12));
+        let step = TAU / 4096.0;
+        for (angle, count) in [
+            (0.0, 0.0),
+            (0.49 * step, 0.0),
+            (0.51 * step, 1.0),
+            (-0.51 * step, 4095.0),
+            (TAU, 0.0),
+            (1000.25 * TAU, 1024.0),
+            (-1000.25 * TAU, 3072.0),
+        ] {
+            assert_eq!(plain.count(angle), count, "{angle}");
+        }
+        // Four counts per line, 1000 lines, in a counter of 16 bits behind a gear of 7 : 2.
+        let geared = Mounted::new(Encoder::incremental(16, 4000).geared(7, 2));
+        assert_eq!(geared.count(2.0 * TAU), 28_000.0);
+        assert_eq!(geared.count(6.0 * TAU), 84_000.0 - 65_536.0);
+        // All 32 bits.
+        assert_eq!(Mounted::new(Encoder::incremental(32, 4000)).count(-TAU), 4_294_967_296.0 - 4000.0);
+    }
+
+    /// Whatever its sign and offset, what the drive is fed grows with the angle from 0 at angle 0, modulo the counter.
+    #[test]
+    fn what_the_drive_is_fed_knows_neither_sign_nor_offset() {
+        for (bits, is_reversed, offset_counts) in [(12, false, 700), (12, true, 4000), (32, true, -5)] {
+            let encoder = Encoder::incremental(bits, 4096);
+            let mounted = Mounted { encoder, is_reversed, offset_counts };
+            for steps in [-9000_i32, -4096, -1, 0, 3, 2047, 2048, 70_000] {
+                let count = mounted.count(f64::from(steps) * TAU / 4096.0);
+                assert!((0.0..(1_u64 << bits) as f64).contains(&count), "{count}");
+                let fed = mounted.upright(count).expect("a count");
+                let wrong = i64::from(fed.wrapping_sub(steps)) % (1 << bits);
+                assert_eq!(wrong, 0, "{steps} steps of {mounted:?} are fed as {fed}");
+            }
+            assert_eq!(mounted.upright(f64::NAN), None);
+        }
+    }
+
+    #[test]
+    fn encoders_see_their_states_and_nothing_else_is_measured() {
+        let mounted = Mounted::new(Encoder::absolute(12));
+        let mut sensor = Encoders::new(vec![(0, mounted), (2, mounted)]);
+        let mut sample = [9.0; 5];
+        sensor.measure(&[TAU / 4.0, 1.0, TAU / 8.0, 1.0, 1.0], &mut sample);
+        assert_eq!(sample, [1024.0, 512.0, 0.0, 0.0, 0.0]);
+    }
+
+    fn faulty(fault: Fault, ticks: Range<usize>) -> Vec<[f64; 2]> {
+        let mut sensor = Faulty::new(Ideal, fault, 1..2, ticks);
+        let measured = |k: u32| {
+            let mut sample = [0.0; 2];
+            sensor.measure(&[f64::from(k), 10.0 + f64::from(k)], &mut sample);
+            sample
+        };
+        (0..5).map(measured).collect()
+    }
+
+    #[test]
+    fn a_fault_lasts_its_ticks_and_is_of_its_channel() {
+        assert_eq!(faulty(Fault::Stuck, 2..4).concat(), [0.0, 10.0, 1.0, 11.0, 2.0, 11.0, 3.0, 11.0, 4.0, 14.0]);
+        let jump = Fault::Jump { counts: -5.0 };
+        assert_eq!(faulty(jump, 3..usize::MAX).concat(), [0.0, 10.0, 1.0, 11.0, 2.0, 12.0, 3.0, 8.0, 4.0, 9.0]);
+        let lost = faulty(Fault::Lost, 1..2);
+        assert!(lost[1][1].is_nan() && lost.iter().flatten().filter(|value| value.is_nan()).count() == 1, "{lost:?}");
+        // Stuck from the first tick on there has been no count.
+        assert!(faulty(Fault::Stuck, 0..2)[1][1].is_nan());
+    }
+}

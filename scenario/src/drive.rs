@@ -1,0 +1,549 @@
+//! What a file says of a drive: a motor, or a flexible joint, with encoders, along a reference.
+//!
+//! A file with the table `[motor]` or `[joint]` is one. Numbers of the data sheet are those of the motor's own shaft;
+//! all others (reference, load inertia, friction, load) are behind its gear, where the angle is meant. What the
+//! controller is told is the data sheet; what is true differs from it by `[error]`, and by what no data sheet says.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::{FallbackKey, TermTable};
+
+mod build;
+#[cfg(test)]
+mod tests;
+
+pub(super) use build::{joint, motor};
+
+/// One run of a motor under its drive. What has no default must be given.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct MotorScenario {
+    /// Short name, used for the output folder: letters, digits, `_`, `-`, `.`. Default: the name of the file.
+    pub name: Option<String>,
+    /// One line that says what is shown; heads the output and the figures.
+    pub title: Option<String>,
+    /// Length of the run, s. Default 2.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub span_s: f64,
+    /// Window [from, to] over which errors are taken, s. Default: from where the reference is reached to the end; of a
+    /// move from its start.
+    pub window_s: Option<[f64; 2]>,
+    /// Settled while the error stays within this band, rad; rad/s in mode speed. Default 0.005; in mode speed 2 % of
+    /// the speed.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub settling_band: Option<f64>,
+    /// Data sheet.
+    pub motor: MotorTable,
+    /// How the angle is measured.
+    pub encoder: EncoderTable,
+    /// The controller.
+    pub drive: MotorDriveTable,
+    /// Where to go.
+    pub reference: ReferenceTable,
+    /// What no data sheet says. Default: none of it.
+    pub friction: FrictionTable,
+    /// Terms of a torque against positive motion, behind the gear: amplitude in N m, slope in N m/s. Default none.
+    #[schemars(length(max = 64))]
+    pub load: Vec<TermTable>,
+    /// What goes wrong with the counts, and when. Default nothing.
+    #[schemars(length(max = 64))]
+    pub fault: Vec<FaultTable>,
+    /// How far the true motor is from its data sheet.
+    pub error: MotorErrorTable,
+}
+
+impl Default for MotorScenario {
+    fn default() -> Self {
+        Self {
+            name: None,
+            title: None,
+            span_s: 2.0,
+            window_s: None,
+            settling_band: None,
+            motor: MotorTable::default(),
+            encoder: EncoderTable::default(),
+            drive: MotorDriveTable::default(),
+            reference: ReferenceTable::default(),
+            friction: FrictionTable::default(),
+            load: Vec::new(),
+            fault: Vec::new(),
+            error: MotorErrorTable::default(),
+        }
+    }
+}
+
+/// Data sheet of a motor and its rigid load.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct MotorTable {
+    /// Inertia of the rotor, kg m^2. Must be given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub inertia_kg_m2: Option<f64>,
+    /// Torque constant K_t, N m/A. Must be given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub torque_n_m_per_a: Option<f64>,
+    /// Largest current of either sign, A. Must be given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub max_current_a: Option<f64>,
+    /// Viscous friction of the rotor, N m s/rad. Default 0.
+    #[schemars(range(min = 0))]
+    pub damping_n_m_s: f64,
+    /// Turns of the motor, and those that what it drives makes meanwhile: [100, 1] is a reduction of 100. Default
+    /// [1, 1].
+    #[schemars(inner(range(min = 1, max = 1000)))]
+    pub gear: [u32; 2],
+    /// Inertia of the load behind the gear, kg m^2. Default 0.
+    #[schemars(range(min = 0))]
+    pub load_inertia_kg_m2: f64,
+    /// Time constant of the current loop, s; 0 for none. Default 2e-4.
+    #[schemars(range(min = 0, max = 0.1))]
+    pub current_lag_s: f64,
+    /// Angle at t = 0, at rest, rad. Default 0.
+    pub start_rad: f64,
+}
+
+impl Default for MotorTable {
+    fn default() -> Self {
+        Self {
+            inertia_kg_m2: None,
+            torque_n_m_per_a: None,
+            max_current_a: None,
+            damping_n_m_s: 0.0,
+            gear: [1, 1],
+            load_inertia_kg_m2: 0.0,
+            current_lag_s: controller_core::drive::DEFAULT_LAG_S,
+            start_rad: 0.0,
+        }
+    }
+}
+
+/// An encoder, absolute or incremental.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct EncoderTable {
+    /// Bits of the counter. Must be given.
+    #[schemars(range(min = 2, max = 32))]
+    pub bits: Option<u32>,
+    /// Counts in a turn of the encoder: four per line of an incremental one. Default 2^bits.
+    #[schemars(range(min = 4, max = 16_777_216))]
+    pub counts_per_turn: Option<u32>,
+    /// motor with a gear: is the encoder behind the gear, and not on the motor's shaft? Default false.
+    pub behind_gear: bool,
+    /// Does it count down while the angle grows? Default false.
+    pub reversed: bool,
+    /// Count at angle 0. Default 0.
+    pub offset_counts: i32,
+}
+
+/// The drive of a motor.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct MotorDriveTable {
+    /// Period T of the ticks, s. Default 1e-3.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub period_s: f64,
+    /// What it follows. Default position.
+    pub mode: ModeKey,
+    /// Bandwidth of the position error, rad/s; the observer and the reaching law follow it. Default: by rule, of the
+    /// encoder's steps and the phase that period, lag and delay cost.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub surface_rad_s: Option<f64>,
+    /// How well inertia and torque constant are known, percent. Up to 20 there are two gain sets, above one. Default
+    /// 20.
+    #[schemars(range(min = 0, max = 50))]
+    pub uncertain_percent: f64,
+    /// Ticks from the computation of a current until it is held. Default 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub delay_ticks: usize,
+    /// States of the observer; 4 is for little friction and a motor known to 20 %. Default 3.
+    #[schemars(range(min = 3, max = 4))]
+    pub observer_states: usize,
+    /// Lost samples in a row that are bridged. Default 50.
+    #[schemars(range(min = 1, max = 1_000_000))]
+    pub lost_ticks: u32,
+    /// What goes out after them: "hold" (the last current) or a current, A. Default "hold".
+    pub fallback: FallbackKey,
+}
+
+impl Default for MotorDriveTable {
+    fn default() -> Self {
+        Self {
+            period_s: 1e-3,
+            mode: ModeKey::Position,
+            surface_rad_s: None,
+            uncertain_percent: 20.0,
+            delay_ticks: 0,
+            observer_states: 3,
+            lost_ticks: 50,
+            fallback: FallbackKey::default(),
+        }
+    }
+}
+
+/// What a drive follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ModeKey {
+    /// The angle.
+    #[default]
+    Position,
+    /// The speed alone.
+    Speed,
+}
+
+/// Where to go.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReferenceTable {
+    /// Its shape. Default rest.
+    pub kind: ReferenceKind,
+    /// move: angle to rest at, rad.
+    #[schemars(range(min = -1e6, max = 1e6))]
+    pub to_rad: Option<f64>,
+    /// sine: amplitude, rad.
+    #[schemars(range(min = -100, max = 100))]
+    pub amplitude_rad: Option<f64>,
+    /// sine: frequency, Hz.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub frequency_hz: Option<f64>,
+    /// points: angles, rad.
+    #[schemars(length(min = 2, max = 10_000), inner(range(min = -1e6, max = 1e6)))]
+    pub points_rad: Option<Vec<f64>>,
+    /// points: time from one to the next, s; a whole number of ticks.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub every_s: Option<f64>,
+    /// speed: speed to turn at, rad/s.
+    #[schemars(range(min = -1e6, max = 1e6))]
+    pub speed_rad_s: Option<f64>,
+    /// Instant at which it begins, s. Default 0.
+    #[schemars(range(min = 0))]
+    pub start_s: Option<f64>,
+    /// Time from rest onto the reference, s. Default: the shortest within 90 % of the current limit for a motor as weak
+    /// and heavy as uncertain_percent allows; of sine and points at least 0.25.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub duration_s: Option<f64>,
+}
+
+/// Shapes of a reference.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ReferenceKind {
+    /// Stay where it is.
+    #[default]
+    Rest,
+    /// From rest to rest.
+    Move,
+    /// A sine about angle 0.
+    Sine,
+    /// A smooth curve through points, late by 3.5 of them.
+    Points,
+    /// Even turning.
+    Speed,
+}
+
+/// Friction and ripple of the true motor; the controller knows nothing of them.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct FrictionTable {
+    /// Friction in motion, N m. Default 0.
+    #[schemars(range(min = 0))]
+    pub coulomb_n_m: f64,
+    /// Friction just above rest, N m. Default: that in motion.
+    #[schemars(range(min = 0))]
+    pub static_n_m: Option<f64>,
+    /// Speed at which the one has given way to the other, rad/s. Default 0.1.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub stribeck_rad_s: f64,
+    /// Speed below which friction fades, rad/s: a real shaft sticks, this one creeps. Default 0.005.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub smooth_rad_s: f64,
+    /// Amplitude of the cogging, N m. Default 0.
+    #[schemars(range(min = 0))]
+    pub cogging_n_m: f64,
+    /// Periods of the cogging in a turn of the motor. Default 7.
+    #[schemars(range(min = 1, max = 10_000))]
+    pub cogging_per_turn: f64,
+    /// Ripple of the torque constant, percent. Default 0.
+    #[schemars(range(min = 0, max = 100))]
+    pub ripple_percent: f64,
+    /// Periods of the ripple in a turn of the motor. Default 42.
+    #[schemars(range(min = 1, max = 10_000))]
+    pub ripple_per_turn: f64,
+}
+
+impl Default for FrictionTable {
+    fn default() -> Self {
+        Self {
+            coulomb_n_m: 0.0,
+            static_n_m: None,
+            stribeck_rad_s: 0.1,
+            smooth_rad_s: 0.005,
+            cogging_n_m: 0.0,
+            cogging_per_turn: 7.0,
+            ripple_percent: 0.0,
+            ripple_per_turn: 42.0,
+        }
+    }
+}
+
+/// What goes wrong with an encoder.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct FaultTable {
+    /// What. Must be given.
+    pub kind: Option<FaultKind>,
+    /// joint: of which encoder. Default: both.
+    pub encoder: Option<EncoderKey>,
+    /// From this instant on, s. Must be given.
+    #[schemars(range(min = 0))]
+    pub at_s: Option<f64>,
+    /// For so long, s; at least a tick. Default: to the end.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub for_s: Option<f64>,
+    /// jump: counts by which it is off.
+    pub counts: Option<i32>,
+}
+
+/// Faults of an encoder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FaultKind {
+    /// The count stays what it was.
+    Stuck,
+    /// The count is off by some.
+    Jump,
+    /// There is no count.
+    Lost,
+}
+
+/// The encoders of a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum EncoderKey {
+    /// On the link.
+    Link,
+    /// On the motor.
+    Motor,
+}
+
+/// True parameter over that of the data sheet, less 1, percent. Default 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct MotorErrorTable {
+    /// Of the inertia, that of the load included.
+    #[schemars(extend("exclusiveMinimum" = -100))]
+    pub inertia_percent: f64,
+    /// Of the torque constant.
+    #[schemars(extend("exclusiveMinimum" = -100))]
+    pub torque_percent: f64,
+    /// Of the viscous friction.
+    #[schemars(range(min = -100))]
+    pub damping_percent: f64,
+}
+
+/// One run of a flexible joint under its drive. What has no default must be given.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct JointScenario {
+    /// Short name, used for the output folder: letters, digits, `_`, `-`, `.`. Default: the name of the file.
+    pub name: Option<String>,
+    /// One line that says what is shown; heads the output and the figures.
+    pub title: Option<String>,
+    /// Length of the run, s. Default 2.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub span_s: f64,
+    /// Window [from, to] over which errors are taken, s. Default: from where the reference is reached to the end; of a
+    /// move from its start.
+    pub window_s: Option<[f64; 2]>,
+    /// Settled while the error stays within this band, rad. Default 0.005.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub settling_band: Option<f64>,
+    /// Data sheet.
+    pub joint: JointTable,
+    /// How both angles are measured.
+    pub encoder: JointEncoderTable,
+    /// The controller.
+    pub drive: JointDriveTable,
+    /// Where the link is to go.
+    pub reference: ReferenceTable,
+    /// What no data sheet says of the motor, as torques behind the gear. Default: none of it.
+    pub friction: FrictionTable,
+    /// Terms of a torque against positive motion of the link: amplitude in N m, slope in N m/s. Default none.
+    #[schemars(length(max = 64))]
+    pub load: Vec<TermTable>,
+    /// What goes wrong with the counts, and when. Default nothing.
+    #[schemars(length(max = 64))]
+    pub fault: Vec<FaultTable>,
+    /// How far the true joint is from its data sheet.
+    pub error: JointErrorTable,
+}
+
+impl Default for JointScenario {
+    fn default() -> Self {
+        Self {
+            name: None,
+            title: None,
+            span_s: 2.0,
+            window_s: None,
+            settling_band: None,
+            joint: JointTable::default(),
+            encoder: JointEncoderTable::default(),
+            drive: JointDriveTable::default(),
+            reference: ReferenceTable::default(),
+            friction: FrictionTable::default(),
+            load: Vec::new(),
+            fault: Vec::new(),
+            error: JointErrorTable::default(),
+        }
+    }
+}
+
+/// Data sheet of a flexible joint.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct JointTable {
+    /// Inertia of the link, kg m^2. Must be given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub link_inertia_kg_m2: Option<f64>,
+    /// Inertia of the motor at its own shaft, kg m^2. Must be given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub motor_inertia_kg_m2: Option<f64>,
+    /// Stiffness of the spring between them, behind the gear, N m/rad. Must be given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub stiffness_n_m: Option<f64>,
+    /// Torque constant K_t of the motor, N m/A. Must be given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub torque_n_m_per_a: Option<f64>,
+    /// Largest current of either sign, A. Must be given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub max_current_a: Option<f64>,
+    /// Turns of the motor, and those that the spring makes meanwhile: [100, 1] is a reduction of 100. Default [1, 1].
+    #[schemars(inner(range(min = 1, max = 1000)))]
+    pub gear: [u32; 2],
+    /// Viscous friction of the link, N m s/rad. Default 0.
+    #[schemars(range(min = 0))]
+    pub link_damping_n_m_s: f64,
+    /// Viscous friction of the motor at its own shaft, N m s/rad. Default 0.
+    #[schemars(range(min = 0))]
+    pub motor_damping_n_m_s: f64,
+    /// Damping in the spring, N m s/rad; the controller does not know it. Default 0.
+    #[schemars(range(min = 0))]
+    pub spring_damping_n_m_s: f64,
+    /// Torque of the link's weight when it is level, N m; angle 0 hangs down. Default 0: its axis is upright.
+    #[schemars(range(min = 0))]
+    pub weight_n_m: f64,
+    /// Time constant of the current loop, s; 0 for none. Default 2e-4.
+    #[schemars(range(min = 0, max = 0.1))]
+    pub current_lag_s: f64,
+    /// Angle of the link at t = 0, at rest, the spring drawn by its weight, rad. Default 0.
+    pub start_rad: f64,
+}
+
+impl Default for JointTable {
+    fn default() -> Self {
+        Self {
+            link_inertia_kg_m2: None,
+            motor_inertia_kg_m2: None,
+            stiffness_n_m: None,
+            torque_n_m_per_a: None,
+            max_current_a: None,
+            gear: [1, 1],
+            link_damping_n_m_s: 0.0,
+            motor_damping_n_m_s: 0.0,
+            spring_damping_n_m_s: 0.0,
+            weight_n_m: 0.0,
+            current_lag_s: controller_core::drive::DEFAULT_LAG_S,
+            start_rad: 0.0,
+        }
+    }
+}
+
+/// The encoders of a joint; both are 0 where the spring is relaxed and the link hangs down.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct JointEncoderTable {
+    /// On the link.
+    pub link: EncoderTable,
+    /// On the motor's own shaft, or behind the gear.
+    pub motor: EncoderTable,
+}
+
+/// The drive of a joint.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct JointDriveTable {
+    /// Period T of the ticks, s. Default 1e-3.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub period_s: f64,
+    /// Bandwidths. Default: normal if both encoders have 16 bits or more in a turn, else quiet.
+    pub tuning: Option<TuningKey>,
+    /// How well the parameters are known, percent. Up to 20 there are two gain sets, above one. Default 20.
+    #[schemars(range(min = 0, max = 50))]
+    pub uncertain_percent: f64,
+    /// Ticks from the computation of a current until it is held. Default 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub delay_ticks: usize,
+    /// The largest load that comes at once, N m; a larger one looks like a broken encoder. Default: what the motor can
+    /// make.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub sudden_load_n_m: Option<f64>,
+    /// Lost samples of an encoder in a row that are bridged. Default 50.
+    #[schemars(range(min = 1, max = 1_000_000))]
+    pub lost_ticks: u32,
+    /// What goes out after them: "hold" (the last current) or a current, A. Default "hold".
+    pub fallback: FallbackKey,
+}
+
+impl Default for JointDriveTable {
+    fn default() -> Self {
+        Self {
+            period_s: 1e-3,
+            tuning: None,
+            uncertain_percent: 20.0,
+            delay_ticks: 0,
+            sudden_load_n_m: None,
+            lost_ticks: 50,
+            fallback: FallbackKey::default(),
+        }
+    }
+}
+
+/// Measured sets of bandwidths of a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TuningKey {
+    /// For 12 to 14 bits.
+    Quiet,
+    /// For 16 bits and more.
+    Normal,
+    /// For 20 bits and more: stiffer against a load, more noise.
+    Firm,
+}
+
+/// True parameter over that of the data sheet, less 1, percent. Default 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct JointErrorTable {
+    /// Of the link's inertia.
+    #[schemars(extend("exclusiveMinimum" = -100))]
+    pub link_inertia_percent: f64,
+    /// Of the motor's inertia.
+    #[schemars(extend("exclusiveMinimum" = -100))]
+    pub motor_inertia_percent: f64,
+    /// Of the spring.
+    #[schemars(extend("exclusiveMinimum" = -100))]
+    pub stiffness_percent: f64,
+    /// Of the torque constant.
+    #[schemars(extend("exclusiveMinimum" = -100))]
+    pub torque_percent: f64,
+    /// Of the link's weight.
+    #[schemars(range(min = -100))]
+    pub weight_percent: f64,
+    /// Of the link's viscous friction.
+    #[schemars(range(min = -100))]
+    pub link_damping_percent: f64,
+    /// Of the motor's viscous friction.
+    #[schemars(range(min = -100))]
+    pub motor_damping_percent: f64,
+}

@@ -1,0 +1,699 @@
+//! From what a file says of a drive to the stages of its loop.
+
+use std::ops::Range;
+
+use controller_core::drive::{DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorDesign, Switching};
+use controller_core::{Fallback, Limits};
+use loop_sim::actuator::{self, Actuator};
+use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
+use loop_sim::port::ControllerPort;
+use loop_sim::port::drive::{self as port, Follows, Form, Goal, Motion};
+use loop_sim::sensor::Sensor;
+use loop_sim::sensor::encoder::{Encoders, Fault, Faulty, Mounted};
+use loop_sim::signal::Signal;
+
+use super::{
+    EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointErrorTable, JointScenario, JointTable,
+    ModeKey, MotorScenario, ReferenceKind, ReferenceTable, TuningKey,
+};
+use crate::assemble::{Drive, Experiment, ShaftOf};
+use crate::error::shown;
+use crate::resolve::{self, Problem, Problems, missing, problem};
+use crate::{FallbackKey, FallbackWord, TermTable};
+
+/// A start onto a sine or points takes at least this long, s.
+const START_S: f64 = 0.25;
+/// The longest way onto a reference that is looked for, s.
+const LONGEST_S: f64 = 100.0;
+
+/// What both kinds of file say alike.
+struct Common<'a> {
+    name: Option<&'a str>,
+    title: Option<&'a str>,
+    span_s: f64,
+    window_s: Option<[f64; 2]>,
+    settling_band: Option<f64>,
+    reference: &'a ReferenceTable,
+    load: &'a [TermTable],
+    fault: &'a [FaultTable],
+    mode: ModeKey,
+    period_s: f64,
+    max_current_a: f64,
+    start_rad: f64,
+}
+
+/// A drive before its law.
+struct Resolved {
+    name: String,
+    title: String,
+    periods: usize,
+    load: Signal,
+    faults: Vec<(Fault, Range<usize>, Range<usize>)>,
+    wanted: Wanted,
+}
+
+/// A motion, and how long the way onto the reference may be.
+struct Wanted {
+    motion: Motion,
+    /// The least ticks, if the number is to be found.
+    fewest: Option<u32>,
+}
+
+impl Wanted {
+    /// The motion with a duration within 90 % of the limit, for a motor as weak and heavy as it may be; else as a jump,
+    /// with a warning. A plan that the true motor cannot follow ends in ringing at the limits.
+    fn planned<const P: usize, const J: usize>(
+        &self,
+        max_current_a: f64,
+        uncertain_percent: f64,
+        last: usize,
+        feed_forward: impl Fn(&[f64; J]) -> f64,
+        warnings: &mut Vec<String>,
+    ) -> Motion {
+        let most = (LONGEST_S / self.motion.period_s) as u32;
+        let within_a = 0.9 * max_current_a * (100.0 - uncertain_percent) / (100.0 + uncertain_percent);
+        let shortest = |fewest: u32| {
+            let range = [fewest, most.max(fewest)];
+            self.motion.shortest::<P, J>(range, within_a, &feed_forward).unwrap_or_else(|| {
+                warnings.push(format!(
+                    "no way onto the reference stays within {within_a:.3} A of {} A: it begins with a jump",
+                    shown(max_current_a)
+                ));
+                self.motion.clone()
+            })
+        };
+        let motion = self.fewest.map_or_else(|| self.motion.clone(), shortest);
+        let peak = motion.peak::<P, J>(last as u32, &feed_forward);
+        if peak > max_current_a {
+            warnings.push(format!(
+                "the reference asks for up to {peak:.3} A, the limit is {} A: it will not be followed",
+                shown(max_current_a)
+            ));
+        }
+        motion
+    }
+}
+
+fn resolved(
+    common: &Common<'_>,
+    encoders: &[Mounted],
+    default_name: &str,
+    problems: &mut Problems,
+) -> Option<Resolved> {
+    let Common { span_s, period_s, reference, .. } = *common;
+    let name = problems.take(resolve::name(common.name, default_name));
+    let title = problems.take(resolve::title(common.title.or(name.as_deref())));
+    let periods = problems.take(resolve::periods(span_s, period_s));
+    if let (Some(_), Some(window_s)) = (periods, common.window_s) {
+        problems.take(resolve::window(Some(window_s), span_s, period_s));
+    }
+    let load = resolve::terms(common.load, "load", problems);
+    let faults: Vec<_> = common
+        .fault
+        .iter()
+        .enumerate()
+        .map(|(k, table)| problems.take(fault(table, &format!("fault[{}]", k + 1), encoders.len(), period_s)))
+        .collect();
+    let from_rad = encoders.first().and_then(|mounted| start(*mounted, common.start_rad));
+    let wanted = problems.take(motion(reference, common.mode, from_rad.unwrap_or(0.0), period_s));
+    Some(Resolved {
+        name: name?,
+        title: title?,
+        periods: periods?,
+        load: Signal::new(load?),
+        faults: faults.into_iter().collect::<Option<_>>()?,
+        wanted: wanted?,
+    })
+}
+
+/// Where the first count says that the shaft is.
+fn start(mounted: Mounted, angle_rad: f64) -> Option<f64> {
+    let above = 32 - mounted.encoder.bits;
+    let count = mounted.upright(mounted.count(angle_rad))?;
+    Some(f64::from((count << above) >> above) * mounted.encoder.unit_rad())
+}
+
+fn fault(
+    table: &FaultTable,
+    key: &str,
+    encoders: usize,
+    period_s: f64,
+) -> Result<(Fault, Range<usize>, Range<usize>), Problem> {
+    let Some(kind) = table.kind else { return missing(&format!("{key}.kind"), "stuck, jump or lost") };
+    let Some(at_s) = table.at_s else { return missing(&format!("{key}.at_s"), "the instant from which on, s") };
+    let fault = match (kind, table.counts) {
+        (FaultKind::Stuck, None) => Fault::Stuck,
+        (FaultKind::Lost, None) => Fault::Lost,
+        (FaultKind::Jump, Some(counts)) => Fault::Jump { counts: f64::from(counts) },
+        (FaultKind::Jump, None) => return missing(&format!("{key}.counts"), "by how many counts it is off"),
+        (_, Some(_)) => return problem(format!("{key}.counts"), "only for kind = \"jump\""),
+    };
+    let channels = match (table.encoder, encoders) {
+        (None, _) => 0..encoders,
+        (Some(_), 1) => return problem(format!("{key}.encoder"), "there is only one encoder"),
+        (Some(EncoderKey::Link), _) => 0..1,
+        (Some(EncoderKey::Motor), _) => 1..2,
+    };
+    let first = (at_s / period_s).round() as usize;
+    let ticks = table.for_s.map_or(usize::MAX, |for_s| ((for_s / period_s).round() as usize).max(1));
+    Ok((fault, channels, first..first.saturating_add(ticks)))
+}
+
+impl ReferenceKind {
+    const fn word(self) -> &'static str {
+        match self {
+            Self::Rest => "rest",
+            Self::Move => "move",
+            Self::Sine => "sine",
+            Self::Points => "points",
+            Self::Speed => "speed",
+        }
+    }
+}
+
+fn motion(table: &ReferenceTable, mode: ModeKey, from_rad: f64, period_s: f64) -> Result<Wanted, Problem> {
+    let ReferenceTable { kind, to_rad, amplitude_rad, frequency_hz, ref points_rad, every_s, speed_rad_s, .. } = *table;
+    let needed: &[&str] = match kind {
+        ReferenceKind::Rest => &[],
+        ReferenceKind::Move => &["to_rad"],
+        ReferenceKind::Sine => &["amplitude_rad", "frequency_hz"],
+        ReferenceKind::Points => &["points_rad", "every_s"],
+        ReferenceKind::Speed => &["speed_rad_s"],
+    };
+    let given = [
+        ("to_rad", to_rad.is_some()),
+        ("amplitude_rad", amplitude_rad.is_some()),
+        ("frequency_hz", frequency_hz.is_some()),
+        ("points_rad", points_rad.is_some()),
+        ("every_s", every_s.is_some()),
+        ("speed_rad_s", speed_rad_s.is_some()),
+        ("start_s", table.start_s.is_some()),
+        ("duration_s", table.duration_s.is_some()),
+    ];
+    for (name, is_given) in given {
+        let key = format!("reference.{name}");
+        let is_common = name.ends_with("n_s") || name == "start_s";
+        if is_given && !needed.contains(&name) && (kind == ReferenceKind::Rest || !is_common) {
+            return problem(key, format!("reference.kind = {:?} does not read it", kind.word()));
+        }
+        if !is_given && needed.contains(&name) {
+            return missing(&key, &format!("reference.kind = {:?} needs it", kind.word()));
+        }
+    }
+    if mode == ModeKey::Speed && kind != ReferenceKind::Speed {
+        return problem("reference.kind", "drive.mode = \"speed\" follows reference.kind = \"speed\" only");
+    }
+    let ticks_of = |time_s: f64| (time_s / period_s).round().min(f64::from(1 << 24)) as u32;
+    let at_least = |time_s: f64| Some(ticks_of(time_s).max(1));
+    let (goal, fewest) = match kind {
+        ReferenceKind::Rest => (Goal::Rest { angle_rad: from_rad }, None),
+        ReferenceKind::Move => (Goal::Rest { angle_rad: to_rad.unwrap_or(0.0) }, Some(1)),
+        ReferenceKind::Sine => {
+            let omega_rad_s = frequency_hz.unwrap_or(0.0) * std::f64::consts::TAU;
+            if omega_rad_s * period_s > 0.5 {
+                let most = shown((0.5 / std::f64::consts::TAU / period_s).floor());
+                return problem("reference.frequency_hz", format!("expected at most {most} at this period"));
+            }
+            (Goal::Sine { amplitude_rad: amplitude_rad.unwrap_or(0.0), omega_rad_s }, at_least(START_S))
+        }
+        ReferenceKind::Points => {
+            let ticks = every_s.unwrap_or(0.0) / period_s;
+            if ticks < 0.5 || (ticks - ticks.round()).abs() > 1e-6 {
+                let message = format!("found {ticks:.3} ticks, expected a whole number of them, at least 1");
+                return problem("reference.every_s", message);
+            }
+            let angles_rad = points_rad.clone().unwrap_or_default();
+            // Six more after the last, and a start.
+            if ticks * (angles_rad.len() + 6) as f64 > f64::from(1 << 30) {
+                return problem("reference.every_s", "the last point is more than 2^30 ticks away");
+            }
+            (Goal::Points { angles_rad, every: ticks.round() as u32 }, at_least(START_S))
+        }
+        ReferenceKind::Speed => (Goal::Speed { speed_rad_s: speed_rad_s.unwrap_or(0.0) }, Some(1)),
+    };
+    let start = ticks_of(table.start_s.unwrap_or(0.0));
+    let ticks = table.duration_s.map_or(1, |duration_s| ticks_of(duration_s).max(1));
+    let fewest = fewest.filter(|_| table.duration_s.is_none());
+    Ok(Wanted { motion: Motion { goal, from_rad, start, ticks, period_s }, fewest })
+}
+
+/// A number of the data sheet that must be there.
+fn needed(value: Option<f64>, key: &str, what: &str, problems: &mut Problems) -> f64 {
+    problems.take(value.map_or_else(|| missing(key, what), Ok)).unwrap_or(1.0)
+}
+
+/// The encoder with its gear to the shaft that is meant.
+fn mounted(table: &EncoderTable, gear: [u32; 2], start_rad: f64, key: &str, problems: &mut Problems) -> Mounted {
+    let given = table.bits.map_or_else(|| missing(&format!("{key}.bits"), "bits of the encoder's counter"), Ok);
+    let bits = problems.take(given).unwrap_or(14);
+    let counts = table.counts_per_turn.map_or_else(
+        || match bits {
+            ..=24 => Ok(1 << bits),
+            _ => missing(&format!("{key}.counts_per_turn"), "counts in a turn, as the counter has more than 24 bits"),
+        },
+        Ok,
+    );
+    let counts_per_turn = problems.take(counts).unwrap_or(4096);
+    let [num, den] = if table.behind_gear { [1, 1] } else { gear };
+    let encoder = Encoder::incremental(bits, counts_per_turn).geared(num, den);
+    let half_span = 0.5 * (1_u64 << bits) as f64 * encoder.unit_rad();
+    if start_rad.abs() >= half_span {
+        let message = format!(
+            "start_rad is {}, but a counter of {bits} bits tells angles within {half_span:.4} rad of 0 only",
+            shown(start_rad)
+        );
+        problems.0.push(Problem { key: key.into(), message });
+    }
+    Mounted { encoder, is_reversed: table.reversed, offset_counts: table.offset_counts }
+}
+
+fn imperfections(table: &FrictionTable, lag_s: f64, gear: f64) -> Imperfections {
+    Imperfections {
+        friction: Friction {
+            static_n_m: table.static_n_m.unwrap_or(table.coulomb_n_m),
+            coulomb_n_m: table.coulomb_n_m,
+            stribeck_rad_s: table.stribeck_rad_s,
+            smooth_rad_s: table.smooth_rad_s,
+        },
+        cogging_n_m: table.cogging_n_m,
+        cogging_per_turn: table.cogging_per_turn * gear,
+        ripple: table.ripple_percent / 100.0,
+        ripple_per_turn: table.ripple_per_turn * gear,
+        lag_s,
+    }
+}
+
+fn fallback(key: FallbackKey) -> Fallback {
+    match key {
+        FallbackKey::Word(FallbackWord::Hold) => Fallback::HoldLast,
+        FallbackKey::Safe(u) => Fallback::Safe(u),
+    }
+}
+
+/// The key of a field of the design.
+fn design_problem(error: &DriveError, plant: &str) -> Problem {
+    let key = match error.field {
+        "encoders[0]" => "encoder.link".into(),
+        "encoders[1]" => "encoder.motor".into(),
+        "encoder" => "encoder".into(),
+        "limits" => format!("{plant}.max_current_a"),
+        field if field.starts_with("motor.") || field.starts_with("joint.") => field.into(),
+        "bandwidths.surface_rad_s" if plant == "motor" => "drive.surface_rad_s".into(),
+        field if field.starts_with("bandwidths.") => "drive.period_s".into(),
+        field => format!("drive.{}", field.split(['[', '.']).next().unwrap_or(field)),
+    };
+    // Products of what was typed: six digits of them.
+    let short = |number: f64| shown(format!("{number:.5e}").parse().unwrap_or(number));
+    let [given, low, high] = [error.given, error.low, error.high].map(short);
+    let message = format!("{} (given {given}, allowed {low} to {high})", error.why);
+    Problem { key, message }
+}
+
+/// Turns of the motor in one of what it drives.
+fn ratio(gear: [u32; 2]) -> f64 {
+    f64::from(gear[0]) / f64::from(gear[1])
+}
+
+fn true_to(nominal: f64, percent: f64) -> f64 {
+    nominal * (1.0 + percent / 100.0)
+}
+
+/// The same encoder with up to 2^10 times as many counts, and how many times; none if there is no room for 8 times.
+fn finer(mounted: Mounted) -> Option<(Mounted, f64)> {
+    let Encoder { bits, counts_per_turn, gear_num, .. } = mounted.encoder;
+    let fits = |k: u32| bits + k <= 32 && (u64::from(counts_per_turn) * u64::from(gear_num)) << k <= 1 << 24;
+    let k = (3..=10).rev().find(|&k| fits(k))?;
+    let encoder = Encoder { bits: bits + k, counts_per_turn: counts_per_turn << k, ..mounted.encoder };
+    Some((Mounted::new(encoder), f64::from(1 << k)))
+}
+
+/// Thresholds that mean the same angles with so many times as many steps.
+fn switching_of(switching: Switching, times: f64) -> Switching {
+    let Switching { calm_steps, alert_steps, .. } = switching;
+    Switching { calm_steps: calm_steps * times, alert_steps: alert_steps * times, ..switching }
+}
+
+/// All that a run needs, of either plant.
+struct Parts {
+    resolved: Resolved,
+    plant: Box<dyn Plant>,
+    x0: Vec<f64>,
+    mounted: Vec<(usize, Mounted)>,
+    port: Box<dyn ControllerPort>,
+    exact: Option<(Box<dyn Sensor>, Box<dyn ControllerPort>)>,
+    form: Form,
+    motion: Motion,
+    warnings: Vec<String>,
+    chosen: Vec<String>,
+    shafts: Vec<ShaftOf>,
+}
+
+fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
+    let Parts { resolved, plant, mut x0, mounted, port, exact, form, motion, mut warnings, chosen, shafts } = parts;
+    let Common { span_s, period_s, max_current_a, .. } = *common;
+    let Resolved { name, title, periods, faults, .. } = resolved;
+    x0.resize(plant.order(), 0.0);
+    let moved_rad = period_s * motion.peak::<3, 2>(periods as u32, |jet| jet[1]);
+    for (_, Mounted { encoder, .. }) in &mounted {
+        let counter_rad = (1_u64 << encoder.bits) as f64 * encoder.unit_rad();
+        if moved_rad > 0.4 * counter_rad {
+            warnings.push(format!(
+                "a counter of {} bits is {counter_rad:.3} rad, of which the shaft moves {moved_rad:.3} in a tick: nobody \
+                 can tell which way",
+                encoder.bits
+            ));
+        }
+    }
+    let has_faults = !faults.is_empty();
+    let mut sensor: Box<dyn Sensor> = Box::new(Encoders::new(mounted));
+    for (fault, channels, ticks) in faults {
+        sensor = Box::new(Faulty::new(sensor, fault, channels, ticks));
+    }
+    let held = actuator::Delayed::new(actuator::Ideal, form.delay_ticks);
+    let actuator: Box<dyn Actuator> = Box::new(actuator::Limited::new(held, -max_current_a, max_current_a));
+    let [begins, reached] = [motion.start, motion.start + motion.ticks].map(|tick| f64::from(tick) * period_s);
+    let from = if matches!(motion.goal, Goal::Rest { .. }) { begins } else { reached };
+    let window_s = common.window_s.unwrap_or(if from < span_s { [from, span_s] } else { [0.0, span_s] });
+    let (output_unit, band) = match (form.follows, &motion.goal) {
+        (Follows::Speed, Goal::Speed { speed_rad_s }) => ("rad/s", (0.02 * speed_rad_s.abs()).max(1e-6)),
+        _ => ("rad", 0.005),
+    };
+    let sets = if form.gain_sets > 1 { "2 gain sets" } else { "1 gain set" };
+    Experiment {
+        name,
+        title,
+        span_s,
+        period_s,
+        periods,
+        window_s,
+        settling_band: common.settling_band.unwrap_or(band),
+        output_unit,
+        control_unit: "A",
+        x0,
+        plant,
+        sensor,
+        actuator,
+        port,
+        spec: None,
+        download: None,
+        report: true,
+        warnings,
+        mu: Vec::new(),
+        drive: Some(Drive { chosen, max_current_a, shafts, begins_s: begins, exact: exact.filter(|_| !has_faults) }),
+        controller: format!("drive in f32, {sets}"),
+    }
+}
+
+/// The experiment of a motor.
+///
+/// # Errors
+/// All rules that are broken, or the one that its design breaks.
+pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experiment, Vec<Problem>> {
+    let mut problems = Problems::default();
+    let (sheet, drive) = (&file.motor, &file.drive);
+    let inertia = needed(sheet.inertia_kg_m2, "motor.inertia_kg_m2", "the inertia of the rotor", &mut problems);
+    let torque = needed(sheet.torque_n_m_per_a, "motor.torque_n_m_per_a", "the torque constant", &mut problems);
+    let limit = needed(sheet.max_current_a, "motor.max_current_a", "the largest current", &mut problems);
+    let mounted = mounted(&file.encoder, sheet.gear, sheet.start_rad, "encoder", &mut problems);
+    let common = Common {
+        name: file.name.as_deref(),
+        title: file.title.as_deref(),
+        span_s: file.span_s,
+        window_s: file.window_s,
+        settling_band: file.settling_band,
+        reference: &file.reference,
+        load: &file.load,
+        fault: &file.fault,
+        mode: drive.mode,
+        period_s: drive.period_s,
+        max_current_a: limit,
+        start_rad: sheet.start_rad,
+    };
+    let resolved = resolved(&common, &[mounted], default_name, &mut problems);
+    let Some(mut resolved) = resolved.filter(|_| problems.0.is_empty()) else { return Err(problems.0) };
+
+    // On the side of the gear where the angle is meant.
+    let gear = ratio(sheet.gear);
+    let nominal = Motor {
+        inertia_kg_m2: sheet.load_inertia_kg_m2 + gear * gear * inertia,
+        torque_n_m_per_a: gear * torque,
+        damping_n_m_s: gear * gear * sheet.damping_n_m_s,
+    };
+    let form = Form {
+        follows: if drive.mode == ModeKey::Speed { Follows::Speed } else { Follows::Position },
+        gain_sets: if drive.uncertain_percent > 20.0 { 1 } else { 2 },
+        delay_ticks: drive.delay_ticks,
+        observer_states: drive.observer_states,
+    };
+    let by_rule = MotorDesign::by_rule(drive.period_s, nominal, mounted.encoder, Limits::symmetric(limit))
+        .with_lag(sheet.current_lag_s, drive.delay_ticks as u32);
+    let design = drive.surface_rad_s.map_or(by_rule, |surface_rad_s| by_rule.with_surface(surface_rad_s));
+    let design = MotorDesign { lost_ticks: drive.lost_ticks, fallback: fallback(drive.fallback), ..design };
+
+    let mut warnings = Vec::new();
+    let motion = resolved.wanted.planned::<3, 3>(
+        limit,
+        drive.uncertain_percent,
+        resolved.periods,
+        |jet| nominal.feed_forward(jet),
+        &mut warnings,
+    );
+    let refused = |error: DriveError| vec![design_problem(&error, "motor")];
+    let port = port::motor(&design, form, mounted, &motion).map_err(refused)?;
+    let exact = finer(mounted).and_then(|(fine, times)| {
+        let design = MotorDesign {
+            encoder: fine.encoder,
+            switching: switching_of(design.switching, times),
+            gate_steps: design.gate_steps * times,
+            ..design
+        };
+        let port = port::motor(&design, form, fine, &motion).ok()?;
+        Some((Box::new(Encoders::new(vec![(0, fine)])) as Box<dyn Sensor>, port))
+    });
+
+    let believed = Shaft {
+        inertia_kg_m2: nominal.inertia_kg_m2,
+        torque_n_m_per_a: nominal.torque_n_m_per_a,
+        damping_n_m_s: nominal.damping_n_m_s,
+    };
+    let truth = Shaft {
+        inertia_kg_m2: true_to(believed.inertia_kg_m2, file.error.inertia_percent),
+        torque_n_m_per_a: true_to(believed.torque_n_m_per_a, file.error.torque_percent),
+        damping_n_m_s: true_to(believed.damping_n_m_s, file.error.damping_percent),
+    };
+    let load = std::mem::take(&mut resolved.load);
+    let plant = plant::Motor::new(truth, believed, imperfections(&file.friction, sheet.current_lag_s, gear), load);
+    let parts = Parts {
+        chosen: motor_in_words(&design, drive.surface_rad_s.is_some(), sheet.current_lag_s, form),
+        shafts: vec![ShaftOf { channel: 1, name: "shaft", inertia_kg_m2: nominal.inertia_kg_m2 }],
+        resolved,
+        plant: Box::new(plant),
+        x0: vec![sheet.start_rad],
+        mounted: vec![(0, mounted)],
+        port,
+        exact,
+        form,
+        motion,
+        warnings,
+    };
+    Ok(experiment(&common, parts))
+}
+
+/// Bandwidths and why.
+fn motor_in_words(design: &MotorDesign, is_given: bool, lag_s: f64, form: Form) -> Vec<String> {
+    let w = design.bandwidths;
+    let late_s = design.period_s / 2.0 + 1.5 * lag_s + form.delay_ticks as f64 * design.period_s;
+    let why = if is_given {
+        "as given".into()
+    } else if w.surface_rad_s < 0.999 * 0.1 / late_s {
+        "more would make the encoder's steps worth 1 % of the current limit".into()
+    } else {
+        format!("the phase lost in {:.2} ms of period, lag and delay allows no more", 1e3 * late_s)
+    };
+    let mut lines = match form.follows {
+        Follows::Position => vec![format!("error {:.0} rad/s: {why}", w.surface_rad_s)],
+        Follows::Speed => {
+            vec![format!("speed {:.0} 1/s, of a rule's {:.0} rad/s: {why}", w.reaching_per_s, w.surface_rad_s)]
+        }
+    };
+    lines.push(format!(
+        "observer {:.0} rad/s, reaching law {:.0} 1/s, gate {:.0} steps",
+        w.observer_rad_s, w.reaching_per_s, design.gate_steps
+    ));
+    lines
+}
+
+/// The data sheet on the link's side of the gear, and the limit of the current.
+fn joint_sheet(sheet: &JointTable, problems: &mut Problems) -> (Joint, f64) {
+    let mut of = |value, key: &str, what: &str| needed(value, &format!("joint.{key}"), what, problems);
+    let gear = ratio(sheet.gear);
+    let nominal = Joint {
+        link_inertia_kg_m2: of(sheet.link_inertia_kg_m2, "link_inertia_kg_m2", "the inertia of the link"),
+        link_damping_n_m_s: sheet.link_damping_n_m_s,
+        weight_n_m: sheet.weight_n_m,
+        stiffness_n_m: of(sheet.stiffness_n_m, "stiffness_n_m", "the stiffness of the spring"),
+        motor_inertia_kg_m2: gear
+            * gear
+            * of(sheet.motor_inertia_kg_m2, "motor_inertia_kg_m2", "the inertia of the motor"),
+        motor_damping_n_m_s: gear * gear * sheet.motor_damping_n_m_s,
+        torque_n_m_per_a: gear * of(sheet.torque_n_m_per_a, "torque_n_m_per_a", "the torque constant"),
+    };
+    (nominal, of(sheet.max_current_a, "max_current_a", "the largest current"))
+}
+
+/// What the controller believes, and what is true.
+fn bodies(nominal: &Joint, spring_damping_n_m_s: f64, error: &JointErrorTable) -> (JointBody, JointBody) {
+    let believed = JointBody {
+        link_inertia_kg_m2: nominal.link_inertia_kg_m2,
+        link_damping_n_m_s: nominal.link_damping_n_m_s,
+        weight_n_m: nominal.weight_n_m,
+        stiffness_n_m: nominal.stiffness_n_m,
+        spring_damping_n_m_s: 0.0,
+        motor: Shaft {
+            inertia_kg_m2: nominal.motor_inertia_kg_m2,
+            torque_n_m_per_a: nominal.torque_n_m_per_a,
+            damping_n_m_s: nominal.motor_damping_n_m_s,
+        },
+    };
+    let truth = JointBody {
+        link_inertia_kg_m2: true_to(believed.link_inertia_kg_m2, error.link_inertia_percent),
+        link_damping_n_m_s: true_to(believed.link_damping_n_m_s, error.link_damping_percent),
+        weight_n_m: true_to(believed.weight_n_m, error.weight_percent),
+        stiffness_n_m: true_to(believed.stiffness_n_m, error.stiffness_percent),
+        spring_damping_n_m_s,
+        motor: Shaft {
+            inertia_kg_m2: true_to(believed.motor.inertia_kg_m2, error.motor_inertia_percent),
+            torque_n_m_per_a: true_to(believed.motor.torque_n_m_per_a, error.torque_percent),
+            damping_n_m_s: true_to(believed.motor.damping_n_m_s, error.motor_damping_percent),
+        },
+    };
+    (believed, truth)
+}
+
+/// Bandwidths and why.
+fn joint_in_words(design: &JointDesign, tuning: TuningKey, is_given: bool) -> Vec<String> {
+    let (w, [link_steps, motor_steps]) = (design.bandwidths, design.gate_steps);
+    let word = match tuning {
+        TuningKey::Quiet => "quiet",
+        TuningKey::Normal => "normal",
+        TuningKey::Firm => "firm",
+    };
+    let why = if is_given { "as given" } else { "by the bits of the encoders" };
+    vec![
+        format!("error {:.0} rad/s: tuning {word:?}, {why}", w.surface_rad_s),
+        format!(
+            "observers {:.0} (link) and {:.0} rad/s (motor), reaching law {:.0} 1/s, gates {link_steps:.0} and \
+             {motor_steps:.0} steps",
+            w.link_rad_s, w.motor_rad_s, w.reaching_per_s
+        ),
+    ]
+}
+
+/// The experiment of a joint.
+///
+/// # Errors
+/// All rules that are broken, or the one that its design breaks.
+pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experiment, Vec<Problem>> {
+    let mut problems = Problems::default();
+    let (sheet, drive) = (&file.joint, &file.drive);
+    let (nominal, limit) = joint_sheet(sheet, &mut problems);
+    let (believed, truth) = bodies(&nominal, sheet.spring_damping_n_m_s, &file.error);
+    // The spring carries the weight.
+    let motor_rad = sheet.start_rad + truth.weight_n_m * sheet.start_rad.sin() / truth.stiffness_n_m;
+    if file.encoder.link.behind_gear {
+        let message = "the encoder on the link is always behind the gear: leave it out";
+        problems.0.push(Problem { key: "encoder.link.behind_gear".into(), message: message.into() });
+    }
+    let link = mounted(&file.encoder.link, [1, 1], sheet.start_rad, "encoder.link", &mut problems);
+    let motor = mounted(&file.encoder.motor, sheet.gear, motor_rad, "encoder.motor", &mut problems);
+    let common = Common {
+        name: file.name.as_deref(),
+        title: file.title.as_deref(),
+        span_s: file.span_s,
+        window_s: file.window_s,
+        settling_band: file.settling_band,
+        reference: &file.reference,
+        load: &file.load,
+        fault: &file.fault,
+        mode: ModeKey::Position,
+        period_s: drive.period_s,
+        max_current_a: limit,
+        start_rad: sheet.start_rad,
+    };
+    let resolved = resolved(&common, &[link, motor], default_name, &mut problems);
+    let Some(mut resolved) = resolved.filter(|_| problems.0.is_empty()) else { return Err(problems.0) };
+
+    let form = Form {
+        follows: Follows::Position,
+        gain_sets: if drive.uncertain_percent > 20.0 { 1 } else { 2 },
+        delay_ticks: drive.delay_ticks,
+        observer_states: 4,
+    };
+    let encoders = [link.encoder, motor.encoder];
+    let load_n_m = drive.sudden_load_n_m.unwrap_or(limit * nominal.torque_n_m_per_a);
+    let tuning = drive.tuning.unwrap_or_else(|| tuning_for(encoders));
+    let bandwidths = bandwidths_of(tuning, drive.period_s, drive.delay_ticks);
+    let design = JointDesign::new(drive.period_s, nominal, encoders, Limits::symmetric(limit), load_n_m)
+        .with_bandwidths(bandwidths, load_n_m);
+    let design = JointDesign { lost_ticks: drive.lost_ticks, fallback: fallback(drive.fallback), ..design };
+
+    let mut warnings = Vec::new();
+    let motion = resolved.wanted.planned::<4, 5>(
+        limit,
+        drive.uncertain_percent,
+        resolved.periods,
+        |jet| nominal.feed_forward(jet),
+        &mut warnings,
+    );
+    let refused = |error: DriveError| vec![design_problem(&error, "joint")];
+    let port = port::joint(&design, form, [link, motor], &motion).map_err(refused)?;
+    let exact = finer(link).zip(finer(motor)).and_then(|((fine_link, times), (fine_motor, times_motor))| {
+        // One switching serves both encoders: they must be as many times finer.
+        let design = JointDesign {
+            encoders: [fine_link.encoder, fine_motor.encoder],
+            switching: switching_of(design.switching, times),
+            gate_steps: [design.gate_steps[0] * times, design.gate_steps[1] * times_motor],
+            ..design
+        };
+        let port = port::joint(&design, form, [fine_link, fine_motor], &motion).ok()?;
+        let sensor: Box<dyn Sensor> = Box::new(Encoders::new(vec![(0, fine_link), (2, fine_motor)]));
+        (times == times_motor).then_some((sensor, port))
+    });
+
+    let load = std::mem::take(&mut resolved.load);
+    let plant =
+        plant::Joint::new(truth, believed, imperfections(&file.friction, sheet.current_lag_s, ratio(sheet.gear)), load);
+    let parts = Parts {
+        chosen: joint_in_words(&design, tuning, drive.tuning.is_some()),
+        shafts: vec![
+            ShaftOf { channel: 1, name: "link", inertia_kg_m2: nominal.link_inertia_kg_m2 },
+            ShaftOf { channel: 3, name: "motor", inertia_kg_m2: nominal.motor_inertia_kg_m2 },
+        ],
+        resolved,
+        plant: Box::new(plant),
+        x0: vec![sheet.start_rad, 0.0, motor_rad],
+        mounted: vec![(0, link), (2, motor)],
+        port,
+        exact,
+        form,
+        motion,
+        warnings,
+    };
+    Ok(experiment(&common, parts))
+}
+
+fn tuning_for(encoders: [Encoder; 2]) -> TuningKey {
+    let is_fine = encoders.iter().all(|encoder| encoder.unit_rad() < 1.5 * Encoder::absolute(16).unit_rad());
+    if is_fine { TuningKey::Normal } else { TuningKey::Quiet }
+}
+
+/// The motor's observer is slowed where the period asks for it.
+fn bandwidths_of(tuning: TuningKey, period_s: f64, delay_ticks: usize) -> JointBandwidths {
+    let set = match tuning {
+        TuningKey::Quiet => JointBandwidths::QUIET,
+        TuningKey::Normal => JointBandwidths::DEFAULT,
+        TuningKey::Firm => JointBandwidths::FIRM,
+    };
+    let most = if delay_ticks == 0 { 0.6 } else { 0.5 } / period_s;
+    JointBandwidths { motor_rad_s: set.motor_rad_s.min(most.max(3.75 * set.link_rad_s)), ..set }
+}
