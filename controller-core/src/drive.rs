@@ -26,7 +26,7 @@
 //! const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
 //! const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
 //! type Drive = MotorDrive<f32, Position>;
-//! static DRIVE: Drive = Drive::designed(&DESIGN);
+//! static DRIVE: Drive = Drive::design(&DESIGN);
 //!
 //! let mut drive = Running::new(&DRIVE);
 //! let goal = Rest { turn: 0, angle: 1.0 };

@@ -3,8 +3,8 @@
 //! Units: with U that of the output y = x_1 (rad for the flexible joint) and n the order of the plant, σ* is in
 //! U/s^(n-1), the disturbance d_i and its error in U/s^i; u is in the plant's input unit, times in s.
 //!
-//! Where a reference is followed, y stands for what is left of it, y - r: [`measure`] takes both kinds of run alike, and
-//! [`track`] adds what only a reference can be asked.
+//! Where a reference is followed, y stands for what is left of it, y - r: [`measure`] takes both kinds of run alike,
+//! and [`track`] adds what only a reference can be asked.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
@@ -117,8 +117,8 @@ const STAYS_S: f64 = 0.05;
 pub struct Tracking {
     /// Root mean square of y - r over the window, U.
     pub error_rms: f64,
-    /// Time at which y comes within the band about the last r, and stays there for 50 ms, s; `null` if it never does, if
-    /// the reference does not end at rest, or if the run did not finish.
+    /// Time at which y comes within the band about the last r, and stays there for 50 ms, s; `null` if it never does,
+    /// if the reference does not end at rest, or if the run did not finish.
     pub arrival_s: Option<f64>,
     /// Share of all ticks in which the law asked for more than the limits allow.
     pub saturated_share: f64,

@@ -298,8 +298,8 @@ fn a_re_tune_in_motion_does_not_move_u() {
     assert!(jump <= 0.05 && error <= 1e-4, "{jump} A, {error:e} rad");
 }
 
-/// In the middle of a fast move the period is halved: the old law is asked for the same pace of the reference, so that the
-/// feed-forward of the tick that is twice as long is not taken for one of the other.
+/// In the middle of a fast move the period is halved: the old law is asked for the same pace of the reference, so that
+/// the feed-forward of the tick that is twice as long is not taken for one of the other.
 #[test]
 fn a_change_of_the_period_on_a_fast_move_does_not_move_u() {
     let plan = point_to_point::<4>(1.0, 0.1, 0.8, 9);

@@ -47,8 +47,8 @@ fn check(name: &str, double: [f64; 2], single: [f64; 2], bars: [f64; 2]) {
 macro_rules! motor_replay {
     ($name:literal, $design:expr, $($types:tt)*) => {{
         let (design, rows) = ($design, motor_rows($name));
-        let double = MotorDrive::<f64, $($types)*>::design(&design).expect("a good design");
-        let single = MotorDrive::<f32, $($types)*>::design(&design).expect("a good design");
+        let double = MotorDrive::<f64, $($types)*>::try_design(&design).expect("a good design");
+        let single = MotorDrive::<f32, $($types)*>::try_design(&design).expect("a good design");
         let [double, single] = [replay(&double, &rows, |_, _, _| ()), replay(&single, &rows, |_, _, _| ())];
         check($name, double, single, [1e-5, 1e-3]);
     }};

@@ -358,8 +358,8 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         let counter_rad = (1_u64 << encoder.bits) as f64 * encoder.unit_rad();
         if moved_rad > 0.4 * counter_rad {
             warnings.push(format!(
-                "a counter of {} bits is {counter_rad:.3} rad, of which the shaft moves {moved_rad:.3} in a tick: nobody \
-                 can tell which way",
+                "a counter of {} bits is {counter_rad:.3} rad, of which the shaft moves {moved_rad:.3} in a tick: \
+                 nobody can tell which way",
                 encoder.bits
             ));
         }
