@@ -51,7 +51,9 @@ static KEYS: LazyLock<Vec<String>> = LazyLock::new(|| {
         }
     }
     let mut keys = Vec::new();
-    scenario::STARTS.iter().for_each(|(plant, _)| collect(&scenario::schema(plant), &mut keys));
+    for (plant, _) in scenario::STARTS {
+        collect(&scenario::schema(plant), &mut keys);
+    }
     keys
 });
 
