@@ -2,7 +2,8 @@
 //!
 //! A request ends the program at once, unless it [keeps](keeping) a record that would be lost. Then it sets a flag,
 //! which the loop that [looks](looking) for it must see within [`SEEN_WITHIN`]: else it is blocked, by a reader that
-//! does not read say, and ends the same way. A second request ends it in any case. Files are written whole or not at
+//! does not read say, and ends the same way; so does what is still there after that time with its record kept. A second
+//! request ends it in any case. Files are written whole or not at
 //! all, so nothing is left half done; emulators end with the program.
 
 use std::process::exit;
@@ -56,9 +57,10 @@ pub fn on_request(flag: &'static AtomicBool) {
         }
         spawn(|| {
             sleep(SEEN_WITHIN);
-            if LOOPS.load(Ordering::SeqCst) > 0 {
-                end();
+            while LOOPS.load(Ordering::SeqCst) == 0 && KEEPERS.load(Ordering::SeqCst) > 0 {
+                sleep(Duration::from_millis(100));
             }
+            end();
         });
     });
 }
