@@ -53,7 +53,7 @@ fn any(trial: &mut Trial) -> Result<(), String> {
     if !shipped.start(&start) {
         return Err(format!("a good sample refused: {start:?}"));
     }
-    // Since the state was damaged no good sample was taken, and so many were lost.
+    // Since the state was damaged no sample was taken, and so many good ones were lost.
     let (mut is_damaged, mut lost) = (false, 0);
     for _ in 0..TICKS {
         let rng = &mut trial.rng;
@@ -102,7 +102,8 @@ fn any(trial: &mut Trial) -> Result<(), String> {
             return Err(format!("taken: {x:?}"));
         }
         if is_damaged {
-            lost += u32::from(is_rejected);
+            // The sample that came with the damage may be a bad one.
+            lost += u32::from(is_rejected && is_good);
             is_damaged = is_rejected;
             if lost > 2 && !is_narrow {
                 return Err("three good samples refused".into());
