@@ -100,21 +100,20 @@ fn designed<const N: usize, const R: usize, const MASK: u8, const O: usize>(
             *observer = Some(gains.map_err(|cause| (Status::of(&cause), i as u32 + 1))?);
         }
     }
-    let nominal = Nominal { gradient: from.gradient, input_gain: from.input_gain };
     let config = Config {
         period_s: from.period_s,
         surface: Surface { c: from.c, alpha_per_s: from.alpha_per_s },
         observers,
         reaching: ReachingLaw { k_l: from.k_l, k_s: from.k_s, epsilon: from.epsilon },
-        nominal,
+        nominal: Nominal { gradient: from.gradient, input_gain: from.input_gain },
         options: Options::NEUTRAL
             .with_limits(Limits { min: from.u_min, max: from.u_max })
             .with_fallback(fallback)
             .with_sigma_star_bound(from.sigma_star_bound)
             .with_observer_pole_limit(from.observer_pole_limit),
     };
-    let controller = Controller::<f32, _, N, R, MASK, O>::try_design(&config, Linear::<f32, N>::new(&nominal))
-        .map_err(|error| match error.field {
+    let controller =
+        Controller::<f32, Linear<f32, N>, N, R, MASK, O>::try_linear(&config).map_err(|error| match error.field {
             Field::Observer { channel } => (Status::of(&error.cause), channel as u32),
             _ => (Status::of(&error.cause), 0),
         })?;

@@ -116,6 +116,16 @@ macro_rules! design_in {
             /// # Errors
             /// What [`Config::validate`] refuses, and a configuration whose observers are not those of `MASK`.
             pub const fn try_design(config: &Config<N, R>, model: M) -> Result<Self, ConfigError> {
+                match Self::ungated(config, model) {
+                    Ok(_) if !config.options.samples.is_none() => {
+                        Err(ConfigError::new(Field::Samples, Cause::GateMissing))
+                    }
+                    designed => designed,
+                }
+            }
+
+            /// The same for whoever keeps the limits of samples himself.
+            pub(crate) const fn ungated(config: &Config<N, R>, model: M) -> Result<Self, ConfigError> {
                 match design_f64::<N, R, MASK, O>(config) {
                     Ok(rows) => Ok(Self::from_parts(design_in!(@$convert rows), model)),
                     Err(error) => Err(error),
@@ -183,7 +193,6 @@ const fn design_f64<const N: usize, const R: usize, const MASK: u8, const O: usi
         i += 1;
     }
     match config.validate() {
-        Ok(()) if !config.options.samples.is_none() => Err(ConfigError::new(Field::Samples, Cause::GateMissing)),
         Ok(()) => design::coefficients(config, &design::observed(MASK)),
         Err(error) => Err(error),
     }
@@ -515,10 +524,10 @@ where
     /// One tick: observers, σ*, law, clamp. Call it once per period with the newest sample x, in chain coordinates.
     ///
     /// A sample that is not finite never reaches the state; the estimates wait, and the next good sample resumes
-    /// without a kick. From any state whatsoever at most two good samples lead back into the set of the design (module
-    /// `design`, "Range"), a good sample being one that the controller would start from and take at once. The tick
-    /// takes `u` as what the actuator will hold; if it will not, say so with
-    /// [`report_applied`](ControlLaw::report_applied).
+    /// without a kick: in its tick they go on by themselves. From any state whatsoever at most two good samples in a
+    /// row lead back into the set of the design (module `design`, "Range"), a good sample being one that the controller
+    /// would start from and take at once. The tick takes `u` as what the actuator will hold; if it will not, say so
+    /// with [`report_applied`](ControlLaw::report_applied).
     #[inline(always)]
     fn tick(&self, state: &mut Self::State, x: &[T; N]) -> Output<T> {
         self.step::<true, false>(state, x)

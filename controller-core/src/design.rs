@@ -251,7 +251,8 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
     /// The design that these numbers, in the order of [`LAYOUT`], are: the first [`NUMBERS`](Self::NUMBERS) of them.
     /// `None` if there are fewer, if they are not those that [`numbers`](Self::numbers) gave, which the check tells, or
     /// if they cannot come from a design: a number that is not finite, limits that are reversed or wider than
-    /// [`INPUT_LIMIT`], a fallback outside of them, a period or an input gain of zero.
+    /// [`INPUT_LIMIT`], a fallback outside of them, a period or an input gain of zero, a rate that is not 1/T, a
+    /// c_n that is not 1, moments outside of (0, 1].
     pub fn from_numbers(numbers: impl IntoIterator<Item = T>) -> Option<Self> {
         let mut given = numbers.into_iter();
         let read = Self::from_trusted_numbers(&mut given)?;

@@ -159,17 +159,10 @@ macro_rules! design_in {
             /// Designs a controller and the gate of its [`samples`](crate::Options::samples).
             ///
             /// # Errors
-            /// What [`Controller::try_design`] refuses.
+            /// What [`Controller::try_design`] refuses, but for the limits of samples.
             pub const fn try_design(config: &Config<N, R>, model: M) -> Result<Self, ConfigError> {
-                if let Err(error) = config.validate() {
-                    return Err(error);
-                }
-                let Config { period_s, surface, observers, reaching, nominal, options } = *config;
-                let gate = Gate::<$t, N>::new(&options.samples);
-                let options = options.with_samples(SampleLimits::NONE);
-                let free = Config { period_s, surface, observers, reaching, nominal, options };
-                match Controller::<$t, M, N, R, MASK, O>::try_design(&free, model) {
-                    Ok(law) => Ok(Self { law, gate }),
+                match Controller::<$t, M, N, R, MASK, O>::ungated(config, model) {
+                    Ok(law) => Ok(Self { law, gate: Gate::<$t, N>::new(&config.options.samples) }),
                     Err(error) => Err(error),
                 }
             }
