@@ -62,7 +62,7 @@ pub use encoder::Encoder;
 pub use error::DriveError;
 pub use joint::{Joint, JointBandwidths, JointDesign, JointDrive, JointModel};
 pub use law::{DriveEstimates, EncoderForm, Sample};
-pub use monitor::{Bounds, GoOn, Monitored, MonitoredState, Reaction, Stop, Watched};
+pub use monitor::{ALARMS, Bounds, GoOn, Monitored, MonitoredState, Reaction, Stop, Watched};
 pub use motor::{DEFAULT_LAG_S, Motor, MotorBandwidths, MotorDesign, MotorDrive, MotorModel, Switching};
 pub use reference::{Joined, Player, Reference, Rest, Sine, Streamed, gap, shortest, stop};
 pub use state::EncoderState;

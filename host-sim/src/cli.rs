@@ -669,11 +669,14 @@ fn ending(trace: &Trace, metrics: &Metrics) -> (&'static str, String) {
 }
 
 /// What a controller can tell, and its name in JSON.
-const TROUBLES: [(Health, &str); 4] = [
+const TROUBLES: [(Health, &str); 7] = [
     (Health::INPUT_REJECTED, "input_rejected"),
     (Health::SATURATED, "saturated"),
     (Health::SIGMA_STAR_OVER_BOUND, "sigma_star_over_bound"),
     (Health::SAMPLE_LOST, "sample_lost"),
+    (Health::DISTURBANCE_OVER_BOUND, "disturbance_over_bound"),
+    (Health::STUCK_AT_LIMIT, "stuck_at_limit"),
+    (Health::STOPPED, "stopped"),
 ];
 
 fn ticks_with(trace: &Trace, flag: Health) -> usize {

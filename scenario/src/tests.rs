@@ -678,7 +678,7 @@ fn every_key_of_a_schema_stands_in_its_file_to_start_from_and_no_other() {
     // The terms of the input disturbance are those of any disturbance, and one encoder is as another.
     let elsewhere: [(&str, &str, &[&str]); 3] = [
         ("paper", DEFAULT, &["plant.input_disturbance."]),
-        ("motor", MOTOR, &["fault.encoder"]),
+        ("motor", MOTOR, &["fault.encoder", "monitor.motor_n_m"]),
         (
             "joint",
             JOINT,

@@ -42,6 +42,7 @@ use super::chain::ChainModel;
 use super::encoder::Encoder;
 use super::error::DriveError;
 use super::law::{EncoderForm, Row};
+use super::monitor::{Bounds, misjudged};
 use super::motor::{OBSERVED, POSITIVE, Switching, decay};
 use super::target::{Aim, Position};
 use super::trigonometry::sin_cos;
@@ -301,16 +302,37 @@ impl JointDesign {
     /// The same with other bandwidths and the gates for them.
     #[must_use]
     pub const fn with_bandwidths(mut self, bandwidths: JointBandwidths, load_n_m: f64) -> Self {
-        let Limits { min, max } = self.limits;
-        let u_max = if max > -min { max } else { -min };
         let link = load_n_m / self.joint.link_inertia_kg_m2;
-        let motor = 1.2 * u_max * self.joint.torque_n_m_per_a / self.joint.motor_inertia_kg_m2;
+        let motor = 1.2 * self.largest_current() * self.joint.torque_n_m_per_a / self.joint.motor_inertia_kg_m2;
         self.bandwidths = bandwidths;
         self.gate_steps = [
             steps(link, bandwidths.link_rad_s, &self.encoders[0]),
             steps(motor, bandwidths.motor_rad_s, &self.encoders[1]),
         ];
         self
+    }
+
+    /// What the monitors may see of this drive if the data sheet is known to within the share p = `uncertain` (0.2,
+    /// 0.5), under sudden loads of up to `load_n_m`.
+    ///
+    /// With q = p/(1 - p): on the link that load and 1.25 q of the acceleration that the limit of u gives both shafts
+    /// together, on the motor 0.25 + 1.75 q of what the limit does to it alone (the spring adds its own errors);
+    /// innovations of q times the gates; u at a limit for 0.2 s.
+    pub fn bounds<T: Real, A: Aim<T, 4>, const FAST: usize, const LATE: usize>(
+        &self,
+        law: &JointDrive<T, A, FAST, LATE>,
+        load_n_m: f64,
+        uncertain: f64,
+    ) -> Bounds<2> {
+        let Joint { link_inertia_kg_m2: link, motor_inertia_kg_m2: motor, torque_n_m_per_a, .. } = self.joint;
+        let (torque, q) = (self.largest_current() * torque_n_m_per_a, misjudged(uncertain));
+        let disturbance = [load_n_m / link + 1.25 * q * torque / (link + motor), (0.25 + 1.75 * q) * torque / motor];
+        Bounds::of(law, disturbance, self.gate_steps, uncertain, self.period_s)
+    }
+
+    const fn largest_current(&self) -> f64 {
+        let Limits { min, max } = self.limits;
+        if max > -min { max } else { -min }
     }
 
     /// Checks every number.

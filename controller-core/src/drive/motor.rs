@@ -39,6 +39,7 @@ use super::chain::ChainModel;
 use super::encoder::Encoder;
 use super::error::DriveError;
 use super::law::{EncoderForm, FastGains, Row};
+use super::monitor::{Bounds, misjudged};
 use super::target::{Aim, Position};
 use crate::config::{Config, Fallback, Options};
 use crate::design;
@@ -239,6 +240,19 @@ impl MotorDesign {
         // What a step D of the disturbance makes of the innovation is at most 0.42 D/w_o².
         self.gate_steps = 1.0 + 0.42 * 1.2 * self.largest_acceleration() / (omega * omega * self.encoder.unit_rad());
         self
+    }
+
+    /// What the monitors may see of this drive if J and K_t are known to within the share p = `uncertain` (0.2, 0.5).
+    ///
+    /// With q = p/(1 - p): disturbances up to (0.25 + 0.65 q) of what the limit of u can do, so that 0.25 of it are
+    /// load and friction; innovations of q times the gate; u at a limit for 0.2 s.
+    pub fn bounds<T: Real, A: Aim<T, 2>, const FAST: usize, const LATE: usize, const S: usize>(
+        &self,
+        law: &MotorDrive<T, A, FAST, LATE, S>,
+        uncertain: f64,
+    ) -> Bounds<1> {
+        let share = 0.25 + 0.65 * misjudged(uncertain);
+        Bounds::of(law, [share * self.largest_acceleration()], [self.gate_steps], uncertain, self.period_s)
     }
 
     const fn largest_acceleration(&self) -> f64 {

@@ -12,15 +12,18 @@
 //! r = goal      from there on
 //! ```
 //!
+//! After an alarm of its monitors a drive goes on, stops, or follows a joined stop from there on ([`Reaction`]).
+//!
 //! It is played in f32 for the law and in f64 for whoever records the run. Estimates are the disturbance of each shaft
 //! (rad/s²), in the channel of its speed.
 
 use std::f64::consts::TAU;
+use std::marker::PhantomData;
 use std::sync::Arc;
 
 use controller_core::drive::{
-    self, Aim, ChainModel, DriveError, EncoderForm, Joined, JointDesign, JointDrive, MotorDesign, MotorDrive, Player,
-    Position, Reference, Rest, Sample, Sine, Speed, Streamed, Target,
+    self, Aim, Bounds, DriveError, DriveEstimates, GoOn, Joined, JointDesign, JointDrive, Monitored, MotorDesign,
+    MotorDrive, Player, Position, Reference, Rest, Sample, Sine, Speed, Stop, Streamed, Target, Watched,
 };
 use controller_core::{MAX_R, Output, Real, Running};
 
@@ -96,6 +99,19 @@ impl Motion {
         let plan = self.plan::<f64, M>();
         let asked = (0..=last).map(|tick| feed_forward(&Reference::<f64, J>::at(&plan, tick).jet).abs());
         asked.fold(0.0, f64::max)
+    }
+
+    /// From where `present` is at this tick to rest, in so many ticks.
+    fn stopping<T: Real<Count = i32>, const M: usize>(
+        &self,
+        present: &Target<T, i32, M>,
+        start: u32,
+        ticks: u32,
+    ) -> Plan<T, M> {
+        let goal = drive::stop(present, f64::from(ticks) * self.period_s);
+        let gap = drive::gap(present, &Reference::at(&goal, start));
+        let after = Joined::new(Course::Rest(goal), gap, start, ticks, self.period_s);
+        Plan { before: goal, start, after }
     }
 
     fn plan<T: Real<Count = i32>, const M: usize>(&self) -> Plan<T, M> {
@@ -242,6 +258,46 @@ pub struct Form {
     pub observer_states: usize,
 }
 
+/// What the monitors of a drive may see of it (as far as they are known: the law adds the rest), and what follows an
+/// alarm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Monitors<const E: usize> {
+    /// How well the data sheet is known, as a share: the thresholds by rule are for this.
+    pub uncertain: f64,
+    /// Largest |d| of each shaft, rad/s²; `None` by rule.
+    pub disturbance: [Option<f64>; E],
+    /// Largest |σ*|; `None` by rule.
+    pub sigma_star: Option<f64>,
+    /// Ticks that u may be at a limit while |σ| does not fall; `None` by rule.
+    pub stuck_ticks: Option<u32>,
+    /// What follows an alarm.
+    pub reaction: Reaction,
+}
+
+impl<const E: usize> Monitors<E> {
+    fn bounds(&self, by_rule: &Bounds<E>) -> Bounds<E> {
+        Bounds {
+            disturbance: std::array::from_fn(|i| self.disturbance[i].unwrap_or(by_rule.disturbance[i])),
+            sigma_star: self.sigma_star.unwrap_or(by_rule.sigma_star),
+            stuck_ticks: self.stuck_ticks.unwrap_or(by_rule.stuck_ticks),
+        }
+    }
+}
+
+/// What follows an alarm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reaction {
+    /// It is told, and no more.
+    GoOn,
+    /// The fallback goes out from then on.
+    Fallback,
+    /// The reference comes to rest in so many ticks.
+    JoinedStop {
+        /// From the end of the tick with the alarm.
+        ticks: u32,
+    },
+}
+
 /// What an aim is told of a target.
 trait Told<const N: usize>: Aim<f32, N> {
     fn told(target: &Target<f32, i32, N>) -> Self::Target;
@@ -259,49 +315,83 @@ impl Told<2> for Speed {
     }
 }
 
-/// The law with its encoders and its reference. The plan takes over `P` derivatives, r included.
-struct Drive<M, A, const E: usize, const N: usize, const P: usize, const S: usize, const FAST: usize, const LATE: usize>
+/// The law with its encoders, its monitors and its reference. The plan takes over `P` derivatives, r included.
+struct Drive<L, R, A, const E: usize, const N: usize, const P: usize>
 where
-    M: ChainModel<f32, E, N>,
-    A: Aim<f32, N>,
+    L: Watched<E>,
+    R: drive::Reaction,
 {
-    running: Running<EncoderForm<f32, M, A, E, N, S, FAST, LATE>>,
+    running: Running<Monitored<L, E, R>>,
     mounted: [Mounted; E],
+    /// Ticks from the computation of u until it is held.
+    late: u32,
     player: Player<f32, Plan<f32, P>, N>,
-    plan: Plan<f32, P>,
+    motion: Motion,
     exact: Plan<f64, P>,
+    /// Ticks of a joined stop after an alarm, and the one that is under way.
+    stop_ticks: Option<u32>,
+    stopping: Option<Plan<f64, P>>,
     tick: u32,
     r: f64,
+    of: PhantomData<A>,
 }
 
-impl<M, A, const E: usize, const N: usize, const P: usize, const S: usize, const FAST: usize, const LATE: usize>
-    Drive<M, A, E, N, P, S, FAST, LATE>
+impl<L, R, A, const E: usize, const N: usize, const P: usize> Drive<L, R, A, E, N, P>
 where
-    M: ChainModel<f32, E, N>,
-    A: Aim<f32, N>,
+    L: Watched<E>,
+    R: drive::Reaction,
 {
-    fn new(law: EncoderForm<f32, M, A, E, N, S, FAST, LATE>, mounted: [Mounted; E], motion: &Motion) -> Self {
-        let plan = motion.plan();
-        let player = Player::new(plan.clone(), LATE as u32);
-        Self { running: Running::new(law), mounted, player, plan, exact: motion.plan(), tick: 0, r: 0.0 }
+    fn new(
+        law: Monitored<L, E, R>,
+        mounted: [Mounted; E],
+        late: usize,
+        stop_ticks: Option<u32>,
+        motion: &Motion,
+    ) -> Self {
+        let late = late as u32;
+        Self {
+            running: Running::new(law),
+            mounted,
+            late,
+            player: Player::new(motion.plan(), late),
+            motion: motion.clone(),
+            exact: motion.plan(),
+            stop_ticks,
+            stopping: None,
+            tick: 0,
+            r: 0.0,
+            of: PhantomData,
+        }
+    }
+
+    /// After an alarm: from where the reference now is, to rest.
+    fn begin_to_stop(&mut self, ticks: u32) {
+        let start = self.player.tick();
+        let present: Target<f32, i32, P> = self.player.reference_mut().at(start);
+        self.player.play(self.motion.stopping(&present, start, ticks));
+        let present: Target<f64, i32, P> = self.exact.at(start);
+        self.stopping = Some(self.motion.stopping(&present, start, ticks));
     }
 }
 
-impl<M, A, const E: usize, const N: usize, const P: usize, const S: usize, const FAST: usize, const LATE: usize>
-    ControllerPort for Drive<M, A, E, N, P, S, FAST, LATE>
+impl<L, R, A, const E: usize, const N: usize, const P: usize> ControllerPort for Drive<L, R, A, E, N, P>
 where
-    M: ChainModel<f32, E, N> + Send,
+    L: Watched<E, Scalar = f32, Sample = Sample<i32, A::Target, E>, Estimates = DriveEstimates<f32, i32, E>> + Send,
+    L::State: Send,
+    R: drive::Reaction + Send,
     A: Told<N> + Send,
-    EncoderForm<f32, M, A, E, N, S, FAST, LATE>: Send,
-    Running<EncoderForm<f32, M, A, E, N, S, FAST, LATE>>: Send,
 {
     fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
         let count = |i: usize| sample.get(i).and_then(|&count| self.mounted[i].upright(count));
         let counts = std::array::from_fn(count);
         let [begin, end] = self.player.next_tick().map(|target| A::told(&target));
         let Output { u, sigma, sigma_star, health } = self.running.tick(&Sample { counts, begin, end });
-        let target: Target<f64, i32, 2> = self.exact.at(self.tick);
+        let plan = self.stopping.as_ref().filter(|plan| self.tick >= plan.start).unwrap_or(&self.exact);
+        let target: Target<f64, i32, 2> = plan.at(self.tick);
         self.r = if A::POSITION { TAU * f64::from(target.turn) + target.jet[0] } else { target.jet[1] };
+        if let Some(ticks) = self.stop_ticks.filter(|_| self.stopping.is_none() && health.intersects(drive::ALARMS)) {
+            self.begin_to_stop(ticks);
+        }
         self.tick += 1;
         let mut estimates = [[0.0; MAX_R]; MAX_ORDER];
         if let Some(known) = self.running.estimates() {
@@ -319,8 +409,8 @@ where
 
     fn reset(&mut self) -> Result<(), PortError> {
         self.running.reset();
-        self.player = Player::new(self.plan.clone(), LATE as u32);
-        (self.tick, self.r) = (0, 0.0);
+        self.player = Player::new(self.motion.plan(), self.late);
+        (self.stopping, self.tick, self.r) = (None, 0, 0.0);
         Ok(())
     }
 
@@ -337,6 +427,37 @@ where
     }
 }
 
+fn watched<L, A, const E: usize, const N: usize, const P: usize>(
+    law: L,
+    bounds: &Bounds<E>,
+    reaction: Reaction,
+    mounted: [Mounted; E],
+    late: usize,
+    motion: &Motion,
+) -> Box<dyn ControllerPort>
+where
+    L: Watched<E, Scalar = f32, Sample = Sample<i32, A::Target, E>, Estimates = DriveEstimates<f32, i32, E>>
+        + Send
+        + 'static,
+    L::State: Send,
+    A: Told<N> + Send + 'static,
+{
+    let stop_ticks = match reaction {
+        Reaction::JoinedStop { ticks } => Some(ticks),
+        Reaction::GoOn | Reaction::Fallback => None,
+    };
+    match reaction {
+        Reaction::Fallback => {
+            let law = Monitored::<L, E, Stop>::new(law, bounds);
+            Box::new(Drive::<L, Stop, A, E, N, P>::new(law, mounted, late, stop_ticks, motion))
+        }
+        Reaction::GoOn | Reaction::JoinedStop { .. } => {
+            let law = Monitored::<L, E, GoOn>::new(law, bounds);
+            Box::new(Drive::<L, GoOn, A, E, N, P>::new(law, mounted, late, stop_ticks, motion))
+        }
+    }
+}
+
 /// The drive of a motor. More than one gain set, or ticks of delay, are as two, and one.
 ///
 /// # Errors
@@ -345,12 +466,14 @@ pub fn motor(
     design: &MotorDesign,
     form: Form,
     mounted: Mounted,
+    monitors: &Monitors<1>,
     motion: &Motion,
 ) -> Result<Box<dyn ControllerPort>, DriveError> {
     macro_rules! built {
         ($aim:ty, $fast:literal, $late:literal, $states:literal) => {{
             let law = MotorDrive::<f32, $aim, $fast, $late, $states>::try_design(design)?;
-            Ok(Box::new(Drive::<_, _, 1, 2, 3, $states, $fast, $late>::new(law, [mounted], motion)))
+            let bounds = monitors.bounds(&design.bounds(&law, monitors.uncertain));
+            Ok(watched::<_, $aim, 1, 2, 3>(law, &bounds, monitors.reaction, [mounted], $late, motion))
         }};
     }
     macro_rules! following {
@@ -381,12 +504,15 @@ pub fn joint(
     design: &JointDesign,
     form: Form,
     mounted: [Mounted; 2],
+    monitors: &Monitors<2>,
+    sudden_load_n_m: f64,
     motion: &Motion,
 ) -> Result<Box<dyn ControllerPort>, DriveError> {
     macro_rules! built {
         ($fast:literal, $late:literal) => {{
             let law = JointDrive::<f32, Position, $fast, $late>::try_design(design)?;
-            Ok(Box::new(Drive::<_, _, 2, 4, 4, 4, $fast, $late>::new(law, mounted, motion)))
+            let bounds = monitors.bounds(&design.bounds(&law, sudden_load_n_m, monitors.uncertain));
+            Ok(watched::<_, Position, 2, 4, 4>(law, &bounds, monitors.reaction, mounted, $late, motion))
         }};
     }
     match (form.gain_sets, form.delay_ticks) {

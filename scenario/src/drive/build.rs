@@ -7,14 +7,14 @@ use controller_core::{Fallback, Limits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
 use loop_sim::port::ControllerPort;
-use loop_sim::port::drive::{self as port, Follows, Form, Goal, Motion};
+use loop_sim::port::drive::{self as port, Follows, Form, Goal, Monitors, Motion, Reaction};
 use loop_sim::sensor::Sensor;
 use loop_sim::sensor::encoder::{Encoders, Fault, Faulty, Mounted};
 use loop_sim::signal::Signal;
 
 use super::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointErrorTable, JointScenario, JointTable,
-    ModeKey, MotorScenario, ReferenceKind, ReferenceTable, TuningKey,
+    ModeKey, MonitorTable, MotorScenario, ReactionKey, ReferenceKind, ReferenceTable, TuningKey,
 };
 use crate::assemble::{Drive, Experiment, ShaftOf};
 use crate::error::shown;
@@ -36,6 +36,8 @@ struct Common<'a> {
     reference: &'a ReferenceTable,
     load: &'a [TermTable],
     fault: &'a [FaultTable],
+    monitor: MonitorTable,
+    uncertain_percent: f64,
     mode: ModeKey,
     period_s: f64,
     max_current_a: f64,
@@ -50,6 +52,7 @@ struct Resolved {
     load: Signal,
     faults: Vec<(Fault, Range<usize>, Range<usize>)>,
     wanted: Wanted,
+    reaction: Reaction,
 }
 
 /// A motion, and how long the way onto the reference may be.
@@ -116,6 +119,11 @@ fn resolved(
         .collect();
     let from_rad = encoders.first().and_then(|mounted| start(*mounted, common.start_rad));
     let wanted = problems.take(motion(reference, common.mode, from_rad.unwrap_or(0.0), period_s));
+    let reaction = problems.take(reaction(&common.monitor, period_s));
+    if let (Some(_), 1) = (common.monitor.motor_n_m, encoders.len()) {
+        let message = "only for a joint: a motor has load_n_m";
+        problems.0.push(Problem { key: "monitor.motor_n_m".into(), message: message.into() });
+    }
     Some(Resolved {
         name: name?,
         title: title?,
@@ -123,6 +131,7 @@ fn resolved(
         load: Signal::new(load?),
         faults: faults.into_iter().collect::<Option<_>>()?,
         wanted: wanted?,
+        reaction: reaction?,
     })
 }
 
@@ -131,6 +140,37 @@ fn start(mounted: Mounted, angle_rad: f64) -> Option<f64> {
     let above = 32 - mounted.encoder.bits;
     let count = mounted.upright(mounted.count(angle_rad))?;
     Some(f64::from((count << above) >> above) * mounted.encoder.unit_rad())
+}
+
+fn reaction(table: &MonitorTable, period_s: f64) -> Result<Reaction, Problem> {
+    match (table.reaction, table.stop_s) {
+        (ReactionKey::Tell, None) => Ok(Reaction::GoOn),
+        (ReactionKey::Fallback, None) => Ok(Reaction::Fallback),
+        (ReactionKey::JoinedStop, stop_s) => {
+            let ticks = ticks_of(stop_s.unwrap_or(START_S), period_s).max(1);
+            Ok(Reaction::JoinedStop { ticks })
+        }
+        (_, Some(_)) => problem("monitor.stop_s", "only for reaction = \"joined_stop\""),
+    }
+}
+
+fn ticks_of(time_s: f64, period_s: f64) -> u32 {
+    (time_s / period_s).round().min(f64::from(1 << 24)) as u32
+}
+
+impl Common<'_> {
+    /// The thresholds that the file gives, of shafts with these inertias.
+    fn monitors<const E: usize>(&self, reaction: Reaction, inertia_kg_m2: [f64; E]) -> Monitors<E> {
+        let MonitorTable { load_n_m, motor_n_m, sigma_star, saturated_s, .. } = self.monitor;
+        let torques = [load_n_m, motor_n_m];
+        Monitors {
+            uncertain: self.uncertain_percent / 100.0,
+            disturbance: std::array::from_fn(|i| torques[i].map(|torque| torque / inertia_kg_m2[i])),
+            sigma_star,
+            stuck_ticks: saturated_s.map(|time_s| ticks_of(time_s, self.period_s)),
+            reaction,
+        }
+    }
 }
 
 fn fault(
@@ -203,7 +243,7 @@ fn motion(table: &ReferenceTable, mode: ModeKey, from_rad: f64, period_s: f64) -
     if mode == ModeKey::Speed && kind != ReferenceKind::Speed {
         return problem("reference.kind", "drive.mode = \"speed\" follows reference.kind = \"speed\" only");
     }
-    let ticks_of = |time_s: f64| (time_s / period_s).round().min(f64::from(1 << 24)) as u32;
+    let ticks_of = |time_s: f64| ticks_of(time_s, period_s);
     let at_least = |time_s: f64| Some(ticks_of(time_s).max(1));
     let (goal, fewest) = match kind {
         ReferenceKind::Rest => (Goal::Rest { angle_rad: from_rad }, None),
@@ -424,6 +464,8 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
         reference: &file.reference,
         load: &file.load,
         fault: &file.fault,
+        monitor: file.monitor,
+        uncertain_percent: drive.uncertain_percent,
         mode: drive.mode,
         period_s: drive.period_s,
         max_current_a: limit,
@@ -459,7 +501,8 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
         &mut warnings,
     );
     let refused = |error: DriveError| vec![design_problem(&error, "motor")];
-    let port = port::motor(&design, form, mounted, &motion).map_err(refused)?;
+    let monitors = common.monitors(resolved.reaction, [nominal.inertia_kg_m2]);
+    let port = port::motor(&design, form, mounted, &monitors, &motion).map_err(refused)?;
     let exact = finer(mounted).and_then(|(fine, times)| {
         let design = MotorDesign {
             encoder: fine.encoder,
@@ -467,7 +510,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
             gate_steps: design.gate_steps * times,
             ..design
         };
-        let port = port::motor(&design, form, fine, &motion).ok()?;
+        let port = port::motor(&design, form, fine, &monitors, &motion).ok()?;
         Some((Box::new(Encoders::new(vec![(0, fine)])) as Box<dyn Sensor>, port))
     });
 
@@ -615,6 +658,8 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
         reference: &file.reference,
         load: &file.load,
         fault: &file.fault,
+        monitor: file.monitor,
+        uncertain_percent: drive.uncertain_percent,
         mode: ModeKey::Position,
         period_s: drive.period_s,
         max_current_a: limit,
@@ -646,7 +691,9 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
         &mut warnings,
     );
     let refused = |error: DriveError| vec![design_problem(&error, "joint")];
-    let port = port::joint(&design, form, [link, motor], &motion).map_err(refused)?;
+    let inertia = [nominal.link_inertia_kg_m2, nominal.motor_inertia_kg_m2];
+    let monitors = common.monitors(resolved.reaction, inertia);
+    let port = port::joint(&design, form, [link, motor], &monitors, load_n_m, &motion).map_err(refused)?;
     let exact = finer(link).zip(finer(motor)).and_then(|((fine_link, times), (fine_motor, times_motor))| {
         // One switching serves both encoders: they must be as many times finer.
         let design = JointDesign {
@@ -655,7 +702,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
             gate_steps: [design.gate_steps[0] * times, design.gate_steps[1] * times_motor],
             ..design
         };
-        let port = port::joint(&design, form, [fine_link, fine_motor], &motion).ok()?;
+        let port = port::joint(&design, form, [fine_link, fine_motor], &monitors, load_n_m, &motion).ok()?;
         let sensor: Box<dyn Sensor> = Box::new(Encoders::new(vec![(0, fine_link), (2, fine_motor)]));
         (times == times_motor).then_some((sensor, port))
     });
