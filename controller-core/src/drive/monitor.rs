@@ -235,13 +235,10 @@ impl<L: Watched<E>, const E: usize, R: Reaction> Monitored<L, E, R> {
         state.last = sigma;
         let stuck = Health::STUCK_AT_LIMIT.when(state.stuck > self.stuck_ticks);
         output.health = output.health.union(stuck);
-        if R::STOPS {
-            if output.health.intersects(ALARMS) {
-                state.stopped = true;
-                let stopped = self.law.not_started();
-                output.health = output.health.union(Health::STOPPED);
-                output.u = stopped.u;
-            }
+        if R::STOPS && output.health.intersects(ALARMS) {
+            state.stopped = true;
+            output.health = output.health.union(Health::STOPPED);
+            output.u = self.law.not_started().u;
         }
         output
     }
