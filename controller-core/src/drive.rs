@@ -14,6 +14,7 @@
 //! | to be told when something is wrong | the gate of a design, [`Monitored`], [`Health`](crate::Health) |
 //! | to tune it in motion, to store it | `retune`, `words` of [`Running`](crate::Running), [`EncoderForm::at_rest`] |
 //! | another plant | [`ChainModel`], [`map_error`] |
+//! | a plant whose whole state is measured | [`FullState`] |
 //!
 //! Once per period: sample the counts, tick, hold u; where something else is held (a current limit, a brake) tell it by
 //! [`report_applied`](crate::Running::report_applied) before the next tick. That is all the anti-windup there is, and
@@ -48,6 +49,7 @@ mod block;
 mod chain;
 mod encoder;
 mod error;
+mod full_state;
 mod joint;
 mod law;
 mod monitor;
@@ -60,6 +62,7 @@ mod trigonometry;
 pub use chain::{ChainModel, map_error};
 pub use encoder::Encoder;
 pub use error::DriveError;
+pub use full_state::{FullState, FullStateMemory, Measured};
 pub use joint::{Joint, JointBandwidths, JointDesign, JointDrive, JointModel};
 pub use law::{DriveEstimates, EncoderForm, Sample};
 pub use monitor::{ALARMS, Bounds, GoOn, Monitored, MonitoredState, Reaction, Stop, Watched};

@@ -5,6 +5,7 @@ mod capi;
 mod cases;
 mod compile;
 mod convergence;
+mod drive_chain;
 mod drive_guard;
 mod drive_host;
 mod drive_joint;

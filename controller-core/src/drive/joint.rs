@@ -154,7 +154,13 @@ impl JointModel<f64> {
         [self.spring - k2 * k, -k2 * b1 - b2 * k, -k2 - b1 * b2 - k, -b2 - b1]
     }
 
-    const fn in_f32(&self) -> JointModel<f32> {
+    /// Gradient of a_z at 0, and b: what a [`Config`] is told.
+    pub const fn nominal(&self) -> Nominal<4> {
+        Nominal { gradient: self.gradient(), input_gain: self.b }
+    }
+
+    /// Every number rounded to the nearest f32.
+    pub const fn in_f32(&self) -> JointModel<f32> {
         JointModel {
             k1: self.k1 as f32,
             b1: self.b1 as f32,

@@ -89,7 +89,7 @@ fn assert_is_run_json(text: &str) -> Json {
         "window_s",
     ];
     assert_eq!(keys(&json["metrics"]), BTreeSet::from(metrics));
-    let flags = ["input_rejected", "saturated", "sigma_star_over_bound", "sample_lost"];
+    let flags = TROUBLES.map(|(_, name)| name);
     assert_eq!(keys(&json["ticks_with"]), BTreeSet::from(flags));
     for error in json["metrics"]["estimation_error_ultimate"].as_array().expect("a list") {
         assert_eq!(keys(error), BTreeSet::from(["channel", "error"]));
