@@ -11,7 +11,7 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A count that wraps at 32 bits, as an encoder's timer has it.
 #[doc(hidden)]
-pub trait Count: Copy + Debug + Send + Sync + 'static {
+pub trait Count: Copy + Debug + PartialEq + Send + Sync + 'static {
     /// A count that is known.
     fn of(count: i32) -> Self;
     /// How far it has moved since `earlier`.

@@ -35,14 +35,18 @@ pub trait ChainModel<T: Real, const E: usize, const N: usize>: Copy {
     /// w of a block; `None` where nothing pushes and nothing pulls back (κ = 0).
     fn coupling(push: &Self::Push, block: usize) -> Option<T>;
 
+    /// A number of every block, kept as couplings are.
+    fn per_block(numbers: [T; E]) -> Self::Push;
+
     /// b: acceleration of the last block per unit of u.
     fn input_gain(&self) -> T;
 
     /// z and a_z.
     fn chain(&self, x: &[T; N], seen: &Self::Seen) -> ([T; N], T);
 
-    /// What disturbances of the blocks are in the channels; entry 0 is not read.
-    fn spread(&self, seen: &Self::Seen, d: &[T; E]) -> [T; N];
+    /// What disturbances of the blocks are in the last channel. What they are in the others must not depend on the
+    /// state: the design has it in its rows.
+    fn last(&self, seen: &Self::Seen, d: &[T; E]) -> T;
 
     /// How many units of the block's position one rad of its shaft is.
     fn per_rad(&self, block: usize) -> T;

@@ -97,7 +97,7 @@ impl Encoder {
         Sensor {
             unit: self.unit_rad(),
             half_span: self.unit_rad() * (1u64 << self.bits) as f64 / 2.0,
-            edge: 0.75 * counts as f64,
+            edge: 9.0 / 16.0 * counts as f64 * self.unit_rad(),
             bits: self.bits,
             width,
             base_counts: counts as i32,
@@ -113,7 +113,7 @@ pub(crate) struct Sensor<T> {
     pub(crate) unit: T,
     /// Half the counter: further it cannot move in a tick.
     pub(crate) half_span: T,
-    /// Three quarters of the base, in counts: there it is moved.
+    /// 9/16 of the base: there it is moved, and does not come back for noise.
     pub(crate) edge: T,
     pub(crate) bits: u32,
     /// Bits, with the sign, that hold any count since the base.
@@ -133,7 +133,7 @@ impl Sensor<f64> {
     /// With the position in another unit.
     #[must_use]
     pub(crate) const fn scaled(self, factor: f64) -> Self {
-        Self { unit: self.unit * factor, half_span: self.half_span * factor, ..self }
+        Self { unit: self.unit * factor, half_span: self.half_span * factor, edge: self.edge * factor, ..self }
     }
 
     pub(crate) const fn in_f32(&self) -> Sensor<f32> {

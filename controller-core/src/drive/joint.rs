@@ -153,6 +153,11 @@ impl JointModel<f64> {
         [self.spring - k2 * k, -k2 * b1 - b2 * k, -k2 - b1 * b2 - k, -b2 - b1]
     }
 
+    /// d_l in channels 2 and 3: 1, f_2.
+    const fn shares(&self) -> [[f64; 2]; 4] {
+        [[0.0; 2], [1.0, 0.0], [-self.b1, 0.0], [0.0; 2]]
+    }
+
     const fn in_f32(&self) -> JointModel<f32> {
         JointModel {
             k1: self.k1 as f32,
@@ -175,8 +180,8 @@ impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
 
     #[inline(always)]
     fn seen(&self, position: &[T; 2]) -> [T; 2] {
-        let (s, c) = sin_cos(position[0]);
-        [self.gravity * s, self.gravity * c]
+        let (s, c) = sin_cos(position[0], self.gravity);
+        [s, c]
     }
 
     #[inline(always)]
@@ -195,6 +200,11 @@ impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
     }
 
     #[inline(always)]
+    fn per_block(numbers: [T; 2]) -> [T; 2] {
+        numbers
+    }
+
+    #[inline(always)]
     fn input_gain(&self) -> T {
         self.b
     }
@@ -202,16 +212,17 @@ impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
     #[inline(always)]
     fn chain(&self, x: &[T; 4], [s, c]: &[T; 2]) -> ([T; 4], T) {
         let f_1 = -(self.k1 + *c);
-        let z_3 = x[2] - self.k1 * x[0] - self.b1 * x[1] - *s;
+        let wound = x[2] - self.k1 * x[0];
+        let z_3 = wound - self.b1 * x[1] - *s;
         let z_4 = x[3] + f_1 * x[1] - self.b1 * z_3;
-        let linear = self.spring * x[0] - self.k2 * x[2] - self.b2 * x[3];
-        let drift = linear + *s * x[1] * x[1] + f_1 * z_3 - self.b1 * z_4;
+        // k_1 k_2 x_1 - k_2 x_3
+        let drift = *s * x[1] * x[1] - self.k2 * wound - self.b2 * x[3] + f_1 * z_3 - self.b1 * z_4;
         ([x[0], x[1], z_3, z_4], drift)
     }
 
     #[inline(always)]
-    fn spread(&self, [_, c]: &[T; 2], d: &[T; 2]) -> [T; 4] {
-        [T::ZERO, d[0], -self.b1 * d[0], d[1] + (self.cross - *c) * d[0]]
+    fn last(&self, [_, c]: &[T; 2], d: &[T; 2]) -> T {
+        d[1] + (self.cross - *c) * d[0]
     }
 
     #[inline(always)]
@@ -454,9 +465,9 @@ impl<A: Aim<f64, 4>, const FAST: usize, const LATE: usize> EncoderForm<f64, Join
             blocks,
             sensors,
             fast: [fast; FAST],
-            row: Row::of(&rows, &gradient, *limits, design.fallback),
+            row: Row::of(&rows, &gradient, &model.shares(), *limits, design.fallback),
             gate,
-            closing: decay(0.2 * omega[0] * t),
+            closing: 1.0 - decay(0.2 * omega[0] * t),
             lost_ticks: design.lost_ticks as f64,
             inertia: [joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2],
             at_rest: false,

@@ -67,7 +67,10 @@ impl<T: Real, const N: usize> Aim<T, N> for Position {
         for j in 0..N {
             moved[j] -= begin.jet[j];
         }
-        moved[0] += full * T::from_count(end.turn.since(begin.turn));
+        // Hardly ever: not worth a conversion in every tick.
+        if end.turn != begin.turn {
+            moved[0] += full * T::from_count(end.turn.since(begin.turn));
+        }
         Some(moved)
     }
 }
