@@ -431,24 +431,18 @@ where
         next
     }
 
-    /// m of the tick that has passed, where half the coupling at its end is known; `None`: it was as at its beginning.
+    /// m of the tick that has passed, with w/2 at its end; `None`: it was as at its beginning.
     #[inline(always)]
     fn driven(&self, state: &StateOf<Self>, i: usize, half: Option<T>) -> T {
         let mut m = state.x[i][2];
-        if let Some(pull) = M::coupling(&state.pull, i) {
+        if let Some(pull) = M::of_block(&state.pull, i) {
             // With w/2 at the beginning, which is what the pull has besides d - κX.
-            m = pull + half.unwrap_or_else(|| pull - m + self.blocks[i].kappa * self.position(state, i));
+            m = pull + half.unwrap_or_else(|| pull - m + self.model.kappa(i) * self.position(state, i));
         }
         if i == Self::DRIVEN {
             m += self.model.input_gain() * state.held;
         }
         m.called("m", i + 1)
-    }
-
-    /// Half of every coupling; 0 where there is none.
-    #[inline(always)]
-    fn halves(push: &M::Push) -> [T; E] {
-        core::array::from_fn(|i| M::coupling(push, i).map_or(T::ZERO, |w| T::HALF * w))
     }
 
     /// Steps 1 to 3 of an ordinary tick; `None`, and nothing has changed, if a count is missing or not believed or the
@@ -460,7 +454,7 @@ where
         for i in 0..E {
             let k = &self.sensors[i];
             let count = counts[i]?;
-            let difference = count.since(last[i]).signed(k.bits);
+            let difference = count.since(last[i]).signed(k.unread);
             (last[i], at[i]) = (count, at[i].plus(difference));
             moved[i] = k.unit * T::from_count(difference);
             raw[i] = k.unit * T::from_count(at[i]);
@@ -472,10 +466,9 @@ where
         T::section("2. Prediction, and whether they are believed.");
         let seen = self.model.seen(&raw);
         let push = self.model.push(&raw, &seen);
-        let half = Self::halves(&push);
         let mut x = state.x;
         for i in 0..E {
-            x[i] = self.foreseen(i, &state.x[i], self.driven(state, i, Some(half[i])));
+            x[i] = self.foreseen(i, &state.x[i], self.driven(state, i, M::of_block(&push, i)));
             x[i][0] = (x[i][0] - moved[i]).called("p", i + 1);
             if !self.is_believed(state, i, x[i][0]) {
                 return None;
@@ -494,8 +487,6 @@ where
     }
 
     /// Steps 1 to 3 of any tick: which counts were used; `false` when too many samples are missing.
-    #[cold]
-    #[inline(never)]
     fn observe_rest(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> (M::Seen, [bool; E], bool) {
         self.follow(state);
         let (mut used, mut known) = ([false; E], true);
@@ -507,12 +498,12 @@ where
             // Where nothing is measured the couplings see the prediction.
             position[i] = self.position(state, i) + self.blocks[i].g2 * state.x[i][1];
             if let Some(count) = counts[i] {
-                let difference = count.since(state.last[i]).signed(k.bits);
+                let difference = count.since(state.last[i]).signed(k.unread);
                 moved[i] = k.unit * T::from_count(difference);
                 used[i] = self.is_believed(state, i, p[i] - moved[i]);
                 if used[i] {
                     state.last[i] = count;
-                    state.at[i] = state.at[i].plus(difference).signed(k.width);
+                    state.at[i] = state.at[i].plus(difference).signed(k.beyond);
                     position[i] = self.raw(state, i);
                 }
             }
@@ -527,10 +518,9 @@ where
         }
         let seen = self.model.seen(&position);
         let push = self.model.push(&position, &seen);
-        let half = Self::halves(&push);
         let mut x = state.x;
         for i in 0..E {
-            x[i] = self.foreseen(i, &state.x[i], self.driven(state, i, Some(half[i])));
+            x[i] = self.foreseen(i, &state.x[i], self.driven(state, i, M::of_block(&push, i)));
             x[i][0] -= moved[i];
         }
         self.correct(state, x, &push, used);
@@ -559,10 +549,13 @@ where
     /// Of every block w/2 + d - κX, for the next tick.
     #[inline(always)]
     fn remember_pull(&self, state: &mut StateOf<Self>, push: &M::Push) {
-        let half = Self::halves(push);
-        state.pull = M::per_block(core::array::from_fn(|i| {
-            half[i] + state.x[i][2] - self.blocks[i].kappa * self.position(state, i)
-        }));
+        let mut pull = [T::ZERO; E];
+        for i in 0..E {
+            if let Some(half) = M::of_block(push, i) {
+                pull[i] = half + state.x[i][2] - self.model.kappa(i) * self.position(state, i);
+            }
+        }
+        state.pull = M::per_block(pull);
         state.push = [*push; LATE];
     }
 
@@ -604,10 +597,10 @@ where
             for (before, push) in before.iter().zip(&state.push) {
                 let mut m = d_i;
                 if let (Some(pull), Some(last), Some(now)) =
-                    (M::coupling(&state.pull, i), M::coupling(before, i), M::coupling(push, i))
+                    (M::of_block(&state.pull, i), M::of_block(before, i), M::of_block(push, i))
                 {
                     // w at the end of the tick is not known: it goes on as it did.
-                    m = pull + now - T::HALF * last;
+                    m = pull + now + now - last;
                 }
                 if i == Self::DRIVEN {
                     for queued in state.queued {
@@ -714,7 +707,7 @@ where
             let k = &self.sensors[i];
             match counts[i] {
                 Some(count) => {
-                    state.at[i] = state.at[i].plus(count.since(state.last[i]).signed(k.bits)).signed(k.width);
+                    state.at[i] = state.at[i].plus(count.since(state.last[i]).signed(k.unread)).signed(k.beyond);
                     state.last[i] = count;
                 }
                 None => all = false,
@@ -731,43 +724,82 @@ where
             return;
         }
         let forward = raw > T::ZERO;
-        let mut w = [T::ZERO; E];
+        let mut half = [T::ZERO; E];
         for i in 0..E {
             let base = T::Count::of(self.sensors[i].base_counts);
             let at = if forward { state.at[i].since(base) } else { state.at[i].plus(base) };
-            w[i] = self.blocks[i].kappa * self.sensors[i].unit * T::from_count(at.since(state.at[i]));
+            half[i] = T::HALF * self.model.kappa(i) * (self.sensors[i].unit * T::from_count(at.since(state.at[i])));
             state.at[i] = at;
         }
         let turns = T::Count::of(self.sensors[0].base_turns);
         state.turn = if forward { state.turn.plus(turns) } else { state.turn.since(turns) };
-        let sum = |push: &M::Push, share: T| {
-            M::per_block(core::array::from_fn(|i| M::coupling(push, i).map_or(T::ZERO, |of| of + share * w[i])))
-        };
-        state.pull = sum(&state.pull, -T::HALF);
-        state.push = state.push.map(|push| sum(&push, T::from_f64(1.0)));
+        let less = M::per_block(core::array::from_fn(|i| M::of_block(&state.pull, i).unwrap_or(T::ZERO) - half[i]));
+        state.pull = less;
+        state.push = state
+            .push
+            .map(|push| M::per_block(core::array::from_fn(|i| M::of_block(&push, i).unwrap_or(T::ZERO) + half[i])));
     }
 
-    /// A tick that is not ordinary: what is known then, and were all counts used? Or what goes out if nothing is.
+    /// A tick that is not ordinary.
     #[cold]
     #[inline(never)]
-    fn rest(
-        &self,
-        state: &mut StateOf<Self>,
-        counts: &[Option<T::Count>; E],
-    ) -> Result<(Known<T, M::Seen, E, N>, bool), Output<T>> {
-        let before = state.push;
-        if state.fresh {
+    fn rest(&self, state: &mut StateOf<Self>, sample: &Sample<T::Count, A::Target, E>) -> Output<T> {
+        let (before, counts) = (state.push, &sample.counts);
+        let (seen, used) = if state.fresh {
             // There is no tick that has passed.
             state.fresh = false;
             self.go_on_to(state, counts);
-            let seen = self.model.seen(&core::array::from_fn(|i| self.position(state, i)));
-            return Ok((self.known(state, seen, &before), true));
+            (self.model.seen(&core::array::from_fn(|i| self.position(state, i))), true)
+        } else {
+            let (seen, used, known) = self.observe_rest(state, counts);
+            if !known {
+                return self.give_up(state, counts);
+            }
+            (seen, used == [true; E])
+        };
+        self.ask(state, sample, &self.known(state, seen, &before), Health::SAMPLE_LOST.when(!used))
+    }
+
+    /// Steps 4 and 5, and what goes out.
+    #[inline(always)]
+    fn ask(
+        &self,
+        state: &mut StateOf<Self>,
+        sample: &Sample<T::Count, A::Target, E>,
+        known: &Known<T, M::Seen, E, N>,
+        health: Health,
+    ) -> Output<T> {
+        let k = &self.row;
+        let Asked { sigma, bare } = self.asked(known, state.turn, &sample.begin, &sample.end, None);
+        let sigma_star = (sigma - state.offset).called("sigma_star", 0);
+        let demand = (bare + k.k_offset * state.offset + k.us * sigma).called("demand", 0);
+        let is_plausible = demand.abs() <= k.plausible;
+        if !is_plausible {
+            return self.start_offset(state, sigma, bare, health);
         }
-        let (seen, used, known) = self.observe_rest(state, counts);
-        if !known {
-            return Err(self.give_up(state, counts));
+        self.put_out(state, sigma, sigma_star, demand, health)
+    }
+
+    /// Far from the reference, or an offset that nothing has left: as at the start, or no number at all.
+    #[cold]
+    #[inline(never)]
+    fn start_offset(&self, state: &mut StateOf<Self>, sigma: T, bare: T, health: Health) -> Output<T> {
+        let demand = bare + self.row.kw * sigma;
+        if !is_sound(demand) {
+            return self.refuse(state, health);
         }
-        Ok((self.known(state, seen, &before), used == [true; E]))
+        state.offset = sigma;
+        self.put_out(state, sigma, T::ZERO, demand, health)
+    }
+
+    #[inline(always)]
+    fn put_out(&self, state: &mut StateOf<Self>, sigma: T, sigma_star: T, demand: T, health: Health) -> Output<T> {
+        let k = &self.row;
+        let u = demand.limited(k.u_min, k.u_max).called("u", 0);
+        T::section("6. Memory.");
+        Self::remember(state, u);
+        state.offset -= k.decay * state.offset;
+        Output { u, sigma, sigma_star, health: health.union(Health::SATURATED.when(u != demand)) }
     }
 
     /// Nothing is known any more: the fallback goes out, and the observers start again with the next count of each
@@ -833,8 +865,8 @@ where
     fn acceleration(&self, state: &StateOf<Self>, i: usize) -> T {
         let k = &self.blocks[i];
         let mut sum = -k.lambda * state.x[i][1];
-        if let Some(w) = M::coupling(&self.push_at_counts(state), i) {
-            sum += w - k.kappa * self.position(state, i);
+        if let Some(half) = M::of_block(&self.push_at_counts(state), i) {
+            sum += half + half - self.model.kappa(i) * self.position(state, i);
         }
         if i == Self::DRIVEN {
             sum += self.model.input_gain() * state.held;
@@ -844,8 +876,7 @@ where
 
     /// Every number of the design.
     fn numbers(&self) -> impl Iterator<Item = T> {
-        let blocks =
-            self.blocks.iter().flat_map(|k| [k.kappa, k.lambda, k.phi, k.g2, k.g1, k.h1].into_iter().chain(k.gains));
+        let blocks = self.blocks.iter().flat_map(|k| [k.lambda, k.phi, k.g2, k.g1, k.h1].into_iter().chain(k.gains));
         let sensors = self.sensors.iter().flat_map(|k| [k.unit, k.half_span, k.edge]);
         let fast = self.fast.as_flattened().iter();
         let fast = fast.flat_map(|k| k.more.into_iter().chain([k.calm, k.rate, k.smoothing, k.keep]));
@@ -898,7 +929,7 @@ where
         let mut d = *d;
         for i in 0..E {
             counts[i] = sample.counts[i]?;
-            at[i] = counts[i].signed(self.sensors[i].bits);
+            at[i] = counts[i].signed(self.sensors[i].unread);
             d[i] = d[i] * self.model.per_rad(i);
         }
         let mut state = self.started(counts, at, T::Count::of(0), &d);
@@ -920,39 +951,13 @@ where
 
     #[inline(always)]
     fn tick(&self, state: &mut Self::State, sample: &Self::Sample) -> Output<T> {
-        let k = &self.row;
         let before = state.push;
-        let mut health = Health::OK;
         let ordinary = if state.fresh { None } else { self.observe(state, &sample.counts) };
-        // Each way has its own: behind a common one everything would be loaded again.
-        let known = match ordinary {
-            Some(seen) => self.known(state, seen, &before),
-            None => match self.rest(state, &sample.counts) {
-                Ok((known, used)) => {
-                    health = Health::SAMPLE_LOST.when(!used);
-                    known
-                }
-                Err(output) => return output,
-            },
-        };
-        let Asked { sigma, bare } = self.asked(&known, state.turn, &sample.begin, &sample.end, None);
-        let mut sigma_star = (sigma - state.offset).called("sigma_star", 0);
-        let mut demand = (bare + k.k_offset * state.offset + k.us * sigma).called("demand", 0);
-        let is_plausible = demand.abs() <= k.plausible;
-        if !is_plausible {
-            // Far from the reference, or an offset that nothing has left: as at the start, or no number at all.
-            demand = bare + k.kw * sigma;
-            if !is_sound(demand) {
-                return self.refuse(state, health);
-            }
-            (state.offset, sigma_star) = (sigma, T::ZERO);
+        // All the rest of a tick is in both ways: behind a common end everything would be loaded again.
+        match ordinary {
+            Some(seen) => self.ask(state, sample, &self.known(state, seen, &before), Health::OK),
+            None => self.rest(state, sample),
         }
-        let u = demand.limited(k.u_min, k.u_max).called("u", 0);
-
-        T::section("6. Memory.");
-        Self::remember(state, u);
-        state.offset -= k.decay * state.offset;
-        Output { u, sigma, sigma_star, health: health.union(Health::SATURATED.when(u != demand)) }
     }
 
     /// No counts and no targets: the observers predict, the fallback goes out.
@@ -1045,7 +1050,7 @@ where
     fn fingerprint(&self) -> u32 {
         let shape = [E, S, FAST, LATE, usize::from(A::POSITION)].map(|number| number as u32);
         let head = [crate::VERSION_NUMBER, T::WORDS as u32].into_iter().chain(shape);
-        let sensors = self.sensors.iter().flat_map(|k| [k.bits, k.base_counts as u32, k.base_turns as u32]);
+        let sensors = self.sensors.iter().flat_map(|k| [k.unread, k.base_counts as u32, k.base_turns as u32]);
         hash(head.chain(sensors).chain(self.numbers().flat_map(Real::to_words)))
     }
 }

@@ -346,11 +346,15 @@ impl<T: Real> ChainModel<T, 1, 2> for MotorModel<T> {
     #[inline(always)]
     fn push(&self, _: &[T; 1], (): &()) {}
     #[inline(always)]
-    fn coupling((): &(), _: usize) -> Option<T> {
+    fn of_block((): &(), _: usize) -> Option<T> {
         None
     }
     #[inline(always)]
     fn per_block(_: [T; 1]) {}
+    #[inline(always)]
+    fn kappa(&self, _: usize) -> T {
+        T::ZERO
+    }
     #[inline(always)]
     fn input_gain(&self) -> T {
         self.b
