@@ -187,7 +187,8 @@ impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
 
     #[inline(always)]
     fn seen_ahead(&self, [s, c]: [T; 2], moved: T) -> [T; 2] {
-        [s + moved * (c - T::HALF * moved * s), c - moved * s]
+        let less = moved * s;
+        [s + moved * (c - T::HALF * less), c - less]
     }
 
     #[inline(always)]

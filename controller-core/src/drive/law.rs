@@ -431,51 +431,40 @@ where
         next
     }
 
-    /// m of the tick that has passed, with w/2 at its end; `None`: it was as at its beginning.
+    /// m of the tick that has passed, with the couplings of its beginning.
     #[inline(always)]
-    fn driven(&self, state: &StateOf<Self>, i: usize, half: Option<T>) -> T {
-        let mut m = state.x[i][2];
-        if let Some(pull) = M::of_block(&state.pull, i) {
-            // With w/2 at the beginning, which is what the pull has besides d - κX.
-            m = pull + half.unwrap_or_else(|| pull - m + self.model.kappa(i) * self.position(state, i));
-        }
+    fn driven(&self, state: &StateOf<Self>, i: usize) -> T {
+        let mut m = M::of_block(&state.pull, i).unwrap_or(state.x[i][2]);
         if i == Self::DRIVEN {
             m += self.model.input_gain() * state.held;
         }
-        m.called("m", i + 1)
+        m
     }
 
     /// Steps 1 to 3 of an ordinary tick; `None`, and nothing has changed, if a count is missing or not believed or the
     /// base is to move on.
     #[inline(always)]
     fn observe(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Option<M::Seen> {
-        T::section("1. Where the counts are.");
-        let (mut last, mut at, mut moved, mut raw) = (state.last, state.at, [T::ZERO; E], [T::ZERO; E]);
+        T::section("1. Where the counts are, and whether they are believed.");
+        let (mut last, mut at, mut raw) = (state.last, state.at, [T::ZERO; E]);
+        let (mut m, mut p) = ([T::ZERO; E], [T::ZERO; E]);
         for i in 0..E {
             let k = &self.sensors[i];
             let count = counts[i]?;
             let difference = count.since(last[i]).signed(k.unread);
             (last[i], at[i]) = (count, at[i].plus(difference));
-            moved[i] = k.unit * T::from_count(difference);
             raw[i] = k.unit * T::from_count(at[i]);
+            m[i] = self.driven(state, i);
+            p[i] = self.foreseen(i, &state.x[i], m[i])[0] - k.unit * T::from_count(difference);
+            if !self.is_believed(state, i, p[i]) {
+                return None;
+            }
         }
         if raw[0].abs() > self.sensors[0].edge {
             return None;
         }
-
-        T::section("2. Prediction, and whether they are believed.");
-        let seen = self.model.seen(&raw);
-        let push = self.model.push(&raw, &seen);
-        let mut x = state.x;
-        for i in 0..E {
-            x[i] = self.foreseen(i, &state.x[i], self.driven(state, i, M::of_block(&push, i)));
-            x[i][0] = (x[i][0] - moved[i]).called("p", i + 1);
-            if !self.is_believed(state, i, x[i][0]) {
-                return None;
-            }
-        }
         (state.last, state.at, state.missed) = (last, at, [T::ZERO; E]);
-        self.correct(state, x, &push, [true; E]);
+        let seen = self.correct(state, &raw, m, p, [true; E]);
         // The map wants them at the estimate, not at the count.
         Some(self.model.seen_ahead(seen, state.x[0][0]))
     }
@@ -490,79 +479,90 @@ where
     fn observe_rest(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> (M::Seen, [bool; E], bool) {
         self.follow(state);
         let (mut used, mut known) = ([false; E], true);
-        let (mut moved, mut position) = ([T::ZERO; E], [T::ZERO; E]);
-        // With the couplings as they were: those of now are not known yet.
-        let p: [T; E] = core::array::from_fn(|i| self.foreseen(i, &state.x[i], self.driven(state, i, None))[0]);
+        let (mut m, mut p, mut position) = ([T::ZERO; E], [T::ZERO; E], [T::ZERO; E]);
         for i in 0..E {
             let k = &self.sensors[i];
+            m[i] = self.driven(state, i);
+            p[i] = self.foreseen(i, &state.x[i], m[i])[0];
             // Where nothing is measured the couplings see the prediction.
             position[i] = self.position(state, i) + self.blocks[i].g2 * state.x[i][1];
             if let Some(count) = counts[i] {
                 let difference = count.since(state.last[i]).signed(k.unread);
-                moved[i] = k.unit * T::from_count(difference);
-                used[i] = self.is_believed(state, i, p[i] - moved[i]);
+                let less = p[i] - k.unit * T::from_count(difference);
+                used[i] = self.is_believed(state, i, less);
                 if used[i] {
                     state.last[i] = count;
                     state.at[i] = state.at[i].plus(difference).signed(k.beyond);
-                    position[i] = self.raw(state, i);
+                    (p[i], position[i]) = (less, self.raw(state, i));
                 }
             }
             if used[i] {
                 state.missed[i] = T::ZERO;
             } else {
-                moved[i] = T::ZERO;
                 let one = T::from_f64(1.0);
                 state.missed[i] += one;
                 known = known && state.missed[i] >= one && state.missed[i] <= self.lost_ticks;
             }
         }
-        let seen = self.model.seen(&position);
-        let push = self.model.push(&position, &seen);
-        let mut x = state.x;
-        for i in 0..E {
-            x[i] = self.foreseen(i, &state.x[i], self.driven(state, i, M::of_block(&push, i)));
-            x[i][0] -= moved[i];
-        }
-        self.correct(state, x, &push, used);
+        let seen = self.correct(state, &position, m, p, used);
         (self.model.seen_ahead(seen, self.position(state, 0) - position[0]), used, known)
     }
 
-    /// Step 3: the estimates, of which x is foreseen, corrected where a count was used.
+    /// Steps 2 and 3: couplings at these positions, estimates, corrected where a count was used. m and p are those for
+    /// the couplings of the tick's beginning.
     #[inline(always)]
-    fn correct(&self, state: &mut StateOf<Self>, mut x: [[T; S]; E], push: &M::Push, used: [bool; E]) {
+    fn correct(
+        &self,
+        state: &mut StateOf<Self>,
+        position: &[T; E],
+        mut m: [T; E],
+        mut p: [T; E],
+        used: [bool; E],
+    ) -> M::Seen {
+        T::section("2. Couplings.");
+        let seen = self.model.seen(position);
+        let push = self.model.push(position, &seen);
+
         T::section("3. Observers.");
         for i in 0..E {
+            if let (Some(before), Some(now)) = (M::of_block(&state.push, i), M::of_block(&push, i)) {
+                // The mean of w at both ends.
+                let more = now - before;
+                m[i] += more;
+                p[i] += self.blocks[i].g1 * more;
+            }
+            let mut x = self.foreseen(i, &state.x[i], m[i]);
+            x[0] = p[i].called("p", i + 1);
             if used[i] {
                 // e = -p.
-                let p = x[i][0];
-                let gains = self.gains(state, i, p);
+                let gains = self.gains(state, i, p[i]);
                 for s in 0..S {
-                    x[i][s] -= gains[s] * p;
+                    x[s] -= gains[s] * p[i];
                 }
             }
+            state.x[i] = x;
         }
-        state.x = x;
-        self.remember_pull(state, push);
+        self.remember(state, &push);
         state.reach = state.reach * self.closing;
+        seen
     }
 
-    /// Of every block w/2 + d - κX, for the next tick.
+    /// The couplings, and of every block w + d - κX: what the next tick has at its beginning.
     #[inline(always)]
-    fn remember_pull(&self, state: &mut StateOf<Self>, push: &M::Push) {
+    fn remember(&self, state: &mut StateOf<Self>, push: &M::Push) {
         let mut pull = [T::ZERO; E];
         for i in 0..E {
             if let Some(half) = M::of_block(push, i) {
-                pull[i] = half + state.x[i][2] - self.model.kappa(i) * self.position(state, i);
+                pull[i] = (half + half) + state.x[i][2] - self.model.kappa(i) * self.position(state, i);
             }
         }
-        state.pull = M::per_block(pull);
-        state.push = [*push; LATE];
+        (state.pull, state.push) = (M::per_block(pull), *push);
     }
 
     /// The same with the couplings where the counts are.
-    fn renew_pull(&self, state: &mut StateOf<Self>) {
+    fn remember_counts(&self, state: &mut StateOf<Self>) {
         let push = self.push_at_counts(state);
-        self.remember_pull(state, &push);
+        self.remember(state, &push);
     }
 
     fn push_at_counts(&self, state: &StateOf<Self>) -> M::Push {
@@ -590,17 +590,17 @@ where
 
     /// The estimates at the beginning of the tick in which u is held.
     #[inline(always)]
-    fn known(&self, state: &StateOf<Self>, mut seen: M::Seen, before: &[M::Push; LATE]) -> Known<T, M::Seen, E, N> {
+    fn known(&self, state: &StateOf<Self>, mut seen: M::Seen, before: &M::Push) -> Known<T, M::Seen, E, N> {
         let (mut x, mut d, mut growth) = ([T::ZERO; N], [T::ZERO; E], [T::ZERO; E]);
         for i in 0..E {
             let (mut position, mut v, mut d_i) = (self.position(state, i), state.x[i][1], state.x[i][2]);
-            for (before, push) in before.iter().zip(&state.push) {
+            if LATE == 1 {
                 let mut m = d_i;
                 if let (Some(pull), Some(last), Some(now)) =
-                    (M::of_block(&state.pull, i), M::of_block(before, i), M::of_block(push, i))
+                    (M::of_block(&state.pull, i), M::of_block(before, i), M::of_block(&state.push, i))
                 {
                     // w at the end of the tick is not known: it goes on as it did.
-                    m = pull + now + now - last;
+                    m = pull + (now - last);
                 }
                 if i == Self::DRIVEN {
                     for queued in state.queued {
@@ -681,7 +681,7 @@ where
             turn,
             x,
             pull: none,
-            push: [none; LATE],
+            push: none,
             alert: [[[T::ZERO; 2]; E]; FAST],
             reach: self.span(),
             missed: [T::ZERO; E],
@@ -690,7 +690,7 @@ where
             queued: [T::ZERO; LATE],
             fresh: true,
         };
-        self.renew_pull(&mut state);
+        self.remember_counts(&mut state);
         state
     }
 
@@ -716,7 +716,7 @@ where
         all
     }
 
-    /// The base follows by whole turns. That changes no acceleration: w and κX by the same, and so the pull by half.
+    /// The base follows by whole turns. That changes no acceleration: w moves as κX does.
     #[inline(always)]
     fn follow(&self, state: &mut StateOf<Self>) {
         let raw = self.raw(state, 0);
@@ -733,11 +733,7 @@ where
         }
         let turns = T::Count::of(self.sensors[0].base_turns);
         state.turn = if forward { state.turn.plus(turns) } else { state.turn.since(turns) };
-        let less = M::per_block(core::array::from_fn(|i| M::of_block(&state.pull, i).unwrap_or(T::ZERO) - half[i]));
-        state.pull = less;
-        state.push = state
-            .push
-            .map(|push| M::per_block(core::array::from_fn(|i| M::of_block(&push, i).unwrap_or(T::ZERO) + half[i])));
+        state.push = M::per_block(core::array::from_fn(|i| M::of_block(&state.push, i).unwrap_or(T::ZERO) + half[i]));
     }
 
     /// A tick that is not ordinary.
@@ -797,7 +793,7 @@ where
         let k = &self.row;
         let u = demand.limited(k.u_min, k.u_max).called("u", 0);
         T::section("6. Memory.");
-        Self::remember(state, u);
+        Self::hold(state, u);
         state.offset -= k.decay * state.offset;
         Output { u, sigma, sigma_star, health: health.union(Health::SATURATED.when(u != demand)) }
     }
@@ -814,7 +810,7 @@ where
             // No difference is made over a gap: until all are there nothing is believed.
             state.reach = -(self.span() + self.span());
         }
-        Self::remember(state, u);
+        Self::hold(state, u);
         Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health: Health::INPUT_REJECTED.union(Health::SAMPLE_LOST) }
     }
 
@@ -822,7 +818,7 @@ where
     #[inline(always)]
     fn refuse(&self, state: &mut StateOf<Self>, health: Health) -> Output<T> {
         let u = self.fallback(state);
-        Self::remember(state, u);
+        Self::hold(state, u);
         let health = health.union(Health::INPUT_REJECTED);
         Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health }
     }
@@ -857,7 +853,7 @@ where
             shift[i] -= self.acceleration(state, i);
             state.x[i][2] += shift[i];
         }
-        self.renew_pull(state);
+        self.remember_counts(state);
         shift
     }
 
@@ -891,7 +887,7 @@ where
 
     /// u is on its way to the actuator.
     #[inline(always)]
-    fn remember(state: &mut StateOf<Self>, u: T) {
+    fn hold(state: &mut StateOf<Self>, u: T) {
         state.held = u;
         for queued in &mut state.queued {
             state.held = *queued;

@@ -19,10 +19,10 @@ where
     pub(crate) turn: T::Count,
     /// Estimates of each block: p, the position less that of its count; v; d; with four states d'.
     pub(crate) x: [[T; S]; E],
-    /// w/2 + d - κX of each block at the last tick: what the coming one needs of its beginning, u aside.
+    /// w + d - κX of each block at the last tick: what the coming one needs of its beginning, u aside.
     pub(crate) pull: M::Push,
-    /// With a tick of delay: the couplings at the last tick.
-    pub(crate) push: [M::Push; LATE],
+    /// w/2 at the last tick.
+    pub(crate) push: M::Push,
     /// With two gain sets, of each block: smoothed innovation, and how far the fast set is in.
     pub(crate) alert: [[[T; 2]; E]; FAST],
     /// A sample is believed that is so much further off than the gate; it closes to 0 after a start.
@@ -52,12 +52,7 @@ where
         let numbers =
             x.as_flattened().iter().chain(alert).chain([reach]).chain(missed).chain([offset, held]).chain(queued);
         let numbers = numbers.flat_map(|number| number.to_words().into_iter().take(T::WORDS));
-        [u32::from(*fresh)]
-            .into_iter()
-            .chain(counts)
-            .chain(pull.words())
-            .chain(push.iter().flat_map(Words::words))
-            .chain(numbers)
+        [u32::from(*fresh)].into_iter().chain(counts).chain(pull.words()).chain(push.words()).chain(numbers)
     }
 
     fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
@@ -73,10 +68,7 @@ where
         let [last, at] = counts;
         let turn = T::Count::from_word(words.next()?);
         let pull = M::Push::from_words(words)?;
-        let mut push = [pull; LATE];
-        for push in &mut push {
-            *push = M::Push::from_words(words)?;
-        }
+        let push = M::Push::from_words(words)?;
         let mut state = Self {
             last,
             at,
