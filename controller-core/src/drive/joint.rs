@@ -219,10 +219,10 @@ impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
     #[inline(always)]
     fn chain(&self, x: &[T; 4], [s, c]: &[T; 2]) -> ([T; 4], T) {
         let f_1 = -(self.k1 + *c);
+        // How far the spring is wound: what pulls the motor back is k_2 times it.
         let wound = x[2] - self.k1 * x[0];
         let z_3 = wound - self.b1 * x[1] - *s;
         let z_4 = x[3] + f_1 * x[1] - self.b1 * z_3;
-        // k_1 k_2 x_1 - k_2 x_3
         let drift = *s * x[1] * x[1] - self.kappa[1] * wound - self.b2 * x[3] + f_1 * z_3 - self.b1 * z_4;
         ([x[0], x[1], z_3, z_4], drift)
     }

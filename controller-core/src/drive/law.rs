@@ -20,8 +20,14 @@
 //! $$ u = k_x \cdot y + k_w W + u_\sigma \sigma^* + \sum k d' + \mathrm{ff}/b - (a_z + d_n)/b $$
 //!
 //! The rows are those of the module `design` for observers of order 2 in the channels 2..n, with $A = d + \theta T d'$
-//! and $B = T d'$ put in. The feed-forward is made of *differences*: whatever $r^{(n)}$ does within the tick,
-//! $\Delta r^{(n-1)}$ is what u must bring about. The observers never see the reference.
+//! and $B = T d'$ put in. In every channel but the last the shares of the blocks' $d$ and $d'$ are constant: the design
+//! folds them into one number per block. The feed-forward is made of *differences*: whatever $r^{(n)}$ does within the
+//! tick, $\Delta r^{(n-1)}$ is what u must bring about. The observers never see the reference.
+//!
+//! # Two ways through a tick
+//! An ordinary tick, every count there and within its gate, goes one straight way (`observe`): behind a branch for what
+//! is rare everything would be loaded again. All else goes another (`rest`), which does the whole tick anew from what was
+//! remembered. So a rare tick costs the beginning of an ordinary one more.
 //!
 //! # What holds whatever happens
 //! * u is finite and within the limits, for any counts, any targets (NaN and infinities too) and any state.
