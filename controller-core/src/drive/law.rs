@@ -26,8 +26,8 @@
 //!
 //! # Two ways through a tick
 //! An ordinary tick, every count there and within its gate, goes one straight way (`observe`): behind a branch for what
-//! is rare everything would be loaded again. All else goes another (`rest`), which does the whole tick anew from what was
-//! remembered. So a rare tick costs the beginning of an ordinary one more.
+//! is rare everything would be loaded again. All else goes another (`rest`), which does the whole tick anew from what
+//! was remembered. So a rare tick costs the beginning of an ordinary one more.
 //!
 //! # What holds whatever happens
 //! * u is finite and within the limits, for any counts, any targets (NaN and infinities too) and any state.
