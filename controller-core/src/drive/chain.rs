@@ -15,7 +15,7 @@ use crate::running::Words;
 /// A nominal model of E blocks, of which the last is driven, as a chain of N = 2 E integrators. Channels count from 0
 /// here.
 pub trait ChainModel<T: Real, const E: usize, const N: usize>: Copy {
-    /// What the positions push: the coupling w of every block, as it is remembered until the next tick.
+    /// What the positions push: half the coupling w of every block, which is its share in the mean over a tick.
     type Push: Copy + core::fmt::Debug + PartialEq + Words;
     /// What is computed of the positions once per tick and used twice: sines and cosines.
     type Seen: Copy;
@@ -29,11 +29,17 @@ pub trait ChainModel<T: Real, const E: usize, const N: usize>: Copy {
     #[must_use]
     fn seen_ahead(&self, seen: Self::Seen, moved: T) -> Self::Seen;
 
-    /// The couplings at these positions.
+    /// w/2 of the blocks at these positions.
     fn push(&self, position: &[T; E], seen: &Self::Seen) -> Self::Push;
 
-    /// w of a block; `None` where nothing pushes and nothing pulls back (κ = 0).
-    fn coupling(push: &Self::Push, block: usize) -> Option<T>;
+    /// That of one block; `None` where nothing pushes and nothing pulls back (κ = 0).
+    fn of_block(push: &Self::Push, block: usize) -> Option<T>;
+
+    /// A number of every block, kept as they are.
+    fn per_block(numbers: [T; E]) -> Self::Push;
+
+    /// κ of a block.
+    fn kappa(&self, block: usize) -> T;
 
     /// b: acceleration of the last block per unit of u.
     fn input_gain(&self) -> T;
@@ -41,8 +47,9 @@ pub trait ChainModel<T: Real, const E: usize, const N: usize>: Copy {
     /// z and a_z.
     fn chain(&self, x: &[T; N], seen: &Self::Seen) -> ([T; N], T);
 
-    /// What disturbances of the blocks are in the channels; entry 0 is not read.
-    fn spread(&self, seen: &Self::Seen, d: &[T; E]) -> [T; N];
+    /// What disturbances of the blocks are in the last channel. What they are in the others must not depend on the
+    /// state: the design has it in its rows.
+    fn last(&self, seen: &Self::Seen, d: &[T; E]) -> T;
 
     /// How many units of the block's position one rad of its shaft is.
     fn per_rad(&self, block: usize) -> T;
@@ -70,7 +77,7 @@ where
     let flow: [f64; N] = core::array::from_fn(|j| {
         let i = j / 2;
         let driven = if i + 1 == E { model.input_gain() * u } else { 0.0 };
-        let pushed = M::coupling(&push, i).map_or(0.0, |w| w - kappa[i] * x[2 * i]);
+        let pushed = M::of_block(&push, i).map_or(0.0, |half| 2.0 * half - kappa[i] * x[2 * i]);
         if j % 2 == 0 { x[j + 1] } else { pushed - lambda[i] * x[j] + driven }
     });
     let h = 1e-6;

@@ -123,11 +123,12 @@ pub struct JointModel<T> {
     k1: T,
     b1: T,
     gravity: T,
-    /// k_1 k_2.
-    spring: T,
+    /// k_1 k_2/2.
+    half_spring: T,
     b: T,
-    k2: T,
     b2: T,
+    /// k_1 + g, k_2.
+    kappa: [T; 2],
     /// f_2² - k_1: what is constant in f_1 + f_2².
     cross: T,
 }
@@ -135,12 +136,12 @@ pub struct JointModel<T> {
 impl JointModel<f64> {
     /// Of the numbers of the module's head.
     const fn new(k1: f64, b1: f64, gravity: f64, k2: f64, b2: f64, b: f64) -> Self {
-        Self { k1, b1, gravity, spring: k1 * k2, b, k2, b2, cross: b1 * b1 - k1 }
+        Self { k1, b1, gravity, half_spring: 0.5 * k1 * k2, b, b2, kappa: [k1 + gravity, k2], cross: b1 * b1 - k1 }
     }
 
     /// κ of the blocks.
-    pub const fn kappa(&self) -> [f64; 2] {
-        [self.k1 + self.gravity, self.k2]
+    pub const fn kappas(&self) -> [f64; 2] {
+        self.kappa
     }
 
     /// λ of the blocks.
@@ -150,8 +151,13 @@ impl JointModel<f64> {
 
     /// Gradient of a_z at 0.
     const fn gradient(&self) -> [f64; 4] {
-        let ([k, k2], [b1, b2]) = (self.kappa(), self.lambda());
-        [self.spring - k2 * k, -k2 * b1 - b2 * k, -k2 - b1 * b2 - k, -b2 - b1]
+        let ([k, k2], [b1, b2]) = (self.kappa, self.lambda());
+        [2.0 * self.half_spring - k2 * k, -k2 * b1 - b2 * k, -k2 - b1 * b2 - k, -b2 - b1]
+    }
+
+    /// d_l in channels 2 and 3: 1, f_2.
+    const fn shares(&self) -> [[f64; 2]; 4] {
+        [[0.0; 2], [1.0, 0.0], [-self.b1, 0.0], [0.0; 2]]
     }
 
     /// Gradient of a_z at 0, and b: what a [`Config`] is told.
@@ -165,10 +171,10 @@ impl JointModel<f64> {
             k1: self.k1 as f32,
             b1: self.b1 as f32,
             gravity: self.gravity as f32,
-            spring: self.spring as f32,
+            half_spring: self.half_spring as f32,
             b: self.b as f32,
-            k2: self.k2 as f32,
             b2: self.b2 as f32,
+            kappa: crate::real::row_f32(&self.kappa),
             cross: self.cross as f32,
         }
     }
@@ -182,23 +188,34 @@ impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
 
     #[inline(always)]
     fn seen(&self, position: &[T; 2]) -> [T; 2] {
-        let (s, c) = sin_cos(position[0]);
-        [self.gravity * s, self.gravity * c]
+        let (s, c) = sin_cos(position[0], self.gravity);
+        [s, c]
     }
 
     #[inline(always)]
     fn seen_ahead(&self, [s, c]: [T; 2], moved: T) -> [T; 2] {
-        [s + moved * (c - T::HALF * moved * s), c - moved * s]
+        let less = moved * s;
+        [s + moved * (c - T::HALF * less), c - less]
     }
 
     #[inline(always)]
     fn push(&self, position: &[T; 2], [s, _]: &[T; 2]) -> [T; 2] {
-        [position[1] + (self.gravity * position[0] - *s), self.spring * position[0]]
+        [T::HALF * (position[1] + (self.gravity * position[0] - *s)), self.half_spring * position[0]]
     }
 
     #[inline(always)]
-    fn coupling(push: &[T; 2], block: usize) -> Option<T> {
+    fn of_block(push: &[T; 2], block: usize) -> Option<T> {
         Some(push[block])
+    }
+
+    #[inline(always)]
+    fn per_block(numbers: [T; 2]) -> [T; 2] {
+        numbers
+    }
+
+    #[inline(always)]
+    fn kappa(&self, block: usize) -> T {
+        self.kappa[block]
     }
 
     #[inline(always)]
@@ -209,16 +226,17 @@ impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
     #[inline(always)]
     fn chain(&self, x: &[T; 4], [s, c]: &[T; 2]) -> ([T; 4], T) {
         let f_1 = -(self.k1 + *c);
-        let z_3 = x[2] - self.k1 * x[0] - self.b1 * x[1] - *s;
+        // How far the spring is wound: what pulls the motor back is k_2 times it.
+        let wound = x[2] - self.k1 * x[0];
+        let z_3 = wound - self.b1 * x[1] - *s;
         let z_4 = x[3] + f_1 * x[1] - self.b1 * z_3;
-        let linear = self.spring * x[0] - self.k2 * x[2] - self.b2 * x[3];
-        let drift = linear + *s * x[1] * x[1] + f_1 * z_3 - self.b1 * z_4;
+        let drift = *s * x[1] * x[1] - self.kappa[1] * wound - self.b2 * x[3] + f_1 * z_3 - self.b1 * z_4;
         ([x[0], x[1], z_3, z_4], drift)
     }
 
     #[inline(always)]
-    fn spread(&self, [_, c]: &[T; 2], d: &[T; 2]) -> [T; 4] {
-        [T::ZERO, d[0], -self.b1 * d[0], d[1] + (self.cross - *c) * d[0]]
+    fn last(&self, [_, c]: &[T; 2], d: &[T; 2]) -> T {
+        d[1] + (self.cross - *c) * d[0]
     }
 
     #[inline(always)]
@@ -227,7 +245,7 @@ impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
     }
 
     fn numbers(&self) -> impl Iterator<Item = T> {
-        [self.k1, self.b1, self.gravity, self.spring, self.b, self.k2, self.b2].into_iter()
+        [self.k1, self.b1, self.gravity, self.b, self.b2].into_iter().chain(self.kappa)
     }
 }
 
@@ -451,7 +469,7 @@ impl<A: Aim<f64, 4>, const FAST: usize, const LATE: usize> EncoderForm<f64, Join
         }
         let JointDesign { period_s: t, joint, encoders, limits, bandwidths, .. } = design;
         let (t, model) = (*t, joint.model());
-        let ([kappa, lambda], gradient) = ([model.kappa(), model.lambda()], model.gradient());
+        let ([kappa, lambda], gradient) = ([model.kappa, model.lambda()], model.gradient());
         let config = Config {
             period_s: t,
             surface: Surface::from_bandwidth(bandwidths.surface_rad_s, bandwidths.offset_per_s),
@@ -482,9 +500,9 @@ impl<A: Aim<f64, 4>, const FAST: usize, const LATE: usize> EncoderForm<f64, Join
             blocks,
             sensors,
             fast: [fast; FAST],
-            row: Row::of(&rows, &gradient, *limits, design.fallback),
+            row: Row::of(&rows, &gradient, &model.shares(), *limits, design.fallback),
             gate,
-            closing: decay(0.2 * omega[0] * t),
+            closing: 1.0 - decay(0.2 * omega[0] * t),
             lost_ticks: design.lost_ticks as f64,
             inertia: [joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2],
             at_rest: false,
@@ -535,7 +553,8 @@ mod tests {
     #[test]
     fn the_joint_of_the_paper_has_the_chain_of_the_physical_reading() {
         let (model, chain) = (Joint::TABLE_I.model(), JointParameters::TABLE_I.chain(Reading::Physical));
-        let found = [model.k1, model.spring, model.b, model.b1, model.lambda()[1], model.kappa()[1], model.gravity];
+        let found =
+            [model.k1, 2.0 * model.half_spring, model.b, model.b1, model.lambda()[1], model.kappa[1], model.gravity];
         let expected = [chain.k1, chain.a1, chain.b, chain.b1, chain.b2, chain.k2, 1.0];
         for (found, expected) in found.into_iter().zip(expected) {
             assert!((found / expected - 1.0).abs() < 1e-14, "{found} for {expected}");
@@ -555,10 +574,10 @@ mod tests {
             let model = Joint { weight_n_m, link_damping_n_m_s: 0.5, ..Joint::TABLE_I }.model();
             for _ in 0..100 {
                 let x = [noise() * 2.0, noise() * 4.0, noise() * 80.0, noise() * 400.0];
-                worst = worst.max(map_error(&model, &model.kappa(), &model.lambda(), &x, noise() * 10.0));
+                worst = worst.max(map_error(&model, &model.kappa, &model.lambda(), &x, noise() * 10.0));
             }
             // The check sees what is wrong: another κ is another motion.
-            let [link, motor] = model.kappa();
+            let [link, motor] = model.kappa;
             assert!(map_error(&model, &[link + 1.0, motor], &model.lambda(), &[1.0, 1.0, 50.0, 3.0], 1.0) > 1e-3);
         }
         std::println!("map off by {worst:.1e}");

@@ -360,8 +360,14 @@ impl<T: Real> ChainModel<T, 1, 2> for MotorModel<T> {
     #[inline(always)]
     fn push(&self, _: &[T; 1], (): &()) {}
     #[inline(always)]
-    fn coupling((): &(), _: usize) -> Option<T> {
+    fn of_block((): &(), _: usize) -> Option<T> {
         None
+    }
+    #[inline(always)]
+    fn per_block(_: [T; 1]) {}
+    #[inline(always)]
+    fn kappa(&self, _: usize) -> T {
+        T::ZERO
     }
     #[inline(always)]
     fn input_gain(&self) -> T {
@@ -372,8 +378,8 @@ impl<T: Real> ChainModel<T, 1, 2> for MotorModel<T> {
         (*x, self.drag * x[1])
     }
     #[inline(always)]
-    fn spread(&self, (): &(), d: &[T; 1]) -> [T; 2] {
-        [T::ZERO, d[0]]
+    fn last(&self, (): &(), d: &[T; 1]) -> T {
+        d[0]
     }
     #[inline(always)]
     fn per_rad(&self, _: usize) -> T {
@@ -425,9 +431,9 @@ impl<A: Aim<f64, 2>, const S: usize, const FAST: usize, const LATE: usize>
             blocks: [block],
             sensors: [sensor],
             fast: [[fast]; FAST],
-            row: Row::of(&rows, &gradient, *limits, design.fallback),
+            row: Row::of(&rows, &gradient, &[[0.0]; 2], *limits, design.fallback),
             gate: [if gate < sensor.half_span { gate } else { sensor.half_span }],
-            closing: decay(0.2 * omega * t),
+            closing: 1.0 - decay(0.2 * omega * t),
             lost_ticks: design.lost_ticks as f64,
             inertia: [motor.inertia_kg_m2],
             at_rest: false,

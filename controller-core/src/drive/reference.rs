@@ -87,7 +87,7 @@ const TWO_32: f64 = 4_294_967_296.0;
 impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Sine<T> {
     fn at(&self, tick: u32) -> Target<T, i32, J> {
         let phase = T::from_count(self.phase_per_tick.wrapping_mul(tick) as i32);
-        let (s, c) = sin_cos(phase * T::from_f64(TAU / TWO_32));
+        let (s, c) = sin_cos(phase * T::from_f64(TAU / TWO_32), T::from_f64(1.0));
         let mut jet = [T::ZERO; J];
         let mut scale = self.amplitude;
         for j in 0..J {
