@@ -6,7 +6,7 @@ use controller_core::{ConfigError, Field, Gate, Remedy, SampleLimits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::closed_loop::{Loop, LoopError, close_loop};
 use loop_sim::metrics::{self, Metrics, Noise, Tracking};
-use loop_sim::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel, Plant};
+use loop_sim::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel, Own, Plant};
 use loop_sim::port::ControllerPort;
 use loop_sim::port::baseline::Baseline;
 use loop_sim::port::compared::Compared;
@@ -16,6 +16,7 @@ use loop_sim::signal::Signal;
 use loop_sim::trace::{Row, Trace};
 use serde::Serialize;
 
+use super::own::Formulas;
 use super::resolve::{ControllerChoice, PlantChoice, Problem, Resolved};
 use super::{ActuatorTable, ControllerKind, ErrorTable, PrecisionKey, SensorTable};
 
@@ -251,6 +252,10 @@ fn plant_of(choice: PlantChoice, errors: &ErrorTable, disturbances: Vec<Signal>)
             let nominal = LastChannel { a: nominal_a, b: nominal_b };
             let chain = Chain::new(truth, nominal, given.collect());
             Box::new(chain.map_err(|error| Problem { key: "plant".into(), message: error.to_string() })?)
+        }
+        PlantChoice::Own(Formulas { rates, drift, gain }) => {
+            let own = Own::new(rates, drift, gain, given.collect());
+            Box::new(own.map_err(|error| Problem { key: "plant".into(), message: error.to_string() })?)
         }
     })
 }

@@ -10,6 +10,8 @@
 //! The structs are flat with optional keys on purpose: serde's tagged enums would lose the place of an error. Which
 //! keys go with which kind is one table in `resolve`.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -18,6 +20,7 @@ mod check;
 mod document;
 mod drive;
 mod error;
+mod own;
 mod resolve;
 
 pub use assemble::{Drive, Experiment, Mu, ShaftOf};
@@ -39,6 +42,9 @@ pub const DEFAULT: &str = include_str!("../scenarios/default.toml");
 
 /// Your own plant, a chain of integrators: a file to start from.
 pub const CHAIN: &str = include_str!("../scenarios/chain.toml");
+
+/// Your own plant by its equations, nonlinear: a file to start from.
+pub const OWN: &str = include_str!("../scenarios/own.toml");
 
 /// A motor of your own with an encoder, by its data sheet: a file to start from.
 pub const MOTOR: &str = include_str!("../scenarios/motor.toml");
@@ -119,6 +125,11 @@ pub struct PlantTable {
     pub a: Option<Vec<f64>>,
     /// chain: true input gain b, Eq. (39).
     pub b: Option<f64>,
+    /// own: the true x_1' .. x_n', each a formula of x1 .. xn, u, t and the constants.
+    #[schemars(length(min = 2, max = 6))]
+    pub rates: Option<Vec<String>>,
+    /// own: names for numbers in the formulas of plant and controller.
+    pub constants: BTreeMap<String, f64>,
     /// Disturbances d_i(t) of Eq. (39), one table per channel. Default none.
     #[schemars(length(max = 6))]
     pub disturbance: Vec<DisturbanceTable>,
@@ -135,6 +146,8 @@ pub enum PlantKind {
     Benchmark,
     /// Your own: a chain of n integrators, Eq. (39), with linear a(x) and constant b.
     Chain,
+    /// Your own, by its equations.
+    Own,
 }
 
 /// Readings of Example 2.
@@ -289,7 +302,7 @@ pub struct ControllerTable {
     /// Slope lambda = -da/dx_n as the design takes it, 1/s, while the model of the tick keeps its own. Half of the true
     /// one is harmless, twice is not. Default: that of the nominal model.
     pub lambda_per_s: Option<f64>,
-    /// chain: what the controller believes of a and b where that is not the truth.
+    /// chain, own: what the controller believes of a and b.
     pub nominal: NominalTable,
     /// Clamp of u. Default: none that any actuator would notice.
     pub limits: Option<LimitsTable>,
@@ -401,15 +414,36 @@ pub struct ObserverTable {
     pub order: Option<usize>,
 }
 
-/// The controller's idea of a chain.
+/// The controller's idea of the last channel, x_n' = a(x) + b(x) u.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct NominalTable {
-    /// Nominal a_1..a_n. Default: the true ones.
-    #[schemars(length(min = 2, max = 6))]
-    pub a: Option<Vec<f64>>,
-    /// Nominal b. Default: the true one.
-    pub b: Option<f64>,
+    /// Nominal a_1..a_n; of an own plant also a formula of x1..xn. Default for a chain: the true ones.
+    pub a: Option<DriftKey>,
+    /// Nominal b; of an own plant also a formula of x1..xn. Default for a chain: the true one.
+    pub b: Option<GainKey>,
+    /// own: constants that the controller believes to be other than they are.
+    pub constants: BTreeMap<String, f64>,
+}
+
+/// Coefficients or a formula.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum DriftKey {
+    /// a_1..a_n of a linear a(x).
+    Row(#[schemars(length(min = 2, max = 6))] Vec<f64>),
+    /// a(x).
+    Formula(String),
+}
+
+/// A number or a formula.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum GainKey {
+    /// A constant b.
+    Number(f64),
+    /// b(x).
+    Formula(String),
 }
 
 /// A range of u.
@@ -520,7 +554,8 @@ pub fn schema(plant: &str) -> serde_json::Value {
 }
 
 /// What one can start from: the plant, and a commented file.
-pub const STARTS: [(&str, &str); 4] = [("paper", DEFAULT), ("motor", MOTOR), ("joint", JOINT), ("chain", CHAIN)];
+pub const STARTS: [(&str, &str); 5] =
+    [("paper", DEFAULT), ("motor", MOTOR), ("joint", JOINT), ("chain", CHAIN), ("own", OWN)];
 
 /// One of [`STARTS`] as a scenario of this name; `None` if it cannot be a name, or there is no such plant.
 pub fn template(name: &str, plant: &str) -> Option<String> {
