@@ -136,3 +136,6 @@ fn read(
     };
     Expression::parse(text, inputs, constants).map_err(|errors| problems.0.extend(errors.iter().map(told))).ok()
 }
+
+#[cfg(test)]
+mod tests;

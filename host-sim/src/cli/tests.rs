@@ -612,7 +612,10 @@ fn a_motor_and_a_joint_have_a_schema_of_their_own() {
     let schema = |plant: &str| spoken(&["schema", "--plant", plant]).1;
     assert_eq!(schema("paper"), spoken(&["schema"]).1);
     assert_eq!(schema("paper"), schema("chain"));
+    assert_eq!(schema("paper"), schema("own"));
     assert!(schema("motor").contains("torque_n_m_per_a") && !schema("motor").contains("stiffness_n_m"));
     assert!(schema("joint").contains("stiffness_n_m") && !schema("joint").contains("k_s"));
-    assert!(spoken(&["new", "x", "--plant", "pendulum"]).2.contains("[possible values: paper, motor, joint, chain]"));
+    assert!(
+        spoken(&["new", "x", "--plant", "pendulum"]).2.contains("[possible values: paper, motor, joint, chain, own]")
+    );
 }
