@@ -107,7 +107,7 @@ fn constants(plant: &PlantTable, nominal: &NominalTable, problems: &mut Problems
         } else {
             continue;
         };
-        problems.take::<()>(problem(format!("plant.constants.{name}"), why));
+        problems.take::<()>(problem("plant.constants", format!("`{name}`: {why}")));
     }
     for name in nominal.constants.keys().filter(|name| !plant.constants.contains_key(*name)) {
         let hint = nearest(name, plant.constants.keys().map(String::as_str));

@@ -146,8 +146,8 @@ constants = { gr = 1 }
          a.toml:4:20: `plant.rates[2]`: at character 15: `cos` takes 1, not 2 values\n\
          a.toml:4:20: `plant.rates[2]`: at character 1: `sine` is no function; did you mean `sin`?\n\
          a.toml:4:53: `plant.rates[3]`: at character 3: expected `)`, found the end\n\
-         a.toml:7:7: `plant.constants.sin`: the name is taken: give the constant another\n\
-         a.toml:8:1: `plant.constants.a b`: a name in a formula is made of letters, digits and `_`, a letter first\n\
+         a.toml:5:1: `plant.constants`: `a b`: a name in a formula is made of letters, digits and `_`, a letter first\n\
+         a.toml:5:1: `plant.constants`: `sin`: the name is taken: give the constant another\n\
          a.toml:12:5: `controller.nominal.a`: at character 14: `u` is unknown; did you mean `g`?\n\
          a.toml:14:20: `controller.nominal.constants.gr`: there is no such constant in plant.constants; did you mean \
          `g`?"
