@@ -18,7 +18,7 @@ use serde::Serialize;
 
 use super::own::Formulas;
 use super::resolve::{ControllerChoice, PlantChoice, Problem, Resolved};
-use super::{ActuatorTable, ControllerKind, ErrorTable, PrecisionKey, SensorTable};
+use super::{ActuatorTable, ControllerKind, ErrorTable, PlantKind, PrecisionKey, ReadingKey, SensorTable};
 
 /// A scenario ready to run.
 pub struct Experiment {
@@ -60,6 +60,8 @@ pub struct Experiment {
     pub warnings: Vec<String>,
     /// Bounds of the external disturbances per channel; chain plants only.
     pub mu: Vec<Mu>,
+    /// The reading of the paper that the controller is designed for, if it is for figures only: no joint is like it.
+    pub figures_only: Option<&'static str>,
     /// What is to be told of a drive; none for any other controller.
     pub drive: Option<Drive>,
     pub(super) controller: String,
@@ -218,6 +220,8 @@ pub(super) fn assemble(resolved: Resolved) -> Result<Experiment, Problem> {
         report: file.actuator.report,
         warnings,
         mu,
+        figures_only: (file.plant.kind == PlantKind::FlexibleJoint && file.plant.reading != ReadingKey::Physical)
+            .then(|| file.plant.reading.word()),
         drive: None,
         controller: match (file.controller.kind, file.controller.precision) {
             (ControllerKind::Baseline, _) => "baseline f64".into(),

@@ -103,16 +103,18 @@ impl Default for Scenario {
 pub struct PlantTable {
     /// Which plant. Default flexible_joint.
     pub kind: PlantKind,
-    /// flexible_joint: which reading of Eq. (63)-(64) and Table I. Default reconstructed.
+    /// flexible_joint: which reading of Eq. (63)-(64) and Table I. Default reconstructed, for the paper's figures.
     pub reading: ReadingKey,
     /// True state at t = 0, one number per state. Default: [0.1, 0, 0, 0] for the joint, else zeros.
     #[schemars(length(min = 2, max = 6))]
     pub x0: Option<Vec<f64>>,
-    /// flexible_joint: physical parameters; those left out are Table I's. Plant and controller both use them.
+    /// flexible_joint: physical parameters; those left out are Table I's. Plant and controller both use them. Others than
+    /// Table I's go with the reading physical alone.
     pub parameters: ParametersTable,
     /// flexible_joint: relative error of each true coefficient, 0.5 = 50 % above what the controller believes.
     pub error: ErrorTable,
-    /// flexible_joint: terms of the disturbance v at the input. Default 1 + sin 2t.
+    /// flexible_joint: terms of the disturbance v at the input. Default 1 + sin 2t as in the paper, and none in the
+    /// reading physical.
     #[schemars(length(max = 64))]
     pub input_disturbance: Option<Vec<TermTable>>,
     /// benchmark: add the state-dependent terms x_1^2/2 + x_1 sin 2t + 0.2 x_2 of Eq. (60) to d_1. Default false.
@@ -150,18 +152,18 @@ pub enum PlantKind {
     Own,
 }
 
-/// Readings of Example 2.
+/// Readings of Example 2. All but physical have an input gain that no joint has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ReadingKey {
-    /// As printed: J11 on the link. Does not reproduce the published numbers.
+    /// For the figures only, as printed: J11 on the link. Does not reproduce the published numbers.
     Literal,
-    /// Link equation with the link inertia: reproduces the published numbers.
+    /// For the figures only: link equation with the link inertia, reproduces the published numbers.
     #[default]
     Reconstructed,
-    /// As reconstructed, with B11 on the motor: the hard test of a discretisation.
+    /// For the figures only: as reconstructed, with B11 on the motor, the hard test of a discretisation.
     Stiff,
-    /// As reconstructed, with a and b scaled consistently.
+    /// Two inertias on a spring: a and b scaled consistently. The one that a real joint has.
     Physical,
 }
 

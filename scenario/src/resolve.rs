@@ -180,13 +180,37 @@ fn unread_parameters(scenario: &Scenario) -> Vec<Problem> {
     let chosen = scenario.plant.reading;
     let unread = given.into_iter().filter(|(name, value)| value.is_some() && !is_read(name, chosen));
     let told = unread.map(|(name, _)| {
-        let readers = ReadingKey::ALL.into_iter().filter(|by| is_read(name, *by)).map(ReadingKey::word);
-        let readers: Vec<String> = readers.map(|word| format!("{word:?}")).collect();
-        let message =
-            format!("the reading {:?} does not use it; plant.reading = {} does", chosen.word(), readers.join(" or "));
+        let message = format!("the reading {:?} does not use it: leave it out", chosen.word());
         Problem { key: format!("plant.parameters.{name}"), message }
     });
     if scenario.plant.kind == PlantKind::FlexibleJoint { told.collect() } else { Vec::new() }
+}
+
+/// A reading that reproduces figures is no joint: its input gain is wrong on any. So it goes with Table I alone.
+fn joint_parameters(plant: &PlantTable, problems: &mut Problems) -> JointParameters {
+    let (given, table) = (parameters(&plant.parameters), JointParameters::TABLE_I);
+    let pairs = [
+        ("kt", given.kt, table.kt),
+        ("j11", given.j11, table.j11),
+        ("j12", given.j12, table.j12),
+        ("b11", given.b11, table.b11),
+        ("b12", given.b12, table.b12),
+        ("ks", given.ks, table.ks),
+    ];
+    // What a reading does not use is told already.
+    let is_used = |name: &str| name != "b11" || plant.reading != ReadingKey::Reconstructed;
+    let others = pairs.into_iter().filter(|(name, given, table)| given != table && is_used(name));
+    for (name, given, table) in others.filter(|_| plant.reading != ReadingKey::Physical) {
+        let message = format!(
+            "found {}, but the reading {:?} is for the paper's figures, with the {} of Table I, and no joint has its \
+             input gain; set plant.reading = \"physical\", or begin with `host-sim new NAME --plant joint`",
+            shown(given),
+            plant.reading.word(),
+            shown(table),
+        );
+        problems.take::<()>(problem(format!("plant.parameters.{name}"), message));
+    }
+    given
 }
 
 /// Fills in what is left open and checks every rule, to the last one.
@@ -455,11 +479,12 @@ fn plant_choice(
 ) -> Option<(PlantChoice, NominalChannel)> {
     match plant.kind {
         PlantKind::FlexibleJoint => {
-            let chain = parameters(&plant.parameters).chain(reading(plant.reading));
+            let chain = joint_parameters(plant, problems).chain(reading(plant.reading));
             let nominal = chain.nominal();
             let input_disturbance = match &plant.input_disturbance {
                 Some(list) => terms(list, "plant.input_disturbance", problems)?,
-                // v = 1 + sin 2t
+                // v = 1 + sin 2t, of the paper's figures alone.
+                None if plant.reading == ReadingKey::Physical => Vec::new(),
                 None => {
                     vec![Term::Const { amplitude: 1.0 }, Term::Sin { amplitude: 1.0, omega_rad_s: 2.0, phase_rad: 0.0 }]
                 }
@@ -539,9 +564,7 @@ fn parameters(table: &ParametersTable) -> JointParameters {
 }
 
 impl ReadingKey {
-    const ALL: [Self; 4] = [Self::Literal, Self::Reconstructed, Self::Stiff, Self::Physical];
-
-    const fn word(self) -> &'static str {
+    pub(super) const fn word(self) -> &'static str {
         match self {
             Self::Literal => "literal",
             Self::Reconstructed => "reconstructed",
@@ -838,15 +861,16 @@ mod tests {
 
     #[test]
     fn a_parameter_of_table_1_moves_plant_and_controller_but_an_error_the_plant_alone() {
-        let gain = |sets: &[&str]| config("", sets).nominal.input_gain;
-        let (before, after) = (spec("", &[]), gain(&["plant.parameters.kt=0.238"]));
+        let joint = "[plant]\nreading = \"physical\"";
+        let gain = |sets: &[&str]| config(joint, sets).nominal.input_gain;
+        let (before, after) = (spec(joint, &[]), gain(&["plant.parameters.kt=0.238"]));
         assert_eq!(after, 2.0 * gain(&[]));
-        let plant = |sets: &[&str]| match resolved("", sets).expect("a scenario").plant {
+        let plant = |sets: &[&str]| match resolved(joint, sets).expect("a scenario").plant {
             PlantChoice::FlexibleJoint { chain, .. } => chain.b,
             other => panic!("{other:?}"),
         };
         assert_eq!(plant(&["plant.parameters.kt=0.238"]), after);
-        assert_eq!(spec("", &["plant.error.b=0.5", "plant.error.k2_x3=-0.5"]), before);
+        assert_eq!(spec(joint, &["plant.error.b=0.5", "plant.error.k2_x3=-0.5"]), before);
     }
 
     #[test]

@@ -324,8 +324,8 @@ fn a_contradiction_is_told_at_the_key_that_makes_it() {
             "a.toml:2:12: `controller.fallback`: found 400, expected a u within the limits [-300, 300]",
         ),
         (
-            "[plant.parameters]\nj11 = 1e-320",
-            "a.toml:1:1: `plant.parameters`: a coefficient of the joint overflows: check the units",
+            "plant.reading = \"physical\"\n[plant.parameters]\nj11 = 1e-320",
+            "a.toml:2:1: `plant.parameters`: a coefficient of the joint overflows: check the units",
         ),
         (
             "name = \"../x\"",
@@ -390,13 +390,13 @@ fn what_the_design_refuses_is_told_at_the_key_of_the_file() {
              limit out (given -2e12)",
         ),
         (
-            "[plant.parameters]\nkt = 1e-45",
+            "plant.reading = \"physical\"\n[plant.parameters]\nkt = 1e-46",
             "a.toml:1:1: `controller`: a designed coefficient overflows or vanishes in this precision: check the units \
              of the period, the gains and b",
         ),
         (
-            "[plant.parameters]\nkt = 1e-323\nj11 = 1e3",
-            "a.toml:1:1: `plant.parameters`: the nominal input gain b is 0 (Eq. (39)): the law divides by it; give \
+            "plant.reading = \"physical\"\n[plant.parameters]\nkt = 1e-323\nj11 = 1e3",
+            "a.toml:2:1: `plant.parameters`: the nominal input gain b is 0 (Eq. (39)): the law divides by it; give \
              b(x)'s nominal value",
         ),
     ]);
@@ -491,21 +491,51 @@ fn who_sets_another_kind_is_told_of_the_argument_and_not_of_lines_of_the_file() 
 }
 
 #[test]
-fn a_parameter_that_the_reading_does_not_use_is_refused_with_those_that_do() {
+fn a_parameter_that_the_reading_does_not_use_is_refused() {
     for reading in ["reconstructed", "physical"] {
         assert_eq!(
             error("", &["plant.parameters.b11=100", &format!("plant.reading={reading}")]),
             format!(
-                "--set plant.parameters.b11=100: `plant.parameters.b11`: the reading {reading:?} does not use it; \
-                 plant.reading = \"literal\" or \"stiff\" does"
+                "--set plant.parameters.b11=100: `plant.parameters.b11`: the reading {reading:?} does not use it: leave \
+                 it out"
             )
         );
     }
-    for reading in ["literal", "stiff"] {
-        assert!(build("", &["plant.parameters.b11=4", &format!("plant.reading={reading}")]).is_ok(), "{reading}");
-    }
     let all = ["kt=0.1", "j11=9e-4", "j12=0.2", "b12=0.1", "ks=8"].map(|set| format!("plant.parameters.{set}"));
-    assert!(build("", &all.each_ref().map(String::as_str)).is_ok());
+    let all: Vec<&str> = all.iter().map(String::as_str).chain(["plant.reading=physical"]).collect();
+    assert!(build("", &all).is_ok());
+}
+
+#[test]
+fn a_reading_of_the_figures_goes_with_table_1_alone_and_names_what_any_joint_has() {
+    for reading in ["reconstructed", "literal", "stiff"] {
+        let set = format!("plant.reading={reading}");
+        for (name, table) in [("kt", 0.119), ("j11", 931e-6), ("j12", 0.23), ("b12", 0.07), ("ks", 9.0)] {
+            let with = |value: f64| format!("plant.parameters.{name}={value}");
+            assert!(build("", &[&set, &with(table)]).is_ok(), "{name}");
+            let told = error("", &[&set, &with(1.5 * table)]);
+            for part in [
+                &format!("`plant.parameters.{name}`: found "),
+                "the paper's figures",
+                "set plant.reading = \"physical\"",
+                "`host-sim new NAME --plant joint`",
+            ] {
+                assert!(told.contains(part), "{told}");
+            }
+            assert!(build("", &["plant.reading=physical", &with(1.5 * table)]).is_ok(), "{name}");
+        }
+    }
+    assert!(error("", &["plant.reading=stiff", "plant.parameters.b11=4"]).contains("with the 4.5 of Table I"));
+}
+
+#[test]
+fn the_disturbance_of_the_paper_comes_with_the_paper_s_readings_alone() {
+    let peak = |sets: &[&str]| {
+        let still = ["span_s=1", "plant.x0=[0, 0, 0, 0]"];
+        ran("", &[&still[..], sets].concat()).rows.iter().fold(0.0_f64, |most, row| most.max(row.d[3].abs()))
+    };
+    assert_eq!(peak(&["plant.reading=physical"]), 0.0);
+    assert!(peak(&["plant.reading=stiff"]) > 100.0 && peak(&[]) > 100.0);
 }
 
 #[test]

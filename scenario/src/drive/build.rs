@@ -396,6 +396,7 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         port,
         spec: None,
         download: None,
+        figures_only: None,
         report: true,
         warnings,
         mu: Vec::new(),
