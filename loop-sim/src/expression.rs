@@ -9,9 +9,9 @@
 //! ```
 //!
 //! A name is an input (x1, x2, .., u, t), a constant, `pi`, or a function: sin cos tan asin acos atan sinh cosh tanh exp
-//! ln sqrt abs, and of two values atan2 min max. Angles are in rad. Where a number is needed and there is none (1/0, ln(-1)) the value is infinite or not
-//! a number; nothing panics. Arithmetic is f64, functions are those of `libm`: the same bits on every machine. There
-//! are no jumps on purpose (`sign`, `step`): the solver must know where they are. A step is a term of a
+//! ln sqrt abs, and of two values atan2 min max. Angles are in rad. Where there is no number (1/0, ln(-1)) the value is
+//! infinite or NaN; nothing panics. Arithmetic is f64, functions are those of `libm`: the same bits on every machine.
+//! There are no jumps on purpose (`sign`, `step`): the solver must know where they are. A step is a term of a
 //! [`Signal`](crate::signal::Signal), and friction is smooth, `tanh(x2/0.01)`.
 //!
 //! A formula becomes a list of operations on a stack, at most [`MOST_OPERATIONS`] of them and [`MOST_PENDING`] values
@@ -61,7 +61,7 @@ const fn one(name: &'static str, of: fn(f64) -> f64, slope: fn(f64, f64) -> f64)
 
 const NEGATE: usize = 0;
 /// The sign comes first: it has no name that could be called.
-const ONE: [One; 14] = [
+static ONE: [One; 14] = [
     one("-", |x| -x, |_, _| -1.0),
     one("sin", libm::sin, |x, _| libm::cos(x)),
     one("cos", libm::cos, |x, _| -libm::sin(x)),
@@ -88,7 +88,7 @@ const MULTIPLY: usize = 2;
 const DIVIDE: usize = 3;
 const POWER: usize = 4;
 /// So do the operators.
-const TWO: [Two; 8] = [
+static TWO: [Two; 8] = [
     two("+", |x, y| x + y, |_, _, _| [1.0, 1.0]),
     two("-", |x, y| x - y, |_, _, _| [1.0, -1.0]),
     two("*", |x, y| x * y, |x, y, _| [y, x]),
@@ -341,7 +341,7 @@ impl Reader<'_> {
     fn sign(&mut self) -> Read {
         self.depth += 1;
         if self.depth > MOST_PENDING {
-            return self.error(self.at, Fault::TooDeep);
+            return error(self.at, Fault::TooDeep);
         }
         if self.take('-') {
             self.sign()?;
@@ -389,7 +389,7 @@ impl Reader<'_> {
         let text: String = self.text[from..self.at].iter().collect();
         match text.parse() {
             Ok(number) if f64::is_finite(number) => self.emit(Operation::Number(number)),
-            _ => self.error(from, Fault::Number(quoted(&text))),
+            _ => error(from, Fault::Number(quoted(&text))),
         }
     }
 
@@ -465,7 +465,7 @@ impl Reader<'_> {
 
     fn emit(&mut self, operation: Operation) -> Read {
         if self.code.len() == MOST_OPERATIONS {
-            return self.error(self.at, Fault::TooLong);
+            return error(self.at, Fault::TooLong);
         }
         match operation {
             Operation::Number(_) | Operation::Input(_) => self.pending += 1,
@@ -473,7 +473,7 @@ impl Reader<'_> {
             Operation::Two(_) => self.pending -= 1,
         }
         if self.pending > MOST_PENDING {
-            return self.error(self.at, Fault::TooDeep);
+            return error(self.at, Fault::TooDeep);
         }
         self.code.push(operation);
         Ok(())
@@ -481,12 +481,12 @@ impl Reader<'_> {
 
     fn expected<R>(&mut self, what: &'static str) -> Result<R, ExpressionError> {
         let found = self.next();
-        self.error(self.at, Fault::Expected { what, found })
+        error(self.at, Fault::Expected { what, found })
     }
+}
 
-    fn error<R>(&self, at: usize, fault: Fault) -> Result<R, ExpressionError> {
-        Err(ExpressionError { at: at + 1, fault })
-    }
+fn error<R>(at: usize, fault: Fault) -> Result<R, ExpressionError> {
+    Err(ExpressionError { at: at + 1, fault })
 }
 
 #[cfg(test)]
