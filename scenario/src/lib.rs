@@ -37,7 +37,8 @@ use error::Origin;
 use resolve::Problem;
 use whole_file::Kind;
 
-/// The default scenario: Example 2, `reconstructed`, r = 2 as printed. It is also what `host-sim new` writes.
+/// The default scenario: Example 2, `reconstructed`, r = 2 as printed. It is what `host-sim new NAME
+/// --plant paper` writes.
 pub const DEFAULT: &str = include_str!("../scenarios/default.toml");
 
 /// Your own plant, a chain of integrators: a file to start from.
