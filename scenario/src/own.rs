@@ -57,7 +57,7 @@ pub(super) fn plant(
         None => problems.take(missing("controller.nominal.b", "what the controller believes of the input gain")),
     };
     let (rates, drift, gain) = (each.into_iter().collect::<Option<Vec<_>>>()?, drift?, gain?);
-    let known = known(nominal, &drift, &gain, states.len(), problems)?;
+    let known = known(nominal, &drift, &gain, states.len(), problems);
     Some((Formulas { rates, drift, gain }, known))
 }
 
@@ -68,7 +68,7 @@ fn known(
     gain: &Expression,
     n: usize,
     problems: &mut Problems,
-) -> Option<NominalChannel> {
+) -> NominalChannel {
     let rest = vec![0.0; n];
     let input_gain = gain.value(&rest);
     if input_gain == 0.0 || !input_gain.is_finite() {
@@ -92,7 +92,7 @@ fn known(
         (Some(DriftKey::Row(row)), false) => Model::Linear(row.clone()),
         _ => Model::Formulas { drift: drift.clone(), gain: gain.clone() },
     };
-    Some(NominalChannel { model, gradient, input_gain })
+    NominalChannel { model, gradient, input_gain }
 }
 
 /// Names that a formula could not tell from others, and beliefs about what there is not.

@@ -63,9 +63,9 @@ fn a_text_means_what_the_same_formula_means_in_rust() {
 
 #[test]
 fn every_slope_is_the_one_of_differences() {
-    let names = functions().map(|name| match TWO.iter().any(|two| two.name == name) {
-        true => format!("{name}(x1, x2)"),
-        false => format!("{name}(x1)"),
+    let names = functions().map(|name| {
+        let of_two = TWO.iter().any(|two| two.name == name);
+        if of_two { format!("{name}(x1, x2)") } else { format!("{name}(x1)") }
     });
     let operators = ["+", "-", "*", "/", "^"].map(|operator| format!("x1 {operator} x2"));
     let nested = ["-x1^3*sin(x2/x1)", "x1^-2", "(x1*x2)^2.5", "exp(sin(x1)^2)"].map(str::to_owned);
