@@ -231,7 +231,8 @@ fn the_equations_of_the_readme_are_those_of_the_file_and_its_commands_work() {
     let section = between(&readme, "### Write down your equations\n", "\n## ");
     let folder = Folder::new("equations");
     for line in between(section, "```sh\n", "```").lines() {
-        let args = line.strip_prefix("cargo run --release -- ").expect("a command");
+        // The shell takes the quotes away.
+        let args = line.strip_prefix("cargo run --release -- ").expect("a command").replace('\'', "");
         let (status, out, err) = ran_in(&folder, &args.split(' ').collect::<Vec<_>>());
         assert_eq!((status, err.as_str()), (0, ""), "{line}");
         assert!(!args.starts_with("run") || out.contains("the state stayed bounded to the end"), "{out}");

@@ -572,7 +572,10 @@ fn export_says_what_is_wrong_with_its_arguments() {
         (&["export", "--standalone", "--set", "controller.epsilom=1"], "did you mean `epsilon`"),
         (&["export", "--paper", "--standalone", "--set", "controller.precision=f64"], "set controller.precision=f32"),
         (&["export", "--standalone"], "no joint has its input gain; set plant.reading=physical, "),
-        (&["export", "--lang", "c", "--set", "plant.reading=stiff"], "the reading \"stiff\" is for the paper's figures"),
+        (
+            &["export", "--lang", "c", "--set", "plant.reading=stiff"],
+            "the reading \"stiff\" is for the paper's figures",
+        ),
     ] {
         let (code, out, err) = spoken(args);
         assert_eq!((code, out.as_str()), (status::BAD_INPUT, ""), "{args:?}");
