@@ -83,8 +83,8 @@ pub(crate) fn formulas_stay_here(spec: &ControllerSpec) -> String {
     let slopes: Vec<String> = (0..n).map(|j| format!("{:?}", drift.slope(&vec![0.0; n], j))).collect();
     format!(
         "a(x) or b(x) of the controller is a formula, which is computed here in f64 only; set \
-         controller.nominal.a=[{}], its slopes at rest, and a constant controller.nominal.b, and the observers estimate \
-         what that leaves out; or write it in Rust as a NominalModel",
+         controller.nominal.a=[{}], its slopes at rest, and a constant controller.nominal.b, and the observers \
+         estimate what that leaves out; or write it in Rust as a NominalModel",
         slopes.join(", ")
     )
 }

@@ -109,8 +109,8 @@ pub struct PlantTable {
     /// True state at t = 0, one number per state. Default: [0.1, 0, 0, 0] for the joint, else zeros.
     #[schemars(length(min = 2, max = 6))]
     pub x0: Option<Vec<f64>>,
-    /// flexible_joint: physical parameters; those left out are Table I's. Plant and controller both use them. Others than
-    /// Table I's go with the reading physical alone.
+    /// flexible_joint: physical parameters; those left out are Table I's. Plant and controller both use them. Others
+    /// than Table I's go with the reading physical alone.
     pub parameters: ParametersTable,
     /// flexible_joint: relative error of each true coefficient, 0.5 = 50 % above what the controller believes.
     pub error: ErrorTable,

@@ -496,8 +496,8 @@ fn a_parameter_that_the_reading_does_not_use_is_refused() {
         assert_eq!(
             error("", &["plant.parameters.b11=100", &format!("plant.reading={reading}")]),
             format!(
-                "--set plant.parameters.b11=100: `plant.parameters.b11`: the reading {reading:?} does not use it: leave \
-                 it out"
+                "--set plant.parameters.b11=100: `plant.parameters.b11`: the reading {reading:?} does not use it: \
+                 leave it out"
             )
         );
     }

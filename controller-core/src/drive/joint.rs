@@ -500,7 +500,7 @@ designs!(f32, drive => drive.in_f32(drive.model.in_f32()));
 impl<M: ChainModel<f32, 2, 4>, A: Aim<f64, 4> + Aim<f32, 4>, const FAST: usize, const LATE: usize>
     EncoderForm<f32, M, A, 2, 4, 4, FAST, LATE>
 {
-    /// The drive of a joint whose link is known better: bandwidths and gates of a [`JointDesign`], a model of one's own.
+    /// The drive of a joint whose link is known better: bandwidths and gates of a [`JointDesign`], one's own model.
     ///
     /// The model must be that of the design's joint near 0, in its units, its first position of period one turn; check
     /// it with [`map_error`](super::map_error), κ and λ of [`Joint::model`].

@@ -42,8 +42,8 @@ pub struct JointParameters {
 pub enum Reading {
     /// For the figures only, as printed: `J_11` on the link. Does not reproduce the published numbers.
     Literal,
-    /// For the figures only: the link equation with the link inertia `J_12`, reproduces the published numbers. Its input
-    /// gain is wrong by `k_1` on any real joint.
+    /// For the figures only: the link equation with the link inertia `J_12`, reproduces the published numbers. Its
+    /// input gain is wrong by `k_1` on any real joint.
     Reconstructed,
     /// For the figures only: as reconstructed with `B_11` on the motor, the hard test of a discretisation.
     Stiff,

@@ -6,8 +6,8 @@
 //! The controller knows a chain of integrators that ends in a(x) + b(x) u, Eq. (39). All else is disturbance to it:
 //! $d_i = f_i + w_i - x_{i+1}$ for i < n, and $d_n = f_n + w_n - a(x) - b(x) u$.
 //!
-//! How fast it is, is known where it is: the fastest rate of the linearised plant, every derivative exact. What sin(300 t)
-//! or a cube makes of it on the way is not; so each step of the solver is checked ([`Plant::is_checked`]).
+//! How fast it is, is known where it is: the fastest rate of the linearised plant, every derivative exact. What
+//! sin(300 t) or a cube makes of it on the way is not; so each step of the solver is checked ([`Plant::is_checked`]).
 
 use super::{ChainError, Plant, fastest_signal_rad_s, merged_jumps_s, spectral_bound};
 use crate::MAX_ORDER;

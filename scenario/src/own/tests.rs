@@ -155,8 +155,8 @@ constants = { gr = 1 }
     let told = |sets: &[&str]| built(OWN, sets).err().expect("refused");
     assert_eq!(
         told(&["controller.nominal.b=\"x1*2\""]),
-        "--set controller.nominal.b=\"x1*2\": `controller.nominal.b`: found 0 at rest, expected an input gain other than \
-         0: the law divides by it (Eq. (51))"
+        "--set controller.nominal.b=\"x1*2\": `controller.nominal.b`: found 0 at rest, expected an input gain other \
+         than 0: the law divides by it (Eq. (51))"
     );
     assert_eq!(
         told(&["controller.nominal.a=\"sqrt(x1)\""]),
@@ -174,7 +174,8 @@ constants = { gr = 1 }
         missing.contains("`controller.nominal.a`: missing: ") && missing.contains("`controller.nominal.b`: missing: ")
     );
     // The keys of one kind are not those of another.
-    let chain = "[plant]\nkind = \"chain\"\norder = 2\na = [1, 2]\nb = 1\nrates = []\n[controller]\nc = [5, 1]\nnominal.a = \"x1\"\n";
+    let chain = "[plant]\nkind = \"chain\"\norder = 2\na = [1, 2]\nb = 1\nrates = []\n[controller]\nc = [5, 1]\n\
+                 nominal.a = \"x1\"\n";
     let told = built(&chain.replace("rates = []", "rates = [\"x2\", \"u\"]"), &[]).err().expect("refused");
     assert_eq!(
         told,
