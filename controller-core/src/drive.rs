@@ -13,7 +13,7 @@
 //! | to plan that | [`Joined`], [`Sine`], [`Streamed`], [`Player`], [`shortest`], [`stop`] |
 //! | to be told when something is wrong | the gate of a design, [`Monitored`], [`Health`](crate::Health) |
 //! | to tune it in motion, to store it | `retune`, `words` of [`Running`](crate::Running), [`EncoderForm::at_rest`] |
-//! | another plant | [`ChainModel`], [`map_error`] |
+//! | another plant | [`ChainModel`] with an example, [`map_error`] |
 //! | a plant whose whole state is measured | [`FullState`] |
 //!
 //! Once per period: sample the counts, tick, hold u; where something else is held (a current limit, a brake) tell it by

@@ -1,7 +1,7 @@
 //! The command line.
 //!
 //! ```text
-//! host-sim                          the default scenario: Example 2 of the paper
+//! host-sim                          the default scenario: Example 2 of the paper, for its figures
 //! host-sim run FILE.toml            any scenario
 //! host-sim pil [FILE.toml]          the same with the controller on the emulated chip, compared bit for bit
 //! host-sim hil --port DEV [..]      the same with a board at a serial port
@@ -10,7 +10,7 @@
 //! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
 //! host-sim export [FILE.toml] ..    the designed controller as one source file, C or Rust
 //! host-sim schema [--plant P]       JSON schema of a scenario file
-//! host-sim new NAME [--plant P]     a commented scenario file to start from: paper, motor, joint, chain
+//! host-sim new NAME [--plant P]     a commented scenario file to start from: paper, motor, joint, chain, own
 //! host-sim completions SHELL        what a shell must know to complete these
 //! ```
 //!
@@ -68,7 +68,8 @@ pub mod status {
 
 /// Sliding mode control with an extended disturbance observer, in closed loop with a simulated plant.
 ///
-/// Without a command the default scenario runs: the paper's flexible joint, f32 controller at 1 kHz.
+/// Without a command the default scenario runs: the paper's flexible joint as its figures have it, f32 controller at
+/// 1 kHz. For a joint or motor of your own: host-sim new NAME --plant joint (or motor).
 #[derive(Parser, Debug)]
 #[command(name = "host-sim", version, args_conflicts_with_subcommands = true)]
 struct Cli {
@@ -141,8 +142,9 @@ enum Command {
     New {
         /// Name of the scenario and, with .toml, of the file.
         name: String,
-        /// What is controlled: the paper's joint; a motor, a flexible joint or a chain of integrators of your own.
-        #[arg(long, value_name = "PLANT", default_value = "paper", value_parser = starts())]
+        /// What is controlled: a flexible joint, a motor, a chain of integrators or any equations of your own; or the
+        /// paper's joint as its figures have it.
+        #[arg(long, value_name = "PLANT", default_value = "joint", value_parser = starts())]
         plant: String,
     },
     /// Print a script that completes commands and options: bash, zsh, fish, elvish or powershell.

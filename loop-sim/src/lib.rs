@@ -3,6 +3,7 @@
 
 pub mod actuator;
 pub mod closed_loop;
+pub mod expression;
 pub mod metrics;
 pub mod plant;
 pub mod port;

@@ -6,7 +6,7 @@ use controller_core::{ConfigError, Field, Gate, Remedy, SampleLimits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::closed_loop::{Loop, LoopError, close_loop};
 use loop_sim::metrics::{self, Metrics, Noise, Tracking};
-use loop_sim::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel, Plant};
+use loop_sim::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel, Own, Plant};
 use loop_sim::port::ControllerPort;
 use loop_sim::port::baseline::Baseline;
 use loop_sim::port::compared::Compared;
@@ -16,8 +16,9 @@ use loop_sim::signal::Signal;
 use loop_sim::trace::{Row, Trace};
 use serde::Serialize;
 
+use super::own::Formulas;
 use super::resolve::{ControllerChoice, PlantChoice, Problem, Resolved};
-use super::{ActuatorTable, ControllerKind, ErrorTable, PrecisionKey, SensorTable};
+use super::{ActuatorTable, ControllerKind, ErrorTable, PlantKind, PrecisionKey, ReadingKey, SensorTable};
 
 /// A scenario ready to run.
 pub struct Experiment {
@@ -59,6 +60,8 @@ pub struct Experiment {
     pub warnings: Vec<String>,
     /// Bounds of the external disturbances per channel; chain plants only.
     pub mu: Vec<Mu>,
+    /// The reading of the paper that the controller is designed for, if it is for figures only: no joint is like it.
+    pub figures_only: Option<&'static str>,
     /// What is to be told of a drive; none for any other controller.
     pub drive: Option<Drive>,
     pub(super) controller: String,
@@ -217,6 +220,8 @@ pub(super) fn assemble(resolved: Resolved) -> Result<Experiment, Problem> {
         report: file.actuator.report,
         warnings,
         mu,
+        figures_only: (file.plant.kind == PlantKind::FlexibleJoint && file.plant.reading != ReadingKey::Physical)
+            .then(|| file.plant.reading.word()),
         drive: None,
         controller: match (file.controller.kind, file.controller.precision) {
             (ControllerKind::Baseline, _) => "baseline f64".into(),
@@ -251,6 +256,10 @@ fn plant_of(choice: PlantChoice, errors: &ErrorTable, disturbances: Vec<Signal>)
             let nominal = LastChannel { a: nominal_a, b: nominal_b };
             let chain = Chain::new(truth, nominal, given.collect());
             Box::new(chain.map_err(|error| Problem { key: "plant".into(), message: error.to_string() })?)
+        }
+        PlantChoice::Own(Formulas { rates, drift, gain }) => {
+            let own = Own::new(rates, drift, gain, given.collect());
+            Box::new(own.map_err(|error| Problem { key: "plant".into(), message: error.to_string() })?)
         }
     })
 }

@@ -37,11 +37,19 @@ impl ChainModel<f64, 2, 4> for Reconstructed {
     }
 
     fn push(&self, x: &[f64; 2], [s, _]: &[f64; 2]) -> [f64; 2] {
-        [x[1] + x[0] - s, TABLE[2] * x[0]]
+        [0.5 * (x[1] + x[0] - s), 0.5 * TABLE[2] * x[0]]
     }
 
-    fn coupling(push: &[f64; 2], block: usize) -> Option<f64> {
+    fn of_block(push: &[f64; 2], block: usize) -> Option<f64> {
         Some(push[block])
+    }
+
+    fn per_block(numbers: [f64; 2]) -> [f64; 2] {
+        numbers
+    }
+
+    fn kappa(&self, block: usize) -> f64 {
+        [TABLE[0] + 1.0, TABLE[2]][block]
     }
 
     fn input_gain(&self) -> f64 {
@@ -55,9 +63,9 @@ impl ChainModel<f64, 2, 4> for Reconstructed {
         ([x[0], x[1], z3, z4], k2 * x[0] - k2 * x[2] - b2 * x[3] + s * x[1] * x[1] - (k1 + c) * z3 - b1 * z4)
     }
 
-    fn spread(&self, [_, c]: &[f64; 2], d: &[f64; 2]) -> [f64; 4] {
+    fn last(&self, [_, c]: &[f64; 2], d: &[f64; 2]) -> f64 {
         let [k1, b1, ..] = TABLE;
-        [0.0, d[0], -b1 * d[0], d[1] + (b1 * b1 - k1 - c) * d[0]]
+        d[1] + (b1 * b1 - k1 - c) * d[0]
     }
 
     fn per_rad(&self, block: usize) -> f64 {

@@ -543,6 +543,24 @@ macro_rules! designs {
 designs!(f64, drive => drive);
 designs!(f32, drive => drive.in_f32(drive.model.in_f32()));
 
+impl<M: ChainModel<f32, 2, 4>, A: Aim<f64, 4> + Aim<f32, 4>, const FAST: usize, const LATE: usize>
+    EncoderForm<f32, M, A, 2, 4, 4, FAST, LATE>
+{
+    /// The drive of a joint whose link is known better: bandwidths and gates of a [`JointDesign`], one's own model.
+    ///
+    /// The model must be that of the design's joint near 0, in its units, its first position of period one turn; check
+    /// it with [`map_error`](super::map_error), κ and λ of [`Joint::model`].
+    ///
+    /// # Errors
+    /// The first number of the design that is out of its range, with the range.
+    pub const fn try_design_with(design: &JointDesign, model: M) -> Result<Self, DriveError> {
+        match EncoderForm::<f64, JointModel<f64>, A, 2, 4, 4, FAST, LATE>::of_joint(design) {
+            Ok(drive) => Ok(drive.in_f32(model)),
+            Err(error) => Err(error),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     extern crate std;

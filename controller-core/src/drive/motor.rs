@@ -473,3 +473,21 @@ macro_rules! designs {
 }
 designs!(f64, drive => drive);
 designs!(f32, drive => drive.in_f32(drive.model.in_f32()));
+
+impl<M: ChainModel<f32, 1, 2>, A: Aim<f64, 2> + Aim<f32, 2>, const S: usize, const FAST: usize, const LATE: usize>
+    EncoderForm<f32, M, A, 1, 2, S, FAST, LATE>
+{
+    /// The drive of a motor whose load is known: bandwidths and gate of a [`MotorDesign`], a model of one's own.
+    ///
+    /// The model must have the b and the λ of the design's motor, and what else acts on the shaft as its coupling w,
+    /// rad/s², of period one turn: positions are counted from the last whole turn. An example is at [`ChainModel`].
+    ///
+    /// # Errors
+    /// The first number of the design that is out of its range, with the range.
+    pub const fn try_design_with(design: &MotorDesign, model: M) -> Result<Self, DriveError> {
+        match EncoderForm::<f64, MotorModel<f64>, A, 1, 2, S, FAST, LATE>::of_motor(design) {
+            Ok(drive) => Ok(drive.in_f32(model)),
+            Err(error) => Err(error),
+        }
+    }
+}

@@ -10,7 +10,7 @@ use loop_sim::port::in_process::Model;
 
 use super::Exported;
 
-pub(super) fn text(exported: &Exported<'_>) -> String {
+pub(super) fn text(exported: &Exported<'_>) -> Result<String, String> {
     let Exported { spec, download, .. } = exported;
     let (n, r) = (usize::from(download.shape.n), download.shape.r);
     let channels = exported.channels();
@@ -23,6 +23,7 @@ pub(super) fn text(exported: &Exported<'_>) -> String {
         }
         Model::BenchmarkLibm => ("Benchmark<Libm>".into(), "Benchmark::new()".into(), "Benchmark, Libm"),
         Model::BenchmarkMicromath => ("Benchmark<Micromath>".into(), "Benchmark::new()".into(), "Benchmark, Micromath"),
+        Model::Formulas { .. } => return Err(super::formulas_stay_here(spec)),
     };
     let observers: String = (observers.iter().take(n))
         .map(|gains| match gains {
@@ -117,7 +118,7 @@ pub const RUNNING: Running<Guessing<&Designed>> = Running::guessing(&CONTROLLER,
         alpha = surface.alpha_per_s,
         gradient = of_order(&nominal.gradient, n),
     );
-    out
+    Ok(out)
 }
 
 /// The first n numbers of a row.

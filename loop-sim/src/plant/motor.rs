@@ -156,7 +156,7 @@ impl Plant for Motor {
         d[1] = self.acceleration(t_s, x, current) - (torque_n_m_per_a * current - damping_n_m_s * x[1]) / inertia_kg_m2;
     }
 
-    fn fastest_rad_s(&self, x: &[f64]) -> f64 {
+    fn fastest_rad_s(&self, _: f64, x: &[f64], _: f64) -> f64 {
         self.fastest_rad_s.max(self.imperfections.fastest_rad_s(self.truth.inertia_kg_m2, x[1]))
     }
 

@@ -436,6 +436,7 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         port,
         spec: None,
         download: None,
+        figures_only: None,
         report: true,
         warnings,
         mu: Vec::new(),
