@@ -9,6 +9,7 @@ use controller_core::{
 };
 
 use crate::MAX_ORDER;
+use crate::linear::{LawAtRest, Still};
 use crate::port::{ControllerPort, PortError, Tick};
 
 /// Precision of the controller; the plant is always f64.
@@ -55,6 +56,8 @@ pub struct Designed {
     pub warnings: Warnings,
     /// The same design for a target, if it is in f32.
     pub download: Option<Download>,
+    /// The same law in f64, at rest at x = 0 with nothing known of the disturbances.
+    pub at_rest: Box<dyn LawAtRest>,
 }
 
 /// A design as plain numbers: what a target needs to run the very same controller.
@@ -106,6 +109,14 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     config.options = config.options.with_samples(SampleLimits::NONE);
     let estimates = config.options.initial_estimates;
     let linear = |a: &[f64]| Nominal { gradient: padded(a), input_gain: config.nominal.input_gain };
+    let exact = match &spec.model {
+        Model::Linear(a) => AnyModel::Linear(Linear::<f64, N>::new(&linear(a))),
+        Model::BenchmarkLibm | Model::BenchmarkMicromath => AnyModel::Planar(|x| Benchmark::<Libm>::new().drift(x)),
+    };
+    let exact = Controller::<f64, _, N, R, MASK, O>::try_design(&config, exact)?;
+    let Some(at_rest) = Still::new(exact.clone(), N, Vec::new(), padded::<N>) else {
+        unreachable!("a controller starts at x = 0")
+    };
     let (port, download): (Box<dyn ControllerPort>, _) = match spec.precision {
         Precision::F32 => {
             let (model, row, kind) = match &spec.model {
@@ -128,18 +139,9 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
             let download = Download { shape: spec.config.shape(), model: kind, numbers };
             (Box::new(InProcess { running: Running::guessing(controller, guess) }), Some(download))
         }
-        Precision::F64 => {
-            let model = match &spec.model {
-                Model::Linear(a) => AnyModel::Linear(Linear::<f64, N>::new(&linear(a))),
-                Model::BenchmarkLibm | Model::BenchmarkMicromath => {
-                    AnyModel::Planar(|x| Benchmark::<Libm>::new().drift(x))
-                }
-            };
-            let controller = Controller::<f64, _, N, R, MASK, O>::try_design(&config, model)?;
-            (Box::new(InProcess { running: Running::guessing(controller, estimates) }), None)
-        }
+        Precision::F64 => (Box::new(InProcess { running: Running::guessing(exact, estimates) }), None),
     };
-    Ok(Designed { port, warnings: config.warnings(), download })
+    Ok(Designed { port, warnings: config.warnings(), download, at_rest: Box::new(at_rest) })
 }
 
 /// Whichever model the scenario names; the arithmetic is the one of `controller-core`.
