@@ -22,8 +22,8 @@ use std::fmt;
 
 use loop_sim::linear::{LawAtRest, LinearPlant, LinearTick};
 use loop_sim::solver::SolverError;
-use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::linalg::Schur;
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, DMatrix, DVector, Normed as _};
 use scenario::AtRest;
 use serde::Serialize;
@@ -172,7 +172,8 @@ impl Loop {
             .map(|j| [true, false].map(|is_closed| tick.step(&unit(order, Some(j)), 0.0, &quiet, is_closed)))
             .collect();
         // What u hears of, from u backwards.
-        let mut has_part: Vec<bool> = columns.iter().map(|[(_, asked, held), _]| *asked != 0.0 || *held != 0.0).collect();
+        let mut has_part: Vec<bool> =
+            columns.iter().map(|[(_, asked, held), _]| *asked != 0.0 || *held != 0.0).collect();
         loop {
             let heard = |j: usize| columns[j][0].0.iter().zip(&has_part).any(|(entry, is_in)| *is_in && *entry != 0.0);
             let more: Vec<bool> = (0..order).map(|j| has_part[j] || heard(j)).collect();
@@ -233,10 +234,14 @@ impl Loop {
         let phase = omega_rad_s * self.period_s;
         let z = Complex::new(libm::cos(phase), libm::sin(phase));
         let n = self.open.nrows();
-        let matrix = DMatrix::from_fn(n, n, |i, j| if i == j { z - self.open[(i, j)] } else { (-self.open[(i, j)]).into() });
+        let matrix =
+            DMatrix::from_fn(n, n, |i, j| if i == j { z - self.open[(i, j)] } else { (-self.open[(i, j)]).into() });
         let input = self.input.map(Complex::from);
         let infinite = Complex::new(f64::INFINITY, 0.0);
-        matrix.lu().solve(&input).map_or(infinite, |x| -x.iter().zip(&self.held).map(|(x, c)| x * *c).sum::<Complex<f64>>())
+        matrix
+            .lu()
+            .solve(&input)
+            .map_or(infinite, |x| -x.iter().zip(&self.held).map(|(x, c)| x * *c).sum::<Complex<f64>>())
     }
 
     /// Margins of a loop that is stable.

@@ -144,7 +144,11 @@ fn the_loop_of_an_exact_motor_has_the_poles_that_were_asked_for() {
         assert_has(&it, &expected, 1e-9);
         let others = it.eigenvalues().expect("values").len() - expected.len();
         // Those of what is only stored are 0; the sliding motion is e^(-w_c T) to the first order.
-        let sliding = it.eigenvalues().expect("values").iter().any(|z| (z.re + surface * period_s - 1.0).abs() < 0.6 * (surface * period_s).powi(2));
+        let sliding = it
+            .eigenvalues()
+            .expect("values")
+            .iter()
+            .any(|z| (z.re + surface * period_s - 1.0).abs() < 0.6 * (surface * period_s).powi(2));
         assert!(others >= 1 && sliding, "{:?}", it.eigenvalues());
     }
 }
@@ -162,7 +166,7 @@ fn the_loop_of_an_exact_chain_has_the_poles_that_were_asked_for() {
         let mut expected = vec![discrete(-40.0, 0.0, 1e-3); r];
         expected.extend([(1.0 - 30.0 * 1e-3, 0.0), discrete(-3.0, 0.0, 1e-3)]);
         // Equal poles come apart as the root of that order of the rounding.
-        assert_has(&it, &expected, if r == 1 { 1e-9 } else { 3e-4 });
+        assert_has(&it, &expected, if n <= 4 { 3e-4 } else { 3e-3 });
         let values = it.eigenvalues().expect("values");
         let product = |away: fn(f64) -> bool| values.iter().filter(|z| away(z.norm_sqr())).count();
         // n - 1 of the sliding motion, and none elsewhere but at 0.
@@ -256,49 +260,47 @@ fn the_loop_gain_is_that_of_the_simulated_loop() {
     }
 }
 
-/// What is left of y after a long time falls as the slowest pole says.
+/// What is left of y after a long time falls as the slowest pole says. Its root is alone: e^(-t) of a surface that has
+/// -6 beside it.
 #[test]
 fn the_decay_is_that_of_the_simulated_loop() {
-    for (text, still) in [(scenario::CHAIN, &STILL_3), (scenario::DEFAULT, &STILL)] {
-        let it = loop_of(&experiment(text, &still[..]));
-        let alpha = if text == scenario::CHAIN { 1.0 } else { 1.0 };
-        let of_offset = |rate: f64| (rate - alpha).abs() < 1e-6;
-        let rates = it.eigenvalues().expect("values").into_iter().map(|z| -it.pole(z).re).filter(|rate| !of_offset(*rate));
-        let slowest = rates.fold(f64::INFINITY, f64::min);
-        let span_s = 8.0 / slowest;
-        let y = answer(text, still, (span_s / 1e-3) as usize);
-        let size = |from: f64, to: f64| {
-            let [from, to] = [from, to].map(|share| (share * y.len() as f64) as usize);
-            y[from..to].iter().fold(0.0_f64, |peak, [_, y]| peak.max(y.abs()))
-        };
-        // From the peak of one window to that of the next, 2/slowest later.
-        let found = (size(0.5, 0.75) / size(0.75, 1.0)).ln() / (0.25 * span_s);
-        assert!((found / slowest - 1.0).abs() < 0.1, "{found} in the run, {slowest} of the matrices");
-    }
+    let text = scenario::CHAIN.replace("surface_bandwidth_rad_s = 4.0", "c = [6.0, 7.0, 1.0]\nalpha_per_s = 20.0");
+    let it = loop_of(&experiment(&text, &STILL_3));
+    let slowest = it.eigenvalues().expect("values").into_iter().map(|z| -it.pole(z).re).fold(f64::INFINITY, f64::min);
+    let span_s = 8.0 / slowest;
+    let y = answer(&text, &STILL_3, (span_s / 1e-3) as usize);
+    let size = |from: f64, to: f64| {
+        let [from, to] = [from, to].map(|share| (share * y.len() as f64) as usize);
+        y[from..to].iter().fold(0.0_f64, |peak, [_, y]| peak.max(y.abs()))
+    };
+    // From the peak of one window to that of the next, 2/slowest later.
+    let found = (size(0.5, 0.75) / size(0.75, 1.0)).ln() / (0.25 * span_s);
+    assert!((found / slowest - 1.0).abs() < 0.02, "{found} in the run, {slowest} of the matrices");
 }
 
 /// A run with the whole ticks of delay below the margin goes to rest, with those above it runs away; and so it is with
 /// b on both sides of the gain margins.
 #[test]
 fn the_margins_are_where_simulated_loops_become_unstable() {
-    let of = |sets: &[&str]| loop_of(&experiment(scenario::CHAIN, sets));
+    // The law is not told: its own u is what it lives on, however late the plant gets it.
+    const SETS: [&str; 2] = ["controller.period_s=5e-3", "actuator.report=false"];
+    let of = |sets: &[&str]| loop_of(&experiment(scenario::CHAIN, &[&SETS[..], sets].concat()));
     let margins = of(&[]).margins().expect("a stable loop");
     let Margins { delay_s: Some(delay_s), gain_up: Some(gain_up), .. } = margins else { panic!("{margins:?}") };
-    let ticks = (delay_s / 1e-3).floor();
+    let ticks = (delay_s / 5e-3).floor();
     assert!((3.0..40.0).contains(&ticks), "{margins:?}");
     let ends_at = |sets: &[&str]| {
-        let sets = [sets, &["span_s=60", "plant.x0=[1e-3, 0, 0]", "plant.disturbance=[]", "controller.precision=f64"]].concat();
-        let mut it = experiment(scenario::CHAIN, &sets);
+        let quiet = ["span_s=60", "plant.x0=[1e-3, 0, 0]", "plant.disturbance=[]", "controller.precision=f64"];
+        let mut it = experiment(scenario::CHAIN, &[&SETS[..], sets, &quiet].concat());
         let (trace, error) = it.run(&mut |_| ControlFlow::Continue(()));
         assert_eq!(error, None);
-        trace.rows.iter().rev().take(5000).map(|row| row.x[0].abs()).fold(0.0, f64::max)
+        trace.rows.iter().rev().take(1000).map(|row| row.x[0].abs()).fold(0.0, f64::max)
     };
     for (delay, is_stable) in [(ticks, true), (ticks + 1.0, false)] {
         let delay = format!("actuator.delay_ticks={delay}");
-        let sets = [delay.as_str(), "actuator.report=true"];
-        let radius = of(&sets).spectral_radius(1.0).expect("a radius");
+        let radius = of(&[&delay]).spectral_radius(1.0).expect("a radius");
         assert_eq!(radius < 1.0, is_stable, "{delay}: {radius}, margin {delay_s} s");
-        let end = ends_at(&sets);
+        let end = ends_at(&[&delay]);
         assert_eq!(end < 1e-3, is_stable, "{delay}: {end}");
     }
     for (share, is_stable) in [(0.97, true), (1.03, false)] {
@@ -321,10 +323,7 @@ fn noise_of_u_is_that_of_a_simulated_run() {
         (scenario::JOINT, &["reference.kind=\"sine\"", "reference.amplitude_rad=0.8", "reference.frequency_hz=0.3"]),
     ] {
         // One gain set: the fast one comes in where friction jumps.
-        let mut sets = [sets, &["drive.uncertain_percent=50", "friction.coulomb_n_m=0", "friction.static_n_m=0"]].concat();
-        if text == scenario::JOINT {
-            sets.extend(["--to_rad"; 0]);
-        }
+        let sets = [sets, &["drive.uncertain_percent=50", "friction.coulomb_n_m=0", "friction.static_n_m=0"]].concat();
         let text = text.replace("to_rad = 1.0 ", "# to_rad = 1.0 ").replace("kind = \"move\"", "kind = \"rest\"");
         let mut it = experiment(&text, &sets);
         let gains = loop_of(&it).noise_gains();
@@ -340,7 +339,8 @@ fn noise_of_u_is_that_of_a_simulated_run() {
 /// Nobody holds the angle of a speed loop: it is no pole of it.
 #[test]
 fn a_speed_loop_is_stable_without_its_angle() {
-    let it = loop_of(&experiment(RIGID, &["drive.mode=\"speed\"", "reference.kind=\"speed\"", "reference.speed_rad_s=20"]));
+    let it =
+        loop_of(&experiment(RIGID, &["drive.mode=\"speed\"", "reference.kind=\"speed\"", "reference.speed_rad_s=20"]));
     assert!(it.spectral_radius(1.0).expect("a radius") < 0.99);
     assert!(it.margins().expect("margins").phase_deg.is_some_and(|phase| phase > 30.0));
 }
@@ -350,7 +350,7 @@ fn spoken(args: &[&str]) -> (u8, String, String) {
     let (mut out, mut err) = (Vec::new(), Vec::new());
     let stop = AtomicBool::new(false);
     let console = Console { out: &mut out, err: &mut err, stop: &stop, terminal: false };
-    let status = host_sim::cli::run(["host-sim"].iter().chain(args).map(Into::into), console);
+    let status = host_sim::cli::run(["host-sim"].iter().chain(args).map(std::ffi::OsString::from), console);
     let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
     (status, text(out), text(err))
 }
@@ -389,8 +389,10 @@ fn every_kind_of_file_has_a_design() {
         .try_into()
         .map(|[paper, motor, joint, chain]: [String; 4]| [motor, joint, chain, paper])
         .expect("four");
+    let benchmark = folder.file("benchmark.toml", include_str!("../scenarios/fig01.toml"));
     let speed = ["drive.mode=\"speed\"", "reference.kind=\"speed\"", "reference.speed_rad_s=20"];
-    let third = "controller.observer=[{channel=2, order=3, bandwidth_rad_s=20.0}, {channel=4, order=3, bandwidth_rad_s=20.0}]";
+    let third =
+        "controller.observer=[{channel=2, order=3, bandwidth_rad_s=20.0}, {channel=4, order=3, bandwidth_rad_s=20.0}]";
     for (file, sets) in [
         (&motor, &[][..]),
         (&motor, &["drive.uncertain_percent=50", "drive.delay_ticks=1", "motor.gear=[50, 1]"]),
@@ -402,7 +404,7 @@ fn every_kind_of_file_has_a_design() {
         (&chain, &["sensor.noise=[1e-4, 0, 0]", "sensor.delay_ticks=3", "sensor.jitter=0.5", "actuator.rate_per_s=10"]),
         (&paper, &["plant.reading=\"physical\""]),
         (&paper, &["plant.reading=\"stiff\"", third]),
-        (&paper, &["plant.kind=\"benchmark\"", "plant.state_dependent=true", "controller.c=[5, 1]"]),
+        (&benchmark, &["controller.k_s=1"]),
     ] {
         let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
         let (code, out, err) = spoken(&[&["design", file], &sets[..]].concat());
@@ -469,7 +471,8 @@ fn a_run_ends_with_the_design_in_two_lines() {
     assert_eq!(out.lines().filter(|line| line.starts_with("loop at rest: decay ")).count(), 1, "{out}");
     assert_eq!(out.lines().filter(|line| line.starts_with("limited by ")).count(), 1, "{out}");
     let baseline = folder.file("baseline.toml", include_str!("../scenarios/fig01_baseline.toml"));
-    let (code, out, _) = spoken(&["run", &baseline, "--set", "span_s=0.5", "--set", "window_s=[0.1, 0.5]", "--out", &to]);
+    let (code, out, _) =
+        spoken(&["run", &baseline, "--set", "span_s=0.5", "--set", "window_s=[0.1, 0.5]", "--out", &to]);
     assert!(code == status::DONE && !out.contains("loop at rest"), "{out}");
 }
 
@@ -504,7 +507,9 @@ fn the_page_from_bandwidth_to_gains_shows_what_the_command_says() {
     if std::env::var_os("GOLDEN").is_some() {
         std::fs::write(path, &shown).expect("the page");
     } else if let Some((line, (found, said))) = page.lines().zip(shown.lines()).enumerate().find(|(_, (a, b))| a != b) {
-        panic!("line {} of docs/bandwidth.md is {found:?}, the command says {said:?}: GOLDEN=write cargo test", line + 1);
+        panic!(
+            "line {} of docs/bandwidth.md is {found:?}, the command says {said:?}: GOLDEN=write cargo test",
+            line + 1
+        );
     }
 }
-

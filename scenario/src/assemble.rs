@@ -336,14 +336,17 @@ fn at_rest(
         rms: (of(&sensor.noise, state).powi(2) + of(&sensor.quantum, state).powi(2) / 12.0).sqrt(),
     });
     let left_out = [
-        (matches!(still, PlantChoice::FlexibleJoint { .. } | PlantChoice::Benchmark { .. }), "the plant away from x = 0"),
+        (
+            matches!(still, PlantChoice::FlexibleJoint { .. } | PlantChoice::Benchmark { .. }),
+            "the plant away from x = 0",
+        ),
         (controller.k_s > 0.0, "the switching term beyond its boundary layer"),
         (sensor.jitter > 0.0, "jitter"),
         (sensor.dropout > 0.0, "lost samples"),
         (actuator.rate_per_s.is_some(), "the rate limit"),
     ];
     Ok(AtRest {
-        plant: plant_of(still, &file.plant.error, Vec::new())?,
+        plant: plant_of(still, &file.plant.error, vec![Signal::default(); order])?,
         law,
         sensed: sensed.collect(),
         sensor_delay_ticks: sensor.delay_ticks,

@@ -560,8 +560,9 @@ mod tests {
     fn the_peak_of_a_short_move_is_not_missed_between_ticks() {
         let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 0.0 };
         let shortest_of = |distance: f64, most: u32| {
-            let plan =
-                |ticks| Joined::<f64, _, 3>::new(Rest { turn: 0, angle: distance }, [-distance, 0.0, 0.0], 0, ticks, 1e-3);
+            let plan = |ticks| {
+                Joined::<f64, _, 3>::new(Rest { turn: 0, angle: distance }, [-distance, 0.0, 0.0], 0, ticks, 1e-3)
+            };
             shortest::<_, 3>(0, 1, most, 9.0, |jet| motor.feed_forward(jet), plan)
         };
         for distance in [1e-4, 1e-3, 0.01, 0.03, 0.1, 0.2, 0.3, 0.7, 1.0, 10.0] {

@@ -36,8 +36,8 @@ pub(super) struct DesignOptions {
 
 /// Share of the current limit that the steps of encoders may cost as noise, rms.
 const NOISE_SHARE: f64 = 0.01;
-/// Phase margin below which nothing is suggested, degrees.
-const LEAST_PHASE_DEG: f64 = 30.0;
+/// Phase margin below which nothing is suggested, degrees: with less |S| is above 1/(2 sin 10°) = 2.9.
+const LEAST_PHASE_DEG: f64 = 20.0;
 
 /// All that is said of a design.
 #[derive(Serialize)]
@@ -71,9 +71,9 @@ struct Asked {
 struct Got {
     /// Largest |z| of a pole: below 1 the loop is stable.
     spectral_radius: f64,
-    /// Of the slowest pole but the offset's own, 1/s; negative for a loop that grows.
+    /// Of the slowest of these poles, 1/s; negative for a loop that grows.
     decay_per_s: f64,
-    /// ln(z)/T, the slowest first.
+    /// ln(z)/T, the slowest first, without the offset's own.
     poles: Vec<Root>,
     /// Of a loop that is stable.
     margins: Option<Margins>,
@@ -133,14 +133,11 @@ impl Got {
         let offset = libm::exp(-alpha_per_s * period_s);
         let away = |k: &usize| libm::hypot(values[*k].re - offset, values[*k].im);
         let of_offset = (0..values.len()).min_by(|i, j| away(i).total_cmp(&away(j)));
-        let decays = values.iter().enumerate().filter(|(k, _)| Some(*k) != of_offset).map(|(_, z)| -it.pole(*z).re);
-        let decay_per_s = decays.fold(f64::INFINITY, f64::min);
-        let (margins, noise_gains) = if spectral_radius < 1.0 {
-            (Some(it.margins()?), it.noise_gains())
-        } else {
-            (None, Vec::new())
-        };
-        let poles = values.iter().map(|z| it.pole(*z)).collect();
+        let (margins, noise_gains) =
+            if spectral_radius < 1.0 { (Some(it.margins()?), it.noise_gains()) } else { (None, Vec::new()) };
+        let of_loop = values.iter().enumerate().filter(|(k, _)| Some(*k) != of_offset);
+        let poles: Vec<Root> = of_loop.map(|(_, z)| it.pole(*z)).collect();
+        let decay_per_s = poles.iter().map(|pole| -pole.re).fold(f64::INFINITY, f64::min);
         Ok(Self { spectral_radius, decay_per_s, poles, margins, noise_gains })
     }
 
@@ -156,7 +153,7 @@ impl Got {
     }
 
     /// In one line.
-    fn line(&self, unit: &str) -> String {
+    fn line(&self) -> String {
         let Some(margins) = &self.margins else {
             return format!("unstable: spectral radius {}, so no margins", radius(self.spectral_radius));
         };
@@ -164,7 +161,6 @@ impl Got {
         let phase = phase_deg.map_or_else(|| "any phase".into(), |phase| format!("{} deg", number(phase)));
         let delay = delay_s.map_or_else(|| "any delay".into(), |delay| format!("{} ms", number(1e3 * delay)));
         let up = gain_up.map_or_else(|| "any".into(), number);
-        let _ = unit;
         format!(
             "decay {} 1/s; margins {phase}, {delay}, gain {} to {up}; |S| up to {}",
             number(self.decay_per_s),
@@ -211,7 +207,7 @@ impl Design {
 
     /// What `run` says of it.
     pub(super) fn short(&self) -> Vec<String> {
-        let mut lines = vec![format!("loop at rest: {}", self.got.line(""))];
+        let mut lines = vec![format!("loop at rest: {}", self.got.line())];
         if let (Some(_), Some(limit)) = (&self.got.margins, self.limits.first()) {
             lines.push(format!("limited by {}, {} % used; more by `host-sim design`", limit.what, percent(limit.used)));
         }
@@ -338,7 +334,12 @@ fn bounds(experiment: &Experiment) -> Vec<Bound> {
             DriveDesign::Joint(design) => (design.gate_steps.to_vec(), "rad/s^4"),
         };
         let gates = drive.shafts.iter().zip(gates).map(|(shaft, steps)| {
-            one(&format!("gate of the {}", shaft.name), steps, "steps", "a count farther from the expected is not believed")
+            one(
+                &format!("gate of the {}", shaft.name),
+                steps,
+                "steps",
+                "a count farther from the expected is not believed",
+            )
         });
         let sigma = one("|sigma*|, lambda_2", drive.sigma_star_bound, unit, "for innovations of one step each at most");
         return gates.chain([sigma]).collect();
@@ -364,11 +365,15 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &Got) -> Vec<Limit> {
         }
     };
     if let Some(phase) = got.margins.and_then(|margins| margins.phase_deg) {
-        limit("phase", LEAST_PHASE_DEG / phase, format!("{LEAST_PHASE_DEG} degrees of phase margin shall be left"));
+        limit("phase", LEAST_PHASE_DEG / phase, format!("{LEAST_PHASE_DEG} deg of phase margin shall be left"));
     }
     if let Some(drive) = &experiment.drive {
         let (share, most) = (got.noise(at_rest), NOISE_SHARE * drive.max_current_a);
-        limit("noise", share / most, format!("the encoder's steps may make {} A, 1 % of the limit, in u", number(most)));
+        limit(
+            "noise",
+            share / most,
+            format!("the encoder's steps may make {} A, 1 % of the limit, in u", number(most)),
+        );
         let most = if drive.form.delay_ticks == 0 { 0.8 } else { 0.5 };
         match &drive.design {
             DriveDesign::Motor(design, lag_s) => {
@@ -384,19 +389,27 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &Got) -> Vec<Limit> {
                     limit("lost time", w.surface_rad_s * (hold + lag + delay) * 1e-3 / 0.1, meaning);
                 }
                 limit("observer", w.observer_rad_s * period_s / most, format!("w_o times the period may be {most}"));
-                limit("period", w.reaching_per_s * period_s, "k_l times the period may be 1".into());
+                limit("reaching law", w.reaching_per_s * period_s, "k_l times the period may be 1".into());
             }
             DriveDesign::Joint(JointDesign { bandwidths: w, .. }) => {
-                limit("observer", w.motor_rad_s * period_s / most, format!("the motor's times the period may be {most}"));
-                limit("period", w.reaching_per_s * period_s / 0.3, "k_l times the period may be 0.3".into());
-                limit("order", 3.0 * w.surface_rad_s / w.link_rad_s, "w_c may be a third of the link's observer".into());
+                limit(
+                    "motor's observer",
+                    w.motor_rad_s * period_s / most,
+                    format!("its bandwidth times the period may be {most}"),
+                );
+                limit("reaching law", w.reaching_per_s * period_s / 0.3, "k_l times the period may be 0.3".into());
+                limit(
+                    "link's observer",
+                    3.0 * w.surface_rad_s / w.link_rad_s,
+                    "w_c may be a third of its bandwidth".into(),
+                );
             }
         }
     } else if let Some(ControllerSpec { config, .. }) = &experiment.spec {
         let poles = config.padded.observers.iter().take(config.n).flatten().flat_map(error_poles);
         let fastest = poles.map(|pole| libm::hypot(pole.re, pole.im)).fold(0.0, f64::max);
         limit("observer", fastest * period_s / 0.3, "its fastest pole times the period may be 0.3".into());
-        limit("period", config.padded.reaching.k_l * period_s / 0.5, "k_l times the period may be 0.5".into());
+        limit("reaching law", config.padded.reaching.k_l * period_s / 0.5, "k_l times the period may be 0.5".into());
     }
     found.sort_by(|a, b| b.used.total_cmp(&a.used));
     found
@@ -429,6 +442,7 @@ fn for_motor(
     let late = late_s(design, lag_s, form);
     let (lost_s, longest) = (late.iter().sum::<f64>(), late.iter().fold(0.0, |a: f64, b| a.max(*b)));
     let by_phase = 0.1 / lost_s;
+    let is_so = (design.bandwidths.surface_rad_s / w.surface_rad_s - 1.0).abs() < 1e-3;
     let why = if w.surface_rad_s < 0.999 * by_phase {
         let two_bits = by_phase.min(w.surface_rad_s * libm::pow(4.0, 0.4));
         format!("noise binds; two more bits would allow {} rad/s", number(two_bits))
@@ -440,6 +454,7 @@ fn for_motor(
         };
         format!("lost time binds ({} ms); {remedy} would allow more", number(1e3 * lost_s))
     };
+    let why = if is_so { format!("as it is; {why}") } else { why };
     let line = format!(
         "surface_rad_s = {}  # then w_o = {}, k_l = {}, alpha = {}",
         number(w.surface_rad_s),
@@ -456,7 +471,8 @@ fn for_joint(
     at_rest: &AtRest,
     most_noise: f64,
 ) -> Result<Option<Suggested>, MarginsError> {
-    let sets = [("firm", JointBandwidths::FIRM), ("normal", JointBandwidths::DEFAULT), ("quiet", JointBandwidths::QUIET)];
+    let sets =
+        [("firm", JointBandwidths::FIRM), ("normal", JointBandwidths::DEFAULT), ("quiet", JointBandwidths::QUIET)];
     // What the next faster one was refused for.
     let mut why = String::from("the fastest set that is measured");
     for (word, set) in sets {
@@ -479,6 +495,7 @@ fn for_joint(
                 number(w.reaching_per_s),
                 number(w.offset_per_s)
             );
+            let why = if w == design.bandwidths { format!("as it is; {why}") } else { why };
             return Ok(Some(Suggested { lines: vec![["[drive]".into(), line]], why, got }));
         }
         why = match &got.margins {
@@ -486,7 +503,7 @@ fn for_joint(
             Some(_) if got.noise(at_rest) > most_noise => {
                 format!("{word:?} would make {} A of noise", number(got.noise(at_rest)))
             }
-            Some(_) => format!("{word:?} would have less than {LEAST_PHASE_DEG} degrees of phase margin"),
+            Some(_) => format!("{word:?} would have less than {LEAST_PHASE_DEG} deg of phase margin"),
         };
     }
     Ok(None)
@@ -576,6 +593,12 @@ fn listed(poles: &[Root], most: usize) -> String {
     shown.collect::<Vec<_>>().join(", ")
 }
 
+/// Those that are not over within a tick.
+fn slow(poles: &[Root], period_s: f64) -> String {
+    let slow: Vec<Root> = poles.iter().copied().filter(|pole| pole.re * period_s > -3.0).collect();
+    listed(&slow, 3)
+}
+
 fn text(design: &Design, experiment: &Experiment) -> String {
     let mut text = format!("{}: {}\n", experiment.name, experiment.title);
     text += &table(design, experiment).to_string();
@@ -593,7 +616,7 @@ fn text(design: &Design, experiment: &Experiment) -> String {
         line(format!("warning: {warning}"));
     }
     match &design.suggested {
-        None => line("nothing is suggested: by its rules no loop here keeps 30 degrees of phase margin".into()),
+        None => line("nothing is suggested: by its rules no loop here keeps 20 deg of phase margin".into()),
         Some(Suggested { lines, why, got }) => {
             line(format!("suggested: {why}"));
             let mut last = "";
@@ -604,7 +627,7 @@ fn text(design: &Design, experiment: &Experiment) -> String {
                 last = table;
                 line(entry.clone());
             }
-            line(format!("# makes: {}", got.line("")));
+            line(format!("# makes: {}", got.line()));
         }
     }
     text
@@ -618,8 +641,8 @@ fn table(design: &Design, experiment: &Experiment) -> Table {
     }
     let Got { spectral_radius, decay_per_s, poles, margins, .. } = &design.got;
     row("decay asked", number(design.decay_asked_per_s), "1/s", "the slowest of these, the offset apart");
-    row("decay got", number(*decay_per_s), "1/s", "of the slowest pole, the offset apart");
-    row("poles", listed(poles, 5), "rad/s", "the slowest of the closed loop, ln(z)/T");
+    row("decay got", number(*decay_per_s), "1/s", "of the slowest pole of the closed loop");
+    row("poles", slow(poles, design.period_s), "rad/s", "the slowest three of the closed loop, ln(z)/T");
     let Some(margins) = margins else {
         row("unstable", radius(*spectral_radius), "", "spectral radius, so no margins");
         return table;
@@ -628,11 +651,16 @@ fn table(design: &Design, experiment: &Experiment) -> Table {
     let Margins { crossover_rad_s, phase_deg, delay_s, gain_up, gain_down, sensitivity_peak, peak_rad_s } = *margins;
     row("crossover", or(crossover_rad_s, "none"), "rad/s", "loop gain 1, broken at the plant's input");
     row("phase margin", or(phase_deg, "any"), "deg", "phase that may be lost there");
-    let ticks = delay_s.map_or_else(String::new, |delay| format!("{} ticks", number(delay / design.period_s)));
-    row("delay margin", or(delay_s.map(|delay| 1e3 * delay), "any"), "ms", &format!("{ticks} more than there are"));
-    row("gain margin up", or(gain_up, "any"), "", "times the plant's input gain b may be larger");
-    row("gain margin down", factor_down(gain_down), "", "times b may be as small");
-    let at = format!("at {} rad/s; 1/(distance of the loop gain from -1)", number(peak_rad_s));
+    let ticks = delay_s.map_or_else(String::new, |delay| format!(", {} ticks", number(delay / design.period_s)));
+    row(
+        "delay margin",
+        or(delay_s.map(|delay| 1e3 * delay), "any"),
+        "ms",
+        &format!("delay that may come on top{ticks}"),
+    );
+    row("gain margin up", or(gain_up, "any"), "", "factor by which the plant's input gain may grow");
+    row("gain margin down", factor_down(gain_down), "", "factor to which it may fall");
+    let at = format!("max |S|, at {} rad/s", number(peak_rad_s));
     row("sensitivity peak", number(sensitivity_peak), "", &at);
     for Noise { sensor, gain, unit, sensor_rms, u_rms } in &design.noise {
         row(&format!("noise gain, {sensor}"), number(*gain), unit, "rms of u per rms of white noise there");

@@ -465,9 +465,7 @@ where
     let units_rad = coarse.map(|encoder| finest(encoder).unit_rad());
     let steps = std::array::from_fn(|i| coarse[i].unit_rad() / units_rad[i]);
     let sigma_star_bound = law.sigma_star_bound(steps);
-    let Some(still) = Still::new(law, E, units_rad.into(), sample) else {
-        unreachable!("a drive starts at angle 0")
-    };
+    let Some(still) = Still::new(law, E, units_rad.into(), sample) else { unreachable!("a drive starts at angle 0") };
     DriveAtRest { law: Box::new(still), sigma_star_bound }
 }
 
