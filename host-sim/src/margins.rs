@@ -1,17 +1,18 @@
 //! Poles, margins and noise of a sampled loop that stands still, from its matrices.
 //!
 //! One tick of plant, law and all delays between them is a linear map ([`loop_sim::linear`]). With v what the plant
-//! feels and u what the actuator holds, the loop broken at the plant's input has the gain $L$, and closed $v = u + w$:
+//! feels and u what the actuator holds, the loop broken at the plant's input has the gain L, and closed v = u + w:
 //!
-//! $$ x^+ = A_o x + B v, \quad u = C x, \qquad L(z) = -C (z I - A_o)^{-1} B, \qquad
-//!    S(z) = \frac{1}{1 + L(z)}, \qquad z = e^{i \omega T} $$
+//! ```text
+//! x(k+1) = A x(k) + B v(k)    u(k) = C x(k)    L(z) = -C (z I - A)^-1 B    S(z) = 1/(1 + L(z))    z = e^(i w T)
+//! ```
 //!
-//! * *Poles* are $\ln z_k / T$ of the eigenvalues $z_k$ of the closed loop, rad/s; the loop is stable if all $|z_k| < 1$.
-//! * *Gain margins*: the loop stays stable as long as the plant's gain is between these factors. They are $-1/L$ where
-//!   L is real and negative, the nearest on either side of 1.
-//! * *Phase margin*: the least phase that makes L = -1 where |L| = 1. *Delay margin*: the least delay that does,
-//!   exact where it is a whole number of ticks.
-//! * *Noise gain*: rms of u for white noise of rms 1 on one sensor, by the sum $P = \sum_k A^k B B^T A^{kT}$.
+//! * *Poles* are ln(z)/T of the eigenvalues z of the closed loop, rad/s; it is stable if all |z| < 1.
+//! * *Gain margins*: the loop stays stable as long as the plant's gain is between these factors. They are -1/L where L
+//!   is real and negative, the nearest on either side of 1.
+//! * *Phase margin*: the least phase that makes L = -1 where |L| = 1. *Delay margin*: the least delay that does, exact
+//!   where it is a whole number of ticks.
+//! * *Noise gain*: rms of u for white noise of rms 1 on one sensor, by the sum of A^k B B' A'^k of the closed loop.
 //!
 //! Numbers of the law that have no part in u (the gate, say) are no part of the loop. An angle is kept as the distance
 //! from the last count, so that the loop of a speed, which sees no more of it, is not said to be unstable in its angle.
@@ -22,8 +23,8 @@ use std::fmt;
 
 use loop_sim::linear::{LawAtRest, LinearPlant, LinearTick};
 use loop_sim::solver::SolverError;
-use nalgebra::linalg::Schur;
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
+use nalgebra::linalg::{Hessenberg, Schur};
 use nalgebra::{Complex, DMatrix, DVector, Normed as _};
 use scenario::AtRest;
 use serde::Serialize;
@@ -60,9 +61,9 @@ pub struct Margins {
 #[derive(Clone, Debug)]
 pub struct Loop {
     period_s: f64,
-    /// The closed loop, and the open one.
+    /// The closed loop, and the open one from what the plant feels to what is held.
     closed: DMatrix<f64>,
-    open: DMatrix<f64>,
+    open: Response,
     /// From what is added at the plant's input.
     input: DVector<f64>,
     /// From noise on each sensor, to the state and to u at once.
@@ -190,20 +191,21 @@ impl Loop {
             let (state, asked, _) = tick.step(&unit(order, None), 0.0, &unit(sensors, Some(i)), true);
             (column(&state), asked)
         });
-        let found = Self {
-            period_s,
-            closed: matrix(0),
-            open: matrix(1),
-            input: column(&tick.step(&unit(order, None), 1.0, &quiet, true).0),
-            noise: noise.collect(),
-            held: DVector::from_iterator(n, kept.iter().map(|&j| columns[j][0].2)),
-            asked: DVector::from_iterator(n, kept.iter().map(|&j| columns[j][0].1)),
-        };
-        if found.closed.iter().chain(&found.open).all(|entry| entry.is_finite()) {
-            Ok(found)
-        } else {
-            Err(MarginsError::NoNumbers)
+        let (closed, open) = (matrix(0), matrix(1));
+        if !closed.iter().chain(&open).all(|entry| entry.is_finite()) {
+            return Err(MarginsError::NoNumbers);
         }
+        let input = column(&tick.step(&unit(order, None), 1.0, &quiet, true).0);
+        let held = DVector::from_iterator(n, kept.iter().map(|&j| columns[j][0].2));
+        Ok(Self {
+            period_s,
+            closed,
+            open: Response::of(open, &input, &held),
+            noise: noise.collect(),
+            asked: DVector::from_iterator(n, kept.iter().map(|&j| columns[j][0].1)),
+            input,
+            held,
+        })
     }
 
     /// Eigenvalues of the closed loop, the slowest (largest magnitude) first.
@@ -232,16 +234,7 @@ impl Loop {
     /// L at a frequency up to the Nyquist rate, rad/s.
     pub fn gain(&self, omega_rad_s: f64) -> Complex<f64> {
         let phase = omega_rad_s * self.period_s;
-        let z = Complex::new(libm::cos(phase), libm::sin(phase));
-        let n = self.open.nrows();
-        let matrix =
-            DMatrix::from_fn(n, n, |i, j| if i == j { z - self.open[(i, j)] } else { (-self.open[(i, j)]).into() });
-        let input = self.input.map(Complex::from);
-        let infinite = Complex::new(f64::INFINITY, 0.0);
-        matrix
-            .lu()
-            .solve(&input)
-            .map_or(infinite, |x| -x.iter().zip(&self.held).map(|(x, c)| x * *c).sum::<Complex<f64>>())
+        -self.open.at(Complex::new(libm::cos(phase), libm::sin(phase)))
     }
 
     /// Margins of a loop that is stable.
@@ -304,7 +297,7 @@ impl Loop {
     fn frequencies(&self) -> Result<Vec<f64>, MarginsError> {
         const SPACED: i32 = 400;
         let nyquist = PI / self.period_s;
-        let mut poles: Vec<Root> = eigenvalues(self.open.clone())?.into_iter().map(|z| self.pole(z)).collect();
+        let mut poles: Vec<Root> = eigenvalues(self.open.a.clone())?.into_iter().map(|z| self.pole(z)).collect();
         poles.extend(self.eigenvalues()?.into_iter().map(|z| self.pole(z)));
         let sizes = poles.iter().map(|pole| libm::hypot(pole.re, pole.im)).filter(|size| *size > 1e-9 * nyquist);
         let lowest = 0.03 * sizes.fold(0.1 * nyquist, f64::min);
@@ -358,6 +351,60 @@ impl Margins {
         } else if size >= 1.0 {
             self.gain_down = self.gain_down.max(1.0 / size);
         }
+    }
+}
+
+/// c (z I - A)^-1 b with A as a Hessenberg matrix, so that each z costs the square of its order.
+#[derive(Clone, Debug)]
+struct Response {
+    a: DMatrix<f64>,
+    b: DVector<f64>,
+    c: DVector<f64>,
+}
+
+impl Response {
+    fn of(mut a: DMatrix<f64>, b: &DVector<f64>, c: &DVector<f64>) -> Self {
+        let n = a.nrows();
+        if n < 2 {
+            return Self { a, b: b.clone(), c: c.clone() };
+        }
+        // States are in units of their own: an orthogonal transform would mix large and small ones.
+        let units = balance_parlett_reinsch(&mut a);
+        let (q, a) = Hessenberg::new(a).unpack();
+        Self { b: q.tr_mul(&b.component_div(&units)), c: q.tr_mul(&c.component_mul(&units)), a }
+    }
+
+    fn at(&self, z: Complex<f64>) -> Complex<f64> {
+        let n = self.b.len();
+        let mut rows: Vec<Vec<Complex<f64>>> = (0..n)
+            .map(|i| {
+                let entry = |j: usize| if i == j { z - self.a[(i, j)] } else { Complex::from(-self.a[(i, j)]) };
+                (0..n).map(entry).chain([Complex::from(self.b[i])]).collect()
+            })
+            .collect();
+        // Below the diagonal there is one entry per column.
+        for k in 1..n {
+            if rows[k][k - 1].norm() > rows[k - 1][k - 1].norm() {
+                rows.swap(k - 1, k);
+            }
+            let (above, below) = rows.split_at_mut(k);
+            let (pivot, row) = (&above[k - 1], &mut below[0]);
+            if pivot[k - 1].norm() > 0.0 {
+                let factor = row[k - 1] / pivot[k - 1];
+                for j in k..=n {
+                    row[j] -= factor * pivot[j];
+                }
+            }
+        }
+        let mut sum = Complex::from(0.0);
+        let mut x = vec![Complex::from(0.0); n];
+        for i in (0..n).rev() {
+            let known: Complex<f64> = (i + 1..n).map(|j| rows[i][j] * x[j]).sum();
+            x[i] = (rows[i][n] - known) / rows[i][i];
+            sum += x[i] * self.c[i];
+        }
+        // On a pole, of an integrator at ω = 0 say.
+        if sum.re.is_finite() && sum.im.is_finite() { sum } else { Complex::new(f64::INFINITY, 0.0) }
     }
 }
 

@@ -17,7 +17,7 @@ use loop_sim::trace::Row;
 use scenario::{AtRest, Experiment, Sensed, Source};
 
 fn experiment(text: &str, sets: &[&str]) -> Experiment {
-    let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+    let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
     scenario::parse(&Source { file: "test.toml", text, sets: &sets }, "test").unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -428,7 +428,8 @@ fn what_has_no_poles_and_what_is_wrong_is_told_with_its_place() {
     let chain = folder.file("mine.toml", scenario::CHAIN);
     for (set, expected) in [
         ("actuator.hold_ticks=4", "controller.period_s = 0.004"),
-        ("sensor.delay_ticks=100", "a delay of up to 40 ticks"),
+        ("sensor.delay_ticks=14", "a delay of up to 13 ticks"),
+        ("actuator.delay_ticks=41", "a delay of up to 40 ticks"),
         ("controller.k_1=4", "did you mean `k_l`"),
     ] {
         let (code, out, err) = spoken(&["design", &chain, "--set", set]);

@@ -288,8 +288,8 @@ pub(super) fn assemble(
     })
 }
 
-/// Ticks of delay that a loop at rest may have: each is a state, or as many as the sample has entries.
-const MOST_DELAY_TICKS: usize = 40;
+/// States that a delay of a loop at rest may have: one for a tick, of a sample one for each of its entries.
+const MOST_DELAY_STATES: usize = 40;
 
 fn at_rest(
     plant: &PlantChoice,
@@ -309,12 +309,6 @@ fn at_rest(
         );
         return problem("actuator.hold_ticks", message);
     }
-    for (key, ticks) in [("sensor", sensor.delay_ticks), ("actuator", actuator.delay_ticks)] {
-        if ticks > MOST_DELAY_TICKS {
-            let message = format!("poles and margins are computed with a delay of up to {MOST_DELAY_TICKS} ticks");
-            return problem(format!("{key}.delay_ticks"), message);
-        }
-    }
     let still = match plant.clone() {
         PlantChoice::FlexibleJoint { chain, .. } => PlantChoice::FlexibleJoint { chain, input_disturbance: Vec::new() },
         other => other,
@@ -324,6 +318,13 @@ fn at_rest(
         PlantChoice::Benchmark { .. } => 2,
         PlantChoice::Chain { a, .. } => a.len(),
     };
+    for (key, ticks, states) in [("sensor", sensor.delay_ticks, order), ("actuator", actuator.delay_ticks, 1)] {
+        let most = MOST_DELAY_STATES / states;
+        if ticks > most {
+            let message = format!("poles and margins are computed with a delay of up to {most} ticks here");
+            return problem(format!("{key}.delay_ticks"), message);
+        }
+    }
     let of = |row: &Option<Vec<f64>>, state: usize| row.as_ref().and_then(|row| row.get(state)).copied().unwrap_or(0.0);
     let rates = match (unit, &still) {
         ("rad", PlantChoice::FlexibleJoint { .. }) => ["rad", "rad/s", "rad/s^2", "rad/s^3"],
