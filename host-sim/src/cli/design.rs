@@ -331,7 +331,7 @@ fn bounds(experiment: &Experiment) -> Vec<Bound> {
     if let Some(drive) = &experiment.drive {
         let (gates, unit): (Vec<f64>, _) = match &drive.design {
             DriveDesign::Motor(design, _) => (vec![design.gate_steps], "rad/s"),
-            DriveDesign::Joint(design) => (design.gate_steps.to_vec(), "rad/s^4"),
+            DriveDesign::Joint(design) => (design.gate_steps.to_vec(), "rad/s^3"),
         };
         let gates = drive.shafts.iter().zip(gates).map(|(shaft, steps)| {
             one(
@@ -345,8 +345,9 @@ fn bounds(experiment: &Experiment) -> Vec<Bound> {
         return gates.chain([sigma]).collect();
     }
     let found = experiment.spec.as_ref().and_then(|spec| ultimates(&spec.config, &experiment.mu));
+    let found = found.filter(|bounds| bounds.iter().all(|bound| bound.is_finite()));
     found.map_or_else(Vec::new, |[sigma_star, y]| {
-        let meaning = "in the end, under the disturbances of the file";
+        let meaning = "in the end, by the file's disturbances; what a wrong model adds is not in it";
         vec![one("|sigma*|, lambda_2", sigma_star, "", meaning), one("|y|, lambda_3", y, "", meaning)]
     })
 }
