@@ -336,6 +336,13 @@ fn noise_of_u_is_that_of_a_simulated_run() {
     }
 }
 
+/// A valve that only opens has its limit where it rests: that is no part of the loop.
+#[test]
+fn a_limit_at_rest_changes_no_margin() {
+    let margins = |sets: &[&str]| loop_of(&experiment(scenario::CHAIN, sets)).margins().expect("a stable loop");
+    assert_eq!(margins(&["controller.limits={min=0.0, max=50.0}"]), margins(&[]));
+}
+
 /// Nobody holds the angle of a speed loop: it is no pole of it.
 #[test]
 fn a_speed_loop_is_stable_without_its_angle() {

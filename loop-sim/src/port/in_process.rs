@@ -4,8 +4,8 @@
 //! this module holds every instance a valid scenario can ask for and picks one; there is no second implementation.
 
 use controller_core::{
-    AnyConfig, Benchmark, ConfigError, Controller, Guessing, Libm, Linear, MAX_R, Micromath, Nominal, NominalModel,
-    Real, Running, SampleLimits, Shape, Warnings, shapes,
+    AnyConfig, Benchmark, Config, ConfigError, Controller, Guessing, Libm, Limits, Linear, MAX_R, Micromath, Nominal,
+    NominalModel, Real, Running, SampleLimits, Shape, Warnings, shapes,
 };
 
 use crate::MAX_ORDER;
@@ -56,7 +56,7 @@ pub struct Designed {
     pub warnings: Warnings,
     /// The same design for a target, if it is in f32.
     pub download: Option<Download>,
-    /// The same law in f64, at rest at x = 0 with nothing known of the disturbances.
+    /// The same law in f64 without limits of u, at rest at x = 0 with nothing known of the disturbances.
     pub at_rest: Box<dyn LawAtRest>,
 }
 
@@ -113,8 +113,10 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
         Model::Linear(a) => AnyModel::Linear(Linear::<f64, N>::new(&linear(a))),
         Model::BenchmarkLibm | Model::BenchmarkMicromath => AnyModel::Planar(|x| Benchmark::<Libm>::new().drift(x)),
     };
-    let exact = Controller::<f64, _, N, R, MASK, O>::try_design(&config, exact)?;
-    let Some(at_rest) = Still::new(exact.clone(), N, Vec::new(), padded::<N>) else {
+    // At a limit that is 0 a small change would be cut on one side.
+    let unlimited = Config { options: config.options.with_limits(Limits::NONE), ..config };
+    let at_rest = Controller::<f64, _, N, R, MASK, O>::try_design(&unlimited, exact)?;
+    let Some(at_rest) = Still::new(at_rest, N, Vec::new(), padded::<N>) else {
         unreachable!("a controller starts at x = 0")
     };
     let (port, download): (Box<dyn ControllerPort>, _) = match spec.precision {
@@ -139,7 +141,10 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
             let download = Download { shape: spec.config.shape(), model: kind, numbers };
             (Box::new(InProcess { running: Running::guessing(controller, guess) }), Some(download))
         }
-        Precision::F64 => (Box::new(InProcess { running: Running::guessing(exact, estimates) }), None),
+        Precision::F64 => {
+            let controller = Controller::<f64, _, N, R, MASK, O>::try_design(&config, exact)?;
+            (Box::new(InProcess { running: Running::guessing(controller, estimates) }), None)
+        }
     };
     Ok(Designed { port, warnings: config.warnings(), download, at_rest: Box::new(at_rest) })
 }
