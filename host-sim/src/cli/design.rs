@@ -526,10 +526,7 @@ fn for_surface(spec: &ControllerSpec, at_rest: &AtRest, period_s: f64) -> Result
         let share = libm::pow(0.6, f64::from(slower));
         let k_l = round_to_two((5.0 * share * slowest).min(0.5 / period_s));
         other.config.padded.reaching.k_l = k_l;
-        let mut lines = vec![
-            ["[controller]".to_owned(), format!("alpha_per_s = {alpha}")],
-            ["[controller]".to_owned(), format!("k_l = {k_l}")],
-        ];
+        let mut observers = Vec::new();
         for (i, gains) in other.config.padded.observers.iter_mut().take(n).enumerate() {
             let Some(gains) = gains else { continue };
             let order = gains.order();
@@ -540,12 +537,17 @@ fn for_surface(spec: &ControllerSpec, at_rest: &AtRest, period_s: f64) -> Result
                 2 => ObserverGains::from_bandwidth::<2>(bandwidth),
                 _ => ObserverGains::from_bandwidth::<3>(bandwidth),
             };
-            let line = format!("channel = {}, order = {order}, bandwidth_rad_s = {bandwidth}", i + 1);
-            lines.push(["[[controller.observer]]".to_owned(), line.replace(", ", "\n")]);
+            observers.push(format!("{{ channel = {}, order = {order}, bandwidth_rad_s = {bandwidth} }}", i + 1));
         }
         let Ok(designed) = in_process::build(&other) else { continue };
         let got = Got::of(at_rest, designed.at_rest.as_ref(), period_s, alpha)?;
         if got.is_good(at_rest, f64::INFINITY) {
+            let lines = [
+                format!("alpha_per_s = {alpha}"),
+                format!("k_l = {k_l}"),
+                format!("observer = [{}]", observers.join(", ")),
+            ];
+            let lines = lines.map(|line| ["[controller]".to_owned(), line]).into();
             let why = format!("for the sliding motion that is asked for, slowest root {} 1/s", number(slowest));
             return Ok(Some(Suggested { lines, why, got }));
         }
@@ -622,7 +624,7 @@ fn text(design: &Design, experiment: &Experiment) -> String {
             line(format!("suggested: {why}"));
             let mut last = "";
             for [table, entry] in lines {
-                if last != table || table.starts_with("[[") {
+                if last != table {
                     line(table.clone());
                 }
                 last = table;
