@@ -25,7 +25,7 @@ use loop_sim::linear::{LawAtRest, LinearPlant, LinearTick};
 use loop_sim::solver::SolverError;
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::linalg::{Hessenberg, Schur};
-use nalgebra::{Complex, DMatrix, DVector, Normed as _};
+use nalgebra::{Complex, DMatrix, DVector, Normed};
 use scenario::AtRest;
 use serde::Serialize;
 
@@ -222,7 +222,7 @@ impl Loop {
     /// [`MarginsError::NoNumbers`].
     pub fn spectral_radius(&self, factor: f64) -> Result<f64, MarginsError> {
         let scaled = &self.closed + &self.input * self.held.transpose() * (factor - 1.0);
-        Ok(eigenvalues(scaled)?.first().map_or(0.0, |z| z.norm()))
+        Ok(eigenvalues(scaled)?.first().map_or(0.0, Normed::norm))
     }
 
     /// ln z/T.

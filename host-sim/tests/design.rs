@@ -228,8 +228,8 @@ fn answer(text: &str, sets: &[&str], ticks: usize) -> Vec<[f64; 2]> {
 const STILL: [&str; 2] = ["plant.x0=[0, 0, 0, 0]", "controller.precision=f64"];
 const STILL_3: [&str; 2] = ["plant.x0=[0, 0, 0]", "controller.precision=f64"];
 
-/// The simulated loop with all of its links answers an impulse with the sum of its S: of v = u + w the transform is 1/(1
-/// + L), with delay in sensor and actuator, reported or not.
+/// The simulated loop with all of its links answers an impulse with its S: of v = u + w the transform is 1/(1 + L), with
+/// delay in sensor and actuator, reported or not.
 #[test]
 fn the_loop_gain_is_that_of_the_simulated_loop() {
     let delays = ["sensor.delay_ticks=2", "actuator.delay_ticks=3"];
@@ -540,10 +540,10 @@ fn the_page_from_bandwidth_to_gains_shows_what_the_command_says() {
                 let file = folder.file(name, scenario.expect("a scenario above"));
                 let (code, out, err) = spoken(&["design", &file]);
                 assert_eq!((code, err.as_str()), (status::DONE, ""));
-                shown += &format!("```text\n$ host-sim design {name}\n{}\n```", out.trim_end());
+                shown.extend(["```text\n$ host-sim design ", name, "\n", out.trim_end(), "\n```"]);
                 commands += 1;
             }
-            None => shown += &format!("```{block}\n```"),
+            None => shown.extend(["```", block, "\n```"]),
         }
         rest = after;
     }

@@ -36,8 +36,9 @@ pub(super) struct DesignOptions {
 
 /// Share of the current limit that the steps of encoders may cost as noise, rms.
 const NOISE_SHARE: f64 = 0.01;
-/// Phase margin below which nothing is suggested, degrees: with less |S| is above 1/(2 sin 10°) = 2.9.
-const LEAST_PHASE_DEG: f64 = 20.0;
+/// Phase margin below which nothing is suggested, degrees: with less |S| is above 1/(2 sin 12.5°) = 2.3. Behind a current
+/// loop of 0.2 ms the default set of a joint has 26.7; firm has 22.6, and does not bear a tick of delay.
+const LEAST_PHASE_DEG: f64 = 25.0;
 
 /// All that is said of a design.
 #[derive(Serialize)]
@@ -619,7 +620,7 @@ fn text(design: &Design, experiment: &Experiment) -> String {
         line(format!("warning: {warning}"));
     }
     match &design.suggested {
-        None => line("nothing is suggested: by its rules no loop here keeps 20 deg of phase margin".into()),
+        None => line("nothing is suggested: by its rules no loop here keeps 25 deg of phase margin".into()),
         Some(Suggested { lines, why, got }) => {
             line(format!("suggested: {why}"));
             let mut last = "";
