@@ -6,6 +6,7 @@
 //! host-sim pil [FILE.toml]          the same with the controller on the emulated chip, compared bit for bit
 //! host-sim hil --port DEV [..]      the same with a board at a serial port
 //! host-sim emulate --image FILE     any image in the emulator, with its log
+//! host-sim design [FILE.toml]       poles, margins, noise of its loop, what limits it, what would be better
 //! host-sim figures                  the figures of the paper and its claims
 //! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
 //! host-sim export [FILE.toml] ..    the designed controller as one source file, C or Rust
@@ -47,10 +48,12 @@ use crate::report::number::significant;
 use crate::report::trace_figure::{self, Labels};
 use crate::report::{csv, drive_figure};
 
+mod design;
 mod drive;
 mod export;
 mod target;
 
+use design::{Design, DesignOptions};
 use export::ExportOptions;
 use target::{EmulateOptions, HilOptions, Link, PilOptions};
 
@@ -112,6 +115,10 @@ enum Command {
     },
     /// Run an image in the emulator, one instruction a nanosecond, and print its log.
     Emulate(EmulateOptions),
+    /// Say what a design comes to in its loop: poles, margins, noise, what limits it, what would be better.
+    ///
+    /// Nothing is simulated: the loop is linearised where it stands still. A loop that is unstable is a result.
+    Design(DesignOptions),
     /// Reproduce the figures of the paper and hold its claims against what comes out.
     Figures {
         /// Only this figure (fig01 .. fig10); may be given several times.
@@ -224,6 +231,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
             console.run(it, options, "-hil", Some(link))
         }),
         Some(Command::Emulate(options)) => console.emulate(options),
+        Some(Command::Design(options)) => console.design(options),
         Some(Command::Figures { only, out, json }) => console.figures(only, out, *json),
         Some(Command::Budget(options)) => console.budget(options),
         Some(Command::Export(options)) => console.export(options),
@@ -298,6 +306,9 @@ struct RunJson<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
     warnings: &'a [String],
+    /// Poles, margins and noise of the loop at rest; none for a law that switches.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    design: Option<&'a Design>,
     /// Bounds of the external disturbances, Eq. (40); chain plants only.
     #[serde(skip_serializing_if = "<[Mu]>::is_empty")]
     mu: &'a [Mu],
@@ -422,6 +433,7 @@ impl Console<'_> {
         let error = error.map(|error| error.to_string());
         write_results(&folder, &experiment, &trace)?;
         drop((kept, claim));
+        let design = Design::of(&experiment).ok();
 
         if options.json {
             let (ending, _) = ending(&trace, &metrics);
@@ -435,6 +447,7 @@ impl Console<'_> {
                 ended_at_s: trace.rows.last().map_or(0.0, |row| row.t_s),
                 error: error.clone(),
                 warnings: &experiment.warnings,
+                design: design.as_ref(),
                 mu: &experiment.mu,
                 target: comparison,
             };
@@ -450,6 +463,9 @@ impl Console<'_> {
                 _ => table(&experiment, &metrics, &trace),
             };
             self.say(&table.to_string())?;
+            for line in design.iter().flat_map(Design::short) {
+                self.say(&line)?;
+            }
             for warning in &experiment.warnings {
                 self.say(&format!("warning: {warning}"))?;
             }

@@ -11,6 +11,7 @@
 pub mod cli;
 pub mod export;
 pub mod figures;
+pub mod margins;
 pub mod remote;
 pub mod report;
 pub mod transport;

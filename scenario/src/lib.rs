@@ -23,7 +23,7 @@ mod error;
 mod own;
 mod resolve;
 
-pub use assemble::{Drive, Experiment, Mu, ShaftOf};
+pub use assemble::{AtRest, Drive, DriveDesign, Experiment, Mu, Sensed, ShaftOf};
 pub use drive::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointEncoderTable,
     JointErrorTable, JointScenario, JointTable, ModeKey, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable,
@@ -603,7 +603,7 @@ pub fn parse(source: &Source<'_>, default_name: &str) -> Result<Experiment, Scen
     let (scenario, file) = Located::held::<Scenario>(source, tree, &schema("paper"))?;
     let foreign = resolve::foreign_keys(&scenario, &|key| file.origin_of(key).is_some(), &|key| file.is_set(key));
     let resolved = resolve::resolve(scenario, default_name, foreign).map_err(|problems| file.errors(problems.0))?;
-    assemble::assemble(resolved).map_err(|problem| file.errors(vec![problem]))
+    assemble::assemble(resolved, &|problem| file.errors(vec![problem]))
 }
 
 /// A TOML text that has been held against a schema; knows where each key stands.

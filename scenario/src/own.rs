@@ -13,7 +13,7 @@ use super::{DriftKey, GainKey, NominalTable, PlantTable};
 const STATES: [&str; 6] = ["x1", "x2", "x3", "x4", "x5", "x6"];
 
 /// What is true, and what the controller believes.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Formulas {
     /// x_1' .. x_n' of x_1 .. x_n, u, t.
     pub(super) rates: Vec<Expression>,

@@ -60,7 +60,7 @@ pub(super) struct Resolved {
     pub(super) file: Scenario,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) enum PlantChoice {
     FlexibleJoint { chain: JointChain, input_disturbance: Vec<Term> },
     Benchmark { state_dependent: bool },

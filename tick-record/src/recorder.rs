@@ -24,7 +24,7 @@ use crate::record::{Id, Kind, Op, Port, Record, Role, Table, Test, Value};
 pub struct Symbol(pub(crate) Id);
 
 /// A count of a tick that is being recorded.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CountSymbol(pub(crate) Id);
 
 /// The constants that need no recorder.

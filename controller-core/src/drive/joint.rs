@@ -274,6 +274,15 @@ impl JointBandwidths {
     /// For 12 to 14 bits.
     pub const QUIET: Self = Self::of([12.0, 50.0, 300.0, 40.0]);
 
+    /// The same with the motor's observer slowed to what a period and a delay allow, at most to 3.75 times the link's.
+    #[must_use]
+    pub const fn within(self, period_s: f64, delay_ticks: usize) -> Self {
+        let most = if delay_ticks == 0 { 0.6 } else { 0.5 } / period_s;
+        let least = 3.75 * self.link_rad_s;
+        let most = if most > least { most } else { least };
+        Self { motor_rad_s: if self.motor_rad_s < most { self.motor_rad_s } else { most }, ..self }
+    }
+
     const fn of([surface_rad_s, link_rad_s, motor_rad_s, reaching_per_s]: [f64; 4]) -> Self {
         Self { surface_rad_s, link_rad_s, motor_rad_s, reaching_per_s, offset_per_s: 0.5 * surface_rad_s }
     }

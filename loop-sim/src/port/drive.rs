@@ -23,12 +23,14 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use controller_core::drive::{
-    self, Aim, Bounds, DriveError, DriveEstimates, GoOn, Joined, JointDesign, JointDrive, Monitored, MotorDesign,
-    MotorDrive, Player, Position, Reference, Rest, Sample, Sine, Speed, Stop, Streamed, Target, Watched,
+    self, Aim, Bounds, ChainModel, DriveError, DriveEstimates, Encoder, EncoderForm, GoOn, Joined, JointDesign,
+    JointDrive, Monitored, MotorDesign, MotorDrive, Player, Position, Reference, Rest, Sample, Sine, Speed, Stop,
+    Streamed, Target, Watched,
 };
 use controller_core::{MAX_R, Output, Real, Running};
 
 use crate::MAX_ORDER;
+use crate::linear::{LawAtRest, Still};
 use crate::port::{ControllerPort, PortError, Tick};
 use crate::sensor::encoder::Mounted;
 
@@ -80,9 +82,9 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// The same, as short as it may be: at least `fewest` ticks from rest onto the goal (20, if fewer are given: with
-    /// less the ticks do not show the peak), at most `most`, and as many as it takes for the current `feed_forward` of
-    /// the jets on the way to stay within ±`u_max`. `None` if no way does.
+    /// The same, as short as it may be: at least `fewest` ticks from rest onto the goal (and 20, as [`drive::shortest`]
+    /// has it), at most `most`, and as many as it takes for the current `feed_forward` of the jets on the way to stay
+    /// within ±`u_max`. `None` if no way does.
     #[must_use]
     pub fn shortest<const M: usize, const J: usize>(
         &self,
@@ -92,7 +94,7 @@ impl Motion {
     ) -> Option<Self> {
         let with = |ticks| Self { ticks, ..self.clone() };
         let plan = |ticks| with(ticks).plan::<f64, M>();
-        drive::shortest(self.start, fewest.max(20), most, u_max, feed_forward, plan).map(with)
+        drive::shortest(self.start, fewest, most, u_max, feed_forward, plan).map(with)
     }
 
     /// The largest |current| that `feed_forward` asks for in ticks 0 to `last`.
@@ -522,6 +524,84 @@ pub fn joint(
         (_, 0) => built!(1, 0),
         (_, _) => built!(1, 1),
     }
+}
+
+/// A drive that stands still at angle 0 with its quiet gains, in f64.
+pub struct DriveAtRest {
+    /// Its law. The encoders are only finer, so that a step of them is a small change.
+    pub law: Box<dyn LawAtRest>,
+    /// λ_2, what |σ*| stays below as long as every innovation is at most one step of its encoder, in the unit of x_n.
+    pub sigma_star_bound: f64,
+}
+
+/// The drive of a motor at rest.
+///
+/// # Errors
+/// Those of the design.
+pub fn motor_at_rest(design: &MotorDesign, form: Form) -> Result<DriveAtRest, DriveError> {
+    let coarse = [design.encoder];
+    let design = MotorDesign { encoder: finest(design.encoder), gate_steps: f64::INFINITY, ..*design };
+    let still = Target { turn: 0, jet: [0.0; 2] };
+    macro_rules! law {
+        ($aim:ty, $target:expr, $late:literal, $states:literal) => {
+            at_rest(MotorDrive::<f64, $aim, 0, $late, $states>::try_design(&design)?, coarse, $target)
+        };
+    }
+    macro_rules! following {
+        ($aim:ty, $target:expr) => {
+            match (form.delay_ticks, form.observer_states) {
+                (0, ..=3) => law!($aim, $target, 0, 3),
+                (0, _) => law!($aim, $target, 0, 4),
+                (_, ..=3) => law!($aim, $target, 1, 3),
+                (_, _) => law!($aim, $target, 1, 4),
+            }
+        };
+    }
+    Ok(match form.follows {
+        Follows::Position => following!(Position, still),
+        Follows::Speed => following!(Speed, 0.0),
+    })
+}
+
+/// The drive of a joint at rest, its link hanging down.
+///
+/// # Errors
+/// Those of the design.
+pub fn joint_at_rest(design: &JointDesign, form: Form) -> Result<DriveAtRest, DriveError> {
+    let (coarse, still) = (design.encoders, Target { turn: 0, jet: [0.0; 4] });
+    let design = JointDesign { encoders: coarse.map(finest), gate_steps: [f64::INFINITY; 2], ..*design };
+    Ok(match form.delay_ticks {
+        0 => at_rest(JointDrive::<f64, Position, 0, 0>::try_design(&design)?, coarse, still),
+        _ => at_rest(JointDrive::<f64, Position, 0, 1>::try_design(&design)?, coarse, still),
+    })
+}
+
+fn at_rest<M, A, const E: usize, const N: usize, const S: usize, const LATE: usize>(
+    law: EncoderForm<f64, M, A, E, N, S, 0, LATE>,
+    coarse: [Encoder; E],
+    target: A::Target,
+) -> DriveAtRest
+where
+    M: ChainModel<f64, E, N> + Send + 'static,
+    A: Aim<f64, N, Target: Send> + Send,
+{
+    let sample = move |counts: &[f64]| Sample {
+        counts: std::array::from_fn(|i| Some(counts[i] as i32)),
+        begin: target,
+        end: target,
+    };
+    let units_rad = coarse.map(|encoder| finest(encoder).unit_rad());
+    let steps = std::array::from_fn(|i| coarse[i].unit_rad() / units_rad[i]);
+    let sigma_star_bound = law.sigma_star_bound(steps);
+    let Some(still) = Still::new(law, E, units_rad.into(), sample) else { unreachable!("a drive starts at angle 0") };
+    DriveAtRest { law: Box::new(still), sigma_star_bound }
+}
+
+/// The same encoder with as many counts as a drive may have.
+fn finest(encoder: Encoder) -> Encoder {
+    let counts = |k: u32| u64::from(encoder.counts_per_turn) << k;
+    let k = (0..24).rev().find(|&k| counts(k) * u64::from(encoder.gear_num) <= 1 << 24).unwrap_or(0);
+    Encoder { bits: 32, counts_per_turn: encoder.counts_per_turn << k, ..encoder }
 }
 
 #[cfg(test)]

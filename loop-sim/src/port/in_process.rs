@@ -6,12 +6,13 @@
 use std::sync::{Mutex, PoisonError};
 
 use controller_core::{
-    AnyConfig, Benchmark, ConfigError, Controller, Guessing, Libm, Linear, MAX_R, Micromath, Nominal, NominalModel,
-    Real, Running, SampleLimits, Shape, Warnings, shapes,
+    AnyConfig, Benchmark, Config, ConfigError, Controller, Guessing, Libm, Limits, Linear, MAX_R, Micromath, Nominal,
+    NominalModel, Real, Running, SampleLimits, Shape, Warnings, shapes,
 };
 
 use crate::MAX_ORDER;
 use crate::expression::Expression;
+use crate::linear::{LawAtRest, Still};
 use crate::port::{ControllerPort, PortError, Tick};
 
 /// Precision of the controller; the plant is always f64.
@@ -65,6 +66,8 @@ pub struct Designed {
     pub warnings: Warnings,
     /// The same design for a target, if it is in f32 and its model is no formula.
     pub download: Option<Download>,
+    /// The same law in f64 without limits of u, at rest at x = 0 with nothing known of the disturbances.
+    pub at_rest: Box<dyn LawAtRest>,
 }
 
 /// A design as plain numbers: what a target needs to run the very same controller.
@@ -117,6 +120,17 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     let estimates = config.options.initial_estimates;
     let input_gain = config.nominal.input_gain;
     let linear = |a: &[f64]| Nominal { gradient: padded(a), input_gain };
+    let exact = match &spec.model {
+        Model::Linear(a) => AnyModel::Linear(Linear::<f64, N>::new(&linear(a))),
+        Model::BenchmarkLibm | Model::BenchmarkMicromath => AnyModel::Planar(|x| Benchmark::<Libm>::new().drift(x)),
+        Model::Formulas { drift, gain } => AnyModel::Formulas(Formulas::kept(drift, gain, input_gain)),
+    };
+    // At a limit that is 0 a small change would be cut on one side.
+    let unlimited = Config { options: config.options.with_limits(Limits::NONE), ..config };
+    let at_rest = Controller::<f64, _, N, R, MASK, O>::try_design(&unlimited, exact)?;
+    let Some(at_rest) = Still::new(at_rest, N, Vec::new(), padded::<N>) else {
+        unreachable!("a controller starts at x = 0")
+    };
     let (port, download): (Box<dyn ControllerPort>, _) = match spec.precision {
         Precision::F32 => {
             let (model, row, kind) = match &spec.model {
@@ -143,18 +157,11 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
             (Box::new(InProcess { running: Running::guessing(controller, guess) }), download)
         }
         Precision::F64 => {
-            let model = match &spec.model {
-                Model::Linear(a) => AnyModel::Linear(Linear::<f64, N>::new(&linear(a))),
-                Model::BenchmarkLibm | Model::BenchmarkMicromath => {
-                    AnyModel::Planar(|x| Benchmark::<Libm>::new().drift(x))
-                }
-                Model::Formulas { drift, gain } => AnyModel::Formulas(Formulas::kept(drift, gain, input_gain)),
-            };
-            let controller = Controller::<f64, _, N, R, MASK, O>::try_design(&config, model)?;
+            let controller = Controller::<f64, _, N, R, MASK, O>::try_design(&config, exact)?;
             (Box::new(InProcess { running: Running::guessing(controller, estimates) }), None)
         }
     };
-    Ok(Designed { port, warnings: config.warnings(), download })
+    Ok(Designed { port, warnings: config.warnings(), download, at_rest: Box::new(at_rest) })
 }
 
 /// Whichever model the scenario names; the arithmetic is the one of `controller-core`.

@@ -7,7 +7,7 @@ use controller_core::{Fallback, Limits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
 use loop_sim::port::ControllerPort;
-use loop_sim::port::drive::{self as port, Follows, Form, Goal, Monitors, Motion, Reaction};
+use loop_sim::port::drive::{self as port, DriveAtRest, Follows, Form, Goal, Monitors, Motion, Reaction};
 use loop_sim::sensor::Sensor;
 use loop_sim::sensor::encoder::{Encoders, Fault, Faulty, Mounted};
 use loop_sim::signal::Signal;
@@ -16,7 +16,7 @@ use super::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointErrorTable, JointScenario, JointTable,
     ModeKey, MonitorTable, MotorScenario, ReactionKey, ReferenceKind, ReferenceTable, TuningKey,
 };
-use crate::assemble::{Drive, Experiment, ShaftOf};
+use crate::assemble::{AtRest, Drive, DriveDesign, Experiment, Sensed, ShaftOf};
 use crate::error::shown;
 use crate::resolve::{self, Problem, Problems, missing, problem};
 use crate::{FallbackKey, FallbackWord, TermTable};
@@ -386,10 +386,15 @@ struct Parts {
     warnings: Vec<String>,
     chosen: Vec<String>,
     shafts: Vec<ShaftOf>,
+    design: DriveDesign,
+    at_rest: DriveAtRest,
+    /// The plant without friction and load.
+    smooth: Box<dyn Plant>,
 }
 
 fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
-    let Parts { resolved, plant, mut x0, mounted, port, exact, form, motion, mut warnings, chosen, shafts } = parts;
+    let Parts { resolved, plant, mut x0, mounted, port, exact, form, motion, mut warnings, chosen, shafts, .. } = parts;
+    let (design, smooth, DriveAtRest { law, sigma_star_bound }) = (parts.design, parts.smooth, parts.at_rest);
     let Common { span_s, period_s, max_current_a, .. } = *common;
     let Resolved { name, title, periods, faults, .. } = resolved;
     x0.resize(plant.order(), 0.0);
@@ -405,6 +410,28 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         }
     }
     let has_faults = !faults.is_empty();
+    let sensed = mounted.iter().zip(&shafts).map(|((state, mounted), shaft)| Sensed {
+        state: *state,
+        name: shaft.name.into(),
+        unit: "rad",
+        rms: mounted.encoder.unit_rad() / f64::sqrt(12.0),
+    });
+    let mut left_out = vec!["friction, cogging and load"];
+    if form.gain_sets > 1 {
+        left_out.push("the fast gain set");
+    }
+    if mounted.len() > 1 {
+        left_out.push("angles other than 0");
+    }
+    let at_rest = AtRest {
+        plant: smooth,
+        law,
+        sensed: sensed.collect(),
+        sensor_delay_ticks: 0,
+        actuator_delay_ticks: form.delay_ticks,
+        report: true,
+        left_out,
+    };
     let mut sensor: Box<dyn Sensor> = Box::new(Encoders::new(mounted));
     for (fault, channels, ticks) in faults {
         sensor = Box::new(Faulty::new(sensor, fault, channels, ticks));
@@ -440,7 +467,17 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         report: true,
         warnings,
         mu: Vec::new(),
-        drive: Some(Drive { chosen, max_current_a, shafts, begins_s: begins, exact: exact.filter(|_| !has_faults) }),
+        drive: Some(Drive {
+            chosen,
+            max_current_a,
+            shafts,
+            begins_s: begins,
+            design,
+            form,
+            sigma_star_bound,
+            exact: exact.filter(|_| !has_faults),
+        }),
+        at_rest: Ok(at_rest),
         controller: format!("drive in f32, {sets}"),
     }
 }
@@ -527,7 +564,11 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
     };
     let load = std::mem::take(&mut resolved.load);
     let plant = plant::Motor::new(truth, believed, imperfections(&file.friction, sheet.current_lag_s, gear), load);
+    let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
     let parts = Parts {
+        design: DriveDesign::Motor(design, sheet.current_lag_s),
+        at_rest: port::motor_at_rest(&design, form).map_err(refused)?,
+        smooth: Box::new(plant::Motor::new(truth, believed, lag, Signal::default())),
         chosen: motor_in_words(&design, drive.surface_rad_s.is_some(), sheet.current_lag_s, form),
         shafts: vec![ShaftOf { channel: 1, name: "shaft", inertia_kg_m2: nominal.inertia_kg_m2 }],
         resolved,
@@ -678,7 +719,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
     let encoders = [link.encoder, motor.encoder];
     let load_n_m = drive.sudden_load_n_m.unwrap_or(limit * nominal.torque_n_m_per_a);
     let tuning = drive.tuning.unwrap_or_else(|| tuning_for(encoders));
-    let bandwidths = bandwidths_of(tuning, drive.period_s, drive.delay_ticks);
+    let bandwidths = bandwidths_of(tuning).within(drive.period_s, drive.delay_ticks);
     let design = JointDesign::new(drive.period_s, nominal, encoders, Limits::symmetric(limit), load_n_m)
         .with_bandwidths(bandwidths, load_n_m);
     let design = JointDesign { lost_ticks: drive.lost_ticks, fallback: fallback(drive.fallback), ..design };
@@ -711,7 +752,11 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
     let load = std::mem::take(&mut resolved.load);
     let plant =
         plant::Joint::new(truth, believed, imperfections(&file.friction, sheet.current_lag_s, ratio(sheet.gear)), load);
+    let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
     let parts = Parts {
+        design: DriveDesign::Joint(design),
+        at_rest: port::joint_at_rest(&design, form).map_err(refused)?,
+        smooth: Box::new(plant::Joint::new(truth, believed, lag, Signal::default())),
         chosen: joint_in_words(&design, tuning, drive.tuning.is_some()),
         shafts: vec![
             ShaftOf { channel: 1, name: "link", inertia_kg_m2: nominal.link_inertia_kg_m2 },
@@ -735,13 +780,10 @@ fn tuning_for(encoders: [Encoder; 2]) -> TuningKey {
     if is_fine { TuningKey::Normal } else { TuningKey::Quiet }
 }
 
-/// The motor's observer is slowed where the period asks for it.
-fn bandwidths_of(tuning: TuningKey, period_s: f64, delay_ticks: usize) -> JointBandwidths {
-    let set = match tuning {
+fn bandwidths_of(tuning: TuningKey) -> JointBandwidths {
+    match tuning {
         TuningKey::Quiet => JointBandwidths::QUIET,
         TuningKey::Normal => JointBandwidths::DEFAULT,
         TuningKey::Firm => JointBandwidths::FIRM,
-    };
-    let most = if delay_ticks == 0 { 0.6 } else { 0.5 } / period_s;
-    JointBandwidths { motor_rad_s: set.motor_rad_s.min(most.max(3.75 * set.link_rad_s)), ..set }
+    }
 }
