@@ -6,6 +6,7 @@
 //! host-sim pil [FILE.toml]          the same with the controller on the emulated chip, compared bit for bit
 //! host-sim hil --port DEV [..]      the same with a board at a serial port
 //! host-sim emulate --image FILE     any image in the emulator, with its log
+//! host-sim compare [FILE.toml]      our drive beside its rivals, all tuned alike
 //! host-sim figures                  the figures of the paper and its claims
 //! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
 //! host-sim export [FILE.toml] ..    the designed controller as one source file, C or Rust
@@ -47,10 +48,12 @@ use crate::report::number::significant;
 use crate::report::trace_figure::{self, Labels};
 use crate::report::{csv, drive_figure};
 
+mod compare;
 mod drive;
 mod export;
 mod target;
 
+use compare::CompareOptions;
 use export::ExportOptions;
 use target::{EmulateOptions, HilOptions, Link, PilOptions};
 
@@ -111,6 +114,10 @@ enum Command {
     },
     /// Run an image in the emulator, one instruction a nanosecond, and print its log.
     Emulate(EmulateOptions),
+    /// Tune our drive and its rivals with the same effort, and show what each does: table and figure.
+    ///
+    /// Rivals: LQG with disturbance states, LQI, ADRC with model, super-twisting, P-PI. docs/comparison.md says how.
+    Compare(CompareOptions),
     /// Reproduce the figures of the paper and hold its claims against what comes out.
     Figures {
         /// Only this figure (fig01 .. fig10); may be given several times.
@@ -222,6 +229,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
             console.run(it, options, "-hil", Some(link))
         }),
         Some(Command::Emulate(options)) => console.emulate(options),
+        Some(Command::Compare(options)) => console.compare(options),
         Some(Command::Figures { only, out, json }) => console.figures(only, out, *json),
         Some(Command::Budget(options)) => console.budget(options),
         Some(Command::Export(options)) => console.export(options),

@@ -10,6 +10,7 @@ use loop_sim::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel,
 use loop_sim::port::ControllerPort;
 use loop_sim::port::baseline::Baseline;
 use loop_sim::port::compared::Compared;
+use loop_sim::port::drive::{DriveDesign, Motion};
 use loop_sim::port::in_process::{self, ControllerSpec, Designed, Download, Precision};
 use loop_sim::sensor::{self, Sensor};
 use loop_sim::signal::Signal;
@@ -74,6 +75,10 @@ pub struct Drive {
     pub shafts: Vec<ShaftOf>,
     /// When the reference begins to move, s.
     pub begins_s: f64,
+    /// The drive before it runs.
+    pub designed: DriveDesign,
+    /// Its reference.
+    pub motion: Motion,
     /// The same drive with finer encoders, if there is room for such, and nothing is wrong with the coarse ones.
     pub(super) exact: Option<(Box<dyn Sensor>, Box<dyn ControllerPort>)>,
 }

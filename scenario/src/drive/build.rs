@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use controller_core::drive::{DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorDesign, Switching};
+use controller_core::drive::{DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorDesign};
 use controller_core::{Fallback, Limits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
 use loop_sim::port::ControllerPort;
-use loop_sim::port::drive::{self as port, Follows, Form, Goal, Motion};
+use loop_sim::port::drive::{DriveDesign, Follows, Form, Goal, Motion};
 use loop_sim::sensor::Sensor;
 use loop_sim::sensor::encoder::{Encoders, Fault, Faulty, Mounted};
 use loop_sim::signal::Signal;
@@ -318,29 +318,13 @@ fn true_to(nominal: f64, percent: f64) -> f64 {
     nominal * (1.0 + percent / 100.0)
 }
 
-/// The same encoder with up to 2^10 times as many counts, and how many times; none if there is no room for 8 times.
-fn finer(mounted: Mounted) -> Option<(Mounted, f64)> {
-    let Encoder { bits, counts_per_turn, gear_num, .. } = mounted.encoder;
-    let fits = |k: u32| bits + k <= 32 && (u64::from(counts_per_turn) * u64::from(gear_num)) << k <= 1 << 24;
-    let k = (3..=10).rev().find(|&k| fits(k))?;
-    let encoder = Encoder { bits: bits + k, counts_per_turn: counts_per_turn << k, ..mounted.encoder };
-    Some((Mounted::new(encoder), f64::from(1 << k)))
-}
-
-/// Thresholds that mean the same angles with so many times as many steps.
-fn switching_of(switching: Switching, times: f64) -> Switching {
-    let Switching { calm_steps, alert_steps, .. } = switching;
-    Switching { calm_steps: calm_steps * times, alert_steps: alert_steps * times, ..switching }
-}
-
 /// All that a run needs, of either plant.
 struct Parts {
     resolved: Resolved,
     plant: Box<dyn Plant>,
     x0: Vec<f64>,
-    mounted: Vec<(usize, Mounted)>,
+    designed: DriveDesign,
     port: Box<dyn ControllerPort>,
-    exact: Option<(Box<dyn Sensor>, Box<dyn ControllerPort>)>,
     form: Form,
     motion: Motion,
     warnings: Vec<String>,
@@ -349,7 +333,8 @@ struct Parts {
 }
 
 fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
-    let Parts { resolved, plant, mut x0, mounted, port, exact, form, motion, mut warnings, chosen, shafts } = parts;
+    let Parts { resolved, plant, mut x0, designed, port, form, motion, mut warnings, chosen, shafts } = parts;
+    let mounted = designed.encoders();
     let Common { span_s, period_s, max_current_a, .. } = *common;
     let Resolved { name, title, periods, faults, .. } = resolved;
     x0.resize(plant.order(), 0.0);
@@ -378,6 +363,11 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         (Follows::Speed, Goal::Speed { speed_rad_s }) => ("rad/s", (0.02 * speed_rad_s.abs()).max(1e-6)),
         _ => ("rad", 0.005),
     };
+    let exact = designed.finer().filter(|_| !has_faults).and_then(|fine| {
+        let port = fine.port(&motion).ok()?;
+        let sensor: Box<dyn Sensor> = Box::new(Encoders::new(fine.encoders()));
+        Some((sensor, port))
+    });
     let sets = if form.gain_sets > 1 { "2 gain sets" } else { "1 gain set" };
     Experiment {
         name,
@@ -399,7 +389,7 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         report: true,
         warnings,
         mu: Vec::new(),
-        drive: Some(Drive { chosen, max_current_a, shafts, begins_s: begins, exact: exact.filter(|_| !has_faults) }),
+        drive: Some(Drive { chosen, max_current_a, shafts, begins_s: begins, designed, motion, exact }),
         controller: format!("drive in f32, {sets}"),
     }
 }
@@ -458,18 +448,8 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
         |jet| nominal.feed_forward(jet),
         &mut warnings,
     );
-    let refused = |error: DriveError| vec![design_problem(&error, "motor")];
-    let port = port::motor(&design, form, mounted, &motion).map_err(refused)?;
-    let exact = finer(mounted).and_then(|(fine, times)| {
-        let design = MotorDesign {
-            encoder: fine.encoder,
-            switching: switching_of(design.switching, times),
-            gate_steps: design.gate_steps * times,
-            ..design
-        };
-        let port = port::motor(&design, form, fine, &motion).ok()?;
-        Some((Box::new(Encoders::new(vec![(0, fine)])) as Box<dyn Sensor>, port))
-    });
+    let designed = DriveDesign::Motor { design, form, mounted };
+    let port = designed.port(&motion).map_err(|error| vec![design_problem(&error, "motor")])?;
 
     let believed = Shaft {
         inertia_kg_m2: nominal.inertia_kg_m2,
@@ -489,9 +469,8 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
         resolved,
         plant: Box::new(plant),
         x0: vec![sheet.start_rad],
-        mounted: vec![(0, mounted)],
+        designed,
         port,
-        exact,
         form,
         motion,
         warnings,
@@ -645,20 +624,8 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
         |jet| nominal.feed_forward(jet),
         &mut warnings,
     );
-    let refused = |error: DriveError| vec![design_problem(&error, "joint")];
-    let port = port::joint(&design, form, [link, motor], &motion).map_err(refused)?;
-    let exact = finer(link).zip(finer(motor)).and_then(|((fine_link, times), (fine_motor, times_motor))| {
-        // One switching serves both encoders: they must be as many times finer.
-        let design = JointDesign {
-            encoders: [fine_link.encoder, fine_motor.encoder],
-            switching: switching_of(design.switching, times),
-            gate_steps: [design.gate_steps[0] * times, design.gate_steps[1] * times_motor],
-            ..design
-        };
-        let port = port::joint(&design, form, [fine_link, fine_motor], &motion).ok()?;
-        let sensor: Box<dyn Sensor> = Box::new(Encoders::new(vec![(0, fine_link), (2, fine_motor)]));
-        (times == times_motor).then_some((sensor, port))
-    });
+    let designed = DriveDesign::Joint { design, form, mounted: [link, motor] };
+    let port = designed.port(&motion).map_err(|error| vec![design_problem(&error, "joint")])?;
 
     let load = std::mem::take(&mut resolved.load);
     let plant =
@@ -672,9 +639,8 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
         resolved,
         plant: Box::new(plant),
         x0: vec![sheet.start_rad, 0.0, motor_rad],
-        mounted: vec![(0, link), (2, motor)],
+        designed,
         port,
-        exact,
         form,
         motion,
         warnings,
