@@ -97,8 +97,7 @@ impl<F: Fn(&Task) -> Box<dyn ControllerPort> + Sync> Design for Own<F> {
 /// A law of the books for a scenario.
 struct Rival {
     kind: rival::Kind,
-    model: Arc<Model>,
-    designed: DriveDesign,
+    task: Task,
 }
 
 struct RivalDesign {
@@ -112,19 +111,16 @@ impl Contender for Rival {
     }
 
     fn knobs(&self) -> Vec<Knob> {
-        let slow = match &self.designed {
+        let slow = match &self.task.designed {
             DriveDesign::Motor { design, .. } => design.bandwidths.surface_rad_s,
             DriveDesign::Joint { design, .. } => design.bandwidths.surface_rad_s,
         };
-        self.kind.knobs(&self.model, slow)
+        self.kind.knobs(&self.task.model, slow)
     }
 
     fn design(&self, knobs: &[f64]) -> Option<Box<dyn Design>> {
-        let encoders = self.designed.encoders();
-        let units: Vec<f64> = encoders.iter().map(|(_, mounted)| mounted.encoder.unit_rad()).collect();
-        let law = self.kind.law(&self.model, &units, task::max_current_a(&self.designed), knobs)?;
-        let is_late = task::form(&self.designed).delay_ticks > 0;
-        let linear = Linear::of_rival(&law, units.len(), is_late);
+        let law = self.kind.law(&self.task, knobs)?;
+        let linear = Linear::of_rival(&law, self.task.model.encoders(), self.task.delay_ticks() > 0);
         Some(Box::new(RivalDesign { law: Arc::new(law), linear }))
     }
 }
@@ -143,7 +139,6 @@ impl Design for RivalDesign {
 pub fn contenders(bench: &Bench) -> Vec<Box<dyn Contender>> {
     let designed = bench.designed;
     let ours = [2, 1].map(|gain_sets| Box::new(ours::Ours { designed, gain_sets }) as Box<dyn Contender>);
-    let model = bench.model();
-    let rival = |kind| Box::new(Rival { kind, model: model.clone(), designed }) as Box<dyn Contender>;
+    let rival = |kind| Box::new(Rival { kind, task: bench.task().clone() }) as Box<dyn Contender>;
     ours.into_iter().chain(rival::Kind::ALL.map(rival)).collect()
 }

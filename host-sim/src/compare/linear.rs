@@ -55,6 +55,13 @@ impl Linear {
                 }
             }
         }
+        // What nobody reads is no part of the loop: it may stay as it is for ever.
+        for i in (0..width).filter(|&i| i != held) {
+            let is_read = (0..width).any(|j| j != i && a[(j, i)] != 0.0);
+            if !is_read && a[(i, i)] == 1.0 {
+                a[(i, i)] = 0.0;
+            }
+        }
         Self { a, b, held }
     }
 
@@ -99,6 +106,11 @@ impl Linear {
 
     /// Largest magnitude of an eigenvalue of the loop with this plant.
     pub fn radius(&self, plant: &Sampled) -> f64 {
+        spectral_radius(&self.closed(plant))
+    }
+
+    /// One tick of the loop: the states of the plant, then the memory.
+    fn closed(&self, plant: &Sampled) -> Matrix {
         let (n, m) = (plant.phi.nrows(), self.a.nrows());
         let mut whole = Matrix::zeros(n + m, n + m);
         whole.view_mut((0, 0), (n, n)).copy_from(&plant.phi);
@@ -110,7 +122,7 @@ impl Linear {
         let held = whole.rows(n + self.held, 1).into_owned();
         let mut moved = whole.rows_mut(0, n);
         moved += &plant.gamma * held;
-        spectral_radius(&whole)
+        whole
     }
 }
 
@@ -198,5 +210,146 @@ impl Sampled {
             }
         }
         next
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use loop_sim::plant::{Imperfections, Joint as JointPlant, JointBody, Motor as MotorPlant, Shaft};
+    use loop_sim::signal::Signal;
+
+    use super::super::rival::Kind;
+    use super::super::task::Task;
+    use super::*;
+
+    fn bench(text: &str) -> super::super::Bench {
+        super::super::Bench::new("test.toml", text, &[]).expect("a file")
+    }
+
+    /// The plant of the data sheet, whose current does not lag.
+    fn nominal(task: &Task) -> Sampled {
+        let plant: Box<dyn Plant> = match &task.designed {
+            DriveDesign::Motor { design, .. } => {
+                let shaft = Shaft {
+                    inertia_kg_m2: design.motor.inertia_kg_m2,
+                    torque_n_m_per_a: design.motor.torque_n_m_per_a,
+                    damping_n_m_s: design.motor.damping_n_m_s,
+                };
+                Box::new(MotorPlant::new(shaft, shaft, Imperfections::default(), Signal::default()))
+            }
+            DriveDesign::Joint { design, .. } => {
+                let joint = design.joint;
+                let motor = Shaft {
+                    inertia_kg_m2: joint.motor_inertia_kg_m2,
+                    torque_n_m_per_a: joint.torque_n_m_per_a,
+                    damping_n_m_s: joint.motor_damping_n_m_s,
+                };
+                let body = JointBody {
+                    link_inertia_kg_m2: joint.link_inertia_kg_m2,
+                    link_damping_n_m_s: joint.link_damping_n_m_s,
+                    weight_n_m: joint.weight_n_m,
+                    stiffness_n_m: joint.stiffness_n_m,
+                    spring_damping_n_m_s: 0.0,
+                    motor,
+                };
+                Box::new(JointPlant::new(body, body, Imperfections::default(), Signal::default()))
+            }
+        };
+        Sampled::new(plant.as_ref(), task.model.period_s)
+    }
+
+    /// det(z - M)
+    fn characteristic(matrix: &Matrix, z: f64) -> f64 {
+        (Matrix::identity(matrix.nrows(), matrix.nrows()) * z - matrix).determinant()
+    }
+
+    fn guesses(kind: Kind, task: &Task, slow: f64) -> Law {
+        let knobs: Vec<f64> = kind.knobs(&task.model, slow).iter().map(|knob| knob.guess).collect();
+        kind.law(task, &knobs).expect("a law")
+    }
+
+    /// Of the law that runs on the chip: e^(-αT) of its offset, 1 - k_l T of its reaching, and, where no coupling is taken
+    /// as linear within a tick, the Bessel poles of its observer at e^(pT).
+    #[test]
+    fn the_matrix_of_ours_has_the_poles_that_it_was_designed_for() {
+        for text in [scenario::JOINT, scenario::MOTOR] {
+            let task = bench(text).task().clone();
+            let t = task.model.period_s;
+            let (offset, reaching, observer) = match &task.designed {
+                DriveDesign::Motor { design: MotorDesign { bandwidths: w, .. }, .. } => {
+                    (w.offset_per_s, w.reaching_per_s, Some(w.observer_rad_s))
+                }
+                DriveDesign::Joint { design: JointDesign { bandwidths: w, .. }, .. } => {
+                    (w.offset_per_s, w.reaching_per_s, None)
+                }
+            };
+            let linear = Linear::of_ours(&task.designed).expect("a design");
+            let found = super::super::matrix::eigenvalues(&linear.closed(&nominal(&task))).expect("numbers");
+            let off = |[re, im]: [f64; 2]| {
+                let distances = found.iter().map(|z| (z[0] - re).hypot(z[1] - im));
+                distances.fold(f64::INFINITY, f64::min) / (re - 1.0).hypot(im)
+            };
+            for (re, im) in observer.iter().flat_map(|w| [(-0.7456 * w * t, 0.7114 * w * t), (-0.9416 * w * t, 0.0)]) {
+                let off = off([re.exp() * im.cos(), re.exp() * im.sin()]);
+                assert!(off < 1e-4, "observer: {off:e}");
+            }
+            let [by_offset, by_reaching] = [(-offset * t).exp(), 1.0 - reaching * t].map(|pole| off([pole, 0.0]));
+            println!("offset {by_offset:.1e}, reaching {by_reaching:.1e}");
+            assert!(by_offset < 1e-4 && by_reaching < 0.1, "{by_offset:e} {by_reaching:e}");
+        }
+    }
+
+    /// 1 + G C of a rigid shaft without friction, G = b T²/2 (z + 1)/(z - 1)², from the book.
+    #[test]
+    fn the_cascade_on_a_rigid_shaft_is_its_closed_form() {
+        let task = bench(&scenario::MOTOR.replace("damping_n_m_s = 1e-5", "damping_n_m_s = 0.0")).task().clone();
+        let (t, knobs) = (task.model.period_s, [40.0, 150.0, 30.0, 900.0]);
+        let law = Kind::Cascade.law(&task, &knobs).expect("a law");
+        let linear = Linear::of_rival(&law, 1, false).expect("linear");
+        let closed = linear.closed(&nominal(&task));
+        let [kp, kv, ki, filter] = knobs;
+        let fresh = 1.0 - (-filter * t).exp();
+        for z in [2.0, -1.5, 0.5, 3.0] {
+            let plant = t * t / 2.0 * (z + 1.0) / ((z - 1.0) * (z - 1.0));
+            let differenced = fresh * z / (z - 1.0 + fresh) * (z - 1.0) / (z * t);
+            let law = kv * (differenced + kp) * (1.0 + ki * t * z / (z - 1.0));
+            let states = (z - 1.0) * (z - 1.0) * (z - 1.0) * (z - 1.0 + fresh);
+            let spare = f64::powi(z, i32::try_from(closed.nrows()).expect("few") - 4);
+            let (found, expected) = (characteristic(&closed, z), (1.0 + plant * law) * states * spare);
+            assert!((found / expected - 1.0).abs() < 1e-6, "z = {z}: {found:e} of {expected:e}");
+        }
+    }
+
+    /// What the matrix says of the loop is how the law itself decays on the plant, tick by tick.
+    #[test]
+    fn laws_decay_as_their_matrices_say() {
+        for (text, slow) in [(scenario::JOINT, 20.0), (scenario::MOTOR, 100.0)] {
+            let task = bench(text).task().clone();
+            let plant = nominal(&task);
+            for kind in [Kind::Lqg, Kind::Lqi] {
+                let law = Arc::new(guesses(kind, &task, slow));
+                let encoders = task.model.encoders();
+                let told = Linear::of_rival(&law, encoders, false).expect("linear").radius(&plant);
+                assert!(told < 1.0, "{kind:?}: {told}");
+                let rest = Aim::default();
+                let mut memory = law.started(&[0.0; 2], &rest);
+                let mut x = vec![0.0; plant.phi.nrows()];
+                x[0] = 1e-6;
+                let mut sizes = Vec::new();
+                for k in 0..(40.0 / (1.0 - told)) as usize {
+                    let y = [x[0], x.get(2).copied().unwrap_or(0.0)];
+                    law.tick(&mut memory, &Told { y, now: &rest, then: &rest, is_late: false }, k == 0);
+                    x = plant.next(&x, memory[HELD]);
+                    sizes.push(x.iter().fold(0.0_f64, |size, x| size.max(x.abs())));
+                }
+                // Between its largest values over two stretches; those of the slowest pair swing.
+                let (early, late) = (sizes.len() / 2, 3 * sizes.len() / 4);
+                let stretch = |from: usize| sizes[from..from + sizes.len() / 5].iter().copied().fold(0.0, f64::max);
+                let found = (stretch(late) / stretch(early)).powf(1.0 / (late - early) as f64);
+                assert!(((1.0 - found) / (1.0 - told) - 1.0).abs() < 0.15, "{kind:?}: {found} of {told}");
+            }
+        }
     }
 }

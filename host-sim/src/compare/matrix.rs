@@ -88,12 +88,13 @@ pub(super) fn ackermann(a: &Matrix, b: &Matrix, roots: &[f64]) -> Option<Matrix>
 
 /// Largest magnitude of an eigenvalue; infinite where an entry is not finite.
 pub(super) fn spectral_radius(a: &Matrix) -> f64 {
-    if !a.iter().all(|entry| entry.is_finite()) {
-        return f64::INFINITY;
-    }
-    let balanced = balanced(a);
-    let Some(schur) = Schur::try_new(balanced, 1e-13, 10_000) else { return f64::INFINITY };
-    schur.complex_eigenvalues().iter().map(|z| libm::hypot(z.re, z.im)).fold(0.0, f64::max)
+    eigenvalues(a).map_or(f64::INFINITY, |all| all.into_iter().map(|[re, im]| libm::hypot(re, im)).fold(0.0, f64::max))
+}
+
+/// Real and imaginary parts; `None` where an entry is not finite.
+pub(super) fn eigenvalues(a: &Matrix) -> Option<Vec<[f64; 2]>> {
+    let schur = Schur::try_new(a.iter().all(|entry| entry.is_finite()).then(|| balanced(a))?, 1e-13, 10_000)?;
+    Some(schur.complex_eigenvalues().iter().map(|z| [z.re, z.im]).collect())
 }
 
 /// The same matrix in units in which rows and columns are alike: states here are metres beside accelerations.

@@ -11,17 +11,20 @@
 //!
 //! | law | observer | feedback |
 //! |---|---|---|
-//! | LQG | Kalman filter, per encoder d and d' (integrating, driven by noise) | LQ: minimum of σ² + ρ u², σ the surface (s + w)^(n-1) |
+//! | LQG | Kalman filter, per encoder d and d' (integrating, driven by noise; of a motor with three states d alone) | LQ: minimum of σ² + ρ u², σ the surface (s + w)^(n-1) |
 //! | LQI | Kalman filter without disturbances | LQ with ζ, the integral of the error |
 //! | ADRC | per encoder q, q', d with a triple pole (Gao 2003), the model known | all poles at w |
-//! | super-twisting | that of ADRC | surface (s + w)^(n-1) and (Levant 1993), implicit in time (Brogliato 2020) |
-//! | P-PI | none | P on the output's error, PI on the motor's, differenced and filtered |
+//! | super-twisting | that of ADRC | surface (s + w)^(n-1) and the law of Levant (1993), its root implicit in time |
+//! | P-PI | none | P on the output's error, PI on the motor's, differenced and filtered; of a joint the spring too |
 //!
 //! The Kalman filter believes in steps of the encoder of variance 1/12 and in a last disturbance state that walks; how
 //! fast it walks is told as a bandwidth ω: a chain of k integrators whose last is driven by noise of deviation
 //! $(\omega T)^k/\sqrt{12}$ steps per tick. Anti-windup is ours: the observer is told what was held. ζ and the integral
 //! of the PI rest while u is beyond its limits. Under a tick of delay the estimates are foreseen by one tick with the u
 //! that is under way.
+//!
+//! A cascade without the spring fed back is unstable on any joint that damps little: P on the link alone gives
+//! $s^3 + b_1 s^2 + k_1 s + k_p k_1$ behind however fast a loop of the motor's speed.
 //!
 //! With its state in f64 and angles from an unbounded count a rival has no rounding to fear; ours is f32.
 
@@ -33,7 +36,7 @@ use loop_sim::port::{ControllerPort, PortError, Tick};
 
 use super::Knob;
 use super::matrix::{Matrix, ackermann, held, kalman, regulator};
-use super::task::{Aim, Angles, Model, Task};
+use super::task::{Aim, Angles, Model, Task, form};
 
 /// Where the numbers of a law lie in its memory. After a tick: what is held until the next one.
 pub(super) const HELD: usize = 0;
@@ -66,10 +69,12 @@ pub(super) enum Law {
     Cascade { model: Arc<Model>, limit: f64, gains: CascadeGains },
 }
 
-/// Of s = filtered difference of the motor's error + kp times the output's: u = (s + ki ∫ s) kv / (motor's gain).
+/// With s = filtered difference of the motor's error + kp times the output's, and the error of the spring:
+/// u = (s + kt spring + ki ∫ s) kv / (motor's gain).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CascadeGains {
     kp: f64,
+    kt: f64,
     kv: f64,
     ki: f64,
     /// Share that the filter takes of what is new.
@@ -143,7 +148,10 @@ impl Law {
         };
         memory[BEYOND] = f64::from(u8::from(u.abs() > limit));
         let limited = u.clamp(-limit, limit);
-        memory[HELD] = if told.is_late { std::mem::replace(&mut memory[QUEUED], limited) } else { limited };
+        memory[HELD] = limited;
+        if told.is_late {
+            memory.swap(HELD, QUEUED);
+        }
         u
     }
 
@@ -204,17 +212,12 @@ impl Feedback {
 }
 
 impl Twist {
-    /// What s is to move by within the tick, and the integral after it, both in units of s. The sign function is taken
-    /// at the end of the tick, where it has a value at 0 that keeps s there.
+    /// What s is to move by within the tick, and the integral after it, both in units of s. The root is taken at the end
+    /// of the tick, and the sign is soft where a tick of it would overshoot: neither chatters.
     fn move_of(&self, s: f64, eta: f64) -> (f64, f64) {
-        let b = s + eta;
-        if b.abs() <= self.step {
-            return (-s, -s);
-        }
-        let left = b.abs() - self.step;
-        let root = -0.5 * self.root + libm::sqrt(0.25 * self.root * self.root + left);
-        let after = root * root * b.signum();
-        (after - s, eta - self.step * b.signum())
+        let root = -0.5 * self.root + libm::sqrt(0.25 * self.root * self.root + s.abs());
+        let after = root * root * s.signum();
+        (after - s + eta, eta - (0.5 * s).clamp(-self.step, self.step))
     }
 }
 
@@ -229,11 +232,12 @@ fn cascade(model: &Model, gains: &CascadeGains, memory: &mut [f64], told: &Told<
     let [last, filtered] = [memory[LAST], memory[LAST + 1]];
     let filtered = filtered + gains.fresh * ((error - last) / model.period_s - filtered);
     (memory[LAST], memory[LAST + 1]) = (error, filtered);
-    let s = filtered + gains.kp * (told.now.x[0] - told.y[0]);
+    let output_error = told.now.x[0] - told.y[0];
+    let s = filtered + gains.kp * output_error;
     if memory[BEYOND] < 0.5 {
         memory[INTEGRAL] += gains.ki * model.period_s * s;
     }
-    told.then.feed + gains.kv / model.b[model.order() - 1] * (s + memory[INTEGRAL])
+    told.then.feed + gains.kv / model.b[model.order() - 1] * (s + gains.kt * (error - output_error) + memory[INTEGRAL])
 }
 
 /// The kinds of rivals.
@@ -259,10 +263,10 @@ impl Kind {
         }
     }
 
-    /// Disturbance states per encoder.
-    const fn disturbances(self) -> usize {
+    /// Disturbance states per encoder, where our observers have `ours`.
+    const fn disturbances(self, ours: usize) -> usize {
         match self {
-            Self::Lqg => 2,
+            Self::Lqg => ours,
             Self::Lqi | Self::Cascade => 0,
             Self::Adrc | Self::SuperTwisting => 1,
         }
@@ -284,9 +288,16 @@ impl Kind {
                 knob("surface (rad/s)", slow),
                 Knob { name: "disturbance's rate (A/s)", low: 0.3, high: 3e4, guess: 100.0 },
             ]),
+            Self::Cascade if is_joint => vec![
+                knob("kp (1/s)", 0.15 * slow),
+                knob("kt (1/s)", 0.5 * slow),
+                knob("kv (1/s)", 10.0 * slow),
+                knob("ki (1/s)", 0.1 * slow),
+                knob("filter (rad/s)", 40.0 * slow),
+            ],
             Self::Cascade => vec![
                 knob("kp (1/s)", 0.5 * slow),
-                knob("kv (1/s)", if is_joint { 5.0 } else { 1.5 } * slow),
+                knob("kv (1/s)", 1.5 * slow),
                 knob("ki (1/s)", 0.5 * slow),
                 knob("filter (rad/s)", 8.0 * slow),
             ],
@@ -294,21 +305,29 @@ impl Kind {
     }
 
     /// The law with these knobs; `None` where there is none.
-    pub(super) fn law(self, model: &Arc<Model>, unit_rad: &[f64], limit: f64, knobs: &[f64]) -> Option<Law> {
+    pub(super) fn law(self, task: &Task, knobs: &[f64]) -> Option<Law> {
+        let (model, limit) = (&task.model, task.max_current_a());
         let t = model.period_s;
         if self == Self::Cascade {
-            let &[kp, kv, ki, filter] = knobs else { return None };
-            let gains = CascadeGains { kp, kv, ki, fresh: 1.0 - libm::exp(-filter * t) };
+            let (kp, kt, [kv, ki, filter]) = match *knobs {
+                [kp, kv, ki, filter] => (kp, 0.0, [kv, ki, filter]),
+                [kp, kt, kv, ki, filter] => (kp, kt, [kv, ki, filter]),
+                _ => return None,
+            };
+            let gains = CascadeGains { kp, kt, kv, ki, fresh: 1.0 - libm::exp(-filter * t) };
             return Some(Law::Cascade { model: model.clone(), limit, gains });
         }
-        let (order, encoders) = (model.order(), model.encoders());
-        let (own, observer) = knobs.split_at(knobs.len() - encoders);
-        let is_cut = self.disturbances() == 1;
-        let seen = Seen::new(model, self.disturbances(), is_cut);
-        let l = if is_cut { seen.placed(observer, t)? } else { seen.filtered(unit_rad, observer, t)? };
+        let order = model.order();
+        let (own, observer) = knobs.split_at(knobs.len() - model.encoders());
+        let is_cut = matches!(self, Self::Adrc | Self::SuperTwisting);
+        let per_encoder = self.disturbances(form(&task.designed).observer_states - 2);
+        let seen = Seen::new(model, per_encoder, is_cut);
+        let encoders: Vec<_> = task.designed.encoders();
+        let unit_rad: Vec<f64> = encoders.iter().map(|(_, mounted)| mounted.encoder.unit_rad()).collect();
+        let l = if is_cut { seen.placed(observer, t)? } else { seen.filtered(&unit_rad, observer, t)? };
 
         let (phi, gamma) = held(&model.a, &model.b, t);
-        let whole = Seen::new(model, self.disturbances(), false);
+        let whole = Seen::new(model, per_encoder, false);
         let (pi, n) = whole.rests()?;
         let surface = || ackermann(&phi, &gamma, &vec![libm::exp(-own[0] * t); order - 1]);
         let (k, k_i, twist) = match self {
@@ -532,5 +551,43 @@ impl ControllerPort for Port {
 
     fn reference(&self) -> f64 {
         self.task.aim(self.tick.saturating_sub(1)).jet[0]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Levant's law with k_1 = 1.5 √L, k_2 = 1.1 L holds s at 0 against what grows by less than L, and in discrete time
+    /// within the step that the disturbance makes of it in a tick.
+    #[test]
+    fn the_twisting_holds_its_surface_against_a_ramp_and_a_sine() {
+        let (rate, t) = (200.0, 1e-3);
+        let twist = Twist {
+            on_state: Vec::new(),
+            on_disturbance: Vec::new(),
+            root: 1.5 * libm::sqrt(rate) * t,
+            step: 1.1 * rate * t * t,
+        };
+        for disturbance in [|t: f64| 150.0 * t, |t: f64| 3.0 * libm::sin(50.0 * t)] {
+            let (mut s, mut eta, mut last) = (0.5, 0.0, 0.0_f64);
+            for k in 0..4000 {
+                let (moved, after) = twist.move_of(s, eta);
+                s += moved + t * disturbance(f64::from(k) * t);
+                eta = after;
+                if k > 2000 {
+                    last = last.max(s.abs());
+                }
+            }
+            // In steady state the soft sign is twice what a ramp asks for.
+            assert!(last <= 2.0 * rate * t * t, "{last:e}");
+        }
+        // It is the implicit equation that is solved.
+        for s in [-3.0, -1e-2, 1e-4, 2.0] {
+            let (moved, _) = twist.move_of(s, 0.0);
+            let end = s + moved;
+            let expected = -twist.root * libm::sqrt(end.abs()) * end.signum();
+            assert!((moved - expected).abs() < 1e-12, "{s}");
+        }
     }
 }

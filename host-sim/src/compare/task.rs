@@ -243,3 +243,23 @@ impl Angles {
         Some(angles)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use controller_core::drive::Encoder;
+
+    #[test]
+    fn angles_go_on_where_counters_wrap() {
+        let mounted = Mounted { encoder: Encoder::absolute(12), is_reversed: true, offset_counts: 77 };
+        let mut angles = Angles { mounted: vec![mounted], known: vec![None] };
+        for k in -900..900 {
+            let angle = 0.05 * f64::from(k) + 40.0;
+            // The first count says where in its turn it is, not in which.
+            let [read, _] = angles.read(&[mounted.count(angle)]).expect("a count");
+            let off = read - angle + 2.0 * std::f64::consts::PI * ((-900.0 * 0.05 + 40.0) / 6.3_f64).round();
+            assert!(off.abs() <= 0.51 * mounted.encoder.unit_rad(), "{k}: {off}");
+        }
+        assert_eq!(angles.read(&[f64::NAN]), None);
+    }
+}

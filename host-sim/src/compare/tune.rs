@@ -128,3 +128,41 @@ impl Knob {
 fn values(knobs: &[Knob], at: &[f64]) -> Vec<f64> {
     knobs.iter().zip(at).map(|(knob, at)| knob.low * libm::pow(knob.high / knob.low, *at)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::contenders;
+    use super::*;
+
+    #[test]
+    fn any_number_of_threads_gives_the_same_and_another_seed_another() {
+        let bench = Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file");
+        let contenders = contenders(&bench);
+        let found = |threads: usize, seed: u64| {
+            let settings = Settings { evaluations: 4, seed, noise_a: vec![0.1], threads };
+            let steps = AtomicUsize::new(0);
+            let entries = compare(&bench, &contenders, &settings, &|| {
+                steps.fetch_add(1, Ordering::SeqCst);
+            });
+            assert_eq!((entries.len(), steps.load(Ordering::SeqCst)), (contenders.len(), 4 * contenders.len()));
+            entries
+        };
+        let one = found(1, 7);
+        assert_eq!(one, found(3, 7));
+        assert_ne!(one, found(1, 8));
+    }
+
+    /// The search is worth its time: the cost of every law falls.
+    #[test]
+    fn tuning_makes_every_law_better() {
+        let bench = Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file");
+        let contenders = contenders(&bench);
+        let found = |evaluations: usize| {
+            let settings = Settings { evaluations, seed: 1, noise_a: vec![0.1], threads: 2 };
+            compare(&bench, &contenders, &settings, &|| ())
+        };
+        for (guess, tuned) in found(1).iter().zip(found(30)) {
+            assert!(tuned.cost < guess.cost, "{}: {} of {}", tuned.law, tuned.cost, guess.cost);
+        }
+    }
+}
