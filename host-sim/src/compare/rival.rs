@@ -17,9 +17,11 @@
 //! | super-twisting | that of ADRC | surface (s + w)^(n-1) and the law of Levant (1993), its root implicit in time |
 //! | P-PI | none | P on the output's error, PI on the motor's, differenced and filtered; of a joint the spring too |
 //!
-//! The Kalman filter believes in steps of the encoder of variance 1/12 and in a last disturbance state that walks; how
-//! fast it walks is told as a bandwidth ω: a chain of k integrators whose last is driven by noise of deviation
-//! $(\omega T)^k/\sqrt{12}$ steps per tick. Anti-windup is ours: the observer is told what was held. ζ and the integral
+//! The Kalman filter believes in steps of the encoder of variance 1/12, and in a plant whose states walk: with k states per
+//! encoder the j-th by a variance of $\beta \binom{k}{j} (\omega T)^{2j}/12$ steps² per tick, the last without β. Its
+//! poles are then about ω, on a circle for β = 0 (Butterworth), in one place for β = 1; ω and β are tuned.
+//!
+//! Anti-windup is ours: the observer is told what was held. ζ and the integral
 //! of the PI rest while u is beyond its limits. Under a tick of delay the estimates are foreseen by one tick with the u
 //! that is under way.
 //!
@@ -282,7 +284,11 @@ impl Kind {
         };
         let with = |own: &[Knob]| own.iter().copied().chain(observers()).collect();
         match self {
-            Self::Lqg | Self::Lqi => with(&[knob("surface (rad/s)", slow), knob("reaching (1/s)", 5.0 * slow)]),
+            Self::Lqg | Self::Lqi => with(&[
+                knob("surface (rad/s)", slow),
+                knob("reaching (1/s)", 5.0 * slow),
+                Knob { name: "damping of the filter", low: 0.05, high: 2.0, guess: 0.5 },
+            ]),
             Self::Adrc => with(&[knob("poles (rad/s)", 1.5 * slow)]),
             Self::SuperTwisting => with(&[
                 knob("surface (rad/s)", slow),
@@ -324,7 +330,7 @@ impl Kind {
         let seen = Seen::new(model, per_encoder, is_cut);
         let encoders: Vec<_> = task.designed.encoders();
         let unit_rad: Vec<f64> = encoders.iter().map(|(_, mounted)| mounted.encoder.unit_rad()).collect();
-        let l = if is_cut { seen.placed(observer, t)? } else { seen.filtered(&unit_rad, observer, t)? };
+        let l = if is_cut { seen.placed(observer, t)? } else { seen.filtered(&unit_rad, own[own.len() - 1], observer, t)? };
 
         let (phi, gamma) = held(&model.a, &model.b, t);
         let whole = Seen::new(model, per_encoder, false);
@@ -400,7 +406,7 @@ impl Seen {
     }
 
     /// Gain of the Kalman filter, in units of a step and a tick: well scaled at any period.
-    fn filtered(&self, unit_rad: &[f64], bandwidths: &[f64], period_s: f64) -> Option<Matrix> {
+    fn filtered(&self, unit_rad: &[f64], damping: f64, bandwidths: &[f64], period_s: f64) -> Option<Matrix> {
         let size = self.f.nrows();
         let mut unit = vec![0.0; size];
         let (mut c, mut q) = (Matrix::zeros(self.encoders, size), Matrix::zeros(size, size));
@@ -410,8 +416,13 @@ impl Seen {
                 unit[state] = unit_rad[i] / libm::pow(period_s, j as f64);
             }
             c[(i, 2 * i)] = 1.0;
-            let last = states[states.len() - 1];
-            q[(last, last)] = libm::pow(bandwidths[i] * period_s, 2.0 * states.len() as f64) / 12.0;
+            let mut binomial = 1.0;
+            for (j, &state) in states.iter().enumerate() {
+                let (k, order) = (j + 1, states.len());
+                binomial *= (order - j) as f64 / k as f64;
+                let share = if k == order { 1.0 } else { damping * binomial };
+                q[(state, state)] = share * libm::pow(bandwidths[i] * period_s, 2.0 * k as f64) / 12.0;
+            }
         }
         let f = Matrix::from_fn(size, size, |i, j| self.f[(i, j)] * unit[j] / unit[i]);
         let r = Matrix::identity(self.encoders, self.encoders) / 12.0;
