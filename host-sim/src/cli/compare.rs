@@ -66,8 +66,7 @@ impl Console<'_> {
             noise_a: if options.noise.is_empty() { bench.noise_limits_a().to_vec() } else { options.noise.clone() },
             threads: thread::available_parallelism().map_or(1, usize::from),
         };
-        let folder =
-            options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-compare", bench.name)));
+        let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-compare", bench.name)));
         let claim = prepare_folder(&folder)?;
         let entries = self.tuned(&bench, &settings);
         let json = CompareJson {

@@ -163,18 +163,18 @@ impl Plant for Coarse<'_> {
 }
 
 /// The scenario file with more keys set.
-struct Text<'a> {
+struct Base<'a> {
     file: &'a str,
-    text: &'a str,
+    toml: &'a str,
     sets: &'a [String],
 }
 
-impl Text<'_> {
+impl Base<'_> {
     fn with(&self, sets: &[&str]) -> Result<Experiment, ScenarioError> {
         let common = ["fault=[]", "error={}", "load=[]", "drive.uncertain_percent=20"];
         let more = common.iter().chain(sets).map(ToString::to_string);
         let sets: Vec<String> = self.sets.iter().cloned().chain(more).collect();
-        scenario::parse(&Source { file: self.file, text: self.text, sets: &sets }, "compare")
+        scenario::parse(&Source { file: self.file, text: self.toml, sets: &sets }, "compare")
     }
 }
 
@@ -184,10 +184,9 @@ impl Bench {
     /// # Errors
     /// What is wrong with the file, or that nothing of it can be compared.
     pub fn new(file: &str, text: &str, sets: &[String]) -> Result<Self, String> {
-        let text = Text { file, text, sets };
+        let base = Base { file, toml: text, sets };
         let told = |error: ScenarioError| error.to_string();
-        let as_it_is =
-            scenario::parse(&Source { file, text: text.text, sets }, "compare").map_err(|error| error.to_string())?;
+        let as_it_is = scenario::parse(&Source { file, text, sets }, "compare").map_err(|error| error.to_string())?;
         let Some(drive) = &as_it_is.drive else {
             return Err(format!("{file}: nothing to compare: the file has neither [joint] nor [motor]"));
         };
@@ -200,7 +199,7 @@ impl Bench {
         let start = |angle: f64| format!("{plant}.start_rad={angle}");
         let move_to = |to: f64, more: &str| format!("reference={{kind = \"move\", to_rad = {to}{more}}}");
 
-        let shortest = text.with(&[&start(0.0), &move_to(1.0, "")]).map_err(told)?;
+        let shortest = base.with(&[&start(0.0), &move_to(1.0, "")]).map_err(told)?;
         let t = shortest.period_s;
         let ticks = 2 * shortest.drive.as_ref().map_or(1, |drive| drive.motion.ticks);
         let tau_s = f64::from(ticks) * t;
@@ -209,7 +208,7 @@ impl Bench {
             0.25 / tau_s
         );
         let run = |start_rad: f64, reference: &str, span_s: f64| {
-            let found = text.with(&[&start(start_rad), reference, &format!("span_s={span_s}")]).map_err(told)?;
+            let found = base.with(&[&start(start_rad), reference, &format!("span_s={span_s}")]).map_err(told)?;
             let motion = found.drive.map(|drive| drive.motion).ok_or("no drive")?;
             let task = Task::new(designed, motion, found.periods);
             Ok::<_, String>(Run { task, x0: found.x0, periods: found.periods })
@@ -228,7 +227,7 @@ impl Bench {
         let step = LOAD * torque * max_current_a(&designed);
         let load = format!("load=[{{kind = \"step\", amplitude = {step}, t0_s = {load_s}}}]");
         let corner = |(error, is_chosen): (String, bool)| {
-            let with = |sets: &[&str]| text.with(&[&[error.as_str()], sets].concat()).map_err(told);
+            let with = |sets: &[&str]| base.with(&[&[error.as_str()], sets].concat()).map_err(told);
             let bare = with(&["friction={}"])?;
             let sampled = Sampled::new(bare.plant.as_ref(), t);
             let (free, loaded) = (with(&[])?.plant, with(&[&load])?.plant);
@@ -331,19 +330,21 @@ impl Bench {
 
     fn sine_of(&self, design: &dyn Design, corner: &Corner) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
-        let ended = self.run(&self.sine, design, &Coarse(corner.free.as_ref(), corner.coarse), &mut |row: &Row, error: f64| {
-            if row.t_s >= self.tau_s {
-                (sum, count) = (sum + error * error, count + 1.0);
-            }
-        });
+        let ended =
+            self.run(&self.sine, design, &Coarse(corner.free.as_ref(), corner.coarse), &mut |row: &Row, error: f64| {
+                if row.t_s >= self.tau_s {
+                    (sum, count) = (sum + error * error, count + 1.0);
+                }
+            });
         if ended { libm::sqrt(sum / count) } else { LOST }
     }
 
     fn move_of(&self, design: &dyn Design, corner: &Corner) -> f64 {
         let mut peak = 0.0_f64;
-        let ended = self.run(&self.moved, design, &Coarse(corner.free.as_ref(), corner.coarse), &mut |_: &Row, error: f64| {
-            peak = peak.max(error.abs());
-        });
+        let ended =
+            self.run(&self.moved, design, &Coarse(corner.free.as_ref(), corner.coarse), &mut |_: &Row, error: f64| {
+                peak = peak.max(error.abs());
+            });
         if ended { peak } else { LOST }
     }
 
@@ -351,16 +352,21 @@ impl Bench {
     fn load_of(&self, design: &dyn Design, corner: &Corner) -> (f64, f64, f64) {
         let (mut load, mut ultimate, mut settle) = (0.0_f64, 0.0_f64, 0.0);
         let last_s = self.load_s + 0.45 * self.tau_s;
-        let ended = self.run(&self.recovery, design, &Coarse(corner.loaded.as_ref(), corner.coarse), &mut |row: &Row, error: f64| {
-            if row.t_s > self.load_s {
-                load = load.max(error.abs());
-            } else if row.x[0].abs() > SETTLED * START_RAD {
-                settle = row.t_s + self.rest.model.period_s;
-            }
-            if row.t_s >= last_s {
-                ultimate = ultimate.max(error.abs());
-            }
-        });
+        let ended = self.run(
+            &self.recovery,
+            design,
+            &Coarse(corner.loaded.as_ref(), corner.coarse),
+            &mut |row: &Row, error: f64| {
+                if row.t_s > self.load_s {
+                    load = load.max(error.abs());
+                } else if row.x[0].abs() > SETTLED * START_RAD {
+                    settle = row.t_s + self.rest.model.period_s;
+                }
+                if row.t_s >= last_s {
+                    ultimate = ultimate.max(error.abs());
+                }
+            },
+        );
         if ended { (load, ultimate, settle) } else { (LOST, LOST, LOST) }
     }
 
@@ -475,8 +481,11 @@ fn joint_corners(p: f64) -> Vec<(String, bool)> {
         // J_l stays: K is off as k_1, J_m as K/k_2, the others as their quotients.
         let motor = (1.0 + k_1) / (1.0 + k_2);
         let factors = [1.0 + k_1, 1.0 + b_1, motor, motor * (1.0 + b_2), motor * (1.0 + b)];
-        let error: Vec<String> =
-            keys.iter().zip(factors).map(|(key, factor)| format!("{key}_percent = {}", 100.0 * (factor - 1.0))).collect();
+        let error: Vec<String> = keys
+            .iter()
+            .zip(factors)
+            .map(|(key, factor)| format!("{key}_percent = {}", 100.0 * (factor - 1.0)))
+            .collect();
         let others_agree = [b_1, k_2, b_2].iter().all(|other| *other == k_1);
         (format!("error={{{}}}", error.join(", ")), others_agree)
     };
@@ -489,7 +498,9 @@ fn motor_corners(p: f64) -> Vec<(String, bool)> {
         (error, inertia != 0.0 && torque != 0.0)
     };
     let all = [-p, 0.0, p].into_iter().flat_map(|inertia| [-p, 0.0, p].map(|torque| (inertia, torque)));
-    all.filter(|&(inertia, torque)| inertia != 0.0 || torque != 0.0).map(|(inertia, torque)| of(inertia, torque)).collect()
+    all.filter(|&(inertia, torque)| inertia != 0.0 || torque != 0.0)
+        .map(|(inertia, torque)| of(inertia, torque))
+        .collect()
 }
 
 #[cfg(test)]
@@ -527,7 +538,10 @@ mod tests {
                 let (alone, late, heavier) = (peak(0, 0.0), peak(1, 0.0), peak(0, 0.1));
                 println!("{alone:.1e}, a tick late {late:.1e}, wrong gravity {heavier:.1e}");
                 // Nothing corrects what the ticks cut: T²/12 r'' of a motor is 1.2e-4 rad at 1500 rad/s².
-                assert!(alone < 1.2e-4 && late > 10.0 * alone && heavier > 100.0 * alone, "{alone:e} {late:e} {heavier:e}");
+                assert!(
+                    alone < 1.2e-4 && late > 10.0 * alone && heavier > 100.0 * alone,
+                    "{alone:e} {late:e} {heavier:e}"
+                );
             }
         }
     }

@@ -33,13 +33,7 @@ pub struct Linear {
 
 impl Linear {
     /// Of a tick, which gets a memory and angles in steps of `size` and leaves the memory after it; at rest all is 0.
-    fn probed(
-        width: usize,
-        encoders: usize,
-        held: usize,
-        size: [f64; 2],
-        tick: impl Fn(&mut [f64], [i32; 2]),
-    ) -> Self {
+    fn probed(width: usize, encoders: usize, held: usize, size: [f64; 2], tick: impl Fn(&mut [f64], [i32; 2])) -> Self {
         let (mut a, mut b) = (Matrix::zeros(width, width), Matrix::zeros(width, encoders));
         for j in 0..width + encoders {
             let (mut memory, mut steps) = (vec![0.0; width + encoders], [0; 2]);

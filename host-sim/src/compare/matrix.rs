@@ -150,12 +150,12 @@ mod tests {
 
     #[test]
     fn the_riccati_equation_is_solved_and_its_gain_is_the_best() {
-        let (a, b) = held(&matrix(3, &[0.0, 1.0, 0.0, -4.0, 0.3, 1.0, 0.0, 0.0, 0.1]), &matrix(3, &[0.0, 0.0, 1.0]), 0.1);
+        let (a, b) =
+            held(&matrix(3, &[0.0, 1.0, 0.0, -4.0, 0.3, 1.0, 0.0, 0.0, 0.1]), &matrix(3, &[0.0, 0.0, 1.0]), 0.1);
         let (q, r) = (Matrix::from_diagonal(&nalgebra::dvector![1.0, 0.2, 0.0]), matrix(1, &[0.05]));
         let x = riccati(&a, &b, &q, &r).expect("a solution");
         let inner = (&r + b.transpose() * &x * &b).try_inverse().expect("positive");
-        let residual = a.transpose() * &x * &a - &x + &q
-            - a.transpose() * &x * &b * inner * b.transpose() * &x * &a;
+        let residual = a.transpose() * &x * &a - &x + &q - a.transpose() * &x * &b * inner * b.transpose() * &x * &a;
         assert!(residual.norm() < 1e-12 * x.norm(), "{residual}");
         let k = regulator(&a, &b, &q, &r).expect("a gain");
         let closed = &a - &b * &k;
@@ -188,7 +188,8 @@ mod tests {
 
     #[test]
     fn poles_lie_where_they_were_asked_for() {
-        let (a, b) = held(&matrix(3, &[0.0, 1.0, 0.0, -40.0, -0.3, 40.0, 0.0, 0.0, -2.0]), &matrix(3, &[0.0, 0.0, 1.0]), 0.01);
+        let (a, b) =
+            held(&matrix(3, &[0.0, 1.0, 0.0, -40.0, -0.3, 40.0, 0.0, 0.0, -2.0]), &matrix(3, &[0.0, 0.0, 1.0]), 0.01);
         let roots = [0.9, 0.8, 0.7];
         let closed = &a - &b * ackermann(&a, &b, &roots).expect("a gain");
         for root in roots {

@@ -31,15 +31,13 @@ pub fn table(entries: &[Entry]) -> Table {
     for entry in entries {
         let rivals = entries.iter().filter(|other| other.limit_a == entry.limit_a);
         let cell = |&(_, of): &Column| {
-            let (own, best) = (of(&entry.figures), rivals.clone().map(|other| of(&other.figures)).fold(f64::MAX, f64::min));
+            let (own, best) =
+                (of(&entry.figures), rivals.clone().map(|other| of(&other.figures)).fold(f64::MAX, f64::min));
             let digits = if own < 1.0 { 2 } else { 3 };
             format!("{}{}", significant(own, digits), if own <= AS_GOOD * best { "*" } else { "" })
         };
-        let mut cells = vec![
-            significant(entry.limit_a, 2),
-            entry.law.to_owned(),
-            significant(entry.figures.noise_a, 2),
-        ];
+        let mut cells =
+            vec![significant(entry.limit_a, 2), entry.law.to_owned(), significant(entry.figures.noise_a, 2)];
         cells.extend(COLUMNS.iter().map(cell));
         cells.push(entry.figures.unstable.to_string());
         let cells: [String; 12] = std::array::from_fn(|i| std::mem::take(&mut cells[i]));

@@ -278,9 +278,12 @@ impl Kind {
     pub(super) fn knobs(self, model: &Model, slow: f64) -> Vec<Knob> {
         let knob = |name, guess: f64| Knob { name, low: guess / 8.0, high: guess * 8.0, guess };
         let is_joint = model.encoders() == 2;
-        let observers = || match is_joint {
-            true => vec![knob("link (rad/s)", 4.0 * slow), knob("motor (rad/s)", 20.0 * slow)],
-            false => vec![knob("observer (rad/s)", 1.5 * slow)],
+        let observers = || {
+            if is_joint {
+                vec![knob("link (rad/s)", 4.0 * slow), knob("motor (rad/s)", 20.0 * slow)]
+            } else {
+                vec![knob("observer (rad/s)", 1.5 * slow)]
+            }
         };
         let with = |own: &[Knob]| own.iter().copied().chain(observers()).collect();
         match self {
@@ -330,7 +333,8 @@ impl Kind {
         let seen = Seen::new(model, per_encoder, is_cut);
         let encoders: Vec<_> = task.designed.encoders();
         let unit_rad: Vec<f64> = encoders.iter().map(|(_, mounted)| mounted.encoder.unit_rad()).collect();
-        let l = if is_cut { seen.placed(observer, t)? } else { seen.filtered(&unit_rad, own[own.len() - 1], observer, t)? };
+        let l =
+            if is_cut { seen.placed(observer, t)? } else { seen.filtered(&unit_rad, own[own.len() - 1], observer, t)? };
 
         let (phi, gamma) = held(&model.a, &model.b, t);
         let whole = Seen::new(model, per_encoder, false);

@@ -40,7 +40,7 @@ pub struct Model {
     t_1: f64,
     theta: f64,
     /// Period T, s.
-    pub(super) period_s: f64,
+    pub period_s: f64,
 }
 
 impl Model {
@@ -172,8 +172,10 @@ impl Task {
             DriveDesign::Motor { .. } => (0..=ticks as u32 + 2).map(motion.jets::<3, 4>()).collect(),
             DriveDesign::Joint { .. } => (0..=ticks as u32 + 2).map(motion.jets::<4, 4>()).collect(),
         };
-        let aim = |pair: &[[f64; 4]]| {
-            Aim { jet: pair[0], x: model.state(&pair[0]), feed: model.feed_forward(&pair[0], &pair[1]) }
+        let aim = |pair: &[[f64; 4]]| Aim {
+            jet: pair[0],
+            x: model.state(&pair[0]),
+            feed: model.feed_forward(&pair[0], &pair[1]),
         };
         let aims = jets.windows(2).map(aim).collect();
         Self { designed, motion, model: Arc::new(model), is_fine: false, aims: Arc::new(aims) }

@@ -169,7 +169,7 @@ mod tests {
         let [low, middle, high] = [0.01, 0.02, 0.04].map(|value| axis.place(value));
         assert!((high - middle - (middle - low)).abs() < 1e-12 && low > 0.0 && axis.place(0.1) < 1.0);
         assert_eq!(texts(&Axis::logarithmic([2e-6, 9e-3])), ["10⁻⁵", "10⁻⁴", "0.001", "0.01"]);
-        
+
         assert_eq!(texts(&Axis::logarithmic([])), ["0.1", "0.2", "0.5", "1"]);
     }
 
