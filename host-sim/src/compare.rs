@@ -17,7 +17,8 @@
 //! # struct Mine(Task);
 //! # impl ControllerPort for Mine {
 //! #     fn tick(&mut self, _: &[f64]) -> Result<Tick, PortError> {
-//! #         Ok(Tick { u: 0.0, sigma: 0.0, sigma_star: 0.0, estimates: [[0.0; 3]; 6], health: controller_core::Health::OK })
+//! #         Ok(Tick { u: 0.0, sigma: 0.0, sigma_star: 0.0, estimates: [[0.0; 3]; 6], health:
+//! controller_core::Health::OK })
 //! #     }
 //! #     fn report_applied(&mut self, _: f64) {}
 //! #     fn reset(&mut self) -> Result<(), PortError> { Ok(()) }
@@ -78,8 +79,8 @@ pub trait Design: Sync {
     /// The controller for a run, before its first tick; `None` if there is none for these encoders.
     fn port(&self, task: &Task) -> Option<Box<dyn ControllerPort>>;
 
-    /// What is linear of it near rest, and up to which error of the plant (0.5, or 0.2) that must be stable; nothing for
-    /// a law that is not linear: its corners are told by simulation.
+    /// What is linear of it near rest, and up to which error of the plant (0.5, or 0.2) that must be stable; nothing
+    /// for a law that is not linear: its corners are told by simulation.
     fn linear(&self) -> Vec<(Linear, f64)> {
         Vec::new()
     }

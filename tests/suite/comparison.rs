@@ -57,8 +57,8 @@ fn what_cannot_be_compared_is_refused_with_its_reason() {
     refused(scenario::MOTOR, &speed, "position");
 }
 
-/// Of a rigid shaft with one encoder a P-PI is as good, one gain set is a linear law among others, and two halve the load.
-/// With a few evaluations around the guesses of the rules.
+/// Of a rigid shaft with one encoder a P-PI is as good, one gain set is a linear law among others, and two halve the
+/// load. With a few evaluations around the guesses of the rules.
 #[test]
 fn one_gain_set_is_a_linear_law_among_others_and_two_are_stiffer() {
     let bench = Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file");

@@ -1,7 +1,7 @@
 //! The runs that every controller makes, and what is read off them.
 //!
-//! With τ twice the time in which a file that says no other goes 1 rad (the shortest within 90 % of the limit for a plant
-//! that is 20 % too weak and 20 % too heavy):
+//! With τ twice the time in which a file that says no other goes 1 rad (the shortest within 90 % of the limit for a
+//! plant that is 20 % too weak and 20 % too heavy):
 //!
 //! | figure | run |
 //! |---|---|
@@ -12,12 +12,12 @@
 //! | load | 0.14 of the largest torque as a step at 0.3 τ: largest of abs(y - r) |
 //! | ultimate | the same over the last τ/20, up to τ/2 after the step |
 //!
-//! Corners: for a joint $k_1 = K/J_l$, $b_1$, $k_2 = K/J_m$, $b_2$, $b = K_t/J_m$ are each off by ±p, all 32 of them; for
-//! a motor J and K_t by ±p or 0, the 8 but the nominal one. In the cost four of the former (all +, all -, K_t/J_m against
-//! the others) and the four in which both are off stand for all.
+//! Corners: for a joint $k_1 = K/J_l$, $b_1$, $k_2 = K/J_m$, $b_2$, $b = K_t/J_m$ are each off by ±p, all 32 of them;
+//! for a motor J and K_t by ±p or 0, the 8 but the nominal one. In the cost four of the former (all +, all -, K_t/J_m
+//! against the others) and the four in which both are off stand for all.
 //!
-//! The loop is that of [`close_loop`]; a plant without friction is moved in steps eight times as long, which nobody sees
-//! (test `a_longer_step_changes_nothing_that_is_told`).
+//! The loop is that of [`close_loop`]; a plant without friction is moved in steps eight times as long, which nobody
+//! sees (test `a_longer_step_changes_nothing_that_is_told`).
 
 use std::ops::ControlFlow;
 
@@ -69,8 +69,8 @@ pub struct Figures {
     pub sine_50_rad: f64,
     /// Load, worst corner of ±50 %.
     pub load_50_rad: f64,
-    /// Corners whose loop is not strictly stable: of ±50 % with the law at rest, and of ±20 % with the fast gain set, if
-    /// it has one, frozen.
+    /// Corners whose loop is not strictly stable: of ±50 % with the law at rest, and of ±20 % with the fast gain set,
+    /// if it has one, frozen.
     pub unstable: usize,
 }
 
@@ -270,8 +270,8 @@ impl Bench {
         max_current_a(&self.designed)
     }
 
-    /// Limits of the noise of u, A, that a comparison takes where nobody says others: for a joint 1/3000, 1/1000 and 1/300
-    /// of the largest current, for a motor, which is measured and pushed in one place, 3/1000, 1/100 and 3/100.
+    /// Limits of the noise of u, A, that a comparison takes where nobody says others: for a joint 1/3000, 1/1000 and
+    /// 1/300 of the largest current, for a motor, which is measured and pushed in one place, 3/1000, 1/100 and 3/100.
     pub fn noise_limits_a(&self) -> [f64; 3] {
         let shares = match self.designed {
             DriveDesign::Joint { .. } => [1.0 / 3000.0, 1e-3, 1.0 / 300.0],
@@ -280,9 +280,9 @@ impl Bench {
         shares.map(|share| share * self.max_current_a())
     }
 
-    /// The cost that tuning makes small: half the mean of log10 of S, M, load, ultimate error and settling of the nominal
-    /// plant, half that of the worst of four corners of ±20 %; 0.3 log10 of the worst S of four at ±50 %; 10 log10 of
-    /// the noise over its limit, where it is above; 0.2 for each corner that is not strictly stable.
+    /// The cost that tuning makes small: half the mean of log10 of S, M, load, ultimate error and settling of the
+    /// nominal plant, half that of the worst of four corners of ±20 %; 0.3 log10 of the worst S of four at ±50 %; 10
+    /// log10 of the noise over its limit, where it is above; 0.2 for each corner that is not strictly stable.
     pub fn cost(&self, design: &dyn Design, limit_a: f64) -> f64 {
         let noise = self.noise(design);
         let nominal = self.five(design, &self.nominal);

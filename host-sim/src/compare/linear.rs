@@ -264,8 +264,8 @@ mod tests {
         kind.law(task, &knobs).expect("a law")
     }
 
-    /// Of the law that runs on the chip: e^(-αT) of its offset, 1 - k_l T of its reaching, and, where no coupling is taken
-    /// as linear within a tick, the Bessel poles of its observer at e^(pT).
+    /// Of the law that runs on the chip: e^(-αT) of its offset, 1 - k_l T of its reaching, and, where no coupling is
+    /// taken as linear within a tick, the Bessel poles of its observer at e^(pT).
     #[test]
     fn the_matrix_of_ours_has_the_poles_that_it_was_designed_for() {
         for text in [scenario::JOINT, scenario::MOTOR] {

@@ -17,9 +17,9 @@
 //! | super-twisting | that of ADRC | surface (s + w)^(n-1) and the law of Levant (1993), its root implicit in time |
 //! | P-PI | none | P on the output's error, PI on the motor's, differenced and filtered; of a joint the spring too |
 //!
-//! The Kalman filter believes in steps of the encoder of variance 1/12, and in a plant whose states walk: with k states per
-//! encoder the j-th by a variance of $\beta \binom{k}{j} (\omega T)^{2j}/12$ steps² per tick, the last without β. Its
-//! poles are then about ω, on a circle for β = 0 (Butterworth), in one place for β = 1; ω and β are tuned.
+//! The Kalman filter believes in steps of the encoder of variance 1/12, and in a plant whose states walk: with k states
+//! per encoder the j-th by a variance of $\beta \binom{k}{j} (\omega T)^{2j}/12$ steps² per tick, the last without β.
+//! Its poles are then about ω, on a circle for β = 0 (Butterworth), in one place for β = 1; ω and β are tuned.
 //!
 //! Anti-windup is ours: the observer is told what was held. ζ and the integral
 //! of the PI rest while u is beyond its limits. Under a tick of delay the estimates are foreseen by one tick with the u
@@ -214,8 +214,8 @@ impl Feedback {
 }
 
 impl Twist {
-    /// What s is to move by within the tick, and the integral after it, both in units of s. The root is taken at the end
-    /// of the tick, and the sign is soft where a tick of it would overshoot: neither chatters.
+    /// What s is to move by within the tick, and the integral after it, both in units of s. The root is taken at the
+    /// end of the tick, and the sign is soft where a tick of it would overshoot: neither chatters.
     fn move_of(&self, s: f64, eta: f64) -> (f64, f64) {
         let root = -0.5 * self.root + libm::sqrt(0.25 * self.root * self.root + s.abs());
         let after = root * root * s.signum();

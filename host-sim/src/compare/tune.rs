@@ -4,8 +4,8 @@
 //! with a deviation of 0.15 of the ranges; then 0.4 N with a deviation that falls from 0.1 to 0.01. Every other one of
 //! the local ones moves one knob alone. Knobs move on the scale of their logarithms.
 //!
-//! A law at a noise limit is one job with random numbers of its own, done by one thread: any number of threads gives the
-//! same result.
+//! A law at a noise limit is one job with random numbers of its own, done by one thread: any number of threads gives
+//! the same result.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};

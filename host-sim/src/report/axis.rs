@@ -1,8 +1,8 @@
 //! The scale of one axis: its range, where its ticks stand and what they say.
 //!
 //! Ticks stand at multiples of 1, 2 or 5 times a power of ten and carry as many decimals as their distance needs. Very
-//! large and very small ranges share one factor 10^(3k), written once beside the axis. A logarithmic axis has them at 1, 2
-//! and 5 times every power of ten, of a long one at the powers alone.
+//! large and very small ranges share one factor 10^(3k), written once beside the axis. A logarithmic axis has them at
+//! 1, 2 and 5 times every power of ten, of a long one at the powers alone.
 
 use super::number::significant;
 

@@ -98,8 +98,8 @@ impl Motion {
         asked.fold(0.0, f64::max)
     }
 
-    /// r, r', .. at any tick, whole turns included, for a controller of one's own. The way onto the goal is continuous in
-    /// `M` of them; that of a joint's drive in 4, that of a motor's in 3.
+    /// r, r', .. at any tick, whole turns included, for a controller of one's own. The way onto the goal is continuous
+    /// in `M` of them; that of a joint's drive in 4, that of a motor's in 3.
     pub fn jets<const M: usize, const J: usize>(&self) -> impl Fn(u32) -> [f64; J] + Send + Sync + use<M, J> {
         let plan = self.plan::<f64, M>();
         move |tick| {
