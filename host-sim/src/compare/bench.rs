@@ -374,8 +374,11 @@ impl Bench {
     fn run(&self, run: &Run, design: &dyn Design, plant: &dyn Plant, see: &mut dyn FnMut(&Row, f64)) -> bool {
         let Some(mut port) = design.port(&run.task) else { return false };
         let mut is_near = true;
+        let mut tick = 0;
         let mut record = |row: &Row| {
-            let error = row.x[0] - row.r;
+            // What the port says of its reference is not asked.
+            let error = row.x[0] - run.task.aim(tick).jet[0];
+            tick += 1;
             is_near = error.abs() <= AWAY_RAD;
             see(row, error);
             if is_near { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
@@ -415,7 +418,12 @@ impl Bench {
             ending: loop_sim::trace::Ending::Finished,
         };
         let plant = Coarse(self.nominal.free.as_ref(), self.nominal.coarse);
-        if !self.closed(&self.sine, port.as_mut(), &plant, &mut trace) {
+        let mut record = |row: &Row| {
+            let r = self.sine.task.aim(trace.rows.len()).jet[0];
+            trace.rows.push(Row { r, ..*row });
+            ControlFlow::Continue(())
+        };
+        if !self.closed(&self.sine, port.as_mut(), &plant, &mut record) {
             return f64::INFINITY;
         }
         let window_s = [self.tau_s, 2.0 * self.tau_s];
