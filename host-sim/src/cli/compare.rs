@@ -11,6 +11,7 @@ use whole_file::Kind;
 
 use super::{Console, Failure, prepare_folder, status};
 use crate::compare::{Bench, Entry, Settings, compare, contenders, report};
+use crate::report::number::significant;
 
 #[derive(Args, Debug)]
 pub(super) struct CompareOptions {
@@ -94,7 +95,7 @@ impl Console<'_> {
                 bench.title,
                 settings.evaluations,
                 settings.seed,
-                bench.tau_s,
+                significant(bench.tau_s, 4),
                 bench.corners()
             ))?;
             self.say(&report::table(&entries).to_string())?;

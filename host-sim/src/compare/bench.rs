@@ -37,7 +37,7 @@ use super::task::{Task, form, max_current_a};
 use super::{Design, Linear};
 
 /// What a run that came to nothing counts, rad or s.
-const LOST: f64 = 100.0;
+pub(super) const LOST: f64 = 100.0;
 /// Beyond this error a run has come to nothing, rad.
 const AWAY_RAD: f64 = 3.0;
 /// From where the recovery starts, rad, and the share of it that is settled.

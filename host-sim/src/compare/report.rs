@@ -2,6 +2,7 @@
 
 use cycle_bound::table::Table;
 
+use super::bench::LOST;
 use super::{Bench, Entry, Figures};
 use crate::report::number::significant;
 use crate::report::plot::{Figure, Panel, Series, Style};
@@ -33,8 +34,8 @@ pub fn table(entries: &[Entry]) -> Table {
         let cell = |&(_, of): &Column| {
             let (own, best) =
                 (of(&entry.figures), rivals.clone().map(|other| of(&other.figures)).fold(f64::MAX, f64::min));
-            let digits = if own < 1.0 { 2 } else { 3 };
-            format!("{}{}", significant(own, digits), if own <= AS_GOOD * best { "*" } else { "" })
+            let number = if own < LOST { significant(own, 2) } else { "lost".into() };
+            format!("{number}{}", if own <= AS_GOOD * best { "*" } else { "" })
         };
         let mut cells =
             vec![significant(entry.limit_a, 2), entry.law.to_owned(), significant(entry.figures.noise_a, 2)];
@@ -46,7 +47,7 @@ pub fn table(entries: &[Entry]) -> Table {
     table
 }
 
-/// Noise of u against the worst error of ±20 %, one curve per law.
+/// Noise of u against the worst error of ±20 %, one curve per law; a run that was lost has no point.
 #[must_use]
 pub fn figure(bench: &Bench, entries: &[Entry]) -> Figure {
     let mut laws: Vec<&str> = Vec::new();
@@ -58,7 +59,10 @@ pub fn figure(bench: &Bench, entries: &[Entry]) -> Figure {
     let panel = |title: &str, of: fn(&Figures) -> f64| {
         let series = laws.iter().enumerate().map(|(color, law)| {
             let of_law = entries.iter().filter(|entry| entry.law == *law);
-            let mut points: Vec<(f64, f64)> = of_law.map(|entry| (entry.figures.noise_a, of(&entry.figures))).collect();
+            let mut points: Vec<(f64, f64)> = of_law
+                .map(|entry| (entry.figures.noise_a, of(&entry.figures)))
+                .filter(|(_, error)| *error < LOST)
+                .collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
             let style = if law.starts_with("ours") { Style::Solid } else { Style::Dashed };
             Series { has_dots: true, ..Series::solid(*law, color, points).styled(style) }
