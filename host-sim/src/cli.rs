@@ -7,6 +7,7 @@
 //! host-sim hil --port DEV [..]      the same with a board at a serial port
 //! host-sim emulate --image FILE     any image in the emulator, with its log
 //! host-sim design [FILE.toml]       poles, margins, noise of its loop, what limits it, what would be better
+//! host-sim compare [FILE.toml]      our drive beside its rivals, all tuned alike
 //! host-sim figures                  the figures of the paper and its claims
 //! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
 //! host-sim export [FILE.toml] ..    the designed controller as one source file, C or Rust
@@ -48,11 +49,13 @@ use crate::report::number::significant;
 use crate::report::trace_figure::{self, Labels};
 use crate::report::{csv, drive_figure};
 
+mod compare;
 mod design;
 mod drive;
 mod export;
 mod target;
 
+use compare::CompareOptions;
 use design::{Design, DesignOptions};
 use export::ExportOptions;
 use target::{EmulateOptions, HilOptions, Link, PilOptions};
@@ -119,6 +122,10 @@ enum Command {
     ///
     /// Nothing is simulated: the loop is linearised where it stands still. A loop that is unstable is a result.
     Design(DesignOptions),
+    /// Tune our drive and its rivals with the same effort, and show what each does: table and figure.
+    ///
+    /// Rivals: LQG with disturbance states, LQI, ADRC with model, super-twisting, P-PI. docs/comparison.md says how.
+    Compare(CompareOptions),
     /// Reproduce the figures of the paper and hold its claims against what comes out.
     Figures {
         /// Only this figure (fig01 .. fig10); may be given several times.
@@ -232,6 +239,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         }),
         Some(Command::Emulate(options)) => console.emulate(options),
         Some(Command::Design(options)) => console.design(options),
+        Some(Command::Compare(options)) => console.compare(options),
         Some(Command::Figures { only, out, json }) => console.figures(only, out, *json),
         Some(Command::Budget(options)) => console.budget(options),
         Some(Command::Export(options)) => console.export(options),

@@ -192,8 +192,8 @@ impl Plant for Struck<'_> {
     fn lumped(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]) {
         self.plant.lumped(t_s, x, u, d);
     }
-    fn fastest_rad_s(&self, x: &[f64]) -> f64 {
-        self.plant.fastest_rad_s(x)
+    fn fastest_rad_s(&self, t_s: f64, x: &[f64], u: f64) -> f64 {
+        self.plant.fastest_rad_s(t_s, x, u)
     }
     fn jumps_s(&self) -> &[f64] {
         &self.within_s

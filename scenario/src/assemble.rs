@@ -12,7 +12,7 @@ use loop_sim::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel,
 use loop_sim::port::ControllerPort;
 use loop_sim::port::baseline::Baseline;
 use loop_sim::port::compared::Compared;
-use loop_sim::port::drive::Form;
+use loop_sim::port::drive::{DriveDesign, Motion};
 use loop_sim::port::in_process::{self, ControllerSpec, Designed, Download, Precision};
 use loop_sim::sensor::{self, Sensor};
 use loop_sim::signal::Signal;
@@ -105,15 +105,6 @@ pub struct Sensed {
     pub rms: f64,
 }
 
-/// What the drive of a scenario was designed from.
-#[derive(Clone, Copy, Debug)]
-pub enum DriveDesign {
-    /// A motor, with the lag of its current loop, s.
-    Motor(MotorDesign, f64),
-    /// A joint.
-    Joint(JointDesign),
-}
-
 /// What a drive has to tell beside its trace.
 pub struct Drive {
     /// Bandwidths and why, a line each.
@@ -124,10 +115,12 @@ pub struct Drive {
     pub shafts: Vec<ShaftOf>,
     /// When the reference begins to move, s.
     pub begins_s: f64,
-    /// What it was designed from.
-    pub design: DriveDesign,
-    /// Its types.
-    pub form: Form,
+    /// The drive before it runs.
+    pub designed: DriveDesign,
+    /// Its reference.
+    pub motion: Motion,
+    /// Time constant of the current loop, s.
+    pub current_lag_s: f64,
     /// λ_2: what |σ*| stays below with the quiet gains while every innovation is at most one step of its encoder.
     pub sigma_star_bound: f64,
     /// The same drive with finer encoders, if there is room for such, and nothing is wrong with the coarse ones.

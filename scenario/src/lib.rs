@@ -23,7 +23,7 @@ mod error;
 mod own;
 mod resolve;
 
-pub use assemble::{AtRest, Drive, DriveDesign, Experiment, Mu, Sensed, ShaftOf};
+pub use assemble::{AtRest, Drive, Experiment, Mu, Sensed, ShaftOf};
 pub use drive::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointEncoderTable,
     JointErrorTable, JointScenario, JointTable, ModeKey, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable,

@@ -3,6 +3,7 @@
 mod budget;
 mod capi;
 mod cases;
+mod comparison;
 mod compile;
 mod convergence;
 mod drive_chain;

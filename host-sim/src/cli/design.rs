@@ -13,9 +13,10 @@ use controller_core::error_dynamics::{error_poles, surface_roots};
 use controller_core::{AnyConfig, ObserverGains, Pole, Surface};
 use cycle_bound::table::Table;
 use loop_sim::linear::LawAtRest;
+use loop_sim::port::drive::DriveDesign;
 use loop_sim::port::drive::{Follows, Form, joint_at_rest, motor_at_rest};
 use loop_sim::port::in_process::{self, ControllerSpec};
-use scenario::{AtRest, DriveDesign, Experiment, Mu};
+use scenario::{AtRest, Experiment, Mu};
 use serde::Serialize;
 
 use super::{Console, Failure, RunOptions, note_changes, scenario_of, status};
@@ -257,18 +258,19 @@ fn asked(experiment: &Experiment) -> (Vec<Asked>, f64) {
     };
     match (&experiment.drive, &experiment.spec) {
         (Some(drive), _) => {
-            let states = drive.form.observer_states;
-            let (mut lines, alpha) = match &drive.design {
-                DriveDesign::Motor(MotorDesign { bandwidths: w, .. }, _) => {
+            let form = drive.designed.form();
+            let states = form.observer_states;
+            let (mut lines, alpha) = match &drive.designed {
+                DriveDesign::Motor { design: MotorDesign { bandwidths: w, .. }, .. } => {
                     let surface = one("error w_c", real(w.surface_rad_s), "the error obeys e' = -w_c e");
                     let rest = [
                         one("observer w_o", bessel(w.observer_rad_s, states), "its error, Bessel poles"),
                         one("reaching law k_l", real(w.reaching_per_s), "sigma*; of a speed loop its bandwidth"),
                     ];
-                    let surface = (drive.form.follows == Follows::Position).then_some(surface);
+                    let surface = (form.follows == Follows::Position).then_some(surface);
                     (surface.into_iter().chain(rest).collect::<Vec<_>>(), w.offset_per_s)
                 }
-                DriveDesign::Joint(JointDesign { bandwidths: w, .. }) => {
+                DriveDesign::Joint { design: JointDesign { bandwidths: w, .. }, .. } => {
                     let rest = vec![
                         one("error w_c", vec![real(w.surface_rad_s)[0]; 3], "the error, three equal poles"),
                         one("observer of the link", bessel(w.link_rad_s, 4), "its error, Bessel poles"),
@@ -330,9 +332,9 @@ fn bounds(experiment: &Experiment) -> Vec<Bound> {
         meaning: meaning.into(),
     };
     if let Some(drive) = &experiment.drive {
-        let (gates, unit): (Vec<f64>, _) = match &drive.design {
-            DriveDesign::Motor(design, _) => (vec![design.gate_steps], "rad/s"),
-            DriveDesign::Joint(design) => (design.gate_steps.to_vec(), "rad/s^3"),
+        let (gates, unit): (Vec<f64>, _) = match &drive.designed {
+            DriveDesign::Motor { design, .. } => (vec![design.gate_steps], "rad/s"),
+            DriveDesign::Joint { design, .. } => (design.gate_steps.to_vec(), "rad/s^3"),
         };
         let gates = drive.shafts.iter().zip(gates).map(|(shaft, steps)| {
             one(
@@ -376,10 +378,11 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &Got) -> Vec<Limit> {
             share / most,
             format!("the encoder's steps may make {} A, 1 % of the limit, in u", number(most)),
         );
-        let most = if drive.form.delay_ticks == 0 { 0.8 } else { 0.5 };
-        match &drive.design {
-            DriveDesign::Motor(design, lag_s) => {
-                let [hold, lag, delay] = late_s(design, *lag_s, drive.form).map(|late_s| 1e3 * late_s);
+        let form = drive.designed.form();
+        let most = if form.delay_ticks == 0 { 0.8 } else { 0.5 };
+        match &drive.designed {
+            DriveDesign::Motor { design, .. } => {
+                let [hold, lag, delay] = late_s(design, drive.current_lag_s, form).map(|late_s| 1e3 * late_s);
                 let w = design.bandwidths;
                 let meaning = format!(
                     "w_c may be 0.1/({} ms of hold + {} of current loop + {} of delay)",
@@ -387,13 +390,13 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &Got) -> Vec<Limit> {
                     number(lag),
                     number(delay)
                 );
-                if drive.form.follows == Follows::Position {
+                if form.follows == Follows::Position {
                     limit("lost time", w.surface_rad_s * (hold + lag + delay) * 1e-3 / 0.1, meaning);
                 }
                 limit("observer", w.observer_rad_s * period_s / most, format!("w_o times the period may be {most}"));
                 limit("reaching law", w.reaching_per_s * period_s, "k_l times the period may be 1".into());
             }
-            DriveDesign::Joint(JointDesign { bandwidths: w, .. }) => {
+            DriveDesign::Joint { design: JointDesign { bandwidths: w, .. }, .. } => {
                 limit(
                     "motor's observer",
                     w.motor_rad_s * period_s / most,
@@ -420,10 +423,10 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &Got) -> Vec<Limit> {
 fn suggested(experiment: &Experiment, at_rest: &AtRest) -> Result<Option<Suggested>, MarginsError> {
     match (&experiment.drive, &experiment.spec) {
         (Some(drive), _) => {
-            let most = NOISE_SHARE * drive.max_current_a;
-            match &drive.design {
-                DriveDesign::Motor(design, lag_s) => for_motor(design, *lag_s, drive.form, at_rest),
-                DriveDesign::Joint(design) => for_joint(design, drive.form, at_rest, most),
+            let (form, most) = (drive.designed.form(), NOISE_SHARE * drive.max_current_a);
+            match &drive.designed {
+                DriveDesign::Motor { design, .. } => for_motor(design, drive.current_lag_s, form, at_rest),
+                DriveDesign::Joint { design, .. } => for_joint(design, form, at_rest, most),
             }
         }
         (None, Some(spec)) => for_surface(spec, at_rest, experiment.period_s),

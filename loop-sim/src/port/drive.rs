@@ -25,7 +25,7 @@ use std::sync::Arc;
 use controller_core::drive::{
     self, Aim, Bounds, ChainModel, DriveError, DriveEstimates, Encoder, EncoderForm, GoOn, Joined, JointDesign,
     JointDrive, Monitored, MotorDesign, MotorDrive, Player, Position, Reference, Rest, Sample, Sine, Speed, Stop,
-    Streamed, Target, Watched,
+    Streamed, Switching, Target, Watched,
 };
 use controller_core::{MAX_R, Output, Real, Running};
 
@@ -115,6 +115,17 @@ impl Motion {
         let gap = drive::gap(present, &Reference::at(&goal, start));
         let after = Joined::new(Course::Rest(goal), gap, start, ticks, self.period_s);
         Plan { before: goal, start, after }
+    }
+
+    /// r, r', .. at any tick, whole turns included, for a controller of one's own. The way onto the goal is continuous
+    /// in `M` of them; that of a joint's drive in 4, that of a motor's in 3.
+    pub fn jets<const M: usize, const J: usize>(&self) -> impl Fn(u32) -> [f64; J] + Send + Sync + use<M, J> {
+        let plan = self.plan::<f64, M>();
+        move |tick| {
+            let Target { turn, mut jet } = plan.at(tick);
+            jet[0] += TAU * f64::from(turn);
+            jet
+        }
     }
 
     fn plan<T: Real<Count = i32>, const M: usize>(&self) -> Plan<T, M> {
@@ -459,6 +470,116 @@ where
             Box::new(Drive::<L, GoOn, A, E, N, P>::new(law, mounted, late, stop_ticks, motion))
         }
     }
+}
+
+/// A drive before it runs: numbers, types and encoders.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DriveDesign {
+    /// Of a motor.
+    Motor {
+        /// Its numbers.
+        design: MotorDesign,
+        /// Its types.
+        form: Form,
+        /// Its encoder.
+        mounted: Mounted,
+        /// What is watched.
+        monitors: Monitors<1>,
+    },
+    /// Of a joint.
+    Joint {
+        /// Its numbers.
+        design: JointDesign,
+        /// Its types.
+        form: Form,
+        /// Encoders of link and motor.
+        mounted: [Mounted; 2],
+        /// What is watched.
+        monitors: Monitors<2>,
+        /// The largest load that comes at once, N m: part of the thresholds by rule.
+        sudden_load_n_m: f64,
+    },
+}
+
+impl DriveDesign {
+    /// The drive along a reference.
+    ///
+    /// # Errors
+    /// Those of the design.
+    pub fn port(&self, motion: &Motion) -> Result<Box<dyn ControllerPort>, DriveError> {
+        match self {
+            Self::Motor { design, form, mounted, monitors } => motor(design, *form, *mounted, monitors, motion),
+            Self::Joint { design, form, mounted, monitors, sudden_load_n_m } => {
+                joint(design, *form, *mounted, monitors, *sudden_load_n_m, motion)
+            }
+        }
+    }
+
+    /// Its types.
+    pub const fn form(&self) -> Form {
+        match *self {
+            Self::Motor { form, .. } | Self::Joint { form, .. } => form,
+        }
+    }
+
+    /// Of each encoder the state that it sees, from 0, and how it is mounted.
+    pub fn encoders(&self) -> Vec<(usize, Mounted)> {
+        match self {
+            Self::Motor { mounted, .. } => vec![(0, *mounted)],
+            Self::Joint { mounted: [link, motor], .. } => vec![(0, *link), (2, *motor)],
+        }
+    }
+
+    /// The same drive behind encoders with up to 2^10 times as many counts, thresholds meaning the same angles; none if
+    /// a counter has no room for 8 times as many.
+    #[must_use]
+    pub fn finer(&self) -> Option<Self> {
+        match *self {
+            Self::Motor { design, form, mounted, monitors } => {
+                let (mounted, times) = finer(mounted)?;
+                let design = MotorDesign {
+                    encoder: mounted.encoder,
+                    switching: switching_of(design.switching, times),
+                    gate_steps: design.gate_steps * times,
+                    ..design
+                };
+                Some(Self::Motor { design, form, mounted, monitors })
+            }
+            Self::Joint { design, form, mounted: [link, motor], monitors, sudden_load_n_m } => {
+                let ((link, times), (motor, times_motor)) = finer(link).zip(finer(motor))?;
+                let [of_link, of_motor] = design.gate_steps;
+                let design = JointDesign {
+                    encoders: [link.encoder, motor.encoder],
+                    switching: switching_of(design.switching, times),
+                    gate_steps: [of_link * times, of_motor * times_motor],
+                    ..design
+                };
+                // One switching serves both encoders: they must be as many times finer.
+                (times == times_motor).then_some(Self::Joint {
+                    design,
+                    form,
+                    mounted: [link, motor],
+                    monitors,
+                    sudden_load_n_m,
+                })
+            }
+        }
+    }
+}
+
+/// The same encoder with up to 2^10 times as many counts, and how many times; none if there is no room for 8 times.
+fn finer(mounted: Mounted) -> Option<(Mounted, f64)> {
+    let Encoder { bits, counts_per_turn, gear_num, .. } = mounted.encoder;
+    let fits = |k: u32| bits + k <= 32 && (u64::from(counts_per_turn) * u64::from(gear_num)) << k <= 1 << 24;
+    let k = (3..=10).rev().find(|&k| fits(k))?;
+    let encoder = Encoder { bits: bits + k, counts_per_turn: counts_per_turn << k, ..mounted.encoder };
+    Some((Mounted::new(encoder), f64::from(1 << k)))
+}
+
+/// Thresholds that mean the same angles with so many times as many steps.
+fn switching_of(switching: Switching, times: f64) -> Switching {
+    let Switching { calm_steps, alert_steps, .. } = switching;
+    Switching { calm_steps: calm_steps * times, alert_steps: alert_steps * times, ..switching }
 }
 
 /// The drive of a motor. More than one gain set, or ticks of delay, are as two, and one.

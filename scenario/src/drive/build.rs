@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use controller_core::drive::{DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorDesign, Switching};
+use controller_core::drive::{DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorDesign};
 use controller_core::{Fallback, Limits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
 use loop_sim::port::ControllerPort;
-use loop_sim::port::drive::{self as port, DriveAtRest, Follows, Form, Goal, Monitors, Motion, Reaction};
+use loop_sim::port::drive::{self as port, DriveAtRest, DriveDesign, Follows, Form, Goal, Monitors, Motion, Reaction};
 use loop_sim::sensor::Sensor;
 use loop_sim::sensor::encoder::{Encoders, Fault, Faulty, Mounted};
 use loop_sim::signal::Signal;
@@ -16,7 +16,7 @@ use super::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointErrorTable, JointScenario, JointTable,
     ModeKey, MonitorTable, MotorScenario, ReactionKey, ReferenceKind, ReferenceTable, TuningKey,
 };
-use crate::assemble::{AtRest, Drive, DriveDesign, Experiment, Sensed, ShaftOf};
+use crate::assemble::{AtRest, Drive, Experiment, Sensed, ShaftOf};
 use crate::error::shown;
 use crate::resolve::{self, Problem, Problems, missing, problem};
 use crate::{FallbackKey, FallbackWord, TermTable};
@@ -358,43 +358,28 @@ fn true_to(nominal: f64, percent: f64) -> f64 {
     nominal * (1.0 + percent / 100.0)
 }
 
-/// The same encoder with up to 2^10 times as many counts, and how many times; none if there is no room for 8 times.
-fn finer(mounted: Mounted) -> Option<(Mounted, f64)> {
-    let Encoder { bits, counts_per_turn, gear_num, .. } = mounted.encoder;
-    let fits = |k: u32| bits + k <= 32 && (u64::from(counts_per_turn) * u64::from(gear_num)) << k <= 1 << 24;
-    let k = (3..=10).rev().find(|&k| fits(k))?;
-    let encoder = Encoder { bits: bits + k, counts_per_turn: counts_per_turn << k, ..mounted.encoder };
-    Some((Mounted::new(encoder), f64::from(1 << k)))
-}
-
-/// Thresholds that mean the same angles with so many times as many steps.
-fn switching_of(switching: Switching, times: f64) -> Switching {
-    let Switching { calm_steps, alert_steps, .. } = switching;
-    Switching { calm_steps: calm_steps * times, alert_steps: alert_steps * times, ..switching }
-}
-
 /// All that a run needs, of either plant.
 struct Parts {
     resolved: Resolved,
     plant: Box<dyn Plant>,
     x0: Vec<f64>,
-    mounted: Vec<(usize, Mounted)>,
+    designed: DriveDesign,
     port: Box<dyn ControllerPort>,
-    exact: Option<(Box<dyn Sensor>, Box<dyn ControllerPort>)>,
     form: Form,
     motion: Motion,
     warnings: Vec<String>,
     chosen: Vec<String>,
     shafts: Vec<ShaftOf>,
-    design: DriveDesign,
+    current_lag_s: f64,
     at_rest: DriveAtRest,
     /// The plant without friction and load.
     smooth: Box<dyn Plant>,
 }
 
 fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
-    let Parts { resolved, plant, mut x0, mounted, port, exact, form, motion, mut warnings, chosen, shafts, .. } = parts;
-    let (design, smooth, DriveAtRest { law, sigma_star_bound }) = (parts.design, parts.smooth, parts.at_rest);
+    let Parts { resolved, plant, mut x0, designed, port, form, motion, mut warnings, chosen, shafts, .. } = parts;
+    let (smooth, DriveAtRest { law, sigma_star_bound }) = (parts.smooth, parts.at_rest);
+    let mounted = designed.encoders();
     let Common { span_s, period_s, max_current_a, .. } = *common;
     let Resolved { name, title, periods, faults, .. } = resolved;
     x0.resize(plant.order(), 0.0);
@@ -445,6 +430,11 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         (Follows::Speed, Goal::Speed { speed_rad_s }) => ("rad/s", (0.02 * speed_rad_s.abs()).max(1e-6)),
         _ => ("rad", 0.005),
     };
+    let exact = designed.finer().filter(|_| !has_faults).and_then(|fine| {
+        let port = fine.port(&motion).ok()?;
+        let sensor: Box<dyn Sensor> = Box::new(Encoders::new(fine.encoders()));
+        Some((sensor, port))
+    });
     let sets = if form.gain_sets > 1 { "2 gain sets" } else { "1 gain set" };
     Experiment {
         name,
@@ -472,10 +462,11 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
             max_current_a,
             shafts,
             begins_s: begins,
-            design,
-            form,
+            designed,
+            motion,
+            current_lag_s: parts.current_lag_s,
             sigma_star_bound,
-            exact: exact.filter(|_| !has_faults),
+            exact,
         }),
         at_rest: Ok(at_rest),
         controller: format!("drive in f32, {sets}"),
@@ -540,17 +531,8 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
     );
     let refused = |error: DriveError| vec![design_problem(&error, "motor")];
     let monitors = common.monitors(resolved.reaction, [nominal.inertia_kg_m2]);
-    let port = port::motor(&design, form, mounted, &monitors, &motion).map_err(refused)?;
-    let exact = finer(mounted).and_then(|(fine, times)| {
-        let design = MotorDesign {
-            encoder: fine.encoder,
-            switching: switching_of(design.switching, times),
-            gate_steps: design.gate_steps * times,
-            ..design
-        };
-        let port = port::motor(&design, form, fine, &monitors, &motion).ok()?;
-        Some((Box::new(Encoders::new(vec![(0, fine)])) as Box<dyn Sensor>, port))
-    });
+    let designed = DriveDesign::Motor { design, form, mounted, monitors };
+    let port = designed.port(&motion).map_err(refused)?;
 
     let believed = Shaft {
         inertia_kg_m2: nominal.inertia_kg_m2,
@@ -566,7 +548,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
     let plant = plant::Motor::new(truth, believed, imperfections(&file.friction, sheet.current_lag_s, gear), load);
     let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
     let parts = Parts {
-        design: DriveDesign::Motor(design, sheet.current_lag_s),
+        current_lag_s: sheet.current_lag_s,
         at_rest: port::motor_at_rest(&design, form).map_err(refused)?,
         smooth: Box::new(plant::Motor::new(truth, believed, lag, Signal::default())),
         chosen: motor_in_words(&design, drive.surface_rad_s.is_some(), sheet.current_lag_s, form),
@@ -574,9 +556,8 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
         resolved,
         plant: Box::new(plant),
         x0: vec![sheet.start_rad],
-        mounted: vec![(0, mounted)],
+        designed,
         port,
-        exact,
         form,
         motion,
         warnings,
@@ -735,26 +716,15 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
     let refused = |error: DriveError| vec![design_problem(&error, "joint")];
     let inertia = [nominal.link_inertia_kg_m2, nominal.motor_inertia_kg_m2];
     let monitors = common.monitors(resolved.reaction, inertia);
-    let port = port::joint(&design, form, [link, motor], &monitors, load_n_m, &motion).map_err(refused)?;
-    let exact = finer(link).zip(finer(motor)).and_then(|((fine_link, times), (fine_motor, times_motor))| {
-        // One switching serves both encoders: they must be as many times finer.
-        let design = JointDesign {
-            encoders: [fine_link.encoder, fine_motor.encoder],
-            switching: switching_of(design.switching, times),
-            gate_steps: [design.gate_steps[0] * times, design.gate_steps[1] * times_motor],
-            ..design
-        };
-        let port = port::joint(&design, form, [fine_link, fine_motor], &monitors, load_n_m, &motion).ok()?;
-        let sensor: Box<dyn Sensor> = Box::new(Encoders::new(vec![(0, fine_link), (2, fine_motor)]));
-        (times == times_motor).then_some((sensor, port))
-    });
+    let designed = DriveDesign::Joint { design, form, mounted: [link, motor], monitors, sudden_load_n_m: load_n_m };
+    let port = designed.port(&motion).map_err(refused)?;
 
     let load = std::mem::take(&mut resolved.load);
     let plant =
         plant::Joint::new(truth, believed, imperfections(&file.friction, sheet.current_lag_s, ratio(sheet.gear)), load);
     let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
     let parts = Parts {
-        design: DriveDesign::Joint(design),
+        current_lag_s: sheet.current_lag_s,
         at_rest: port::joint_at_rest(&design, form).map_err(refused)?,
         smooth: Box::new(plant::Joint::new(truth, believed, lag, Signal::default())),
         chosen: joint_in_words(&design, tuning, drive.tuning.is_some()),
@@ -765,9 +735,8 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
         resolved,
         plant: Box::new(plant),
         x0: vec![sheet.start_rad, 0.0, motor_rad],
-        mounted: vec![(0, link), (2, motor)],
+        designed,
         port,
-        exact,
         form,
         motion,
         warnings,
