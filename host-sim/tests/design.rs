@@ -159,8 +159,9 @@ fn the_loop_of_an_exact_chain_has_the_poles_that_were_asked_for() {
     for (n, r) in [(2, 1), (2, 3), (3, 2), (4, 2), (4, 3), (5, 3), (6, 2), (6, 3)] {
         let zeros = vec!["0.0"; n].join(", ");
         let text = format!(
-            "[plant]\nkind = \"chain\"\norder = {n}\na = [{zeros}]\nb = 2.0\n[controller]\nalpha_per_s = 3.0\nk_l = 30.0\n\
-             surface_bandwidth_rad_s = 8.0\n[[controller.observer]]\nchannel = {n}\nbandwidth_rad_s = 40.0\norder = {r}\n"
+            "[plant]\nkind = \"chain\"\norder = {n}\na = [{zeros}]\nb = 2.0\n[controller]\nalpha_per_s = 3.0\n\
+             k_l = 30.0\nsurface_bandwidth_rad_s = 8.0\n\
+             [[controller.observer]]\nchannel = {n}\nbandwidth_rad_s = 40.0\norder = {r}\n"
         );
         let it = loop_of(&experiment(&text, &[]));
         let mut expected = vec![discrete(-40.0, 0.0, 1e-3); r];
@@ -228,8 +229,8 @@ fn answer(text: &str, sets: &[&str], ticks: usize) -> Vec<[f64; 2]> {
 const STILL: [&str; 2] = ["plant.x0=[0, 0, 0, 0]", "controller.precision=f64"];
 const STILL_3: [&str; 2] = ["plant.x0=[0, 0, 0]", "controller.precision=f64"];
 
-/// The simulated loop with all of its links answers an impulse with its S: of v = u + w the transform is 1/(1 + L), with
-/// delay in sensor and actuator, reported or not.
+/// The simulated loop with all of its links answers an impulse with its S: of v = u + w the transform is 1/(1 + L),
+/// with delay in sensor and actuator, reported or not.
 #[test]
 fn the_loop_gain_is_that_of_the_simulated_loop() {
     let delays = ["sensor.delay_ticks=2", "actuator.delay_ticks=3"];

@@ -23,7 +23,8 @@ const TINY: f64 = 1.0 / (1_u64 << 36) as f64;
 /// About any other rest: half of the digits for the change, half for what it does.
 const SMALL: f64 = 1.0 / (1_u64 << 20) as f64;
 
-/// A law in f64 that stands at rest, as a map of numbers. A sample is states, or angles in rad where there are encoders.
+/// A law in f64 that stands at rest, as a map of numbers. A sample is states, or angles in rad where there are
+/// encoders.
 pub trait LawAtRest: Send {
     /// How small a change of each number of the memory, and then of the sample, may be; 0 for any.
     fn steps(&self) -> Vec<f64>;

@@ -2,7 +2,6 @@
 
 use std::ops::ControlFlow;
 
-use controller_core::drive::{JointDesign, MotorDesign};
 use controller_core::{ConfigError, Field, Gate, Remedy, SampleLimits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::closed_loop::{Loop, LoopError, close_loop};

@@ -319,8 +319,8 @@ impl<T: Real<Count = i32>, R: Reference<T, J>, const J: usize> Player<T, R, J> {
 }
 
 /// The smallest number of ticks, from `fewest` to `most`, for which the plan that begins at tick `start` keeps the
-/// feed-forward within ±`u_max` (take 0.9 of the limit) at 64 of its ticks; `None` if there is none. A plan of less than
-/// 20 ticks is never given: between so few the peak of u would not be seen. `feed_forward` is u of a jet of n + 1
+/// feed-forward within ±`u_max` (take 0.9 of the limit) at 64 of its ticks; `None` if there is none. A plan of less
+/// than 20 ticks is never given: between so few the peak of u would not be seen. `feed_forward` is u of a jet of n + 1
 /// entries: [`Motor::feed_forward`](super::Motor::feed_forward), [`Joint::feed_forward`](super::Joint::feed_forward).
 /// What is feasible need not stay so for longer plans: this is the first that is found going up by a quarter, refined
 /// from there.
@@ -554,8 +554,8 @@ mod tests {
         assert!((f64::from(ticks) * 1e-5 / expected - 1.0).abs() < 2e-3, "{ticks} for {expected} s");
     }
 
-    /// However few ticks a move could take, its peak between them is within the limit too: 1.1 % above it at most, which
-    /// is what a parabola through the peak of degree 5 falls within half of a twentieth.
+    /// However few ticks a move could take, its peak between them is within the limit too: 1.1 % above it at most,
+    /// which is what a parabola through the peak of degree 5 falls within half of a twentieth.
     #[test]
     fn the_peak_of_a_short_move_is_not_missed_between_ticks() {
         let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 0.0 };

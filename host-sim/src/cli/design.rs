@@ -37,8 +37,8 @@ pub(super) struct DesignOptions {
 
 /// Share of the current limit that the steps of encoders may cost as noise, rms.
 const NOISE_SHARE: f64 = 0.01;
-/// Phase margin below which nothing is suggested, degrees: with less |S| is above 1/(2 sin 12.5°) = 2.3. Behind a current
-/// loop of 0.2 ms the default set of a joint has 26.7; firm has 22.6, and does not bear a tick of delay.
+/// Phase margin below which nothing is suggested, degrees: with less |S| is above 1/(2 sin 12.5°) = 2.3. Behind a
+/// current loop of 0.2 ms the default set of a joint has 26.7; firm has 22.6, and does not bear a tick of delay.
 const LEAST_PHASE_DEG: f64 = 25.0;
 
 /// All that is said of a design.

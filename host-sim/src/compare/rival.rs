@@ -11,7 +11,7 @@
 //!
 //! | law | observer | feedback |
 //! |---|---|---|
-//! | LQG | Kalman filter, per encoder d and d' (integrating, driven by noise; of a motor with three states d alone) | LQ: minimum of σ² + ρ u², σ the surface (s + w)^(n-1) |
+//! | LQG | Kalman filter, per encoder d and d' by noise | LQ: minimum of σ² + ρ u², σ the surface (s + w)^(n-1) |
 //! | LQI | Kalman filter without disturbances | LQ with ζ, the integral of the error |
 //! | ADRC | per encoder q, q', d with a triple pole (Gao 2003), the model known | all poles at w |
 //! | super-twisting | that of ADRC | surface (s + w)^(n-1) and the law of Levant (1993), its root implicit in time |
