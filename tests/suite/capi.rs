@@ -321,7 +321,7 @@ fn joint() -> (Config<4, 2>, Controller<f32, Linear<f32, 4>, 4, 2, 10, 2>) {
         reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
         nominal: JointParameters::TABLE_I.chain(Reading::Physical).nominal(),
         options: Options::NEUTRAL
-            .with_limits(Limits::symmetric(300.0))
+            .with_limits(Limits::symmetric(30.0))
             .with_fallback(Fallback::Safe(0.0))
             .with_sigma_star_bound(10.0),
     };

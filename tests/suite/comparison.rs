@@ -51,7 +51,7 @@ fn what_cannot_be_compared_is_refused_with_its_reason() {
         assert!(std::fs::metadata(&out).is_err(), "something was written");
     };
     refused(scenario::DEFAULT, &[], "neither [joint] nor [motor]");
-    refused(scenario::MOTOR, &["--noise", "-1"], "--noise");
+    refused(scenario::MOTOR, &["--noise=-1"], "--noise");
     refused(scenario::MOTOR, &["--set", "motor.inertia=1"], "inertia");
     let speed = ["--set", "drive.mode=\"speed\"", "--set", "reference={kind=\"speed\", speed_rad_s=2}"];
     refused(scenario::MOTOR, &speed, "position");

@@ -542,9 +542,9 @@ impl Count for CountSymbol {
         Self(compute(Op::CountPlus(self.0, moved.0), at))
     }
     #[track_caller]
-    fn signed(self, bits: u32) -> Self {
+    fn signed(self, unread: u32) -> Self {
         let at = Location::caller();
-        Self(compute(Op::CountSigned(self.0, bits), at))
+        Self(compute(Op::CountSigned(self.0, 32 - unread), at))
     }
     fn to_word(self) -> u32 {
         StateWord::Count(self).to_word()

@@ -154,6 +154,16 @@ pub struct Monitored<L: ControlLaw, const E: usize, R> {
 }
 
 impl<L: Watched<E>, const E: usize, R: Reaction> Monitored<L, E, R> {
+    /// The same from numbers that are known already, for a `const`: |d| in the unit of each block, |σ*|, ticks.
+    pub const fn from_parts(
+        law: L,
+        disturbance: [L::Scalar; E],
+        sigma_star: L::Scalar,
+        stuck_ticks: L::Scalar,
+    ) -> Self {
+        Self { law, disturbance, sigma_star, stuck_ticks, of: PhantomData }
+    }
+
     /// A drive, and what may be seen of it.
     pub fn new(law: L, bounds: &Bounds<E>) -> Self {
         let disturbance = core::array::from_fn(|i| L::Scalar::from_f64(bounds.disturbance[i]) * law.per_rad(i));
@@ -263,7 +273,7 @@ impl<L: Watched<E>, const E: usize, R: Reaction> ControlLaw for Monitored<L, E, 
         self.law.not_started()
     }
 
-    #[inline]
+    #[inline(always)]
     fn tick(&self, state: &mut Self::State, sample: &L::Sample) -> Self::Output {
         self.stopped(state).unwrap_or_else(|| {
             let output = self.law.tick(&mut state.within, sample);

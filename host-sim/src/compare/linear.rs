@@ -1,19 +1,12 @@
 //! Is the exact sampled loop stable? Its matrix near rest, put together of what law and plant do in one tick.
 //!
 //! A law is $m' = A m + B y$, where an entry of m' is the u that is held until the next tick. The matrices are not
-//! derived a second time: every entry of the memory, and every angle, is moved a little and the law ticks once. That is
-//! exact but for what gravity bends (1e-7 of an entry). Ours is asked in f64, with one gain set, through the words of
-//! its state.
+//! derived a second time: every entry of the memory, and every angle, is moved a little and the law ticks once; ours as
+//! the module `linear` of `loop-sim` has it, a rival here. That is exact but for what gravity bends (1e-7 of an entry).
 
-use std::f64::consts::TAU;
-
-use controller_core::drive::{
-    ChainModel, Encoder, EncoderForm, EncoderState, JointDesign, JointDrive, MotorDesign, MotorDrive, Position, Sample,
-    Target,
-};
-use controller_core::{ControlLaw, Limits, Words};
+use loop_sim::linear::LinearTick;
 use loop_sim::plant::Plant;
-use loop_sim::port::drive::DriveDesign;
+use loop_sim::port::drive::{DriveDesign, joint_at_rest, motor_at_rest};
 
 use super::matrix::{Matrix, held, spectral_radius};
 use super::rival::{HELD, Law, Told};
@@ -71,31 +64,28 @@ impl Linear {
         })
     }
 
-    /// Of ours with one gain set; none for a design that is refused.
+    /// Of ours with its quiet gains; none for a design that is refused.
     pub(super) fn of_ours(designed: &DriveDesign) -> Option<Self> {
-        const ENCODER: Encoder = Encoder::absolute(16);
-        let limits = Limits::symmetric(1e9);
-        let is_late = designed.form().delay_ticks > 0;
-        match *designed {
-            DriveDesign::Joint { design, .. } => {
-                let gate_steps = [f64::INFINITY; 2];
-                let design = &JointDesign { encoders: [ENCODER; 2], limits, gate_steps, ..design };
-                if is_late {
-                    of_form(&JointDrive::<f64, Position, 0, 1>::try_design(design).ok()?)
-                } else {
-                    of_form(&JointDrive::<f64, Position, 0, 0>::try_design(design).ok()?)
-                }
+        let at_rest = match designed {
+            DriveDesign::Joint { design, form, .. } => joint_at_rest(design, *form).ok()?,
+            DriveDesign::Motor { design, form, .. } => motor_at_rest(design, *form).ok()?,
+        };
+        let LinearTick { a: own, b: seen, c, d, .. } = LinearTick::of(at_rest.law.as_ref(), false);
+        // Behind what the law remembers: u, as many ticks late as it is held.
+        let (n, held) = (own.len(), own.len() + designed.form().delay_ticks.min(1));
+        let (mut a, mut b) = (Matrix::zeros(held + 1, held + 1), Matrix::zeros(held + 1, d.len()));
+        for (i, (own, seen)) in own.iter().chain([&c]).zip(seen.iter().chain([&d])).enumerate() {
+            for (j, entry) in own.iter().enumerate() {
+                a[(i, j)] = *entry;
             }
-            DriveDesign::Motor { design, form, .. } => {
-                let design = &MotorDesign { encoder: ENCODER, limits, gate_steps: f64::INFINITY, ..design };
-                match (form.observer_states, is_late) {
-                    (3, false) => of_form(&MotorDrive::<f64, Position>::try_design(design).ok()?),
-                    (3, true) => of_form(&MotorDrive::<f64, Position, 0, 1>::try_design(design).ok()?),
-                    (_, false) => of_form(&MotorDrive::<f64, Position, 0, 0, 4>::try_design(design).ok()?),
-                    (_, true) => of_form(&MotorDrive::<f64, Position, 0, 1, 4>::try_design(design).ok()?),
-                }
+            for (j, entry) in seen.iter().enumerate() {
+                b[(i, j)] = *entry;
             }
         }
+        if held > n {
+            a[(held, n)] = 1.0;
+        }
+        Some(Self { a, b, held })
     }
 
     /// Largest magnitude of an eigenvalue of the loop with this plant.
@@ -118,49 +108,6 @@ impl Linear {
         moved += &plant.gamma * held;
         whole
     }
-}
-
-/// The memory of ours as numbers: w, then of each encoder X, v, d (d'), then W, the u held (and with a delay the next).
-fn of_form<M, const E: usize, const N: usize, const S: usize, const LATE: usize>(
-    law: &EncoderForm<f64, M, Position, E, N, S, 0, LATE>,
-) -> Option<Linear>
-where
-    M: ChainModel<f64, E, N>,
-{
-    let rest = Target { turn: 0, jet: [0.0; N] };
-    let sample = |counts: [i32; E]| Sample { counts: counts.map(Some), begin: rest, end: rest };
-    let mut state = law.start(&sample([0; E]))?;
-    // After this tick the estimates are those of a tick that has passed.
-    law.tick(&mut state, &sample([0; E]));
-    let before: Vec<u32> = state.words().collect();
-    let integers = 2 * E + 2;
-    let pushes = (before.len() - integers) / 2 - (S * E + 2 * E + 2 + LATE);
-    // Between estimates and W are gates and numbers of lost samples, which are no part of the loop.
-    let estimates = pushes + S * E;
-    let kept: Vec<usize> = (0..estimates).chain((0..2 + LATE).map(|k| estimates + 2 * E + k)).collect();
-    let step = TAU / 65536.0;
-    Some(Linear::probed(kept.len(), E, estimates + 1, [step; 2], |memory, steps| {
-        let mut words = before.clone();
-        for (value, at) in memory.iter().zip(&kept) {
-            let bits = value.to_bits();
-            words[integers + 2 * at..integers + 2 * at + 2].copy_from_slice(&[bits as u32, (bits >> 32) as u32]);
-        }
-        let mut words = words.into_iter();
-        let Some(mut state) = EncoderState::<f64, M, E, N, S, 0, LATE>::from_words(&mut words) else {
-            memory.fill(f64::NAN);
-            return;
-        };
-        law.tick(&mut state, &sample(std::array::from_fn(|i| steps[i])));
-        let words: Vec<u32> = state.words().collect();
-        for (value, at) in memory.iter_mut().zip(&kept) {
-            let [low, high] = [0, 1].map(|half| u64::from(words[integers + 2 * at + half]));
-            *value = f64::from_bits(low | high << 32);
-        }
-        for i in 0..E {
-            // A position is kept as that of the count and the rest.
-            memory[pushes + S * i] += step * law.model().per_rad(i) * f64::from(words[1 + E + i] as i32);
-        }
-    }))
 }
 
 /// A plant near rest, from tick to tick.
@@ -216,6 +163,8 @@ mod tests {
 
     use super::super::rival::Kind;
     use super::super::task::Task;
+    use controller_core::drive::{JointDesign, MotorDesign};
+
     use super::*;
 
     fn bench(text: &str) -> super::super::Bench {

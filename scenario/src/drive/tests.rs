@@ -247,8 +247,10 @@ fn a_joint_begins_in_balance() {
     // The law needs some ticks to know the weight's torque on the motor, 0.11 N m: it is in its model.
     let off = trace.rows.iter().map(|row| trace.error(row).abs()).fold(0.0, f64::max);
     assert!(off < 1e-4, "{off}");
-    let u = trace.rows.last().expect("rows").u_held;
-    assert!((u - 0.23 * 0.5_f64.sin() / 0.119).abs() < 0.02, "{u}");
+    // The steps of the encoders keep u moving: its mean.
+    let last: Vec<f64> = trace.rows[500..].iter().map(|row| row.u_held).collect();
+    let u = last.iter().sum::<f64>() / last.len() as f64;
+    assert!((u - 0.23 * 0.5_f64.sin() / 0.119).abs() < 0.01, "{u}");
 }
 
 /// Two data sheets of a joint that reaches its goal by points too.
