@@ -221,28 +221,46 @@ impl<L: Watched<E>, const E: usize, R: Reaction> Monitored<L, E, R> {
 
     /// The output of a tick with what the monitors say of it.
     #[inline(always)]
-    fn judged(
+    fn judged(&self, state: &mut MonitoredState<L::State, L::Scalar>, output: Output<L::Scalar>) -> Output<L::Scalar> {
+        let d = L::disturbance(&state.within);
+        let mut calm = output.sigma_star.abs() <= self.sigma_star;
+        for i in 0..E {
+            calm &= d[i].abs() <= self.disturbance[i];
+        }
+        if calm && !output.health.intersects(Self::LOOKED_INTO) {
+            state.stuck = L::Scalar::ZERO;
+            return output;
+        }
+        self.looked_into(state, output)
+    }
+
+    const LOOKED_INTO: Health = Health::SATURATED.union(Health::INPUT_REJECTED);
+
+    /// Which of them it was, and what follows.
+    #[cold]
+    #[inline(never)]
+    fn looked_into(
         &self,
         state: &mut MonitoredState<L::State, L::Scalar>,
         mut output: Output<L::Scalar>,
     ) -> Output<L::Scalar> {
-        let saturated = output.health.contains(Health::SATURATED);
         let d = L::disturbance(&state.within);
         for i in 0..E {
-            let over = Health::DISTURBANCE_OVER_BOUND.when(d[i].abs() > self.disturbance[i]);
-            output.health = output.health.union(over);
+            // No number is over any bound.
+            let within = d[i].abs() <= self.disturbance[i];
+            output.health = output.health.union(Health::DISTURBANCE_OVER_BOUND.when(!within));
         }
         let sigma = output.sigma.abs();
-        if saturated {
-            if sigma >= state.last {
+        if output.health.contains(Health::SATURATED) {
+            if state.stuck == L::Scalar::ZERO || sigma >= state.last {
                 state.stuck += L::Scalar::from_f64(1.0);
             }
+            state.last = sigma;
         } else {
             state.stuck = L::Scalar::ZERO;
-            let over = output.sigma_star.abs() > self.sigma_star;
-            output.health = output.health.union(Health::SIGMA_STAR_OVER_BOUND.when(over));
+            let within = output.sigma_star.abs() <= self.sigma_star;
+            output.health = output.health.union(Health::SIGMA_STAR_OVER_BOUND.when(!within));
         }
-        state.last = sigma;
         let stuck = Health::STUCK_AT_LIMIT.when(state.stuck > self.stuck_ticks);
         output.health = output.health.union(stuck);
         if R::STOPS && output.health.intersects(ALARMS) {

@@ -124,9 +124,9 @@ drives! {
     joint_drive_two_sets: JointDrive<f32, Position, 1> = Law::design(&JOINT_DRIVE), 2, 4;
     joint_drive_late: JointDrive<f32, Position, 0, 1> = Law::design(&JOINT_DRIVE), 2, 4;
     motor_watched: Monitored<MotorDrive, 1, Stop> =
-        Law::from_parts(<MotorDrive>::design(&MOTOR), [1e3], 3.0, 200.0), 1, 2;
+        Law::from_parts(<MotorDrive>::design(&MOTOR), [1e6], 1e6, 200.0), 1, 2;
     joint_drive_watched: Monitored<JointDrive, 2, Stop> =
-        Law::from_parts(<JointDrive>::design(&JOINT_DRIVE), [10.0, 1e5], 1e3, 200.0), 2, 4;
+        Law::from_parts(<JointDrive>::design(&JOINT_DRIVE), [1e6, 1e9], 1e9, 200.0), 2, 4;
 }
 
 const MOTOR: MotorDesign = MotorDesign::by_rule(
