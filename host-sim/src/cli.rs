@@ -25,6 +25,7 @@
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
+use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -47,7 +48,7 @@ use whole_file::{Claim, Existing};
 use crate::figures::{CATALOGUE, Case, ClaimRow, PaperFigure};
 use crate::report::number::significant;
 use crate::report::trace_figure::{self, Labels};
-use crate::report::{csv, drive_figure};
+use crate::report::{csv, drive_figure, write_whole};
 
 mod compare;
 mod design;
@@ -174,7 +175,7 @@ fn starts() -> clap::builder::PossibleValuesParser {
     scenario::STARTS.map(|(plant, _)| plant).into()
 }
 
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Default)]
 struct RunOptions {
     /// Override a key, as in --set controller.k_l=100 or --set controller.observer[1].printed=[100,20].
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -182,9 +183,18 @@ struct RunOptions {
     /// Folder for trace.csv and the figures [default: out/SCENARIO; with a target out/SCENARIO-pil, out/SCENARIO-hil].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Print one JSON object instead of the table.
+    /// Print one JSON object instead of the table; the folder has it as run.json either way.
     #[arg(long)]
     json: bool,
+    /// Write nothing: no folder, no figures.
+    #[arg(long, conflicts_with = "out")]
+    no_files: bool,
+    /// Every N-th tick in trace.csv, the first and the last always; the figures show all.
+    #[arg(long, value_name = "N")]
+    every: Option<NonZeroUsize>,
+    /// A figure of every state too.
+    #[arg(long)]
+    states: bool,
 }
 
 /// Where a command speaks, and whether it has been told to stop.
@@ -298,6 +308,11 @@ impl Failure {
 #[derive(Serialize)]
 struct RunJson<'a> {
     scenario: &'a str,
+    /// What was set besides the file.
+    sets: &'a [String],
+    /// Hash of the design that ran, as `Running::fingerprint` tells it; none of a law that has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    design_hash: Option<String>,
     metrics: &'a Metrics,
     /// How the reference was followed, if there was one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -322,7 +337,7 @@ struct RunJson<'a> {
     mu: &'a [Mu],
     /// How the target did, if there was one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    target: Option<Comparison>,
+    target: Option<&'a Comparison>,
 }
 
 /// The controller on a target against the one here.
@@ -418,7 +433,8 @@ impl Console<'_> {
     ) -> Result<u8, Failure> {
         note_changes(&mut experiment.title, &options.sets);
         let folder = options.out.clone().unwrap_or_else(|| target::folder(&experiment, place));
-        let claim = prepare_folder(&folder)?;
+        let claim = if options.no_files { None } else { Some(prepare_folder(&folder, &experiment.name)?) };
+        let design_hash = experiment.port.fingerprint().map(|hash| format!("{hash:08x}"));
         let head = experiment.headline();
         if options.json {
             self.note(&head);
@@ -439,27 +455,35 @@ impl Console<'_> {
         let metrics = experiment.metrics(&trace);
         let (tracking, noise) = (experiment.tracking(&trace), experiment.noise(&trace));
         let error = error.map(|error| error.to_string());
-        write_results(&folder, &experiment, &trace)?;
-        drop((kept, claim));
         let design = Design::of(&experiment).ok();
+        let json = RunJson {
+            scenario: &experiment.name,
+            sets: &options.sets,
+            design_hash,
+            metrics: &metrics,
+            tracking,
+            noise,
+            ticks_with: TROUBLES.map(|(flag, name)| (name, ticks_with(&trace, flag))).into(),
+            ending: ending(&trace, &metrics).0,
+            ended_at_s: trace.rows.last().map_or(0.0, |row| row.t_s),
+            error: error.clone(),
+            warnings: &experiment.warnings,
+            design: design.as_ref(),
+            mu: &experiment.mu,
+            target: comparison.as_ref(),
+        };
+        let json = serde_json::to_string(&json);
+        if claim.is_some() {
+            write_results(&folder, &experiment, &trace, options)?;
+            let text = json.as_deref().unwrap_or_default();
+            let path = folder.join(RUN_JSON);
+            write_whole(&path, |out| writeln!(out, "{text}"))
+                .map_err(|error| Failure::writing(path.display(), &error))?;
+        }
+        drop((kept, claim));
 
         if options.json {
-            let (ending, _) = ending(&trace, &metrics);
-            let json = RunJson {
-                scenario: &experiment.name,
-                metrics: &metrics,
-                tracking,
-                noise,
-                ticks_with: TROUBLES.map(|(flag, name)| (name, ticks_with(&trace, flag))).into(),
-                ending,
-                ended_at_s: trace.rows.last().map_or(0.0, |row| row.t_s),
-                error: error.clone(),
-                warnings: &experiment.warnings,
-                design: design.as_ref(),
-                mu: &experiment.mu,
-                target: comparison,
-            };
-            self.say_json(serde_json::to_string(&json))?;
+            self.say_json(json)?;
         } else {
             for line in experiment.drive.iter().flat_map(|drive| &drive.chosen) {
                 self.say(line)?;
@@ -481,12 +505,15 @@ impl Console<'_> {
             if let Some(comparison) = comparison {
                 self.say(&comparison.line())?;
             }
-            self.say(&format!("written to {}", folder.display()))?;
+            if !options.no_files {
+                self.say(&format!("written to {}", folder.display()))?;
+            }
         }
         match error {
             Some(message) => Err(Failure { status: status::FAILED, message }),
             None if matches!(trace.ending, Ending::Interrupted { .. }) => {
-                self.note(&format!("stopped on request; what was recorded is in {}", folder.display()));
+                let kept = if options.no_files { "is not kept".into() } else { format!("is in {}", folder.display()) };
+                self.note(&format!("stopped on request; what was recorded {kept}"));
                 Ok(status::INTERRUPTED)
             }
             None => Ok(status::DONE),
@@ -495,7 +522,7 @@ impl Console<'_> {
 
     fn figures(&mut self, only: &[String], folder: &Path, json: bool) -> Result<u8, Failure> {
         let chosen = chosen_figures(only)?;
-        let _claim = prepare_folder(folder)?;
+        let _claim = claim_folder(folder)?;
         // Between two looks there is the writing of one figure.
         let guards = (stop::keeping(), stop::looking());
         let mut claims = Vec::new();
@@ -645,8 +672,28 @@ fn claim_table(claims: &[ClaimRow]) -> Table {
     table
 }
 
+/// What a run leaves in its folder beside trace and figures.
+const RUN_JSON: &str = "run.json";
+
+/// [`claim_folder`], unless the results of another scenario are there.
+fn prepare_folder(folder: &Path, name: &str) -> Result<Claim, Failure> {
+    let left = std::fs::read_to_string(folder.join(RUN_JSON)).unwrap_or_default();
+    let left = serde_json::from_str::<serde_json::Value>(&left).unwrap_or_default();
+    match left["scenario"].as_str() {
+        Some(other) if other != name => {
+            let message = format!(
+                "output folder {} holds the results of scenario {other:?}: give those of {name:?} another with --out, \
+                 or remove it",
+                folder.display()
+            );
+            Err(Failure { status: status::BAD_INPUT, message })
+        }
+        _ => claim_folder(folder),
+    }
+}
+
 /// Makes the folder, tries it and takes it, before anything is computed that could then not be kept.
-fn prepare_folder(folder: &Path) -> Result<Claim, Failure> {
+fn claim_folder(folder: &Path) -> Result<Claim, Failure> {
     whole_file::claim(folder).map_err(|error| {
         let why = match error.kind() {
             io::ErrorKind::ResourceBusy => {
@@ -658,15 +705,18 @@ fn prepare_folder(folder: &Path) -> Result<Claim, Failure> {
     })
 }
 
-fn write_results(folder: &Path, experiment: &Experiment, trace: &Trace) -> Result<(), Failure> {
+fn write_results(folder: &Path, experiment: &Experiment, trace: &Trace, options: &RunOptions) -> Result<(), Failure> {
     let path = folder.join("trace.csv");
-    csv::write(trace, &path).map_err(|error| Failure::writing(path.display(), &error))?;
+    csv::write(trace, options.every.unwrap_or(NonZeroUsize::MIN), &path)
+        .map_err(|error| Failure::writing(path.display(), &error))?;
     let Experiment { title, output_unit, control_unit, .. } = experiment;
     let labels = Labels { title, output_unit, control_unit };
     let figures = match &experiment.drive {
         Some(drive) => drive_figure::drive_figures(trace, drive, &labels),
         None => trace_figure::run_figures(trace, &labels),
     };
+    let states = options.states.then(|| (String::from("states"), trace_figure::states(trace, &labels)));
+    let figures = figures.into_iter().chain(states);
     for (stem, figure) in figures {
         let told = |error| Failure::writing(folder.join(&stem).display(), &error);
         figure.write(folder, &stem).map_err(told)?;

@@ -161,4 +161,9 @@ pub trait ControllerPort: Send {
     fn reference(&self) -> f64 {
         0.0
     }
+
+    /// Tells one design from another; none for a controller that has no such number.
+    fn fingerprint(&self) -> Option<u32> {
+        None
+    }
 }

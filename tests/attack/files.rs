@@ -31,7 +31,7 @@ static TEXTS: LazyLock<Vec<String>> = LazyLock::new(|| {
     // So that a trial draws the same one everywhere.
     files.sort();
     let mut texts: Vec<String> = files.iter().map(|path| fs::read_to_string(path).expect("a scenario")).collect();
-    texts.extend(["flexible_joint", "chain"].map(|plant| template("mine", plant).expect("a name and a plant")));
+    texts.extend(scenario::STARTS.map(|(plant, _)| template("mine", plant).expect("a name and a plant")));
     texts.extend([DEFAULT.into(), CHAIN.into(), String::new()]);
     texts
 });

@@ -574,7 +574,8 @@ impl<M: ChainModel<f32, 2, 4>, A: Aim<f64, 4> + Aim<f32, 4>, const FAST: usize, 
 mod tests {
     extern crate std;
     use super::*;
-    use crate::drive::map_error;
+    use crate::Running;
+    use crate::drive::{Sample, Target, map_error};
     use crate::models::Reading;
 
     #[test]
@@ -586,6 +587,32 @@ mod tests {
         for (found, expected) in found.into_iter().zip(expected) {
             assert!((found / expected - 1.0).abs() < 1e-14, "{found} for {expected}");
         }
+    }
+
+    /// Even turning of a joint without damping and weight asks for the same current all the way, also where the base
+    /// moves on by a turn: what foresees a tick must not take that for a motion.
+    #[test]
+    fn a_late_drive_does_not_feel_the_base_move_on() {
+        let joint = Joint { link_damping_n_m_s: 0.0, motor_damping_n_m_s: 0.0, weight_n_m: 0.0, ..Joint::TABLE_I };
+        let design = JointDesign::new(1e-3, joint, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
+        let law = JointDrive::<f64, Position, 0, 1>::design(&design);
+        let mut running = Running::new(&law);
+        let target = |tick: i32| {
+            let rate = core::f64::consts::TAU / 1024.0;
+            Target { turn: tick / 1024, jet: [f64::from(tick % 1024) * rate, rate / design.period_s, 0.0, 0.0] }
+        };
+        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+        for tick in 0..5 * 1024 {
+            // The counts turn evenly whatever u is: as if no current had flowed.
+            running.report_applied(0.0);
+            let counts = [Some(tick * 1024); 2];
+            let u = running.tick(&Sample { counts, begin: target(tick + 1), end: target(tick + 2) }).u;
+            if tick >= 4 * 1024 {
+                (least, most) = (least.min(u), most.max(u));
+            }
+        }
+        assert_eq!(running.estimates().map(|known| known.turn), Some(5));
+        assert!(most - least < 1e-8, "{least:e} A to {most:e} A");
     }
 
     /// L z_i = z_{i+1}, L z_n = a_z + b u, whatever the state, the weight and the damping are.

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use whole_file::Kind;
 
-use super::{Console, Failure, prepare_folder, status};
+use super::{Console, Failure, claim_folder, status};
 use crate::compare::{Bench, Entry, Settings, compare, contenders, report};
 use crate::report::number::significant;
 
@@ -68,7 +68,7 @@ impl Console<'_> {
             threads: thread::available_parallelism().map_or(1, usize::from),
         };
         let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-compare", bench.name)));
-        let claim = prepare_folder(&folder)?;
+        let claim = claim_folder(&folder)?;
         let entries = self.tuned(&bench, &settings);
         let json = CompareJson {
             scenario: &bench.name,

@@ -220,7 +220,7 @@ impl Design {
 impl Console<'_> {
     pub(super) fn design(&mut self, options: &DesignOptions) -> Result<u8, Failure> {
         let DesignOptions { file, sets, json } = options;
-        let of_run = RunOptions { sets: sets.clone(), out: None, json: false };
+        let of_run = RunOptions { sets: sets.clone(), ..RunOptions::default() };
         let mut experiment = scenario_of(file.as_deref(), &of_run)?;
         note_changes(&mut experiment.title, sets);
         let design = Design::of(&experiment)?;

@@ -112,7 +112,7 @@ fn json_of_the_bare_run_is_one_object_with_the_published_sigma_star() {
     assert!((sigma_star - 0.0486).abs() < 0.03 * 0.0486, "{sigma_star}");
     // What is being run is told where it does not disturb a program.
     assert_eq!(err.lines().count(), 1, "{err}");
-    let expected = ["estimates.png", "estimates.svg", "response.png", "response.svg", "trace.csv"];
+    let expected = ["estimates.png", "estimates.svg", "response.png", "response.svg", "run.json", "trace.csv"];
     assert_eq!(folder.names("o"), expected.map(String::from).into());
 }
 
@@ -326,7 +326,7 @@ fn ctrl_c_keeps_what_was_recorded() {
     let ended: f64 = csv.lines().last().and_then(|line| line.split(',').next()?.parse().ok()).expect("a time");
     // Ticks of 1 ms from 0, none lost; the product rounds.
     assert!((ended - 1e-3 * (ticks - 1) as f64).abs() < 1e-9, "{ended} {ticks}");
-    assert_eq!(folder.names("o").len(), 5);
+    assert_eq!(folder.names("o").len(), 6);
 }
 
 #[test]
@@ -364,7 +364,7 @@ fn a_reader_that_went_away_is_no_error_and_the_files_are_written_all_the_same() 
     };
     let mut err = Vec::new();
     assert_eq!(status_of(io::ErrorKind::BrokenPipe, &folder.path("o"), &mut err), status::DONE);
-    assert_eq!((err.len(), folder.names("o").len()), (0, 5));
+    assert_eq!((err.len(), folder.names("o").len()), (0, 6));
     // A full disk is one.
     assert_eq!(status_of(io::ErrorKind::StorageFull, &folder.path("p"), &mut err), status::FAILED);
     assert_eq!(String::from_utf8_lossy(&err), "error: stdout cannot be written: no storage space\n");
@@ -388,7 +388,7 @@ fn new_writes_a_scenario_that_runs_and_never_over_another() {
     let path = folder.path("mine.toml");
     assert_eq!(new("mine"), Ok((status::DONE, format!("wrote {path}; run it with: ./it run {path}\n"))));
     assert!(new_of("other", "chain").is_ok());
-    let (_, out, _) = spoken(&["run", &folder.path("other.toml"), "--out", &folder.path("o"), "--set", "span_s=6"]);
+    let (_, out, _) = spoken(&["run", &folder.path("other.toml"), "--out", &folder.path("p"), "--set", "span_s=6"]);
     assert!(out.starts_with("other: Chain of order 3"), "{out}");
     let (status, out, err) = spoken(&[&["run", &path, "--out", &folder.path("o")], &SHORT[..]].concat());
     assert_eq!((status, err.as_str()), (status::DONE, ""));
@@ -457,7 +457,7 @@ fn a_target_that_differs_in_one_bit_ends_the_run_with_status_1_and_names_it_and_
         let (mut out, mut err) = (Vec::new(), Vec::new());
         let stop = AtomicBool::new(false);
         let mut console = Console { out: &mut out, err: &mut err, stop: &stop, terminal: false };
-        let options = RunOptions { sets: sets.clone(), out: Some(folder.0.join("o")), json };
+        let options = RunOptions { sets: sets.clone(), out: Some(folder.0.join("o")), json, ..RunOptions::default() };
         let ended = default_scenario(&options.sets).and_then(|experiment| {
             let wire = Flipping { inner: Loopback::new(), receiver: pil_wire::Receiver::of_replies(), ticks: 0 };
             let download = for_target(&experiment).expect("one for a target");
@@ -596,7 +596,7 @@ fn a_motor_of_one_s_own_runs_from_its_file_and_says_how_the_reference_was_follow
     for row in ["|y - r| peak (rad) ", "noise of u, r moving (A rms) ", "|u| peak (A) ", "saturated ", "bounded "] {
         assert!(has(row), "{row}: {out}");
     }
-    let expected = ["load.png", "load.svg", "response.png", "response.svg", "trace.csv"];
+    let expected = ["load.png", "load.svg", "response.png", "response.svg", "run.json", "trace.csv"];
     assert_eq!(folder.names("o"), expected.map(String::from).into());
     let csv = std::fs::read_to_string(folder.path("o/trace.csv")).expect("a trace");
     assert!(csv.starts_with("t_s,x1,x2,x3,r,error,u,u_held,sigma,sigma_star,d1,d2,d3,d_hat2,health\n"), "{csv:.100}");
@@ -633,4 +633,70 @@ fn a_motor_and_a_joint_have_a_schema_of_their_own() {
     assert!(
         spoken(&["new", "x", "--plant", "pendulum"]).2.contains("[possible values: paper, motor, joint, chain, own]")
     );
+}
+
+#[test]
+fn a_run_without_files_tells_all_the_same_and_leaves_nothing() {
+    let folder = Folder::new("no-files");
+    let (status, with, _) = spoken(&[&SHORT[..], &["--json", "--out", &folder.path("o")]].concat());
+    assert_eq!(status, status::DONE);
+    let kept = std::fs::read_to_string(folder.path("o/run.json")).expect("the answer");
+    assert_eq!(with, kept);
+    let before = std::fs::metadata("out").is_ok();
+    let (status, without, _) = spoken(&[&SHORT[..], &["--json", "--no-files"]].concat());
+    assert_eq!((status, without), (status::DONE, with));
+    assert_eq!(std::fs::metadata("out").is_ok(), before);
+    let (status, out, _) = spoken(&[&SHORT[..], &["--no-files"]].concat());
+    assert!(status == status::DONE && !out.contains("written"), "{out}");
+    let (status, _, err) = spoken(&[&SHORT[..], &["--no-files", "--out", &folder.path("p")]].concat());
+    assert!(status == status::BAD_INPUT && err.contains("--no-files"), "{err}");
+}
+
+#[test]
+fn the_answer_has_what_was_set_and_which_design_ran() {
+    let hash = |sets: &[&str]| {
+        let given: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        let (_, out, _) = spoken(&[&SHORT[..], &["--json", "--no-files"], &given].concat());
+        let json = assert_is_run_json(&out);
+        let told: Vec<&str> = json["sets"].as_array().expect("a list").iter().filter_map(Json::as_str).collect();
+        assert!(told.ends_with(sets), "{told:?}");
+        let hash = json["design_hash"].as_str().expect("a hash").to_owned();
+        assert_eq!((hash.len(), u32::from_str_radix(&hash, 16).is_ok()), (8, true), "{hash}");
+        hash
+    };
+    // Of the design alone: not of the plant.
+    assert_eq!(hash(&[]), hash(&["plant.x0=[0.05, 0, 0, 0]"]));
+    assert_ne!(hash(&[]), hash(&["controller.k_l=90"]));
+}
+
+#[test]
+fn fewer_ticks_and_every_state_on_request() {
+    let folder = Folder::new("every");
+    let (status, ..) = spoken(&[&SHORT[..], &["--every", "60", "--states", "--out", &folder.path("o")]].concat());
+    assert_eq!(status, status::DONE);
+    assert!(folder.names("o").contains("states.png") && folder.names("o").contains("states.svg"));
+    let csv = std::fs::read_to_string(folder.path("o/trace.csv")).expect("a trace");
+    let times: Vec<f64> =
+        csv.lines().skip(1).map(|line| line.split(',').next().expect("t").parse().expect("t")).collect();
+    // 0.2 s at 1 ms: ticks 0, 60, 120, 180 and the last.
+    assert_eq!(times.len(), 5, "{times:?}");
+    assert!((times[1] - 0.06).abs() < 1e-12 && (times[4] - 0.2).abs() < 1e-12, "{times:?}");
+    for bad in ["0", "-1", "x"] {
+        let (status, _, err) = spoken(&[&SHORT[..], &["--no-files", &format!("--every={bad}")]].concat());
+        assert!(status == status::BAD_INPUT && err.contains("--every"), "{err}");
+    }
+}
+
+#[test]
+fn the_results_of_another_scenario_are_left_alone() {
+    let folder = Folder::new("another");
+    let out = folder.path("o");
+    let named = |name: &str| spoken(&[&SHORT[..], &["--set", &format!("name={name}"), "--out", &out]].concat());
+    assert_eq!(named("first").0, status::DONE);
+    let kept = std::fs::read(folder.path("o/trace.csv")).expect("a trace");
+    let (status, said, err) = named("second");
+    assert_eq!((status, said.as_str()), (status::BAD_INPUT, ""));
+    assert!(err.contains("holds the results of scenario \"first\"") && err.contains("--out"), "{err}");
+    assert_eq!(std::fs::read(folder.path("o/trace.csv")).expect("a trace"), kept);
+    assert_eq!(named("first").0, status::DONE);
 }

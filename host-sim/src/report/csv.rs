@@ -12,6 +12,7 @@
 //! numeric.
 
 use std::io::{self, Write};
+use std::num::NonZeroUsize;
 use std::path::Path;
 
 use loop_sim::MAX_ORDER;
@@ -23,17 +24,18 @@ use crate::report::write_whole;
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write(trace: &Trace, path: &Path) -> io::Result<()> {
-    write_whole(path, |out| write_to(trace, out))
+pub fn write(trace: &Trace, every: NonZeroUsize, path: &Path) -> io::Result<()> {
+    write_whole(path, |out| write_to(trace, every, out))
 }
 
-/// Writes the trace as lines of text.
+/// Writes every so many ticks of the trace as lines of text, the first and the last always.
 ///
 /// # Errors
 /// Those of `out`.
-pub fn write_to(trace: &Trace, out: &mut dyn Write) -> io::Result<()> {
+pub fn write_to(trace: &Trace, every: NonZeroUsize, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "{}", header(trace).join(","))?;
-    for row in &trace.rows {
+    let last = trace.rows.len().saturating_sub(1);
+    for (_, row) in trace.rows.iter().enumerate().filter(|(k, _)| *k % every == 0 || *k == last) {
         for value in values(trace, row) {
             // `Debug` of an f64 is its shortest exact text, with an exponent where that is shorter.
             write!(out, "{value:?},")?;
@@ -112,7 +114,7 @@ mod tests {
     fn every_number_reads_back_as_the_same_bits() {
         let trace = trace();
         let mut text = Vec::new();
-        write_to(&trace, &mut text).unwrap();
+        write_to(&trace, NonZeroUsize::MIN, &mut text).unwrap();
         let text = String::from_utf8(text).unwrap();
         let mut lines = text.lines();
         assert_eq!(lines.next(), Some("t_s,x1,x2,x3,x4,u,u_held,sigma,sigma_star,d1,d2,d3,d4,d_hat2,d_hat4,health"));
@@ -132,7 +134,7 @@ mod tests {
         let mut trace = trace();
         (trace.follows, trace.rows[0].x[1], trace.rows[0].r) = (Some(1), 3.0, 1.25);
         let mut text = Vec::new();
-        write_to(&trace, &mut text).unwrap();
+        write_to(&trace, NonZeroUsize::MIN, &mut text).unwrap();
         let text = String::from_utf8(text).unwrap();
         let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
         let (names, row) = (lines.next().unwrap(), lines.next().unwrap());
@@ -144,9 +146,9 @@ mod tests {
     fn the_file_holds_the_same_text() {
         let folder = crate::report::tests::folder("csv");
         let path = folder.join("deep").join("trace.csv");
-        write(&trace(), &path).unwrap();
+        write(&trace(), NonZeroUsize::MIN, &path).unwrap();
         let mut text = Vec::new();
-        write_to(&trace(), &mut text).unwrap();
+        write_to(&trace(), NonZeroUsize::MIN, &mut text).unwrap();
         assert_eq!(std::fs::read(path).unwrap(), text);
         std::fs::remove_dir_all(folder).unwrap();
     }

@@ -3,6 +3,7 @@
 //! | file | shows |
 //! |---|---|
 //! | `response` | output y = x₁, sliding variable σ*, control u, each over the whole run and its second half |
+//! | `states` | on request every state |
 //! | `estimates` | per observed channel the lumped disturbance dᵢ, its estimate, and the error d̃ᵢ = dᵢ − d̂ᵢ |
 //!
 //! Time in saturation is tinted. A start transient may be a hundred times what follows: the second half of the run has
@@ -79,6 +80,19 @@ fn response(trace: &Trace, labels: &Labels<'_>) -> Figure {
         ..panel.clone()
     };
     let panels = whole.iter().flat_map(|panel| [panel.clone(), second_half(panel)]).collect();
+    Figure { title: labels.title.into(), panels, columns: 2 }
+}
+
+/// Every state of the plant over the whole run, two in a row.
+#[must_use]
+pub fn states(trace: &Trace, labels: &Labels<'_>) -> Figure {
+    let state = |i: usize| Panel {
+        title: format!("State {}", i + 1),
+        y_label: format!("x{}", SUBSCRIPTS[i]),
+        series: vec![line(trace, &format!("x{}", SUBSCRIPTS[i]), 0, |row| row.x[i])],
+        ..panel()
+    };
+    let panels: Vec<Panel> = (0..trace.order.min(MAX_ORDER)).map(state).collect();
     Figure { title: labels.title.into(), panels, columns: 2 }
 }
 

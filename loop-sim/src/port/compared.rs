@@ -53,6 +53,10 @@ impl ControllerPort for Compared<'_> {
     fn reference(&self) -> f64 {
         self.here.reference()
     }
+
+    fn fingerprint(&self) -> Option<u32> {
+        self.here.fingerprint()
+    }
 }
 
 fn difference(there: &Tick, here: &Tick) -> Option<(Field, u32, u32)> {

@@ -27,7 +27,7 @@ use controller_core::drive::{
     JointDrive, Monitored, MotorDesign, MotorDrive, Player, Position, Reference, Rest, Sample, Sine, Speed, Stop,
     Streamed, Switching, Target, Watched,
 };
-use controller_core::{MAX_R, Output, Real, Running};
+use controller_core::{ControlLaw as _, MAX_R, Output, Real, Running};
 
 use crate::MAX_ORDER;
 use crate::linear::{LawAtRest, Still};
@@ -438,6 +438,10 @@ where
 
     fn reference(&self) -> f64 {
         self.r
+    }
+
+    fn fingerprint(&self) -> Option<u32> {
+        Some(self.running.design().fingerprint())
     }
 }
 

@@ -6,8 +6,8 @@
 use std::sync::{Mutex, PoisonError};
 
 use controller_core::{
-    AnyConfig, Benchmark, Config, ConfigError, Controller, Guessing, Libm, Limits, Linear, MAX_R, Micromath, Nominal,
-    NominalModel, Real, Running, SampleLimits, Shape, Warnings, shapes,
+    AnyConfig, Benchmark, Config, ConfigError, ControlLaw as _, Controller, Guessing, Libm, Limits, Linear, MAX_R,
+    Micromath, Nominal, NominalModel, Real, Running, SampleLimits, Shape, Warnings, shapes,
 };
 
 use crate::MAX_ORDER;
@@ -228,6 +228,10 @@ struct InProcess<T: Real, const N: usize, const R: usize, const MASK: u8, const 
 impl<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> ControllerPort
     for InProcess<T, N, R, MASK, O>
 {
+    fn fingerprint(&self) -> Option<u32> {
+        Some(self.running.design().fingerprint())
+    }
+
     fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
         let output = self.running.tick(&padded::<N>(sample).map(T::from_f64));
         let mut estimates = [[0.0; MAX_R]; MAX_ORDER];
