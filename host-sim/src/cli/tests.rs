@@ -404,7 +404,7 @@ fn new_writes_a_scenario_that_runs_and_never_over_another() {
         assert_eq!(refused.0, status::BAD_INPUT);
         assert!(refused.1.contains("cannot name a scenario: use 1 to 64 letters"), "{}", refused.1);
     }
-    assert_eq!(folder.names(""), ["mine.toml", "o", "other.toml"].map(String::from).into());
+    assert_eq!(folder.names(""), ["mine.toml", "o", "other.toml", "p"].map(String::from).into());
 }
 
 #[test]
