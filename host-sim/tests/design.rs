@@ -513,7 +513,7 @@ fn a_run_ends_with_the_design_in_two_lines() {
     assert_eq!(out.lines().filter(|line| line.starts_with("limited by ")).count(), 1, "{out}");
     let baseline = folder.file("baseline.toml", include_str!("../scenarios/fig01_baseline.toml"));
     let (code, out, _) =
-        spoken(&["run", &baseline, "--set", "span_s=0.5", "--set", "window_s=[0.1, 0.5]", "--out", &to]);
+        spoken(&["run", &baseline, "--set", "span_s=0.5", "--set", "window_s=[0.1, 0.5]", "--no-files"]);
     assert!(code == status::DONE && !out.contains("loop at rest"), "{out}");
 }
 
