@@ -43,6 +43,8 @@ fn json(spoken: &Spoken) -> Json {
 /// Runs a scenario on the emulated chip.
 fn pil(folder: &Folder, args: &[&str]) -> Spoken {
     let (image, out) = (image_text("pil"), folder.path("pil"));
+    // What another scenario has left there would be refused.
+    let _ = std::fs::remove_dir_all(&out);
     host_sim(&[&["pil", "--json", "--image", &image, "--out", &out], args].concat())
 }
 
