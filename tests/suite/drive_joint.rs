@@ -4,7 +4,8 @@
 //! plant; where that recorded whole runs, they are held beside these.
 
 use controller_core::drive::{
-    Encoder, Joined, Joint, JointBandwidths, JointDesign, JointDrive, Position, Reference, Rest, Target, shortest,
+    Encoder, Joined, Joint, JointBandwidths, JointDesign, JointDrive, Position, Reference, Rest, Sample, Switching,
+    Target, shortest,
 };
 use controller_core::{Limits, Running};
 use integration_tests::data;
@@ -139,6 +140,79 @@ fn corners_of_the_joint_are_stable() {
         }
     }
     println!("at most {worst:.1e} rad are left");
+}
+
+/// What the steps of the encoders do to u, rms over the second half of a sine: along one run a second law is shown the
+/// same motion by encoders of 24 bits.
+fn noise(period_s: f64, bits: u32, bandwidths: JointBandwidths) -> f64 {
+    const FINE: u32 = 24;
+    let open = |bits| JointDesign { gate_steps: [f64::INFINITY; 2], ..design(period_s, bits, bandwidths) };
+    let (coarse, fine) = (open(bits), open(FINE));
+    // The second gain set comes in at the same angles.
+    let times = f64::from(1 << (FINE - bits));
+    let Switching { calm_steps, alert_steps, .. } = coarse.switching;
+    let switching = Switching { calm_steps: calm_steps * times, alert_steps: alert_steps * times, ..coarse.switching };
+    let laws = [coarse, JointDesign { switching, ..fine }]
+        .map(|design| JointDrive::<f64, Position, 1>::try_design(&design).expect("a good design"));
+    let [mut shown, mut exact] = laws.map(Running::new);
+    let plan = blended_sine::<4>(0.5, 1.0, 2.0);
+    let ticks = (6.0 / period_s) as u32;
+    let (mut plant, mut apart) = (Flexible::NOMINAL, Vec::new());
+    for k in 0..ticks {
+        let t = f64::from(k) * period_s;
+        let [begin, end] = [t, t + period_s].map(|t| Target { turn: 0, jet: plan(t) });
+        let counts = |bits: u32| {
+            let unit = std::f64::consts::TAU / f64::from(1 << bits);
+            [plant.x[0], plant.x[2] / Flexible::K_1].map(|angle| Some((angle / unit + 0.5).floor() as i32))
+        };
+        let u = shown.tick(&Sample { counts: counts(bits), begin, end }).u;
+        let of_exact = exact.tick(&Sample { counts: counts(FINE), begin, end }).u;
+        exact.report_applied(u);
+        apart.push(u - of_exact);
+        plant.advance(t, u, period_s);
+    }
+    rms(second_half(&apart))
+}
+
+#[test]
+fn the_steps_of_the_encoders_make_no_more_noise_than_said() {
+    let found = [
+        ("default", noise(1e-3, 20, DEFAULT), 0.015),
+        ("firm", noise(1e-3, 20, JointBandwidths::FIRM), 0.035),
+        ("0.2 ms", noise(2e-4, 20, DEFAULT), 0.008),
+        ("16 bits", noise(1e-3, 16, DEFAULT), 0.25),
+        ("12 bits, quiet", noise(1e-3, 12, JointBandwidths::QUIET), 0.45),
+    ];
+    for (name, found, bar) in found {
+        println!("{name}: {found:.2e} A (bar {bar})");
+    }
+    for (name, found, bar) in found {
+        assert!(found <= bar && found > 0.01 * bar, "{name}: {found:e} A, bar {bar}");
+    }
+}
+
+/// A hundred turns away every figure is what it is at home, at the same time under the same disturbance.
+#[test]
+fn a_hundred_turns_away_nothing_is_different() {
+    let away = 100.0 * std::f64::consts::TAU;
+    let there = |way: f64| {
+        let (moved, sine) = (point_to_point::<4>(way, 0.0, 60.0, 9), blended_sine::<4>(0.5, 1.0, 2.0));
+        move |t: f64| {
+            let (mut jet, more) = (moved(t), if t > 60.0 { sine(t - 60.0) } else { [0.0; 4] });
+            for (jet, more) in jet.iter_mut().zip(more) {
+                *jet += more;
+            }
+            jet
+        }
+    };
+    for (bits, period_s) in [(20, 1e-3), (24, 1e-3), (20, 2e-4)] {
+        let found = [0.0, away].map(|way| {
+            let trace = run::<1>(&design(period_s, bits, DEFAULT), Flexible::NOMINAL, 66.0, &there(way));
+            rms(&trace.error[trace.error.len() * 63 / 66..])
+        });
+        println!("{bits} bits, {period_s} s: {:.2e} at home, {:.2e} away", found[0], found[1]);
+        assert!(found[1] <= 1.1 * found[0] + 1e-9, "{found:?}");
+    }
 }
 
 /// A joined recovery from rest at 0.1 rad with the motor at 0 within 27 A, as planned by the search for the shortest.
@@ -277,7 +351,7 @@ fn a_re_tune_in_motion_does_not_move_u() {
             let unit = std::f64::consts::TAU / f64::from(1 << 20);
             let counts =
                 [plant.x[0], plant.x[2] / Flexible::K_1].map(|angle| Some((angle / unit + 0.5).floor() as i32));
-            let mut sample = controller_core::drive::Sample { counts, begin: target(t), end: target(t + period_s) };
+            let mut sample = Sample { counts, begin: target(t), end: target(t + period_s) };
             if k == swap {
                 let new_period_s = if case % 4 == 3 { 5e-4 } else { 1e-3 };
                 sample.end = target(t + new_period_s);
@@ -317,7 +391,7 @@ fn a_change_of_the_period_on_a_fast_move_does_not_move_u() {
             if k == swap {
                 period_s = 5e-4;
             }
-            let sample = controller_core::drive::Sample { counts, begin: target(t), end: target(t + period_s) };
+            let sample = Sample { counts, begin: target(t), end: target(t + period_s) };
             if k == swap {
                 running.retune(laws[1], &sample).expect("designs that can take over");
             }

@@ -5,7 +5,7 @@ use controller_core::drive::{
     Stop, Target,
 };
 use controller_core::{Health, Limits, Running};
-use integration_tests::drive::{Shaft, blended_sine, point_to_point};
+use integration_tests::drive::{Flexible, Shaft, blended_sine, point_to_point};
 use std::f64::consts::TAU;
 
 const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
@@ -97,6 +97,50 @@ fn healthy_motors_raise_no_alarm() {
             }
         }
     }
+}
+
+/// A joint on a sine: its first alarm after a count that sticks, link or motor, in motion or where the shaft turns. The
+/// bars are those of another implementation times 1.5; without a reaction it is a runaway.
+#[test]
+fn a_count_of_a_joint_that_sticks_is_seen_in_time() {
+    let design = JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
+    let law = JointDrive::<f32, Position, 1>::try_design(&design).expect("a good design");
+    let bounds = design.bounds(&law, 1.3, 0.2);
+    println!("bounds {bounds:?}");
+    let plan = blended_sine::<4>(0.5, 1.0, 2.0);
+    let unit = TAU / f64::from(1 << 20);
+    let first = |encoder: usize, stuck_s: f64| {
+        let mut running = Running::new(Monitored::<_, 2, Stop>::new(law, &bounds));
+        let (mut plant, stuck) = (Flexible::NOMINAL, (stuck_s * 1e3) as u32);
+        let mut held = [0; 2];
+        for k in 0..8000 {
+            let t = f64::from(k) * 1e-3;
+            for (i, angle) in [plant.x[0], plant.x[2] / Flexible::K_1].into_iter().enumerate() {
+                if k < stuck || i != encoder {
+                    held[i] = (angle / unit + 0.5).floor() as i32;
+                }
+            }
+            let [begin, end] = [plan(t), plan(t + 1e-3)].map(|jet| Target { turn: 0, jet: jet.map(|r| r as f32) });
+            let output = running.tick(&Sample { counts: held.map(Some), begin, end });
+            if output.health.contains(Health::STOPPED) {
+                return Some((k.checked_sub(stuck)?, (plant.x[0] - plan(t)[0]).abs()));
+            }
+            plant.advance(t, f64::from(output.u), 1e-3);
+        }
+        None
+    };
+    // Where the reference turns round at 3/2 of pi, and at full speed.
+    for (name, encoder, stuck_s, bar) in [
+        ("link, turning", 0, 4.712, 197),
+        ("motor, turning", 1, 4.712, 116),
+        ("link", 0, TAU, 197),
+        ("motor", 1, TAU, 116),
+    ] {
+        let (ticks, error) = first(encoder, stuck_s).expect("an alarm, and none before");
+        println!("{name}: alarm after {ticks} ticks at {error:.1e} rad");
+        assert!(ticks <= bar && error < 2.1e-2, "{name}: {ticks} ticks, {error:e} rad");
+    }
+    assert_eq!(first(2, 0.0), None, "no alarm without a fault");
 }
 
 /// λ_2 as it was found elsewhere: by step of link and motor .91, .13 (quiet), 25.9, .21 (fast) of σ; a motor by rule
