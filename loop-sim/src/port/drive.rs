@@ -460,18 +460,16 @@ where
     L::State: Send,
     A: Told<N> + Send + 'static,
 {
-    let stop_ticks = match reaction {
-        Reaction::JoinedStop { ticks } => Some(ticks),
-        Reaction::GoOn | Reaction::Fallback => None,
+    let telling = |law, stop_ticks| {
+        let law = Monitored::<L, E, GoOn>::new(law, bounds);
+        Box::new(Drive::<L, GoOn, A, E, N, P>::new(law, mounted, late, stop_ticks, motion))
     };
     match reaction {
+        Reaction::GoOn => telling(law, None),
+        Reaction::JoinedStop { ticks } => telling(law, Some(ticks)),
         Reaction::Fallback => {
             let law = Monitored::<L, E, Stop>::new(law, bounds);
-            Box::new(Drive::<L, Stop, A, E, N, P>::new(law, mounted, late, stop_ticks, motion))
-        }
-        Reaction::GoOn | Reaction::JoinedStop { .. } => {
-            let law = Monitored::<L, E, GoOn>::new(law, bounds);
-            Box::new(Drive::<L, GoOn, A, E, N, P>::new(law, mounted, late, stop_ticks, motion))
+            Box::new(Drive::<L, Stop, A, E, N, P>::new(law, mounted, late, None, motion))
         }
     }
 }

@@ -365,7 +365,6 @@ struct Parts {
     x0: Vec<f64>,
     designed: DriveDesign,
     port: Box<dyn ControllerPort>,
-    form: Form,
     motion: Motion,
     warnings: Vec<String>,
     chosen: Vec<String>,
@@ -377,9 +376,9 @@ struct Parts {
 }
 
 fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
-    let Parts { resolved, plant, mut x0, designed, port, form, motion, mut warnings, chosen, shafts, .. } = parts;
+    let Parts { resolved, plant, mut x0, designed, port, motion, mut warnings, chosen, shafts, .. } = parts;
     let (smooth, DriveAtRest { law, sigma_star_bound }) = (parts.smooth, parts.at_rest);
-    let mounted = designed.encoders();
+    let (mounted, form) = (designed.encoders(), designed.form());
     let Common { span_s, period_s, max_current_a, .. } = *common;
     let Resolved { name, title, periods, faults, .. } = resolved;
     x0.resize(plant.order(), 0.0);
@@ -558,7 +557,6 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
         x0: vec![sheet.start_rad],
         designed,
         port,
-        form,
         motion,
         warnings,
     };
@@ -737,7 +735,6 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
         x0: vec![sheet.start_rad, 0.0, motor_rad],
         designed,
         port,
-        form,
         motion,
         warnings,
     };
