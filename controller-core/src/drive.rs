@@ -46,6 +46,7 @@
 
 mod block;
 mod chain;
+mod converted;
 mod encoder;
 mod error;
 mod joint;
@@ -58,7 +59,9 @@ mod target;
 mod trigonometry;
 
 pub use chain::{ChainModel, map_error};
-pub use encoder::Encoder;
+#[doc(hidden)]
+pub use converted::NumberName;
+pub use encoder::{Encoder, Mounting};
 pub use error::DriveError;
 pub use joint::{Joint, JointBandwidths, JointDesign, JointDrive, JointModel};
 pub use law::{DriveEstimates, EncoderForm, Sample};

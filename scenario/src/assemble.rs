@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use controller_core::drive::{JointDesign, MotorDesign, Mounting};
 use controller_core::{ConfigError, Field, Gate, Remedy, SampleLimits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::closed_loop::{Loop, LoopError, close_loop};
@@ -10,6 +11,7 @@ use loop_sim::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel,
 use loop_sim::port::ControllerPort;
 use loop_sim::port::baseline::Baseline;
 use loop_sim::port::compared::Compared;
+use loop_sim::port::drive::Form;
 use loop_sim::port::in_process::{self, ControllerSpec, Designed, Download, Precision};
 use loop_sim::sensor::{self, Sensor};
 use loop_sim::signal::Signal;
@@ -64,8 +66,21 @@ pub struct Experiment {
     pub(super) controller: String,
 }
 
+/// What a drive is designed from, with sign and offset of its encoders.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DriveDesign {
+    /// A motor with one encoder.
+    Motor(MotorDesign, Mounting),
+    /// A joint with encoders on link and motor.
+    Joint(JointDesign, [Mounting; 2]),
+}
+
 /// What a drive has to tell beside its trace.
 pub struct Drive {
+    /// What it is designed from.
+    pub design: DriveDesign,
+    /// Its gain sets, delay, observer states, and what it follows.
+    pub form: Form,
     /// Bandwidths and why, a line each.
     pub chosen: Vec<String>,
     /// Limit of the current of either sign, A.

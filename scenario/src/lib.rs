@@ -20,7 +20,7 @@ mod drive;
 mod error;
 mod resolve;
 
-pub use assemble::{Drive, Experiment, Mu, ShaftOf};
+pub use assemble::{Drive, DriveDesign, Experiment, Mu, ShaftOf};
 pub use drive::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointEncoderTable,
     JointErrorTable, JointScenario, JointTable, ModeKey, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable,

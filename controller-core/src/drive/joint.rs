@@ -167,6 +167,24 @@ impl JointModel<f64> {
     }
 }
 
+impl<T: Real> JointModel<T> {
+    /// The same in another scalar, number by number and by name.
+    #[doc(hidden)]
+    pub fn converted<U: Real>(&self, to: &mut dyn FnMut(&'static str, T) -> U) -> JointModel<U> {
+        let Self { k1, b1, gravity, spring, b, k2, b2, cross } = *self;
+        JointModel {
+            k1: to("k1", k1),
+            b1: to("b1", b1),
+            gravity: to("gravity", gravity),
+            spring: to("spring", spring),
+            b: to("b", b),
+            k2: to("k2", k2),
+            b2: to("b2", b2),
+            cross: to("cross", cross),
+        }
+    }
+}
+
 impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
     type Push = [T; 2];
     /// g sin x_1, g cos x_1.

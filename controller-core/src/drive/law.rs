@@ -421,7 +421,8 @@ where
 
     /// Steps 1 to 3. `false` when too many samples are missing.
     #[inline(always)]
-    fn observe(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> (M::Seen, [bool; E], bool) {
+    #[doc(hidden)]
+    pub fn observe(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> (M::Seen, [bool; E], bool) {
         T::section("1. What the counts should have moved.");
         let mut m = [T::ZERO; E];
         let mut expected = [T::ZERO; E];
@@ -588,6 +589,40 @@ where
         Asked { sigma, bare: bare.called("bare", 0) }
     }
 
+    /// Steps 4 to 6: from the estimates to u, and what is remembered.
+    #[inline(always)]
+    #[doc(hidden)]
+    pub fn driven(
+        &self,
+        state: &mut StateOf<Self>,
+        seen: M::Seen,
+        before: &M::Push,
+        sample: &Sample<T::Count, A::Target, E>,
+        health: Health,
+    ) -> Output<T> {
+        let k = &self.row;
+        let known = self.known(state, seen, before);
+        let Asked { sigma, bare } = self.asked(&known, state.turn, &sample.begin, &sample.end, None);
+        let mut sigma_star = (sigma - state.offset).called("sigma_star", 0);
+        let mut demand = (bare + k.kw * state.offset + k.us * sigma_star).called("demand", 0);
+        let is_plausible = demand.abs() <= k.plausible;
+        if !is_plausible {
+            // Far from the reference, or an offset that nothing has left: as at the start, or no number at all.
+            demand = bare + k.kw * sigma;
+            if !is_sound(demand) {
+                return self.refuse(state, health);
+            }
+            (state.offset, sigma_star) = (sigma, T::ZERO);
+        }
+        let u = demand.limited(k.u_min, k.u_max).called("u", 0);
+
+        T::section("6. Memory.");
+        Self::remember(state, u);
+        state.offset -= k.decay * state.offset;
+        self.follow(state);
+        Output { u, sigma, sigma_star, health: health.union(Health::SATURATED.when(u != demand)) }
+    }
+
     /// A state that starts where the counts are.
     fn started(&self, counts: [T::Count; E], at: [T::Count; E], turn: T::Count, d: &[T; E]) -> StateOf<Self> {
         let mut x = [[T::ZERO; S]; E];
@@ -654,7 +689,8 @@ where
 
     /// The first tick of a state: there is none that has passed.
     #[cold]
-    fn begun(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> M::Seen {
+    #[doc(hidden)]
+    pub fn begun(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> M::Seen {
         state.fresh = false;
         self.go_on_to(state, counts);
         self.model.seen(&core::array::from_fn(|i| self.position(state, i)))
@@ -664,7 +700,8 @@ where
     /// encoder.
     #[cold]
     #[inline(never)]
-    fn give_up(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Output<T> {
+    #[doc(hidden)]
+    pub fn give_up(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Output<T> {
         let u = self.fallback(state);
         if self.go_on_to(state, counts) {
             *state = self.started(state.last, state.at, state.turn, &[T::ZERO; E]);
@@ -678,7 +715,8 @@ where
 
     /// Nothing is asked for: the fallback goes out.
     #[inline(always)]
-    fn refuse(&self, state: &mut StateOf<Self>, health: Health) -> Output<T> {
+    #[doc(hidden)]
+    pub fn refuse(&self, state: &mut StateOf<Self>, health: Health) -> Output<T> {
         let u = self.fallback(state);
         Self::remember(state, u);
         let health = health.union(Health::INPUT_REJECTED);
@@ -811,7 +849,6 @@ where
 
     #[inline(always)]
     fn tick(&self, state: &mut Self::State, sample: &Self::Sample) -> Output<T> {
-        let k = &self.row;
         let before = state.push;
         let mut health = Health::OK;
         let seen = if state.fresh {
@@ -826,26 +863,7 @@ where
             }
             seen
         };
-        let known = self.known(state, seen, &before);
-        let Asked { sigma, bare } = self.asked(&known, state.turn, &sample.begin, &sample.end, None);
-        let mut sigma_star = (sigma - state.offset).called("sigma_star", 0);
-        let mut demand = (bare + k.kw * state.offset + k.us * sigma_star).called("demand", 0);
-        let is_plausible = demand.abs() <= k.plausible;
-        if !is_plausible {
-            // Far from the reference, or an offset that nothing has left: as at the start, or no number at all.
-            demand = bare + k.kw * sigma;
-            if !is_sound(demand) {
-                return self.refuse(state, health);
-            }
-            (state.offset, sigma_star) = (sigma, T::ZERO);
-        }
-        let u = demand.limited(k.u_min, k.u_max).called("u", 0);
-
-        T::section("6. Memory.");
-        Self::remember(state, u);
-        state.offset -= k.decay * state.offset;
-        self.follow(state);
-        Output { u, sigma, sigma_star, health: health.union(Health::SATURATED.when(u != demand)) }
+        self.driven(state, seen, &before, sample, health)
     }
 
     /// No counts and no targets: the observers predict, the fallback goes out.

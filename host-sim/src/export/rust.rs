@@ -124,3 +124,7 @@ pub const RUNNING: Running<Guessing<&Designed>> = Running::guessing(&CONTROLLER,
 fn of_order(row: &[f64; MAX_N], n: usize) -> String {
     format!("{:?}", &row[..n])
 }
+
+pub(super) fn drive(_exported: &super::drive::Exported<'_>) -> String {
+    todo!()
+}

@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use controller_core::drive::{DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorDesign, Switching};
+use controller_core::drive::{
+    DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorDesign, Mounting, Switching,
+};
 use controller_core::{Fallback, Limits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
@@ -16,7 +18,7 @@ use super::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointErrorTable, JointScenario, JointTable,
     ModeKey, MotorScenario, ReferenceKind, ReferenceTable, TuningKey,
 };
-use crate::assemble::{Drive, Experiment, ShaftOf};
+use crate::assemble::{Drive, DriveDesign, Experiment, ShaftOf};
 use crate::error::shown;
 use crate::resolve::{self, Problem, Problems, missing, problem};
 use crate::{FallbackKey, FallbackWord, TermTable};
@@ -264,7 +266,7 @@ fn mounted(table: &EncoderTable, gear: [u32; 2], start_rad: f64, key: &str, prob
         );
         problems.0.push(Problem { key: key.into(), message });
     }
-    Mounted { encoder, is_reversed: table.reversed, offset_counts: table.offset_counts }
+    Mounted { encoder, mounting: Mounting { is_reversed: table.reversed, offset_counts: table.offset_counts } }
 }
 
 fn imperfections(table: &FrictionTable, lag_s: f64, gear: f64) -> Imperfections {
@@ -341,6 +343,7 @@ struct Parts {
     mounted: Vec<(usize, Mounted)>,
     port: Box<dyn ControllerPort>,
     exact: Option<(Box<dyn Sensor>, Box<dyn ControllerPort>)>,
+    design: DriveDesign,
     form: Form,
     motion: Motion,
     warnings: Vec<String>,
@@ -349,7 +352,7 @@ struct Parts {
 }
 
 fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
-    let Parts { resolved, plant, mut x0, mounted, port, exact, form, motion, mut warnings, chosen, shafts } = parts;
+    let Parts { resolved, plant, mut x0, mounted, port, exact, design, form, motion, mut warnings, chosen, shafts } = parts;
     let Common { span_s, period_s, max_current_a, .. } = *common;
     let Resolved { name, title, periods, faults, .. } = resolved;
     x0.resize(plant.order(), 0.0);
@@ -399,7 +402,15 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         report: true,
         warnings,
         mu: Vec::new(),
-        drive: Some(Drive { chosen, max_current_a, shafts, begins_s: begins, exact: exact.filter(|_| !has_faults) }),
+        drive: Some(Drive {
+            design,
+            form,
+            chosen,
+            max_current_a,
+            shafts,
+            begins_s: begins,
+            exact: exact.filter(|_| !has_faults),
+        }),
         controller: format!("drive in f32, {sets}"),
     }
 }
@@ -492,6 +503,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
         mounted: vec![(0, mounted)],
         port,
         exact,
+        design: DriveDesign::Motor(design, mounted.mounting),
         form,
         motion,
         warnings,
@@ -675,6 +687,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
         mounted: vec![(0, link), (2, motor)],
         port,
         exact,
+        design: DriveDesign::Joint(design, [link.mounting, motor.mounting]),
         form,
         motion,
         warnings,
