@@ -277,8 +277,10 @@ impl<'a> Text<'a> {
             if let Some(name) = self.local.get(value).cloned() {
                 if *section != self.section {
                     self.section = section;
-                    self.lines.push_str(if self.lines.ends_with("{\n") { "" } else { "\n" });
-                    self.line(depth, &format!("/* {section} */"));
+                    if !section.is_empty() {
+                        self.lines.push_str(if self.lines.ends_with("{\n") { "" } else { "\n" });
+                        self.line(depth, &format!("/* {section} */"));
+                    }
                 }
                 self.statement(*value, &name, depth);
             }
@@ -422,6 +424,9 @@ impl<'a> Text<'a> {
     /// A count as the number with a sign that it is in two's complement. Not by a conversion to int32_t: that is for
     /// the compiler to define.
     fn signed(&mut self, id: Id) -> String {
+        if let Op::CountOf(count) = self.op(id) {
+            return (count as i32).to_string();
+        }
         let count = self.part(id);
         format!("({count} < 0x80000000u) ? (int32_t){count} : (-(int32_t)(0xffffffffu - {count}) - 1)")
     }

@@ -428,6 +428,7 @@ where
         let mut expected = [T::ZERO; E];
         let mut position = [T::ZERO; E];
         for i in 0..E {
+            T::channel(i + 1);
             m[i] = state.x[i][2];
             position[i] = self.position(state, i);
             if let Some(w) = M::coupling(&state.push, i) {
@@ -443,6 +444,7 @@ where
         let mut used = [false; E];
         let mut known = true;
         for i in 0..E {
+            T::channel(i + 1);
             state.x[i][0] = expected[i];
             let k = &self.sensors[i];
             if let Some(count) = counts[i] {
@@ -472,6 +474,7 @@ where
         let seen = self.model.seen(&position);
         let push = self.model.push(&position, &seen);
         for i in 0..E {
+            T::channel(i + 1);
             let k = &self.blocks[i];
             if let (Some(before), Some(now)) = (M::coupling(&state.push, i), M::coupling(&push, i)) {
                 let more = T::HALF * (now - before);
@@ -652,6 +655,7 @@ where
     fn go_on_to(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> bool {
         let mut all = true;
         for i in 0..E {
+            T::channel(i + 1);
             let k = &self.sensors[i];
             match counts[i] {
                 Some(count) => {

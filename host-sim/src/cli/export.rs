@@ -20,14 +20,14 @@ enum Language {
 }
 
 #[derive(Args, Debug)]
-#[command(group = ArgGroup::new("form").required(true).args(["standalone", "lang"]))]
+#[command(group = ArgGroup::new("form").required(true).multiple(true).args(["standalone", "lang"]))]
 pub(super) struct ExportOptions {
     /// The scenario; without one the default.
     scenario: Option<PathBuf>,
     /// Override a key, as in --set controller.k_l=100.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// One self-contained C99 file: tick and coefficients, no library needed.
+    /// One self-contained C99 file: tick and coefficients, no library needed; --lang c may stand beside it.
     #[arg(long)]
     standalone: bool,
     /// The design for a program that links the library of this language.
@@ -75,9 +75,12 @@ impl Console<'_> {
             Some(Language::Rust) if options.prefix != PREFIX => {
                 return Err(bad("--prefix is for C: in Rust the module is the prefix".into()));
             }
+            Some(Language::Rust) if options.standalone => {
+                return Err(bad("--standalone is a file of C and cannot be used with --lang rust".into()));
+            }
             Some(Language::Rust) => Form::Rust,
-            Some(Language::C) => Form::Archive(&options.prefix),
-            None => Form::Standalone(&options.prefix),
+            Some(Language::C) if !options.standalone => Form::Archive(&options.prefix),
+            _ => Form::Standalone(&options.prefix),
         };
         // The path of a file is of this machine only; what is exported is the same everywhere.
         let name = options.scenario.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy());

@@ -292,7 +292,7 @@ impl C<'_> {
 /* What a tick has to say about itself, as a set of bits. */
 enum {
     @@_OK = 0,
-    @@_INPUT_REJECTED = 1, /* no good sample yet, too many lost in a row, or a target that is no number: the fallback */
+    @@_INPUT_REJECTED = 1, /* no good sample yet, too many lost, a target that is no number: the fallback */
     @@_SATURATED = 2, /* the law asked for more than the limits allow */
     @@_SAMPLE_LOST = 8 /* a count was not there, or moved as no shaft can: the observer predicts */
 };
@@ -409,7 +409,8 @@ typedef struct {
             ),
             self.function(
                 "Part of a tick: the law, and the memory.",
-                "unsigned @_law(@_state *state, const @_sample *sample, const @_between *between, @_output *output)",
+                "unsigned @_law(@_state *state, const @_sample *sample, const @_between *between,
+    @_output *output)",
                 law,
                 "output",
             ),
