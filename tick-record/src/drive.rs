@@ -224,13 +224,15 @@ where
         around(&|recorder| (mounted(recorder), EncoderForm::<Symbol, M, A, E, N, S, FAST, LATE>::NO_GUESS));
     // A state that is not fresh, and stays so.
     let going_on = words.without("fresh");
-    let part = |words: &Words, f: &dyn Fn(&Recorder, &Of<M, A, E, N, S, FAST, LATE>, &mut StateOf<M, A, E, N, S, FAST, LATE>)| {
-        recorded(&mounted, &|recorder, law| {
-            let mut state = words.state(recorder);
-            f(recorder, law, &mut state);
-            words.put(recorder, &state.words().collect::<Vec<_>>());
-        })
-    };
+    let part =
+        |words: &Words,
+         f: &dyn Fn(&Recorder, &Of<M, A, E, N, S, FAST, LATE>, &mut StateOf<M, A, E, N, S, FAST, LATE>)| {
+            recorded(&mounted, &|recorder, law| {
+                let mut state = words.state(recorder);
+                f(recorder, law, &mut state);
+                words.put(recorder, &state.words().collect::<Vec<_>>());
+            })
+        };
     let before = |name: &&str| format!("{name}_before");
     let law = part(&going_on, &|recorder, law, state| {
         let missing = recorder.truth("missing", Role::Between);
@@ -244,7 +246,8 @@ where
         let output = law.law.driven(state, seen, &push, &sample, health);
         Mounted::<M, A, E, N, S, FAST, LATE>::put_output(recorder, &output);
     });
-    let between: Vec<Port> = law.inputs.iter().filter(|port| port.role == Role::Between && law.reads(port)).cloned().collect();
+    let between: Vec<Port> =
+        law.inputs.iter().filter(|port| port.role == Role::Between && law.reads(port)).cloned().collect();
     let put = |recorder: &Recorder, name: &str, number: Symbol| {
         if between.iter().any(|port| port.name == name) {
             recorder.put(name, Role::Between, number);

@@ -52,9 +52,8 @@ impl<'a> File<'a> {
         out + "
 #include <float.h>
 #include <stdbool.h>
-"
-        + includes
-        + &self.c("#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) \\
+" + includes + &self.c(
+            "#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) \\
     || defined(__NO_SIGNED_ZEROS__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error \"compile without -ffast-math and its parts: they change numbers and remove the guard against NaN\"
 #endif
@@ -73,7 +72,8 @@ impl<'a> File<'a> {
 #define @@_AS_WRITTEN _Pragma(\"STDC FP_CONTRACT OFF\")
 #endif
 
-")
+",
+        )
     }
 
     /// Opens the include guard of a C file. It carries the design: the same file twice is one, two designs of one

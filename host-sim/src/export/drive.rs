@@ -92,9 +92,8 @@ impl Exported<'_> {
 
     pub(super) fn period_s(&self) -> f64 {
         match self.drive.design {
-            DriveDesign::Motor(MotorDesign { period_s, .. }, _) | DriveDesign::Joint(JointDesign { period_s, .. }, _) => {
-                period_s
-            }
+            DriveDesign::Motor(MotorDesign { period_s, .. }, _)
+            | DriveDesign::Joint(JointDesign { period_s, .. }, _) => period_s,
         }
     }
 
@@ -230,7 +229,8 @@ impl C<'_> {
             .into_iter()
             .map(|(shaft, encoder, _)| {
                 let read = format!("sample.count{shaft} = encoder{shaft}();");
-                let register = if encoder.bits == 32 { "all 32 bits".into() } else { format!("the low {} bits", encoder.bits) };
+                let register =
+                    if encoder.bits == 32 { "all 32 bits".into() } else { format!("the low {} bits", encoder.bits) };
                 format!(" *     {read:<49} {register} are read; or sample.lost{shaft} = true;\n")
             })
             .collect();

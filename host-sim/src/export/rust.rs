@@ -151,10 +151,8 @@ pub(super) fn drive(exported: &Drive<'_>) -> String {
     };
     let design = design.replace("fallback: ", "fallback: Fallback::").replace(": inf,", ": f64::INFINITY,");
     let version = controller_core::VERSION;
-    let mut out = format!(
-        "// {}\n// Exported for controller-core {version}; do not edit, export it again.\n",
-        exported.title()
-    );
+    let mut out =
+        format!("// {}\n// Exported for controller-core {version}; do not edit, export it again.\n", exported.title());
     for line in exported.origin().lines() {
         out.push_str(format!("// {line}").trim_end());
         out.push('\n');

@@ -352,7 +352,8 @@ struct Parts {
 }
 
 fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
-    let Parts { resolved, plant, mut x0, mounted, port, exact, design, form, motion, mut warnings, chosen, shafts } = parts;
+    let Parts { resolved, plant, mut x0, mounted, port, exact, design, form, motion, mut warnings, chosen, shafts } =
+        parts;
     let Common { span_s, period_s, max_current_a, .. } = *common;
     let Resolved { name, title, periods, faults, .. } = resolved;
     x0.resize(plant.order(), 0.0);
