@@ -2,7 +2,7 @@
 //!
 //! Every instance below is exported, compiled by the host's C compiler with all warnings as errors, and driven beside
 //! the Rust tick around a simple plant: counts that wrap and go over whole turns, lost ones, wild ones, stuck ones,
-//! targets that jump and that are no numbers, currents that the actuator held instead, restarts, ticks without anything.
+//! targets that jump and that are no numbers, currents that the actuator held instead, restarts, empty ticks.
 //! Compared is every bit of u, sigma, sigma*, health, estimates and state, after every tick.
 
 use controller_core::drive::{
@@ -90,13 +90,15 @@ const INSTANCES: [Instance; 12] = [
     (
         "joint_late",
         JOINT,
-        "encoder = { link = { bits = 24 }, motor = { bits = 16, counts_per_turn = 4000 } }\ndrive = { delay_ticks = 1 }",
+        "encoder = { link = { bits = 24 }, motor = { bits = 16, counts_per_turn = 4000 } }
+         drive = { delay_ticks = 1 }",
         joint::<1, 1>,
     ),
     (
         "joint_one_set_late",
         JOINT,
-        "encoder = { link = { bits = 20 }, motor = { bits = 20 } }\ndrive = { delay_ticks = 1, uncertain_percent = 30 }",
+        "encoder = { link = { bits = 20 }, motor = { bits = 20 } }
+         drive = { delay_ticks = 1, uncertain_percent = 30 }",
         joint::<0, 1>,
     ),
 ];

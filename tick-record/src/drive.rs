@@ -7,7 +7,7 @@
 //! ```
 //!
 //! A part is a function of the core that its tick calls. What one hands to another that is no word of the state
-//! (sines, cosines, couplings, whether a sample was lost) is an output of the one and an argument of the other, by name.
+//! (sines, cosines, couplings, whether a sample was lost) goes from the one to the other by its name.
 
 use controller_core::drive::{
     Aim, ChainModel, DriveError, DriveEstimates, EncoderForm, JointDesign, JointDrive, JointModel, MotorDesign,

@@ -29,8 +29,8 @@ impl<'a> File<'a> {
     pub(super) fn head(&self, title: &str, usage: &str, origin: &str, hash: u32, includes: &str) -> String {
         let version = controller_core::VERSION;
         let mut out = format!(
-            "/* {title}\n * Exported by version {version} of the library; do not edit, export it again. C99 and C++11, no \
-             library.\n"
+            "/* {title}\n * Exported by version {version} of the library; do not edit, export it again. C99 and C++11, \
+             no library.\n"
         );
         out += &self.c(usage);
         out += &self.c(" *

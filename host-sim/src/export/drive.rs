@@ -261,7 +261,8 @@ impl C<'_> {
         let limit = exported.drive.max_current_a;
         let _ = write!(
             out,
-            "#define {capitals}_VERSION \"{}\"\n#define {capitals}_DESIGN {:#010x}u /* log it: it tells designs apart */\n\
+            "#define {capitals}_VERSION \"{}\"\n\
+             #define {capitals}_DESIGN {:#010x}u /* log it: it tells designs apart */\n\
              #define {capitals}_PERIOD_S {:?}\n#define {capitals}_MAX_CURRENT_A {limit:?} /* of either sign */\n",
             controller_core::VERSION,
             exported.hash(),
@@ -279,7 +280,7 @@ impl C<'_> {
             let way = if is_reversed { "down" } else { "up" };
             let _ = writeln!(
                 out,
-                "#define {name}_BITS {bits} /* {gear}; it counts {way} while the angle grows, {offset_counts} at angle 0 */\n\
+                "#define {name}_BITS {bits} /* {gear}; counts {way} while the angle grows, {offset_counts} at angle 0 */\n\
                  #define {name}_COUNTS_PER_TURN {counts_per_turn}"
             );
         }
@@ -325,8 +326,8 @@ typedef struct {
         let unit = if self.follows_position() { "" } else { ", rad/s" };
         let _ = writeln!(
             out,
-            "    {target} begin; /* at the beginning of the tick in which u is held{unit} */\n    {target} end; /* and at its \
-             end */\n}} @_sample;"
+            "    {target} begin; /* at the beginning of the tick in which u is held{unit} */\n    {target} end; /* and at \
+             its end */\n}} @_sample;"
         );
         out += "
 typedef struct {
@@ -349,7 +350,8 @@ typedef struct {
                 let _ = writeln!(out, "    float {name}{shaft}; /* {unit} */");
             }
         }
-        out += "} @_estimates_of;\n\n/* What the drive remembers between two ticks. Zeros before the start. */\ntypedef struct {\n";
+        out += "} @_estimates_of;\n\n/* What the drive remembers between two ticks. Zeros before the start. */\n";
+        out += "typedef struct {\n";
         let functions = &self.exported.recorded.functions;
         for word in &functions.state {
             out += &Self::member(word);
@@ -415,8 +417,8 @@ typedef struct {
                 "output",
             ),
             self.function(
-                "Part of a tick, where nothing is known any more: the fallback goes out, and the observers start again where
- * the counts are.",
+                "Part of a tick, where nothing is known any more: the fallback goes out, and the observers start again
+ * where the counts are.",
                 "unsigned @_give_up(@_state *state, const @_sample *sample, @_output *output)",
                 give_up,
                 "output",
@@ -441,9 +443,9 @@ typedef struct {
             .collect();
         let functions = [
             self.function(
-                "The state before the first tick, from the sample that the first tick gets too: every count must be there.
- * Its angle is then within half a counter of 0. False, and the state as it was, if the sample is not good enough: try
- * the next one.",
+                "The state before the first tick, from the sample that the first tick gets too: every count must be
+ * there. Its angle is then within half a counter of 0. False, and the state as it was, if the sample is not good
+ * enough: try the next one.",
                 "bool @_start(@_state *state, const @_sample *sample)",
                 start,
                 "output",
@@ -478,7 +480,8 @@ static inline unsigned @_tick_or_start(@_state *state, const @_sample *sample, @
     return @_not_started(output);
 }
 "),
-            self.file.c(&format!("
+            self.file.c(&format!(
+                "
 /* The tick of a period in which there are neither counts nor targets: the observers predict, the fallback goes out. */
 static inline unsigned @_lost(@_state *state, @_output *output)
 {{
@@ -494,10 +497,11 @@ static inline unsigned @_lost(@_state *state, @_output *output)
     }}
     return @_refuse(state, output);
 }}
-")),
+"
+            )),
             self.function(
-                "Tells what current the actuator really holds since the last tick, where that is not the u of the tick: the
- * only anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not
+                "Tells what current the actuator really holds since the last tick, where that is not the u of the tick:
+ * the only anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not
  * taken, nor any before the start, and the answer is false.",
                 "bool @_report_applied(@_state *state, float u)",
                 report_applied,
