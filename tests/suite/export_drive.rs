@@ -430,13 +430,15 @@ fn driver(exported: &str, text: &str, place: Place) -> String {
     let estimates: String = members(text, "estimates_of").into_iter().map(|member| put("known", member)).collect();
     let sample = members(text, "sample");
     let counts = sample.iter().filter(|(_, name)| name.starts_with("count"));
-    let counts: String =
+    let counts: Vec<String> =
         counts.enumerate().map(|(i, (_, name))| format!("            sample.{name} = ask->count[{i}];\n")).collect();
+    let counts = counts.concat();
     let lost = sample.iter().filter(|(_, name)| name.starts_with("lost"));
-    let lost: String = lost
+    let lost: Vec<String> = lost
         .enumerate()
         .map(|(i, (_, name))| format!("            sample.{name} = (ask->lost >> {i} & 1u) != 0u;\n"))
         .collect();
+    let lost = lost.concat();
     let mut targets = String::new();
     for (k, end) in ["begin", "end"].into_iter().enumerate() {
         if sample.contains(&("float", end)) {

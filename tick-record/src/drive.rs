@@ -215,24 +215,20 @@ where
     A: NamedAim<N>,
     EncoderForm<Symbol, M, A, E, N, S, FAST, LATE>: 'static,
 {
-    type Of<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> =
-        Mounted<M, A, E, N, S, FAST, LATE>;
-    let mounted = |recorder: &Recorder| -> Of<M, A, E, N, S, FAST, LATE> {
+    let mounted = |recorder: &Recorder| -> Mounted<M, A, E, N, S, FAST, LATE> {
         Mounted { law: recorder.silently(|| design(recorder)), mounting }
     };
     let (words, Around { start, not_started, report_applied, estimates, reset }) =
         around(&|recorder| (mounted(recorder), EncoderForm::<Symbol, M, A, E, N, S, FAST, LATE>::NO_GUESS));
     // A state that is not fresh, and stays so.
     let going_on = words.without("fresh");
-    let part =
-        |words: &Words,
-         f: &dyn Fn(&Recorder, &Of<M, A, E, N, S, FAST, LATE>, &mut StateOf<M, A, E, N, S, FAST, LATE>)| {
-            recorded(&mounted, &|recorder, law| {
-                let mut state = words.state(recorder);
-                f(recorder, law, &mut state);
-                words.put(recorder, &state.words().collect::<Vec<_>>());
-            })
-        };
+    let part = |words: &Words, f: &Part<'_, Mounted<M, A, E, N, S, FAST, LATE>, StateOf<M, A, E, N, S, FAST, LATE>>| {
+        recorded(&mounted, &|recorder, law| {
+            let mut state = words.state(recorder);
+            f(recorder, law, &mut state);
+            words.put(recorder, &state.words().collect::<Vec<_>>());
+        })
+    };
     let before = |name: &&str| format!("{name}_before");
     let law = part(&going_on, &|recorder, law, state| {
         let missing = recorder.truth("missing", Role::Between);
@@ -258,7 +254,9 @@ where
     };
     // Couplings of the tick that has passed go on as they stand.
     let put_before = |recorder: &Recorder| {
-        M::PUSH.iter().for_each(|name| put(recorder, &before(name), recorder.number(name, Role::State)));
+        for name in M::PUSH {
+            put(recorder, &before(name), recorder.number(name, Role::State));
+        }
     };
     let begin = part(&words, &|recorder, law, state| {
         put_before(recorder);
@@ -297,6 +295,9 @@ where
         reset,
     }
 }
+
+/// What is recorded of a law and a state.
+type Part<'a, L, S> = dyn Fn(&Recorder, &L, &mut S) + 'a;
 
 type StateOf<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> =
     <EncoderForm<Symbol, M, A, E, N, S, FAST, LATE> as ControlLaw>::State;

@@ -224,7 +224,7 @@ impl C<'_> {
 
     fn head(&self) -> String {
         let exported = self.exported;
-        let counts: String = exported
+        let counts: Vec<String> = exported
             .encoders()
             .into_iter()
             .map(|(shaft, encoder, _)| {
@@ -234,6 +234,7 @@ impl C<'_> {
                 format!(" *     {read:<49} {register} are read; or sample.lost{shaft} = true;\n")
             })
             .collect();
+        let counts = counts.concat();
         let target = if self.follows_position() {
             " *     sample.begin = where;  sample.end = where_next;    where it should be at both ends of the tick\n"
         } else {
@@ -436,11 +437,12 @@ typedef struct {
     fn functions(&self) -> String {
         let DriveFunctions { start, not_started, report_applied, estimates, reset, .. } =
             &self.exported.recorded.functions;
-        let nothing: String = self
+        let nothing: Vec<String> = self
             .shafts()
             .iter()
             .map(|shaft| format!("        nothing.count{shaft} = 0u;\n        nothing.lost{shaft} = true;\n"))
             .collect();
+        let nothing = nothing.concat();
         let functions = [
             self.function(
                 "The state before the first tick, from the sample that the first tick gets too: every count must be
