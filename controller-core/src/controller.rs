@@ -236,7 +236,7 @@ where
         x: &[T; N],
     ) -> Output<T> {
         let mut state = lanes.lane(l);
-        let output = self.step::<true, true>(&mut state, x);
+        let output = self.step::<true, true, ()>(&mut state, x, ());
         lanes.set(l, &state);
         output
     }
@@ -246,19 +246,21 @@ where
     #[doc(hidden)]
     #[inline]
     pub fn tick_unguarded(&self, state: &mut State<T, M, N, R, MASK, O>, x: &[T; N]) -> Output<T> {
-        self.step::<false, false>(state, x)
+        self.step::<false, false, ()>(state, x, ())
     }
 
+    /// The tick, of a sample that is seen as it comes or through a map, along a course or at rest.
     #[inline(always)]
-    fn step<const GUARDED: bool, const LANE: bool>(
+    pub(crate) fn step<const GUARDED: bool, const LANE: bool, C: Course<T, N>>(
         &self,
         state: &mut State<T, M, N, R, MASK, O>,
         x: &[T; N],
+        course: C,
     ) -> Output<T> {
         let k = &self.coefficients;
         T::section("0. Nominal model, in units of u: a(x)/b_0, b(x)/b_0.");
-        let drift = self.model.drift(x).called("drift", 0);
-        let gain = self.model.gain_ratio(x).map(|gain| gain.called("gain", 0));
+        let drift = course.drift(&self.model, x).called("drift", 0);
+        let gain = course.gain_ratio(&self.model, x).map(|gain| gain.called("gain", 0));
 
         T::section("1. Observers, Eq. (45)-(50): innovation e, then A += B + gamma_1 e, B += C + gamma_2 e, ..");
         // Here and below: short loops of one job each are unrolled, and the order of the statements, the
@@ -303,7 +305,9 @@ where
             }
         }
         let input_drift = input_drift.called("input_drift", 0);
-        let sigma = self.sigma(&y, &z);
+        let (held_on, then) = if C::LATE { course.ahead(&y, input_drift, &Self::growth(&z)) } else { (y, input_drift) };
+        let e = course.error(held_on);
+        let sigma = self.sigma(&e, &z);
         let sigma_star = (sigma - state.offset).called("sigma_star", 0);
 
         T::section("3. Law, Eq. (51).");
@@ -311,17 +315,20 @@ where
         v += (k.satk * sigma_star).called("switching", 0).limited(-k.lim, k.lim);
         v += k.kw * state.offset;
         for j in 1..N {
-            v += k.kx[j] * y[j];
+            v += k.kx[j] * e[j];
         }
         for s in (0..O).rev() {
             for m in 1..R {
                 v += k.k[s][m] * z[s][m];
             }
         }
-        let asked = (v * k.unit - input_drift).called("asked", 0);
+        let mut asked = (v * k.unit - then).called("asked", 0);
+        if let Some(feed) = course.feed() {
+            asked += feed;
+        }
         let demand = gain.map_or(asked, |ratio| (asked / ratio).called("demand", 0));
         if GUARDED && !(self.is_plausible(demand, state.offset) && gain.is_none_or(is_sound)) {
-            return self.reject::<LANE>(state, Some(x), resuming);
+            return self.reject::<LANE, C>(state, Some((x, course)), resuming);
         }
         let u = demand.limited(k.u_min, k.u_max).called("u", 0);
 
@@ -379,6 +386,18 @@ where
         y
     }
 
+    /// What each estimate grows by in a tick.
+    #[inline(always)]
+    fn growth(z: &[[T; R]; O]) -> [T; N] {
+        let mut growth = [T::ZERO; N];
+        for s in 0..O {
+            for m in 1..R {
+                growth[Self::CHANNELS[s]] += z[s][m];
+            }
+        }
+        growth
+    }
+
     /// σ of Eq. (44).
     #[inline(always)]
     fn sigma(&self, y: &[T; N], z: &[[T; R]; O]) -> T {
@@ -424,6 +443,91 @@ where
         })
     }
 
+    /// A state that starts at this sample, with these estimates.
+    pub(crate) fn start_on<C: Course<T, N>>(
+        &self,
+        x0: &[T; N],
+        course: C,
+        d_hat: &[T; N],
+    ) -> Option<State<T, M, N, R, MASK, O>> {
+        let mut z = [[T::ZERO; R]; O];
+        for s in 0..O {
+            let i = Self::CHANNELS[s];
+            z[s][0] = if i == Self::LAST { d_hat[i] / self.coefficients.input_gain } else { d_hat[i] };
+        }
+        let offset = self.sigma(&course.error(Self::advanced(x0, &z)), &z);
+        let all_sound = x0.iter().chain(z.as_flattened()).chain([&offset]).all(|&value| is_sound(value));
+        all_sound.then_some(State::resuming(z, offset, T::ZERO))
+    }
+
+    /// The tick that has passed had the old period and belongs to the old observers; the law is the new one from here
+    /// on. What the new model says otherwise of channel n goes into d_hat_n, so that the total acceleration is kept.
+    /// The demand is $v(W) = v_0 + (k_w - u_\sigma)W + \mathrm{clamp}(s(\sigma - W), \pm lim)$; of the W that make it
+    /// what it would have been, the one nearest to the old W is taken.
+    pub(crate) fn take_over_on<C: Course<T, N>>(
+        &self,
+        from: &Self,
+        state: &State<T, M, N, R, MASK, O>,
+        then: (&[T; N], C),
+        now: (&[T; N], C),
+    ) -> Result<State<T, M, N, R, MASK, O>, RetuneError> {
+        let Coefficients { kw, us, satk, lim, unit, .. } = self.coefficients;
+        let [kw, us, satk, lim] = [kw, us, satk, lim].map(|entry| entry * unit);
+        let slope = kw - us;
+        if slope.abs() < T::from_f64(0.1) * us.abs() {
+            return Err(RetuneError::GainNearDecay);
+        }
+        let mut old = state.clone();
+        let before = from.step::<true, false, C>(&mut old, then.0, then.1);
+        let mut estimates = from.estimates(&old);
+        let one = T::from_f64(1.0);
+        let [(a_old, b_old), (a_new, b_new)] = [(from, then), (self, now)].map(|(law, (x, course))| {
+            let b = law.coefficients.input_gain;
+            (course.drift(&law.model, x) * b, course.gain_ratio(&law.model, x).unwrap_or(one) * b)
+        });
+        estimates[Self::LAST][0] += (a_old - a_new) + (b_old - b_new) * state.held;
+        // They are those of now, and the tick that resumes lets them coast.
+        let z = self.folded(&estimates).map(observer::rewound);
+
+        // The demand without limits, in units of v; `step` is asked, so that the law is written once.
+        let limit = T::from_f64(INPUT_LIMIT);
+        let ratio = now.1.gain_ratio(&self.model, now.0).unwrap_or(one);
+        let demand = |switching: bool, offset: T| {
+            let mut open = self.coefficients;
+            (open.u_min, open.u_max, open.plausible) = (-limit, limit, limit);
+            if !switching {
+                (open.satk, open.lim) = (T::ZERO, T::ZERO);
+            }
+            let bare = Controller::<T, &M, N, R, MASK, O> { coefficients: open, model: &self.model };
+            let output = bare.step::<true, false, C>(&mut State::resuming(z, offset, state.held), now.0, now.1);
+            (output.u * ratio, output.sigma, output.health.contains(Health::INPUT_REJECTED))
+        };
+        let wanted = before.u.limited(self.coefficients.u_min, self.coefficients.u_max) * ratio;
+        let (v_0, sigma, rejected) = demand(false, T::ZERO);
+        if rejected || before.health.contains(Health::INPUT_REJECTED) {
+            return Err(RetuneError::Sample);
+        }
+        // One straight piece each: below, within and above the layer of the switching term.
+        let pieces = [(slope, lim), (slope - satk, satk * sigma), (slope, -lim)];
+        let nearest = pieces
+            .into_iter()
+            .filter(|&(slope, _)| slope != T::ZERO)
+            .map(|(slope, intercept)| (slope, (wanted - v_0 - intercept) / slope))
+            // Rounded at the edge of a piece: a thousandth of it may lie beyond.
+            .filter(|&(_, offset)| {
+                let switching = satk * (sigma - offset);
+                let reached = v_0 + (kw - us) * offset + switching.limited(-lim, lim);
+                (reached - wanted).abs() <= T::from_f64(1e-3) * (lim + wanted.abs()) + T::from_f64(1e-6) * v_0.abs()
+            })
+            .map(|(slope, offset)| ((offset - old.offset).abs(), slope, offset))
+            .reduce(|best, other| if other.0 < best.0 { other } else { best });
+        let Some((_, slope, offset)) = nearest else { return Err(RetuneError::OffsetOutOfRange) };
+        // W is found from large terms that nearly cancel: what the law makes of it says how much is left.
+        let (reached, _, _) = demand(true, offset);
+        let offset = offset - (reached - wanted) / slope;
+        if is_sound(offset) { Ok(State::resuming(z, offset, state.held)) } else { Err(RetuneError::OffsetOutOfRange) }
+    }
+
     /// May the law ask for this u? For far more than the actuator has only on a way that began far off: then there is
     /// an offset that asks for more still, and a sample that takes most of it back. Estimates or an offset that nothing
     /// has left do not look like that, and are not given the time to decay. False for NaN.
@@ -437,10 +541,10 @@ where
     /// The sample is lost: keep the estimates, let the offset decay as time goes on, send the fallback. If the last one
     /// was lost too, and the two are samples of one plant, it is the state that is spoilt: start anew.
     #[inline(always)]
-    fn reject<const LANE: bool>(
+    pub(crate) fn reject<const LANE: bool, C: Course<T, N>>(
         &self,
         state: &mut State<T, M, N, R, MASK, O>,
-        x: Option<&[T; N]>,
+        x: Option<(&[T; N], C)>,
         again: bool,
     ) -> Output<T> {
         let mut k = &self.coefficients;
@@ -455,11 +559,8 @@ where
         // sigma of the sample alone, and that of the last lost one, which P is free to keep until the next good tick.
         let before = *state.aside();
         let mut alone = T::from_f64(NO_SIGMA);
-        if let Some(x) = x {
-            let mut sum = x[Self::LAST];
-            for j in (0..Self::LAST).rev() {
-                sum += k.c[j] * x[j];
-            }
+        if let Some((x, course)) = x {
+            let sum = course.weighed(&k.c, x);
             if is_sound(sum) {
                 alone = sum;
             }
@@ -501,14 +602,7 @@ where
 
     /// The offset of Eq. (17) is taken here: give the first tick the same sample.
     fn start_from(&self, x0: &[T; N], d_hat: &[T; N]) -> Option<Self::State> {
-        let mut z = [[T::ZERO; R]; O];
-        for s in 0..O {
-            let i = Self::CHANNELS[s];
-            z[s][0] = if i == Self::LAST { d_hat[i] / self.coefficients.input_gain } else { d_hat[i] };
-        }
-        let offset = self.sigma(&Self::advanced(x0, &z), &z);
-        let all_sound = x0.iter().chain(z.as_flattened()).chain([&offset]).all(|&value| is_sound(value));
-        all_sound.then_some(State::resuming(z, offset, T::ZERO))
+        self.start_on(x0, (), d_hat)
     }
 
     #[inline]
@@ -530,12 +624,12 @@ where
     /// with [`report_applied`](ControlLaw::report_applied).
     #[inline(always)]
     fn tick(&self, state: &mut Self::State, x: &[T; N]) -> Output<T> {
-        self.step::<true, false>(state, x)
+        self.step::<true, false, ()>(state, x, ())
     }
 
     #[inline]
     fn lost(&self, state: &mut Self::State) -> Output<T> {
-        self.reject::<false>(state, None, false)
+        self.reject::<false, ()>(state, None, false)
     }
 
     /// The observers live on what is held: fed the commanded u, a saturated start-up may never settle. Under saturation
@@ -565,66 +659,8 @@ where
         estimates
     }
 
-    /// The tick that has passed had the old period and belongs to the old observers; the law is the new one from here
-    /// on. What the new model says otherwise of channel n goes into d_hat_n, so that the total acceleration is kept.
-    /// The demand is $v(W) = v_0 + (k_w - u_\sigma)W + \mathrm{clamp}(s(\sigma - W), \pm lim)$; of the W that make it
-    /// what it would have been, the one nearest to the old W is taken.
     fn take_over(&self, from: &Self, state: &Self::State, x: &[T; N]) -> Result<Self::State, RetuneError> {
-        let Coefficients { kw, us, satk, lim, unit, .. } = self.coefficients;
-        let [kw, us, satk, lim] = [kw, us, satk, lim].map(|entry| entry * unit);
-        let slope = kw - us;
-        if slope.abs() < T::from_f64(0.1) * us.abs() {
-            return Err(RetuneError::GainNearDecay);
-        }
-        let mut old = state.clone();
-        let before = from.tick(&mut old, x);
-        let mut estimates = from.estimates(&old);
-        let one = T::from_f64(1.0);
-        let [(a_old, b_old), (a_new, b_new)] = [from, self].map(|law| {
-            let b = law.coefficients.input_gain;
-            (law.model.drift(x) * b, law.model.gain_ratio(x).unwrap_or(one) * b)
-        });
-        estimates[Self::LAST][0] += (a_old - a_new) + (b_old - b_new) * state.held;
-        // They are those of now, and the tick that resumes lets them coast.
-        let z = self.folded(&estimates).map(observer::rewound);
-
-        // The demand without limits, in units of v; `step` is asked, so that the law is written once.
-        let limit = T::from_f64(INPUT_LIMIT);
-        let ratio = self.model.gain_ratio(x).unwrap_or(one);
-        let demand = |switching: bool, offset: T| {
-            let mut open = self.coefficients;
-            (open.u_min, open.u_max, open.plausible) = (-limit, limit, limit);
-            if !switching {
-                (open.satk, open.lim) = (T::ZERO, T::ZERO);
-            }
-            let bare = Controller::<T, &M, N, R, MASK, O> { coefficients: open, model: &self.model };
-            let output = bare.step::<true, false>(&mut State::resuming(z, offset, state.held), x);
-            (output.u * ratio, output.sigma, output.health.contains(Health::INPUT_REJECTED))
-        };
-        let wanted = before.u.limited(self.coefficients.u_min, self.coefficients.u_max) * ratio;
-        let (v_0, sigma, rejected) = demand(false, T::ZERO);
-        if rejected || before.health.contains(Health::INPUT_REJECTED) {
-            return Err(RetuneError::Sample);
-        }
-        // One straight piece each: below, within and above the layer of the switching term.
-        let pieces = [(slope, lim), (slope - satk, satk * sigma), (slope, -lim)];
-        let nearest = pieces
-            .into_iter()
-            .filter(|&(slope, _)| slope != T::ZERO)
-            .map(|(slope, intercept)| (slope, (wanted - v_0 - intercept) / slope))
-            // Rounded at the edge of a piece: a thousandth of it may lie beyond.
-            .filter(|&(_, offset)| {
-                let switching = satk * (sigma - offset);
-                let reached = v_0 + (kw - us) * offset + switching.limited(-lim, lim);
-                (reached - wanted).abs() <= T::from_f64(1e-3) * (lim + wanted.abs()) + T::from_f64(1e-6) * v_0.abs()
-            })
-            .map(|(slope, offset)| ((offset - old.offset).abs(), slope, offset))
-            .reduce(|best, other| if other.0 < best.0 { other } else { best });
-        let Some((_, slope, offset)) = nearest else { return Err(RetuneError::OffsetOutOfRange) };
-        // W is found from large terms that nearly cancel: what the law makes of it says how much is left.
-        let (reached, _, _) = demand(true, offset);
-        let offset = offset - (reached - wanted) / slope;
-        if is_sound(offset) { Ok(State::resuming(z, offset, state.held)) } else { Err(RetuneError::OffsetOutOfRange) }
+        self.take_over_on(from, state, (x, ()), (x, ()))
     }
 
     /// Over version, precision, shape, every coefficient, and what the model answers at n + 1 points: that tells any
@@ -646,6 +682,69 @@ where
             // Which NaN it is means nothing.
             if number.abs() >= T::ZERO { number.to_words() } else { [u32::MAX; 2] }
         })))
+    }
+}
+
+/// Where the plant should be while u is held; `()` is rest at 0, and takes no instruction. Observers know nothing of
+/// it.
+pub(crate) trait Course<T: Real, const N: usize>: Copy {
+    /// a(x)/b_0; of a sample that came through a map it is known already.
+    #[inline(always)]
+    fn drift<M: NominalModel<T, N>>(&self, model: &M, x: &[T; N]) -> T {
+        model.drift(x)
+    }
+
+    /// b(x)/b_0, as [`NominalModel::gain_ratio`].
+    #[inline(always)]
+    fn gain_ratio<M: NominalModel<T, N>>(&self, model: &M, x: &[T; N]) -> Option<T> {
+        model.gain_ratio(x)
+    }
+
+    /// Is u held one tick after it was computed? Then the law is evaluated one tick ahead.
+    const LATE: bool;
+
+    /// y and the drift of channel n (with its estimate, in units of u) one tick on; estimates grow by `growth`.
+    fn ahead(&self, y: &[T; N], input_drift: T, growth: &[T; N]) -> ([T; N], T);
+
+    /// y less where it should be.
+    fn error(&self, y: [T; N]) -> [T; N];
+
+    /// c . (y less where it should be).
+    #[inline(always)]
+    fn weighed(&self, c: &[T; N], y: &[T; N]) -> T {
+        weighed(c, y)
+    }
+
+    /// What of u the course itself asks for.
+    fn feed(&self) -> Option<T>;
+}
+
+/// c . y, with c_n = 1.
+#[inline(always)]
+pub(crate) fn weighed<T: Real, const N: usize>(c: &[T; N], y: &[T; N]) -> T {
+    let mut sum = y[N - 1];
+    for j in (0..N - 1).rev() {
+        sum += c[j] * y[j];
+    }
+    sum
+}
+
+impl<T: Real, const N: usize> Course<T, N> for () {
+    const LATE: bool = false;
+
+    #[inline(always)]
+    fn ahead(&self, y: &[T; N], input_drift: T, _: &[T; N]) -> ([T; N], T) {
+        (*y, input_drift)
+    }
+
+    #[inline(always)]
+    fn error(&self, y: [T; N]) -> [T; N] {
+        y
+    }
+
+    #[inline(always)]
+    fn feed(&self) -> Option<T> {
+        None
     }
 }
 

@@ -13,7 +13,8 @@
 //! | to plan that | [`Joined`], [`Sine`], [`Streamed`], [`Player`], [`shortest`], [`stop`] |
 //! | to be told when something is wrong | the gate of a design, [`Monitored`], [`Health`](crate::Health) |
 //! | to tune it in motion, to store it | `retune`, `words` of [`Running`](crate::Running), [`EncoderForm::at_rest`] |
-//! | another plant | [`ChainModel`], [`map_error`] |
+//! | another plant | [`ChainModel`] with an example, [`map_error`] |
+//! | a plant whose whole state is measured | [`FullState`] |
 //!
 //! Once per period: sample the counts, tick, hold u; where something else is held (a current limit, a brake) tell it by
 //! [`report_applied`](crate::Running::report_applied) before the next tick. That is all the anti-windup there is, and
@@ -49,6 +50,7 @@ mod chain;
 mod converted;
 mod encoder;
 mod error;
+mod full_state;
 mod joint;
 mod law;
 mod monitor;
@@ -63,9 +65,10 @@ pub use chain::{ChainModel, map_error};
 pub use converted::NumberName;
 pub use encoder::{Encoder, Mounting};
 pub use error::DriveError;
+pub use full_state::{FullState, FullStateMemory, Measured};
 pub use joint::{Joint, JointBandwidths, JointDesign, JointDrive, JointModel};
 pub use law::{DriveEstimates, EncoderForm, Sample};
-pub use monitor::{Bounds, GoOn, Monitored, MonitoredState, Reaction, Stop, Watched};
+pub use monitor::{ALARMS, Bounds, GoOn, Monitored, MonitoredState, Reaction, Stop, Watched};
 pub use motor::{DEFAULT_LAG_S, Motor, MotorBandwidths, MotorDesign, MotorDrive, MotorModel, Switching};
 pub use reference::{Joined, Player, Reference, Rest, Sine, Streamed, gap, shortest, stop};
 pub use state::EncoderState;

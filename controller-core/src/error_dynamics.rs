@@ -61,6 +61,22 @@ pub fn error_poles<const R: usize>(gains: &ObserverGains<R>) -> Vec<Pole, R> {
     roots(active(gains)).into_iter().flatten().collect()
 }
 
+/// Roots of the sliding motion of c_1 .. c_n, Eq. (44), in rad/s, the fastest first, with the accuracy of
+/// [`error_poles`]. Empty if there are not 2 to 6 coefficients, or one is not finite; the last is taken as 1.
+///
+/// ```
+/// use controller_core::error_dynamics::surface_roots;
+/// let roots = surface_roots(&[50.0, 15.0, 1.0]);
+/// assert!((roots[0].re + 10.0).abs() < 1e-9 && (roots[1].re + 5.0).abs() < 1e-9);
+/// ```
+pub fn surface_roots(c: &[f64]) -> Vec<Pole, 5> {
+    let mut falling = Vec::<f64, 5>::new();
+    if c.iter().rev().skip(1).any(|&c| falling.push(c).is_err()) || falling.is_empty() {
+        return Vec::new();
+    }
+    roots(&falling).into_iter().flatten().collect()
+}
+
 /// l_1 .. l_r.
 pub(crate) fn active<const R: usize>(gains: &ObserverGains<R>) -> &[f64] {
     gains.l()

@@ -37,6 +37,22 @@ use crate::real::Real;
 /// assert_eq!(NOMINAL.check(&Pendulum { weight: 2.0 }, &[0.0, 0.0]), Ok(()));
 /// // g in feet.
 /// assert!(NOMINAL.check(&Pendulum { weight: 6.56 }, &[0.0, 0.0]).is_err());
+///
+/// // The controller runs it.
+/// type Law = controller!(f32, Pendulum, order 2, observers of order 2 in [2]);
+/// const CONFIG: Config<2, 2> = Config {
+///     period_s: 1e-3,
+///     surface: Surface::from_bandwidth(5.0, 2.5),
+///     observers: [None, Some(ObserverGains::from_bandwidth::<2>(60.0))],
+///     reaching: ReachingLaw { k_l: 30.0, k_s: 0.0, epsilon: 0.01 },
+///     nominal: NOMINAL,
+///     options: Options::NEUTRAL.with_limits(Limits::symmetric(6.0)),
+/// };
+/// static LAW: Law = Law::design(&CONFIG, Pendulum { weight: 2.0 });
+/// let mut running = Running::new(&LAW);
+/// // At rest at 0.5 rad u carries the weight, 2 (0.5 - 0.5³/6), and lets σ = 5 x_1 decay with α: x_2' = -2.5 · 2.5.
+/// let u = running.tick(&[0.5, 0.0]).u;
+/// assert!((u - (0.958 - 6.25 / 2.0)).abs() < 0.02, "{u}");
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no model of a plant of order {N} in `{T}`",

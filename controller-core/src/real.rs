@@ -11,7 +11,7 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A count that wraps at 32 bits, as an encoder's timer has it.
 #[doc(hidden)]
-pub trait Count: Copy + Debug + Send + Sync + 'static {
+pub trait Count: Copy + Debug + PartialEq + Send + Sync + 'static {
     /// A count that is known.
     fn of(count: i32) -> Self;
     /// How far it has moved since `earlier`.
@@ -20,9 +20,9 @@ pub trait Count: Copy + Debug + Send + Sync + 'static {
     /// The count that has moved on by another.
     #[must_use]
     fn plus(self, moved: Self) -> Self;
-    /// Its low bits, 1..=32 of them, with their sign: what a shorter counter has moved.
+    /// Without its 0..=31 high bits, with the sign of what is left: what a shorter counter has moved.
     #[must_use]
-    fn signed(self, bits: u32) -> Self;
+    fn signed(self, unread: u32) -> Self;
     /// The count as 32 bits.
     fn to_word(self) -> u32;
     /// The counter of these bits.
@@ -43,8 +43,8 @@ impl Count for i32 {
         self.wrapping_add(moved)
     }
     #[inline(always)]
-    fn signed(self, bits: u32) -> Self {
-        self << (32 - bits) >> (32 - bits)
+    fn signed(self, unread: u32) -> Self {
+        self << unread >> unread
     }
     #[inline(always)]
     fn to_word(self) -> u32 {

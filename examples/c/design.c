@@ -4,8 +4,8 @@
 #include "joint_design.h"
 
 /* Gradient of a(x), and b. */
-#define JOINT_GRADIENT 9667.02470461869, 0.0, -9667.02470461869, -75.18796992481204
-#define JOINT_INPUT_GAIN 127.81954887218045
+#define JOINT_GRADIENT 378274.87974594877, 0.0, -9667.02470461869, -75.18796992481204
+#define JOINT_INPUT_GAIN 5001.6345210853215
 
 /* The joint of drive.c: all three roots of the surface at -10, both poles of each observer at -100. */
 static const edo_smc_config_n4_r2_c24_t config = {
@@ -18,8 +18,8 @@ static const edo_smc_config_n4_r2_c24_t config = {
     .epsilon = 0.01,
     .gradient = {JOINT_GRADIENT},
     .input_gain = JOINT_INPUT_GAIN,
-    .u_min = -300.0,
-    .u_max = 300.0,
+    .u_min = -30.0,
+    .u_max = 30.0,
     .safe_u = 0.0,
     .sigma_star_bound = 10.0,
     .observer_pole_limit = 1.0,

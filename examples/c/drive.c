@@ -60,8 +60,8 @@ static float held;
 static void motor_goes_on(void) {
     const float period = 0.0001f;
     /* In the unit of u: a(x)/b with its largest terms, the u that is held, and a load that nobody measures. */
-    const float push = 75.63025f * motor[0] - 75.63025f * motor[2] + held + 1.0f;
-    motor[3] += period * (127.81955f * push);
+    const float push = 75.63025f * motor[0] - 1.9327731f * motor[2] + held + 1.0f;
+    motor[3] += period * (5001.6345f * push);
     motor[2] += period * motor[3];
     motor[1] += period * (motor[2] + 0.5f);
     motor[0] += period * motor[1];

@@ -1,10 +1,10 @@
 //! A stand-in for the flexible joint, so that a drive runs on a bare board and in an emulator.
 //!
 //!     x_1' = x_2        x_2' = x_3 - k_1 x_1 - b_1 x_2 - sin x_1
-//!     x_3' = x_4        x_4' = k_2 x_1 - k_2 x_3 - b_2 x_4 + b (u + v),  v = 1 + sin 2t
+//!     x_3' = x_4        x_4' = k_1 k_2 x_1 - k_2 x_3 - b_2 x_4 + b (u + v),  v = 1 + sin 2t
 //!
-//! Eq. (62)-(64) with the parameters of the reading `Reconstructed`. Units: x_1 in rad and each next one per second
-//! more, u and v in A. Positive u and v accelerate towards positive x_1.
+//! Eq. (62)-(64) with the parameters of Table I as a joint has them, reading `Physical`. Units: x_1 in rad and each
+//! next one per second more, u and v in A. Positive u and v accelerate towards positive x_1.
 
 use controller_core::{JointChain, JointParameters, Reading};
 
@@ -17,7 +17,7 @@ pub struct Joint {
 }
 
 impl Joint {
-    const CHAIN: JointChain = JointParameters::TABLE_I.chain(Reading::Reconstructed);
+    const CHAIN: JointChain = JointParameters::TABLE_I.chain(Reading::Physical);
 
     /// At rest 0.1 rad from where it should be.
     pub const fn new() -> Self {

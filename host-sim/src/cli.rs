@@ -1,16 +1,18 @@
 //! The command line.
 //!
 //! ```text
-//! host-sim                          the default scenario: Example 2 of the paper
+//! host-sim                          the default scenario: Example 2 of the paper, for its figures
 //! host-sim run FILE.toml            any scenario
 //! host-sim pil [FILE.toml]          the same with the controller on the emulated chip, compared bit for bit
 //! host-sim hil --port DEV [..]      the same with a board at a serial port
 //! host-sim emulate --image FILE     any image in the emulator, with its log
+//! host-sim design [FILE.toml]       poles, margins, noise of its loop, what limits it, what would be better
+//! host-sim compare [FILE.toml]      our drive beside its rivals, all tuned alike
 //! host-sim figures                  the figures of the paper and its claims
 //! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
 //! host-sim export [FILE.toml] ..    the designed controller as one source file, C or Rust
 //! host-sim schema [--plant P]       JSON schema of a scenario file
-//! host-sim new NAME [--plant P]     a commented scenario file to start from: paper, motor, joint, chain
+//! host-sim new NAME [--plant P]     a commented scenario file to start from: paper, motor, joint, chain, own
 //! host-sim completions SHELL        what a shell must know to complete these
 //! ```
 //!
@@ -47,10 +49,14 @@ use crate::report::number::significant;
 use crate::report::trace_figure::{self, Labels};
 use crate::report::{csv, drive_figure};
 
+mod compare;
+mod design;
 mod drive;
 mod export;
 mod target;
 
+use compare::CompareOptions;
+use design::{Design, DesignOptions};
 use export::ExportOptions;
 use target::{EmulateOptions, HilOptions, Link, PilOptions};
 
@@ -68,7 +74,8 @@ pub mod status {
 
 /// Sliding mode control with an extended disturbance observer, in closed loop with a simulated plant.
 ///
-/// Without a command the default scenario runs: the paper's flexible joint, f32 controller at 1 kHz.
+/// Without a command the default scenario runs: the paper's flexible joint as its figures have it, f32 controller at
+/// 1 kHz. For a joint or motor of your own: host-sim new NAME --plant joint (or motor).
 #[derive(Parser, Debug)]
 #[command(name = "host-sim", version, args_conflicts_with_subcommands = true)]
 struct Cli {
@@ -111,6 +118,14 @@ enum Command {
     },
     /// Run an image in the emulator, one instruction a nanosecond, and print its log.
     Emulate(EmulateOptions),
+    /// Say what a design comes to in its loop: poles, margins, noise, what limits it, what would be better.
+    ///
+    /// Nothing is simulated: the loop is linearised where it stands still. A loop that is unstable is a result.
+    Design(DesignOptions),
+    /// Tune our drive and its rivals with the same effort, and show what each does: table and figure.
+    ///
+    /// Rivals: LQG with disturbance states, LQI, ADRC with model, super-twisting, P-PI. docs/comparison.md says how.
+    Compare(CompareOptions),
     /// Reproduce the figures of the paper and hold its claims against what comes out.
     Figures {
         /// Only this figure (fig01 .. fig10); may be given several times.
@@ -141,8 +156,9 @@ enum Command {
     New {
         /// Name of the scenario and, with .toml, of the file.
         name: String,
-        /// What is controlled: the paper's joint; a motor, a flexible joint or a chain of integrators of your own.
-        #[arg(long, value_name = "PLANT", default_value = "paper", value_parser = starts())]
+        /// What is controlled: a flexible joint, a motor, a chain of integrators or any equations of your own; or the
+        /// paper's joint as its figures have it.
+        #[arg(long, value_name = "PLANT", default_value = "joint", value_parser = starts())]
         plant: String,
     },
     /// Print a script that completes commands and options: bash, zsh, fish, elvish or powershell.
@@ -222,6 +238,8 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
             console.run(it, options, "-hil", Some(link))
         }),
         Some(Command::Emulate(options)) => console.emulate(options),
+        Some(Command::Design(options)) => console.design(options),
+        Some(Command::Compare(options)) => console.compare(options),
         Some(Command::Figures { only, out, json }) => console.figures(only, out, *json),
         Some(Command::Budget(options)) => console.budget(options),
         Some(Command::Export(options)) => console.export(options),
@@ -296,6 +314,9 @@ struct RunJson<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
     warnings: &'a [String],
+    /// Poles, margins and noise of the loop at rest; none for a law that switches.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    design: Option<&'a Design>,
     /// Bounds of the external disturbances, Eq. (40); chain plants only.
     #[serde(skip_serializing_if = "<[Mu]>::is_empty")]
     mu: &'a [Mu],
@@ -420,6 +441,7 @@ impl Console<'_> {
         let error = error.map(|error| error.to_string());
         write_results(&folder, &experiment, &trace)?;
         drop((kept, claim));
+        let design = Design::of(&experiment).ok();
 
         if options.json {
             let (ending, _) = ending(&trace, &metrics);
@@ -433,6 +455,7 @@ impl Console<'_> {
                 ended_at_s: trace.rows.last().map_or(0.0, |row| row.t_s),
                 error: error.clone(),
                 warnings: &experiment.warnings,
+                design: design.as_ref(),
                 mu: &experiment.mu,
                 target: comparison,
             };
@@ -448,6 +471,9 @@ impl Console<'_> {
                 _ => table(&experiment, &metrics, &trace),
             };
             self.say(&table.to_string())?;
+            for line in design.iter().flat_map(Design::short) {
+                self.say(&line)?;
+            }
             for warning in &experiment.warnings {
                 self.say(&format!("warning: {warning}"))?;
             }
@@ -669,11 +695,14 @@ fn ending(trace: &Trace, metrics: &Metrics) -> (&'static str, String) {
 }
 
 /// What a controller can tell, and its name in JSON.
-const TROUBLES: [(Health, &str); 4] = [
+const TROUBLES: [(Health, &str); 7] = [
     (Health::INPUT_REJECTED, "input_rejected"),
     (Health::SATURATED, "saturated"),
     (Health::SIGMA_STAR_OVER_BOUND, "sigma_star_over_bound"),
     (Health::SAMPLE_LOST, "sample_lost"),
+    (Health::DISTURBANCE_OVER_BOUND, "disturbance_over_bound"),
+    (Health::STUCK_AT_LIMIT, "stuck_at_limit"),
+    (Health::STOPPED, "stopped"),
 ];
 
 fn ticks_with(trace: &Trace, flag: Health) -> usize {

@@ -12,7 +12,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use loop_sim::port::in_process::{ControllerSpec, Download};
+use loop_sim::port::in_process::{ControllerSpec, Download, Model};
 use scenario::{Experiment, Source};
 
 use crate::remote::instance_of;
@@ -67,6 +67,7 @@ pub fn text(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Res
     let (Some(spec), Some(download)) = (&experiment.spec, &experiment.download) else {
         return Err(match &experiment.spec {
             None => "the baseline is not exported; set controller.kind=proposed".into(),
+            Some(spec) if matches!(spec.model, Model::Formulas { .. }) => formulas_stay_here(spec),
             Some(_) => "an exported controller computes in f32; set controller.precision=f32".into(),
         });
     };
@@ -74,8 +75,22 @@ pub fn text(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Res
     match form {
         Form::Standalone(prefix) => standalone::text(&exported, prefix),
         Form::Archive(prefix) => archive::text(&exported, prefix),
-        Form::Rust => Ok(rust::text(&exported)),
+        Form::Rust => rust::text(&exported),
     }
+}
+
+/// Why a controller whose model is a formula runs in this process only, and what to change: a target computes in f32,
+/// with functions of its own, and what was simulated would not be what runs there.
+pub(crate) fn formulas_stay_here(spec: &ControllerSpec) -> String {
+    let n = spec.config.n;
+    let Model::Formulas { drift, .. } = &spec.model else { return String::new() };
+    let slopes: Vec<String> = (0..n).map(|j| format!("{:?}", drift.slope(&vec![0.0; n], j))).collect();
+    format!(
+        "a(x) or b(x) of the controller is a formula, which is computed here in f64 only; set \
+         controller.nominal.a=[{}], its slopes at rest, and a constant controller.nominal.b, and the observers \
+         estimate what that leaves out; or write it in Rust as a NominalModel",
+        slopes.join(", ")
+    )
 }
 
 /// What all forms are made from.

@@ -9,8 +9,10 @@
 //! over a [`transport`], compared bit for bit. A scenario file with its seed reproduces a run bit for bit.
 
 pub mod cli;
+pub mod compare;
 pub mod export;
 pub mod figures;
+pub mod margins;
 pub mod remote;
 pub mod report;
 pub mod transport;

@@ -12,7 +12,7 @@
 use std::time::{Duration, Instant};
 
 use loop_sim::MAX_ORDER;
-use loop_sim::port::in_process::{Download, ModelKind};
+use loop_sim::port::in_process::{self, Download, ModelKind};
 use loop_sim::port::{ControllerPort, PortError, Tick};
 use pil_wire::{
     CORE_VERSION, Identity, Instance, LAYOUT_ID, LOAD, MAX_N, Model, Open, REPLY_LEN, Reason, Receiver, Refusal, Reply,
@@ -20,6 +20,7 @@ use pil_wire::{
 };
 use scenario::Experiment;
 
+use crate::export::formulas_stay_here;
 use crate::transport::{Transport, TransportError};
 
 /// Longest wait for any answer.
@@ -51,7 +52,12 @@ pub fn for_target(experiment: &Experiment) -> Result<&Download, String> {
         None if experiment.spec.is_none() => {
             Err(format!("{name}: a target carries the proposed controller only; set controller.kind=proposed"))
         }
-        None => Err(format!("{name}: a target computes in f32; set controller.precision=f32")),
+        None => Err(match &experiment.spec {
+            Some(spec) if matches!(spec.model, in_process::Model::Formulas { .. }) => {
+                format!("{name}: {}", formulas_stay_here(spec))
+            }
+            _ => format!("{name}: a target computes in f32; set controller.precision=f32"),
+        }),
     }
 }
 

@@ -89,7 +89,7 @@ fn an_export_that_fails_half_way_leaves_the_file_that_was_there() {
     // No file may grow beyond a block, which a write is told and not killed for.
     let limited = r#"trap '' XFSZ; ulimit -f 1; exec "$0" "$@""#;
     let mut command = Command::new("sh");
-    command.args(["-c", limited, PROGRAM, "export", "--standalone", "--force", "-o", &file]);
+    command.args(["-c", limited, PROGRAM, "export", "--paper", "--standalone", "--force", "-o", &file]);
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("sh");
     let (status, _, err) = ended(child);
     assert!(status == 1 && err.contains(&format!("error: {file} cannot be written: File too large")), "{err}");
@@ -104,7 +104,7 @@ fn what_is_no_file_is_neither_replaced_nor_removed_by_an_export() {
     symlink("/dev/full", &device).expect("a link");
     let pipe = folder.pipe("pipe");
     for (target, name) in [(&device, "device"), (&pipe, "pipe")] {
-        let (status, _, err) = spoken(&["export", "--standalone", "--force", "-o", target]);
+        let (status, _, err) = spoken(&["export", "--paper", "--standalone", "--force", "-o", target]);
         let told = format!("error: {target} cannot be written: this is a {name}, expected a regular file\n");
         assert!(status == 2 && err.ends_with(&told), "{err}");
     }
@@ -226,6 +226,26 @@ fn the_motor_of_the_readme_runs_as_it_stands_there() {
     let export = between(after, "```sh\ncargo run --release -- ", "\n```");
     let (status, out, err) = ran_in(&folder, &export.split(' ').collect::<Vec<_>>());
     assert_eq!((status, out.as_str(), err.as_str()), (0, "wrote motor_drive.h\n", ""), "{export}");
+}
+
+#[test]
+fn the_equations_of_the_readme_are_those_of_the_file_and_its_commands_work() {
+    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md");
+    let readme = fs::read_to_string(readme).expect("the README");
+    let section = between(&readme, "### Write down your equations\n", "\n## ");
+    let folder = Folder::new("equations");
+    for line in between(section, "```sh\n", "```").lines() {
+        // The shell takes the quotes away.
+        let args = line.strip_prefix("cargo run --release -- ").expect("a command").replace('\'', "");
+        let (status, out, err) = ran_in(&folder, &args.split(' ').collect::<Vec<_>>());
+        assert_eq!((status, err.as_str()), (0, ""), "{line}");
+        assert!(!args.starts_with("run") || out.contains("the state stayed bounded to the end"), "{out}");
+    }
+    let file = fs::read_to_string(folder.0.join("pendulum.toml")).expect("the file");
+    for part in between(section, "```toml\n", "```").split("\n\n") {
+        assert!(file.contains(part.trim_end()), "{part}");
+    }
+    assert!(fs::read_to_string(folder.0.join("pendulum.h")).expect("the C file").contains("edo_smc_tick("));
 }
 
 /// Another motor than that of the file: three times as heavy, twice as strong, 16 bits, and its numbers typed in.

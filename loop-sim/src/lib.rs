@@ -3,11 +3,12 @@
 
 pub mod actuator;
 pub mod closed_loop;
+pub mod expression;
+pub mod linear;
 pub mod metrics;
 pub mod plant;
 pub mod port;
 pub mod random;
-pub mod response;
 pub mod sensor;
 pub mod signal;
 pub mod solver;

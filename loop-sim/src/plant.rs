@@ -6,10 +6,11 @@
 //! | [`FlexibleJoint`] | Example 2, Eq. (63)-(64): a link on a motor through a spring, an error per parameter |
 //! | [`Benchmark`] | Example 1, Eq. (59)-(61): the nonlinear system of order 2 |
 //! | [`Chain`] | Eq. (39) with a linear last channel, order 2 to 6: a plant without writing Rust |
+//! | [`Own`] | any right-hand side by its formulas, order 2 to 6 |
 //! | [`Motor`] | a motor with a rigid load: friction, cogging, ripple, current loop |
 //! | [`Joint`] | a flexible joint of one's own: two inertias on a spring, the same motor |
 //!
-//! Each says the same thing twice, by different formulas: [`Plant::rhs`] from the true coefficients and
+//! Each but [`Own`] says the same thing twice, by different formulas: [`Plant::rhs`] from the true coefficients and
 //! [`Plant::lumped`] from the nominal ones and the errors. The tests hold them against each other.
 
 mod benchmark;
@@ -17,12 +18,14 @@ mod chain;
 mod flexible_joint;
 mod joint;
 mod motor;
+mod own;
 
 pub use benchmark::Benchmark;
 pub use chain::{Chain, ChainError, LastChannel};
 pub use flexible_joint::{FlexibleJoint, JointErrors};
 pub use joint::{Joint, JointBody};
 pub use motor::{Friction, Imperfections, Motor, Shaft};
+pub use own::Own;
 
 use crate::MAX_ORDER;
 use crate::signal::Signal;
@@ -38,8 +41,13 @@ pub trait Plant: Send + Sync {
     /// The true lumped disturbances d_1..d_n of Eq. (39): what `rhs` differs by from the *nominal* chain.
     fn lumped(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]);
 
-    /// An upper estimate of the fastest rate of the dynamics around `x`, rad/s: the solver's step follows it.
-    fn fastest_rad_s(&self, x: &[f64]) -> f64;
+    /// An upper estimate of the fastest rate of the dynamics around `x` under `u`, rad/s: the solver's step follows it.
+    fn fastest_rad_s(&self, t_s: f64, x: &[f64], u: f64) -> f64;
+
+    /// Is that an estimate of this instant only? Then the solver checks each step and halves it where it must.
+    fn is_checked(&self) -> bool {
+        false
+    }
 
     /// Instants at which the right-hand side jumps, ascending: no solver step straddles one.
     fn jumps_s(&self) -> &[f64];

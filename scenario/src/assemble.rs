@@ -2,24 +2,26 @@
 
 use std::ops::ControlFlow;
 
-use controller_core::drive::{JointDesign, MotorDesign, Mounting};
 use controller_core::{ConfigError, Field, Gate, Remedy, SampleLimits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::closed_loop::{Loop, LoopError, close_loop};
+use loop_sim::linear::LawAtRest;
 use loop_sim::metrics::{self, Metrics, Noise, Tracking};
-use loop_sim::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel, Plant};
+use loop_sim::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel, Own, Plant};
 use loop_sim::port::ControllerPort;
 use loop_sim::port::baseline::Baseline;
 use loop_sim::port::compared::Compared;
-use loop_sim::port::drive::Form;
+use loop_sim::port::drive::{DriveDesign, Motion};
 use loop_sim::port::in_process::{self, ControllerSpec, Designed, Download, Precision};
 use loop_sim::sensor::{self, Sensor};
 use loop_sim::signal::Signal;
 use loop_sim::trace::{Row, Trace};
 use serde::Serialize;
 
-use super::resolve::{ControllerChoice, PlantChoice, Problem, Resolved};
-use super::{ActuatorTable, ControllerKind, ErrorTable, PrecisionKey, SensorTable};
+use super::own::Formulas;
+use super::resolve::{ControllerChoice, PlantChoice, Problem, Resolved, problem};
+use super::{ActuatorTable, ControllerKind, ErrorTable, PlantKind, PrecisionKey, ReadingKey, Scenario, SensorTable};
+use crate::error::{ScenarioError, shown};
 
 /// A scenario ready to run.
 pub struct Experiment {
@@ -61,26 +63,49 @@ pub struct Experiment {
     pub warnings: Vec<String>,
     /// Bounds of the external disturbances per channel; chain plants only.
     pub mu: Vec<Mu>,
+    /// The reading of the paper that the controller is designed for, if it is for figures only: no joint is like it.
+    pub figures_only: Option<&'static str>,
     /// What is to be told of a drive; none for any other controller.
     pub drive: Option<Drive>,
+    /// The same loop standing still, or why it has no such form.
+    pub at_rest: Result<AtRest, ScenarioError>,
     pub(super) controller: String,
 }
 
-/// What a drive is designed from, with sign and offset of its encoders.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum DriveDesign {
-    /// A motor with one encoder.
-    Motor(MotorDesign, Mounting),
-    /// A joint with encoders on link and motor.
-    Joint(JointDesign, [Mounting; 2]),
+/// A loop that stands still where its angles or states are 0, in f64, with nothing in it that is random, jumps or
+/// wears: of it margins, poles and noise are computed ([`loop_sim::linear`]).
+pub struct AtRest {
+    /// The plant without friction, load and disturbance.
+    pub plant: Box<dyn Plant>,
+    /// The law.
+    pub law: Box<dyn LawAtRest>,
+    /// What it measures.
+    pub sensed: Vec<Sensed>,
+    /// Ticks between a sample and the law.
+    pub sensor_delay_ticks: usize,
+    /// Ticks between the law and the plant.
+    pub actuator_delay_ticks: usize,
+    /// Is the law told what the actuator holds?
+    pub report: bool,
+    /// What of the scenario is not in it, in words.
+    pub left_out: Vec<&'static str>,
+}
+
+/// An entry of the sample.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensed {
+    /// The state that it sees, from 0.
+    pub state: usize,
+    /// What it is called.
+    pub name: String,
+    /// Its unit; empty if unknown.
+    pub unit: &'static str,
+    /// Rms of what its steps and its noise add.
+    pub rms: f64,
 }
 
 /// What a drive has to tell beside its trace.
 pub struct Drive {
-    /// What it is designed from.
-    pub design: DriveDesign,
-    /// Its gain sets, delay, observer states, and what it follows.
-    pub form: Form,
     /// Bandwidths and why, a line each.
     pub chosen: Vec<String>,
     /// Limit of the current of either sign, A.
@@ -89,6 +114,14 @@ pub struct Drive {
     pub shafts: Vec<ShaftOf>,
     /// When the reference begins to move, s.
     pub begins_s: f64,
+    /// The drive before it runs.
+    pub designed: DriveDesign,
+    /// Its reference.
+    pub motion: Motion,
+    /// Time constant of the current loop, s.
+    pub current_lag_s: f64,
+    /// λ_2: what |σ*| stays below with the quiet gains while every innovation is at most one step of its encoder.
+    pub sigma_star_bound: f64,
     /// The same drive with finer encoders, if there is room for such, and nothing is wrong with the coarse ones.
     pub(super) exact: Option<(Box<dyn Sensor>, Box<dyn ControllerPort>)>,
 }
@@ -178,7 +211,11 @@ impl Experiment {
     }
 }
 
-pub(super) fn assemble(resolved: Resolved) -> Result<Experiment, Problem> {
+/// `told` makes an error of a problem that has a place.
+pub(super) fn assemble(
+    resolved: Resolved,
+    told: &dyn Fn(Problem) -> ScenarioError,
+) -> Result<Experiment, ScenarioError> {
     let Resolved {
         name,
         title,
@@ -199,17 +236,21 @@ pub(super) fn assemble(resolved: Resolved) -> Result<Experiment, Problem> {
         if matches!(plant, PlantChoice::FlexibleJoint { .. }) { ("rad", "A") } else { ("", "") };
     let disturbances: Vec<Signal> = disturbance.into_iter().map(Signal::new).collect();
 
-    let (port, spec, download, warnings, orders): (Box<dyn ControllerPort>, _, _, Vec<String>, Vec<usize>) =
+    let (port, law, spec, download, warnings, orders): (Box<dyn ControllerPort>, _, _, _, Vec<String>, Vec<usize>) =
         match controller {
             ControllerChoice::Proposed(spec) => {
-                let Designed { port, warnings, download } =
-                    in_process::build(&spec).map_err(|error| design_problem(&error, &observer_position))?;
+                let Designed { port, warnings, download, at_rest } =
+                    in_process::build(&spec).map_err(|error| told(design_problem(&error, &observer_position)))?;
                 let observers = spec.config.padded.observers.iter().take(spec.config.n);
                 let orders = observers.map(|gains| gains.map_or(0, |gains| gains.order())).collect();
-                (port, Some(*spec), download, warnings.iter().map(ToString::to_string).collect(), orders)
+                let warnings = warnings.iter().map(ToString::to_string).collect();
+                (port, Some(at_rest), Some(*spec), download, warnings, orders)
             }
-            ControllerChoice::Baseline(spec) => (Box::new(Baseline::new(spec)), None, None, Vec::new(), vec![1, 0]),
+            ControllerChoice::Baseline(spec) => {
+                (Box::new(Baseline::new(spec)), None, None, None, Vec::new(), vec![1, 0])
+            }
         };
+    let at_rest = at_rest(&plant, law, output_unit, &file).map_err(told);
     let mu = if is_chain { bounds(&disturbances, &orders, span_s) } else { Vec::new() };
 
     Ok(Experiment {
@@ -222,7 +263,7 @@ pub(super) fn assemble(resolved: Resolved) -> Result<Experiment, Problem> {
         settling_band: file.settling_band,
         output_unit,
         control_unit,
-        plant: plant_of(plant, &file.plant.error, disturbances)?,
+        plant: plant_of(plant, &file.plant.error, disturbances).map_err(told)?,
         sensor: gated(sensor_of(&file.sensor, file.seed), spec.as_ref()),
         actuator: actuator_of(&file.actuator, period_s),
         x0,
@@ -232,12 +273,85 @@ pub(super) fn assemble(resolved: Resolved) -> Result<Experiment, Problem> {
         report: file.actuator.report,
         warnings,
         mu,
+        figures_only: (file.plant.kind == PlantKind::FlexibleJoint && file.plant.reading != ReadingKey::Physical)
+            .then(|| file.plant.reading.word()),
         drive: None,
+        at_rest,
         controller: match (file.controller.kind, file.controller.precision) {
             (ControllerKind::Baseline, _) => "baseline f64".into(),
             (ControllerKind::Proposed, PrecisionKey::F32) => "f32".into(),
             (ControllerKind::Proposed, PrecisionKey::F64) => "f64".into(),
         },
+    })
+}
+
+/// States that a delay of a loop at rest may have: one for a tick, of a sample one for each of its entries.
+const MOST_DELAY_STATES: usize = 40;
+
+fn at_rest(
+    plant: &PlantChoice,
+    law: Option<Box<dyn LawAtRest>>,
+    unit: &'static str,
+    file: &Scenario,
+) -> Result<AtRest, Problem> {
+    let Scenario { sensor, actuator, controller, .. } = file;
+    let Some(law) = law else {
+        return problem("controller.kind", "a law that switches has no poles and margins: take \"proposed\"");
+    };
+    if actuator.hold_ticks > 1 {
+        let period_s = shown(controller.period_s * actuator.hold_ticks as f64);
+        let message = format!(
+            "poles and margins are those of a loop that acts in every tick: look at controller.period_s = {period_s} \
+             with actuator.hold_ticks = 1"
+        );
+        return problem("actuator.hold_ticks", message);
+    }
+    let still = match plant.clone() {
+        PlantChoice::FlexibleJoint { chain, .. } => PlantChoice::FlexibleJoint { chain, input_disturbance: Vec::new() },
+        other => other,
+    };
+    let order = match &still {
+        PlantChoice::FlexibleJoint { .. } => 4,
+        PlantChoice::Benchmark { .. } => 2,
+        PlantChoice::Chain { a, .. } => a.len(),
+        PlantChoice::Own(formulas) => formulas.rates.len(),
+    };
+    for (key, ticks, states) in [("sensor", sensor.delay_ticks, order), ("actuator", actuator.delay_ticks, 1)] {
+        let most = MOST_DELAY_STATES / states;
+        if ticks > most {
+            let message = format!("poles and margins are computed with a delay of up to {most} ticks here");
+            return problem(format!("{key}.delay_ticks"), message);
+        }
+    }
+    let of = |row: &Option<Vec<f64>>, state: usize| row.as_ref().and_then(|row| row.get(state)).copied().unwrap_or(0.0);
+    let rates = match (unit, &still) {
+        ("rad", PlantChoice::FlexibleJoint { .. }) => ["rad", "rad/s", "rad/s^2", "rad/s^3"],
+        _ => [""; 4],
+    };
+    let sensed = (0..order).map(|state| Sensed {
+        state,
+        name: format!("x_{}", state + 1),
+        unit: rates.get(state).copied().unwrap_or(""),
+        rms: (of(&sensor.noise, state).powi(2) + of(&sensor.quantum, state).powi(2) / 12.0).sqrt(),
+    });
+    let left_out = [
+        (
+            matches!(still, PlantChoice::FlexibleJoint { .. } | PlantChoice::Benchmark { .. } | PlantChoice::Own(_)),
+            "the plant away from x = 0",
+        ),
+        (controller.k_s > 0.0, "the switching term beyond its boundary layer"),
+        (sensor.jitter > 0.0, "jitter"),
+        (sensor.dropout > 0.0, "lost samples"),
+        (actuator.rate_per_s.is_some(), "the rate limit"),
+    ];
+    Ok(AtRest {
+        plant: plant_of(still, &file.plant.error, vec![Signal::default(); order])?,
+        law,
+        sensed: sensed.collect(),
+        sensor_delay_ticks: sensor.delay_ticks,
+        actuator_delay_ticks: actuator.delay_ticks,
+        report: actuator.report,
+        left_out: left_out.into_iter().filter_map(|(is_there, what)| is_there.then_some(what)).collect(),
     })
 }
 
@@ -266,6 +380,10 @@ fn plant_of(choice: PlantChoice, errors: &ErrorTable, disturbances: Vec<Signal>)
             let nominal = LastChannel { a: nominal_a, b: nominal_b };
             let chain = Chain::new(truth, nominal, given.collect());
             Box::new(chain.map_err(|error| Problem { key: "plant".into(), message: error.to_string() })?)
+        }
+        PlantChoice::Own(Formulas { rates, drift, gain }) => {
+            let own = Own::new(rates, drift, gain, given.collect());
+            Box::new(own.map_err(|error| Problem { key: "plant".into(), message: error.to_string() })?)
         }
     })
 }

@@ -69,6 +69,10 @@ impl<'a> Checker<'a> {
                     let below = path.key(&entry.key);
                     match properties.and_then(|properties| properties.get(&entry.key)) {
                         Some(part) => self.node(part, &entry.node, &below, faults),
+                        // Names of one's own.
+                        None if choice["additionalProperties"].is_object() => {
+                            self.node(&choice["additionalProperties"], &entry.node, &below, faults);
+                        }
                         None if faults.len() >= MOST_FAULTS => return,
                         None => faults.push(self.unknown_key(choice, &below, &entry.key, entry.key_origin)),
                     }

@@ -41,6 +41,8 @@ pub struct MotorScenario {
     pub drive: MotorDriveTable,
     /// Where to go.
     pub reference: ReferenceTable,
+    /// What the drive is watched for. Default: thresholds by rule, and alarms are told only.
+    pub monitor: MonitorTable,
     /// What no data sheet says. Default: none of it.
     pub friction: FrictionTable,
     /// Terms of a torque against positive motion, behind the gear: amplitude in N m, slope in N m/s. Default none.
@@ -65,6 +67,7 @@ impl Default for MotorScenario {
             encoder: EncoderTable::default(),
             drive: MotorDriveTable::default(),
             reference: ReferenceTable::default(),
+            monitor: MonitorTable::default(),
             friction: FrictionTable::default(),
             load: Vec::new(),
             fault: Vec::new(),
@@ -242,6 +245,43 @@ pub enum ReferenceKind {
     Speed,
 }
 
+/// What a drive is watched for, and what follows an alarm.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct MonitorTable {
+    /// What follows an alarm. Default tell.
+    pub reaction: ReactionKey,
+    /// joined_stop: time to rest, s. Default 0.25.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub stop_s: Option<f64>,
+    /// Largest torque that load, friction and what the data sheet has wrong may come to, N m; of a joint on the link.
+    /// Default by rule, from the limits, uncertain_percent and sudden_load_n_m.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub load_n_m: Option<f64>,
+    /// joint: the same on the motor, N m.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub motor_n_m: Option<f64>,
+    /// Largest |sigma*| while the current is within its limits, rad/s; of a joint rad/s^3. Default by rule.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub sigma_star: Option<f64>,
+    /// Time that the current may be at a limit while |sigma| does not fall, s. Default 0.2.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub saturated_s: Option<f64>,
+}
+
+/// What follows an alarm.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ReactionKey {
+    /// It is told, and the drive goes on.
+    #[default]
+    Tell,
+    /// The fallback goes out from then on.
+    Fallback,
+    /// The reference comes to rest from where it is.
+    JoinedStop,
+}
+
 /// Friction and ripple of the true motor; the controller knows nothing of them.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -367,6 +407,8 @@ pub struct JointScenario {
     pub drive: JointDriveTable,
     /// Where the link is to go.
     pub reference: ReferenceTable,
+    /// What the drive is watched for. Default: thresholds by rule, and alarms are told only.
+    pub monitor: MonitorTable,
     /// What no data sheet says of the motor, as torques behind the gear. Default: none of it.
     pub friction: FrictionTable,
     /// Terms of a torque against positive motion of the link: amplitude in N m, slope in N m/s. Default none.
@@ -391,6 +433,7 @@ impl Default for JointScenario {
             encoder: JointEncoderTable::default(),
             drive: JointDriveTable::default(),
             reference: ReferenceTable::default(),
+            monitor: MonitorTable::default(),
             friction: FrictionTable::default(),
             load: Vec::new(),
             fault: Vec::new(),

@@ -10,6 +10,8 @@
 //! The structs are flat with optional keys on purpose: serde's tagged enums would lose the place of an error. Which
 //! keys go with which kind is one table in `resolve`.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -18,9 +20,10 @@ mod check;
 mod document;
 mod drive;
 mod error;
+mod own;
 mod resolve;
 
-pub use assemble::{Drive, DriveDesign, Experiment, Mu, ShaftOf};
+pub use assemble::{AtRest, Drive, Experiment, Mu, Sensed, ShaftOf};
 pub use drive::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointEncoderTable,
     JointErrorTable, JointScenario, JointTable, ModeKey, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable,
@@ -34,11 +37,15 @@ use error::Origin;
 use resolve::Problem;
 use whole_file::Kind;
 
-/// The default scenario: Example 2, `reconstructed`, r = 2 as printed. It is also what `host-sim new` writes.
+/// The default scenario: Example 2, `reconstructed`, r = 2 as printed. It is what `host-sim new NAME
+/// --plant paper` writes.
 pub const DEFAULT: &str = include_str!("../scenarios/default.toml");
 
 /// Your own plant, a chain of integrators: a file to start from.
 pub const CHAIN: &str = include_str!("../scenarios/chain.toml");
+
+/// Your own plant by its equations, nonlinear: a file to start from.
+pub const OWN: &str = include_str!("../scenarios/own.toml");
 
 /// A motor of your own with an encoder, by its data sheet: a file to start from.
 pub const MOTOR: &str = include_str!("../scenarios/motor.toml");
@@ -97,16 +104,18 @@ impl Default for Scenario {
 pub struct PlantTable {
     /// Which plant. Default flexible_joint.
     pub kind: PlantKind,
-    /// flexible_joint: which reading of Eq. (63)-(64) and Table I. Default reconstructed.
+    /// flexible_joint: which reading of Eq. (63)-(64) and Table I. Default reconstructed, for the paper's figures.
     pub reading: ReadingKey,
     /// True state at t = 0, one number per state. Default: [0.1, 0, 0, 0] for the joint, else zeros.
     #[schemars(length(min = 2, max = 6))]
     pub x0: Option<Vec<f64>>,
-    /// flexible_joint: physical parameters; those left out are Table I's. Plant and controller both use them.
+    /// flexible_joint: physical parameters; those left out are Table I's. Plant and controller both use them. Others
+    /// than Table I's go with the reading physical alone.
     pub parameters: ParametersTable,
     /// flexible_joint: relative error of each true coefficient, 0.5 = 50 % above what the controller believes.
     pub error: ErrorTable,
-    /// flexible_joint: terms of the disturbance v at the input. Default 1 + sin 2t.
+    /// flexible_joint: terms of the disturbance v at the input. Default 1 + sin 2t as in the paper, and none in the
+    /// reading physical.
     #[schemars(length(max = 64))]
     pub input_disturbance: Option<Vec<TermTable>>,
     /// benchmark: add the state-dependent terms x_1^2/2 + x_1 sin 2t + 0.2 x_2 of Eq. (60) to d_1. Default false.
@@ -119,6 +128,11 @@ pub struct PlantTable {
     pub a: Option<Vec<f64>>,
     /// chain: true input gain b, Eq. (39).
     pub b: Option<f64>,
+    /// own: the true x_1' .. x_n', each a formula of x1 .. xn, u, t and the constants.
+    #[schemars(length(min = 2, max = 6))]
+    pub rates: Option<Vec<String>>,
+    /// own: names for numbers in the formulas of plant and controller.
+    pub constants: BTreeMap<String, f64>,
     /// Disturbances d_i(t) of Eq. (39), one table per channel. Default none.
     #[schemars(length(max = 6))]
     pub disturbance: Vec<DisturbanceTable>,
@@ -135,20 +149,22 @@ pub enum PlantKind {
     Benchmark,
     /// Your own: a chain of n integrators, Eq. (39), with linear a(x) and constant b.
     Chain,
+    /// Your own, by its equations.
+    Own,
 }
 
-/// Readings of Example 2.
+/// Readings of Example 2. All but physical have an input gain that no joint has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ReadingKey {
-    /// As printed: J11 on the link. Does not reproduce the published numbers.
+    /// For the figures only, as printed: J11 on the link. Does not reproduce the published numbers.
     Literal,
-    /// Link equation with the link inertia: reproduces the published numbers.
+    /// For the figures only: link equation with the link inertia, reproduces the published numbers.
     #[default]
     Reconstructed,
-    /// As reconstructed, with B11 on the motor: the hard test of a discretisation.
+    /// For the figures only: as reconstructed, with B11 on the motor, the hard test of a discretisation.
     Stiff,
-    /// As reconstructed, with a and b scaled consistently.
+    /// Two inertias on a spring: a and b scaled consistently. The one that a real joint has.
     Physical,
 }
 
@@ -289,7 +305,7 @@ pub struct ControllerTable {
     /// Slope lambda = -da/dx_n as the design takes it, 1/s, while the model of the tick keeps its own. Half of the true
     /// one is harmless, twice is not. Default: that of the nominal model.
     pub lambda_per_s: Option<f64>,
-    /// chain: what the controller believes of a and b where that is not the truth.
+    /// chain, own: what the controller believes of a and b.
     pub nominal: NominalTable,
     /// Clamp of u. Default: none that any actuator would notice.
     pub limits: Option<LimitsTable>,
@@ -401,15 +417,36 @@ pub struct ObserverTable {
     pub order: Option<usize>,
 }
 
-/// The controller's idea of a chain.
+/// The controller's idea of the last channel, x_n' = a(x) + b(x) u.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct NominalTable {
-    /// Nominal a_1..a_n. Default: the true ones.
-    #[schemars(length(min = 2, max = 6))]
-    pub a: Option<Vec<f64>>,
-    /// Nominal b. Default: the true one.
-    pub b: Option<f64>,
+    /// Nominal a_1..a_n; of an own plant also a formula of x1..xn. Default for a chain: the true ones.
+    pub a: Option<DriftKey>,
+    /// Nominal b; of an own plant also a formula of x1..xn. Default for a chain: the true one.
+    pub b: Option<GainKey>,
+    /// own: constants that the controller believes to be other than they are.
+    pub constants: BTreeMap<String, f64>,
+}
+
+/// Coefficients or a formula.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum DriftKey {
+    /// a_1..a_n of a linear a(x).
+    Row(#[schemars(length(min = 2, max = 6))] Vec<f64>),
+    /// a(x).
+    Formula(String),
+}
+
+/// A number or a formula.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum GainKey {
+    /// A constant b.
+    Number(f64),
+    /// b(x).
+    Formula(String),
 }
 
 /// A range of u.
@@ -520,7 +557,8 @@ pub fn schema(plant: &str) -> serde_json::Value {
 }
 
 /// What one can start from: the plant, and a commented file.
-pub const STARTS: [(&str, &str); 4] = [("paper", DEFAULT), ("motor", MOTOR), ("joint", JOINT), ("chain", CHAIN)];
+pub const STARTS: [(&str, &str); 5] =
+    [("paper", DEFAULT), ("motor", MOTOR), ("joint", JOINT), ("chain", CHAIN), ("own", OWN)];
 
 /// One of [`STARTS`] as a scenario of this name; `None` if it cannot be a name, or there is no such plant.
 pub fn template(name: &str, plant: &str) -> Option<String> {
@@ -565,7 +603,7 @@ pub fn parse(source: &Source<'_>, default_name: &str) -> Result<Experiment, Scen
     let (scenario, file) = Located::held::<Scenario>(source, tree, &schema("paper"))?;
     let foreign = resolve::foreign_keys(&scenario, &|key| file.origin_of(key).is_some(), &|key| file.is_set(key));
     let resolved = resolve::resolve(scenario, default_name, foreign).map_err(|problems| file.errors(problems.0))?;
-    assemble::assemble(resolved).map_err(|problem| file.errors(vec![problem]))
+    assemble::assemble(resolved, &|problem| file.errors(vec![problem]))
 }
 
 /// A TOML text that has been held against a schema; knows where each key stands.

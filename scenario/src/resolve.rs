@@ -10,9 +10,11 @@ use loop_sim::port::in_process::{ControllerSpec, Model, Precision, padded};
 use loop_sim::signal::Term;
 
 use super::error::shown;
+use super::own::{self, Formulas};
 use super::{
-    ActuatorTable, ControllerKind, ControllerTable, ExpKey, FallbackKey, ObserverTable, ParametersTable, PlantKind,
-    PlantTable, PrecisionKey, ReadingKey, SamplesTable, Scenario, SensorTable, TermKind, TermTable,
+    ActuatorTable, ControllerKind, ControllerTable, DriftKey, ExpKey, FallbackKey, GainKey, ObserverTable,
+    ParametersTable, PlantKind, PlantTable, PrecisionKey, ReadingKey, SamplesTable, Scenario, SensorTable, TermKind,
+    TermTable,
 };
 
 /// Most ticks of one run: each is kept until the end, some 200 bytes, and written as a line.
@@ -58,11 +60,12 @@ pub(super) struct Resolved {
     pub(super) file: Scenario,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) enum PlantChoice {
     FlexibleJoint { chain: JointChain, input_disturbance: Vec<Term> },
     Benchmark { state_dependent: bool },
     Chain { a: Vec<f64>, b: f64, nominal_a: Vec<f64>, nominal_b: f64 },
+    Own(Formulas),
 }
 
 #[derive(Debug)]
@@ -71,12 +74,18 @@ pub(super) enum ControllerChoice {
     Baseline(BaselineSpec),
 }
 
-/// Keys that mean something for one kind only: (keys, selecting key, the kind).
-const FOREIGN: [(&[&str], &str, &str); 5] = [
-    (&["plant.reading", "plant.parameters", "plant.error", "plant.input_disturbance"], "plant.kind", "flexible_joint"),
-    (&["plant.state_dependent", "controller.exp"], "plant.kind", "benchmark"),
-    (&["plant.order", "plant.a", "plant.b", "controller.nominal"], "plant.kind", "chain"),
-    (&["controller.k"], "controller.kind", "baseline"),
+/// Keys that mean something for some kinds only: (keys, selecting key, the kinds).
+const FOREIGN: [(&[&str], &str, &[&str]); 7] = [
+    (
+        &["plant.reading", "plant.parameters", "plant.error", "plant.input_disturbance"],
+        "plant.kind",
+        &["flexible_joint"],
+    ),
+    (&["plant.state_dependent", "controller.exp"], "plant.kind", &["benchmark"]),
+    (&["plant.order", "plant.a", "plant.b"], "plant.kind", &["chain"]),
+    (&["plant.rates", "plant.constants", "controller.nominal.constants"], "plant.kind", &["own"]),
+    (&["controller.nominal"], "plant.kind", &["chain", "own"]),
+    (&["controller.k"], "controller.kind", &["baseline"]),
     (
         &[
             "controller.precision",
@@ -97,7 +106,7 @@ const FOREIGN: [(&[&str], &str, &str); 5] = [
             "controller.exp",
         ],
         "controller.kind",
-        "proposed",
+        &["proposed"],
     ),
 ];
 
@@ -107,6 +116,7 @@ impl PlantKind {
             Self::FlexibleJoint => "flexible_joint",
             Self::Benchmark => "benchmark",
             Self::Chain => "chain",
+            Self::Own => "own",
         }
     }
 }
@@ -129,17 +139,18 @@ pub(super) fn foreign_keys(
 ) -> Problems {
     let mut problems = Vec::new();
     for (keys, selector, wanted) in FOREIGN {
+        let only = wanted.iter().map(|kind| format!("{kind:?}")).collect::<Vec<_>>().join(" or ");
         let chosen =
             if selector == "plant.kind" { scenario.plant.kind.word() } else { scenario.controller.kind.word() };
-        let given = keys.iter().filter(|key| chosen != wanted && is_given(key));
+        let given = keys.iter().filter(|key| !wanted.contains(&chosen) && is_given(key));
         let (of_file, own): (Vec<&str>, Vec<&str>) = given.partition(|key| by_set(selector) && !by_set(key));
         problems.extend(own.into_iter().map(|key| Problem {
             key: key.into(),
-            message: format!("only for {selector} = {wanted:?}, but {selector} is {chosen:?}"),
+            message: format!("only for {selector} = {only}, but {selector} is {chosen:?}"),
         }));
         if !of_file.is_empty() {
             let message = format!(
-                "found {chosen:?}, but the file says `{}`: only for {wanted:?}; start from a file without them",
+                "found {chosen:?}, but the file says `{}`: only for {only}; start from a file without them",
                 of_file.join("`, `")
             );
             problems.push(Problem { key: selector.into(), message });
@@ -169,13 +180,37 @@ fn unread_parameters(scenario: &Scenario) -> Vec<Problem> {
     let chosen = scenario.plant.reading;
     let unread = given.into_iter().filter(|(name, value)| value.is_some() && !is_read(name, chosen));
     let told = unread.map(|(name, _)| {
-        let readers = ReadingKey::ALL.into_iter().filter(|by| is_read(name, *by)).map(ReadingKey::word);
-        let readers: Vec<String> = readers.map(|word| format!("{word:?}")).collect();
-        let message =
-            format!("the reading {:?} does not use it; plant.reading = {} does", chosen.word(), readers.join(" or "));
+        let message = format!("the reading {:?} does not use it: leave it out", chosen.word());
         Problem { key: format!("plant.parameters.{name}"), message }
     });
     if scenario.plant.kind == PlantKind::FlexibleJoint { told.collect() } else { Vec::new() }
+}
+
+/// A reading that reproduces figures is no joint: its input gain is wrong on any. So it goes with Table I alone.
+fn joint_parameters(plant: &PlantTable, problems: &mut Problems) -> JointParameters {
+    let (given, table) = (parameters(&plant.parameters), JointParameters::TABLE_I);
+    let pairs = [
+        ("kt", given.kt, table.kt),
+        ("j11", given.j11, table.j11),
+        ("j12", given.j12, table.j12),
+        ("b11", given.b11, table.b11),
+        ("b12", given.b12, table.b12),
+        ("ks", given.ks, table.ks),
+    ];
+    // What a reading does not use is told already.
+    let is_used = |name: &str| name != "b11" || plant.reading != ReadingKey::Reconstructed;
+    let others = pairs.into_iter().filter(|(name, given, table)| given != table && is_used(name));
+    for (name, given, table) in others.filter(|_| plant.reading != ReadingKey::Physical) {
+        let message = format!(
+            "found {}, but the reading {:?} is for the paper's figures, with the {} of Table I, and no joint has its \
+             input gain; set plant.reading = \"physical\", or begin with `host-sim new NAME --plant joint`",
+            shown(given),
+            plant.reading.word(),
+            shown(table),
+        );
+        problems.take::<()>(problem(format!("plant.parameters.{name}"), message));
+    }
+    given
 }
 
 /// Fills in what is left open and checks every rule, to the last one.
@@ -195,7 +230,7 @@ pub(super) fn resolve(file: Scenario, default_name: &str, mut problems: Problems
     }
     let x0 = plant.x0.clone().unwrap_or_else(|| match plant.kind {
         PlantKind::FlexibleJoint => vec![0.1, 0.0, 0.0, 0.0],
-        PlantKind::Benchmark | PlantKind::Chain => vec![0.0; n],
+        PlantKind::Benchmark | PlantKind::Chain | PlantKind::Own => vec![0.0; n],
     });
     sensor_lengths(sensor, n, &mut problems);
     problems.take(actuator_limits(actuator));
@@ -234,7 +269,7 @@ pub(super) fn resolve(file: Scenario, default_name: &str, mut problems: Problems
     }
 }
 
-/// Of a chain that does not say its order: what its lists are held against all the same.
+/// Of a plant that does not say its order: what its lists are held against all the same.
 fn likely_order(plant: &PlantTable, controller: &ControllerTable) -> usize {
     let lists = [&plant.a, &plant.x0, &controller.c];
     lists.into_iter().flatten().next().map_or(MAX_ORDER, Vec::len)
@@ -291,6 +326,10 @@ fn order(plant: &PlantTable) -> Result<usize, Problem> {
         (PlantKind::Benchmark, _) => Ok(2),
         (PlantKind::Chain, Some(n)) => Ok(n),
         (PlantKind::Chain, None) => missing("plant.order", "the order n of the chain, 2 to 6"),
+        (PlantKind::Own, _) => match &plant.rates {
+            Some(rates) => Ok(rates.len()),
+            None => missing("plant.rates", "x_1' .. x_n' of the plant, each a formula of x1 .. xn, u, t, constants"),
+        },
     }
 }
 
@@ -298,7 +337,7 @@ pub(super) fn missing<T>(key: &str, what: &str) -> Result<T, Problem> {
     problem(key, format!("missing: {what}"))
 }
 
-fn of_length(list: &[f64], n: usize, key: &str) -> Result<(), Problem> {
+pub(super) fn of_length(list: &[f64], n: usize, key: &str) -> Result<(), Problem> {
     if list.len() == n {
         return Ok(());
     }
@@ -426,10 +465,10 @@ fn term(table: &TermTable, key: &str) -> Result<Term, Problem> {
 }
 
 /// What the controller knows of channel n.
-struct NominalChannel {
-    model: Model,
-    gradient: Vec<f64>,
-    input_gain: f64,
+pub(super) struct NominalChannel {
+    pub(super) model: Model,
+    pub(super) gradient: Vec<f64>,
+    pub(super) input_gain: f64,
 }
 
 fn plant_choice(
@@ -440,11 +479,12 @@ fn plant_choice(
 ) -> Option<(PlantChoice, NominalChannel)> {
     match plant.kind {
         PlantKind::FlexibleJoint => {
-            let chain = parameters(&plant.parameters).chain(reading(plant.reading));
+            let chain = joint_parameters(plant, problems).chain(reading(plant.reading));
             let nominal = chain.nominal();
             let input_disturbance = match &plant.input_disturbance {
                 Some(list) => terms(list, "plant.input_disturbance", problems)?,
-                // v = 1 + sin 2t
+                // v = 1 + sin 2t, of the paper's figures alone.
+                None if plant.reading == ReadingKey::Physical => Vec::new(),
                 None => {
                     vec![Term::Const { amplitude: 1.0 }, Term::Sin { amplitude: 1.0, omega_rad_s: 2.0, phase_rad: 0.0 }]
                 }
@@ -476,15 +516,21 @@ fn plant_choice(
                 Some(a) => problems.take(of_length(a, n, "plant.a")).map(|()| a.clone()),
                 None => problems.take(missing("plant.a", "the coefficients a_1 .. a_n of the true a(x)")),
             };
+            let formula = "found a formula: only for plant.kind = \"own\"; a chain is linear";
             let nominal_a = match &controller.nominal.a {
-                Some(a) => problems.take(of_length(a, n, "controller.nominal.a")).map(|()| a.clone()),
+                Some(DriftKey::Row(a)) => problems.take(of_length(a, n, "controller.nominal.a")).map(|()| a.clone()),
+                Some(DriftKey::Formula(_)) => problems.take(problem("controller.nominal.a", formula)),
                 None => a.clone(),
             };
             let b = match plant.b {
                 Some(b) => Some(b),
                 None => problems.take(missing("plant.b", "the true input gain")),
             };
-            let nominal_b = controller.nominal.b.or(b);
+            let nominal_b = match controller.nominal.b {
+                Some(GainKey::Number(b)) => Some(b),
+                Some(GainKey::Formula(_)) => problems.take(problem("controller.nominal.b", formula)),
+                None => b,
+            };
             if nominal_b == Some(0.0) {
                 let key = if controller.nominal.b.is_some() { "controller.nominal.b" } else { "plant.b" };
                 let why = "found 0, expected an input gain other than 0: the law divides by it (Eq. (51))";
@@ -497,6 +543,10 @@ fn plant_choice(
                 input_gain: nominal_b,
             };
             Some((PlantChoice::Chain { a, b, nominal_a, nominal_b }, known))
+        }
+        PlantKind::Own => {
+            let (formulas, known) = own::plant(plant, &controller.nominal, problems)?;
+            Some((PlantChoice::Own(formulas), known))
         }
     }
 }
@@ -514,9 +564,7 @@ fn parameters(table: &ParametersTable) -> JointParameters {
 }
 
 impl ReadingKey {
-    const ALL: [Self; 4] = [Self::Literal, Self::Reconstructed, Self::Stiff, Self::Physical];
-
-    const fn word(self) -> &'static str {
+    pub(super) const fn word(self) -> &'static str {
         match self {
             Self::Literal => "literal",
             Self::Reconstructed => "reconstructed",
@@ -813,15 +861,16 @@ mod tests {
 
     #[test]
     fn a_parameter_of_table_1_moves_plant_and_controller_but_an_error_the_plant_alone() {
-        let gain = |sets: &[&str]| config("", sets).nominal.input_gain;
-        let (before, after) = (spec("", &[]), gain(&["plant.parameters.kt=0.238"]));
+        let joint = "[plant]\nreading = \"physical\"";
+        let gain = |sets: &[&str]| config(joint, sets).nominal.input_gain;
+        let (before, after) = (spec(joint, &[]), gain(&["plant.parameters.kt=0.238"]));
         assert_eq!(after, 2.0 * gain(&[]));
-        let plant = |sets: &[&str]| match resolved("", sets).expect("a scenario").plant {
+        let plant = |sets: &[&str]| match resolved(joint, sets).expect("a scenario").plant {
             PlantChoice::FlexibleJoint { chain, .. } => chain.b,
             other => panic!("{other:?}"),
         };
         assert_eq!(plant(&["plant.parameters.kt=0.238"]), after);
-        assert_eq!(spec("", &["plant.error.b=0.5", "plant.error.k2_x3=-0.5"]), before);
+        assert_eq!(spec(joint, &["plant.error.b=0.5", "plant.error.k2_x3=-0.5"]), before);
     }
 
     #[test]

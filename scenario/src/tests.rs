@@ -93,8 +93,8 @@ fn an_unknown_key_is_told_with_its_place_and_the_nearest_name() {
         ),
         (
             "[plant]\nbanana = 1",
-            "a.toml:2:1: unknown key `plant.banana`; expected one of a, b, disturbance, error, input_disturbance, \
-             kind, order, parameters, reading, state_dependent, x0",
+            "a.toml:2:1: unknown key `plant.banana`; expected one of a, b, constants, disturbance, error, \
+             input_disturbance, kind, order, parameters, rates, reading, state_dependent, x0",
         ),
     ]);
 }
@@ -119,8 +119,8 @@ fn a_value_of_the_wrong_type_is_told_with_what_was_expected() {
         ),
         (
             "[plant]\nkind = \"chian\"",
-            "a.toml:2:8: `plant.kind`: found \"chian\", expected \"flexible_joint\", \"benchmark\" or \"chain\"; did \
-             you mean `chain`?",
+            "a.toml:2:8: `plant.kind`: found \"chian\", expected \"flexible_joint\", \"benchmark\", \"chain\" or \
+             \"own\"; did you mean `chain`?",
         ),
         (
             "[controller]\nfallback = \"hld\"",
@@ -324,8 +324,8 @@ fn a_contradiction_is_told_at_the_key_that_makes_it() {
             "a.toml:2:12: `controller.fallback`: found 400, expected a u within the limits [-300, 300]",
         ),
         (
-            "[plant.parameters]\nj11 = 1e-320",
-            "a.toml:1:1: `plant.parameters`: a coefficient of the joint overflows: check the units",
+            "plant.reading = \"physical\"\n[plant.parameters]\nj11 = 1e-320",
+            "a.toml:2:1: `plant.parameters`: a coefficient of the joint overflows: check the units",
         ),
         (
             "name = \"../x\"",
@@ -390,13 +390,13 @@ fn what_the_design_refuses_is_told_at_the_key_of_the_file() {
              limit out (given -2e12)",
         ),
         (
-            "[plant.parameters]\nkt = 1e-45",
+            "plant.reading = \"physical\"\n[plant.parameters]\nkt = 1e-46",
             "a.toml:1:1: `controller`: a designed coefficient overflows or vanishes in this precision: check the units \
              of the period, the gains and b",
         ),
         (
-            "[plant.parameters]\nkt = 1e-323\nj11 = 1e3",
-            "a.toml:1:1: `plant.parameters`: the nominal input gain b is 0 (Eq. (39)): the law divides by it; give \
+            "plant.reading = \"physical\"\n[plant.parameters]\nkt = 1e-323\nj11 = 1e3",
+            "a.toml:2:1: `plant.parameters`: the nominal input gain b is 0 (Eq. (39)): the law divides by it; give \
              b(x)'s nominal value",
         ),
     ]);
@@ -443,8 +443,8 @@ fn all_mistakes_of_a_file_are_told_at_once_each_at_its_place() {
         (
             "spam_s = 1\n[plant]\nkind = \"chian\"\nx0 = [1, true]\n[controller]\nk_l = -1\nperiod = 1",
             "a.toml:1:1: unknown key `spam_s`; did you mean `span_s`?\n\
-             a.toml:3:8: `plant.kind`: found \"chian\", expected \"flexible_joint\", \"benchmark\" or \"chain\"; did \
-             you mean `chain`?\n\
+             a.toml:3:8: `plant.kind`: found \"chian\", expected \"flexible_joint\", \"benchmark\", \"chain\" or \
+             \"own\"; did you mean `chain`?\n\
              a.toml:4:10: `plant.x0[2]`: found true, expected a finite number\n\
              a.toml:6:7: `controller.k_l`: found -1, expected a finite number at least 0\n\
              a.toml:7:1: unknown key `controller.period`; did you mean `period_s`?",
@@ -491,21 +491,51 @@ fn who_sets_another_kind_is_told_of_the_argument_and_not_of_lines_of_the_file() 
 }
 
 #[test]
-fn a_parameter_that_the_reading_does_not_use_is_refused_with_those_that_do() {
+fn a_parameter_that_the_reading_does_not_use_is_refused() {
     for reading in ["reconstructed", "physical"] {
         assert_eq!(
             error("", &["plant.parameters.b11=100", &format!("plant.reading={reading}")]),
             format!(
-                "--set plant.parameters.b11=100: `plant.parameters.b11`: the reading {reading:?} does not use it; \
-                 plant.reading = \"literal\" or \"stiff\" does"
+                "--set plant.parameters.b11=100: `plant.parameters.b11`: the reading {reading:?} does not use it: \
+                 leave it out"
             )
         );
     }
-    for reading in ["literal", "stiff"] {
-        assert!(build("", &["plant.parameters.b11=4", &format!("plant.reading={reading}")]).is_ok(), "{reading}");
-    }
     let all = ["kt=0.1", "j11=9e-4", "j12=0.2", "b12=0.1", "ks=8"].map(|set| format!("plant.parameters.{set}"));
-    assert!(build("", &all.each_ref().map(String::as_str)).is_ok());
+    let all: Vec<&str> = all.iter().map(String::as_str).chain(["plant.reading=physical"]).collect();
+    assert!(build("", &all).is_ok());
+}
+
+#[test]
+fn a_reading_of_the_figures_goes_with_table_1_alone_and_names_what_any_joint_has() {
+    for reading in ["reconstructed", "literal", "stiff"] {
+        let set = format!("plant.reading={reading}");
+        for (name, table) in [("kt", 0.119), ("j11", 931e-6), ("j12", 0.23), ("b12", 0.07), ("ks", 9.0)] {
+            let with = |value: f64| format!("plant.parameters.{name}={value}");
+            assert!(build("", &[&set, &with(table)]).is_ok(), "{name}");
+            let told = error("", &[&set, &with(1.5 * table)]);
+            for part in [
+                &format!("`plant.parameters.{name}`: found "),
+                "the paper's figures",
+                "set plant.reading = \"physical\"",
+                "`host-sim new NAME --plant joint`",
+            ] {
+                assert!(told.contains(part), "{told}");
+            }
+            assert!(build("", &["plant.reading=physical", &with(1.5 * table)]).is_ok(), "{name}");
+        }
+    }
+    assert!(error("", &["plant.reading=stiff", "plant.parameters.b11=4"]).contains("with the 4.5 of Table I"));
+}
+
+#[test]
+fn the_disturbance_of_the_paper_comes_with_the_paper_s_readings_alone() {
+    let peak = |sets: &[&str]| {
+        let still = ["span_s=1", "plant.x0=[0, 0, 0, 0]"];
+        ran("", &[&still[..], sets].concat()).rows.iter().fold(0.0_f64, |most, row| most.max(row.d[3].abs()))
+    };
+    assert_eq!(peak(&["plant.reading=physical"]), 0.0);
+    assert!(peak(&["plant.reading=stiff"]) > 100.0 && peak(&[]) > 100.0);
 }
 
 #[test]
@@ -677,8 +707,9 @@ fn keys_of(node: &document::Node, prefix: &str, keys: &mut BTreeSet<String>) {
 fn every_key_of_a_schema_stands_in_its_file_to_start_from_and_no_other() {
     // The terms of the input disturbance are those of any disturbance, and one encoder is as another.
     let elsewhere: [(&str, &str, &[&str]); 3] = [
-        ("paper", DEFAULT, &["plant.input_disturbance."]),
-        ("motor", MOTOR, &["fault.encoder"]),
+        // Constants have names of one's own.
+        ("paper", DEFAULT, &["plant.input_disturbance.", "plant.constants.", "controller.nominal.constants."]),
+        ("motor", MOTOR, &["fault.encoder", "monitor.motor_n_m"]),
         (
             "joint",
             JOINT,
@@ -708,7 +739,7 @@ fn every_key_of_a_schema_stands_in_its_file_to_start_from_and_no_other() {
 
 #[test]
 fn the_schema_uses_only_the_words_that_the_check_understands() {
-    // Understood by `check`, or without effect on what is valid: `additionalProperties` is false throughout.
+    // Understood by `check`, or without effect on what is valid.
     const WORDS: [&str; 20] = [
         "$defs",
         "$ref",
@@ -736,7 +767,7 @@ fn the_schema_uses_only_the_words_that_the_check_understands() {
         for (word, inner) in words {
             assert!(WORDS.contains(&word.as_str()), "{word}: {inner}");
             match word.as_str() {
-                "additionalProperties" => assert_eq!(inner, false),
+                "additionalProperties" => assert!(inner == false || inner["type"] == "number", "{inner}"),
                 "$defs" | "properties" => inner.as_object().into_iter().flatten().for_each(|(_, part)| walk(part)),
                 "anyOf" | "oneOf" => inner.as_array().into_iter().flatten().for_each(walk),
                 "items" => walk(inner),
@@ -751,7 +782,7 @@ fn the_schema_uses_only_the_words_that_the_check_understands() {
 
 #[test]
 fn the_template_runs_under_its_own_name_and_odd_names_are_none() {
-    for (plant, order) in [("paper", 4), ("chain", 3), ("motor", 3), ("joint", 5)] {
+    for (plant, order) in [("paper", 4), ("chain", 3), ("own", 2), ("motor", 3), ("joint", 5)] {
         let text = template("my_plant-2.0", plant).expect("a name");
         let experiment = build(&text, &[]).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!((experiment.name.as_str(), experiment.plant.order()), ("my_plant-2.0", order));

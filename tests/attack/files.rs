@@ -140,9 +140,9 @@ fn through_the_program(text: &str, trial: &mut Trial) -> Result<(), String> {
     let short = ["--set", "span_s=0.01", "--set", "window_s=[0, 0.01]", "--out", &out, "--json"];
     let spoken = match rng.integer(0, 9) {
         0..=2 => host_sim(&[&["run", file.as_str()][..], &short].concat()),
-        3 => host_sim(&["export", &file, "--lang", "rust"]),
-        4 => host_sim(&["export", &file, "--lang", "c"]),
-        _ => host_sim(&["export", &file, "--standalone"]),
+        3 => host_sim(&["export", &file, "--paper", "--lang", "rust"]),
+        4 => host_sim(&["export", &file, "--paper", "--lang", "c"]),
+        _ => host_sim(&["export", &file, "--paper", "--standalone"]),
     };
     trial.tell(|| format!("{spoken:?}"));
     let is_told = spoken.err.lines().any(|line| line.starts_with("error: "));

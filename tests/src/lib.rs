@@ -17,6 +17,11 @@
 //! | [`data`] | reading `tests/data` |
 //! | [`golden`] | small tables a person can judge |
 
+/// The page `docs/your-controller.md`, whose code runs as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/your-controller.md")]
+pub struct YourController;
+
 pub mod close;
 pub mod data;
 pub mod drive;

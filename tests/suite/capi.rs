@@ -319,9 +319,9 @@ fn joint() -> (Config<4, 2>, Controller<f32, Linear<f32, 4>, 4, 2, 10, 2>) {
         surface: Surface::from_bandwidth(10.0, 10.0),
         observers: [None, observer, None, observer],
         reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
-        nominal: JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal(),
+        nominal: JointParameters::TABLE_I.chain(Reading::Physical).nominal(),
         options: Options::NEUTRAL
-            .with_limits(Limits::symmetric(300.0))
+            .with_limits(Limits::symmetric(30.0))
             .with_fallback(Fallback::Safe(0.0))
             .with_sigma_star_bound(10.0),
     };
@@ -351,7 +351,7 @@ fn a_design_that_the_archive_does_not_carry_is_refused_with_what_carries_it() {
             "the archive for C has no n4_r1_c (n = 4, no observer); it has n2_r1_c2, ",
         ),
     ] {
-        let said = host_sim(&[&["export", "--lang", "c"], set].concat());
+        let said = host_sim(&[&["export", "--paper", "--lang", "c"], set].concat());
         assert!(said.status == 2 && said.err.contains(told), "{}", said.err);
     }
 }

@@ -187,9 +187,10 @@ fn faults_of_the_encoder_cost_what_they_must() {
         println!("{lost} s lost: {found:.2?} of {plain:.2?}");
         assert!(found.0 <= allowed, "{lost} s lost: {found:?} of {plain:?}");
     }
-    // One wild sample leaves no trace: the gate loses it.
+    // One wild sample leaves no trace: the gate loses it. Without it the current would be at its limit of 10 A; how
+    // large it is where the shaft turns and friction lets go, one step of the encoder more or less decides.
     let wild = peak("fault=[{kind = \"jump\", counts = 5000, at_s = 0.5, for_s = 0.001}]");
-    assert!(wild.0 < 1.05 * plain.0 && wild.1 < 1.05 * plain.1, "{wild:?} of {plain:?}");
+    assert!(wild.0 < 1.05 * plain.0 && wild.1 < 1.0 && plain.1 < 1.0, "{wild:?} of {plain:?}");
     // A count that stays stuck runs away, as there is no monitor: the figures say so.
     let stuck = run(MOTOR, &["fault=[{kind = \"stuck\", at_s = 0.5}]"]);
     assert!(stuck.metrics.y_ultimate > 1.0, "{:?}", stuck.metrics);

@@ -134,7 +134,7 @@ pub(super) fn exported(folder: &Path, name: &str, scenario: &str, form: &[&str])
     let file = folder.join(name);
     let from = folder.join(format!("{name}.toml"));
     fs::write(&from, scenario).expect("a scenario");
-    let mut args = vec!["export", plain(&from), "-o", plain(&file), "--force"];
+    let mut args = vec!["export", plain(&from), "-o", plain(&file), "--force", "--paper"];
     args.extend(form);
     let spoken = host_sim(&args);
     assert_eq!(spoken.status, 0, "{}", spoken.err);

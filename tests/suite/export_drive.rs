@@ -12,7 +12,8 @@ use controller_core::drive::{
 use controller_core::{ControlLaw, Health, Running};
 use integration_tests::data::path;
 use integration_tests::strategy::Rng;
-use scenario::{DriveDesign, Source};
+use loop_sim::port::drive::DriveDesign;
+use scenario::Source;
 use std::f64::consts::TAU;
 use std::process::Command;
 use std::{env, fs};
@@ -127,22 +128,22 @@ const LOST: u32 = 4;
 fn design_of(text: &str) -> DriveDesign {
     let source = Source { file: "it", text, sets: &[] };
     let experiment = scenario::parse(&source, "it").unwrap_or_else(|error| panic!("{error}"));
-    experiment.drive.expect("a drive").design
+    experiment.drive.expect("a drive").designed
 }
 
 fn motor<A, const FAST: usize, const LATE: usize, const S: usize>(name: &str, text: &str) -> Run
 where
     A: Told<2> + Aim<f64, 2>,
 {
-    let DriveDesign::Motor(design, mounting) = design_of(text) else { panic!("{name} is a motor") };
+    let DriveDesign::Motor { design, mounted, .. } = design_of(text) else { panic!("{name} is a motor") };
     let MotorDesign { motor, encoder, .. } = design;
     let law = MotorDrive::<f32, A, FAST, LATE, S>::try_design(&design).expect("a good design");
     let plant = Plant { gain: [0.0, motor.input_gain()], ..Plant::default() };
-    run(name, &law, [mounting], [encoder.unit_rad()], plant)
+    run(name, &law, [mounted.mounting], [encoder.unit_rad()], plant)
 }
 
 fn joint<const FAST: usize, const LATE: usize>(name: &str, text: &str) -> Run {
-    let DriveDesign::Joint(design, mounting) = design_of(text) else { panic!("{name} is a joint") };
+    let DriveDesign::Joint { design, mounted, .. } = design_of(text) else { panic!("{name} is a joint") };
     let JointDesign { joint, encoders, .. } = design;
     let law = JointDrive::<f32, Position, FAST, LATE>::try_design(&design).expect("a good design");
     let (link, rotor) = (joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2);
@@ -153,7 +154,7 @@ fn joint<const FAST: usize, const LATE: usize>(name: &str, text: &str) -> Run {
         weight: joint.weight_n_m / link,
         ..Plant::default()
     };
-    run(name, &law, mounting, encoders.map(|encoder| encoder.unit_rad()), plant)
+    run(name, &law, mounted.map(|mounted| mounted.mounting), encoders.map(|encoder| encoder.unit_rad()), plant)
 }
 
 /// Two shafts and a spring between them; a motor is the second alone.
@@ -615,9 +616,11 @@ fn the_exported_rust_of_a_drive_is_the_design_that_the_host_made() {
         let (name, plant, rest, _) = INSTANCES.into_iter().find(|(name, ..)| *name == wanted).expect("an instance");
         let scenario = format!("{plant}\n{rest}\n");
         let hash = match (design_of(&scenario), name) {
-            (DriveDesign::Motor(design, _), "one_set") => MotorDrive::<f32, Position>::design(&design).fingerprint(),
-            (DriveDesign::Motor(design, _), _) => MotorDrive::<f32, Speed, 0, 1, 4>::design(&design).fingerprint(),
-            (DriveDesign::Joint(design, _), _) => JointDrive::<f32, Position, 1>::design(&design).fingerprint(),
+            (DriveDesign::Motor { design, .. }, "one_set") => {
+                MotorDrive::<f32, Position>::design(&design).fingerprint()
+            }
+            (DriveDesign::Motor { design, .. }, _) => MotorDrive::<f32, Speed, 0, 1, 4>::design(&design).fingerprint(),
+            (DriveDesign::Joint { design, .. }, _) => JointDrive::<f32, Position, 1>::design(&design).fingerprint(),
         };
         assert_eq!(said_by_exported_rust(name, &scenario), format!("{hash:#010x} {hash:#010x}\n{counts}"), "{name}");
     }

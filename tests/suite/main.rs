@@ -3,8 +3,10 @@
 mod budget;
 mod capi;
 mod cases;
+mod comparison;
 mod compile;
 mod convergence;
+mod drive_chain;
 mod drive_guard;
 mod drive_host;
 mod drive_joint;

@@ -52,8 +52,8 @@ pub struct DriveFunctions {
 pub trait NamedModel<const E: usize, const N: usize>: ChainModel<Symbol, E, N> + 'static {
     /// What ends the names that belong to each shaft.
     const SHAFTS: [&'static str; E];
-    /// Words of the couplings.
-    const PUSH: &'static [&'static str];
+    /// Those that are pushed.
+    const PUSHED: &'static [&'static str];
     /// What is seen of the positions.
     const SEEN: &'static [&'static str];
     /// That, as numbers.
@@ -64,7 +64,7 @@ pub trait NamedModel<const E: usize, const N: usize>: ChainModel<Symbol, E, N> +
 
 impl NamedModel<1, 2> for MotorModel<Symbol> {
     const SHAFTS: [&'static str; 1] = [""];
-    const PUSH: &'static [&'static str] = &[];
+    const PUSHED: &'static [&'static str] = &[];
     const SEEN: &'static [&'static str] = &[];
     fn numbers_of((): &()) -> Vec<Symbol> {
         Vec::new()
@@ -74,7 +74,7 @@ impl NamedModel<1, 2> for MotorModel<Symbol> {
 
 impl NamedModel<2, 4> for JointModel<Symbol> {
     const SHAFTS: [&'static str; 2] = ["_link", "_motor"];
-    const PUSH: &'static [&'static str] = &["push_link", "push_motor"];
+    const PUSHED: &'static [&'static str] = &Self::SHAFTS;
     const SEEN: &'static [&'static str] = &["g_sin", "g_cos"];
     fn numbers_of(seen: &[Symbol; 2]) -> Vec<Symbol> {
         seen.to_vec()
@@ -161,10 +161,14 @@ where
             .chain(of(&["last"]))
             .chain(of(&["at"]))
             .chain(["turn".into()])
-            .chain(M::PUSH.iter().copied().map(String::from))
+            .chain(
+                ["pull", "push"]
+                    .into_iter()
+                    .flat_map(|name| M::PUSHED.iter().map(move |shaft| format!("{name}{shaft}"))),
+            )
             .chain(of(&["p", "v", "d", "d_dot"][..S]))
             .chain(alert)
-            .chain(of(&["reach"]))
+            .chain(["reach".into()])
             .chain(of(&["missed"]))
             .chain(["offset", "held"].map(String::from))
             .chain(late)
@@ -229,17 +233,17 @@ where
             words.put(recorder, &state.words().collect::<Vec<_>>());
         })
     };
-    let before = |name: &&str| format!("{name}_before");
+    let before = |shaft: &&str| format!("push{shaft}_before");
     let law = part(&going_on, &|recorder, law, state| {
         let missing = recorder.truth("missing", Role::Between);
         let number = |name: &str| recorder.number(name, Role::Between);
         let seen = M::seen_of(&M::SEEN.iter().map(|name| number(name)).collect::<Vec<_>>());
-        let push: Vec<u32> = M::PUSH.iter().map(|name| number(&before(name)).to_words()[0]).collect();
+        let push: Vec<u32> = M::PUSHED.iter().map(|shaft| number(&before(shaft)).to_words()[0]).collect();
         let push = recorder.silently(|| M::Push::from_words(&mut push.into_iter())).expect("the words of couplings");
         let [begin, end] = ["begin", "end"].map(|when| A::target(recorder, when));
         let sample = Sample { counts: [None; E], begin, end };
         let health = if missing { Health::SAMPLE_LOST } else { Health::OK };
-        let output = law.law.driven(state, seen, &push, &sample, health);
+        let output = law.law.ask_rest(state, &sample, seen, &push, health);
         Mounted::<M, A, E, N, S, FAST, LATE>::put_output(recorder, &output);
     });
     let between: Vec<Port> =
@@ -254,8 +258,8 @@ where
     };
     // Couplings of the tick that has passed go on as they stand.
     let put_before = |recorder: &Recorder| {
-        for name in M::PUSH {
-            put(recorder, &before(name), recorder.number(name, Role::State));
+        for shaft in M::PUSHED {
+            put(recorder, &before(shaft), recorder.number(&format!("push{shaft}"), Role::State));
         }
     };
     let begin = part(&words, &|recorder, law, state| {
@@ -266,7 +270,7 @@ where
     });
     let observe = part(&going_on, &|recorder, law, state| {
         put_before(recorder);
-        let (seen, used, known) = law.law.observe(state, &law.counts(recorder));
+        let (seen, used, known) = law.law.observe_rest(state, &law.counts(recorder));
         put_seen(recorder, &seen);
         recorder.put_truth("missing", Role::Between, used.contains(&false));
         recorder.put_truth("answer", Role::Answer, known);

@@ -408,7 +408,7 @@ fn execute<T: Real<Count = i32>>(op: Op, words: &[Option<Word<T>>]) -> Word<T> {
         Op::Select(condition, a, b) => word(if word(condition).truth() { a } else { b }),
         Op::CountSince(a, b) => Word::Count(word(a).count().since(word(b).count())),
         Op::CountPlus(a, b) => Word::Count(word(a).count().plus(word(b).count())),
-        Op::CountSigned(a, bits) => Word::Count(word(a).count().signed(bits)),
+        Op::CountSigned(a, bits) => Word::Count(word(a).count().signed(32 - bits)),
         Op::NumberOf(a) => Word::Number(T::from_count(word(a).count())),
     }
 }

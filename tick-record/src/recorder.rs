@@ -24,7 +24,7 @@ use crate::record::{Id, Kind, Op, Port, Record, Role, Table, Test, Value};
 pub struct Symbol(pub(crate) Id);
 
 /// A count of a tick that is being recorded.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CountSymbol(pub(crate) Id);
 
 /// The constants that need no recorder.
@@ -545,9 +545,9 @@ impl Count for CountSymbol {
         Self(compute(Op::CountPlus(self.0, moved.0), at))
     }
     #[track_caller]
-    fn signed(self, bits: u32) -> Self {
+    fn signed(self, unread: u32) -> Self {
         let at = Location::caller();
-        Self(compute(Op::CountSigned(self.0, bits), at))
+        Self(compute(Op::CountSigned(self.0, 32 - unread), at))
     }
     fn to_word(self) -> u32 {
         StateWord::Count(self).to_word()

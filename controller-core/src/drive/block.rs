@@ -27,7 +27,6 @@ const BESSEL_4: [Pole; 2] = [Pole { re: -0.6572, im: 0.8302 }, Pole { re: -0.904
 /// The model of one tick and the gains of its observer with S states: position, speed, d, and, with four, d_1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Block<T, const S: usize> {
-    pub(crate) kappa: T,
     /// The tick does not use it.
     pub(crate) lambda: T,
     pub(crate) phi: T,
@@ -44,7 +43,6 @@ impl<const S: usize> Block<f64, S> {
         let t = period_s;
         let e = moved(kappa, lambda, t);
         Self {
-            kappa,
             lambda,
             phi: 1.0 + e[1][1],
             g2: e[0][1] * t,
@@ -61,7 +59,6 @@ impl<const S: usize> Block<f64, S> {
 
     pub(crate) const fn in_f32(&self) -> Block<f32, S> {
         Block {
-            kappa: self.kappa as f32,
             lambda: self.lambda as f32,
             phi: self.phi as f32,
             g2: self.g2 as f32,
@@ -257,8 +254,8 @@ mod tests {
     }
 
     /// How far the poles of (I - L h) Φ are from the wanted: |p(z)|/|p'(z)| at each of them.
-    fn off_by<const S: usize>(block: &Block<f64, S>, lambda: f64, t: f64, bandwidth: f64) -> f64 {
-        let p = phi::<S>(block.kappa, lambda, t);
+    fn off_by<const S: usize>(block: &Block<f64, S>, kappa: f64, lambda: f64, t: f64, bandwidth: f64) -> f64 {
+        let p = phi::<S>(kappa, lambda, t);
         let bessel: &[Complex] = if S == 3 {
             &[(-0.7456, 0.7114), (-0.7456, -0.7114), (-0.9416, 0.0)]
         } else {
@@ -297,8 +294,8 @@ mod tests {
                     }
                     let three = Block::<f64, 3>::design(kappa, lambda, t, bandwidth);
                     let four = Block::<f64, 4>::design(kappa, lambda, t, bandwidth);
-                    worst[0] = worst[0].max(off_by(&three, lambda, t, bandwidth));
-                    worst[1] = worst[1].max(off_by(&four, lambda, t, bandwidth));
+                    worst[0] = worst[0].max(off_by(&three, kappa, lambda, t, bandwidth));
+                    worst[1] = worst[1].max(off_by(&four, kappa, lambda, t, bandwidth));
                 }
             }
         }

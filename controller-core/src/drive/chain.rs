@@ -14,8 +14,81 @@ use crate::running::Words;
 
 /// A nominal model of E blocks, of which the last is driven, as a chain of N = 2 E integrators. Channels count from 0
 /// here.
+///
+/// A model of one's own goes with the design of a motor or of a joint. An arm on a motor, $w = -g \sin q$ with the
+/// torque of its weight over J as g; with it the observer is not left to find out where the arm hangs:
+///
+/// ```
+/// use controller_core::drive::*;
+/// use controller_core::{Limits, Real, Running};
+///
+/// #[derive(Clone, Copy)]
+/// struct Arm<T> {
+///     b: T,     // K_t/J
+///     drag: T,  // -B/J
+///     gravity: T,
+/// }
+///
+/// impl<T: Real> ChainModel<T, 1, 2> for Arm<T> {
+///     type Push = [T; 1];
+///     type Seen = T; // g sin q
+///     const HAS_GRADIENT: bool = false;
+///
+///     fn seen(&self, position: &[T; 1]) -> T {
+///         self.gravity * T::from_f64(libm::sin(position[0].to_f64()))
+///     }
+///     fn seen_ahead(&self, seen: T, _: T) -> T {
+///         seen
+///     }
+///     fn push(&self, _: &[T; 1], seen: &T) -> [T; 1] {
+///         [-T::from_f64(0.5) * *seen]
+///     }
+///     fn of_block(push: &[T; 1], block: usize) -> Option<T> {
+///         Some(push[block])
+///     }
+///     fn per_block(numbers: [T; 1]) -> [T; 1] {
+///         numbers
+///     }
+///     fn kappa(&self, _: usize) -> T {
+///         T::from_f64(0.0)
+///     }
+///     fn input_gain(&self) -> T {
+///         self.b
+///     }
+///     fn chain(&self, x: &[T; 2], seen: &T) -> ([T; 2], T) {
+///         (*x, self.drag * x[1] - *seen)
+///     }
+///     fn last(&self, _: &T, d: &[T; 1]) -> T {
+///         d[0]
+///     }
+///     fn per_rad(&self, _: usize) -> T {
+///         T::from_f64(1.0)
+///     }
+///     fn numbers(&self) -> impl Iterator<Item = T> {
+///         [self.b, self.drag, self.gravity].into_iter()
+///     }
+/// }
+///
+/// const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
+/// const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
+///
+/// // The map is what the definition says; with another λ it is not.
+/// let arm = Arm { b: 250.0_f64, drag: -0.05, gravity: 400.0 };
+/// assert!(map_error(&arm, &[0.0], &[0.05], &[0.7, -3.0], 2.0) < 1e-6);
+/// assert!(map_error(&Arm { drag: 5.0, ..arm }, &[0.0], &[0.05], &[0.7, -3.0], 2.0) > 1e-2);
+///
+/// type Drive = EncoderForm<f32, Arm<f32>, Position, 1, 2, 3, 0, 0>;
+/// const ARM: Arm<f32> = Arm { b: 250.0, drag: -0.05, gravity: 400.0 };
+/// let drive: Drive = Drive::try_design_with(&DESIGN, ARM)?;
+/// // Held at a quarter turn the weight is known at once: 400/250 A.
+/// let at = |angle| Target { turn: 0, jet: [angle, 0.0] };
+/// let quarter = core::f32::consts::FRAC_PI_2;
+/// let output = Running::new(&drive).tick(&Sample { counts: [Some(4096)], begin: at(quarter), end: at(quarter) });
+/// assert!((output.u - 1.6).abs() < 1e-4, "{}", output.u);
+/// # Ok::<(), DriveError>(())
+/// ```
 pub trait ChainModel<T: Real, const E: usize, const N: usize>: Copy {
-    /// What the positions push: the coupling w of every block, as it is remembered until the next tick.
+    /// What the positions push: half the coupling w of every block, which is its share in the mean over a tick.
     type Push: Copy + core::fmt::Debug + PartialEq + Words;
     /// What is computed of the positions once per tick and used twice: sines and cosines.
     type Seen: Copy;
@@ -29,11 +102,17 @@ pub trait ChainModel<T: Real, const E: usize, const N: usize>: Copy {
     #[must_use]
     fn seen_ahead(&self, seen: Self::Seen, moved: T) -> Self::Seen;
 
-    /// The couplings at these positions.
+    /// w/2 of the blocks at these positions.
     fn push(&self, position: &[T; E], seen: &Self::Seen) -> Self::Push;
 
-    /// w of a block; `None` where nothing pushes and nothing pulls back (κ = 0).
-    fn coupling(push: &Self::Push, block: usize) -> Option<T>;
+    /// That of one block; `None` where nothing pushes and nothing pulls back (κ = 0).
+    fn of_block(push: &Self::Push, block: usize) -> Option<T>;
+
+    /// A number of every block, kept as they are.
+    fn per_block(numbers: [T; E]) -> Self::Push;
+
+    /// κ of a block.
+    fn kappa(&self, block: usize) -> T;
 
     /// b: acceleration of the last block per unit of u.
     fn input_gain(&self) -> T;
@@ -41,8 +120,9 @@ pub trait ChainModel<T: Real, const E: usize, const N: usize>: Copy {
     /// z and a_z.
     fn chain(&self, x: &[T; N], seen: &Self::Seen) -> ([T; N], T);
 
-    /// What disturbances of the blocks are in the channels; entry 0 is not read.
-    fn spread(&self, seen: &Self::Seen, d: &[T; E]) -> [T; N];
+    /// What disturbances of the blocks are in the last channel. What they are in the others must not depend on the
+    /// state: the design has it in its rows.
+    fn last(&self, seen: &Self::Seen, d: &[T; E]) -> T;
 
     /// How many units of the block's position one rad of its shaft is.
     fn per_rad(&self, block: usize) -> T;
@@ -70,7 +150,7 @@ where
     let flow: [f64; N] = core::array::from_fn(|j| {
         let i = j / 2;
         let driven = if i + 1 == E { model.input_gain() * u } else { 0.0 };
-        let pushed = M::coupling(&push, i).map_or(0.0, |w| w - kappa[i] * x[2 * i]);
+        let pushed = M::of_block(&push, i).map_or(0.0, |half| 2.0 * half - kappa[i] * x[2 * i]);
         if j % 2 == 0 { x[j + 1] } else { pushed - lambda[i] * x[j] + driven }
     });
     let h = 1e-6;

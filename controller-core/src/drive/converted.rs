@@ -31,9 +31,8 @@ impl<T: Real, M, A, const E: usize, const N: usize, const S: usize, const FAST: 
     ) -> EncoderForm<U, V, A, E, N, S, FAST, LATE> {
         let mut of = |name, encoder, entry, number| to(NumberName { name, encoder, entry }, number);
         let blocks = core::array::from_fn(|i| {
-            let Block { kappa, lambda, phi, g2, g1, h1, gains } = self.blocks[i];
+            let Block { lambda, phi, g2, g1, h1, gains } = self.blocks[i];
             Block {
-                kappa: of("kappa", i + 1, 0, kappa),
                 lambda: of("lambda", i + 1, 0, lambda),
                 phi: of("phi", i + 1, 0, phi),
                 g2: of("g2", i + 1, 0, g2),
@@ -43,13 +42,13 @@ impl<T: Real, M, A, const E: usize, const N: usize, const S: usize, const FAST: 
             }
         });
         let sensors = core::array::from_fn(|i| {
-            let Sensor { unit, half_span, edge, bits, width, base_counts, base_turns } = self.sensors[i];
+            let Sensor { unit, half_span, edge, unread, beyond, base_counts, base_turns } = self.sensors[i];
             Sensor {
                 unit: of("unit", i + 1, 0, unit),
                 half_span: of("half_span", i + 1, 0, half_span),
                 edge: of("edge", i + 1, 0, edge),
-                bits,
-                width,
+                unread,
+                beyond,
                 base_counts,
                 base_turns,
             }
@@ -68,17 +67,25 @@ impl<T: Real, M, A, const E: usize, const N: usize, const S: usize, const FAST: 
         });
         let gate = core::array::from_fn(|i| of("gate", i + 1, 0, self.gate[i]));
         let inertia = core::array::from_fn(|i| of("inertia", i + 1, 0, self.inertia[i]));
+        let Row { c, kx, c_d, c_growth, k_d, k_growth, k_last, feed, kw, us, k_offset, .. } = self.row;
+        let Row { decay, per_b, period, turn, u_min, u_max, plausible, hold, fallback, .. } = self.row;
+        let mut per_block = |name, row: [T; E]| core::array::from_fn(|i| of(name, i + 1, 0, row[i]));
+        let [c_d, c_growth, k_d, k_growth] =
+            [("c_d", c_d), ("c_growth", c_growth), ("k_d", k_d), ("k_growth", k_growth)]
+                .map(|(name, row)| per_block(name, row));
         let mut of = |name, entry, number| of(name, 0, entry, number);
-        let Row { c, g, kd, kx, feed, kw, us, decay, per_b, period, turn, u_min, u_max, plausible, hold, fallback } =
-            self.row;
         let row = Row {
             c: core::array::from_fn(|j| of("c", j + 1, c[j])),
-            g: core::array::from_fn(|j| of("g", j + 1, g[j])),
-            kd: core::array::from_fn(|j| of("kd", j + 1, kd[j])),
             kx: core::array::from_fn(|j| of("kx", j + 1, kx[j])),
+            c_d,
+            c_growth,
+            k_d,
+            k_growth,
+            k_last: of("k_last", 0, k_last),
             feed: core::array::from_fn(|j| of("feed", j + 1, feed[j])),
             kw: of("kw", 0, kw),
             us: of("us", 0, us),
+            k_offset: of("k_offset", 0, k_offset),
             decay: of("decay", 0, decay),
             per_b: of("per_b", 0, per_b),
             period: of("period", 0, period),

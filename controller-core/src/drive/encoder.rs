@@ -98,9 +98,9 @@ impl Encoder {
         Sensor {
             unit: self.unit_rad(),
             half_span: self.unit_rad() * (1u64 << self.bits) as f64 / 2.0,
-            edge: 0.75 * counts as f64,
-            bits: self.bits,
-            width,
+            edge: 9.0 / 16.0 * counts as f64 * self.unit_rad(),
+            unread: 32 - self.bits,
+            beyond: 32 - width,
             base_counts: counts as i32,
             base_turns: turns as i32,
         }
@@ -148,11 +148,12 @@ pub(crate) struct Sensor<T> {
     pub(crate) unit: T,
     /// Half the counter: further it cannot move in a tick.
     pub(crate) half_span: T,
-    /// Three quarters of the base, in counts: there it is moved.
+    /// 9/16 of the base: there it is moved, and does not come back for noise.
     pub(crate) edge: T,
-    pub(crate) bits: u32,
-    /// Bits, with the sign, that hold any count since the base.
-    pub(crate) width: u32,
+    /// High bits of a sample that are not read.
+    pub(crate) unread: u32,
+    /// High bits that no count since the base needs, but for its sign.
+    pub(crate) beyond: u32,
     pub(crate) base_counts: i32,
     pub(crate) base_turns: i32,
 }
@@ -160,7 +161,7 @@ pub(crate) struct Sensor<T> {
 impl<T> Sensor<T> {
     /// Does a count mean the same to both?
     pub(crate) const fn counts_alike(&self, other: &Self) -> bool {
-        self.bits == other.bits && self.base_counts == other.base_counts && self.base_turns == other.base_turns
+        self.unread == other.unread && self.base_counts == other.base_counts && self.base_turns == other.base_turns
     }
 }
 
@@ -168,7 +169,7 @@ impl Sensor<f64> {
     /// With the position in another unit.
     #[must_use]
     pub(crate) const fn scaled(self, factor: f64) -> Self {
-        Self { unit: self.unit * factor, half_span: self.half_span * factor, ..self }
+        Self { unit: self.unit * factor, half_span: self.half_span * factor, edge: self.edge * factor, ..self }
     }
 
     pub(crate) const fn in_f32(&self) -> Sensor<f32> {
@@ -176,8 +177,8 @@ impl Sensor<f64> {
             unit: self.unit as f32,
             half_span: self.half_span as f32,
             edge: self.edge as f32,
-            bits: self.bits,
-            width: self.width,
+            unread: self.unread,
+            beyond: self.beyond,
             base_counts: self.base_counts,
             base_turns: self.base_turns,
         }
@@ -221,7 +222,7 @@ mod tests {
     fn the_width_holds_four_bases() {
         for encoder in [Encoder::absolute(12), Encoder::absolute(24), Encoder::incremental(16, 4000)] {
             let sensor = encoder.sensor();
-            let largest = (1_i64 << (sensor.width - 1)) as f64;
+            let largest = (1_i64 << (31 - sensor.beyond)) as f64;
             let bases = largest / f64::from(sensor.base_counts);
             assert!((4.0..=8.0).contains(&bases), "{bases}");
         }

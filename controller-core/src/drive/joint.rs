@@ -42,6 +42,7 @@ use super::chain::ChainModel;
 use super::encoder::Encoder;
 use super::error::DriveError;
 use super::law::{EncoderForm, Row};
+use super::monitor::{Bounds, misjudged};
 use super::motor::{OBSERVED, POSITIVE, Switching, decay};
 use super::target::{Aim, Position};
 use super::trigonometry::sin_cos;
@@ -122,11 +123,12 @@ pub struct JointModel<T> {
     k1: T,
     b1: T,
     gravity: T,
-    /// k_1 k_2.
-    spring: T,
+    /// k_1 k_2/2.
+    half_spring: T,
     b: T,
-    k2: T,
     b2: T,
+    /// k_1 + g, k_2.
+    kappa: [T; 2],
     /// f_2² - k_1: what is constant in f_1 + f_2².
     cross: T,
 }
@@ -134,12 +136,12 @@ pub struct JointModel<T> {
 impl JointModel<f64> {
     /// Of the numbers of the module's head.
     const fn new(k1: f64, b1: f64, gravity: f64, k2: f64, b2: f64, b: f64) -> Self {
-        Self { k1, b1, gravity, spring: k1 * k2, b, k2, b2, cross: b1 * b1 - k1 }
+        Self { k1, b1, gravity, half_spring: 0.5 * k1 * k2, b, b2, kappa: [k1 + gravity, k2], cross: b1 * b1 - k1 }
     }
 
     /// κ of the blocks.
-    pub const fn kappa(&self) -> [f64; 2] {
-        [self.k1 + self.gravity, self.k2]
+    pub const fn kappas(&self) -> [f64; 2] {
+        self.kappa
     }
 
     /// λ of the blocks.
@@ -149,19 +151,30 @@ impl JointModel<f64> {
 
     /// Gradient of a_z at 0.
     const fn gradient(&self) -> [f64; 4] {
-        let ([k, k2], [b1, b2]) = (self.kappa(), self.lambda());
-        [self.spring - k2 * k, -k2 * b1 - b2 * k, -k2 - b1 * b2 - k, -b2 - b1]
+        let ([k, k2], [b1, b2]) = (self.kappa, self.lambda());
+        [2.0 * self.half_spring - k2 * k, -k2 * b1 - b2 * k, -k2 - b1 * b2 - k, -b2 - b1]
     }
 
-    const fn in_f32(&self) -> JointModel<f32> {
+    /// d_l in channels 2 and 3: 1, f_2.
+    const fn shares(&self) -> [[f64; 2]; 4] {
+        [[0.0; 2], [1.0, 0.0], [-self.b1, 0.0], [0.0; 2]]
+    }
+
+    /// Gradient of a_z at 0, and b: what a [`Config`] is told.
+    pub const fn nominal(&self) -> Nominal<4> {
+        Nominal { gradient: self.gradient(), input_gain: self.b }
+    }
+
+    /// Every number rounded to the nearest f32.
+    pub const fn in_f32(&self) -> JointModel<f32> {
         JointModel {
             k1: self.k1 as f32,
             b1: self.b1 as f32,
             gravity: self.gravity as f32,
-            spring: self.spring as f32,
+            half_spring: self.half_spring as f32,
             b: self.b as f32,
-            k2: self.k2 as f32,
             b2: self.b2 as f32,
+            kappa: crate::real::row_f32(&self.kappa),
             cross: self.cross as f32,
         }
     }
@@ -171,15 +184,15 @@ impl<T: Real> JointModel<T> {
     /// The same in another scalar, number by number and by name.
     #[doc(hidden)]
     pub fn converted<U: Real>(&self, to: &mut dyn FnMut(&'static str, T) -> U) -> JointModel<U> {
-        let Self { k1, b1, gravity, spring, b, k2, b2, cross } = *self;
+        let Self { k1, b1, gravity, half_spring, b, b2, kappa: [link, motor], cross } = *self;
         JointModel {
             k1: to("k1", k1),
             b1: to("b1", b1),
             gravity: to("gravity", gravity),
-            spring: to("spring", spring),
+            half_spring: to("half_spring", half_spring),
             b: to("b", b),
-            k2: to("k2", k2),
             b2: to("b2", b2),
+            kappa: [to("kappa_link", link), to("kappa_motor", motor)],
             cross: to("cross", cross),
         }
     }
@@ -193,23 +206,34 @@ impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
 
     #[inline(always)]
     fn seen(&self, position: &[T; 2]) -> [T; 2] {
-        let (s, c) = sin_cos(position[0]);
-        [self.gravity * s, self.gravity * c]
+        let (s, c) = sin_cos(position[0], self.gravity);
+        [s, c]
     }
 
     #[inline(always)]
     fn seen_ahead(&self, [s, c]: [T; 2], moved: T) -> [T; 2] {
-        [s + moved * (c - T::HALF * moved * s), c - moved * s]
+        let less = moved * s;
+        [s + moved * (c - T::HALF * less), c - less]
     }
 
     #[inline(always)]
     fn push(&self, position: &[T; 2], [s, _]: &[T; 2]) -> [T; 2] {
-        [position[1] + (self.gravity * position[0] - *s), self.spring * position[0]]
+        [T::HALF * (position[1] + (self.gravity * position[0] - *s)), self.half_spring * position[0]]
     }
 
     #[inline(always)]
-    fn coupling(push: &[T; 2], block: usize) -> Option<T> {
+    fn of_block(push: &[T; 2], block: usize) -> Option<T> {
         Some(push[block])
+    }
+
+    #[inline(always)]
+    fn per_block(numbers: [T; 2]) -> [T; 2] {
+        numbers
+    }
+
+    #[inline(always)]
+    fn kappa(&self, block: usize) -> T {
+        self.kappa[block]
     }
 
     #[inline(always)]
@@ -220,16 +244,17 @@ impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
     #[inline(always)]
     fn chain(&self, x: &[T; 4], [s, c]: &[T; 2]) -> ([T; 4], T) {
         let f_1 = -(self.k1 + *c);
-        let z_3 = x[2] - self.k1 * x[0] - self.b1 * x[1] - *s;
+        // How far the spring is wound: what pulls the motor back is k_2 times it.
+        let wound = x[2] - self.k1 * x[0];
+        let z_3 = wound - self.b1 * x[1] - *s;
         let z_4 = x[3] + f_1 * x[1] - self.b1 * z_3;
-        let linear = self.spring * x[0] - self.k2 * x[2] - self.b2 * x[3];
-        let drift = linear + *s * x[1] * x[1] + f_1 * z_3 - self.b1 * z_4;
+        let drift = *s * x[1] * x[1] - self.kappa[1] * wound - self.b2 * x[3] + f_1 * z_3 - self.b1 * z_4;
         ([x[0], x[1], z_3, z_4], drift)
     }
 
     #[inline(always)]
-    fn spread(&self, [_, c]: &[T; 2], d: &[T; 2]) -> [T; 4] {
-        [T::ZERO, d[0], -self.b1 * d[0], d[1] + (self.cross - *c) * d[0]]
+    fn last(&self, [_, c]: &[T; 2], d: &[T; 2]) -> T {
+        d[1] + (self.cross - *c) * d[0]
     }
 
     #[inline(always)]
@@ -238,7 +263,7 @@ impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
     }
 
     fn numbers(&self) -> impl Iterator<Item = T> {
-        [self.k1, self.b1, self.gravity, self.spring, self.b, self.k2, self.b2].into_iter()
+        [self.k1, self.b1, self.gravity, self.b, self.b2].into_iter().chain(self.kappa)
     }
 }
 
@@ -266,6 +291,15 @@ impl JointBandwidths {
     pub const FIRM: Self = Self::of([26.0, 85.0, 800.0, 150.0]);
     /// For 12 to 14 bits.
     pub const QUIET: Self = Self::of([12.0, 50.0, 300.0, 40.0]);
+
+    /// The same with the motor's observer slowed to what a period and a delay allow, at most to 3.75 times the link's.
+    #[must_use]
+    pub const fn within(self, period_s: f64, delay_ticks: usize) -> Self {
+        let most = if delay_ticks == 0 { 0.6 } else { 0.5 } / period_s;
+        let least = 3.75 * self.link_rad_s;
+        let most = if most > least { most } else { least };
+        Self { motor_rad_s: if self.motor_rad_s < most { self.motor_rad_s } else { most }, ..self }
+    }
 
     const fn of([surface_rad_s, link_rad_s, motor_rad_s, reaching_per_s]: [f64; 4]) -> Self {
         Self { surface_rad_s, link_rad_s, motor_rad_s, reaching_per_s, offset_per_s: 0.5 * surface_rad_s }
@@ -319,16 +353,37 @@ impl JointDesign {
     /// The same with other bandwidths and the gates for them.
     #[must_use]
     pub const fn with_bandwidths(mut self, bandwidths: JointBandwidths, load_n_m: f64) -> Self {
-        let Limits { min, max } = self.limits;
-        let u_max = if max > -min { max } else { -min };
         let link = load_n_m / self.joint.link_inertia_kg_m2;
-        let motor = 1.2 * u_max * self.joint.torque_n_m_per_a / self.joint.motor_inertia_kg_m2;
+        let motor = 1.2 * self.largest_current() * self.joint.torque_n_m_per_a / self.joint.motor_inertia_kg_m2;
         self.bandwidths = bandwidths;
         self.gate_steps = [
             steps(link, bandwidths.link_rad_s, &self.encoders[0]),
             steps(motor, bandwidths.motor_rad_s, &self.encoders[1]),
         ];
         self
+    }
+
+    /// What the monitors may see of this drive if the data sheet is known to within the share p = `uncertain` (0.2,
+    /// 0.5), under sudden loads of up to `load_n_m`.
+    ///
+    /// With q = p/(1 - p): on the link that load and 1.25 q of the acceleration that the limit of u gives both shafts
+    /// together, on the motor 0.25 + 1.75 q of what the limit does to it alone (the spring adds its own errors);
+    /// innovations of q times the gates; u at a limit for 0.2 s.
+    pub fn bounds<T: Real, A: Aim<T, 4>, const FAST: usize, const LATE: usize>(
+        &self,
+        law: &JointDrive<T, A, FAST, LATE>,
+        load_n_m: f64,
+        uncertain: f64,
+    ) -> Bounds<2> {
+        let Joint { link_inertia_kg_m2: link, motor_inertia_kg_m2: motor, torque_n_m_per_a, .. } = self.joint;
+        let (torque, q) = (self.largest_current() * torque_n_m_per_a, misjudged(uncertain));
+        let disturbance = [load_n_m / link + 1.25 * q * torque / (link + motor), (0.25 + 1.75 * q) * torque / motor];
+        Bounds::of(law, disturbance, self.gate_steps, uncertain, self.period_s)
+    }
+
+    const fn largest_current(&self) -> f64 {
+        let Limits { min, max } = self.limits;
+        if max > -min { max } else { -min }
     }
 
     /// Checks every number.
@@ -441,7 +496,7 @@ impl<A: Aim<f64, 4>, const FAST: usize, const LATE: usize> EncoderForm<f64, Join
         }
         let JointDesign { period_s: t, joint, encoders, limits, bandwidths, .. } = design;
         let (t, model) = (*t, joint.model());
-        let ([kappa, lambda], gradient) = ([model.kappa(), model.lambda()], model.gradient());
+        let ([kappa, lambda], gradient) = ([model.kappa, model.lambda()], model.gradient());
         let config = Config {
             period_s: t,
             surface: Surface::from_bandwidth(bandwidths.surface_rad_s, bandwidths.offset_per_s),
@@ -472,9 +527,9 @@ impl<A: Aim<f64, 4>, const FAST: usize, const LATE: usize> EncoderForm<f64, Join
             blocks,
             sensors,
             fast: [fast; FAST],
-            row: Row::of(&rows, &gradient, *limits, design.fallback),
+            row: Row::of(&rows, &gradient, &model.shares(), *limits, design.fallback),
             gate,
-            closing: decay(0.2 * omega[0] * t),
+            closing: 1.0 - decay(0.2 * omega[0] * t),
             lost_ticks: design.lost_ticks as f64,
             inertia: [joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2],
             at_rest: false,
@@ -515,21 +570,67 @@ macro_rules! designs {
 designs!(f64, drive => drive);
 designs!(f32, drive => drive.in_f32(drive.model.in_f32()));
 
+impl<M: ChainModel<f32, 2, 4>, A: Aim<f64, 4> + Aim<f32, 4>, const FAST: usize, const LATE: usize>
+    EncoderForm<f32, M, A, 2, 4, 4, FAST, LATE>
+{
+    /// The drive of a joint whose link is known better: bandwidths and gates of a [`JointDesign`], one's own model.
+    ///
+    /// The model must be that of the design's joint near 0, in its units, its first position of period one turn; check
+    /// it with [`map_error`](super::map_error), κ and λ of [`Joint::model`].
+    ///
+    /// # Errors
+    /// The first number of the design that is out of its range, with the range.
+    pub const fn try_design_with(design: &JointDesign, model: M) -> Result<Self, DriveError> {
+        match EncoderForm::<f64, JointModel<f64>, A, 2, 4, 4, FAST, LATE>::of_joint(design) {
+            Ok(drive) => Ok(drive.in_f32(model)),
+            Err(error) => Err(error),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     extern crate std;
     use super::*;
-    use crate::drive::map_error;
+    use crate::Running;
+    use crate::drive::{Sample, Target, map_error};
     use crate::models::Reading;
 
     #[test]
     fn the_joint_of_the_paper_has_the_chain_of_the_physical_reading() {
         let (model, chain) = (Joint::TABLE_I.model(), JointParameters::TABLE_I.chain(Reading::Physical));
-        let found = [model.k1, model.spring, model.b, model.b1, model.lambda()[1], model.kappa()[1], model.gravity];
+        let found =
+            [model.k1, 2.0 * model.half_spring, model.b, model.b1, model.lambda()[1], model.kappa[1], model.gravity];
         let expected = [chain.k1, chain.a1, chain.b, chain.b1, chain.b2, chain.k2, 1.0];
         for (found, expected) in found.into_iter().zip(expected) {
             assert!((found / expected - 1.0).abs() < 1e-14, "{found} for {expected}");
         }
+    }
+
+    /// Even turning of a joint without damping and weight asks for the same current all the way, also where the base
+    /// moves on by a turn: what foresees a tick must not take that for a motion.
+    #[test]
+    fn a_late_drive_does_not_feel_the_base_move_on() {
+        let joint = Joint { link_damping_n_m_s: 0.0, motor_damping_n_m_s: 0.0, weight_n_m: 0.0, ..Joint::TABLE_I };
+        let design = JointDesign::new(1e-3, joint, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
+        let law = JointDrive::<f64, Position, 0, 1>::design(&design);
+        let mut running = Running::new(&law);
+        let target = |tick: i32| {
+            let rate = core::f64::consts::TAU / 1024.0;
+            Target { turn: tick / 1024, jet: [f64::from(tick % 1024) * rate, rate / design.period_s, 0.0, 0.0] }
+        };
+        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+        for tick in 0..5 * 1024 {
+            // The counts turn evenly whatever u is: as if no current had flowed.
+            running.report_applied(0.0);
+            let counts = [Some(tick * 1024); 2];
+            let u = running.tick(&Sample { counts, begin: target(tick + 1), end: target(tick + 2) }).u;
+            if tick >= 4 * 1024 {
+                (least, most) = (least.min(u), most.max(u));
+            }
+        }
+        assert_eq!(running.estimates().map(|known| known.turn), Some(5));
+        assert!(most - least < 1e-8, "{least:e} A to {most:e} A");
     }
 
     /// L z_i = z_{i+1}, L z_n = a_z + b u, whatever the state, the weight and the damping are.
@@ -545,10 +646,10 @@ mod tests {
             let model = Joint { weight_n_m, link_damping_n_m_s: 0.5, ..Joint::TABLE_I }.model();
             for _ in 0..100 {
                 let x = [noise() * 2.0, noise() * 4.0, noise() * 80.0, noise() * 400.0];
-                worst = worst.max(map_error(&model, &model.kappa(), &model.lambda(), &x, noise() * 10.0));
+                worst = worst.max(map_error(&model, &model.kappa, &model.lambda(), &x, noise() * 10.0));
             }
             // The check sees what is wrong: another κ is another motion.
-            let [link, motor] = model.kappa();
+            let [link, motor] = model.kappa;
             assert!(map_error(&model, &[link + 1.0, motor], &model.lambda(), &[1.0, 1.0, 50.0, 3.0], 1.0) > 1e-3);
         }
         std::println!("map off by {worst:.1e}");

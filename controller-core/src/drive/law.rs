@@ -20,8 +20,15 @@
 //! $$ u = k_x \cdot y + k_w W + u_\sigma \sigma^* + \sum k d' + \mathrm{ff}/b - (a_z + d_n)/b $$
 //!
 //! The rows are those of the module `design` for observers of order 2 in the channels 2..n, with $A = d + \theta T d'$
-//! and $B = T d'$ put in. The feed-forward is made of *differences*: whatever $r^{(n)}$ does within the tick,
-//! $\Delta r^{(n-1)}$ is what u must bring about. The observers never see the reference.
+//! and $B = T d'$ put in. In every channel but the last the shares of the blocks' $d$ and $d'$ are constant: the design
+//! folds them into one number per block. The feed-forward is made of *differences*: whatever $r^{(n)}$ does within the
+//! tick, $\Delta r^{(n-1)}$ is what u must bring about. The observers never see the reference.
+//!
+//! # Two ways through a tick
+//! An ordinary tick, every count there and within its gate, goes one straight way (`observe`): behind a branch for what
+//! is rare everything would be loaded again. All else goes another (`rest`), which does the whole tick anew from what
+//! was remembered. So a rare tick costs the beginning of an ordinary one more. The other way would give an ordinary
+//! tick the same bits: a drive exported to C has only that one.
 //!
 //! # What holds whatever happens
 //! * u is finite and within the limits, for any counts, any targets (NaN and infinities too) and any state.
@@ -68,7 +75,7 @@ pub struct EncoderForm<T, M, A, const E: usize, const N: usize, const S: usize, 
     pub(crate) blocks: [Block<T, S>; E],
     pub(crate) sensors: [Sensor<T>; E],
     pub(crate) fast: [[FastGains<T, S>; E]; FAST],
-    pub(crate) row: Row<T, N>,
+    pub(crate) row: Row<T, E, N>,
     /// Where the gate of each encoder closes to, in the unit of its block, and how fast.
     pub(crate) gate: [T; E],
     pub(crate) closing: T,
@@ -106,20 +113,27 @@ impl<const S: usize> FastGains<f64, S> {
     }
 }
 
-/// Rows of the law, see the module's head; entry j belongs to y_j, channel j or Δr^(j-1), from 0.
+/// Rows of the law, see the module's head; entry j belongs to e_j or Δr^(j-1), from 0, entry i to block i.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Row<T, const N: usize> {
+pub(crate) struct Row<T, const E: usize, const N: usize> {
     /// The last one is 1 and not read.
     pub(crate) c: [T; N],
-    /// On d', of σ and of the law; entry 0 is not read.
-    pub(crate) g: [T; N],
-    pub(crate) kd: [T; N],
     /// Entry 0 is 0 and not read.
     pub(crate) kx: [T; N],
+    /// Of σ and of the law on d and d' by way of the channels before the last; that of the driven block is 0 and not
+    /// read: it is in the last channel alone.
+    pub(crate) c_d: [T; E],
+    pub(crate) c_growth: [T; E],
+    pub(crate) k_d: [T; E],
+    pub(crate) k_growth: [T; E],
+    /// Of the law on d' in the last channel.
+    pub(crate) k_last: T,
     /// ff/b on Δr, Δr', ..
     pub(crate) feed: [T; N],
     pub(crate) kw: T,
     pub(crate) us: T,
+    /// kw - us: on W, where us is on σ.
+    pub(crate) k_offset: T,
     pub(crate) decay: T,
     /// 1/b.
     pub(crate) per_b: T,
@@ -135,30 +149,35 @@ pub(crate) struct Row<T, const N: usize> {
     pub(crate) fallback: T,
 }
 
-impl<const N: usize> Row<f64, N> {
+impl<const E: usize, const N: usize> Row<f64, E, N> {
     /// Of the rows for observers of order 2 in every channel but the first.
     pub(crate) const fn of<const O: usize>(
         rows: &Coefficients<f64, N, 2, O>,
         gradient: &[f64; N],
+        shares: &[[f64; E]; N],
         limits: Limits,
         fallback: Fallback,
     ) -> Self {
         let t_1 = rows.period * phi_functions(gradient[N - 1] * rows.period)[1];
-        let (mut g, mut kd, mut feed) = ([0.0; N], [0.0; N], [0.0; N]);
         let (t, b) = (rows.period, rows.input_gain);
+        let ([mut c_d, mut c_growth, mut k_d, mut k_growth], mut feed) = ([[0.0; E]; 4], [0.0; N]);
         let mut i = 1;
         while i < N {
-            // A = d + θ T d', B = T d'; in channel n in units of u, and there A has the coefficient -1.
-            (g[i], kd[i]) = (rows.g[i - 1][1] * t, rows.k[i - 1][1] * t);
-            if i + 1 < N {
-                g[i] += 0.5 * t * rows.c[i + 1];
-                kd[i] += 0.5 * t * rows.kx[i + 1];
-            } else {
-                kd[i] = (kd[i] - rows.theta_n * t) / b;
-            }
             feed[i - 1] = -rows.theta_n * gradient[i - 1] / b;
+            let mut j = 0;
+            while i + 1 < N && j < E {
+                // d is on top of the error that it drives; A = d + T d'/2, B = T d'.
+                let share = shares[i][j];
+                c_d[j] += rows.c[i + 1] * share;
+                k_d[j] += rows.kx[i + 1] * share;
+                c_growth[j] += (rows.g[i - 1][1] + 0.5 * rows.c[i + 1]) * t * share;
+                k_growth[j] += (rows.k[i - 1][1] + 0.5 * rows.kx[i + 1]) * t * share;
+                j += 1;
+            }
             i += 1;
         }
+        // In units of u, and there A = d + θ T d' has the coefficient -1.
+        let k_last = (rows.k[N - 2][1] - rows.theta_n) * t / b;
         feed[N - 1] = 1.0 / (t_1 * rows.input_gain);
         let (hold, fallback) = match fallback {
             Fallback::HoldLast => (1.0, 0.0),
@@ -166,12 +185,16 @@ impl<const N: usize> Row<f64, N> {
         };
         Self {
             c: rows.c,
-            g,
-            kd,
             kx: rows.kx,
+            c_d,
+            c_growth,
+            k_d,
+            k_growth,
+            k_last,
             feed,
             kw: rows.kw,
             us: rows.us,
+            k_offset: rows.kw - rows.us,
             decay: rows.decay,
             per_b: 1.0 / b,
             period: rows.period,
@@ -184,15 +207,19 @@ impl<const N: usize> Row<f64, N> {
         }
     }
 
-    const fn in_f32(&self) -> Row<f32, N> {
+    const fn in_f32(&self) -> Row<f32, E, N> {
         Row {
             c: row_f32(&self.c),
-            g: row_f32(&self.g),
-            kd: row_f32(&self.kd),
             kx: row_f32(&self.kx),
+            c_d: row_f32(&self.c_d),
+            c_growth: row_f32(&self.c_growth),
+            k_d: row_f32(&self.k_d),
+            k_growth: row_f32(&self.k_growth),
+            k_last: self.k_last as f32,
             feed: row_f32(&self.feed),
             kw: self.kw as f32,
             us: self.us as f32,
+            k_offset: self.k_offset as f32,
             decay: self.decay as f32,
             per_b: self.per_b as f32,
             period: self.period as f32,
@@ -337,7 +364,7 @@ where
                 known.growth[i] = if S == 4 { x[i][3] } else { T::ZERO };
             }
             let (z, _) = self.model.chain(&known.x, &known.seen);
-            self.sigma(&z, &self.model.spread(&known.seen, &known.d), &self.model.spread(&known.seen, &known.growth))
+            self.sigma(&z, &known.d, &known.growth)
         };
         core::array::from_fn(|i| {
             let mut gains = self.blocks[i].gains;
@@ -365,33 +392,23 @@ where
         (if sets[1] > sets[0] { sets[1] } else { sets[0] }) / reach
     }
 
-    /// σ of errors or of a state, with what the channels carry.
+    /// σ of errors or of a state, with d and d' of the blocks.
     #[inline(always)]
-    fn sigma(&self, e: &[T; N], d: &[T; N], growth: &[T; N]) -> T {
+    fn sigma(&self, e: &[T; N], d: &[T; E], growth: &[T; E]) -> T {
         let k = &self.row;
-        let y = Self::with(e, d);
-        let mut sigma = y[N - 1];
+        let mut sigma = e[N - 1];
         if A::POSITION {
             for j in 0..N - 1 {
-                sigma += k.c[j] * y[j];
+                sigma += k.c[j] * e[j];
             }
         }
-        if S == 4 {
-            for i in 1..N - 1 {
-                sigma += k.g[i] * growth[i];
+        for i in 0..Self::DRIVEN {
+            sigma += k.c_d[i] * d[i];
+            if S == 4 {
+                sigma += k.c_growth[i] * growth[i];
             }
         }
         sigma.called("sigma", 0)
-    }
-
-    /// y: the disturbance of each mismatched channel on top of the error that it drives.
-    #[inline(always)]
-    fn with(e: &[T; N], d: &[T; N]) -> [T; N] {
-        let mut y = *e;
-        for i in 1..N - 1 {
-            y[i + 1] += d[i];
-        }
-        y
     }
 
     /// Position of a block since the base, in its unit.
@@ -406,105 +423,178 @@ where
         self.sensors[i].unit * T::from_count(state.at[i])
     }
 
-    /// Change of position, and v, d after one more tick under m.
+    /// p, v, d, d' after one more tick under m, the position less that of the same count.
     #[inline(always)]
-    fn foreseen(&self, i: usize, x: &[T; S], m: T) -> (T, T, T) {
+    fn foreseen(&self, i: usize, x: &[T; S], m: T) -> [T; S] {
         let k = &self.blocks[i];
-        let (mut moved, mut v, mut d) = (k.g2 * x[1] + k.g1 * m, k.phi * x[1] + k.g2 * m, x[2]);
+        let mut next = *x;
+        next[0] += k.g2 * x[1] + k.g1 * m;
+        next[1] = k.phi * x[1] + k.g2 * m;
         if S == 4 {
-            moved += k.h1 * x[3];
-            v += k.g1 * x[3];
-            d += self.row.period * x[3];
+            next[0] += k.h1 * x[3];
+            next[1] += k.g1 * x[3];
+            next[2] += self.row.period * x[3];
         }
-        (moved, v, d)
+        next
     }
 
-    /// Steps 1 to 3. `false` when too many samples are missing.
+    /// m of the tick that has passed, with the couplings of its beginning.
     #[inline(always)]
+    fn driven(&self, state: &StateOf<Self>, i: usize) -> T {
+        let mut m = M::of_block(&state.pull, i).unwrap_or(state.x[i][2]);
+        if i == Self::DRIVEN {
+            m += self.model.input_gain() * state.held;
+        }
+        m
+    }
+
+    /// Steps 1 to 3 of an ordinary tick; `None`, and nothing has changed, if a count is missing or not believed or the
+    /// base is to move on.
+    #[inline(always)]
+    fn observe(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Option<M::Seen> {
+        T::section("1. Where the counts are, and whether they are believed.");
+        let (mut last, mut at, mut raw) = (state.last, state.at, [T::ZERO; E]);
+        let (mut m, mut p) = ([T::ZERO; E], [T::ZERO; E]);
+        for i in 0..E {
+            let k = &self.sensors[i];
+            let count = counts[i]?;
+            let difference = count.since(last[i]).signed(k.unread);
+            (last[i], at[i]) = (count, at[i].plus(difference));
+            raw[i] = k.unit * T::from_count(at[i]);
+            m[i] = self.driven(state, i);
+            p[i] = self.foreseen(i, &state.x[i], m[i])[0] - k.unit * T::from_count(difference);
+            if !self.is_believed(state, i, p[i]) {
+                return None;
+            }
+        }
+        if raw[0].abs() > self.sensors[0].edge {
+            return None;
+        }
+        (state.last, state.at, state.missed) = (last, at, [T::ZERO; E]);
+        let seen = self.correct(state, &raw, m, p, [true; E]);
+        // The map wants them at the estimate, not at the count.
+        Some(self.model.seen_ahead(seen, state.x[0][0]))
+    }
+
+    /// Is a count that is p from its prediction within the gate? It closes after a start.
+    #[inline(always)]
+    fn is_believed(&self, state: &StateOf<Self>, i: usize, p: T) -> bool {
+        p.abs() <= self.gate[i] + state.reach
+    }
+
+    /// Steps 1 to 3 of any tick, of an ordinary one with the same bits: which counts were used; `false` when too many
+    /// samples are missing.
     #[doc(hidden)]
-    pub fn observe(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> (M::Seen, [bool; E], bool) {
-        T::section("1. What the counts should have moved.");
-        let mut m = [T::ZERO; E];
-        let mut expected = [T::ZERO; E];
+    pub fn observe_rest(
+        &self,
+        state: &mut StateOf<Self>,
+        counts: &[Option<T::Count>; E],
+    ) -> (M::Seen, [bool; E], bool) {
+        T::section("1. Where the counts are, and whether they are believed.");
+        let (mut used, mut known) = ([false; E], true);
+        let (mut m, mut p, mut ahead) = ([T::ZERO; E], [T::ZERO; E], [T::ZERO; E]);
         let mut position = [T::ZERO; E];
         for i in 0..E {
             T::channel(i + 1);
-            m[i] = state.x[i][2];
-            position[i] = self.position(state, i);
-            if let Some(w) = M::coupling(&state.push, i) {
-                m[i] += w - self.blocks[i].kappa * position[i];
-            }
-            if i == Self::DRIVEN {
-                m[i] += self.model.input_gain() * state.held;
-            }
-            expected[i] = (state.x[i][0] + self.foreseen(i, &state.x[i], m[i]).0).called("expected", i + 1);
-        }
-
-        T::section("2. Which counts are believed.");
-        let mut used = [false; E];
-        let mut known = true;
-        for i in 0..E {
-            T::channel(i + 1);
-            state.x[i][0] = expected[i];
             let k = &self.sensors[i];
+            m[i] = self.driven(state, i);
+            p[i] = self.foreseen(i, &state.x[i], m[i])[0];
+            // Where nothing is measured the couplings see the prediction.
+            ahead[i] = state.x[i][0] + self.blocks[i].g2 * state.x[i][1];
             if let Some(count) = counts[i] {
-                let moved = count.since(state.last[i]).signed(k.bits);
-                let p = (expected[i] - k.unit * T::from_count(moved)).called("p", i + 1);
-                if p.abs() <= state.reach[i] {
-                    used[i] = true;
+                let difference = count.since(state.last[i]).signed(k.unread);
+                let less = p[i] - k.unit * T::from_count(difference);
+                used[i] = self.is_believed(state, i, less);
+                if used[i] {
                     state.last[i] = count;
-                    state.at[i] = state.at[i].plus(moved).signed(k.width);
-                    state.x[i][0] = p;
-                    position[i] = self.raw(state, i);
+                    state.at[i] = state.at[i].plus(difference);
+                    (p[i], ahead[i]) = (less, T::ZERO);
                 }
             }
-            state.reach[i] -= self.closing * (state.reach[i] - self.gate[i]);
+            position[i] = self.raw(state, i) + ahead[i];
             if used[i] {
                 state.missed[i] = T::ZERO;
             } else {
-                // Where nothing is measured the couplings see the prediction.
-                position[i] += self.blocks[i].g2 * state.x[i][1];
                 let one = T::from_f64(1.0);
                 state.missed[i] += one;
                 known = known && state.missed[i] >= one && state.missed[i] <= self.lost_ticks;
             }
         }
+        let seen = self.correct(state, &position, m, p, used);
+        (self.model.seen_ahead(seen, state.x[0][0] - ahead[0]), used, known)
+    }
+
+    /// Steps 2 and 3: couplings at these positions, estimates, corrected where a count was used. m and p are those for
+    /// the couplings of the tick's beginning.
+    #[inline(always)]
+    fn correct(
+        &self,
+        state: &mut StateOf<Self>,
+        position: &[T; E],
+        mut m: [T; E],
+        mut p: [T; E],
+        used: [bool; E],
+    ) -> M::Seen {
+        T::section("2. Couplings.");
+        let seen = self.model.seen(position);
+        let push = self.model.push(position, &seen);
 
         T::section("3. Observers.");
-        let seen = self.model.seen(&position);
-        let push = self.model.push(&position, &seen);
         for i in 0..E {
             T::channel(i + 1);
-            let k = &self.blocks[i];
-            if let (Some(before), Some(now)) = (M::coupling(&state.push, i), M::coupling(&push, i)) {
-                let more = T::HALF * (now - before);
+            if let (Some(before), Some(now)) = (M::of_block(&state.push, i), M::of_block(&push, i)) {
+                // The mean of w at both ends.
+                let more = now - before;
                 m[i] += more;
-                state.x[i][0] += k.g1 * more;
+                p[i] += self.blocks[i].g1 * more;
             }
-            (_, state.x[i][1], state.x[i][2]) = self.foreseen(i, &state.x[i], m[i]);
+            let mut x = self.foreseen(i, &state.x[i], m[i]);
+            x[0] = p[i].called("p", i + 1);
             if used[i] {
-                let e = (-state.x[i][0]).called("e", i + 1);
-                let gains = self.gains(state, i, e);
+                // e = -p.
+                let gains = self.gains(state, i, p[i]);
                 for s in 0..S {
-                    state.x[i][s] += gains[s] * e;
+                    x[s] -= gains[s] * p[i];
                 }
             }
+            state.x[i] = x;
         }
-        state.push = push;
-        // The map wants them at the estimate, not at the count.
-        let seen =
-            self.model.seen_ahead(seen, if used[0] { state.x[0][0] } else { self.position(state, 0) - position[0] });
-        (seen, used, known)
+        self.remember(state, &push);
+        state.reach = state.reach * self.closing;
+        seen
+    }
+
+    /// The couplings, and of every block w + d - κX: what the next tick has at its beginning.
+    #[inline(always)]
+    fn remember(&self, state: &mut StateOf<Self>, push: &M::Push) {
+        let mut pull = [T::ZERO; E];
+        for i in 0..E {
+            if let Some(half) = M::of_block(push, i) {
+                pull[i] = (half + half) + state.x[i][2] - self.model.kappa(i) * self.position(state, i);
+            }
+        }
+        (state.pull, state.push) = (M::per_block(pull), *push);
+    }
+
+    /// The same with the couplings where the counts are.
+    fn remember_counts(&self, state: &mut StateOf<Self>) {
+        let push = self.push_at_counts(state);
+        self.remember(state, &push);
+    }
+
+    fn push_at_counts(&self, state: &StateOf<Self>) -> M::Push {
+        let raw = core::array::from_fn(|i| self.raw(state, i));
+        self.model.push(&raw, &self.model.seen(&raw))
     }
 
     /// The gains of this tick.
     #[inline(always)]
-    fn gains(&self, state: &mut StateOf<Self>, i: usize, e: T) -> [T; S] {
+    fn gains(&self, state: &mut StateOf<Self>, i: usize, p: T) -> [T; S] {
         let mut gains = self.blocks[i].gains;
         for f in 0..FAST {
             let k = &self.fast[f][i];
             let [mut smoothed, level] = state.alert[f][i];
-            smoothed += k.smoothing * (e - smoothed);
+            smoothed -= k.smoothing * (p + smoothed);
             let (now, fading) = ((smoothed.abs() - k.calm) * k.rate, level * k.keep);
             let level = if now > fading { now } else { fading }.limited(T::ZERO, T::from_f64(1.0));
             state.alert[f][i] = [smoothed, level];
@@ -523,17 +613,20 @@ where
             let (mut position, mut v, mut d_i) = (self.position(state, i), state.x[i][1], state.x[i][2]);
             if LATE == 1 {
                 let mut m = d_i;
-                if let (Some(last), Some(now)) = (M::coupling(before, i), M::coupling(&state.push, i)) {
+                if let (Some(pull), Some(last), Some(now)) =
+                    (M::of_block(&state.pull, i), M::of_block(before, i), M::of_block(&state.push, i))
+                {
                     // w at the end of the tick is not known: it goes on as it did.
-                    m += now + T::HALF * (now - last) - self.blocks[i].kappa * position;
+                    m = pull + (now - last);
                 }
                 if i == Self::DRIVEN {
                     for queued in state.queued {
                         m += self.model.input_gain() * queued;
                     }
                 }
-                let moved;
-                (moved, v, d_i) = self.foreseen(i, &state.x[i], m);
+                let next = self.foreseen(i, &state.x[i], m);
+                let moved = next[0] - state.x[i][0];
+                (v, d_i) = (next[1], next[2]);
                 position += moved;
                 if i == 0 {
                     seen = self.model.seen_ahead(seen, moved);
@@ -560,25 +653,25 @@ where
         let k = &self.row;
         T::section("4. The chain.");
         let (z, drift) = self.model.chain(&known.x, &known.seen);
-        let d = self.model.spread(&known.seen, &known.d);
-        // Not read with three states.
-        let growth = self.model.spread(&known.seen, &known.growth);
 
         T::section("5. Law.");
+        let Known { d, growth, seen, .. } = known;
         let e = A::errors(&z, turn, k.turn, begin);
-        let y = Self::with(&e, &d);
-        let sigma = self.sigma(&e, &d, &growth);
-        let input_drift = k.per_b * (drift + d[N - 1]);
-        let mut bare = -input_drift;
+        let sigma = self.sigma(&e, d, growth);
+        let mut bare = -(k.per_b * (drift + self.model.last(seen, d)));
         if A::POSITION {
             for j in 1..N {
-                bare += k.kx[j] * y[j];
+                bare += k.kx[j] * e[j];
+            }
+        }
+        for i in 0..Self::DRIVEN {
+            bare += k.k_d[i] * d[i];
+            if S == 4 {
+                bare += k.k_growth[i] * growth[i];
             }
         }
         if S == 4 && A::POSITION {
-            for i in 1..N {
-                bare += k.kd[i] * growth[i];
-            }
+            bare += k.k_last * self.model.last(seen, growth);
         }
         if let Some(moved) = A::moved(begin, end, k.turn) {
             let mut feed = k.feed[N - 1] * moved[N - 1];
@@ -592,62 +685,35 @@ where
         Asked { sigma, bare: bare.called("bare", 0) }
     }
 
-    /// Steps 4 to 6: from the estimates to u, and what is remembered.
-    #[inline(always)]
-    #[doc(hidden)]
-    pub fn driven(
-        &self,
-        state: &mut StateOf<Self>,
-        seen: M::Seen,
-        before: &M::Push,
-        sample: &Sample<T::Count, A::Target, E>,
-        health: Health,
-    ) -> Output<T> {
-        let k = &self.row;
-        let known = self.known(state, seen, before);
-        let Asked { sigma, bare } = self.asked(&known, state.turn, &sample.begin, &sample.end, None);
-        let mut sigma_star = (sigma - state.offset).called("sigma_star", 0);
-        let mut demand = (bare + k.kw * state.offset + k.us * sigma_star).called("demand", 0);
-        let is_plausible = demand.abs() <= k.plausible;
-        if !is_plausible {
-            // Far from the reference, or an offset that nothing has left: as at the start, or no number at all.
-            demand = bare + k.kw * sigma;
-            if !is_sound(demand) {
-                return self.refuse(state, health);
-            }
-            (state.offset, sigma_star) = (sigma, T::ZERO);
-        }
-        let u = demand.limited(k.u_min, k.u_max).called("u", 0);
-
-        T::section("6. Memory.");
-        Self::remember(state, u);
-        state.offset -= k.decay * state.offset;
-        self.follow(state);
-        Output { u, sigma, sigma_star, health: health.union(Health::SATURATED.when(u != demand)) }
-    }
-
     /// A state that starts where the counts are.
     fn started(&self, counts: [T::Count; E], at: [T::Count; E], turn: T::Count, d: &[T; E]) -> StateOf<Self> {
         let mut x = [[T::ZERO; S]; E];
-        let mut position = [T::ZERO; E];
         for i in 0..E {
             x[i][2] = d[i];
-            position[i] = self.sensors[i].unit * T::from_count(at[i]);
         }
-        EncoderState {
+        let none = M::per_block([T::ZERO; E]);
+        let mut state = EncoderState {
             last: counts,
             at,
             turn,
             x,
-            push: self.model.push(&position, &self.model.seen(&position)),
+            pull: none,
+            push: none,
             alert: [[[T::ZERO; 2]; E]; FAST],
-            reach: core::array::from_fn(|i| self.sensors[i].half_span),
+            reach: self.span(),
             missed: [T::ZERO; E],
             offset: T::ZERO,
             held: T::ZERO,
             queued: [T::ZERO; LATE],
             fresh: true,
-        }
+        };
+        self.remember_counts(&mut state);
+        state
+    }
+
+    /// Further than this no count is from its prediction.
+    fn span(&self) -> T {
+        self.sensors.iter().fold(T::ZERO, |most, k| if k.half_span > most { k.half_span } else { most })
     }
 
     /// Where the counts are now, for a state without a tick that has passed.
@@ -659,7 +725,7 @@ where
             let k = &self.sensors[i];
             match counts[i] {
                 Some(count) => {
-                    state.at[i] = state.at[i].plus(count.since(state.last[i]).signed(k.bits)).signed(k.width);
+                    state.at[i] = state.at[i].plus(count.since(state.last[i]).signed(k.unread)).signed(k.beyond);
                     state.last[i] = count;
                 }
                 None => all = false,
@@ -668,36 +734,107 @@ where
         all
     }
 
-    /// The base follows by whole turns, and the couplings with it.
+    /// The base follows by whole turns. That changes no acceleration: w moves as κX does.
     #[inline(always)]
     fn follow(&self, state: &mut StateOf<Self>) {
-        let at = T::from_count(state.at[0]);
-        let forward = at > self.sensors[0].edge;
-        if forward || at < -self.sensors[0].edge {
-            self.shift(state, forward);
+        let raw = self.raw(state, 0);
+        if raw.abs() <= self.sensors[0].edge {
+            return;
         }
-    }
-
-    #[cold]
-    fn shift(&self, state: &mut StateOf<Self>, forward: bool) {
-        let mut raw = [T::ZERO; E];
+        let forward = raw > T::ZERO;
+        let mut half = [T::ZERO; E];
         for i in 0..E {
-            let base = T::Count::of(self.sensors[i].base_counts);
-            state.at[i] = if forward { state.at[i].since(base) } else { state.at[i].plus(base) };
-            raw[i] = self.raw(state, i);
+            let k = &self.sensors[i];
+            let base = T::Count::of(k.base_counts);
+            let at = if forward { state.at[i].since(base) } else { state.at[i].plus(base) }.signed(k.beyond);
+            half[i] = T::HALF * self.model.kappa(i) * (k.unit * T::from_count(at.since(state.at[i])));
+            state.at[i] = at;
         }
         let turns = T::Count::of(self.sensors[0].base_turns);
         state.turn = if forward { state.turn.plus(turns) } else { state.turn.since(turns) };
-        state.push = self.model.push(&raw, &self.model.seen(&raw));
+        state.push = M::per_block(core::array::from_fn(|i| M::of_block(&state.push, i).unwrap_or(T::ZERO) + half[i]));
+    }
+
+    /// A tick that is not ordinary.
+    #[cold]
+    #[inline(never)]
+    fn rest(&self, state: &mut StateOf<Self>, sample: &Sample<T::Count, A::Target, E>) -> Output<T> {
+        let (before, counts) = (state.push, &sample.counts);
+        let (seen, used) = if state.fresh {
+            (self.begun(state, counts), true)
+        } else {
+            let (seen, used, known) = self.observe_rest(state, counts);
+            if !known {
+                return self.give_up(state, counts);
+            }
+            (seen, used == [true; E])
+        };
+        self.ask_rest(state, sample, seen, &before, Health::SAMPLE_LOST.when(!used))
     }
 
     /// The first tick of a state: there is none that has passed.
-    #[cold]
     #[doc(hidden)]
     pub fn begun(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> M::Seen {
         state.fresh = false;
         self.go_on_to(state, counts);
         self.model.seen(&core::array::from_fn(|i| self.position(state, i)))
+    }
+
+    /// Steps 4 to 6 of any tick; then the base follows.
+    #[doc(hidden)]
+    pub fn ask_rest(
+        &self,
+        state: &mut StateOf<Self>,
+        sample: &Sample<T::Count, A::Target, E>,
+        seen: M::Seen,
+        before: &M::Push,
+        health: Health,
+    ) -> Output<T> {
+        let output = self.ask(state, sample, &self.known(state, seen, before), health);
+        self.follow(state);
+        output
+    }
+
+    /// Steps 4 and 5, and what goes out.
+    #[inline(always)]
+    fn ask(
+        &self,
+        state: &mut StateOf<Self>,
+        sample: &Sample<T::Count, A::Target, E>,
+        known: &Known<T, M::Seen, E, N>,
+        health: Health,
+    ) -> Output<T> {
+        let k = &self.row;
+        let Asked { sigma, bare } = self.asked(known, state.turn, &sample.begin, &sample.end, None);
+        let sigma_star = (sigma - state.offset).called("sigma_star", 0);
+        let demand = (bare + k.k_offset * state.offset + k.us * sigma).called("demand", 0);
+        let is_plausible = demand.abs() <= k.plausible;
+        if !is_plausible {
+            return self.start_offset(state, sigma, bare, health);
+        }
+        self.put_out(state, sigma, sigma_star, demand, health)
+    }
+
+    /// Far from the reference, or an offset that nothing has left: as at the start, or no number at all.
+    #[cold]
+    #[inline(never)]
+    fn start_offset(&self, state: &mut StateOf<Self>, sigma: T, bare: T, health: Health) -> Output<T> {
+        let demand = bare + self.row.kw * sigma;
+        if !is_sound(demand) {
+            return self.refuse(state, health);
+        }
+        state.offset = sigma;
+        self.put_out(state, sigma, T::ZERO, demand, health)
+    }
+
+    #[inline(always)]
+    fn put_out(&self, state: &mut StateOf<Self>, sigma: T, sigma_star: T, demand: T, health: Health) -> Output<T> {
+        let k = &self.row;
+        let u = demand.limited(k.u_min, k.u_max).called("u", 0);
+        T::section("6. Memory.");
+        Self::hold(state, u);
+        state.offset -= k.decay * state.offset;
+        Output { u, sigma, sigma_star, health: health.union(Health::SATURATED.when(u != demand)) }
     }
 
     /// Nothing is known any more: the fallback goes out, and the observers start again with the next count of each
@@ -711,9 +848,9 @@ where
             *state = self.started(state.last, state.at, state.turn, &[T::ZERO; E]);
         } else {
             // No difference is made over a gap: until all are there nothing is believed.
-            state.reach = core::array::from_fn(|i| -self.sensors[i].half_span);
+            state.reach = -(self.span() + self.span());
         }
-        Self::remember(state, u);
+        Self::hold(state, u);
         Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health: Health::INPUT_REJECTED.union(Health::SAMPLE_LOST) }
     }
 
@@ -722,7 +859,7 @@ where
     #[doc(hidden)]
     pub fn refuse(&self, state: &mut StateOf<Self>, health: Health) -> Output<T> {
         let u = self.fallback(state);
-        Self::remember(state, u);
+        Self::hold(state, u);
         let health = health.union(Health::INPUT_REJECTED);
         Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health }
     }
@@ -742,7 +879,6 @@ where
         for i in 0..E {
             shift[i] = from.acceleration(state, i);
         }
-        let mut raw = [T::ZERO; E];
         for i in 0..E {
             let unit = self.model.per_rad(i) / from.model.per_rad(i);
             for s in 0..S {
@@ -752,14 +888,13 @@ where
                 state.alert[f][i][0] = state.alert[f][i][0] * unit;
             }
             shift[i] = shift[i] * unit;
-            raw[i] = self.raw(state, i);
-            state.reach[i] = self.sensors[i].half_span;
         }
-        state.push = self.model.push(&raw, &self.model.seen(&raw));
+        state.reach = self.span();
         for i in 0..E {
             shift[i] -= self.acceleration(state, i);
             state.x[i][2] += shift[i];
         }
+        self.remember_counts(state);
         shift
     }
 
@@ -767,8 +902,8 @@ where
     fn acceleration(&self, state: &StateOf<Self>, i: usize) -> T {
         let k = &self.blocks[i];
         let mut sum = -k.lambda * state.x[i][1];
-        if let Some(w) = M::coupling(&state.push, i) {
-            sum += w - k.kappa * self.position(state, i);
+        if let Some(half) = M::of_block(&self.push_at_counts(state), i) {
+            sum += half + half - self.model.kappa(i) * self.position(state, i);
         }
         if i == Self::DRIVEN {
             sum += self.model.input_gain() * state.held;
@@ -778,22 +913,22 @@ where
 
     /// Every number of the design.
     fn numbers(&self) -> impl Iterator<Item = T> {
-        let blocks =
-            self.blocks.iter().flat_map(|k| [k.kappa, k.lambda, k.phi, k.g2, k.g1, k.h1].into_iter().chain(k.gains));
+        let blocks = self.blocks.iter().flat_map(|k| [k.lambda, k.phi, k.g2, k.g1, k.h1].into_iter().chain(k.gains));
         let sensors = self.sensors.iter().flat_map(|k| [k.unit, k.half_span, k.edge]);
         let fast = self.fast.as_flattened().iter();
         let fast = fast.flat_map(|k| k.more.into_iter().chain([k.calm, k.rate, k.smoothing, k.keep]));
-        let Row { c, g, kd, kx, feed, kw, us, decay, per_b, period, turn, u_min, u_max, plausible, hold, fallback } =
-            self.row;
-        let rows = [c, g, kd, kx, feed].into_iter().flatten();
-        let rest = [kw, us, decay, per_b, period, turn, u_min, u_max, plausible, hold, fallback];
+        let Row { c, kx, c_d, c_growth, k_d, k_growth, k_last, feed, kw, us, k_offset, .. } = self.row;
+        let Row { decay, per_b, period, turn, u_min, u_max, plausible, hold, fallback, .. } = self.row;
+        let rows = [c, kx, feed].into_iter().flatten();
+        let rows = rows.chain([c_d, c_growth, k_d, k_growth].into_iter().flatten());
+        let rest = [k_last, kw, us, k_offset, decay, per_b, period, turn, u_min, u_max, plausible, hold, fallback];
         let gates = self.gate.into_iter().chain([self.closing, self.lost_ticks]).chain(self.inertia);
         blocks.chain(sensors).chain(fast).chain(rows).chain(rest).chain(gates).chain(self.model.numbers())
     }
 
     /// u is on its way to the actuator.
     #[inline(always)]
-    fn remember(state: &mut StateOf<Self>, u: T) {
+    fn hold(state: &mut StateOf<Self>, u: T) {
         state.held = u;
         for queued in &mut state.queued {
             state.held = *queued;
@@ -831,7 +966,7 @@ where
         let mut d = *d;
         for i in 0..E {
             counts[i] = sample.counts[i]?;
-            at[i] = counts[i].signed(self.sensors[i].bits);
+            at[i] = counts[i].signed(self.sensors[i].unread);
             d[i] = d[i] * self.model.per_rad(i);
         }
         let mut state = self.started(counts, at, T::Count::of(0), &d);
@@ -854,26 +989,18 @@ where
     #[inline(always)]
     fn tick(&self, state: &mut Self::State, sample: &Self::Sample) -> Output<T> {
         let before = state.push;
-        let mut health = Health::OK;
-        let seen = if state.fresh {
-            self.begun(state, &sample.counts)
-        } else {
-            let (seen, used, known) = self.observe(state, &sample.counts);
-            if !known {
-                return self.give_up(state, &sample.counts);
-            }
-            for used in used {
-                health = health.union(Health::SAMPLE_LOST.when(!used));
-            }
-            seen
-        };
-        self.driven(state, seen, &before, sample, health)
+        let ordinary = if state.fresh { None } else { self.observe(state, &sample.counts) };
+        // All the rest of a tick is in both ways: behind a common end everything would be loaded again.
+        match ordinary {
+            Some(seen) => self.ask(state, sample, &self.known(state, seen, &before), Health::OK),
+            None => self.rest(state, sample),
+        }
     }
 
     /// No counts and no targets: the observers predict, the fallback goes out.
     fn lost(&self, state: &mut Self::State) -> Output<T> {
         let counts = [None; E];
-        if !state.fresh && !self.observe(state, &counts).2 {
+        if !state.fresh && !self.observe_rest(state, &counts).2 {
             return self.give_up(state, &counts);
         }
         self.refuse(state, Health::SAMPLE_LOST)
@@ -919,9 +1046,9 @@ where
             let position = core::array::from_fn(|i| self.position(&old, i));
             (self.model.seen(&position), [true; E], true)
         } else if same_period {
-            self.observe(&mut old, &sample.counts)
+            self.observe_rest(&mut old, &sample.counts)
         } else {
-            from.observe(&mut old, &sample.counts)
+            from.observe_rest(&mut old, &sample.counts)
         };
         if !same_period {
             shift = self.convert(from, &mut old);
@@ -960,7 +1087,7 @@ where
     fn fingerprint(&self) -> u32 {
         let shape = [E, S, FAST, LATE, usize::from(A::POSITION)].map(|number| number as u32);
         let head = [crate::VERSION_NUMBER, T::WORDS as u32].into_iter().chain(shape);
-        let sensors = self.sensors.iter().flat_map(|k| [k.bits, k.base_counts as u32, k.base_turns as u32]);
+        let sensors = self.sensors.iter().flat_map(|k| [k.unread, k.base_counts as u32, k.base_turns as u32]);
         hash(head.chain(sensors).chain(self.numbers().flat_map(Real::to_words)))
     }
 }

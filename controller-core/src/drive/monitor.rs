@@ -26,17 +26,56 @@ use crate::health::Health;
 use crate::real::Real;
 use crate::running::{ControlLaw, RetuneError, Words, hash, next};
 
-/// What the monitors of a drive with E encoders may see, in the units of a data sheet.
+/// What the monitors of a drive with E encoders may see; by rule from a design ([`MotorDesign::bounds`],
+/// [`JointDesign::bounds`]).
+///
+/// [`MotorDesign::bounds`]: super::MotorDesign::bounds
+/// [`JointDesign::bounds`]: super::JointDesign::bounds
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Bounds<const E: usize> {
-    /// Largest |d| of each shaft, rad/s². For a motor 0.4 of the limit of u times b, 0.9 of it within ±50 %.
+    /// Largest |d| of each shaft, rad/s².
     pub disturbance: [f64; E],
     /// Largest |σ*|; infinite for none.
     pub sigma_star: f64,
     /// Ticks that u may be at a limit while |σ| does not fall.
     pub stuck_ticks: u32,
 }
+
+/// Time that u may be at a limit while |σ| does not fall, s.
+const STUCK_S: f64 = 0.2;
+
+impl<const E: usize> Bounds<E> {
+    /// For a law of this period with these gates: innovations of p/(1 - p) of them, which is how far an acceleration
+    /// is off under a gain that is wrong by p.
+    pub(crate) fn of<T, M, A, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
+        law: &EncoderForm<T, M, A, E, N, S, FAST, LATE>,
+        disturbance: [f64; E],
+        gate_steps: [f64; E],
+        uncertain: f64,
+        period_s: f64,
+    ) -> Self
+    where
+        T: Real,
+        M: ChainModel<T, E, N>,
+        A: Aim<T, N>,
+    {
+        let sigma_star = law.sigma_star_bound(gate_steps.map(|steps| steps * misjudged(uncertain)));
+        Self { disturbance, sigma_star, stuck_ticks: (STUCK_S / period_s) as u32 }
+    }
+}
+
+/// p/(1 - p), for up to 90 %.
+pub(crate) fn misjudged(uncertain: f64) -> f64 {
+    let p = if uncertain < 0.9 { uncertain } else { 0.9 };
+    p / (1.0 - p)
+}
+
+/// What the monitors raise an alarm with; the rest of [`Health`] is told and no alarm.
+pub const ALARMS: Health = Health::DISTURBANCE_OVER_BOUND
+    .union(Health::SIGMA_STAR_OVER_BOUND)
+    .union(Health::STUCK_AT_LIMIT)
+    .union(Health::INPUT_REJECTED);
 
 mod sealed {
     pub trait Sealed {}
@@ -93,14 +132,16 @@ where
 /// A drive with its monitors.
 ///
 /// ```
-/// use controller_core::drive::{Bounds, Encoder, Monitored, Motor, MotorDesign, MotorDrive, Position, Stop};
+/// use controller_core::drive::{Encoder, Monitored, Motor, MotorDesign, MotorDrive, Position, Stop};
 /// use controller_core::{Limits, Running};
 ///
 /// const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
 /// const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
 /// type Drive = MotorDrive<f32, Position>;
-/// let bounds = Bounds { disturbance: [4.0 * MOTOR.input_gain()], sigma_star: f64::INFINITY, stuck_ticks: 200 };
-/// let running = Running::new(Monitored::<Drive, 1, Stop>::new(Drive::design(&DESIGN), &bounds));
+/// let law = Drive::design(&DESIGN);
+/// // Thresholds for a data sheet that is good to 20 %.
+/// let bounds = DESIGN.bounds(&law, 0.2);
+/// let running = Running::new(Monitored::<Drive, 1, Stop>::new(law, &bounds));
 /// # assert!(running.estimates().is_none());
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -113,6 +154,16 @@ pub struct Monitored<L: ControlLaw, const E: usize, R> {
 }
 
 impl<L: Watched<E>, const E: usize, R: Reaction> Monitored<L, E, R> {
+    /// The same from numbers that are known already, for a `const`: |d| in the unit of each block, |σ*|, ticks.
+    pub const fn from_parts(
+        law: L,
+        disturbance: [L::Scalar; E],
+        sigma_star: L::Scalar,
+        stuck_ticks: L::Scalar,
+    ) -> Self {
+        Self { law, disturbance, sigma_star, stuck_ticks, of: PhantomData }
+    }
+
     /// A drive, and what may be seen of it.
     pub fn new(law: L, bounds: &Bounds<E>) -> Self {
         let disturbance = core::array::from_fn(|i| L::Scalar::from_f64(bounds.disturbance[i]) * law.per_rad(i));
@@ -194,17 +245,10 @@ impl<L: Watched<E>, const E: usize, R: Reaction> Monitored<L, E, R> {
         state.last = sigma;
         let stuck = Health::STUCK_AT_LIMIT.when(state.stuck > self.stuck_ticks);
         output.health = output.health.union(stuck);
-        if R::STOPS {
-            const ALARMS: Health = Health::DISTURBANCE_OVER_BOUND
-                .union(Health::SIGMA_STAR_OVER_BOUND)
-                .union(Health::STUCK_AT_LIMIT)
-                .union(Health::INPUT_REJECTED);
-            if output.health.intersects(ALARMS) {
-                state.stopped = true;
-                let stopped = self.law.not_started();
-                output.health = output.health.union(Health::STOPPED);
-                output.u = stopped.u;
-            }
+        if R::STOPS && output.health.intersects(ALARMS) {
+            state.stopped = true;
+            output.health = output.health.union(Health::STOPPED);
+            output.u = self.law.not_started().u;
         }
         output
     }
@@ -229,7 +273,7 @@ impl<L: Watched<E>, const E: usize, R: Reaction> ControlLaw for Monitored<L, E, 
         self.law.not_started()
     }
 
-    #[inline]
+    #[inline(always)]
     fn tick(&self, state: &mut Self::State, sample: &L::Sample) -> Self::Output {
         self.stopped(state).unwrap_or_else(|| {
             let output = self.law.tick(&mut state.within, sample);

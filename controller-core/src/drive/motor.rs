@@ -39,6 +39,7 @@ use super::chain::ChainModel;
 use super::encoder::Encoder;
 use super::error::DriveError;
 use super::law::{EncoderForm, FastGains, Row};
+use super::monitor::{Bounds, misjudged};
 use super::target::{Aim, Position};
 use crate::config::{Config, Fallback, Options};
 use crate::design;
@@ -241,6 +242,19 @@ impl MotorDesign {
         self
     }
 
+    /// What the monitors may see of this drive if J and K_t are known to within the share p = `uncertain` (0.2, 0.5).
+    ///
+    /// With q = p/(1 - p): disturbances up to (0.25 + 0.65 q) of what the limit of u can do, so that 0.25 of it are
+    /// load and friction; innovations of q times the gate; u at a limit for 0.2 s.
+    pub fn bounds<T: Real, A: Aim<T, 2>, const FAST: usize, const LATE: usize, const S: usize>(
+        &self,
+        law: &MotorDrive<T, A, FAST, LATE, S>,
+        uncertain: f64,
+    ) -> Bounds<1> {
+        let share = 0.25 + 0.65 * misjudged(uncertain);
+        Bounds::of(law, [share * self.largest_acceleration()], [self.gate_steps], uncertain, self.period_s)
+    }
+
     const fn largest_acceleration(&self) -> f64 {
         let Limits { min, max } = self.limits;
         (if max > -min { max } else { -min }) * self.motor.input_gain().abs()
@@ -354,8 +368,14 @@ impl<T: Real> ChainModel<T, 1, 2> for MotorModel<T> {
     #[inline(always)]
     fn push(&self, _: &[T; 1], (): &()) {}
     #[inline(always)]
-    fn coupling((): &(), _: usize) -> Option<T> {
+    fn of_block((): &(), _: usize) -> Option<T> {
         None
+    }
+    #[inline(always)]
+    fn per_block(_: [T; 1]) {}
+    #[inline(always)]
+    fn kappa(&self, _: usize) -> T {
+        T::ZERO
     }
     #[inline(always)]
     fn input_gain(&self) -> T {
@@ -366,8 +386,8 @@ impl<T: Real> ChainModel<T, 1, 2> for MotorModel<T> {
         (*x, self.drag * x[1])
     }
     #[inline(always)]
-    fn spread(&self, (): &(), d: &[T; 1]) -> [T; 2] {
-        [T::ZERO, d[0]]
+    fn last(&self, (): &(), d: &[T; 1]) -> T {
+        d[0]
     }
     #[inline(always)]
     fn per_rad(&self, _: usize) -> T {
@@ -419,9 +439,9 @@ impl<A: Aim<f64, 2>, const S: usize, const FAST: usize, const LATE: usize>
             blocks: [block],
             sensors: [sensor],
             fast: [[fast]; FAST],
-            row: Row::of(&rows, &gradient, *limits, design.fallback),
+            row: Row::of(&rows, &gradient, &[[0.0]; 2], *limits, design.fallback),
             gate: [if gate < sensor.half_span { gate } else { sensor.half_span }],
-            closing: decay(0.2 * omega * t),
+            closing: 1.0 - decay(0.2 * omega * t),
             lost_ticks: design.lost_ticks as f64,
             inertia: [motor.inertia_kg_m2],
             at_rest: false,
@@ -461,3 +481,21 @@ macro_rules! designs {
 }
 designs!(f64, drive => drive);
 designs!(f32, drive => drive.in_f32(drive.model.in_f32()));
+
+impl<M: ChainModel<f32, 1, 2>, A: Aim<f64, 2> + Aim<f32, 2>, const S: usize, const FAST: usize, const LATE: usize>
+    EncoderForm<f32, M, A, 1, 2, S, FAST, LATE>
+{
+    /// The drive of a motor whose load is known: bandwidths and gate of a [`MotorDesign`], a model of one's own.
+    ///
+    /// The model must have the b and the λ of the design's motor, and what else acts on the shaft as its coupling w,
+    /// rad/s², of period one turn: positions are counted from the last whole turn. An example is at [`ChainModel`].
+    ///
+    /// # Errors
+    /// The first number of the design that is out of its range, with the range.
+    pub const fn try_design_with(design: &MotorDesign, model: M) -> Result<Self, DriveError> {
+        match EncoderForm::<f64, MotorModel<f64>, A, 1, 2, S, FAST, LATE>::of_motor(design) {
+            Ok(drive) => Ok(drive.in_f32(model)),
+            Err(error) => Err(error),
+        }
+    }
+}

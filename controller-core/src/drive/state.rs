@@ -19,12 +19,14 @@ where
     pub(crate) turn: T::Count,
     /// Estimates of each block: p, the position less that of its count; v; d; with four states d'.
     pub(crate) x: [[T; S]; E],
-    /// The couplings at the last tick.
+    /// w + d - κX of each block at the last tick: what the coming one needs of its beginning, u aside.
+    pub(crate) pull: M::Push,
+    /// w/2 at the last tick.
     pub(crate) push: M::Push,
     /// With two gain sets, of each block: smoothed innovation, and how far the fast set is in.
     pub(crate) alert: [[[T; 2]; E]; FAST],
-    /// Beyond this innovation a sample is not believed; it closes to the gate after a start.
-    pub(crate) reach: [T; E],
+    /// A sample is believed that is so much further off than the gate; it closes to 0 after a start.
+    pub(crate) reach: T,
     /// Samples of each encoder that were not used, in a row.
     pub(crate) missed: [T; E],
     /// W = σ(0) e^(-αt).
@@ -44,13 +46,13 @@ where
     M: ChainModel<T, E, N>,
 {
     fn words(&self) -> impl Iterator<Item = u32> {
-        let Self { last, at, turn, x, push, alert, reach, missed, offset, held, queued, fresh } = self;
+        let Self { last, at, turn, x, pull, push, alert, reach, missed, offset, held, queued, fresh } = self;
         let counts = last.iter().chain(at).chain([turn]).map(|count| count.to_word());
         let alert = alert.as_flattened().as_flattened();
         let numbers =
-            x.as_flattened().iter().chain(alert).chain(reach).chain(missed).chain([offset, held]).chain(queued);
+            x.as_flattened().iter().chain(alert).chain([reach]).chain(missed).chain([offset, held]).chain(queued);
         let numbers = numbers.flat_map(|number| number.to_words().into_iter().take(T::WORDS));
-        [u32::from(*fresh)].into_iter().chain(counts).chain(push.words()).chain(numbers)
+        [u32::from(*fresh)].into_iter().chain(counts).chain(pull.words()).chain(push.words()).chain(numbers)
     }
 
     fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
@@ -65,15 +67,17 @@ where
         }
         let [last, at] = counts;
         let turn = T::Count::from_word(words.next()?);
+        let pull = M::Push::from_words(words)?;
         let push = M::Push::from_words(words)?;
         let mut state = Self {
             last,
             at,
             turn,
             x: [[T::ZERO; S]; E],
+            pull,
             push,
             alert: [[[T::ZERO; 2]; E]; FAST],
-            reach: [T::ZERO; E],
+            reach: T::ZERO,
             missed: [T::ZERO; E],
             offset: T::ZERO,
             held: T::ZERO,
@@ -82,7 +86,7 @@ where
         };
         let Self { x, alert, reach, missed, offset, held, queued, .. } = &mut state;
         let alert = alert.as_flattened_mut().as_flattened_mut();
-        let numbers = x.as_flattened_mut().iter_mut().chain(alert).chain(reach).chain(missed);
+        let numbers = x.as_flattened_mut().iter_mut().chain(alert).chain([reach]).chain(missed);
         for number in numbers.chain([offset, held]).chain(queued) {
             *number = next(words)?;
         }

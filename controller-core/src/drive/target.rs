@@ -67,7 +67,11 @@ impl<T: Real, const N: usize> Aim<T, N> for Position {
         for j in 0..N {
             moved[j] -= begin.jet[j];
         }
-        moved[0] += full * T::from_count(end.turn.since(begin.turn));
+        if end.turn != begin.turn {
+            // Hardly ever. Without the fence the compiler makes a selection of it, and converts in every tick.
+            core::sync::atomic::compiler_fence(core::sync::atomic::Ordering::SeqCst);
+            moved[0] += full * T::from_count(end.turn.since(begin.turn));
+        }
         Some(moved)
     }
 }

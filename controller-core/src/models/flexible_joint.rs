@@ -40,13 +40,14 @@ pub struct JointParameters {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Reading {
-    /// As printed: `J_11` on the link. Does not reproduce the published numbers.
+    /// For the figures only, as printed: `J_11` on the link. Does not reproduce the published numbers.
     Literal,
-    /// The link equation with the link inertia `J_12`: reproduces the published numbers.
+    /// For the figures only: the link equation with the link inertia `J_12`, reproduces the published numbers. Its
+    /// input gain is wrong by `k_1` on any real joint.
     Reconstructed,
-    /// As reconstructed with `B_11` on the motor: the hard test of a discretisation.
+    /// For the figures only: as reconstructed with `B_11` on the motor, the hard test of a discretisation.
     Stiff,
-    /// As reconstructed with a and b of the consistent scaling x_3 = k_1 x_3'.
+    /// Two inertias on a spring: a and b of the consistent scaling x_3 = k_1 x_3'. The one that a real joint has.
     Physical,
 }
 

@@ -24,7 +24,7 @@ const REPORT_EVERY: u32 = TICK_HZ / 5;
 
 /// A chain of order 4, observers of order 2 in channels 2 and 4.
 type Drive = controller!(f32, FlexibleJoint<f32>, order 4, observers of order 2 in [2, 4]);
-const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
+const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Physical).nominal();
 const OBSERVER: ObserverGains<2> = ObserverGains::from_bandwidth::<2>(100.0);
 
 design! {
@@ -37,7 +37,7 @@ static CONTROLLER: Drive = Drive::design(
         reaching: ReachingLaw { k_l: 50.0, k_s: 0.0, epsilon: 0.01 },
         nominal: NOMINAL,
         options: Options::NEUTRAL
-            .with_limits(Limits::symmetric(300.0))
+            .with_limits(Limits::symmetric(30.0))
             .with_fallback(Fallback::Safe(0.0))
             .with_sigma_star_bound(10.0),
     },

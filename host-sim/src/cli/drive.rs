@@ -1,5 +1,6 @@
 //! What is said of the run of a drive.
 
+use controller_core::drive::ALARMS;
 use cycle_bound::table::Table;
 use loop_sim::metrics::{self, Metrics, Noise, Tracking};
 use loop_sim::trace::{Ending, Trace};
@@ -53,6 +54,9 @@ pub(super) fn table(
     row("|u| peak (A)", number(metrics.u_peak), &format!("of {} A, over the whole run", drive.max_current_a));
     let share = format!("{} %", significant(100.0 * tracking.saturated_share, 3));
     row("saturated", share, "of all ticks");
+    if let Some(alarm) = trace.rows.iter().find(|row| row.health.intersects(ALARMS)) {
+        row("first alarm (s)", number(alarm.t_s), &alarm.health.to_string());
+    }
     how_it_went(experiment, metrics, trace, &mut row);
     table
 }

@@ -36,6 +36,9 @@ pub(super) struct ExportOptions {
     /// What the names in a C file begin with; two controllers in one program need two.
     #[arg(long, value_name = "NAME", default_value = PREFIX, value_parser = prefix)]
     prefix: String,
+    /// Export a reading of the paper that is for its figures only: no joint has its input gain.
+    #[arg(long)]
+    paper: bool,
     /// The file to write; an existing one is left as it is [default: stdout].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -71,6 +74,12 @@ impl Console<'_> {
         };
         let source = Source { file: &file, text: &text, sets };
         let experiment = scenario::parse(&source, &stem)?;
+        if let (Some(reading), false) = (experiment.figures_only, options.paper) {
+            return Err(bad(format!(
+                "{file}: the reading {reading:?} is for the paper's figures, and no joint has its input gain; set \
+                 plant.reading=physical, begin with `host-sim new NAME --plant joint`, or say --paper"
+            )));
+        }
         let form = match options.lang {
             Some(Language::Rust) if options.prefix != PREFIX => {
                 return Err(bad("--prefix is for C: in Rust the module is the prefix".into()));

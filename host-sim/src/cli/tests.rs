@@ -89,7 +89,7 @@ fn assert_is_run_json(text: &str) -> Json {
         "window_s",
     ];
     assert_eq!(keys(&json["metrics"]), BTreeSet::from(metrics));
-    let flags = ["input_rejected", "saturated", "sigma_star_over_bound", "sample_lost"];
+    let flags = TROUBLES.map(|(_, name)| name);
     assert_eq!(keys(&json["ticks_with"]), BTreeSet::from(flags));
     for error in json["metrics"]["estimation_error_ultimate"].as_array().expect("a list") {
         assert_eq!(keys(error), BTreeSet::from(["channel", "error"]));
@@ -207,7 +207,8 @@ fn trouble_that_the_controller_told_stands_in_the_table() {
     assert_eq!(row.split_whitespace().nth(4), Some("201"), "{row}");
     let (_, out, _) = spoken(&[&SHORT[..], &sets[..], &["--json"]].concat());
     let counts = serde_json::json!({
-        "input_rejected": 201, "saturated": 0, "sigma_star_over_bound": 0, "sample_lost": 0
+        "input_rejected": 201, "saturated": 0, "sigma_star_over_bound": 0, "sample_lost": 0,
+        "disturbance_over_bound": 0, "stuck_at_limit": 0, "stopped": 0
     });
     assert_eq!(assert_is_run_json(&out)["ticks_with"], counts);
 }
@@ -533,21 +534,30 @@ fn the_longest_wait_stands_in_the_help() {
 fn export_goes_to_stdout_or_into_a_file_that_is_not_lost_by_a_slip() {
     let folder = Folder::new("export");
     let file = folder.path("controller.h");
-    let (code, text, err) = spoken(&["export", "--standalone"]);
+    let (code, text, err) = spoken(&["export", "--paper", "--standalone"]);
     let unlimited = "warning: u has no limits: up to 1e12 may go out; set controller.limits={ min = .., max = .. }\n";
     assert_eq!((code, err.as_str()), (status::DONE, unlimited));
-    let limited = ["export", "--standalone", "--set", "controller.limits={ min = -300, max = 300 }"];
+    let limited = ["export", "--paper", "--standalone", "--set", "controller.limits={ min = -300, max = 300 }"];
     assert_eq!(spoken(&limited).2, "");
     assert!(text.starts_with("/* ") && text.contains("edo_smc_tick(") && text.trim_end().ends_with("#endif"), "{text}");
 
-    assert_eq!(spoken(&["export", "--standalone", "-o", &file]).1, format!("wrote {file}\n"));
+    assert_eq!(spoken(&["export", "--paper", "--standalone", "-o", &file]).1, format!("wrote {file}\n"));
     assert_eq!(std::fs::read_to_string(&file).expect("the file"), text);
-    let (code, out, err) = spoken(&["export", "--lang", "rust", "-o", &file]);
+    let (code, out, err) = spoken(&["export", "--paper", "--lang", "rust", "-o", &file]);
     assert_eq!((code, out.as_str()), (status::BAD_INPUT, ""));
     assert!(err.contains("exists already and is left as it is; --force overwrites it"), "{err}");
     assert_eq!(std::fs::read_to_string(&file).expect("the file"), text);
-    assert_eq!(spoken(&["export", "--lang", "rust", "-o", &file, "--force"]).0, status::DONE);
+    assert_eq!(spoken(&["export", "--paper", "--lang", "rust", "-o", &file, "--force"]).0, status::DONE);
     assert!(std::fs::read_to_string(&file).expect("the file").contains("pub static CONTROLLER"));
+}
+
+#[test]
+fn a_reading_that_is_a_joint_is_exported_without_a_word_more() {
+    let physical = ["--set", "plant.reading=physical", "--set", "controller.limits={ min = -30, max = 30 }"];
+    for form in [&["--standalone"][..], &["--lang", "c"], &["--lang", "rust"]] {
+        let (status, _, err) = spoken(&[&["export"], form, &physical].concat());
+        assert_eq!((status, err.as_str()), (status::DONE, ""), "{form:?}");
+    }
 }
 
 #[test]
@@ -557,11 +567,16 @@ fn export_says_what_is_wrong_with_its_arguments() {
         (&["export", "--standalone", "--lang", "rust"], "cannot be used with"),
         (&["export", "--lang", "rusty"], "'rust'"),
         (&["export", "--standalone", "--prefix", "9"], "expected 1 to 32 of a-z, 0-9, `_`, a letter first"),
-        (&["export", "--lang", "rust", "--prefix", "mine"], "--prefix is for C"),
+        (&["export", "--paper", "--lang", "rust", "--prefix", "mine"], "--prefix is for C"),
         (&["export", "--standalone", "--force"], "--output"),
         (&["export", "--standalone", "nowhere.toml"], "nowhere.toml: there is no such file"),
         (&["export", "--standalone", "--set", "controller.epsilom=1"], "did you mean `epsilon`"),
-        (&["export", "--standalone", "--set", "controller.precision=f64"], "set controller.precision=f32"),
+        (&["export", "--paper", "--standalone", "--set", "controller.precision=f64"], "set controller.precision=f32"),
+        (&["export", "--standalone"], "no joint has its input gain; set plant.reading=physical, "),
+        (
+            &["export", "--lang", "c", "--set", "plant.reading=stiff"],
+            "the reading \"stiff\" is for the paper's figures",
+        ),
     ] {
         let (code, out, err) = spoken(args);
         assert_eq!((code, out.as_str()), (status::BAD_INPUT, ""), "{args:?}");
@@ -601,8 +616,8 @@ fn a_drive_goes_to_no_target_yet_and_into_no_archive_and_says_so() {
         assert_eq!(spoken(&["pil", &file]), (status::BAD_INPUT, String::new(), told.clone()));
         assert_eq!(spoken(&["hil", &file, "--port", "/dev/null"]), (status::BAD_INPUT, String::new(), told));
         let told = format!(
-            "error: {file}: the archive for C has no drive: take --lang c --standalone, one file that needs no library, \
-             or --lang rust\n"
+            "error: {file}: the archive for C has no drive: take --lang c --standalone, one file that needs no \
+             library, or --lang rust\n"
         );
         assert_eq!(spoken(&["export", &file, "--lang", "c"]), (status::BAD_INPUT, String::new(), told));
     }
@@ -613,7 +628,10 @@ fn a_motor_and_a_joint_have_a_schema_of_their_own() {
     let schema = |plant: &str| spoken(&["schema", "--plant", plant]).1;
     assert_eq!(schema("paper"), spoken(&["schema"]).1);
     assert_eq!(schema("paper"), schema("chain"));
+    assert_eq!(schema("paper"), schema("own"));
     assert!(schema("motor").contains("torque_n_m_per_a") && !schema("motor").contains("stiffness_n_m"));
     assert!(schema("joint").contains("stiffness_n_m") && !schema("joint").contains("k_s"));
-    assert!(spoken(&["new", "x", "--plant", "pendulum"]).2.contains("[possible values: paper, motor, joint, chain]"));
+    assert!(
+        spoken(&["new", "x", "--plant", "pendulum"]).2.contains("[possible values: paper, motor, joint, chain, own]")
+    );
 }

@@ -7,8 +7,9 @@ use std::fmt::Write as _;
 
 use controller_core::ControlLaw;
 use controller_core::drive::{Encoder, JointDesign, JointDrive, MotorDesign, MotorDrive, Mounting, Position, Speed};
-use loop_sim::port::drive::{Follows, Form as DriveForm};
-use scenario::{Drive, DriveDesign, Source};
+use loop_sim::port::drive::{DriveDesign, Follows, Form as DriveForm};
+use loop_sim::sensor::encoder::Mounted;
+use scenario::{Drive, Source};
 use tick_record::drive::{DriveFunctions, JET, joint, motor};
 use tick_record::{Kind, Port, Record, Role};
 
@@ -41,7 +42,7 @@ struct Recorded {
 }
 
 fn recorded(drive: &Drive) -> Result<Recorded, String> {
-    let DriveForm { follows, gain_sets, delay_ticks, observer_states } = drive.form;
+    let DriveForm { follows, gain_sets, delay_ticks, observer_states } = drive.designed.form();
     macro_rules! of_motor {
         ($design:expr, $mounting:expr, $aim:ty, $fast:literal, $late:literal, $states:literal) => {
             motor::<$aim, $fast, $late, $states>($design, $mounting).and_then(|functions| {
@@ -72,15 +73,20 @@ fn recorded(drive: &Drive) -> Result<Recorded, String> {
             }
         };
     }
-    let recorded = match (&drive.design, follows) {
-        (DriveDesign::Motor(design, mounting), Follows::Position) => following!(design, *mounting, Position),
-        (DriveDesign::Motor(design, mounting), Follows::Speed) => following!(design, *mounting, Speed),
-        (DriveDesign::Joint(design, mounting), _) => match (gain_sets > 1, delay_ticks > 0) {
-            (false, false) => of_joint!(design, *mounting, 0, 0),
-            (false, true) => of_joint!(design, *mounting, 0, 1),
-            (true, false) => of_joint!(design, *mounting, 1, 0),
-            (true, true) => of_joint!(design, *mounting, 1, 1),
+    let recorded = match &drive.designed {
+        DriveDesign::Motor { design, mounted: Mounted { mounting, .. }, .. } => match follows {
+            Follows::Position => following!(design, *mounting, Position),
+            Follows::Speed => following!(design, *mounting, Speed),
         },
+        DriveDesign::Joint { design, mounted, .. } => {
+            let mounting = mounted.map(|mounted| mounted.mounting);
+            match (gain_sets > 1, delay_ticks > 0) {
+                (false, false) => of_joint!(design, mounting, 0, 0),
+                (false, true) => of_joint!(design, mounting, 0, 1),
+                (true, false) => of_joint!(design, mounting, 1, 0),
+                (true, true) => of_joint!(design, mounting, 1, 1),
+            }
+        }
     };
     recorded.map_err(|error| error.to_string())
 }
@@ -91,18 +97,18 @@ impl Exported<'_> {
     }
 
     pub(super) fn period_s(&self) -> f64 {
-        match self.drive.design {
-            DriveDesign::Motor(MotorDesign { period_s, .. }, _)
-            | DriveDesign::Joint(JointDesign { period_s, .. }, _) => period_s,
+        match self.drive.designed {
+            DriveDesign::Motor { design: MotorDesign { period_s, .. }, .. }
+            | DriveDesign::Joint { design: JointDesign { period_s, .. }, .. } => period_s,
         }
     }
 
     /// `Drive of a motor with one encoder, position, 2 gain sets, f32, T = 0.001 s.`
     pub(super) fn title(&self) -> String {
-        let DriveForm { follows, gain_sets, delay_ticks, observer_states } = self.drive.form;
-        let of = match self.drive.design {
-            DriveDesign::Motor(..) => "a motor with one encoder",
-            DriveDesign::Joint(..) => "a flexible joint with two encoders",
+        let DriveForm { follows, gain_sets, delay_ticks, observer_states } = self.drive.designed.form();
+        let of = match self.drive.designed {
+            DriveDesign::Motor { .. } => "a motor with one encoder",
+            DriveDesign::Joint { .. } => "a flexible joint with two encoders",
         };
         format!(
             "Drive of {of}, {}, {observer_states} states per encoder, {}, {}, f32, T = {:?} s.",
@@ -121,22 +127,20 @@ impl Exported<'_> {
 
     /// Encoders with their places in names.
     fn encoders(&self) -> Vec<(&'static str, Encoder, Mounting)> {
-        match self.drive.design {
-            DriveDesign::Motor(MotorDesign { encoder, .. }, mounting) => vec![("", encoder, mounting)],
-            DriveDesign::Joint(JointDesign { encoders, .. }, mounting) => {
-                vec![("_link", encoders[0], mounting[0]), ("_motor", encoders[1], mounting[1])]
-            }
+        let of = |shaft, Mounted { encoder, mounting }| (shaft, encoder, mounting);
+        match self.drive.designed {
+            DriveDesign::Motor { mounted, .. } => vec![of("", mounted)],
+            DriveDesign::Joint { mounted: [link, motor], .. } => vec![of("_link", link), of("_motor", motor)],
         }
     }
 }
 
 /// What is said of a constant, by how its name begins; of a longer beginning first.
-const CONSTANTS: [(&str, &str); 42] = [
+const CONSTANTS: [(&str, &str); 45] = [
     ("k1", "K_s/J_l, 1/s^2; x_3 is k1 times the motor's angle"),
     ("b1", "damping of the link, 1/s"),
     ("gravity", "weight of the link over its inertia, 1/s^2"),
-    ("spring", "k1 k2"),
-    ("k2", "K_s/J_m, 1/s^2"),
+    ("half_spring", "k1 k2/2"),
     ("b2", "damping of the motor, 1/s"),
     ("cross", "b1^2 - k1"),
     ("drag", "-B/J, 1/s"),
@@ -150,7 +154,7 @@ const CONSTANTS: [(&str, &str); 42] = [
     ("more", "the fast gain set less the quiet one"),
     ("unit", "one count"),
     ("half_span", "half a counter"),
-    ("edge", "three quarters of the base, counts"),
+    ("edge", "9/16 of the base"),
     ("calm", "smoothed innovation at which the fast set begins to come in"),
     ("rate", "how fast it does"),
     ("smoothing", "1 - e^(-T/3 ms), by default"),
@@ -158,9 +162,13 @@ const CONSTANTS: [(&str, &str); 42] = [
     ("gate", "where the gate closes to"),
     ("closing", "and how fast"),
     ("inertia", "kg m^2"),
+    ("c_d", "surface, on d"),
+    ("c_growth", "surface, on d'"),
     ("c_", "surface"),
-    ("g_", "sigma's share of d'"),
-    ("kd_", "law, on d'"),
+    ("k_d", "law, on d"),
+    ("k_growth", "law, on d'"),
+    ("k_last", "law, on d' in the last channel"),
+    ("k_offset", "law, on W where us is on sigma"),
     ("kx_", "law, on the errors"),
     ("feed_", "feed-forward, on the reference's change in the tick"),
     ("kw", "law, on the offset W"),
@@ -177,20 +185,21 @@ const CONSTANTS: [(&str, &str); 42] = [
 ];
 
 /// What is said of a word of the state, by how its name begins.
-const WORDS: [(&str, &str); 19] = [
+const WORDS: [(&str, &str); 20] = [
     ("fresh", "no tick has passed since the start"),
     ("started", ""),
     ("last", "count of the last good sample"),
     ("at", "the same since the base"),
     ("turn", "turn of the base"),
-    ("push", "coupling at the last tick"),
+    ("pull", "acceleration at the last tick, u aside"),
+    ("push", "half the coupling at the last tick"),
     ("p", "estimated position less that of its count"),
     ("v", "estimated speed"),
     ("d_dot", "its rate"),
     ("d", "estimated disturbance, an acceleration"),
     ("smoothed", "smoothed innovation"),
     ("level", "how far the fast gains are in, 0 to 1"),
-    ("reach", "beyond this innovation a count is not believed"),
+    ("reach", "a sample is believed that is so much further off than the gate"),
     ("missed", "counts that were not used, in a row"),
     ("offset", "W = sigma(0) e^(-alpha t)"),
     ("held", "what the actuator held since the last tick, A"),
@@ -214,7 +223,7 @@ impl C<'_> {
     }
 
     fn follows_position(&self) -> bool {
-        self.exported.drive.form.follows == Follows::Position
+        self.exported.drive.designed.form().follows == Follows::Position
     }
 
     /// Ends of the names that belong to an encoder.
@@ -240,7 +249,7 @@ impl C<'_> {
         } else {
             " *     sample.begin = speed;  sample.end = speed_next;    rad/s at both ends of the tick\n"
         };
-        let late = if exported.drive.form.delay_ticks == 0 {
+        let late = if exported.drive.designed.form().delay_ticks == 0 {
             ""
         } else {
             " *                                                        in which u is held: one tick from now\n"
@@ -281,8 +290,8 @@ impl C<'_> {
             let way = if is_reversed { "down" } else { "up" };
             let _ = writeln!(
                 out,
-                "#define {name}_BITS {bits} /* {gear}; counts {way} while the angle grows, {offset_counts} at angle 0 */\n\
-                 #define {name}_COUNTS_PER_TURN {counts_per_turn}"
+                "#define {name}_BITS {bits} /* {gear}; counts {way} while the angle grows, {offset_counts} at \
+                 angle 0 */\n#define {name}_COUNTS_PER_TURN {counts_per_turn}"
             );
         }
         out
@@ -327,8 +336,8 @@ typedef struct {
         let unit = if self.follows_position() { "" } else { ", rad/s" };
         let _ = writeln!(
             out,
-            "    {target} begin; /* at the beginning of the tick in which u is held{unit} */\n    {target} end; /* and at \
-             its end */\n}} @_sample;"
+            "    {target} begin; /* at the beginning of the tick in which u is held{unit} */\n    {target} end; /* and \
+             at its end */\n}} @_sample;"
         );
         out += "
 typedef struct {

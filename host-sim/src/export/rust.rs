@@ -6,14 +6,13 @@
 use std::fmt::Write as _;
 
 use controller_core::{Config, MAX_N, SampleLimits};
-use loop_sim::port::drive::{Follows, Form as DriveForm};
+use loop_sim::port::drive::{DriveDesign, Follows, Form as DriveForm};
 use loop_sim::port::in_process::Model;
-use scenario::DriveDesign;
 
 use super::Exported;
 use super::drive::Exported as Drive;
 
-pub(super) fn text(exported: &Exported<'_>) -> String {
+pub(super) fn text(exported: &Exported<'_>) -> Result<String, String> {
     let Exported { spec, download, .. } = exported;
     let (n, r) = (usize::from(download.shape.n), download.shape.r);
     let channels = exported.channels();
@@ -26,6 +25,7 @@ pub(super) fn text(exported: &Exported<'_>) -> String {
         }
         Model::BenchmarkLibm => ("Benchmark<Libm>".into(), "Benchmark::new()".into(), "Benchmark, Libm"),
         Model::BenchmarkMicromath => ("Benchmark<Micromath>".into(), "Benchmark::new()".into(), "Benchmark, Micromath"),
+        Model::Formulas { .. } => return Err(super::formulas_stay_here(spec)),
     };
     let observers: String = (observers.iter().take(n))
         .map(|gains| match gains {
@@ -120,7 +120,7 @@ pub const RUNNING: Running<Guessing<&Designed>> = Running::guessing(&CONTROLLER,
         alpha = surface.alpha_per_s,
         gradient = of_order(&nominal.gradient, n),
     );
-    out
+    Ok(out)
 }
 
 /// The first n numbers of a row.
@@ -130,22 +130,22 @@ fn of_order(row: &[f64; MAX_N], n: usize) -> String {
 
 /// The design of a drive, likewise.
 pub(super) fn drive(exported: &Drive<'_>) -> String {
-    let DriveForm { follows, gain_sets, delay_ticks, observer_states } = exported.drive.form;
+    let DriveForm { follows, gain_sets, delay_ticks, observer_states } = exported.drive.designed.form();
     let (fast, late) = (u8::from(gain_sets > 1), u8::from(delay_ticks > 0));
     let aim = if follows == Follows::Position { "Position" } else { "Speed" };
-    let (designed, design, encoders, mounting, more) = match &exported.drive.design {
-        DriveDesign::Motor(design, mounting) => (
+    let (designed, design, encoders, mounting, more) = match &exported.drive.designed {
+        DriveDesign::Motor { design, mounted, .. } => (
             format!("MotorDrive<f32, {aim}, {fast}, {late}, {observer_states}>"),
             format!("MotorDesign = {design:#?}"),
             1,
-            format!("[{mounting:?}]"),
+            format!("{:?}", [mounted.mounting]),
             "Motor, MotorBandwidths, MotorDesign, MotorDrive",
         ),
-        DriveDesign::Joint(design, mounting) => (
+        DriveDesign::Joint { design, mounted, .. } => (
             format!("JointDrive<f32, {aim}, {fast}, {late}>"),
             format!("JointDesign = {design:#?}"),
             2,
-            format!("{mounting:?}"),
+            format!("{:?}", mounted.map(|mounted| mounted.mounting)),
             "Joint, JointBandwidths, JointDesign, JointDrive",
         ),
     };

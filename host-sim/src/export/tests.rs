@@ -52,6 +52,13 @@ fn what_cannot_be_exported_is_refused_with_the_way_out() {
     let double = "[controller]\nprecision = \"f64\"\n";
     assert!(refused(double, Form::Standalone(PREFIX)).contains("set controller.precision=f32"));
     assert!(refused(double, Form::Rust).contains("set controller.precision=f32"));
+    let told = refused(scenario::OWN, Form::Rust);
+    assert!(told.contains("set controller.nominal.a=[19.62, 0.0], its slopes at rest"), "{told}");
+    for form in [Form::Standalone(PREFIX), Form::Archive(PREFIX)] {
+        assert_eq!(refused(scenario::OWN, form), told);
+        // The way out is one.
+        assert!(exported(scenario::OWN, &["controller.nominal.a=[19.62, 0.0]"], form).is_ok());
+    }
     let baseline = include_str!("../../scenarios/fig01_baseline.toml");
     assert!(refused(baseline, Form::Rust).contains("set controller.kind=proposed"));
 }

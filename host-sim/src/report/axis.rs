@@ -1,7 +1,10 @@
 //! The scale of one axis: its range, where its ticks stand and what they say.
 //!
 //! Ticks stand at multiples of 1, 2 or 5 times a power of ten and carry as many decimals as their distance needs. Very
-//! large and very small ranges share one factor 10^(3k), written once beside the axis.
+//! large and very small ranges share one factor 10^(3k), written once beside the axis. A logarithmic axis has them at
+//! 1, 2 and 5 times every power of ten, of a long one at the powers alone.
+
+use super::number::significant;
 
 /// Magnitudes beyond this one cannot be drawn; they are gaps like NaN.
 const LARGEST: f64 = 1e100;
@@ -24,6 +27,7 @@ pub(super) struct Axis {
     pub(super) ticks: Vec<(f64, String)>,
     /// Common factor of all tick texts, as `×10⁻³`; empty for 1.
     pub(super) factor: String,
+    is_log: bool,
 }
 
 impl Axis {
@@ -48,12 +52,41 @@ impl Axis {
         let largest = lo.abs().max(hi.abs());
         let exponent = if (1e-2..1e5).contains(&largest) { 0 } else { 3 * exponent_of(largest).div_euclid(3) };
         let unit = libm::pow(10.0, f64::from(exponent));
-        Self { lo, hi, ticks: ticks(lo / unit, hi / unit, unit, count), factor: factor(exponent) }
+        Self { lo, hi, ticks: ticks(lo / unit, hi / unit, unit, count), factor: factor(exponent), is_log: false }
+    }
+
+    /// A logarithmic axis over the values above 0, with some room at both ends.
+    pub(super) fn logarithmic(values: impl IntoIterator<Item = f64>) -> Self {
+        let (lo, hi) = values
+            .into_iter()
+            .filter(|&value| drawable(value) && value > SMALLEST)
+            .fold((f64::INFINITY, 0.0_f64), |(lo, hi), value| (lo.min(value), hi.max(value)));
+        let (lo, hi) = if lo <= hi { (0.8 * lo, 1.25 * hi) } else { (0.1, 1.0) };
+        let multiples: &[u32] = if hi / lo > 300.0 { &[1] } else { &[1, 2, 5] };
+        let decades = exponent_of(lo)..=exponent_of(hi);
+        let ticks = decades.flat_map(|decade| {
+            let unit = libm::pow(10.0, f64::from(decade));
+            let text = move |multiple: &u32| {
+                let text = match (decade, multiple) {
+                    (-3..=3, _) => significant(f64::from(*multiple) * unit, 1),
+                    (_, 1) => factor(decade)[2..].to_owned(),
+                    _ => format!("{multiple}·{}", &factor(decade)[2..]),
+                };
+                (f64::from(*multiple) * unit, text)
+            };
+            multiples.iter().map(text).collect::<Vec<_>>()
+        });
+        let ticks = ticks.filter(|(value, _)| (lo..=hi).contains(value)).collect();
+        Self { lo, hi, ticks, factor: String::new(), is_log: true }
     }
 
     /// Where the value stands, 0 at the lower end and 1 at the upper one.
     pub(super) fn place(&self, value: f64) -> f64 {
-        (value - self.lo) / (self.hi - self.lo)
+        if self.is_log {
+            libm::log(value.max(SMALLEST) / self.lo) / libm::log(self.hi / self.lo)
+        } else {
+            (value - self.lo) / (self.hi - self.lo)
+        }
     }
 }
 
@@ -127,6 +160,17 @@ mod tests {
         assert_eq!(texts(&bound), ["−0.15", "−0.10", "−0.05", "0.00", "0.05", "0.10", "0.15"]);
         let peak = Axis::new(None, [-31.0, 279.0], 0.06, 3);
         assert_eq!((texts(&peak), peak.factor.as_str()), (vec!["0", "100", "200"], ""));
+    }
+
+    #[test]
+    fn a_logarithmic_axis_has_decades_of_equal_length() {
+        let axis = Axis::logarithmic([0.01, 0.1, -3.0, 0.0, f64::NAN]);
+        assert_eq!(texts(&axis), ["0.01", "0.02", "0.05", "0.1"]);
+        let [low, middle, high] = [0.01, 0.02, 0.04].map(|value| axis.place(value));
+        assert!((high - middle - (middle - low)).abs() < 1e-12 && low > 0.0 && axis.place(0.1) < 1.0);
+        assert_eq!(texts(&Axis::logarithmic([2e-6, 9e-3])), ["10⁻⁵", "10⁻⁴", "0.001", "0.01"]);
+
+        assert_eq!(texts(&Axis::logarithmic([])), ["0.1", "0.2", "0.5", "1"]);
     }
 
     #[test]

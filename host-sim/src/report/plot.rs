@@ -82,6 +82,8 @@ pub struct Series {
     pub color: usize,
     /// Does a value hold until the next point? Then the line goes in steps.
     pub is_held: bool,
+    /// Is every point marked by a dot? For few of them.
+    pub has_dots: bool,
 }
 
 impl Series {
@@ -142,6 +144,8 @@ pub struct Panel {
     /// Range of y; `None`: all data within the range of x. Data beyond it are cut off, and the head says how far they
     /// go.
     pub y_range: Option<(f64, f64)>,
+    /// Both axes logarithmic, over all data above 0; the rest is a gap, and ranges are not read.
+    pub is_log: bool,
 }
 
 /// Panels in rows of `columns`.
@@ -191,6 +195,13 @@ impl Figure {
     fn told_apart(&self) -> Vec<Panel> {
         let mut panels = self.panels.clone();
         for panel in &mut panels {
+            if panel.is_log {
+                // Where there is no logarithm there is a gap.
+                for (x, y) in panel.series.iter_mut().flat_map(|series| &mut series.points) {
+                    (*x, *y) = if *x > 0.0 && *y > 0.0 { (*x, *y) } else { (f64::NAN, f64::NAN) };
+                }
+                continue;
+            }
             let Scales { x, y, .. } = Scales::new(panel);
             let pixel = (y.hi - y.lo) / self.plot_height();
             for k in 1..panel.series.len() {
@@ -308,6 +319,10 @@ impl Scales {
     fn new(panel: &Panel) -> Self {
         let all = || panel.series.iter().flat_map(|series| series.points.iter().copied());
         let drawn = || all().filter(|&(x, y)| drawable(x) && drawable(y));
+        if panel.is_log {
+            let (x, y) = (Axis::logarithmic(drawn().map(|(x, _)| x)), Axis::logarithmic(drawn().map(|(_, y)| y)));
+            return Self { x, y, off_scale: None, hides: false };
+        }
         let x = Axis::new(panel.x_range, drawn().map(|(x, _)| x), 0.0, 10);
         let visible = || drawn().filter(|(value, _)| (x.lo..=x.hi).contains(value)).map(|(_, y)| y);
         let y = Axis::new(panel.y_range, visible(), 0.06, 6);
@@ -479,6 +494,11 @@ fn draw_panel(picture: &mut Picture, area: &PlotBox, panel: &Panel, scales: &Sca
         let path = polyline::path_data(&pieces);
         if !path.is_empty() {
             lines += &stroke(&path, series.style, series.color, 1.6);
+        }
+        let dots = series.points.iter().filter(|(x, y)| series.has_dots && drawable(*x) && drawable(*y));
+        for (x, y) in dots {
+            let color = PALETTE[series.color % PALETTE.len()];
+            let _ = write!(lines, "<circle cx=\"{:.2}\" cy=\"{:.2}\" r=\"4\" fill=\"{color}\"/>", to_x(*x), to_y(*y));
         }
     }
     if scales.hides {
@@ -655,6 +675,22 @@ mod tests {
             assert_eq!(widths.len(), lines, "{title}");
             assert!(widths.iter().all(|width| *width <= 900.0 - 2.0 * MARGIN_PX), "{widths:?}");
         }
+    }
+
+    #[test]
+    fn a_power_law_is_a_straight_line_on_logarithmic_axes() {
+        let mut panel = panel([1.0, 10.0, 100.0, -1.0, 0.0].map(|x| (x, 1e-3 / (x * x))).to_vec());
+        (panel.is_log, panel.series[0].has_dots) = (true, true);
+        let svg = figure(vec![panel]).svg();
+        let number = |text: &str, name: &str| -> f64 {
+            text.split(&format!("{name}=\"")).nth(1).and_then(|rest| rest.split('"').next()).unwrap().parse().unwrap()
+        };
+        let dots: Vec<(f64, f64)> =
+            svg.split("<circle").skip(1).map(|dot| (number(dot, "cx"), number(dot, "cy"))).collect();
+        assert_eq!(dots.len(), 3, "two of them have no logarithm");
+        let steps = [0, 1].map(|k| (dots[k + 1].0 - dots[k].0, dots[k + 1].1 - dots[k].1));
+        assert!((steps[0].0 - steps[1].0).abs() < 0.02 && (steps[0].1 - steps[1].1).abs() < 0.02, "{steps:?}");
+        assert!(steps[0].0 > 100.0 && steps[0].1 > 50.0, "to the right and down");
     }
 
     #[test]

@@ -70,7 +70,7 @@ impl Plant for Benchmark {
 
     /// Row sum of the Jacobian [[x_1 + sin 2t, 1.2], [e^x1 - 2, -1]] after balancing its two off-diagonal entries; and
     /// no slower than x_1 itself moves, since e^x1 and x_1^2 vary at the rate of x_1.
-    fn fastest_rad_s(&self, x: &[f64]) -> f64 {
+    fn fastest_rad_s(&self, _: f64, x: &[f64], _: f64) -> f64 {
         let (diagonal, coupling) = if self.state_dependent { (x[0].abs() + 1.0, 1.2) } else { (0.0, 1.0) };
         let linear = diagonal.max(1.0) + libm::sqrt(coupling * (libm::exp(x[0]) - 2.0).abs());
         linear.max(x[1].abs()).max(self.fastest_signal_rad_s)

@@ -20,13 +20,13 @@ pub struct LastChannel {
     pub b: f64,
 }
 
-/// Why there is no such chain.
+/// Why there is no such plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ChainError {
     /// The order is not 2..=6.
     Order {
-        /// How many coefficients were given.
+        /// What it would be.
         order: usize,
     },
     /// True and nominal plant differ in order.
@@ -48,7 +48,7 @@ pub enum ChainError {
 impl fmt::Display for ChainError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::Order { order } => write!(f, "a chain has order 2 to {MAX_ORDER}, this one has {order} coefficients"),
+            Self::Order { order } => write!(f, "a plant has order 2 to {MAX_ORDER}, this one has {order}"),
             Self::NominalOrder { order, nominal } => {
                 write!(
                     f,
@@ -56,7 +56,7 @@ impl fmt::Display for ChainError {
                 )
             }
             Self::Disturbances { order, given } => {
-                write!(f, "a chain of order {order} has {order} disturbances, {given} are given")
+                write!(f, "a plant of order {order} has {order} disturbances, {given} are given")
             }
         }
     }
@@ -121,7 +121,7 @@ impl Plant for Chain {
         d[n - 1] += (self.truth.b - self.nominal.b) * u;
     }
 
-    fn fastest_rad_s(&self, _x: &[f64]) -> f64 {
+    fn fastest_rad_s(&self, _: f64, _: &[f64], _: f64) -> f64 {
         self.fastest_rad_s
     }
 
@@ -179,7 +179,7 @@ mod tests {
         let slow = || channel(&[-1.0, -2.0], 1.0);
         let fast = Signal::new(vec![Term::Sin { amplitude: 1.0, omega_rad_s: 300.0, phase_rad: 0.0 }]);
         let chain = Chain::new(slow(), slow(), vec![Signal::default(), fast]).unwrap();
-        assert_eq!(chain.fastest_rad_s(&[0.0; 2]), 300.0);
+        assert_eq!(chain.fastest_rad_s(0.0, &[0.0; 2], 0.0), 300.0);
     }
 
     #[test]

@@ -129,7 +129,7 @@ impl Plant for FlexibleJoint {
     }
 
     /// That of the linearised joint and of the signals; and sin x_1 of a spinning link varies at the link's velocity.
-    fn fastest_rad_s(&self, x: &[f64]) -> f64 {
+    fn fastest_rad_s(&self, _: f64, x: &[f64], _: f64) -> f64 {
         self.fastest_rad_s.max(x[1].abs().min(SPINNING_RAD_S))
     }
 
@@ -311,8 +311,9 @@ mod tests {
 
     #[test]
     fn fastest_rate_is_that_of_the_motor_spring_or_of_its_friction_or_of_a_spinning_link() {
-        let rate =
-            |reading, x2| FlexibleJoint::of_the_paper(TABLE_I.chain(reading)).fastest_rad_s(&[0.0, x2, 0.0, 0.0]);
+        let rate = |reading, x2| {
+            FlexibleJoint::of_the_paper(TABLE_I.chain(reading)).fastest_rad_s(0.0, &[0.0, x2, 0.0, 0.0], 0.0)
+        };
         // sqrt(k_2) = 98.3; b_2 = 4833 less the spring's share of 2.
         assert!((98.0..102.0).contains(&rate(Reading::Reconstructed, 0.0)), "{}", rate(Reading::Reconstructed, 0.0));
         assert!((4831.0..4900.0).contains(&rate(Reading::Stiff, 0.0)), "{}", rate(Reading::Stiff, 0.0));

@@ -106,7 +106,7 @@ impl Plant for Joint {
         (d[1], d[3]) = (truth[0] - believed[0], truth[1] - believed[1]);
     }
 
-    fn fastest_rad_s(&self, x: &[f64]) -> f64 {
+    fn fastest_rad_s(&self, _: f64, x: &[f64], _: f64) -> f64 {
         let motor = self.imperfections.fastest_rad_s(self.truth.motor.inertia_kg_m2, x[3]);
         self.fastest_rad_s.max(motor).max(x[1].abs().min(SPINNING_RAD_S))
     }

@@ -51,6 +51,9 @@ impl Default for Friction {
 impl Friction {
     /// The torque against a shaft with this speed, N m.
     pub fn torque_n_m(&self, speed_rad_s: f64) -> f64 {
+        if self.static_n_m == 0.0 && self.coulomb_n_m == 0.0 {
+            return 0.0;
+        }
         let bell = speed_rad_s / self.stribeck_rad_s;
         let size = self.coulomb_n_m + (self.static_n_m - self.coulomb_n_m) * libm::exp(-bell * bell);
         size * libm::tanh(speed_rad_s / self.smooth_rad_s)
@@ -82,8 +85,10 @@ pub struct Imperfections {
 impl Imperfections {
     /// Torque at the shaft, viscous friction and load apart, N m.
     pub(super) fn torque_n_m(&self, torque_n_m_per_a: f64, current: f64, angle: f64, speed: f64) -> f64 {
-        let ripple = self.ripple * libm::sin(self.ripple_per_turn * angle);
-        torque_n_m_per_a * current * (1.0 + ripple) + self.cogging_n_m * libm::sin(self.cogging_per_turn * angle)
+        // Most plants have none, and a sine costs more than all the rest.
+        let wave = |size: f64, per_turn: f64| if size == 0.0 { 0.0 } else { size * libm::sin(per_turn * angle) };
+        torque_n_m_per_a * current * (1.0 + wave(self.ripple, self.ripple_per_turn))
+            + wave(self.cogging_n_m, self.cogging_per_turn)
             - self.friction.torque_n_m(speed)
     }
 
@@ -156,7 +161,7 @@ impl Plant for Motor {
         d[1] = self.acceleration(t_s, x, current) - (torque_n_m_per_a * current - damping_n_m_s * x[1]) / inertia_kg_m2;
     }
 
-    fn fastest_rad_s(&self, x: &[f64]) -> f64 {
+    fn fastest_rad_s(&self, _: f64, x: &[f64], _: f64) -> f64 {
         self.fastest_rad_s.max(self.imperfections.fastest_rad_s(self.truth.inertia_kg_m2, x[1]))
     }
 

@@ -1,8 +1,9 @@
 //! A drive in this process: counts in, current out, along a reference that it plays.
 //!
-//! The law is [`EncoderForm`], the very one that runs on a chip, in f32; gain sets, delay, states and aim are types
-//! there and numbers here ([`Form`]). The sample is the counts of [`Encoders`](crate::sensor::encoder::Encoders), from
-//! which [`Mounted`] takes sign and offset, as a program on the chip would.
+//! The law is [`drive::EncoderForm`], the very one that runs on a chip, in f32; gain sets, delay, states and aim are
+//! types there and numbers here ([`Form`]). The sample is the counts of
+//! [`Encoders`](crate::sensor::encoder::Encoders), from which [`Mounted`] takes sign and offset, as a program on the
+//! chip would.
 //!
 //! A [`Motion`] waits at rest where it begins, is on its way for some ticks, and then on its goal:
 //!
@@ -12,19 +13,24 @@
 //! r = goal      from there on
 //! ```
 //!
+//! After an alarm of its monitors a drive goes on, stops, or follows a joined stop from there on ([`Reaction`]).
+//!
 //! It is played in f32 for the law and in f64 for whoever records the run. Estimates are the disturbance of each shaft
 //! (rad/s²), in the channel of its speed.
 
 use std::f64::consts::TAU;
+use std::marker::PhantomData;
 use std::sync::Arc;
 
 use controller_core::drive::{
-    self, Aim, ChainModel, DriveError, EncoderForm, Joined, JointDesign, JointDrive, MotorDesign, MotorDrive, Player,
-    Position, Reference, Rest, Sample, Sine, Speed, Streamed, Target,
+    self, Aim, Bounds, ChainModel, DriveError, DriveEstimates, Encoder, EncoderForm, GoOn, Joined, JointDesign,
+    JointDrive, Monitored, MotorDesign, MotorDrive, Player, Position, Reference, Rest, Sample, Sine, Speed, Stop,
+    Streamed, Switching, Target, Watched,
 };
 use controller_core::{MAX_R, Output, Real, Running};
 
 use crate::MAX_ORDER;
+use crate::linear::{LawAtRest, Still};
 use crate::port::{ControllerPort, PortError, Tick};
 use crate::sensor::encoder::Mounted;
 
@@ -76,9 +82,9 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// The same, as short as it may be: at least `fewest` ticks from rest onto the goal (20, if fewer are given: with
-    /// less the ticks do not show the peak), at most `most`, and as many as it takes for the current `feed_forward` of
-    /// the jets on the way to stay within ±`u_max`. `None` if no way does.
+    /// The same, as short as it may be: at least `fewest` ticks from rest onto the goal (and 20, as [`drive::shortest`]
+    /// has it), at most `most`, and as many as it takes for the current `feed_forward` of the jets on the way to stay
+    /// within ±`u_max`. `None` if no way does.
     #[must_use]
     pub fn shortest<const M: usize, const J: usize>(
         &self,
@@ -88,7 +94,7 @@ impl Motion {
     ) -> Option<Self> {
         let with = |ticks| Self { ticks, ..self.clone() };
         let plan = |ticks| with(ticks).plan::<f64, M>();
-        drive::shortest(self.start, fewest.max(20), most, u_max, feed_forward, plan).map(with)
+        drive::shortest(self.start, fewest, most, u_max, feed_forward, plan).map(with)
     }
 
     /// The largest |current| that `feed_forward` asks for in ticks 0 to `last`.
@@ -96,6 +102,30 @@ impl Motion {
         let plan = self.plan::<f64, M>();
         let asked = (0..=last).map(|tick| feed_forward(&Reference::<f64, J>::at(&plan, tick).jet).abs());
         asked.fold(0.0, f64::max)
+    }
+
+    /// From where `present` is at this tick to rest, in so many ticks.
+    fn stopping<T: Real<Count = i32>, const M: usize>(
+        &self,
+        present: &Target<T, i32, M>,
+        start: u32,
+        ticks: u32,
+    ) -> Plan<T, M> {
+        let goal = drive::stop(present, f64::from(ticks) * self.period_s);
+        let gap = drive::gap(present, &Reference::at(&goal, start));
+        let after = Joined::new(Course::Rest(goal), gap, start, ticks, self.period_s);
+        Plan { before: goal, start, after }
+    }
+
+    /// r, r', .. at any tick, whole turns included, for a controller of one's own. The way onto the goal is continuous
+    /// in `M` of them; that of a joint's drive in 4, that of a motor's in 3.
+    pub fn jets<const M: usize, const J: usize>(&self) -> impl Fn(u32) -> [f64; J] + Send + Sync + use<M, J> {
+        let plan = self.plan::<f64, M>();
+        move |tick| {
+            let Target { turn, mut jet } = plan.at(tick);
+            jet[0] += TAU * f64::from(turn);
+            jet
+        }
     }
 
     fn plan<T: Real<Count = i32>, const M: usize>(&self) -> Plan<T, M> {
@@ -242,6 +272,46 @@ pub struct Form {
     pub observer_states: usize,
 }
 
+/// What the monitors of a drive may see of it (as far as they are known: the law adds the rest), and what follows an
+/// alarm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Monitors<const E: usize> {
+    /// How well the data sheet is known, as a share: the thresholds by rule are for this.
+    pub uncertain: f64,
+    /// Largest |d| of each shaft, rad/s²; `None` by rule.
+    pub disturbance: [Option<f64>; E],
+    /// Largest |σ*|; `None` by rule.
+    pub sigma_star: Option<f64>,
+    /// Ticks that u may be at a limit while |σ| does not fall; `None` by rule.
+    pub stuck_ticks: Option<u32>,
+    /// What follows an alarm.
+    pub reaction: Reaction,
+}
+
+impl<const E: usize> Monitors<E> {
+    fn bounds(&self, by_rule: &Bounds<E>) -> Bounds<E> {
+        Bounds {
+            disturbance: std::array::from_fn(|i| self.disturbance[i].unwrap_or(by_rule.disturbance[i])),
+            sigma_star: self.sigma_star.unwrap_or(by_rule.sigma_star),
+            stuck_ticks: self.stuck_ticks.unwrap_or(by_rule.stuck_ticks),
+        }
+    }
+}
+
+/// What follows an alarm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reaction {
+    /// It is told, and no more.
+    GoOn,
+    /// The fallback goes out from then on.
+    Fallback,
+    /// The reference comes to rest in so many ticks.
+    JoinedStop {
+        /// From the end of the tick with the alarm.
+        ticks: u32,
+    },
+}
+
 /// What an aim is told of a target.
 trait Told<const N: usize>: Aim<f32, N> {
     fn told(target: &Target<f32, i32, N>) -> Self::Target;
@@ -259,49 +329,83 @@ impl Told<2> for Speed {
     }
 }
 
-/// The law with its encoders and its reference. The plan takes over `P` derivatives, r included.
-struct Drive<M, A, const E: usize, const N: usize, const P: usize, const S: usize, const FAST: usize, const LATE: usize>
+/// The law with its encoders, its monitors and its reference. The plan takes over `P` derivatives, r included.
+struct Drive<L, R, A, const E: usize, const N: usize, const P: usize>
 where
-    M: ChainModel<f32, E, N>,
-    A: Aim<f32, N>,
+    L: Watched<E>,
+    R: drive::Reaction,
 {
-    running: Running<EncoderForm<f32, M, A, E, N, S, FAST, LATE>>,
+    running: Running<Monitored<L, E, R>>,
     mounted: [Mounted; E],
+    /// Ticks from the computation of u until it is held.
+    late: u32,
     player: Player<f32, Plan<f32, P>, N>,
-    plan: Plan<f32, P>,
+    motion: Motion,
     exact: Plan<f64, P>,
+    /// Ticks of a joined stop after an alarm, and the one that is under way.
+    stop_ticks: Option<u32>,
+    stopping: Option<Plan<f64, P>>,
     tick: u32,
     r: f64,
+    of: PhantomData<A>,
 }
 
-impl<M, A, const E: usize, const N: usize, const P: usize, const S: usize, const FAST: usize, const LATE: usize>
-    Drive<M, A, E, N, P, S, FAST, LATE>
+impl<L, R, A, const E: usize, const N: usize, const P: usize> Drive<L, R, A, E, N, P>
 where
-    M: ChainModel<f32, E, N>,
-    A: Aim<f32, N>,
+    L: Watched<E>,
+    R: drive::Reaction,
 {
-    fn new(law: EncoderForm<f32, M, A, E, N, S, FAST, LATE>, mounted: [Mounted; E], motion: &Motion) -> Self {
-        let plan = motion.plan();
-        let player = Player::new(plan.clone(), LATE as u32);
-        Self { running: Running::new(law), mounted, player, plan, exact: motion.plan(), tick: 0, r: 0.0 }
+    fn new(
+        law: Monitored<L, E, R>,
+        mounted: [Mounted; E],
+        late: usize,
+        stop_ticks: Option<u32>,
+        motion: &Motion,
+    ) -> Self {
+        let late = late as u32;
+        Self {
+            running: Running::new(law),
+            mounted,
+            late,
+            player: Player::new(motion.plan(), late),
+            motion: motion.clone(),
+            exact: motion.plan(),
+            stop_ticks,
+            stopping: None,
+            tick: 0,
+            r: 0.0,
+            of: PhantomData,
+        }
+    }
+
+    /// After an alarm: from where the reference now is, to rest.
+    fn begin_to_stop(&mut self, ticks: u32) {
+        let start = self.player.tick();
+        let present: Target<f32, i32, P> = self.player.reference_mut().at(start);
+        self.player.play(self.motion.stopping(&present, start, ticks));
+        let present: Target<f64, i32, P> = self.exact.at(start);
+        self.stopping = Some(self.motion.stopping(&present, start, ticks));
     }
 }
 
-impl<M, A, const E: usize, const N: usize, const P: usize, const S: usize, const FAST: usize, const LATE: usize>
-    ControllerPort for Drive<M, A, E, N, P, S, FAST, LATE>
+impl<L, R, A, const E: usize, const N: usize, const P: usize> ControllerPort for Drive<L, R, A, E, N, P>
 where
-    M: ChainModel<f32, E, N> + Send,
+    L: Watched<E, Scalar = f32, Sample = Sample<i32, A::Target, E>, Estimates = DriveEstimates<f32, i32, E>> + Send,
+    L::State: Send,
+    R: drive::Reaction + Send,
     A: Told<N> + Send,
-    EncoderForm<f32, M, A, E, N, S, FAST, LATE>: Send,
-    Running<EncoderForm<f32, M, A, E, N, S, FAST, LATE>>: Send,
 {
     fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
         let count = |i: usize| sample.get(i).and_then(|&count| self.mounted[i].upright(count));
         let counts = std::array::from_fn(count);
         let [begin, end] = self.player.next_tick().map(|target| A::told(&target));
         let Output { u, sigma, sigma_star, health } = self.running.tick(&Sample { counts, begin, end });
-        let target: Target<f64, i32, 2> = self.exact.at(self.tick);
+        let plan = self.stopping.as_ref().filter(|plan| self.tick >= plan.start).unwrap_or(&self.exact);
+        let target: Target<f64, i32, 2> = plan.at(self.tick);
         self.r = if A::POSITION { TAU * f64::from(target.turn) + target.jet[0] } else { target.jet[1] };
+        if let Some(ticks) = self.stop_ticks.filter(|_| self.stopping.is_none() && health.intersects(drive::ALARMS)) {
+            self.begin_to_stop(ticks);
+        }
         self.tick += 1;
         let mut estimates = [[0.0; MAX_R]; MAX_ORDER];
         if let Some(known) = self.running.estimates() {
@@ -319,8 +423,8 @@ where
 
     fn reset(&mut self) -> Result<(), PortError> {
         self.running.reset();
-        self.player = Player::new(self.plan.clone(), LATE as u32);
-        (self.tick, self.r) = (0, 0.0);
+        self.player = Player::new(self.motion.plan(), self.late);
+        (self.stopping, self.tick, self.r) = (None, 0, 0.0);
         Ok(())
     }
 
@@ -337,6 +441,147 @@ where
     }
 }
 
+fn watched<L, A, const E: usize, const N: usize, const P: usize>(
+    law: L,
+    bounds: &Bounds<E>,
+    reaction: Reaction,
+    mounted: [Mounted; E],
+    late: usize,
+    motion: &Motion,
+) -> Box<dyn ControllerPort>
+where
+    L: Watched<E, Scalar = f32, Sample = Sample<i32, A::Target, E>, Estimates = DriveEstimates<f32, i32, E>>
+        + Send
+        + 'static,
+    L::State: Send,
+    A: Told<N> + Send + 'static,
+{
+    let stop_ticks = match reaction {
+        Reaction::JoinedStop { ticks } => Some(ticks),
+        Reaction::GoOn | Reaction::Fallback => None,
+    };
+    match reaction {
+        Reaction::Fallback => {
+            let law = Monitored::<L, E, Stop>::new(law, bounds);
+            Box::new(Drive::<L, Stop, A, E, N, P>::new(law, mounted, late, stop_ticks, motion))
+        }
+        Reaction::GoOn | Reaction::JoinedStop { .. } => {
+            let law = Monitored::<L, E, GoOn>::new(law, bounds);
+            Box::new(Drive::<L, GoOn, A, E, N, P>::new(law, mounted, late, stop_ticks, motion))
+        }
+    }
+}
+
+/// A drive before it runs: numbers, types and encoders.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DriveDesign {
+    /// Of a motor.
+    Motor {
+        /// Its numbers.
+        design: MotorDesign,
+        /// Its types.
+        form: Form,
+        /// Its encoder.
+        mounted: Mounted,
+        /// What is watched.
+        monitors: Monitors<1>,
+    },
+    /// Of a joint.
+    Joint {
+        /// Its numbers.
+        design: JointDesign,
+        /// Its types.
+        form: Form,
+        /// Encoders of link and motor.
+        mounted: [Mounted; 2],
+        /// What is watched.
+        monitors: Monitors<2>,
+        /// The largest load that comes at once, N m: part of the thresholds by rule.
+        sudden_load_n_m: f64,
+    },
+}
+
+impl DriveDesign {
+    /// The drive along a reference.
+    ///
+    /// # Errors
+    /// Those of the design.
+    pub fn port(&self, motion: &Motion) -> Result<Box<dyn ControllerPort>, DriveError> {
+        match self {
+            Self::Motor { design, form, mounted, monitors } => motor(design, *form, *mounted, monitors, motion),
+            Self::Joint { design, form, mounted, monitors, sudden_load_n_m } => {
+                joint(design, *form, *mounted, monitors, *sudden_load_n_m, motion)
+            }
+        }
+    }
+
+    /// Its types.
+    pub const fn form(&self) -> Form {
+        match *self {
+            Self::Motor { form, .. } | Self::Joint { form, .. } => form,
+        }
+    }
+
+    /// Of each encoder the state that it sees, from 0, and how it is mounted.
+    pub fn encoders(&self) -> Vec<(usize, Mounted)> {
+        match self {
+            Self::Motor { mounted, .. } => vec![(0, *mounted)],
+            Self::Joint { mounted: [link, motor], .. } => vec![(0, *link), (2, *motor)],
+        }
+    }
+
+    /// The same drive behind encoders with up to 2^10 times as many counts, thresholds meaning the same angles; none if
+    /// a counter has no room for 8 times as many.
+    #[must_use]
+    pub fn finer(&self) -> Option<Self> {
+        match *self {
+            Self::Motor { design, form, mounted, monitors } => {
+                let (mounted, times) = finer(mounted)?;
+                let design = MotorDesign {
+                    encoder: mounted.encoder,
+                    switching: switching_of(design.switching, times),
+                    gate_steps: design.gate_steps * times,
+                    ..design
+                };
+                Some(Self::Motor { design, form, mounted, monitors })
+            }
+            Self::Joint { design, form, mounted: [link, motor], monitors, sudden_load_n_m } => {
+                let ((link, times), (motor, times_motor)) = finer(link).zip(finer(motor))?;
+                let [of_link, of_motor] = design.gate_steps;
+                let design = JointDesign {
+                    encoders: [link.encoder, motor.encoder],
+                    switching: switching_of(design.switching, times),
+                    gate_steps: [of_link * times, of_motor * times_motor],
+                    ..design
+                };
+                // One switching serves both encoders: they must be as many times finer.
+                (times == times_motor).then_some(Self::Joint {
+                    design,
+                    form,
+                    mounted: [link, motor],
+                    monitors,
+                    sudden_load_n_m,
+                })
+            }
+        }
+    }
+}
+
+/// The same encoder with up to 2^10 times as many counts, and how many times; none if there is no room for 8 times.
+fn finer(mounted: Mounted) -> Option<(Mounted, f64)> {
+    let Encoder { bits, counts_per_turn, gear_num, .. } = mounted.encoder;
+    let fits = |k: u32| bits + k <= 32 && (u64::from(counts_per_turn) * u64::from(gear_num)) << k <= 1 << 24;
+    let k = (3..=10).rev().find(|&k| fits(k))?;
+    let encoder = Encoder { bits: bits + k, counts_per_turn: counts_per_turn << k, ..mounted.encoder };
+    Some((Mounted::new(encoder), f64::from(1 << k)))
+}
+
+/// Thresholds that mean the same angles with so many times as many steps.
+fn switching_of(switching: Switching, times: f64) -> Switching {
+    let Switching { calm_steps, alert_steps, .. } = switching;
+    Switching { calm_steps: calm_steps * times, alert_steps: alert_steps * times, ..switching }
+}
+
 /// The drive of a motor. More than one gain set, or ticks of delay, are as two, and one.
 ///
 /// # Errors
@@ -345,12 +590,14 @@ pub fn motor(
     design: &MotorDesign,
     form: Form,
     mounted: Mounted,
+    monitors: &Monitors<1>,
     motion: &Motion,
 ) -> Result<Box<dyn ControllerPort>, DriveError> {
     macro_rules! built {
         ($aim:ty, $fast:literal, $late:literal, $states:literal) => {{
             let law = MotorDrive::<f32, $aim, $fast, $late, $states>::try_design(design)?;
-            Ok(Box::new(Drive::<_, _, 1, 2, 3, $states, $fast, $late>::new(law, [mounted], motion)))
+            let bounds = monitors.bounds(&design.bounds(&law, monitors.uncertain));
+            Ok(watched::<_, $aim, 1, 2, 3>(law, &bounds, monitors.reaction, [mounted], $late, motion))
         }};
     }
     macro_rules! following {
@@ -381,12 +628,15 @@ pub fn joint(
     design: &JointDesign,
     form: Form,
     mounted: [Mounted; 2],
+    monitors: &Monitors<2>,
+    sudden_load_n_m: f64,
     motion: &Motion,
 ) -> Result<Box<dyn ControllerPort>, DriveError> {
     macro_rules! built {
         ($fast:literal, $late:literal) => {{
             let law = JointDrive::<f32, Position, $fast, $late>::try_design(design)?;
-            Ok(Box::new(Drive::<_, _, 2, 4, 4, 4, $fast, $late>::new(law, mounted, motion)))
+            let bounds = monitors.bounds(&design.bounds(&law, sudden_load_n_m, monitors.uncertain));
+            Ok(watched::<_, Position, 2, 4, 4>(law, &bounds, monitors.reaction, mounted, $late, motion))
         }};
     }
     match (form.gain_sets, form.delay_ticks) {
@@ -395,6 +645,84 @@ pub fn joint(
         (_, 0) => built!(1, 0),
         (_, _) => built!(1, 1),
     }
+}
+
+/// A drive that stands still at angle 0 with its quiet gains, in f64.
+pub struct DriveAtRest {
+    /// Its law. The encoders are only finer, so that a step of them is a small change.
+    pub law: Box<dyn LawAtRest>,
+    /// λ_2, what |σ*| stays below as long as every innovation is at most one step of its encoder, in the unit of x_n.
+    pub sigma_star_bound: f64,
+}
+
+/// The drive of a motor at rest.
+///
+/// # Errors
+/// Those of the design.
+pub fn motor_at_rest(design: &MotorDesign, form: Form) -> Result<DriveAtRest, DriveError> {
+    let coarse = [design.encoder];
+    let design = MotorDesign { encoder: finest(design.encoder), gate_steps: f64::INFINITY, ..*design };
+    let still = Target { turn: 0, jet: [0.0; 2] };
+    macro_rules! law {
+        ($aim:ty, $target:expr, $late:literal, $states:literal) => {
+            at_rest(MotorDrive::<f64, $aim, 0, $late, $states>::try_design(&design)?, coarse, $target)
+        };
+    }
+    macro_rules! following {
+        ($aim:ty, $target:expr) => {
+            match (form.delay_ticks, form.observer_states) {
+                (0, ..=3) => law!($aim, $target, 0, 3),
+                (0, _) => law!($aim, $target, 0, 4),
+                (_, ..=3) => law!($aim, $target, 1, 3),
+                (_, _) => law!($aim, $target, 1, 4),
+            }
+        };
+    }
+    Ok(match form.follows {
+        Follows::Position => following!(Position, still),
+        Follows::Speed => following!(Speed, 0.0),
+    })
+}
+
+/// The drive of a joint at rest, its link hanging down.
+///
+/// # Errors
+/// Those of the design.
+pub fn joint_at_rest(design: &JointDesign, form: Form) -> Result<DriveAtRest, DriveError> {
+    let (coarse, still) = (design.encoders, Target { turn: 0, jet: [0.0; 4] });
+    let design = JointDesign { encoders: coarse.map(finest), gate_steps: [f64::INFINITY; 2], ..*design };
+    Ok(match form.delay_ticks {
+        0 => at_rest(JointDrive::<f64, Position, 0, 0>::try_design(&design)?, coarse, still),
+        _ => at_rest(JointDrive::<f64, Position, 0, 1>::try_design(&design)?, coarse, still),
+    })
+}
+
+fn at_rest<M, A, const E: usize, const N: usize, const S: usize, const LATE: usize>(
+    law: EncoderForm<f64, M, A, E, N, S, 0, LATE>,
+    coarse: [Encoder; E],
+    target: A::Target,
+) -> DriveAtRest
+where
+    M: ChainModel<f64, E, N> + Send + 'static,
+    A: Aim<f64, N, Target: Send> + Send,
+{
+    let sample = move |counts: &[f64]| Sample {
+        counts: std::array::from_fn(|i| Some(counts[i] as i32)),
+        begin: target,
+        end: target,
+    };
+    let units_rad = coarse.map(|encoder| finest(encoder).unit_rad());
+    let steps = std::array::from_fn(|i| coarse[i].unit_rad() / units_rad[i]);
+    let sigma_star_bound = law.sigma_star_bound(steps);
+    let Some(still) = Still::new(law, E, units_rad.into(), sample) else { unreachable!("a drive starts at angle 0") };
+    DriveAtRest { law: Box::new(still), sigma_star_bound }
+}
+
+/// The same encoder with as many counts as a drive may have.
+fn finest(encoder: Encoder) -> Encoder {
+    let counts = |k: u32| u64::from(encoder.counts_per_turn) << k;
+    let k = (0..24).rev().find(|&k| counts(k) * u64::from(encoder.gear_num) <= 1 << 24).unwrap_or(0);
+    Encoder { bits: 32, counts_per_turn: encoder.counts_per_turn << k, ..encoder }
 }
 
 #[cfg(test)]

@@ -3,12 +3,16 @@
 //! Orders, precision and the observed channels are types of `controller-core`. A scenario names them at run time, so
 //! this module holds every instance a valid scenario can ask for and picks one; there is no second implementation.
 
+use std::sync::{Mutex, PoisonError};
+
 use controller_core::{
-    AnyConfig, Benchmark, ConfigError, Controller, Guessing, Libm, Linear, MAX_R, Micromath, Nominal, NominalModel,
-    Real, Running, SampleLimits, Shape, Warnings, shapes,
+    AnyConfig, Benchmark, Config, ConfigError, Controller, Guessing, Libm, Limits, Linear, MAX_R, Micromath, Nominal,
+    NominalModel, Real, Running, SampleLimits, Shape, Warnings, shapes,
 };
 
 use crate::MAX_ORDER;
+use crate::expression::Expression;
+use crate::linear::{LawAtRest, Still};
 use crate::port::{ControllerPort, PortError, Tick};
 
 /// Precision of the controller; the plant is always f64.
@@ -29,6 +33,13 @@ pub enum Model {
     BenchmarkLibm,
     /// Eq. (59), e^x by micromath (f32 only; f64 takes libm).
     BenchmarkMicromath,
+    /// a(x) and b(x) by formulas of x_1..x_n. They are computed in f64 and rounded once: no target has them.
+    Formulas {
+        /// a(x).
+        drift: Expression,
+        /// b(x); a constant one costs nothing.
+        gain: Expression,
+    },
 }
 
 /// A controller as a scenario describes it: all that [`build`] needs, checked by the design itself.
@@ -53,8 +64,10 @@ pub struct Designed {
     pub port: Box<dyn ControllerPort>,
     /// Remarks on the design.
     pub warnings: Warnings,
-    /// The same design for a target, if it is in f32.
+    /// The same design for a target, if it is in f32 and its model is no formula.
     pub download: Option<Download>,
+    /// The same law in f64 without limits of u, at rest at x = 0 with nothing known of the disturbances.
+    pub at_rest: Box<dyn LawAtRest>,
 }
 
 /// A design as plain numbers: what a target needs to run the very same controller.
@@ -105,41 +118,50 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     // The gate stands before the port: `sensor::Gated`.
     config.options = config.options.with_samples(SampleLimits::NONE);
     let estimates = config.options.initial_estimates;
-    let linear = |a: &[f64]| Nominal { gradient: padded(a), input_gain: config.nominal.input_gain };
+    let input_gain = config.nominal.input_gain;
+    let linear = |a: &[f64]| Nominal { gradient: padded(a), input_gain };
+    let exact = match &spec.model {
+        Model::Linear(a) => AnyModel::Linear(Linear::<f64, N>::new(&linear(a))),
+        Model::BenchmarkLibm | Model::BenchmarkMicromath => AnyModel::Planar(|x| Benchmark::<Libm>::new().drift(x)),
+        Model::Formulas { drift, gain } => AnyModel::Formulas(Formulas::kept(drift, gain, input_gain)),
+    };
+    // At a limit that is 0 a small change would be cut on one side.
+    let unlimited = Config { options: config.options.with_limits(Limits::NONE), ..config };
+    let at_rest = Controller::<f64, _, N, R, MASK, O>::try_design(&unlimited, exact)?;
+    let Some(at_rest) = Still::new(at_rest, N, Vec::new(), padded::<N>) else {
+        unreachable!("a controller starts at x = 0")
+    };
     let (port, download): (Box<dyn ControllerPort>, _) = match spec.precision {
         Precision::F32 => {
             let (model, row, kind) = match &spec.model {
                 Model::Linear(a) => {
                     let linear = Linear::<f32, N>::new(&linear(a));
-                    (AnyModel::Linear(linear), *linear.row(), ModelKind::Linear)
+                    (AnyModel::Linear(linear), *linear.row(), Some(ModelKind::Linear))
                 }
                 Model::BenchmarkLibm => {
                     let drift: fn(&_) -> _ = |x| Benchmark::<Libm>::new().drift(x);
-                    (AnyModel::Planar(drift), [0.0; N], ModelKind::BenchmarkLibm)
+                    (AnyModel::Planar(drift), [0.0; N], Some(ModelKind::BenchmarkLibm))
                 }
                 Model::BenchmarkMicromath => {
                     let drift: fn(&_) -> _ = |x| Benchmark::<Micromath>::new().drift(x);
-                    (AnyModel::Planar(drift), [0.0; N], ModelKind::BenchmarkMicromath)
+                    (AnyModel::Planar(drift), [0.0; N], Some(ModelKind::BenchmarkMicromath))
+                }
+                Model::Formulas { drift, gain } => {
+                    (AnyModel::Formulas(Formulas::kept(drift, gain, input_gain)), [0.0; N], None)
                 }
             };
             let controller = Controller::<f32, _, N, R, MASK, O>::try_design(&config, model)?;
             let guess = estimates.map(f32::from_f64);
             let numbers = guess.into_iter().chain(row).chain(controller.coefficients().numbers()).collect();
-            let download = Download { shape: spec.config.shape(), model: kind, numbers };
-            (Box::new(InProcess { running: Running::guessing(controller, guess) }), Some(download))
+            let download = kind.map(|model| Download { shape: spec.config.shape(), model, numbers });
+            (Box::new(InProcess { running: Running::guessing(controller, guess) }), download)
         }
         Precision::F64 => {
-            let model = match &spec.model {
-                Model::Linear(a) => AnyModel::Linear(Linear::<f64, N>::new(&linear(a))),
-                Model::BenchmarkLibm | Model::BenchmarkMicromath => {
-                    AnyModel::Planar(|x| Benchmark::<Libm>::new().drift(x))
-                }
-            };
-            let controller = Controller::<f64, _, N, R, MASK, O>::try_design(&config, model)?;
+            let controller = Controller::<f64, _, N, R, MASK, O>::try_design(&config, exact)?;
             (Box::new(InProcess { running: Running::guessing(controller, estimates) }), None)
         }
     };
-    Ok(Designed { port, warnings: config.warnings(), download })
+    Ok(Designed { port, warnings: config.warnings(), download, at_rest: Box::new(at_rest) })
 }
 
 /// Whichever model the scenario names; the arithmetic is the one of `controller-core`.
@@ -147,6 +169,38 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
 enum AnyModel<T, const N: usize> {
     Linear(Linear<T, N>),
     Planar(fn(&[T; 2]) -> T),
+    Formulas(Formulas),
+}
+
+/// a(x) and b(x) over b_0.
+#[derive(Clone, Copy)]
+struct Formulas {
+    drift: &'static Expression,
+    /// None of a constant b.
+    gain: Option<&'static Expression>,
+    input_gain: f64,
+}
+
+impl Formulas {
+    fn kept(drift: &Expression, gain: &Expression, input_gain: f64) -> Self {
+        Self { drift: kept(drift), gain: gain.varies().then(|| kept(gain)), input_gain }
+    }
+
+    fn ratio<T: Real, const N: usize>(&self, of: &Expression, x: &[T; N]) -> T {
+        T::from_f64(of.value(&x.map(T::to_f64)) / self.input_gain)
+    }
+}
+
+/// The formula for as long as the program runs, once: a model is `Copy`.
+fn kept(formula: &Expression) -> &'static Expression {
+    static KEPT: Mutex<Vec<&'static Expression>> = Mutex::new(Vec::new());
+    let mut all = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = all.iter().copied().find(|known| *known == formula);
+    known.unwrap_or_else(|| {
+        let fresh: &'static Expression = Box::leak(Box::new(formula.clone()));
+        all.push(fresh);
+        fresh
+    })
 }
 
 impl<T: Real, const N: usize> NominalModel<T, N> for AnyModel<T, N> {
@@ -154,6 +208,14 @@ impl<T: Real, const N: usize> NominalModel<T, N> for AnyModel<T, N> {
         match self {
             Self::Linear(linear) => linear.drift(x),
             Self::Planar(drift) => drift(&[x[0], x[1]]),
+            Self::Formulas(formulas) => formulas.ratio(formulas.drift, x),
+        }
+    }
+
+    fn gain_ratio(&self, x: &[T; N]) -> Option<T> {
+        match self {
+            Self::Formulas(formulas) => formulas.gain.map(|gain| formulas.ratio(gain, x)),
+            Self::Linear(_) | Self::Planar(_) => None,
         }
     }
 }

@@ -2,23 +2,21 @@
 
 use std::ops::Range;
 
-use controller_core::drive::{
-    DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorDesign, Mounting, Switching,
-};
+use controller_core::drive::{DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorDesign, Mounting};
 use controller_core::{Fallback, Limits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
 use loop_sim::port::ControllerPort;
-use loop_sim::port::drive::{self as port, Follows, Form, Goal, Motion};
+use loop_sim::port::drive::{self as port, DriveAtRest, DriveDesign, Follows, Form, Goal, Monitors, Motion, Reaction};
 use loop_sim::sensor::Sensor;
 use loop_sim::sensor::encoder::{Encoders, Fault, Faulty, Mounted};
 use loop_sim::signal::Signal;
 
 use super::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointErrorTable, JointScenario, JointTable,
-    ModeKey, MotorScenario, ReferenceKind, ReferenceTable, TuningKey,
+    ModeKey, MonitorTable, MotorScenario, ReactionKey, ReferenceKind, ReferenceTable, TuningKey,
 };
-use crate::assemble::{Drive, DriveDesign, Experiment, ShaftOf};
+use crate::assemble::{AtRest, Drive, Experiment, Sensed, ShaftOf};
 use crate::error::shown;
 use crate::resolve::{self, Problem, Problems, missing, problem};
 use crate::{FallbackKey, FallbackWord, TermTable};
@@ -38,6 +36,8 @@ struct Common<'a> {
     reference: &'a ReferenceTable,
     load: &'a [TermTable],
     fault: &'a [FaultTable],
+    monitor: MonitorTable,
+    uncertain_percent: f64,
     mode: ModeKey,
     period_s: f64,
     max_current_a: f64,
@@ -52,6 +52,7 @@ struct Resolved {
     load: Signal,
     faults: Vec<(Fault, Range<usize>, Range<usize>)>,
     wanted: Wanted,
+    reaction: Reaction,
 }
 
 /// A motion, and how long the way onto the reference may be.
@@ -118,6 +119,11 @@ fn resolved(
         .collect();
     let from_rad = encoders.first().and_then(|mounted| start(*mounted, common.start_rad));
     let wanted = problems.take(motion(reference, common.mode, from_rad.unwrap_or(0.0), period_s));
+    let reaction = problems.take(reaction(&common.monitor, period_s));
+    if let (Some(_), 1) = (common.monitor.motor_n_m, encoders.len()) {
+        let message = "only for a joint: a motor has load_n_m";
+        problems.0.push(Problem { key: "monitor.motor_n_m".into(), message: message.into() });
+    }
     Some(Resolved {
         name: name?,
         title: title?,
@@ -125,6 +131,7 @@ fn resolved(
         load: Signal::new(load?),
         faults: faults.into_iter().collect::<Option<_>>()?,
         wanted: wanted?,
+        reaction: reaction?,
     })
 }
 
@@ -133,6 +140,37 @@ fn start(mounted: Mounted, angle_rad: f64) -> Option<f64> {
     let above = 32 - mounted.encoder.bits;
     let count = mounted.upright(mounted.count(angle_rad))?;
     Some(f64::from((count << above) >> above) * mounted.encoder.unit_rad())
+}
+
+fn reaction(table: &MonitorTable, period_s: f64) -> Result<Reaction, Problem> {
+    match (table.reaction, table.stop_s) {
+        (ReactionKey::Tell, None) => Ok(Reaction::GoOn),
+        (ReactionKey::Fallback, None) => Ok(Reaction::Fallback),
+        (ReactionKey::JoinedStop, stop_s) => {
+            let ticks = ticks_of(stop_s.unwrap_or(START_S), period_s).max(1);
+            Ok(Reaction::JoinedStop { ticks })
+        }
+        (_, Some(_)) => problem("monitor.stop_s", "only for reaction = \"joined_stop\""),
+    }
+}
+
+fn ticks_of(time_s: f64, period_s: f64) -> u32 {
+    (time_s / period_s).round().min(f64::from(1 << 24)) as u32
+}
+
+impl Common<'_> {
+    /// The thresholds that the file gives, of shafts with these inertias.
+    fn monitors<const E: usize>(&self, reaction: Reaction, inertia_kg_m2: [f64; E]) -> Monitors<E> {
+        let MonitorTable { load_n_m, motor_n_m, sigma_star, saturated_s, .. } = self.monitor;
+        let torques = [load_n_m, motor_n_m];
+        Monitors {
+            uncertain: self.uncertain_percent / 100.0,
+            disturbance: std::array::from_fn(|i| torques[i].map(|torque| torque / inertia_kg_m2[i])),
+            sigma_star,
+            stuck_ticks: saturated_s.map(|time_s| ticks_of(time_s, self.period_s)),
+            reaction,
+        }
+    }
 }
 
 fn fault(
@@ -205,7 +243,7 @@ fn motion(table: &ReferenceTable, mode: ModeKey, from_rad: f64, period_s: f64) -
     if mode == ModeKey::Speed && kind != ReferenceKind::Speed {
         return problem("reference.kind", "drive.mode = \"speed\" follows reference.kind = \"speed\" only");
     }
-    let ticks_of = |time_s: f64| (time_s / period_s).round().min(f64::from(1 << 24)) as u32;
+    let ticks_of = |time_s: f64| ticks_of(time_s, period_s);
     let at_least = |time_s: f64| Some(ticks_of(time_s).max(1));
     let (goal, fewest) = match kind {
         ReferenceKind::Rest => (Goal::Rest { angle_rad: from_rad }, None),
@@ -320,40 +358,28 @@ fn true_to(nominal: f64, percent: f64) -> f64 {
     nominal * (1.0 + percent / 100.0)
 }
 
-/// The same encoder with up to 2^10 times as many counts, and how many times; none if there is no room for 8 times.
-fn finer(mounted: Mounted) -> Option<(Mounted, f64)> {
-    let Encoder { bits, counts_per_turn, gear_num, .. } = mounted.encoder;
-    let fits = |k: u32| bits + k <= 32 && (u64::from(counts_per_turn) * u64::from(gear_num)) << k <= 1 << 24;
-    let k = (3..=10).rev().find(|&k| fits(k))?;
-    let encoder = Encoder { bits: bits + k, counts_per_turn: counts_per_turn << k, ..mounted.encoder };
-    Some((Mounted::new(encoder), f64::from(1 << k)))
-}
-
-/// Thresholds that mean the same angles with so many times as many steps.
-fn switching_of(switching: Switching, times: f64) -> Switching {
-    let Switching { calm_steps, alert_steps, .. } = switching;
-    Switching { calm_steps: calm_steps * times, alert_steps: alert_steps * times, ..switching }
-}
-
 /// All that a run needs, of either plant.
 struct Parts {
     resolved: Resolved,
     plant: Box<dyn Plant>,
     x0: Vec<f64>,
-    mounted: Vec<(usize, Mounted)>,
+    designed: DriveDesign,
     port: Box<dyn ControllerPort>,
-    exact: Option<(Box<dyn Sensor>, Box<dyn ControllerPort>)>,
-    design: DriveDesign,
     form: Form,
     motion: Motion,
     warnings: Vec<String>,
     chosen: Vec<String>,
     shafts: Vec<ShaftOf>,
+    current_lag_s: f64,
+    at_rest: DriveAtRest,
+    /// The plant without friction and load.
+    smooth: Box<dyn Plant>,
 }
 
 fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
-    let Parts { resolved, plant, mut x0, mounted, port, exact, design, form, motion, mut warnings, chosen, shafts } =
-        parts;
+    let Parts { resolved, plant, mut x0, designed, port, form, motion, mut warnings, chosen, shafts, .. } = parts;
+    let (smooth, DriveAtRest { law, sigma_star_bound }) = (parts.smooth, parts.at_rest);
+    let mounted = designed.encoders();
     let Common { span_s, period_s, max_current_a, .. } = *common;
     let Resolved { name, title, periods, faults, .. } = resolved;
     x0.resize(plant.order(), 0.0);
@@ -369,6 +395,28 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         }
     }
     let has_faults = !faults.is_empty();
+    let sensed = mounted.iter().zip(&shafts).map(|((state, mounted), shaft)| Sensed {
+        state: *state,
+        name: shaft.name.into(),
+        unit: "rad",
+        rms: mounted.encoder.unit_rad() / f64::sqrt(12.0),
+    });
+    let mut left_out = vec!["friction, cogging and load"];
+    if form.gain_sets > 1 {
+        left_out.push("the fast gain set");
+    }
+    if mounted.len() > 1 {
+        left_out.push("angles other than 0");
+    }
+    let at_rest = AtRest {
+        plant: smooth,
+        law,
+        sensed: sensed.collect(),
+        sensor_delay_ticks: 0,
+        actuator_delay_ticks: form.delay_ticks,
+        report: true,
+        left_out,
+    };
     let mut sensor: Box<dyn Sensor> = Box::new(Encoders::new(mounted));
     for (fault, channels, ticks) in faults {
         sensor = Box::new(Faulty::new(sensor, fault, channels, ticks));
@@ -382,6 +430,11 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         (Follows::Speed, Goal::Speed { speed_rad_s }) => ("rad/s", (0.02 * speed_rad_s.abs()).max(1e-6)),
         _ => ("rad", 0.005),
     };
+    let exact = designed.finer().filter(|_| !has_faults).and_then(|fine| {
+        let port = fine.port(&motion).ok()?;
+        let sensor: Box<dyn Sensor> = Box::new(Encoders::new(fine.encoders()));
+        Some((sensor, port))
+    });
     let sets = if form.gain_sets > 1 { "2 gain sets" } else { "1 gain set" };
     Experiment {
         name,
@@ -400,18 +453,22 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         port,
         spec: None,
         download: None,
+        figures_only: None,
         report: true,
         warnings,
         mu: Vec::new(),
         drive: Some(Drive {
-            design,
-            form,
             chosen,
             max_current_a,
             shafts,
             begins_s: begins,
-            exact: exact.filter(|_| !has_faults),
+            designed,
+            motion,
+            current_lag_s: parts.current_lag_s,
+            sigma_star_bound,
+            exact,
         }),
+        at_rest: Ok(at_rest),
         controller: format!("drive in f32, {sets}"),
     }
 }
@@ -436,6 +493,8 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
         reference: &file.reference,
         load: &file.load,
         fault: &file.fault,
+        monitor: file.monitor,
+        uncertain_percent: drive.uncertain_percent,
         mode: drive.mode,
         period_s: drive.period_s,
         max_current_a: limit,
@@ -471,17 +530,9 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
         &mut warnings,
     );
     let refused = |error: DriveError| vec![design_problem(&error, "motor")];
-    let port = port::motor(&design, form, mounted, &motion).map_err(refused)?;
-    let exact = finer(mounted).and_then(|(fine, times)| {
-        let design = MotorDesign {
-            encoder: fine.encoder,
-            switching: switching_of(design.switching, times),
-            gate_steps: design.gate_steps * times,
-            ..design
-        };
-        let port = port::motor(&design, form, fine, &motion).ok()?;
-        Some((Box::new(Encoders::new(vec![(0, fine)])) as Box<dyn Sensor>, port))
-    });
+    let monitors = common.monitors(resolved.reaction, [nominal.inertia_kg_m2]);
+    let designed = DriveDesign::Motor { design, form, mounted, monitors };
+    let port = designed.port(&motion).map_err(refused)?;
 
     let believed = Shaft {
         inertia_kg_m2: nominal.inertia_kg_m2,
@@ -495,16 +546,18 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
     };
     let load = std::mem::take(&mut resolved.load);
     let plant = plant::Motor::new(truth, believed, imperfections(&file.friction, sheet.current_lag_s, gear), load);
+    let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
     let parts = Parts {
+        current_lag_s: sheet.current_lag_s,
+        at_rest: port::motor_at_rest(&design, form).map_err(refused)?,
+        smooth: Box::new(plant::Motor::new(truth, believed, lag, Signal::default())),
         chosen: motor_in_words(&design, drive.surface_rad_s.is_some(), sheet.current_lag_s, form),
         shafts: vec![ShaftOf { channel: 1, name: "shaft", inertia_kg_m2: nominal.inertia_kg_m2 }],
         resolved,
         plant: Box::new(plant),
         x0: vec![sheet.start_rad],
-        mounted: vec![(0, mounted)],
+        designed,
         port,
-        exact,
-        design: DriveDesign::Motor(design, mounted.mounting),
         form,
         motion,
         warnings,
@@ -628,6 +681,8 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
         reference: &file.reference,
         load: &file.load,
         fault: &file.fault,
+        monitor: file.monitor,
+        uncertain_percent: drive.uncertain_percent,
         mode: ModeKey::Position,
         period_s: drive.period_s,
         max_current_a: limit,
@@ -645,7 +700,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
     let encoders = [link.encoder, motor.encoder];
     let load_n_m = drive.sudden_load_n_m.unwrap_or(limit * nominal.torque_n_m_per_a);
     let tuning = drive.tuning.unwrap_or_else(|| tuning_for(encoders));
-    let bandwidths = bandwidths_of(tuning, drive.period_s, drive.delay_ticks);
+    let bandwidths = bandwidths_of(tuning).within(drive.period_s, drive.delay_ticks);
     let design = JointDesign::new(drive.period_s, nominal, encoders, Limits::symmetric(limit), load_n_m)
         .with_bandwidths(bandwidths, load_n_m);
     let design = JointDesign { lost_ticks: drive.lost_ticks, fallback: fallback(drive.fallback), ..design };
@@ -659,24 +714,19 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
         &mut warnings,
     );
     let refused = |error: DriveError| vec![design_problem(&error, "joint")];
-    let port = port::joint(&design, form, [link, motor], &motion).map_err(refused)?;
-    let exact = finer(link).zip(finer(motor)).and_then(|((fine_link, times), (fine_motor, times_motor))| {
-        // One switching serves both encoders: they must be as many times finer.
-        let design = JointDesign {
-            encoders: [fine_link.encoder, fine_motor.encoder],
-            switching: switching_of(design.switching, times),
-            gate_steps: [design.gate_steps[0] * times, design.gate_steps[1] * times_motor],
-            ..design
-        };
-        let port = port::joint(&design, form, [fine_link, fine_motor], &motion).ok()?;
-        let sensor: Box<dyn Sensor> = Box::new(Encoders::new(vec![(0, fine_link), (2, fine_motor)]));
-        (times == times_motor).then_some((sensor, port))
-    });
+    let inertia = [nominal.link_inertia_kg_m2, nominal.motor_inertia_kg_m2];
+    let monitors = common.monitors(resolved.reaction, inertia);
+    let designed = DriveDesign::Joint { design, form, mounted: [link, motor], monitors, sudden_load_n_m: load_n_m };
+    let port = designed.port(&motion).map_err(refused)?;
 
     let load = std::mem::take(&mut resolved.load);
     let plant =
         plant::Joint::new(truth, believed, imperfections(&file.friction, sheet.current_lag_s, ratio(sheet.gear)), load);
+    let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
     let parts = Parts {
+        current_lag_s: sheet.current_lag_s,
+        at_rest: port::joint_at_rest(&design, form).map_err(refused)?,
+        smooth: Box::new(plant::Joint::new(truth, believed, lag, Signal::default())),
         chosen: joint_in_words(&design, tuning, drive.tuning.is_some()),
         shafts: vec![
             ShaftOf { channel: 1, name: "link", inertia_kg_m2: nominal.link_inertia_kg_m2 },
@@ -685,10 +735,8 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
         resolved,
         plant: Box::new(plant),
         x0: vec![sheet.start_rad, 0.0, motor_rad],
-        mounted: vec![(0, link), (2, motor)],
+        designed,
         port,
-        exact,
-        design: DriveDesign::Joint(design, [link.mounting, motor.mounting]),
         form,
         motion,
         warnings,
@@ -701,13 +749,10 @@ fn tuning_for(encoders: [Encoder; 2]) -> TuningKey {
     if is_fine { TuningKey::Normal } else { TuningKey::Quiet }
 }
 
-/// The motor's observer is slowed where the period asks for it.
-fn bandwidths_of(tuning: TuningKey, period_s: f64, delay_ticks: usize) -> JointBandwidths {
-    let set = match tuning {
+fn bandwidths_of(tuning: TuningKey) -> JointBandwidths {
+    match tuning {
         TuningKey::Quiet => JointBandwidths::QUIET,
         TuningKey::Normal => JointBandwidths::DEFAULT,
         TuningKey::Firm => JointBandwidths::FIRM,
-    };
-    let most = if delay_ticks == 0 { 0.6 } else { 0.5 } / period_s;
-    JointBandwidths { motor_rad_s: set.motor_rad_s.min(most.max(3.75 * set.link_rad_s)), ..set }
+    }
 }

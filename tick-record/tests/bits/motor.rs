@@ -107,7 +107,7 @@ impl<T: Real> ControlLaw for Motor<T> {
         let (mut d, mut eps, mut level) = (d, eps, level);
         let (mut last, mut position) = (state.last, state.position);
         if sample.good {
-            let moved = sample.count.since(last).signed(BITS);
+            let moved = sample.count.since(last).signed(32 - BITS);
             last = sample.count;
             position = position.plus(moved);
             p -= unit * T::from_count(moved);

@@ -1,0 +1,127 @@
+//! `host-sim compare`: our drive beside its rivals.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::thread;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+use whole_file::Kind;
+
+use super::{Console, Failure, prepare_folder, status};
+use crate::compare::{Bench, Entry, Settings, compare, contenders, report};
+use crate::report::number::significant;
+
+#[derive(Args, Debug)]
+pub(super) struct CompareOptions {
+    /// A scenario with [joint] or [motor]; without one that of `new --plant joint`.
+    file: Option<PathBuf>,
+    /// Override a key of the file, as in --set encoder.link.bits=16.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// Evaluations of the cost per law and noise limit.
+    #[arg(long, value_name = "N", default_value_t = 150, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    evaluations: u32,
+    /// Seed of the search.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Limits of the noise of u, A [default: for a joint 1/3000, 1/1000 and 1/300 of the largest current, for a motor
+    /// 3/1000, 1/100 and 3/100].
+    #[arg(long, value_name = "A,B,C", value_delimiter = ',')]
+    noise: Vec<f64>,
+    /// Folder for the figure and compare.json [default: out/SCENARIO-compare].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints, and compare.json holds.
+#[derive(Serialize)]
+struct CompareJson<'a> {
+    scenario: &'a str,
+    evaluations: usize,
+    seed: u64,
+    /// τ of the runs, s.
+    tau_s: f64,
+    corners: usize,
+    entries: &'a [Entry],
+}
+
+impl Console<'_> {
+    pub(super) fn compare(&mut self, options: &CompareOptions) -> Result<u8, Failure> {
+        let bad = |message: String| Failure { status: status::BAD_INPUT, message };
+        let (name, text) = match &options.file {
+            Some(file) => (file.display().to_string(), whole_file::read_text(file, Kind::SETTINGS).map_err(bad)?),
+            None => ("built-in joint.toml".into(), scenario::JOINT.to_owned()),
+        };
+        if let Some(limit) = options.noise.iter().find(|limit| !(**limit > 0.0 && limit.is_finite())) {
+            return Err(bad(format!("--noise {limit}: a limit is above 0")));
+        }
+        let bench = Bench::new(&name, &text, &options.sets).map_err(bad)?;
+        let settings = Settings {
+            evaluations: options.evaluations as usize,
+            seed: options.seed,
+            noise_a: if options.noise.is_empty() { bench.noise_limits_a().to_vec() } else { options.noise.clone() },
+            threads: thread::available_parallelism().map_or(1, usize::from),
+        };
+        let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-compare", bench.name)));
+        let claim = prepare_folder(&folder)?;
+        let entries = self.tuned(&bench, &settings);
+        let json = CompareJson {
+            scenario: &bench.name,
+            evaluations: settings.evaluations,
+            seed: settings.seed,
+            tau_s: bench.tau_s,
+            corners: bench.corners(),
+            entries: &entries,
+        };
+        let text = serde_json::to_string_pretty(&json);
+        let told = |error| Failure::writing(folder.display(), &error);
+        report::figure(&bench, &entries).write(&folder, "compare").map_err(told)?;
+        if let Ok(text) = &text {
+            let path = folder.join("compare.json");
+            crate::report::write_whole(&path, |out| writeln!(out, "{text}")).map_err(told)?;
+        }
+        drop(claim);
+        if options.json {
+            self.say_json(text)?;
+        } else {
+            self.say(&format!(
+                "{}: {}; {} evaluations for each law and limit, seed {}, tau = {} s, {} corners",
+                bench.name,
+                bench.title,
+                settings.evaluations,
+                settings.seed,
+                significant(bench.tau_s, 4),
+                bench.corners()
+            ))?;
+            self.say(&report::table(&entries).to_string())?;
+            self.say(&format!("written to {}", folder.display()))?;
+        }
+        Ok(status::DONE)
+    }
+
+    /// All of it under a progress bar. There is nothing to keep of a part: a request to stop ends the program at once.
+    fn tuned(&mut self, bench: &Bench, settings: &Settings) -> Vec<Entry> {
+        let contenders = contenders(bench);
+        let all = contenders.len() * settings.noise_a.len() * settings.evaluations;
+        let drawn = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let bar = ProgressBar::with_draw_target(Some(all as u64), drawn);
+        if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed} / {eta} left") {
+            bar.set_style(style);
+        }
+        let bar = Mutex::new(bar);
+        let entries = compare(bench, &contenders, settings, &|| {
+            if let Ok(bar) = bar.lock() {
+                bar.inc(1);
+            }
+        });
+        if let Ok(bar) = bar.lock() {
+            bar.finish_and_clear();
+        }
+        entries
+    }
+}

@@ -1,0 +1,683 @@
+//! `design`: what a scenario's design comes to in its loop, and which other would be better.
+//!
+//! The loop is linearised where it stands still, exactly ([`margins`](crate::margins)); nothing is simulated. What is
+//! suggested is put into the same loop before it is said, with what comes of it.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use controller_core::bounds::{DisturbanceBounds, ultimate};
+use controller_core::drive::{JointBandwidths, JointDesign, MotorDesign};
+use controller_core::error_dynamics::{error_poles, surface_roots};
+use controller_core::{AnyConfig, ObserverGains, Pole, Surface};
+use cycle_bound::table::Table;
+use loop_sim::linear::LawAtRest;
+use loop_sim::port::drive::DriveDesign;
+use loop_sim::port::drive::{Follows, Form, joint_at_rest, motor_at_rest};
+use loop_sim::port::in_process::{self, ControllerSpec};
+use scenario::{AtRest, Experiment, Mu};
+use serde::Serialize;
+
+use super::{Console, Failure, RunOptions, note_changes, scenario_of, status};
+use crate::margins::{Loop, Margins, MarginsError, Root};
+use crate::report::number::significant;
+
+#[derive(Args, Debug)]
+pub(super) struct DesignOptions {
+    /// The scenario; without one the default.
+    file: Option<PathBuf>,
+    /// Override a key, as in --set drive.surface_rad_s=100.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// Print one JSON object instead of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Share of the current limit that the steps of encoders may cost as noise, rms.
+const NOISE_SHARE: f64 = 0.01;
+/// Phase margin below which nothing is suggested, degrees: with less |S| is above 1/(2 sin 12.5°) = 2.3. Behind a
+/// current loop of 0.2 ms the default set of a joint has 26.7; firm has 22.6, and does not bear a tick of delay.
+const LEAST_PHASE_DEG: f64 = 25.0;
+
+/// All that is said of a design.
+#[derive(Serialize)]
+pub(super) struct Design {
+    scenario: String,
+    period_s: f64,
+    asked: Vec<Asked>,
+    /// The slowest of what is asked for but the offset W, 1/s.
+    decay_asked_per_s: f64,
+    #[serde(flatten)]
+    got: Got,
+    noise: Vec<Noise>,
+    bounds: Vec<Bound>,
+    /// What is used up of what may be, the most first.
+    limits: Vec<Limit>,
+    suggested: Option<Suggested>,
+    /// What of the scenario is not in these figures.
+    left_out: Vec<&'static str>,
+}
+
+/// What the design asks for, as poles.
+#[derive(Serialize)]
+struct Asked {
+    name: String,
+    poles: Vec<Root>,
+    meaning: &'static str,
+}
+
+/// What comes of it.
+#[derive(Serialize)]
+struct Got {
+    /// Largest |z| of a pole: below 1 the loop is stable.
+    spectral_radius: f64,
+    /// Of the slowest of these poles, 1/s; negative for a loop that grows.
+    decay_per_s: f64,
+    /// ln(z)/T, the slowest first, without the offset's own.
+    poles: Vec<Root>,
+    /// Of a loop that is stable.
+    margins: Option<Margins>,
+    /// Rms of u per unit of white noise on each sensor.
+    #[serde(skip)]
+    noise_gains: Vec<f64>,
+}
+
+/// What a sensor does to u.
+#[derive(Serialize)]
+struct Noise {
+    sensor: String,
+    /// Rms of u per unit of white noise on it.
+    gain: f64,
+    unit: String,
+    /// Rms of what it adds by its steps and by the noise of the scenario, in its unit.
+    sensor_rms: f64,
+    /// Rms of u that this makes.
+    u_rms: f64,
+}
+
+/// A number that is not passed.
+#[derive(Serialize)]
+struct Bound {
+    name: String,
+    value: f64,
+    unit: String,
+    meaning: String,
+}
+
+/// What is used of something that there is so much of.
+#[derive(Serialize)]
+struct Limit {
+    what: &'static str,
+    /// 1: all of it.
+    used: f64,
+    meaning: String,
+}
+
+/// What to take instead, and what it makes.
+#[derive(Serialize)]
+struct Suggested {
+    /// For the scenario file: the table, and a line of it.
+    lines: Vec<[String; 2]>,
+    why: String,
+    #[serde(flatten)]
+    got: Got,
+}
+
+impl Got {
+    /// Of a loop with this law, whose offset decays with α.
+    fn of(at_rest: &AtRest, law: &dyn LawAtRest, period_s: f64, alpha_per_s: f64) -> Result<Self, MarginsError> {
+        let it = Loop::of(at_rest, law, period_s)?;
+        let values = it.eigenvalues()?;
+        let spectral_radius = values.first().map_or(0.0, |z| libm::hypot(z.re, z.im));
+        // W goes its own way, which nothing in the loop changes.
+        let offset = libm::exp(-alpha_per_s * period_s);
+        let away = |k: &usize| libm::hypot(values[*k].re - offset, values[*k].im);
+        let of_offset = (0..values.len()).min_by(|i, j| away(i).total_cmp(&away(j)));
+        let (margins, noise_gains) =
+            if spectral_radius < 1.0 { (Some(it.margins()?), it.noise_gains()) } else { (None, Vec::new()) };
+        let of_loop = values.iter().enumerate().filter(|(k, _)| Some(*k) != of_offset);
+        let poles: Vec<Root> = of_loop.map(|(_, z)| it.pole(*z)).collect();
+        let decay_per_s = poles.iter().map(|pole| -pole.re).fold(f64::INFINITY, f64::min);
+        Ok(Self { spectral_radius, decay_per_s, poles, margins, noise_gains })
+    }
+
+    fn noise(&self, at_rest: &AtRest) -> f64 {
+        let parts = self.noise_gains.iter().zip(&at_rest.sensed).map(|(gain, sensed)| gain * sensed.rms);
+        parts.map(|part| part * part).sum::<f64>().sqrt()
+    }
+
+    /// Is it one to be suggested, with noise up to this?
+    fn is_good(&self, at_rest: &AtRest, most_noise: f64) -> bool {
+        let phase = self.margins.and_then(|margins| margins.phase_deg).unwrap_or(f64::INFINITY);
+        self.margins.is_some() && phase >= LEAST_PHASE_DEG && self.noise(at_rest) <= most_noise
+    }
+
+    /// In one line.
+    fn line(&self) -> String {
+        let Some(margins) = &self.margins else {
+            return format!("unstable: spectral radius {}, so no margins", radius(self.spectral_radius));
+        };
+        let Margins { phase_deg, delay_s, gain_up, gain_down, sensitivity_peak, .. } = *margins;
+        let phase = phase_deg.map_or_else(|| "any phase".into(), |phase| format!("{} deg", number(phase)));
+        let delay = delay_s.map_or_else(|| "any delay".into(), |delay| format!("{} ms", number(1e3 * delay)));
+        let up = gain_up.map_or_else(|| "any".into(), number);
+        format!(
+            "decay {} 1/s; margins {phase}, {delay}, gain {} to {up}; |S| up to {}",
+            number(self.decay_per_s),
+            factor_down(gain_down),
+            number(sensitivity_peak)
+        )
+    }
+}
+
+impl Design {
+    /// Of a scenario.
+    pub(super) fn of(experiment: &Experiment) -> Result<Self, Failure> {
+        let bad = |message: String| Failure { status: status::BAD_INPUT, message };
+        let failed = |error: MarginsError| Failure { status: status::FAILED, message: error.to_string() };
+        let at_rest = experiment.at_rest.as_ref().map_err(|error| bad(error.to_string()))?;
+        let (asked, alpha_per_s) = asked(experiment);
+        let got = Got::of(at_rest, at_rest.law.as_ref(), experiment.period_s, alpha_per_s).map_err(failed)?;
+        let per = |unit: &str| {
+            let u = if experiment.control_unit.is_empty() { "u" } else { experiment.control_unit };
+            if unit.is_empty() { u.to_owned() } else { format!("{u} per {unit}") }
+        };
+        let noise = got.noise_gains.iter().zip(&at_rest.sensed).map(|(&gain, sensed)| Noise {
+            sensor: sensed.name.clone(),
+            gain,
+            unit: per(sensed.unit),
+            sensor_rms: sensed.rms,
+            u_rms: gain * sensed.rms,
+        });
+        let is_of_offset = |asked: &&Asked| asked.name != OFFSET;
+        let rates = asked.iter().filter(is_of_offset).flat_map(|asked| &asked.poles).map(|pole| -pole.re);
+        Ok(Self {
+            scenario: experiment.name.clone(),
+            period_s: experiment.period_s,
+            decay_asked_per_s: rates.fold(f64::INFINITY, f64::min),
+            noise: noise.collect(),
+            bounds: bounds(experiment),
+            limits: limits(experiment, at_rest, &got),
+            suggested: suggested(experiment, at_rest).map_err(failed)?,
+            left_out: at_rest.left_out.clone(),
+            asked,
+            got,
+        })
+    }
+
+    /// What `run` says of it.
+    pub(super) fn short(&self) -> Vec<String> {
+        let mut lines = vec![format!("loop at rest: {}", self.got.line())];
+        if let (Some(_), Some(limit)) = (&self.got.margins, self.limits.first()) {
+            lines.push(format!("limited by {}, {} % used; more by `host-sim design`", limit.what, percent(limit.used)));
+        }
+        lines
+    }
+}
+
+impl Console<'_> {
+    pub(super) fn design(&mut self, options: &DesignOptions) -> Result<u8, Failure> {
+        let DesignOptions { file, sets, json } = options;
+        let of_run = RunOptions { sets: sets.clone(), out: None, json: false };
+        let mut experiment = scenario_of(file.as_deref(), &of_run)?;
+        note_changes(&mut experiment.title, sets);
+        let design = Design::of(&experiment)?;
+        if *json {
+            self.say_json(serde_json::to_string(&design))?;
+        } else {
+            self.say(text(&design, &experiment).trim_end())?;
+        }
+        Ok(status::DONE)
+    }
+}
+
+/// What the offset is called among the things that are asked for.
+const OFFSET: &str = "offset alpha";
+
+fn real(rate: f64) -> Vec<Root> {
+    vec![Root { re: -rate, im: 0.0 }]
+}
+
+fn roots(poles: &[Pole]) -> Vec<Root> {
+    poles.iter().map(|&Pole { re, im }| Root { re, im }).collect()
+}
+
+/// What is asked for, and α.
+fn asked(experiment: &Experiment) -> (Vec<Asked>, f64) {
+    let one = |name: &str, poles, meaning| Asked { name: name.into(), poles, meaning };
+    // Of a Bessel filter, as the observers of drives have them.
+    let bessel = |omega: f64, states: usize| -> Vec<Root> {
+        let poles: &[[f64; 2]] = if states == 3 {
+            &[[-0.7456, 0.7114], [-0.7456, -0.7114], [-0.9416, 0.0]]
+        } else {
+            &[[-0.6572, 0.8302], [-0.6572, -0.8302], [-0.9048, 0.2709], [-0.9048, -0.2709]]
+        };
+        poles.iter().map(|[re, im]| Root { re: re * omega, im: im * omega }).collect()
+    };
+    match (&experiment.drive, &experiment.spec) {
+        (Some(drive), _) => {
+            let form = drive.designed.form();
+            let states = form.observer_states;
+            let (mut lines, alpha) = match &drive.designed {
+                DriveDesign::Motor { design: MotorDesign { bandwidths: w, .. }, .. } => {
+                    let surface = one("error w_c", real(w.surface_rad_s), "the error obeys e' = -w_c e");
+                    let rest = [
+                        one("observer w_o", bessel(w.observer_rad_s, states), "its error, Bessel poles"),
+                        one("reaching law k_l", real(w.reaching_per_s), "sigma*; of a speed loop its bandwidth"),
+                    ];
+                    let surface = (form.follows == Follows::Position).then_some(surface);
+                    (surface.into_iter().chain(rest).collect::<Vec<_>>(), w.offset_per_s)
+                }
+                DriveDesign::Joint { design: JointDesign { bandwidths: w, .. }, .. } => {
+                    let rest = vec![
+                        one("error w_c", vec![real(w.surface_rad_s)[0]; 3], "the error, three equal poles"),
+                        one("observer of the link", bessel(w.link_rad_s, 4), "its error, Bessel poles"),
+                        one("observer of the motor", bessel(w.motor_rad_s, 4), "its error, Bessel poles"),
+                        one("reaching law k_l", real(w.reaching_per_s), "sigma*"),
+                    ];
+                    (rest, w.offset_per_s)
+                }
+            };
+            lines.push(one(OFFSET, real(alpha), "what is left of the start, by itself"));
+            (lines, alpha)
+        }
+        (None, Some(ControllerSpec { config: AnyConfig { n, padded }, .. })) => {
+            let mut lines =
+                vec![one("surface", roots(&surface_roots(&padded.surface.c[..*n])), "roots of the sliding motion")];
+            let observers = (1..).zip(&padded.observers).take(*n);
+            lines.extend(observers.filter_map(|(channel, gains)| {
+                Some(one(&format!("observer of d_{channel}"), roots(&error_poles(gains.as_ref()?)), "its error"))
+            }));
+            if padded.reaching.k_l > 0.0 {
+                lines.push(one("reaching law k_l", real(padded.reaching.k_l), "sigma*"));
+            }
+            let alpha = padded.surface.alpha_per_s;
+            lines.push(one(OFFSET, real(alpha), "what is left of the start, by itself"));
+            (lines, alpha)
+        }
+        (None, None) => (Vec::new(), 0.0),
+    }
+}
+
+/// λ_2 and λ_3 of a configuration under disturbances of these bounds, if there are any.
+fn ultimates(config: &AnyConfig, mu: &[Mu]) -> Option<[f64; 2]> {
+    macro_rules! by_order {
+        ($($n:literal $r:literal,)*) => {
+            match (config.n, usize::from(config.shape().r)) {
+                $(($n, $r) => {
+                    let row = |i: usize| mu.get(i).map_or(&[][..], |mu| &mu.by_order[..]);
+                    let mu = core::array::from_fn(|i| {
+                        core::array::from_fn(|k| row(i).get(k).copied().unwrap_or(f64::INFINITY))
+                    });
+                    let found = ultimate(&config.fixed::<$n, $r>()?, &DisturbanceBounds::<$n, 4> { mu }).ok()?;
+                    Some([found.sigma_star, found.y])
+                })*
+                _ => None,
+            }
+        };
+    }
+    if mu.is_empty() {
+        return None;
+    }
+    by_order!(2 1, 2 2, 2 3, 3 1, 3 2, 3 3, 4 1, 4 2, 4 3, 5 1, 5 2, 5 3, 6 1, 6 2, 6 3,)
+}
+
+fn bounds(experiment: &Experiment) -> Vec<Bound> {
+    let one = |name: &str, value, unit: &str, meaning: &str| Bound {
+        name: name.into(),
+        value,
+        unit: unit.into(),
+        meaning: meaning.into(),
+    };
+    if let Some(drive) = &experiment.drive {
+        let (gates, unit): (Vec<f64>, _) = match &drive.designed {
+            DriveDesign::Motor { design, .. } => (vec![design.gate_steps], "rad/s"),
+            DriveDesign::Joint { design, .. } => (design.gate_steps.to_vec(), "rad/s^3"),
+        };
+        let gates = drive.shafts.iter().zip(gates).map(|(shaft, steps)| {
+            one(
+                &format!("gate of the {}", shaft.name),
+                steps,
+                "steps",
+                "a count farther from the expected is not believed",
+            )
+        });
+        let sigma = one("|sigma*|, lambda_2", drive.sigma_star_bound, unit, "for innovations of one step each at most");
+        return gates.chain([sigma]).collect();
+    }
+    let found = experiment.spec.as_ref().and_then(|spec| ultimates(&spec.config, &experiment.mu));
+    let found = found.filter(|bounds| bounds.iter().all(|bound| bound.is_finite()));
+    found.map_or_else(Vec::new, |[sigma_star, y]| {
+        let meaning = "in the end, by the file's disturbances; what a wrong model adds is not in it";
+        vec![one("|sigma*|, lambda_2", sigma_star, "", meaning), one("|y|, lambda_3", y, "", meaning)]
+    })
+}
+
+/// Delay that the phase of a motor's loop pays for, s: half a period of hold, the current loop, the delay.
+fn late_s(design: &MotorDesign, lag_s: f64, form: Form) -> [f64; 3] {
+    [design.period_s / 2.0, 1.5 * lag_s, form.delay_ticks as f64 * design.period_s]
+}
+
+fn limits(experiment: &Experiment, at_rest: &AtRest, got: &Got) -> Vec<Limit> {
+    let period_s = experiment.period_s;
+    let mut found = Vec::new();
+    let mut limit = |what, used: f64, meaning: String| {
+        if used.is_finite() {
+            found.push(Limit { what, used, meaning });
+        }
+    };
+    if let Some(phase) = got.margins.and_then(|margins| margins.phase_deg) {
+        limit("phase", LEAST_PHASE_DEG / phase, format!("{LEAST_PHASE_DEG} deg of phase margin shall be left"));
+    }
+    if let Some(drive) = &experiment.drive {
+        let (share, most) = (got.noise(at_rest), NOISE_SHARE * drive.max_current_a);
+        limit(
+            "noise",
+            share / most,
+            format!("the encoder's steps may make {} A, 1 % of the limit, in u", number(most)),
+        );
+        let form = drive.designed.form();
+        let most = if form.delay_ticks == 0 { 0.8 } else { 0.5 };
+        match &drive.designed {
+            DriveDesign::Motor { design, .. } => {
+                let [hold, lag, delay] = late_s(design, drive.current_lag_s, form).map(|late_s| 1e3 * late_s);
+                let w = design.bandwidths;
+                let meaning = format!(
+                    "w_c may be 0.1/({} ms of hold + {} of current loop + {} of delay)",
+                    number(hold),
+                    number(lag),
+                    number(delay)
+                );
+                if form.follows == Follows::Position {
+                    limit("lost time", w.surface_rad_s * (hold + lag + delay) * 1e-3 / 0.1, meaning);
+                }
+                limit("observer", w.observer_rad_s * period_s / most, format!("w_o times the period may be {most}"));
+                limit("reaching law", w.reaching_per_s * period_s, "k_l times the period may be 1".into());
+            }
+            DriveDesign::Joint { design: JointDesign { bandwidths: w, .. }, .. } => {
+                limit(
+                    "motor's observer",
+                    w.motor_rad_s * period_s / most,
+                    format!("its bandwidth times the period may be {most}"),
+                );
+                limit("reaching law", w.reaching_per_s * period_s / 0.3, "k_l times the period may be 0.3".into());
+                limit(
+                    "link's observer",
+                    3.0 * w.surface_rad_s / w.link_rad_s,
+                    "w_c may be a third of its bandwidth".into(),
+                );
+            }
+        }
+    } else if let Some(ControllerSpec { config, .. }) = &experiment.spec {
+        let poles = config.padded.observers.iter().take(config.n).flatten().flat_map(error_poles);
+        let fastest = poles.map(|pole| libm::hypot(pole.re, pole.im)).fold(0.0, f64::max);
+        limit("observer", fastest * period_s / 0.3, "its fastest pole times the period may be 0.3".into());
+        limit("reaching law", config.padded.reaching.k_l * period_s / 0.5, "k_l times the period may be 0.5".into());
+    }
+    found.sort_by(|a, b| b.used.total_cmp(&a.used));
+    found
+}
+
+fn suggested(experiment: &Experiment, at_rest: &AtRest) -> Result<Option<Suggested>, MarginsError> {
+    match (&experiment.drive, &experiment.spec) {
+        (Some(drive), _) => {
+            let (form, most) = (drive.designed.form(), NOISE_SHARE * drive.max_current_a);
+            match &drive.designed {
+                DriveDesign::Motor { design, .. } => for_motor(design, drive.current_lag_s, form, at_rest),
+                DriveDesign::Joint { design, .. } => for_joint(design, form, at_rest, most),
+            }
+        }
+        (None, Some(spec)) => for_surface(spec, at_rest, experiment.period_s),
+        (None, None) => Ok(None),
+    }
+}
+
+fn for_motor(
+    design: &MotorDesign,
+    lag_s: f64,
+    form: Form,
+    at_rest: &AtRest,
+) -> Result<Option<Suggested>, MarginsError> {
+    let by_rule = design.with_lag(lag_s, form.delay_ticks as u32);
+    let Ok(law) = motor_at_rest(&by_rule, form) else { return Ok(None) };
+    let w = by_rule.bandwidths;
+    let got = Got::of(at_rest, law.law.as_ref(), design.period_s, w.offset_per_s)?;
+    let late = late_s(design, lag_s, form);
+    let (lost_s, longest) = (late.iter().sum::<f64>(), late.iter().fold(0.0, |a: f64, b| a.max(*b)));
+    let by_phase = 0.1 / lost_s;
+    let is_so = (design.bandwidths.surface_rad_s / w.surface_rad_s - 1.0).abs() < 1e-3;
+    let why = if w.surface_rad_s < 0.999 * by_phase {
+        let two_bits = by_phase.min(w.surface_rad_s * libm::pow(4.0, 0.4));
+        format!("noise binds; two more bits would allow {} rad/s", number(two_bits))
+    } else {
+        let remedy = match late.iter().position(|part| *part == longest) {
+            Some(0) => "a shorter period",
+            Some(1) => "a faster current loop",
+            _ => "no tick of delay",
+        };
+        format!("lost time binds ({} ms); {remedy} would allow more", number(1e3 * lost_s))
+    };
+    let why = if is_so { format!("as it is; {why}") } else { why };
+    let line = format!(
+        "surface_rad_s = {}  # then w_o = {}, k_l = {}, alpha = {}",
+        number(w.surface_rad_s),
+        number(w.observer_rad_s),
+        number(w.reaching_per_s),
+        number(w.offset_per_s)
+    );
+    Ok(Some(Suggested { lines: vec![["[drive]".into(), line]], why, got }))
+}
+
+fn for_joint(
+    design: &JointDesign,
+    form: Form,
+    at_rest: &AtRest,
+    most_noise: f64,
+) -> Result<Option<Suggested>, MarginsError> {
+    let sets =
+        [("firm", JointBandwidths::FIRM), ("normal", JointBandwidths::DEFAULT), ("quiet", JointBandwidths::QUIET)];
+    // What the next faster one was refused for.
+    let mut why = String::from("the fastest set that is measured");
+    for (word, set) in sets {
+        let other = JointDesign { bandwidths: set.within(design.period_s, form.delay_ticks), ..*design };
+        let law = match joint_at_rest(&other, form) {
+            Ok(law) => law,
+            Err(error) => {
+                why = format!("{word:?} is refused: {}", error.why);
+                continue;
+            }
+        };
+        let got = Got::of(at_rest, law.law.as_ref(), design.period_s, set.offset_per_s)?;
+        if got.is_good(at_rest, most_noise) {
+            let w = other.bandwidths;
+            let line = format!(
+                "tuning = {word:?}  # w_c = {}, observers {} and {}, k_l = {}, alpha = {}",
+                number(w.surface_rad_s),
+                number(w.link_rad_s),
+                number(w.motor_rad_s),
+                number(w.reaching_per_s),
+                number(w.offset_per_s)
+            );
+            let why = if w == design.bandwidths { format!("as it is; {why}") } else { why };
+            return Ok(Some(Suggested { lines: vec![["[drive]".into(), line]], why, got }));
+        }
+        why = match &got.margins {
+            None => format!("{word:?} would be unstable"),
+            Some(_) if got.noise(at_rest) > most_noise => {
+                format!("{word:?} would make {} A of noise", number(got.noise(at_rest)))
+            }
+            Some(_) => format!("{word:?} would have less than {LEAST_PHASE_DEG} deg of phase margin"),
+        };
+    }
+    Ok(None)
+}
+
+/// The sliding motion stays as asked for; α, k_l and the observers follow it: half of it, five and four times it, the
+/// observer of the driven channel six times as fast as the others, all within what the period allows. As long as the
+/// loop is not well with them, k_l and the observers are made slower.
+fn for_surface(spec: &ControllerSpec, at_rest: &AtRest, period_s: f64) -> Result<Option<Suggested>, MarginsError> {
+    let AnyConfig { n, padded } = spec.config;
+    let slowest = surface_roots(&padded.surface.c[..n]).iter().map(|root| -root.re).fold(f64::INFINITY, f64::min);
+    if !(slowest > 0.0 && slowest.is_finite()) {
+        return Ok(None);
+    }
+    let mut other = spec.clone();
+    let alpha = round_to_two(0.5 * slowest);
+    other.config.padded.surface = Surface { alpha_per_s: alpha, ..padded.surface };
+    for slower in 0..6 {
+        let share = libm::pow(0.6, f64::from(slower));
+        let k_l = round_to_two((5.0 * share * slowest).min(0.5 / period_s));
+        other.config.padded.reaching.k_l = k_l;
+        let mut observers = Vec::new();
+        for (i, gains) in other.config.padded.observers.iter_mut().take(n).enumerate() {
+            let Some(gains) = gains else { continue };
+            let order = gains.order();
+            let times = if i + 1 == n { 24.0 } else { 4.0 };
+            let bandwidth = round_to_two((times * share * slowest).min(0.3 / period_s));
+            *gains = match order {
+                1 => ObserverGains::from_bandwidth::<1>(bandwidth),
+                2 => ObserverGains::from_bandwidth::<2>(bandwidth),
+                _ => ObserverGains::from_bandwidth::<3>(bandwidth),
+            };
+            observers.push(format!("{{ channel = {}, order = {order}, bandwidth_rad_s = {bandwidth} }}", i + 1));
+        }
+        let Ok(designed) = in_process::build(&other) else { continue };
+        let got = Got::of(at_rest, designed.at_rest.as_ref(), period_s, alpha)?;
+        if got.is_good(at_rest, f64::INFINITY) {
+            let lines = [
+                format!("alpha_per_s = {alpha}"),
+                format!("k_l = {k_l}"),
+                format!("observer = [{}]", observers.join(", ")),
+            ];
+            let lines = lines.map(|line| ["[controller]".to_owned(), line]).into();
+            let why = format!("for the sliding motion that is asked for, slowest root {} 1/s", number(slowest));
+            return Ok(Some(Suggested { lines, why, got }));
+        }
+    }
+    Ok(None)
+}
+
+fn round_to_two(value: f64) -> f64 {
+    significant(value, 2).parse().unwrap_or(value)
+}
+
+fn number(value: f64) -> String {
+    significant(value, 3)
+}
+
+fn percent(share: f64) -> String {
+    significant(100.0 * share, 2)
+}
+
+/// Six digits beyond those in which it is 1.
+fn radius(value: f64) -> String {
+    if (value - 1.0).abs() < 0.01 { format!("{value:.6}") } else { significant(value, 4) }
+}
+
+fn factor_down(factor: f64) -> String {
+    if factor < 1e-6 { "0".into() } else { number(factor) }
+}
+
+/// The slowest poles, `-5.00 (3 times), -0.200 +- 3.10 i`. Poles that are equal come out of f64 as a small ring.
+fn listed(poles: &[Root], most: usize) -> String {
+    let mut groups: Vec<(Root, usize)> = Vec::new();
+    for pole in poles.iter().filter(|pole| pole.im >= 0.0) {
+        let size = libm::hypot(pole.re, pole.im);
+        let is_near = |known: &Root| libm::hypot(known.re - pole.re, known.im - pole.im) < 0.02 * size;
+        let flat = Root { im: if pole.im < 0.02 * size { 0.0 } else { pole.im }, ..*pole };
+        let weight = if flat.im == 0.0 && pole.im > 0.0 { 2 } else { 1 };
+        match groups.iter_mut().find(|(known, _)| is_near(known)) {
+            Some((_, times)) => *times += weight,
+            None => groups.push((flat, weight)),
+        }
+    }
+    let shown = groups.iter().take(most).map(|(Root { re, im }, times)| {
+        let pole = if *im > 0.0 { format!("{} +- {} i", number(*re), number(*im)) } else { number(*re) };
+        if *times > 1 { format!("{pole} ({times} times)") } else { pole }
+    });
+    shown.collect::<Vec<_>>().join(", ")
+}
+
+/// Those that are not over within a tick.
+fn slow(poles: &[Root], period_s: f64) -> String {
+    let slow: Vec<Root> = poles.iter().copied().filter(|pole| pole.re * period_s > -3.0).collect();
+    listed(&slow, 3)
+}
+
+fn text(design: &Design, experiment: &Experiment) -> String {
+    let mut text = format!("{}: {}\n", experiment.name, experiment.title);
+    text += &table(design, experiment).to_string();
+    let mut line = |words: String| {
+        let _ = writeln!(text, "{words}");
+    };
+    if !design.left_out.is_empty() {
+        line(format!("not in these figures: {}", design.left_out.join(", ")));
+    }
+    for (k, Limit { what, used, meaning }) in design.limits.iter().enumerate() {
+        let head = if k == 0 { "limited by " } else { "      then " };
+        line(format!("{head}{what}, {} % used: {meaning}", percent(*used)));
+    }
+    for warning in &experiment.warnings {
+        line(format!("warning: {warning}"));
+    }
+    match &design.suggested {
+        None => line("nothing is suggested: by its rules no loop here keeps 25 deg of phase margin".into()),
+        Some(Suggested { lines, why, got }) => {
+            line(format!("suggested: {why}"));
+            let mut last = "";
+            for [table, entry] in lines {
+                if last != table {
+                    line(table.clone());
+                }
+                last = table;
+                line(entry.clone());
+            }
+            line(format!("# makes: {}", got.line()));
+        }
+    }
+    text
+}
+
+fn table(design: &Design, experiment: &Experiment) -> Table {
+    let mut table = Table::new(["of the loop", "value", "unit", "meaning"]);
+    let mut row = |name: &str, value: String, unit: &str, meaning: &str| table.row([name, &value, unit, meaning]);
+    for Asked { name, poles, meaning } in &design.asked {
+        row(&format!("asked: {name}"), listed(poles, 4), "rad/s", meaning);
+    }
+    let Got { spectral_radius, decay_per_s, poles, margins, .. } = &design.got;
+    row("decay asked", number(design.decay_asked_per_s), "1/s", "the slowest of these, the offset apart");
+    row("decay got", number(*decay_per_s), "1/s", "of the slowest pole of the closed loop");
+    row("poles", slow(poles, design.period_s), "rad/s", "the slowest three of the closed loop, ln(z)/T");
+    let Some(margins) = margins else {
+        row("unstable", radius(*spectral_radius), "", "spectral radius, so no margins");
+        return table;
+    };
+    let or = |value: Option<f64>, none: &str| value.map_or_else(|| none.to_owned(), number);
+    let Margins { crossover_rad_s, phase_deg, delay_s, gain_up, gain_down, sensitivity_peak, peak_rad_s } = *margins;
+    row("crossover", or(crossover_rad_s, "none"), "rad/s", "loop gain 1, broken at the plant's input");
+    row("phase margin", or(phase_deg, "any"), "deg", "phase that may be lost there");
+    let ticks = delay_s.map_or_else(String::new, |delay| format!(", {} ticks", number(delay / design.period_s)));
+    row(
+        "delay margin",
+        or(delay_s.map(|delay| 1e3 * delay), "any"),
+        "ms",
+        &format!("delay that may come on top{ticks}"),
+    );
+    row("gain margin up", or(gain_up, "any"), "", "factor by which the plant's input gain may grow");
+    row("gain margin down", factor_down(gain_down), "", "factor to which it may fall");
+    let at = format!("max |S|, at {} rad/s", number(peak_rad_s));
+    row("sensitivity peak", number(sensitivity_peak), "", &at);
+    for Noise { sensor, gain, unit, sensor_rms, u_rms } in &design.noise {
+        row(&format!("noise gain, {sensor}"), number(*gain), unit, "rms of u per rms of white noise there");
+        if *sensor_rms > 0.0 {
+            let u = if experiment.control_unit.is_empty() { "u" } else { experiment.control_unit };
+            row(&format!("noise of u, {sensor}"), number(*u_rms), u, "rms, of the sensor's steps and noise");
+        }
+    }
+    for Bound { name, value, unit, meaning } in &design.bounds {
+        row(name, number(*value), unit, meaning);
+    }
+    table
+}

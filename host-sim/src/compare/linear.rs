@@ -1,0 +1,298 @@
+//! Is the exact sampled loop stable? Its matrix near rest, put together of what law and plant do in one tick.
+//!
+//! A law is $m' = A m + B y$, where an entry of m' is the u that is held until the next tick. The matrices are not
+//! derived a second time: every entry of the memory, and every angle, is moved a little and the law ticks once; ours as
+//! the module `linear` of `loop-sim` has it, a rival here. That is exact but for what gravity bends (1e-7 of an entry).
+
+use loop_sim::linear::LinearTick;
+use loop_sim::plant::Plant;
+use loop_sim::port::drive::{DriveDesign, joint_at_rest, motor_at_rest};
+
+use super::matrix::{Matrix, held, spectral_radius};
+use super::rival::{HELD, Law, Told};
+use super::task::Aim;
+
+/// Moved by so much, rad and the like.
+const NUDGE: f64 = 1e-4;
+
+/// A law near rest.
+#[derive(Clone, Debug)]
+pub struct Linear {
+    a: Matrix,
+    b: Matrix,
+    /// The entry of the memory that is the u held.
+    held: usize,
+}
+
+impl Linear {
+    /// Of a tick, which gets a memory and angles in steps of `size` and leaves the memory after it; at rest all is 0.
+    fn probed(width: usize, encoders: usize, held: usize, size: [f64; 2], tick: impl Fn(&mut [f64], [i32; 2])) -> Self {
+        let (mut a, mut b) = (Matrix::zeros(width, width), Matrix::zeros(width, encoders));
+        for j in 0..width + encoders {
+            let (mut memory, mut steps) = (vec![0.0; width + encoders], [0; 2]);
+            memory[j] = NUDGE;
+            if let Some(encoder) = j.checked_sub(width) {
+                steps[encoder] = 1;
+            }
+            tick(&mut memory[..width], steps);
+            for (i, value) in memory[..width].iter().enumerate() {
+                match j.checked_sub(width) {
+                    None => a[(i, j)] = value / NUDGE,
+                    Some(encoder) => b[(i, encoder)] = value / size[encoder],
+                }
+            }
+        }
+        // What nobody reads is no part of the loop: it may stay as it is for ever.
+        for i in (0..width).filter(|&i| i != held) {
+            let is_read = (0..width).any(|j| j != i && a[(j, i)] != 0.0);
+            if !is_read && a[(i, i)] == 1.0 {
+                a[(i, i)] = 0.0;
+            }
+        }
+        Self { a, b, held }
+    }
+
+    /// Of a rival; none for a law that is not linear.
+    pub(super) fn of_rival(law: &Law, encoders: usize, is_late: bool) -> Option<Self> {
+        let rest = Aim::default();
+        let width = law.started(&[0.0; 2], &rest).len();
+        law.is_linear().then(|| {
+            Self::probed(width, encoders, HELD, [NUDGE; 2], |memory, steps| {
+                let y = steps.map(|steps| NUDGE * f64::from(steps));
+                law.tick(memory, &Told { y, now: &rest, then: &rest, is_late }, false);
+            })
+        })
+    }
+
+    /// Of ours with its quiet gains; none for a design that is refused.
+    pub(super) fn of_ours(designed: &DriveDesign) -> Option<Self> {
+        let at_rest = match designed {
+            DriveDesign::Joint { design, form, .. } => joint_at_rest(design, *form).ok()?,
+            DriveDesign::Motor { design, form, .. } => motor_at_rest(design, *form).ok()?,
+        };
+        let LinearTick { a: own, b: seen, c, d, .. } = LinearTick::of(at_rest.law.as_ref(), false);
+        // Behind what the law remembers: u, as many ticks late as it is held.
+        let (n, held) = (own.len(), own.len() + designed.form().delay_ticks.min(1));
+        let (mut a, mut b) = (Matrix::zeros(held + 1, held + 1), Matrix::zeros(held + 1, d.len()));
+        for (i, (own, seen)) in own.iter().chain([&c]).zip(seen.iter().chain([&d])).enumerate() {
+            for (j, entry) in own.iter().enumerate() {
+                a[(i, j)] = *entry;
+            }
+            for (j, entry) in seen.iter().enumerate() {
+                b[(i, j)] = *entry;
+            }
+        }
+        if held > n {
+            a[(held, n)] = 1.0;
+        }
+        Some(Self { a, b, held })
+    }
+
+    /// Largest magnitude of an eigenvalue of the loop with this plant.
+    pub fn radius(&self, plant: &Sampled) -> f64 {
+        spectral_radius(&self.closed(plant))
+    }
+
+    /// One tick of the loop: the states of the plant, then the memory.
+    fn closed(&self, plant: &Sampled) -> Matrix {
+        let (n, m) = (plant.phi.nrows(), self.a.nrows());
+        let mut whole = Matrix::zeros(n + m, n + m);
+        whole.view_mut((0, 0), (n, n)).copy_from(&plant.phi);
+        whole.view_mut((n, n), (m, m)).copy_from(&self.a);
+        for encoder in 0..self.b.ncols() {
+            // Angles are every second state.
+            whole.view_mut((n, 2 * encoder), (m, 1)).copy_from(&self.b.column(encoder));
+        }
+        let held = whole.rows(n + self.held, 1).into_owned();
+        let mut moved = whole.rows_mut(0, n);
+        moved += &plant.gamma * held;
+        whole
+    }
+}
+
+/// A plant near rest, from tick to tick.
+#[derive(Clone, Debug)]
+pub struct Sampled {
+    pub(super) phi: Matrix,
+    pub(super) gamma: Matrix,
+}
+
+impl Sampled {
+    /// Of a plant without friction: at rest that has no slope worth the name.
+    pub fn new(plant: &dyn Plant, period_s: f64) -> Self {
+        let n = plant.order();
+        let slope = |x: &[f64], u: f64| {
+            let mut dx = vec![0.0; n];
+            plant.rhs(0.0, x, u, &mut dx);
+            dx
+        };
+        let (mut a, mut b) = (Matrix::zeros(n, n), Matrix::zeros(n, 1));
+        for j in 0..=n {
+            let moved = |sign: f64| {
+                let mut x = vec![0.0; n + 1];
+                x[j] = sign * NUDGE;
+                slope(&x[..n], x[n])
+            };
+            for (i, (more, less)) in moved(1.0).into_iter().zip(moved(-1.0)).enumerate() {
+                let rate = (more - less) / (2.0 * NUDGE);
+                if j < n { a[(i, j)] = rate } else { b[i] = rate }
+            }
+        }
+        let (phi, gamma) = held(&a, &b, period_s);
+        Self { phi, gamma }
+    }
+
+    /// x one tick later.
+    pub(super) fn next(&self, x: &[f64], u: f64) -> Vec<f64> {
+        let mut next: Vec<f64> = self.gamma.iter().map(|gain| gain * u).collect();
+        for (column, x) in self.phi.column_iter().zip(x) {
+            for (next, entry) in next.iter_mut().zip(column.iter()) {
+                *next += entry * x;
+            }
+        }
+        next
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use loop_sim::plant::{Imperfections, Joint as JointPlant, JointBody, Motor as MotorPlant, Shaft};
+    use loop_sim::signal::Signal;
+
+    use super::super::rival::Kind;
+    use super::super::task::Task;
+    use controller_core::drive::{JointDesign, MotorDesign};
+
+    use super::*;
+
+    fn bench(text: &str) -> super::super::Bench {
+        super::super::Bench::new("test.toml", text, &[]).expect("a file")
+    }
+
+    /// The plant of the data sheet, whose current does not lag.
+    fn nominal(task: &Task) -> Sampled {
+        let plant: Box<dyn Plant> = match &task.designed {
+            DriveDesign::Motor { design, .. } => {
+                let shaft = Shaft {
+                    inertia_kg_m2: design.motor.inertia_kg_m2,
+                    torque_n_m_per_a: design.motor.torque_n_m_per_a,
+                    damping_n_m_s: design.motor.damping_n_m_s,
+                };
+                Box::new(MotorPlant::new(shaft, shaft, Imperfections::default(), Signal::default()))
+            }
+            DriveDesign::Joint { design, .. } => {
+                let joint = design.joint;
+                let motor = Shaft {
+                    inertia_kg_m2: joint.motor_inertia_kg_m2,
+                    torque_n_m_per_a: joint.torque_n_m_per_a,
+                    damping_n_m_s: joint.motor_damping_n_m_s,
+                };
+                let body = JointBody {
+                    link_inertia_kg_m2: joint.link_inertia_kg_m2,
+                    link_damping_n_m_s: joint.link_damping_n_m_s,
+                    weight_n_m: joint.weight_n_m,
+                    stiffness_n_m: joint.stiffness_n_m,
+                    spring_damping_n_m_s: 0.0,
+                    motor,
+                };
+                Box::new(JointPlant::new(body, body, Imperfections::default(), Signal::default()))
+            }
+        };
+        Sampled::new(plant.as_ref(), task.model.period_s)
+    }
+
+    /// det(z - M)
+    fn characteristic(matrix: &Matrix, z: f64) -> f64 {
+        (Matrix::identity(matrix.nrows(), matrix.nrows()) * z - matrix).determinant()
+    }
+
+    fn guesses(kind: Kind, task: &Task, slow: f64) -> Law {
+        let knobs: Vec<f64> = kind.knobs(&task.model, slow).iter().map(|knob| knob.guess).collect();
+        kind.law(task, &knobs).expect("a law")
+    }
+
+    /// Of the law that runs on the chip: e^(-αT) of its offset, 1 - k_l T of its reaching, and, where no coupling is
+    /// taken as linear within a tick, the Bessel poles of its observer at e^(pT).
+    #[test]
+    fn the_matrix_of_ours_has_the_poles_that_it_was_designed_for() {
+        for text in [scenario::JOINT, scenario::MOTOR] {
+            let task = bench(text).task().clone();
+            let t = task.model.period_s;
+            let (offset, reaching, observer) = match &task.designed {
+                DriveDesign::Motor { design: MotorDesign { bandwidths: w, .. }, .. } => {
+                    (w.offset_per_s, w.reaching_per_s, Some(w.observer_rad_s))
+                }
+                DriveDesign::Joint { design: JointDesign { bandwidths: w, .. }, .. } => {
+                    (w.offset_per_s, w.reaching_per_s, None)
+                }
+            };
+            let linear = Linear::of_ours(&task.designed).expect("a design");
+            let found = super::super::matrix::eigenvalues(&linear.closed(&nominal(&task))).expect("numbers");
+            let off = |[re, im]: [f64; 2]| {
+                let distances = found.iter().map(|z| (z[0] - re).hypot(z[1] - im));
+                distances.fold(f64::INFINITY, f64::min) / (re - 1.0).hypot(im)
+            };
+            for (re, im) in observer.iter().flat_map(|w| [(-0.7456 * w * t, 0.7114 * w * t), (-0.9416 * w * t, 0.0)]) {
+                let off = off([re.exp() * im.cos(), re.exp() * im.sin()]);
+                assert!(off < 1e-4, "observer: {off:e}");
+            }
+            let [by_offset, by_reaching] = [(-offset * t).exp(), 1.0 - reaching * t].map(|pole| off([pole, 0.0]));
+            println!("offset {by_offset:.1e}, reaching {by_reaching:.1e}");
+            assert!(by_offset < 1e-4 && by_reaching < 0.1, "{by_offset:e} {by_reaching:e}");
+        }
+    }
+
+    /// 1 + G C of a rigid shaft without friction, G = b T²/2 (z + 1)/(z - 1)², from the book.
+    #[test]
+    fn the_cascade_on_a_rigid_shaft_is_its_closed_form() {
+        let task = bench(&scenario::MOTOR.replace("damping_n_m_s = 1e-5", "damping_n_m_s = 0.0")).task().clone();
+        let (t, knobs) = (task.model.period_s, [40.0, 150.0, 30.0, 900.0]);
+        let law = Kind::Cascade.law(&task, &knobs).expect("a law");
+        let linear = Linear::of_rival(&law, 1, false).expect("linear");
+        let closed = linear.closed(&nominal(&task));
+        let [kp, kv, ki, filter] = knobs;
+        let fresh = 1.0 - (-filter * t).exp();
+        for z in [2.0, -1.5, 0.5, 3.0] {
+            let plant = t * t / 2.0 * (z + 1.0) / ((z - 1.0) * (z - 1.0));
+            let differenced = fresh * z / (z - 1.0 + fresh) * (z - 1.0) / (z * t);
+            let law = kv * (differenced + kp) * (1.0 + ki * t * z / (z - 1.0));
+            let states = (z - 1.0) * (z - 1.0) * (z - 1.0) * (z - 1.0 + fresh);
+            let spare = f64::powi(z, i32::try_from(closed.nrows()).expect("few") - 4);
+            let (found, expected) = (characteristic(&closed, z), (1.0 + plant * law) * states * spare);
+            assert!((found / expected - 1.0).abs() < 1e-6, "z = {z}: {found:e} of {expected:e}");
+        }
+    }
+
+    /// What the matrix says of the loop is how the law itself decays on the plant, tick by tick.
+    #[test]
+    fn laws_decay_as_their_matrices_say() {
+        for (text, slow) in [(scenario::JOINT, 20.0), (scenario::MOTOR, 100.0)] {
+            let task = bench(text).task().clone();
+            let plant = nominal(&task);
+            for kind in [Kind::Lqg, Kind::Lqi] {
+                let law = Arc::new(guesses(kind, &task, slow));
+                let encoders = task.model.encoders();
+                let told = Linear::of_rival(&law, encoders, false).expect("linear").radius(&plant);
+                assert!(told < 1.0, "{kind:?}: {told}");
+                let rest = Aim::default();
+                let mut memory = law.started(&[0.0; 2], &rest);
+                let mut x = vec![0.0; plant.phi.nrows()];
+                x[0] = 1e-6;
+                let mut sizes = Vec::new();
+                for k in 0..(40.0 / (1.0 - told)) as usize {
+                    let y = [x[0], x.get(2).copied().unwrap_or(0.0)];
+                    law.tick(&mut memory, &Told { y, now: &rest, then: &rest, is_late: false }, k == 0);
+                    x = plant.next(&x, memory[HELD]);
+                    sizes.push(x.iter().fold(0.0_f64, |size, x| size.max(x.abs())));
+                }
+                // Between its largest values over two stretches; those of the slowest pair swing.
+                let (early, late) = (sizes.len() / 2, 3 * sizes.len() / 4);
+                let stretch = |from: usize| sizes[from..from + sizes.len() / 5].iter().copied().fold(0.0, f64::max);
+                let found = (stretch(late) / stretch(early)).powf(1.0 / (late - early) as f64);
+                assert!(((1.0 - found) / (1.0 - told) - 1.0).abs() < 0.15, "{kind:?}: {found} of {told}");
+            }
+        }
+    }
+}

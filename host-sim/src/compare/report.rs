@@ -1,0 +1,84 @@
+//! What is shown of a comparison: the table, and the noise of u against the worst error.
+
+use cycle_bound::table::Table;
+
+use super::bench::LOST;
+use super::{Bench, Entry, Figures};
+use crate::report::number::significant;
+use crate::report::plot::{Figure, Panel, Series, Style};
+
+/// How near the best is as good, where encoders and a search of so few evaluations have spoken.
+const AS_GOOD: f64 = 1.02;
+
+type Column = (&'static str, fn(&Figures) -> f64);
+
+const COLUMNS: [Column; 8] = [
+    ("S rad", |f| f.sine_rad),
+    ("M rad", |f| f.move_rad),
+    ("load rad", |f| f.load_rad),
+    ("settle s", |f| f.settle_s),
+    ("M20", |f| f.move_20_rad),
+    ("L20", |f| f.load_20_rad),
+    ("S50", |f| f.sine_50_rad),
+    ("L50", |f| f.load_50_rad),
+];
+
+/// A row per law and limit; `*` marks the best of a column at its limit, and what is within 2 % of it.
+#[must_use]
+pub fn table(entries: &[Entry]) -> Table {
+    let mut table = Table::new([
+        "limit A", "law", "noise A", "S rad", "M rad", "load rad", "settle s", "M20", "L20", "S50", "L50", "unstable",
+    ]);
+    for entry in entries {
+        let rivals = entries.iter().filter(|other| other.limit_a == entry.limit_a);
+        let cell = |&(_, of): &Column| {
+            let (own, best) =
+                (of(&entry.figures), rivals.clone().map(|other| of(&other.figures)).fold(f64::MAX, f64::min));
+            let number = if own < LOST { significant(own, 2) } else { "lost".into() };
+            format!("{number}{}", if own <= AS_GOOD * best { "*" } else { "" })
+        };
+        let mut cells =
+            vec![significant(entry.limit_a, 2), entry.law.to_owned(), significant(entry.figures.noise_a, 2)];
+        cells.extend(COLUMNS.iter().map(cell));
+        cells.push(entry.figures.unstable.to_string());
+        let cells: [String; 12] = std::array::from_fn(|i| std::mem::take(&mut cells[i]));
+        table.row(cells.each_ref().map(String::as_str));
+    }
+    table
+}
+
+/// Noise of u against the worst error of ±20 %, one curve per law; a run that was lost has no point.
+#[must_use]
+pub fn figure(bench: &Bench, entries: &[Entry]) -> Figure {
+    let mut laws: Vec<&str> = Vec::new();
+    for entry in entries {
+        if !laws.contains(&entry.law) {
+            laws.push(entry.law);
+        }
+    }
+    let panel = |title: &str, of: fn(&Figures) -> f64| {
+        let series = laws.iter().enumerate().map(|(color, law)| {
+            let of_law = entries.iter().filter(|entry| entry.law == *law);
+            let mut points: Vec<(f64, f64)> = of_law
+                .map(|entry| (entry.figures.noise_a, of(&entry.figures)))
+                .filter(|(_, error)| *error < LOST)
+                .collect();
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let style = if law.starts_with("ours") { Style::Solid } else { Style::Dashed };
+            Series { has_dots: true, ..Series::solid(*law, color, points).styled(style) }
+        });
+        Panel {
+            title: title.into(),
+            x_label: "noise of u (A rms)".into(),
+            y_label: "largest error, worst of ±20 % (rad)".into(),
+            series: series.collect(),
+            is_log: true,
+            ..Panel::default()
+        }
+    };
+    Figure {
+        title: format!("Noise of the current against the worst error: {}", bench.title),
+        panels: vec![panel("Load step", |f| f.load_20_rad), panel("Move of 1 rad", |f| f.move_20_rad)],
+        columns: 2,
+    }
+}

@@ -1,0 +1,261 @@
+//! What every controller of a comparison is given: the encoders, the reference, the nominal plant.
+//!
+//! The nominal plant is that of the data sheet, in $x = (q, \dot q, q_m, \dot q_m)$ for a joint and $(q, \dot q)$ for
+//! a motor, linear but for gravity:
+//!
+//! $$ \dot x = A x + B u + e_2 \thinspace g (q - \sin q) $$
+//!
+//! Its output is flat: r and its derivatives up to r''' (motor: r') say all states, and their differences over a tick
+//! the u that leads from one to the next (see [`controller_core::drive`]):
+//!
+//! $$ u = \frac1b \Big( \frac{\Delta r^{(n-1)}}{t_1} - \theta \sum_{j<n} \frac{\partial a_z}{\partial z_j}
+//!    \Delta r^{(j-1)} - a_z(r, r', ..) \Big), \qquad t_1 = T \varphi_1(-\lambda T), \quad
+//!    \theta = \varphi_2/\varphi_1 $$
+//!
+//! Gravity is in $a_z$. Whoever adds this u to a feedback of the error follows any such reference on the nominal plant.
+
+use std::sync::Arc;
+
+use controller_core::drive::Joint;
+use loop_sim::port::drive::{DriveDesign, Motion};
+use loop_sim::sensor::encoder::Mounted;
+
+use super::matrix::Matrix;
+
+/// The plant of the data sheet.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// A and B, units rad and s.
+    pub(super) a: Matrix,
+    pub(super) b: Matrix,
+    /// k_1 of the chain; 1 for a motor.
+    spring: f64,
+    /// b_1, g, k_2, b_2; of a motor λ is the last.
+    link_damping: f64,
+    gravity: f64,
+    motor_spring: f64,
+    motor_damping: f64,
+    /// b of the chain.
+    pub(super) gain: f64,
+    t_1: f64,
+    theta: f64,
+    /// Period T, s.
+    pub period_s: f64,
+}
+
+impl Model {
+    fn new(designed: &DriveDesign) -> Self {
+        // Σ (-x)^k/(k + j)!
+        let phi = |x: f64, j: u32| {
+            let first = (1..=j).fold(1.0, |product, k| product / f64::from(k));
+            (1..25).fold((first, first), |(sum, term), k| {
+                let term = -term * x / f64::from(k + j);
+                (sum + term, term)
+            })
+        };
+        let with = |a, b, [spring, link_damping, gravity, motor_spring, motor_damping]: [f64; 5], gain, period_s| {
+            let [phi_1, phi_2] = [1, 2].map(|j| phi((link_damping + motor_damping) * period_s, j).0);
+            let (t_1, theta) = (period_s * phi_1, phi_2 / phi_1);
+            Self { a, b, spring, link_damping, gravity, motor_spring, motor_damping, gain, t_1, theta, period_s }
+        };
+        match designed {
+            DriveDesign::Motor { design, .. } => {
+                let (lambda, gain) = (design.motor.slope_per_s(), design.motor.input_gain());
+                let a = Matrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, -lambda]);
+                let b = Matrix::from_row_slice(2, 1, &[0.0, gain]);
+                with(a, b, [1.0, 0.0, 0.0, 0.0, lambda], gain, design.period_s)
+            }
+            DriveDesign::Joint { design, .. } => {
+                let Joint { link_inertia_kg_m2: link, motor_inertia_kg_m2: motor, stiffness_n_m, .. } = design.joint;
+                let (k1, k2) = (stiffness_n_m / link, stiffness_n_m / motor);
+                let (b1, b2) = (design.joint.link_damping_n_m_s / link, design.joint.motor_damping_n_m_s / motor);
+                let (g, per_a) = (design.joint.weight_n_m / link, design.joint.torque_n_m_per_a / motor);
+                let rows = [0.0, 1.0, 0.0, 0.0, -k1 - g, -b1, k1, 0.0, 0.0, 0.0, 0.0, 1.0, k2, 0.0, -k2, -b2];
+                let a = Matrix::from_row_slice(4, 4, &rows);
+                let b = Matrix::from_row_slice(4, 1, &[0.0, 0.0, 0.0, per_a]);
+                with(a, b, [k1, b1, g, k2, b2], k1 * per_a, design.period_s)
+            }
+        }
+    }
+
+    /// n.
+    pub fn order(&self) -> usize {
+        self.a.nrows()
+    }
+
+    /// Number of encoders.
+    pub fn encoders(&self) -> usize {
+        self.order() / 2
+    }
+
+    /// The states on a jet r, r', r'', r''', rad and s; a motor has two of them.
+    pub fn state(&self, &[r, r_1, r_2, r_3]: &[f64; 4]) -> [f64; 4] {
+        if self.order() == 2 {
+            return [r, r_1, 0.0, 0.0];
+        }
+        let (s, c) = (self.gravity * libm::sin(r), self.gravity * libm::cos(r));
+        let x_3 = r_2 + self.spring * r + self.link_damping * r_1 + s;
+        let x_4 = r_3 + (self.spring + c) * r_1 + self.link_damping * r_2;
+        [r, r_1, x_3 / self.spring, x_4 / self.spring]
+    }
+
+    /// The u to be held, A, that leads the nominal plant from one jet to that of the next tick.
+    pub fn feed_forward(&self, begin: &[f64; 4], end: &[f64; 4]) -> f64 {
+        if self.order() == 2 {
+            return ((end[1] - begin[1]) / self.t_1 + self.motor_damping * begin[1]) / self.gain;
+        }
+        let Self { spring: k1, link_damping: b1, motor_spring: k2, motor_damping: b2, gravity, .. } = *self;
+        let k = k1 + gravity;
+        let gradient = [k1 * k2 - k2 * k, -k2 * b1 - b2 * k, -k2 - b1 * b2 - k];
+        let drift_change: f64 = (0..3).map(|j| gradient[j] * (end[j] - begin[j])).sum();
+        let [_, _, motor, motor_speed] = self.state(begin);
+        let [r, r_1, r_2, r_3] = *begin;
+        let (s, c) = (gravity * libm::sin(r), gravity * libm::cos(r));
+        let linear = k1 * k2 * (r - motor) - b2 * k1 * motor_speed;
+        let drift = linear + s * r_1 * r_1 - (k1 + c) * r_2 - b1 * r_3;
+        ((end[3] - begin[3]) / self.t_1 - self.theta * drift_change - drift) / self.gain
+    }
+
+    /// Accelerations of the shafts that a linear observer does not know, at these angles: gravity's g (q - sin q), and,
+    /// where the blocks are cut apart, what each shaft gives the other.
+    pub(super) fn pushes(&self, y: &[f64; 2], is_cut: bool) -> [f64; 2] {
+        if self.order() == 2 {
+            return [0.0; 2];
+        }
+        let gravity = self.gravity * (y[0] - libm::sin(y[0]));
+        if is_cut { [gravity + self.spring * y[1], self.motor_spring * y[0]] } else { [gravity, 0.0] }
+    }
+
+    /// z = M x at angle 0.
+    pub(super) fn chain(&self) -> Matrix {
+        if self.order() == 2 {
+            return Matrix::identity(2, 2);
+        }
+        let (k1, b1, k) = (self.spring, self.link_damping, self.spring + self.gravity);
+        let third = [-k, -b1, k1, 0.0];
+        let fourth = [b1 * k, b1 * b1 - k, -b1 * k1, k1];
+        let rows = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], third, fourth];
+        Matrix::from_row_slice(4, 4, rows.as_flattened())
+    }
+}
+
+/// Where the plant should be at a tick, and what leads it on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Aim {
+    /// r, r', r'', r'''.
+    pub jet: [f64; 4],
+    /// The states on it.
+    pub x: [f64; 4],
+    /// The u, A, to be held from this tick to the next.
+    pub feed: f64,
+}
+
+/// What a controller is built from.
+#[derive(Clone)]
+pub struct Task {
+    /// Our drive for the same: data sheet, limits, period, encoders.
+    pub designed: DriveDesign,
+    /// The reference.
+    pub motion: Motion,
+    /// The plant of the data sheet.
+    pub model: Arc<Model>,
+    /// Are its encoders finer than those of the file? Such a run serves to tell the noise of u.
+    pub is_fine: bool,
+    aims: Arc<Vec<Aim>>,
+}
+
+impl Task {
+    /// For a run of so many ticks; beyond them the reference stays where it is.
+    pub fn new(designed: DriveDesign, motion: Motion, ticks: usize) -> Self {
+        let model = Model::new(&designed);
+        let jets: Vec<[f64; 4]> = match designed {
+            DriveDesign::Motor { .. } => (0..=ticks as u32 + 2).map(motion.jets::<3, 4>()).collect(),
+            DriveDesign::Joint { .. } => (0..=ticks as u32 + 2).map(motion.jets::<4, 4>()).collect(),
+        };
+        let aim = |pair: &[[f64; 4]]| Aim {
+            jet: pair[0],
+            x: model.state(&pair[0]),
+            feed: model.feed_forward(&pair[0], &pair[1]),
+        };
+        let aims = jets.windows(2).map(aim).collect();
+        Self { designed, motion, model: Arc::new(model), is_fine: false, aims: Arc::new(aims) }
+    }
+
+    /// The same with finer encoders, if there is room for such.
+    #[must_use]
+    pub fn finer(&self) -> Option<Self> {
+        Some(Self { designed: self.designed.finer()?, is_fine: true, ..self.clone() })
+    }
+
+    /// Where the plant should be at a tick.
+    pub fn aim(&self, tick: usize) -> Aim {
+        self.aims.get(tick).or(self.aims.last()).copied().unwrap_or_default()
+    }
+
+    /// Largest current of either sign, A.
+    pub fn max_current_a(&self) -> f64 {
+        max_current_a(&self.designed)
+    }
+
+    /// Ticks from the computation of a current until it is held, 0 or 1.
+    pub fn delay_ticks(&self) -> usize {
+        self.designed.form().delay_ticks
+    }
+
+    /// What makes angles of counts.
+    pub fn angles(&self) -> Angles {
+        let mounted: Vec<Mounted> = self.designed.encoders().into_iter().map(|(_, mounted)| mounted).collect();
+        Angles { known: vec![None; mounted.len()], mounted }
+    }
+}
+
+pub(super) fn max_current_a(designed: &DriveDesign) -> f64 {
+    match designed {
+        DriveDesign::Motor { design, .. } => design.limits.max,
+        DriveDesign::Joint { design, .. } => design.limits.max,
+    }
+}
+
+/// From counts that wrap to angles that do not, in f64.
+#[derive(Clone, Debug)]
+pub struct Angles {
+    mounted: Vec<Mounted>,
+    /// Count of the last sample, and the steps since angle 0.
+    known: Vec<Option<(i32, i64)>>,
+}
+
+impl Angles {
+    /// Angles of a sample, rad: of the shaft, or of link and motor; `None` if a count is missing.
+    pub fn read(&mut self, sample: &[f64]) -> Option<[f64; 2]> {
+        let mut angles = [0.0; 2];
+        for (i, mounted) in self.mounted.iter().enumerate() {
+            let count = mounted.upright(*sample.get(i)?)?;
+            let above = 32 - mounted.encoder.bits;
+            let signed = |count: i32| i64::from((count << above) >> above);
+            let steps = self.known[i].map_or(signed(count), |(last, steps)| steps + signed(count.wrapping_sub(last)));
+            self.known[i] = Some((count, steps));
+            angles[i] = steps as f64 * mounted.encoder.unit_rad();
+        }
+        Some(angles)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use controller_core::drive::Encoder;
+
+    #[test]
+    fn angles_go_on_where_counters_wrap() {
+        let mounted = Mounted { encoder: Encoder::absolute(12), is_reversed: true, offset_counts: 77 };
+        let mut angles = Angles { mounted: vec![mounted], known: vec![None] };
+        for k in -900..900 {
+            let angle = 0.05 * f64::from(k) + 40.0;
+            // The first count says where in its turn it is, not in which.
+            let [read, _] = angles.read(&[mounted.count(angle)]).expect("a count");
+            let off = read - angle + 2.0 * std::f64::consts::PI * ((-900.0 * 0.05 + 40.0) / 6.3_f64).round();
+            assert!(off.abs() <= 0.51 * mounted.encoder.unit_rad(), "{k}: {off}");
+        }
+        assert_eq!(angles.read(&[f64::NAN]), None);
+    }
+}

@@ -1,0 +1,168 @@
+//! The same effort for every law: so many evaluations of the cost, at random and then around the best, from one seed.
+//!
+//! Of N evaluations 0.6 N come first: the guess, 0.3 N at random over the range of every knob, the rest around the best
+//! with a deviation of 0.15 of the ranges; then 0.4 N with a deviation that falls from 0.1 to 0.01. Every other one of
+//! the local ones moves one knob alone. Knobs move on the scale of their logarithms.
+//!
+//! A law at a noise limit is one job with random numbers of its own, done by one thread: any number of threads gives
+//! the same result.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use loop_sim::random::Random;
+use serde::Serialize;
+
+use super::bench::{Bench, Figures};
+use super::{Contender, Knob};
+
+/// How much is tried.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Evaluations of the cost per law and limit.
+    pub evaluations: usize,
+    /// Seed of the search.
+    pub seed: u64,
+    /// Limits of the noise of u, A.
+    pub noise_a: Vec<f64>,
+    /// Threads.
+    pub threads: usize,
+}
+
+/// A law tuned at a limit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Entry {
+    /// Its name.
+    pub law: &'static str,
+    /// Limit of the noise, A.
+    pub limit_a: f64,
+    /// Its cost.
+    pub cost: f64,
+    /// Knobs with their names.
+    pub knobs: Vec<(&'static str, f64)>,
+    /// What it does.
+    #[serde(flatten)]
+    pub figures: Figures,
+}
+
+/// Tunes every contender at every limit; entries limit by limit. `step` is called after each evaluation, from any
+/// thread.
+pub fn compare(
+    bench: &Bench,
+    contenders: &[Box<dyn Contender>],
+    settings: &Settings,
+    step: &(dyn Fn() + Sync),
+) -> Vec<Entry> {
+    let jobs: Vec<(usize, f64)> =
+        settings.noise_a.iter().flat_map(|&limit| (0..contenders.len()).map(move |law| (law, limit))).collect();
+    let (next, done) = (AtomicUsize::new(0), Mutex::new(vec![None; jobs.len()]));
+    thread::scope(|scope| {
+        for _ in 0..settings.threads.clamp(1, jobs.len().max(1)) {
+            scope.spawn(|| {
+                while let job = next.fetch_add(1, Ordering::SeqCst)
+                    && let Some(&(law, limit)) = jobs.get(job)
+                {
+                    let stream = job as u64;
+                    let entry = tuned(bench, contenders[law].as_ref(), limit, settings, stream, step);
+                    if let Ok(mut done) = done.lock() {
+                        done[job] = entry;
+                    }
+                }
+            });
+        }
+    });
+    done.into_inner().unwrap_or_default().into_iter().flatten().collect()
+}
+
+/// The best that was found; `None` if there was no design at all.
+fn tuned(
+    bench: &Bench,
+    contender: &dyn Contender,
+    limit_a: f64,
+    settings: &Settings,
+    stream: u64,
+    step: &(dyn Fn() + Sync),
+) -> Option<Entry> {
+    let mut random = Random::new(settings.seed, stream);
+    let knobs = contender.knobs();
+    let all = settings.evaluations.max(1);
+    let (first, anywhere) = (all * 3 / 5, all * 3 / 10);
+    let mut best: (f64, Vec<f64>) = (f64::INFINITY, knobs.iter().map(Knob::guessed).collect());
+    for k in 0..all {
+        let at: Vec<f64> = if k == 0 {
+            best.1.clone()
+        } else if k <= anywhere {
+            knobs.iter().map(|_| random.uniform()).collect()
+        } else {
+            let left = (all - k) as f64 / (all - first) as f64;
+            let deviation = if k < first { 0.15 } else { 0.1 * libm::pow(0.1, 1.0 - left) };
+            let alone = (k % 2 == 0).then(|| (random.uniform() * knobs.len() as f64) as usize % knobs.len());
+            let moved = |(i, at): (usize, &f64)| {
+                let by = deviation * random.gaussian();
+                if alone.is_none_or(|alone| alone == i) { (at + by).clamp(0.0, 1.0) } else { *at }
+            };
+            best.1.iter().enumerate().map(moved).collect()
+        };
+        let design = contender.design(&values(&knobs, &at));
+        let cost = design.map_or(f64::INFINITY, |design| bench.cost(design.as_ref(), limit_a));
+        if cost < best.0 {
+            best = (cost, at);
+        }
+        step();
+    }
+    let (cost, at) = best;
+    let found = values(&knobs, &at);
+    let figures = bench.figures(contender.design(&found)?.as_ref());
+    let knobs = knobs.iter().map(|knob| knob.name).zip(found).collect();
+    cost.is_finite().then(|| Entry { law: contender.name(), limit_a, cost, knobs, figures })
+}
+
+impl Knob {
+    /// Where the guess lies, 0 to 1.
+    fn guessed(&self) -> f64 {
+        libm::log(self.guess / self.low) / libm::log(self.high / self.low)
+    }
+}
+
+fn values(knobs: &[Knob], at: &[f64]) -> Vec<f64> {
+    knobs.iter().zip(at).map(|(knob, at)| knob.low * libm::pow(knob.high / knob.low, *at)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::contenders;
+    use super::*;
+
+    #[test]
+    fn any_number_of_threads_gives_the_same_and_another_seed_another() {
+        let bench = Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file");
+        let contenders = contenders(&bench);
+        let found = |threads: usize, seed: u64| {
+            let settings = Settings { evaluations: 4, seed, noise_a: vec![0.1], threads };
+            let steps = AtomicUsize::new(0);
+            let entries = compare(&bench, &contenders, &settings, &|| {
+                steps.fetch_add(1, Ordering::SeqCst);
+            });
+            assert_eq!((entries.len(), steps.load(Ordering::SeqCst)), (contenders.len(), 4 * contenders.len()));
+            entries
+        };
+        let one = found(1, 7);
+        assert_eq!(one, found(3, 7));
+        assert_ne!(one, found(1, 8));
+    }
+
+    /// The search is worth its time: the cost of every law falls.
+    #[test]
+    fn tuning_makes_every_law_better() {
+        let bench = Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file");
+        let contenders = contenders(&bench);
+        let found = |evaluations: usize| {
+            let settings = Settings { evaluations, seed: 1, noise_a: vec![0.1], threads: 2 };
+            compare(&bench, &contenders, &settings, &|| ())
+        };
+        for (guess, tuned) in found(1).iter().zip(found(30)) {
+            assert!(tuned.cost < guess.cost, "{}: {} of {}", tuned.law, tuned.cost, guess.cost);
+        }
+    }
+}

@@ -1,0 +1,421 @@
+//! Poles, margins and noise of a sampled loop that stands still, from its matrices.
+//!
+//! One tick of plant, law and all delays between them is a linear map ([`loop_sim::linear`]). With v what the plant
+//! feels and u what the actuator holds, the loop broken at the plant's input has the gain L, and closed v = u + w:
+//!
+//! ```text
+//! x(k+1) = A x(k) + B v(k)    u(k) = C x(k)    L(z) = -C (z I - A)^-1 B    S(z) = 1/(1 + L(z))    z = e^(i w T)
+//! ```
+//!
+//! * *Poles* are ln(z)/T of the eigenvalues z of the closed loop, rad/s; it is stable if all |z| < 1.
+//! * *Gain margins*: the loop stays stable as long as the plant's gain is between these factors. They are -1/L where L
+//!   is real and negative, the nearest on either side of 1.
+//! * *Phase margin*: the least phase that makes L = -1 where |L| = 1. *Delay margin*: the least delay that does, exact
+//!   where it is a whole number of ticks.
+//! * *Noise gain*: rms of u for white noise of rms 1 on one sensor, by the sum of A^k B B' A'^k of the closed loop.
+//!
+//! Numbers of the law that have no part in u (the gate, say) are no part of the loop. An angle is kept as the distance
+//! from the last count, so that the loop of a speed, which sees no more of it, is not said to be unstable in its angle.
+//! Cost: some milliseconds.
+
+use std::f64::consts::PI;
+use std::fmt;
+
+use loop_sim::linear::{LawAtRest, LinearPlant, LinearTick};
+use loop_sim::solver::SolverError;
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
+use nalgebra::linalg::{Hessenberg, Schur};
+use nalgebra::{Complex, DMatrix, DVector, Normed};
+use scenario::AtRest;
+use serde::Serialize;
+
+/// A root or pole, rad/s.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Root {
+    /// Real part; negative is stable.
+    pub re: f64,
+    /// Imaginary part.
+    pub im: f64,
+}
+
+/// How far a loop is from instability, at the plant's input.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Margins {
+    /// The highest frequency at which |L| is 1, rad/s; none if it is less everywhere.
+    pub crossover_rad_s: Option<f64>,
+    /// Phase that may be lost where |L| is 1, degrees; none if any.
+    pub phase_deg: Option<f64>,
+    /// Delay that may be added, s; none if any.
+    pub delay_s: Option<f64>,
+    /// Factor by which the plant's gain may grow; none if by any.
+    pub gain_up: Option<f64>,
+    /// Factor to which the plant's gain may fall; 0 if to nothing.
+    pub gain_down: f64,
+    /// Largest |S|.
+    pub sensitivity_peak: f64,
+    /// Where it is, rad/s.
+    pub peak_rad_s: f64,
+}
+
+/// A loop as its matrices.
+#[derive(Clone, Debug)]
+pub struct Loop {
+    period_s: f64,
+    /// The closed loop, and the open one from what the plant feels to what is held.
+    closed: DMatrix<f64>,
+    open: Response,
+    /// From what is added at the plant's input.
+    input: DVector<f64>,
+    /// From noise on each sensor, to the state and to u at once.
+    noise: Vec<(DVector<f64>, f64)>,
+    /// To what the actuator holds, and to what the law asks for: the open loop has no other way to u.
+    held: DVector<f64>,
+    asked: DVector<f64>,
+}
+
+/// Why there are no figures.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MarginsError {
+    /// The plant could not be integrated.
+    Solver(SolverError),
+    /// An entry is not finite, or the eigenvalues were not found.
+    NoNumbers,
+}
+
+impl fmt::Display for MarginsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Solver(error) => error.fmt(f),
+            Self::NoNumbers => f.write_str("the loop has numbers that are too large for f64: no poles were found"),
+        }
+    }
+}
+
+impl std::error::Error for MarginsError {}
+
+/// What a tick is a map of, in this order in one vector.
+struct Tick<'a> {
+    plant: &'a LinearPlant,
+    law: &'a LinearTick,
+    sensed: Vec<usize>,
+    sensor_delay: usize,
+    actuator_delay: usize,
+    /// Entries of the law's memory that are angles of the last sample, from the first on.
+    angles: usize,
+}
+
+/// Σ row[j] x[j].
+fn dot(row: &[f64], x: &[f64]) -> f64 {
+    row.iter().zip(x).map(|(a, b)| a * b).sum()
+}
+
+impl Tick<'_> {
+    fn order(&self) -> usize {
+        self.plant.gamma.len() + self.law.c.len() + self.sensed.len() * self.sensor_delay + self.actuator_delay
+    }
+
+    /// The next state, what the law asks for and what the actuator holds. `v` is felt by the plant instead of what is
+    /// held, or, in a closed loop, on top of it.
+    fn step(&self, state: &[f64], v: f64, noise: &[f64], is_closed: bool) -> (Vec<f64>, f64, f64) {
+        let (x, rest) = state.split_at(self.plant.gamma.len());
+        let (memory, rest) = rest.split_at(self.law.c.len());
+        let (samples, demands) = rest.split_at(self.sensed.len() * self.sensor_delay);
+        let now: Vec<f64> = self.sensed.iter().zip(noise).map(|(&i, noise)| x[i] + noise).collect();
+        let mut memory = memory.to_vec();
+        for (last, &i) in memory.iter_mut().zip(&self.sensed).take(self.angles) {
+            *last = x[i] - *last;
+        }
+        let mut samples: Vec<f64> = samples.iter().chain(&now).copied().collect();
+        let sample: Vec<f64> = samples.drain(..now.len()).collect();
+        let asked = dot(&self.law.c, &memory) + dot(&self.law.d, &sample);
+        let mut demands: Vec<f64> = demands.iter().copied().chain([asked]).collect();
+        let held = demands.remove(0);
+        let mut next: Vec<f64> = (0..memory.len())
+            .map(|i| dot(&self.law.a[i], &memory) + dot(&self.law.b[i], &sample) + self.law.e[i] * held)
+            .collect();
+        let felt = if is_closed { held + v } else { v };
+        let x: Vec<f64> = (0..x.len()).map(|i| dot(&self.plant.phi[i], x) + self.plant.gamma[i] * felt).collect();
+        for (last, &i) in next.iter_mut().zip(&self.sensed).take(self.angles) {
+            *last = x[i] - *last;
+        }
+        (x.into_iter().chain(next).chain(samples).chain(demands).collect(), asked, held)
+    }
+}
+
+impl Loop {
+    /// Of a scenario's loop at rest with this law: its own, or another for the same sample.
+    ///
+    /// # Errors
+    /// When it cannot be integrated, or has no finite matrices.
+    pub fn of(at_rest: &AtRest, law: &dyn LawAtRest, period_s: f64) -> Result<Self, MarginsError> {
+        let is_by_count = law.steps().iter().any(|step| *step > 0.0);
+        let law = LinearTick::of(law, at_rest.report);
+        let plant = LinearPlant::of(at_rest.plant.as_ref(), law.u, period_s).map_err(MarginsError::Solver)?;
+        let sensed: Vec<usize> = at_rest.sensed.iter().map(|sensed| sensed.state).collect();
+        let tick = Tick {
+            plant: &plant,
+            law: &law,
+            angles: if is_by_count { sensed.len() } else { 0 },
+            sensed,
+            sensor_delay: at_rest.sensor_delay_ticks,
+            actuator_delay: at_rest.actuator_delay_ticks,
+        };
+        Self::assembled(&tick, period_s)
+    }
+
+    fn assembled(tick: &Tick<'_>, period_s: f64) -> Result<Self, MarginsError> {
+        let (order, sensors) = (tick.order(), tick.sensed.len());
+        let unit = |n: usize, at: Option<usize>| -> Vec<f64> {
+            (0..n).map(|i| if at == Some(i) { 1.0 } else { 0.0 }).collect()
+        };
+        let quiet = unit(sensors, None);
+        let columns: Vec<[(Vec<f64>, f64, f64); 2]> = (0..order)
+            .map(|j| [true, false].map(|is_closed| tick.step(&unit(order, Some(j)), 0.0, &quiet, is_closed)))
+            .collect();
+        // What u hears of, from u backwards.
+        let mut has_part: Vec<bool> =
+            columns.iter().map(|[(_, asked, held), _]| *asked != 0.0 || *held != 0.0).collect();
+        loop {
+            let heard = |j: usize| columns[j][0].0.iter().zip(&has_part).any(|(entry, is_in)| *is_in && *entry != 0.0);
+            let more: Vec<bool> = (0..order).map(|j| has_part[j] || heard(j)).collect();
+            if more == has_part {
+                break;
+            }
+            has_part = more;
+        }
+        let kept: Vec<usize> = (0..order).filter(|&j| has_part[j]).collect();
+        let n = kept.len();
+        let matrix = |form: usize| DMatrix::from_fn(n, n, |i, j| columns[kept[j]][form].0[kept[i]]);
+        let column = |state: &[f64]| DVector::from_iterator(n, kept.iter().map(|&i| state[i]));
+        let noise = (0..sensors).map(|i| {
+            let (state, asked, _) = tick.step(&unit(order, None), 0.0, &unit(sensors, Some(i)), true);
+            (column(&state), asked)
+        });
+        let (closed, open) = (matrix(0), matrix(1));
+        if !closed.iter().chain(&open).all(|entry| entry.is_finite()) {
+            return Err(MarginsError::NoNumbers);
+        }
+        let input = column(&tick.step(&unit(order, None), 1.0, &quiet, true).0);
+        let held = DVector::from_iterator(n, kept.iter().map(|&j| columns[j][0].2));
+        Ok(Self {
+            period_s,
+            closed,
+            open: Response::of(open, &input, &held),
+            noise: noise.collect(),
+            asked: DVector::from_iterator(n, kept.iter().map(|&j| columns[j][0].1)),
+            input,
+            held,
+        })
+    }
+
+    /// Eigenvalues of the closed loop, the slowest (largest magnitude) first.
+    ///
+    /// # Errors
+    /// [`MarginsError::NoNumbers`].
+    pub fn eigenvalues(&self) -> Result<Vec<Complex<f64>>, MarginsError> {
+        eigenvalues(self.closed.clone())
+    }
+
+    /// The largest magnitude of an eigenvalue with the plant's gain this many times as large: below 1 is stable.
+    ///
+    /// # Errors
+    /// [`MarginsError::NoNumbers`].
+    pub fn spectral_radius(&self, factor: f64) -> Result<f64, MarginsError> {
+        let scaled = &self.closed + &self.input * self.held.transpose() * (factor - 1.0);
+        Ok(eigenvalues(scaled)?.first().map_or(0.0, Normed::norm))
+    }
+
+    /// ln z/T.
+    pub fn pole(&self, z: Complex<f64>) -> Root {
+        let s = Complex::new(libm::log(z.norm()), libm::atan2(z.im, z.re)) / self.period_s;
+        Root { re: s.re, im: s.im }
+    }
+
+    /// L at a frequency up to the Nyquist rate, rad/s.
+    pub fn gain(&self, omega_rad_s: f64) -> Complex<f64> {
+        let phase = omega_rad_s * self.period_s;
+        -self.open.at(Complex::new(libm::cos(phase), libm::sin(phase)))
+    }
+
+    /// Margins of a loop that is stable.
+    ///
+    /// # Errors
+    /// [`MarginsError::NoNumbers`].
+    pub fn margins(&self) -> Result<Margins, MarginsError> {
+        let mut found = Margins {
+            crossover_rad_s: None,
+            phase_deg: None,
+            delay_s: None,
+            gain_up: None,
+            gain_down: 0.0,
+            sensitivity_peak: 0.0,
+            peak_rad_s: 0.0,
+        };
+        let grid = self.frequencies()?;
+        let gains: Vec<Complex<f64>> = grid.iter().map(|&omega| self.gain(omega)).collect();
+        for k in 1..grid.len() {
+            let (ends, [from, to]) = ([grid[k - 1], grid[k]], [gains[k - 1], gains[k]]);
+            if (from.norm() > 1.0) != (to.norm() > 1.0) {
+                let omega = self.crossing(ends, |l| l.norm() - 1.0);
+                found.crosses_one(omega, self.gain(omega));
+            }
+            if (from.im > 0.0) != (to.im > 0.0) {
+                let omega = self.crossing(ends, |l| l.im);
+                found.critical(-self.gain(omega).re);
+            }
+        }
+        // At both ends of the circle L is real: no crossing is to be seen there.
+        for end in [0.0, PI / self.period_s] {
+            found.critical(-self.gain(end).re);
+        }
+        let sensitivity = |l: Complex<f64>| -> f64 { 1.0 / (l + 1.0).norm() };
+        let peaks = (0..grid.len()).max_by(|&i, &j| sensitivity(gains[i]).total_cmp(&sensitivity(gains[j])));
+        if let Some(k) = peaks {
+            let (mut low, mut high) = (grid[k.saturating_sub(1)], grid[(k + 1).min(grid.len() - 1)]);
+            for _ in 0..60 {
+                let [left, right] = [low + (high - low) / 3.0, high - (high - low) / 3.0];
+                if sensitivity(self.gain(left)) < sensitivity(self.gain(right)) { low = left } else { high = right }
+            }
+            found.peak_rad_s = 0.5 * (low + high);
+            found.sensitivity_peak = sensitivity(self.gain(found.peak_rad_s));
+        }
+        Ok(found)
+    }
+
+    /// Where a function of L changes its sign between two frequencies.
+    fn crossing(&self, [mut low, mut high]: [f64; 2], of: impl Fn(Complex<f64>) -> f64) -> f64 {
+        let is_above = of(self.gain(low)) > 0.0;
+        for _ in 0..50 {
+            let middle = 0.5 * (low + high);
+            if (of(self.gain(middle)) > 0.0) == is_above { low = middle } else { high = middle }
+        }
+        0.5 * (low + high)
+    }
+
+    /// A grid up to the Nyquist rate that goes on until below the slowest pole, with more around every pole: a
+    /// resonance is as narrow as its pole is near the circle.
+    fn frequencies(&self) -> Result<Vec<f64>, MarginsError> {
+        const SPACED: i32 = 400;
+        let nyquist = PI / self.period_s;
+        let mut poles: Vec<Root> = eigenvalues(self.open.a.clone())?.into_iter().map(|z| self.pole(z)).collect();
+        poles.extend(self.eigenvalues()?.into_iter().map(|z| self.pole(z)));
+        let sizes = poles.iter().map(|pole| libm::hypot(pole.re, pole.im)).filter(|size| *size > 1e-9 * nyquist);
+        let lowest = 0.03 * sizes.fold(0.1 * nyquist, f64::min);
+        let ratio = libm::log(nyquist / lowest) / f64::from(SPACED - 1);
+        let mut grid: Vec<f64> = (0..SPACED).map(|k| nyquist * libm::exp(-ratio * f64::from(k))).collect();
+        for Root { re, im } in poles.into_iter().filter(|pole| pole.im > 0.0) {
+            grid.extend((-8..=8).map(|k| im + 0.5 * f64::from(k) * re.abs().max(1e-6 * im)));
+        }
+        grid.retain(|omega| (lowest..=nyquist).contains(omega));
+        grid.sort_by(f64::total_cmp);
+        Ok(grid)
+    }
+
+    /// Rms of u per rms of white noise on each sensor, of a loop that is stable.
+    pub fn noise_gains(&self) -> Vec<f64> {
+        let gain = |(input, direct): &(DVector<f64>, f64)| {
+            let mut sum = input * input.transpose();
+            let mut power = self.closed.clone();
+            // Twice as many terms each time; 2^60 of them are all there will ever be.
+            for _ in 0..60 {
+                let more = &power * &sum * power.transpose();
+                if more.amax() <= f64::EPSILON * sum.amax() {
+                    break;
+                }
+                sum += more;
+                power = &power * &power;
+            }
+            (self.asked.dot(&(&sum * &self.asked)) + direct * direct).max(0.0).sqrt()
+        };
+        self.noise.iter().map(gain).collect()
+    }
+}
+
+impl Margins {
+    /// |L| is 1 here.
+    fn crosses_one(&mut self, omega: f64, l: Complex<f64>) {
+        // From -180 degrees counter-clockwise: lag up to a whole turn can be borne.
+        let phase = libm::atan2(-l.im, -l.re);
+        let lag = if phase < 0.0 { phase + 2.0 * PI } else { phase };
+        let least = |known: Option<f64>, value: f64| Some(known.map_or(value, |known| known.min(value)));
+        self.crossover_rad_s = Some(self.crossover_rad_s.map_or(omega, |known| known.max(omega)));
+        self.phase_deg = least(self.phase_deg, phase.abs().to_degrees());
+        self.delay_s = least(self.delay_s, lag / omega);
+    }
+
+    /// L has been at minus this.
+    fn critical(&mut self, size: f64) {
+        if size > 0.0 && size < 1.0 {
+            let factor = 1.0 / size;
+            self.gain_up = Some(self.gain_up.map_or(factor, |known| known.min(factor)));
+        } else if size >= 1.0 {
+            self.gain_down = self.gain_down.max(1.0 / size);
+        }
+    }
+}
+
+/// c (z I - A)^-1 b with A as a Hessenberg matrix, so that each z costs the square of its order.
+#[derive(Clone, Debug)]
+struct Response {
+    a: DMatrix<f64>,
+    b: DVector<f64>,
+    c: DVector<f64>,
+}
+
+impl Response {
+    fn of(mut a: DMatrix<f64>, b: &DVector<f64>, c: &DVector<f64>) -> Self {
+        let n = a.nrows();
+        if n < 2 {
+            return Self { a, b: b.clone(), c: c.clone() };
+        }
+        // States are in units of their own: an orthogonal transform would mix large and small ones.
+        let units = balance_parlett_reinsch(&mut a);
+        let (q, a) = Hessenberg::new(a).unpack();
+        Self { b: q.tr_mul(&b.component_div(&units)), c: q.tr_mul(&c.component_mul(&units)), a }
+    }
+
+    fn at(&self, z: Complex<f64>) -> Complex<f64> {
+        let n = self.b.len();
+        let mut rows: Vec<Vec<Complex<f64>>> = (0..n)
+            .map(|i| {
+                let entry = |j: usize| if i == j { z - self.a[(i, j)] } else { Complex::from(-self.a[(i, j)]) };
+                (0..n).map(entry).chain([Complex::from(self.b[i])]).collect()
+            })
+            .collect();
+        // Below the diagonal there is one entry per column.
+        for k in 1..n {
+            if rows[k][k - 1].norm() > rows[k - 1][k - 1].norm() {
+                rows.swap(k - 1, k);
+            }
+            let (above, below) = rows.split_at_mut(k);
+            let (pivot, row) = (&above[k - 1], &mut below[0]);
+            if pivot[k - 1].norm() > 0.0 {
+                let factor = row[k - 1] / pivot[k - 1];
+                for j in k..=n {
+                    row[j] -= factor * pivot[j];
+                }
+            }
+        }
+        let mut sum = Complex::from(0.0);
+        let mut x = vec![Complex::from(0.0); n];
+        for i in (0..n).rev() {
+            let known: Complex<f64> = (i + 1..n).map(|j| rows[i][j] * x[j]).sum();
+            x[i] = (rows[i][n] - known) / rows[i][i];
+            sum += x[i] * self.c[i];
+        }
+        // On a pole, of an integrator at ω = 0 say.
+        if sum.re.is_finite() && sum.im.is_finite() { sum } else { Complex::new(f64::INFINITY, 0.0) }
+    }
+}
+
+fn eigenvalues(mut matrix: DMatrix<f64>) -> Result<Vec<Complex<f64>>, MarginsError> {
+    if matrix.nrows() == 0 {
+        return Ok(Vec::new());
+    }
+    // States are in units of their own: without balancing the small ones would lose digits.
+    balance_parlett_reinsch(&mut matrix);
+    let schur = Schur::try_new(matrix, f64::EPSILON, 10_000).ok_or(MarginsError::NoNumbers)?;
+    let mut found: Vec<_> = schur.complex_eigenvalues().iter().copied().collect();
+    found.sort_by(|a, b| b.norm().total_cmp(&a.norm()).then(b.im.total_cmp(&a.im)));
+    Ok(found)
+}

@@ -1,0 +1,556 @@
+//! `host-sim design`: its figures against closed forms, against simulated runs, and as a user meets them.
+//!
+//! The simulated runs know nothing of matrices: they are the loop of [`loop_sim::closed_loop`], with an impulse at the
+//! plant's input, with more delay, with coarse encoders.
+
+use std::f64::consts::PI;
+use std::ops::ControlFlow;
+use std::sync::atomic::AtomicBool;
+
+use host_sim::cli::{Console, status};
+use host_sim::margins::{Loop, Margins};
+use loop_sim::closed_loop::{Loop as Setup, close_loop};
+use loop_sim::linear::{LawAtRest, LinearTick};
+use loop_sim::plant::{Chain, LastChannel, Plant};
+use loop_sim::signal::Signal;
+use loop_sim::trace::Row;
+use scenario::{AtRest, Experiment, Sensed, Source};
+
+fn experiment(text: &str, sets: &[&str]) -> Experiment {
+    let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+    scenario::parse(&Source { file: "test.toml", text, sets: &sets }, "test").unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn at_rest(experiment: &Experiment) -> &AtRest {
+    experiment.at_rest.as_ref().unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn loop_of(experiment: &Experiment) -> Loop {
+    let at_rest = at_rest(experiment);
+    Loop::of(at_rest, at_rest.law.as_ref(), experiment.period_s).expect("a loop")
+}
+
+/// u = -k . x.
+struct Feedback<const N: usize>([f64; N]);
+
+impl<const N: usize> LawAtRest for Feedback<N> {
+    fn steps(&self) -> Vec<f64> {
+        vec![0.0; N]
+    }
+    fn rest(&self) -> (Vec<f64>, f64) {
+        (Vec::new(), 0.0)
+    }
+    fn tick(&self, _: &[f64], sample: &[f64], _: Option<f64>) -> (Vec<f64>, f64) {
+        (Vec::new(), -self.0.iter().zip(sample).map(|(k, x)| k * x).sum::<f64>())
+    }
+}
+
+fn by_hand<const N: usize>(a: [f64; N], k: [f64; N], delay_ticks: usize) -> AtRest {
+    let channel = LastChannel { a: a.to_vec(), b: 1.0 };
+    let plant = Chain::new(channel.clone(), channel, vec![Signal::default(); N]).expect("a chain");
+    AtRest {
+        plant: Box::new(plant),
+        law: Box::new(Feedback(k)),
+        sensed: (0..N).map(|state| Sensed { state, name: String::new(), unit: "", rms: 0.0 }).collect(),
+        sensor_delay_ticks: 0,
+        actuator_delay_ticks: delay_ticks,
+        report: true,
+        left_out: Vec::new(),
+    }
+}
+
+/// A double integrator under a hold of T and u = -k_1 x_1 - k_2 x_2: the textbook's
+/// L = [(k_1 T/2 + k_2) z + k_1 T/2 - k_2] T/(z - 1)².
+#[test]
+fn margins_of_the_textbook_s_loop_are_those_of_its_transfer_function() {
+    let (t, [k_1, k_2]) = (0.01, [400.0, 30.0]);
+    let setup = by_hand([0.0, 0.0], [k_1, k_2], 0);
+    let it = Loop::of(&setup, setup.law.as_ref(), t).expect("a loop");
+    let l = |omega: f64| {
+        let z = nalgebra::Complex::new((omega * t).cos(), (omega * t).sin());
+        ((z * (k_1 * t / 2.0 + k_2)) + (k_1 * t / 2.0 - k_2)) * t / ((z - 1.0) * (z - 1.0))
+    };
+    for omega in [0.01, 1.0, 30.0, 100.0, 314.0] {
+        assert!(((it.gain(omega) / l(omega)).re - 1.0).abs() < 1e-7, "{omega}: {} {}", it.gain(omega), l(omega));
+    }
+    let margins = it.margins().expect("margins");
+    let crossover = margins.crossover_rad_s.expect("|L| is large at low frequencies");
+    let at = l(crossover);
+    assert!((at.re.hypot(at.im) - 1.0).abs() < 1e-7, "{margins:?}");
+    let phase = (-at.im).atan2(-at.re);
+    assert!((margins.phase_deg.expect("one") - phase.to_degrees()).abs() < 1e-5, "{margins:?}");
+    assert!((margins.delay_s.expect("one") * crossover / phase - 1.0).abs() < 1e-7, "{margins:?}");
+    // At the Nyquist rate L = -k_2 T/2, and nowhere else is it real and negative.
+    assert!((margins.gain_up.expect("one") * k_2 * t / 2.0 - 1.0).abs() < 1e-9, "{margins:?}");
+    assert!(margins.gain_down < 1e-6, "{margins:?}");
+    let worst = (1..=20_000).map(|k| l(PI / t * f64::from(k) / 20_000.0) + 1.0).map(|d| 1.0 / d.re.hypot(d.im));
+    assert!((margins.sensitivity_peak / worst.fold(0.0, f64::max) - 1.0).abs() < 1e-6, "{margins:?}");
+}
+
+/// x' = u held, u = -k x: x⁺ = (1 - k T) x, so white noise of rms 1 makes u an autoregression with variance
+/// k² (1 + k T/(2 - k T)).
+#[test]
+fn noise_of_an_autoregression_is_its_closed_form() {
+    let (t, k) = (1e-3, 700.0);
+    // x_2' = u is the second channel; x_1 is not fed back and has no part in u.
+    let setup = by_hand([0.0, 0.0], [0.0, k], 0);
+    let it = Loop::of(&setup, setup.law.as_ref(), t).expect("a loop");
+    let values = it.eigenvalues().expect("values");
+    assert_eq!(values.len(), 1, "{values:?}");
+    assert!((values[0].re - (1.0 - k * t)).abs() < 1e-10);
+    let gains = it.noise_gains();
+    let expected = k * (1.0 + k * t / (2.0 - k * t)).sqrt();
+    assert!((gains[1] / expected - 1.0).abs() < 1e-9 && gains[0] == 0.0, "{gains:?} {expected}");
+}
+
+/// Are these among the eigenvalues, each as often as it is asked for?
+fn assert_has(it: &Loop, expected: &[(f64, f64)], within: f64) {
+    let mut found = it.eigenvalues().expect("values");
+    for &(re, im) in expected {
+        let away = |z: &nalgebra::Complex<f64>| (z.re - re).hypot(z.im - im);
+        let nearest = (0..found.len()).min_by(|&i, &j| away(&found[i]).total_cmp(&away(&found[j]))).expect("one");
+        assert!(away(&found[nearest]) < within, "{re} + {im} i is not among {found:?}");
+        found.remove(nearest);
+    }
+}
+
+/// e^(pole T).
+fn discrete(re: f64, im: f64, t: f64) -> (f64, f64) {
+    ((re * t).exp() * (im * t).cos(), (re * t).exp() * (im * t).sin())
+}
+
+const RIGID: &str = "[motor]\ninertia_kg_m2 = 2e-4\ntorque_n_m_per_a = 0.05\nmax_current_a = 10.0\n\
+                     [encoder]\nbits = 14\n";
+
+/// Without a lag and with its true parameters the loop of a motor has the poles of its observer where Ackermann put
+/// them, σ* decays by 1 - k_l T and W by e^(-αT); the last one is the sliding motion.
+#[test]
+fn the_loop_of_an_exact_motor_has_the_poles_that_were_asked_for() {
+    for (bits, period_s, surface) in [(14, 1e-3, 60.0_f64), (16, 1e-4, 200.0), (12, 5e-4, 30.0)] {
+        let sets = [
+            "motor.current_lag_s=0".to_owned(),
+            format!("encoder.bits={bits}"),
+            format!("drive.period_s={period_s}"),
+            format!("drive.surface_rad_s={surface}"),
+        ];
+        let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+        let it = loop_of(&experiment(RIGID, &sets));
+        let w_o = 1.5 * surface;
+        let mut expected: Vec<(f64, f64)> = [(-0.7456, 0.7114), (-0.7456, -0.7114), (-0.9416, 0.0)]
+            .map(|(re, im)| discrete(re * w_o, im * w_o, period_s))
+            .into();
+        expected.push((1.0 - 8.0 * surface * period_s, 0.0));
+        expected.push(((-0.5 * surface * period_s).exp(), 0.0));
+        assert_has(&it, &expected, 1e-9);
+        let others = it.eigenvalues().expect("values").len() - expected.len();
+        // Those of what is only stored are 0; the sliding motion is e^(-w_c T) to the first order.
+        let sliding = it
+            .eigenvalues()
+            .expect("values")
+            .iter()
+            .any(|z| (z.re + surface * period_s - 1.0).abs() < 0.6 * (surface * period_s).powi(2));
+        assert!(others >= 1 && sliding, "{:?}", it.eigenvalues());
+    }
+}
+
+/// The chain of the paper's form with an exact model: the observers' poles lie at e^(pole T), whatever n and r.
+#[test]
+fn the_loop_of_an_exact_chain_has_the_poles_that_were_asked_for() {
+    for (n, r) in [(2, 1), (2, 3), (3, 2), (4, 2), (4, 3), (5, 3), (6, 2), (6, 3)] {
+        let zeros = vec!["0.0"; n].join(", ");
+        let text = format!(
+            "[plant]\nkind = \"chain\"\norder = {n}\na = [{zeros}]\nb = 2.0\n[controller]\nalpha_per_s = 3.0\n\
+             k_l = 30.0\nsurface_bandwidth_rad_s = 8.0\n\
+             [[controller.observer]]\nchannel = {n}\nbandwidth_rad_s = 40.0\norder = {r}\n"
+        );
+        let it = loop_of(&experiment(&text, &[]));
+        let mut expected = vec![discrete(-40.0, 0.0, 1e-3); r];
+        expected.extend([(1.0 - 30.0 * 1e-3, 0.0), discrete(-3.0, 0.0, 1e-3)]);
+        // Equal poles come apart as the root of that order of the rounding.
+        assert_has(&it, &expected, if n <= 4 { 3e-4 } else { 3e-3 });
+        let values = it.eigenvalues().expect("values");
+        let product = |away: fn(f64) -> bool| values.iter().filter(|z| away(z.norm_sqr())).count();
+        // n - 1 of the sliding motion, and none elsewhere but at 0.
+        assert_eq!(product(|size| size > 1e-4), r + 2 + n - 1, "n = {n}, r = {r}: {values:?}");
+    }
+}
+
+/// A plant that feels more than the actuator holds, in one tick.
+struct Struck<'a> {
+    plant: &'a dyn Plant,
+    within_s: [f64; 2],
+    size: f64,
+}
+
+impl Plant for Struck<'_> {
+    fn order(&self) -> usize {
+        self.plant.order()
+    }
+    fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
+        let strikes = (self.within_s[0]..self.within_s[1]).contains(&t_s);
+        self.plant.rhs(t_s, x, if strikes { u + self.size } else { u }, dx);
+    }
+    fn lumped(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]) {
+        self.plant.lumped(t_s, x, u, d);
+    }
+    fn fastest_rad_s(&self, t_s: f64, x: &[f64], u: f64) -> f64 {
+        self.plant.fastest_rad_s(t_s, x, u)
+    }
+    fn jumps_s(&self) -> &[f64] {
+        &self.within_s
+    }
+}
+
+/// u held and y of every tick from an impulse at the plant's input on, as half the difference of two runs of the loop.
+fn answer(text: &str, sets: &[&str], ticks: usize) -> Vec<[f64; 2]> {
+    const BEFORE: usize = 60;
+    const SIZE: f64 = 1e-3;
+    let struck = |size: f64| {
+        let mut it = experiment(text, sets);
+        it.periods = BEFORE + ticks;
+        let period_s = it.period_s;
+        let Setup { plant, sensor, port, actuator, report, x0, periods, .. } = it.setup();
+        let within_s = [BEFORE, BEFORE + 1].map(|k| k as f64 * period_s);
+        let plant = Struck { plant, within_s, size };
+        let mut rows = Vec::new();
+        let mut taken = |row: &Row| {
+            rows.push([row.u_held, row.x[0]]);
+            ControlFlow::Continue(())
+        };
+        let setup = Setup { plant: &plant, sensor, port, actuator, report, x0, period_s, periods };
+        close_loop(setup, &mut taken).expect("a run");
+        rows.split_off(BEFORE)
+    };
+    let [up, down] = [struck(SIZE), struck(-SIZE)];
+    up.iter().zip(&down).map(|(up, down)| [0, 1].map(|j| (up[j] - down[j]) / (2.0 * SIZE))).collect()
+}
+
+/// At rest, in f64, nothing rounded.
+const STILL: [&str; 2] = ["plant.x0=[0, 0, 0, 0]", "controller.precision=f64"];
+const STILL_3: [&str; 2] = ["plant.x0=[0, 0, 0]", "controller.precision=f64"];
+
+/// The simulated loop with all of its links answers an impulse with its S: of v = u + w the transform is 1/(1 + L),
+/// with delay in sensor and actuator, reported or not.
+#[test]
+fn the_loop_gain_is_that_of_the_simulated_loop() {
+    let delays = ["sensor.delay_ticks=2", "actuator.delay_ticks=3"];
+    let untold = ["actuator.report=false", "actuator.delay_ticks=1"];
+    let slow = ["controller.k_l=20"];
+    for (text, still, sets) in [
+        (scenario::DEFAULT, &STILL, &slow[..0]),
+        (scenario::DEFAULT, &STILL, &untold[..]),
+        (scenario::CHAIN, &STILL_3, &slow[..]),
+        (scenario::CHAIN, &STILL_3, &delays[..]),
+    ] {
+        let sets = [&still[..], sets].concat();
+        let it = experiment(text, &sets);
+        let (matrices, period_s) = (loop_of(&it), it.period_s);
+        let mut felt = answer(text, &sets, 60_000);
+        felt[0][0] += 1.0;
+        for omega in [3.0, 20.0, 60.0, 200.0, 1500.0, PI / period_s] {
+            let (mut re, mut im) = (0.0, 0.0);
+            for (k, [v, _]) in felt.iter().enumerate() {
+                let phase = omega * period_s * k as f64;
+                (re, im) = (re + v * phase.cos(), im - v * phase.sin());
+            }
+            let s = matrices.gain(omega) + 1.0;
+            // S times 1 + L; the small step of the runs shows as 1e-6.
+            let one = nalgebra::Complex::new(re, im) * s;
+            assert!((one.re - 1.0).abs() < 2e-5 && one.im.abs() < 2e-5, "{sets:?}, {omega} rad/s: {one}");
+        }
+    }
+}
+
+/// What is left of y after a long time falls as the slowest pole says. Its root is alone: e^(-t) of a surface that has
+/// -6 beside it.
+#[test]
+fn the_decay_is_that_of_the_simulated_loop() {
+    let text = scenario::CHAIN.replace("surface_bandwidth_rad_s = 4.0", "c = [6.0, 7.0, 1.0]\nalpha_per_s = 20.0");
+    let it = loop_of(&experiment(&text, &STILL_3));
+    let slowest = it.eigenvalues().expect("values").into_iter().map(|z| -it.pole(z).re).fold(f64::INFINITY, f64::min);
+    let span_s = 8.0 / slowest;
+    let y = answer(&text, &STILL_3, (span_s / 1e-3) as usize);
+    let size = |from: f64, to: f64| {
+        let [from, to] = [from, to].map(|share| (share * y.len() as f64) as usize);
+        y[from..to].iter().fold(0.0_f64, |peak, [_, y]| peak.max(y.abs()))
+    };
+    // From the peak of one window to that of the next, 2/slowest later.
+    let found = (size(0.5, 0.75) / size(0.75, 1.0)).ln() / (0.25 * span_s);
+    assert!((found / slowest - 1.0).abs() < 0.02, "{found} in the run, {slowest} of the matrices");
+}
+
+/// A run with the whole ticks of delay below the margin goes to rest, with those above it runs away; and so it is with
+/// b on both sides of the gain margins.
+#[test]
+fn the_margins_are_where_simulated_loops_become_unstable() {
+    // The law is not told: its own u is what it lives on, however late the plant gets it.
+    const SETS: [&str; 1] = ["actuator.report=false"];
+    let of = |sets: &[&str]| loop_of(&experiment(scenario::CHAIN, &[&SETS[..], sets].concat()));
+    let margins = of(&[]).margins().expect("a stable loop");
+    let Margins { delay_s: Some(delay_s), gain_up: Some(gain_up), .. } = margins else { panic!("{margins:?}") };
+    let ticks = (delay_s / 1e-3).floor();
+    assert!((3.0..40.0).contains(&ticks), "{margins:?}");
+    let ends_at = |sets: &[&str]| {
+        let quiet = ["span_s=60", "plant.x0=[1e-3, 0, 0]", "plant.disturbance=[]", "controller.precision=f64"];
+        let mut it = experiment(scenario::CHAIN, &[&SETS[..], sets, &quiet].concat());
+        let (trace, error) = it.run(&mut |_| ControlFlow::Continue(()));
+        assert_eq!(error, None);
+        trace.rows.iter().rev().take(5000).map(|row| row.x[0].abs()).fold(0.0, f64::max)
+    };
+    for (delay, is_stable) in [(ticks, true), (ticks + 1.0, false)] {
+        let delay = format!("actuator.delay_ticks={delay}");
+        let radius = of(&[&delay]).spectral_radius(1.0).expect("a radius");
+        assert_eq!(radius < 1.0, is_stable, "{delay}: {radius}, margin {delay_s} s");
+        let end = ends_at(&[&delay]);
+        assert_eq!(end < 1e-3, is_stable, "{delay}: {end}");
+    }
+    for (share, is_stable) in [(0.97, true), (1.03, false)] {
+        // b of the plant is 2, the controller believes 1.5.
+        let b = format!("plant.b={}", 2.0 * share * gain_up);
+        let end = ends_at(&[&b]);
+        assert_eq!(end < 1e-3, is_stable, "{b}: {end}, factor {gain_up}");
+        assert_eq!(of(&[]).spectral_radius(share * gain_up).expect("a radius") < 1.0, is_stable);
+    }
+}
+
+/// u of every tick of a run without friction, on the gains of one set.
+fn current(text: &str, sets: &[&str]) -> (Experiment, Vec<f64>) {
+    let smooth = ["drive.uncertain_percent=50", "friction.coulomb_n_m=0", "friction.static_n_m=0"];
+    let mut it = experiment(text, &[sets, &smooth].concat());
+    let (trace, error) = it.run(&mut |_| ControlFlow::Continue(()));
+    assert_eq!(error, None);
+    (it, trace.rows.iter().map(|row| row.u).collect())
+}
+
+/// Rms of u that the steps of the encoders make, against what u does in two runs that differ in nothing but the bits of
+/// the encoders. The steps are white as long as the shaft passes many of them in a tick.
+#[test]
+fn noise_of_u_is_the_difference_of_runs_with_coarse_and_with_fine_encoders() {
+    let joint = scenario::JOINT.replace("to_rad = 1.0 ", "# to_rad = 1.0 ");
+    let sine = ["reference.amplitude_rad=2.0", "reference.frequency_hz=2.3", "drive.surface_rad_s=120"];
+    let swing = ["reference.kind=\"sine\"", "reference.amplitude_rad=0.8", "reference.frequency_hz=0.3"];
+    for (text, sets, coarse, fine) in [
+        (scenario::MOTOR, [&sine[..], &[]].concat(), &["encoder.bits=14"][..], &["encoder.bits=24"][..]),
+        (scenario::MOTOR, [&sine[..], &["drive.period_s=2e-4"]].concat(), &["encoder.bits=16"], &["encoder.bits=24"]),
+        (scenario::MOTOR, [&sine[..], &["drive.delay_ticks=1"]].concat(), &["encoder.bits=14"], &["encoder.bits=24"]),
+        (
+            &joint,
+            [&swing[..], &["drive.tuning=\"normal\""]].concat(),
+            &["encoder.link.bits=17", "encoder.motor.bits=17"],
+            &["encoder.link.bits=24", "encoder.motor.bits=24"],
+        ),
+    ] {
+        let (it, noisy) = current(text, &[&sets[..], coarse].concat());
+        let (_, exact) = current(text, &[&sets[..], fine].concat());
+        let from = (it.window_s[0] / it.period_s) as usize + 200;
+        let squares = noisy.iter().zip(&exact).skip(from).map(|(noisy, exact)| (noisy - exact).powi(2));
+        let found = (squares.sum::<f64>() / (noisy.len() - from) as f64).sqrt();
+        let parts = loop_of(&it).noise_gains().into_iter().zip(&at_rest(&it).sensed);
+        let expected = parts.map(|(gain, sensed)| (gain * sensed.rms).powi(2)).sum::<f64>().sqrt();
+        // Some thousand ticks of a noise that is remembered for some ten tell its rms to some percent.
+        assert!((found / expected - 1.0).abs() < 0.15, "{sets:?}: {found} A in the runs, {expected} A of the matrices");
+    }
+}
+
+/// What `run` tells is another noise: that of the law alone, shown coarse and fine counts of one and the same motion.
+/// With the plant's part in the loop left out it comes of the same matrices.
+#[test]
+fn noise_of_the_law_alone_is_that_of_a_recorded_run() {
+    let sets = ["reference.amplitude_rad=2.0", "reference.frequency_hz=2.3", "encoder.bits=14"];
+    let smooth = ["drive.uncertain_percent=50", "friction.coulomb_n_m=0", "friction.static_n_m=0"];
+    let mut it = experiment(scenario::MOTOR, &[&sets[..], &smooth].concat());
+    let law = LinearTick::of(at_rest(&it).law.as_ref(), true);
+    let dot = |row: &[f64], x: &[f64]| row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
+    // u of one impulse on the count; what is held is told alike to both.
+    let (mut memory, mut power) = (law.b.iter().map(|row| row[0]).collect::<Vec<f64>>(), law.d[0] * law.d[0]);
+    for _ in 0..2000 {
+        power += dot(&law.c, &memory).powi(2);
+        memory = law.a.iter().map(|row| dot(row, &memory)).collect();
+    }
+    let expected = power.sqrt() * at_rest(&it).sensed[0].rms;
+    let (trace, error) = it.run(&mut |_| ControlFlow::Continue(()));
+    assert_eq!(error, None);
+    let found = it.noise(&trace).expect("there is room for finer encoders").moving;
+    assert!((found / expected - 1.0).abs() < 0.15, "{found} A in the run, {expected} A of the matrices");
+}
+
+/// A valve that only opens has its limit where it rests: that is no part of the loop.
+#[test]
+fn a_limit_at_rest_changes_no_margin() {
+    let margins = |sets: &[&str]| loop_of(&experiment(scenario::CHAIN, sets)).margins().expect("a stable loop");
+    assert_eq!(margins(&["controller.limits={min=0.0, max=50.0}"]), margins(&[]));
+}
+
+/// Nobody holds the angle of a speed loop: it is no pole of it.
+#[test]
+fn a_speed_loop_is_stable_without_its_angle() {
+    let it =
+        loop_of(&experiment(RIGID, &["drive.mode=\"speed\"", "reference.kind=\"speed\"", "reference.speed_rad_s=20"]));
+    assert!(it.spectral_radius(1.0).expect("a radius") < 0.99);
+    assert!(it.margins().expect("margins").phase_deg.is_some_and(|phase| phase > 30.0));
+}
+
+/// Exit status, stdout, stderr.
+fn spoken(args: &[&str]) -> (u8, String, String) {
+    let (mut out, mut err) = (Vec::new(), Vec::new());
+    let stop = AtomicBool::new(false);
+    let console = Console { out: &mut out, err: &mut err, stop: &stop, terminal: false };
+    let status = host_sim::cli::run(["host-sim"].iter().chain(args).map(std::ffi::OsString::from), console);
+    let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
+    (status, text(out), text(err))
+}
+
+/// A folder of one test, gone when the test is over.
+struct Folder(std::path::PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("host-sim-design-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&path);
+        std::fs::create_dir_all(&path).expect("temporary folder");
+        Self(path)
+    }
+
+    fn file(&self, name: &str, text: &str) -> String {
+        std::fs::write(self.0.join(name), text).expect("temporary file");
+        self.0.join(name).display().to_string()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn every_kind_of_file_has_a_design() {
+    let folder = Folder::new("kinds");
+    let [paper, motor, joint, chain, own] =
+        scenario::STARTS.map(|(plant, text)| folder.file(&format!("{plant}.toml"), text));
+    let benchmark = folder.file("benchmark.toml", include_str!("../scenarios/fig01.toml"));
+    let speed = ["drive.mode=\"speed\"", "reference.kind=\"speed\"", "reference.speed_rad_s=20"];
+    let third =
+        "controller.observer=[{channel=2, order=3, bandwidth_rad_s=20.0}, {channel=4, order=3, bandwidth_rad_s=20.0}]";
+    for (file, sets) in [
+        (&motor, &[][..]),
+        (&motor, &["drive.uncertain_percent=50", "drive.delay_ticks=1", "motor.gear=[50, 1]"]),
+        (&motor, &["drive.observer_states=4", "encoder.bits=20", "drive.period_s=1e-4"]),
+        (&joint, &[]),
+        (&joint, &["drive.delay_ticks=1", "encoder.link.bits=12", "encoder.motor.bits=12"]),
+        (&joint, &["drive.period_s=2e-3", "joint.gear=[50, 1]", "encoder.motor.bits=14"]),
+        (&chain, &["controller.k_s=0.5", "controller.limits={max=3.0}", "controller.samples={max=[1, 1, 1]}"]),
+        (&chain, &["sensor.noise=[1e-4, 0, 0]", "sensor.delay_ticks=3", "sensor.jitter=0.5", "actuator.rate_per_s=10"]),
+        (&own, &[]),
+        (&paper, &["plant.reading=\"physical\""]),
+        (&paper, &["plant.reading=\"stiff\"", third]),
+        (&benchmark, &["controller.k_s=1"]),
+    ] {
+        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        let (code, out, err) = spoken(&[&["design", file], &sets[..]].concat());
+        assert_eq!((code, err.as_str()), (status::DONE, ""), "{sets:?}: {out}");
+        assert!(out.lines().count() <= 36, "{out}");
+        for part in ["decay asked", "decay got", "phase margin", "sensitivity peak", "limited by ", "suggested: "] {
+            assert!(out.contains(part), "{part} for {sets:?}: {out}");
+        }
+        assert!(!out.contains("NaN") && !out.contains("inf"), "{out}");
+    }
+    let sets: Vec<&str> = speed.iter().flat_map(|set| ["--set", set]).collect();
+    let motor_text = scenario::MOTOR.replace("amplitude_rad = 1.0", "#").replace("frequency_hz = 1.0", "#");
+    let motor = folder.file("speed.toml", &motor_text);
+    let (code, out, err) = spoken(&[&["design", &motor], &sets[..]].concat());
+    assert_eq!((code, err.as_str()), (status::DONE, ""), "{out}");
+}
+
+#[test]
+fn what_has_no_poles_and_what_is_wrong_is_told_with_its_place() {
+    let folder = Folder::new("refused");
+    let chain = folder.file("mine.toml", scenario::CHAIN);
+    for (set, expected) in [
+        ("actuator.hold_ticks=4", "controller.period_s = 0.004"),
+        ("sensor.delay_ticks=14", "a delay of up to 13 ticks"),
+        ("actuator.delay_ticks=41", "a delay of up to 40 ticks"),
+        ("controller.k_1=4", "did you mean `k_l`"),
+    ] {
+        let (code, out, err) = spoken(&["design", &chain, "--set", set]);
+        assert_eq!((code, out.as_str()), (status::BAD_INPUT, ""), "{set}: {err}");
+        assert!(err.contains(expected), "{set}: {err}");
+    }
+    let baseline = include_str!("../scenarios/fig01_baseline.toml");
+    let (code, _, err) = spoken(&["design", &folder.file("baseline.toml", baseline)]);
+    assert!(code == status::BAD_INPUT && err.contains("`controller.kind`: a law that switches has no poles"), "{err}");
+}
+
+/// k_l = 10 with two weak springs and a strong motor is known to run away.
+#[test]
+fn an_unstable_loop_is_a_result() {
+    let sets = ["controller.k_l=10", "plant.error.k2_x1=-0.5", "plant.error.k2_x3=-0.5", "plant.error.b=0.5"];
+    let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+    let (code, out, err) = spoken(&[&["design"], &sets[..]].concat());
+    assert_eq!((code, err.as_str()), (status::DONE, ""));
+    assert!(out.contains("spectral radius, so no margins") && !out.contains("phase margin  "), "{out}");
+}
+
+#[test]
+fn json_has_the_figures_of_the_table() {
+    let (code, out, _) = spoken(&["design", "--json"]);
+    assert_eq!(code, status::DONE);
+    let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    let phase = json["margins"]["phase_deg"].as_f64().expect("a phase");
+    let (_, table, _) = spoken(&["design"]);
+    let row = table.lines().find(|line| line.starts_with("phase margin")).expect("a row");
+    assert!(row.contains(&host_sim::report::number::significant(phase, 3)), "{row}: {phase}");
+    assert_eq!(json["noise"].as_array().map(Vec::len), Some(4));
+}
+
+#[test]
+fn a_run_ends_with_the_design_in_two_lines() {
+    let folder = Folder::new("run");
+    let (motor, to) = (folder.file("mine.toml", scenario::MOTOR), folder.0.join("o").display().to_string());
+    let (code, out, _) = spoken(&["run", &motor, "--set", "span_s=0.5", "--out", &to]);
+    assert_eq!(code, status::DONE);
+    assert_eq!(out.lines().filter(|line| line.starts_with("loop at rest: decay ")).count(), 1, "{out}");
+    assert_eq!(out.lines().filter(|line| line.starts_with("limited by ")).count(), 1, "{out}");
+    let baseline = folder.file("baseline.toml", include_str!("../scenarios/fig01_baseline.toml"));
+    let (code, out, _) =
+        spoken(&["run", &baseline, "--set", "span_s=0.5", "--set", "window_s=[0.1, 0.5]", "--out", &to]);
+    assert!(code == status::DONE && !out.contains("loop at rest"), "{out}");
+}
+
+/// Every scenario of docs/bandwidth.md with the output that stands below it; `GOLDEN=write` writes it anew.
+#[test]
+fn the_page_from_bandwidth_to_gains_shows_what_the_command_says() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/bandwidth.md");
+    let page = std::fs::read_to_string(path).expect("the page");
+    let folder = Folder::new("page");
+    let (mut shown, mut rest, mut commands) = (String::new(), page.as_str(), 0);
+    let mut scenario = None;
+    while let Some((before, after)) = rest.split_once("```") {
+        let (block, after) = after.split_once("\n```").expect("the end of a block");
+        shown += before;
+        if let Some(text) = block.strip_prefix("toml\n") {
+            scenario = Some(text);
+        }
+        match block.strip_prefix("text\n$ host-sim design ").and_then(|block| block.split_once('\n')) {
+            Some((name, _)) => {
+                let file = folder.file(name, scenario.expect("a scenario above"));
+                let (code, out, err) = spoken(&["design", &file]);
+                assert_eq!((code, err.as_str()), (status::DONE, ""));
+                shown.extend(["```text\n$ host-sim design ", name, "\n", out.trim_end(), "\n```"]);
+                commands += 1;
+            }
+            None => shown.extend(["```", block, "\n```"]),
+        }
+        rest = after;
+    }
+    shown += rest;
+    assert_eq!(commands, 2, "a motor and a joint");
+    if std::env::var_os("GOLDEN").is_some() {
+        std::fs::write(path, &shown).expect("the page");
+    } else if let Some((line, (found, said))) = page.lines().zip(shown.lines()).enumerate().find(|(_, (a, b))| a != b) {
+        panic!(
+            "line {} of docs/bandwidth.md is {found:?}, the command says {said:?}: GOLDEN=write cargo test",
+            line + 1
+        );
+    }
+}

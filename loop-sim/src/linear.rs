@@ -1,0 +1,206 @@
+//! A loop at rest as matrices: what poles, margins and noise are computed of.
+//!
+//! With s what the law remembers, y its sample, u what it asks for, h what it is told that the actuator holds, x the
+//! state of the plant and v what the plant feels over one period T, small changes from rest obey
+//!
+//! $$ s^+ = A s + B y + E h, \qquad u = C s + D y, \qquad x^+ = \Phi x + \Gamma v $$
+//!
+//! No formula of a law or of a plant is written here. [`LinearTick`] is the very tick, in f64, with every number a
+//! little up and a little down, and half of the difference; [`LinearPlant`] likewise is the plant under the solver of
+//! the runs. A count can only change by whole steps: the encoder is taken so fine that one step is small. At a rest of
+//! zeros nothing is rounded away however small the change is, so the entries are exact to the last digits; at another
+//! rest (the benchmark's u = -1) to 1e-10.
+
+use std::iter;
+
+use controller_core::{ControlLaw, Output, Real, Words};
+
+use crate::plant::Plant;
+use crate::solver::{self, SolverError};
+
+/// A change about a rest of zeros, where only products are rounded.
+const TINY: f64 = 1.0 / (1_u64 << 36) as f64;
+/// About any other rest: half of the digits for the change, half for what it does.
+const SMALL: f64 = 1.0 / (1_u64 << 20) as f64;
+
+/// A law in f64 that stands at rest, as a map of numbers. A sample is states, or angles in rad where there are
+/// encoders.
+pub trait LawAtRest: Send {
+    /// How small a change of each number of the memory, and then of the sample, may be; 0 for any.
+    fn steps(&self) -> Vec<f64>;
+
+    /// What it remembers, and u.
+    fn rest(&self) -> (Vec<f64>, f64);
+
+    /// One tick, from a memory to the next, and u. `held` is what it is told that the actuator holds, if it is told.
+    fn tick(&self, memory: &[f64], sample: &[f64], held: Option<f64>) -> (Vec<f64>, f64);
+}
+
+/// Any [`ControlLaw`] in f64 as such a map.
+pub struct Still<L: ControlLaw, S> {
+    law: L,
+    sample: S,
+    inputs: usize,
+    /// Rad per count of each encoder; empty for a law that reads states.
+    units_rad: Vec<f64>,
+    /// Words of its state that are whole numbers, and then the others as numbers.
+    whole: Vec<u32>,
+    numbers: Vec<f64>,
+    u: f64,
+}
+
+impl<L: ControlLaw<Scalar = f64, Output = Output<f64>>, S: Fn(&[f64]) -> L::Sample> Still<L, S> {
+    /// A law that has ticked at rest with a sample of zeros. `sample` makes one of numbers: of `inputs` states, or of
+    /// the counts of encoders, one for each entry of `units_rad`. `None` if it does not start there.
+    pub fn new(law: L, inputs: usize, units_rad: Vec<f64>, sample: S) -> Option<Self> {
+        let zeros = vec![0.0; inputs];
+        let mut state = law.start(&sample(&zeros))?;
+        let mut u = 0.0;
+        // The first tick after a start has none before it.
+        for _ in 0..3 {
+            u = law.tick(&mut state, &sample(&zeros)).u;
+            L::report_applied(&mut state, u);
+        }
+        // A flag; with encoders the count of the last sample and that since the base, of each, and the turn.
+        let flags = if units_rad.is_empty() { 1 } else { 2 + 2 * units_rad.len() };
+        let words: Vec<u32> = state.words().collect();
+        let (whole, rest) = words.split_at(flags);
+        let numbers = rest.chunks_exact(2).map(|pair| f64::from_words([pair[0], pair[1]])).collect();
+        Some(Self { sample, inputs, whole: whole.to_vec(), numbers, u, law, units_rad })
+    }
+}
+
+impl<L, S> LawAtRest for Still<L, S>
+where
+    L: ControlLaw<Scalar = f64, Output = Output<f64>> + Send,
+    S: Fn(&[f64]) -> L::Sample + Send,
+{
+    fn steps(&self) -> Vec<f64> {
+        let numbers = iter::repeat_n(0.0, self.numbers.len());
+        let sample = if self.units_rad.is_empty() { vec![0.0; self.inputs] } else { self.units_rad.clone() };
+        self.units_rad.iter().copied().chain(numbers).chain(sample).collect()
+    }
+
+    fn rest(&self) -> (Vec<f64>, f64) {
+        (self.units_rad.iter().map(|_| 0.0).chain(self.numbers.iter().copied()).collect(), self.u)
+    }
+
+    fn tick(&self, memory: &[f64], sample: &[f64], held: Option<f64>) -> (Vec<f64>, f64) {
+        let encoders = self.units_rad.len();
+        let counts = |angles: &[f64]| -> Vec<f64> {
+            angles.iter().zip(&self.units_rad).map(|(angle, unit)| libm::round(angle / unit)).collect()
+        };
+        let (last, numbers) = memory.split_at(encoders);
+        let mut words = self.whole.clone();
+        for (i, count) in counts(last).into_iter().enumerate() {
+            let count = count as i32 as u32;
+            (words[1 + i], words[1 + encoders + i]) = (count, count);
+        }
+        words.extend(numbers.iter().flat_map(|number| number.to_words()));
+        let Some(mut state) = L::State::from_words(&mut words.into_iter()) else {
+            unreachable!("finite numbers in the order of the words of a state are a state");
+        };
+        let counted = counts(sample);
+        let u = self.law.tick(&mut state, &(self.sample)(if encoders > 0 { &counted } else { sample })).u;
+        if let Some(held) = held {
+            L::report_applied(&mut state, held);
+        }
+        let words: Vec<u32> = state.words().collect();
+        let last = self.units_rad.iter().enumerate().map(|(i, unit)| f64::from(words[1 + i] as i32) * unit);
+        let pairs = words[self.whole.len()..].chunks_exact(2);
+        (last.chain(pairs.map(|pair| f64::from_words([pair[0], pair[1]]))).collect(), u)
+    }
+}
+
+/// Rows of numbers.
+pub type Matrix = Vec<Vec<f64>>;
+
+/// A, B, C, D, E of the module's head.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearTick {
+    /// A: what each number of the memory makes of each, row by row.
+    pub a: Matrix,
+    /// B: what the sample makes of them.
+    pub b: Matrix,
+    /// C.
+    pub c: Vec<f64>,
+    /// D.
+    pub d: Vec<f64>,
+    /// E; zeros for a law that is not told.
+    pub e: Vec<f64>,
+    /// u at rest.
+    pub u: f64,
+}
+
+impl LinearTick {
+    /// Of a law at rest, which `is_told` what is held, or not.
+    pub fn of(law: &dyn LawAtRest, is_told: bool) -> Self {
+        let (rest, u) = law.rest();
+        let (steps, order) = (law.steps(), rest.len());
+        let inputs = steps.len() - order;
+        let sample = vec![0.0; inputs];
+        let free = if u == 0.0 && rest.iter().all(|number| *number == 0.0) { TINY } else { SMALL };
+        let column = |j: usize| -> (Vec<f64>, f64) {
+            let step = steps.get(j).copied().filter(|step| *step > 0.0).unwrap_or(free);
+            let moved = |step: f64| {
+                let (mut memory, mut sample, mut held) = (rest.clone(), sample.clone(), u);
+                match j {
+                    j if j < order => memory[j] += step,
+                    j if j < order + inputs => sample[j - order] += step,
+                    _ => held += step,
+                }
+                law.tick(&memory, &sample, is_told.then_some(held))
+            };
+            let ((up, u_up), (down, u_down)) = (moved(step), moved(-step));
+            let slope = |up: f64, down: f64| (up - down) / (2.0 * step);
+            (up.iter().zip(&down).map(|(up, down)| slope(*up, *down)).collect(), slope(u_up, u_down))
+        };
+        let columns: Vec<_> = (0..=order + inputs).map(column).collect();
+        let rows = |range: std::ops::Range<usize>| {
+            (0..order).map(|i| columns[range.clone()].iter().map(|(column, _)| column[i]).collect()).collect()
+        };
+        let of_u = |range: std::ops::Range<usize>| columns[range].iter().map(|(_, u)| *u).collect();
+        let e = if is_told { columns[order + inputs].0.clone() } else { vec![0.0; order] };
+        Self {
+            a: rows(0..order),
+            b: rows(order..order + inputs),
+            c: of_u(0..order),
+            d: of_u(order..order + inputs),
+            e,
+            u,
+        }
+    }
+}
+
+/// Φ and Γ of the module's head.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearPlant {
+    /// Φ: what each state makes of each in one period, row by row.
+    pub phi: Matrix,
+    /// Γ: what a unit of input, held over the period, makes of each.
+    pub gamma: Vec<f64>,
+}
+
+impl LinearPlant {
+    /// Of a plant at x = 0 under the u that holds it there, from t = 0 over one period.
+    ///
+    /// # Errors
+    /// When it cannot be integrated.
+    pub fn of(plant: &dyn Plant, u: f64, period_s: f64) -> Result<Self, SolverError> {
+        let n = plant.order();
+        let step = if u == 0.0 { TINY } else { SMALL };
+        let column = |j: usize| -> Result<Vec<f64>, SolverError> {
+            let moved = |step: f64| {
+                let mut x = vec![0.0; n];
+                let mut u = u;
+                *x.get_mut(j).unwrap_or(&mut u) += step;
+                solver::advance(plant, 0.0, period_s, u, &mut x).map(|()| x)
+            };
+            let (up, down) = (moved(step)?, moved(-step)?);
+            Ok(up.iter().zip(down).map(|(up, down)| (up - down) / (2.0 * step)).collect())
+        };
+        let columns = (0..=n).map(column).collect::<Result<Vec<_>, _>>()?;
+        let phi = (0..n).map(|i| columns[..n].iter().map(|column| column[i]).collect()).collect();
+        Ok(Self { phi, gamma: columns[n].clone() })
+    }
+}

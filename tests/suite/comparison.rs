@@ -1,0 +1,77 @@
+//! Is the comparison what it says: does it run, give the same twice, and come out as theory has it?
+
+use host_sim::compare::{Bench, Settings, compare, contenders};
+use integration_tests::program::{Folder, host_sim};
+use serde_json::Value;
+
+fn quick(folder: &Folder, file: &str, seed: &str) -> Value {
+    let out = folder.path(seed);
+    let args = ["compare", file, "--evaluations", "3", "--noise", "0.1", "--seed", seed, "--out", &out, "--json"];
+    let spoken = host_sim(&args);
+    assert_eq!(spoken.status, 0, "{spoken:?}");
+    for name in ["compare.png", "compare.svg", "compare.json"] {
+        assert!(std::fs::metadata(format!("{out}/{name}")).is_ok_and(|file| file.len() > 1000), "{name}");
+    }
+    serde_json::from_str(&spoken.out).expect("JSON")
+}
+
+#[test]
+fn the_same_seed_gives_the_same_comparison() {
+    let folder = Folder::new("compare");
+    let file = folder.path("motor.toml");
+    std::fs::write(&file, scenario::MOTOR).expect("a file");
+    let one = quick(&folder, &file, "5");
+    assert_eq!(one, quick(&folder, &file, "5"));
+    assert_ne!(one["entries"], quick(&folder, &file, "6")["entries"]);
+    let laws: Vec<&str> =
+        one["entries"].as_array().expect("rows").iter().filter_map(|row| row["law"].as_str()).collect();
+    assert_eq!(
+        laws,
+        [
+            "ours, two gain sets",
+            "ours, one gain set",
+            "LQG, disturbance states",
+            "LQI",
+            "ADRC with model",
+            "super-twisting",
+            "P-PI"
+        ]
+    );
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused_with_its_reason() {
+    let folder = Folder::new("compare-refused");
+    let file = folder.path("file.toml");
+    let refused = |text: &str, more: &[&str], why: &str| {
+        std::fs::write(&file, text).expect("a file");
+        let out = folder.path("out");
+        let spoken = host_sim(&[&["compare", &file, "--out", &out], more].concat());
+        assert!(spoken.status == 2 && spoken.err.contains(why), "{spoken:?}");
+        assert!(std::fs::metadata(&out).is_err(), "something was written");
+    };
+    refused(scenario::DEFAULT, &[], "neither [joint] nor [motor]");
+    refused(scenario::MOTOR, &["--noise=-1"], "--noise");
+    refused(scenario::MOTOR, &["--set", "motor.inertia=1"], "inertia");
+    let speed = ["--set", "drive.mode=\"speed\"", "--set", "reference={kind=\"speed\", speed_rad_s=2}"];
+    refused(scenario::MOTOR, &speed, "position");
+}
+
+/// Of a rigid shaft with one encoder a P-PI is as good, one gain set is a linear law among others, and two halve the
+/// load. With a few evaluations around the guesses of the rules.
+#[test]
+fn one_gain_set_is_a_linear_law_among_others_and_two_are_stiffer() {
+    let bench = Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file");
+    let settings = Settings { evaluations: 20, seed: 1, noise_a: vec![0.1], threads: 2 };
+    let entries = compare(&bench, &contenders(&bench), &settings, &|| ());
+    let of = |law: &str| entries.iter().find(|entry| entry.law == law).expect("a row");
+    let (two, one, cascade) = (of("ours, two gain sets"), of("ours, one gain set"), of("P-PI"));
+    for entry in &entries {
+        println!("{}: {:.2} {:?}", entry.law, entry.cost, entry.figures);
+    }
+    assert!(two.figures.load_rad < 0.75 * one.figures.load_rad);
+    for linear in [one, cascade, of("LQG, disturbance states"), of("ADRC with model")] {
+        let off = (linear.figures.load_rad / one.figures.load_rad).log2().abs();
+        assert!(off < 1.0 && linear.figures.unstable == 0, "{}", linear.law);
+    }
+}
