@@ -1091,3 +1091,52 @@ where
         hash(head.chain(sensors).chain(self.numbers().flat_map(Real::to_words)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::drive::{Encoder, Joint, JointDesign, JointDrive, Position, Target};
+    use crate::running::Words as _;
+
+    /// Both ways through a tick, from the same state, on counts that go over whole turns, that jump and that are lost:
+    /// every bit of what goes out and of what is remembered.
+    #[test]
+    fn the_rare_way_gives_an_ordinary_tick_the_same_bits() {
+        let encoders = [Encoder::absolute(20); 2];
+        let design = JointDesign::new(1e-3, Joint::TABLE_I, encoders, Limits::symmetric(30.0), 1.3);
+        let law = JointDrive::<f32, Position, 1, 1>::design(&design);
+        let mut seed = 1_u64;
+        let mut noise = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 33) as i32
+        };
+        let (mut ordinary, mut state) = (0, None);
+        for tick in 0..20_000 {
+            // To and fro over four turns.
+            let angle = 4.0 * core::f64::consts::TAU * libm::sin(1e-3 * f64::from(tick));
+            let count = (angle / core::f64::consts::TAU * 1_048_576.0) as i32;
+            let mut counts = [0, 1].map(|_| Some(count + noise() % 3));
+            match noise() % 100 {
+                0 => counts[0] = None,
+                1 => counts[1] = None,
+                2 => counts[1] = Some(noise()),
+                _ => {}
+            }
+            let target = Target { turn: 0, jet: [angle as f32, 0.0, 0.0, 0.0] };
+            let sample = Sample { counts, begin: target, end: target };
+            if state.is_none() {
+                state = law.start(&sample);
+            }
+            let Some(state) = &mut state else { continue };
+            let mut other = state.clone();
+            ordinary += usize::from(!state.fresh && law.observe(&mut other.clone(), &counts).is_some());
+            let (output, by_rest) = (law.tick(state, &sample), law.rest(&mut other, &sample));
+            let bits = |out: &Output<f32>| [out.u, out.sigma, out.sigma_star].map(f32::to_bits);
+            assert_eq!((bits(&output), output.health), (bits(&by_rest), by_rest.health), "tick {tick}");
+            assert!(state.words().eq(other.words()), "tick {tick}: {state:?}, {other:?}");
+        }
+        let turn = state.map(|state| state.turn);
+        assert!(ordinary > 15_000 && ordinary < 19_990, "{ordinary} ordinary ticks, turn {turn:?}");
+    }
+}
