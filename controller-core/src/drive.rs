@@ -47,6 +47,7 @@
 
 mod block;
 mod chain;
+mod converted;
 mod encoder;
 mod error;
 mod full_state;
@@ -60,7 +61,9 @@ mod target;
 mod trigonometry;
 
 pub use chain::{ChainModel, map_error};
-pub use encoder::Encoder;
+#[doc(hidden)]
+pub use converted::NumberName;
+pub use encoder::{Encoder, Mounting};
 pub use error::DriveError;
 pub use full_state::{FullState, FullStateMemory, Measured};
 pub use joint::{Joint, JointBandwidths, JointDesign, JointDrive, JointModel};

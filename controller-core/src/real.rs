@@ -75,6 +75,12 @@ pub trait Sealed: Sized {
         self
     }
 
+    /// What follows belongs to this encoder or channel, from 1, likewise: a loop's next turn is told from this one.
+    #[inline(always)]
+    fn channel(channel: usize) {
+        let _ = channel;
+    }
+
     /// Here a group of equations begins, likewise.
     #[inline(always)]
     fn section(title: &'static str) {

@@ -19,6 +19,8 @@ use crate::remote::instance_of;
 use controller_core::{LAYOUT, Limits};
 
 mod archive;
+mod c99;
+mod drive;
 mod rust;
 mod standalone;
 
@@ -59,9 +61,11 @@ pub fn warnings(experiment: &Experiment) -> Vec<String> {
 /// # Errors
 /// What cannot be exported, and what to change.
 pub fn text(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Result<String, String> {
+    if let Some(drive) = &experiment.drive {
+        return drive::text(drive, &warnings(experiment), source, form);
+    }
     let (Some(spec), Some(download)) = (&experiment.spec, &experiment.download) else {
         return Err(match &experiment.spec {
-            _ if experiment.drive.is_some() => "a drive is not exported yet; host-sim run simulates it".into(),
             None => "the baseline is not exported; set controller.kind=proposed".into(),
             Some(spec) if matches!(spec.model, Model::Formulas { .. }) => formulas_stay_here(spec),
             Some(_) => "an exported controller computes in f32; set controller.precision=f32".into(),
@@ -120,40 +124,28 @@ impl Exported<'_> {
         pil_wire::design_hash(instance_of(self.download), &self.download.numbers)
     }
 
-    /// Opens the include guard of a C file. It carries the design: the same file twice is one, two designs of one
-    /// prefix are an error, after which the compiler shows where the other one comes from.
-    fn guard(&self, guard: &str, prefix: &str) -> String {
-        let hash = format!("{:#010x}u", self.design_hash());
-        format!(
-            "#ifdef {guard}
-#if {guard} != {hash}
-#error \"two designs with the prefix {prefix}, {hash} here and {guard} before: export one with another --prefix\"
-#define {guard} {hash}
-#endif
-#else
-#define {guard} {hash}
-"
-        )
-    }
-
-    /// Where the file comes from, line by line: every line may stand in a comment of C and of Rust.
     fn origin(&self) -> String {
-        let Source { file, text, sets } = self.source;
-        let mut origin = String::new();
-        for warning in &self.warnings {
-            let _ = writeln!(origin, "Warning of the design: {warning}");
-        }
-        let _ = writeln!(origin, "Design {:#010x} (CRC-32, the one a target reports).", self.design_hash());
-        for set in *sets {
-            let _ = writeln!(origin, "Changed by --set {set}");
-        }
-        let checksum = pil_wire::checksum(text.as_bytes());
-        let _ = writeln!(origin, "Scenario {file} (CRC-32 {checksum:#010x}):\n");
-        for line in text.lines() {
-            let _ = writeln!(origin, "    {line}");
-        }
-        harmless(&origin)
+        let hash = format!("Design {:#010x} (CRC-32, the one a target reports).", self.design_hash());
+        origin(self.source, &self.warnings, &hash)
     }
+}
+
+/// Where a file comes from, line by line: every line may stand in a comment of C and of Rust.
+fn origin(Source { file, text, sets }: &Source<'_>, warnings: &[String], hash: &str) -> String {
+    let mut origin = String::new();
+    for warning in warnings {
+        let _ = writeln!(origin, "Warning of the design: {warning}");
+    }
+    let _ = writeln!(origin, "{hash}");
+    for set in *sets {
+        let _ = writeln!(origin, "Changed by --set {set}");
+    }
+    let checksum = pil_wire::checksum(text.as_bytes());
+    let _ = writeln!(origin, "Scenario {file} (CRC-32 {checksum:#010x}):\n");
+    for line in text.lines() {
+        let _ = writeln!(origin, "    {line}");
+    }
+    harmless(&origin)
 }
 
 /// A text as it may stand in any comment: nothing in it ends the comment, opens another or turns the direction of

@@ -110,9 +110,9 @@ const INSTANCES: [Instance; 12] = [
 ];
 
 /// What C compilers of today accept without a word.
-const STRICT: [&str; 6] = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wshadow"];
+pub(super) const STRICT: [&str; 6] = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wshadow"];
 /// As firmware is built; nothing is linked that is not in the two files.
-const CORTEX_M4F: [&str; 7] = [
+pub(super) const CORTEX_M4F: [&str; 7] = [
     "-mcpu=cortex-m4",
     "-mthumb",
     "-mfpu=fpv4-sp-d16",
@@ -123,14 +123,14 @@ const CORTEX_M4F: [&str; 7] = [
 ];
 
 /// Tests run side by side: each has its own.
-fn folder(name: &str) -> PathBuf {
+pub(super) fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("export").join(name);
     fs::create_dir_all(&folder).expect("a folder for exported files");
     folder
 }
 
 /// Exports a scenario, and returns the file's path.
-fn exported(folder: &Path, name: &str, scenario: &str, form: &[&str]) -> PathBuf {
+pub(super) fn exported(folder: &Path, name: &str, scenario: &str, form: &[&str]) -> PathBuf {
     let file = folder.join(name);
     let from = folder.join(format!("{name}.toml"));
     fs::write(&from, scenario).expect("a scenario");
@@ -141,7 +141,7 @@ fn exported(folder: &Path, name: &str, scenario: &str, form: &[&str]) -> PathBuf
     file
 }
 
-fn plain(path: &Path) -> &str {
+pub(super) fn plain(path: &Path) -> &str {
     path.to_str().expect("a plain path")
 }
 
@@ -152,7 +152,7 @@ fn download(scenario: &str) -> Download {
 }
 
 /// Runs a compiler on a file that must give no warning.
-fn compile(compiler: &str, options: &[&str], file: &Path, program: &Path) {
+pub(super) fn compile(compiler: &str, options: &[&str], file: &Path, program: &Path) {
     let output = Command::new(compiler).args(options).arg(file).arg("-o").arg(program).output();
     let output = output.unwrap_or_else(|error| {
         panic!("no C compiler `{compiler}` ({error}); on Debian: apt-get install gcc g++ gcc-arm-none-eabi");
@@ -190,19 +190,19 @@ struct Run {
 
 /// Where the driver runs.
 #[derive(Clone, Copy, PartialEq)]
-enum Place {
+pub(super) enum Place {
     Here,
     /// On the emulated STM32F405: reset, FPU on, requests and answers through the emulator's semihosting.
     Chip,
 }
 
 /// Reads with `receive`, answers with `send`; both say how many bytes.
-const ON_THE_HOST: &str = "
+pub(super) const ON_THE_HOST: &str = "
 #include <stdio.h>
 static size_t receive(void *to, size_t bytes) { return fread(to, 1, bytes, stdin); }
 static void send(const void *from, size_t bytes) { fwrite(from, 1, bytes, stdout); }
 ";
-const ON_THE_CHIP: &str = "
+pub(super) const ON_THE_CHIP: &str = "
 #include <stddef.h>
 #include <stdint.h>
 int main(void);
@@ -341,7 +341,7 @@ fn numbers(words: &[u32], count: usize, gated: usize) -> Vec<f32> {
 }
 
 /// Numbers that a sample is seldom made of.
-const EDGES: [f32; 20] = [
+pub(super) const EDGES: [f32; 20] = [
     f32::NAN,
     f32::INFINITY,
     f32::NEG_INFINITY,
@@ -492,14 +492,14 @@ where
 }
 
 /// Compiles a program that includes exported files, runs it, and gives the words it answers.
-fn answers(folder: &Path, program_text: &str, optimised: &str, asked: &[u8], place: Place) -> Vec<u32> {
+pub(super) fn answers(folder: &Path, program_text: &str, options: &[&str], asked: &[u8], place: Place) -> Vec<u32> {
     let source = folder.join("driver.c");
     fs::write(&source, program_text).expect("the driver");
     fs::write(folder.join("IN"), asked).expect("the requests");
     let program = folder.join("program");
     let answered = match place {
         Place::Here => {
-            compile("cc", &[&STRICT[..], &[optimised]].concat(), &source, &program);
+            compile("cc", &[&STRICT[..], options].concat(), &source, &program);
             let requests = File::open(folder.join("IN")).expect("the requests");
             let ran = Command::new(&program).stdin(requests).output().expect("the program runs");
             assert!(ran.status.success(), "{}: {}", folder.display(), ran.status);
@@ -510,7 +510,7 @@ fn answers(folder: &Path, program_text: &str, optimised: &str, asked: &[u8], pla
             fs::write(&layout, CHIP_LAYOUT).expect("the layout");
             compile(
                 "arm-none-eabi-gcc",
-                &[&STRICT[..], &CORTEX_M4F, &[optimised, "-T", plain(&layout)]].concat(),
+                &[&STRICT[..], &CORTEX_M4F, options, &["-T", plain(&layout)]].concat(),
                 &source,
                 &program,
             );
@@ -535,7 +535,7 @@ fn compare(name: &str, scenario: &str, run: &Run, place: Place) {
     let folder = folder(if place == Place::Here { "here" } else { "chip" }).join(name);
     fs::create_dir_all(&folder).expect("a folder");
     let exported = exported(&folder, &format!("{name}.h"), scenario, &["--standalone"]);
-    let answered = answers(&folder, &driver(run, plain(&exported), place), "-O2", &run.asked, place);
+    let answered = answers(&folder, &driver(run, plain(&exported), place), &["-O2"], &run.asked, place);
     held_together(name, &answered, &run.answers, run.words);
     fs::remove_dir_all(&folder).expect("the folder goes");
 }
@@ -628,7 +628,7 @@ fn compare_shapes(place: Place) {
     let folder = folder(if place == Place::Here { "shapes-here" } else { "shapes-chip" });
     let transfer = if place == Place::Here { ON_THE_HOST } else { ON_THE_CHIP };
     // A hundred ticks in one program: the compiler may leave them as they stand.
-    let answered = answers(&folder, &[transfer, program].concat(), "-O1", asked, place);
+    let answered = answers(&folder, &[transfer, program].concat(), &["-O1"], asked, place);
     held_together("shapes", &answered, expected, WORDS);
     fs::remove_dir_all(&folder).expect("the folder goes");
 }
@@ -760,7 +760,7 @@ int main(void)
 }
 
 /// What a compiler says that must not take a file.
-fn refusal(compiler: &str, options: &[&str], file: &Path) -> String {
+pub(super) fn refusal(compiler: &str, options: &[&str], file: &Path) -> String {
     let output = Command::new(compiler).args(options).args(["-fsyntax-only", plain(file)]).output();
     let output = output.unwrap_or_else(|error| panic!("no C compiler `{compiler}` ({error})"));
     assert!(!output.status.success(), "{compiler} {options:?} takes {}", file.display());

@@ -15,6 +15,7 @@ mod drive_motor;
 mod drive_replay;
 mod emulator;
 mod export;
+mod export_drive;
 mod figures;
 mod formula;
 mod frames;

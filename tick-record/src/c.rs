@@ -213,7 +213,7 @@ impl<'a> Text<'a> {
             _ => false,
         };
         let known = self.record.values.iter().filter(bare).filter_map(|value| value.name.clone());
-        let parameters = ["state", "x", "output", "estimates", "d_hat"].map(String::from);
+        let parameters = ["state", "x", "sample", "between", "output", "estimates", "d_hat"].map(String::from);
         let mut taken: HashSet<String> = known.chain(parameters).collect();
         for &id in steps {
             let Some(name) = wanted.get(&id) else { continue };
@@ -277,8 +277,10 @@ impl<'a> Text<'a> {
             if let Some(name) = self.local.get(value).cloned() {
                 if *section != self.section {
                     self.section = section;
-                    self.lines.push_str(if self.lines.ends_with("{\n") { "" } else { "\n" });
-                    self.line(depth, &format!("/* {section} */"));
+                    if !section.is_empty() {
+                        self.lines.push_str(if self.lines.ends_with("{\n") { "" } else { "\n" });
+                        self.line(depth, &format!("/* {section} */"));
+                    }
                 }
                 self.statement(*value, &name, depth);
             }
@@ -338,8 +340,10 @@ impl<'a> Text<'a> {
                 })
             }
         };
-        for (port, id) in given().filter(|(port, _)| matches!(port.role, Role::Output | Role::Estimate(..))) {
-            let (place, value) = ((self.function.place)(port), self.shown(id));
+        let goes_out = |port: &Port| matches!(port.role, Role::Between | Role::Output | Role::Estimate(..));
+        for (port, id) in given().filter(|(port, _)| goes_out(port)) {
+            let place = (self.function.place)(port);
+            let value = if port.kind == Kind::Count { self.signed(id) } else { self.shown(id) };
             self.line(depth, &format!("{place} = {value};"));
         }
 
@@ -415,6 +419,16 @@ impl<'a> Text<'a> {
         if let Some(returned) = returned {
             self.line(depth, &format!("return {returned};"));
         }
+    }
+
+    /// A count as the number with a sign that it is in two's complement. Not by a conversion to int32_t: that is for
+    /// the compiler to define.
+    fn signed(&mut self, id: Id) -> String {
+        if let Op::CountOf(count) = self.op(id) {
+            return (count as i32).to_string();
+        }
+        let count = self.part(id);
+        format!("({count} < 0x80000000u) ? (int32_t){count} : (-(int32_t)(0xffffffffu - {count}) - 1)")
     }
 
     fn flag(&mut self, port: &Port, id: Id) -> Option<String> {

@@ -17,7 +17,7 @@ pub trait Recorded: ControlLaw<Scalar = Symbol> + 'static {
     fn state_names() -> Vec<String>;
 
     /// The sample, taken from the inputs.
-    fn sample(recorder: &Recorder) -> Self::Sample;
+    fn sample(&self, recorder: &Recorder) -> Self::Sample;
 
     /// Puts an output among the results.
     fn put_output(recorder: &Recorder, output: &Self::Output);
@@ -71,63 +71,104 @@ pub fn functions<D: Recorded>(design: &dyn Fn(&Recorder) -> (D, D::Guess)) -> Fu
 }
 
 fn all(design: &dyn Fn(&Recorder) -> Rc<dyn Law>, words: &Words) -> Functions {
-    // The law is made once for each record: its constants are the same on every way.
-    let record = |f: &dyn Fn(&Recorder, &Rc<dyn Law>)| {
-        let law = OnceCell::new();
-        every_way(&mut |recorder| f(recorder, law.get_or_init(|| design(recorder))))
-    };
-    let running = |during: &dyn Fn(&Recorder, &mut Running<Erased>)| {
-        record(&|recorder, law| {
-            let started = recorder.truth(STARTED, Role::State);
-            let before = words.take(recorder);
-            REPORT_APPLIED.set(Some(law.report_applied()));
-            let mut running = Running::new(Erased { law: law.clone(), given: RefCell::new(None) });
-            if started {
-                running.design().given.replace(Some(before.clone()));
-                running.tick(&());
-                running.design().given.replace(None);
-            }
-            during(recorder, &mut running);
-            running.design().given.replace(Some(Vec::new()));
-            let after = running.estimates();
-            match (started, &after) {
-                (_, Some(after)) => words.put(recorder, after),
-                (true, None) => words.put(recorder, &vec![0; before.len()]),
-                (false, None) => words.put(recorder, &before),
-            }
-            recorder.put_truth(STARTED, Role::State, after.is_some());
-        })
-    };
+    let Around { start, not_started, report_applied, estimates, reset } = Around::of(design, words);
     Functions {
-        state: words.kept().map(|(word, _)| word.clone()).chain([port(STARTED, Role::State, Kind::Truth)]).collect(),
-        start: record(&|recorder, law| {
-            let started = recorder.truth(STARTED, Role::State);
-            let before = words.take(recorder);
-            let state = law.start(recorder);
-            words.put(recorder, state.as_ref().unwrap_or(&before));
-            recorder.put_truth(STARTED, Role::State, started || state.is_some());
-            recorder.put_truth(ANSWER, Role::Answer, state.is_some());
-        }),
-        tick: record(&|recorder, law| {
+        state: words.ports(),
+        start,
+        tick: recorded(design, &|recorder, law| {
             let mut state = words.take(recorder);
             law.tick(recorder, &mut state);
             words.put(recorder, &state);
         }),
-        not_started: record(&|recorder, law| law.not_started(recorder)),
-        running: running(&|_, running| running.tick(&())),
-        report_applied: running(&|recorder, running| {
-            let u = recorder.number("u", Role::Argument);
-            let taken = running.report_applied(u);
-            recorder.put_truth(ANSWER, Role::Answer, taken);
-        }),
-        estimates: running(&|recorder, running| {
-            let known = running.estimates().is_some();
-            if !known {
-                running.design().law.no_estimates(recorder);
-            }
-            recorder.put_truth(ANSWER, Role::Answer, known);
-        }),
-        reset: running(&|_, running| running.reset()),
+        not_started,
+        running: running(design, words, &|_, running| running.tick(&())),
+        report_applied,
+        estimates,
+        reset,
+    }
+}
+
+/// Records a function of a law, which is made once: its constants are the same on every way.
+pub(crate) fn recorded<L>(design: &dyn Fn(&Recorder) -> L, f: &dyn Fn(&Recorder, &L)) -> Record {
+    let law = OnceCell::new();
+    every_way(&mut |recorder| f(recorder, law.get_or_init(|| design(recorder))))
+}
+
+/// Records what is done with a running law.
+fn running(
+    design: &dyn Fn(&Recorder) -> Rc<dyn Law>,
+    words: &Words,
+    during: &dyn Fn(&Recorder, &mut Running<Erased>),
+) -> Record {
+    recorded(design, &|recorder, law| {
+        let started = recorder.truth(STARTED, Role::State);
+        let before = words.take(recorder);
+        REPORT_APPLIED.set(Some(law.report_applied()));
+        let mut running = Running::new(Erased { law: law.clone(), given: RefCell::new(None) });
+        if started {
+            running.design().given.replace(Some(before.clone()));
+            running.tick(&());
+            running.design().given.replace(None);
+        }
+        during(recorder, &mut running);
+        running.design().given.replace(Some(Vec::new()));
+        let after = running.estimates();
+        match (started, &after) {
+            (_, Some(after)) => words.put(recorder, after),
+            (true, None) => words.put(recorder, &vec![0; before.len()]),
+            (false, None) => words.put(recorder, &before),
+        }
+        recorder.put_truth(STARTED, Role::State, after.is_some());
+    })
+}
+
+/// What is around the ticks of a law.
+pub(crate) struct Around {
+    pub(crate) start: Record,
+    pub(crate) not_started: Record,
+    pub(crate) report_applied: Record,
+    pub(crate) estimates: Record,
+    pub(crate) reset: Record,
+}
+
+/// Records what is around the ticks of a law, with all words of its state.
+pub(crate) fn around<D: Recorded>(design: &dyn Fn(&Recorder) -> (D, D::Guess)) -> (Words, Around) {
+    let law = |recorder: &Recorder| -> Rc<dyn Law> {
+        let (law, guess) = design(recorder);
+        Rc::new(Designed { law, guess })
+    };
+    let words = Words::of(&D::state_names(), &law);
+    let around = Around::of(&law, &words);
+    (words, around)
+}
+
+impl Around {
+    fn of(design: &dyn Fn(&Recorder) -> Rc<dyn Law>, words: &Words) -> Self {
+        let running = |during: &dyn Fn(&Recorder, &mut Running<Erased>)| running(design, words, during);
+        Self {
+            start: recorded(design, &|recorder, law| {
+                let started = recorder.truth(STARTED, Role::State);
+                let before = words.take(recorder);
+                let state = law.start(recorder);
+                words.put(recorder, state.as_ref().unwrap_or(&before));
+                recorder.put_truth(STARTED, Role::State, started || state.is_some());
+                recorder.put_truth(ANSWER, Role::Answer, state.is_some());
+            }),
+            not_started: recorded(design, &|recorder, law| law.not_started(recorder)),
+            report_applied: running(&|recorder, running| {
+                let u = recorder.number("u", Role::Argument);
+                let taken = running.report_applied(u);
+                recorder.put_truth(ANSWER, Role::Answer, taken);
+            }),
+            estimates: running(&|recorder, running| {
+                let known = running.estimates().is_some();
+                if !known {
+                    running.design().law.no_estimates(recorder);
+                }
+                recorder.put_truth(ANSWER, Role::Answer, known);
+            }),
+            reset: running(&|_, running| running.reset()),
+        }
     }
 }
 
@@ -167,14 +208,14 @@ impl<D: Recorded> Designed<D> {
 
 impl<D: Recorded> Law for Designed<D> {
     fn start(&self, recorder: &Recorder) -> Option<Vec<u32>> {
-        self.law.start_from(&D::sample(recorder), &self.guess).map(|state| Self::words(&state))
+        self.law.start_from(&self.law.sample(recorder), &self.guess).map(|state| Self::words(&state))
     }
     fn not_started(&self, recorder: &Recorder) {
         D::put_output(recorder, &self.law.not_started());
     }
     fn tick(&self, recorder: &Recorder, words: &mut Vec<u32>) {
         let mut state = Self::state(recorder, words);
-        D::put_output(recorder, &self.law.tick(&mut state, &D::sample(recorder)));
+        D::put_output(recorder, &self.law.tick(&mut state, &self.law.sample(recorder)));
         *words = Self::words(&state);
     }
     fn lost(&self, recorder: &Recorder, words: &mut Vec<u32>) {
@@ -268,19 +309,36 @@ impl Functions {
 }
 
 /// The words of a state, without `started`, and which of them are kept.
-struct Words(Vec<Port>, Vec<bool>);
+pub(crate) struct Words(Vec<Port>, Vec<bool>);
 
 impl Words {
-    /// Of which kind they are, a state shows that starts on anything.
+    /// Those that are kept, and `started`.
+    pub(crate) fn ports(&self) -> Vec<Port> {
+        self.kept().map(|(word, _)| word.clone()).chain([port(STARTED, Role::State, Kind::Truth)]).collect()
+    }
+
+    /// The same without one, which is 0 and stays so.
+    pub(crate) fn without(&self, name: &str) -> Self {
+        let kept = self.0.iter().zip(&self.1).map(|(word, kept)| *kept && word.name != name).collect();
+        Self(self.0.clone(), kept)
+    }
+
+    /// The state, taken from the inputs.
+    pub(crate) fn state<S: controller_core::Words>(&self, recorder: &Recorder) -> S {
+        let words = self.take(recorder);
+        recorder.silently(|| S::from_words(&mut words.into_iter())).expect("the words of a state")
+    }
+
+    /// Of which kind they are, the first state shows that starts.
     fn of(names: &[String], law: &dyn Fn(&Recorder) -> Rc<dyn Law>) -> Self {
         let mut words = Vec::new();
         record(|recorder| {
-            let law = law(recorder);
-            let state = recorder.silently(|| law.start(recorder)).expect("every comparison is true");
+            let Some(state) = law(recorder).start(recorder).filter(|_| words.is_empty()) else { return };
             assert_eq!(names.len(), state.len(), "a name for every word of the state: {names:?}");
             let kinds = state.iter().map(|word| StateWord::of(*word).kind());
             words = names.iter().zip(kinds).map(|(name, kind)| port(name, Role::State, kind)).collect();
         });
+        assert_eq!(names.len(), words.len(), "a law that can start");
         let kept = vec![true; words.len()];
         Self(words, kept)
     }
@@ -307,7 +365,7 @@ impl Words {
     }
 
     /// What the words become; the word 0 is zero of every kind.
-    fn put(&self, recorder: &Recorder, words: &[u32]) {
+    pub(crate) fn put(&self, recorder: &Recorder, words: &[u32]) {
         for (port, at) in self.kept() {
             match (StateWord::of(words[at]), port.kind) {
                 (StateWord::Number(number), Kind::Number) => recorder.put(&port.name, port.role, number),
@@ -339,7 +397,7 @@ where
         ["resuming".into()].into_iter().chain(folded).chain(past).chain(x_prev).chain(last).collect()
     }
 
-    fn sample(recorder: &Recorder) -> [Symbol; N] {
+    fn sample(&self, recorder: &Recorder) -> [Symbol; N] {
         core::array::from_fn(|j| recorder.number(&format!("x{}", j + 1), Role::Sample(j)))
     }
 
@@ -371,8 +429,8 @@ where
     fn state_names() -> Vec<String> {
         D::state_names().into_iter().chain((1..=N).map(|j| format!("x{j}_seen"))).collect()
     }
-    fn sample(recorder: &Recorder) -> [Symbol; N] {
-        D::sample(recorder)
+    fn sample(&self, recorder: &Recorder) -> [Symbol; N] {
+        self.law().sample(recorder)
     }
     fn put_output(recorder: &Recorder, output: &D::Output) {
         D::put_output(recorder, output);

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod c;
+pub mod drive;
 mod law;
 mod merge;
 pub mod record;

@@ -120,6 +120,14 @@ impl Merge<'_> {
                 }
                 (Op::Select(d, a, b), _) if b == no => Op::Select(self.graph.value(Op::And(c, d)), a, b),
                 (_, Op::Select(d, a, b)) if a == yes => Op::Select(self.graph.value(Op::Or(c, d)), a, b),
+                (Op::Select(d, a, b), _) if a == no => {
+                    let not = self.graph.value(Op::Not(c));
+                    Op::Select(self.graph.value(Op::Or(not, d)), a, b)
+                }
+                (_, Op::Select(d, a, b)) if b == yes => {
+                    let not = self.graph.value(Op::Not(c));
+                    Op::Select(self.graph.value(Op::And(not, d)), a, b)
+                }
                 _ => Op::Select(c, yes, no),
             },
         };
@@ -173,6 +181,7 @@ impl Merge<'_> {
     fn same_statement(&self, a: &Event, b: &Event) -> bool {
         a.at == b.at
             && a.section == b.section
+            && a.channel == b.channel
             && match (a.what, b.what) {
                 (What::Compute(a), What::Compute(b)) => {
                     let (a, b) = (self.graph.op(a), self.graph.op(b));

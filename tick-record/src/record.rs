@@ -40,6 +40,8 @@ pub enum Role {
     State,
     /// An argument that is no sample.
     Argument,
+    /// Handed by one part of a tick to the next: a result of the one, an input of the other.
+    Between,
     /// Part of the output.
     Output,
     /// An estimate of this row and column, both from 0.

@@ -42,11 +42,12 @@ pub(crate) enum What {
     Decide { condition: Id, answer: bool },
 }
 
-/// An event, where in the source it was, and the equation group.
+/// An event, where in the source it was, of which channel, and the equation group.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Event {
     pub(crate) what: What,
     pub(crate) at: &'static Location<'static>,
+    pub(crate) channel: usize,
     pub(crate) section: &'static str,
 }
 
@@ -146,6 +147,7 @@ struct Run {
     /// Sums that were made by `+=` and `-=`, and their first part.
     grown: Table<Id>,
     section: &'static str,
+    channel: usize,
     results: Vec<(Port, Id)>,
     /// Above zero nothing is written and every comparison is true.
     silent: usize,
@@ -153,7 +155,7 @@ struct Run {
 
 impl Run {
     fn event(&mut self, what: What, at: &'static Location<'static>) {
-        self.events.push(Event { what, at, section: self.section });
+        self.events.push(Event { what, at, channel: self.channel, section: self.section });
     }
 
     fn compute(&mut self, op: Op, at: &'static Location<'static>) -> Id {
@@ -378,6 +380,7 @@ pub(crate) fn every_way(f: &mut dyn FnMut(&Recorder)) -> Record {
             names: Table::new(),
             grown: Table::new(),
             section: "",
+            channel: 0,
             results: Vec::new(),
             silent: 0,
         };
@@ -570,8 +573,12 @@ impl Sealed for Symbol {
         self
     }
 
+    fn channel(channel: usize) {
+        with(|run| run.channel = channel);
+    }
+
     fn section(title: &'static str) {
-        with(|run| run.section = title);
+        with(|run| (run.section, run.channel) = (title, 0));
     }
 }
 

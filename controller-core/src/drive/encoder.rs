@@ -13,6 +13,7 @@
 use core::f64::consts::TAU;
 
 use super::error::DriveError;
+use crate::real::Count;
 
 /// An encoder and the gear between it and the shaft whose angle is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,6 +104,40 @@ impl Encoder {
             base_counts: counts as i32,
             base_turns: turns as i32,
         }
+    }
+}
+
+/// How an encoder is mounted: what makes of its counts those that a drive takes, which grow with the angle and are 0
+/// at angle 0.
+///
+/// ```
+/// use controller_core::drive::Mounting;
+///
+/// // It counts down, and stands at 100 where the angle is 0.
+/// let mounting = Mounting { is_reversed: true, offset_counts: 100 };
+/// assert_eq!(mounting.upright(97), 3);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Mounting {
+    /// Does it count down while the angle grows?
+    pub is_reversed: bool,
+    /// Count at angle 0.
+    pub offset_counts: i32,
+}
+
+impl Mounting {
+    /// It counts up, from 0 at angle 0: nothing is to be done.
+    pub const UPRIGHT: Self = Self { is_reversed: false, offset_counts: 0 };
+
+    /// What a drive is to be given for the count (`i32`) that was read. Of a counter with fewer bits the drive reads
+    /// only those.
+    #[inline(always)]
+    #[must_use]
+    pub fn upright<C: Count>(self, count: C) -> C {
+        let offset = C::of(self.offset_counts);
+        if self.is_reversed { offset.since(count) } else { count.since(offset) }
     }
 }
 

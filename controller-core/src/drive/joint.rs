@@ -180,6 +180,24 @@ impl JointModel<f64> {
     }
 }
 
+impl<T: Real> JointModel<T> {
+    /// The same in another scalar, number by number and by name.
+    #[doc(hidden)]
+    pub fn converted<U: Real>(&self, to: &mut dyn FnMut(&'static str, T) -> U) -> JointModel<U> {
+        let Self { k1, b1, gravity, half_spring, b, b2, kappa: [link, motor], cross } = *self;
+        JointModel {
+            k1: to("k1", k1),
+            b1: to("b1", b1),
+            gravity: to("gravity", gravity),
+            half_spring: to("half_spring", half_spring),
+            b: to("b", b),
+            b2: to("b2", b2),
+            kappa: [to("kappa_link", link), to("kappa_motor", motor)],
+            cross: to("cross", cross),
+        }
+    }
+}
+
 impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
     type Push = [T; 2];
     /// g sin x_1, g cos x_1.

@@ -28,7 +28,7 @@
 //! An ordinary tick, every count there and within its gate, goes one straight way (`observe`): behind a branch for what
 //! is rare everything would be loaded again. All else goes another (`rest`), which does the whole tick anew from what
 //! was remembered. So a rare tick costs the beginning of an ordinary one more. The other way would give an ordinary
-//! tick the same bits.
+//! tick the same bits: a drive exported to C has only that one.
 //!
 //! # What holds whatever happens
 //! * u is finite and within the limits, for any counts, any targets (NaN and infinities too) and any state.
@@ -484,12 +484,18 @@ where
 
     /// Steps 1 to 3 of any tick, of an ordinary one with the same bits: which counts were used; `false` when too many
     /// samples are missing.
-    fn observe_rest(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> (M::Seen, [bool; E], bool) {
+    #[doc(hidden)]
+    pub fn observe_rest(
+        &self,
+        state: &mut StateOf<Self>,
+        counts: &[Option<T::Count>; E],
+    ) -> (M::Seen, [bool; E], bool) {
         T::section("1. Where the counts are, and whether they are believed.");
         let (mut used, mut known) = ([false; E], true);
         let (mut m, mut p, mut ahead) = ([T::ZERO; E], [T::ZERO; E], [T::ZERO; E]);
         let mut position = [T::ZERO; E];
         for i in 0..E {
+            T::channel(i + 1);
             let k = &self.sensors[i];
             m[i] = self.driven(state, i);
             p[i] = self.foreseen(i, &state.x[i], m[i])[0];
@@ -535,6 +541,7 @@ where
 
         T::section("3. Observers.");
         for i in 0..E {
+            T::channel(i + 1);
             if let (Some(before), Some(now)) = (M::of_block(&state.push, i), M::of_block(&push, i)) {
                 // The mean of w at both ends.
                 let more = now - before;
@@ -714,6 +721,7 @@ where
     fn go_on_to(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> bool {
         let mut all = true;
         for i in 0..E {
+            T::channel(i + 1);
             let k = &self.sensors[i];
             match counts[i] {
                 Some(count) => {
@@ -765,14 +773,16 @@ where
     }
 
     /// The first tick of a state: there is none that has passed.
-    fn begun(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> M::Seen {
+    #[doc(hidden)]
+    pub fn begun(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> M::Seen {
         state.fresh = false;
         self.go_on_to(state, counts);
         self.model.seen(&core::array::from_fn(|i| self.position(state, i)))
     }
 
     /// Steps 4 to 6 of any tick; then the base follows.
-    fn ask_rest(
+    #[doc(hidden)]
+    pub fn ask_rest(
         &self,
         state: &mut StateOf<Self>,
         sample: &Sample<T::Count, A::Target, E>,
@@ -831,7 +841,8 @@ where
     /// encoder.
     #[cold]
     #[inline(never)]
-    fn give_up(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Output<T> {
+    #[doc(hidden)]
+    pub fn give_up(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Output<T> {
         let u = self.fallback(state);
         if self.go_on_to(state, counts) {
             *state = self.started(state.last, state.at, state.turn, &[T::ZERO; E]);
@@ -845,7 +856,8 @@ where
 
     /// Nothing is asked for: the fallback goes out.
     #[inline(always)]
-    fn refuse(&self, state: &mut StateOf<Self>, health: Health) -> Output<T> {
+    #[doc(hidden)]
+    pub fn refuse(&self, state: &mut StateOf<Self>, health: Health) -> Output<T> {
         let u = self.fallback(state);
         Self::hold(state, u);
         let health = health.union(Health::INPUT_REJECTED);

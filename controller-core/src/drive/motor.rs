@@ -348,6 +348,14 @@ impl MotorModel<f64> {
     }
 }
 
+impl<T: Real> MotorModel<T> {
+    /// The same in another scalar, number by number and by name.
+    #[doc(hidden)]
+    pub fn converted<U: Real>(&self, to: &mut dyn FnMut(&'static str, T) -> U) -> MotorModel<U> {
+        MotorModel { b: to("b", self.b), drag: to("drag", self.drag) }
+    }
+}
+
 impl<T: Real> ChainModel<T, 1, 2> for MotorModel<T> {
     type Push = ();
     type Seen = ();

@@ -20,14 +20,14 @@ enum Language {
 }
 
 #[derive(Args, Debug)]
-#[command(group = ArgGroup::new("form").required(true).args(["standalone", "lang"]))]
+#[command(group = ArgGroup::new("form").required(true).multiple(true).args(["standalone", "lang"]))]
 pub(super) struct ExportOptions {
     /// The scenario; without one the default.
     scenario: Option<PathBuf>,
     /// Override a key, as in --set controller.k_l=100.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// One self-contained C99 file: tick and coefficients, no library needed.
+    /// One self-contained C99 file: tick and coefficients, no library needed; --lang c may stand beside it.
     #[arg(long)]
     standalone: bool,
     /// The design for a program that links the library of this language.
@@ -61,6 +61,17 @@ fn prefix(text: &str) -> Result<String, String> {
 impl Console<'_> {
     pub(super) fn export(&mut self, options: &ExportOptions) -> Result<u8, Failure> {
         let bad = |message| Failure { status: status::BAD_INPUT, message };
+        let form = match options.lang {
+            Some(Language::Rust) if options.prefix != PREFIX => {
+                return Err(bad("--prefix is for C: in Rust the module is the prefix".into()));
+            }
+            Some(Language::Rust) if options.standalone => {
+                return Err(bad("--standalone is a file of C and cannot be used with --lang rust".into()));
+            }
+            Some(Language::Rust) => Form::Rust,
+            Some(Language::C) if !options.standalone => Form::Archive(&options.prefix),
+            _ => Form::Standalone(&options.prefix),
+        };
         let sets = &options.sets;
         let (file, text, stem) = match &options.scenario {
             Some(path) => {
@@ -80,14 +91,6 @@ impl Console<'_> {
                  plant.reading=physical, begin with `host-sim new NAME --plant joint`, or say --paper"
             )));
         }
-        let form = match options.lang {
-            Some(Language::Rust) if options.prefix != PREFIX => {
-                return Err(bad("--prefix is for C: in Rust the module is the prefix".into()));
-            }
-            Some(Language::Rust) => Form::Rust,
-            Some(Language::C) => Form::Archive(&options.prefix),
-            None => Form::Standalone(&options.prefix),
-        };
         // The path of a file is of this machine only; what is exported is the same everywhere.
         let name = options.scenario.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy());
         let source = Source { file: name.as_deref().unwrap_or(&file), ..source };

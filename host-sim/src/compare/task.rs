@@ -243,11 +243,12 @@ impl Angles {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use controller_core::drive::Encoder;
+    use controller_core::drive::{Encoder, Mounting};
 
     #[test]
     fn angles_go_on_where_counters_wrap() {
-        let mounted = Mounted { encoder: Encoder::absolute(12), is_reversed: true, offset_counts: 77 };
+        let mounted =
+            Mounted { encoder: Encoder::absolute(12), mounting: Mounting { is_reversed: true, offset_counts: 77 } };
         let mut angles = Angles { mounted: vec![mounted], known: vec![None] };
         for k in -900..900 {
             let angle = 0.05 * f64::from(k) + 40.0;

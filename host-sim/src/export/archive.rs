@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use controller_core::{LAYOUT, SampleLimits, VERSION, VERSION_NUMBER, design, shapes};
 use loop_sim::port::in_process::Model;
 
+use super::c99::File;
 use super::{Exported, named};
 
 /// What the archive carries, by name.
@@ -90,7 +91,7 @@ static const edo_smc_design_{name}_t {prefix}_design = {{
 
 #endif
 ",
-        exported.guard(&guard, prefix),
+        File::new(prefix).guard(&guard, exported.design_hash()),
         VERSION_NUMBER,
         shape.mask,
     );

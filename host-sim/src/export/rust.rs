@@ -6,9 +6,11 @@
 use std::fmt::Write as _;
 
 use controller_core::{Config, MAX_N, SampleLimits};
+use loop_sim::port::drive::{DriveDesign, Follows, Form as DriveForm};
 use loop_sim::port::in_process::Model;
 
 use super::Exported;
+use super::drive::Exported as Drive;
 
 pub(super) fn text(exported: &Exported<'_>) -> Result<String, String> {
     let Exported { spec, download, .. } = exported;
@@ -124,4 +126,66 @@ pub const RUNNING: Running<Guessing<&Designed>> = Running::guessing(&CONTROLLER,
 /// The first n numbers of a row.
 fn of_order(row: &[f64; MAX_N], n: usize) -> String {
     format!("{:?}", &row[..n])
+}
+
+/// The design of a drive, likewise.
+pub(super) fn drive(exported: &Drive<'_>) -> String {
+    let DriveForm { follows, gain_sets, delay_ticks, observer_states } = exported.drive.designed.form();
+    let (fast, late) = (u8::from(gain_sets > 1), u8::from(delay_ticks > 0));
+    let aim = if follows == Follows::Position { "Position" } else { "Speed" };
+    let (designed, design, encoders, mounting, more) = match &exported.drive.designed {
+        DriveDesign::Motor { design, mounted, .. } => (
+            format!("MotorDrive<f32, {aim}, {fast}, {late}, {observer_states}>"),
+            format!("MotorDesign = {design:#?}"),
+            1,
+            format!("{:?}", [mounted.mounting]),
+            "Motor, MotorBandwidths, MotorDesign, MotorDrive",
+        ),
+        DriveDesign::Joint { design, mounted, .. } => (
+            format!("JointDrive<f32, {aim}, {fast}, {late}>"),
+            format!("JointDesign = {design:#?}"),
+            2,
+            format!("{:?}", mounted.map(|mounted| mounted.mounting)),
+            "Joint, JointBandwidths, JointDesign, JointDrive",
+        ),
+    };
+    let design = design.replace("fallback: ", "fallback: Fallback::").replace(": inf,", ": f64::INFINITY,");
+    let version = controller_core::VERSION;
+    let mut out =
+        format!("// {}\n// Exported for controller-core {version}; do not edit, export it again.\n", exported.title());
+    for line in exported.origin().lines() {
+        out.push_str(format!("// {line}").trim_end());
+        out.push('\n');
+    }
+    let _ = write!(
+        out,
+        "
+use controller_core::drive::{{
+    Encoder, {more}, Mounting, {aim}, Switching,
+}};
+use controller_core::{{Fallback, Limits, Running}};
+
+/// What is driven; precision, aim, fast gain sets, ticks of delay, states of a motor's observer.
+pub type Designed = {designed};
+
+/// The version of controller-core that this was exported for.
+pub const EXPORTED_FOR: &str = {version:?};
+/// Fingerprint of the design, with which its words begin.
+pub const DESIGN: u32 = {hash:#010x};
+
+/// The design, number by number.
+pub const CONFIG: {design};
+
+/// Sign and offset of each encoder: `MOUNTING[0].upright(register)` is what a sample takes.
+pub const MOUNTING: [Mounting; {encoders}] = {mounting};
+
+/// Designed by the compiler: a bad design is a compile error.
+pub static DRIVE: Designed = Designed::design(&CONFIG);
+
+/// Ready for its first sample: `static mut LOOP: Running<&Designed> = RUNNING;`, then `LOOP.tick(&sample).u`.
+pub const RUNNING: Running<&Designed> = Running::new(&DRIVE);
+",
+        hash = exported.hash(),
+    );
+    out
 }

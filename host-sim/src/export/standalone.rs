@@ -4,16 +4,16 @@
 //! that writes down what is done with it, and makes C of that; this file adds head, types, and what is said of each
 //! function.
 //!
-//! All functions are `static inline`: the file is included where the interrupt is, and the tick becomes part of it.
 //! Names of channels and states count from 1; `a2, b2, c2` are A, B, C of channel 2, `p2` its P.
 
 use std::fmt::Write as _;
 
 use controller_core::{SampleLimits, Shape};
 use loop_sim::port::in_process::Model;
-use tick_record::{Functions, Kind, Port, Record, Role, c, linear};
+use tick_record::{Functions, Kind, Port, Record, Role, linear};
 
 use super::Exported;
+use super::c99::File;
 
 pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, String> {
     if !matches!(exported.spec.model, Model::Linear(_)) {
@@ -32,9 +32,8 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
     let Some(functions) = linear(shape, coefficients, row, guess, samples) else {
         return Err(format!("there is no tick of {}", exported.shape()));
     };
-    let capitals = prefix.to_ascii_uppercase();
-    let file = Standalone { exported, prefix, capitals, shape, functions };
-    Ok([file.head(), file.types(), file.functions(), file.tail()].concat())
+    let file = Standalone { exported, file: File::new(prefix), shape, functions };
+    Ok([file.head(), file.types(), file.functions(), file.file.tail()].concat())
 }
 
 /// What is said of a constant, by how its name begins; of a longer beginning first.
@@ -82,84 +81,37 @@ const WORDS: [(&str, &str); 8] = [
 
 struct Standalone<'a> {
     exported: &'a Exported<'a>,
-    prefix: &'a str,
-    /// The prefix of macros.
-    capitals: String,
+    file: File<'a>,
     shape: Shape,
     functions: Functions,
 }
 
 impl Standalone<'_> {
-    /// `@` stands for the prefix, `@@` for that of macros, in a text of C.
-    fn c(&self, text: &str) -> String {
-        text.replace("@@", &self.capitals).replace('@', self.prefix)
-    }
-
     fn head(&self) -> String {
         let Exported { spec, .. } = self.exported;
-        let mut out = format!(
-            "/* Sliding mode control with an extended disturbance observer: {}, f32, T = {:?} s.\n \
-             * Exported by version {} of the library; do not edit, export it again. C99 and C++11, no library.\n",
+        let title = format!(
+            "Sliding mode control with an extended disturbance observer: {}, f32, T = {:?} s.",
             self.exported.shape(),
-            spec.config.padded.period_s,
-            controller_core::VERSION
+            spec.config.padded.period_s
         );
-        out.push_str(&self.c(" *
+        let usage = " *
  *     #include \"this file\"
  *     static @_state state;                              once; zeros are right
  *     @_output output;                                   in the timer interrupt, every T:
  *     unsigned health = @_tick_or_start(&state, x, &output);
  *     write_pwm(output.u);
  *     @_report_applied(&state, held);                    only if it holds another u, not a late one
- *
- * The same bits as the Rust tick need every operation rounded on its own. A fused multiply-add rounds a * b + c once,
- * which is another number (and takes longer on a Cortex-M4F): compile with -ffp-contract=off. This file asks for it by
- * itself where it can; with GCC that keeps @_tick from being inlined unless the option is given too. Reordering
- * (-ffast-math and its parts), more digits than f32 (x87) and denormals flushed to zero (FPSCR.FZ) change bits as well.
- * Where the compiler says that it may do so this file does not compile. clang says it of -ffast-math and
- * -ffinite-math-only alone: there the file forbids reordering by itself, and nothing can see -fno-signed-zeros (part of
- * -funsafe-math-optimizations too), -fno-honor-nans and -fno-honor-infinities. Do not give them.
- *
-"));
-        for line in self.exported.origin().lines() {
-            out.push_str(format!(" * {line}").trim_end());
-            out.push('\n');
-        }
-        out.push_str(" */\n");
-        out.push_str(&self.exported.guard(&format!("{}_STANDALONE", self.capitals), self.prefix));
-        out.push_str(&self.c("
-#include <float.h>
-#include <stdbool.h>
-
-#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) \\
-    || defined(__NO_SIGNED_ZEROS__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
-#error \"compile without -ffast-math and its parts: they change numbers and remove the guard against NaN\"
-#endif
-#if FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16
-#error \"float must be computed as float: on a 32-bit x86 give -msse2 -mfpmath=sse\"
-#endif
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC push_options
-#pragma GCC optimize(\"fp-contract=off\")
-#define @@_AS_WRITTEN
-#elif defined(__clang__) && __clang_major__ >= 18
-#define @@_AS_WRITTEN _Pragma(\"clang fp contract(off) reassociate(off) reciprocal(off)\")
-#elif defined(__clang__) && __clang_major__ >= 14
-#define @@_AS_WRITTEN _Pragma(\"clang fp contract(off) reassociate(off)\")
-#else
-#define @@_AS_WRITTEN _Pragma(\"STDC FP_CONTRACT OFF\")
-#endif
-
-"));
+";
+        let hash = self.exported.design_hash();
+        let mut out = self.file.head(&title, usage, &self.exported.origin(), hash, "");
         let period = format!("{:?}", spec.config.padded.period_s);
         let version = controller_core::VERSION;
-        let hash = self.exported.design_hash();
         let _ = write!(
             out,
             "#define {c}_VERSION \"{version}\"\n#define {c}_DESIGN {hash:#010x}u /* log it: it tells designs apart */\n\
              #define {c}_N {n} /* plant order, length of x */\n#define {c}_R {r} /* highest order of an observer */\n\
              #define {c}_PERIOD_S {period}\n",
-            c = self.capitals,
+            c = self.file.capitals,
             n = self.shape.n,
             r = self.shape.r,
         );
@@ -200,7 +152,7 @@ typedef struct {
 } @_output;
 ",
         );
-        self.c(&out)
+        self.file.c(&out)
     }
 
     fn functions(&self) -> String {
@@ -224,7 +176,7 @@ typedef struct {
                 "unsigned @_tick(@_state *state, const float x[@@_N], @_output *output)",
                 tick,
             ),
-            self.c("
+            self.file.c("
 /* The tick of a controller that need not have started: the first good sample starts it; until then the fallback goes
  * out. Needs a state of zeros the first time. */
 static inline unsigned @_tick_or_start(@_state *state, const float x[@@_N], @_output *output)
@@ -267,24 +219,9 @@ static inline unsigned @_tick_or_start(@_state *state, const float x[@@_N], @_ou
             Role::State => format!("state->{}", port.name),
             Role::Output => format!("output->{}", port.name),
             Role::Estimate(i, m) => format!("d_hat[{i}][{m}]"),
-            Role::Flag(_) => format!("{}_{}", self.capitals, port.name.to_uppercase()),
-            Role::Argument | Role::Answer => port.name.clone(),
+            Role::Flag(_) => format!("{}_{}", self.file.capitals, port.name.to_uppercase()),
+            Role::Argument | Role::Between | Role::Answer => port.name.clone(),
         };
-        let meaning_of = |name: &str| {
-            let found = MEANINGS.iter().find(|(beginning, _)| name.starts_with(beginning));
-            found.map_or(String::new(), |(_, meaning)| (*meaning).into())
-        };
-        let body = c::Function { record, place: &place, meaning: &meaning_of, double: false }.body();
-        self.c(&format!("\n/* {meaning} */\nstatic inline {head}\n{{\n    @@_AS_WRITTEN\n")) + &body + "}\n"
-    }
-
-    fn tail(&self) -> String {
-        self.c("
-#undef @@_AS_WRITTEN
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC pop_options
-#endif
-#endif
-")
+        self.file.function(meaning, head, record, &place, &MEANINGS)
     }
 }

@@ -10,7 +10,7 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use controller_core::drive::Encoder;
+use controller_core::drive::{Encoder, Mounting};
 
 use super::Sensor;
 use crate::MAX_ORDER;
@@ -20,16 +20,14 @@ use crate::MAX_ORDER;
 pub struct Mounted {
     /// Counts, gear and width of the counter.
     pub encoder: Encoder,
-    /// Does it count down while the angle grows?
-    pub is_reversed: bool,
-    /// Count at angle 0.
-    pub offset_counts: i32,
+    /// Sign and offset of its counts.
+    pub mounting: Mounting,
 }
 
 impl Mounted {
     /// An encoder that counts up, from 0 at angle 0.
     pub const fn new(encoder: Encoder) -> Self {
-        Self { encoder, is_reversed: false, offset_counts: 0 }
+        Self { encoder, mounting: Mounting::UPRIGHT }
     }
 
     /// The count at this angle.
@@ -38,7 +36,8 @@ impl Mounted {
         // The steps before the quotient: a whole number of turns is a whole number of counts.
         let steps = angle_rad / TAU * f64::from(counts_per_turn) * f64::from(gear_num) / f64::from(gear_den);
         let steps = libm::floor(steps + 0.5);
-        let count = if self.is_reversed { -steps } else { steps } + f64::from(self.offset_counts);
+        let Mounting { is_reversed, offset_counts } = self.mounting;
+        let count = if is_reversed { -steps } else { steps } + f64::from(offset_counts);
         let span = (1_u64 << bits) as f64;
         count - span * libm::floor(count / span)
     }
@@ -47,8 +46,7 @@ impl Mounted {
     /// that is lost.
     pub fn upright(&self, count: f64) -> Option<i32> {
         // Of more bits than the counter has the drive reads the low ones.
-        let count = count.is_finite().then_some(count as i64 as i32)?.wrapping_sub(self.offset_counts);
-        Some(if self.is_reversed { count.wrapping_neg() } else { count })
+        count.is_finite().then_some(count as i64 as i32).map(|count| self.mounting.upright(count))
     }
 }
 
@@ -157,7 +155,7 @@ mod tests {
     fn what_the_drive_is_fed_knows_neither_sign_nor_offset() {
         for (bits, is_reversed, offset_counts) in [(12, false, 700), (12, true, 4000), (32, true, -5)] {
             let encoder = Encoder::incremental(bits, 4096);
-            let mounted = Mounted { encoder, is_reversed, offset_counts };
+            let mounted = Mounted { encoder, mounting: Mounting { is_reversed, offset_counts } };
             for steps in [-9000_i32, -4096, -1, 0, 3, 2047, 2048, 70_000] {
                 let count = mounted.count(f64::from(steps) * TAU / 4096.0);
                 assert!((0.0..(1_u64 << bits) as f64).contains(&count), "{count}");

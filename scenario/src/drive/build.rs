@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use controller_core::drive::{DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorDesign};
+use controller_core::drive::{DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorDesign, Mounting};
 use controller_core::{Fallback, Limits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
@@ -304,7 +304,7 @@ fn mounted(table: &EncoderTable, gear: [u32; 2], start_rad: f64, key: &str, prob
         );
         problems.0.push(Problem { key: key.into(), message });
     }
-    Mounted { encoder, is_reversed: table.reversed, offset_counts: table.offset_counts }
+    Mounted { encoder, mounting: Mounting { is_reversed: table.reversed, offset_counts: table.offset_counts } }
 }
 
 fn imperfections(table: &FrictionTable, lag_s: f64, gear: f64) -> Imperfections {

@@ -448,7 +448,7 @@ impl CProgram<'_> {
             Role::Output => format!("output->{}", port.name),
             Role::Estimate(i, m) => format!("estimates[{i}][{m}]"),
             Role::Flag(bit) => format!("{}u", 1 << bit),
-            Role::Argument | Role::Answer => port.name.clone(),
+            Role::Argument | Role::Between | Role::Answer => port.name.clone(),
         };
         let body = |record| c::Function { record, place: &place, meaning: &|_| String::new(), double: *double }.body();
         let mut out =

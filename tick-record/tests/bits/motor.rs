@@ -193,7 +193,7 @@ impl Recorded for Motor<Symbol> {
     fn state_names() -> Vec<String> {
         WORDS.map(String::from).to_vec()
     }
-    fn sample(recorder: &Recorder) -> Sample<Symbol> {
+    fn sample(&self, recorder: &Recorder) -> Sample<Symbol> {
         Sample {
             count: recorder.count("count", Role::Sample(0)),
             r: recorder.number("r_end", Role::Sample(1)),

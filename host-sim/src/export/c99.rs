@@ -1,0 +1,120 @@
+//! What every self-contained C99 file has: head, guards, and functions that are written from a record.
+//!
+//! In the texts `@` stands for the prefix and `@@` for that of macros. All functions are `static inline`: the file is
+//! included where the interrupt is, and the tick becomes part of it.
+
+use tick_record::{Port, Record, c};
+
+/// What is said of a constant, by how its name begins; of a longer beginning first.
+pub(super) type Meanings = [(&'static str, &'static str)];
+
+/// The file that begins every name with a prefix.
+pub(super) struct File<'a> {
+    prefix: &'a str,
+    /// The prefix of macros.
+    pub(super) capitals: String,
+}
+
+impl<'a> File<'a> {
+    pub(super) fn new(prefix: &'a str) -> Self {
+        Self { prefix, capitals: prefix.to_ascii_uppercase() }
+    }
+
+    /// A text of C with the prefix in it.
+    pub(super) fn c(&self, text: &str) -> String {
+        text.replace("@@", &self.capitals).replace('@', self.prefix)
+    }
+
+    /// What compilers must not do, where the file comes from, and what keeps them from it.
+    pub(super) fn head(&self, title: &str, usage: &str, origin: &str, hash: u32, includes: &str) -> String {
+        let version = controller_core::VERSION;
+        let mut out = format!(
+            "/* {title}\n * Exported by version {version} of the library; do not edit, export it again. C99 and C++11, \
+             no library.\n"
+        );
+        out += &self.c(usage);
+        out += &self.c(" *
+ * The same bits as the Rust tick need every operation rounded on its own. A fused multiply-add rounds a * b + c once,
+ * which is another number (and takes longer on a Cortex-M4F): compile with -ffp-contract=off. This file asks for it by
+ * itself where it can; with GCC that keeps @_tick from being inlined unless the option is given too. Reordering
+ * (-ffast-math and its parts), more digits than f32 (x87) and denormals flushed to zero (FPSCR.FZ) change bits as well.
+ * Where the compiler says that it may do so this file does not compile. clang says it of -ffast-math and
+ * -ffinite-math-only alone: there the file forbids reordering by itself, and nothing can see -fno-signed-zeros (part of
+ * -funsafe-math-optimizations too), -fno-honor-nans and -fno-honor-infinities. Do not give them.
+ *
+");
+        for line in origin.lines() {
+            out.push_str(format!(" * {line}").trim_end());
+            out.push('\n');
+        }
+        out.push_str(" */\n");
+        out += &self.guard(&format!("{}_STANDALONE", self.capitals), hash);
+        out + "
+#include <float.h>
+#include <stdbool.h>
+" + includes + &self.c("
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) \\
+    || defined(__NO_SIGNED_ZEROS__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+#error \"compile without -ffast-math and its parts: they change numbers and remove the guard against NaN\"
+#endif
+#if FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16
+#error \"float must be computed as float: on a 32-bit x86 give -msse2 -mfpmath=sse\"
+#endif
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
+#pragma GCC optimize(\"fp-contract=off\")
+#define @@_AS_WRITTEN
+#elif defined(__clang__) && __clang_major__ >= 18
+#define @@_AS_WRITTEN _Pragma(\"clang fp contract(off) reassociate(off) reciprocal(off)\")
+#elif defined(__clang__) && __clang_major__ >= 14
+#define @@_AS_WRITTEN _Pragma(\"clang fp contract(off) reassociate(off)\")
+#else
+#define @@_AS_WRITTEN _Pragma(\"STDC FP_CONTRACT OFF\")
+#endif
+
+")
+    }
+
+    /// Opens the include guard of a C file. It carries the design: the same file twice is one, two designs of one
+    /// prefix are an error, after which the compiler shows where the other one comes from.
+    pub(super) fn guard(&self, guard: &str, hash: u32) -> String {
+        let (hash, prefix) = (format!("{hash:#010x}u"), self.prefix);
+        format!(
+            "#ifdef {guard}
+#if {guard} != {hash}
+#error \"two designs with the prefix {prefix}, {hash} here and {guard} before: export one with another --prefix\"
+#define {guard} {hash}
+#endif
+#else
+#define {guard} {hash}
+"
+        )
+    }
+
+    /// A function that does what was recorded.
+    pub(super) fn function(
+        &self,
+        meaning: &str,
+        head: &str,
+        record: &Record,
+        place: &dyn Fn(&Port) -> String,
+        meanings: &Meanings,
+    ) -> String {
+        let meaning_of = |name: &str| {
+            let found = meanings.iter().find(|(beginning, _)| name.starts_with(beginning));
+            found.map_or(String::new(), |(_, meaning)| (*meaning).into())
+        };
+        let body = c::Function { record, place, meaning: &meaning_of, double: false }.body();
+        self.c(&format!("\n/* {meaning} */\nstatic inline {head}\n{{\n    @@_AS_WRITTEN\n")) + &body + "}\n"
+    }
+
+    pub(super) fn tail(&self) -> String {
+        self.c("
+#undef @@_AS_WRITTEN
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#endif
+#endif
+")
+    }
+}

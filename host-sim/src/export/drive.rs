@@ -1,0 +1,536 @@
+//! The drive of a motor or of a joint as a source file: C99 of its recorded parts, or Rust of its design.
+//!
+//! In C every part of the tick is recorded ([`tick_record::drive`]); what stands here is types, what is said of each
+//! function, and who calls whom: `tick`, `tick_or_start` and `lost` have no operation on numbers.
+
+use std::fmt::Write as _;
+
+use controller_core::ControlLaw;
+use controller_core::drive::{Encoder, JointDesign, JointDrive, MotorDesign, MotorDrive, Mounting, Position, Speed};
+use loop_sim::port::drive::{DriveDesign, Follows, Form as DriveForm};
+use loop_sim::sensor::encoder::Mounted;
+use scenario::{Drive, Source};
+use tick_record::drive::{DriveFunctions, JET, joint, motor};
+use tick_record::{Kind, Port, Record, Role};
+
+use super::c99::{File, Meanings};
+use super::{Form, origin, rust};
+
+pub(super) fn text(drive: &Drive, warnings: &[String], source: &Source<'_>, form: Form<'_>) -> Result<String, String> {
+    let exported = Exported { drive, warnings, source, recorded: recorded(drive)? };
+    match form {
+        Form::Standalone(prefix) => Ok(C { exported: &exported, file: File::new(prefix) }.text()),
+        Form::Archive(_) => Err("the archive for C has no drive: take --lang c --standalone, one file that needs no \
+                                 library, or --lang rust"
+            .into()),
+        Form::Rust => Ok(rust::drive(&exported)),
+    }
+}
+
+pub(super) struct Exported<'a> {
+    pub(super) drive: &'a Drive,
+    warnings: &'a [String],
+    source: &'a Source<'a>,
+    recorded: Recorded,
+}
+
+/// What is made of a design for its types.
+struct Recorded {
+    functions: DriveFunctions,
+    /// What tells the design apart, in words of a running one too.
+    hash: u32,
+}
+
+fn recorded(drive: &Drive) -> Result<Recorded, String> {
+    let DriveForm { follows, gain_sets, delay_ticks, observer_states } = drive.designed.form();
+    macro_rules! of_motor {
+        ($design:expr, $mounting:expr, $aim:ty, $fast:literal, $late:literal, $states:literal) => {
+            motor::<$aim, $fast, $late, $states>($design, $mounting).and_then(|functions| {
+                let hash = MotorDrive::<f32, $aim, $fast, $late, $states>::try_design($design)?.fingerprint();
+                Ok(Recorded { functions, hash })
+            })
+        };
+    }
+    macro_rules! of_joint {
+        ($design:expr, $mounting:expr, $fast:literal, $late:literal) => {
+            joint::<$fast, $late>($design, $mounting).and_then(|functions| {
+                let hash = JointDrive::<f32, Position, $fast, $late>::try_design($design)?.fingerprint();
+                Ok(Recorded { functions, hash })
+            })
+        };
+    }
+    macro_rules! following {
+        ($design:expr, $mounting:expr, $aim:ty) => {
+            match (gain_sets > 1, delay_ticks > 0, observer_states > 3) {
+                (false, false, false) => of_motor!($design, $mounting, $aim, 0, 0, 3),
+                (false, false, true) => of_motor!($design, $mounting, $aim, 0, 0, 4),
+                (false, true, false) => of_motor!($design, $mounting, $aim, 0, 1, 3),
+                (false, true, true) => of_motor!($design, $mounting, $aim, 0, 1, 4),
+                (true, false, false) => of_motor!($design, $mounting, $aim, 1, 0, 3),
+                (true, false, true) => of_motor!($design, $mounting, $aim, 1, 0, 4),
+                (true, true, false) => of_motor!($design, $mounting, $aim, 1, 1, 3),
+                (true, true, true) => of_motor!($design, $mounting, $aim, 1, 1, 4),
+            }
+        };
+    }
+    let recorded = match &drive.designed {
+        DriveDesign::Motor { design, mounted: Mounted { mounting, .. }, .. } => match follows {
+            Follows::Position => following!(design, *mounting, Position),
+            Follows::Speed => following!(design, *mounting, Speed),
+        },
+        DriveDesign::Joint { design, mounted, .. } => {
+            let mounting = mounted.map(|mounted| mounted.mounting);
+            match (gain_sets > 1, delay_ticks > 0) {
+                (false, false) => of_joint!(design, mounting, 0, 0),
+                (false, true) => of_joint!(design, mounting, 0, 1),
+                (true, false) => of_joint!(design, mounting, 1, 0),
+                (true, true) => of_joint!(design, mounting, 1, 1),
+            }
+        }
+    };
+    recorded.map_err(|error| error.to_string())
+}
+
+impl Exported<'_> {
+    pub(super) const fn hash(&self) -> u32 {
+        self.recorded.hash
+    }
+
+    pub(super) fn period_s(&self) -> f64 {
+        match self.drive.designed {
+            DriveDesign::Motor { design: MotorDesign { period_s, .. }, .. }
+            | DriveDesign::Joint { design: JointDesign { period_s, .. }, .. } => period_s,
+        }
+    }
+
+    /// `Drive of a motor with one encoder, position, 2 gain sets, f32, T = 0.001 s.`
+    pub(super) fn title(&self) -> String {
+        let DriveForm { follows, gain_sets, delay_ticks, observer_states } = self.drive.designed.form();
+        let of = match self.drive.designed {
+            DriveDesign::Motor { .. } => "a motor with one encoder",
+            DriveDesign::Joint { .. } => "a flexible joint with two encoders",
+        };
+        format!(
+            "Drive of {of}, {}, {observer_states} states per encoder, {}, {}, f32, T = {:?} s.",
+            if follows == Follows::Position { "along a position" } else { "at a speed" },
+            if gain_sets > 1 { "2 gain sets" } else { "1 gain set" },
+            if delay_ticks > 0 { "u held one tick late" } else { "no delay" },
+            self.period_s()
+        )
+    }
+
+    /// Where the file comes from, line by line.
+    pub(super) fn origin(&self) -> String {
+        let hash = format!("Design {:#010x} (FNV-1a, with which its words in Rust begin).", self.hash());
+        origin(self.source, self.warnings, &hash)
+    }
+
+    /// Encoders with their places in names.
+    fn encoders(&self) -> Vec<(&'static str, Encoder, Mounting)> {
+        let of = |shaft, Mounted { encoder, mounting }| (shaft, encoder, mounting);
+        match self.drive.designed {
+            DriveDesign::Motor { mounted, .. } => vec![of("", mounted)],
+            DriveDesign::Joint { mounted: [link, motor], .. } => vec![of("_link", link), of("_motor", motor)],
+        }
+    }
+}
+
+/// What is said of a constant, by how its name begins; of a longer beginning first.
+const CONSTANTS: [(&str, &str); 45] = [
+    ("k1", "K_s/J_l, 1/s^2; x_3 is k1 times the motor's angle"),
+    ("b1", "damping of the link, 1/s"),
+    ("gravity", "weight of the link over its inertia, 1/s^2"),
+    ("half_spring", "k1 k2/2"),
+    ("b2", "damping of the motor, 1/s"),
+    ("cross", "b1^2 - k1"),
+    ("drag", "-B/J, 1/s"),
+    ("base", ""),
+    ("kappa", "stiffness of the block, 1/s^2"),
+    ("phi", "the block's model of a tick"),
+    ("g2", "the block's model of a tick"),
+    ("g1", "the block's model of a tick"),
+    ("h1", "the block's model of a tick"),
+    ("gain", "of the observer"),
+    ("more", "the fast gain set less the quiet one"),
+    ("unit", "one count"),
+    ("half_span", "half a counter"),
+    ("edge", "9/16 of the base"),
+    ("calm", "smoothed innovation at which the fast set begins to come in"),
+    ("rate", "how fast it does"),
+    ("smoothing", "1 - e^(-T/3 ms), by default"),
+    ("keep", "e^(-T/20 ms), by default"),
+    ("gate", "where the gate closes to"),
+    ("closing", "and how fast"),
+    ("inertia", "kg m^2"),
+    ("c_d", "surface, on d"),
+    ("c_growth", "surface, on d'"),
+    ("c_", "surface"),
+    ("k_d", "law, on d"),
+    ("k_growth", "law, on d'"),
+    ("k_last", "law, on d' in the last channel"),
+    ("k_offset", "law, on W where us is on sigma"),
+    ("kx_", "law, on the errors"),
+    ("feed_", "feed-forward, on the reference's change in the tick"),
+    ("kw", "law, on the offset W"),
+    ("us", "law, on sigma*"),
+    ("decay", "1 - e^(-alpha T)"),
+    ("per_b", "1/b"),
+    ("period", "T, s"),
+    ("full_turn", "2 pi"),
+    ("u_m", "limit, A"),
+    ("plausible", "a demand beyond is looked at, A"),
+    ("hold", "a rejected tick gives hold u + fallback"),
+    ("fallback", "A"),
+    ("input_limit", "nothing beyond is a number"),
+];
+
+/// What is said of a word of the state, by how its name begins.
+const WORDS: [(&str, &str); 20] = [
+    ("fresh", "no tick has passed since the start"),
+    ("started", ""),
+    ("last", "count of the last good sample"),
+    ("at", "the same since the base"),
+    ("turn", "turn of the base"),
+    ("pull", "acceleration at the last tick, u aside"),
+    ("push", "half the coupling at the last tick"),
+    ("p", "estimated position less that of its count"),
+    ("v", "estimated speed"),
+    ("d_dot", "its rate"),
+    ("d", "estimated disturbance, an acceleration"),
+    ("smoothed", "smoothed innovation"),
+    ("level", "how far the fast gains are in, 0 to 1"),
+    ("reach", "a sample is believed that is so much further off than the gate"),
+    ("missed", "counts that were not used, in a row"),
+    ("offset", "W = sigma(0) e^(-alpha t)"),
+    ("held", "what the actuator held since the last tick, A"),
+    ("queued", "what it holds now, A"),
+    ("g_", "g sin, g cos of the link"),
+    ("", ""),
+];
+
+fn said(of: &Meanings, name: &str) -> &'static str {
+    of.iter().find(|(beginning, _)| name.starts_with(beginning)).map_or("", |(_, meaning)| meaning)
+}
+
+struct C<'a> {
+    exported: &'a Exported<'a>,
+    file: File<'a>,
+}
+
+impl C<'_> {
+    fn text(&self) -> String {
+        [self.head(), self.types(), self.parts(), self.functions(), self.file.tail()].concat()
+    }
+
+    fn follows_position(&self) -> bool {
+        self.exported.drive.designed.form().follows == Follows::Position
+    }
+
+    /// Ends of the names that belong to an encoder.
+    fn shafts(&self) -> Vec<&'static str> {
+        self.exported.encoders().into_iter().map(|(shaft, ..)| shaft).collect()
+    }
+
+    fn head(&self) -> String {
+        let exported = self.exported;
+        let counts: Vec<String> = exported
+            .encoders()
+            .into_iter()
+            .map(|(shaft, encoder, _)| {
+                let read = format!("sample.count{shaft} = encoder{shaft}();");
+                let register =
+                    if encoder.bits == 32 { "all 32 bits".into() } else { format!("the low {} bits", encoder.bits) };
+                format!(" *     {read:<49} {register} are read; or sample.lost{shaft} = true;\n")
+            })
+            .collect();
+        let counts = counts.concat();
+        let target = if self.follows_position() {
+            " *     sample.begin = where;  sample.end = where_next;    where it should be at both ends of the tick\n"
+        } else {
+            " *     sample.begin = speed;  sample.end = speed_next;    rad/s at both ends of the tick\n"
+        };
+        let late = if exported.drive.designed.form().delay_ticks == 0 {
+            ""
+        } else {
+            " *                                                        in which u is held: one tick from now\n"
+        };
+        let usage = format!(
+            " *
+ *     #include \"this file\"
+ *     static @_state state;                              once; zeros are right
+ *     @_sample sample = {{0}};                             in the timer interrupt, every T:
+ *     @_output output;
+{counts}{target}{late} *     unsigned health = @_tick_or_start(&state, &sample, &output);
+ *     set_current(output.u);                             A
+ *     @_report_applied(&state, held);                    only if it holds another current, not a late one
+"
+        );
+        let includes = "#include <stdint.h>\n";
+        let mut out = self.file.head(&exported.title(), &usage, &exported.origin(), exported.hash(), includes);
+        let capitals = &self.file.capitals;
+        let limit = exported.drive.max_current_a;
+        let _ = write!(
+            out,
+            "#define {capitals}_VERSION \"{}\"\n\
+             #define {capitals}_DESIGN {:#010x}u /* log it: it tells designs apart */\n\
+             #define {capitals}_PERIOD_S {:?}\n#define {capitals}_MAX_CURRENT_A {limit:?} /* of either sign */\n",
+            controller_core::VERSION,
+            exported.hash(),
+            exported.period_s(),
+        );
+        for (shaft, encoder, mounting) in exported.encoders() {
+            let name = format!("{capitals}_ENCODER{}", shaft.to_ascii_uppercase());
+            let Encoder { bits, counts_per_turn, gear_num, gear_den } = encoder;
+            let Mounting { is_reversed, offset_counts } = mounting;
+            let gear = if gear_num == gear_den {
+                "on the shaft itself".into()
+            } else {
+                format!("{gear_num} turns of it are {gear_den} of the shaft")
+            };
+            let way = if is_reversed { "down" } else { "up" };
+            let _ = writeln!(
+                out,
+                "#define {name}_BITS {bits} /* {gear}; counts {way} while the angle grows, {offset_counts} at \
+                 angle 0 */\n#define {name}_COUNTS_PER_TURN {counts_per_turn}"
+            );
+        }
+        out
+    }
+
+    fn types(&self) -> String {
+        let mut out = String::from(
+            "
+/* What a tick has to say about itself, as a set of bits. */
+enum {
+    @@_OK = 0,
+    @@_INPUT_REJECTED = 1, /* no good sample yet, too many lost, a target that is no number: the fallback */
+    @@_SATURATED = 2, /* the law asked for more than the limits allow */
+    @@_SAMPLE_LOST = 8 /* a count was not there, or moved as no shaft can: the observer predicts */
+};
+",
+        );
+        let order = 2 * self.shafts().len();
+        let target = if self.follows_position() {
+            out += "
+/* Where the shaft should be at an instant: 2 pi turn + r. Its derivatives must fit. */
+typedef struct {
+    int32_t turn; /* whole turns; it may wrap */
+    float r; /* rad, best within a turn or two */
+";
+            for (j, name) in JET.iter().enumerate().take(order).skip(1) {
+                let power = if j == 1 { String::new() } else { format!("^{j}") };
+                let _ = writeln!(out, "    float {name}; /* rad/s{power} */");
+            }
+            out += "} @_target;\n";
+            "@_target"
+        } else {
+            "float"
+        };
+        out += "\n/* What a tick is given. */\ntypedef struct {\n";
+        for shaft in self.shafts() {
+            let _ = writeln!(out, "    uint32_t count{shaft}; /* as the counter's register has it */");
+        }
+        for shaft in self.shafts() {
+            let _ = writeln!(out, "    bool lost{shaft}; /* there is no count this time */");
+        }
+        let unit = if self.follows_position() { "" } else { ", rad/s" };
+        let _ = writeln!(
+            out,
+            "    {target} begin; /* at the beginning of the tick in which u is held{unit} */\n    {target} end; /* and \
+             at its end */\n}} @_sample;"
+        );
+        out += "
+typedef struct {
+    float u; /* A, to hold until the next tick, within the limits */
+    float sigma; /* how far from the reference, in the unit of its last derivative */
+    float sigma_star; /* the same less what fades from the start */
+} @_output;
+
+/* What the drive knows, of each shaft. */
+typedef struct {
+    int32_t turn; /* whole turns, to be added to the positions */
+";
+        for shaft in self.shafts() {
+            for (name, unit) in [
+                ("position", "rad"),
+                ("speed", "rad/s"),
+                ("disturbance", "rad/s^2, what the model does not explain"),
+                ("load", "N m against the shaft: the same as a torque"),
+            ] {
+                let _ = writeln!(out, "    float {name}{shaft}; /* {unit} */");
+            }
+        }
+        out += "} @_estimates_of;\n\n/* What the drive remembers between two ticks. Zeros before the start. */\n";
+        out += "typedef struct {\n";
+        let functions = &self.exported.recorded.functions;
+        for word in &functions.state {
+            out += &Self::member(word);
+        }
+        out += "} @_state;\n\n/* What one part of a tick tells the next. */\ntypedef struct {\n";
+        for word in &functions.between {
+            out += &Self::member(word);
+        }
+        out += "} @_between;\n";
+        self.file.c(&out)
+    }
+
+    fn member(word: &Port) -> String {
+        let t = match word.kind {
+            Kind::Number => "float",
+            Kind::Truth => "bool",
+            Kind::Count => "uint32_t",
+        };
+        let meaning = said(&WORDS, &word.name);
+        let comment = if meaning.is_empty() { String::new() } else { format!(" /* {meaning} */") };
+        format!("    {t} {};{comment}\n", word.name)
+    }
+
+    fn function(&self, meaning: &str, head: &str, record: &Record, result: &str) -> String {
+        let place = |port: &Port| {
+            let name = &port.name;
+            match (port.role, name.split_once('_')) {
+                (Role::State, _) => format!("state->{name}"),
+                (Role::Flag(_), _) => format!("{}_{}", self.file.capitals, name.to_uppercase()),
+                (Role::Between, _) => format!("between->{name}"),
+                (Role::Output, _) => format!("{result}->{name}"),
+                (_, Some((end @ ("begin" | "end"), "turn"))) => format!("(uint32_t)sample->{end}.turn"),
+                (_, Some((end @ ("begin" | "end"), "speed"))) => format!("sample->{end}"),
+                (_, Some((end @ ("begin" | "end"), name))) => format!("sample->{end}.{name}"),
+                _ if name.starts_with("lost") || name.starts_with("count") => format!("sample->{name}"),
+                _ => name.clone(),
+            }
+        };
+        self.file.function(meaning, head, record, &place, &CONSTANTS)
+    }
+
+    fn parts(&self) -> String {
+        let DriveFunctions { begin, observe, law, give_up, refuse, .. } = &self.exported.recorded.functions;
+        let functions = [
+            self.function(
+                "Part of the first tick after a start: the estimates are those of the sample already.",
+                "void @_begin(@_state *state, const @_sample *sample, @_between *between)",
+                begin,
+                "output",
+            ),
+            self.function(
+                "Part of a tick: what the counts should have moved, which of them are believed, and the observers. False
+ * where more samples are missing in a row than can be bridged.",
+                "bool @_observe(@_state *state, const @_sample *sample, @_between *between)",
+                observe,
+                "output",
+            ),
+            self.function(
+                "Part of a tick: the law, and the memory.",
+                "unsigned @_law(@_state *state, const @_sample *sample, const @_between *between,
+    @_output *output)",
+                law,
+                "output",
+            ),
+            self.function(
+                "Part of a tick, where nothing is known any more: the fallback goes out, and the observers start again
+ * where the counts are.",
+                "unsigned @_give_up(@_state *state, const @_sample *sample, @_output *output)",
+                give_up,
+                "output",
+            ),
+            self.function(
+                "Part of a tick, where nobody says what to do: the fallback goes out.",
+                "unsigned @_refuse(@_state *state, @_output *output)",
+                refuse,
+                "output",
+            ),
+        ];
+        functions.concat()
+    }
+
+    fn functions(&self) -> String {
+        let DriveFunctions { start, not_started, report_applied, estimates, reset, .. } =
+            &self.exported.recorded.functions;
+        let nothing: Vec<String> = self
+            .shafts()
+            .iter()
+            .map(|shaft| format!("        nothing.count{shaft} = 0u;\n        nothing.lost{shaft} = true;\n"))
+            .collect();
+        let nothing = nothing.concat();
+        let functions = [
+            self.function(
+                "The state before the first tick, from the sample that the first tick gets too: every count must be
+ * there. Its angle is then within half a counter of 0. False, and the state as it was, if the sample is not good
+ * enough: try the next one.",
+                "bool @_start(@_state *state, const @_sample *sample)",
+                start,
+                "output",
+            ),
+            self.function(
+                "What goes out as long as there has been no good sample.",
+                "unsigned @_not_started(@_output *output)",
+                not_started,
+                "output",
+            ),
+            self.file.c("
+/* One tick: counts and targets in, current out. Call it once per period, with the counts read at its beginning. Returns
+ * the health; output->u is good whatever the sample was. */
+static inline unsigned @_tick(@_state *state, const @_sample *sample, @_output *output)
+{
+    @_between between;
+    if (state->fresh) {
+        @_begin(state, sample, &between);
+    } else if (!@_observe(state, sample, &between)) {
+        return @_give_up(state, sample, output);
+    }
+    return @_law(state, sample, &between, output);
+}
+
+/* The tick of a drive that need not have started: the first good sample starts it; until then the fallback goes out.
+ * Needs a state of zeros the first time. */
+static inline unsigned @_tick_or_start(@_state *state, const @_sample *sample, @_output *output)
+{
+    if (state->started || @_start(state, sample)) {
+        return @_tick(state, sample, output);
+    }
+    return @_not_started(output);
+}
+"),
+            self.file.c(&format!(
+                "
+/* The tick of a period in which there are neither counts nor targets: the observers predict, the fallback goes out. */
+static inline unsigned @_lost(@_state *state, @_output *output)
+{{
+    if (!state->started) {{
+        return @_not_started(output);
+    }}
+    if (!state->fresh) {{
+        @_sample nothing;
+        @_between between;
+{nothing}        if (!@_observe(state, &nothing, &between)) {{
+            return @_give_up(state, &nothing, output);
+        }}
+    }}
+    return @_refuse(state, output);
+}}
+"
+            )),
+            self.function(
+                "Tells what current the actuator really holds since the last tick, where that is not the u of the tick:
+ * the only anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not
+ * taken, nor any before the start, and the answer is false.",
+                "bool @_report_applied(@_state *state, float u)",
+                report_applied,
+                "output",
+            ),
+            self.function(
+                "Estimates at the instant of the last tick. False, and zeros, before the start.",
+                "bool @_estimates(const @_state *state, @_estimates_of *estimates)",
+                estimates,
+                "estimates",
+            ),
+            self.function(
+                "Forgets all but the design: the next good sample starts again. For the end of a fault.",
+                "void @_reset(@_state *state)",
+                reset,
+                "output",
+            ),
+        ];
+        functions.concat()
+    }
+}

@@ -1,0 +1,626 @@
+//! Does the exported drive give the bits of the drive that it was exported from?
+//!
+//! Every instance below is exported, compiled by the host's C compiler with all warnings as errors, and driven beside
+//! the Rust tick around a simple plant: counts that wrap and go over whole turns, lost ones, wild ones, stuck ones,
+//! targets that jump and that are no numbers, currents that the actuator held instead, restarts, empty ticks.
+//! Compared is every bit of u, sigma, sigma*, health, estimates and state, after every tick.
+
+use controller_core::drive::{
+    Aim, ChainModel, EncoderForm, JointDesign, JointDrive, MotorDesign, MotorDrive, Mounting, Position, Sample, Speed,
+    Target,
+};
+use controller_core::{ControlLaw, Health, Running};
+use integration_tests::data::path;
+use integration_tests::strategy::Rng;
+use loop_sim::port::drive::DriveDesign;
+use scenario::Source;
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::process::Command;
+use std::{env, fs};
+
+use super::export::{
+    CORTEX_M4F, EDGES, ON_THE_CHIP, ON_THE_HOST, Place, STRICT, answers, compile, exported, folder, plain,
+};
+
+/// Of all instances together: a million.
+const TICKS: usize = 1_000_000_usize.div_ceil(INSTANCES.len());
+
+const MOTOR: &str =
+    "motor = { inertia_kg_m2 = 2e-4, torque_n_m_per_a = 0.05, max_current_a = 10, damping_n_m_s = 1e-5 }";
+const GEARED: &str = "motor = { inertia_kg_m2 = 2e-5, torque_n_m_per_a = 0.05, max_current_a = 5, gear = [37, 10],
+    load_inertia_kg_m2 = 1e-4 }";
+const JOINT: &str = "joint = { link_inertia_kg_m2 = 0.23, link_damping_n_m_s = 0.07, weight_n_m = 0.23,
+    stiffness_n_m = 9.0, motor_inertia_kg_m2 = 9.31e-4, motor_damping_n_m_s = 0.07, torque_n_m_per_a = 0.119,
+    max_current_a = 30 }";
+
+/// A scenario in two parts, and the Rust drive of it.
+type Instance = (&'static str, &'static str, &'static str, fn(&str, &str) -> Run);
+
+const INSTANCES: [Instance; 12] = [
+    ("two_sets", MOTOR, "encoder = { bits = 14 }", motor::<Position, 1, 0, 3>),
+    (
+        "one_set",
+        MOTOR,
+        "encoder = { bits = 12, reversed = true, offset_counts = 700 }
+         drive = { uncertain_percent = 50, fallback = -0.25, lost_ticks = 3 }",
+        motor::<Position, 0, 0, 3>,
+    ),
+    ("late", MOTOR, "encoder = { bits = 24 }\ndrive = { delay_ticks = 1 }", motor::<Position, 1, 1, 3>),
+    (
+        "one_set_late",
+        MOTOR,
+        "encoder = { bits = 16, counts_per_turn = 4000 }\ndrive = { delay_ticks = 1, uncertain_percent = 30 }",
+        motor::<Position, 0, 1, 3>,
+    ),
+    ("four_states", MOTOR, "encoder = { bits = 20 }\ndrive = { observer_states = 4 }", motor::<Position, 1, 0, 4>),
+    (
+        "geared",
+        GEARED,
+        "encoder = { bits = 12, reversed = true }\ndrive = { lost_ticks = 5 }",
+        motor::<Position, 1, 0, 3>,
+    ),
+    (
+        "speed",
+        MOTOR,
+        "encoder = { bits = 14, offset_counts = -5 }\ndrive = { mode = 'speed' }
+         reference = { kind = 'speed', speed_rad_s = 20 }",
+        motor::<Speed, 1, 0, 3>,
+    ),
+    (
+        "speed_late",
+        GEARED,
+        "encoder = { bits = 32, counts_per_turn = 4096 }
+         drive = { mode = 'speed', delay_ticks = 1, uncertain_percent = 30, observer_states = 4 }
+         reference = { kind = 'speed', speed_rad_s = 20 }",
+        motor::<Speed, 0, 1, 4>,
+    ),
+    (
+        "joint",
+        JOINT,
+        "encoder = { link = { bits = 20 }, motor = { bits = 20, reversed = true, offset_counts = 77 } }
+         drive = { lost_ticks = 8 }",
+        joint::<1, 0>,
+    ),
+    (
+        "joint_one_set",
+        JOINT,
+        "encoder = { link = { bits = 14, offset_counts = 16000 }, motor = { bits = 12 } }
+         drive = { uncertain_percent = 30, fallback = 1.5 }",
+        joint::<0, 0>,
+    ),
+    (
+        "joint_late",
+        JOINT,
+        "encoder = { link = { bits = 24 }, motor = { bits = 16, counts_per_turn = 4000 } }
+         drive = { delay_ticks = 1 }",
+        joint::<1, 1>,
+    ),
+    (
+        "joint_one_set_late",
+        JOINT,
+        "encoder = { link = { bits = 20 }, motor = { bits = 20 } }
+         drive = { delay_ticks = 1, uncertain_percent = 30 }",
+        joint::<0, 1>,
+    ),
+];
+
+/// Words of a request: what, three flags and counts, turns, jets, a current.
+const ASK_WORDS: usize = 1 + 1 + 2 + 2 + 8 + 1;
+
+/// What was asked of the Rust tick, and what it answered.
+struct Run {
+    asked: Vec<u8>,
+    words: usize,
+    answers: Vec<u32>,
+}
+
+/// What is asked: `tick_or_start`.
+const TICK: u32 = 0;
+/// `report_applied`.
+const REPORT: u32 = 1;
+/// `start` of a drive that may run already, and its first tick.
+const START: u32 = 2;
+/// `reset`, then `tick_or_start`.
+const FORGET: u32 = 3;
+/// `lost`.
+const LOST: u32 = 4;
+
+fn design_of(text: &str) -> DriveDesign {
+    let source = Source { file: "it", text, sets: &[] };
+    let experiment = scenario::parse(&source, "it").unwrap_or_else(|error| panic!("{error}"));
+    experiment.drive.expect("a drive").designed
+}
+
+fn motor<A, const FAST: usize, const LATE: usize, const S: usize>(name: &str, text: &str) -> Run
+where
+    A: Told<2> + Aim<f64, 2>,
+{
+    let DriveDesign::Motor { design, mounted, .. } = design_of(text) else { panic!("{name} is a motor") };
+    let MotorDesign { motor, encoder, .. } = design;
+    let law = MotorDrive::<f32, A, FAST, LATE, S>::try_design(&design).expect("a good design");
+    let plant = Plant { gain: [0.0, motor.input_gain()], ..Plant::default() };
+    run(name, &law, [mounted.mounting], [encoder.unit_rad()], plant)
+}
+
+fn joint<const FAST: usize, const LATE: usize>(name: &str, text: &str) -> Run {
+    let DriveDesign::Joint { design, mounted, .. } = design_of(text) else { panic!("{name} is a joint") };
+    let JointDesign { joint, encoders, .. } = design;
+    let law = JointDrive::<f32, Position, FAST, LATE>::try_design(&design).expect("a good design");
+    let (link, rotor) = (joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2);
+    let plant = Plant {
+        gain: [0.0, joint.torque_n_m_per_a / rotor],
+        spring: [joint.stiffness_n_m / link, joint.stiffness_n_m / rotor],
+        drag: [joint.link_damping_n_m_s / link, joint.motor_damping_n_m_s / rotor],
+        weight: joint.weight_n_m / link,
+        ..Plant::default()
+    };
+    run(name, &law, mounted.map(|mounted| mounted.mounting), encoders.map(|encoder| encoder.unit_rad()), plant)
+}
+
+/// Two shafts and a spring between them; a motor is the second alone.
+#[derive(Clone, Copy, Default)]
+struct Plant {
+    gain: [f64; 2],
+    spring: [f64; 2],
+    drag: [f64; 2],
+    weight: f64,
+    angle: [f64; 2],
+    speed: [f64; 2],
+}
+
+impl Plant {
+    /// A millisecond.
+    fn advance(&mut self, u: f64) {
+        for _ in 0..10 {
+            let drawn = self.angle[1] - self.angle[0];
+            let force =
+                [self.spring[0] * drawn - self.weight * self.angle[0].sin(), self.gain[1] * u - self.spring[1] * drawn];
+            for i in 0..2 {
+                self.speed[i] += 1e-4 * (force[i] - self.drag[i] * self.speed[i]);
+                self.angle[i] += 1e-4 * self.speed[i];
+            }
+        }
+        // What has run away starts anew.
+        if self.angle[1].abs() > 1e6 || self.speed[1].abs() > 3e3 {
+            (self.angle, self.speed) = ([0.0; 2], [0.0; 2]);
+        }
+    }
+}
+
+/// What an aim is told of a turn and a jet.
+trait Told<const N: usize>: Aim<f32, N> {
+    fn told(turn: i32, jet: [f32; 4]) -> Self::Target;
+}
+
+impl<const N: usize> Told<N> for Position {
+    fn told(turn: i32, jet: [f32; 4]) -> Target<f32, i32, N> {
+        Target { turn, jet: core::array::from_fn(|j| jet[j]) }
+    }
+}
+
+impl Told<2> for Speed {
+    fn told(_: i32, jet: [f32; 4]) -> f32 {
+        jet[1]
+    }
+}
+
+/// A goal that moves, jumps and breaks.
+struct Wanted {
+    /// Of the moves and jumps of a motor's goal: a joint that is asked for as much is at its limit all the time.
+    part: f64,
+    angle: f64,
+    speed: f64,
+    bad_left: usize,
+}
+
+impl Wanted {
+    fn next(&mut self, rng: &mut Rng) -> ([i32; 2], [[f32; 4]; 2]) {
+        if rng.chance(0.002) {
+            self.speed = self.part * rng.within(-30.0, 30.0);
+        }
+        if rng.chance(0.002) {
+            self.speed = 0.0;
+        }
+        if rng.chance(0.001) {
+            self.angle += self.part * rng.within(-1.5, 1.5);
+        }
+        let before = self.angle;
+        self.angle += 1e-3 * self.speed;
+        let mut turns = [before, self.angle].map(|angle| (angle / TAU).round() as i32);
+        let mut jets = [before, self.angle].map(|angle| {
+            let rest = angle - TAU * (angle / TAU).round();
+            [rest as f32, self.speed as f32, 0.0, 0.0]
+        });
+        if rng.chance(0.005) {
+            self.bad_left = rng.integer(1, 4);
+        }
+        if self.bad_left > 0 {
+            self.bad_left -= 1;
+            let bad = match rng.integer(0, 2) {
+                0 => f32::from_bits(rng.bits() as u32),
+                1 => EDGES[rng.integer(0, EDGES.len() - 1)],
+                _ => rng.spread(1.0, 1e25) as f32,
+            };
+            jets[rng.integer(0, 1)][rng.integer(0, 3)] = bad;
+            if rng.chance(0.2) {
+                turns[rng.integer(0, 1)] = rng.bits() as i32;
+            }
+        }
+        (turns, jets)
+    }
+}
+
+/// Counts as the registers have them, with what can happen to them.
+#[derive(Default)]
+struct Counters {
+    lost_left: [usize; 2],
+    stuck_left: [usize; 2],
+    wild_left: [usize; 2],
+    held: [i32; 2],
+    /// Counts by which an encoder slipped.
+    slipped: [i32; 2],
+}
+
+impl Counters {
+    fn next(&mut self, rng: &mut Rng, steps: [i64; 2], mounting: &[Mounting]) -> ([i32; 2], [bool; 2]) {
+        let (mut counts, mut lost) = ([0; 2], [false; 2]);
+        for (i, Mounting { is_reversed, offset_counts }) in mounting.iter().enumerate() {
+            for (left, chance) in
+                [(&mut self.lost_left, 0.004), (&mut self.stuck_left, 0.001), (&mut self.wild_left, 0.001)]
+            {
+                if rng.chance(chance) {
+                    left[i] = if rng.chance(0.1) { rng.integer(1, 80) } else { rng.integer(1, 5) };
+                }
+            }
+            if rng.chance(0.0005) {
+                self.slipped[i] = self.slipped[i].wrapping_add(rng.integer(0, 4000) as i32 - 2000);
+            }
+            let upright = (steps[i] as i32).wrapping_add(self.slipped[i]);
+            let read = if *is_reversed { upright.wrapping_neg() } else { upright }.wrapping_add(*offset_counts);
+            counts[i] = read;
+            if self.wild_left[i] > 0 {
+                self.wild_left[i] -= 1;
+                counts[i] = rng.bits() as i32;
+            } else if self.stuck_left[i] > 0 {
+                self.stuck_left[i] -= 1;
+                counts[i] = self.held[i];
+            }
+            self.held[i] = counts[i];
+            lost[i] = self.lost_left[i] > 0;
+            self.lost_left[i] = self.lost_left[i].saturating_sub(1);
+        }
+        (counts, lost)
+    }
+}
+
+fn run<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
+    name: &str,
+    law: &EncoderForm<f32, M, A, E, N, S, FAST, LATE>,
+    mounting: [Mounting; E],
+    unit_rad: [f64; E],
+    mut plant: Plant,
+) -> Run
+where
+    M: ChainModel<f32, E, N>,
+    A: Told<N>,
+    EncoderForm<f32, M, A, E, N, S, FAST, LATE>: ControlLaw<
+            Scalar = f32,
+            Sample = Sample<i32, A::Target, E>,
+            Guess = [f32; E],
+            Output = controller_core::Output<f32>,
+            Estimates = controller_core::drive::DriveEstimates<f32, i32, E>,
+        >,
+{
+    let mut rng = Rng::new(0xD41E + name.bytes().map(u64::from).sum::<u64>());
+    let mut running = Running::new(law);
+    let (mut wanted, mut counters) =
+        (Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
+    let (mut asked, mut answers, mut seen, mut words) = (Vec::new(), Vec::new(), [0_usize; 16], 0);
+    let (mut ticks, mut turns_gone) = (0, 0);
+    while ticks < TICKS {
+        let what = match rng.integer(0, 999) {
+            0 if rng.chance(0.2) => FORGET,
+            1 if rng.chance(0.2) => START,
+            2..=4 => LOST,
+            5..=24 => REPORT,
+            _ => TICK,
+        };
+        // A start may be turns away, and nobody follows from there: planned anew from where it is.
+        if let Some(known) = running.estimates() {
+            let at = TAU * f64::from(known.turn) + f64::from(known.position[0]);
+            if (wanted.angle - at).abs() > 3.0 && at.abs() < 1e6 {
+                (wanted.angle, wanted.speed) = (at, f64::from(known.speed[0]).clamp(-100.0, 100.0) * wanted.part);
+            }
+        }
+        let (turns, jets) = wanted.next(&mut rng);
+        let steps: [i64; 2] =
+            core::array::from_fn(
+                |i| if i < E { (plant.angle[2 - E + i] / unit_rad[i] + 0.5).floor() as i64 } else { 0 },
+            );
+        let (counts, lost) = counters.next(&mut rng, steps, &mounting);
+        let current =
+            if rng.chance(0.03) { EDGES[rng.integer(0, EDGES.len() - 1)] } else { rng.within(-10.0, 10.0) as f32 };
+        let sample = Sample {
+            counts: core::array::from_fn(|i| (!lost[i]).then(|| mounting[i].upright(counts[i]))),
+            begin: A::told(turns[0], jets[0]),
+            end: A::told(turns[1], jets[1]),
+        };
+        let mut said = None;
+        match what {
+            REPORT => {
+                answers.push(u32::from(running.report_applied(current)));
+                answers.extend([0; 3]);
+            }
+            START if law.start(&sample).is_none() => answers.extend([0; 4]),
+            _ => {
+                if what == FORGET || what == START {
+                    running.reset();
+                }
+                said = Some(if what == LOST { running.lost() } else { running.tick(&sample) });
+            }
+        }
+        if let Some(output) = said {
+            ticks += 1;
+            seen[usize::from(output.health.bits())] += 1;
+            answers.push(u32::from(output.health.bits()));
+            answers.extend([output.u, output.sigma, output.sigma_star].map(f32::to_bits));
+            plant.advance(f64::from(output.u).clamp(-30.0, 30.0));
+        }
+        asked.extend(
+            [what, u32::from(lost[0]) | u32::from(lost[1]) << 1]
+                .into_iter()
+                .chain(counts.map(|count| count as u32))
+                .chain(turns.map(|turn| turn as u32))
+                .chain(jets.as_flattened().iter().map(|number| number.to_bits()))
+                .chain([current.to_bits()])
+                .flat_map(u32::to_le_bytes),
+        );
+        // The state without hash and checksum, then whether it has started.
+        let all: Vec<u32> = running.words().collect();
+        let [_, started, ref state @ .., _] = all[..] else { panic!("words of a running drive") };
+        let length = if started == 1 { state.len() } else { words };
+        let known = running.estimates();
+        words = words.max(state.len());
+        answers.extend(state.iter().copied().chain(core::iter::repeat(0)).take(length));
+        answers.extend([started, known.as_ref().map_or(0, |known| known.turn as u32)]);
+        for i in 0..E {
+            let of = known
+                .as_ref()
+                .map_or([0.0; 4], |known| [known.position[i], known.speed[i], known.disturbance[i], known.load[i]]);
+            answers.extend(of.map(f32::to_bits));
+        }
+        turns_gone = turns_gone.max(known.map_or(0, |known| known.turn.unsigned_abs().min(1000)));
+        if words == 0 {
+            // Nothing is known of the length of a state yet.
+            answers.clear();
+            asked.clear();
+            running.reset();
+        }
+    }
+    let of = |health: Health| seen[usize::from(health.bits())];
+    let given_up = of(Health::INPUT_REJECTED) + of(Health::from_bits(9).expect("two flags"));
+    println!(
+        "{name}: {ticks} ticks, {} healthy, {} saturated, {} lost, {given_up} rejected, {turns_gone} turns",
+        of(Health::OK),
+        of(Health::SATURATED),
+        of(Health::SAMPLE_LOST),
+    );
+    // No drive is exercised by a run in which it hardly ever works, or always.
+    assert!(of(Health::OK) > ticks / 4 && of(Health::SATURATED) > ticks / 1000, "{name}: {seen:?}");
+    assert!(of(Health::SAMPLE_LOST) > ticks / 200 && given_up > ticks / 1000 && turns_gone > 1, "{name}: {seen:?}");
+    Run { asked, words: 4 + words + 2 + 4 * E, answers }
+}
+
+/// Names of the members of a struct of an exported file, with their types.
+fn members<'a>(text: &'a str, name: &str) -> Vec<(&'a str, &'a str)> {
+    let before = text.split_once(&format!("}} edo_smc_{name};")).expect("the struct").0;
+    let (_, body) = before.rsplit_once("typedef struct {").expect("its beginning");
+    let member = |line: &'a str| line.split_once(';').expect("a member").0.trim().split_once(' ');
+    body.trim().lines().filter_map(member).collect()
+}
+
+/// The C around the exported file: requests in, answers out.
+fn driver(exported: &str, text: &str, place: Place) -> String {
+    let put = |from: &str, (t, name): (&str, &str)| match t {
+        "float" => format!("            *word++ = bits({from}.{name});\n"),
+        _ => format!("            *word++ = (uint32_t){from}.{name};\n"),
+    };
+    let state: String = members(text, "state").into_iter().map(|member| put("state", member)).collect();
+    let estimates: String = members(text, "estimates_of").into_iter().map(|member| put("known", member)).collect();
+    let sample = members(text, "sample");
+    let counts = sample.iter().filter(|(_, name)| name.starts_with("count"));
+    let counts: Vec<String> =
+        counts.enumerate().map(|(i, (_, name))| format!("            sample.{name} = ask->count[{i}];\n")).collect();
+    let counts = counts.concat();
+    let lost = sample.iter().filter(|(_, name)| name.starts_with("lost"));
+    let lost: Vec<String> = lost
+        .enumerate()
+        .map(|(i, (_, name))| format!("            sample.{name} = (ask->lost >> {i} & 1u) != 0u;\n"))
+        .collect();
+    let lost = lost.concat();
+    let mut targets = String::new();
+    for (k, end) in ["begin", "end"].into_iter().enumerate() {
+        if sample.contains(&("float", end)) {
+            let _ = writeln!(targets, "            sample.{end} = ask->jet[{k}][1];");
+            continue;
+        }
+        let _ = writeln!(targets, "            sample.{end}.turn = ask->turn[{k}];");
+        for (j, (_, name)) in members(text, "target").into_iter().skip(1).enumerate() {
+            let _ = writeln!(targets, "            sample.{end}.{name} = ask->jet[{k}][{j}];");
+        }
+    }
+    let words = state.lines().count() + estimates.lines().count() + 4;
+    let transfer = if place == Place::Here { ON_THE_HOST } else { ON_THE_CHIP };
+    format!(
+        "#include \"{exported}\"
+{transfer}
+typedef struct {{
+    uint32_t what;
+    uint32_t lost;
+    uint32_t count[2];
+    int32_t turn[2];
+    float jet[2][4];
+    float current;
+}} ask_type;
+static ask_type asks[128];
+static uint32_t answers[128 * {words}];
+
+static uint32_t bits(float number)
+{{
+    union {{ float number; uint32_t word; }} both;
+    both.number = number;
+    return both.word;
+}}
+
+int main(void)
+{{
+    static edo_smc_state state;
+    size_t count;
+    while ((count = receive(asks, sizeof asks) / sizeof asks[0]) > 0) {{
+        uint32_t *word = answers;
+        for (size_t k = 0; k < count; k++) {{
+            const ask_type *const ask = &asks[k];
+            edo_smc_sample sample;
+            edo_smc_output output = {{0.0f, 0.0f, 0.0f}};
+            edo_smc_estimates_of known;
+            unsigned said;
+{counts}{lost}{targets}
+            switch (ask->what) {{
+            case {REPORT}: said = edo_smc_report_applied(&state, ask->current); break;
+            case {START}: said = edo_smc_start(&state, &sample) ? edo_smc_tick(&state, &sample, &output) : 0u; break;
+            case {FORGET}: edo_smc_reset(&state); said = edo_smc_tick_or_start(&state, &sample, &output); break;
+            case {LOST}: said = edo_smc_lost(&state, &output); break;
+            default: said = edo_smc_tick_or_start(&state, &sample, &output); break;
+            }}
+            *word++ = said;
+            *word++ = bits(output.u);
+            *word++ = bits(output.sigma);
+            *word++ = bits(output.sigma_star);
+            (void)edo_smc_estimates(&state, &known);
+{state}{estimates}        }}
+        send(answers, count * {words} * sizeof answers[0]);
+    }}
+    return 0;
+}}
+"
+    )
+}
+
+fn compare_all(place: Place, options: &[&str]) {
+    for (name, plant, rest, run) in INSTANCES {
+        let scenario = format!("{plant}\n{rest}\n");
+        let run = run(name, &scenario);
+        assert_eq!(run.asked.len() % (4 * ASK_WORDS), 0);
+        let kind = if place == Place::Here { "drive-here" } else { "drive-chip" };
+        let folder = folder(&format!("{kind}{}", options.concat())).join(name);
+        fs::create_dir_all(&folder).expect("a folder");
+        let exported = exported(&folder, &format!("{name}.h"), &scenario, &["--standalone"]);
+        let text = fs::read_to_string(&exported).expect("the exported file");
+        let program = driver(plain(&exported), &text, place);
+        let answered = answers(&folder, &program, options, &run.asked, place);
+        assert_eq!(answered.len(), run.answers.len(), "{name}: words of the answers");
+        let both = answered.chunks(run.words).zip(run.answers.chunks(run.words));
+        for (k, (c, rust)) in both.enumerate() {
+            let shown = |words: &[u32]| format!("{words:08x?}");
+            assert!(alike(c, rust), "{name}: answer {k}\nC:    {}\nRust: {}", shown(c), shown(rust));
+        }
+        fs::remove_dir_all(&folder).expect("the folder goes");
+    }
+}
+
+/// The same bits; what is not a number is any NaN, as every processor makes its own.
+fn alike(c: &[u32], rust: &[u32]) -> bool {
+    let is_nan = |word: u32| f32::from_bits(word).is_nan();
+    c.len() == rust.len() && c.iter().zip(rust).all(|(&c, &rust)| c == rust || is_nan(c) && is_nan(rust))
+}
+
+#[test]
+fn the_exported_c_of_a_drive_gives_the_bits_of_its_tick() {
+    compare_all(Place::Here, &["-O2", "-Wconversion"]);
+}
+
+#[test]
+fn the_exported_c_of_a_drive_has_no_undefined_behaviour() {
+    compare_all(Place::Here, &["-O1", "-fsanitize=undefined,float-cast-overflow", "-fno-sanitize-recover=all"]);
+}
+
+#[test]
+fn the_exported_c_of_a_drive_gives_its_bits_on_the_emulated_chip() {
+    compare_all(Place::Chip, &["-O2", "-Wconversion"]);
+}
+
+/// The steps of docs/linking.md, "A motor from C", with the program that stands there.
+#[test]
+fn the_program_of_the_docs_compiles_as_c_as_cpp_and_for_the_chip_without_a_warning() {
+    let page = fs::read_to_string(path("../docs/linking.md")).expect("the page");
+    let section = page.split_once("## A motor from C").expect("the section").1;
+    assert!(section.contains("new mine --plant motor"), "the first command");
+    assert!(section.contains("export mine.toml --lang c --standalone -o motor_drive.h"), "the last command");
+    let program = section.split_once("```c\n").expect("a program").1.split_once("```").expect("its end").0;
+    let folder = folder("drive-docs");
+    exported(&folder, "motor_drive.h", scenario::MOTOR, &["--lang", "c", "--standalone"]);
+    for (compiler, file, options) in [
+        ("cc", "user.c", &["-Wconversion", "-O2"][..]),
+        ("arm-none-eabi-gcc", "user.c", &[&CORTEX_M4F[..], &["-Wconversion", "-O2"]].concat()),
+        ("c++", "user.cpp", &["-std=c++17", "-Wconversion", "-O2"]),
+    ] {
+        let (source, object) = (folder.join(file), folder.join(file).with_extension(format!("{compiler}.o")));
+        fs::write(&source, program).expect("the program");
+        let warnings = if compiler == "c++" { &STRICT[1..] } else { &STRICT[..] };
+        compile(compiler, &[warnings, options, &["-c"]].concat(), &source, &object);
+    }
+}
+
+/// A package whose library is the exported file, and a program that says what it is.
+fn said_by_exported_rust(name: &str, scenario: &str) -> String {
+    let package = folder("drive-rust").join(name);
+    fs::create_dir_all(&package).expect("a folder");
+    let library = exported(&package, &format!("{name}.rs"), scenario, &["--lang", "rust"]);
+    let root = path("..").canonicalize().expect("the workspace");
+    let manifest = format!(
+        "[package]\nname = \"exported\"\nedition = \"2024\"\n[lib]\npath = {:?}\n\
+         [[bin]]\nname = \"said\"\npath = \"said.rs\"\n[workspace]\n[dependencies]\n\
+         controller-core = {{ path = {:?} }}\n",
+        plain(&library),
+        plain(&root.join("controller-core")),
+    );
+    fs::write(package.join("Cargo.toml"), manifest).expect("the manifest");
+    fs::copy(root.join("Cargo.lock"), package.join("Cargo.lock")).expect("the lock file");
+    let program = "use exported::*;
+use controller_core::ControlLaw;
+fn main() {
+    assert_eq!(EXPORTED_FOR, controller_core::VERSION);
+    assert!(RUNNING.estimates().is_none());
+    println!(\"{:#010x} {:#010x}\", DRIVE.fingerprint(), DESIGN);
+    MOUNTING.iter().for_each(|mounting| println!(\"{}\", mounting.upright(1000)));
+}
+";
+    fs::write(package.join("said.rs"), program).expect("the program");
+    let output = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+        .args(["run", "--quiet", "--offline", "--color=never"])
+        .current_dir(&package)
+        .env("CARGO_TARGET_DIR", folder("drive-rust").join("target"))
+        .env("RUSTFLAGS", "-D warnings")
+        .output()
+        .expect("cargo runs");
+    assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// The fingerprint is over every number of the design in f32: with the types of the file it is the whole drive.
+#[test]
+fn the_exported_rust_of_a_drive_is_the_design_that_the_host_made() {
+    for (wanted, counts) in [("one_set", "-300\n"), ("speed_late", "1000\n"), ("joint", "1000\n-923\n")] {
+        let (name, plant, rest, _) = INSTANCES.into_iter().find(|(name, ..)| *name == wanted).expect("an instance");
+        let scenario = format!("{plant}\n{rest}\n");
+        let hash = match (design_of(&scenario), name) {
+            (DriveDesign::Motor { design, .. }, "one_set") => {
+                MotorDrive::<f32, Position>::design(&design).fingerprint()
+            }
+            (DriveDesign::Motor { design, .. }, _) => MotorDrive::<f32, Speed, 0, 1, 4>::design(&design).fingerprint(),
+            (DriveDesign::Joint { design, .. }, _) => JointDrive::<f32, Position, 1>::design(&design).fingerprint(),
+        };
+        assert_eq!(said_by_exported_rust(name, &scenario), format!("{hash:#010x} {hash:#010x}\n{counts}"), "{name}");
+    }
+}

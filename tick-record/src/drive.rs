@@ -1,0 +1,353 @@
+//! A drive as records: counts and targets in, u out, in the parts that its tick is made of.
+//!
+//! ```text
+//! tick:  fresh?  begin                              else  observe --known?--> give_up
+//!                  `-----------------> law <---------------'
+//! lost:  not fresh: observe, with nothing there --known?--> give_up;      then  refuse
+//! ```
+//!
+//! A part is a function of the core that its tick calls. What one hands to another that is no word of the state
+//! (sines, cosines, couplings, whether a sample was lost) goes from the one to the other by its name.
+
+use controller_core::drive::{
+    Aim, ChainModel, DriveError, DriveEstimates, EncoderForm, JointDesign, JointDrive, JointModel, MotorDesign,
+    MotorDrive, MotorModel, Mounting, NumberName, Position, Sample, Speed, Target,
+};
+use controller_core::{ControlLaw, Health, Output, Real, Words as _, as_within};
+
+use crate::law::{Around, Recorded, Words, around, recorded};
+use crate::record::{Port, Record, Role};
+use crate::recorder::{CountSymbol, Recorder, Symbol};
+
+/// What a drive does, each as a record. The head of the module says how they make a tick.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DriveFunctions {
+    /// The words of the state, in the order of `words` of a running one, then `started`.
+    pub state: Vec<Port>,
+    /// What the parts of a tick hand on.
+    pub between: Vec<Port>,
+    /// [`ControlLaw::start_from`] without a guess: sample -> state, and the answer whether it has started.
+    pub start: Record,
+    /// [`ControlLaw::not_started`].
+    pub not_started: Record,
+    /// The first tick of a state: there is none that has passed.
+    pub begin: Record,
+    /// Which counts are believed, and the observers. The answer is "no" where too many samples are missing.
+    pub observe: Record,
+    /// The law, from the estimates to u, and the memory.
+    pub law: Record,
+    /// Nothing is known any more: the fallback goes out, and the observers start again.
+    pub give_up: Record,
+    /// Nothing is asked for: the fallback goes out.
+    pub refuse: Record,
+    /// [`Running::report_applied`](controller_core::Running::report_applied).
+    pub report_applied: Record,
+    /// [`Running::estimates`](controller_core::Running::estimates); zeros and the answer "no" before the start.
+    pub estimates: Record,
+    /// [`Running::reset`](controller_core::Running::reset).
+    pub reset: Record,
+}
+
+/// A model of a drive whose names are known.
+pub trait NamedModel<const E: usize, const N: usize>: ChainModel<Symbol, E, N> + 'static {
+    /// What ends the names that belong to each shaft.
+    const SHAFTS: [&'static str; E];
+    /// Those that are pushed.
+    const PUSHED: &'static [&'static str];
+    /// What is seen of the positions.
+    const SEEN: &'static [&'static str];
+    /// That, as numbers.
+    fn numbers_of(seen: &Self::Seen) -> Vec<Symbol>;
+    /// And back.
+    fn seen_of(numbers: &[Symbol]) -> Self::Seen;
+}
+
+impl NamedModel<1, 2> for MotorModel<Symbol> {
+    const SHAFTS: [&'static str; 1] = [""];
+    const PUSHED: &'static [&'static str] = &[];
+    const SEEN: &'static [&'static str] = &[];
+    fn numbers_of((): &()) -> Vec<Symbol> {
+        Vec::new()
+    }
+    fn seen_of(_: &[Symbol]) {}
+}
+
+impl NamedModel<2, 4> for JointModel<Symbol> {
+    const SHAFTS: [&'static str; 2] = ["_link", "_motor"];
+    const PUSHED: &'static [&'static str] = &Self::SHAFTS;
+    const SEEN: &'static [&'static str] = &["g_sin", "g_cos"];
+    fn numbers_of(seen: &[Symbol; 2]) -> Vec<Symbol> {
+        seen.to_vec()
+    }
+    fn seen_of(numbers: &[Symbol]) -> [Symbol; 2] {
+        core::array::from_fn(|i| numbers[i])
+    }
+}
+
+/// An aim whose targets have names.
+pub trait NamedAim<const N: usize>: Aim<Symbol, N> {
+    /// The target at the `begin` or the `end` of a tick, from the inputs.
+    fn target(recorder: &Recorder, when: &str) -> Self::Target;
+}
+
+/// r and its derivatives.
+pub const JET: [&str; 4] = ["r", "r_dot", "r_ddot", "r_dddot"];
+
+impl<const N: usize> NamedAim<N> for Position {
+    fn target(recorder: &Recorder, when: &str) -> Target<Symbol, CountSymbol, N> {
+        let number = |name: &str| recorder.number(&format!("{when}_{name}"), Role::Argument);
+        let turn = recorder.count(&format!("{when}_turn"), Role::Argument);
+        Target { turn, jet: core::array::from_fn(|j| number(JET[j])) }
+    }
+}
+
+impl NamedAim<2> for Speed {
+    fn target(recorder: &Recorder, when: &str) -> Symbol {
+        recorder.number(&format!("{when}_speed"), Role::Argument)
+    }
+}
+
+/// An encoder form and how its encoders are mounted.
+struct Mounted<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> {
+    law: EncoderForm<Symbol, M, A, E, N, S, FAST, LATE>,
+    mounting: [Mounting; E],
+}
+
+impl<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>
+    Mounted<M, A, E, N, S, FAST, LATE>
+where
+    M: NamedModel<E, N>,
+    A: NamedAim<N>,
+{
+    /// Counts as a drive takes them, `None` for those that are lost.
+    fn counts(&self, recorder: &Recorder) -> [Option<CountSymbol>; E] {
+        core::array::from_fn(|i| {
+            let shaft = M::SHAFTS[i];
+            let lost = recorder.truth(&format!("lost{shaft}"), Role::Argument);
+            let count = recorder.count(&format!("count{shaft}"), Role::Sample(i));
+            let mounting = self.mounting[i];
+            (!lost).then(|| if mounting == Mounting::UPRIGHT { count } else { mounting.upright(count) })
+        })
+    }
+}
+
+impl<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> ControlLaw
+    for Mounted<M, A, E, N, S, FAST, LATE>
+where
+    M: NamedModel<E, N>,
+    A: NamedAim<N>,
+{
+    as_within!(EncoderForm<Symbol, M, A, E, N, S, FAST, LATE>: self => self.law, from => &from.law);
+
+    fn fingerprint(&self) -> u32 {
+        0
+    }
+}
+
+impl<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> Recorded
+    for Mounted<M, A, E, N, S, FAST, LATE>
+where
+    M: NamedModel<E, N>,
+    A: NamedAim<N>,
+{
+    fn state_names() -> Vec<String> {
+        let of = |names: &[&str]| -> Vec<String> {
+            M::SHAFTS.iter().flat_map(|shaft| names.iter().map(move |name| format!("{name}{shaft}"))).collect()
+        };
+        let alert = if FAST == 1 { of(&["smoothed", "level"]) } else { Vec::new() };
+        let late = ["queued"].into_iter().take(LATE).map(String::from);
+        ["fresh".into()]
+            .into_iter()
+            .chain(of(&["last"]))
+            .chain(of(&["at"]))
+            .chain(["turn".into()])
+            .chain(
+                ["pull", "push"]
+                    .into_iter()
+                    .flat_map(|name| M::PUSHED.iter().map(move |shaft| format!("{name}{shaft}"))),
+            )
+            .chain(of(&["p", "v", "d", "d_dot"][..S]))
+            .chain(alert)
+            .chain(["reach".into()])
+            .chain(of(&["missed"]))
+            .chain(["offset", "held"].map(String::from))
+            .chain(late)
+            .collect()
+    }
+
+    fn sample(&self, recorder: &Recorder) -> Self::Sample {
+        let [begin, end] = ["begin", "end"].map(|when| A::target(recorder, when));
+        Sample { counts: self.counts(recorder), begin, end }
+    }
+
+    fn put_output(recorder: &Recorder, output: &Output<Symbol>) {
+        for (name, number) in [("u", output.u), ("sigma", output.sigma), ("sigma_star", output.sigma_star)] {
+            recorder.put(name, Role::Output, number);
+        }
+        for (name, flag) in FLAGS {
+            recorder.put_truth(name, Role::Flag(flag.bits().trailing_zeros() as u8), output.health.contains(flag));
+        }
+    }
+
+    fn put_estimates(recorder: &Recorder, estimates: Option<&DriveEstimates<Symbol, CountSymbol, E>>) {
+        recorder.put_count("turn", Role::Output, estimates.map_or_else(|| recorder.count_of(0), |known| known.turn));
+        for (i, shaft) in M::SHAFTS.iter().enumerate() {
+            let all = estimates.map_or([Symbol::ZERO; 4], |known| {
+                [known.position[i], known.speed[i], known.disturbance[i], known.load[i]]
+            });
+            for (name, number) in ["position", "speed", "disturbance", "load"].into_iter().zip(all) {
+                recorder.put(&format!("{name}{shaft}"), Role::Output, number);
+            }
+        }
+    }
+}
+
+/// What the health of a drive may say.
+const FLAGS: [(&str, Health); 3] = [
+    ("input_rejected", Health::INPUT_REJECTED),
+    ("saturated", Health::SATURATED),
+    ("sample_lost", Health::SAMPLE_LOST),
+];
+
+/// Records a drive. `design` makes it, of [constants](Recorder::constant).
+fn drive<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
+    design: &dyn Fn(&Recorder) -> EncoderForm<Symbol, M, A, E, N, S, FAST, LATE>,
+    mounting: [Mounting; E],
+) -> DriveFunctions
+where
+    M: NamedModel<E, N>,
+    A: NamedAim<N>,
+    EncoderForm<Symbol, M, A, E, N, S, FAST, LATE>: 'static,
+{
+    let mounted = |recorder: &Recorder| -> Mounted<M, A, E, N, S, FAST, LATE> {
+        Mounted { law: recorder.silently(|| design(recorder)), mounting }
+    };
+    let (words, Around { start, not_started, report_applied, estimates, reset }) =
+        around(&|recorder| (mounted(recorder), EncoderForm::<Symbol, M, A, E, N, S, FAST, LATE>::NO_GUESS));
+    // A state that is not fresh, and stays so.
+    let going_on = words.without("fresh");
+    let part = |words: &Words, f: &Part<'_, Mounted<M, A, E, N, S, FAST, LATE>, StateOf<M, A, E, N, S, FAST, LATE>>| {
+        recorded(&mounted, &|recorder, law| {
+            let mut state = words.state(recorder);
+            f(recorder, law, &mut state);
+            words.put(recorder, &state.words().collect::<Vec<_>>());
+        })
+    };
+    let before = |shaft: &&str| format!("push{shaft}_before");
+    let law = part(&going_on, &|recorder, law, state| {
+        let missing = recorder.truth("missing", Role::Between);
+        let number = |name: &str| recorder.number(name, Role::Between);
+        let seen = M::seen_of(&M::SEEN.iter().map(|name| number(name)).collect::<Vec<_>>());
+        let push: Vec<u32> = M::PUSHED.iter().map(|shaft| number(&before(shaft)).to_words()[0]).collect();
+        let push = recorder.silently(|| M::Push::from_words(&mut push.into_iter())).expect("the words of couplings");
+        let [begin, end] = ["begin", "end"].map(|when| A::target(recorder, when));
+        let sample = Sample { counts: [None; E], begin, end };
+        let health = if missing { Health::SAMPLE_LOST } else { Health::OK };
+        let output = law.law.ask_rest(state, &sample, seen, &push, health);
+        Mounted::<M, A, E, N, S, FAST, LATE>::put_output(recorder, &output);
+    });
+    let between: Vec<Port> =
+        law.inputs.iter().filter(|port| port.role == Role::Between && law.reads(port)).cloned().collect();
+    let put = |recorder: &Recorder, name: &str, number: Symbol| {
+        if between.iter().any(|port| port.name == name) {
+            recorder.put(name, Role::Between, number);
+        }
+    };
+    let put_seen = |recorder: &Recorder, seen: &M::Seen| {
+        M::SEEN.iter().zip(M::numbers_of(seen)).for_each(|(name, number)| put(recorder, name, number));
+    };
+    // Couplings of the tick that has passed go on as they stand.
+    let put_before = |recorder: &Recorder| {
+        for shaft in M::PUSHED {
+            put(recorder, &before(shaft), recorder.number(&format!("push{shaft}"), Role::State));
+        }
+    };
+    let begin = part(&words, &|recorder, law, state| {
+        put_before(recorder);
+        let seen = law.law.begun(state, &law.counts(recorder));
+        put_seen(recorder, &seen);
+        recorder.put_truth("missing", Role::Between, false);
+    });
+    let observe = part(&going_on, &|recorder, law, state| {
+        put_before(recorder);
+        let (seen, used, known) = law.law.observe_rest(state, &law.counts(recorder));
+        put_seen(recorder, &seen);
+        recorder.put_truth("missing", Role::Between, used.contains(&false));
+        recorder.put_truth("answer", Role::Answer, known);
+    });
+    let give_up = part(&words, &|recorder, law, state| {
+        let output = law.law.give_up(state, &law.counts(recorder));
+        Mounted::<M, A, E, N, S, FAST, LATE>::put_output(recorder, &output);
+    });
+    let refuse = part(&going_on, &|recorder, law, state| {
+        let output = law.law.refuse(state, Health::SAMPLE_LOST);
+        Mounted::<M, A, E, N, S, FAST, LATE>::put_output(recorder, &output);
+    });
+    let state = words.ports();
+    DriveFunctions {
+        state,
+        between,
+        start,
+        not_started,
+        begin,
+        observe,
+        law,
+        give_up,
+        refuse,
+        report_applied,
+        estimates,
+        reset,
+    }
+}
+
+/// What is recorded of a law and a state.
+type Part<'a, L, S> = dyn Fn(&Recorder, &L, &mut S) + 'a;
+
+type StateOf<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> =
+    <EncoderForm<Symbol, M, A, E, N, S, FAST, LATE> as ControlLaw>::State;
+
+/// A number of the design as a constant with its name: `unit_link`, `gain_motor_2`, `kx_3`.
+fn named<M: NamedModel<E, N>, const E: usize, const N: usize>(
+    recorder: &Recorder,
+    NumberName { name, encoder, entry }: NumberName,
+    number: f32,
+) -> Symbol {
+    let shaft = if encoder == 0 { "" } else { M::SHAFTS[encoder - 1] };
+    let entry = if entry == 0 { String::new() } else { format!("_{entry}") };
+    recorder.constant(&format!("{name}{shaft}{entry}"), f64::from(number))
+}
+
+/// Records the drive of a motor in f32.
+///
+/// # Errors
+/// Those of the design.
+pub fn motor<A, const FAST: usize, const LATE: usize, const S: usize>(
+    design: &MotorDesign,
+    mounting: Mounting,
+) -> Result<DriveFunctions, DriveError>
+where
+    A: NamedAim<2> + Aim<f32, 2> + Aim<f64, 2>,
+{
+    let drive = MotorDrive::<f32, A, FAST, LATE, S>::try_design(design)?;
+    let symbols = |recorder: &Recorder| {
+        let model = drive.model().converted(&mut |name, number| recorder.constant(name, f64::from(number)));
+        drive.converted(model, &mut |name, number| named::<MotorModel<Symbol>, 1, 2>(recorder, name, number))
+    };
+    Ok(self::drive(&symbols, [mounting]))
+}
+
+/// Records the drive of a joint in f32, following a position.
+///
+/// # Errors
+/// Those of the design.
+pub fn joint<const FAST: usize, const LATE: usize>(
+    design: &JointDesign,
+    mounting: [Mounting; 2],
+) -> Result<DriveFunctions, DriveError> {
+    let drive = JointDrive::<f32, Position, FAST, LATE>::try_design(design)?;
+    let symbols = |recorder: &Recorder| {
+        let model = drive.model().converted(&mut |name, number| recorder.constant(name, f64::from(number)));
+        drive.converted(model, &mut |name, number| named::<JointModel<Symbol>, 2, 4>(recorder, name, number))
+    };
+    Ok(self::drive(&symbols, mounting))
+}
