@@ -41,7 +41,7 @@ use loop_sim::closed_loop::LoopError;
 use loop_sim::metrics::{FAR, Metrics, Noise, Tracking};
 use loop_sim::port::{ControllerPort, PortError};
 use loop_sim::trace::{Ending, Trace};
-use scenario::{Experiment, Mu, ScenarioError, Source};
+use scenario::{Drive, Experiment, Mu, ScenarioError, Source};
 use serde::Serialize;
 use whole_file::{Claim, Existing};
 
@@ -585,8 +585,18 @@ impl Console<'_> {
         // Drawing is slower than a tick.
         let stride = (periods / 200).max(1);
         let mut ticks = 0;
+        let mut drive;
         let (remote, log) = match link {
-            Some(Link { remote, log }) => (Some(remote as &mut dyn ControllerPort), log.as_ref()),
+            Some(Link { remote, log }) => {
+                let port: &mut dyn ControllerPort = match &experiment.drive {
+                    Some(Drive { designed, motion, .. }) => {
+                        drive = designed.port_to(remote, motion);
+                        drive.as_mut()
+                    }
+                    None => remote,
+                };
+                (Some(port), log.as_ref())
+            }
             None => (None, None),
         };
         let result = experiment.run_beside(remote, &mut |_| {

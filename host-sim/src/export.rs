@@ -15,7 +15,7 @@ use std::fmt::Write as _;
 use loop_sim::port::in_process::{ControllerSpec, Download, Model};
 use scenario::{Experiment, Source};
 
-use crate::remote::instance_of;
+use crate::remote::Loadable;
 use controller_core::{LAYOUT, Limits};
 
 mod archive;
@@ -121,7 +121,8 @@ impl Exported<'_> {
     }
 
     fn design_hash(&self) -> u32 {
-        pil_wire::design_hash(instance_of(self.download), &self.download.numbers)
+        let Loadable { instance, words } = self.download.into();
+        pil_wire::design_hash(instance, &words)
     }
 
     fn origin(&self) -> String {

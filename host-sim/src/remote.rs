@@ -11,12 +11,15 @@
 
 use std::time::{Duration, Instant};
 
+use controller_core::Output;
+use controller_core::drive::{DriveError, Sample, Target};
 use loop_sim::MAX_ORDER;
+use loop_sim::port::drive::{DriveDesign, Follows, Form, Law};
 use loop_sim::port::in_process::{self, Download, ModelKind};
 use loop_sim::port::{ControllerPort, PortError, Tick};
 use pil_wire::{
-    CORE_VERSION, Identity, Instance, LAYOUT_ID, LOAD, MAX_N, Model, Open, REPLY_LEN, Reason, Receiver, Refusal, Reply,
-    Request, Ticked, VERSION,
+    CORE_VERSION, Counts, Driven, Identity, Instance, LAYOUT_ID, LOAD, MAX_N, Model, Open, REPLY_LEN, Reason, Receiver,
+    Refusal, Reply, Request, Ticked, VERSION,
 };
 use scenario::Experiment;
 
@@ -34,21 +37,63 @@ impl From<TransportError> for PortError {
     }
 }
 
+/// A design as the wire carries it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loadable {
+    /// Which tick it is for.
+    pub instance: Instance,
+    /// Its words.
+    pub words: Vec<u32>,
+}
+
+impl From<&Download> for Loadable {
+    fn from(download: &Download) -> Self {
+        let controller_core::Shape { n, r, mask } = download.shape;
+        let model = match download.model {
+            ModelKind::Linear => Model::Linear,
+            ModelKind::BenchmarkLibm => Model::BenchmarkLibm,
+            ModelKind::BenchmarkMicromath => Model::BenchmarkMicromath,
+        };
+        let words = download.numbers.iter().map(|number| number.to_bits()).collect();
+        Self { instance: Instance { n, r, mask, model }, words }
+    }
+}
+
+impl TryFrom<&DriveDesign> for Loadable {
+    type Error = DriveError;
+
+    fn try_from(drive: &DriveDesign) -> Result<Self, DriveError> {
+        let Form { follows, gain_sets, delay_ticks, observer_states } = drive.form();
+        let (model, n, r) = match drive {
+            DriveDesign::Motor { .. } => (Model::Motor, 2, if observer_states > 3 { 4 } else { 3 }),
+            DriveDesign::Joint { .. } => (Model::Joint, 4, 4),
+        };
+        let flags = [
+            (gain_sets > 1, Instance::TWO_SETS),
+            (delay_ticks > 0, Instance::LATE),
+            (follows == Follows::Speed, Instance::SPEED),
+        ];
+        let mask = flags.into_iter().filter(|(is, _)| *is).map(|(_, flag)| flag).sum();
+        let words = drive.numbers()?.into_iter().flat_map(pil_wire::halves).collect();
+        Ok(Self { instance: Instance { n, r, mask, model }, words })
+    }
+}
+
 /// The design of an experiment as a target can run it.
 ///
 /// # Errors
 /// When it cannot; says what to change.
-pub fn for_target(experiment: &Experiment) -> Result<&Download, String> {
+pub fn for_target(experiment: &Experiment) -> Result<Loadable, String> {
     let name = &experiment.name;
+    if let Some(drive) = &experiment.drive {
+        return Loadable::try_from(&drive.designed).map_err(|error| format!("{name}: {error}"));
+    }
     match &experiment.download {
-        Some(download) if usize::from(download.shape.n) <= MAX_N => Ok(download),
+        Some(download) if usize::from(download.shape.n) <= MAX_N => Ok(download.into()),
         Some(download) => Err(format!(
             "{name}: a target carries plants up to order {MAX_N}, this one has order {}; host-sim run takes it",
             download.shape.n
         )),
-        None if experiment.drive.is_some() => {
-            Err(format!("{name}: the target's image has no drive yet; host-sim run simulates it"))
-        }
         None if experiment.spec.is_none() => {
             Err(format!("{name}: a target carries the proposed controller only; set controller.kind=proposed"))
         }
@@ -59,17 +104,6 @@ pub fn for_target(experiment: &Experiment) -> Result<&Download, String> {
             _ => format!("{name}: a target computes in f32; set controller.precision=f32"),
         }),
     }
-}
-
-/// The tick of a design as the wire names it.
-pub const fn instance_of(download: &Download) -> Instance {
-    let controller_core::Shape { n, r, mask } = download.shape;
-    let model = match download.model {
-        ModelKind::Linear => Model::Linear,
-        ModelKind::BenchmarkLibm => Model::BenchmarkLibm,
-        ModelKind::BenchmarkMicromath => Model::BenchmarkMicromath,
-    };
-    Instance { n, r, mask, model }
 }
 
 /// What went over the wire.
@@ -84,10 +118,11 @@ pub struct Traffic {
 /// A controller that runs on a target.
 pub struct Remote<T> {
     wire: Wire<T>,
-    instance: Instance,
     /// The design, to load it once more.
-    numbers: Vec<f32>,
+    design: Loadable,
     observed: Vec<usize>,
+    /// Where the coming tick of a drive begins, as the target knows it.
+    begin: Option<Target<f32, i32, MAX_N>>,
     /// What the actuator holds since the last tick; NaN if that was not told.
     applied: f32,
     ticks: u64,
@@ -99,8 +134,8 @@ impl<T: Transport> Remote<T> {
     ///
     /// # Errors
     /// When nothing answers, the wire breaks, or host and target do not fit: says what each of them has.
-    pub fn connect(transport: T, reply_within: Duration, download: &Download) -> Result<Self, PortError> {
-        let (instance, numbers) = (instance_of(download), &download.numbers);
+    pub fn connect(transport: T, reply_within: Duration, design: Loadable) -> Result<Self, PortError> {
+        let instance = design.instance;
         let mut wire = Wire {
             transport,
             least: reply_within,
@@ -114,9 +149,9 @@ impl<T: Transport> Remote<T> {
         agree(&identity)?;
         wire.sequence = identity.last_sequence;
 
-        wire.load(instance, numbers)?;
+        wire.load(&design)?;
         let observed = (0..usize::from(instance.n)).filter(|i| instance.mask >> i & 1 == 1).collect();
-        Ok(Self { wire, instance, numbers: numbers.clone(), observed, applied: f32::NAN, ticks: 0 })
+        Ok(Self { wire, design, observed, begin: None, applied: f32::NAN, ticks: 0 })
     }
 
     /// What went over the wire so far.
@@ -132,6 +167,27 @@ impl<T: Transport> Remote<T> {
     /// The wire, to do something to it.
     pub const fn transport_mut(&mut self) -> &mut T {
         &mut self.wire.transport
+    }
+
+    /// One more tick is asked for.
+    fn asked(&mut self, request: &Request) -> Result<Reply, PortError> {
+        let reply = self.wire.ask(request, &format!("tick {}", self.ticks))?;
+        self.applied = f32::NAN;
+        self.ticks += 1;
+        Ok(reply)
+    }
+
+    /// What an answer is that is none to the last request for a tick.
+    fn not_ticked(&self, reply: &Reply) -> PortError {
+        let tick = self.ticks.saturating_sub(1);
+        PortError::Refused(match reply {
+            // The design ran a moment ago.
+            Reply::Refused(Refusal { reason: Reason::NotOpen | Reason::OutOfStep, .. }) => {
+                format!("the target restarted at tick {tick}: its design is gone")
+            }
+            Reply::Refused(refusal) => in_words(refusal, self.design.instance),
+            _ => format!("the target's answer to tick {tick} makes no sense"),
+        })
     }
 
     /// Makes the target run into an undefined instruction, to see what it leaves behind. It does not answer.
@@ -150,18 +206,9 @@ impl<T: Transport> ControllerPort for Remote<T> {
         for (to, from) in x.iter_mut().zip(sample) {
             *to = *from as f32;
         }
-        let tick = self.ticks;
-        let reply = self.wire.ask(&Request::Tick { x, applied: self.applied }, &format!("tick {tick}"))?;
-        self.applied = f32::NAN;
-        self.ticks += 1;
-        match reply {
+        match self.asked(&Request::Tick { x, applied: self.applied })? {
             Reply::Ticked(ticked) => Ok(widened(&ticked)),
-            // The design ran a moment ago.
-            Reply::Refused(Refusal { reason: Reason::NotOpen | Reason::OutOfStep, .. }) => {
-                Err(PortError::Refused(format!("the target restarted at tick {tick}: its design is gone")))
-            }
-            Reply::Refused(refusal) => Err(PortError::Refused(in_words(&refusal, self.instance))),
-            _ => Err(PortError::Refused(format!("the target's answer to tick {tick} makes no sense"))),
+            other => Err(self.not_ticked(&other)),
         }
     }
 
@@ -170,13 +217,52 @@ impl<T: Transport> ControllerPort for Remote<T> {
     }
 
     fn reset(&mut self) -> Result<(), PortError> {
-        self.wire.load(self.instance, &self.numbers)?;
-        (self.applied, self.ticks) = (f32::NAN, 0);
+        self.wire.load(&self.design)?;
+        (self.begin, self.applied, self.ticks) = (None, f32::NAN, 0);
         Ok(())
     }
 
     fn observed(&self) -> &[usize] {
         &self.observed
+    }
+}
+
+impl<T: Transport, const E: usize, const N: usize> Law<E, N> for &mut Remote<T> {
+    fn tick(
+        &mut self,
+        sample: &Sample<i32, Target<f32, i32, N>, E>,
+    ) -> Result<loop_sim::port::drive::Ticked<E>, PortError> {
+        let wide = |target: &Target<f32, i32, N>| Target {
+            turn: target.turn,
+            jet: std::array::from_fn(|j| target.jet.get(j).copied().unwrap_or(0.0)),
+        };
+        let (begin, end) = (wide(&sample.begin), wide(&sample.end));
+        if self.begin != Some(begin) {
+            match self.wire.ask(&Request::Begin(begin), "where the tick begins")? {
+                Reply::Done => {}
+                other => return Err(self.not_ticked(&other)),
+            }
+        }
+        let counts = std::array::from_fn(|i| sample.counts.get(i).copied().flatten());
+        match self.asked(&Request::Drive(Counts { counts, end, applied: self.applied }))? {
+            Reply::Driven(Driven { u, sigma, sigma_star, health, estimates, .. }) => {
+                self.begin = Some(end);
+                Ok((Output { u, sigma, sigma_star, health }, std::array::from_fn(|i| estimates[i][2])))
+            }
+            other => Err(self.not_ticked(&other)),
+        }
+    }
+
+    fn report_applied(&mut self, u: f32) {
+        self.applied = u;
+    }
+
+    fn reset(&mut self) -> Result<(), PortError> {
+        ControllerPort::reset(*self)
+    }
+
+    fn fingerprint(&self) -> Option<u32> {
+        None
     }
 }
 
@@ -227,6 +313,10 @@ fn in_words(refusal: &Refusal, instance: Instance) -> String {
     let Refusal { reason, target, request } = *refusal;
     match reason {
         Reason::Version | Reason::Layout | Reason::CoreVersion => mismatch(reason, target, request),
+        Reason::Instance if matches!(instance.model, Model::Motor | Model::Joint) => {
+            let (states, form) = (instance.r, instance.mask);
+            format!("the target's image carries no drive with {states} states per observer and form {form:#04x}")
+        }
         Reason::Instance => {
             let Instance { n, r, mask, model } = instance;
             let channels: Vec<String> =
@@ -235,12 +325,12 @@ fn in_words(refusal: &Refusal, instance: Instance) -> String {
             let model = match model {
                 Model::Linear => "a linear model",
                 Model::BenchmarkLibm => "the model of Eq. (59) with libm",
-                Model::BenchmarkMicromath => "the model of Eq. (59) with micromath",
+                _ => "the model of Eq. (59) with micromath",
             };
             let instance = format!("n = {n}, r = {r}, observed channels {channels} and {model}");
             format!("the target's image carries no controller with {instance}")
         }
-        Reason::Count => format!("a design of this kind has {target} numbers on the target, {request} here; {REMEDY}"),
+        Reason::Count => format!("a design of this kind has {target} words on the target, {request} here; {REMEDY}"),
         Reason::Design => {
             format!("the design was altered on its way: its hash is {target:08x} on the target, {request:08x} here")
         }
@@ -250,6 +340,7 @@ fn in_words(refusal: &Refusal, instance: Instance) -> String {
         Reason::NotOpen | Reason::OutOfStep => {
             "the target restarted, or obeys another program as well, while the design was loaded; try again".into()
         }
+        Reason::Retune => "the design cannot take over from the one that runs".into(),
         Reason::Kind => format!("the target does not know request {request}; {REMEDY}"),
     }
 }
@@ -298,17 +389,18 @@ impl<T: Transport> Wire<T> {
     }
 
     /// Loads a design and starts it.
-    fn load(&mut self, instance: Instance, numbers: &[f32]) -> Result<(), PortError> {
+    fn load(&mut self, design: &Loadable) -> Result<(), PortError> {
+        let Loadable { instance, words } = design;
         let done = |reply, asked: &str| match reply {
             Reply::Done => Ok(()),
-            Reply::Refused(refusal) => Err(PortError::Refused(in_words(&refusal, instance))),
+            Reply::Refused(refusal) => Err(PortError::Refused(in_words(&refusal, *instance))),
             _ => Err(PortError::Refused(format!("the target's answer to {asked} makes no sense"))),
         };
-        done(self.ask(&Request::Open(Open::new(instance, numbers)), "the design")?, "the design")?;
-        for (k, chunk) in numbers.chunks(LOAD).enumerate() {
-            let mut numbers = [0.0; LOAD];
-            numbers[..chunk.len()].copy_from_slice(chunk);
-            let load = Request::Load { offset: (k * LOAD) as u32, numbers };
+        done(self.ask(&Request::Open(Open::new(*instance, words)), "the design")?, "the design")?;
+        for (k, chunk) in words.chunks(LOAD).enumerate() {
+            let mut words = [0; LOAD];
+            words[..chunk.len()].copy_from_slice(chunk);
+            let load = Request::Load { offset: (k * LOAD) as u32, words };
             done(self.ask(&load, "the design")?, "the design")?;
         }
         done(self.ask(&Request::Start, "the start")?, "the start")

@@ -1,8 +1,9 @@
 //! Requests and replies as values, and as the bytes of the tables in the crate's page.
 
-use controller_core::{Health, MAX_R};
+use controller_core::drive::Target;
+use controller_core::{Health, MAX_R, RetuneError};
 
-use crate::{CORE_VERSION, CRC, FAULT, LAYOUT_ID, LOAD, MARK, MAX_N, REPLY_LEN, REPLY_WORDS, REQUEST_LEN};
+use crate::{CORE_VERSION, CRC, FAULT, LAYOUT_ID, LOAD, MARK, MAX_E, MAX_N, REPLY_LEN, REPLY_WORDS, REQUEST_LEN};
 use crate::{REQUEST_WORDS, VERSION};
 
 /// Second bytes of the marks.
@@ -19,9 +20,14 @@ pub enum Model {
     BenchmarkLibm = 1,
     /// Eq. (59), e^x by micromath.
     BenchmarkMicromath = 2,
+    /// The drive of a motor: counts instead of a state.
+    Motor = 3,
+    /// The drive of a joint.
+    Joint = 4,
 }
 
-/// Which tick: a type of the controller, named at run time.
+/// Which tick: a type of the controller, named at run time. Of a drive `r` is the number of states of its observers,
+/// and `mask` says what else it is: [`TWO_SETS`](Self::TWO_SETS), [`LATE`](Self::LATE), [`SPEED`](Self::SPEED).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Instance {
@@ -29,13 +35,20 @@ pub struct Instance {
     pub n: u8,
     /// Capacity R for observer orders.
     pub r: u8,
-    /// Observed channels, bit i - 1 for channel i.
+    /// Observed channels, bit i - 1 for channel i; of a drive its form.
     pub mask: u8,
     /// The nominal model of the tick.
     pub model: Model,
 }
 
 impl Instance {
+    /// A drive with a fast gain set.
+    pub const TWO_SETS: u8 = 1;
+    /// A drive whose u is held one tick after it was computed.
+    pub const LATE: u8 = 2;
+    /// A drive that follows a speed.
+    pub const SPEED: u8 = 4;
+
     pub(crate) const fn word(self) -> u32 {
         u32::from_le_bytes([self.n, self.r, self.mask, self.model as u8])
     }
@@ -46,6 +59,8 @@ impl Instance {
             0 => Model::Linear,
             1 => Model::BenchmarkLibm,
             2 => Model::BenchmarkMicromath,
+            3 => Model::Motor,
+            4 => Model::Joint,
             _ => return None,
         };
         Some(Self { n, r, mask, model })
@@ -59,12 +74,12 @@ pub enum Request {
     Identify,
     /// A design is coming.
     Open(Open),
-    /// Four numbers of it.
+    /// Eight words of it.
     Load {
         /// Position of the first one.
         offset: u32,
-        /// The numbers; those beyond the design's end are not read.
-        numbers: [f32; LOAD],
+        /// The words; those beyond the design's end are not read.
+        words: [u32; LOAD],
     },
     /// The design is complete: start with the next sample.
     Start,
@@ -77,6 +92,41 @@ pub enum Request {
     },
     /// Run into an undefined instruction: shows that the black box comes out.
     Fault,
+    /// Where a drive should be at the beginning of its next tick, if that is not the end of the last one.
+    Begin(Target<f32, i32, MAX_N>),
+    /// Asks a drive for one tick.
+    Drive(Counts),
+    /// The loaded design takes over from the one that runs, without a jump of u; then this tick.
+    Retune(Counts),
+}
+
+/// What a drive is given for one tick. What its order does not need is not read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Counts {
+    /// Counts of its encoders; `None` for one that is lost.
+    pub counts: [Option<i32>; MAX_E],
+    /// Where it should be at the end of the tick in which u is held.
+    pub end: Target<f32, i32, MAX_N>,
+    /// What the actuator held since the last tick; NaN if that was not told.
+    pub applied: f32,
+}
+
+impl Counts {
+    fn words(&self) -> [u32; REQUEST_WORDS] {
+        let Self { counts: [a, b], end: Target { turn, jet: [r, v, w, z] }, applied } = *self;
+        let lost = u32::from(a.is_none()) | u32::from(b.is_none()) << 1;
+        let count = |count: Option<i32>| count.unwrap_or(0) as u32;
+        let [r, v, w, z, applied] = [r, v, w, z, applied].map(f32::to_bits);
+        [lost, count(a), count(b), turn as u32, r, v, w, z, applied]
+    }
+
+    fn from_words([lost, a, b, turn, jet @ .., applied]: [u32; REQUEST_WORDS]) -> Self {
+        Self {
+            counts: [(lost & 1 == 0).then_some(a as i32), (lost & 2 == 0).then_some(b as i32)],
+            end: Target { turn: turn as i32, jet: jet.map(f32::from_bits) },
+            applied: f32::from_bits(applied),
+        }
+    }
 }
 
 /// Announces a design.
@@ -85,7 +135,7 @@ pub enum Request {
 pub struct Open {
     /// Shape and model of the tick that is meant.
     pub instance: Instance,
-    /// How many numbers will be loaded.
+    /// How many words will be loaded.
     pub count: u32,
     /// Their layout, [`LAYOUT_ID`].
     pub layout: u32,
@@ -97,13 +147,13 @@ pub struct Open {
 
 impl Open {
     /// By this program.
-    pub fn new(instance: Instance, numbers: &[f32]) -> Self {
+    pub fn new(instance: Instance, words: &[u32]) -> Self {
         Self {
             instance,
-            count: numbers.len() as u32,
+            count: words.len() as u32,
             layout: LAYOUT_ID,
             core_version: CORE_VERSION,
-            design: crate::design_hash(instance, numbers),
+            design: crate::design_hash(instance, words),
         }
     }
 }
@@ -117,6 +167,8 @@ pub enum Reply {
     Done,
     /// What the tick returned.
     Ticked(Ticked),
+    /// What the tick of a drive returned.
+    Driven(Driven),
     /// The request was not carried out.
     Refused(Refusal),
 }
@@ -147,6 +199,24 @@ pub struct Ticked {
     pub health: Health,
     /// d_hat, d_hat', d_hat'' of channels 1..4; zeros where there is nothing to estimate.
     pub estimates: [[f32; MAX_R]; MAX_N],
+}
+
+/// Every output of the tick of a drive.
+#[derive(Clone, Copy, Debug)]
+pub struct Driven {
+    /// Control u.
+    pub u: f32,
+    /// Sliding variable σ.
+    pub sigma: f32,
+    /// σ without its offset, σ*.
+    pub sigma_star: f32,
+    /// Health of the tick.
+    pub health: Health,
+    /// Whole turns to which the positions are to be added.
+    pub turn: i32,
+    /// Position (rad), speed (rad/s), disturbance (rad/s²) and load (N m) of each shaft; zeros before the start and
+    /// where there is none.
+    pub estimates: [[f32; 4]; MAX_E],
 }
 
 /// Why a request was refused, with the two numbers that differ.
@@ -192,9 +262,15 @@ pub enum Reason {
     OutOfStep,
     /// No such kind of request.
     Kind,
+    /// The loaded design cannot take over from the one that runs: why is one of [`RETUNE_ERRORS`], from 0.
+    Retune,
 }
 
-const REASONS: [Reason; 10] = [
+/// Why a design cannot take over, in the order of the wire.
+pub const RETUNE_ERRORS: [RetuneError; 4] =
+    [RetuneError::Sample, RetuneError::GainNearDecay, RetuneError::OffsetOutOfRange, RetuneError::OtherEncoder];
+
+const REASONS: [Reason; 11] = [
     Reason::Version,
     Reason::Layout,
     Reason::CoreVersion,
@@ -205,6 +281,7 @@ const REASONS: [Reason; 10] = [
     Reason::NotOpen,
     Reason::OutOfStep,
     Reason::Kind,
+    Reason::Retune,
 ];
 
 const IDENTIFY: u8 = 1;
@@ -213,17 +290,40 @@ const IDENTITY: u8 = 129;
 impl Request {
     /// The bytes of the frame.
     pub fn to_frame(&self, sequence: u32) -> [u8; REQUEST_LEN] {
-        let (kind, words) = match *self {
-            Self::Identify => (IDENTIFY, [0; REQUEST_WORDS]),
+        let mut words = [0; REQUEST_WORDS];
+        let kind = match *self {
+            Self::Identify => IDENTIFY,
             Self::Open(Open { instance, count, layout, core_version, design }) => {
-                (2, [instance.word(), count, layout, core_version, design])
+                words[..5].copy_from_slice(&[instance.word(), count, layout, core_version, design]);
+                2
             }
-            Self::Load { offset, numbers: [a, b, c, d] } => {
-                (3, [offset, a.to_bits(), b.to_bits(), c.to_bits(), d.to_bits()])
+            Self::Load { offset, words: loaded } => {
+                words[0] = offset;
+                words[1..].copy_from_slice(&loaded);
+                3
             }
-            Self::Start => (4, [0; REQUEST_WORDS]),
-            Self::Tick { x: [a, b, c, d], applied } => (5, [a, b, c, d, applied].map(f32::to_bits)),
-            Self::Fault => (6, [FAULT, 0, 0, 0, 0]),
+            Self::Start => 4,
+            Self::Tick { x: [a, b, c, d], applied } => {
+                words[..5].copy_from_slice(&[a, b, c, d, applied].map(f32::to_bits));
+                5
+            }
+            Self::Fault => {
+                words[0] = FAULT;
+                6
+            }
+            Self::Begin(Target { turn, jet }) => {
+                words[0] = turn as u32;
+                words[1..=MAX_N].copy_from_slice(&jet.map(f32::to_bits));
+                7
+            }
+            Self::Drive(counts) => {
+                words = counts.words();
+                8
+            }
+            Self::Retune(counts) => {
+                words = counts.words();
+                9
+            }
         };
         framed(REQUEST_MARK, kind, sequence, &words)
     }
@@ -239,14 +339,21 @@ impl Request {
         let request = match (kind, words) {
             (IDENTIFY, _) => Ok(Self::Identify),
             _ if version != VERSION => refused(Reason::Version, u32::from(VERSION), u32::from(version)),
-            (2, [instance, count, layout, core_version, design]) => match Instance::from_word(instance) {
+            (2, [instance, count, layout, core_version, design, ..]) => match Instance::from_word(instance) {
                 Some(instance) => Ok(Self::Open(Open { instance, count, layout, core_version, design })),
                 None => refused(Reason::Instance, 0, instance),
             },
-            (3, [offset, numbers @ ..]) => Ok(Self::Load { offset, numbers: numbers.map(f32::from_bits) }),
+            (3, [offset, words @ ..]) => Ok(Self::Load { offset, words }),
             (4, _) => Ok(Self::Start),
-            (5, [x @ .., applied]) => Ok(Self::Tick { x: x.map(f32::from_bits), applied: f32::from_bits(applied) }),
+            (5, [a, b, c, d, applied, ..]) => {
+                Ok(Self::Tick { x: [a, b, c, d].map(f32::from_bits), applied: f32::from_bits(applied) })
+            }
             (6, [FAULT, ..]) => Ok(Self::Fault),
+            (7, [turn, r, v, w, z, ..]) => {
+                Ok(Self::Begin(Target { turn: turn as i32, jet: [r, v, w, z].map(f32::from_bits) }))
+            }
+            (8, words) => Ok(Self::Drive(Counts::from_words(words))),
+            (9, words) => Ok(Self::Retune(Counts::from_words(words))),
             _ => refused(Reason::Kind, 0, u32::from(kind)),
         };
         (sequence, request)
@@ -271,6 +378,14 @@ impl Reply {
                 }
                 131
             }
+            Self::Driven(Driven { u, sigma, sigma_star, health, turn, estimates }) => {
+                words[..3].copy_from_slice(&[u, sigma, sigma_star].map(f32::to_bits));
+                words[3..5].copy_from_slice(&[u32::from(health.bits()), turn as u32]);
+                for (word, number) in words[5..].iter_mut().zip(estimates.as_flattened()) {
+                    *word = number.to_bits();
+                }
+                133
+            }
             Self::Refused(Refusal { reason, target, request }) => {
                 words[..3].copy_from_slice(&[u32::from(reason as u8), target, request]);
                 132
@@ -284,18 +399,27 @@ impl Reply {
     pub fn from_frame(frame: &[u8; REPLY_LEN]) -> (u32, Option<Self>) {
         let (version, kind, sequence) = head(frame);
         let words: [u32; REPLY_WORDS] = words(frame);
-        let [a, b, c, d, ..] = words;
+        let [a, b, c, d, e, ..] = words;
+        let health = || u8::try_from(d).ok().and_then(Health::from_bits);
         let reply = match kind {
             IDENTITY => Some(Self::Identity(Identity { version, layout: a, core_version: b, last_sequence: c })),
             _ if version != VERSION => None,
             130 => Some(Self::Done),
-            131 => u8::try_from(d).ok().and_then(Health::from_bits).map(|health| {
+            131 => health().map(|health| {
                 let mut estimates = [[0.0; MAX_R]; MAX_N];
                 for (number, word) in estimates.as_flattened_mut().iter_mut().zip(&words[4..]) {
                     *number = f32::from_bits(*word);
                 }
                 let [u, sigma, sigma_star] = [a, b, c].map(f32::from_bits);
                 Self::Ticked(Ticked { u, sigma, sigma_star, health, estimates })
+            }),
+            133 => health().map(|health| {
+                let mut estimates = [[0.0; 4]; MAX_E];
+                for (number, word) in estimates.as_flattened_mut().iter_mut().zip(&words[5..]) {
+                    *number = f32::from_bits(*word);
+                }
+                let [u, sigma, sigma_star] = [a, b, c].map(f32::from_bits);
+                Self::Driven(Driven { u, sigma, sigma_star, health, turn: e as i32, estimates })
             }),
             132 => REASONS
                 .into_iter()

@@ -10,23 +10,27 @@
 //! | 2 | 2 | [`VERSION`] of this page |
 //! | 3 | 3 | kind |
 //! | 4..8 | 4..8 | sequence number |
-//! | 8..28 | 8..72 | five words, sixteen words; those not named below are 0 |
-//! | 28..32 | 72..76 | CRC-32 (ISO-HDLC, as in Ethernet and zip) of all bytes before |
+//! | 8..44 | 8..72 | nine words, sixteen words; those not named below are 0 |
+//! | 44..48 | 72..76 | CRC-32 (ISO-HDLC, as in Ethernet and zip) of all bytes before |
 //!
 //! | request | kind | words | reply |
 //! |---|---|---|---|
 //! | Identify | 1 | | Identity |
-//! | Open | 2 | n, r, mask, model as bytes; count of numbers; [`LAYOUT_ID`]; [`CORE_VERSION`]; design hash | Done |
-//! | Load | 3 | offset, four numbers | Done |
+//! | Open | 2 | n, r, mask, model as bytes; count of words; [`LAYOUT_ID`]; [`CORE_VERSION`]; design hash | Done |
+//! | Load | 3 | offset, eight words | Done |
 //! | Start | 4 | | Done |
 //! | Tick | 5 | x_1..x_4, u that was really held (NaN: not told) | Ticked |
 //! | Fault | 6 | `FA17FA17` | none: the firmware runs into an undefined instruction |
+//! | Begin | 7 | turn, r, r', r'', r''' at the beginning of the coming tick | Done |
+//! | Drive | 8 | counts that are lost (bits 0, 1), counts, turn, r .. r''' at its end, u that was held (NaN) | Driven |
+//! | Retune | 9 | the same, of a tick before which the loaded design takes over | Driven |
 //!
 //! | reply | kind | words |
 //! |---|---|---|
 //! | Identity | 129 | [`LAYOUT_ID`], [`CORE_VERSION`], last sequence number |
 //! | Done | 130 | |
 //! | Ticked | 131 | u, σ, σ*, health; d_hat, d_hat', d_hat'' of channels 1..4 |
+//! | Driven | 133 | u, σ, σ*, health; whole turns; position, speed, disturbance, load of each shaft |
 //! | Refused | 132 | [`Reason`], what the target has, what the request has |
 //!
 //! # Lock step
@@ -35,9 +39,12 @@
 //! dropped; a later one is refused, for the target must have restarted. Identify and Identity have the same form in
 //! every version, change nothing and may come at any time; a target sends one Identity unasked when it starts up.
 //!
-//! A design is loaded as plain numbers: d_hat_1..n at the start, the n entries of a linear a(x)/b_0 (zeros for another
-//! model), and the coefficients in the order of [`controller_core::LAYOUT`]. Its hash is the CRC-32 of the first word
-//! of Open and of all numbers: the target computes it from what it holds, and refuses to start another design.
+//! A design is loaded as plain numbers, a word each: d_hat_1..n at the start, the n entries of a linear a(x)/b_0 (zeros
+//! for another model), and the coefficients in the order of [`controller_core::LAYOUT`]. A drive is designed by the
+//! target itself, to the same bits: it is loaded as what it is designed from and what its monitors are told, numbers of
+//! 64 bits in the order of [`controller_core::drive::LAYOUT`], each as its lower word and its upper one. The hash is the
+//! CRC-32 of the first word of Open and of all that are loaded: the target computes it from what it holds, and refuses
+//! to start another design. What runs goes on until another design has started or taken over.
 //!
 //! # Garbage
 //! [`Receiver`] takes any bytes. Whatever stands before a frame with the right mark and checksum is skipped; a frame
@@ -49,20 +56,23 @@
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+mod drives;
 mod frame;
 mod receiver;
 mod running;
 mod target;
 
-pub use frame::{Identity, Instance, Model, Open, Reason, Refusal, Reply, Request, Ticked};
+pub use frame::{
+    Counts, Driven, Identity, Instance, Model, Open, RETUNE_ERRORS, Reason, Refusal, Reply, Request, Ticked,
+};
 pub use receiver::Receiver;
 pub use target::{Event, Target};
 
-use controller_core::LAYOUT;
+use controller_core::{LAYOUT, drive};
 use crc::{CRC_32_ISO_HDLC, Crc};
 
 /// Of the tables in this page. Every change of them is a new version.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 /// Bytes of a request.
 pub const REQUEST_LEN: usize = 12 + 4 * REQUEST_WORDS;
 /// Bytes of a reply.
@@ -71,12 +81,15 @@ pub const REPLY_LEN: usize = 12 + 4 * REPLY_WORDS;
 pub const MAX_N: usize = 4;
 /// Version of the controller, as one byte each of major, minor and patch.
 pub const CORE_VERSION: u32 = controller_core::VERSION_NUMBER;
-/// CRC-32 of [`LAYOUT`]: two programs that agree on it read the same design from the same numbers.
-pub const LAYOUT_ID: u32 = CRC.checksum(LAYOUT.as_bytes());
+/// Most encoders of a drive on the wire.
+pub const MAX_E: usize = 2;
+/// CRC-32 of [`LAYOUT`] and of that of the drives: two programs that agree on it read the same design from the same
+/// numbers.
+pub const LAYOUT_ID: u32 = CRC.checksum(LAYOUT.as_bytes()) ^ CRC.checksum(drive::LAYOUT.as_bytes());
 
-const REQUEST_WORDS: usize = 5;
+const REQUEST_WORDS: usize = 9;
 const REPLY_WORDS: usize = 16;
-/// Numbers that one Load carries.
+/// Words that one Load carries.
 pub const LOAD: usize = REQUEST_WORDS - 1;
 const MARK: u8 = 0x5A;
 const FAULT: u32 = 0xFA17_FA17;
@@ -87,12 +100,18 @@ pub const fn checksum(bytes: &[u8]) -> u32 {
     CRC.checksum(bytes)
 }
 
-/// Hash of a design: the CRC-32 of the first word of Open and of all loaded numbers.
-pub fn design_hash(instance: Instance, numbers: &[f32]) -> u32 {
+/// Hash of a design: the CRC-32 of the first word of Open and of all that are loaded.
+pub fn design_hash(instance: Instance, words: &[u32]) -> u32 {
     let mut digest = CRC.digest();
     digest.update(&instance.word().to_le_bytes());
-    for number in numbers {
-        digest.update(&number.to_bits().to_le_bytes());
+    for word in words {
+        digest.update(&word.to_le_bytes());
     }
     digest.finalize()
+}
+
+/// A number of 64 bits as the wire carries it: its lower word, its upper one.
+pub const fn halves(number: f64) -> [u32; 2] {
+    let bits = number.to_bits();
+    [bits as u32, (bits >> 32) as u32]
 }

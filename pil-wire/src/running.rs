@@ -10,6 +10,7 @@ use controller_core::{
 };
 
 use crate::MAX_N;
+use crate::drives::Drives;
 use crate::frame::{Instance, Model, Reason, Refusal};
 
 type Carried<M, const N: usize, const R: usize, const MASK: u8, const O: usize> =
@@ -37,18 +38,18 @@ impl<M: NominalModel<f32, N>, const N: usize, const R: usize, const MASK: u8, co
 
 /// Takes a design apart: estimates, row of a linear model, coefficients.
 fn load<M, const N: usize, const R: usize, const MASK: u8, const O: usize>(
-    numbers: &[f32],
+    words: &[u32],
     model: fn([f32; N]) -> M,
 ) -> Result<Carried<M, N, R, MASK, O>, Refusal>
 where
     M: NominalModel<f32, N>,
 {
     let count = 2 * N + Coefficients::<f32, N, R, O>::NUMBERS;
-    if numbers.len() != count {
-        return Err(Refusal { reason: Reason::Count, target: count as u32, request: numbers.len() as u32 });
+    if words.len() != count {
+        return Err(Refusal { reason: Reason::Count, target: count as u32, request: words.len() as u32 });
     }
     // As long as was just checked.
-    let mut left = numbers.iter().copied();
+    let mut left = words.iter().copied().map(f32::from_bits);
     let mut next = || left.next().unwrap_or(f32::NAN);
     let guess = core::array::from_fn(|_| next());
     let row = core::array::from_fn(|_| next());
@@ -65,9 +66,9 @@ macro_rules! carried {
         }
 
         impl $any {
-            fn load(instance: Instance, numbers: &[f32]) -> Result<Self, Refusal> {
+            fn load(instance: Instance, words: &[u32]) -> Result<Self, Refusal> {
                 match (instance.n, instance.r, instance.mask) {
-                    $(($n, $r, $mask) => load(numbers, $make).map(Self::$name),)*
+                    $(($n, $r, $mask) => load(words, $make).map(Self::$name),)*
                     _ => Err(Refusal { reason: Reason::Instance, target: 0, request: instance.word() }),
                 }
             }
@@ -103,23 +104,32 @@ pub(crate) enum Loaded {
     Linear(Linears),
     BenchmarkLibm(Libms),
     BenchmarkMicromath(Micromaths),
+    Drive(Drives),
 }
 
 impl Loaded {
-    /// The instance with a design of these numbers, ready for its first sample.
-    pub(crate) fn load(instance: Instance, numbers: &[f32]) -> Result<Self, Refusal> {
+    /// The instance with a design of these words, ready for its first sample.
+    pub(crate) fn load(instance: Instance, words: &[u32]) -> Result<Self, Refusal> {
         match instance.model {
-            Model::Linear => Linears::load(instance, numbers).map(Self::Linear),
-            Model::BenchmarkLibm => Libms::load(instance, numbers).map(Self::BenchmarkLibm),
-            Model::BenchmarkMicromath => Micromaths::load(instance, numbers).map(Self::BenchmarkMicromath),
+            Model::Linear => Linears::load(instance, words).map(Self::Linear),
+            Model::BenchmarkLibm => Libms::load(instance, words).map(Self::BenchmarkLibm),
+            Model::BenchmarkMicromath => Micromaths::load(instance, words).map(Self::BenchmarkMicromath),
+            Model::Motor | Model::Joint => Drives::load(instance, words).map(Self::Drive),
         }
     }
 
-    pub(crate) fn get(&mut self) -> &mut dyn Tick {
+    /// The tick on a state; `None` if it is a drive.
+    pub(crate) fn law(&mut self) -> Option<&mut dyn Tick> {
         match self {
-            Self::Linear(any) => any.get(),
-            Self::BenchmarkLibm(any) => any.get(),
-            Self::BenchmarkMicromath(any) => any.get(),
+            Self::Linear(any) => Some(any.get()),
+            Self::BenchmarkLibm(any) => Some(any.get()),
+            Self::BenchmarkMicromath(any) => Some(any.get()),
+            Self::Drive(_) => None,
         }
+    }
+
+    /// The drive, if it is one.
+    pub(crate) fn drive(&mut self) -> Option<&mut Drives> {
+        if let Self::Drive(drive) = self { Some(drive) } else { None }
     }
 }

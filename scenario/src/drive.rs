@@ -276,9 +276,10 @@ pub enum ReactionKey {
     /// It is told, and the drive goes on.
     #[default]
     Tell,
-    /// The fallback goes out from then on.
+    /// From then on 0 A goes out, or the safe current of the fallback.
     Fallback,
-    /// The reference comes to rest from where it is.
+    /// The reference comes to rest from where it is, which needs good counts; an alarm that lasts until then ends in
+    /// the fallback.
     JoinedStop,
 }
 

@@ -279,9 +279,9 @@ pub(super) fn run(number: u64, trial: &mut Trial) -> Result<(), String> {
         is_broken: false,
     };
     let mut experiment = experiment();
-    let download = for_target(&experiment).expect("one for a target").clone();
+    let download = for_target(&experiment).expect("one for a target");
     let began = Instant::now();
-    let (error, ticks) = match Remote::connect(board, REPLY_WITHIN, &download) {
+    let (error, ticks) = match Remote::connect(board, REPLY_WITHIN, download.clone()) {
         Err(error) => (Some(error.to_string()), None),
         Ok(mut remote) => {
             let (trace, error) = experiment.run_beside(Some(&mut remote), &mut |_| ControlFlow::Continue(()));

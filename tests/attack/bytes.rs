@@ -2,10 +2,12 @@
 //! garbage would ever be. To the target: whatever came before, a design is then loaded and ticks. To the host: what it
 //! can read is what was written, and a whole frame is found behind anything.
 
-use host_sim::remote::instance_of;
+use controller_core::drive::Target;
+use host_sim::remote::{Loadable, for_target};
 use integration_tests::strategy::{Rng, Trial};
 use integration_tests::talk::{Host, by_hand, joint};
-use pil_wire::{MAX_N, Open, REPLY_LEN, REQUEST_LEN, Receiver, Reply, Request};
+use pil_wire::{Counts, MAX_N, Open, REPLY_LEN, REQUEST_LEN, Receiver, Reply, Request};
+use scenario::Source;
 
 /// Pieces of a trial, some 20 bytes each.
 const PIECES: usize = 500;
@@ -38,10 +40,17 @@ fn spoilt(mut frame: Vec<u8>, mark: u8, rng: &mut Rng) -> Vec<u8> {
     frame
 }
 
+/// The drive of a motor with two gain sets.
+fn motor() -> Loadable {
+    let source = Source { file: "motor.toml", text: scenario::MOTOR, sets: &[] };
+    let motor = scenario::parse(&source, "motor").expect("the file that `new` writes");
+    for_target(&motor).expect("one for a target")
+}
+
 fn to_target(trial: &mut Trial) -> Result<(), String> {
     let mut host = Host::new();
-    let joint = joint();
-    let open = Open::new(instance_of(&joint), &joint.numbers);
+    let (joint, motor) = (Loadable::from(&joint()), motor());
+    let open = Open::new(joint.instance, &joint.words);
     for _ in 0..PIECES {
         let rng = &mut trial.rng;
         // Mostly the next request, now and then the same, an older or a later one, or any.
@@ -50,16 +59,29 @@ fn to_target(trial: &mut Trial) -> Result<(), String> {
         host.sequence = host.sequence.wrapping_add_signed(step);
         let sequence = host.sequence;
         let frame = match rng.integer(0, 7) {
-            0 => by_hand(0xE5, rng.integer(0, 8) as u8, sequence, &[(); 5].map(|()| word(rng))),
+            0 => by_hand(0xE5, rng.integer(0, 11) as u8, sequence, &[(); 9].map(|()| word(rng))),
             1 => Request::Open(Open { count: word(rng), ..open }).to_frame(sequence).to_vec(),
             2 => Request::Open(open).to_frame(sequence).to_vec(),
             3 => Request::Start.to_frame(sequence).to_vec(),
             4 if rng.chance(0.1) => {
                 // A design that ticks, so that what follows reaches it.
+                let design = *rng.one_of(&[&motor, &joint]);
                 trial.tell(|| "loaded".into());
                 answered(&mut host)?;
-                host.start(&joint);
+                host.start(design);
                 continue;
+            }
+            5 => {
+                let counts = Counts {
+                    counts: [rng.chance(0.9).then(|| word(rng) as i32), None],
+                    end: Target { turn: word(rng) as i32, jet: [(); MAX_N].map(|()| f32::from_bits(word(rng))) },
+                    applied: f32::from_bits(word(rng)),
+                };
+                match rng.integer(0, 9) {
+                    0 => Request::Begin(counts.end).to_frame(sequence).to_vec(),
+                    1 => Request::Retune(counts).to_frame(sequence).to_vec(),
+                    _ => Request::Drive(counts).to_frame(sequence).to_vec(),
+                }
             }
             _ => {
                 let x = [(); MAX_N].map(|()| f32::from_bits(word(rng)));
@@ -108,7 +130,7 @@ fn to_host(trial: &mut Trial) -> Result<(), String> {
     };
     for number in 0..PIECES as u32 {
         let rng = &mut trial.rng;
-        let kind = if rng.chance(0.1) { rng.bits() as u8 } else { rng.integer(128, 133) as u8 };
+        let kind = if rng.chance(0.1) { rng.bits() as u8 } else { rng.integer(128, 134) as u8 };
         let sequence = if rng.chance(0.5) { number } else { word(rng) };
         let bytes = spoilt(by_hand(0xE6, kind, sequence, &[(); 16].map(|()| word(rng))), 0xE6, rng);
         trial.tell(|| format!("{bytes:02x?}"));

@@ -2,7 +2,7 @@
 //! sees every reply.
 
 use controller_core::{Controller, Linear, ObserverGains, Shape, channels};
-use host_sim::remote::instance_of;
+use host_sim::remote::Loadable;
 use loop_sim::port::in_process::{Download, ModelKind};
 use pil_wire::{Event, LOAD, MAX_N, Open, REPLY_LEN, Refusal, Reply, Request, Target, Ticked};
 
@@ -17,7 +17,7 @@ pub fn crc32(bytes: &[u8]) -> u32 {
 
 /// A frame put together by hand, from the tables of the crate's page.
 pub fn by_hand(mark: u8, kind: u8, sequence: u32, words: &[u32]) -> Vec<u8> {
-    let mut bytes = vec![0x5A, mark, 1, kind];
+    let mut bytes = vec![0x5A, mark, 2, kind];
     bytes.extend(sequence.to_le_bytes());
     bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
     bytes.extend(crc32(&bytes).to_le_bytes());
@@ -93,15 +93,15 @@ impl Host {
         assert!(matches!(reply, Reply::Done), "{reply:?}");
     }
 
-    /// Numbers of a design, in order.
+    /// Words of a design, in order.
     ///
     /// # Panics
     /// When they are refused.
-    pub fn load(&mut self, numbers: &[f32]) {
-        for (k, chunk) in numbers.chunks(LOAD).enumerate() {
-            let mut numbers = [0.0; LOAD];
-            numbers[..chunk.len()].copy_from_slice(chunk);
-            self.done(&Request::Load { offset: (k * LOAD) as u32, numbers });
+    pub fn load(&mut self, words: &[u32]) {
+        for (k, chunk) in words.chunks(LOAD).enumerate() {
+            let mut words = [0; LOAD];
+            words[..chunk.len()].copy_from_slice(chunk);
+            self.done(&Request::Load { offset: (k * LOAD) as u32, words });
         }
     }
 
@@ -109,10 +109,10 @@ impl Host {
     ///
     /// # Panics
     /// When it is refused.
-    pub fn start(&mut self, download: &Download) {
-        let open = Open::new(instance_of(download), &download.numbers);
+    pub fn start(&mut self, design: &Loadable) {
+        let open = Open::new(design.instance, &design.words);
         self.done(&Request::Open(open));
-        self.load(&download.numbers);
+        self.load(&design.words);
         self.done(&Request::Start);
         assert_eq!(self.target.take_event(), Some(Event::Started(open)));
     }

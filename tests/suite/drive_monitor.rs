@@ -1,8 +1,8 @@
 //! Do the monitors of a drive see what they are for, in time, and nothing else?
 
 use controller_core::drive::{
-    Bounds, Encoder, GoOn, Joint, JointDesign, JointDrive, Monitored, Motor, MotorDesign, MotorDrive, Position, Sample,
-    Stop, Target,
+    Bounds, Encoder, Joint, JointDesign, JointDrive, Monitored, Motor, MotorDesign, MotorDrive, Position, Sample,
+    Target,
 };
 use controller_core::{Health, Limits, Running};
 use integration_tests::drive::{Flexible, Shaft, blended_sine, point_to_point};
@@ -14,7 +14,8 @@ type Drive = MotorDrive<f32, Position, 1>;
 const ALARMS: Health = Health::DISTURBANCE_OVER_BOUND;
 
 /// A run on jets of a plan, with the count held from a tick on: the first alarm, the error then, and the largest after.
-fn run<R: controller_core::drive::Reaction>(
+fn run(
+    stops: bool,
     design: &MotorDesign,
     mut shaft: Shaft,
     plan: &dyn Fn(f64) -> [f64; 2],
@@ -24,7 +25,8 @@ fn run<R: controller_core::drive::Reaction>(
     let law = Drive::try_design(design).expect("a good design");
     let bounds =
         Bounds { disturbance: [4.0 * MOTOR.input_gain()], sigma_star: law.sigma_star_bound([25.0]), stuck_ticks: 200 };
-    let mut running = Running::new(Monitored::<Drive, 1, R>::new(law, &bounds));
+    let law = Monitored::new(law, &bounds);
+    let mut running = Running::new(if stops { law.stopping() } else { law });
     let (t_s, unit) = (design.period_s, design.encoder.unit_rad());
     let (mut alarm, mut at_alarm, mut largest, mut held) = (None, 0.0, 0.0_f64, 0);
     for k in 0..ticks {
@@ -60,8 +62,8 @@ fn a_count_that_sticks_is_seen_in_time_at_full_speed_and_at_the_turning_point() 
         let ticks = (1.5 / period_s) as u32;
         for (from_s, bar) in [(0.999_f64, at_speed), (0.75, at_turn)] {
             let from = (from_s / period_s).round() as u32;
-            let (alarm, error, largest) = run::<Stop>(&design, Shaft::ROUGH, &sine, ticks, Some(from));
-            let (told, _, runaway) = run::<GoOn>(&design, Shaft::ROUGH, &sine, ticks, Some(from));
+            let (alarm, error, largest) = run(true, &design, Shaft::ROUGH, &sine, ticks, Some(from));
+            let (told, _, runaway) = run(false, &design, Shaft::ROUGH, &sine, ticks, Some(from));
             println!(
                 "{bits} bits, stuck from {from_s} s: alarm after {alarm:?} ticks at {error:.3} rad, at most \
                  {largest:.3}; unwatched {runaway:.1} rad"
@@ -91,7 +93,7 @@ fn healthy_motors_raise_no_alarm() {
                 };
                 for plan in [&sine as &dyn Fn(f64) -> [f64; 2], &moved] {
                     let ticks = (1.2 / period_s) as u32;
-                    let (alarm, _, largest) = run::<Stop>(&design, shaft, plan, ticks, None);
+                    let (alarm, _, largest) = run(true, &design, shaft, plan, ticks, None);
                     assert!(alarm.is_none() && largest < 0.1, "{bits} bits: {alarm:?}, {largest}");
                 }
             }
@@ -110,7 +112,7 @@ fn a_count_of_a_joint_that_sticks_is_seen_in_time() {
     let plan = blended_sine::<4>(0.5, 1.0, 2.0);
     let unit = TAU / f64::from(1 << 20);
     let first = |encoder: usize, stuck_s: f64| {
-        let mut running = Running::new(Monitored::<_, 2, Stop>::new(law, &bounds));
+        let mut running = Running::new(Monitored::new(law, &bounds).stopping());
         let (mut plant, stuck) = (Flexible::NOMINAL, (stuck_s * 1e3) as u32);
         let mut held = [0; 2];
         for k in 0..8000 {
@@ -175,7 +177,7 @@ fn the_bound_of_sigma_star_is_the_known_one() {
 fn a_shaft_that_is_held_fast_is_seen_and_the_drive_stays_stopped() {
     let law = Drive::try_design(&by_rule(1e-3, 14)).expect("a good design");
     let bounds = Bounds { disturbance: [1e9], sigma_star: f64::INFINITY, stuck_ticks: 50 };
-    let mut running = Running::new(Monitored::<Drive, 1, Stop>::new(law, &bounds));
+    let mut running = Running::new(Monitored::new(law, &bounds).stopping());
     let mut first = None;
     for k in 0..600 {
         let at = |k: u32| Target { turn: 0, jet: [5e-4 * k as f32, 0.5] };
@@ -194,4 +196,28 @@ fn a_shaft_that_is_held_fast_is_seen_and_the_drive_stays_stopped() {
     running.reset();
     let at = Target { turn: 0, jet: [0.0; 2] };
     assert!(running.tick(&Sample { counts: [Some(0)], begin: at, end: at }).health.is_ok());
+}
+
+/// A loop that swings between the limits: σ falls half of the time, and yet it is seen. Who reacts has the ticks that
+/// were asked for; then the drive stops by itself.
+#[test]
+fn a_drive_that_swings_from_limit_to_limit_is_seen() {
+    let law = Drive::try_design(&by_rule(1e-3, 14)).expect("a good design");
+    let bounds = Bounds { disturbance: [1e6], sigma_star: 1e9, stuck_ticks: 200 };
+    let mut running = Running::new(Monitored::new(law, &bounds));
+    let mut patient = Running::new(Monitored::new(law, &bounds).stopping_after(30));
+    let still = Target { turn: 0, jet: [0.0; 2] };
+    let (mut seen, mut stopped, mut saturated) = (None, None, 0);
+    for k in 0..6000_u32 {
+        // 1 rad to and fro at 4 Hz, and nothing that u does changes it.
+        let count = (16384.0 / TAU * (TAU * 4e-3 * f64::from(k)).sin()) as i32;
+        let sample = Sample { counts: [Some(count)], begin: still, end: still };
+        let output = running.tick(&sample);
+        stopped = stopped.or(patient.tick(&sample).health.contains(Health::STOPPED).then_some(k));
+        saturated += u32::from(output.health.contains(Health::SATURATED));
+        seen = seen.or(output.health.contains(Health::STUCK_AT_LIMIT).then_some(k));
+    }
+    println!("saturated in {saturated} of 6000 ticks, seen at {seen:?}");
+    assert!(saturated < 5900 && seen.is_some_and(|tick| tick < 2000), "{seen:?}");
+    assert_eq!(stopped, seen.map(|tick| tick + 30));
 }

@@ -77,10 +77,10 @@ fn every_case_of_every_figure_has_the_same_bits_on_the_chip() {
     for figure in CATALOGUE {
         for (label, mut experiment) in figure.experiments().expect("right files") {
             // A target does not carry the baseline.
-            let Some(download) = for_target(&experiment).ok().cloned() else { continue };
+            let Some(download) = for_target(&experiment).ok() else { continue };
             experiment.periods = 1000;
             let (emulator, _) = Emulator::start(&image("pil"), false).unwrap_or_else(|error| panic!("{error}"));
-            let mut remote = Remote::connect(emulator, Duration::from_millis(100), &download)
+            let mut remote = Remote::connect(emulator, Duration::from_millis(100), download)
                 .unwrap_or_else(|error| panic!("{error}"));
             let (trace, error) = experiment.run_beside(Some(&mut remote), &mut |_| ControlFlow::Continue(()));
             assert!(error.is_none(), "{} {label}: {error:?}", figure.id);
@@ -114,6 +114,29 @@ fn every_kind_of_design_and_of_trouble_has_the_same_bits_on_the_chip() {
     }
 }
 
+/// The chip designs them itself. Longer runs, and more forms: `wire`.
+#[test]
+fn drives_have_the_same_bits_on_the_chip_on_a_bad_wire_too() {
+    let folder = Folder::new("pil-drives");
+    let faults = "fault=[{kind='lost', at_s=0.3, for_s=0.02}, {kind='jump', at_s=0.35, counts=900, for_s=0.004}]";
+    let cases: [(&str, &[&str], &[&str]); 5] = [
+        ("motor", &["drive.delay_ticks=1"], &[]),
+        ("motor", &["drive.mode='speed'", "reference={kind='speed', speed_rad_s=20}"], &[]),
+        ("motor", &["drive.uncertain_percent=50", "drive.observer_states=4"], &["--faults", "0.05", "--seed", "5"]),
+        ("joint", &["monitor.reaction='fallback'", faults], &[]),
+        ("joint", &["drive.delay_ticks=1"], &[]),
+    ];
+    for (plant, sets, wire) in cases {
+        let label = format!("{plant} {sets:?}");
+        let text = if plant == "motor" { scenario::MOTOR } else { scenario::JOINT };
+        let file = folder.path(&format!("{plant}.toml"));
+        std::fs::write(&file, text).expect("a file");
+        let short = ["--set", "span_s=0.45", "--set", "window_s=[0.2, 0.45]", "--set", "load=[]"];
+        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        assert_same(&pil(&folder, &[&[file.as_str()], &short[..], &sets, wire].concat()), 451, &label);
+    }
+}
+
 #[test]
 fn a_bad_wire_to_the_chip_costs_no_tick_and_no_bit() {
     let folder = Folder::new("pil-faults");
@@ -133,7 +156,7 @@ fn a_run_on_the_chip_speaks_as_a_run_here_and_ends_with_the_comparison_and_shows
     let comparison = there.out.lines().find(|line| line.contains(" round trips/s")).expect("a line");
     assert!(comparison.starts_with("201 ticks, 0 bits differ ("), "{comparison}");
     assert_eq!(there.out.replace(&format!("{comparison}\n"), ""), here.out);
-    assert!(there.err.lines().any(|line| line.starts_with("log: info  hello: wire 1, ")), "{}", there.err);
+    assert!(there.err.lines().any(|line| line.starts_with("log: info  hello: wire 2, ")), "{}", there.err);
     assert!(there.err.contains("n: 4, r: 2, mask: 10"), "{}", there.err);
 }
 

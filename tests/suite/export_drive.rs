@@ -326,6 +326,12 @@ where
             5..=24 => REPORT,
             _ => TICK,
         };
+        if what == FORGET || what == START {
+            // Whoever starts anew has found angle 0 anew: a joint does not start whose encoders do not fit each other.
+            counters.slipped = [0; 2];
+            let turns = (plant.angle[0] / TAU).round();
+            plant.angle = plant.angle.map(|angle| angle - TAU * turns);
+        }
         // A start may be turns away, and nobody follows from there: planned anew from where it is.
         if let Some(known) = running.estimates() {
             let at = TAU * f64::from(known.turn) + f64::from(known.position[0]);

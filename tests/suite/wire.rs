@@ -2,21 +2,24 @@
 //!
 //! The target is `pil_wire::Target` in this process, the very code that the image runs; `emulator` does it on the chip.
 
-use controller_core::Health;
+use controller_core::drive::{Bounds, Encoder, Monitored, Motor, MotorDesign, MotorDrive, Position, Sample, Target};
+use controller_core::{Health, Limits, RetuneError, Running};
 use host_sim::figures::CATALOGUE;
-use host_sim::remote::{LONGEST_WAIT, Remote, for_target};
+use host_sim::remote::{LONGEST_WAIT, Loadable, Remote, for_target};
 use host_sim::transport::faulty::{Rates, Struck};
 use host_sim::transport::{Faulty, Loopback, Transport, TransportError};
 use integration_tests::data::scenario_file;
 use integration_tests::strategy::Rng;
-use integration_tests::talk::crc32;
+use integration_tests::talk::{Host, crc32};
 use loop_sim::closed_loop::LoopError;
-use loop_sim::port::in_process::Download;
 use loop_sim::port::{ControllerPort, PortError};
 use loop_sim::port::{Difference, Field};
-use loop_sim::trace::{Ending, Trace};
-use pil_wire::{CORE_VERSION, Identity, LAYOUT_ID, REPLY_LEN, Receiver, Reply, Request};
-use scenario::{Experiment, load};
+use loop_sim::trace::{Ending, Row, Trace};
+use pil_wire::{
+    CORE_VERSION, Counts, Identity, Instance, LAYOUT_ID, Model, Open, REPLY_LEN, RETUNE_ERRORS, Reason, Receiver,
+    Reply, Request, halves,
+};
+use scenario::{Drive, Experiment, Source, load};
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -29,25 +32,40 @@ fn shipped(file: &str, sets: &[&str]) -> Experiment {
     load(&scenario_file(file), &sets).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn connect<T: Transport>(transport: T, download: &Download) -> Result<Remote<T>, PortError> {
-    Remote::connect(transport, REPLY_WITHIN, download)
+fn connect<T: Transport>(transport: T, design: &Loadable) -> Result<Remote<T>, PortError> {
+    Remote::connect(transport, REPLY_WITHIN, design.clone())
 }
 
 /// Runs an experiment with the target at the end of this wire.
 fn run_over<T: Transport>(experiment: &mut Experiment, transport: T) -> (Trace, Option<LoopError>, Remote<T>) {
-    let download = for_target(experiment).expect("one for a target").clone();
+    let download = for_target(experiment).expect("one for a target");
     let mut remote = connect(transport, &download).unwrap_or_else(|error| panic!("{error}"));
-    let (trace, error) = experiment.run_beside(Some(&mut remote), &mut |_| ControlFlow::Continue(()));
+    let mut watch = |_: &Row| ControlFlow::Continue(());
+    let (trace, error) = match &experiment.drive {
+        Some(Drive { designed, motion, .. }) => {
+            let mut drive = designed.port_to(&mut remote, motion);
+            experiment.run_beside(Some(drive.as_mut()), &mut watch)
+        }
+        None => experiment.run_beside(Some(&mut remote), &mut watch),
+    };
     (trace, error, remote)
 }
 
+/// A drive as `new` writes it, changed.
+fn drive(text: &str, sets: &[&str]) -> Experiment {
+    let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+    let source = Source { file: "drive.toml", text, sets: &sets };
+    scenario::parse(&source, "drive").unwrap_or_else(|error| panic!("{error}"))
+}
+
 /// All ticks, all alike; on both sides of the wire.
-fn assert_same(label: &str, experiment: &mut Experiment) {
+fn assert_same(label: &str, experiment: &mut Experiment) -> Trace {
     let (trace, error, remote) = run_over(experiment, Loopback::new());
     assert!(error.is_none(), "{label}: {error:?}");
     assert_eq!(trace.rows.len(), experiment.periods + 1, "{label}");
     assert_eq!(remote.transport().ticks() as usize, trace.rows.len(), "{label}");
     assert_eq!(remote.traffic().repeated, 0, "{label}");
+    trace
 }
 
 #[test]
@@ -72,6 +90,32 @@ fn every_case_of_every_figure_has_the_same_bits_over_the_wire() {
 fn every_other_shipped_scenario_has_the_same_bits_over_the_wire() {
     for file in ["default.toml", "chain.toml"] {
         assert_same(file, &mut shipped(file, &[]));
+    }
+}
+
+/// Whole runs: references, loads, friction, counts that are lost, stick and jump, u at its limit, and every reaction.
+#[test]
+fn every_form_of_a_drive_has_the_same_bits_over_the_wire() {
+    let faults = "fault=[{ kind='lost', at_s=0.5, for_s=0.02 }, { kind='jump', at_s=0.8, counts=900, for_s=0.004 }, \
+                  { kind='stuck', at_s=1.2 }]";
+    let mut seen = Vec::new();
+    for (form, reaction) in [
+        ("uncertain_percent=20", "fallback"),
+        ("uncertain_percent=50", "tell"),
+        ("delay_ticks=1", "joined_stop"),
+        ("observer_states=4", "tell"),
+    ] {
+        let (form, reaction) = (format!("drive.{form}"), format!("monitor.reaction='{reaction}'"));
+        let sets = [form.as_str(), &reaction, faults];
+        let turning = [&sets[..], &["drive.mode='speed'", "reference={ kind='speed', speed_rad_s=20 }"]].concat();
+        let joint = sets.map(|set| if set.contains("states") { "drive.lost_ticks=8" } else { set });
+        for (text, sets) in [(scenario::MOTOR, &sets[..]), (scenario::MOTOR, &turning), (scenario::JOINT, &joint)] {
+            let trace = assert_same(&format!("{sets:?}"), &mut drive(text, sets));
+            seen.extend(trace.rows.iter().map(|row| row.health));
+        }
+    }
+    for flag in [Health::SATURATED, Health::SAMPLE_LOST, Health::STOPPED, Health::DISTURBANCE_OVER_BOUND] {
+        assert!(seen.iter().any(|health| health.contains(flag)), "never {flag}");
     }
 }
 
@@ -164,8 +208,8 @@ where
 }
 
 /// What the port says of a target that differs from this program in one thing.
-fn refusal<T: Transport>(transport: T, change: impl Fn(&mut Download)) -> String {
-    let mut download = for_target(&shipped("default.toml", &[])).expect("one for a target").clone();
+fn refusal<T: Transport>(transport: T, change: impl Fn(&mut Loadable)) -> String {
+    let mut download = for_target(&shipped("default.toml", &[])).expect("one for a target");
     change(&mut download);
     match connect(transport, &download) {
         Err(PortError::Refused(told)) => told,
@@ -195,7 +239,7 @@ fn host_and_target_of_different_make_refuse_each_other_and_say_which_differs() {
     assert!(told.contains(&ours), "{told}");
 
     let told = refusal(OtherVersion(Loopback::new()), |_| {});
-    assert!(told.starts_with("the target speaks version 9 of the wire, this program 1; "), "{told}");
+    assert!(told.starts_with("the target speaks version 9 of the wire, this program 2; "), "{told}");
 }
 
 /// A target of another version of the wire: it can still say who it is.
@@ -219,24 +263,24 @@ impl Transport for OtherVersion {
 
 #[test]
 fn a_design_that_does_not_fit_is_refused_with_the_reason() {
-    let told = refusal(Loopback::new(), |it| it.shape.n = 5);
+    let told = refusal(Loopback::new(), |it| it.instance.n = 5);
     let instance =
         "the target's image carries no controller with n = 5, r = 2, observed channels 2, 4 and a linear model";
     assert_eq!(told, instance);
 
-    let count = for_target(&shipped("default.toml", &[])).expect("one for a target").numbers.len();
-    let told = refusal(Loopback::new(), |it| it.numbers.truncate(count - 1));
-    let counts = format!("a design of this kind has {count} numbers on the target, {} here; ", count - 1);
+    let count = for_target(&shipped("default.toml", &[])).expect("one for a target").words.len();
+    let told = refusal(Loopback::new(), |it| it.words.truncate(count - 1));
+    let counts = format!("a design of this kind has {count} words on the target, {} here; ", count - 1);
     assert!(told.starts_with(&counts), "{told}");
 
-    let told = refusal(Loopback::new(), |it| *it.numbers.last_mut().expect("numbers") = f32::NAN);
+    let told = refusal(Loopback::new(), |it| *it.words.last_mut().expect("words") = f32::NAN.to_bits());
     assert!(told.starts_with("the target refuses the numbers of the design: "), "{told}");
 
     let tampering = |request| {
         Some(match request {
-            Request::Load { offset: 8, mut numbers } => {
-                numbers[1] = -numbers[1];
-                Request::Load { offset: 8, numbers }
+            Request::Load { offset: 8, mut words } => {
+                words[1] ^= 1 << 31;
+                Request::Load { offset: 8, words }
             }
             other => other,
         })
@@ -297,7 +341,7 @@ fn one_flipped_bit_ends_the_run_and_is_named_and_the_ticks_before_it_are_kept() 
 
 #[test]
 fn a_target_that_restarts_is_told_with_the_tick() {
-    let download = for_target(&shipped("default.toml", &[])).expect("one for a target").clone();
+    let download = for_target(&shipped("default.toml", &[])).expect("one for a target");
     let mut remote = connect(Loopback::new(), &download).unwrap_or_else(|error| panic!("{error}"));
     for _ in 0..10 {
         remote.tick(&[0.1, 0.0, 0.0, 0.0]).unwrap_or_else(|error| panic!("{error}"));
@@ -309,7 +353,7 @@ fn a_target_that_restarts_is_told_with_the_tick() {
 
 #[test]
 fn a_second_program_takes_over_where_the_first_one_stopped() {
-    let download = for_target(&shipped("default.toml", &[])).expect("one for a target").clone();
+    let download = for_target(&shipped("default.toml", &[])).expect("one for a target");
     let mut used = Loopback::new();
     for _ in 0..3 {
         let mut remote = connect(used, &download).unwrap_or_else(|error| panic!("{error}"));
@@ -321,7 +365,7 @@ fn a_second_program_takes_over_where_the_first_one_stopped() {
 
 #[test]
 fn a_reset_starts_the_same_design_anew_on_the_target() {
-    let download = for_target(&shipped("default.toml", &[])).expect("one for a target").clone();
+    let download = for_target(&shipped("default.toml", &[])).expect("one for a target");
     let mut remote = connect(Loopback::new(), &download).unwrap_or_else(|error| panic!("{error}"));
     let ticks = |remote: &mut Remote<Loopback>| -> Vec<_> {
         [0.1, 0.2, 0.3].map(|x| remote.tick(&[x, 0.0, 0.0, 0.0]).unwrap_or_else(|error| panic!("{error}"))).into()
@@ -382,7 +426,7 @@ impl Transport for Babbling {
 
 #[test]
 fn a_target_that_says_nothing_or_nonsense_is_given_up_in_the_time_that_the_page_names() {
-    let download = for_target(&shipped("default.toml", &[])).expect("one for a target").clone();
+    let download = for_target(&shipped("default.toml", &[])).expect("one for a target");
     let told = connect(Babbling(&[]), &download).err().map(|error| error.to_string());
     assert_eq!(told.as_deref(), Some("no answer to the first question within 5 s"));
 
@@ -393,4 +437,83 @@ fn a_target_that_says_nothing_or_nonsense_is_given_up_in_the_time_that_the_page_
     assert!(told.starts_with("no answer to the first question within 5 s, but "), "{told}");
     // A loaded machine may be late by a time slice per wait.
     assert!(began.elapsed() < LONGEST_WAIT + Duration::from_secs(2), "{:?}", began.elapsed());
+}
+
+/// A drive on the target takes over other bandwidths while it turns, as one in this process does; a design that cannot
+/// take over is refused, and nothing has changed.
+#[test]
+fn a_drive_is_tuned_anew_in_motion_with_the_same_bits() {
+    type Law = MotorDrive<f32, Position, 1>;
+    let designs = [60.0, 90.0, 75.0].map(|surface| {
+        let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
+        MotorDesign::by_rule(1e-3, motor, Encoder::absolute(14), Limits::symmetric(10.0)).with_surface(surface)
+    });
+    let bounds = Bounds { disturbance: [1e4], sigma_star: 1e6, stuck_ticks: 200 };
+    let loadable = |design: &MotorDesign| Loadable {
+        instance: Instance { n: 2, r: 3, mask: Instance::TWO_SETS, model: Model::Motor },
+        words: design
+            .to_numbers()
+            .into_iter()
+            .chain(bounds.to_numbers())
+            .chain([f64::INFINITY])
+            .flat_map(halves)
+            .collect(),
+    };
+    let law = |design: &MotorDesign| Monitored::new(Law::try_design(design).expect("good"), &bounds);
+    let opened = |host: &mut Host, design: &Loadable| {
+        host.done(&Request::Open(Open::new(design.instance, &design.words)));
+        host.load(&design.words);
+    };
+
+    let mut host = Host::new();
+    host.start(&loadable(&designs[0]));
+    let mut here = Running::new(law(&designs[0]));
+    let mut begin = Target { turn: 0, jet: [0.0; 4] };
+    for tick in 0..3000_u32 {
+        let angle = 1e-3 * f64::from(tick);
+        let end = Target { turn: 0, jet: [angle as f32, 1.0, 0.0, 0.0] };
+        let count = Some((angle / std::f64::consts::TAU * 16384.0) as i32 + i32::from(tick % 7 == 0));
+        let counts = Counts { counts: [count, None], end, applied: f32::NAN };
+        let of = |target: Target<f32, i32, 4>| Target { turn: target.turn, jet: [target.jet[0], target.jet[1]] };
+        let sample = Sample { counts: [count], begin: of(begin), end: of(end) };
+        let mut request = Request::Drive(counts);
+        if tick % 1000 == 500 {
+            let next = &designs[(tick / 1000 + 1) as usize % 3];
+            // Of another gear, of another form, with a bit off, with no numbers: all refused.
+            let geared = MotorDesign { encoder: next.encoder.geared(3, 1), ..*next };
+            opened(&mut host, &loadable(&geared));
+            let told = host.refused(&Request::Retune(counts));
+            assert_eq!((told.reason, RETUNE_ERRORS[told.target as usize]), (Reason::Retune, RetuneError::OtherEncoder));
+            let mut other = loadable(next);
+            other.instance.mask = 0;
+            opened(&mut host, &other);
+            assert_eq!(host.refused(&Request::Retune(counts)).reason, Reason::Instance);
+            other = loadable(next);
+            other.words[0] ^= 1;
+            host.done(&Request::Open(Open::new(other.instance, &loadable(next).words)));
+            host.load(&other.words);
+            assert_eq!(host.refused(&Request::Retune(counts)).reason, Reason::Design);
+            opened(&mut host, &loadable(&MotorDesign { period_s: f64::NAN, ..*next }));
+            assert_eq!(host.refused(&Request::Retune(counts)).reason, Reason::Coefficients);
+            opened(&mut host, &loadable(next));
+            request = Request::Retune(counts);
+            here.retune(law(next), &sample).expect("a design that is near");
+        }
+        let output = here.tick(&sample);
+        begin = end;
+        let Reply::Driven(driven) = host.ask(&request) else { panic!("tick {tick}: not ticked") };
+        let known = here.estimates().expect("started");
+        let there = [driven.u, driven.sigma, driven.sigma_star].into_iter().chain(driven.estimates[0]);
+        let numbers = [output.u, output.sigma, output.sigma_star].into_iter();
+        let numbers = numbers.chain([known.position[0], known.speed[0], known.disturbance[0], known.load[0]]);
+        assert!(numbers.map(f32::to_bits).eq(there.map(f32::to_bits)), "tick {tick}: {driven:?}, {output:?}");
+        assert_eq!((driven.health, driven.turn), (output.health, known.turn), "tick {tick}");
+    }
+    // What is loaded and never started changes nothing; a start does.
+    opened(&mut host, &loadable(&designs[1]));
+    let Reply::Driven(_) = host.ask(&Request::Drive(Counts { counts: [None; 2], end: begin, applied: f32::NAN }))
+    else {
+        panic!("the design that runs is gone");
+    };
+    host.done(&Request::Start);
 }

@@ -35,7 +35,7 @@ use crate::running::Words;
 ///     const HAS_GRADIENT: bool = false;
 ///
 ///     fn seen(&self, position: &[T; 1]) -> T {
-///         self.gravity * T::from_f64(libm::sin(position[0].to_f64()))
+///         sin_cos(position[0], self.gravity).0
 ///     }
 ///     fn seen_ahead(&self, seen: T, _: T) -> T {
 ///         seen
@@ -126,6 +126,14 @@ pub trait ChainModel<T: Real, const E: usize, const N: usize>: Copy {
 
     /// How many units of the block's position one rad of its shaft is.
     fn per_rad(&self, block: usize) -> T;
+
+    /// Can it stand still at these positions under some u of up to so much? A drive does not start where it cannot.
+    /// A joint's spring is not wound by more than twice what its motor can: there an encoder that tells its angle
+    /// within a turn has told it in another one.
+    fn may_stand(&self, position: &[T; E], u_max: T) -> bool {
+        let _ = (position, u_max);
+        true
+    }
 
     /// Every number that the model is made of: what tells it from another.
     fn numbers(&self) -> impl Iterator<Item = T>;

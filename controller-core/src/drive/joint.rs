@@ -35,6 +35,7 @@
 //! # assert!(running.estimates().is_none());
 //! ```
 
+use core::f64::consts::TAU;
 use core::marker::PhantomData;
 
 use super::block::Block;
@@ -94,11 +95,15 @@ impl Joint {
     /// it.
     pub fn feed_forward(&self, [r, r_1, r_2, r_3, r_4]: &[f64; 5]) -> f64 {
         let m = self.model();
-        let [s, c] = m.seen(&[*r, 0.0]);
+        // The base of an encoder keeps a drive within a turn, a plan goes anywhere.
+        let turns = r / TAU;
+        let whole = (if turns < 0.0 { turns - 0.5 } else { turns + 0.5 }) as i64;
+        let r = r - TAU * whole as f64;
+        let [s, c] = m.seen(&[r, 0.0]);
         let (f_1, f_2) = (-m.k1 - c, -m.b1);
         let x_3 = r_2 + m.k1 * r + m.b1 * r_1 + s;
         let x_4 = r_3 - f_1 * r_1 - f_2 * r_2;
-        let (_, drift) = m.chain(&[*r, *r_1, x_3, x_4], &[s, c]);
+        let (_, drift) = m.chain(&[r, *r_1, x_3, x_4], &[s, c]);
         (r_4 - drift) / m.b
     }
 
@@ -260,6 +265,11 @@ impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
     #[inline(always)]
     fn per_rad(&self, block: usize) -> T {
         if block == 0 { T::from_f64(1.0) } else { self.k1 }
+    }
+
+    fn may_stand(&self, position: &[T; 2], u_max: T) -> bool {
+        let pull = self.kappa[1] * (position[1] - self.k1 * position[0]);
+        pull.abs() <= T::from_f64(2.0) * self.b * u_max
     }
 
     fn numbers(&self) -> impl Iterator<Item = T> {
@@ -607,6 +617,42 @@ mod tests {
         }
     }
 
+    /// Whole turns change nothing, however many.
+    #[test]
+    fn a_plan_may_lead_many_turns_away() {
+        let joint = Joint::TABLE_I;
+        for r in [0.3_f64, -2.0, 3.0] {
+            let here = joint.feed_forward(&[r, 0.4, -3.0, 20.0, 500.0]);
+            // By the formula of the module's head with a sine of another make: at rest the weight is all there is.
+            let weight = joint.weight_n_m * libm::sin(r) / joint.torque_n_m_per_a;
+            assert!((joint.feed_forward(&[r, 0.0, 0.0, 0.0, 0.0]) - weight).abs() < 1e-9 * (1.0 + weight.abs()));
+            for turns in [-1000.0, -3.0, 2.0, 400.0] {
+                let there = joint.feed_forward(&[r + TAU * turns, 0.4, -3.0, 20.0, 500.0]);
+                assert!((there - here).abs() < 1e-6, "{turns} turns from {r}: {there} for {here}");
+            }
+        }
+    }
+
+    /// A turn of a motor behind a gear that was not counted: the spring would be wound by more than the motor can.
+    #[test]
+    fn a_joint_does_not_start_on_a_spring_that_nothing_could_wind() {
+        let joint = Joint { stiffness_n_m: 300.0, ..Joint::TABLE_I };
+        let encoders = [Encoder::absolute(20), Encoder::incremental(18, 1 << 14).geared(10, 1)];
+        let design = JointDesign::new(1e-3, joint, encoders, Limits::symmetric(30.0), 1.3);
+        let law = JointDrive::<f32>::try_design(&design).expect("a good design");
+        let still = Target { turn: 0, jet: [1.0, 0.0, 0.0, 0.0] };
+        let count = |bits: u32, turns: f64| Some((turns * f64::from(1 << bits)) as i32);
+        let start = |motor_turns: f64| {
+            let counts = [count(20, 1.0 / TAU), count(14, motor_turns)];
+            Running::new(&law).tick(&Sample { counts, begin: still, end: still })
+        };
+        // The motor has made 1.59 turns.
+        let good = start(10.0 / TAU);
+        assert!(good.u.abs() < 3.0 && good.health.is_ok(), "{good:?}");
+        let bad = start(10.0 / TAU - 2.0);
+        assert!(bad.u == 0.0 && bad.health.contains(crate::Health::INPUT_REJECTED), "{bad:?}");
+    }
+
     /// Even turning of a joint without damping and weight asks for the same current all the way, also where the base
     /// moves on by a turn: what foresees a tick must not take that for a motion.
     #[test]
@@ -616,7 +662,7 @@ mod tests {
         let law = JointDrive::<f64, Position, 0, 1>::design(&design);
         let mut running = Running::new(&law);
         let target = |tick: i32| {
-            let rate = core::f64::consts::TAU / 1024.0;
+            let rate = TAU / 1024.0;
             Target { turn: tick / 1024, jet: [f64::from(tick % 1024) * rate, rate / design.period_s, 0.0, 0.0] }
         };
         let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);

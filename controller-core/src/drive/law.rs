@@ -959,7 +959,9 @@ where
     type Estimates = DriveEstimates<T, T::Count, E>;
     const NO_GUESS: [T; E] = [T::ZERO; E];
 
-    /// All counts must be there. The angles are then within half a counter of 0.
+    /// All counts must be there. The angles are then within half a counter of 0; where the model could not stand still
+    /// there ([`ChainModel::may_stand`]) nothing starts, such as on a motor's counter that has gone on over turns of
+    /// which the link's knows nothing.
     fn start_from(&self, sample: &Self::Sample, d: &[T; E]) -> Option<Self::State> {
         let () = Self::SHAPE;
         let (mut counts, mut at) = ([T::Count::of(0); E], [T::Count::of(0); E]);
@@ -971,6 +973,10 @@ where
         }
         let mut state = self.started(counts, at, T::Count::of(0), &d);
         let position = core::array::from_fn(|i| self.position(&state, i));
+        let u_max = if self.row.u_max > -self.row.u_min { self.row.u_max } else { -self.row.u_min };
+        if !self.model.may_stand(&position, u_max) {
+            return None;
+        }
         let known = self.known(&state, self.model.seen(&position), &state.push);
         state.offset = self.asked(&known, state.turn, &sample.begin, &sample.end, None).sigma;
         (is_sound(state.offset) && d.iter().all(|&d| is_sound(d))).then_some(state)

@@ -9,14 +9,14 @@
 //! * *Sliding variable*: unsaturated and with innovations of at most $\bar e_i$ it cannot leave
 //!   $|\sigma^*| \le \lambda_2 = \sum_i |\Gamma_i| \bar e_i / \min(k_l T, 1)$, where $\Gamma_i$ is what a unit of
 //!   innovation adds to σ ([`EncoderForm::sigma_star_bound`]). Masked while u is at a limit.
-//! * *Stuck at a limit*: u at a limit for so many ticks while |σ| does not fall.
+//! * *Stuck at a limit*: u at a limit for so many ticks while |σ| does not fall, with ten ticks within the limits for
+//!   each that is forgotten: a loop that swings from limit to limit is seen too.
 //! * *Lost*: more samples missing than the law bridges.
 //!
-//! What follows is in the type: [`GoOn`] tells it in [`Health`] and leaves the rest to the caller, who may plan a
-//! joined [`stop`](super::stop) with the reference; [`Stop`] sends what goes out before the start until the drive is
-//! reset.
-
-use core::marker::PhantomData;
+//! An alarm is told in [`Health`], and what follows is the caller's, who may plan a joined [`stop`](super::stop) with
+//! the reference. That needs good counts. So a drive [stops](Monitored::stopping_after) by itself, at once or after so
+//! many ticks of alarm in a row: the fallback that needs nothing goes out, which is the safe u, and 0 where there is
+//! none, until it is reset. The last u is not held: it may be what raised the alarm.
 
 use super::chain::ChainModel;
 use super::law::{EncoderForm, StateOf};
@@ -77,32 +77,6 @@ pub const ALARMS: Health = Health::DISTURBANCE_OVER_BOUND
     .union(Health::STUCK_AT_LIMIT)
     .union(Health::INPUT_REJECTED);
 
-mod sealed {
-    pub trait Sealed {}
-    impl Sealed for super::GoOn {}
-    impl Sealed for super::Stop {}
-}
-
-/// What follows an alarm: [`GoOn`] or [`Stop`].
-pub trait Reaction: sealed::Sealed + Copy + 'static {
-    /// Does it stop the drive?
-    const STOPS: bool;
-}
-
-/// An alarm is told and no more.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct GoOn;
-/// An alarm stops the drive until it is [reset](crate::Running::reset).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stop;
-
-impl Reaction for GoOn {
-    const STOPS: bool = false;
-}
-impl Reaction for Stop {
-    const STOPS: bool = true;
-}
-
 /// A law whose disturbances can be watched.
 pub trait Watched<const E: usize>: ControlLaw<Output = Output<<Self as ControlLaw>::Scalar>> {
     /// d of each block, in its own unit.
@@ -132,7 +106,7 @@ where
 /// A drive with its monitors.
 ///
 /// ```
-/// use controller_core::drive::{Encoder, Monitored, Motor, MotorDesign, MotorDrive, Position, Stop};
+/// use controller_core::drive::{Encoder, Monitored, Motor, MotorDesign, MotorDrive, Position};
 /// use controller_core::{Limits, Running};
 ///
 /// const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
@@ -141,19 +115,20 @@ where
 /// let law = Drive::design(&DESIGN);
 /// // Thresholds for a data sheet that is good to 20 %.
 /// let bounds = DESIGN.bounds(&law, 0.2);
-/// let running = Running::new(Monitored::<Drive, 1, Stop>::new(law, &bounds));
+/// let running = Running::new(Monitored::new(law, &bounds).stopping());
 /// # assert!(running.estimates().is_none());
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct Monitored<L: ControlLaw, const E: usize, R> {
+pub struct Monitored<L: ControlLaw, const E: usize> {
     law: L,
     disturbance: [L::Scalar; E],
     sigma_star: L::Scalar,
     stuck_ticks: L::Scalar,
-    of: PhantomData<R>,
+    /// It stops after so many ticks of alarm in a row, and one more.
+    patience: Option<L::Scalar>,
 }
 
-impl<L: Watched<E>, const E: usize, R: Reaction> Monitored<L, E, R> {
+impl<L: Watched<E>, const E: usize> Monitored<L, E> {
     /// The same from numbers that are known already, for a `const`: |d| in the unit of each block, |σ*|, ticks.
     pub const fn from_parts(
         law: L,
@@ -161,7 +136,7 @@ impl<L: Watched<E>, const E: usize, R: Reaction> Monitored<L, E, R> {
         sigma_star: L::Scalar,
         stuck_ticks: L::Scalar,
     ) -> Self {
-        Self { law, disturbance, sigma_star, stuck_ticks, of: PhantomData }
+        Self { law, disturbance, sigma_star, stuck_ticks, patience: None }
     }
 
     /// A drive, and what may be seen of it.
@@ -173,8 +148,22 @@ impl<L: Watched<E>, const E: usize, R: Reaction> Monitored<L, E, R> {
             disturbance,
             sigma_star: L::Scalar::from_f64(sigma_star),
             stuck_ticks: L::Scalar::from_f64(f64::from(bounds.stuck_ticks)),
-            of: PhantomData,
+            patience: None,
         }
+    }
+
+    /// The same; an alarm stops the drive until it is [reset](crate::Running::reset).
+    #[must_use]
+    pub const fn stopping(mut self) -> Self {
+        self.patience = Some(L::Scalar::ZERO);
+        self
+    }
+
+    /// The same; alarms in more than so many ticks in a row stop the drive: there was time to react.
+    #[must_use]
+    pub fn stopping_after(mut self, ticks: u32) -> Self {
+        self.patience = Some(L::Scalar::from_f64(f64::from(ticks)));
+        self
     }
 }
 
@@ -185,15 +174,19 @@ const LARGEST: f64 = 1e30;
 #[derive(Clone, Debug, PartialEq)]
 pub struct MonitoredState<S, T> {
     within: S,
-    /// Ticks at a limit without |σ| falling, and the last |σ|.
+    /// Ticks at a limit without |σ| falling, and the last |σ| there.
     stuck: T,
     last: T,
+    /// Ticks of alarm in a row.
+    alarmed: T,
+    /// Neither of them.
+    quiet: bool,
     stopped: bool,
 }
 
 impl<S: Words, T: Real> Words for MonitoredState<S, T> {
     fn words(&self) -> impl Iterator<Item = u32> {
-        let numbers = [self.stuck, self.last].into_iter();
+        let numbers = [self.stuck, self.last, self.alarmed].into_iter();
         let numbers = numbers.flat_map(|number| number.to_words().into_iter().take(T::WORDS));
         [u32::from(self.stopped)].into_iter().chain(numbers).chain(self.within.words())
     }
@@ -204,16 +197,17 @@ impl<S: Words, T: Real> Words for MonitoredState<S, T> {
             1 => true,
             _ => return None,
         };
-        let (stuck, last) = (next(words)?, next(words)?);
-        Some(Self { within: S::from_words(words)?, stuck, last, stopped })
+        let (stuck, last, alarmed) = (next(words)?, next(words)?, next(words)?);
+        let quiet = stuck == T::ZERO && alarmed == T::ZERO;
+        Some(Self { within: S::from_words(words)?, stuck, last, alarmed, quiet, stopped })
     }
 }
 
-impl<L: Watched<E>, const E: usize, R: Reaction> Monitored<L, E, R> {
+impl<L: Watched<E>, const E: usize> Monitored<L, E> {
     /// What goes out of a drive that has stopped.
     #[inline(always)]
     fn stopped(&self, state: &MonitoredState<L::State, L::Scalar>) -> Option<Output<L::Scalar>> {
-        (R::STOPS && state.stopped).then(|| {
+        state.stopped.then(|| {
             let output = self.law.not_started();
             Output { health: output.health.union(Health::STOPPED), ..output }
         })
@@ -227,8 +221,7 @@ impl<L: Watched<E>, const E: usize, R: Reaction> Monitored<L, E, R> {
         for i in 0..E {
             calm &= d[i].abs() <= self.disturbance[i];
         }
-        if calm && !output.health.intersects(Self::LOOKED_INTO) {
-            state.stuck = L::Scalar::ZERO;
+        if calm && state.quiet && !output.health.intersects(Self::LOOKED_INTO) {
             return output;
         }
         self.looked_into(state, output)
@@ -250,20 +243,23 @@ impl<L: Watched<E>, const E: usize, R: Reaction> Monitored<L, E, R> {
             let within = d[i].abs() <= self.disturbance[i];
             output.health = output.health.union(Health::DISTURBANCE_OVER_BOUND.when(!within));
         }
-        let sigma = output.sigma.abs();
+        let (sigma, one) = (output.sigma.abs(), L::Scalar::from_f64(1.0));
         if output.health.contains(Health::SATURATED) {
             if state.stuck == L::Scalar::ZERO || sigma >= state.last {
-                state.stuck += L::Scalar::from_f64(1.0);
+                state.stuck += one;
             }
             state.last = sigma;
         } else {
-            state.stuck = L::Scalar::ZERO;
+            let less = state.stuck - L::Scalar::from_f64(0.1);
+            state.stuck = if less > L::Scalar::ZERO { less } else { L::Scalar::ZERO };
             let within = output.sigma_star.abs() <= self.sigma_star;
             output.health = output.health.union(Health::SIGMA_STAR_OVER_BOUND.when(!within));
         }
         let stuck = Health::STUCK_AT_LIMIT.when(state.stuck > self.stuck_ticks);
         output.health = output.health.union(stuck);
-        if R::STOPS && output.health.intersects(ALARMS) {
+        state.alarmed = if output.health.intersects(ALARMS) { state.alarmed + one } else { L::Scalar::ZERO };
+        state.quiet = state.stuck == L::Scalar::ZERO && state.alarmed == L::Scalar::ZERO;
+        if self.patience.is_some_and(|patience| state.alarmed > patience) {
             state.stopped = true;
             output.health = output.health.union(Health::STOPPED);
             output.u = self.law.not_started().u;
@@ -272,7 +268,7 @@ impl<L: Watched<E>, const E: usize, R: Reaction> Monitored<L, E, R> {
     }
 }
 
-impl<L: Watched<E>, const E: usize, R: Reaction> ControlLaw for Monitored<L, E, R> {
+impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
     type Scalar = L::Scalar;
     type Sample = L::Sample;
     type Output = Output<L::Scalar>;
@@ -283,7 +279,8 @@ impl<L: Watched<E>, const E: usize, R: Reaction> ControlLaw for Monitored<L, E, 
 
     fn start_from(&self, sample: &L::Sample, guess: &L::Guess) -> Option<Self::State> {
         let within = self.law.start_from(sample, guess)?;
-        Some(MonitoredState { within, stuck: L::Scalar::ZERO, last: L::Scalar::ZERO, stopped: false })
+        let [stuck, last, alarmed] = [L::Scalar::ZERO; 3];
+        Some(MonitoredState { within, stuck, last, alarmed, quiet: true, stopped: false })
     }
 
     #[inline]
@@ -323,8 +320,7 @@ impl<L: Watched<E>, const E: usize, R: Reaction> ControlLaw for Monitored<L, E, 
     }
 
     fn fingerprint(&self) -> u32 {
-        let bounds = self.disturbance.into_iter().chain([self.sigma_star, self.stuck_ticks]);
-        let bounds = bounds.flat_map(Real::to_words);
-        hash([self.law.fingerprint(), u32::from(R::STOPS)].into_iter().chain(bounds))
+        let bounds = self.disturbance.into_iter().chain([self.sigma_star, self.stuck_ticks]).chain(self.patience);
+        hash([self.law.fingerprint()].into_iter().chain(bounds.flat_map(Real::to_words)))
     }
 }

@@ -17,7 +17,7 @@ use core::hint::black_box;
 use core::mem::MaybeUninit;
 
 use controller_core::drive::{Encoder, Joint as JointData, JointDesign, JointDrive, Motor, MotorDesign, MotorDrive};
-use controller_core::drive::{Monitored, Position, Sample, Stop, Target};
+use controller_core::drive::{Monitored, Position, Sample, Target};
 use controller_core::{
     Benchmark, Config, ControlLaw, Controller, Exp, FlexibleJoint, Gate, Gated, JointParameters, Libm, Limits,
     Micromath, Nominal, NominalModel, ObserverGains, Options, Output, ReachingLaw, Reading, SampleLimits, Surface,
@@ -123,10 +123,10 @@ drives! {
     joint_drive: JointDrive = Law::design(&JOINT_DRIVE), 2, 4;
     joint_drive_two_sets: JointDrive<f32, Position, 1> = Law::design(&JOINT_DRIVE), 2, 4;
     joint_drive_late: JointDrive<f32, Position, 0, 1> = Law::design(&JOINT_DRIVE), 2, 4;
-    motor_watched: Monitored<MotorDrive, 1, Stop> =
-        Law::from_parts(<MotorDrive>::design(&MOTOR), [1e6], 1e6, 200.0), 1, 2;
-    joint_drive_watched: Monitored<JointDrive, 2, Stop> =
-        Law::from_parts(<JointDrive>::design(&JOINT_DRIVE), [1e6, 1e9], 1e9, 200.0), 2, 4;
+    motor_watched: Monitored<MotorDrive, 1> =
+        Law::from_parts(<MotorDrive>::design(&MOTOR), [1e6], 1e6, 200.0).stopping(), 1, 2;
+    joint_drive_watched: Monitored<JointDrive, 2> =
+        Law::from_parts(<JointDrive>::design(&JOINT_DRIVE), [1e6, 1e9], 1e9, 200.0).stopping(), 2, 4;
 }
 
 const MOTOR: MotorDesign = MotorDesign::by_rule(

@@ -10,12 +10,11 @@ use clap::Args;
 use cycle_bound::log::{Log, Messages};
 use cycle_bound::qemu::{self, Clock, Process};
 use loop_sim::port::PortError;
-use loop_sim::port::in_process::Download;
 use pil_wire::{REPLY_LEN, REQUEST_LEN};
 use scenario::Experiment;
 
 use super::{Console, Failure, status};
-use crate::remote::{self, Remote};
+use crate::remote::{self, Loadable, Remote};
 use crate::transport::faulty::Rates;
 use crate::transport::serial::BAUD;
 use crate::transport::{Emulator, Faulty, Serial, Stoppable, Transport};
@@ -104,14 +103,14 @@ fn failed(message: String) -> Failure {
     Failure { status: status::FAILED, message }
 }
 
-fn design(experiment: &Experiment) -> Result<&Download, Failure> {
+fn design(experiment: &Experiment) -> Result<Loadable, Failure> {
     remote::for_target(experiment).map_err(|message| Failure { status: status::BAD_INPUT, message })
 }
 
 impl<'a> Console<'a> {
     /// Boots the image and loads the design.
     pub(super) fn emulated(&mut self, experiment: &Experiment, options: &PilOptions) -> Result<Link<'a>, Failure> {
-        let download = design(experiment)?;
+        let design = design(experiment)?;
         let PilOptions { image, log, faults, seed } = options;
         present(image, "--image").map_err(failed)?;
         let messages = if *log { Some(Messages::of(image).map_err(failed)?) } else { None };
@@ -124,14 +123,14 @@ impl<'a> Console<'a> {
         };
         // A round trip takes 1 to 3 ms. Where frames are known to be lost it pays to ask again soon.
         let reply_within = Duration::from_millis(if faults.is_some() { 10 } else { 100 });
-        self.linked(transport, reply_within, download, log, |_| {
+        self.linked(transport, reply_within, design, log, |_| {
             format!("is {} the image `pil`, and of this version?", image.display())
         })
     }
 
     /// Opens the port and loads the design.
     pub(super) fn wired(&mut self, experiment: &Experiment, options: &HilOptions) -> Result<Link<'a>, Failure> {
-        let download = design(experiment)?;
+        let design = design(experiment)?;
         let HilOptions { port, baud, log_port, elf } = options;
         let log = match (log_port, elf) {
             (Some(log_port), Some(elf)) => {
@@ -147,7 +146,7 @@ impl<'a> Console<'a> {
         // 10 bits a byte there and back, twice for what stands in the way (a USB adapter gathers bytes for 16 ms).
         let line = Duration::from_secs_f64(10.0 * (REQUEST_LEN + REPLY_LEN) as f64 / f64::from(*baud));
         let reply_within = Duration::from_millis(50) + 2 * line;
-        self.linked(Box::new(transport), reply_within, download, log, |heard| {
+        self.linked(Box::new(transport), reply_within, design, log, |heard| {
             if heard == 0 {
                 format!(
                     "is {} the board's port, is the board powered, and does the image `pil` run on it?",
@@ -163,12 +162,12 @@ impl<'a> Console<'a> {
         &self,
         transport: Box<dyn Transport>,
         reply_within: Duration,
-        download: &Download,
+        design: Loadable,
         log: Option<Log>,
         question: impl Fn(u64) -> String,
     ) -> Result<Link<'a>, Failure> {
         let wire = Stoppable::new(transport, self.stop);
-        let remote = Remote::connect(wire, reply_within, download).map_err(|error| match &error {
+        let remote = Remote::connect(wire, reply_within, design).map_err(|error| match &error {
             _ if self.stop.load(Ordering::Relaxed) => {
                 Failure { status: status::INTERRUPTED, message: "stopped on request, before the first tick".into() }
             }

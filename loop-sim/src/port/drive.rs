@@ -23,9 +23,9 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use controller_core::drive::{
-    self, Aim, Bounds, ChainModel, DriveError, DriveEstimates, Encoder, EncoderForm, GoOn, Joined, JointDesign,
-    JointDrive, Monitored, MotorDesign, MotorDrive, Player, Position, Reference, Rest, Sample, Sine, Speed, Stop,
-    Streamed, Switching, Target, Watched,
+    self, Aim, Bounds, ChainModel, DriveError, DriveEstimates, Encoder, EncoderForm, Joined, JointDesign, JointDrive,
+    Monitored, MotorDesign, MotorDrive, Player, Position, Reference, Rest, Sample, Sine, Speed, Streamed, Switching,
+    Target, Watched,
 };
 use controller_core::{ControlLaw as _, MAX_R, Output, Real, Running};
 
@@ -305,11 +305,23 @@ pub enum Reaction {
     GoOn,
     /// The fallback goes out from then on.
     Fallback,
-    /// The reference comes to rest in so many ticks.
+    /// The reference comes to rest in so many ticks. If the alarm lasts until then, the fallback goes out: a count that
+    /// sticks lets nothing come to rest.
     JoinedStop {
         /// From the end of the tick with the alarm.
         ticks: u32,
     },
+}
+
+impl Reaction {
+    /// The drive stops by itself after so many ticks of alarm in a row; `None`: never.
+    pub const fn patience(self) -> Option<u32> {
+        match self {
+            Self::GoOn => None,
+            Self::Fallback => Some(0),
+            Self::JoinedStop { ticks } => Some(ticks),
+        }
+    }
 }
 
 /// What an aim is told of a target.
@@ -329,14 +341,67 @@ impl Told<2> for Speed {
     }
 }
 
-/// The law with its encoders, its monitors and its reference. The plan takes over `P` derivatives, r included.
-struct Drive<L, R, A, const E: usize, const N: usize, const P: usize>
+/// The law of a drive that runs, with its monitors: in this process, or at the end of a wire.
+pub trait Law<const E: usize, const N: usize>: Send {
+    /// One tick, and what is known after it. A drive that follows a speed reads r' alone.
+    ///
+    /// # Errors
+    /// When it could not be reached.
+    fn tick(&mut self, sample: &Sample<i32, Target<f32, i32, N>, E>) -> Result<Ticked<E>, PortError>;
+
+    /// What the actuator really holds since the last tick.
+    fn report_applied(&mut self, u: f32);
+
+    /// The next counts start it anew.
+    ///
+    /// # Errors
+    /// When it could not be reached.
+    fn reset(&mut self) -> Result<(), PortError>;
+
+    /// Tells one design from another; none if that is not known here.
+    fn fingerprint(&self) -> Option<u32>;
+}
+
+/// Output of a tick, and the disturbance of each shaft, rad/s² (0 before the start).
+pub type Ticked<const E: usize> = (Output<f32>, [f32; E]);
+
+/// The law in this process.
+struct InProcess<L: Watched<E>, A, const E: usize> {
+    running: Running<Monitored<L, E>>,
+    of: PhantomData<A>,
+}
+
+impl<L, A, const E: usize, const N: usize> Law<E, N> for InProcess<L, A, E>
 where
-    L: Watched<E>,
-    R: drive::Reaction,
+    L: Watched<E, Scalar = f32, Sample = Sample<i32, A::Target, E>, Estimates = DriveEstimates<f32, i32, E>> + Send,
+    L::State: Send,
+    A: Told<N> + Send,
 {
-    running: Running<Monitored<L, E, R>>,
+    fn tick(&mut self, sample: &Sample<i32, Target<f32, i32, N>, E>) -> Result<Ticked<E>, PortError> {
+        let Sample { counts, begin, end } = sample;
+        let output = self.running.tick(&Sample { counts: *counts, begin: A::told(begin), end: A::told(end) });
+        Ok((output, self.running.estimates().map_or([0.0; E], |known| known.disturbance)))
+    }
+
+    fn report_applied(&mut self, u: f32) {
+        self.running.report_applied(u);
+    }
+
+    fn reset(&mut self) -> Result<(), PortError> {
+        self.running.reset();
+        Ok(())
+    }
+
+    fn fingerprint(&self) -> Option<u32> {
+        Some(self.running.design().fingerprint())
+    }
+}
+
+/// The law with its encoders and its reference. The plan takes over `P` derivatives, r included.
+struct Drive<'a, const E: usize, const N: usize, const P: usize> {
+    law: Box<dyn Law<E, N> + 'a>,
     mounted: [Mounted; E],
+    follows: Follows,
     /// Ticks from the computation of u until it is held.
     late: u32,
     player: Player<f32, Plan<f32, P>, N>,
@@ -347,34 +412,29 @@ where
     stopping: Option<Plan<f64, P>>,
     tick: u32,
     r: f64,
-    of: PhantomData<A>,
 }
 
-impl<L, R, A, const E: usize, const N: usize, const P: usize> Drive<L, R, A, E, N, P>
-where
-    L: Watched<E>,
-    R: drive::Reaction,
-{
+impl<'a, const E: usize, const N: usize, const P: usize> Drive<'a, E, N, P> {
     fn new(
-        law: Monitored<L, E, R>,
+        law: Box<dyn Law<E, N> + 'a>,
         mounted: [Mounted; E],
-        late: usize,
-        stop_ticks: Option<u32>,
+        form: Form,
+        reaction: Reaction,
         motion: &Motion,
     ) -> Self {
-        let late = late as u32;
+        let late = form.delay_ticks.min(1) as u32;
         Self {
-            running: Running::new(law),
+            law,
             mounted,
+            follows: form.follows,
             late,
             player: Player::new(motion.plan(), late),
             motion: motion.clone(),
             exact: motion.plan(),
-            stop_ticks,
+            stop_ticks: if let Reaction::JoinedStop { ticks } = reaction { Some(ticks) } else { None },
             stopping: None,
             tick: 0,
             r: 0.0,
-            of: PhantomData,
         }
     }
 
@@ -388,44 +448,39 @@ where
     }
 }
 
-impl<L, R, A, const E: usize, const N: usize, const P: usize> ControllerPort for Drive<L, R, A, E, N, P>
-where
-    L: Watched<E, Scalar = f32, Sample = Sample<i32, A::Target, E>, Estimates = DriveEstimates<f32, i32, E>> + Send,
-    L::State: Send,
-    R: drive::Reaction + Send,
-    A: Told<N> + Send,
-{
+impl<const E: usize, const N: usize, const P: usize> ControllerPort for Drive<'_, E, N, P> {
     fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
         let count = |i: usize| sample.get(i).and_then(|&count| self.mounted[i].upright(count));
         let counts = std::array::from_fn(count);
-        let [begin, end] = self.player.next_tick().map(|target| A::told(&target));
-        let Output { u, sigma, sigma_star, health } = self.running.tick(&Sample { counts, begin, end });
+        let [begin, end] = self.player.next_tick();
+        let (output, disturbance) = self.law.tick(&Sample { counts, begin, end })?;
+        let Output { u, sigma, sigma_star, health } = output;
         let plan = self.stopping.as_ref().filter(|plan| self.tick >= plan.start).unwrap_or(&self.exact);
         let target: Target<f64, i32, 2> = plan.at(self.tick);
-        self.r = if A::POSITION { TAU * f64::from(target.turn) + target.jet[0] } else { target.jet[1] };
+        self.r = match self.follows {
+            Follows::Position => TAU * f64::from(target.turn) + target.jet[0],
+            Follows::Speed => target.jet[1],
+        };
         if let Some(ticks) = self.stop_ticks.filter(|_| self.stopping.is_none() && health.intersects(drive::ALARMS)) {
             self.begin_to_stop(ticks);
         }
         self.tick += 1;
         let mut estimates = [[0.0; MAX_R]; MAX_ORDER];
-        if let Some(known) = self.running.estimates() {
-            for (i, d) in known.disturbance.into_iter().enumerate() {
-                estimates[2 * i + 1][0] = f64::from(d);
-            }
+        for (i, d) in disturbance.into_iter().enumerate() {
+            estimates[2 * i + 1][0] = f64::from(d);
         }
         let [u, sigma, sigma_star] = [u, sigma, sigma_star].map(f64::from);
         Ok(Tick { u, sigma, sigma_star, estimates, health })
     }
 
     fn report_applied(&mut self, u: f64) {
-        self.running.report_applied(u as f32);
+        self.law.report_applied(u as f32);
     }
 
     fn reset(&mut self) -> Result<(), PortError> {
-        self.running.reset();
         self.player = Player::new(self.motion.plan(), self.late);
         (self.stopping, self.tick, self.r) = (None, 0, 0.0);
-        Ok(())
+        self.law.reset()
     }
 
     fn observed(&self) -> &[usize] {
@@ -433,7 +488,7 @@ where
     }
 
     fn follows(&self) -> Option<usize> {
-        Some(usize::from(!A::POSITION))
+        Some(usize::from(self.follows == Follows::Speed))
     }
 
     fn reference(&self) -> f64 {
@@ -441,36 +496,58 @@ where
     }
 
     fn fingerprint(&self) -> Option<u32> {
-        Some(self.running.design().fingerprint())
+        self.law.fingerprint()
     }
 }
 
-fn watched<L, A, const E: usize, const N: usize, const P: usize>(
-    law: L,
-    bounds: &Bounds<E>,
-    reaction: Reaction,
-    mounted: [Mounted; E],
-    late: usize,
-    motion: &Motion,
-) -> Box<dyn ControllerPort>
-where
-    L: Watched<E, Scalar = f32, Sample = Sample<i32, A::Target, E>, Estimates = DriveEstimates<f32, i32, E>>
-        + Send
-        + 'static,
-    L::State: Send,
-    A: Told<N> + Send + 'static,
-{
-    let telling = |law, stop_ticks| {
-        let law = Monitored::<L, E, GoOn>::new(law, bounds);
-        Box::new(Drive::<L, GoOn, A, E, N, P>::new(law, mounted, late, stop_ticks, motion))
-    };
-    match reaction {
-        Reaction::GoOn => telling(law, None),
-        Reaction::JoinedStop { ticks } => telling(law, Some(ticks)),
-        Reaction::Fallback => {
-            let law = Monitored::<L, E, Stop>::new(law, bounds);
-            Box::new(Drive::<L, Stop, A, E, N, P>::new(law, mounted, late, None, motion))
-        }
+/// What is done with a law of any of the types that a drive may have.
+trait Use<const E: usize, const N: usize> {
+    type Out;
+
+    fn of<L, A>(self, law: L, bounds: Bounds<E>) -> Self::Out
+    where
+        L: Watched<E, Scalar = f32, Sample = Sample<i32, A::Target, E>, Estimates = DriveEstimates<f32, i32, E>>
+            + Send
+            + 'static,
+        L::State: Send,
+        A: Told<N> + Send + 'static;
+}
+
+/// It is run in this process.
+struct Run(Reaction);
+
+impl<const E: usize, const N: usize> Use<E, N> for Run {
+    type Out = Box<dyn Law<E, N>>;
+
+    fn of<L, A>(self, law: L, bounds: Bounds<E>) -> Self::Out
+    where
+        L: Watched<E, Scalar = f32, Sample = Sample<i32, A::Target, E>, Estimates = DriveEstimates<f32, i32, E>>
+            + Send
+            + 'static,
+        L::State: Send,
+        A: Told<N> + Send + 'static,
+    {
+        let law = Monitored::new(law, &bounds);
+        let law = match self.0.patience() {
+            Some(ticks) => law.stopping_after(ticks),
+            None => law,
+        };
+        Box::new(InProcess::<L, A, E> { running: Running::new(law), of: PhantomData })
+    }
+}
+
+/// Only what its monitors may see is asked for.
+struct Watch;
+
+impl<const E: usize, const N: usize> Use<E, N> for Watch {
+    type Out = Bounds<E>;
+
+    fn of<L, A>(self, _: L, bounds: Bounds<E>) -> Bounds<E>
+    where
+        L: Watched<E, Scalar = f32>,
+        A: Told<N>,
+    {
+        bounds
     }
 }
 
@@ -504,16 +581,62 @@ pub enum DriveDesign {
 }
 
 impl DriveDesign {
-    /// The drive along a reference.
+    /// The drive along a reference, in this process.
     ///
     /// # Errors
     /// Those of the design.
     pub fn port(&self, motion: &Motion) -> Result<Box<dyn ControllerPort>, DriveError> {
-        match self {
-            Self::Motor { design, form, mounted, monitors } => motor(design, *form, *mounted, monitors, motion),
-            Self::Joint { design, form, mounted, monitors, sudden_load_n_m } => {
-                joint(design, *form, *mounted, monitors, *sudden_load_n_m, motion)
+        Ok(match self {
+            Self::Motor { design, form, mounted, monitors } => {
+                let law = motor(design, *form, monitors, Run(monitors.reaction))?;
+                Box::new(Drive::<1, 2, 3>::new(law, [*mounted], *form, monitors.reaction, motion))
             }
+            Self::Joint { design, form, mounted, monitors, sudden_load_n_m } => {
+                let law = joint(design, *form, monitors, *sudden_load_n_m, Run(monitors.reaction))?;
+                Box::new(Drive::<2, 4, 4>::new(law, *mounted, *form, monitors.reaction, motion))
+            }
+        })
+    }
+
+    /// The same with a law that runs elsewhere.
+    pub fn port_to<'a, X>(&self, law: X, motion: &Motion) -> Box<dyn ControllerPort + 'a>
+    where
+        X: Law<1, 2> + Law<2, 4> + 'a,
+    {
+        match self {
+            Self::Motor { form, mounted, monitors, .. } => {
+                Box::new(Drive::<1, 2, 3>::new(Box::new(law), [*mounted], *form, monitors.reaction, motion))
+            }
+            Self::Joint { form, mounted, monitors, .. } => {
+                Box::new(Drive::<2, 4, 4>::new(Box::new(law), *mounted, *form, monitors.reaction, motion))
+            }
+        }
+    }
+
+    /// What it is designed from, what its monitors may see, and after how many ticks of alarm it stops (infinite: it
+    /// does not), as the numbers of [`drive::LAYOUT`].
+    ///
+    /// # Errors
+    /// Those of the design.
+    pub fn numbers(&self) -> Result<Vec<f64>, DriveError> {
+        let patience = self.reaction().patience().map_or(f64::INFINITY, f64::from);
+        Ok(match self {
+            Self::Motor { design, form, monitors, .. } => {
+                let bounds = motor(design, *form, monitors, Watch)?;
+                design.to_numbers().into_iter().chain(bounds.to_numbers()).chain([patience]).collect()
+            }
+            Self::Joint { design, form, monitors, sudden_load_n_m, .. } => {
+                let bounds = joint(design, *form, monitors, *sudden_load_n_m, Watch)?;
+                design.to_numbers().into_iter().chain(bounds.to_numbers()).chain([patience]).collect()
+            }
+        })
+    }
+
+    /// What follows an alarm.
+    pub const fn reaction(&self) -> Reaction {
+        match self {
+            Self::Motor { monitors, .. } => monitors.reaction,
+            Self::Joint { monitors, .. } => monitors.reaction,
         }
     }
 
@@ -584,22 +707,18 @@ fn switching_of(switching: Switching, times: f64) -> Switching {
     Switching { calm_steps: calm_steps * times, alert_steps: alert_steps * times, ..switching }
 }
 
-/// The drive of a motor. More than one gain set, or ticks of delay, are as two, and one.
-///
-/// # Errors
-/// Those of the design.
-pub fn motor(
+/// The law of a motor, of its types. More than one gain set, or ticks of delay, are as two, and one.
+fn motor<U: Use<1, 2>>(
     design: &MotorDesign,
     form: Form,
-    mounted: Mounted,
     monitors: &Monitors<1>,
-    motion: &Motion,
-) -> Result<Box<dyn ControllerPort>, DriveError> {
+    user: U,
+) -> Result<U::Out, DriveError> {
     macro_rules! built {
         ($aim:ty, $fast:literal, $late:literal, $states:literal) => {{
             let law = MotorDrive::<f32, $aim, $fast, $late, $states>::try_design(design)?;
             let bounds = monitors.bounds(&design.bounds(&law, monitors.uncertain));
-            Ok(watched::<_, $aim, 1, 2, 3>(law, &bounds, monitors.reaction, [mounted], $late, motion))
+            Ok(user.of::<_, $aim>(law, bounds))
         }};
     }
     macro_rules! following {
@@ -622,23 +741,19 @@ pub fn motor(
     }
 }
 
-/// The drive of a joint, which follows the position of its link with four states per encoder.
-///
-/// # Errors
-/// Those of the design.
-pub fn joint(
+/// The law of a joint, which follows the position of its link with four states per encoder.
+fn joint<U: Use<2, 4>>(
     design: &JointDesign,
     form: Form,
-    mounted: [Mounted; 2],
     monitors: &Monitors<2>,
     sudden_load_n_m: f64,
-    motion: &Motion,
-) -> Result<Box<dyn ControllerPort>, DriveError> {
+    user: U,
+) -> Result<U::Out, DriveError> {
     macro_rules! built {
         ($fast:literal, $late:literal) => {{
             let law = JointDrive::<f32, Position, $fast, $late>::try_design(design)?;
             let bounds = monitors.bounds(&design.bounds(&law, sudden_load_n_m, monitors.uncertain));
-            Ok(watched::<_, Position, 2, 4, 4>(law, &bounds, monitors.reaction, mounted, $late, motion))
+            Ok(user.of::<_, Position>(law, bounds))
         }};
     }
     match (form.gain_sets, form.delay_ticks) {

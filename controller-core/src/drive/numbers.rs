@@ -1,0 +1,116 @@
+//! What a drive is designed from as plain numbers in one order: for a wire, whose other end designs it anew.
+//!
+//! The arithmetic of a design is the same everywhere, so a chip that is told these numbers makes the design of whoever
+//! sent them, to the bit, in its arithmetic of 64 bits, in software: background work. What the numbers mean is checked
+//! by the design, as always; of a whole number only that part is read.
+
+use super::encoder::Encoder;
+use super::joint::{Joint, JointDesign};
+use super::monitor::Bounds;
+use super::motor::{Motor, MotorDesign};
+use crate::config::Fallback;
+use crate::law::Limits;
+
+const ENCODER: Encoder = Encoder::absolute(12);
+const LIMITS: Limits = Limits::symmetric(1.0);
+const MOTOR: MotorDesign = {
+    let motor = Motor { inertia_kg_m2: 1.0, torque_n_m_per_a: 1.0, damping_n_m_s: 0.0 };
+    MotorDesign::by_rule(1e-3, motor, ENCODER, LIMITS)
+};
+const JOINT: JointDesign = JointDesign::new(1e-3, Joint::TABLE_I, [ENCODER; 2], LIMITS, 1.0);
+
+/// Lists the places of all numbers in their order; the fallback comes last, as hold (0 or 1) and u.
+macro_rules! numbers {
+    ($($design:ident, $count:literal, $neutral:expr, $it:ident: [$($place:expr,)*];)*) => {
+        $(impl $design {
+            /// How many numbers it has.
+            pub const NUMBERS: usize = $count;
+
+            /// Its numbers in the order of [`LAYOUT`].
+            pub const fn to_numbers(&self) -> [f64; $count] {
+                let $it = self;
+                let (hold, safe) = match $it.fallback {
+                    Fallback::HoldLast => (1.0, 0.0),
+                    Fallback::Safe(u) => (0.0, u),
+                };
+                [$($place as f64,)* hold, safe]
+            }
+
+            /// Of its numbers.
+            pub const fn from_numbers(numbers: &[f64; $count]) -> Self {
+                let mut design = $neutral;
+                let $it = &mut design;
+                let mut i = 0;
+                $(
+                    $place = numbers[i] as _;
+                    i += 1;
+                )*
+                $it.fallback = if numbers[i] == 1.0 { Fallback::HoldLast } else { Fallback::Safe(numbers[i + 1]) };
+                design
+            }
+        })*
+
+        /// Names of the numbers of a [`MotorDesign`] and of a [`JointDesign`]; behind them come those of their
+        /// [`Bounds`], disturbances first, and the ticks of alarm after which the drive stops (infinite: it does not).
+        pub const LAYOUT: &str = concat!($(stringify!($design), $(" ", stringify!($place),)* " hold safe; ",)* "d sigma* stuck patience");
+    };
+}
+
+numbers! {
+    MotorDesign, 23, MOTOR, it: [
+        it.period_s, it.motor.inertia_kg_m2, it.motor.torque_n_m_per_a, it.motor.damping_n_m_s,
+        it.encoder.bits, it.encoder.counts_per_turn, it.encoder.gear_num, it.encoder.gear_den,
+        it.limits.min, it.limits.max, it.bandwidths.surface_rad_s, it.bandwidths.observer_rad_s,
+        it.bandwidths.reaching_per_s, it.bandwidths.offset_per_s, it.fast_ratio, it.switching.calm_steps,
+        it.switching.alert_steps, it.switching.smoothing_s, it.switching.keep_s, it.gate_steps, it.lost_ticks,
+    ];
+    JointDesign, 34, JOINT, it: [
+        it.period_s, it.joint.link_inertia_kg_m2, it.joint.link_damping_n_m_s, it.joint.weight_n_m,
+        it.joint.stiffness_n_m, it.joint.motor_inertia_kg_m2, it.joint.motor_damping_n_m_s, it.joint.torque_n_m_per_a,
+        it.encoders[0].bits, it.encoders[0].counts_per_turn, it.encoders[0].gear_num, it.encoders[0].gear_den,
+        it.encoders[1].bits, it.encoders[1].counts_per_turn, it.encoders[1].gear_num, it.encoders[1].gear_den,
+        it.limits.min, it.limits.max, it.bandwidths.surface_rad_s, it.bandwidths.link_rad_s,
+        it.bandwidths.motor_rad_s, it.bandwidths.reaching_per_s, it.bandwidths.offset_per_s, it.fast_ratios[0],
+        it.fast_ratios[1], it.switching.calm_steps, it.switching.alert_steps, it.switching.smoothing_s,
+        it.switching.keep_s, it.gate_steps[0], it.gate_steps[1], it.lost_ticks,
+    ];
+}
+
+impl<const E: usize> Bounds<E> {
+    /// How many numbers they are.
+    pub const NUMBERS: usize = E + 2;
+
+    /// Their numbers in the order of [`LAYOUT`].
+    pub fn to_numbers(&self) -> impl Iterator<Item = f64> {
+        self.disturbance.into_iter().chain([self.sigma_star, f64::from(self.stuck_ticks)])
+    }
+
+    /// Of their numbers; those that are not there are NaN, within which nothing is.
+    pub fn from_numbers(numbers: impl IntoIterator<Item = f64>) -> Self {
+        let mut numbers = numbers.into_iter();
+        let mut next = || numbers.next().unwrap_or(f64::NAN);
+        Self { disturbance: core::array::from_fn(|_| next()), sigma_star: next(), stuck_ticks: next() as u32 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every number has a place of its own, and comes back from it.
+    #[test]
+    fn a_description_comes_back_from_its_numbers() {
+        let numbers = |i: usize| if i == MotorDesign::NUMBERS - 2 { 0.0 } else { i as f64 + 1.0 };
+        let motor = MotorDesign::from_numbers(&core::array::from_fn(numbers));
+        assert_eq!(motor.to_numbers(), core::array::from_fn(numbers));
+        let numbers = |i: usize| if i == JointDesign::NUMBERS - 2 { 0.0 } else { i as f64 + 1.0 };
+        assert_eq!(
+            JointDesign::from_numbers(&core::array::from_fn(numbers)).to_numbers(),
+            core::array::from_fn(numbers)
+        );
+        let holding = MotorDesign { fallback: Fallback::HoldLast, ..motor };
+        assert_eq!(MotorDesign::from_numbers(&holding.to_numbers()), holding);
+        let bounds = Bounds { disturbance: [1.0, 2.0], sigma_star: f64::INFINITY, stuck_ticks: 3 };
+        assert_eq!(Bounds::from_numbers(bounds.to_numbers()), bounds);
+    }
+}

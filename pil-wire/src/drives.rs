@@ -1,0 +1,191 @@
+//! Every drive that the image carries: motor and joint, all forms of both, with their monitors.
+//!
+//! What a drive is told to do and what it has (gain sets, delay, states) are types; a request names them at run time, as
+//! it does the shapes of the other ticks.
+
+use controller_core::drive::{
+    Aim, Bounds, ChainModel, EncoderForm, JointDesign, JointDrive, Monitored, MotorDesign, MotorDrive, Position,
+    Sample, Speed, Target, Watched,
+};
+use controller_core::{Output, Running};
+
+use crate::frame::{Counts, Driven, Instance, Model, RETUNE_ERRORS, Reason, Refusal};
+use crate::{MAX_E, MAX_N};
+
+/// What an aim is told of a target on the wire.
+pub(crate) trait Told<const N: usize>: Aim<f32, N> {
+    fn told(target: &Target<f32, i32, MAX_N>) -> Self::Target;
+}
+
+impl<const N: usize> Told<N> for Position {
+    fn told(target: &Target<f32, i32, MAX_N>) -> Self::Target {
+        Target { turn: target.turn, jet: core::array::from_fn(|j| target.jet[j]) }
+    }
+}
+
+impl Told<2> for Speed {
+    fn told(target: &Target<f32, i32, MAX_N>) -> f32 {
+        target.jet[1]
+    }
+}
+
+/// A drive that runs, with its monitors, and where its next tick begins.
+pub(crate) struct Driving<L: Watched<E>, const E: usize> {
+    running: Running<Monitored<L, E>>,
+    begin: Target<f32, i32, MAX_N>,
+}
+
+/// What all drives have in common.
+pub(crate) trait Drive {
+    fn begin(&mut self, target: Target<f32, i32, MAX_N>);
+    fn tick(&mut self, counts: &Counts) -> Driven;
+}
+
+impl<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>
+    Driving<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>
+where
+    M: ChainModel<f32, E, N>,
+    A: Told<N>,
+{
+    fn new(law: Monitored<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>) -> Self {
+        Self { running: Running::new(law), begin: Target { turn: 0, jet: [0.0; MAX_N] } }
+    }
+
+    /// NaN means that what was held was not told, and is what the law ignores.
+    fn told(&mut self, counts: &Counts) -> Sample<i32, A::Target, E> {
+        self.running.report_applied(counts.applied);
+        let begin = core::mem::replace(&mut self.begin, counts.end);
+        Sample { counts: core::array::from_fn(|i| counts.counts[i]), begin: A::told(&begin), end: A::told(&counts.end) }
+    }
+
+    fn ticked(&mut self, sample: &Sample<i32, A::Target, E>) -> Driven {
+        let Output { u, sigma, sigma_star, health } = self.running.tick(sample);
+        let (mut turn, mut estimates) = (0, [[0.0; 4]; MAX_E]);
+        if let Some(known) = self.running.estimates() {
+            turn = known.turn;
+            for i in 0..E {
+                estimates[i] = [known.position[i], known.speed[i], known.disturbance[i], known.load[i]];
+            }
+        }
+        Driven { u, sigma, sigma_star, health, turn, estimates }
+    }
+
+    /// If the design cannot take over nothing has changed, and nothing has ticked.
+    fn retune(
+        &mut self,
+        law: Monitored<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>,
+        counts: &Counts,
+    ) -> Result<Driven, Refusal> {
+        let before = (self.running.clone(), self.begin);
+        let sample = self.told(counts);
+        match self.running.retune(law, &sample) {
+            Ok(()) => Ok(self.ticked(&sample)),
+            Err(error) => {
+                (self.running, self.begin) = before;
+                let why = RETUNE_ERRORS.iter().position(|&known| known == error).unwrap_or(RETUNE_ERRORS.len());
+                Err(Refusal { reason: Reason::Retune, target: why as u32, request: 0 })
+            }
+        }
+    }
+}
+
+impl<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> Drive
+    for Driving<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>
+where
+    M: ChainModel<f32, E, N>,
+    A: Told<N>,
+{
+    fn begin(&mut self, target: Target<f32, i32, MAX_N>) {
+        self.begin = target;
+    }
+
+    fn tick(&mut self, counts: &Counts) -> Driven {
+        let sample = self.told(counts);
+        self.ticked(&sample)
+    }
+}
+
+/// The numbers of a description, its bounds, and its patience, of as many words as they have.
+fn read<const L: usize, const E: usize>(words: &[u32]) -> Result<([f64; L], Bounds<E>, f64), Refusal> {
+    let count = 2 * (L + Bounds::<E>::NUMBERS + 1);
+    if words.len() != count {
+        return Err(Refusal { reason: Reason::Count, target: count as u32, request: words.len() as u32 });
+    }
+    let mut numbers = words.chunks_exact(2).map(|pair| f64::from_bits(u64::from(pair[0]) | u64::from(pair[1]) << 32));
+    // As long as was just checked.
+    let mut next = || numbers.next().unwrap_or(f64::NAN);
+    Ok((core::array::from_fn(|_| next()), Bounds::from_numbers(core::iter::from_fn(|| Some(next()))), next()))
+}
+
+/// An enum of all drives.
+macro_rules! drives {
+    ($($name:ident: $model:ident $design:ident $drive:ident<$aim:ty, $fast:literal, $late:literal $(, $states:literal)?>,
+        $e:literal encoders, $r:literal states, form $form:literal;)*) => {
+        pub(crate) enum Drives {
+            $($name(Driving<$drive<f32, $aim, $fast, $late $(, $states)?>, $e>),)*
+        }
+
+        impl Drives {
+            /// The drive that is designed from these words, ready for its first counts.
+            pub(crate) fn load(instance: Instance, words: &[u32]) -> Result<Self, Refusal> {
+                match (instance.model, instance.r, instance.mask) {
+                    $((Model::$model, $r, $form) => {
+                        Ok(Self::$name(Driving::new(drives!(law $design $drive<$aim, $fast, $late $(, $states)?>; words))))
+                    })*
+                    _ => Err(none(instance)),
+                }
+            }
+
+            /// The drive that is designed from these words takes over; it must be of the same form.
+            pub(crate) fn retune(&mut self, instance: Instance, words: &[u32], counts: &Counts) -> Result<Driven, Refusal> {
+                match (self, instance.model, instance.r, instance.mask) {
+                    $((Self::$name(driving), Model::$model, $r, $form) => {
+                        driving.retune(drives!(law $design $drive<$aim, $fast, $late $(, $states)?>; words), counts)
+                    })*
+                    _ => Err(none(instance)),
+                }
+            }
+
+            pub(crate) fn get(&mut self) -> &mut dyn Drive {
+                match self {
+                    $(Self::$name(driving) => driving,)*
+                }
+            }
+        }
+    };
+    (law $design:ident $drive:ident<$($of:tt),*>; $words:ident) => {{
+        let (numbers, bounds, patience) = read($words)?;
+        let law = $drive::<f32, $($of),*>::try_design(&$design::from_numbers(&numbers))
+            .map_err(|_| Refusal::of(Reason::Coefficients))?;
+        let law = Monitored::new(law, &bounds);
+        if patience < f64::INFINITY { law.stopping_after(patience as u32) } else { law }
+    }};
+}
+
+const fn none(instance: Instance) -> Refusal {
+    Refusal { reason: Reason::Instance, target: 0, request: instance.word() }
+}
+
+// The form is 1 for two gain sets, 2 for a tick of delay, 4 for a speed.
+drives! {
+    MotorOne: Motor MotorDesign MotorDrive<Position, 0, 0, 3>, 1 encoders, 3 states, form 0;
+    MotorTwo: Motor MotorDesign MotorDrive<Position, 1, 0, 3>, 1 encoders, 3 states, form 1;
+    MotorOneLate: Motor MotorDesign MotorDrive<Position, 0, 1, 3>, 1 encoders, 3 states, form 2;
+    MotorTwoLate: Motor MotorDesign MotorDrive<Position, 1, 1, 3>, 1 encoders, 3 states, form 3;
+    MotorOneFour: Motor MotorDesign MotorDrive<Position, 0, 0, 4>, 1 encoders, 4 states, form 0;
+    MotorTwoFour: Motor MotorDesign MotorDrive<Position, 1, 0, 4>, 1 encoders, 4 states, form 1;
+    MotorOneLateFour: Motor MotorDesign MotorDrive<Position, 0, 1, 4>, 1 encoders, 4 states, form 2;
+    MotorTwoLateFour: Motor MotorDesign MotorDrive<Position, 1, 1, 4>, 1 encoders, 4 states, form 3;
+    SpeedOne: Motor MotorDesign MotorDrive<Speed, 0, 0, 3>, 1 encoders, 3 states, form 4;
+    SpeedTwo: Motor MotorDesign MotorDrive<Speed, 1, 0, 3>, 1 encoders, 3 states, form 5;
+    SpeedOneLate: Motor MotorDesign MotorDrive<Speed, 0, 1, 3>, 1 encoders, 3 states, form 6;
+    SpeedTwoLate: Motor MotorDesign MotorDrive<Speed, 1, 1, 3>, 1 encoders, 3 states, form 7;
+    SpeedOneFour: Motor MotorDesign MotorDrive<Speed, 0, 0, 4>, 1 encoders, 4 states, form 4;
+    SpeedTwoFour: Motor MotorDesign MotorDrive<Speed, 1, 0, 4>, 1 encoders, 4 states, form 5;
+    SpeedOneLateFour: Motor MotorDesign MotorDrive<Speed, 0, 1, 4>, 1 encoders, 4 states, form 6;
+    SpeedTwoLateFour: Motor MotorDesign MotorDrive<Speed, 1, 1, 4>, 1 encoders, 4 states, form 7;
+    JointOne: Joint JointDesign JointDrive<Position, 0, 0>, 2 encoders, 4 states, form 0;
+    JointTwo: Joint JointDesign JointDrive<Position, 1, 0>, 2 encoders, 4 states, form 1;
+    JointOneLate: Joint JointDesign JointDrive<Position, 0, 1>, 2 encoders, 4 states, form 2;
+    JointTwoLate: Joint JointDesign JointDrive<Position, 1, 1>, 2 encoders, 4 states, form 3;
+}
