@@ -45,6 +45,7 @@
 //! linear law: a well tuned cascade is as good. What it adds is gains by rule from a data sheet, load torque and speed,
 //! a smaller peak under a load with two sets, one code for motor and joint.
 
+mod axis;
 mod block;
 mod chain;
 mod converted;
@@ -61,6 +62,7 @@ mod state;
 mod target;
 mod trigonometry;
 
+pub use axis::{Axis, Frame, Stretch, replay};
 pub use chain::{ChainModel, map_error};
 #[doc(hidden)]
 pub use converted::NumberName;
@@ -68,7 +70,7 @@ pub use encoder::{Encoder, Mounting};
 pub use error::DriveError;
 pub use full_state::{FullState, FullStateMemory, Measured};
 pub use joint::{Joint, JointBandwidths, JointDesign, JointDrive, JointModel};
-pub use law::{DriveEstimates, EncoderForm, Sample};
+pub use law::{DriveEstimates, DriveLaw, EncoderForm, Sample};
 pub use monitor::{ALARMS, Bounds, Monitored, MonitoredState, Watched};
 pub use motor::{DEFAULT_LAG_S, Motor, MotorBandwidths, MotorDesign, MotorDrive, MotorModel, Switching};
 pub use numbers::LAYOUT;

@@ -288,7 +288,7 @@ pub(crate) fn next<T: Real>(words: &mut impl Iterator<Item = u32>) -> Option<T> 
 #[derive(Clone, Debug)]
 pub struct Running<D: ControlLaw> {
     design: D,
-    state: Option<D::State>,
+    pub(crate) state: Option<D::State>,
 }
 
 impl<D: ControlLaw> Running<Guessing<D>> {
@@ -305,6 +305,11 @@ impl<D: ControlLaw> Running<D> {
     /// [`guessing`](Self::guessing).
     pub const fn new(design: D) -> Self {
         Self { design, state: None }
+    }
+
+    /// Goes on from a state of such a law, whatever design it was under; what is to be the same bits needs the same.
+    pub const fn from_state(design: D, state: Option<D::State>) -> Self {
+        Self { design, state }
     }
 
     /// The design that ticks.

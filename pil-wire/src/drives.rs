@@ -1,7 +1,7 @@
 //! Every drive that the image carries: motor and joint, all forms of both, with their monitors.
 //!
-//! What a drive is told to do and what it has (gain sets, delay, states) are types; a request names them at run time, as
-//! it does the shapes of the other ticks.
+//! What a drive is told to do and what it has (gain sets, delay, states) are types; a request names them at run time,
+//! as it does the shapes of the other ticks.
 
 use controller_core::drive::{
     Aim, Bounds, ChainModel, EncoderForm, JointDesign, JointDrive, Monitored, MotorDesign, MotorDrive, Position,
@@ -12,21 +12,9 @@ use controller_core::{Output, Running};
 use crate::frame::{Counts, Driven, Instance, Model, RETUNE_ERRORS, Reason, Refusal};
 use crate::{MAX_E, MAX_N};
 
-/// What an aim is told of a target on the wire.
-pub(crate) trait Told<const N: usize>: Aim<f32, N> {
-    fn told(target: &Target<f32, i32, MAX_N>) -> Self::Target;
-}
-
-impl<const N: usize> Told<N> for Position {
-    fn told(target: &Target<f32, i32, MAX_N>) -> Self::Target {
-        Target { turn: target.turn, jet: core::array::from_fn(|j| target.jet[j]) }
-    }
-}
-
-impl Told<2> for Speed {
-    fn told(target: &Target<f32, i32, MAX_N>) -> f32 {
-        target.jet[1]
-    }
+/// A target on the wire as a drive of its order has it.
+fn narrowed<const N: usize>(target: &Target<f32, i32, MAX_N>) -> Target<f32, i32, N> {
+    Target { turn: target.turn, jet: core::array::from_fn(|j| target.jet[j]) }
 }
 
 /// A drive that runs, with its monitors, and where its next tick begins.
@@ -45,7 +33,7 @@ impl<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, co
     Driving<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>
 where
     M: ChainModel<f32, E, N>,
-    A: Told<N>,
+    A: Aim<f32, N>,
 {
     fn new(law: Monitored<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>) -> Self {
         Self { running: Running::new(law), begin: Target { turn: 0, jet: [0.0; MAX_N] } }
@@ -55,7 +43,11 @@ where
     fn told(&mut self, counts: &Counts) -> Sample<i32, A::Target, E> {
         self.running.report_applied(counts.applied);
         let begin = core::mem::replace(&mut self.begin, counts.end);
-        Sample { counts: core::array::from_fn(|i| counts.counts[i]), begin: A::told(&begin), end: A::told(&counts.end) }
+        Sample {
+            counts: core::array::from_fn(|i| counts.counts[i]),
+            begin: A::told(&narrowed(&begin)),
+            end: A::told(&narrowed(&counts.end)),
+        }
     }
 
     fn ticked(&mut self, sample: &Sample<i32, A::Target, E>) -> Driven {
@@ -93,7 +85,7 @@ impl<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, co
     for Driving<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>
 where
     M: ChainModel<f32, E, N>,
-    A: Told<N>,
+    A: Aim<f32, N>,
 {
     fn begin(&mut self, target: Target<f32, i32, MAX_N>) {
         self.begin = target;
@@ -119,7 +111,8 @@ fn read<const L: usize, const E: usize>(words: &[u32]) -> Result<([f64; L], Boun
 
 /// An enum of all drives.
 macro_rules! drives {
-    ($($name:ident: $model:ident $design:ident $drive:ident<$aim:ty, $fast:literal, $late:literal $(, $states:literal)?>,
+    ($($name:ident:
+        $model:ident $design:ident $drive:ident<$aim:ty, $fast:literal, $late:literal $(, $states:literal)?>,
         $e:literal encoders, $r:literal states, form $form:literal;)*) => {
         pub(crate) enum Drives {
             $($name(Driving<$drive<f32, $aim, $fast, $late $(, $states)?>, $e>),)*
@@ -130,14 +123,20 @@ macro_rules! drives {
             pub(crate) fn load(instance: Instance, words: &[u32]) -> Result<Self, Refusal> {
                 match (instance.model, instance.r, instance.mask) {
                     $((Model::$model, $r, $form) => {
-                        Ok(Self::$name(Driving::new(drives!(law $design $drive<$aim, $fast, $late $(, $states)?>; words))))
+                        let law = drives!(law $design $drive<$aim, $fast, $late $(, $states)?>; words);
+                        Ok(Self::$name(Driving::new(law)))
                     })*
                     _ => Err(none(instance)),
                 }
             }
 
             /// The drive that is designed from these words takes over; it must be of the same form.
-            pub(crate) fn retune(&mut self, instance: Instance, words: &[u32], counts: &Counts) -> Result<Driven, Refusal> {
+            pub(crate) fn retune(
+                &mut self,
+                instance: Instance,
+                words: &[u32],
+                counts: &Counts,
+            ) -> Result<Driven, Refusal> {
                 match (self, instance.model, instance.r, instance.mask) {
                     $((Self::$name(driving), Model::$model, $r, $form) => {
                         driving.retune(drives!(law $design $drive<$aim, $fast, $late $(, $states)?>; words), counts)

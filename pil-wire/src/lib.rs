@@ -42,9 +42,9 @@
 //! A design is loaded as plain numbers, a word each: d_hat_1..n at the start, the n entries of a linear a(x)/b_0 (zeros
 //! for another model), and the coefficients in the order of [`controller_core::LAYOUT`]. A drive is designed by the
 //! target itself, to the same bits: it is loaded as what it is designed from and what its monitors are told, numbers of
-//! 64 bits in the order of [`controller_core::drive::LAYOUT`], each as its lower word and its upper one. The hash is the
-//! CRC-32 of the first word of Open and of all that are loaded: the target computes it from what it holds, and refuses
-//! to start another design. What runs goes on until another design has started or taken over.
+//! 64 bits in the order of [`controller_core::drive::LAYOUT`], each as its lower word and its upper one. The hash is
+//! the CRC-32 of the first word of Open and of all that are loaded: the target computes it from what it holds, and
+//! refuses to start another design. What runs goes on until another design has started or taken over.
 //!
 //! # Garbage
 //! [`Receiver`] takes any bytes. Whatever stands before a frame with the right mark and checksum is skipped; a frame

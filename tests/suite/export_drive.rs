@@ -134,7 +134,7 @@ fn design_of(text: &str) -> DriveDesign {
 
 fn motor<A, const FAST: usize, const LATE: usize, const S: usize>(name: &str, text: &str) -> Run
 where
-    A: Told<2> + Aim<f64, 2>,
+    A: Aim<f32, 2> + Aim<f64, 2>,
 {
     let DriveDesign::Motor { design, mounted, .. } = design_of(text) else { panic!("{name} is a motor") };
     let MotorDesign { motor, encoder, .. } = design;
@@ -188,21 +188,9 @@ impl Plant {
     }
 }
 
-/// What an aim is told of a turn and a jet.
-trait Told<const N: usize>: Aim<f32, N> {
-    fn told(turn: i32, jet: [f32; 4]) -> Self::Target;
-}
-
-impl<const N: usize> Told<N> for Position {
-    fn told(turn: i32, jet: [f32; 4]) -> Target<f32, i32, N> {
-        Target { turn, jet: core::array::from_fn(|j| jet[j]) }
-    }
-}
-
-impl Told<2> for Speed {
-    fn told(_: i32, jet: [f32; 4]) -> f32 {
-        jet[1]
-    }
+/// A turn and the first derivatives of a jet.
+fn target<const N: usize>(turn: i32, jet: [f32; 4]) -> Target<f32, i32, N> {
+    Target { turn, jet: core::array::from_fn(|j| jet[j]) }
 }
 
 /// A goal that moves, jumps and breaks.
@@ -303,7 +291,7 @@ fn run<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, 
 ) -> Run
 where
     M: ChainModel<f32, E, N>,
-    A: Told<N>,
+    A: Aim<f32, N>,
     EncoderForm<f32, M, A, E, N, S, FAST, LATE>: ControlLaw<
             Scalar = f32,
             Sample = Sample<i32, A::Target, E>,
@@ -349,8 +337,8 @@ where
             if rng.chance(0.03) { EDGES[rng.integer(0, EDGES.len() - 1)] } else { rng.within(-10.0, 10.0) as f32 };
         let sample = Sample {
             counts: core::array::from_fn(|i| (!lost[i]).then(|| mounting[i].upright(counts[i]))),
-            begin: A::told(turns[0], jets[0]),
-            end: A::told(turns[1], jets[1]),
+            begin: A::told(&target(turns[0], jets[0])),
+            end: A::told(&target(turns[1], jets[1])),
         };
         let mut said = None;
         match what {

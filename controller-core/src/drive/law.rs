@@ -46,7 +46,7 @@ use super::block::Block;
 use super::chain::ChainModel;
 use super::encoder::Sensor;
 use super::state::EncoderState;
-use super::target::Aim;
+use super::target::{Aim, Target};
 use crate::config::{Fallback, INPUT_LIMIT};
 use crate::controller::Output;
 use crate::design::{self, Coefficients};
@@ -934,6 +934,44 @@ where
             state.held = *queued;
             *queued = u;
         }
+    }
+}
+
+/// A drive's law in f32, with its monitors or without, told where it should be by positions and their derivatives.
+pub trait DriveLaw<const E: usize, const N: usize>:
+    ControlLaw<Scalar = f32, Output = Output<f32>, Estimates = DriveEstimates<f32, i32, E>>
+{
+    /// Ticks between computing u and holding it.
+    const LATE: usize;
+
+    /// What a tick is given.
+    fn sample(counts: [Option<i32>; E], begin: &Target<f32, i32, N>, end: &Target<f32, i32, N>) -> Self::Sample;
+}
+
+impl<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> DriveLaw<E, N>
+    for EncoderForm<f32, M, A, E, N, S, FAST, LATE>
+where
+    M: ChainModel<f32, E, N>,
+    A: Aim<f32, N>,
+{
+    const LATE: usize = LATE;
+
+    #[inline(always)]
+    fn sample(
+        counts: [Option<i32>; E],
+        begin: &Target<f32, i32, N>,
+        end: &Target<f32, i32, N>,
+    ) -> Sample<i32, A::Target, E> {
+        Sample { counts, begin: A::told(begin), end: A::told(end) }
+    }
+}
+
+impl<L: DriveLaw<E, N>, const E: usize, const N: usize> DriveLaw<E, N> for &L {
+    const LATE: usize = L::LATE;
+
+    #[inline(always)]
+    fn sample(counts: [Option<i32>; E], begin: &Target<f32, i32, N>, end: &Target<f32, i32, N>) -> L::Sample {
+        L::sample(counts, begin, end)
     }
 }
 

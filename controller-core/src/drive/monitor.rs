@@ -19,8 +19,8 @@
 //! none, until it is reset. The last u is not held: it may be what raised the alarm.
 
 use super::chain::ChainModel;
-use super::law::{EncoderForm, StateOf};
-use super::target::Aim;
+use super::law::{DriveLaw, EncoderForm, StateOf};
+use super::target::{Aim, Target};
 use crate::controller::Output;
 use crate::health::Health;
 use crate::real::Real;
@@ -100,6 +100,17 @@ where
 
     fn per_rad(&self, block: usize) -> T {
         self.model.per_rad(block)
+    }
+}
+
+impl<L: Watched<E>, const E: usize> Watched<E> for &L {
+    #[inline(always)]
+    fn disturbance(state: &L::State) -> [L::Scalar; E] {
+        L::disturbance(state)
+    }
+
+    fn per_rad(&self, block: usize) -> L::Scalar {
+        (**self).per_rad(block)
     }
 }
 
@@ -265,6 +276,15 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
             output.u = self.law.not_started().u;
         }
         output
+    }
+}
+
+impl<L: Watched<E> + DriveLaw<E, N>, const E: usize, const N: usize> DriveLaw<E, N> for Monitored<L, E> {
+    const LATE: usize = L::LATE;
+
+    #[inline(always)]
+    fn sample(counts: [Option<i32>; E], begin: &Target<f32, i32, N>, end: &Target<f32, i32, N>) -> L::Sample {
+        L::sample(counts, begin, end)
     }
 }
 

@@ -52,7 +52,10 @@ macro_rules! numbers {
 
         /// Names of the numbers of a [`MotorDesign`] and of a [`JointDesign`]; behind them come those of their
         /// [`Bounds`], disturbances first, and the ticks of alarm after which the drive stops (infinite: it does not).
-        pub const LAYOUT: &str = concat!($(stringify!($design), $(" ", stringify!($place),)* " hold safe; ",)* "d sigma* stuck patience");
+        pub const LAYOUT: &str = concat!(
+            $(stringify!($design), $(" ", stringify!($place),)* " hold safe; ",)*
+            "d sigma* stuck patience"
+        );
     };
 }
 

@@ -27,6 +27,9 @@ pub trait Aim<T: Real, const N: usize>: sealed::Sealed + Copy + 'static {
     /// Is the position to be held? If not, w_c = 0, and e_1 is in no sum.
     const POSITION: bool;
 
+    /// What of a position and its derivatives it is told.
+    fn told(target: &Target<T, T::Count, N>) -> Self::Target;
+
     /// z - (r, r', ..), with the turn of the base and 2π.
     fn errors(z: &[T; N], turn: T::Count, full: T, target: &Self::Target) -> [T; N];
 
@@ -50,6 +53,11 @@ pub struct Hold;
 impl<T: Real, const N: usize> Aim<T, N> for Position {
     type Target = Target<T, T::Count, N>;
     const POSITION: bool = true;
+
+    #[inline(always)]
+    fn told(target: &Target<T, T::Count, N>) -> Self::Target {
+        *target
+    }
 
     #[inline(always)]
     fn errors(z: &[T; N], turn: T::Count, full: T, target: &Self::Target) -> [T; N] {
@@ -81,6 +89,11 @@ impl<T: Real> Aim<T, 2> for Speed {
     const POSITION: bool = false;
 
     #[inline(always)]
+    fn told(target: &Target<T, T::Count, 2>) -> T {
+        target.jet[1]
+    }
+
+    #[inline(always)]
     fn errors(z: &[T; 2], _: T::Count, _: T, target: &T) -> [T; 2] {
         [T::ZERO, z[1] - *target]
     }
@@ -94,6 +107,9 @@ impl<T: Real> Aim<T, 2> for Speed {
 impl<T: Real, const N: usize> Aim<T, N> for Hold {
     type Target = ();
     const POSITION: bool = true;
+
+    #[inline(always)]
+    fn told(_: &Target<T, T::Count, N>) {}
 
     #[inline(always)]
     fn errors(z: &[T; N], turn: T::Count, full: T, (): &()) -> [T; N] {

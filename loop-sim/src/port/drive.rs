@@ -324,23 +324,6 @@ impl Reaction {
     }
 }
 
-/// What an aim is told of a target.
-trait Told<const N: usize>: Aim<f32, N> {
-    fn told(target: &Target<f32, i32, N>) -> Self::Target;
-}
-
-impl<const N: usize> Told<N> for Position {
-    fn told(target: &Target<f32, i32, N>) -> Self::Target {
-        *target
-    }
-}
-
-impl Told<2> for Speed {
-    fn told(target: &Target<f32, i32, 2>) -> f32 {
-        target.jet[1]
-    }
-}
-
 /// The law of a drive that runs, with its monitors: in this process, or at the end of a wire.
 pub trait Law<const E: usize, const N: usize>: Send {
     /// One tick, and what is known after it. A drive that follows a speed reads r' alone.
@@ -375,7 +358,7 @@ impl<L, A, const E: usize, const N: usize> Law<E, N> for InProcess<L, A, E>
 where
     L: Watched<E, Scalar = f32, Sample = Sample<i32, A::Target, E>, Estimates = DriveEstimates<f32, i32, E>> + Send,
     L::State: Send,
-    A: Told<N> + Send,
+    A: Aim<f32, N> + Send,
 {
     fn tick(&mut self, sample: &Sample<i32, Target<f32, i32, N>, E>) -> Result<Ticked<E>, PortError> {
         let Sample { counts, begin, end } = sample;
@@ -510,7 +493,7 @@ trait Use<const E: usize, const N: usize> {
             + Send
             + 'static,
         L::State: Send,
-        A: Told<N> + Send + 'static;
+        A: Aim<f32, N> + Send + 'static;
 }
 
 /// It is run in this process.
@@ -525,7 +508,7 @@ impl<const E: usize, const N: usize> Use<E, N> for Run {
             + Send
             + 'static,
         L::State: Send,
-        A: Told<N> + Send + 'static,
+        A: Aim<f32, N> + Send + 'static,
     {
         let law = Monitored::new(law, &bounds);
         let law = match self.0.patience() {
@@ -545,7 +528,7 @@ impl<const E: usize, const N: usize> Use<E, N> for Watch {
     fn of<L, A>(self, _: L, bounds: Bounds<E>) -> Bounds<E>
     where
         L: Watched<E, Scalar = f32>,
-        A: Told<N>,
+        A: Aim<f32, N>,
     {
         bounds
     }
