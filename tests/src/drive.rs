@@ -1,7 +1,9 @@
 //! Drives for the suite: recorded counts fed to a law, tick by tick.
 
 use crate::oracle::factorial;
-use controller_core::drive::{Aim, ChainModel, EncoderForm, JointDrive, MotorDrive, Position, Sample, Speed, Target};
+use controller_core::drive::{
+    Aim, ChainModel, EncoderForm, Joint, JointDrive, MotorDrive, Position, Sample, Speed, Target,
+};
 use controller_core::{Output, Real, Running, Sealed};
 
 /// A scalar whose counts are plain numbers: `f32` and `f64`.
@@ -367,6 +369,18 @@ impl Flexible {
             let d = self.rate(s + h - 1e-12, at(self.x, c, h), u);
             self.x = core::array::from_fn(|j| self.x[j] + h / 6.0 * (a[j] + 2.0 * b[j] + 2.0 * c[j] + d[j]));
         }
+    }
+}
+
+/// From rest of link and motor with the spring drawn by so many rad to rest at 0, the shortest within 27 A.
+pub fn recovered(angle: f64) -> impl Fn(f64) -> [f64; 4] {
+    let pull = Flexible::K_1 * angle + angle.sin();
+    let present = [angle, 0.0, -pull, 0.07 / 0.230 * pull, 0.0];
+    let joint = Joint::TABLE_I;
+    let plan = to_rest(present, shortest_to_rest(present, 4, 27.0, |jet| joint.feed_forward(jet)), 4);
+    move |t| {
+        let [jet @ .., _] = plan(t);
+        jet
     }
 }
 

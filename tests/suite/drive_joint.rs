@@ -10,8 +10,8 @@ use controller_core::drive::{
 use controller_core::{Limits, Running};
 use integration_tests::data;
 use integration_tests::drive::{
-    Flexible, JointSample, LinearLaw, Run, Trace, blended_sine, peak, point_to_point, rms, run_joint, shortest_to_rest,
-    to_rest,
+    Flexible, JointSample, LinearLaw, Run, Trace, blended_sine, peak, point_to_point, recovered, rms, run_joint,
+    shortest_to_rest, to_rest,
 };
 use integration_tests::strategy::Rng;
 
@@ -318,18 +318,6 @@ fn a_planned_recovery_settles_as_planned() {
         let start = Flexible { x: [angle, 0.0, motor * Flexible::K_1, 0.0], ..Flexible::NOMINAL };
         let off = peak(&run::<1>(&default, start, 2.0, &recovery(angle, motor)).error);
         assert!(off <= 1e-4, "from {angle} rad: {off:e}");
-    }
-}
-
-/// From rest of link and motor with the spring drawn by so many rad to rest at 0, the shortest within 27 A.
-fn recovered(angle: f64) -> impl Fn(f64) -> [f64; 4] {
-    let pull = Flexible::K_1 * angle + angle.sin();
-    let present = [angle, 0.0, -pull, 0.07 / 0.230 * pull, 0.0];
-    let joint = Joint::TABLE_I;
-    let plan = to_rest(present, shortest_to_rest(present, 4, 27.0, |jet| joint.feed_forward(jet)), 4);
-    move |t| {
-        let [jet @ .., _] = plan(t);
-        jet
     }
 }
 
