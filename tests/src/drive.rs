@@ -1,6 +1,9 @@
 //! Drives for the suite: recorded counts fed to a law, tick by tick.
 
-use controller_core::drive::{Aim, ChainModel, EncoderForm, JointDrive, MotorDrive, Position, Sample, Speed, Target};
+use crate::oracle::factorial;
+use controller_core::drive::{
+    Aim, ChainModel, EncoderForm, Joint, JointDrive, MotorDrive, Position, Sample, Speed, Target,
+};
 use controller_core::{Output, Real, Running, Sealed};
 
 /// A scalar whose counts are plain numbers: `f32` and `f64`.
@@ -91,6 +94,8 @@ pub struct Shaft {
     pub lag_s: f64,
     /// From this time on this torque, s and N m.
     pub load: [f64; 2],
+    /// What the amplifier gives at most, A.
+    pub largest_current: f64,
 }
 
 impl Shaft {
@@ -104,6 +109,7 @@ impl Shaft {
         cogging: [0.003, 7.0],
         lag_s: 2e-4,
         load: [f64::INFINITY, 0.0],
+        largest_current: f64::INFINITY,
     };
 
     /// The same without friction, cogging and lag.
@@ -121,6 +127,7 @@ impl Shaft {
 
     /// Holds u from t on for one period.
     pub fn advance(&mut self, t: f64, u: f64, period_s: f64) {
+        let u = u.clamp(-self.largest_current, self.largest_current);
         let steps = (period_s / 5e-5 - 1e-9).ceil().max(1.0);
         let h = period_s / steps;
         for k in 0..steps as u32 {
@@ -217,17 +224,64 @@ pub fn smooth_step(s: f64, degree: usize) -> [f64; 5] {
     if s >= 1.0 {
         return [1.0, 0.0, 0.0, 0.0, 0.0];
     }
+    if s > 0.0 { polynomial(powers, s) } else { [0.0; 5] }
+}
+
+/// A polynomial and four derivatives by its argument.
+fn polynomial(powers: &[f64], s: f64) -> [f64; 5] {
     let mut jet = [0.0; 5];
-    if s > 0.0 {
-        for (i, power) in powers.iter().enumerate() {
-            let mut factor = *power;
-            for (j, entry) in jet.iter_mut().enumerate().take(i + 1) {
-                *entry += factor * s.powi((i - j) as i32);
-                factor *= (i - j) as f64;
-            }
+    for (i, power) in powers.iter().enumerate() {
+        let mut factor = *power;
+        for (j, entry) in jet.iter_mut().enumerate().take(i + 1) {
+            *entry += factor * s.powi((i - j) as i32);
+            factor *= (i - j) as f64;
         }
     }
     jet
+}
+
+/// From a jet at t = 0 to rest at 0 in `tau`, with the first `m` of the jet continuous there:
+/// (1 - s)^m times a polynomial of degree m - 1, s = t/tau.
+pub fn to_rest(present: [f64; 5], tau: f64, m: usize) -> impl Fn(f64) -> [f64; 5] {
+    let times = |a: &[f64], b: &[f64]| {
+        let mut product = vec![0.0; a.len() + b.len() - 1];
+        for (i, a) in a.iter().enumerate() {
+            b.iter().enumerate().for_each(|(j, b)| product[i + j] += a * b);
+        }
+        product
+    };
+    // What is left of the jet's own polynomial once (1 - s)^m is taken out: 1/(1 - s) is 1 + s + s² + ...
+    let mut powers: Vec<f64> = (0..m).map(|j| present[j] * tau.powi(j as i32) / factorial(j)).collect();
+    for _ in 0..m {
+        (1..m).for_each(|j| powers[j] += powers[j - 1]);
+    }
+    for _ in 0..m {
+        powers = times(&powers, &[1.0, -1.0]);
+    }
+    move |t| {
+        if t >= tau {
+            return [0.0; 5];
+        }
+        let jet = polynomial(&powers, t / tau);
+        core::array::from_fn(|j| jet[j] / tau.powi(j as i32))
+    }
+}
+
+/// The shortest such duration for which |u| stays within a limit at 64 instants, upwards by quarters and then refined.
+pub fn shortest_to_rest(present: [f64; 5], m: usize, limit: f64, u: impl Fn(&[f64; 5]) -> f64) -> f64 {
+    let fits = |tau: f64| {
+        let plan = to_rest(present, tau, m);
+        (0..64).all(|i| u(&plan(tau * (f64::from(i) + 1e-9) / 64.0)).abs() <= limit)
+    };
+    let (mut low, mut high) = (0.02, 0.02);
+    while !fits(high) {
+        (low, high) = (high, 1.25 * high);
+    }
+    for _ in 0..30 {
+        let middle = (low * high).sqrt();
+        if fits(middle) { high = middle } else { low = middle }
+    }
+    high
 }
 
 /// A move of `distance` from rest to rest between `start` and `start + tau`.
@@ -269,11 +323,19 @@ pub struct Flexible {
     pub load: [f64; 2],
     /// Friction 1.5 A static, 1 A Coulomb, cogging 0.3 A, ripple 2 %?
     pub rough: bool,
+    /// What the amplifier gives at most, A.
+    pub largest_current: f64,
 }
 
 impl Flexible {
     /// At rest at 0, as the model has it.
-    pub const NOMINAL: Self = Self { x: [0.0; 4], errors: [0.0; 5], load: [f64::INFINITY, 0.0], rough: false };
+    pub const NOMINAL: Self = Self {
+        x: [0.0; 4],
+        errors: [0.0; 5],
+        load: [f64::INFINITY, 0.0],
+        rough: false,
+        largest_current: f64::INFINITY,
+    };
     /// K_s/J_l of Table I.
     pub const K_1: f64 = 9.0 / 0.230;
 
@@ -295,6 +357,7 @@ impl Flexible {
 
     /// Holds u from t on for one period.
     pub fn advance(&mut self, t: f64, u: f64, period_s: f64) {
+        let u = u.clamp(-self.largest_current, self.largest_current);
         let steps = (period_s / if self.rough { 5e-5 } else { 5e-4 } - 1e-9).ceil().max(1.0);
         let h = period_s / steps;
         for k in 0..steps as u32 {
@@ -306,6 +369,18 @@ impl Flexible {
             let d = self.rate(s + h - 1e-12, at(self.x, c, h), u);
             self.x = core::array::from_fn(|j| self.x[j] + h / 6.0 * (a[j] + 2.0 * b[j] + 2.0 * c[j] + d[j]));
         }
+    }
+}
+
+/// From rest of link and motor with the spring drawn by so many rad to rest at 0, the shortest within 27 A.
+pub fn recovered(angle: f64) -> impl Fn(f64) -> [f64; 4] {
+    let pull = Flexible::K_1 * angle + angle.sin();
+    let present = [angle, 0.0, -pull, 0.07 / 0.230 * pull, 0.0];
+    let joint = Joint::TABLE_I;
+    let plan = to_rest(present, shortest_to_rest(present, 4, 27.0, |jet| joint.feed_forward(jet)), 4);
+    move |t| {
+        let [jet @ .., _] = plan(t);
+        jet
     }
 }
 
@@ -339,4 +414,132 @@ pub fn run_joint<T: Plain, const FAST: usize, const LATE: usize>(
         plant.advance(t, held, run.period_s);
     }
     trace
+}
+
+/// FNV-1a, as the words of a drive end with it.
+pub fn checksum(words: &[u32]) -> u32 {
+    words.iter().fold(0x811c_9dc5, |hash, word| {
+        word.to_le_bytes().into_iter().fold(hash, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
+    })
+}
+
+/// Rows of a matrix.
+type Matrix = Vec<Vec<f64>>;
+
+/// A law with one gain set near rest at 0, as the linear map that it is there without the steps of the encoders: from
+/// the angles now, those of the tick before and all that it remembers, to all that it remembers, and u.
+pub struct LinearLaw<const E: usize> {
+    rows: Matrix,
+}
+
+impl<const E: usize> LinearLaw<E> {
+    /// By differences of the law itself. Its encoders are of so many rad per count, its gates and limits are far.
+    ///
+    /// # Panics
+    /// If the words of a drive have another form.
+    pub fn of<M: ChainModel<f64, E, N>, const N: usize, const S: usize, const LATE: usize>(
+        law: &EncoderForm<f64, M, Position, E, N, S, 0, LATE>,
+        unit_rad: f64,
+    ) -> Self
+    where
+        EncoderForm<f64, M, Position, E, N, S, 0, LATE>: Copy,
+    {
+        let at = Target { turn: 0, jet: [0.0; N] };
+        let sample = |counts: [i32; E]| Sample { counts: counts.map(Some), begin: at, end: at };
+        let mut still = Running::new(*law);
+        still.tick(&sample([0; E]));
+        let words: Vec<u32> = still.words().collect();
+        // Fingerprint, started, fresh; count of each encoder, the same since the base, turn; numbers of two words.
+        let (counts_at, numbers_at, end) = (3, 4 + 2 * E, words.len() - 1);
+        let tick = |before: [i32; E], number: Option<usize>, counts: [i32; E]| {
+            let mut words = words.clone();
+            for (i, count) in before.into_iter().enumerate() {
+                (words[counts_at + i], words[counts_at + E + i]) = (count as u32, count as u32);
+            }
+            if let Some(number) = number {
+                let place = numbers_at + 2 * number;
+                let old = f64::from_bits(u64::from(words[place]) | u64::from(words[place + 1]) << 32);
+                let bits = (old + Self::STEP).to_bits();
+                (words[place], words[place + 1]) = (bits as u32, (bits >> 32) as u32);
+            }
+            words[end] = checksum(&words[..end]);
+            let mut running = Running::from_words(*law, words).expect("words of this design");
+            let output = running.tick(&sample(counts));
+            assert!(output.health.is_ok(), "{output:?}");
+            let words: Vec<u32> = running.words().collect();
+            let numbers = words[numbers_at..end].chunks(2);
+            let numbers = numbers.map(|word| f64::from_bits(u64::from(word[0]) | u64::from(word[1]) << 32));
+            numbers.chain([output.u]).collect::<Vec<f64>>()
+        };
+        let rest = tick([0; E], None, [0; E]);
+        let moved = |i: usize| core::array::from_fn(|j| if j == i { Self::COUNTS } else { 0 });
+        let by_count = f64::from(Self::COUNTS) * unit_rad;
+        let columns = (0..E).map(|i| (tick([0; E], None, moved(i)), by_count));
+        let columns = columns.chain((0..E).map(|i| (tick(moved(i), None, [0; E]), by_count)));
+        let columns = columns.chain((0..rest.len() - 1).map(|number| (tick([0; E], Some(number), [0; E]), Self::STEP)));
+        let columns: Matrix = columns
+            .map(|(column, step)| column.iter().zip(&rest).map(|(moved, rest)| (moved - rest) / step).collect())
+            .collect();
+        let rows = (0..rest.len()).map(|row| columns.iter().map(|column| column[row]).collect()).collect();
+        Self { rows }
+    }
+
+    const STEP: f64 = 1e-4;
+    const COUNTS: i32 = 1000;
+
+    /// Spectral radius of the loop with a plant near 0: its state after a tick in which u was held, and its angles.
+    pub fn spectral_radius<const P: usize>(
+        &self,
+        delay: usize,
+        advance: impl Fn([f64; P], f64) -> [f64; P],
+        angles: impl Fn([f64; P]) -> [f64; E],
+    ) -> f64 {
+        const H: f64 = 1e-5;
+        let rest = advance([0.0; P], 0.0);
+        let slope = |to: [f64; P]| -> [f64; P] { core::array::from_fn(|i| (to[i] - rest[i]) / H) };
+        let unit = |j: usize, h: f64| -> [f64; P] { core::array::from_fn(|i| if i == j { h } else { 0.0 }) };
+        let own: [[f64; P]; P] = core::array::from_fn(|j| slope(advance(unit(j, H), 0.0)));
+        let driven = slope(advance([0.0; P], H));
+        let seen: [[f64; E]; P] = core::array::from_fn(|j| angles(unit(j, 1.0)));
+        // Plant, angles of the tick before, what the law remembers, u on its way.
+        let remembered = self.rows.len() - 1;
+        let size = P + E + remembered + delay;
+        let step = |from: &[f64]| -> Vec<f64> {
+            let theta: [f64; E] = core::array::from_fn(|i| (0..P).map(|j| seen[j][i] * from[j]).sum());
+            let known = || theta.iter().chain(&from[P..P + E + remembered]);
+            let law: Vec<f64> = self.rows.iter().map(|row| row.iter().zip(known()).map(|(a, b)| a * b).sum()).collect();
+            let u = law[remembered];
+            let held = if delay == 1 { from[size - 1] } else { u };
+            let plant = (0..P).map(|i| (0..P).map(|j| own[j][i] * from[j]).sum::<f64>() + driven[i] * held);
+            let after = plant.chain(theta).chain(law[..remembered].iter().copied());
+            after.chain((0..delay).map(|_| u)).collect()
+        };
+        // Transposed: the spectral radius is the same.
+        spectral_radius(
+            (0..size).map(|j| step(&(0..size).map(|i| f64::from(u8::from(i == j))).collect::<Vec<_>>())).collect(),
+        )
+    }
+}
+
+/// Of a square matrix, by squaring it: the root of order 2^k of the size of its 2^k-th power.
+pub fn spectral_radius(mut m: Matrix) -> f64 {
+    let (n, mut log, mut share) = (m.len(), 0.0, 1.0);
+    for _ in 0..26 {
+        let size = m.iter().map(|row| row.iter().map(|entry| entry.abs()).sum()).fold(0.0, f64::max);
+        if size == 0.0 {
+            return 0.0;
+        }
+        log += share * f64::ln(size);
+        share /= 2.0;
+        m.iter_mut().flatten().for_each(|entry| *entry /= size);
+        let square = |row: &Vec<f64>| {
+            let mut sum = vec![0.0; n];
+            for (a, other) in row.iter().zip(&m) {
+                sum.iter_mut().zip(other).for_each(|(sum, b)| *sum += a * b);
+            }
+            sum
+        };
+        m = m.iter().map(square).collect();
+    }
+    log.exp()
 }

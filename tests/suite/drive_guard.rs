@@ -5,7 +5,7 @@ use controller_core::drive::{
     Target,
 };
 use controller_core::{ControlLaw, Health, Limits, Running, WordsError};
-use integration_tests::drive::{Shaft, blended_sine, point_to_point};
+use integration_tests::drive::{Shaft, blended_sine, checksum, point_to_point};
 use integration_tests::strategy::Rng;
 use std::f64::consts::TAU;
 
@@ -111,13 +111,6 @@ fn from_any_numbers_in_its_state_the_loop_finds_back() {
         slowest = slowest.max(back.unwrap_or_else(|| panic!("case {case}: {shaft:?}")) - 100);
     }
     println!("at most {farthest:.2} rad away, back after {slowest} ms");
-}
-
-/// FNV-1a, as the words have it.
-fn checksum(words: &[u32]) -> u32 {
-    words.iter().fold(0x811c_9dc5, |hash, word| {
-        word.to_le_bytes().into_iter().fold(hash, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
-    })
 }
 
 /// An offset that nothing has left asks for more than 256 times the span of the limits: it becomes σ at once, as at the

@@ -9,7 +9,10 @@ use controller_core::drive::{
 };
 use controller_core::{Limits, Running};
 use integration_tests::data;
-use integration_tests::drive::{Flexible, Run, Trace, blended_sine, peak, point_to_point, rms, run_joint};
+use integration_tests::drive::{
+    Flexible, JointSample, LinearLaw, Run, Trace, blended_sine, peak, point_to_point, recovered, rms, run_joint,
+    shortest_to_rest, to_rest,
+};
 use integration_tests::strategy::Rng;
 
 fn design(period_s: f64, bits: u32, bandwidths: JointBandwidths) -> JointDesign {
@@ -45,6 +48,11 @@ fn moved<const FAST: usize>(design: &JointDesign, plant: Flexible, degree: usize
 fn load<const FAST: usize>(design: &JointDesign, plant: Flexible) -> f64 {
     let loaded = Flexible { load: [1.0, 0.5 / 0.230], ..plant };
     peak(&run::<FAST>(design, loaded, 2.0, &|_| [0.0; 4]).error[990..])
+}
+
+/// Sample by sample.
+fn less(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
 fn corners(size: f64) -> impl Iterator<Item = Flexible> {
@@ -87,11 +95,13 @@ fn figures_with_bandwidths_as_they_come() {
 fn figures_of_a_wrong_model() {
     let default = design(1e-3, 20, DEFAULT);
     let largest = |values: Vec<f64>| values.into_iter().fold(0.0, f64::max);
+    let rough = corners(0.2).map(|plant| Flexible { rough: true, ..plant });
     let found = [
         ("sine, 50 %", largest(corners(0.5).map(|plant| sine::<1>(&default, plant)).collect()), 4e-5),
         ("load, 50 %", largest(corners(0.5).map(|plant| load::<1>(&default, plant)).collect()), 8e-3),
         ("minimum jerk, 20 %", largest(corners(0.2).map(|plant| moved::<1>(&default, plant, 5)).collect()), 2e-3),
         ("load, 20 %", largest(corners(0.2).map(|plant| load::<1>(&default, plant)).collect()), 2.5e-3),
+        ("sine, friction, 20 %", largest(rough.map(|plant| sine::<1>(&default, plant)).collect()), 2e-5),
     ];
     println!("{found:?}");
     for (name, found, bar) in found {
@@ -99,30 +109,90 @@ fn figures_of_a_wrong_model() {
     }
 }
 
-/// Every corner and 30 random errors of ±50 %, one gain set: a start off the reference dies away, and nothing grows in
-/// 8 s. With a tick of delay, and at 2 ms, within ±20 %.
+/// 1 kHz with a tick of delay, and 500 Hz, are too slow for these four corners of ±50 %: spring over link inertia and
+/// damping of the motor +50 %, K_t/J_m -50 %. From the first step of an encoder on they swing up, within a second or in
+/// a few, to some 5e-3 rad. The other implementation of the same law does so too; its text claims all 32 corners.
+const LOST_CORNERS: [[f64; 5]; 4] = [
+    [0.5, 0.5, 0.5, 0.5, -0.5],
+    [0.5, -0.5, 0.5, 0.5, -0.5],
+    [0.5, 0.5, -0.5, 0.5, -0.5],
+    [0.5, -0.5, -0.5, 0.5, -0.5],
+];
+
+fn random(seed: u64, count: usize) -> Vec<Flexible> {
+    let mut rng = Rng::new(seed);
+    let mut errors = || core::array::from_fn(|_| rng.within(-0.5, 0.5));
+    (0..count).map(|_| Flexible { errors: errors(), ..Flexible::NOMINAL }).collect()
+}
+
+/// Which of these plants have a sampled loop near rest, with one gain set, of spectral radius 1 and more; the largest.
+fn unstable<const LATE: usize>(design: &JointDesign, plants: &[Flexible]) -> (Vec<[f64; 5]>, f64) {
+    let limits = Limits::symmetric(1e9);
+    let encoders = [Encoder::absolute(24); 2];
+    let design = JointDesign { gate_steps: [f64::INFINITY; 2], limits, encoders, ..*design };
+    let law = JointDrive::<f64, Position, 0, LATE>::try_design(&design).expect("a good design");
+    let law = LinearLaw::of(&law, encoders[0].unit_rad());
+    let (mut found, mut largest) = (Vec::new(), 0.0_f64);
+    for plant in plants {
+        let advance = |x, u| {
+            let mut plant = Flexible { x, ..*plant };
+            plant.advance(0.0, u, design.period_s);
+            plant.x
+        };
+        let radius = law.spectral_radius(LATE, advance, |x| [x[0], x[2] / Flexible::K_1]);
+        largest = largest.max(radius);
+        if radius >= 1.0 {
+            found.push(plant.errors);
+        }
+    }
+    (found, largest)
+}
+
+/// 32 corners of ±20 %, 32 of ±50 %, 60 random errors within ±50 %, 200 more for the bandwidths as they come.
+#[test]
+fn near_rest_nothing_grows_but_four_corners_of_slow_loops() {
+    let (known, held_out) = (random(0x9A11, 60), random(0x9A12, 200));
+    let plants: Vec<Flexible> = corners(0.2).chain(corners(0.5)).chain(known).collect();
+    let [default, firm] = [DEFAULT, JointBandwidths::FIRM].map(|bandwidths| design(1e-3, 20, bandwidths));
+    let slower = design(2e-3, 20, JointBandwidths { motor_rad_s: 300.0, ..DEFAULT });
+    let found = [
+        ("default", unstable::<0>(&default, &plants), &[][..]),
+        ("firm", unstable::<0>(&firm, &plants), &[]),
+        ("default, held out", unstable::<0>(&default, &held_out), &[]),
+        ("firm, held out", unstable::<0>(&firm, &held_out), &[]),
+        ("0.2 ms", unstable::<0>(&design(2e-4, 20, DEFAULT), &plants), &[]),
+        ("2 ms", unstable::<0>(&slower, &plants), &LOST_CORNERS),
+        ("delay", unstable::<1>(&default, &plants), &LOST_CORNERS),
+    ];
+    for (name, (lost, largest), _) in &found {
+        println!("{name}: {} unstable, spectral radius up to {largest:.5}", lost.len());
+    }
+    for (name, (lost, _), allowed) in found {
+        assert!(lost.iter().all(|lost| allowed.contains(lost)), "{name}: {lost:?}");
+    }
+}
+
+/// The same in f32 with encoders: a start off the reference dies away, and nothing grows in 8 s.
 #[test]
 fn corners_of_the_joint_are_stable() {
-    let mut rng = Rng::new(0x10117);
-    let mut plants: Vec<Flexible> = corners(0.5).chain(corners(0.2)).collect();
-    plants.extend(
-        (0..30).map(|_| Flexible { errors: core::array::from_fn(|_| rng.within(-0.5, 0.5)), ..Flexible::NOMINAL }),
-    );
+    let plants: Vec<Flexible> = corners(0.5).chain(corners(0.2)).chain(random(0x9A11, 60)).collect();
+    let held_out = random(0x9A12, 200);
     let slower = JointBandwidths { motor_rad_s: 300.0, ..DEFAULT };
-    let mut worst = 0.0_f64;
-    for (period_s, bits, bandwidths, delay) in [
-        (1e-3, 24, DEFAULT, 0),
-        (1e-3, 24, JointBandwidths::FIRM, 0),
-        (1e-3, 24, DEFAULT, 1),
-        (2e-4, 24, DEFAULT, 0),
-        (2e-3, 24, slower, 0),
+    for (period_s, bits, bandwidths, delay, plants) in [
+        (1e-3, 24, DEFAULT, 0, &plants),
+        (1e-3, 24, JointBandwidths::FIRM, 0, &plants),
+        (1e-3, 24, DEFAULT, 1, &plants),
+        (2e-4, 24, DEFAULT, 0, &plants),
+        (2e-3, 24, slower, 0, &plants),
+        (1e-3, 20, DEFAULT, 0, &held_out),
+        (1e-3, 20, JointBandwidths::FIRM, 0, &held_out),
     ] {
         let design = JointDesign { gate_steps: [f64::INFINITY; 2], ..design(period_s, bits, bandwidths) };
         let run = Run { period_s, bits, ticks: (8.0 / period_s) as u32, delay };
-        for plant in &plants {
-            // The corner of the module's text.
-            let wide = delay == 0 && period_s < 2e-3;
-            if !wide && plant.errors.iter().any(|error| error.abs() > 0.2) {
+        let is_slow = delay == 1 || period_s == 2e-3;
+        let mut worst = 0.0_f64;
+        for plant in plants {
+            if is_slow && LOST_CORNERS.contains(&plant.errors) {
                 continue;
             }
             let plant = Flexible { x: [1e-3, 0.0, 1e-3 * Flexible::K_1, 0.0], ..*plant };
@@ -138,8 +208,8 @@ fn corners_of_the_joint_are_stable() {
             worst = worst.max(last);
             assert!(last <= 5e-5, "T {period_s}, {bits} bits, {delay} late, {:?}: {last:e}", plant.errors);
         }
+        println!("T {period_s}, {bits} bits, {delay} late: at most {worst:.1e} rad are left of 1e-3");
     }
-    println!("at most {worst:.1e} rad are left");
 }
 
 /// What the steps of the encoders do to u, rms over the second half of a sine: along one run a second law is shown the
@@ -182,6 +252,8 @@ fn the_steps_of_the_encoders_make_no_more_noise_than_said() {
         ("0.2 ms", noise(2e-4, 20, DEFAULT), 0.008),
         ("16 bits", noise(1e-3, 16, DEFAULT), 0.25),
         ("12 bits, quiet", noise(1e-3, 12, JointBandwidths::QUIET), 0.45),
+        // Two encoders of which one has steps half as large differ by √5 times the noise of that one.
+        ("24 bits", noise(1e-3, 23, DEFAULT) / 5.0_f64.sqrt(), 2e-3),
     ];
     for (name, found, bar) in found {
         println!("{name}: {found:.2e} A (bar {bar})");
@@ -249,6 +321,76 @@ fn a_planned_recovery_settles_as_planned() {
     }
 }
 
+/// From rest on a move of 1 rad of degree 9; after 0.7 s, in full motion, on to -0.3 rad by a joined plan of degree 9,
+/// the shortest within 27 A.
+fn retargeted() -> impl Fn(f64) -> [f64; 4] {
+    const AT_S: f64 = 0.7;
+    let first = point_to_point::<5>(1.0, 0.2, 1.0, 9);
+    let there = |mut jet: [f64; 5], angle: f64| {
+        jet[0] += angle;
+        jet
+    };
+    let present = there(first(AT_S), 0.3);
+    let joint = Joint::TABLE_I;
+    let tau = shortest_to_rest(present, 5, 27.0, |jet| joint.feed_forward(&there(*jet, -0.3)));
+    let second = to_rest(present, tau, 5);
+    move |t| {
+        let [jet @ .., _] = if t < AT_S { first(t) } else { there(second(t - AT_S), -0.3) };
+        jet
+    }
+}
+
+#[test]
+fn a_target_that_changes_in_flight_is_followed() {
+    let off = peak(&run::<1>(&design(1e-3, 20, DEFAULT), Flexible::NOMINAL, 3.0, &retargeted()).error);
+    println!("at most {off:.1e} rad from the plan");
+    assert!(off <= 2e-5, "{off:e}");
+}
+
+/// Let go at rest at 0.8 rad the drive is at its limit for a long time; it settles because the observers know what was
+/// held. Told what it asked for instead, it never does.
+#[test]
+fn an_unplanned_start_settles_because_the_applied_u_is_known() {
+    let default = design(1e-3, 20, DEFAULT);
+    let angle = |start: f64| {
+        let motor = start + start.sin() / Flexible::K_1;
+        Flexible { x: [start, 0.0, motor * Flexible::K_1, 0.0], largest_current: 30.0, ..Flexible::NOMINAL }
+    };
+    let settled = |design: &JointDesign, start: f64| {
+        let trace = run::<1>(design, angle(start), 4.0, &|_| [0.0; 4]);
+        trace.error.iter().rposition(|error| error.abs() > 0.01).expect("it began outside") + 1
+    };
+    for (start, bar) in [(0.5, 600), (0.8, 650), (1.5, 590)] {
+        let found = settled(&default, start);
+        println!("from {start} rad settled after {found} ms");
+        assert!(2 * found <= 3 * bar, "{start}: {found} ms");
+    }
+    let boundless = JointDesign { limits: Limits::symmetric(1e9), gate_steps: [f64::INFINITY; 2], ..default };
+    for start in [0.8, 1.5] {
+        let found = settled(&boundless, start);
+        assert_eq!(found, 4000, "told the u asked for, from {start} rad it settled");
+    }
+}
+
+/// f32 beside f64, each in its own loop, with the finest encoders that there are. With 30 bits another implementation
+/// had 6e-5 and 2.3e-4 A between them; 24 end there: a rounding turns a count now and then, and u differs by the noise
+/// of two encoders (8e-4 A each).
+#[test]
+fn a_law_in_f32_runs_as_in_f64() {
+    for (period_s, bars) in [(1e-3, [3e-7, 2e-3]), (2e-4, [2e-6, 1e-3])] {
+        let fine = design(period_s, 24, DEFAULT);
+        let run = Run { period_s, bits: 24, ticks: (6.0 / period_s).round() as u32, delay: 0 };
+        let plan = blended_sine(0.5, 1.0, 2.0);
+        let single = JointDrive::<f32, Position, 1>::try_design(&fine).expect("a good design");
+        let double = JointDrive::<f64, Position, 1>::try_design(&fine).expect("a good design");
+        let single = run_joint(single, Flexible::NOMINAL, run, &plan, |_, _, _| ());
+        let double = run_joint(double, Flexible::NOMINAL, run, &plan, |_, _, _| ());
+        let found = [peak(&less(&single.error, &double.error)), rms(&less(&single.u, &double.u))];
+        println!("T {period_s}: y {:.1e} rad, u {:.1e} A rms", found[0], found[1]);
+        assert!(found[0] <= bars[0] && found[1] <= bars[1], "T {period_s}: {found:?}, bars {bars:?}");
+    }
+}
+
 /// Feed-forward of differences and the prediction under a tick of delay are worth what is said of them.
 #[test]
 fn what_is_taken_away_is_missed() {
@@ -284,39 +426,75 @@ fn what_is_taken_away_is_missed() {
     assert!(blind >= 4.0 * predicted && predicted <= 6e-5, "{blind:e}, {predicted:e}");
 }
 
+/// Beside a whole run of the other implementation: largest difference of the true angle and of the held u.
+fn beside<const LATE: usize>(
+    name: &str,
+    plant: Flexible,
+    design: &JointDesign,
+    plan: &dyn Fn(f64) -> [f64; 4],
+    bars: [f64; 2],
+    each: impl FnMut(u32, &mut JointSample<f64>, &mut Running<JointDrive<f64, Position, 1, LATE>>),
+) {
+    let rows = data::columns(&format!("joint_{name}_loop.csv"), ["t", "y", "u"]);
+    let span_s = rows.last().expect("rows")[0] + design.period_s;
+    let law = JointDrive::<f64, Position, 1, LATE>::try_design(design).expect("a good design");
+    let ticks = (span_s / design.period_s).round() as u32;
+    let run = Run { period_s: design.period_s, bits: design.encoders[0].bits, ticks, delay: LATE as u32 };
+    let trace = run_joint(law, plant, run, plan, each);
+    let mut worst = [0.0_f64; 2];
+    for [t, y, u] in rows {
+        let k = (t / design.period_s).round() as usize;
+        worst[0] = worst[0].max((trace.error[k] + plan(t)[0] - y).abs());
+        let held = k.checked_sub(LATE).map_or(0.0, |k| trace.u[k]);
+        worst[1] = worst[1].max((held - u).abs());
+    }
+    println!("{name}: y {:.1e} rad, u {:.1e} A", worst[0], worst[1]);
+    assert!(worst[0] <= bars[0] && worst[1] <= bars[1], "{name}: {worst:?}");
+}
+
 /// Whole runs of the other implementation: true angle and held u, tick by tick.
 #[test]
 fn runs_are_those_of_the_other_implementation() {
-    let hold = |name: &str, plant: Flexible, design: &JointDesign, plan: &dyn Fn(f64) -> [f64; 4], bars: [f64; 2]| {
-        let rows = data::columns(&format!("joint_{name}_loop.csv"), ["t", "y", "u"]);
-        let span_s = rows.last().expect("rows")[0] + design.period_s;
-        let law = JointDrive::<f64, Position, 1>::try_design(design).expect("a good design");
-        let ticks = (span_s / design.period_s).round() as u32;
-        let run = Run { period_s: design.period_s, bits: design.encoders[0].bits, ticks, delay: 0 };
-        let trace = run_joint(law, plant, run, plan, |_, _, _| ());
-        let mut worst = [0.0_f64; 2];
-        for [t, y, u] in rows {
-            let k = (t / design.period_s).round() as usize;
-            worst[0] = worst[0].max((trace.error[k] + plan(t)[0] - y).abs());
-            worst[1] = worst[1].max((trace.u[k] - u).abs());
-        }
-        println!("{name}: y {:.1e} rad, u {:.1e} A", worst[0], worst[1]);
-        assert!(worst[0] <= bars[0] && worst[1] <= bars[1], "{name}: {worst:?}");
-    };
     let open = |design: JointDesign| JointDesign { gate_steps: [f64::INFINITY; 2], ..design };
     let default = open(design(1e-3, 20, DEFAULT));
     let nominal = Flexible::NOMINAL;
     let wrong = Flexible { errors: [0.5; 5], ..nominal };
-    // A rounding turns a count now and then: that is a step of y and the noise of u.
+    // A rounding turns a count now and then: that is a step of y, two at a start in saturation, and the noise of u.
     let bars = [6e-6, 0.1];
-    hold("sine", nominal, &default, &blended_sine(0.5, 1.0, 2.0), bars);
-    hold("sine_plus50", wrong, &default, &blended_sine(0.5, 1.0, 2.0), bars);
-    hold("friction_cogging", Flexible { rough: true, ..nominal }, &default, &blended_sine(0.5, 1.0, 1.0), bars);
+    let (sine, early) = (blended_sine(0.5, 1.0, 2.0), blended_sine(0.5, 1.0, 0.5));
+    beside::<0>("sine", nominal, &default, &sine, bars, |_, _, _| ());
+    beside::<0>("sine_plus50", wrong, &default, &sine, bars, |_, _, _| ());
+    let rough = Flexible { rough: true, ..nominal };
+    beside::<0>("friction_cogging", rough, &default, &blended_sine(0.5, 1.0, 1.0), bars, |_, _, _| ());
     let fine = open(design(2e-4, 20, DEFAULT));
-    hold("fine_period", nominal, &fine, &point_to_point(0.5, 0.1, 0.8, 7), bars);
+    beside::<0>("fine_period", nominal, &fine, &point_to_point(0.5, 0.1, 0.8, 7), bars, |_, _, _| ());
     let quiet = open(design(1e-3, 12, JointBandwidths::QUIET));
     let quiet = JointDesign { bandwidths: JointBandwidths { offset_per_s: 10.0, ..JointBandwidths::QUIET }, ..quiet };
-    hold("move7_12bit", nominal, &quiet, &point_to_point(1.0, 0.5, 1.25, 7), [1.5e-3, 3.0]);
+    let moved = point_to_point(1.0, 0.5, 1.25, 7);
+    beside::<0>("move7_12bit", nominal, &quiet, &moved, [1.5e-3, 3.0], |_, _, _| ());
+    beside::<0>("retarget", nominal, &default, &retargeted(), bars, |_, _, _| ());
+    beside::<1>("move9_delay", nominal, &default, &point_to_point(1.0, 0.5, 1.25, 9), bars, |_, _, _| ());
+
+    let loaded = Flexible { x: [0.1, 0.0, 0.0, 0.0], load: [2.0, 0.5 / 0.230], ..nominal };
+    beside::<0>("recovery_load", loaded, &default, &recovered(0.1), [1.2e-5, 0.1], |_, _, _| ());
+    beside::<0>("lost_samples", nominal, &default, &early, bars, |k, sample, _| {
+        let lost = [(300..320).contains(&k), (500..505).contains(&k)];
+        sample.counts = core::array::from_fn(|i| sample.counts[i].filter(|_| !lost[i]));
+    });
+    let firmer = JointBandwidths {
+        surface_rad_s: 25.0,
+        link_rad_s: 100.0,
+        motor_rad_s: 600.0,
+        reaching_per_s: 150.0,
+        ..default.bandwidths
+    };
+    let firmer = JointDesign { bandwidths: firmer, ..default };
+    let firmer = JointDrive::<f64, Position, 1>::try_design(&firmer).expect("a good design");
+    beside::<0>("retune", nominal, &default, &early, bars, |k, sample, running| {
+        if k == 500 {
+            running.retune(firmer, sample).expect("designs that can take over");
+        }
+    });
 }
 
 /// Bandwidths, model and period of a joint in motion are changed; u goes on where it was and the error stays small.
@@ -325,7 +503,13 @@ fn a_re_tune_in_motion_does_not_move_u() {
     let mut rng = Rng::new(0x2E70);
     let (mut jump, mut error) = (0.0_f64, 0.0_f64);
     let plan = blended_sine(0.5, 1.0, 0.5);
-    for case in 0..24 {
+    for case in 0..26 {
+        // Of the last two the period alone changes.
+        let (old_s, new_s) = match case {
+            25 => (5e-4, 1e-3),
+            _ if case % 4 == 3 || case == 24 => (1e-3, 5e-4),
+            _ => (1e-3, 1e-3),
+        };
         let mut vary = |value: f64, low: f64, high: f64| value * rng.within(low, high);
         let w_c = vary(20.0, 0.7, 1.3);
         let bandwidths = JointBandwidths {
@@ -335,16 +519,16 @@ fn a_re_tune_in_motion_does_not_move_u() {
             reaching_per_s: w_c * vary(5.0, 0.8, 1.2),
             offset_per_s: 0.5 * w_c,
         };
-        let mut other = design(if case % 4 == 3 { 5e-4 } else { 1e-3 }, 20, bandwidths);
-        if case % 2 == 0 {
+        let mut other = design(new_s, 20, if case < 24 { bandwidths } else { DEFAULT });
+        if case % 2 == 0 && case < 24 {
             other.joint.link_inertia_kg_m2 *= vary(1.0, 0.9, 1.1);
             other.joint.stiffness_n_m *= vary(1.0, 0.9, 1.1);
             other.joint.motor_inertia_kg_m2 *= vary(1.0, 0.9, 1.1);
             other.joint.torque_n_m_per_a *= vary(1.0, 0.9, 1.1);
         }
-        let laws = [design(1e-3, 20, DEFAULT), other]
+        let laws = [design(old_s, 20, DEFAULT), other]
             .map(|design| JointDrive::<f32, Position, 1>::try_design(&design).expect("a good design"));
-        let (mut running, mut plant, mut t, mut period_s) = (Running::new(laws[0]), Flexible::NOMINAL, 0.0, 1e-3);
+        let (mut running, mut plant, mut t, mut period_s) = (Running::new(laws[0]), Flexible::NOMINAL, 0.0, old_s);
         let (swap, mut last) = (700 + 13 * case, 0.0);
         for k in 0..2500 {
             let target = |t: f64| Target { turn: 0, jet: plan(t).map(|r| r as f32) };
@@ -353,10 +537,9 @@ fn a_re_tune_in_motion_does_not_move_u() {
                 [plant.x[0], plant.x[2] / Flexible::K_1].map(|angle| Some((angle / unit + 0.5).floor() as i32));
             let mut sample = Sample { counts, begin: target(t), end: target(t + period_s) };
             if k == swap {
-                let new_period_s = if case % 4 == 3 { 5e-4 } else { 1e-3 };
-                sample.end = target(t + new_period_s);
+                sample.end = target(t + new_s);
                 running.retune(laws[1], &sample).expect("designs that can take over");
-                period_s = new_period_s;
+                period_s = new_s;
                 jump = jump.max((f64::from(running.clone().tick(&sample).u) - last).abs());
             }
             last = f64::from(running.tick(&sample).u);
@@ -369,7 +552,7 @@ fn a_re_tune_in_motion_does_not_move_u() {
     }
     println!("u moves by {jump:.1e} A, y stays within {error:.1e} rad");
     // The noise of u at that moment goes into W: 0.01 A is 5e-5 rad at 14 rad/s.
-    assert!(jump <= 0.05 && error <= 1e-4, "{jump} A, {error:e} rad");
+    assert!(jump <= 0.05 && error <= 5e-5, "{jump} A, {error:e} rad");
 }
 
 /// In the middle of a fast move the period is halved: the old law is asked for the same pace of the reference, so that

@@ -1,34 +1,47 @@
 //! Do the monitors of a drive see what they are for, in time, and nothing else?
 
 use controller_core::drive::{
-    Bounds, Encoder, Joint, JointDesign, JointDrive, Monitored, Motor, MotorDesign, MotorDrive, Position, Sample,
-    Target,
+    ALARMS, Bounds, Encoder, Joint, JointDesign, JointDrive, Monitored, Motor, MotorDesign, MotorDrive, Position,
+    Sample, Target,
 };
 use controller_core::{Health, Limits, Running};
-use integration_tests::drive::{Flexible, Shaft, blended_sine, point_to_point};
+use integration_tests::drive::{Flexible, Shaft, blended_sine, peak, point_to_point, recovered};
 use std::f64::consts::TAU;
 
 const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
 type Drive = MotorDrive<f32, Position, 1>;
+/// What a run of a motor shows, with the count held from a tick on.
+#[derive(Clone, Copy, Debug, Default)]
+struct Shown {
+    /// Ticks from there to the first alarm of the disturbance, and the error then.
+    alarm: Option<u32>,
+    at_alarm: f64,
+    /// Largest error until it is stopped: how far it rolls then is a matter of its friction.
+    largest: f64,
+    /// Largest innovation in steps, |d/b| in A and, while u is within its limits, |σ*|.
+    seen: [f64; 3],
+    lost: bool,
+}
 
-const ALARMS: Health = Health::DISTURBANCE_OVER_BOUND;
-
-/// A run on jets of a plan, with the count held from a tick on: the first alarm, the error then, and the largest after.
-fn run(
+fn run<const FAST: usize>(
     stops: bool,
     design: &MotorDesign,
     mut shaft: Shaft,
     plan: &dyn Fn(f64) -> [f64; 2],
     ticks: u32,
     stuck: Option<u32>,
-) -> (Option<u32>, f64, f64) {
-    let law = Drive::try_design(design).expect("a good design");
-    let bounds =
-        Bounds { disturbance: [4.0 * MOTOR.input_gain()], sigma_star: law.sigma_star_bound([25.0]), stuck_ticks: 200 };
+    most_a: f64,
+) -> Shown {
+    let law = MotorDrive::<f32, Position, FAST>::try_design(design).expect("a good design");
+    let bounds = Bounds {
+        disturbance: [most_a * MOTOR.input_gain()],
+        sigma_star: law.sigma_star_bound([25.0]),
+        stuck_ticks: 200,
+    };
     let law = Monitored::new(law, &bounds);
     let mut running = Running::new(if stops { law.stopping() } else { law });
     let (t_s, unit) = (design.period_s, design.encoder.unit_rad());
-    let (mut alarm, mut at_alarm, mut largest, mut held) = (None, 0.0, 0.0_f64, 0);
+    let (mut shown, mut held, mut foreseen) = (Shown::default(), 0, None::<f64>);
     for k in 0..ticks {
         let t = f64::from(k) * t_s;
         if stuck.is_none_or(|stuck| k < stuck) {
@@ -37,16 +50,25 @@ fn run(
         let [begin, end] = [plan(t), plan(t + t_s)].map(|jet| Target { turn: 0, jet: jet.map(|r| r as f32) });
         let output = running.tick(&Sample { counts: [Some(held)], begin, end });
         let error = (shaft.x[0] - plan(t)[0]).abs();
-        if alarm.is_none() && output.health.intersects(ALARMS) {
-            (alarm, at_alarm) = (Some(k - stuck.unwrap_or(0)), error);
+        if shown.alarm.is_none() && output.health.contains(Health::DISTURBANCE_OVER_BOUND) {
+            (shown.alarm, shown.at_alarm) = (Some(k - stuck.unwrap_or(0)), error);
         }
-        // Stopped, nothing drives it on: how far it rolls is a matter of its friction.
         if !output.health.contains(Health::STOPPED) {
-            largest = largest.max(error);
+            shown.largest = shown.largest.max(error);
         }
-        shaft.advance(t, f64::from(output.u), t_s);
+        shown.lost |= output.health.contains(Health::SAMPLE_LOST);
+        let u = f64::from(output.u);
+        // Where the shaft will be as the law knows it: with a constant d, up to the viscous friction within a tick.
+        let known = running.estimates().expect("started");
+        let [q, v, d] = [known.position[0], known.speed[0], known.disturbance[0]].map(f64::from);
+        let off = foreseen.map_or(0.0, |foreseen| (f64::from(held) * unit - foreseen) / unit);
+        let sigma_star = if output.health.contains(Health::SATURATED) { 0.0 } else { f64::from(output.sigma_star) };
+        let now = [off, d / MOTOR.input_gain(), sigma_star];
+        shown.seen = core::array::from_fn(|i| shown.seen[i].max(now[i].abs()));
+        foreseen = Some(q + t_s * v + t_s * t_s / 2.0 * (MOTOR.input_gain() * u + d - MOTOR.slope_per_s() * v));
+        shaft.advance(t, u, t_s);
     }
-    (alarm, at_alarm, largest)
+    shown
 }
 
 fn by_rule(period_s: f64, bits: u32) -> MotorDesign {
@@ -62,8 +84,10 @@ fn a_count_that_sticks_is_seen_in_time_at_full_speed_and_at_the_turning_point() 
         let ticks = (1.5 / period_s) as u32;
         for (from_s, bar) in [(0.999_f64, at_speed), (0.75, at_turn)] {
             let from = (from_s / period_s).round() as u32;
-            let (alarm, error, largest) = run(true, &design, Shaft::ROUGH, &sine, ticks, Some(from));
-            let (told, _, runaway) = run(false, &design, Shaft::ROUGH, &sine, ticks, Some(from));
+            let Shown { alarm, at_alarm: error, largest, .. } =
+                run::<1>(true, &design, Shaft::ROUGH, &sine, ticks, Some(from), 4.0);
+            let unwatched = run::<1>(false, &design, Shaft::ROUGH, &sine, ticks, Some(from), 4.0);
+            let (told, runaway) = (unwatched.alarm, unwatched.largest);
             println!(
                 "{bits} bits, stuck from {from_s} s: alarm after {alarm:?} ticks at {error:.3} rad, at most \
                  {largest:.3}; unwatched {runaway:.1} rad"
@@ -76,73 +100,231 @@ fn a_count_that_sticks_is_seen_in_time_at_full_speed_and_at_the_turning_point() 
     }
 }
 
+/// On a sine and on a move, both meeting 0.1 N m: as it is and at the corners of ±20 % within 4 A with two sets; at
+/// those of ±50 % within 9 A with one. What was largest, beside what another implementation saw.
 #[test]
 fn healthy_motors_raise_no_alarm() {
     let sine = blended_sine::<2>(1.0, TAU, 0.25);
     let moved = point_to_point::<2>(1.0, 0.05, 0.1, 7);
-    for (period_s, bits) in [(1e-3, 12), (1e-3, 14), (1e-4, 16)] {
+    for (period_s, bits, known_steps) in
+        [(1e-3, 12, [15.0, 19.0, 82.0]), (1e-3, 14, [15.0, 19.0, 82.0]), (1e-4, 16, [11.0, 13.0, 21.0])]
+    {
         let design = by_rule(period_s, bits);
-        for inertia in [0.8, 1.0, 1.2] {
-            for torque in [0.8, 1.0, 1.2] {
+        for (off, known_a, steps) in
+            [(0.0, 2.1, known_steps[0]), (0.2, 3.2, known_steps[1]), (0.5, 6.7, known_steps[2])]
+        {
+            let mut largest = [0.0_f64; 3];
+            for (inertia, torque) in [(-off, -off), (-off, off), (off, -off), (off, off)] {
                 let rough = Shaft::ROUGH;
                 let shaft = Shaft {
-                    inertia: inertia * rough.inertia,
-                    torque: torque * rough.torque,
+                    inertia: (1.0 + inertia) * rough.inertia,
+                    torque: (1.0 + torque) * rough.torque,
                     load: [0.8, 0.1],
                     ..rough
                 };
                 for plan in [&sine as &dyn Fn(f64) -> [f64; 2], &moved] {
                     let ticks = (1.2 / period_s) as u32;
-                    let (alarm, _, largest) = run(true, &design, shaft, plan, ticks, None);
-                    assert!(alarm.is_none() && largest < 0.1, "{bits} bits: {alarm:?}, {largest}");
+                    let shown = if off > 0.2 {
+                        run::<0>(false, &design, shaft, plan, ticks, None, 9.0)
+                    } else {
+                        run::<1>(false, &design, shaft, plan, ticks, None, 4.0)
+                    };
+                    assert!(shown.alarm.is_none() && !shown.lost, "{bits} bits, {off}: {shown:?}");
+                    largest = core::array::from_fn(|i| largest[i].max(shown.seen[i]));
                 }
             }
+            let gate = design.gate_steps;
+            println!(
+                "{bits} bits, {off}: steps, A, sigma* {largest:.2?}, elsewhere {steps}, {known_a}; gate {gate:.0}"
+            );
+            assert!(largest[0] <= 1.5 * steps && largest[1] <= 1.5 * known_a, "{bits} bits, {off}: {largest:?}");
+            // With 14 bits and more within the declared 20 %.
+            assert!(off > 0.2 || bits == 12 || largest[2] <= 1.5 * 0.95, "{bits} bits, {off}: {largest:?}");
         }
     }
 }
 
-/// A joint on a sine: its first alarm after a count that sticks, link or motor, in motion or where the shaft turns. The
-/// bars are those of another implementation times 1.5; without a reaction it is a runaway.
-#[test]
-fn a_count_of_a_joint_that_sticks_is_seen_in_time() {
-    let design = JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
-    let law = JointDrive::<f32, Position, 1>::try_design(&design).expect("a good design");
-    let bounds = design.bounds(&law, 1.3, 0.2);
-    println!("bounds {bounds:?}");
-    let plan = blended_sine::<4>(0.5, 1.0, 2.0);
-    let unit = TAU / f64::from(1 << 20);
-    let first = |encoder: usize, stuck_s: f64| {
-        let mut running = Running::new(Monitored::new(law, &bounds).stopping());
-        let (mut plant, stuck) = (Flexible::NOMINAL, (stuck_s * 1e3) as u32);
-        let mut held = [0; 2];
-        for k in 0..8000 {
-            let t = f64::from(k) * 1e-3;
-            for (i, angle) in [plant.x[0], plant.x[2] / Flexible::K_1].into_iter().enumerate() {
-                if k < stuck || i != encoder {
-                    held[i] = (angle / unit + 0.5).floor() as i32;
-                }
-            }
-            let [begin, end] = [plan(t), plan(t + 1e-3)].map(|jet| Target { turn: 0, jet: jet.map(|r| r as f32) });
-            let output = running.tick(&Sample { counts: held.map(Some), begin, end });
-            if output.health.contains(Health::STOPPED) {
-                return Some((k.checked_sub(stuck)?, (plant.x[0] - plan(t)[0]).abs()));
-            }
-            plant.advance(t, f64::from(output.u), 1e-3);
+const JOINT: JointDesign =
+    JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
+const STEP_RAD: f64 = TAU / 1_048_576.0;
+
+/// What the monitors of a joint see of one run, nobody reacting.
+#[derive(Clone, Debug, Default)]
+struct Seen {
+    /// First tick with an alarm, with a count that was not believed.
+    alarm: Option<usize>,
+    lost: Option<usize>,
+    /// Largest innovation of link and motor, steps.
+    innovation: [f64; 2],
+    /// Largest |d| of link, rad/s², and of motor, A.
+    disturbance: [f64; 2],
+    /// Largest |σ*| while u is within its limits.
+    sigma_star: f64,
+    error: Vec<f64>,
+    u: Vec<f64>,
+}
+
+/// K_t/J_m, rad/s² of the motor per A.
+const PER_A: f64 = 0.119 / 931e-6;
+
+fn watch(
+    design: &JointDesign,
+    mut plant: Flexible,
+    plan: &dyn Fn(f64) -> [f64; 4],
+    ticks: usize,
+    mut fault: impl FnMut(usize, [i32; 2]) -> [i32; 2],
+) -> Seen {
+    let law = JointDrive::<f32, Position, 1>::try_design(design).expect("a good design");
+    let bounds = JOINT.bounds(&law, 1.3, 0.2);
+    let mut running = Running::new(Monitored::new(law, &bounds));
+    let (mut seen, mut foreseen) = (Seen::default(), None::<[f64; 2]>);
+    for k in 0..ticks {
+        let t = k as f64 * 1e-3;
+        let angles = [plant.x[0], plant.x[2] / Flexible::K_1];
+        let counts = fault(k, angles.map(|angle| (angle / STEP_RAD + 0.5).floor() as i32));
+        let [begin, end] = [plan(t), plan(t + 1e-3)].map(|jet| Target { turn: 0, jet: jet.map(|r| r as f32) });
+        let output = running.tick(&Sample { counts: counts.map(Some), begin, end });
+        let u = f64::from(output.u);
+        for i in 0..2 {
+            let off = foreseen.map_or(0.0, |foreseen| f64::from(counts[i]) - foreseen[i] / STEP_RAD);
+            seen.innovation[i] = seen.innovation[i].max(off.abs());
         }
-        None
-    };
-    // Where the reference turns round at 3/2 of pi, and at full speed.
-    for (name, encoder, stuck_s, bar) in [
-        ("link, turning", 0, 4.712, 197),
-        ("motor, turning", 1, 4.712, 116),
-        ("link", 0, TAU, 197),
-        ("motor", 1, TAU, 116),
-    ] {
-        let (ticks, error) = first(encoder, stuck_s).expect("an alarm, and none before");
-        println!("{name}: alarm after {ticks} ticks at {error:.1e} rad");
-        assert!(ticks <= bar && error < 2.1e-2, "{name}: {ticks} ticks, {error:e} rad");
+        // Where the shafts will be as the law knows them, by other means: Runge-Kutta on the nominal joint.
+        let known = running.estimates().expect("started");
+        let [link, motor] = known.disturbance.map(f64::from);
+        let [[q, q_m], [v, v_m]] = [known.position, known.speed].map(|pair| pair.map(f64::from));
+        let mut model = Flexible {
+            x: [q, v, q_m * Flexible::K_1, v_m * Flexible::K_1],
+            load: [f64::NEG_INFINITY, link],
+            ..Flexible::NOMINAL
+        };
+        model.advance(t, u + motor / PER_A - 1.0 - (2.0 * t).sin(), 1e-3);
+        foreseen = Some([model.x[0], model.x[2] / Flexible::K_1]);
+
+        let d = [link.abs(), motor.abs() / PER_A];
+        seen.disturbance = core::array::from_fn(|i| seen.disturbance[i].max(d[i]));
+        if !output.health.contains(Health::SATURATED) {
+            seen.sigma_star = seen.sigma_star.max(f64::from(output.sigma_star.abs()));
+        }
+        seen.alarm = seen.alarm.or(output.health.intersects(ALARMS).then_some(k));
+        seen.lost = seen.lost.or(output.health.contains(Health::SAMPLE_LOST).then_some(k));
+        seen.error.push(plant.x[0] - plan(t)[0]);
+        seen.u.push(u);
+        plant.advance(t, u, 1e-3);
     }
-    assert_eq!(first(2, 0.0), None, "no alarm without a fault");
+    seen
+}
+
+/// A sine, a move and a recovery within 27 A that meets a load of 0.5 N m, of the joint as it is, of every corner of
+/// ±20 % and with friction, cogging and ripple: 102 runs of 4 to 6 s. What was largest, beside what the monitors allow
+/// and what another implementation saw.
+#[test]
+fn healthy_joints_raise_no_alarm() {
+    let law = JointDrive::<f32, Position, 1>::try_design(&JOINT).expect("a good design");
+    let bounds = JOINT.bounds(&law, 1.3, 0.2);
+    let allowed = [
+        JOINT.gate_steps[0],
+        JOINT.gate_steps[1],
+        bounds.disturbance[0],
+        bounds.disturbance[1] / PER_A,
+        bounds.sigma_star,
+    ];
+    let (sine, moved) = (blended_sine::<4>(0.5, 1.0, 2.0), point_to_point::<4>(1.0, 0.2, 1.0, 7));
+    let recovery = recovered(0.1);
+    let nominal = Flexible::NOMINAL;
+    let corners = |k: u32| core::array::from_fn(|j| if k >> j & 1 == 0 { 0.2 } else { -0.2 });
+    let corners = (0..32).map(|k| Flexible { errors: corners(k), ..nominal }).collect();
+    for (name, plants, known) in [
+        ("nominal", vec![nominal], [5.3, 24.0, 3.7, 2.0, 295.0]),
+        ("20 %", corners, [5.3, 107.0, 4.7, 14.7, 814.0]),
+        ("friction", vec![Flexible { rough: true, ..nominal }], [4.3, 46.0, 3.8, 3.6, 267.0]),
+    ] {
+        let mut largest = [0.0_f64; 5];
+        for plant in plants {
+            let loaded = Flexible { x: [0.1, 0.0, 0.0, 0.0], load: [2.0, 0.5 / 0.230], ..plant };
+            for (plant, plan, ticks) in
+                [(plant, &sine as &dyn Fn(f64) -> [f64; 4], 6000), (plant, &moved, 4000), (loaded, &recovery, 4000)]
+            {
+                let seen = watch(&JOINT, plant, plan, ticks, |_, counts| counts);
+                assert_eq!((seen.alarm, seen.lost), (None, None), "{name}: {:?}", plant.errors);
+                let [link, motor] = seen.innovation;
+                let [d_link, d_motor] = seen.disturbance;
+                let found = [link, motor, d_link, d_motor, seen.sigma_star];
+                largest = core::array::from_fn(|i| largest[i].max(found[i]));
+            }
+        }
+        println!("{name}: {largest:.1?} of {allowed:.1?}, elsewhere {known:.1?}");
+        for (largest, known) in largest.into_iter().zip(known) {
+            assert!(largest <= 1.5 * known, "{name}: {largest} for {known}");
+        }
+    }
+}
+
+/// On a sine of 0.5 rad, at full speed (2π s) and where it turns (3/2 π s). The bars are 1.5 times what another
+/// implementation had: ticks to the first sign, and the error then. Without gate and reaction it runs away.
+#[test]
+fn a_stuck_count_of_a_joint_is_seen_before_it_does_harm() {
+    let plan = blended_sine::<4>(0.5, 1.0, 2.0);
+    for (name, encoder, from, ticks, error, runaway) in [
+        ("link", 0, 6283, 1, 2e-6, 8.0),
+        ("link, turning", 0, 4712, 131, 1.4e-2, 8.0),
+        ("motor", 1, 6283, 14, 2.4e-5, 5e-3),
+        ("motor, turning", 1, 4712, 77, 1.0e-4, 5e-3),
+    ] {
+        let stuck = |design| {
+            let mut held = 0;
+            watch(design, Flexible::NOMINAL, &plan, 9000, move |k, mut counts| {
+                if k <= from {
+                    held = counts[encoder];
+                }
+                counts[encoder] = held;
+                counts
+            })
+        };
+        let (seen, blind) = (stuck(&JOINT), stuck(&GATELESS));
+        let first = seen.alarm.into_iter().chain(seen.lost).min().expect("a sign");
+        let (after, at, blind) = (first - from, seen.error[first].abs(), peak(&blind.error[from..]));
+        println!("{name}: after {after} ticks (alarm {:?}) at {at:.1e} rad; unwatched {blind:.1e}", seen.alarm);
+        assert!(2 * after <= 3 * ticks && at <= 1.5 * error, "{name}: {after} ticks, {at:e} rad");
+        // Where the gate refuses it no alarm is far: too many samples are lost.
+        assert!(seen.alarm.is_some_and(|alarm| alarm <= from + 197), "{name}: {:?}", seen.alarm);
+        assert!(blind >= runaway, "{name}: {blind} rad");
+    }
+}
+
+const GATELESS: JointDesign = JointDesign { gate_steps: [f64::INFINITY; 2], ..JOINT };
+
+/// When the wild sample comes.
+const AT: usize = 6283;
+
+#[test]
+fn a_wild_sample_leaves_no_trace_behind_the_gate() {
+    let plan = blended_sine::<4>(0.5, 1.0, 2.0);
+    let with = |design, encoder: usize, jump| {
+        watch(design, Flexible::NOMINAL, &plan, 9000, |k, mut counts| {
+            counts[encoder] += if k == AT { jump } else { 0 };
+            counts
+        })
+    };
+    let after = |seen: &Seen| [peak(&seen.error[AT..]), peak(&seen.u[AT..])];
+    let clean = after(&with(&JOINT, 0, 0));
+    for (encoder, jump) in [(0, 1000), (0, -200_000), (1, 1000), (1, -200_000)] {
+        let (seen, blind) = (with(&JOINT, encoder, jump), after(&with(&GATELESS, encoder, jump)));
+        let [error, u] = after(&seen);
+        println!(
+            "encoder {encoder}, {jump}: {error:.1e} rad, {u:.1} A; no gate {:.1e} rad, {:.1} A",
+            blind[0], blind[1]
+        );
+        assert_eq!((seen.lost, seen.alarm), (Some(AT), None));
+        assert!(error <= 1.1 * clean[0] && u <= 1.1 * clean[1], "{error:e} rad, {u} A");
+        assert!(blind[1] > 25.0, "{blind:?}");
+    }
+    // Below the gate it is taken, and does little.
+    let seen = with(&JOINT, 0, 15);
+    let [error, u] = after(&seen);
+    println!("15 counts of the link: {error:.1e} rad, {u:.1} A");
+    assert_eq!((seen.lost, seen.alarm), (None, None));
+    assert!(error <= 5.3e-5 && u <= 15.0, "{error:e} rad, {u} A");
 }
 
 /// λ_2 as it was found elsewhere: by step of link and motor .91, .13 (quiet), 25.9, .21 (fast) of σ; a motor by rule
