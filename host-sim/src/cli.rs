@@ -46,6 +46,7 @@ use serde::Serialize;
 use whole_file::{Claim, Existing};
 
 use crate::figures::{CATALOGUE, Case, ClaimRow, PaperFigure};
+use crate::margins;
 use crate::report::number::significant;
 use crate::report::trace_figure::{self, Labels};
 use crate::report::{csv, drive_figure, write_whole};
@@ -58,6 +59,7 @@ mod target;
 
 use compare::CompareOptions;
 use design::{Design, DesignOptions};
+use drive::TorqueError;
 use export::ExportOptions;
 use target::{EmulateOptions, HilOptions, Link, PilOptions};
 
@@ -313,7 +315,10 @@ struct RunJson<'a> {
     /// Hash of the design that ran, as `Running::fingerprint` tells it; none of a law that has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     design_hash: Option<String>,
-    metrics: &'a Metrics,
+    metrics: serde_json::Value,
+    /// How far the estimates of the torques on the shafts of a drive are off.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    torque_errors: Vec<TorqueError>,
     /// How the reference was followed, if there was one.
     #[serde(skip_serializing_if = "Option::is_none")]
     tracking: Option<Tracking>,
@@ -338,6 +343,25 @@ struct RunJson<'a> {
     /// How the target did, if there was one.
     #[serde(skip_serializing_if = "Option::is_none")]
     target: Option<&'a Comparison>,
+}
+
+/// Figures of merit as JSON: of a run along a reference |y - r| is no y, and a number has its unit.
+fn told(metrics: &Metrics, experiment: &Experiment) -> serde_json::Value {
+    let mut told = serde_json::to_value(metrics).unwrap_or_default();
+    if let (Some(_), Some(error)) = (&experiment.drive, told.get("y_ultimate").cloned()) {
+        told["error_ultimate"] = error;
+        told.as_object_mut().and_then(|told| told.remove("y_ultimate"));
+    }
+    for error in told["estimation_error_ultimate"].as_array_mut().into_iter().flatten() {
+        // A drive's are those of its shafts; the paper's of a chain in which each state is the slope of the one before.
+        let order = if experiment.drive.is_some() { 2 } else { error["channel"].as_u64().unwrap_or_default() };
+        match (experiment.output_unit, order) {
+            ("", _) => {}
+            (_, 1) => error["unit"] = "rad/s".into(),
+            (_, order) => error["unit"] = format!("rad/s^{order}").into(),
+        }
+    }
+    told
 }
 
 /// The controller on a target against the one here.
@@ -432,6 +456,8 @@ impl Console<'_> {
         mut link: Option<Link<'_>>,
     ) -> Result<u8, Failure> {
         note_changes(&mut experiment.title, &options.sets);
+        let unstable = margins::warnings(&experiment);
+        experiment.warnings.extend(unstable);
         let folder = options.out.clone().unwrap_or_else(|| target::folder(&experiment, place));
         let claim = if options.no_files { None } else { Some(prepare_folder(&folder, &experiment.name)?) };
         let design_hash = experiment.port.fingerprint().map(|hash| format!("{hash:08x}"));
@@ -460,7 +486,11 @@ impl Console<'_> {
             scenario: &experiment.name,
             sets: &options.sets,
             design_hash,
-            metrics: &metrics,
+            metrics: told(&metrics, &experiment),
+            torque_errors: experiment
+                .drive
+                .as_ref()
+                .map_or_else(Vec::new, |drive| drive::torque_errors(drive, &metrics, &trace)),
             tracking,
             noise,
             ticks_with: TROUBLES.map(|(flag, name)| (name, ticks_with(&trace, flag))).into(),
@@ -490,7 +520,8 @@ impl Console<'_> {
             }
             let table = match (&experiment.drive, tracking) {
                 (Some(drive), Some(tracking)) => {
-                    drive::table(&experiment, drive, &metrics, &tracking, noise.as_ref(), &trace)
+                    let of_loop_a = design.as_ref().and_then(Design::noise);
+                    drive::table(&experiment, drive, &metrics, &tracking, noise.as_ref(), of_loop_a, &trace)
                 }
                 _ => table(&experiment, &metrics, &trace),
             };
@@ -717,10 +748,11 @@ fn claim_folder(folder: &Path) -> Result<Claim, Failure> {
 
 fn write_results(folder: &Path, experiment: &Experiment, trace: &Trace, options: &RunOptions) -> Result<(), Failure> {
     let path = folder.join("trace.csv");
-    csv::write(trace, options.every.unwrap_or(NonZeroUsize::MIN), &path)
+    let states = experiment.drive.as_ref().map_or(&[][..], |drive| drive.states);
+    csv::write(trace, states, options.every.unwrap_or(NonZeroUsize::MIN), &path)
         .map_err(|error| Failure::writing(path.display(), &error))?;
     let Experiment { title, output_unit, control_unit, .. } = experiment;
-    let labels = Labels { title, output_unit, control_unit };
+    let labels = Labels { title, output_unit, control_unit, states };
     let figures = match &experiment.drive {
         Some(drive) => drive_figure::drive_figures(trace, drive, &labels),
         None => trace_figure::run_figures(trace, &labels),

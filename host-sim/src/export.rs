@@ -15,6 +15,7 @@ use std::fmt::Write as _;
 use loop_sim::port::in_process::{ControllerSpec, Download, Model};
 use scenario::{Experiment, Source};
 
+use crate::margins;
 use crate::remote::Loadable;
 use controller_core::{LAYOUT, Limits};
 
@@ -38,9 +39,11 @@ pub enum Form<'a> {
     Rust,
 }
 
-/// What to be warned of before this controller drives anything: the warnings of its design, and limits that it has not.
+/// What to be warned of before this controller drives anything: the warnings of its design, a loop that is not stable,
+/// and limits that it has not.
 pub fn warnings(experiment: &Experiment) -> Vec<String> {
     let mut warnings = experiment.warnings.clone();
+    warnings.extend(margins::warnings(experiment));
     if let Some(spec) = &experiment.spec {
         let Limits { min, max } = spec.config.padded.options.limits;
         let missing = match (min <= Limits::NONE.min, max >= Limits::NONE.max) {

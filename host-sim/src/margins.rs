@@ -22,11 +22,12 @@ use std::f64::consts::PI;
 use std::fmt;
 
 use loop_sim::linear::{LawAtRest, LinearPlant, LinearTick};
+use loop_sim::plant::Plant;
 use loop_sim::solver::SolverError;
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::linalg::{Hessenberg, Schur};
 use nalgebra::{Complex, DMatrix, DVector, Normed};
-use scenario::AtRest;
+use scenario::{AtRest, Corner, Experiment};
 use serde::Serialize;
 
 /// A root or pole, rad/s.
@@ -148,9 +149,14 @@ impl Loop {
     /// # Errors
     /// When it cannot be integrated, or has no finite matrices.
     pub fn of(at_rest: &AtRest, law: &dyn LawAtRest, period_s: f64) -> Result<Self, MarginsError> {
+        Self::with(at_rest, at_rest.plant.as_ref(), law, period_s)
+    }
+
+    /// The same with another plant.
+    fn with(at_rest: &AtRest, plant: &dyn Plant, law: &dyn LawAtRest, period_s: f64) -> Result<Self, MarginsError> {
         let is_by_count = law.steps().iter().any(|step| *step > 0.0);
         let law = LinearTick::of(law, at_rest.report);
-        let plant = LinearPlant::of(at_rest.plant.as_ref(), law.u, period_s).map_err(MarginsError::Solver)?;
+        let plant = LinearPlant::of(plant, law.u, period_s).map_err(MarginsError::Solver)?;
         let sensed: Vec<usize> = at_rest.sensed.iter().map(|sensed| sensed.state).collect();
         let tick = Tick {
             plant: &plant,
@@ -329,6 +335,60 @@ impl Loop {
         };
         self.noise.iter().map(gain).collect()
     }
+}
+
+/// A corner of a scenario in which the loop is not stable.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct UnstableCorner {
+    /// What of the plant is off, and by how much.
+    pub name: String,
+    /// The largest magnitude of an eigenvalue of the closed loop there.
+    pub spectral_radius: f64,
+}
+
+/// The corners of a scenario in which its loop with this law is not stable, the worst first.
+///
+/// # Errors
+/// When one cannot be integrated, or has no finite matrices.
+pub fn unstable_corners(
+    at_rest: &AtRest,
+    law: &dyn LawAtRest,
+    period_s: f64,
+) -> Result<Vec<UnstableCorner>, MarginsError> {
+    let mut found = Vec::new();
+    for Corner { name, plant } in &at_rest.corners {
+        let spectral_radius = Loop::with(at_rest, plant.as_ref(), law, period_s)?.spectral_radius(1.0)?;
+        if spectral_radius >= 1.0 {
+            found.push(UnstableCorner { name: name.clone(), spectral_radius });
+        }
+    }
+    found.sort_by(|a, b| b.spectral_radius.total_cmp(&a.spectral_radius));
+    Ok(found)
+}
+
+/// What to be warned of before this loop is closed on anything: that it is unstable, or is so within what its file
+/// says of how well the plant is known. Nothing of a loop that has no such form.
+pub fn warnings(experiment: &Experiment) -> Vec<String> {
+    let Ok(at_rest) = &experiment.at_rest else { return Vec::new() };
+    let (law, period_s) = (at_rest.law.as_ref(), experiment.period_s);
+    let radius = Loop::of(at_rest, law, period_s).and_then(|it| it.spectral_radius(1.0));
+    if let Ok(radius) = radius
+        && radius >= 1.0
+    {
+        return vec![format!(
+            "UNSTABLE: at rest the loop grows by a factor of {radius:.6} in a tick; `host-sim design` tells more"
+        )];
+    }
+    let unstable = unstable_corners(at_rest, law, period_s).unwrap_or_default();
+    let Some(worst) = unstable.first() else { return Vec::new() };
+    vec![format!(
+        "unstable in {} of {} corners of what drive.uncertain_percent allows, most with {} (a factor of {:.6} in a tick); \
+         `host-sim design` tells more",
+        unstable.len(),
+        at_rest.corners.len(),
+        worst.name,
+        worst.spectral_radius
+    )]
 }
 
 impl Margins {

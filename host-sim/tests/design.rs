@@ -49,6 +49,7 @@ fn by_hand<const N: usize>(a: [f64; N], k: [f64; N], delay_ticks: usize) -> AtRe
     let channel = LastChannel { a: a.to_vec(), b: 1.0 };
     let plant = Chain::new(channel.clone(), channel, vec![Signal::default(); N]).expect("a chain");
     AtRest {
+        corners: Vec::new(),
         plant: Box::new(plant),
         law: Box::new(Feedback(k)),
         sensed: (0..N).map(|state| Sensed { state, name: String::new(), unit: "", rms: 0.0 }).collect(),
@@ -552,5 +553,119 @@ fn the_page_from_bandwidth_to_gains_shows_what_the_command_says() {
             "line {} of docs/bandwidth.md is {found:?}, the command says {said:?}: GOLDEN=write cargo test",
             line + 1
         );
+    }
+}
+
+/// A motor as light as its gear makes it heavy, before a coarse encoder: at 1 kHz no set holds it.
+const LIGHT: &str = "span_s = 0.5\n[joint]\nlink_inertia_kg_m2 = 0.0244\nmotor_inertia_kg_m2 = 1.27e-6\n\
+    stiffness_n_m = 2854\ntorque_n_m_per_a = 0.0159\nmax_current_a = 2.111017\nweight_n_m = 0.0257\ngear = [100, 1]\n\
+    [encoder.link]\nbits = 17\n[encoder.motor]\nbits = 12\n[drive]\nsudden_load_n_m = 0.336\n";
+
+#[test]
+fn a_loop_that_is_unstable_is_told_wherever_it_could_go_on() {
+    let folder = Folder::new("unstable");
+    let file = folder.file("light.toml", LIGHT);
+    let (code, out, _) = spoken(&["run", "--no-files", &file]);
+    assert!(code == status::DONE && out.contains("warning: UNSTABLE: at rest the loop grows"), "{out}");
+    // A shorter period helps, and which.
+    assert!(out.contains("suggested: [drive] period_s = 0.0005, tuning = \"firm\""), "{out}");
+    let (_, out, _) = spoken(&["run", "--no-files", "--json", &file]);
+    let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    assert!(json["warnings"].to_string().contains("UNSTABLE"), "{json}");
+    let (code, out, err) = spoken(&["export", "--standalone", &file]);
+    assert!(code == status::DONE && err.contains("warning: UNSTABLE") && out.contains("UNSTABLE"), "{err}");
+    let (_, out, _) = spoken(&["design", &file]);
+    assert!(out.contains("\nunstable ") && !out.contains("noise, 0 % used"), "{out}");
+    assert!(out.contains("[drive]\nperiod_s = 0.0005\ntuning = \"firm\""), "{out}");
+    let (_, out, _) = spoken(&["design", "--json", &file]);
+    assert!(!out.contains("-0.0"), "{out}");
+    // What is suggested is stable, as it says.
+    let (_, out, _) =
+        spoken(&["run", "--no-files", &file, "--set", "drive.period_s=5e-4", "--set", "drive.tuning=firm"]);
+    assert!(out.contains("loop at rest: decay ") && !out.contains("warning: UNSTABLE"), "{out}");
+}
+
+/// What a file says of how well its data sheet is known is taken at its word: every corner is the same loop with another
+/// plant, and with that plant in the file it is unstable too.
+#[test]
+fn corners_are_loops_with_another_plant() {
+    let folder = Folder::new("corners");
+    let file = folder.file("light.toml", LIGHT);
+    let sets = ["--set", "drive.period_s=5e-4", "--set", "drive.tuning=firm"];
+    let (_, out, _) = spoken(&[&["design", "--json", &file][..], &sets].concat());
+    let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    let unstable = json["unstable_corners"].as_array().expect("corners");
+    assert!(json["corners"] == 16 && !unstable.is_empty() && json["margins"].is_object(), "{out}");
+    let worst = &unstable[0];
+    let keys = ["link_inertia_percent", "motor_inertia_percent", "stiffness_percent", "torque_percent"];
+    let signs: Vec<&str> =
+        worst["name"].as_str().expect("a name").split(", ").filter_map(|part| part.split(' ').nth(1)).collect();
+    let error: Vec<String> = keys.iter().zip(signs).map(|(key, percent)| format!("{key} = {percent}")).collect();
+    let error = format!("error={{{}}}", error.join(", "));
+    let (_, out, _) = spoken(&[&["design", "--json", &file][..], &sets, &["--set", &error]].concat());
+    let there: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    assert_eq!(there["spectral_radius"], worst["spectral_radius"], "{error}");
+    let (_, out, _) = spoken(&[&["run", "--no-files", &file][..], &sets].concat());
+    assert!(out.contains("warning: unstable in ") && out.contains(worst["name"].as_str().expect("a name")), "{out}");
+    // The files that one starts from are stable as far as they say.
+    for (name, text) in [("motor.toml", scenario::MOTOR), ("joint.toml", scenario::JOINT)] {
+        let (_, out, _) = spoken(&["design", &folder.file(name, text)]);
+        assert!(out.contains("corners of drive.uncertain_percent: all stable"), "{out}");
+    }
+}
+
+/// The list of limits and the suggestion name the same thing, of a speed loop too.
+#[test]
+fn what_binds_stands_first_among_the_limits() {
+    let folder = Folder::new("speed");
+    let text = "[motor]\ninertia_kg_m2 = 3e-5\ntorque_n_m_per_a = 0.021\nmax_current_a = 60\n[encoder]\nbits = 12\n\
+                [drive]\nperiod_s = 5e-5\nmode = \"speed\"\n[reference]\nkind = \"speed\"\nspeed_rad_s = 2500\n";
+    let (_, out, _) = spoken(&["design", &folder.file("spindle.toml", text)]);
+    assert!(out.contains("limited by lost time, 100 % used") && out.contains("as it is; lost time binds"), "{out}");
+}
+
+/// The set that is taken by the bits of the encoders may be more than the loop bears: then `run` says what `design` would.
+#[test]
+fn a_tuning_that_is_too_much_is_told_with_the_other() {
+    let folder = Folder::new("tuning");
+    let text = "[joint]\nlink_inertia_kg_m2 = 0.05\nmotor_inertia_kg_m2 = 4e-5\nstiffness_n_m = 120\n\
+                torque_n_m_per_a = 0.04\nmax_current_a = 12\ngear = [50, 1]\nweight_n_m = 2\n[encoder.link]\nbits = 17\n\
+                [encoder.motor]\nbits = 12\n[drive]\nsudden_load_n_m = 5\n";
+    let file = folder.file("mine.toml", text);
+    let (_, out, _) = spoken(&["run", "--no-files", &file]);
+    assert!(out.contains("tuning \"normal\", by the bits of the encoders"), "{out}");
+    assert!(out.contains("suggested: [drive] tuning = \"quiet\": \"normal\" would make 0.177 A of noise"), "{out}");
+    let (_, out, _) = spoken(&["run", "--no-files", &file, "--set", "drive.tuning=quiet"]);
+    assert!(!out.contains("suggested"), "{out}");
+}
+
+/// Where no finer encoder can be held against it the noise is that of the matrices.
+#[test]
+fn a_run_with_the_finest_encoder_tells_its_noise() {
+    let folder = Folder::new("finest");
+    let file = folder.file("motor.toml", scenario::MOTOR);
+    let (_, out, _) = spoken(&["run", "--no-files", &file, "--set", "encoder.bits=24"]);
+    assert!(out.contains("noise of u (A rms) ") && out.contains("by the matrices of the loop at rest"), "{out}");
+}
+
+/// What a program reads has the same figures as what a person reads, under names that say what they are.
+#[test]
+fn the_json_of_a_drive_has_its_torques_and_units() {
+    let folder = Folder::new("json");
+    let file = folder.file("joint.toml", scenario::JOINT);
+    let (_, out, _) = spoken(&["run", "--no-files", "--json", &file]);
+    let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    assert!(json["metrics"]["error_ultimate"].is_f64() && json["metrics"]["y_ultimate"].is_null(), "{json}");
+    let shafts: Vec<_> = json["torque_errors"].as_array().expect("torques").iter().map(|it| &it["shaft"]).collect();
+    assert_eq!(shafts, ["link", "motor"]);
+    let (_, table, _) = spoken(&["run", "--no-files", &file]);
+    let told =
+        host_sim::report::number::significant(json["torque_errors"][0]["rms_n_m"].as_f64().expect("a number"), 3);
+    assert!(
+        table.lines().any(|line| line.starts_with("torque on the link") && line.contains(&told)),
+        "{told}: {table}"
+    );
+    for error in json["metrics"]["estimation_error_ultimate"].as_array().expect("errors") {
+        assert_eq!(error["unit"], "rad/s^2");
     }
 }

@@ -266,7 +266,7 @@ fn three_commands_take_a_motor_of_one_s_own_along_a_sine() {
         assert_eq!((status, err.lines().count()), (0, 1), "{err}");
         let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
         assert_eq!(json["metrics"]["window_s"], serde_json::json!([0.25, 2.0]));
-        json["metrics"]["y_ultimate"].as_f64().expect("a number")
+        json["metrics"]["error_ultimate"].as_f64().expect("a number")
     };
     let friction = "coulomb_n_m = 0.005\nstatic_n_m = 0.008\n";
     // 2e-4 kg m², 0.05 N m/A, 10 A, 14 bits, 1 kHz: the file's own.

@@ -10,6 +10,7 @@ use controller_core::{Health, MAX_R};
 pub mod baseline;
 pub mod compared;
 pub mod drive;
+pub mod finer;
 pub mod in_process;
 
 /// What one tick returns; every `f32` of a controller is exact in these `f64`.

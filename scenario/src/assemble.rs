@@ -89,6 +89,16 @@ pub struct AtRest {
     pub report: bool,
     /// What of the scenario is not in it, in words.
     pub left_out: Vec<&'static str>,
+    /// The corners of what a file of a drive says of how well its data sheet is known; else none.
+    pub corners: Vec<Corner>,
+}
+
+/// A plant of which every main number of the data sheet is off by as much as the file says that it may be.
+pub struct Corner {
+    /// What is off: `J_l +20 %, J_m -20 %, ..`.
+    pub name: String,
+    /// The plant without friction, load and disturbance.
+    pub plant: Box<dyn Plant>,
 }
 
 /// An entry of the sample.
@@ -112,6 +122,8 @@ pub struct Drive {
     pub max_current_a: f64,
     /// Shafts with an encoder.
     pub shafts: Vec<ShaftOf>,
+    /// The states of its plant, the current last: without a lag there is none.
+    pub states: &'static [StateName],
     /// When the reference begins to move, s.
     pub begins_s: f64,
     /// The drive before it runs.
@@ -122,9 +134,20 @@ pub struct Drive {
     pub current_lag_s: f64,
     /// λ_2: what |σ*| stays below with the quiet gains while every innovation is at most one step of its encoder.
     pub sigma_star_bound: f64,
-    /// The same drive with finer encoders, if there is room for such, and nothing is wrong with the coarse ones.
-    pub(super) exact: Option<(Box<dyn Sensor>, Box<dyn ControllerPort>)>,
+    /// What the noise of u is told by; none if something is wrong with the encoders.
+    pub(super) twin: Option<Twin>,
 }
+
+/// The same drive once more, with finer encoders if there is room for such.
+pub(super) struct Twin {
+    pub(super) sensor: Box<dyn Sensor>,
+    pub(super) port: Box<dyn ControllerPort>,
+    /// [`Finer::share`](loop_sim::port::finer::Finer::share); none if the encoders are the same.
+    pub(super) share: Option<f64>,
+}
+
+/// Name and unit of a state.
+pub type StateName = (&'static str, &'static str);
 
 /// A shaft with an encoder: the torque against it is -J d.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -197,11 +220,13 @@ impl Experiment {
         trace.follows.map(|_| metrics::track(trace, self.window_s, self.settling_band))
     }
 
-    /// Noise of u by the steps of the encoders of a drive, against the same drive with finer ones in the same run.
+    /// Noise of u by the steps of the encoders of a drive, against the same drive with finer ones in the same run; where
+    /// there is no room for such, nothing is told of it in motion (NaN). None if something is wrong with the encoders.
     pub fn noise(&mut self, trace: &Trace) -> Option<Noise> {
-        let (sensor, port) = self.drive.as_mut()?.exact.as_mut()?;
+        let Twin { sensor, port, share } = self.drive.as_mut()?.twin.as_mut()?;
         port.reset().ok()?;
-        Some(metrics::noise(trace, self.window_s, self.plant.jumps_s(), sensor.as_mut(), port.as_mut()))
+        let told = metrics::noise(trace, self.window_s, self.plant.jumps_s(), sensor.as_mut(), port.as_mut());
+        Some(Noise { moving: share.map_or(f64::NAN, |share| share * told.moving), ..told })
     }
 
     /// What is being run, in one line.
@@ -250,6 +275,7 @@ pub(super) fn assemble(
                 (Box::new(Baseline::new(spec)), None, None, None, Vec::new(), vec![1, 0])
             }
         };
+    let warnings = warnings.into_iter().chain(late_steps(&file)).collect();
     let at_rest = at_rest(&plant, law, output_unit, &file).map_err(told);
     let mu = if is_chain { bounds(&disturbances, &orders, span_s) } else { Vec::new() };
 
@@ -283,6 +309,21 @@ pub(super) fn assemble(
             (ControllerKind::Proposed, PrecisionKey::F64) => "f64".into(),
         },
     })
+}
+
+/// Steps of disturbances that come after the end of the run.
+fn late_steps(file: &Scenario) -> Vec<String> {
+    let of_channels = (1..).zip(&file.plant.disturbance);
+    let of_channels = of_channels.map(|(k, table)| (format!("plant.disturbance[{k}].terms"), &table.terms));
+    let at_input = file.plant.input_disturbance.iter().map(|terms| ("plant.input_disturbance".to_owned(), terms));
+    let late = of_channels.chain(at_input).flat_map(|(key, terms)| {
+        let late = (1..).zip(terms).filter(|(_, term)| term.t0_s.is_some_and(|t0_s| t0_s >= file.span_s));
+        late.map(move |(k, term)| {
+            let (at, span) = (shown(term.t0_s.unwrap_or_default()), shown(file.span_s));
+            format!("{key}[{k}].t0_s = {at} is not before the end of the run, span_s = {span}: there is no such step")
+        })
+    });
+    late.collect()
 }
 
 /// States that a delay of a loop at rest may have: one for a tick, of a sample one for each of its entries.
@@ -352,6 +393,7 @@ fn at_rest(
         actuator_delay_ticks: actuator.delay_ticks,
         report: actuator.report,
         left_out: left_out.into_iter().filter_map(|(is_there, what)| is_there.then_some(what)).collect(),
+        corners: Vec::new(),
     })
 }
 

@@ -8,12 +8,24 @@ use serde_json::Value as Json;
 
 use super::document::{KeyPath, Node, NodeValue};
 use super::error::{Origin, nearest, shown};
+use super::resolve::Problem;
 
 /// What is wrong, where, and under which key it was found.
 #[derive(Debug)]
 pub(super) struct Fault {
     pub(super) origin: Origin,
+    pub(super) path: KeyPath,
     pub(super) message: String,
+    /// Is there no such key?
+    is_unknown: bool,
+}
+
+impl Fault {
+    /// Does a rule only miss what is wrong here? A key beside one that is unknown may be that one, misspelt.
+    pub(super) fn explains(&self, problem: &Problem) -> bool {
+        let Some(path) = KeyPath::parse(&problem.key) else { return false };
+        self.path.overlaps(&path) || (self.is_unknown && problem.is_missing() && self.path.is_beside(&path))
+    }
 }
 
 /// More than these a person does not mend at once.
@@ -59,7 +71,8 @@ impl<'a> Checker<'a> {
         let choices = self.choices(part);
         let matching = choices.iter().find(|choice| is_of_type(choice, node) && may_be_word(choice, node));
         let Some(choice) = matching else {
-            faults.push(fault(node.origin, path, node, &expected(&choices), &near_word(&choices, node)));
+            let hint = near_word(&choices, node) + &as_integer(&choices, node);
+            faults.push(fault(node.origin, path, node, &expected(&choices), &hint));
             return;
         };
         match &node.value {
@@ -104,7 +117,7 @@ impl<'a> Checker<'a> {
             [] => nearest(key, names),
             places => format!("; it belongs to {}", places.join(" or ")),
         };
-        Fault { origin, message: format!("unknown key `{path}`{hint}") }
+        Fault { origin, path: path.clone(), message: format!("unknown key `{path}`{hint}"), is_unknown: true }
     }
 
     fn collect(&self, part: &'a Json, prefix: &str, keys: &mut Vec<String>) {
@@ -122,7 +135,8 @@ impl<'a> Checker<'a> {
 }
 
 fn fault(origin: Origin, path: &KeyPath, node: &Node, expected: &str, hint: &str) -> Fault {
-    Fault { origin, message: format!("`{path}`: found {}, expected {expected}{hint}", node.found()) }
+    let message = format!("`{path}`: found {}, expected {expected}{hint}", node.found());
+    Fault { origin, path: path.clone(), message, is_unknown: false }
 }
 
 fn has_type(choice: &Json, name: &str) -> bool {
@@ -172,8 +186,31 @@ fn near_word(choices: &[&Json], node: &Node) -> String {
     }
 }
 
+/// A whole number that was written with a point or an exponent.
+fn as_integer(choices: &[&Json], node: &Node) -> String {
+    match node.value {
+        NodeValue::Float(value)
+            if value == value.trunc() && choices.iter().any(|choice| has_type(choice, "integer")) =>
+        {
+            format!(": write {value:.0}")
+        }
+        _ => String::new(),
+    }
+}
+
+/// `minimum`, `maximum` or another of a choice; an integer has those of its type too.
+fn bound(choice: &Json, name: &str) -> Option<f64> {
+    let of_type = match (choice["format"].as_str(), name) {
+        (Some("int32"), "minimum") => Some(i32::MIN.into()),
+        (Some("int32"), "maximum") => Some(i32::MAX.into()),
+        (Some("uint32"), "maximum") => Some(u32::MAX.into()),
+        _ => None,
+    };
+    choice[name].as_f64().or(of_type)
+}
+
 fn out_of_range(choice: &Json, number: f64, node: &Node, path: &KeyPath) -> Option<Fault> {
-    let bound = |name: &str| choice[name].as_f64();
+    let bound = |name: &str| bound(choice, name);
     let inside = number.is_finite()
         && bound("minimum").is_none_or(|least| number >= least)
         && bound("exclusiveMinimum").is_none_or(|least| number > least)
@@ -195,9 +232,9 @@ fn expected(choices: &[&Json]) -> String {
 
 fn kind(choice: &Json) -> String {
     let number = |name: &str| {
-        let above = choice["exclusiveMinimum"].as_f64().map(|least| format!("above {}", shown(least)));
-        let least = choice["minimum"].as_f64().map(|least| format!("at least {}", shown(least)));
-        let most = choice["maximum"].as_f64().map(|most| format!("at most {}", shown(most)));
+        let above = bound(choice, "exclusiveMinimum").map(|least| format!("above {}", shown(least)));
+        let least = bound(choice, "minimum").map(|least| format!("at least {}", shown(least)));
+        let most = bound(choice, "maximum").map(|most| format!("at most {}", shown(most)));
         let range: Vec<String> = [above, least, most].into_iter().flatten().collect();
         format!("{name} {}", range.join(" and ")).trim_end().to_owned()
     };
@@ -223,6 +260,7 @@ fn kind(choice: &Json) -> String {
 fn plural(items: &Json) -> &'static str {
     match () {
         () if has_type(items, "number") => "numbers",
+        () if has_type(items, "integer") => "whole numbers",
         () if has_type(items, "array") => "lists",
         () if has_type(items, "string") => "texts",
         () => "tables",

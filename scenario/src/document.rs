@@ -46,6 +46,8 @@ impl Node {
         match &self.value {
             NodeValue::Bool(value) => value.to_string(),
             NodeValue::Integer(value) => value.to_string(),
+            // With its point: that may be what is wrong with it.
+            NodeValue::Float(value) if value.abs() < 1e15 && *value == value.trunc() => format!("{value:?}"),
             NodeValue::Float(value) => shown(*value),
             NodeValue::Text(value) => format!("{:?}", shortened(value)),
             NodeValue::Date(value) => format!("the date {value}"),
@@ -133,6 +135,14 @@ impl Node {
         }
     }
 
+    /// Takes out what stands at a key path; of a list all of it.
+    pub(super) fn take_out(&mut self, path: &KeyPath) {
+        let lists = path.0.iter().rev().take_while(|step| matches!(step, Step::Position(_))).count();
+        if let Some((Step::Key(key), table)) = path.0[..path.0.len() - lists].split_last() {
+            self.remove(table, key);
+        }
+    }
+
     fn remove(&mut self, table: &[Step], key: &str) {
         match (table.split_first(), &mut self.value) {
             (None, NodeValue::Table(entries)) => entries.retain(|entry| entry.key != key),
@@ -202,6 +212,26 @@ impl KeyPath {
         let mut steps = self.0.clone();
         steps.push(Step::Position(k));
         Self(steps)
+    }
+}
+
+impl KeyPath {
+    /// The last key in it.
+    pub(super) fn last_key(&self) -> Option<&str> {
+        self.0.iter().rev().find_map(|step| match step {
+            Step::Key(key) => Some(key.as_str()),
+            Step::Position(_) => None,
+        })
+    }
+
+    /// Is one of them the other, or around it?
+    pub(super) fn overlaps(&self, other: &Self) -> bool {
+        self.0.iter().zip(&other.0).all(|(a, b)| a == b)
+    }
+
+    /// Are both keys of one table?
+    pub(super) fn is_beside(&self, other: &Self) -> bool {
+        self.0.len() == other.0.len() && self.0.split_last().map(|(_, at)| at) == other.0.split_last().map(|(_, at)| at)
     }
 }
 

@@ -58,8 +58,8 @@ fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
 
 /// A scenario that must not run. Its text is a line for each mistake.
 ///
-/// A file is read in three steps, and each tells all that it finds: what is not TOML (the first only), what is no key
-/// or no value of a scenario, what breaks a rule. Then the design is made, and tells one thing at a time.
+/// What is not TOML is told alone, and only the first of it; then at once what is no key or no value of a scenario, and
+/// what of the rest breaks a rule. Of a file without such mistakes the design is made, and tells one thing at a time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ScenarioError {
     lines: Vec<String>,
@@ -69,6 +69,12 @@ impl ScenarioError {
     /// An error of the file as a whole.
     pub(super) fn of_file(file: &str, message: impl Into<String>) -> Self {
         Self { lines: vec![one_line(&format!("{file}: {}", message.into()))] }
+    }
+
+    /// This, and what else is wrong.
+    pub(super) fn and(mut self, other: Option<Self>) -> Self {
+        self.lines.extend(other.into_iter().flat_map(|other| other.lines));
+        self
     }
 }
 

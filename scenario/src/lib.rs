@@ -23,7 +23,7 @@ mod error;
 mod own;
 mod resolve;
 
-pub use assemble::{AtRest, Drive, Experiment, Mu, Sensed, ShaftOf};
+pub use assemble::{AtRest, Corner, Drive, Experiment, Mu, Sensed, ShaftOf, StateName};
 pub use drive::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointEncoderTable,
     JointErrorTable, JointScenario, JointTable, ModeKey, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable,
@@ -31,7 +31,6 @@ pub use drive::{
 };
 pub use error::{ScenarioError, Source};
 
-use check::Fault;
 use document::KeyPath;
 use error::Origin;
 use resolve::Problem;
@@ -53,7 +52,7 @@ pub const MOTOR: &str = include_str!("../scenarios/motor.toml");
 /// A flexible joint of your own with two encoders: a file to start from.
 pub const JOINT: &str = include_str!("../scenarios/joint.toml");
 
-/// One run of the closed loop. Every key may be left out; an empty file is Example 2 of the paper.
+/// One run of the closed loop. Every key may be left out; `[plant]` alone is Example 2 of the paper.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scenario {
@@ -577,7 +576,25 @@ pub fn load(path: &std::path::Path, sets: &[String]) -> Result<Experiment, Scena
     let file = path.display().to_string();
     let text = whole_file::read_text(path, Kind::SETTINGS).map_err(|message| ScenarioError::of_file(&file, message))?;
     let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    parse(&Source { file: &file, text: &text, sets }, &stem)
+    parse_own(&Source { file: &file, text: &text, sets }, &stem)
+}
+
+/// [`parse`] for a file that somebody wrote: one that says nothing of what is controlled is refused. What it would run
+/// is the paper's joint with the paper's disturbance, and nobody asked for that.
+///
+/// # Errors
+/// All that is wrong, with its places.
+pub fn parse_own(source: &Source<'_>, default_name: &str) -> Result<Experiment, ScenarioError> {
+    let parsed = parse(source, default_name);
+    let tree = document::read(source)?;
+    let is_there = |name: &&str| KeyPath::parse(name).is_some_and(|path| tree.get(&path).is_some());
+    if ["plant", "motor", "joint"].iter().any(is_there) {
+        return parsed;
+    }
+    let message = "nothing is said of what is controlled: a file has a table `motor`, `joint` or `plant`; `host-sim new NAME \
+                   --plant motor` (or joint, chain, own) writes one to start from, and `[plant]` alone is the paper's joint \
+                   with its disturbance";
+    Err(ScenarioError::of_file(source.file, message).and(parsed.err()))
 }
 
 /// The same for a text that is at hand; `default_name` is the name of a scenario that gives none.
@@ -593,49 +610,72 @@ pub fn parse(source: &Source<'_>, default_name: &str) -> Result<Experiment, Scen
         return Err(source.error(motor.max(joint), both));
     }
     if motor.is_some() {
-        let (scenario, file) = Located::held::<MotorScenario>(source, tree, &schema("motor"))?;
-        return drive::motor(&scenario, default_name).map_err(|problems| file.errors(problems));
+        let judge = |file: MotorScenario, _: &Located, is_whole| drive::motor(&file, default_name, is_whole);
+        return Located::judged(source, tree, &schema("motor"), judge).map(|(experiment, _)| experiment);
     }
     if joint.is_some() {
-        let (scenario, file) = Located::held::<JointScenario>(source, tree, &schema("joint"))?;
-        return drive::joint(&scenario, default_name).map_err(|problems| file.errors(problems));
+        let judge = |file: JointScenario, _: &Located, is_whole| drive::joint(&file, default_name, is_whole);
+        return Located::judged(source, tree, &schema("joint"), judge).map(|(experiment, _)| experiment);
     }
-    let (scenario, file) = Located::held::<Scenario>(source, tree, &schema("paper"))?;
-    let foreign = resolve::foreign_keys(&scenario, &|key| file.origin_of(key).is_some(), &|key| file.is_set(key));
-    let resolved = resolve::resolve(scenario, default_name, foreign).map_err(|problems| file.errors(problems.0))?;
-    assemble::assemble(resolved, &|problem| file.errors(vec![problem]))
+    let judge = |scenario: Scenario, file: &Located, _| {
+        let foreign = resolve::foreign_keys(&scenario, &|key| file.origin_of(key).is_some(), &|key| file.is_set(key));
+        resolve::resolve(scenario, default_name, foreign).map_err(|problems| problems.0)
+    };
+    let (resolved, file) = Located::judged(source, tree, &schema("paper"), judge)?;
+    assemble::assemble(resolved, &|problem| source.errors(file.located(vec![problem])))
 }
 
+/// Keys that other keys are judged by: with one of them wrong nothing more is said of those.
+const JUDGES: [&str; 11] =
+    ["kind", "mode", "order", "rates", "reading", "constants", "period_s", "span_s", "gear", "bits", "start_rad"];
+
 /// A TOML text that has been held against a schema; knows where each key stands.
-pub(crate) struct Located<'a> {
-    source: &'a Source<'a>,
+pub(crate) struct Located {
     tree: document::Node,
 }
 
-impl<'a> Located<'a> {
-    /// The value of a text that has been read. The schema is that of `T`, in the words that the check understands.
+impl Located {
+    /// What `judge` makes of a text that has been read. The schema is that of `T`, in the words that the check
+    /// understands. What is no key or no value of it is left out before the rest is judged; `judge` is told whether
+    /// the file is whole.
     ///
     /// # Errors
     /// All that is wrong, with its places.
-    fn held<T: serde::de::DeserializeOwned>(
-        source: &'a Source<'a>,
-        tree: document::Node,
+    fn judged<T: serde::de::DeserializeOwned, R>(
+        source: &Source<'_>,
+        mut tree: document::Node,
         schema: &serde_json::Value,
-    ) -> Result<(T, Self), ScenarioError> {
-        let faults: Vec<_> =
-            check::check(schema, &tree).into_iter().map(|Fault { origin, message }| (origin, message)).collect();
-        if !faults.is_empty() {
-            return Err(source.errors(faults));
+        judge: impl FnOnce(T, &Self, bool) -> Result<R, Vec<Problem>>,
+    ) -> Result<(R, Self), ScenarioError> {
+        let faults = check::check(schema, &tree);
+        for fault in &faults {
+            tree.take_out(&fault.path);
         }
-        let value = serde_json::from_value(tree.json())
+        let root = tree.origin_of(&KeyPath::root());
+        let value = serde_json::from_value(tree.json());
+        let file = Self { tree };
+        let mut wrong: Vec<_> = faults.iter().map(|fault| (fault.origin, fault.message.clone())).collect();
+        match value {
+            // What the others are judged by is not known.
+            _ if faults.iter().any(|fault| fault.path.last_key().is_some_and(|key| JUDGES.contains(&key))) => {}
             // The schema is made from the very structs: what it lets through is read. Should it ever not be, say so.
-            .map_err(|error| source.error(tree.origin_of(&KeyPath::root()), error.to_string()))?;
-        Ok((value, Self { source, tree }))
+            Err(error) if faults.is_empty() => wrong.push((root, error.to_string())),
+            Err(_) => {}
+            Ok(value) => match judge(value, &file, faults.is_empty()) {
+                Ok(judged) if faults.is_empty() => return Ok((judged, file)),
+                Ok(_) => {}
+                Err(mut problems) => {
+                    problems.retain(|problem| !faults.iter().any(|fault| fault.explains(problem)));
+                    wrong.extend(file.located(problems));
+                }
+            },
+        }
+        Err(source.errors(wrong))
     }
 
-    /// What is wrong with some keys, told with their places: their own if they were written. A key that is missing is
-    /// told at the argument that asks for another kind, if one does, else at the table around it.
-    fn errors(&self, problems: Vec<Problem>) -> ScenarioError {
+    /// What is wrong with some keys, with their places: their own if they were written. A key that is missing is told at
+    /// the argument that asks for another kind, if one does, else at the table around it.
+    fn located(&self, problems: Vec<Problem>) -> Vec<(Origin, String)> {
         let located = problems.into_iter().map(|Problem { key, message }| {
             let path = KeyPath::parse(&key).unwrap_or_else(KeyPath::root);
             // What a kind asks for stands right in its table.
@@ -644,7 +684,7 @@ impl<'a> Located<'a> {
             let origin = self.origin_of(&key).or_else(of_kind);
             (origin.unwrap_or_else(|| self.tree.origin_of(&path)), format!("`{key}`: {message}"))
         });
-        self.source.errors(located.collect())
+        located.collect()
     }
 
     /// Where a key was written, if it was.

@@ -27,6 +27,16 @@ pub(super) struct Problem {
     pub(super) message: String,
 }
 
+impl Problem {
+    /// Is it that the key is not there?
+    pub(super) fn is_missing(&self) -> bool {
+        self.message.starts_with(MISSING)
+    }
+}
+
+/// How it is said that a key is not there.
+const MISSING: &str = "missing:";
+
 /// What is wrong so far. One mistake does not end the search: a person mends all of them at once.
 #[derive(Debug, Default)]
 pub(super) struct Problems(pub(super) Vec<Problem>);
@@ -334,7 +344,7 @@ fn order(plant: &PlantTable) -> Result<usize, Problem> {
 }
 
 pub(super) fn missing<T>(key: &str, what: &str) -> Result<T, Problem> {
-    problem(key, format!("missing: {what}"))
+    problem(key, format!("{MISSING} {what}"))
 }
 
 pub(super) fn of_length(list: &[f64], n: usize, key: &str) -> Result<(), Problem> {
@@ -448,7 +458,7 @@ fn term(table: &TermTable, key: &str) -> Result<Term, Problem> {
             return problem(format!("{key}.{name}"), format!("a {word:?} term has no such key; it has {known}"));
         }
         if value.is_none() && needed.contains(&name) {
-            return problem(format!("{key}.{name}"), format!("missing: a {word:?} term needs it"));
+            return problem(format!("{key}.{name}"), format!("{MISSING} a {word:?} term needs it"));
         }
     }
     // What is needed is there by now.

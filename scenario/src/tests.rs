@@ -437,6 +437,35 @@ fn what_the_design_refuses_of_an_observer_is_told_at_the_line_of_that_observer()
     );
 }
 
+/// Nobody who wrote nothing of a plant asked for the paper's, with its disturbance.
+#[test]
+fn a_file_of_one_s_own_says_what_is_controlled() {
+    let own = |text: &str| parse_own(&Source { file: "a.toml", text, sets: &[] }, "a").map(|it| it.name);
+    for text in ["", "name = \"mine\"", "span_s = 3.0\n[controller]\nk_l = 20.0"] {
+        let told = own(text).expect_err("no plant").to_string();
+        assert!(
+            told.starts_with("a.toml: nothing is said of what is controlled") && told.contains("host-sim new"),
+            "{told}"
+        );
+    }
+    for text in ["[plant]", DEFAULT, MOTOR, JOINT, CHAIN] {
+        assert!(own(text).is_ok(), "{text}");
+    }
+}
+
+/// A step after the end of the run is none.
+#[test]
+fn a_step_that_never_comes_is_warned_of() {
+    let warnings = |t0_s: &str| {
+        let sets = [format!("plant.input_disturbance=[{{kind = \"step\", amplitude = 1.0, t0_s = {t0_s}}}]")];
+        let source = Source { file: "a.toml", text: "", sets: &sets };
+        parse(&source, "a").unwrap_or_else(|error| panic!("{error}")).warnings
+    };
+    assert_eq!(warnings("19.9"), warnings("0.0"));
+    let late = warnings("20.0");
+    assert!(late.iter().any(|line| line.contains("input_disturbance[1].t0_s = 20 is not before the end")), "{late:?}");
+}
+
 #[test]
 fn all_mistakes_of_a_file_are_told_at_once_each_at_its_place() {
     assert_errors(&[
@@ -633,9 +662,10 @@ fn a_file_that_cannot_be_a_scenario_is_told_by_name() {
     assert_eq!(told(&folder), "F: this is a directory, expected a regular file");
     assert_eq!(told(&write("latin1.toml", b"title = \"\xe9\"")), "F: not UTF-8 text (byte 10)");
     assert_eq!(told(&write("huge.toml", &vec![b'#'; (1 << 20) + 1])), "F: longer than 1 MiB: not a file of settings");
-    assert_eq!(told(&write("large.toml", &vec![b'#'; 1 << 20])), "no error");
+    let large = [b"[plant]\n", &vec![b'#'; (1 << 20) - 8][..]].concat();
+    assert_eq!(told(&write("large.toml", &large)), "no error");
     // The name of a file that names no scenario names the run, with what a folder cannot take replaced.
-    let named = load(&write("k l=50.toml", b""), &[]).map(|experiment| experiment.name);
+    let named = load(&write("k l=50.toml", b"[plant]"), &[]).map(|experiment| experiment.name);
     assert_eq!(named, Ok("k_l_50".into()));
     std::fs::remove_dir_all(folder).expect("temporary folder");
 }

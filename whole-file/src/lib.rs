@@ -193,7 +193,13 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     loop {
-        let file = builder.tempfile_in(folder)?;
+        // Nobody asked for the name of the fresh file, and its error tells it.
+        let file = builder.tempfile_in(folder).map_err(|error| match error.kind() {
+            ErrorKind::NotFound => {
+                io::Error::new(ErrorKind::NotFound, format!("there is no folder {}", folder.display()))
+            }
+            kind => io::Error::new(kind, format!("in the folder {}: {kind}", folder.display())),
+        })?;
         // Another program may have seen it before it was locked, and taken it for one that was left behind.
         if !matches!(file.as_file().try_lock(), Err(TryLockError::WouldBlock)) && file.path().exists() {
             return Ok(file);

@@ -27,6 +27,15 @@ fn a_failed_write_leaves_the_old_file_and_nothing_else() {
     assert_eq!(names(folder.path()), ["a.txt"]);
 }
 
+/// The name of the fresh file is nobody's business.
+#[test]
+fn a_folder_that_is_not_there_is_told_by_its_name() {
+    let folder = folder();
+    let path = folder.path().join("none").join("a.txt");
+    let told = put(&path, "new", Existing::Keep).expect_err("refused").to_string();
+    assert_eq!(told, format!("there is no folder {}", path.parent().expect("a folder").display()));
+}
+
 #[test]
 fn a_file_is_kept_or_replaced_as_is_asked() {
     let folder = folder();

@@ -47,6 +47,8 @@ struct CompareJson<'a> {
     /// τ of the runs, s.
     tau_s: f64,
     corners: usize,
+    /// Where the recovery starts, rad.
+    start_rad: f64,
     entries: &'a [Entry],
 }
 
@@ -76,6 +78,7 @@ impl Console<'_> {
             seed: settings.seed,
             tau_s: bench.tau_s,
             corners: bench.corners(),
+            start_rad: bench.start_rad,
             entries: &entries,
         };
         let text = serde_json::to_string_pretty(&json);
@@ -90,15 +93,22 @@ impl Console<'_> {
             self.say_json(text)?;
         } else {
             self.say(&format!(
-                "{}: {}; {} evaluations for each law and limit, seed {}, tau = {} s, {} corners",
+                "{}: {}; {} evaluations for each law and limit, seed {}, tau = {} s, {} corners, recovery from {} rad",
                 bench.name,
                 bench.title,
                 settings.evaluations,
                 settings.seed,
                 significant(bench.tau_s, 4),
-                bench.corners()
+                bench.corners(),
+                significant(bench.start_rad, 3)
             ))?;
             self.say(&report::table(&entries).to_string())?;
+            let mut over: Vec<&str> =
+                entries.iter().filter(|entry| entry.breaks_limit()).map(|entry| entry.law).collect();
+            over.dedup();
+            if !over.is_empty() {
+                self.say(&format!("! noise over its limit, not ranked: {}", over.join(", ")))?;
+            }
             self.say(&format!("written to {}", folder.display()))?;
         }
         Ok(status::DONE)

@@ -3,7 +3,7 @@
 //! The loop is linearised where it stands still, exactly ([`margins`](crate::margins)); nothing is simulated. What is
 //! suggested is put into the same loop before it is said, with what comes of it.
 
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 use std::path::PathBuf;
 
 use clap::Args;
@@ -20,7 +20,7 @@ use scenario::{AtRest, Experiment, Mu};
 use serde::Serialize;
 
 use super::{Console, Failure, RunOptions, note_changes, scenario_of, status};
-use crate::margins::{Loop, Margins, MarginsError, Root};
+use crate::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, unstable_corners};
 use crate::report::number::significant;
 
 #[derive(Args, Debug)]
@@ -40,6 +40,13 @@ const NOISE_SHARE: f64 = 0.01;
 /// Phase margin below which nothing is suggested, degrees: with less |S| is above 1/(2 sin 12.5°) = 2.3. Behind a
 /// current loop of 0.2 ms the default set of a joint has 26.7; firm has 22.6, and does not bear a tick of delay.
 const LEAST_PHASE_DEG: f64 = 25.0;
+
+/// Share of a limit above which another design is told of: a rule takes all of it, give or take.
+const MUCH: f64 = 1.02;
+/// How many times shorter a period may be that is suggested.
+const SHORTER: [u32; 4] = [1, 2, 4, 8];
+/// The shortest period of a drive, s.
+const SHORTEST_S: f64 = 2e-5;
 
 /// All that is said of a design.
 #[derive(Serialize)]
@@ -79,9 +86,20 @@ struct Got {
     poles: Vec<Root>,
     /// Of a loop that is stable.
     margins: Option<Margins>,
+    /// How many corners of what the file says of its data sheet were judged, and those that are not stable, the worst
+    /// first.
+    #[serde(skip_serializing_if = "is_zero")]
+    corners: usize,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    unstable_corners: Vec<UnstableCorner>,
     /// Rms of u per unit of white noise on each sensor.
     #[serde(skip)]
     noise_gains: Vec<f64>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives a reference")]
+const fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// What a sensor does to u.
@@ -121,8 +139,47 @@ struct Suggested {
     /// For the scenario file: the table, and a line of it.
     lines: Vec<[String; 2]>,
     why: String,
+    /// Is it what the file has?
+    is_same: bool,
     #[serde(flatten)]
     got: Got,
+}
+
+/// What is wrong with a design, the least first.
+enum Flaw {
+    /// Too little phase margin.
+    Phase,
+    /// So many A of noise.
+    Noise(f64),
+    /// It is not stable in so many corners.
+    Corners { unstable: usize, worst: String },
+    /// It is not stable.
+    Unstable,
+}
+
+impl Flaw {
+    /// The larger, the worse.
+    const fn weight(&self) -> usize {
+        match self {
+            Self::Phase => 1,
+            Self::Noise(_) => 2,
+            Self::Corners { unstable, .. } => 2 + *unstable,
+            Self::Unstable => usize::MAX,
+        }
+    }
+}
+
+impl fmt::Display for Flaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Noise(noise) => write!(f, "would make {} A of noise", number(*noise)),
+            Self::Phase => write!(f, "would have less than {LEAST_PHASE_DEG} deg of phase margin"),
+            Self::Corners { unstable, worst } => {
+                write!(f, "would be unstable in {unstable} corners, most with {worst}")
+            }
+            Self::Unstable => f.write_str("would be unstable"),
+        }
+    }
 }
 
 impl Got {
@@ -140,18 +197,32 @@ impl Got {
         let of_loop = values.iter().enumerate().filter(|(k, _)| Some(*k) != of_offset);
         let poles: Vec<Root> = of_loop.map(|(_, z)| it.pole(*z)).collect();
         let decay_per_s = poles.iter().map(|pole| -pole.re).fold(f64::INFINITY, f64::min);
-        Ok(Self { spectral_radius, decay_per_s, poles, margins, noise_gains })
+        let unstable_corners = unstable_corners(at_rest, law, period_s)?;
+        let corners = at_rest.corners.len();
+        Ok(Self { spectral_radius, decay_per_s, poles, margins, corners, unstable_corners, noise_gains })
     }
 
-    fn noise(&self, at_rest: &AtRest) -> f64 {
+    /// Noise of u; none of a loop that is not stable.
+    fn noise(&self, at_rest: &AtRest) -> Option<f64> {
         let parts = self.noise_gains.iter().zip(&at_rest.sensed).map(|(gain, sensed)| gain * sensed.rms);
-        parts.map(|part| part * part).sum::<f64>().sqrt()
+        self.margins.is_some().then(|| parts.map(|part| part * part).sum::<f64>().sqrt())
     }
 
-    /// Is it one to be suggested, with noise up to this?
-    fn is_good(&self, at_rest: &AtRest, most_noise: f64) -> bool {
-        let phase = self.margins.and_then(|margins| margins.phase_deg).unwrap_or(f64::INFINITY);
-        self.margins.is_some() && phase >= LEAST_PHASE_DEG && self.noise(at_rest) <= most_noise
+    /// Is it stable, in all corners?
+    fn is_stable(&self) -> bool {
+        self.margins.is_some() && self.unstable_corners.is_empty()
+    }
+
+    /// What is wrong with it at first, if noise may be up to this; nothing of one that may be suggested.
+    fn flaw(&self, at_rest: &AtRest, most_noise: f64) -> Option<Flaw> {
+        let Some(margins) = &self.margins else { return Some(Flaw::Unstable) };
+        if let Some(worst) = self.unstable_corners.first() {
+            return Some(Flaw::Corners { unstable: self.unstable_corners.len(), worst: worst.name.clone() });
+        }
+        if let Some(noise) = self.noise(at_rest).filter(|noise| *noise > most_noise) {
+            return Some(Flaw::Noise(noise));
+        }
+        margins.phase_deg.is_some_and(|phase| phase < LEAST_PHASE_DEG).then_some(Flaw::Phase)
     }
 
     /// In one line.
@@ -200,7 +271,7 @@ impl Design {
             noise: noise.collect(),
             bounds: bounds(experiment),
             limits: limits(experiment, at_rest, &got),
-            suggested: suggested(experiment, at_rest).map_err(failed)?,
+            suggested: suggested(experiment, at_rest, &got).map_err(failed)?,
             left_out: at_rest.left_out.clone(),
             asked,
             got,
@@ -213,7 +284,22 @@ impl Design {
         if let (Some(_), Some(limit)) = (&self.got.margins, self.limits.first()) {
             lines.push(format!("limited by {}, {} % used; more by `host-sim design`", limit.what, percent(limit.used)));
         }
+        // What was taken by a rule may be more than the loop bears.
+        let is_too_much = !self.got.is_stable() || self.limits.first().is_some_and(|limit| limit.used > MUCH);
+        if let Some(Suggested { lines: other, why, .. }) =
+            self.suggested.as_ref().filter(|it| is_too_much && !it.is_same)
+        {
+            let keys: Vec<&str> = other.iter().map(|[_, line]| line.split("  #").next().unwrap_or(line)).collect();
+            let table = other.first().map_or("", |[table, _]| table);
+            lines.push(format!("suggested: {table} {}: {why}", keys.join(", ")));
+        }
         lines
+    }
+
+    /// Noise of u by the steps of the encoders, A rms; none of a loop that is not stable.
+    pub(super) fn noise(&self) -> Option<f64> {
+        let sum: f64 = self.noise.iter().map(|noise| noise.u_rms * noise.u_rms).sum();
+        self.got.margins.map(|_| sum.sqrt())
     }
 }
 
@@ -372,27 +458,26 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &Got) -> Vec<Limit> {
         limit("phase", LEAST_PHASE_DEG / phase, format!("{LEAST_PHASE_DEG} deg of phase margin shall be left"));
     }
     if let Some(drive) = &experiment.drive {
-        let (share, most) = (got.noise(at_rest), NOISE_SHARE * drive.max_current_a);
-        limit(
-            "noise",
-            share / most,
-            format!("the encoder's steps may make {} A, 1 % of the limit, in u", number(most)),
-        );
+        let most = NOISE_SHARE * drive.max_current_a;
+        if let Some(noise) = got.noise(at_rest) {
+            let meaning = format!("the encoder's steps may make {} A, 1 % of the limit, in u", number(most));
+            limit("noise", noise / most, meaning);
+        }
         let form = drive.designed.form();
         let most = if form.delay_ticks == 0 { 0.8 } else { 0.5 };
         match &drive.designed {
             DriveDesign::Motor { design, .. } => {
                 let [hold, lag, delay] = late_s(design, drive.current_lag_s, form).map(|late_s| 1e3 * late_s);
                 let w = design.bandwidths;
+                // A speed loop has no w_c; its k_l goes with that of the rule.
+                let whose = if form.follows == Follows::Position { "w_c" } else { "w_c of the rule" };
                 let meaning = format!(
-                    "w_c may be 0.1/({} ms of hold + {} of current loop + {} of delay)",
+                    "{whose} may be 0.1/({} ms of hold + {} of current loop + {} of delay)",
                     number(hold),
                     number(lag),
                     number(delay)
                 );
-                if form.follows == Follows::Position {
-                    limit("lost time", w.surface_rad_s * (hold + lag + delay) * 1e-3 / 0.1, meaning);
-                }
+                limit("lost time", w.surface_rad_s * (hold + lag + delay) * 1e-3 / 0.1, meaning);
                 limit("observer", w.observer_rad_s * period_s / most, format!("w_o times the period may be {most}"));
                 limit("reaching law", w.reaching_per_s * period_s, "k_l times the period may be 1".into());
             }
@@ -420,34 +505,95 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &Got) -> Vec<Limit> {
     found
 }
 
-fn suggested(experiment: &Experiment, at_rest: &AtRest) -> Result<Option<Suggested>, MarginsError> {
-    match (&experiment.drive, &experiment.spec) {
-        (Some(drive), _) => {
-            let (form, most) = (drive.designed.form(), NOISE_SHARE * drive.max_current_a);
-            match &drive.designed {
-                DriveDesign::Motor { design, .. } => for_motor(design, drive.current_lag_s, form, at_rest),
-                DriveDesign::Joint { design, .. } => for_joint(design, form, at_rest, most),
+/// A design that is tried for a drive.
+struct Tried {
+    /// What it is called.
+    word: String,
+    /// Its line in the file.
+    line: String,
+    /// Is it what the file has?
+    is_same: bool,
+    /// What limits it, if that is known.
+    why: Option<String>,
+    /// What comes of it, or why its design is refused.
+    got: Result<Got, &'static str>,
+}
+
+/// The first design that has no flaw, with the period of the file or else a shorter one; else that with the least flaw,
+/// if it is better than what the file has.
+fn suggested(experiment: &Experiment, at_rest: &AtRest, present: &Got) -> Result<Option<Suggested>, MarginsError> {
+    let Some(drive) = &experiment.drive else {
+        let Some(spec) = &experiment.spec else { return Ok(None) };
+        return for_surface(spec, at_rest, experiment.period_s);
+    };
+    let form = drive.designed.form();
+    // A motor's rule has all the noise that there may be.
+    let is_joint = matches!(drive.designed, DriveDesign::Joint { .. });
+    let most_noise = if is_joint { NOISE_SHARE * drive.max_current_a } else { f64::INFINITY };
+    let mut least = present.flaw(at_rest, most_noise).map_or(0, |flaw| flaw.weight());
+    let mut nearest = None;
+    let mut at_this_period = String::new();
+    for times in SHORTER {
+        let period_s = experiment.period_s / f64::from(times);
+        if times > 1 && period_s < SHORTEST_S {
+            break;
+        }
+        let tried = match drive.designed {
+            DriveDesign::Motor { design, .. } => {
+                vec![for_motor(&design, period_s, drive.current_lag_s, form, at_rest)?]
+            }
+            DriveDesign::Joint { design, .. } => for_joint(&design, period_s, form, at_rest)?,
+        };
+        // What the next faster one was refused for.
+        let mut refused = String::from("the fastest set that is measured");
+        for Tried { word, line, is_same, why, got } in tried {
+            let got = match got {
+                Ok(got) => got,
+                Err(why) => {
+                    refused = format!("{word} is refused: {why}");
+                    continue;
+                }
+            };
+            let period = (times > 1).then(|| format!("period_s = {}", as_toml(period_s)));
+            let lines = period.into_iter().chain([line]).map(|line| ["[drive]".into(), line]).collect();
+            let Some(flaw) = got.flaw(at_rest, most_noise) else {
+                let why = match why.unwrap_or(refused) {
+                    why if is_same => format!("as it is; {why}"),
+                    _ if times > 1 => format!("a shorter period; with that of the file {at_this_period}"),
+                    why => why,
+                };
+                return Ok(Some(Suggested { lines, why, is_same, got }));
+            };
+            refused = format!("{word} {flaw}");
+            if flaw.weight() < least {
+                least = flaw.weight();
+                let why = format!("nothing is without flaw, but this is better than what the file has; {refused}");
+                nearest = Some(Suggested { lines, why, is_same, got });
             }
         }
-        (None, Some(spec)) => for_surface(spec, at_rest, experiment.period_s),
-        (None, None) => Ok(None),
+        if times == 1 {
+            at_this_period = refused;
+        }
     }
+    Ok(nearest)
 }
 
 fn for_motor(
     design: &MotorDesign,
+    period_s: f64,
     lag_s: f64,
     form: Form,
     at_rest: &AtRest,
-) -> Result<Option<Suggested>, MarginsError> {
-    let by_rule = design.with_lag(lag_s, form.delay_ticks as u32);
-    let Ok(law) = motor_at_rest(&by_rule, form) else { return Ok(None) };
+) -> Result<Tried, MarginsError> {
+    let by_rule = MotorDesign { period_s, ..*design }.with_lag(lag_s, form.delay_ticks as u32);
     let w = by_rule.bandwidths;
-    let got = Got::of(at_rest, law.law.as_ref(), design.period_s, w.offset_per_s)?;
-    let late = late_s(design, lag_s, form);
+    let got = match motor_at_rest(&by_rule, form) {
+        Ok(law) => Ok(Got::of(at_rest, law.law.as_ref(), period_s, w.offset_per_s)?),
+        Err(error) => Err(error.why),
+    };
+    let late = late_s(&by_rule, lag_s, form);
     let (lost_s, longest) = (late.iter().sum::<f64>(), late.iter().fold(0.0, |a: f64, b| a.max(*b)));
     let by_phase = 0.1 / lost_s;
-    let is_so = (design.bandwidths.surface_rad_s / w.surface_rad_s - 1.0).abs() < 1e-3;
     let why = if w.surface_rad_s < 0.999 * by_phase {
         let two_bits = by_phase.min(w.surface_rad_s * libm::pow(4.0, 0.4));
         format!("noise binds; two more bits would allow {} rad/s", number(two_bits))
@@ -459,7 +605,6 @@ fn for_motor(
         };
         format!("lost time binds ({} ms); {remedy} would allow more", number(1e3 * lost_s))
     };
-    let why = if is_so { format!("as it is; {why}") } else { why };
     let line = format!(
         "surface_rad_s = {}  # then w_o = {}, k_l = {}, alpha = {}",
         number(w.surface_rad_s),
@@ -467,51 +612,32 @@ fn for_motor(
         number(w.reaching_per_s),
         number(w.offset_per_s)
     );
-    Ok(Some(Suggested { lines: vec![["[drive]".into(), line]], why, got }))
+    let is_same = period_s == design.period_s && (design.bandwidths.surface_rad_s / w.surface_rad_s - 1.0).abs() < 1e-3;
+    Ok(Tried { word: "the rule".into(), line, is_same, why: Some(why), got })
 }
 
-fn for_joint(
-    design: &JointDesign,
-    form: Form,
-    at_rest: &AtRest,
-    most_noise: f64,
-) -> Result<Option<Suggested>, MarginsError> {
+/// The measured sets, the fastest first.
+fn for_joint(design: &JointDesign, period_s: f64, form: Form, at_rest: &AtRest) -> Result<Vec<Tried>, MarginsError> {
     let sets =
         [("firm", JointBandwidths::FIRM), ("normal", JointBandwidths::DEFAULT), ("quiet", JointBandwidths::QUIET)];
-    // What the next faster one was refused for.
-    let mut why = String::from("the fastest set that is measured");
-    for (word, set) in sets {
-        let other = JointDesign { bandwidths: set.within(design.period_s, form.delay_ticks), ..*design };
-        let law = match joint_at_rest(&other, form) {
-            Ok(law) => law,
-            Err(error) => {
-                why = format!("{word:?} is refused: {}", error.why);
-                continue;
-            }
+    let tried = sets.map(|(word, set)| {
+        let w = set.within(period_s, form.delay_ticks);
+        let got = match joint_at_rest(&JointDesign { period_s, bandwidths: w, ..*design }, form) {
+            Ok(law) => Ok(Got::of(at_rest, law.law.as_ref(), period_s, w.offset_per_s)?),
+            Err(error) => Err(error.why),
         };
-        let got = Got::of(at_rest, law.law.as_ref(), design.period_s, set.offset_per_s)?;
-        if got.is_good(at_rest, most_noise) {
-            let w = other.bandwidths;
-            let line = format!(
-                "tuning = {word:?}  # w_c = {}, observers {} and {}, k_l = {}, alpha = {}",
-                number(w.surface_rad_s),
-                number(w.link_rad_s),
-                number(w.motor_rad_s),
-                number(w.reaching_per_s),
-                number(w.offset_per_s)
-            );
-            let why = if w == design.bandwidths { format!("as it is; {why}") } else { why };
-            return Ok(Some(Suggested { lines: vec![["[drive]".into(), line]], why, got }));
-        }
-        why = match &got.margins {
-            None => format!("{word:?} would be unstable"),
-            Some(_) if got.noise(at_rest) > most_noise => {
-                format!("{word:?} would make {} A of noise", number(got.noise(at_rest)))
-            }
-            Some(_) => format!("{word:?} would have less than {LEAST_PHASE_DEG} deg of phase margin"),
-        };
-    }
-    Ok(None)
+        let line = format!(
+            "tuning = {word:?}  # w_c = {}, observers {} and {}, k_l = {}, alpha = {}",
+            number(w.surface_rad_s),
+            number(w.link_rad_s),
+            number(w.motor_rad_s),
+            number(w.reaching_per_s),
+            number(w.offset_per_s)
+        );
+        let is_same = period_s == design.period_s && w == design.bandwidths;
+        Ok(Tried { word: format!("{word:?}"), line, is_same, why: None, got })
+    });
+    tried.into_iter().collect()
 }
 
 /// The sliding motion stays as asked for; α, k_l and the observers follow it: half of it, five and four times it, the
@@ -545,7 +671,7 @@ fn for_surface(spec: &ControllerSpec, at_rest: &AtRest, period_s: f64) -> Result
         }
         let Ok(designed) = in_process::build(&other) else { continue };
         let got = Got::of(at_rest, designed.at_rest.as_ref(), period_s, alpha)?;
-        if got.is_good(at_rest, f64::INFINITY) {
+        if got.flaw(at_rest, f64::INFINITY).is_none() {
             let lines = [
                 format!("alpha_per_s = {alpha}"),
                 format!("k_l = {k_l}"),
@@ -553,10 +679,15 @@ fn for_surface(spec: &ControllerSpec, at_rest: &AtRest, period_s: f64) -> Result
             ];
             let lines = lines.map(|line| ["[controller]".to_owned(), line]).into();
             let why = format!("for the sliding motion that is asked for, slowest root {} 1/s", number(slowest));
-            return Ok(Some(Suggested { lines, why, got }));
+            return Ok(Some(Suggested { lines, why, is_same: false, got }));
         }
     }
     Ok(None)
+}
+
+/// A period as a file would have it.
+fn as_toml(period_s: f64) -> String {
+    format!("{:?}", significant(period_s, 6).parse().unwrap_or(period_s))
 }
 
 fn round_to_two(value: f64) -> f64 {
@@ -619,12 +750,22 @@ fn text(design: &Design, experiment: &Experiment) -> String {
         let head = if k == 0 { "limited by " } else { "      then " };
         line(format!("{head}{what}, {} % used: {meaning}", percent(*used)));
     }
+    corners(&design.got, &mut line);
     for warning in &experiment.warnings {
         line(format!("warning: {warning}"));
     }
     match &design.suggested {
-        None => line("nothing is suggested: by its rules no loop here keeps 25 deg of phase margin".into()),
-        Some(Suggested { lines, why, got }) => {
+        None if experiment.drive.is_none() => {
+            line(format!(
+                "nothing is suggested: by its rules no loop here keeps {LEAST_PHASE_DEG} deg of phase margin"
+            ));
+        }
+        None => line(
+            "nothing is suggested: by its rules nothing is better, with this period or an eighth of it; what is unstable \
+             in a corner needs a data sheet that is known better"
+                .into(),
+        ),
+        Some(Suggested { lines, why, got, .. }) => {
             line(format!("suggested: {why}"));
             let mut last = "";
             for [table, entry] in lines {
@@ -638,6 +779,23 @@ fn text(design: &Design, experiment: &Experiment) -> String {
         }
     }
     text
+}
+
+/// How many unstable corners are told by name.
+const MOST_NAMED: usize = 4;
+
+fn corners(got: &Got, line: &mut impl FnMut(String)) {
+    let Got { corners, unstable_corners: unstable, .. } = got;
+    if *corners > 0 {
+        let words = match unstable.len() {
+            0 => "all stable".into(),
+            count => format!("{count} UNSTABLE, the worst first:"),
+        };
+        line(format!("{corners} corners of drive.uncertain_percent: {words}"));
+    }
+    for UnstableCorner { name, spectral_radius } in unstable.iter().take(MOST_NAMED) {
+        line(format!("    {name}: spectral radius {}", radius(*spectral_radius)));
+    }
 }
 
 fn table(design: &Design, experiment: &Experiment) -> Table {

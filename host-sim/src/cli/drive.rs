@@ -1,13 +1,31 @@
 //! What is said of the run of a drive.
 
+use controller_core::Health;
 use controller_core::drive::ALARMS;
 use cycle_bound::table::Table;
 use loop_sim::metrics::{self, Metrics, Noise, Tracking};
 use loop_sim::trace::{Ending, Trace};
-use scenario::{Drive, Experiment};
+use scenario::{Drive, Experiment, ShaftOf};
+use serde::Serialize;
 
 use super::how_it_went;
-use crate::report::number::significant;
+use crate::report::number::{significant, typed};
+
+/// How far the estimate of a torque is off, load and friction together.
+#[derive(Serialize)]
+pub(super) struct TorqueError {
+    shaft: &'static str,
+    rms_n_m: f64,
+}
+
+pub(super) fn torque_errors(drive: &Drive, metrics: &Metrics, trace: &Trace) -> Vec<TorqueError> {
+    let of = |shaft: &ShaftOf| {
+        let (i, inertia) = (shaft.channel, shaft.inertia_kg_m2);
+        let rms_n_m = metrics::rms(trace, metrics.window_s, |row| inertia * (row.d[i] - row.d_hat[i]));
+        TorqueError { shaft: shaft.name, rms_n_m }
+    };
+    drive.shafts.iter().map(of).collect()
+}
 
 pub(super) fn table(
     experiment: &Experiment,
@@ -15,6 +33,7 @@ pub(super) fn table(
     metrics: &Metrics,
     tracking: &Tracking,
     noise: Option<&Noise>,
+    of_loop_a: Option<f64>,
     trace: &Trace,
 ) -> Table {
     let [from, to] = metrics.window_s.map(|t_s| significant(t_s, 4));
@@ -39,23 +58,26 @@ pub(super) fn table(
         row("arrival (s)", number((arrival_s - drive.begins_s).max(0.0)), &after);
     }
     if let Some(Noise { moving, at_rest }) = noise {
+        // There are no finer encoders to hold against those of a drive that reads all that it can.
+        if let (true, Some(of_loop_a)) = (moving.is_nan(), of_loop_a) {
+            row("noise of u (A rms)", number(of_loop_a), "of the encoder's steps, by the matrices of the loop at rest");
+        }
         for (name, value) in
             [("r moving", *moving), ("r at rest", *at_rest)].into_iter().filter(|(_, value)| !value.is_nan())
         {
             row(&format!("noise of u, {name} (A rms)"), number(value), &over("of the encoder's steps,"));
         }
     }
-    for shaft in &drive.shafts {
-        let i = shaft.channel;
-        let error = metrics::rms(trace, metrics.window_s, |row| shaft.inertia_kg_m2 * (row.d[i] - row.d_hat[i]));
-        let name = format!("torque on the {}, error of its estimate (N m rms)", shaft.name);
-        row(&name, number(error), &over("load and friction,"));
+    for TorqueError { shaft, rms_n_m } in torque_errors(drive, metrics, trace) {
+        let name = format!("torque on the {shaft}, error of its estimate (N m rms)");
+        row(&name, number(rms_n_m), &over("load and friction,"));
     }
-    row("|u| peak (A)", number(metrics.u_peak), &format!("of {} A, over the whole run", drive.max_current_a));
+    row("|u| peak (A)", number(metrics.u_peak), &format!("of {} A, over the whole run", typed(drive.max_current_a, 6)));
     let share = format!("{} %", significant(100.0 * tracking.saturated_share, 3));
     row("saturated", share, "of all ticks");
-    if let Some(alarm) = trace.rows.iter().find(|row| row.health.intersects(ALARMS)) {
-        row("first alarm (s)", number(alarm.t_s), &alarm.health.to_string());
+    if let Some((tick, alarm)) = (0..).zip(&trace.rows).find(|(_, row)| row.health.intersects(ALARMS)) {
+        let alarms = Health::from_bits(alarm.health.bits() & ALARMS.bits()).unwrap_or(alarm.health);
+        row("first alarm (s)", typed(alarm.t_s, 6), &format!("tick {tick}: {alarms}"));
     }
     how_it_went(experiment, metrics, trace, &mut row);
     table

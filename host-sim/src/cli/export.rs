@@ -84,7 +84,10 @@ impl Console<'_> {
             None => ("built-in default.toml".into(), scenario::DEFAULT.into(), "default".into()),
         };
         let source = Source { file: &file, text: &text, sets };
-        let experiment = scenario::parse(&source, &stem)?;
+        let experiment = match &options.scenario {
+            Some(_) => scenario::parse_own(&source, &stem)?,
+            None => scenario::parse(&source, &stem)?,
+        };
         if let (Some(reading), false) = (experiment.figures_only, options.paper) {
             return Err(bad(format!(
                 "{file}: the reading {reading:?} is for the paper's figures, and no joint has its input gain; set \

@@ -8,9 +8,12 @@
 //! | S | a sine of 0.5 rad and period 4τ, joined in τ: rms of y - r over the next τ |
 //! | noise | the same run: rms of u less the u that finer encoders make (see [`metrics::noise`]) |
 //! | M | 1 rad in τ, degree 7: largest of abs(y - r) up to τ/4 after it |
-//! | settle | from rest at 0.1 rad, the shortest planned recovery: after that abs(y) stays within 0.01 rad |
+//! | settle | from rest at 0.1 rad, the shortest planned recovery: after that abs(y) stays within a tenth of it |
 //! | load | 0.14 of the largest torque as a step at 0.3 τ: largest of abs(y - r) |
 //! | ultimate | the same over the last τ/20, up to τ/2 after the step |
+//!
+//! An encoder before a gear tells where the shaft is within half a span of its counter only: where 0.4 of that is less
+//! than 0.1 rad, the recovery starts there.
 //!
 //! Corners: for a joint $k_1 = K/J_l$, $b_1$, $k_2 = K/J_m$, $b_2$, $b = K_t/J_m$ are each off by ±p, all 32 of them;
 //! for a motor J and K_t by ±p or 0, the 8 but the nominal one. In the cost four of the former (all +, all -, K_t/J_m
@@ -21,12 +24,14 @@
 
 use std::ops::ControlFlow;
 
+use controller_core::drive::Encoder;
 use loop_sim::actuator::{Delayed, Ideal, Limited};
 use loop_sim::closed_loop::{Loop, close_loop};
 use loop_sim::metrics;
 use loop_sim::plant::Plant;
 use loop_sim::port::ControllerPort;
 use loop_sim::port::drive::{DriveDesign, Follows, Form, Goal, Motion};
+use loop_sim::port::finer::Finer;
 use loop_sim::sensor::encoder::Encoders;
 use loop_sim::trace::{Recorder, Row, Trace};
 use scenario::{Experiment, ScenarioError, Source};
@@ -40,8 +45,10 @@ use super::{Design, Linear};
 pub(super) const LOST: f64 = 100.0;
 /// Beyond this error a run has come to nothing, rad.
 const AWAY_RAD: f64 = 3.0;
-/// From where the recovery starts, rad, and the share of it that is settled.
+/// From where the recovery starts at most, rad, and as a share of what a counter tells of either side of 0, where the
+/// weight of a link draws the motor farther; and the share of it that is settled.
 const START_RAD: f64 = 0.1;
+const START_SHARE: f64 = 0.4;
 const SETTLED: f64 = 0.1;
 /// Load step over the largest torque.
 const LOAD: f64 = 0.14;
@@ -49,7 +56,7 @@ const LOAD: f64 = 0.14;
 /// What a controller does.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Figures {
-    /// Rms of u that comes of the encoders' steps, A; NaN (`null`) where they cannot be finer.
+    /// Rms of u that comes of the encoders' steps, A.
     pub noise_a: f64,
     /// S of the nominal plant, rad.
     pub sine_rad: f64,
@@ -132,7 +139,10 @@ pub struct Bench {
     sine: Run,
     moved: Run,
     recovery: Run,
-    fine: Option<Task>,
+    /// Where the recovery starts, rad.
+    pub start_rad: f64,
+    finer: Finer,
+    fine: Task,
     load_s: f64,
     rest: Task,
     nominal: Corner,
@@ -194,6 +204,12 @@ impl Bench {
         if designed.form().follows == Follows::Speed {
             return Err(format!("{file}: drive.mode is \"speed\": only laws that follow a position are compared"));
         }
+        let Some(finer) = Finer::of(&designed) else {
+            return Err(format!(
+                "{file}: encoder: noise of u is told by an encoder with at least twice as many counts, and with 2^24 in a \
+                 turn, gear included, a drive has no room for more: compare with one bit less"
+            ));
+        };
         let is_joint = matches!(designed, DriveDesign::Joint { .. });
         let plant = if is_joint { "joint" } else { "motor" };
         let start = |angle: f64| format!("{plant}.start_rad={angle}");
@@ -216,7 +232,10 @@ impl Bench {
         let sine = run(0.0, &sine, 2.0 * tau_s)?;
         let moved = run(0.0, &move_to(1.0, &format!(", duration_s = {tau_s}")), 1.25 * tau_s)?;
         let load_s = f64::from(((0.3 * tau_s) / t).round() as u32) * t;
-        let recovery = run(START_RAD, &move_to(0.0, ""), load_s + 0.5 * tau_s)?;
+        let encoders = designed.encoders();
+        let told_rad = encoders.iter().map(|(_, mounted)| START_SHARE * half_span_rad(mounted.encoder));
+        let start_rad = told_rad.fold(START_RAD, f64::min);
+        let recovery = run(start_rad, &move_to(0.0, ""), load_s + 0.5 * tau_s)?;
         let rest = Motion { goal: Goal::Rest { angle_rad: 0.0 }, from_rad: 0.0, start: 0, ticks: 1, period_s: t };
         let rest = Task::new(designed, rest, 1);
 
@@ -239,7 +258,9 @@ impl Bench {
         let corners = |p: f64| if is_joint { joint_corners(p) } else { motor_corners(p) };
         let all = |p: f64| corners(p).into_iter().map(corner).collect::<Result<Vec<_>, String>>();
         Ok(Self {
-            fine: sine.task.finer(),
+            fine: sine.task.behind(&finer),
+            finer,
+            start_rad,
             name: as_it_is.name,
             title: as_it_is.title,
             designed,
@@ -359,7 +380,7 @@ impl Bench {
             &mut |row: &Row, error: f64| {
                 if row.t_s > self.load_s {
                     load = load.max(error.abs());
-                } else if row.x[0].abs() > SETTLED * START_RAD {
+                } else if row.x[0].abs() > SETTLED * self.start_rad {
                     settle = row.t_s + self.rest.model.period_s;
                 }
                 if row.t_s >= last_s {
@@ -403,9 +424,9 @@ impl Bench {
         close_loop(setup, record).is_ok()
     }
 
-    /// Of the nominal plant on the sine; NaN without finer encoders, infinite if the run comes to nothing.
+    /// Of the nominal plant on the sine; infinite if the run comes to nothing.
     fn noise(&self, design: &dyn Design) -> f64 {
-        let Some(fine) = &self.fine else { return f64::NAN };
+        let fine = &self.fine;
         let (Some(mut port), Some(mut other)) = (design.port(&self.sine.task), design.port(fine)) else {
             return f64::INFINITY;
         };
@@ -428,7 +449,8 @@ impl Bench {
         }
         let window_s = [self.tau_s, 2.0 * self.tau_s];
         let mut sensor = Encoders::new(fine.designed.encoders());
-        let found = metrics::noise(&trace, window_s, &[], &mut sensor, other.as_mut()).moving;
+        let told = metrics::noise(&trace, window_s, &[], &mut sensor, other.as_mut()).moving;
+        let found = self.finer.share() * told;
         if found.is_nan() { f64::INFINITY } else { found }
     }
 
@@ -476,6 +498,11 @@ impl Bench {
         }
         last <= 0.05 * start + 3.0 * steps
     }
+}
+
+/// The angle up to which the first count of an encoder tells where the shaft is, rad.
+fn half_span_rad(encoder: Encoder) -> f64 {
+    0.5 * (1_u64 << encoder.bits) as f64 * encoder.unit_rad()
 }
 
 /// Which of ±p each of `N` numbers is off by.
@@ -552,6 +579,39 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// A counter of 12 bits before a gear of 50 is over in 0.063 rad of the shaft: the recovery starts within that.
+    #[test]
+    fn a_gear_before_an_encoder_only_shortens_the_recovery() {
+        let sets = ["motor.gear=[50, 1]", "encoder.bits=12"].map(String::from);
+        let bench = Bench::new("motor.toml", scenario::MOTOR, &sets).expect("a drive that can be compared");
+        assert!((bench.start_rad - 0.4 * std::f64::consts::PI / 50.0).abs() < 1e-12, "{}", bench.start_rad);
+        assert_eq!(Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file").start_rad, START_RAD);
+        let all = contenders(&bench);
+        let five = bench.five(guessed(all[0].as_ref()).as_ref(), &bench.nominal);
+        assert!(five.settle > 0.0 && five.settle < 0.2, "{}", five.settle);
+    }
+
+    /// Half the step makes half the noise (within 15 %: rounding is not quite white), down to where a drive reads no finer
+    /// one; there the remedy is told.
+    #[test]
+    fn noise_is_told_of_fine_encoders_too() {
+        let bench = |bits: u32| Bench::new("motor.toml", scenario::MOTOR, &[format!("encoder.bits={bits}")]);
+        let noise = |bits: u32| {
+            let bench = bench(bits).expect("a drive that can be compared");
+            let all = contenders(&bench);
+            // The same gains whatever the encoder.
+            let knobs = [60.0; 8];
+            let of = all.iter().find(|law| law.name().starts_with("P-PI")).expect("the cascade");
+            let knobs = &knobs[..of.knobs().len()];
+            bench.noise(of.design(knobs).expect("a design").as_ref())
+        };
+        let [coarse, fine, finest] = [18, 22, 23].map(noise);
+        println!("{coarse:e} {fine:e} {finest:e}");
+        assert!((coarse / fine / 16.0 - 1.0).abs() < 0.15 && (fine / finest / 2.0 - 1.0).abs() < 0.15);
+        let refused = bench(24).err().expect("no finer encoder");
+        assert!(refused.contains("compare with one bit less"), "{refused}");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use controller_core::drive::{JointBandwidths, MotorBandwidths};
 use loop_sim::port::ControllerPort;
 use loop_sim::port::drive::{DriveDesign, Form};
+use loop_sim::port::finer::Finer;
 
 use super::linear::Linear;
 use super::task::Task;
@@ -104,7 +105,7 @@ struct Chosen {
 
 impl Design for Chosen {
     fn port(&self, task: &Task) -> Option<Box<dyn ControllerPort>> {
-        let designed = if task.is_fine { self.designed.finer()? } else { self.designed };
+        let designed = if task.is_fine { Finer::of(&self.designed)?.designed } else { self.designed };
         designed.port(&task.motion).ok()
     }
 

@@ -23,22 +23,25 @@ const COLUMNS: [Column; 8] = [
     ("L50", |f| f.load_50_rad),
 ];
 
-/// A row per law and limit; `*` marks the best of a column at its limit, and what is within 2 % of it.
+/// A row per law and limit; `*` marks the best of a column at its limit, and what is within 2 % of it. A law that no
+/// tuning brought within the limit of the noise has `!` there, and is not among those that are ranked.
 #[must_use]
 pub fn table(entries: &[Entry]) -> Table {
     let mut table = Table::new([
         "limit A", "law", "noise A", "S rad", "M rad", "load rad", "settle s", "M20", "L20", "S50", "L50", "unstable",
     ]);
     for entry in entries {
-        let rivals = entries.iter().filter(|other| other.limit_a == entry.limit_a);
+        let ranked = entries.iter().filter(|other| other.limit_a == entry.limit_a && !other.breaks_limit());
         let cell = |&(_, of): &Column| {
             let (own, best) =
-                (of(&entry.figures), rivals.clone().map(|other| of(&other.figures)).fold(f64::MAX, f64::min));
+                (of(&entry.figures), ranked.clone().map(|other| of(&other.figures)).fold(f64::MAX, f64::min));
             let number = if own < LOST { significant(own, 2) } else { "lost".into() };
-            format!("{number}{}", if own <= AS_GOOD * best { "*" } else { "" })
+            let is_best = own <= AS_GOOD * best && own < LOST && !entry.breaks_limit();
+            format!("{number}{}", if is_best { "*" } else { "" })
         };
-        let mut cells =
-            vec![significant(entry.limit_a, 2), entry.law.to_owned(), significant(entry.figures.noise_a, 2)];
+        let noise = significant(entry.figures.noise_a, 2);
+        let noise = if entry.breaks_limit() { format!("{noise}!") } else { noise };
+        let mut cells = vec![significant(entry.limit_a, 2), entry.law.to_owned(), noise];
         cells.extend(COLUMNS.iter().map(cell));
         cells.push(entry.figures.unstable.to_string());
         let cells: [String; 12] = std::array::from_fn(|i| std::mem::take(&mut cells[i]));
@@ -80,5 +83,39 @@ pub fn figure(bench: &Bench, entries: &[Entry]) -> Figure {
         title: format!("Noise of the current against the worst error: {}", bench.title),
         panels: vec![panel("Load step", |f| f.load_20_rad), panel("Move of 1 rad", |f| f.move_20_rad)],
         columns: 2,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entry(law: &'static str, noise_a: f64, error: f64) -> Entry {
+        let figures = Figures {
+            noise_a,
+            sine_rad: error,
+            move_rad: error,
+            load_rad: error,
+            ultimate_rad: error,
+            settle_s: error,
+            move_20_rad: error,
+            load_20_rad: error,
+            sine_50_rad: LOST,
+            load_50_rad: error,
+            unstable: 0,
+        };
+        Entry { law, limit_a: 0.05, cost: 0.0, knobs: Vec::new(), figures }
+    }
+
+    /// The least error is worth nothing to who was asked for less noise; nor is a star for a run that all lost.
+    #[test]
+    fn a_law_over_the_limit_is_marked_and_not_ranked() {
+        let text =
+            table(&[entry("loud", 0.06, 1e-4), entry("quiet", 0.04, 2e-4), entry("slow", 0.01, 3e-4)]).to_string();
+        let row = |law: &str| text.lines().find(|line| line.contains(law)).expect("a row").to_owned();
+        let [loud, quiet, slow] = ["loud", "quiet", "slow"].map(row);
+        assert!(loud.contains("0.060!") && !loud.contains('*'), "{loud}");
+        assert_eq!((quiet.matches('*').count(), slow.matches('*').count()), (7, 0), "{quiet}\n{slow}");
+        assert!(quiet.contains("lost "), "{quiet}");
     }
 }

@@ -18,6 +18,7 @@ use std::sync::Arc;
 
 use controller_core::drive::Joint;
 use loop_sim::port::drive::{DriveDesign, Motion};
+use loop_sim::port::finer::Finer;
 use loop_sim::sensor::encoder::Mounted;
 
 use super::matrix::Matrix;
@@ -181,10 +182,9 @@ impl Task {
         Self { designed, motion, model: Arc::new(model), is_fine: false, aims: Arc::new(aims) }
     }
 
-    /// The same with finer encoders, if there is room for such.
-    #[must_use]
-    pub fn finer(&self) -> Option<Self> {
-        Some(Self { designed: self.designed.finer()?, is_fine: true, ..self.clone() })
+    /// The same behind finer encoders.
+    pub(super) fn behind(&self, finer: &Finer) -> Self {
+        Self { designed: finer.designed, is_fine: true, ..self.clone() }
     }
 
     /// Where the plant should be at a tick.

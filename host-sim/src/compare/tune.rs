@@ -46,6 +46,13 @@ pub struct Entry {
     pub figures: Figures,
 }
 
+impl Entry {
+    /// Did no tuning bring its noise within the limit?
+    pub fn breaks_limit(&self) -> bool {
+        self.figures.noise_a.is_nan() || self.figures.noise_a > self.limit_a
+    }
+}
+
 /// Tunes every contender at every limit; entries limit by limit. `step` is called after each evaluation, from any
 /// thread.
 pub fn compare(

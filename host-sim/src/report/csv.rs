@@ -5,7 +5,8 @@
 //! ```
 //!
 //! `r` and `error` are there where a reference is followed: what the output should be, and output less `r`.
-//! `t_s` is in seconds, every other column in the units of the plant; channels count from 1 and an estimate has a
+//! The states of a drive have their names instead of x1 .. xn: `angle_rad`, `motor_speed_rad_s`, `current_a`.
+//! `t_s` is in seconds, every other column in the units of the plant (of a drive u in A, d in rad/s²); channels count from 1 and an estimate has a
 //! column only where there is an observer. A number is the shortest text that reads back as the same bits. `health` is
 //! the sum of 1 (input rejected), 2 (saturated), 4 (σ* over its bound), 8 (a count was missing or not believed), 16 (a
 //! disturbance over its bound), 32 (at a limit for too long) and 64 (stopped by a monitor), so that every column is
@@ -17,6 +18,7 @@ use std::path::Path;
 
 use loop_sim::MAX_ORDER;
 use loop_sim::trace::{Row, Trace};
+use scenario::StateName;
 
 use crate::report::write_whole;
 
@@ -24,16 +26,16 @@ use crate::report::write_whole;
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write(trace: &Trace, every: NonZeroUsize, path: &Path) -> io::Result<()> {
-    write_whole(path, |out| write_to(trace, every, out))
+pub fn write(trace: &Trace, states: &[StateName], every: NonZeroUsize, path: &Path) -> io::Result<()> {
+    write_whole(path, |out| write_to(trace, states, every, out))
 }
 
 /// Writes every so many ticks of the trace as lines of text, the first and the last always.
 ///
 /// # Errors
 /// Those of `out`.
-pub fn write_to(trace: &Trace, every: NonZeroUsize, out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "{}", header(trace).join(","))?;
+pub fn write_to(trace: &Trace, states: &[StateName], every: NonZeroUsize, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "{}", header(trace, states).join(","))?;
     let last = trace.rows.len().saturating_sub(1);
     for (_, row) in trace.rows.iter().enumerate().filter(|(k, _)| *k % every == 0 || *k == last) {
         for value in values(trace, row) {
@@ -45,10 +47,12 @@ pub fn write_to(trace: &Trace, every: NonZeroUsize, out: &mut dyn Write) -> io::
     Ok(())
 }
 
-fn header(trace: &Trace) -> Vec<String> {
+fn header(trace: &Trace, states: &[StateName]) -> Vec<String> {
     let per_channel = |name: &'static str| (1..=order(trace)).map(move |i| format!("{name}{i}"));
     let mut names = vec!["t_s".to_owned()];
-    names.extend(per_channel("x"));
+    let column = |&(name, unit): &StateName| format!("{name}_{unit}").replace([' ', '/'], "_").to_lowercase();
+    names.extend(states.iter().take(order(trace)).map(column));
+    names.extend(per_channel("x").skip(states.len()));
     if trace.follows.is_some() {
         names.extend(["r", "error"].map(str::to_owned));
     }
@@ -114,7 +118,7 @@ mod tests {
     fn every_number_reads_back_as_the_same_bits() {
         let trace = trace();
         let mut text = Vec::new();
-        write_to(&trace, NonZeroUsize::MIN, &mut text).unwrap();
+        write_to(&trace, &[], NonZeroUsize::MIN, &mut text).unwrap();
         let text = String::from_utf8(text).unwrap();
         let mut lines = text.lines();
         assert_eq!(lines.next(), Some("t_s,x1,x2,x3,x4,u,u_held,sigma,sigma_star,d1,d2,d3,d4,d_hat2,d_hat4,health"));
@@ -134,7 +138,7 @@ mod tests {
         let mut trace = trace();
         (trace.follows, trace.rows[0].x[1], trace.rows[0].r) = (Some(1), 3.0, 1.25);
         let mut text = Vec::new();
-        write_to(&trace, NonZeroUsize::MIN, &mut text).unwrap();
+        write_to(&trace, &[], NonZeroUsize::MIN, &mut text).unwrap();
         let text = String::from_utf8(text).unwrap();
         let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
         let (names, row) = (lines.next().unwrap(), lines.next().unwrap());
@@ -143,12 +147,21 @@ mod tests {
     }
 
     #[test]
+    fn the_states_of_a_drive_have_their_names() {
+        let mut text = Vec::new();
+        let states = [("angle", "rad"), ("motor speed", "rad/s"), ("current", "A")];
+        write_to(&trace(), &states, NonZeroUsize::MIN, &mut text).unwrap();
+        let text = String::from_utf8(text).unwrap();
+        assert!(text.starts_with("t_s,angle_rad,motor_speed_rad_s,current_a,x4,u,"), "{text}");
+    }
+
+    #[test]
     fn the_file_holds_the_same_text() {
         let folder = crate::report::tests::folder("csv");
         let path = folder.join("deep").join("trace.csv");
-        write(&trace(), NonZeroUsize::MIN, &path).unwrap();
+        write(&trace(), &[], NonZeroUsize::MIN, &path).unwrap();
         let mut text = Vec::new();
-        write_to(&trace(), NonZeroUsize::MIN, &mut text).unwrap();
+        write_to(&trace(), &[], NonZeroUsize::MIN, &mut text).unwrap();
         assert_eq!(std::fs::read(path).unwrap(), text);
         std::fs::remove_dir_all(folder).unwrap();
     }

@@ -11,6 +11,7 @@
 use loop_sim::trace::{Row, Trace};
 use scenario::Drive;
 
+use super::number::typed;
 use super::plot::{BLACK, Figure, GREY, Panel, Style};
 use super::trace_figure::{Labels, held, line, panel, quantity, saturation};
 
@@ -48,7 +49,7 @@ fn response(trace: &Trace, drive: &Drive, labels: &Labels<'_>) -> Figure {
             ..panel()
         },
         Panel {
-            title: format!("Current, limits ±{limit_a} A"),
+            title: format!("Current, limits ±{} A", typed(limit_a, 6)),
             y_label: quantity("u", labels.control_unit),
             series: current,
             shade: saturation(trace),
@@ -110,7 +111,7 @@ mod tests {
         (trace, experiment.drive.expect("a drive"))
     }
 
-    const LABELS: Labels<'_> = Labels { title: "Motor", output_unit: "rad", control_unit: "A" };
+    const LABELS: Labels<'_> = Labels { title: "Motor", output_unit: "rad", control_unit: "A", states: &[] };
 
     #[test]
     fn the_current_goes_in_steps_and_limits_are_drawn_where_it_comes_near() {

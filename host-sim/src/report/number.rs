@@ -28,6 +28,18 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
+/// A number that somebody typed, or that came of such: up to so many significant digits, and no zeros that say nothing.
+///
+/// ```
+/// use host_sim::report::number::typed;
+/// assert_eq!([typed(10.0, 6), typed(26.227_958_898_465_907, 6)], ["10", "26.228"]);
+/// ```
+#[must_use]
+pub fn typed(value: f64, digits: usize) -> String {
+    let text = significant(value, digits);
+    text.parse::<f64>().map_or(text, |rounded| rounded.to_string())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

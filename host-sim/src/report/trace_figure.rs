@@ -16,6 +16,7 @@
 use controller_core::Health;
 use loop_sim::MAX_ORDER;
 use loop_sim::trace::{Row, Trace};
+use scenario::StateName;
 
 use crate::report::plot::{BLACK, Figure, GREY, Panel, Series, Shade, Style};
 
@@ -34,6 +35,8 @@ pub struct Labels<'a> {
     pub output_unit: &'a str,
     /// Unit of the control; empty if unknown.
     pub control_unit: &'a str,
+    /// Names and units of the states, if they have such.
+    pub states: &'a [StateName],
 }
 
 /// The figures with the stems of their file names. Without an observer there is no `estimates`.
@@ -86,11 +89,13 @@ fn response(trace: &Trace, labels: &Labels<'_>) -> Figure {
 /// Every state of the plant over the whole run, two in a row.
 #[must_use]
 pub fn states(trace: &Trace, labels: &Labels<'_>) -> Figure {
-    let state = |i: usize| Panel {
-        title: format!("State {}", i + 1),
-        y_label: format!("x{}", SUBSCRIPTS[i]),
-        series: vec![line(trace, &format!("x{}", SUBSCRIPTS[i]), 0, |row| row.x[i])],
-        ..panel()
+    let state = |i: usize| {
+        let x = format!("x{}", SUBSCRIPTS[i]);
+        let (title, y_label) = match labels.states.get(i) {
+            Some((name, unit)) => (format!("State {}: {name}", i + 1), quantity(name, unit)),
+            None => (format!("State {}", i + 1), x.clone()),
+        };
+        Panel { title, y_label, series: vec![line(trace, &x, 0, |row| row.x[i])], ..panel() }
     };
     let panels: Vec<Panel> = (0..trace.order.min(MAX_ORDER)).map(state).collect();
     Figure { title: labels.title.into(), panels, columns: 2 }
@@ -211,7 +216,7 @@ mod tests {
         Trace { order: 4, observed: vec![1, 3], follows: None, period_s: 1e-3, rows, ending: Ending::Finished }
     }
 
-    const JOINT: Labels<'_> = Labels { title: "Flexible joint", output_unit: "rad", control_unit: "A" };
+    const JOINT: Labels<'_> = Labels { title: "Flexible joint", output_unit: "rad", control_unit: "A", states: &[] };
 
     #[test]
     fn a_run_has_a_response_and_a_row_of_panels_per_observed_channel() {

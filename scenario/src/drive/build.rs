@@ -8,6 +8,7 @@ use loop_sim::actuator::{self, Actuator};
 use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
 use loop_sim::port::ControllerPort;
 use loop_sim::port::drive::{self as port, DriveAtRest, DriveDesign, Follows, Form, Goal, Monitors, Motion, Reaction};
+use loop_sim::port::finer::Finer;
 use loop_sim::sensor::Sensor;
 use loop_sim::sensor::encoder::{Encoders, Fault, Faulty, Mounted};
 use loop_sim::signal::Signal;
@@ -16,13 +17,23 @@ use super::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointErrorTable, JointScenario, JointTable,
     ModeKey, MonitorTable, MotorScenario, ReactionKey, ReferenceKind, ReferenceTable, TuningKey,
 };
-use crate::assemble::{AtRest, Drive, Experiment, Sensed, ShaftOf};
+use crate::assemble::{AtRest, Corner, Drive, Experiment, Sensed, ShaftOf, StateName, Twin};
 use crate::error::shown;
 use crate::resolve::{self, Problem, Problems, missing, problem};
 use crate::{FallbackKey, FallbackWord, TermTable};
 
+const MOTOR_STATES: [StateName; 3] = [("angle", "rad"), ("speed", "rad/s"), ("current", "A")];
+const JOINT_STATES: [StateName; 5] = [
+    ("link angle", "rad"),
+    ("link speed", "rad/s"),
+    ("motor angle", "rad"),
+    ("motor speed", "rad/s"),
+    ("current", "A"),
+];
 /// A start onto a sine or points takes at least this long, s.
 const START_S: f64 = 0.25;
+/// A sudden load that is more times what the motor can make says nothing of a broken encoder.
+const MOST_SUDDEN: f64 = 2.0;
 /// The longest way onto a reference that is looked for, s.
 const LONGEST_S: f64 = 100.0;
 
@@ -42,6 +53,11 @@ struct Common<'a> {
     period_s: f64,
     max_current_a: f64,
     start_rad: f64,
+    lag_s: f64,
+    delay_ticks: usize,
+    observer_states: usize,
+    /// The table of its data sheet.
+    plant: &'static str,
 }
 
 /// A drive before its law.
@@ -120,6 +136,7 @@ fn resolved(
     let from_rad = encoders.first().and_then(|mounted| start(*mounted, common.start_rad));
     let wanted = problems.take(motion(reference, common.mode, from_rad.unwrap_or(0.0), period_s));
     let reaction = problems.take(reaction(&common.monitor, period_s));
+    problems.0.extend(common.unsolved_lag());
     if let (Some(_), 1) = (common.monitor.motor_n_m, encoders.len()) {
         let message = "only for a joint: a motor has load_n_m";
         problems.0.push(Problem { key: "monitor.motor_n_m".into(), message: message.into() });
@@ -159,6 +176,52 @@ fn ticks_of(time_s: f64, period_s: f64) -> u32 {
 }
 
 impl Common<'_> {
+    /// A lag that only costs steps of the solver.
+    fn unsolved_lag(&self) -> Option<Problem> {
+        let Self { lag_s, period_s, plant, .. } = *self;
+        let message = format!(
+            "found {}, less than a thousandth of the period: no loop tells it from 0, and the solver would take thousands of \
+             steps in a tick; 0 is for no lag",
+            shown(lag_s)
+        );
+        let key = format!("{plant}.current_lag_s");
+        (lag_s > 0.0 && lag_s < 1e-3 * period_s).then_some(Problem { key, message })
+    }
+
+    /// What the file says of times after the end of its run, and of choices that do not go together.
+    fn warnings(&self) -> Vec<String> {
+        let Self { span_s, uncertain_percent, plant, .. } = *self;
+        let mut warnings = Vec::new();
+        let mut late = |key: String, at_s: Option<f64>, what: &str| {
+            if let Some(at_s) = at_s.filter(|at_s| *at_s >= span_s) {
+                let (at, span) = (shown(at_s), shown(span_s));
+                warnings.push(format!("{key} = {at} is not before the end of the run, span_s = {span}: {what}"));
+            }
+        };
+        for (k, fault) in self.fault.iter().enumerate() {
+            late(format!("fault[{}].at_s", k + 1), fault.at_s, "nothing goes wrong");
+        }
+        for (k, term) in self.load.iter().enumerate() {
+            late(format!("load[{}].t0_s", k + 1), term.t0_s, "there is no such load");
+        }
+        late("reference.start_s".into(), self.reference.start_s, "nothing moves");
+        let is_wide = uncertain_percent > 20.0;
+        if is_wide && self.observer_states > 3 && plant == "motor" {
+            warnings.push(format!(
+                "drive.observer_states = 4 is for a motor known to 20 %, and drive.uncertain_percent = {} says more: take 3",
+                shown(uncertain_percent)
+            ));
+        }
+        if is_wide && self.delay_ticks > 0 && plant == "joint" {
+            warnings.push(format!(
+                "with drive.delay_ticks = 1 a joint is stable within 20 %, and drive.uncertain_percent = {} says more: some \
+                 corners may swing up to the limits",
+                shown(uncertain_percent)
+            ));
+        }
+        warnings
+    }
+
     /// The thresholds that the file gives, of shafts with these inertias.
     fn monitors<const E: usize>(&self, reaction: Reaction, inertia_kg_m2: [f64; E]) -> Monitors<E> {
         let MonitorTable { load_n_m, motor_n_m, sigma_star, saturated_s, .. } = self.monitor;
@@ -234,7 +297,9 @@ fn motion(table: &ReferenceTable, mode: ModeKey, from_rad: f64, period_s: f64) -
         let key = format!("reference.{name}");
         let is_common = name.ends_with("n_s") || name == "start_s";
         if is_given && !needed.contains(&name) && (kind == ReferenceKind::Rest || !is_common) {
-            return problem(key, format!("reference.kind = {:?} does not read it", kind.word()));
+            let rest = "leave it out, or replace the table: --set 'reference={kind = \"rest\"}'";
+            let remedy = if kind == ReferenceKind::Rest { format!(": {rest}") } else { String::new() };
+            return problem(key, format!("reference.kind = {:?} does not read it{remedy}", kind.word()));
         }
         if !is_given && needed.contains(&name) {
             return missing(&key, &format!("reference.kind = {:?} needs it", kind.word()));
@@ -282,6 +347,48 @@ fn needed(value: Option<f64>, key: &str, what: &str, problems: &mut Problems) ->
     problems.take(value.map_or_else(|| missing(key, what), Ok)).unwrap_or(1.0)
 }
 
+/// Counts that a drive reads before a gear and an encoder meet again.
+const MOST_COUNTS: u64 = 1 << 24;
+
+/// What of an encoder before a gear no drive reads, in the numbers of the file. `needs_turn`: a turn of the shaft must
+/// be a whole number of counts.
+fn unreadable(table: &EncoderTable, encoder: Encoder, key: &str, needs_turn: bool) -> Option<Problem> {
+    let Encoder { bits, counts_per_turn, gear_num, gear_den } = encoder;
+    let (counts, den) = (u64::from(counts_per_turn) * u64::from(gear_num), u64::from(gear_den));
+    let common = {
+        let (mut a, mut b) = (counts, den);
+        while b != 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    let given = if table.counts_per_turn.is_some() { "counts_per_turn" } else { "bits" };
+    let problem = |message: String| Some(Problem { key: format!("{key}.{given}"), message });
+    let behind = format!("{counts_per_turn} counts in a turn behind a gear of [{gear_num}, {gear_den}]");
+    if needs_turn && den / common > 1 {
+        return problem(format!(
+            "{behind} are {counts}/{den} in a turn of the link, no whole number, and the sine of its angle needs one: take \
+             counts_per_turn that {} divides, or an encoder behind the gear",
+            den / common
+        ));
+    }
+    if counts / common > MOST_COUNTS {
+        let less = (1..32).find(|k| (counts / common) >> k <= MOST_COUNTS).unwrap_or(31);
+        let also = if table.counts_per_turn.is_some() {
+            format!(", counts_per_turn = {}", counts_per_turn >> less)
+        } else {
+            String::new()
+        };
+        return problem(format!(
+            "{behind} are {} before they meet again, and a drive reads at most 2^24 = {MOST_COUNTS}: shift the lowest \
+             {less} of its bits away and say bits = {}{also}",
+            counts / common,
+            bits - less
+        ));
+    }
+    None
+}
+
 /// The encoder with its gear to the shaft that is meant.
 fn mounted(table: &EncoderTable, gear: [u32; 2], start_rad: f64, key: &str, problems: &mut Problems) -> Mounted {
     let given = table.bits.map_or_else(|| missing(&format!("{key}.bits"), "bits of the encoder's counter"), Ok);
@@ -296,11 +403,12 @@ fn mounted(table: &EncoderTable, gear: [u32; 2], start_rad: f64, key: &str, prob
     let counts_per_turn = problems.take(counts).unwrap_or(4096);
     let [num, den] = if table.behind_gear { [1, 1] } else { gear };
     let encoder = Encoder::incremental(bits, counts_per_turn).geared(num, den);
+    problems.0.extend(unreadable(table, encoder, key, key == "encoder.motor"));
     let half_span = 0.5 * (1_u64 << bits) as f64 * encoder.unit_rad();
     if start_rad.abs() >= half_span {
         let message = format!(
-            "start_rad is {}, but a counter of {bits} bits tells angles within {half_span:.4} rad of 0 only",
-            shown(start_rad)
+            "the run starts at {start_rad:.4} rad there, but its counter of {bits} bits tells angles within {half_span:.4} \
+             rad of 0 only, and the drive would take it for another turn: start nearer to 0"
         );
         problems.0.push(Problem { key: key.into(), message });
     }
@@ -330,23 +438,35 @@ fn fallback(key: FallbackKey) -> Fallback {
     }
 }
 
-/// The key of a field of the design.
-fn design_problem(error: &DriveError, plant: &str) -> Problem {
+/// A refusal of the design in words of the file. `is_given` says of a motor whether the file has its bandwidth.
+fn design_problem(error: &DriveError, plant: &str, is_given: bool) -> Problem {
+    // Products of what was typed: six digits of them.
+    let short = |number: f64| shown(format!("{number:.5e}").parse().unwrap_or(number));
+    let [given, low, high] = [error.given, error.low, error.high].map(short);
+    let is_by_rule = plant == "motor" && !is_given;
+    if error.field.starts_with("gate_steps") || (is_by_rule && error.field.starts_with("bandwidths.")) {
+        let message = format!(
+            "what follows from these numbers cannot run: {} (given {given}, allowed {low} to {high}): is an inertia, a \
+             torque or a current off by powers of ten?",
+            error.why
+        );
+        return Problem { key: plant.into(), message };
+    }
     let key = match error.field {
         "encoders[0]" => "encoder.link".into(),
         "encoders[1]" => "encoder.motor".into(),
         "encoder" => "encoder".into(),
-        "limits" => format!("{plant}.max_current_a"),
         field if field.starts_with("motor.") || field.starts_with("joint.") => field.into(),
-        "bandwidths.surface_rad_s" if plant == "motor" => "drive.surface_rad_s".into(),
+        field if field.starts_with("bandwidths.") && plant == "motor" => "drive.surface_rad_s".into(),
         field if field.starts_with("bandwidths.") => "drive.period_s".into(),
+        field if field.starts_with("limits") => format!("{plant}.max_current_a"),
         field => format!("drive.{}", field.split(['[', '.']).next().unwrap_or(field)),
     };
-    // Products of what was typed: six digits of them.
-    let short = |number: f64| shown(format!("{number:.5e}").parse().unwrap_or(number));
-    let [given, low, high] = [error.given, error.low, error.high].map(short);
-    let message = format!("{} (given {given}, allowed {low} to {high})", error.why);
-    Problem { key, message }
+    let why = match error.why {
+        why if why.ends_with("must be above 0") && error.given > 0.0 => "beyond what is computed with",
+        why => why,
+    };
+    Problem { key, message: format!("{why} (given {given}, allowed {low} to {high})") }
 }
 
 /// Turns of the motor in one of what it drives.
@@ -373,11 +493,25 @@ struct Parts {
     at_rest: DriveAtRest,
     /// The plant without friction and load.
     smooth: Box<dyn Plant>,
+    corners: Vec<Corner>,
+}
+
+/// All plants of which each of these numbers is so many percent more than in the data sheet, or less.
+fn corners<const N: usize>(percent: f64, names: [&str; N], plant: impl Fn([f64; N]) -> Box<dyn Plant>) -> Vec<Corner> {
+    let count = if percent > 0.0 { 1_u32 << N } else { 0 };
+    let corner = |corner: u32| {
+        let signs: [f64; N] = std::array::from_fn(|i| if corner >> i & 1 == 1 { percent } else { -percent });
+        let words: Vec<String> =
+            names.iter().zip(signs).map(|(name, percent)| format!("{name} {percent:+} %")).collect();
+        Corner { name: words.join(", "), plant: plant(signs.map(|percent| 1.0 + percent / 100.0)) }
+    };
+    (0..count).map(corner).collect()
 }
 
 fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
     let Parts { resolved, plant, mut x0, designed, port, motion, mut warnings, chosen, shafts, .. } = parts;
-    let (smooth, DriveAtRest { law, sigma_star_bound }) = (parts.smooth, parts.at_rest);
+    let (smooth, corners) = (parts.smooth, parts.corners);
+    let DriveAtRest { law, sigma_star_bound } = parts.at_rest;
     let (mounted, form) = (designed.encoders(), designed.form());
     let Common { span_s, period_s, max_current_a, .. } = *common;
     let Resolved { name, title, periods, faults, .. } = resolved;
@@ -404,7 +538,8 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
     if form.gain_sets > 1 {
         left_out.push("the fast gain set");
     }
-    if mounted.len() > 1 {
+    let is_joint = mounted.len() > 1;
+    if is_joint {
         left_out.push("angles other than 0");
     }
     let at_rest = AtRest {
@@ -415,6 +550,7 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         actuator_delay_ticks: form.delay_ticks,
         report: true,
         left_out,
+        corners,
     };
     let mut sensor: Box<dyn Sensor> = Box::new(Encoders::new(mounted));
     for (fault, channels, ticks) in faults {
@@ -429,10 +565,12 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         (Follows::Speed, Goal::Speed { speed_rad_s }) => ("rad/s", (0.02 * speed_rad_s.abs()).max(1e-6)),
         _ => ("rad", 0.005),
     };
-    let exact = designed.finer().filter(|_| !has_faults).and_then(|fine| {
-        let port = fine.port(&motion).ok()?;
-        let sensor: Box<dyn Sensor> = Box::new(Encoders::new(fine.encoders()));
-        Some((sensor, port))
+    let finer = Finer::of(&designed);
+    let other = finer.map_or(designed, |finer| finer.designed);
+    let twin = other.port(&motion).ok().filter(|_| !has_faults).map(|port| Twin {
+        sensor: Box::new(Encoders::new(other.encoders())),
+        port,
+        share: finer.map(|finer| finer.share()),
     });
     let sets = if form.gain_sets > 1 { "2 gain sets" } else { "1 gain set" };
     Experiment {
@@ -460,23 +598,24 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
             chosen,
             max_current_a,
             shafts,
+            states: if is_joint { &JOINT_STATES } else { &MOTOR_STATES },
             begins_s: begins,
             designed,
             motion,
             current_lag_s: parts.current_lag_s,
             sigma_star_bound,
-            exact,
+            twin,
         }),
         at_rest: Ok(at_rest),
         controller: format!("drive in f32, {sets}"),
     }
 }
 
-/// The experiment of a motor.
+/// The experiment of a motor. Of a file that is not whole the rules alone are held, without its design.
 ///
 /// # Errors
 /// All rules that are broken, or the one that its design breaks.
-pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experiment, Vec<Problem>> {
+pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) -> Result<Experiment, Vec<Problem>> {
     let mut problems = Problems::default();
     let (sheet, drive) = (&file.motor, &file.drive);
     let inertia = needed(sheet.inertia_kg_m2, "motor.inertia_kg_m2", "the inertia of the rotor", &mut problems);
@@ -498,9 +637,13 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
         period_s: drive.period_s,
         max_current_a: limit,
         start_rad: sheet.start_rad,
+        lag_s: sheet.current_lag_s,
+        delay_ticks: drive.delay_ticks,
+        observer_states: drive.observer_states,
+        plant: "motor",
     };
     let resolved = resolved(&common, &[mounted], default_name, &mut problems);
-    let Some(mut resolved) = resolved.filter(|_| problems.0.is_empty()) else { return Err(problems.0) };
+    let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
 
     // On the side of the gear where the angle is meant.
     let gear = ratio(sheet.gear);
@@ -520,7 +663,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
     let design = drive.surface_rad_s.map_or(by_rule, |surface_rad_s| by_rule.with_surface(surface_rad_s));
     let design = MotorDesign { lost_ticks: drive.lost_ticks, fallback: fallback(drive.fallback), ..design };
 
-    let mut warnings = Vec::new();
+    let mut warnings = common.warnings();
     let motion = resolved.wanted.planned::<3, 3>(
         limit,
         drive.uncertain_percent,
@@ -528,7 +671,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
         |jet| nominal.feed_forward(jet),
         &mut warnings,
     );
-    let refused = |error: DriveError| vec![design_problem(&error, "motor")];
+    let refused = |error: DriveError| vec![design_problem(&error, "motor", drive.surface_rad_s.is_some())];
     let monitors = common.monitors(resolved.reaction, [nominal.inertia_kg_m2]);
     let designed = DriveDesign::Motor { design, form, mounted, monitors };
     let port = designed.port(&motion).map_err(refused)?;
@@ -550,6 +693,14 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str) -> Result<Experime
         current_lag_s: sheet.current_lag_s,
         at_rest: port::motor_at_rest(&design, form).map_err(refused)?,
         smooth: Box::new(plant::Motor::new(truth, believed, lag, Signal::default())),
+        corners: corners(drive.uncertain_percent, ["J", "K_t"], |[inertia, torque]| {
+            let shaft = Shaft {
+                inertia_kg_m2: inertia * believed.inertia_kg_m2,
+                torque_n_m_per_a: torque * believed.torque_n_m_per_a,
+                ..believed
+            };
+            Box::new(plant::Motor::new(shaft, believed, lag, Signal::default()))
+        }),
         chosen: motor_in_words(&design, drive.surface_rad_s.is_some(), sheet.current_lag_s, form),
         shafts: vec![ShaftOf { channel: 1, name: "shaft", inertia_kg_m2: nominal.inertia_kg_m2 }],
         resolved,
@@ -634,6 +785,35 @@ fn bodies(nominal: &Joint, spring_damping_n_m_s: f64, error: &JointErrorTable) -
     (believed, truth)
 }
 
+fn joint_corners(percent: f64, believed: &JointBody, spring_damping_n_m_s: f64, lag: Imperfections) -> Vec<Corner> {
+    corners(percent, ["J_l", "J_m", "K", "K_t"], |[link, motor, spring, torque]| {
+        let body = JointBody {
+            link_inertia_kg_m2: link * believed.link_inertia_kg_m2,
+            stiffness_n_m: spring * believed.stiffness_n_m,
+            spring_damping_n_m_s,
+            motor: Shaft {
+                inertia_kg_m2: motor * believed.motor.inertia_kg_m2,
+                torque_n_m_per_a: torque * believed.motor.torque_n_m_per_a,
+                ..believed.motor
+            },
+            ..*believed
+        };
+        Box::new(plant::Joint::new(body, *believed, lag, Signal::default()))
+    })
+}
+
+/// A load that nothing could hold makes gates that believe anything.
+fn wide_gates(load_n_m: f64, strongest_n_m: f64) -> Option<String> {
+    let times = load_n_m / strongest_n_m;
+    (times > MOST_SUDDEN).then(|| {
+        format!(
+            "drive.sudden_load_n_m = {} is {times:.3} times what the motor can make: gates that wide believe a broken \
+             encoder",
+            shown(load_n_m)
+        )
+    })
+}
+
 /// Bandwidths and why.
 fn joint_in_words(design: &JointDesign, tuning: TuningKey, is_given: bool) -> Vec<String> {
     let (w, [link_steps, motor_steps]) = (design.bandwidths, design.gate_steps);
@@ -653,11 +833,11 @@ fn joint_in_words(design: &JointDesign, tuning: TuningKey, is_given: bool) -> Ve
     ]
 }
 
-/// The experiment of a joint.
+/// The experiment of a joint. Of a file that is not whole the rules alone are held, without its design.
 ///
 /// # Errors
 /// All rules that are broken, or the one that its design breaks.
-pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experiment, Vec<Problem>> {
+pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) -> Result<Experiment, Vec<Problem>> {
     let mut problems = Problems::default();
     let (sheet, drive) = (&file.joint, &file.drive);
     let (nominal, limit) = joint_sheet(sheet, &mut problems);
@@ -685,9 +865,13 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
         period_s: drive.period_s,
         max_current_a: limit,
         start_rad: sheet.start_rad,
+        lag_s: sheet.current_lag_s,
+        delay_ticks: drive.delay_ticks,
+        observer_states: 4,
+        plant: "joint",
     };
     let resolved = resolved(&common, &[link, motor], default_name, &mut problems);
-    let Some(mut resolved) = resolved.filter(|_| problems.0.is_empty()) else { return Err(problems.0) };
+    let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
 
     let form = Form {
         follows: Follows::Position,
@@ -703,7 +887,8 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
         .with_bandwidths(bandwidths, load_n_m);
     let design = JointDesign { lost_ticks: drive.lost_ticks, fallback: fallback(drive.fallback), ..design };
 
-    let mut warnings = Vec::new();
+    let mut warnings = common.warnings();
+    warnings.extend(wide_gates(load_n_m, limit * nominal.torque_n_m_per_a));
     let motion = resolved.wanted.planned::<4, 5>(
         limit,
         drive.uncertain_percent,
@@ -711,7 +896,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
         |jet| nominal.feed_forward(jet),
         &mut warnings,
     );
-    let refused = |error: DriveError| vec![design_problem(&error, "joint")];
+    let refused = |error: DriveError| vec![design_problem(&error, "joint", false)];
     let inertia = [nominal.link_inertia_kg_m2, nominal.motor_inertia_kg_m2];
     let monitors = common.monitors(resolved.reaction, inertia);
     let designed = DriveDesign::Joint { design, form, mounted: [link, motor], monitors, sudden_load_n_m: load_n_m };
@@ -725,6 +910,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str) -> Result<Experime
         current_lag_s: sheet.current_lag_s,
         at_rest: port::joint_at_rest(&design, form).map_err(refused)?,
         smooth: Box::new(plant::Joint::new(truth, believed, lag, Signal::default())),
+        corners: joint_corners(drive.uncertain_percent, &believed, truth.spring_damping_n_m_s, lag),
         chosen: joint_in_words(&design, tuning, drive.tuning.is_some()),
         shafts: vec![
             ShaftOf { channel: 1, name: "link", inertia_kg_m2: nominal.link_inertia_kg_m2 },

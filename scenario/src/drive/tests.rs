@@ -25,7 +25,7 @@ fn held(trace: &Trace) -> Vec<f64> {
 
 #[test]
 fn each_mistake_is_told_at_its_place_with_what_would_be_right() {
-    let cases: [(&str, &str, &str); 22] = [
+    let cases: [(&str, &str, &str); 31] = [
         (MOTOR, "monitor.stop_s=1", "`monitor.stop_s`: only for reaction = \"joined_stop\""),
         (MOTOR, "monitor.motor_n_m=1", "`monitor.motor_n_m`: only for a joint: a motor has load_n_m"),
         (MOTOR, "motor.inertia=1", "unknown key `motor.inertia`; did you mean `inertia_kg_m2`?"),
@@ -36,7 +36,7 @@ fn each_mistake_is_told_at_its_place_with_what_would_be_right() {
         (
             MOTOR,
             "motor.start_rad=4",
-            "`encoder`: start_rad is 4, but a counter of 14 bits tells angles within 3.1416 rad of 0 only",
+            "`encoder`: the run starts at 4.0000 rad there, but its counter of 14 bits tells angles within 3.1416 rad of 0",
         ),
         (
             MOTOR,
@@ -77,9 +77,41 @@ fn each_mistake_is_told_at_its_place_with_what_would_be_right() {
         (
             JOINT,
             "joint.gear=[10,3]",
-            "`encoder.motor`: a turn of the link must be a whole number of counts: sin and cos need a base of one turn",
+            "`encoder.motor.bits`: 1048576 counts in a turn behind a gear of [10, 3] are 10485760/3 in a turn of the link, \
+             no whole number",
         ),
         (JOINT, "drive.mode=speed", "unknown key `drive.mode`"),
+        (
+            JOINT,
+            "joint.gear=[101,1]",
+            "`encoder.motor.bits`: 1048576 counts in a turn behind a gear of [101, 1] are 105906176 before they meet again, \
+             and a drive reads at most 2^24 = 16777216: shift the lowest 3 of its bits away and say bits = 17",
+        ),
+        (
+            MOTOR,
+            "encoder.offset_counts=99999999999",
+            "`encoder.offset_counts`: found 99999999999, expected a whole number at least -2147483648 and at most 2147483647",
+        ),
+        (MOTOR, "motor.gear=3", "`motor.gear`: found 3, expected a list of 2 whole numbers"),
+        (MOTOR, "encoder.bits=14.0", "found 14.0, expected a whole number at least 2 and at most 32: write 14"),
+        (
+            MOTOR,
+            "drive.lost_ticks=1e3",
+            "found 1000.0, expected a whole number at least 1 and at most 1000000: write 1000",
+        ),
+        (
+            MOTOR,
+            "motor.inertia_kg_m2=1e-30",
+            "`motor.inertia_kg_m2`: beyond what is computed with (given 1e-30, allowed 1e-12 to 1000000000)",
+        ),
+        // A key of the design that no file has.
+        (MOTOR, "motor.inertia_kg_m2=1e6", "`motor`: what follows from these numbers cannot run: "),
+        (MOTOR, "motor.current_lag_s=1e-9", "`motor.current_lag_s`: found 1e-9, less than a thousandth of the period"),
+        (
+            MOTOR,
+            "reference.kind=rest",
+            "does not read it: leave it out, or replace the table: --set 'reference={kind = \"rest\"}'",
+        ),
     ];
     for (text, set, expected) in cases {
         let told = build(text, &[set]).err().unwrap_or_else(|| panic!("{set} is taken"));
@@ -105,6 +137,63 @@ fn all_mistakes_of_a_file_are_told_at_once() {
     }
     assert!(told.contains("`encoder.bits`: missing: bits of the encoder's counter"), "{told}");
     assert_eq!(told.lines().count(), 6, "{told}");
+}
+
+/// What is no value of its key is told together with the rules that the others break, and breaks none itself.
+#[test]
+fn a_wrong_value_hides_no_other_mistake() {
+    let text = "settling_band = 0.0\n[motor]\ninertia_kg_m2 = -1\ntorque = 1\nmax_current_a = 10\n[encoder]\nbits = 12\n\
+                [reference]\nkind = \"sine\"\nto_rad = 3\n[monitor]\nmotor_n_m = 1\n[[load]]\nkind = \"step\"\n";
+    let told = build(text, &[]).err().expect("much is wrong");
+    let expected = [
+        "a.toml:1:17: `settling_band`: found 0.0, expected a finite number above 0",
+        "a.toml:3:17: `motor.inertia_kg_m2`: found -1, expected a finite number above 0",
+        "a.toml:4:1: unknown key `motor.torque`; did you mean `torque_n_m_per_a`?",
+        "a.toml:10:10: `reference.to_rad`: reference.kind = \"sine\" does not read it",
+        "a.toml:12:13: `monitor.motor_n_m`: only for a joint: a motor has load_n_m",
+        "a.toml:13:1: `load[1].amplitude`: missing: a \"step\" term needs it",
+    ];
+    assert_eq!(told.lines().collect::<Vec<_>>(), expected);
+    // Whoever the others are judged by is mended first.
+    let told = build(MOTOR, &["reference.kind=sin", "reference.to_rad=1"]).err().expect("no such kind");
+    assert!(told.lines().count() == 1 && told.contains("found \"sin\""), "{told}");
+}
+
+/// What the run never comes to, and what does not go together.
+#[test]
+fn a_file_that_says_what_cannot_matter_is_warned_of() {
+    let warned = |text: &str, sets: &[&str]| build(text, sets).unwrap_or_else(|error| panic!("{error}")).warnings;
+    assert_eq!((warned(MOTOR, &[]), warned(JOINT, &[])), (vec![], vec![]));
+    for (text, sets, expected) in [
+        (MOTOR, &["fault=[{kind = \"stuck\", at_s = 1e9}]"][..], "fault[1].at_s = 1000000000 is not before the end"),
+        (MOTOR, &["reference.start_s=2.0"], "reference.start_s = 2 is not before the end of the run, span_s = 2"),
+        (
+            JOINT,
+            &["span_s=1.5"],
+            "load[1].t0_s = 2 is not before the end of the run, span_s = 1.5: there is no such load",
+        ),
+        (MOTOR, &["drive.observer_states=4", "drive.uncertain_percent=50"], "is for a motor known to 20 %"),
+        (JOINT, &["drive.delay_ticks=1", "drive.uncertain_percent=50"], "a joint is stable within 20 %"),
+        (JOINT, &["drive.sudden_load_n_m=1e9"], "times what the motor can make: gates that wide believe"),
+    ] {
+        let warnings = warned(text, sets);
+        assert!(warnings.len() == 1 && warnings[0].contains(expected), "{sets:?}: {warnings:?}");
+    }
+    for sets in [&["drive.observer_states=4"][..], &["drive.delay_ticks=1"]] {
+        assert_eq!(warned(MOTOR, sets), Vec::<String>::new());
+    }
+}
+
+/// Below the finest encoder that a drive reads there is nothing to hold its noise against; at rest nothing is needed.
+#[test]
+fn the_finest_encoder_has_noise_at_rest_only() {
+    let noise = |bits: &str| {
+        let (mut experiment, trace) = ran(MOTOR, &[bits, "reference={kind = \"move\", to_rad = 0.5}", "span_s=1.0"]);
+        experiment.noise(&trace).expect("no faults")
+    };
+    let [coarse, fine, finest] = ["encoder.bits=22", "encoder.bits=23", "encoder.bits=24"].map(noise);
+    assert!(coarse.moving > 0.0 && fine.moving > 0.0, "{coarse:?} {fine:?}");
+    assert!(finest.moving.is_nan() && finest.at_rest.is_finite(), "{finest:?}");
 }
 
 /// A reduction of 8 with the encoder on the motor is a motor 64 times as heavy and 8 times as strong, with 8 times as
