@@ -71,5 +71,7 @@ pub use law::{DriveEstimates, EncoderForm, Sample};
 pub use monitor::{ALARMS, Bounds, GoOn, Monitored, MonitoredState, Reaction, Stop, Watched};
 pub use motor::{DEFAULT_LAG_S, Motor, MotorBandwidths, MotorDesign, MotorDrive, MotorModel, Switching};
 pub use reference::{Joined, Player, Reference, Rest, Sine, Streamed, gap, shortest, stop};
+#[doc(hidden)]
+pub use reference::{jet_of, jet_of_sine, powers_of_join};
 pub use state::EncoderState;
 pub use target::{Aim, Hold, Position, Speed, Target};
