@@ -605,7 +605,7 @@ fn the_exported_c_of_a_drive_compiles_for_every_core_without_a_warning() {
         assert!(functions.len() > 15, "{functions:?}");
         let program = format!(
             "#include \"drive.h\"\nvoid (*const all[])(void);\nvoid (*const all[])(void) = {{\n{}}};\n",
-            functions.iter().map(|name| format!("    (void (*)(void)){name},\n")).collect::<String>()
+            functions.iter().map(|name| format!("    (void (*)(void)){name},\n")).collect::<Vec<_>>().concat()
         );
         fs::write(&user, program).expect("a program");
         for core in &all {

@@ -1,6 +1,6 @@
-//! Does the drive of one's own motor in C do what its page says? The commands of docs/linking.md, "A motor from C", with
-//! the numbers of the scenario file: a rotor of 2e-4 kg m², 0.05 N m/A, 10 A, 14 bits, 1 kHz, friction and cogging as
-//! that file has them. The bar is on the true angle of the stand-in motor.
+//! Does the drive of one's own motor in C do what its page says? The commands of docs/linking.md, "A motor from C",
+//! with the numbers of the scenario file: a rotor of 2e-4 kg m², 0.05 N m/A, 10 A, 14 bits, 1 kHz, friction and cogging
+//! as that file has them. The bar is on the true angle of the stand-in motor.
 
 use integration_tests::data::path;
 use integration_tests::program::{Folder, host_sim};

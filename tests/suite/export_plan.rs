@@ -2,8 +2,8 @@
 //!
 //! A drive of a motor and one of a joint are exported, and random plans are made in C and beside it with
 //! `controller_core::drive`: rests, moves, stops, sines, from anywhere and from the plan that is under way, over few
-//! ticks and many, across the wrap of the tick number, of numbers that are none. Compared is whether a plan is taken, and
-//! every bit of turn and jet before, on and after the way. What is to be refused is said here once more.
+//! ticks and many, across the wrap of the tick number, of numbers that are none. Compared is whether a plan is taken,
+//! and every bit of turn and jet before, on and after the way. What is to be refused is said here once more.
 
 use controller_core::drive::{Joined, Reference, Rest, Sine, Target, gap, powers_of_join, stop};
 use integration_tests::strategy::Rng;
@@ -169,10 +169,11 @@ fn run<const M: usize, const N: usize>(period_s: f64) -> Run {
 /// The C around the exported file: requests in, answers out.
 fn driver(exported: &str, jet: &[&str], order: usize, place: Place) -> String {
     let transfer = if place == Place::Here { ON_THE_HOST } else { ON_THE_CHIP };
-    let given: String =
-        jet.iter().enumerate().map(|(j, name)| format!("                present.{name} = ask->jet[{j}];\n")).collect();
-    let put = |from: &str, names: &[&str]| -> String {
-        names.iter().map(|name| format!("                *word++ = bits({from}.{name});\n")).collect()
+    let given = |(j, name): (usize, &&str)| format!("                present.{name} = ask->jet[{j}];\n");
+    let given = jet.iter().enumerate().map(given).collect::<Vec<_>>().concat();
+    let put = |from: &str, names: &[&str]| {
+        let word = |name: &&str| format!("                *word++ = bits({from}.{name});\n");
+        names.iter().map(word).collect::<Vec<_>>().concat()
     };
     let (jets, targets) = (put("now", jet), put("target", &jet[..order]));
     format!(

@@ -1,8 +1,8 @@
 //! Plans of a drive that follows a position, as C: rest, sine, and the joined way onto either.
 //!
 //! Sine, join and the coefficients of a join are recorded ([`tick_record::plan`]). What is written here asks whether
-//! numbers are good, says where between start and end a tick is, and computes the three numbers that a plan begins with:
-//! the gap, the phase of a tick, where a stop ends. All of it is held to `controller_core::drive` bit by bit.
+//! numbers are good, says where between start and end a tick is, and computes what a plan begins with: the gap, the
+//! phase of a tick, where a stop ends. All of it is held to `controller_core::drive` bit by bit.
 
 use std::f64::consts::TAU;
 
@@ -15,7 +15,7 @@ use super::c99::File;
 /// The functions of plans; `order` derivatives of a target, r included, of which a motor's plan takes over one more.
 pub(super) fn functions(file: &File<'_>, order: usize, period_s: f64) -> String {
     let (taken, recorded) = if order == 2 { (3, plan::<3>()) } else { (4, plan::<4>()) };
-    let PlanFunctions { sine, join, powers } = &recorded;
+    let (PlanFunctions { sine, join, powers }, width) = (&recorded, 2 * taken);
     let of = |meaning: &str, head: &str, record: &Record, double| {
         file.function_in(double, meaning, head, record, &place, &[])
     };
@@ -29,20 +29,20 @@ pub(super) fn functions(file: &File<'_>, order: usize, period_s: f64) -> String 
         ),
         of(
             "Part of a plan: what the way onto the goal adds to its jet.",
-            &format!("void @_join(const float power[{}], uint32_t ticks, float per_tick, float rate, @_jet *jet)", 2 * taken),
+            &format!("void @_join(const float power[{width}], uint32_t ticks, float per_tick, float rate, @_jet *jet)"),
             join,
             false,
         ),
         of(
             "Part of a plan: the coefficients of a way that closes a gap in so many seconds.",
             &format!(
-                "void @_powers_of_join(const double gap[{taken}], double tau_s, double s[{width}], double left[{width}])",
-                width = 2 * taken
+                "void @_powers_of_join(const double gap[{taken}], double tau_s, double s[{width}],\n    double left[{width}])"
             ),
             powers,
             true,
         ),
-        written(order, taken, period_s),
+        played(order, taken),
+        made(taken, period_s),
     ]
     .map(|text| file.c(&text))
     .concat()
@@ -52,8 +52,7 @@ fn place(port: &Port) -> String {
     let name = &port.name;
     match (port.role, name.split_once('_')) {
         (Role::Argument, Some(("goal", of))) => format!("jet->{of}"),
-        (Role::Argument, Some((row @ ("power" | "gap"), k))) => format!("{row}[{k}]"),
-        (Role::Output, Some((row @ ("s" | "left"), k))) => format!("{row}[{k}]"),
+        (_, Some((row @ ("power" | "gap" | "s" | "left"), k))) => format!("{row}[{k}]"),
         (Role::Output, _) => format!("jet->{name}"),
         _ => name.clone(),
     }
@@ -100,18 +99,11 @@ typedef struct {{
     )
 }
 
-fn written(order: usize, taken: usize, period_s: f64) -> String {
-    let each = |count: usize, line: &dyn Fn(&str) -> String| -> String {
-        JET[..count].iter().map(|name| line(name)).collect()
-    };
-    let zeros: String = JET[1..taken].iter().map(|name| format!("        jet->{name} = 0.0f;\n")).collect();
-    let copied = each(order, &|name| format!("    target->{name} = jet.{name};\n"));
-    let gap: String = JET[..taken]
-        .iter()
-        .enumerate()
-        .map(|(j, name)| format!("    gap[{j}] = (double)present->{name} - (double)at.{name};\n"))
-        .collect();
-    let width = 2 * taken;
+/// What the interrupt calls.
+fn played(order: usize, taken: usize) -> String {
+    let zeros: Vec<String> = JET[1..taken].iter().map(|name| format!("        jet->{name} = 0.0f;\n")).collect();
+    let copied: Vec<String> = JET[..order].iter().map(|name| format!("    target->{name} = jet.{name};\n")).collect();
+    let (zeros, copied) = (zeros.concat(), copied.concat());
     format!(
         "
 /* Part of a plan: a number that the drive would take. */
@@ -154,19 +146,30 @@ static inline void @_plan_at(const @_plan *plan, uint32_t tick, @_target *target
     @_plan_jet(plan, tick, &jet);
     target->turn = jet.turn;
 {copied}}}
+"
+    )
+}
 
+/// What makes a plan.
+fn made(taken: usize, period_s: f64) -> String {
+    let gap = |(j, name): (usize, &&str)| format!("    gap[{j}] = (double)present->{name} - (double)at.{name};\n");
+    let gap: Vec<String> = JET[..taken].iter().enumerate().map(gap).collect();
+    let (gap, width) = (gap.concat(), 2 * taken);
+    format!(
+        "
 /* Part of a plan: onto a goal. In double, hence not for the interrupt. */
 static inline bool @_plan_onto(@_plan *plan, const @_goal *goal, const @_jet *present, uint32_t start,
     uint32_t ticks)
 {{
     @@_AS_WRITTEN
     const double tau_s = (double)ticks * {period_s:?};
-    const uint32_t turns = (uint32_t)present->turn - (uint32_t)goal->turn;
+    uint32_t turns;
     double gap[{taken}];
     double power[2][{width}];
     bool good = ticks >= 1u && ticks <= 16777216u;
     @_jet at;
     @_jet_of_goal(goal, start, &at);
+    turns = (uint32_t)present->turn - (uint32_t)at.turn;
 {gap}    gap[0] += {TAU:?} * ((turns < 0x80000000u) ? (double)turns : -(double)(0u - turns));
     for (unsigned k = 0; k < {taken}u; k++) {{
         good = good && @_is_number(gap[k]);
@@ -228,8 +231,8 @@ static inline bool @_plan_stop(@_plan *plan, const @_jet *present, uint32_t star
     return @_is_number(angle) && @_plan_move(plan, present, start, ticks, present->turn, (float)angle);
 }}
 
-/* Plans a way onto A sin(omega t) about angle 0, the phase of which is 0 at tick 0. Omega is rounded to a whole number of
- * 2^-32 turns per tick, and must be at least that and less than half a turn per tick. */
+/* Plans a way onto A sin(omega t) about angle 0, the phase of which is 0 at tick 0. Omega is rounded to a whole number
+ * of 2^-32 turns per tick, and must be at least that and less than half a turn per tick. */
 static inline bool @_plan_sine(@_plan *plan, const @_jet *present, uint32_t start, uint32_t ticks,
     double amplitude_rad, double omega_rad_s)
 {{
