@@ -75,6 +75,8 @@ pub use monitor::{ALARMS, Bounds, Monitored, MonitoredState, Watched};
 pub use motor::{DEFAULT_LAG_S, Motor, MotorBandwidths, MotorDesign, MotorDrive, MotorModel, Switching};
 pub use numbers::LAYOUT;
 pub use reference::{Joined, Player, Reference, Rest, Sine, Streamed, gap, shortest, stop};
+#[doc(hidden)]
+pub use reference::{jet_of, jet_of_sine, powers_of_join};
 pub use state::EncoderState;
 pub use target::{Aim, Hold, Position, Speed, Target};
 pub use trigonometry::sin_cos;

@@ -41,6 +41,32 @@ void board_hex(uint32_t word) {
     board_text(digits);
 }
 
+void board_number(float value, unsigned width, unsigned digits) {
+    char text[24];
+    uint32_t scale = 1u;
+    unsigned at = sizeof text - 1u;
+    for (unsigned i = 0; i < digits; i++) {
+        scale *= 10u;
+    }
+    const float size = (value < 0.0f) ? -value : value;
+    uint32_t rest = (size < 4e9f / (float)scale) ? (uint32_t)(size * (float)scale + 0.5f) : 4000000000u;
+    const int negative = value < 0.0f && rest > 0u;
+    text[at] = 0;
+    for (unsigned i = 0; i <= digits || rest > 0u; i++, rest /= 10u) {
+        if (i > 0u && i == digits) {
+            text[--at] = '.';
+        }
+        text[--at] = (char)('0' + rest % 10u);
+    }
+    if (negative) {
+        text[--at] = '-';
+    }
+    while (sizeof text - 1u - at < width && at > 0u) {
+        text[--at] = ' ';
+    }
+    board_text(&text[at]);
+}
+
 uint32_t board_bits(float value) {
     const union {
         float number;
@@ -60,3 +86,16 @@ void board_ticker_start(uint32_t rate_hz) {
 void board_ticker_acknowledge(void) { TIM3_SR = ~1u; }
 
 void board_sleep(void) { __asm__ volatile("wfi" ::: "memory"); }
+
+void board_end(void) {
+#ifdef EMULATED
+    /* Semihosting: the application has ended, with status 0. */
+    static const uint32_t how[2] = {0x20026u, 0u};
+    register uint32_t what __asm__("r0") = 0x20u;
+    register const uint32_t *with __asm__("r1") = how;
+    __asm__ volatile("bkpt 0xab" : "+r"(what) : "r"(with) : "memory");
+#endif
+    for (;;) {
+        board_sleep();
+    }
+}

@@ -13,10 +13,14 @@ void board_text(const char *text);
 /* Eight hexadecimal digits: the bits of a word or of a float. */
 void board_hex(uint32_t word);
 uint32_t board_bits(float value);
+/* A number with so many digits behind the point, in a column of this width. */
+void board_number(float value, unsigned width, unsigned digits);
 
 /* TIM3 calls TIM3_IRQHandler at this rate. */
 void board_ticker_start(uint32_t rate_hz);
 void board_ticker_acknowledge(void);
 void board_sleep(void);
+/* The end: of the emulator too, if EMULATED is defined. */
+void board_end(void);
 
 #endif

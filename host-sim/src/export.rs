@@ -22,6 +22,7 @@ use controller_core::{LAYOUT, Limits};
 mod archive;
 mod c99;
 mod drive;
+mod plan;
 mod rust;
 mod standalone;
 

@@ -122,6 +122,50 @@ pub(super) const CORTEX_M4F: [&str; 7] = [
     "-nostdlib",
 ];
 
+/// A core in the emulator: the machine that has it, how to compile for it, and where its memory is.
+#[derive(Debug, PartialEq)]
+pub(super) struct Board {
+    pub(super) machine: &'static str,
+    pub(super) options: &'static [&'static str],
+    code: u32,
+    data: u32,
+    /// Bytes of it.
+    size: u32,
+}
+
+pub(super) const STM32F405: Board =
+    Board { machine: "netduinoplus2", options: &CORTEX_M4F, code: 0x0800_0000, data: 0x2000_0000, size: 0x2_0000 };
+
+/// Cores with other instructions for floats, or none: there the compiler's library computes.
+pub(super) const OTHER_BOARDS: [Board; 5] = [
+    Board { machine: "microbit", options: &SOFT_M0, code: 0, data: 0x2000_0000, size: 0x4000 },
+    Board { machine: "mps2-an385", options: &SOFT_M3, code: 0, data: 0x2000_0000, size: 0x2_0000 },
+    Board { machine: "mps2-an386", options: &SOFT_M4, code: 0, data: 0x2000_0000, size: 0x2_0000 },
+    Board { machine: "mps2-an500", options: &HARD_M7, code: 0, data: 0x2000_0000, size: 0x2_0000 },
+    Board { machine: "mps2-an505", options: &HARD_M33, code: 0x1000_0000, data: 0x3800_0000, size: 0x2_0000 },
+];
+const SOFT_M0: [&str; 5] = ["-mcpu=cortex-m0", "-mfloat-abi=soft", "-ffreestanding", "-nostdlib", "-lgcc"];
+const SOFT_M3: [&str; 5] = ["-mcpu=cortex-m3", "-mfloat-abi=soft", "-ffreestanding", "-nostdlib", "-lgcc"];
+const SOFT_M4: [&str; 5] = ["-mcpu=cortex-m4", "-mfloat-abi=soft", "-ffreestanding", "-nostdlib", "-lgcc"];
+const HARD_M7: [&str; 7] = [
+    "-mcpu=cortex-m7",
+    "-mfpu=fpv5-d16",
+    "-mfloat-abi=hard",
+    "-ffp-contract=off",
+    "-ffreestanding",
+    "-nostdlib",
+    "-lgcc",
+];
+const HARD_M33: [&str; 7] = [
+    "-mcpu=cortex-m33",
+    "-mfpu=fpv5-sp-d16",
+    "-mfloat-abi=hard",
+    "-ffp-contract=off",
+    "-ffreestanding",
+    "-nostdlib",
+    "-lgcc",
+];
+
 /// Tests run side by side: each has its own.
 pub(super) fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("export").join(name);
@@ -153,7 +197,8 @@ fn download(scenario: &str) -> Download {
 
 /// Runs a compiler on a file that must give no warning.
 pub(super) fn compile(compiler: &str, options: &[&str], file: &Path, program: &Path) {
-    let output = Command::new(compiler).args(options).arg(file).arg("-o").arg(program).output();
+    // The file first: libraries among the options serve what comes before them.
+    let output = Command::new(compiler).arg(file).args(options).arg("-o").arg(program).output();
     let output = output.unwrap_or_else(|error| {
         panic!("no C compiler `{compiler}` ({error}); on Debian: apt-get install gcc g++ gcc-arm-none-eabi");
     });
@@ -192,8 +237,8 @@ struct Run {
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Place {
     Here,
-    /// On the emulated STM32F405: reset, FPU on, requests and answers through the emulator's semihosting.
-    Chip,
+    /// On an emulated core: reset, FPU on, requests and answers through the emulator's semihosting.
+    On(&'static Board),
 }
 
 /// Reads with `receive`, answers with `send`; both say how many bytes.
@@ -207,6 +252,7 @@ pub(super) const ON_THE_CHIP: &str = "
 #include <stdint.h>
 int main(void);
 void reset(void);
+extern uint32_t stack_top;
 void *memcpy(void *to, const void *from, size_t bytes);
 void *memset(void *to, int value, size_t bytes);
 static uintptr_t ask_emulator(uintptr_t what, const void *with)
@@ -257,20 +303,28 @@ void reset(void)
     (void)ask_emulator(2, &replies);
     (void)ask_emulator(0x18, (const void *)0x20026);
 }
-__attribute__((section(\".vectors\"), used)) static void (*const vectors[])(void) = {
-    (void (*)(void))0x20020000, reset
-};
+__attribute__((section(\".vectors\"), used)) static const struct {
+    uint32_t *stack;
+    void (*handler)(void);
+} vectors = { &stack_top, reset };
 ";
 /// Nothing but code, constants and zeros.
-const CHIP_LAYOUT: &str = "ENTRY(reset)
-SECTIONS {
-    .text 0x08000000 : { KEEP(*(.vectors)) *(.text*) *(.rodata*) }
-    .bss 0x20000000 (NOLOAD) : { *(.bss*) *(COMMON) }
-    .data : { *(.data*) }
-    /DISCARD/ : { *(.ARM.*) }
-}
+fn layout(Board { code, data, size, .. }: &Board) -> String {
+    format!(
+        "ENTRY(reset)
+SECTIONS {{
+    .text {code:#x} : {{ KEEP(*(.vectors)) *(.text*) *(.rodata*) }}
+    .bss {data:#x} (NOLOAD) : {{ *(.bss*) *(COMMON) }}
+    .data : {{ *(.data*) }}
+    /DISCARD/ : {{ *(.ARM.*) }}
+}}
+stack_top = {:#x};
 ASSERT(SIZEOF(.data) == 0, \"there is nobody to fill .data\")
-";
+ASSERT(SIZEOF(.bss) + 2048 < {size}, \"the stack needs room\")
+",
+        data + size
+    )
+}
 
 /// The C around the exported file: requests in, answers out.
 fn driver(run: &Run, exported: &str, place: Place) -> String {
@@ -284,8 +338,8 @@ fn driver(run: &Run, exported: &str, place: Place) -> String {
     format!(
         "#include \"{exported}\"
 {transfer}
-static struct {{ unsigned what; float x[{n}]; }} asks[128];
-static struct {{ unsigned said; float all[{floats}]; }} answers[128];
+static struct {{ unsigned what; float x[{n}]; }} asks[32];
+static struct {{ unsigned said; float all[{floats}]; }} answers[32];
 
 int main(void)
 {{
@@ -505,17 +559,17 @@ pub(super) fn answers(folder: &Path, program_text: &str, options: &[&str], asked
             assert!(ran.status.success(), "{}: {}", folder.display(), ran.status);
             ran.stdout
         }
-        Place::Chip => {
+        Place::On(board) => {
             let layout = folder.join("layout.ld");
-            fs::write(&layout, CHIP_LAYOUT).expect("the layout");
+            fs::write(&layout, self::layout(board)).expect("the layout");
             compile(
                 "arm-none-eabi-gcc",
-                &[&STRICT[..], &CORTEX_M4F, options, &["-T", plain(&layout)]].concat(),
+                &[&STRICT[..], options, board.options, &["-T", plain(&layout)]].concat(),
                 &source,
                 &program,
             );
             let ran = Command::new("qemu-system-arm")
-                .args(["-M", "netduinoplus2", "-nographic", "-monitor", "none", "-serial", "null"])
+                .args(["-M", board.machine, "-nographic", "-monitor", "none", "-serial", "null"])
                 .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
                 .arg(&program)
                 .current_dir(folder)
@@ -700,7 +754,7 @@ fn the_exported_c_gives_the_bits_of_the_tick() {
 
 #[test]
 fn the_exported_c_gives_the_bits_of_the_tick_on_the_emulated_chip() {
-    compare_all(Place::Chip);
+    compare_all(Place::On(&STM32F405));
 }
 
 #[test]
@@ -710,7 +764,7 @@ fn the_exported_c_of_every_shape_gives_the_bits_of_the_controller_that_the_host_
 
 #[test]
 fn the_exported_c_of_every_shape_gives_them_on_the_emulated_chip() {
-    compare_shapes(Place::Chip);
+    compare_shapes(Place::On(&STM32F405));
 }
 
 #[test]

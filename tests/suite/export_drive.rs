@@ -20,7 +20,8 @@ use std::process::Command;
 use std::{env, fs};
 
 use super::export::{
-    CORTEX_M4F, EDGES, ON_THE_CHIP, ON_THE_HOST, Place, STRICT, answers, compile, exported, folder, plain,
+    CORTEX_M4F, EDGES, ON_THE_CHIP, ON_THE_HOST, OTHER_BOARDS, Place, STM32F405, STRICT, answers, compile, exported,
+    folder, plain,
 };
 
 /// Of all instances together: a million.
@@ -457,8 +458,8 @@ typedef struct {{
     float jet[2][4];
     float current;
 }} ask_type;
-static ask_type asks[128];
-static uint32_t answers[128 * {words}];
+static ask_type asks[32];
+static uint32_t answers[32 * {words}];
 
 static uint32_t bits(float number)
 {{
@@ -502,12 +503,19 @@ int main(void)
 }
 
 fn compare_all(place: Place, options: &[&str]) {
-    for (name, plant, rest, run) in INSTANCES {
+    compare(&INSTANCES, place, options);
+}
+
+fn compare(instances: &[Instance], place: Place, options: &[&str]) {
+    for &(name, plant, rest, run) in instances {
         let scenario = format!("{plant}\n{rest}\n");
         let run = run(name, &scenario);
         assert_eq!(run.asked.len() % (4 * ASK_WORDS), 0);
-        let kind = if place == Place::Here { "drive-here" } else { "drive-chip" };
-        let folder = folder(&format!("{kind}{}", options.concat())).join(name);
+        let kind = match place {
+            Place::Here => "here",
+            Place::On(board) => board.machine,
+        };
+        let folder = folder(&format!("drive-{kind}{}", options.concat())).join(name);
         fs::create_dir_all(&folder).expect("a folder");
         let exported = exported(&folder, &format!("{name}.h"), &scenario, &["--standalone"]);
         let text = fs::read_to_string(&exported).expect("the exported file");
@@ -541,7 +549,66 @@ fn the_exported_c_of_a_drive_has_no_undefined_behaviour() {
 
 #[test]
 fn the_exported_c_of_a_drive_gives_its_bits_on_the_emulated_chip() {
-    compare_all(Place::Chip, &["-O2", "-Wconversion"]);
+    compare_all(Place::On(&STM32F405), &["-O2", "-Wconversion"]);
+}
+
+/// Cortex-M0, M3 and M4 without floats of their own, M7 and M33 with.
+#[test]
+fn the_exported_c_of_a_drive_gives_its_bits_on_other_cores() {
+    let some = INSTANCES.map(|instance| (["one_set_late", "joint"].contains(&instance.0)).then_some(instance));
+    let some: Vec<Instance> = some.into_iter().flatten().collect();
+    assert_eq!(some.len(), 2);
+    for board in &OTHER_BOARDS {
+        compare(&some, Place::On(board), &["-O2"]);
+    }
+}
+
+/// Every core that the compiler names, and the kinds of hardware floats that they have.
+#[test]
+fn the_exported_c_of_a_drive_compiles_for_every_core_without_a_warning() {
+    let asked = Command::new("arm-none-eabi-gcc").args(["-mcpu=?", "-E", "-x", "c", "/dev/null"]).output();
+    let asked = String::from_utf8(asked.expect("a compiler").stderr).expect("its words");
+    let cores = asked.split_once("valid arguments are: ").expect("the names of its cores").1;
+    let cores = cores.lines().next().expect("a line").split(';').next().expect("names").split_whitespace();
+    let mut all: Vec<Vec<String>> =
+        cores.map(|core| vec![format!("-mcpu={core}"), "-mfloat-abi=soft".into()]).collect();
+    assert!(all.len() > 60, "{asked}");
+    for (core, fpu) in [
+        ("m4", "fpv4-sp-d16"),
+        ("m7", "fpv5-sp-d16"),
+        ("m7", "fpv5-d16"),
+        ("m33", "fpv5-sp-d16"),
+        ("m35p", "fpv5-sp-d16"),
+    ] {
+        for abi in ["softfp", "hard"] {
+            all.push([format!("-mcpu=cortex-{core}"), format!("-mfpu={fpu}"), format!("-mfloat-abi={abi}")].into());
+        }
+    }
+    all.push(["-mcpu=cortex-m55".into(), "-mfloat-abi=hard".into()].into());
+    let folder = folder("drive-cores");
+    for wanted in ["two_sets", "joint"] {
+        let (_, plant, rest, _) = INSTANCES.into_iter().find(|(name, ..)| *name == wanted).expect("an instance");
+        let exported = exported(&folder, "drive.h", &format!("{plant}\n{rest}\n"), &["--standalone"]);
+        let user = folder.join("user.c");
+        // What nobody calls is compiled too: every function has its address taken.
+        let text = fs::read_to_string(&exported).expect("the exported file");
+        let functions: Vec<&str> = text
+            .lines()
+            .filter_map(|line| line.strip_prefix("static inline ")?.split_once('(')?.0.split([' ', '*']).next_back())
+            .collect();
+        assert!(functions.len() > 15, "{functions:?}");
+        let program = format!(
+            "#include \"drive.h\"\nvoid (*const all[])(void);\nvoid (*const all[])(void) = {{\n{}}};\n",
+            functions.iter().map(|name| format!("    (void (*)(void)){name},\n")).collect::<Vec<_>>().concat()
+        );
+        fs::write(&user, program).expect("a program");
+        for core in &all {
+            let core: Vec<&str> = core.iter().map(String::as_str).collect();
+            // Casts to one type of function are meant here.
+            let warnings = &[&STRICT[..], &["-Wconversion", "-Wno-cast-function-type", "-O2", "-c"], &core].concat();
+            compile("arm-none-eabi-gcc", warnings, &user, &folder.join("user.o"));
+        }
+    }
 }
 
 /// The steps of docs/linking.md, "A motor from C", with the program that stands there.
@@ -550,7 +617,7 @@ fn the_program_of_the_docs_compiles_as_c_as_cpp_and_for_the_chip_without_a_warni
     let page = fs::read_to_string(path("../docs/linking.md")).expect("the page");
     let section = page.split_once("## A motor from C").expect("the section").1;
     assert!(section.contains("new mine --plant motor"), "the first command");
-    assert!(section.contains("export mine.toml --lang c --standalone -o motor_drive.h"), "the last command");
+    assert!(section.contains("export mine.toml --lang c --standalone -o examples/c/motor_drive.h"), "the export");
     let program = section.split_once("```c\n").expect("a program").1.split_once("```").expect("its end").0;
     let folder = folder("drive-docs");
     exported(&folder, "motor_drive.h", scenario::MOTOR, &["--lang", "c", "--standalone"]);

@@ -16,6 +16,8 @@ mod drive_replay;
 mod emulator;
 mod export;
 mod export_drive;
+mod export_motor;
+mod export_plan;
 mod figures;
 mod formula;
 mod frames;

@@ -86,16 +86,22 @@ const TWO_32: f64 = 4_294_967_296.0;
 
 impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Sine<T> {
     fn at(&self, tick: u32) -> Target<T, i32, J> {
-        let phase = T::from_count(self.phase_per_tick.wrapping_mul(tick) as i32);
-        let (s, c) = sin_cos(phase * T::from_f64(TAU / TWO_32), T::from_f64(1.0));
-        let mut jet = [T::ZERO; J];
-        let mut scale = self.amplitude;
-        for j in 0..J {
-            jet[j] = scale * [s, c, -s, -c][j % 4];
-            scale = scale * self.omega;
-        }
+        let jet = jet_of_sine(self.phase_per_tick.wrapping_mul(tick) as i32, self.amplitude, self.omega);
         Target { turn: 0, jet }
     }
+}
+
+/// A sine and its derivatives at a phase in 2^-32 turns. Public for the recorder of C alone.
+#[doc(hidden)]
+pub fn jet_of_sine<T: Real, const J: usize>(phase: T::Count, amplitude: T, omega: T) -> [T; J] {
+    let (s, c) = sin_cos(T::from_count(phase) * T::from_f64(TAU / TWO_32), T::from_f64(1.0));
+    let mut jet = [T::ZERO; J];
+    let mut scale = amplitude;
+    for j in 0..J {
+        jet[j] = scale * [s, c, -s, -c][j % 4];
+        scale = scale * omega;
+    }
+    jet
 }
 
 /// From a jet onto another reference.
@@ -124,24 +130,7 @@ impl<T: Real<Count = i32>, R, const M: usize> Joined<T, R, M> {
         const { assert!(M >= 2 && M <= 5, "a join takes over 2 to 5 derivatives, r included") };
         let ticks = ticks.clamp(1, 1 << 24);
         let tau = f64::from(ticks) * period_s;
-        let (mut taylor, mut scale) = (gap, 1.0);
-        for (j, entry) in taylor.iter_mut().enumerate() {
-            *entry *= scale;
-            scale *= tau / (j + 1) as f64;
-        }
-        let a: [f64; M] = core::array::from_fn(|k| (0..=k).map(|j| taylor[j] * choose(M - 1 + k - j, M - 1)).sum());
-        // (1 - s)^m Σ a_k s^k, in powers of s; with u = 1 - s it is u^m Σ a_k (1 - u)^k.
-        let sign = |i: usize| if i.is_multiple_of(2) { 1.0 } else { -1.0 };
-        let in_s = |i: usize| -> f64 {
-            (0..M).filter(|k| (*k..=M + k).contains(&i)).map(|k| a[k] * sign(i - k) * choose(M, i - k)).sum()
-        };
-        let in_u = |i: usize| -> f64 {
-            if i < M { 0.0 } else { (i - M..M).map(|k| a[k] * sign(i - M) * choose(k, i - M)).sum() }
-        };
-        let halves = |power: &dyn Fn(usize) -> f64| {
-            core::array::from_fn(|half| core::array::from_fn(|k| T::from_f64(power(M * half + k))))
-        };
-        let powers = [halves(&in_s), halves(&in_u)];
+        let powers = powers_of_join(gap, tau).map(|half| half.map(|part| part.map(T::from_f64)));
         Self {
             target,
             end: start.wrapping_add(ticks),
@@ -156,6 +145,33 @@ impl<T: Real<Count = i32>, R, const M: usize> Joined<T, R, M> {
     pub const fn end(&self) -> u32 {
         self.end
     }
+}
+
+/// q of a [`Joined`] in powers of s and of 1 - s, in two rows of M each, from the gap and τ in s. Public for the recorder
+/// of C alone; here it is computed in f64.
+#[doc(hidden)]
+pub fn powers_of_join<F: Real, const M: usize>(gap: [F; M], tau_s: F) -> [[[F; M]; 2]; 2] {
+    let sum = |terms: &mut dyn Iterator<Item = F>| terms.reduce(|sum, term| sum + term).unwrap_or(F::ZERO);
+    let (mut taylor, mut scale) = (gap, F::from_f64(1.0));
+    for (j, entry) in taylor.iter_mut().enumerate() {
+        *entry = *entry * scale;
+        scale = scale * (tau_s / F::from_f64((j + 1) as f64));
+    }
+    let a: [F; M] =
+        core::array::from_fn(|k| sum(&mut (0..=k).map(|j| taylor[j] * F::from_f64(choose(M - 1 + k - j, M - 1)))));
+    // (1 - s)^m Σ a_k s^k, in powers of s; with u = 1 - s it is u^m Σ a_k (1 - u)^k.
+    let sign = |i: usize| if i.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let in_s = |i: usize| {
+        let terms = (0..M).filter(|k| (*k..=M + k).contains(&i));
+        sum(&mut terms.map(|k| a[k] * F::from_f64(sign(i - k) * choose(M, i - k))))
+    };
+    let in_u = |i: usize| {
+        let terms = if i < M { M..M } else { i - M..M };
+        sum(&mut terms.map(|k| a[k] * F::from_f64(sign(i - M) * choose(k, i - M))))
+    };
+    let halves =
+        |power: &dyn Fn(usize) -> F| core::array::from_fn(|half| core::array::from_fn(|k| power(M * half + k)));
+    [halves(&in_s), halves(&in_u)]
 }
 
 impl<T: Real<Count = i32>, R: Reference<T, J>, const M: usize, const J: usize> Reference<T, J> for Joined<T, R, M> {
@@ -179,8 +195,9 @@ impl<T: Real<Count = i32>, R: Reference<T, J>, const M: usize, const J: usize> R
 }
 
 /// A polynomial of this argument and its derivatives, the argument moving at `rate`: Horner for the value and all its
-/// Taylor coefficients at once.
-fn jet_of<T: Real, const J: usize>(x: T, powers: impl DoubleEndedIterator<Item = T>, rate: T) -> [T; J] {
+/// Taylor coefficients at once. Public for the recorder of C alone.
+#[doc(hidden)]
+pub fn jet_of<T: Real, const J: usize>(x: T, powers: impl DoubleEndedIterator<Item = T>, rate: T) -> [T; J] {
     let mut jet = [T::ZERO; J];
     for power in powers.rev() {
         for i in (1..J).rev() {

@@ -91,9 +91,22 @@ impl<'a> File<'a> {
         )
     }
 
-    /// A function that does what was recorded.
+    /// A function in float that does what was recorded.
     pub(super) fn function(
         &self,
+        meaning: &str,
+        head: &str,
+        record: &Record,
+        place: &dyn Fn(&Port) -> String,
+        meanings: &Meanings,
+    ) -> String {
+        self.function_in(false, meaning, head, record, place, meanings)
+    }
+
+    /// The same in double, if that is said.
+    pub(super) fn function_in(
+        &self,
+        double: bool,
         meaning: &str,
         head: &str,
         record: &Record,
@@ -104,7 +117,7 @@ impl<'a> File<'a> {
             let found = meanings.iter().find(|(beginning, _)| name.starts_with(beginning));
             found.map_or(String::new(), |(_, meaning)| (*meaning).into())
         };
-        let body = c::Function { record, place, meaning: &meaning_of, double: false }.body();
+        let body = c::Function { record, place, meaning: &meaning_of, double }.body();
         self.c(&format!("\n/* {meaning} */\nstatic inline {head}\n{{\n    @@_AS_WRITTEN\n")) + &body + "}\n"
     }
 

@@ -14,7 +14,7 @@ use tick_record::drive::{DriveFunctions, JET, joint, motor};
 use tick_record::{Kind, Port, Record, Role};
 
 use super::c99::{File, Meanings};
-use super::{Form, origin, rust};
+use super::{Form, origin, plan, rust};
 
 pub(super) fn text(drive: &Drive, warnings: &[String], source: &Source<'_>, form: Form<'_>) -> Result<String, String> {
     let exported = Exported { drive, warnings, source, recorded: recorded(drive)? };
@@ -219,7 +219,7 @@ struct C<'a> {
 
 impl C<'_> {
     fn text(&self) -> String {
-        [self.head(), self.types(), self.parts(), self.functions(), self.file.tail()].concat()
+        [self.head(), self.types(), self.parts(), self.functions(), self.plans(), self.file.tail()].concat()
     }
 
     fn follows_position(&self) -> bool {
@@ -273,11 +273,21 @@ impl C<'_> {
             out,
             "#define {capitals}_VERSION \"{}\"\n\
              #define {capitals}_DESIGN {:#010x}u /* log it: it tells designs apart */\n\
-             #define {capitals}_PERIOD_S {:?}\n#define {capitals}_MAX_CURRENT_A {limit:?} /* of either sign */\n",
+             #define {capitals}_PERIOD_S {:?}\n#define {capitals}_MAX_CURRENT_A {limit:?} /* of either sign */\n\
+             #define {capitals}_DELAY_TICKS {} /* from the tick that computes a current to the one that holds it */\n",
             controller_core::VERSION,
             exported.hash(),
             exported.period_s(),
+            exported.drive.designed.form().delay_ticks,
         );
+        if let DriveDesign::Motor { design: MotorDesign { motor, .. }, .. } = exported.drive.designed {
+            let _ = write!(
+                out,
+                "#define {capitals}_INERTIA_KG_M2 {:?} /* behind the gear, as all of the shaft */\n\
+                 #define {capitals}_TORQUE_N_M_PER_A {:?}\n#define {capitals}_DAMPING_N_M_S {:?}\n",
+                motor.inertia_kg_m2, motor.torque_n_m_per_a, motor.damping_n_m_s,
+            );
+        }
         for (shaft, encoder, mounting) in exported.encoders() {
             let name = format!("{capitals}_ENCODER{}", shaft.to_ascii_uppercase());
             let Encoder { bits, counts_per_turn, gear_num, gear_den } = encoder;
@@ -291,7 +301,11 @@ impl C<'_> {
             let _ = writeln!(
                 out,
                 "#define {name}_BITS {bits} /* {gear}; counts {way} while the angle grows, {offset_counts} at \
-                 angle 0 */\n#define {name}_COUNTS_PER_TURN {counts_per_turn}"
+                 angle 0 */\n#define {name}_COUNTS_PER_TURN {counts_per_turn}\n\
+                 #define {name}_UNIT_RAD {:?} /* of the shaft, one count */\n\
+                 #define {name}_REVERSED {}\n#define {name}_OFFSET_COUNTS {offset_counts}",
+                encoder.unit_rad(),
+                u8::from(is_reversed),
             );
         }
         out
@@ -441,6 +455,15 @@ typedef struct {
             ),
         ];
         functions.concat()
+    }
+
+    /// None for a speed: it is a number, and a ramp of it needs no plan.
+    fn plans(&self) -> String {
+        if self.follows_position() {
+            plan::functions(&self.file, 2 * self.shafts().len(), self.exported.period_s())
+        } else {
+            String::new()
+        }
     }
 
     fn functions(&self) -> String {

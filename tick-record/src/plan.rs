@@ -1,0 +1,56 @@
+//! What a planned way of a drive computes, as records: the sine, the polynomial of a join, and its coefficients.
+//!
+//! The first two are part of every tick, in the precision of the law. The coefficients are found once for each plan, in
+//! f64. Which half of a join a tick is in, and whether it is over, has no operation on numbers.
+
+use controller_core::drive::{jet_of, jet_of_sine, powers_of_join};
+use controller_core::{Real, Sealed};
+
+use crate::drive::JET;
+use crate::record::{Record, Role};
+use crate::recorder::{Recorder, Symbol, record};
+
+/// A plan that takes over r and its derivatives, `M` of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanFunctions {
+    /// `phase` (2^-32 turns), `amplitude`, `omega` -> jet.
+    pub sine: Record,
+    /// `ticks` of the way that are done or left, `per_tick`, `rate`, `power_0`.. and the jet of the goal, `goal_r`..
+    /// -> jet.
+    pub join: Record,
+    /// `gap_0`.., `tau_s` -> `s_0`.. in powers of what is done, `left_0`.. of what is left. In f64.
+    pub powers: Record,
+}
+
+/// Records it.
+pub fn plan<const M: usize>() -> PlanFunctions {
+    let number = |recorder: &Recorder, name: &str| recorder.number(name, Role::Argument);
+    let put = |recorder: &Recorder, jet: [Symbol; M]| {
+        JET.iter().zip(jet).for_each(|(name, number)| recorder.put(name, Role::Output, number));
+    };
+    PlanFunctions {
+        sine: record(|recorder| {
+            let phase = recorder.count("phase", Role::Argument);
+            put(recorder, jet_of_sine(phase, number(recorder, "amplitude"), number(recorder, "omega")));
+        }),
+        join: record(|recorder| {
+            let ticks = recorder.count("ticks", Role::Argument);
+            let [per_tick, rate] = ["per_tick", "rate"].map(|name| number(recorder, name));
+            let powers: Vec<Symbol> = (0..2 * M).map(|k| number(recorder, &format!("power_{k}"))).collect();
+            let jet: [Symbol; M] = jet_of(Symbol::from_count(ticks) * per_tick, powers.into_iter(), rate);
+            let goal = |j| number(recorder, &format!("goal_{}", JET[j]));
+            put(recorder, core::array::from_fn(|j| goal(j) + jet[j]));
+        }),
+        powers: record(|recorder| {
+            let gap: [Symbol; M] = core::array::from_fn(|j| number(recorder, &format!("gap_{j}")));
+            let powers = powers_of_join(gap, number(recorder, "tau_s"));
+            for (of, halves) in ["s", "left"].into_iter().zip(powers) {
+                for (k, power) in halves.into_iter().flatten().enumerate() {
+                    recorder.put(&format!("{of}_{k}"), Role::Output, power);
+                }
+            }
+        }),
+    }
+}
+
+const _: () = assert!(Symbol::WORDS == 1, "sines are recorded as those of f32");
