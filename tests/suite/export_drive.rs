@@ -6,8 +6,8 @@
 //! Compared is every bit of u, sigma, sigma*, health, estimates and state, after every tick.
 
 use controller_core::drive::{
-    Aim, ChainModel, EncoderForm, JointDesign, JointDrive, MotorDesign, MotorDrive, Mounting, Position, Sample, Speed,
-    Target,
+    Aim, Bounds, ChainModel, EncoderForm, JointDesign, JointDrive, Monitored, MotorDesign, MotorDrive, Mounting,
+    Position, Sample, Speed, Target, Watched,
 };
 use controller_core::{ControlLaw, Health, Running};
 use integration_tests::data::path;
@@ -44,7 +44,8 @@ const INSTANCES: [Instance; 12] = [
         "one_set",
         MOTOR,
         "encoder = { bits = 12, reversed = true, offset_counts = 700 }
-         drive = { uncertain_percent = 50, fallback = -0.25, lost_ticks = 3 }",
+         drive = { uncertain_percent = 50, fallback = -0.25, lost_ticks = 3 }
+         monitor = { reaction = 'fallback' }",
         motor::<Position, 0, 0, 3>,
     ),
     ("late", MOTOR, "encoder = { bits = 24 }\ndrive = { delay_ticks = 1 }", motor::<Position, 1, 1, 3>),
@@ -87,7 +88,8 @@ const INSTANCES: [Instance; 12] = [
         "joint_one_set",
         JOINT,
         "encoder = { link = { bits = 14, offset_counts = 16000 }, motor = { bits = 12 } }
-         drive = { uncertain_percent = 30, fallback = 1.5 }",
+         drive = { uncertain_percent = 30, fallback = 1.5 }
+         monitor = { reaction = 'joined_stop', stop_s = 0.05 }",
         joint::<0, 0>,
     ),
     (
@@ -137,15 +139,17 @@ fn motor<A, const FAST: usize, const LATE: usize, const S: usize>(name: &str, te
 where
     A: Aim<f32, 2> + Aim<f64, 2>,
 {
-    let DriveDesign::Motor { design, mounted, .. } = design_of(text) else { panic!("{name} is a motor") };
+    let of = design_of(text);
+    let DriveDesign::Motor { design, mounted, .. } = of else { panic!("{name} is a motor") };
     let MotorDesign { motor, encoder, .. } = design;
     let law = MotorDrive::<f32, A, FAST, LATE, S>::try_design(&design).expect("a good design");
     let plant = Plant { gain: [0.0, motor.input_gain()], ..Plant::default() };
-    run(name, &law, [mounted.mounting], [encoder.unit_rad()], plant)
+    run(name, &watched(law, &of), [mounted.mounting], [encoder.unit_rad()], plant)
 }
 
 fn joint<const FAST: usize, const LATE: usize>(name: &str, text: &str) -> Run {
-    let DriveDesign::Joint { design, mounted, .. } = design_of(text) else { panic!("{name} is a joint") };
+    let of = design_of(text);
+    let DriveDesign::Joint { design, mounted, .. } = of else { panic!("{name} is a joint") };
     let JointDesign { joint, encoders, .. } = design;
     let law = JointDrive::<f32, Position, FAST, LATE>::try_design(&design).expect("a good design");
     let (link, rotor) = (joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2);
@@ -156,7 +160,17 @@ fn joint<const FAST: usize, const LATE: usize>(name: &str, text: &str) -> Run {
         weight: joint.weight_n_m / link,
         ..Plant::default()
     };
-    run(name, &law, mounted.map(|mounted| mounted.mounting), encoders.map(|encoder| encoder.unit_rad()), plant)
+    run(name, &watched(law, &of), mounted.map(|mounted| mounted.mounting), encoders.map(|it| it.unit_rad()), plant)
+}
+
+/// The law with the monitors of its scenario.
+fn watched<L: Watched<E>, const E: usize>(law: L, of: &DriveDesign) -> Monitored<L, E> {
+    let (bounds, _) = of.thresholds().expect("a good design");
+    let law = Monitored::new(law, &Bounds::from_numbers(bounds));
+    match of.reaction().patience() {
+        Some(ticks) => law.stopping_after(ticks),
+        None => law,
+    }
 }
 
 /// Two shafts and a spring between them; a motor is the second alone.
@@ -285,7 +299,7 @@ impl Counters {
 
 fn run<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
     name: &str,
-    law: &EncoderForm<f32, M, A, E, N, S, FAST, LATE>,
+    law: &Monitored<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>,
     mounting: [Mounting; E],
     unit_rad: [f64; E],
     mut plant: Plant,
@@ -305,10 +319,12 @@ where
     let mut running = Running::new(law);
     let (mut wanted, mut counters) =
         (Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
-    let (mut asked, mut answers, mut seen, mut words) = (Vec::new(), Vec::new(), [0_usize; 16], 0);
-    let (mut ticks, mut turns_gone) = (0, 0);
+    let (mut asked, mut answers, mut seen, mut words) = (Vec::new(), Vec::new(), [0_usize; 128], 0);
+    let (mut ticks, mut turns_gone, mut stopped) = (0, 0, false);
     while ticks < TICKS {
         let what = match rng.integer(0, 999) {
+            // Somebody sees that it has stopped.
+            25..=44 if stopped => FORGET,
             0 if rng.chance(0.2) => FORGET,
             1 if rng.chance(0.2) => START,
             2..=4 => LOST,
@@ -358,6 +374,7 @@ where
         if let Some(output) = said {
             ticks += 1;
             seen[usize::from(output.health.bits())] += 1;
+            stopped = output.health.contains(Health::STOPPED);
             answers.push(u32::from(output.health.bits()));
             answers.extend([output.u, output.sigma, output.sigma_star].map(f32::to_bits));
             plant.advance(f64::from(output.u).clamp(-30.0, 30.0));
@@ -393,17 +410,26 @@ where
             running.reset();
         }
     }
-    let of = |health: Health| seen[usize::from(health.bits())];
-    let given_up = of(Health::INPUT_REJECTED) + of(Health::from_bits(9).expect("two flags"));
+    let with = |flag: Health| -> usize {
+        let of = seen.iter().enumerate();
+        of.filter(|(bits, _)| bits & usize::from(flag.bits()) != 0).map(|(_, ticks)| ticks).sum()
+    };
+    let [saturated, lost, rejected, alarms, stops] = [
+        Health::SATURATED,
+        Health::SAMPLE_LOST,
+        Health::INPUT_REJECTED,
+        Health::DISTURBANCE_OVER_BOUND,
+        Health::STOPPED,
+    ]
+    .map(with);
+    let working = seen[0] + seen[usize::from(Health::DISTURBANCE_OVER_BOUND.bits())];
     println!(
-        "{name}: {ticks} ticks, {} healthy, {} saturated, {} lost, {given_up} rejected, {turns_gone} turns",
-        of(Health::OK),
-        of(Health::SATURATED),
-        of(Health::SAMPLE_LOST),
+        "{name}: {ticks} ticks, {working} working, {saturated} saturated, {lost} lost, {rejected} rejected, {alarms} \
+         with an alarm of the disturbance, {stops} stopped, {turns_gone} turns"
     );
     // No drive is exercised by a run in which it hardly ever works, or always.
-    assert!(of(Health::OK) > ticks / 4 && of(Health::SATURATED) > ticks / 1000, "{name}: {seen:?}");
-    assert!(of(Health::SAMPLE_LOST) > ticks / 200 && given_up > ticks / 1000 && turns_gone > 1, "{name}: {seen:?}");
+    assert!(working > ticks / 10 && saturated > ticks / 1000 && alarms > ticks / 1000, "{name}: {seen:?}");
+    assert!(lost > ticks / 200 && rejected > ticks / 1000 && turns_gone > 0, "{name}: {seen:?}");
     Run { asked, words: 4 + words + 2 + 4 * E, answers }
 }
 
@@ -421,7 +447,8 @@ fn driver(exported: &str, text: &str, place: Place) -> String {
         "float" => format!("            *word++ = bits({from}.{name});\n"),
         _ => format!("            *word++ = (uint32_t){from}.{name};\n"),
     };
-    let state: String = members(text, "state").into_iter().map(|member| put("state", member)).collect();
+    let state = members(text, "monitor").into_iter().map(|member| put("monitor", member));
+    let state: String = state.chain(members(text, "state").into_iter().map(|member| put("state", member))).collect();
     let estimates: String = members(text, "estimates_of").into_iter().map(|member| put("known", member)).collect();
     let sample = members(text, "sample");
     let counts = sample.iter().filter(|(_, name)| name.starts_with("count"));
@@ -471,6 +498,7 @@ static uint32_t bits(float number)
 int main(void)
 {{
     static edo_smc_state state;
+    static edo_smc_monitor monitor;
     size_t count;
     while ((count = receive(asks, sizeof asks) / sizeof asks[0]) > 0) {{
         uint32_t *word = answers;
@@ -483,10 +511,21 @@ int main(void)
 {counts}{lost}{targets}
             switch (ask->what) {{
             case {REPORT}: said = edo_smc_report_applied(&state, ask->current); break;
-            case {START}: said = edo_smc_start(&state, &sample) ? edo_smc_tick(&state, &sample, &output) : 0u; break;
-            case {FORGET}: edo_smc_reset(&state); said = edo_smc_tick_or_start(&state, &sample, &output); break;
-            case {LOST}: said = edo_smc_lost(&state, &output); break;
-            default: said = edo_smc_tick_or_start(&state, &sample, &output); break;
+            case {START}:
+                said = 0u;
+                if (edo_smc_start(&state, &sample)) {{
+                    const edo_smc_state started = state;
+                    edo_smc_watched_reset(&monitor, &state);
+                    state = started;
+                    said = edo_smc_watched_tick(&monitor, &state, &sample, &output);
+                }}
+                break;
+            case {FORGET}:
+                edo_smc_watched_reset(&monitor, &state);
+                said = edo_smc_watched_tick(&monitor, &state, &sample, &output);
+                break;
+            case {LOST}: said = edo_smc_watched_lost(&monitor, &state, &output); break;
+            default: said = edo_smc_watched_tick(&monitor, &state, &sample, &output); break;
             }}
             *word++ = said;
             *word++ = bits(output.u);
@@ -652,8 +691,9 @@ fn said_by_exported_rust(name: &str, scenario: &str) -> String {
 use controller_core::ControlLaw;
 fn main() {
     assert_eq!(EXPORTED_FOR, controller_core::VERSION);
-    assert!(RUNNING.estimates().is_none());
-    println!(\"{:#010x} {:#010x}\", DRIVE.fingerprint(), DESIGN);
+    let running = running();
+    assert!(running.estimates().is_none());
+    println!(\"{:#010x} {:#010x} {:#010x}\", DRIVE.fingerprint(), DESIGN, running.design().fingerprint());
     MOUNTING.iter().for_each(|mounting| println!(\"{}\", mounting.upright(1000)));
 }
 ";
@@ -682,6 +722,11 @@ fn the_exported_rust_of_a_drive_is_the_design_that_the_host_made() {
             (DriveDesign::Motor { design, .. }, _) => MotorDrive::<f32, Speed, 0, 1, 4>::design(&design).fingerprint(),
             (DriveDesign::Joint { design, .. }, _) => JointDrive::<f32, Position, 1>::design(&design).fingerprint(),
         };
-        assert_eq!(said_by_exported_rust(name, &scenario), format!("{hash:#010x} {hash:#010x}\n{counts}"), "{name}");
+        // With its monitors it is what `run` runs.
+        let source = Source { file: "it", text: &scenario, sets: &[] };
+        let ran = scenario::parse(&source, "it").unwrap_or_else(|error| panic!("{error}")).port.fingerprint();
+        let watched = ran.expect("the fingerprint of a drive");
+        let said = format!("{hash:#010x} {hash:#010x} {watched:#010x}\n{counts}");
+        assert_eq!(said_by_exported_rust(name, &scenario), said, "{name}");
     }
 }

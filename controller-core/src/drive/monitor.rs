@@ -163,6 +163,11 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         }
     }
 
+    /// |d| in the unit of each block, |σ*|, ticks at a limit: what a tick compares with.
+    pub const fn thresholds(&self) -> ([L::Scalar; E], L::Scalar, L::Scalar) {
+        (self.disturbance, self.sigma_star, self.stuck_ticks)
+    }
+
     /// The same; an alarm stops the drive until it is [reset](crate::Running::reset).
     #[must_use]
     pub const fn stopping(mut self) -> Self {

@@ -6,8 +6,10 @@
 use std::fmt::Write as _;
 
 use controller_core::ControlLaw;
-use controller_core::drive::{Encoder, JointDesign, JointDrive, MotorDesign, MotorDrive, Mounting, Position, Speed};
-use loop_sim::port::drive::{DriveDesign, Follows, Form as DriveForm};
+use controller_core::drive::{
+    Bounds, Encoder, JointDesign, JointDrive, MotorDesign, MotorDrive, Mounting, Position, Speed,
+};
+use loop_sim::port::drive::{DriveDesign, Follows, Form as DriveForm, Reaction, Thresholds};
 use loop_sim::sensor::encoder::Mounted;
 use scenario::{Drive, Source};
 use tick_record::drive::{DriveFunctions, JET, joint, motor};
@@ -17,7 +19,8 @@ use super::c99::{File, Meanings};
 use super::{Form, origin, plan, rust};
 
 pub(super) fn text(drive: &Drive, warnings: &[String], source: &Source<'_>, form: Form<'_>) -> Result<String, String> {
-    let exported = Exported { drive, warnings, source, recorded: recorded(drive)? };
+    let (bounds, thresholds) = drive.designed.thresholds().map_err(|error| error.to_string())?;
+    let exported = Exported { drive, warnings, source, recorded: recorded(drive)?, bounds, thresholds };
     match form {
         Form::Standalone(prefix) => Ok(C { exported: &exported, file: File::new(prefix) }.text()),
         Form::Archive(_) => Err("the archive for C has no drive: take --lang c --standalone, one file that needs no \
@@ -32,6 +35,8 @@ pub(super) struct Exported<'a> {
     warnings: &'a [String],
     source: &'a Source<'a>,
     recorded: Recorded,
+    bounds: Vec<f64>,
+    thresholds: Thresholds,
 }
 
 /// What is made of a design for its types.
@@ -123,6 +128,14 @@ impl Exported<'_> {
     pub(super) fn origin(&self) -> String {
         let hash = format!("Design {:#010x} (FNV-1a, with which its words in Rust begin).", self.hash());
         origin(self.source, self.warnings, &hash)
+    }
+
+    /// Its bounds as Rust has them.
+    pub(super) fn bounds(&self) -> String {
+        match self.bounds.len() {
+            3 => format!("{:#?}", Bounds::<1>::from_numbers(self.bounds.iter().copied())),
+            _ => format!("{:#?}", Bounds::<2>::from_numbers(self.bounds.iter().copied())),
+        }
     }
 
     /// Encoders with their places in names.
@@ -219,7 +232,8 @@ struct C<'a> {
 
 impl C<'_> {
     fn text(&self) -> String {
-        [self.head(), self.types(), self.parts(), self.functions(), self.plans(), self.file.tail()].concat()
+        [self.head(), self.types(), self.parts(), self.functions(), self.monitors(), self.plans(), self.file.tail()]
+            .concat()
     }
 
     fn follows_position(&self) -> bool {
@@ -319,7 +333,12 @@ enum {
     @@_OK = 0,
     @@_INPUT_REJECTED = 1, /* no good sample yet, too many lost, a target that is no number: the fallback */
     @@_SATURATED = 2, /* the law asked for more than the limits allow */
-    @@_SAMPLE_LOST = 8 /* a count was not there, or moved as no shaft can: the observer predicts */
+    @@_SAMPLE_LOST = 8, /* a count was not there, or moved as no shaft can: the observer predicts */
+    /* what the monitors say of it */
+    @@_SIGMA_STAR_OVER_BOUND = 4,
+    @@_DISTURBANCE_OVER_BOUND = 16,
+    @@_STUCK_AT_LIMIT = 32,
+    @@_STOPPED = 64 /* nothing but the safe current goes out until the monitor is reset */
 };
 ",
         );
@@ -455,6 +474,112 @@ typedef struct {
             ),
         ];
         functions.concat()
+    }
+
+    /// What of a tick is looked at after it. Comparisons and counts of ticks, written by hand: bit by bit they are those of
+    /// `controller_core::drive::Monitored` (test `export_drive`).
+    fn monitors(&self) -> String {
+        let Thresholds { disturbance, sigma_star, stuck_ticks } = &self.exported.thresholds;
+        let reaction = self.exported.drive.designed.reaction();
+        let mut looks = String::new();
+        for (shaft, bound) in self.shafts().iter().zip(disturbance) {
+            let _ = writeln!(
+                looks,
+                "    health |= @_magnitude(state->d{shaft}) <= {bound:?}f ? 0u : (unsigned)@@_DISTURBANCE_OVER_BOUND;"
+            );
+        }
+        let (follows, stops) = match (reaction, reaction.patience()) {
+            (_, None) => ("is told and no more, as the scenario has it", String::new()),
+            (reaction, Some(ticks)) => {
+                let follows = if matches!(reaction, Reaction::Fallback) {
+                    "stops the drive, as the scenario has it"
+                } else {
+                    "that lasts as long as the stop that you plan (@_plan_stop) stops the drive, as the scenario has it"
+                };
+                let stops = format!(
+                    "    if (monitor->alarmed > {ticks}.0f) {{
+        @_output safe;
+        (void)@_not_started(&safe);
+        output->u = safe.u;
+        monitor->stopped = true;
+        health |= @@_STOPPED;
+    }}
+"
+                );
+                (follows, stops)
+            }
+        };
+        self.file.c(&format!(
+            "
+/* MONITORS. A count that sticks while the shaft stands still looks like a load that u cancels: the loop runs away, and
+ * no observer sees it. Where that does harm call @_watched_tick and @_watched_lost instead of @_tick_or_start and
+ * @_lost. An alarm (any of SIGMA_STAR_OVER_BOUND, DISTURBANCE_OVER_BOUND, STUCK_AT_LIMIT, INPUT_REJECTED)
+ * {follows}. A drive that has stopped stays so until @_watched_reset. */
+typedef struct {{
+    bool stopped;
+    float stuck; /* ticks at a limit without |sigma| falling, ten within the limits for each that is forgotten */
+    float last; /* |sigma| at the last of them */
+    float alarmed; /* ticks of alarm in a row */
+}} @_monitor; /* zeros are right at the start */
+
+static inline float @_magnitude(float number)
+{{
+    return number < 0.0f ? -number : number;
+}}
+
+/* What the monitors say of a tick that was made; what follows is done. */
+static inline unsigned @_watch(@_monitor *monitor, const @_state *state, unsigned health, @_output *output)
+{{
+    const float sigma = @_magnitude(output->sigma);
+    const unsigned alarms = @@_SIGMA_STAR_OVER_BOUND | @@_DISTURBANCE_OVER_BOUND | @@_STUCK_AT_LIMIT
+        | @@_INPUT_REJECTED;
+    if (!state->started) {{
+        return health;
+    }}
+{looks}    if ((health & @@_SATURATED) != 0u) {{
+        if (!(monitor->stuck > 0.0f) || sigma >= monitor->last) {{
+            monitor->stuck += 1.0f;
+        }}
+        monitor->last = sigma;
+    }} else {{
+        const float less = monitor->stuck - 0.1f;
+        monitor->stuck = less > 0.0f ? less : 0.0f;
+        health |= @_magnitude(output->sigma_star) <= {sigma_star:?}f ? 0u : (unsigned)@@_SIGMA_STAR_OVER_BOUND;
+    }}
+    health |= monitor->stuck > {stuck_ticks:?}f ? (unsigned)@@_STUCK_AT_LIMIT : 0u;
+    monitor->alarmed = (health & alarms) != 0u ? monitor->alarmed + 1.0f : 0.0f;
+{stops}    return health;
+}}
+
+/* @_tick_or_start within the monitors. */
+static inline unsigned @_watched_tick(@_monitor *monitor, @_state *state, const @_sample *sample, @_output *output)
+{{
+    if (monitor->stopped) {{
+        return @_not_started(output) | @@_STOPPED;
+    }}
+    return @_watch(monitor, state, @_tick_or_start(state, sample, output), output);
+}}
+
+/* @_lost within the monitors. */
+static inline unsigned @_watched_lost(@_monitor *monitor, @_state *state, @_output *output)
+{{
+    if (monitor->stopped) {{
+        return @_not_started(output) | @@_STOPPED;
+    }}
+    return @_watch(monitor, state, @_lost(state, output), output);
+}}
+
+/* After a stop: all is forgotten, and the next good sample starts the drive. */
+static inline void @_watched_reset(@_monitor *monitor, @_state *state)
+{{
+    monitor->stopped = false;
+    monitor->stuck = 0.0f;
+    monitor->last = 0.0f;
+    monitor->alarmed = 0.0f;
+    @_reset(state);
+}}
+"
+        ))
     }
 
     /// None for a speed: it is a number, and a ramp of it needs no plan.

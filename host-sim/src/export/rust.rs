@@ -150,6 +150,12 @@ pub(super) fn drive(exported: &Drive<'_>) -> String {
         ),
     };
     let design = design.replace("fallback: ", "fallback: Fallback::").replace(": inf,", ": f64::INFINITY,");
+    let stops = match exported.drive.designed.reaction().patience() {
+        None => String::new(),
+        Some(0) => String::from(".stopping()"),
+        Some(ticks) => format!(".stopping_after({ticks})"),
+    };
+    let bounds = exported.bounds().replace(": inf,", ": f64::INFINITY,");
     let version = controller_core::VERSION;
     let mut out =
         format!("// {}\n// Exported for controller-core {version}; do not edit, export it again.\n", exported.title());
@@ -161,7 +167,7 @@ pub(super) fn drive(exported: &Drive<'_>) -> String {
         out,
         "
 use controller_core::drive::{{
-    Encoder, {more}, Mounting, {aim}, Switching,
+    Bounds, Encoder, {more}, Monitored, Mounting, {aim}, Switching,
 }};
 use controller_core::{{Fallback, Limits, Running}};
 
@@ -182,8 +188,13 @@ pub const MOUNTING: [Mounting; {encoders}] = {mounting};
 /// Designed by the compiler: a bad design is a compile error.
 pub static DRIVE: Designed = Designed::design(&CONFIG);
 
-/// Ready for its first sample: `static mut LOOP: Running<&Designed> = RUNNING;`, then `LOOP.tick(&sample).u`.
-pub const RUNNING: Running<&Designed> = Running::new(&DRIVE);
+/// What its monitors may see: of load and friction, of errors of the data sheet, of time at a limit.
+pub const BOUNDS: Bounds<{encoders}> = {bounds};
+
+/// Waits for its first sample, within its monitors: they are what sees a count that sticks while the shaft stands still.
+pub fn running() -> Running<Monitored<&'static Designed, {encoders}>> {{
+    Running::new(Monitored::new(&DRIVE, &BOUNDS){stops})
+}}
 ",
         hash = exported.hash(),
     );

@@ -483,6 +483,17 @@ impl<const E: usize, const N: usize, const P: usize> ControllerPort for Drive<'_
     }
 }
 
+/// What monitors compare with in every tick.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Thresholds {
+    /// |d| in the unit of each block.
+    pub disturbance: Vec<f32>,
+    /// |σ*|.
+    pub sigma_star: f32,
+    /// Ticks at a limit while |σ| does not fall.
+    pub stuck_ticks: f32,
+}
+
 /// What is done with a law of any of the types that a drive may have.
 trait Use<const E: usize, const N: usize> {
     type Out;
@@ -519,18 +530,19 @@ impl<const E: usize, const N: usize> Use<E, N> for Run {
     }
 }
 
-/// Only what its monitors may see is asked for.
+/// Only what its monitors may see is asked for: also as a tick in f32 compares it.
 struct Watch;
 
 impl<const E: usize, const N: usize> Use<E, N> for Watch {
-    type Out = Bounds<E>;
+    type Out = (Bounds<E>, Thresholds);
 
-    fn of<L, A>(self, _: L, bounds: Bounds<E>) -> Bounds<E>
+    fn of<L, A>(self, law: L, bounds: Bounds<E>) -> Self::Out
     where
         L: Watched<E, Scalar = f32>,
         A: Aim<f32, N>,
     {
-        bounds
+        let (disturbance, sigma_star, stuck_ticks) = Monitored::new(law, &bounds).thresholds();
+        (bounds, Thresholds { disturbance: disturbance.into(), sigma_star, stuck_ticks })
     }
 }
 
@@ -605,12 +617,30 @@ impl DriveDesign {
         let patience = self.reaction().patience().map_or(f64::INFINITY, f64::from);
         Ok(match self {
             Self::Motor { design, form, monitors, .. } => {
-                let bounds = motor(design, *form, monitors, Watch)?;
+                let (bounds, _) = motor(design, *form, monitors, Watch)?;
                 design.to_numbers().into_iter().chain(bounds.to_numbers()).chain([patience]).collect()
             }
             Self::Joint { design, form, monitors, sudden_load_n_m, .. } => {
-                let bounds = joint(design, *form, monitors, *sudden_load_n_m, Watch)?;
+                let (bounds, _) = joint(design, *form, monitors, *sudden_load_n_m, Watch)?;
                 design.to_numbers().into_iter().chain(bounds.to_numbers()).chain([patience]).collect()
+            }
+        })
+    }
+
+    /// What its monitors compare with in every tick, and the same in the units of people: |d| of each shaft in rad/s²,
+    /// |σ*|, ticks at a limit.
+    ///
+    /// # Errors
+    /// Those of the design.
+    pub fn thresholds(&self) -> Result<(Vec<f64>, Thresholds), DriveError> {
+        Ok(match self {
+            Self::Motor { design, form, monitors, .. } => {
+                let (bounds, thresholds) = motor(design, *form, monitors, Watch)?;
+                (bounds.to_numbers().collect(), thresholds)
+            }
+            Self::Joint { design, form, monitors, sudden_load_n_m, .. } => {
+                let (bounds, thresholds) = joint(design, *form, monitors, *sudden_load_n_m, Watch)?;
+                (bounds.to_numbers().collect(), thresholds)
             }
         })
     }
