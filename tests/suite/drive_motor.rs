@@ -4,8 +4,11 @@
 //! The bars are 1.5 times (noise: twice) what another implementation of the same law showed on another implementation
 //! of the same plant.
 
-use controller_core::drive::{Encoder, Hold, Motor, MotorDesign, MotorDrive, Position, Speed};
+use controller_core::drive::{
+    Encoder, Hold, Motor, MotorBandwidths, MotorDesign, MotorDrive, Position, Sample, Speed, Target,
+};
 use controller_core::{Health, Limits, Running};
+use integration_tests::data;
 use integration_tests::drive::{LinearLaw, Run, Shaft, Trace, blended_sine, peak, point_to_point, rms, run_motor};
 use integration_tests::strategy::Rng;
 use std::f64::consts::TAU;
@@ -190,6 +193,22 @@ fn unstable<const LATE: usize, const S: usize>(design: &MotorDesign, lag_s: f64,
     radii.fold((0, 0.0), |(count, largest), radius| (count + usize::from(radius >= 1.0), f64::max(largest, radius)))
 }
 
+/// w_c as the rule gives it: 94 and 125 rad/s with 12, and 14 bits and more, at 1 ms; 182 at 0.5 ms; 286 at 0.1 ms.
+#[test]
+fn bandwidths_by_rule_are_the_known_ones() {
+    for (bits, period_s, known) in [
+        (12, 1e-3, 94.0),
+        (14, 1e-3, 125.0),
+        (20, 1e-3, 125.0),
+        (14, 5e-4, 182.0),
+        (16, 1e-4, 286.0),
+        (20, 1e-4, 286.0),
+    ] {
+        let found = by_rule(period_s, bits).bandwidths.surface_rad_s;
+        assert!((found - known).abs() <= 0.5, "{bits} bits, {period_s} s: {found}");
+    }
+}
+
 /// 12 to 20 bits, 1, 0.5 and 0.1 ms, no lag and 0.2 ms, with and without a tick of delay: with one set every loop near
 /// rest dies away, at J and K_t off by ±50 % (nine points) and at random; with the fast set alone at ±20 %. That it
 /// must not be had at ±50 %, nor a fourth state at a third of the gain, is true as well.
@@ -233,9 +252,7 @@ fn the_rule_is_stable_in_all_48_combinations() {
         }
     }
     println!("largest spectral radius at 50 %, at random, of the fast set at 20 %: {largest:.5?}");
-    println!(
-        "of {combinations} unstable at 50 %: fast set {fast_at_50}, 1.5 times {less_fast_at_50}; four states {four_states}"
-    );
+    println!("unstable at 50 %: fast set {fast_at_50}, 1.5 times {less_fast_at_50}, four states {four_states}");
     assert_eq!((combinations, less_fast_at_50, four_states), (48, 22, 48));
     assert!(fast_at_50 > 22, "{fast_at_50}");
 }
@@ -304,6 +321,246 @@ fn the_speed_loop_dips_and_recovers_as_said_and_knows_the_load() {
     }
 }
 
+/// One tick late at 1 ms the rule is slower, and that is the price; looking ahead is not dearer than not.
+#[test]
+fn a_tick_of_delay_costs_what_is_said() {
+    let design = by_rule(1e-3, 14).with_lag(2e-4, 1);
+    let law = MotorDrive::<f32, Position, 0, 1>::try_design(&design).expect("a good design");
+    let run = |shaft, ticks, plan: &dyn Fn(f64) -> [f64; 2]| {
+        let run = Run { period_s: 1e-3, bits: 14, ticks, delay: 1 };
+        peak(&run_motor(law, shaft, run, plan, |_, _, _| ()).error)
+    };
+    let moved = run(Shaft::ROUGH, 300, &point_to_point(1.0, 0.05, 0.1, 7));
+    let load = run(Shaft { load: [0.1, 0.1], ..Shaft::ROUGH }, 500, &|_| [0.0; 2]);
+    println!("w_c {:.0}: move {moved:.1e}, load {load:.1e} rad", design.bandwidths.surface_rad_s);
+    assert!(moved <= 1.5 * 6.0e-3 && load <= 1.5 * 0.097, "{moved:e}, {load:e}");
+}
+
+/// A move of 1 rad in 0.1 s by polynomials of degree 3 to 9; the same without the lag of the current loop (M falls by
+/// 18 to 36 %, L by 2 to 11 %); 0.5 rad in 0.06 s: when it is inside 5e-3 and 5e-4 rad; creeping at 0.05 rad/s.
+#[test]
+fn moves_of_any_degree_short_moves_and_creeping() {
+    for (bits, period_s, degrees, inside_ms, creeping) in [
+        (14, 1e-3, [0.94e-3, 1.2e-3, 1.2e-3, 1.2e-3], [52.0, 72.0], [1.2e-4, 3.0e-4]),
+        (16, 1e-4, [3.4e-4, 2.9e-4, 2.7e-4, 2.7e-4], [52.0, 56.0], [3.1e-6, 9.7e-6]),
+    ] {
+        let design = by_rule(period_s, bits);
+        for (degree, value) in [3, 5, 7, 9].into_iter().zip(degrees) {
+            let found = peak(&run::<1>(&design, Shaft::ROUGH, 0.3, &point_to_point(1.0, 0.05, 0.1, degree)).error);
+            println!("{bits} bits, degree {degree}: {found:.1e} for {value:.1e}");
+            assert!(found <= 1.5 * value, "{bits} bits, degree {degree}: {found:e}");
+        }
+        let [lagging, direct] = [2e-4, 0.0].map(|lag_s| figures::<1>(&design, Shaft { lag_s, ..Shaft::ROUGH }));
+        let [moved, load] = [direct[2] / lagging[2], direct[3] / lagging[3]];
+        println!("{bits} bits, no lag: move {moved:.2}, load {load:.2} times");
+        assert!((0.64..=0.82).contains(&moved) && (0.89..=0.98).contains(&load), "{moved}, {load}");
+
+        let plan = point_to_point(0.5, 0.0, 0.06, 7);
+        let short = run::<1>(&design, Shaft::ROUGH, 0.3, &plan).error;
+        let angle = |k: usize| short[k] + plan(k as f64 * period_s)[0] - 0.5;
+        let last = |within: f64| (0..short.len()).rposition(|k| angle(k).abs() > within).expect("it began outside");
+        let found = [5e-3, 5e-4].map(|within| (last(within) + 1) as f64 * period_s * 1e3);
+        println!("{bits} bits, 0.5 rad: inside after {found:.1?} for {inside_ms:?} ms");
+        assert!((0..2).all(|i| found[i] <= 1.5 * inside_ms[i]), "{bits} bits: {found:?} ms");
+
+        let slow = run::<1>(&design, Shaft::ROUGH, 2.0, &|t| [0.05 * t, 0.05]);
+        let found = [rms(second_half(&slow.error)), peak(second_half(&slow.error))];
+        println!("{bits} bits, 0.05 rad/s: {:?} for {:?}", found.map(Sci), creeping.map(Sci));
+        assert!((0..2).all(|i| found[i] <= 1.5 * creeping[i]), "{bits} bits: {found:?}");
+    }
+}
+
+/// Without samples for a time on the sine, begun at every 20 ms of a period. Where friction does not reverse the peak
+/// stays within 4 % (which elsewhere is said of the whole sine). Unseen, 0.016 N m of it are 80 rad/s² for so long.
+#[test]
+fn lost_samples_are_bridged() {
+    let design = by_rule(1e-3, 14);
+    let law = MotorDrive::<f32, Position, 1>::try_design(&design).expect("a good design");
+    let plan = Run { period_s: 1e-3, bits: 14, ticks: 1800, delay: 0 };
+    let sine = blended_sine(1.0, TAU, 0.25);
+    let peak_with = |lost: std::ops::Range<u32>| {
+        let each = |k: u32, sample: &mut Sample<_, _, 1>, _: &mut Running<_>| {
+            if lost.contains(&k) {
+                sample.counts = [None];
+            }
+        };
+        peak(&run_motor(law, Shaft::ROUGH, plan, &sine, each).error)
+    };
+    let whole = peak_with(0..0);
+    for (ticks, least) in [(5, 48), (20, 32)] {
+        let mut found: Vec<f64> = (30..80).map(|k| peak_with(20 * k..20 * k + ticks)).collect();
+        found.sort_by(f64::total_cmp);
+        let within = found.iter().filter(|&&found| found < 1.04 * whole).count();
+        println!("{ticks} ms lost: peak {:.1e} at most, without {whole:.1e}; {within} of 50 within 4 %", found[49]);
+        let unseen = 40.0 * (1e-3 * f64::from(ticks)).powi(2);
+        assert!(within >= least && found[49] <= 1.5 * (whole + unseen), "{ticks} ms: {within}, {:e} rad", found[49]);
+    }
+}
+
+/// The estimate of the speed on the sine, beside the difference of two counts. That of a load of 0.1 N m: when it is
+/// known to 90 %, and its noise where there is no cogging, which is a load too.
+#[test]
+fn speed_and_load_are_known_as_well_as_said() {
+    for (bits, period_s, speed, load_ms, noise) in [(14, 1e-3, 0.037, 22.0, 2.4e-4), (16, 1e-4, 0.011, 10.0, 3.1e-4)] {
+        let design = by_rule(period_s, bits);
+        let law = MotorDrive::<f32, Position, 1>::try_design(&design).expect("a good design");
+        let run = Run { period_s, bits, ticks: (2.0 / period_s).round() as u32, delay: 0 };
+        let (mut known, mut counts) = (Vec::new(), Vec::new());
+        let sine = blended_sine(1.0, TAU, 0.25);
+        let trace = run_motor(law, Shaft::ROUGH, run, &sine, |_, sample, running| {
+            // Of the tick before.
+            known.push(running.estimates().map_or(0.0, |known| f64::from(known.speed[0])));
+            counts.push(sample.counts[0].expect("none is lost"));
+        });
+        let (unit, turn) = (design.encoder.unit_rad(), 1 << bits);
+        let signed = |moved: i32| (moved + turn / 2).rem_euclid(turn) - turn / 2;
+        let ticks = counts.len() / 2..counts.len() - 1;
+        let truly = |k: usize| trace.speed_error[k] + sine(k as f64 * period_s)[1];
+        let off: Vec<f64> = ticks.clone().map(|k| known[k + 1] - truly(k)).collect();
+        let by_counts = |k: usize| f64::from(signed(counts[k] - counts[k - 1])) * unit / period_s - truly(k);
+        let [off, by_counts] = [rms(&off), rms(&ticks.map(by_counts).collect::<Vec<_>>())];
+        println!("{bits} bits: speed to {off:.3} rad/s for {speed}, by difference {by_counts:.2}");
+        assert!(off <= 1.5 * speed && by_counts > 3.0 * off, "{bits} bits: {off}, {by_counts}");
+
+        let law = MotorDrive::<f32, Speed>::try_design(&design).expect("a good design");
+        let ramp = |t: f64| [0.0, 20.0 * integral_free_step(t / 0.05)];
+        let run = Run { ticks: (0.6 / period_s).round() as u32, ..run };
+        let smooth = Shaft { cogging: [0.0, 7.0], load: [0.3, 0.1], ..Shaft::ROUGH };
+        let load = run_motor(law, smooth, run, &ramp, |_, _, _| ()).load;
+        let (before, after) = load.split_at(load.len() / 2);
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let quiet = mean(second_half(before));
+        let ticks = after.iter().position(|load| load - quiet > 0.09).expect("it is known in the end");
+        let there_ms = ticks as f64 * period_s * 1e3;
+        let late = second_half(after);
+        let spread = rms(&late.iter().map(|load| load - mean(late)).collect::<Vec<_>>());
+        println!("{bits} bits: 90 % after {there_ms:.1} ms for {load_ms}, noise {spread:.1e} N m for {noise:.1e}");
+        assert!(there_ms <= 1.5 * load_ms && spread <= 1.5 * noise, "{bits} bits: {there_ms} ms, {spread:e} N m");
+    }
+}
+
+/// The position loop on the integral of r': the lost angle comes back.
+#[test]
+fn a_shaft_that_keeps_step_gets_its_angle_back() {
+    for (bits, period_s, dip, back_ms) in [(14, 1e-3, 2.0, 46.0), (16, 1e-4, 0.97, 15.0)] {
+        let design = by_rule(period_s, bits);
+        let ramp = |t: f64| {
+            let s = (t / 0.05).clamp(0.0, 1.0);
+            let before = 20.0 * 0.05 * (s * s * s - 0.5 * s * s * s * s);
+            [before + 20.0 * (t - 0.05).max(0.0), 20.0 * integral_free_step(s)]
+        };
+        let shaft = Shaft { load: [0.3, 0.1], ..Shaft::ROUGH };
+        let trace = run::<0>(&design, shaft, 0.6, &ramp);
+        let after = (0.3 / period_s).round() as usize;
+        let found = peak(&trace.speed_error[after..]);
+        let back = trace.speed_error[after..].iter().rposition(|error| error.abs() > 0.2).map_or(0, |k| k + 1);
+        let back = back as f64 * period_s * 1e3;
+        let [most, left] = [peak(&trace.error[after..]), peak(&trace.error[trace.error.len() * 19 / 20..])];
+        println!(
+            "{bits} bits: dip {found:.2} rad/s, back after {back:.0} ms, {most:.3} rad lost, {left:.1e} at the end"
+        );
+        assert!(found <= 1.5 * dip && back <= 1.5 * back_ms, "{bits} bits: {found} rad/s, {back} ms");
+        assert!(left < 0.1 * most, "{bits} bits: {left:e} of {most:e} rad");
+    }
+}
+
+/// 100 turns away nothing is worse because the base follows. A gear of 1 : 181 under an encoder of 2^24 counts has a
+/// base of 181 turns, which does not: 90 turns away f32 has lost so many digits that u steps.
+#[test]
+fn a_base_that_does_not_follow_is_missed() {
+    let far = 90.0 * TAU;
+    for (period_s, times) in [(1e-3, 1.5), (1e-4, 5.0)] {
+        let encoder = Encoder::absolute(24).geared(1, 181);
+        let design = MotorDesign::by_rule(period_s, MOTOR, encoder, Limits::symmetric(10.0));
+        let law = MotorDrive::<f32, Position>::try_design(&design).expect("a good design");
+        let noise = |away: f64| {
+            let mut shaft = Shaft { x: [away, 0.0, 0.0], ..Shaft::ROUGH };
+            let mut running = Running::new(law);
+            let (mut u, sine) = (Vec::new(), blended_sine::<2>(1.0, TAU, 0.25));
+            for k in 0..(1.0 / period_s).round() as u32 {
+                let t = f64::from(k) * period_s;
+                let count = (shaft.x[0] / encoder.unit_rad() + 0.5).floor() as i32;
+                let [begin, end] = [t, t + period_s].map(|t| {
+                    let [r, v] = sine(t);
+                    Target { turn: (away / TAU) as i32, jet: [r as f32, v as f32] }
+                });
+                u.push(f64::from(running.tick(&Sample { counts: [Some(count)], begin, end }).u));
+                shaft.advance(t, u[u.len() - 1], period_s);
+            }
+            rms(&second_half(&u).windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>())
+        };
+        let [near, far] = [noise(0.0), noise(far)];
+        println!("T {period_s}: steps of u {near:.1e} A at 0, {far:.1e} A at 90 turns");
+        assert!(far >= times * near, "T {period_s}: {near:e}, {far:e}");
+    }
+}
+
+/// Whole runs of another implementation: counts and held u, tick by tick.
+#[test]
+fn runs_are_those_of_the_other_implementation() {
+    let open = |period_s, bits, w_c| {
+        let design = MotorDesign { limits: Limits::symmetric(10.0), ..by_rule(period_s, bits) }.with_surface(w_c);
+        MotorDesign { gate_steps: f64::INFINITY, ..design }
+    };
+    macro_rules! beside {
+        ($name:literal, $design:expr, $shaft:expr, $plan:expr, $each:expr, $($types:tt)*) => {{
+            let design: MotorDesign = $design;
+            let rows = data::columns(concat!("motor_", $name, ".csv"), ["count", "u_demand"]);
+            let law = MotorDrive::<f64, $($types)*>::try_design(&design).expect("a good design");
+            let bits = design.encoder.bits;
+            let delay = u32::from($name == "turns_wrap_delay_12bit");
+            let run = Run { period_s: design.period_s, bits, ticks: rows.len() as u32, delay };
+            let (mut counts, each) = (Vec::new(), $each);
+            let trace = run_motor(law, $shaft, run, &$plan, |k, sample, _| {
+                counts.push(f64::from(sample.counts[0].expect("a count")));
+                if each(k) {
+                    sample.counts = [None];
+                }
+            });
+            for (k, [count, u]) in rows.into_iter().enumerate() {
+                assert!(counts[k] == count, "{}, tick {k}: {} for {count}", $name, counts[k]);
+                // The records have ten digits.
+                let off = (trace.u[k] - u.clamp(-10.0, 10.0)).abs();
+                assert!(off <= 1e-8, "{}, tick {k}: {off:e} A", $name);
+            }
+        }};
+    }
+    let none = |_| false;
+    let rough = Shaft::ROUGH;
+    let loaded = Shaft { load: [0.5, 0.1], ..rough };
+    beside!("move_load_14bit", open(1e-3, 14, 125.0), loaded, point_to_point(1.0, 0.05, 0.1, 7), none, Position);
+    let lost = |k| (300..303).contains(&k) || (500..510).contains(&k);
+    beside!("sine_20bit_two_sets_lost", open(1e-3, 20, 125.0), rough, blended_sine(1.0, TAU, 0.25), lost, Position, 1);
+    let bandwidths =
+        MotorBandwidths { surface_rad_s: 50.0, observer_rad_s: 75.0, reaching_per_s: 400.0, offset_per_s: 25.0 };
+    let late = MotorDesign { bandwidths, ..open(1e-3, 12, 50.0) };
+    beside!("turns_wrap_delay_12bit", late, rough, point_to_point(40.0, 0.02, 0.7, 7), none, Position, 0, 1, 4);
+    let ramp = |t: f64| {
+        let (x, s) = (t - 5e-3, ((t - 5e-3) / 0.02).clamp(0.0, 1.0));
+        [20.0 * 0.02 * (s * s * s - 0.5 * s * s * s * s) + 20.0 * (x - 0.02).max(0.0), 20.0 * integral_free_step(s)]
+    };
+    let heavy = Shaft { damping: 2e-5, load: [0.05, 0.05], ..rough };
+    beside!("speed_loop_fine_16bit", open(1e-4, 16, 286.0), heavy, ramp, none, Speed);
+}
+
+/// f32 beside f64, each in its own loop, with the finest encoders that there are (24 bits; the bars are for 30).
+#[test]
+fn a_law_in_f32_runs_as_in_f64() {
+    for period_s in [1e-3, 1e-4] {
+        let design = by_rule(period_s, 24);
+        let run = Run { period_s, bits: 24, ticks: (1.5 / period_s).round() as u32, delay: 0 };
+        let plan = blended_sine(1.0, TAU, 0.25);
+        let single = MotorDrive::<f32, Position, 1>::try_design(&design).expect("a good design");
+        let double = MotorDrive::<f64, Position, 1>::try_design(&design).expect("a good design");
+        let single = run_motor(single, Shaft::CLEAN, run, &plan, |_, _, _| ());
+        let double = run_motor(double, Shaft::CLEAN, run, &plan, |_, _, _| ());
+        let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let (y, u) = (apart(&single.error, &double.error), apart(&single.u, &double.u));
+        println!("T {period_s}: y {y:.1e} rad, u {u:.1e} A");
+        assert!(y <= 3e-7 && u <= 1.5e-3, "T {period_s}: {y:e} rad, {u:e} A");
+    }
+}
+
 /// 3 s² - 2 s³.
 fn integral_free_step(s: f64) -> f64 {
     let s = s.clamp(0.0, 1.0);
@@ -320,11 +577,11 @@ fn holding_is_following_zero() {
     );
     let (mut hold, mut follow) = (Running::new(hold), Running::new(follow));
     let mut rng = Rng::new(0x401D);
-    let zero = controller_core::drive::Target { turn: 0, jet: [0.0; 2] };
+    let zero = Target { turn: 0, jet: [0.0; 2] };
     for _ in 0..2000 {
         let counts = [Some(rng.integer(0, 30) as i32 - 15)];
-        let a = hold.tick(&controller_core::drive::Sample { counts, begin: (), end: () });
-        let b = follow.tick(&controller_core::drive::Sample { counts, begin: zero, end: zero });
+        let a = hold.tick(&Sample { counts, begin: (), end: () });
+        let b = follow.tick(&Sample { counts, begin: zero, end: zero });
         assert_eq!(a.u.to_bits(), b.u.to_bits());
         assert!(!a.health.contains(Health::INPUT_REJECTED));
     }
