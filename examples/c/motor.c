@@ -18,6 +18,8 @@
 
 #define RATE_HZ ((uint32_t)(1.0 / EDO_SMC_PERIOD_S + 0.5))
 #define TICKS_OF(seconds) ((uint32_t)((seconds) / EDO_SMC_PERIOD_S + 0.5))
+/* From the making of a plan to its first tick: a plan is some ten thousand cycles of double in software. */
+#define LEAD_S 0.005
 #define TWO_PI 6.283185307179586
 
 static edo_smc_state state; /* zeros are right: the first good count starts it */
@@ -69,9 +71,12 @@ void TIM3_IRQHandler(void) {
     tick = tick + 1u;
 }
 
-/* The plan to fill, and where the one that is played will be when it begins: in five ticks, which is time enough. */
+/* The plan to fill, and where the one that is played will be when it begins. */
 static edo_smc_plan *next_plan(edo_smc_jet *present) {
-    changeover = tick + 5u;
+    while (ready) {
+        board_sleep(); /* the last one has not begun yet */
+    }
+    changeover = tick + 1u + TICKS_OF(LEAD_S);
     edo_smc_plan_jet(&plans[playing], changeover, present);
     return &plans[playing ^ 1u];
 }
@@ -176,7 +181,7 @@ int main(void) {
         board_sleep();
     }
     board_text("  time s  planned rad    true rad   error rad current A\n");
-    onto_a_sine(1.0, 1.0, 0.25 - 5 * EDO_SMC_PERIOD_S);
+    onto_a_sine(1.0, 1.0, 0.24);
     judged = TICKS_OF(0.25);
     report_until(TICKS_OF(2.25));
     board_text("sine of 1 rad at 1 Hz, from 0.25 s on: peak error ");
