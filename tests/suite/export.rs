@@ -66,35 +66,41 @@ const INSTANCES: [Instance; 12] = [
     ),
     (
         "n4r2_24",
-        "controller = { limits = { min = -300, max = 200 }, sigma_star_bound = 5 }",
+        "plant = {}
+         controller = { limits = { min = -300, max = 200 }, sigma_star_bound = 5 }",
         run::<4, 2, { channels(4, 2, [2, 4]) }, 2>,
     ),
     (
         "n4r2_24_mixed",
-        "controller = { initial_estimates = [0, 0.5, 0, -3], fallback = 1.5, observer = [
+        "plant = {}
+         controller = { initial_estimates = [0, 0.5, 0, -3], fallback = 1.5, observer = [
              { channel = 2, printed = [100, 20] }, { channel = 4, printed = [50] } ] }",
         run::<4, 2, { channels(4, 2, [2, 4]) }, 2>,
     ),
     (
         "n4r2_24_gated",
-        "controller = { limits = { min = -300, max = 300 }, samples = { min = [-2, -3, -4, -5], max = [3, 3, 3, 9],
+        "plant = {}
+         controller = { limits = { min = -300, max = 300 }, samples = { min = [-2, -3, -4, -5], max = [3, 3, 3, 9],
              jump = [1, 2, 3, 4] } }",
         run::<4, 2, { channels(4, 2, [2, 4]) }, 2>,
     ),
     (
         "n4r3_24",
-        "controller = { k_s = 0.5, limits = { min = -300, max = 300 }, observer = [
+        "plant = {}
+         controller = { k_s = 0.5, limits = { min = -300, max = 300 }, observer = [
              { channel = 2, bandwidth_rad_s = 50, order = 3 }, { channel = 4, bandwidth_rad_s = 50, order = 3 } ] }",
         run::<4, 3, { channels(4, 3, [2, 4]) }, 2>,
     ),
     (
         "n4r2_4",
-        "controller = { observer = [{ channel = 4, printed = [100, 20] }] }",
+        "plant = {}
+         controller = { observer = [{ channel = 4, printed = [100, 20] }] }",
         run::<4, 2, { channels(4, 2, [4]) }, 1>,
     ),
     (
         "n4r3_1234",
-        "controller = { observer = [
+        "plant = {}
+         controller = { observer = [
              { channel = 1, bandwidth_rad_s = 50, order = 3 }, { channel = 2, bandwidth_rad_s = 50, order = 3 },
              { channel = 3, bandwidth_rad_s = 50, order = 3 }, { channel = 4, bandwidth_rad_s = 50, order = 3 } ] }",
         run::<4, 3, { channels(4, 3, [1, 2, 3, 4]) }, 4>,
@@ -831,7 +837,8 @@ fn two_designs_of_one_prefix_in_one_program_are_refused_by_the_compiler() {
             text.split_once("Design 0x").expect("its hash").1[..8].to_string()
         };
         let one = exported(&folder, "one.h", INSTANCES[5].1, &[form]);
-        let other = exported(&folder, "other.h", "controller = { limits = { min = -300, max = 201 } }", &[form]);
+        let other =
+            exported(&folder, "other.h", "plant = {}\ncontroller = { limits = { min = -300, max = 201 } }", &[form]);
         let source = folder.join("user.c");
         fs::write(&source, "#include \"one.h\"\n#include \"other.h\"\n").expect("the program");
         for compiler in ["cc", "c++"] {

@@ -410,6 +410,12 @@ where
             running.reset();
         }
     }
+    assert_exercised(name, ticks, &seen, turns_gone);
+    Run { asked, words: 4 + words + 2 + 4 * E, answers }
+}
+
+/// No drive is exercised by a run in which it hardly ever works, or always.
+fn assert_exercised(name: &str, ticks: usize, seen: &[usize; 128], turns_gone: u32) {
     let with = |flag: Health| -> usize {
         let of = seen.iter().enumerate();
         of.filter(|(bits, _)| bits & usize::from(flag.bits()) != 0).map(|(_, ticks)| ticks).sum()
@@ -427,10 +433,8 @@ where
         "{name}: {ticks} ticks, {working} working, {saturated} saturated, {lost} lost, {rejected} rejected, {alarms} \
          with an alarm of the disturbance, {stops} stopped, {turns_gone} turns"
     );
-    // No drive is exercised by a run in which it hardly ever works, or always.
     assert!(working > ticks / 10 && saturated > ticks / 1000 && alarms > ticks / 1000, "{name}: {seen:?}");
     assert!(lost > ticks / 200 && rejected > ticks / 1000 && turns_gone > 0, "{name}: {seen:?}");
-    Run { asked, words: 4 + words + 2 + 4 * E, answers }
 }
 
 /// Names of the members of a struct of an exported file, with their types.

@@ -5,12 +5,12 @@
 //! background:  Axis::play_at, retune, release       between two ticks, in a short critical section
 //! ```
 //!
-//! A plan is made in the background, in 64 bits, for a tick that is still to come ([`Axis::tick_number`] and a few), and
-//! taken over by the interrupt at that tick: from where the old plan is then, whatever the shaft does.
+//! A plan is made in the background, in 64 bits, for a tick that is still to come ([`Axis::tick_number`] and a few),
+//! and taken over by the interrupt at that tick: from where the old plan is then, whatever the shaft does.
 //!
 //! # The black box
-//! It remembers what went into the last `LEN` ticks and more, and the state before the first of them: so whoever has the
-//! design can run them again, to the bit ([`replay`]), or another design on the same counts. After the first alarm
+//! It remembers what went into the last `LEN` ticks and more, and the state before the first of them: so whoever has
+//! the design can run them again, to the bit ([`replay`]), or another design on the same counts. After the first alarm
 //! ([`ALARMS`]) it stops, until it is [released](Axis::release). Two halves of `LEN` take turns, each with the state at
 //! its beginning: a copy of it every `LEN` ticks instead of in every tick.
 
@@ -67,7 +67,7 @@ impl<S, const E: usize, const N: usize, const LEN: usize> Stretch<S, E, N, LEN> 
 /// Law, plan and black box of one axis.
 pub struct Axis<L: DriveLaw<E, N>, R, const E: usize, const N: usize, const LEN: usize> {
     running: Running<L>,
-    /// One is played; the other is to come, if there is a tick at which it begins. So no plan is copied in an interrupt.
+    /// One is played; the other is to come, if there is a tick at which it begins. So no interrupt copies a plan.
     plans: [R; 2],
     played: usize,
     next: Option<u32>,

@@ -609,13 +609,10 @@ fn a_motor_of_one_s_own_runs_from_its_file_and_says_how_the_reference_was_follow
 }
 
 #[test]
-fn a_drive_goes_to_no_target_yet_and_into_no_archive_and_says_so() {
+fn a_drive_goes_into_no_archive_yet_and_says_so() {
     let folder = Folder::new("no-target");
     for (name, text) in [("motor", scenario::MOTOR), ("joint", scenario::JOINT)] {
         let file = folder.file(&format!("{name}.toml"), text);
-        let told = format!("error: {name}: the target's image has no drive yet; host-sim run simulates it\n");
-        assert_eq!(spoken(&["pil", &file]), (status::BAD_INPUT, String::new(), told.clone()));
-        assert_eq!(spoken(&["hil", &file, "--port", "/dev/null"]), (status::BAD_INPUT, String::new(), told));
         let told = format!(
             "error: {file}: the archive for C has no drive: take --lang c --standalone, one file that needs no \
              library, or --lang rust\n"

@@ -191,7 +191,7 @@ pub static DRIVE: Designed = Designed::design(&CONFIG);
 /// What its monitors may see: of load and friction, of errors of the data sheet, of time at a limit.
 pub const BOUNDS: Bounds<{encoders}> = {bounds};
 
-/// Waits for its first sample, within its monitors: they are what sees a count that sticks while the shaft stands still.
+/// Waits for its first sample, within its monitors: a count that sticks while the shaft stands still, they alone see.
 pub fn running() -> Running<Monitored<&'static Designed, {encoders}>> {{
     Running::new(Monitored::new(&DRIVE, &BOUNDS){stops})
 }}
