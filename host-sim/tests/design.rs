@@ -585,8 +585,8 @@ fn a_loop_that_is_unstable_is_told_wherever_it_could_go_on() {
     assert!(out.contains("loop at rest: decay ") && !out.contains("warning: UNSTABLE"), "{out}");
 }
 
-/// What a file says of how well its data sheet is known is taken at its word: every corner is the same loop with another
-/// plant, and with that plant in the file it is unstable too.
+/// What a file says of how well its data sheet is known is taken at its word: every corner is the same loop with
+/// another plant, and with that plant in the file it is unstable too.
 #[test]
 fn corners_are_loops_with_another_plant() {
     let folder = Folder::new("corners");
@@ -624,13 +624,14 @@ fn what_binds_stands_first_among_the_limits() {
     assert!(out.contains("limited by lost time, 100 % used") && out.contains("as it is; lost time binds"), "{out}");
 }
 
-/// The set that is taken by the bits of the encoders may be more than the loop bears: then `run` says what `design` would.
+/// The set that is taken by the bits of the encoders may be more than the loop bears: then `run` says what `design`
+/// would.
 #[test]
 fn a_tuning_that_is_too_much_is_told_with_the_other() {
     let folder = Folder::new("tuning");
     let text = "[joint]\nlink_inertia_kg_m2 = 0.05\nmotor_inertia_kg_m2 = 4e-5\nstiffness_n_m = 120\n\
-                torque_n_m_per_a = 0.04\nmax_current_a = 12\ngear = [50, 1]\nweight_n_m = 2\n[encoder.link]\nbits = 17\n\
-                [encoder.motor]\nbits = 12\n[drive]\nsudden_load_n_m = 5\n";
+                torque_n_m_per_a = 0.04\nmax_current_a = 12\ngear = [50, 1]\nweight_n_m = 2\n[encoder.link]\n\
+                bits = 17\n[encoder.motor]\nbits = 12\n[drive]\nsudden_load_n_m = 5\n";
     let file = folder.file("mine.toml", text);
     let (_, out, _) = spoken(&["run", "--no-files", &file]);
     assert!(out.contains("tuning \"normal\", by the bits of the encoders"), "{out}");

@@ -220,8 +220,9 @@ impl Experiment {
         trace.follows.map(|_| metrics::track(trace, self.window_s, self.settling_band))
     }
 
-    /// Noise of u by the steps of the encoders of a drive, against the same drive with finer ones in the same run; where
-    /// there is no room for such, nothing is told of it in motion (NaN). None if something is wrong with the encoders.
+    /// Noise of u by the steps of the encoders of a drive, against the same drive with finer ones in the same run;
+    /// where there is no room for such, nothing is told of it in motion (NaN). None if something is wrong with the
+    /// encoders.
     pub fn noise(&mut self, trace: &Trace) -> Option<Noise> {
         let Twin { sensor, port, share } = self.drive.as_mut()?.twin.as_mut()?;
         port.reset().ok()?;

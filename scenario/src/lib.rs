@@ -591,9 +591,9 @@ pub fn parse_own(source: &Source<'_>, default_name: &str) -> Result<Experiment, 
     if ["plant", "motor", "joint"].iter().any(is_there) {
         return parsed;
     }
-    let message = "nothing is said of what is controlled: a file has a table `motor`, `joint` or `plant`; `host-sim new NAME \
-                   --plant motor` (or joint, chain, own) writes one to start from, and `[plant]` alone is the paper's joint \
-                   with its disturbance";
+    let message = "nothing is said of what is controlled: a file has a table `motor`, `joint` or `plant`; `host-sim \
+                   new NAME --plant motor` (or joint, chain, own) writes one to start from, and `[plant]` alone is the \
+                   paper's joint with its disturbance";
     Err(ScenarioError::of_file(source.file, message).and(parsed.err()))
 }
 
@@ -673,8 +673,8 @@ impl Located {
         Err(source.errors(wrong))
     }
 
-    /// What is wrong with some keys, with their places: their own if they were written. A key that is missing is told at
-    /// the argument that asks for another kind, if one does, else at the table around it.
+    /// What is wrong with some keys, with their places: their own if they were written. A key that is missing is told
+    /// at the argument that asks for another kind, if one does, else at the table around it.
     fn located(&self, problems: Vec<Problem>) -> Vec<(Origin, String)> {
         let located = problems.into_iter().map(|Problem { key, message }| {
             let path = KeyPath::parse(&key).unwrap_or_else(KeyPath::root);

@@ -761,8 +761,8 @@ fn text(design: &Design, experiment: &Experiment) -> String {
             ));
         }
         None => line(
-            "nothing is suggested: by its rules nothing is better, with this period or an eighth of it; what is unstable \
-             in a corner needs a data sheet that is known better"
+            "nothing is suggested: by its rules nothing is better, with this period or an eighth of it; what is \
+             unstable in a corner needs a data sheet that is known better"
                 .into(),
         ),
         Some(Suggested { lines, why, got, .. }) => {

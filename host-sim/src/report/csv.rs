@@ -6,11 +6,11 @@
 //!
 //! `r` and `error` are there where a reference is followed: what the output should be, and output less `r`.
 //! The states of a drive have their names instead of x1 .. xn: `angle_rad`, `motor_speed_rad_s`, `current_a`.
-//! `t_s` is in seconds, every other column in the units of the plant (of a drive u in A, d in rad/s²); channels count from 1 and an estimate has a
-//! column only where there is an observer. A number is the shortest text that reads back as the same bits. `health` is
-//! the sum of 1 (input rejected), 2 (saturated), 4 (σ* over its bound), 8 (a count was missing or not believed), 16 (a
-//! disturbance over its bound), 32 (at a limit for too long) and 64 (stopped by a monitor), so that every column is
-//! numeric.
+//! `t_s` is in seconds, every other column in the units of the plant (of a drive u in A, d in rad/s²); channels count
+//! from 1 and an estimate has a column only where there is an observer. A number is the shortest text that reads back
+//! as the same bits. `health` is the sum of 1 (input rejected), 2 (saturated), 4 (σ* over its bound), 8 (a count was
+//! missing or not believed), 16 (a disturbance over its bound), 32 (at a limit for too long) and 64 (stopped by a
+//! monitor), so that every column is numeric.
 
 use std::io::{self, Write};
 use std::num::NonZeroUsize;

@@ -180,8 +180,8 @@ impl Common<'_> {
     fn unsolved_lag(&self) -> Option<Problem> {
         let Self { lag_s, period_s, plant, .. } = *self;
         let message = format!(
-            "found {}, less than a thousandth of the period: no loop tells it from 0, and the solver would take thousands of \
-             steps in a tick; 0 is for no lag",
+            "found {}, less than a thousandth of the period: no loop tells it from 0, and the solver would take \
+             thousands of steps in a tick; 0 is for no lag",
             shown(lag_s)
         );
         let key = format!("{plant}.current_lag_s");
@@ -208,14 +208,15 @@ impl Common<'_> {
         let is_wide = uncertain_percent > 20.0;
         if is_wide && self.observer_states > 3 && plant == "motor" {
             warnings.push(format!(
-                "drive.observer_states = 4 is for a motor known to 20 %, and drive.uncertain_percent = {} says more: take 3",
+                "drive.observer_states = 4 is for a motor known to 20 %, and drive.uncertain_percent = {} says more: \
+                 take 3",
                 shown(uncertain_percent)
             ));
         }
         if is_wide && self.delay_ticks > 0 && plant == "joint" {
             warnings.push(format!(
-                "with drive.delay_ticks = 1 a joint is stable within 20 %, and drive.uncertain_percent = {} says more: some \
-                 corners may swing up to the limits",
+                "with drive.delay_ticks = 1 a joint is stable within 20 %, and drive.uncertain_percent = {} says more: \
+                 some corners may swing up to the limits",
                 shown(uncertain_percent)
             ));
         }
@@ -367,8 +368,8 @@ fn unreadable(table: &EncoderTable, encoder: Encoder, key: &str, needs_turn: boo
     let behind = format!("{counts_per_turn} counts in a turn behind a gear of [{gear_num}, {gear_den}]");
     if needs_turn && den / common > 1 {
         return problem(format!(
-            "{behind} are {counts}/{den} in a turn of the link, no whole number, and the sine of its angle needs one: take \
-             counts_per_turn that {} divides, or an encoder behind the gear",
+            "{behind} are {counts}/{den} in a turn of the link, no whole number, and the sine of its angle needs one: \
+             take counts_per_turn that {} divides, or an encoder behind the gear",
             den / common
         ));
     }
@@ -407,8 +408,8 @@ fn mounted(table: &EncoderTable, gear: [u32; 2], start_rad: f64, key: &str, prob
     let half_span = 0.5 * (1_u64 << bits) as f64 * encoder.unit_rad();
     if start_rad.abs() >= half_span {
         let message = format!(
-            "the run starts at {start_rad:.4} rad there, but its counter of {bits} bits tells angles within {half_span:.4} \
-             rad of 0 only, and the drive would take it for another turn: start nearer to 0"
+            "the run starts at {start_rad:.4} rad there, but its counter of {bits} bits tells angles within \
+             {half_span:.4} rad of 0 only, and the drive would take it for another turn: start nearer to 0"
         );
         problems.0.push(Problem { key: key.into(), message });
     }

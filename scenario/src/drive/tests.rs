@@ -36,7 +36,8 @@ fn each_mistake_is_told_at_its_place_with_what_would_be_right() {
         (
             MOTOR,
             "motor.start_rad=4",
-            "`encoder`: the run starts at 4.0000 rad there, but its counter of 14 bits tells angles within 3.1416 rad of 0",
+            "`encoder`: the run starts at 4.0000 rad there, but its counter of 14 bits tells angles within 3.1416 rad \
+             of 0",
         ),
         (
             MOTOR,
@@ -77,20 +78,21 @@ fn each_mistake_is_told_at_its_place_with_what_would_be_right() {
         (
             JOINT,
             "joint.gear=[10,3]",
-            "`encoder.motor.bits`: 1048576 counts in a turn behind a gear of [10, 3] are 10485760/3 in a turn of the link, \
-             no whole number",
+            "`encoder.motor.bits`: 1048576 counts in a turn behind a gear of [10, 3] are 10485760/3 in a turn of the \
+             link, no whole number",
         ),
         (JOINT, "drive.mode=speed", "unknown key `drive.mode`"),
         (
             JOINT,
             "joint.gear=[101,1]",
-            "`encoder.motor.bits`: 1048576 counts in a turn behind a gear of [101, 1] are 105906176 before they meet again, \
-             and a drive reads at most 2^24 = 16777216: shift the lowest 3 of its bits away and say bits = 17",
+            "`encoder.motor.bits`: 1048576 counts in a turn behind a gear of [101, 1] are 105906176 before they meet \
+             again, and a drive reads at most 2^24 = 16777216: shift the lowest 3 of its bits away and say bits = 17",
         ),
         (
             MOTOR,
             "encoder.offset_counts=99999999999",
-            "`encoder.offset_counts`: found 99999999999, expected a whole number at least -2147483648 and at most 2147483647",
+            "`encoder.offset_counts`: found 99999999999, expected a whole number at least -2147483648 and at most \
+             2147483647",
         ),
         (MOTOR, "motor.gear=3", "`motor.gear`: found 3, expected a list of 2 whole numbers"),
         (MOTOR, "encoder.bits=14.0", "found 14.0, expected a whole number at least 2 and at most 32: write 14"),
@@ -142,8 +144,9 @@ fn all_mistakes_of_a_file_are_told_at_once() {
 /// What is no value of its key is told together with the rules that the others break, and breaks none itself.
 #[test]
 fn a_wrong_value_hides_no_other_mistake() {
-    let text = "settling_band = 0.0\n[motor]\ninertia_kg_m2 = -1\ntorque = 1\nmax_current_a = 10\n[encoder]\nbits = 12\n\
-                [reference]\nkind = \"sine\"\nto_rad = 3\n[monitor]\nmotor_n_m = 1\n[[load]]\nkind = \"step\"\n";
+    let text = "settling_band = 0.0\n[motor]\ninertia_kg_m2 = -1\ntorque = 1\nmax_current_a = 10\n[encoder]\n\
+                bits = 12\n[reference]\nkind = \"sine\"\nto_rad = 3\n[monitor]\nmotor_n_m = 1\n[[load]]\n\
+                kind = \"step\"\n";
     let told = build(text, &[]).err().expect("much is wrong");
     let expected = [
         "a.toml:1:17: `settling_band`: found 0.0, expected a finite number above 0",
