@@ -72,7 +72,7 @@ fuzz_target!(|script: &[u8]| {
     let mut words: Vec<u32> = design.iter().map(|number| number.to_bits()).collect();
     let good = words.clone();
     let mut drive: Vec<u32> =
-        MOTOR.to_numbers().into_iter().chain(BOUNDS.to_numbers()).chain([20.0]).flat_map(halves).collect();
+        MOTOR.to_numbers().into_iter().chain(BOUNDS.to_numbers()).chain([32.0]).flat_map(halves).collect();
 
     let mut script = script.iter().copied();
     while let Some(opcode) = script.next() {

@@ -7,7 +7,7 @@ use controller_core::drive::{
     Aim, Bounds, ChainModel, EncoderForm, JointDesign, JointDrive, Monitored, MotorDesign, MotorDrive, Position,
     Sample, Speed, Target, Watched,
 };
-use controller_core::{Output, Running};
+use controller_core::{Health, Output, Running};
 
 use crate::frame::{Counts, Driven, Instance, Model, RETUNE_ERRORS, Reason, Refusal};
 use crate::{MAX_E, MAX_N};
@@ -97,7 +97,7 @@ where
     }
 }
 
-/// The numbers of a description, its bounds, and its patience, of as many words as they have.
+/// The numbers of a description, its bounds, and the alarms that stop it, of as many words as they have.
 fn read<const L: usize, const E: usize>(words: &[u32]) -> Result<([f64; L], Bounds<E>, f64), Refusal> {
     let count = 2 * (L + Bounds::<E>::NUMBERS + 1);
     if words.len() != count {
@@ -153,11 +153,11 @@ macro_rules! drives {
         }
     };
     (law $design:ident $drive:ident<$($of:tt),*>; $words:ident) => {{
-        let (numbers, bounds, patience) = read($words)?;
+        let (numbers, bounds, stops_at) = read($words)?;
         let law = $drive::<f32, $($of),*>::try_design(&$design::from_numbers(&numbers))
             .map_err(|_| Refusal::of(Reason::Coefficients))?;
-        let law = Monitored::new(law, &bounds);
-        if patience < f64::INFINITY { law.stopping_after(patience as u32) } else { law }
+        let stops_at = Health::from_bits(stops_at as u8).ok_or(Refusal::of(Reason::Coefficients))?;
+        Monitored::new(law, &bounds).stopping_at(stops_at)
     }};
 }
 

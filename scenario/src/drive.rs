@@ -278,8 +278,8 @@ pub enum ReactionKey {
     Tell,
     /// From then on 0 A goes out, or the safe current of the fallback.
     Fallback,
-    /// The reference comes to rest from where it is, which needs good counts; an alarm that lasts until then ends in
-    /// the fallback.
+    /// The reference comes to rest from where it is, which needs good counts; where the current does not
+    /// suffice, the fallback goes out.
     JoinedStop,
 }
 

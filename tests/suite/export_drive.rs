@@ -166,11 +166,7 @@ fn joint<const FAST: usize, const LATE: usize>(name: &str, text: &str) -> Run {
 /// The law with the monitors of its scenario.
 fn watched<L: Watched<E>, const E: usize>(law: L, of: &DriveDesign) -> Monitored<L, E> {
     let (bounds, _) = of.thresholds().expect("a good design");
-    let law = Monitored::new(law, &Bounds::from_numbers(bounds));
-    match of.reaction().patience() {
-        Some(ticks) => law.stopping_after(ticks),
-        None => law,
-    }
+    Monitored::new(law, &Bounds::from_numbers(bounds)).stopping_at(of.reaction().stops_at())
 }
 
 /// Two shafts and a spring between them; a motor is the second alone.

@@ -451,13 +451,7 @@ fn a_drive_is_tuned_anew_in_motion_with_the_same_bits() {
     let bounds = Bounds { disturbance: [1e4], sigma_star: 1e6, stuck_ticks: 200 };
     let loadable = |design: &MotorDesign| Loadable {
         instance: Instance { n: 2, r: 3, mask: Instance::TWO_SETS, model: Model::Motor },
-        words: design
-            .to_numbers()
-            .into_iter()
-            .chain(bounds.to_numbers())
-            .chain([f64::INFINITY])
-            .flat_map(halves)
-            .collect(),
+        words: design.to_numbers().into_iter().chain(bounds.to_numbers()).chain([0.0]).flat_map(halves).collect(),
     };
     let law = |design: &MotorDesign| Monitored::new(Law::try_design(design).expect("good"), &bounds);
     let opened = |host: &mut Host, design: &Loadable| {

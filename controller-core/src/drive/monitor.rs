@@ -14,8 +14,8 @@
 //! * *Lost*: more samples missing than the law bridges.
 //!
 //! An alarm is told in [`Health`], and what follows is the caller's, who may plan a joined [`stop`](super::stop) with
-//! the reference. That needs good counts. So a drive [stops](Monitored::stopping_after) by itself, at once or after so
-//! many ticks of alarm in a row: the fallback that needs nothing goes out, which is the safe u, and 0 where there is
+//! the reference. That needs good counts, and a motor that suffices. So a drive [stops](Monitored::stopping_at) by itself
+//! at the alarms of one's choice: the fallback that needs nothing goes out, which is the safe u, and 0 where there is
 //! none, until it is reset. The last u is not held: it may be what raised the alarm.
 
 use super::chain::ChainModel;
@@ -77,6 +77,10 @@ pub const ALARMS: Health = Health::DISTURBANCE_OVER_BOUND
     .union(Health::STUCK_AT_LIMIT)
     .union(Health::INPUT_REJECTED);
 
+/// Alarms that no planned stop answers: u is at its limit and does not suffice, or nothing is known. A count that sticks
+/// ends in the first of them.
+pub const BEYOND_CONTROL: Health = Health::STUCK_AT_LIMIT.union(Health::INPUT_REJECTED);
+
 /// A law whose disturbances can be watched.
 pub trait Watched<const E: usize>: ControlLaw<Output = Output<<Self as ControlLaw>::Scalar>> {
     /// d of each block, in its own unit.
@@ -135,8 +139,8 @@ pub struct Monitored<L: ControlLaw, const E: usize> {
     disturbance: [L::Scalar; E],
     sigma_star: L::Scalar,
     stuck_ticks: L::Scalar,
-    /// It stops after so many ticks of alarm in a row, and one more.
-    patience: Option<L::Scalar>,
+    /// What stops it.
+    stops_at: Health,
 }
 
 impl<L: Watched<E>, const E: usize> Monitored<L, E> {
@@ -147,7 +151,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         sigma_star: L::Scalar,
         stuck_ticks: L::Scalar,
     ) -> Self {
-        Self { law, disturbance, sigma_star, stuck_ticks, patience: None }
+        Self { law, disturbance, sigma_star, stuck_ticks, stops_at: Health::OK }
     }
 
     /// A drive, and what may be seen of it.
@@ -159,7 +163,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
             disturbance,
             sigma_star: L::Scalar::from_f64(sigma_star),
             stuck_ticks: L::Scalar::from_f64(f64::from(bounds.stuck_ticks)),
-            patience: None,
+            stops_at: Health::OK,
         }
     }
 
@@ -170,15 +174,14 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
 
     /// The same; an alarm stops the drive until it is [reset](crate::Running::reset).
     #[must_use]
-    pub const fn stopping(mut self) -> Self {
-        self.patience = Some(L::Scalar::ZERO);
-        self
+    pub const fn stopping(self) -> Self {
+        self.stopping_at(ALARMS)
     }
 
-    /// The same; alarms in more than so many ticks in a row stop the drive: there was time to react.
+    /// The same for some of the alarms, such as [`BEYOND_CONTROL`] where others are answered by a planned stop.
     #[must_use]
-    pub fn stopping_after(mut self, ticks: u32) -> Self {
-        self.patience = Some(L::Scalar::from_f64(f64::from(ticks)));
+    pub const fn stopping_at(mut self, alarms: Health) -> Self {
+        self.stops_at = alarms;
         self
     }
 }
@@ -193,16 +196,12 @@ pub struct MonitoredState<S, T> {
     /// Ticks at a limit without |σ| falling, and the last |σ| there.
     stuck: T,
     last: T,
-    /// Ticks of alarm in a row.
-    alarmed: T,
-    /// Neither of them.
-    quiet: bool,
     stopped: bool,
 }
 
 impl<S: Words, T: Real> Words for MonitoredState<S, T> {
     fn words(&self) -> impl Iterator<Item = u32> {
-        let numbers = [self.stuck, self.last, self.alarmed].into_iter();
+        let numbers = [self.stuck, self.last].into_iter();
         let numbers = numbers.flat_map(|number| number.to_words().into_iter().take(T::WORDS));
         [u32::from(self.stopped)].into_iter().chain(numbers).chain(self.within.words())
     }
@@ -213,9 +212,8 @@ impl<S: Words, T: Real> Words for MonitoredState<S, T> {
             1 => true,
             _ => return None,
         };
-        let (stuck, last, alarmed) = (next(words)?, next(words)?, next(words)?);
-        let quiet = stuck == T::ZERO && alarmed == T::ZERO;
-        Some(Self { within: S::from_words(words)?, stuck, last, alarmed, quiet, stopped })
+        let (stuck, last) = (next(words)?, next(words)?);
+        Some(Self { within: S::from_words(words)?, stuck, last, stopped })
     }
 }
 
@@ -237,7 +235,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         for i in 0..E {
             calm &= d[i].abs() <= self.disturbance[i];
         }
-        if calm && state.quiet && !output.health.intersects(Self::LOOKED_INTO) {
+        if calm && state.stuck == L::Scalar::ZERO && !output.health.intersects(Self::LOOKED_INTO) {
             return output;
         }
         self.looked_into(state, output)
@@ -259,10 +257,10 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
             let within = d[i].abs() <= self.disturbance[i];
             output.health = output.health.union(Health::DISTURBANCE_OVER_BOUND.when(!within));
         }
-        let (sigma, one) = (output.sigma.abs(), L::Scalar::from_f64(1.0));
+        let sigma = output.sigma.abs();
         if output.health.contains(Health::SATURATED) {
             if state.stuck == L::Scalar::ZERO || sigma >= state.last {
-                state.stuck += one;
+                state.stuck += L::Scalar::from_f64(1.0);
             }
             state.last = sigma;
         } else {
@@ -273,9 +271,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         }
         let stuck = Health::STUCK_AT_LIMIT.when(state.stuck > self.stuck_ticks);
         output.health = output.health.union(stuck);
-        state.alarmed = if output.health.intersects(ALARMS) { state.alarmed + one } else { L::Scalar::ZERO };
-        state.quiet = state.stuck == L::Scalar::ZERO && state.alarmed == L::Scalar::ZERO;
-        if self.patience.is_some_and(|patience| state.alarmed > patience) {
+        if output.health.intersects(self.stops_at) {
             state.stopped = true;
             output.health = output.health.union(Health::STOPPED);
             output.u = self.law.not_started().u;
@@ -304,8 +300,7 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
 
     fn start_from(&self, sample: &L::Sample, guess: &L::Guess) -> Option<Self::State> {
         let within = self.law.start_from(sample, guess)?;
-        let [stuck, last, alarmed] = [L::Scalar::ZERO; 3];
-        Some(MonitoredState { within, stuck, last, alarmed, quiet: true, stopped: false })
+        Some(MonitoredState { within, stuck: L::Scalar::ZERO, last: L::Scalar::ZERO, stopped: false })
     }
 
     #[inline]
@@ -345,7 +340,8 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
     }
 
     fn fingerprint(&self) -> u32 {
-        let bounds = self.disturbance.into_iter().chain([self.sigma_star, self.stuck_ticks]).chain(self.patience);
-        hash([self.law.fingerprint()].into_iter().chain(bounds.flat_map(Real::to_words)))
+        let bounds = self.disturbance.into_iter().chain([self.sigma_star, self.stuck_ticks]);
+        let head = [self.law.fingerprint(), u32::from(self.stops_at.bits())];
+        hash(head.into_iter().chain(bounds.flat_map(Real::to_words)))
     }
 }

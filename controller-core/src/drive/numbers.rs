@@ -51,10 +51,10 @@ macro_rules! numbers {
         })*
 
         /// Names of the numbers of a [`MotorDesign`] and of a [`JointDesign`]; behind them come those of their
-        /// [`Bounds`], disturbances first, and the ticks of alarm after which the drive stops (infinite: it does not).
+        /// [`Bounds`], disturbances first, and the bits of the alarms that stop the drive.
         pub const LAYOUT: &str = concat!(
             $(stringify!($design), $(" ", stringify!($place),)* " hold safe; ",)*
-            "d sigma* stuck patience"
+            "d sigma* stuck stops_at"
         );
     };
 }

@@ -488,16 +488,20 @@ typedef struct {
                 "    health |= @_magnitude(state->d{shaft}) <= {bound:?}f ? 0u : (unsigned)@@_DISTURBANCE_OVER_BOUND;"
             );
         }
-        let (follows, stops) = match (reaction, reaction.patience()) {
-            (_, None) => ("is told and no more, as the scenario has it", String::new()),
-            (reaction, Some(ticks)) => {
-                let follows = if matches!(reaction, Reaction::Fallback) {
-                    "stops the drive, as the scenario has it"
-                } else {
-                    "that lasts as long as the stop that you plan (@_plan_stop) stops the drive, as the scenario has it"
-                };
-                let stops = format!(
-                    "    if (monitor->alarmed > {ticks}.0f) {{
+        let stops_at = reaction.stops_at();
+        let follows = match reaction {
+            Reaction::GoOn => "is told and no more, as the scenario has it",
+            Reaction::Fallback => "stops the drive, as the scenario has it",
+            Reaction::JoinedStop { .. } => {
+                "is to be answered by a planned stop (@_plan_stop), as the scenario has it; the last two stop the drive"
+            }
+        };
+        let stops = if stops_at.is_ok() {
+            String::new()
+        } else {
+            let bits = stops_at.bits();
+            format!(
+                "    if ((health & {bits}u) != 0u) {{
         @_output safe;
         (void)@_not_started(&safe);
         output->u = safe.u;
@@ -505,9 +509,7 @@ typedef struct {
         health |= @@_STOPPED;
     }}
 "
-                );
-                (follows, stops)
-            }
+            )
         };
         self.file.c(&format!(
             "
@@ -519,7 +521,6 @@ typedef struct {{
     bool stopped;
     float stuck; /* ticks at a limit without |sigma| falling, ten within the limits for each that is forgotten */
     float last; /* |sigma| at the last of them */
-    float alarmed; /* ticks of alarm in a row */
 }} @_monitor; /* zeros are right at the start */
 
 static inline float @_magnitude(float number)
@@ -531,8 +532,6 @@ static inline float @_magnitude(float number)
 static inline unsigned @_watch(@_monitor *monitor, const @_state *state, unsigned health, @_output *output)
 {{
     const float sigma = @_magnitude(output->sigma);
-    const unsigned alarms = @@_SIGMA_STAR_OVER_BOUND | @@_DISTURBANCE_OVER_BOUND | @@_STUCK_AT_LIMIT
-        | @@_INPUT_REJECTED;
     if (!state->started) {{
         return health;
     }}
@@ -547,7 +546,6 @@ static inline unsigned @_watch(@_monitor *monitor, const @_state *state, unsigne
         health |= @_magnitude(output->sigma_star) <= {sigma_star:?}f ? 0u : (unsigned)@@_SIGMA_STAR_OVER_BOUND;
     }}
     health |= monitor->stuck > {stuck_ticks:?}f ? (unsigned)@@_STUCK_AT_LIMIT : 0u;
-    monitor->alarmed = (health & alarms) != 0u ? monitor->alarmed + 1.0f : 0.0f;
 {stops}    return health;
 }}
 
@@ -575,7 +573,6 @@ static inline void @_watched_reset(@_monitor *monitor, @_state *state)
     monitor->stopped = false;
     monitor->stuck = 0.0f;
     monitor->last = 0.0f;
-    monitor->alarmed = 0.0f;
     @_reset(state);
 }}
 "

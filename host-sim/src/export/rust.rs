@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use controller_core::{Config, MAX_N, SampleLimits};
-use loop_sim::port::drive::{DriveDesign, Follows, Form as DriveForm};
+use loop_sim::port::drive::{DriveDesign, Follows, Form as DriveForm, Reaction};
 use loop_sim::port::in_process::Model;
 
 use super::Exported;
@@ -150,10 +150,10 @@ pub(super) fn drive(exported: &Drive<'_>) -> String {
         ),
     };
     let design = design.replace("fallback: ", "fallback: Fallback::").replace(": inf,", ": f64::INFINITY,");
-    let stops = match exported.drive.designed.reaction().patience() {
-        None => String::new(),
-        Some(0) => String::from(".stopping()"),
-        Some(ticks) => format!(".stopping_after({ticks})"),
+    let (stops, beyond) = match exported.drive.designed.reaction() {
+        Reaction::GoOn => ("", ""),
+        Reaction::Fallback => (".stopping()", ""),
+        Reaction::JoinedStop { .. } => (".stopping_at(BEYOND_CONTROL)", "BEYOND_CONTROL, "),
     };
     let bounds = exported.bounds().replace(": inf,", ": f64::INFINITY,");
     let version = controller_core::VERSION;
@@ -167,7 +167,7 @@ pub(super) fn drive(exported: &Drive<'_>) -> String {
         out,
         "
 use controller_core::drive::{{
-    Bounds, Encoder, {more}, Monitored, Mounting, {aim}, Switching,
+    {beyond}Bounds, Encoder, {more}, Monitored, Mounting, {aim}, Switching,
 }};
 use controller_core::{{Fallback, Limits, Running}};
 

@@ -27,7 +27,7 @@ use controller_core::drive::{
     Monitored, MotorDesign, MotorDrive, Player, Position, Reference, Rest, Sample, Sine, Speed, Streamed, Switching,
     Target, Watched,
 };
-use controller_core::{ControlLaw as _, MAX_R, Output, Real, Running};
+use controller_core::{ControlLaw as _, Health, MAX_R, Output, Real, Running};
 
 use crate::MAX_ORDER;
 use crate::linear::{LawAtRest, Still};
@@ -305,8 +305,8 @@ pub enum Reaction {
     GoOn,
     /// The fallback goes out from then on.
     Fallback,
-    /// The reference comes to rest in so many ticks. If the alarm lasts until then, the fallback goes out: a count that
-    /// sticks lets nothing come to rest.
+    /// The reference comes to rest in so many ticks. Where the current does not suffice, or nothing is known, the
+    /// fallback goes out: a count that sticks lets nothing come to rest.
     JoinedStop {
         /// From the end of the tick with the alarm.
         ticks: u32,
@@ -314,12 +314,12 @@ pub enum Reaction {
 }
 
 impl Reaction {
-    /// The drive stops by itself after so many ticks of alarm in a row; `None`: never.
-    pub const fn patience(self) -> Option<u32> {
+    /// The alarms that stop the drive by itself.
+    pub const fn stops_at(self) -> Health {
         match self {
-            Self::GoOn => None,
-            Self::Fallback => Some(0),
-            Self::JoinedStop { ticks } => Some(ticks),
+            Self::GoOn => Health::OK,
+            Self::Fallback => drive::ALARMS,
+            Self::JoinedStop { .. } => drive::BEYOND_CONTROL,
         }
     }
 }
@@ -521,11 +521,7 @@ impl<const E: usize, const N: usize> Use<E, N> for Run {
         L::State: Send,
         A: Aim<f32, N> + Send + 'static,
     {
-        let law = Monitored::new(law, &bounds);
-        let law = match self.0.patience() {
-            Some(ticks) => law.stopping_after(ticks),
-            None => law,
-        };
+        let law = Monitored::new(law, &bounds).stopping_at(self.0.stops_at());
         Box::new(InProcess::<L, A, E> { running: Running::new(law), of: PhantomData })
     }
 }
@@ -608,21 +604,21 @@ impl DriveDesign {
         }
     }
 
-    /// What it is designed from, what its monitors may see, and after how many ticks of alarm it stops (infinite: it
-    /// does not), as the numbers of [`drive::LAYOUT`].
+    /// What it is designed from, what its monitors may see, and the bits of the alarms at which it stops, as the
+    /// numbers of [`drive::LAYOUT`].
     ///
     /// # Errors
     /// Those of the design.
     pub fn numbers(&self) -> Result<Vec<f64>, DriveError> {
-        let patience = self.reaction().patience().map_or(f64::INFINITY, f64::from);
+        let stops_at = f64::from(self.reaction().stops_at().bits());
         Ok(match self {
             Self::Motor { design, form, monitors, .. } => {
                 let (bounds, _) = motor(design, *form, monitors, Watch)?;
-                design.to_numbers().into_iter().chain(bounds.to_numbers()).chain([patience]).collect()
+                design.to_numbers().into_iter().chain(bounds.to_numbers()).chain([stops_at]).collect()
             }
             Self::Joint { design, form, monitors, sudden_load_n_m, .. } => {
                 let (bounds, _) = joint(design, *form, monitors, *sudden_load_n_m, Watch)?;
-                design.to_numbers().into_iter().chain(bounds.to_numbers()).chain([patience]).collect()
+                design.to_numbers().into_iter().chain(bounds.to_numbers()).chain([stops_at]).collect()
             }
         })
     }
