@@ -382,8 +382,8 @@ pub fn warnings(experiment: &Experiment) -> Vec<String> {
     let unstable = unstable_corners(at_rest, law, period_s).unwrap_or_default();
     let Some(worst) = unstable.first() else { return Vec::new() };
     vec![format!(
-        "unstable in {} of {} corners of what drive.uncertain_percent allows, most with {} (a factor of {:.6} in a tick); \
-         `host-sim design` tells more",
+        "unstable in {} of {} corners of what drive.uncertain_percent allows, most with {} (a factor of {:.6} in a \
+         tick); `host-sim design` tells more",
         unstable.len(),
         at_rest.corners.len(),
         worst.name,
@@ -468,9 +468,13 @@ impl Response {
     }
 }
 
-fn eigenvalues(mut matrix: DMatrix<f64>) -> Result<Vec<Complex<f64>>, MarginsError> {
+/// Eigenvalues of a matrix, the largest magnitude first.
+pub(crate) fn eigenvalues(mut matrix: DMatrix<f64>) -> Result<Vec<Complex<f64>>, MarginsError> {
     if matrix.nrows() == 0 {
         return Ok(Vec::new());
+    }
+    if !matrix.iter().all(|entry| entry.is_finite()) {
+        return Err(MarginsError::NoNumbers);
     }
     // States are in units of their own: without balancing the small ones would lose digits.
     balance_parlett_reinsch(&mut matrix);

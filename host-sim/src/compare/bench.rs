@@ -206,8 +206,8 @@ impl Bench {
         }
         let Some(finer) = Finer::of(&designed) else {
             return Err(format!(
-                "{file}: encoder: noise of u is told by an encoder with at least twice as many counts, and with 2^24 in a \
-                 turn, gear included, a drive has no room for more: compare with one bit less"
+                "{file}: encoder: noise of u is told by an encoder with at least twice as many counts, and with 2^24 \
+                 in a turn, gear included, a drive has no room for more: compare with one bit less"
             ));
         };
         let is_joint = matches!(designed, DriveDesign::Joint { .. });
@@ -248,7 +248,7 @@ impl Bench {
         let corner = |(error, is_chosen): (String, bool)| {
             let with = |sets: &[&str]| base.with(&[&[error.as_str()], sets].concat()).map_err(told);
             let bare = with(&["friction={}"])?;
-            let sampled = Sampled::new(bare.plant.as_ref(), t);
+            let sampled = Sampled::new(bare.plant.as_ref(), t).map_err(|error| error.to_string())?;
             let (free, loaded) = (with(&[])?.plant, with(&[&load])?.plant);
             let at_rest = vec![0.0; free.order()];
             let is_smooth = free.fastest_rad_s(0.0, &at_rest, 0.0) <= bare.plant.fastest_rad_s(0.0, &at_rest, 0.0);
@@ -593,8 +593,8 @@ mod tests {
         assert!(five.settle > 0.0 && five.settle < 0.2, "{}", five.settle);
     }
 
-    /// Half the step makes half the noise (within 15 %: rounding is not quite white), down to where a drive reads no finer
-    /// one; there the remedy is told.
+    /// Half the step makes half the noise (within 15 %: rounding is not quite white), down to where a drive reads no
+    /// finer one; there the remedy is told.
     #[test]
     fn noise_is_told_of_fine_encoders_too() {
         let bench = |bits: u32| Bench::new("motor.toml", scenario::MOTOR, &[format!("encoder.bits={bits}")]);

@@ -4,11 +4,12 @@
 //! derived a second time: every entry of the memory, and every angle, is moved a little and the law ticks once; ours as
 //! the module `linear` of `loop-sim` has it, a rival here. That is exact but for what gravity bends (1e-7 of an entry).
 
-use loop_sim::linear::LinearTick;
+use loop_sim::linear::{LinearPlant, LinearTick};
 use loop_sim::plant::Plant;
 use loop_sim::port::drive::{DriveDesign, joint_at_rest, motor_at_rest};
+use loop_sim::solver::SolverError;
 
-use super::matrix::{Matrix, held, spectral_radius};
+use super::matrix::{Matrix, spectral_radius};
 use super::rival::{HELD, Law, Told};
 use super::task::Aim;
 
@@ -119,27 +120,13 @@ pub struct Sampled {
 
 impl Sampled {
     /// Of a plant without friction: at rest that has no slope worth the name.
-    pub fn new(plant: &dyn Plant, period_s: f64) -> Self {
-        let n = plant.order();
-        let slope = |x: &[f64], u: f64| {
-            let mut dx = vec![0.0; n];
-            plant.rhs(0.0, x, u, &mut dx);
-            dx
-        };
-        let (mut a, mut b) = (Matrix::zeros(n, n), Matrix::zeros(n, 1));
-        for j in 0..=n {
-            let moved = |sign: f64| {
-                let mut x = vec![0.0; n + 1];
-                x[j] = sign * NUDGE;
-                slope(&x[..n], x[n])
-            };
-            for (i, (more, less)) in moved(1.0).into_iter().zip(moved(-1.0)).enumerate() {
-                let rate = (more - less) / (2.0 * NUDGE);
-                if j < n { a[(i, j)] = rate } else { b[i] = rate }
-            }
-        }
-        let (phi, gamma) = held(&a, &b, period_s);
-        Self { phi, gamma }
+    ///
+    /// # Errors
+    /// When it cannot be integrated.
+    pub fn new(plant: &dyn Plant, period_s: f64) -> Result<Self, SolverError> {
+        let LinearPlant { phi, gamma } = LinearPlant::of(plant, 0.0, period_s)?;
+        let n = gamma.len();
+        Ok(Self { phi: Matrix::from_fn(n, n, |i, j| phi[i][j]), gamma: Matrix::from_vec(n, 1, gamma) })
     }
 
     /// x one tick later.
@@ -200,7 +187,7 @@ mod tests {
                 Box::new(JointPlant::new(body, body, Imperfections::default(), Signal::default()))
             }
         };
-        Sampled::new(plant.as_ref(), task.model.period_s)
+        Sampled::new(plant.as_ref(), task.model.period_s).expect("a slow plant")
     }
 
     /// det(z - M)
@@ -229,9 +216,9 @@ mod tests {
                 }
             };
             let linear = Linear::of_ours(&task.designed).expect("a design");
-            let found = super::super::matrix::eigenvalues(&linear.closed(&nominal(&task))).expect("numbers");
+            let found = crate::margins::eigenvalues(linear.closed(&nominal(&task))).expect("numbers");
             let off = |[re, im]: [f64; 2]| {
-                let distances = found.iter().map(|z| (z[0] - re).hypot(z[1] - im));
+                let distances = found.iter().map(|z| (z.re - re).hypot(z.im - im));
                 distances.fold(f64::INFINITY, f64::min) / (re - 1.0).hypot(im)
             };
             for (re, im) in observer.iter().flat_map(|w| [(-0.7456 * w * t, 0.7114 * w * t), (-0.9416 * w * t, 0.0)]) {

@@ -8,7 +8,9 @@
 //!
 //! by doubling (Anderson 1978): each turn squares the closed loop, so twenty turns are a million ticks.
 
-use nalgebra::{DMatrix, linalg::Schur};
+use nalgebra::{DMatrix, Normed};
+
+use crate::margins::eigenvalues;
 
 pub(super) type Matrix = DMatrix<f64>;
 
@@ -88,31 +90,8 @@ pub(super) fn ackermann(a: &Matrix, b: &Matrix, roots: &[f64]) -> Option<Matrix>
 
 /// Largest magnitude of an eigenvalue; infinite where an entry is not finite.
 pub(super) fn spectral_radius(a: &Matrix) -> f64 {
-    eigenvalues(a).map_or(f64::INFINITY, |all| all.into_iter().map(|[re, im]| libm::hypot(re, im)).fold(0.0, f64::max))
-}
-
-/// Real and imaginary parts; `None` where an entry is not finite.
-pub(super) fn eigenvalues(a: &Matrix) -> Option<Vec<[f64; 2]>> {
-    let schur = Schur::try_new(a.iter().all(|entry| entry.is_finite()).then(|| balanced(a))?, 1e-13, 10_000)?;
-    Some(schur.complex_eigenvalues().iter().map(|z| [z.re, z.im]).collect())
-}
-
-/// The same matrix in units in which rows and columns are alike: states here are metres beside accelerations.
-fn balanced(a: &Matrix) -> Matrix {
-    let mut a = a.clone();
-    for _ in 0..8 {
-        for i in 0..a.nrows() {
-            let others = (0..a.nrows()).filter(|&j| j != i);
-            let (row, column) =
-                others.fold((0.0, 0.0), |(row, column), j| (row + a[(i, j)].abs(), column + a[(j, i)].abs()));
-            if row > 0.0 && column > 0.0 {
-                let factor = libm::sqrt(row / column);
-                a.row_mut(i).scale_mut(1.0 / factor);
-                a.column_mut(i).scale_mut(factor);
-            }
-        }
-    }
-    a
+    let slowest = eigenvalues(a.clone()).map(|all| all.first().map_or(0.0, Normed::norm));
+    slowest.unwrap_or(f64::INFINITY)
 }
 
 #[cfg(test)]
