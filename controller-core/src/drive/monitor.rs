@@ -14,8 +14,8 @@
 //! * *Lost*: more samples missing than the law bridges.
 //!
 //! An alarm is told in [`Health`], and what follows is the caller's, who may plan a joined [`stop`](super::stop) with
-//! the reference. That needs good counts, and a motor that suffices. So a drive [stops](Monitored::stopping_at) by itself
-//! at the alarms of one's choice: the fallback that needs nothing goes out, which is the safe u, and 0 where there is
+//! the reference. That needs good counts, and a motor that suffices. So a drive [stops](Monitored::stopping_at) by
+//! itself at the alarms of one's choice: the fallback that needs nothing goes out, which is the safe u, and 0 where there is
 //! none, until it is reset. The last u is not held: it may be what raised the alarm.
 
 use super::chain::ChainModel;
@@ -77,8 +77,8 @@ pub const ALARMS: Health = Health::DISTURBANCE_OVER_BOUND
     .union(Health::STUCK_AT_LIMIT)
     .union(Health::INPUT_REJECTED);
 
-/// Alarms that no planned stop answers: u is at its limit and does not suffice, or nothing is known. A count that sticks
-/// ends in the first of them.
+/// Alarms that no planned stop answers: u is at its limit and does not suffice, or nothing is known. A count that
+/// sticks ends in the first of them.
 pub const BEYOND_CONTROL: Health = Health::STUCK_AT_LIMIT.union(Health::INPUT_REJECTED);
 
 /// A law whose disturbances can be watched.

@@ -147,8 +147,8 @@ impl<T: Real<Count = i32>, R, const M: usize> Joined<T, R, M> {
     }
 }
 
-/// q of a [`Joined`] in powers of s and of 1 - s, in two rows of M each, from the gap and τ in s. Public for the recorder
-/// of C alone; here it is computed in f64.
+/// q of a [`Joined`] in powers of s and of 1 - s, in two rows of M each, from the gap and τ in s; public for the
+/// recording of C alone; here it is computed in f64.
 #[doc(hidden)]
 pub fn powers_of_join<F: Real, const M: usize>(gap: [F; M], tau_s: F) -> [[[F; M]; 2]; 2] {
     let sum = |terms: &mut dyn Iterator<Item = F>| terms.reduce(|sum, term| sum + term).unwrap_or(F::ZERO);

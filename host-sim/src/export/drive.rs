@@ -476,8 +476,8 @@ typedef struct {
         functions.concat()
     }
 
-    /// What of a tick is looked at after it. Comparisons and counts of ticks, written by hand: bit by bit they are those
-    /// of `controller_core::drive::Monitored` (test `export_drive`).
+    /// What of a tick is looked at after it. Comparisons and counts of ticks, written by hand: bit by bit they are
+    /// those of `controller_core::drive::Monitored` (test `export_drive`).
     fn monitors(&self) -> String {
         let Thresholds { disturbance, sigma_star, stuck_ticks } = &self.exported.thresholds;
         let reaction = self.exported.drive.designed.reaction();

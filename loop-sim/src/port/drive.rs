@@ -24,8 +24,8 @@ use std::sync::Arc;
 
 use controller_core::drive::{
     self, Aim, Bounds, ChainModel, DriveError, DriveEstimates, Encoder, EncoderForm, Joined, JointDesign, JointDrive,
-    Monitored, MotorDesign, MotorDrive, Player, Position, Reference, Rest, Sample, Sine, Speed, Streamed, Switching,
-    Target, Watched,
+    Monitored, MotorDesign, MotorDrive, Player, Position, Reference, Rest, Sample, Sine, Speed, Streamed, Target,
+    Watched,
 };
 use controller_core::{ControlLaw as _, Health, MAX_R, Output, Real, Running};
 
@@ -663,57 +663,6 @@ impl DriveDesign {
             Self::Joint { mounted: [link, motor], .. } => vec![(0, *link), (2, *motor)],
         }
     }
-
-    /// The same drive behind encoders with up to 2^10 times as many counts, thresholds meaning the same angles; none if
-    /// a counter has no room for 8 times as many.
-    #[must_use]
-    pub fn finer(&self) -> Option<Self> {
-        match *self {
-            Self::Motor { design, form, mounted, monitors } => {
-                let (mounted, times) = finer(mounted)?;
-                let design = MotorDesign {
-                    encoder: mounted.encoder,
-                    switching: switching_of(design.switching, times),
-                    gate_steps: design.gate_steps * times,
-                    ..design
-                };
-                Some(Self::Motor { design, form, mounted, monitors })
-            }
-            Self::Joint { design, form, mounted: [link, motor], monitors, sudden_load_n_m } => {
-                let ((link, times), (motor, times_motor)) = finer(link).zip(finer(motor))?;
-                let [of_link, of_motor] = design.gate_steps;
-                let design = JointDesign {
-                    encoders: [link.encoder, motor.encoder],
-                    switching: switching_of(design.switching, times),
-                    gate_steps: [of_link * times, of_motor * times_motor],
-                    ..design
-                };
-                // One switching serves both encoders: they must be as many times finer.
-                (times == times_motor).then_some(Self::Joint {
-                    design,
-                    form,
-                    mounted: [link, motor],
-                    monitors,
-                    sudden_load_n_m,
-                })
-            }
-        }
-    }
-}
-
-/// The same encoder with up to 2^10 times as many counts, and how many times; none if there is no room for 8 times.
-fn finer(mounted: Mounted) -> Option<(Mounted, f64)> {
-    let Encoder { bits, counts_per_turn, gear_num, .. } = mounted.encoder;
-    let fits = |k: u32| bits + k <= 32 && (u64::from(counts_per_turn) * u64::from(gear_num)) << k <= 1 << 24;
-    let k = (3..=10).rev().find(|&k| fits(k))?;
-    let encoder = Encoder { bits: bits + k, counts_per_turn: counts_per_turn << k, ..mounted.encoder };
-    Some((Mounted::new(encoder), f64::from(1 << k)))
-}
-
-/// Thresholds that mean the same angles with so many times as many steps.
-fn switching_of(switching: Switching, times: f64) -> Switching {
-    let Switching { calm_steps, alert_steps, .. } = switching;
-    Switching { calm_steps: calm_steps * times, alert_steps: alert_steps * times, ..switching }
 }
 
 /// The law of a motor, of its types. More than one gain set, or ticks of delay, are as two, and one.
