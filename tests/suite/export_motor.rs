@@ -79,8 +79,9 @@ fn the_commands_of_the_docs_drive_a_motor_along_a_sine_within_the_bar() {
     }
     assert!(rows.last().is_some_and(|row| row[1] == 0.5 && row[3].abs() < 2e-3), "{rows:?}");
 
-    // The bar is no matter of course: it is missed with a third of the torque of the data sheet, and where the plan does
-    // not tell the speed. (The feed-forward alone is worth a twentieth on so slow a sine: the observer makes up for it.)
+    // The bar is no matter of course: it is missed with a third of the torque of the data sheet, and where the plan
+    // does not tell the speed. (The feed-forward alone is worth a twentieth on so slow a sine: the observer makes up
+    // for it.)
     let text = fs::read_to_string(&drive).expect("the exported file");
     for (what, from, to) in [
         ("a third of the torque", "_TORQUE_N_M_PER_A 0.05", "_TORQUE_N_M_PER_A 0.0167"),

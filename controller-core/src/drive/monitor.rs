@@ -15,8 +15,8 @@
 //!
 //! An alarm is told in [`Health`], and what follows is the caller's, who may plan a joined [`stop`](super::stop) with
 //! the reference. That needs good counts, and a motor that suffices. So a drive [stops](Monitored::stopping_at) by
-//! itself at the alarms of one's choice: the fallback that needs nothing goes out, which is the safe u, and 0 where there is
-//! none, until it is reset. The last u is not held: it may be what raised the alarm.
+//! itself at the alarms of one's choice: the fallback that needs nothing goes out, which is the safe u, and 0 where
+//! there is none, until it is reset. The last u is not held: it may be what raised the alarm.
 
 use super::chain::ChainModel;
 use super::law::{DriveLaw, EncoderForm, StateOf};

@@ -36,7 +36,8 @@ pub(super) fn functions(file: &File<'_>, order: usize, period_s: f64) -> String 
         of(
             "Part of a plan: the coefficients of a way that closes a gap in so many seconds.",
             &format!(
-                "void @_powers_of_join(const double gap[{taken}], double tau_s, double s[{width}],\n    double left[{width}])"
+                "void @_powers_of_join(const double gap[{taken}], double tau_s, double s[{width}],
+    double left[{width}])"
             ),
             powers,
             true,
