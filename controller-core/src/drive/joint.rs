@@ -379,7 +379,9 @@ impl JointDesign {
     ///
     /// With q = p/(1 - p): on the link that load and 1.25 q of the acceleration that the limit of u gives both shafts
     /// together, on the motor 0.25 + 1.75 q of what the limit does to it alone (the spring adds its own errors);
-    /// innovations of q times the gates; u at a limit for 0.2 s.
+    /// innovations of q times the gates; u at a limit for 0.2 s. The estimate of a step overshoots by half of it for
+    /// some ms: where the largest load comes at once and must raise no alarm, declare one and a half times as much. A
+    /// wider bound sees a count that sticks later.
     pub fn bounds<T: Real, A: Aim<T, 4>, const FAST: usize, const LATE: usize>(
         &self,
         law: &JointDrive<T, A, FAST, LATE>,
