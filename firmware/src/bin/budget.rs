@@ -17,7 +17,7 @@ use core::hint::black_box;
 use core::mem::MaybeUninit;
 
 use controller_core::drive::{Encoder, Joint as JointData, JointDesign, JointDrive, Motor, MotorDesign, MotorDrive};
-use controller_core::drive::{Monitored, Position, Sample, Target};
+use controller_core::drive::{Monitored, Position, Sample, Target, sin_cos};
 use controller_core::{
     Benchmark, Config, ControlLaw, Controller, Exp, FlexibleJoint, Gate, Gated, JointParameters, Libm, Limits,
     Micromath, Nominal, NominalModel, ObserverGains, Options, Output, ReachingLaw, Reading, SampleLimits, Surface,
@@ -127,6 +127,38 @@ drives! {
         Law::from_parts(<MotorDrive>::design(&MOTOR), [1e6], 1e6, 200.0).stopping(), 1, 2;
     joint_drive_watched: Monitored<JointDrive, 2> =
         Law::from_parts(<JointDrive>::design(&JOINT_DRIVE), [1e6, 1e9], 1e9, 200.0).stopping(), 2, 4;
+}
+
+/// Sine and cosine alone, of a drive's map and of `libm`, which computes them in 64 bits: functions of an angle.
+macro_rules! sines {
+    ($($name:ident: $of:expr;)*) => {
+        $(mod $name {
+            #[allow(clippy::wildcard_imports)]
+            use super::*;
+
+            #[inline(never)]
+            fn tick(x: f32) -> f32 {
+                let (sine, cosine): (f32, f32) = $of(x);
+                sine + cosine
+            }
+
+            pub(super) fn run() {
+                let mut noise = Noise(1);
+                for _ in 0..TICKS {
+                    black_box(tick(black_box(3.0 * noise.next())));
+                }
+            }
+        })*
+
+        fn all_sines() {
+            $($name::run();)*
+        }
+    };
+}
+
+sines! {
+    sine: |x| sin_cos(x, 1.0);
+    sine_libm: libm::sincosf;
 }
 
 const MOTOR: MotorDesign = MotorDesign::by_rule(
@@ -300,6 +332,7 @@ fn main() -> ! {
     defmt::println!("budget in {}", unit);
     all();
     all_drives();
+    all_sines();
     defmt::println!("budget ends");
     loop {
         asm::wfi();
