@@ -51,7 +51,8 @@ fn polynomial<T: Real, const K: usize>(coefficients: &[f64; K], x: T) -> T {
 }
 
 /// (a sin x, a cos x), for a model of one's own: the same bits on every machine, and some 60 cycles of a Cortex-M4F,
-/// where a library that computes them in 64 bits, in software, takes 3000 and more. x within ±3π/2, where a drive keeps the angle of its first shaft.
+/// where a library that computes them in 64 bits, in software, takes 3000 and more. x within ±3π/2, where a drive keeps
+/// the angle of its first shaft.
 #[inline(always)]
 pub fn sin_cos<T: Real>(x: T, a: T) -> (T, T) {
     let (mut x, mut of_cosine) = (x, a);
