@@ -200,8 +200,8 @@ impl<T: Real<Count = i32>, R: Reference<T, J>, const M: usize, const J: usize> R
 pub fn jet_of<T: Real, const J: usize>(x: T, powers: impl DoubleEndedIterator<Item = T>, rate: T) -> [T; J] {
     let mut jet = [T::ZERO; J];
     for (k, power) in powers.rev().enumerate() {
-        // What is above is 0 still.
         for i in (1..J).rev() {
+            // The derivatives of a polynomial of degree k; what is above is 0.
             if i < k {
                 jet[i] = jet[i] * x + jet[i - 1];
             } else if i == k {
