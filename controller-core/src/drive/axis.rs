@@ -147,6 +147,7 @@ where
 
     /// The other half begins with the coming tick, if this one is full.
     #[inline(always)]
+    #[allow(clippy::assigning_clones, reason = "`clone_from` of an option is twice the code")]
     fn make_room(&mut self) {
         let length = self.halves[self.newer & 1].length;
         if length == 0 || length >= LEN {
