@@ -196,6 +196,11 @@ where
         [&self.halves[(self.newer + 1) & 1], &self.halves[self.newer & 1]]
     }
 
+    /// The black box stops, as after an alarm; the law goes on.
+    pub const fn freeze(&mut self) {
+        self.frozen = true;
+    }
+
     /// The black box goes on, with nothing in it. The law goes on or stays stopped, as it was.
     pub fn release(&mut self) {
         self.forget();
@@ -356,6 +361,12 @@ mod tests {
             axis.tick([Some(0)], None);
         }
         assert_eq!(axis.black_box().map(|stretch| stretch.frames().len()), [8, 4]);
+        axis.freeze();
+        axis.tick([Some(0)], None);
+        assert_eq!(axis.black_box().map(|stretch| stretch.frames().len()), [8, 4]);
+        axis.release();
+        axis.tick([Some(0)], None);
+        assert_eq!(axis.black_box().map(|stretch| stretch.frames().len()), [0, 1]);
         axis.retune(law(50.0), [Some(0)]).expect("near enough");
         assert_eq!(axis.black_box().map(|stretch| stretch.frames().len()), [0, 0]);
         // Far outside the gate for longer than samples may be missing.
