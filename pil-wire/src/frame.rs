@@ -53,7 +53,8 @@ impl Instance {
         u32::from_le_bytes([self.n, self.r, self.mask, self.model as u8])
     }
 
-    fn from_word(word: u32) -> Option<Self> {
+    /// Of the first word of Open; `None` if there is no such model.
+    pub fn from_word(word: u32) -> Option<Self> {
         let [n, r, mask, model] = word.to_le_bytes();
         let model = match model {
             0 => Model::Linear,
