@@ -120,8 +120,10 @@ pub fn serve<L: Tuned<E, N>, const E: usize, const N: usize>(
     mut drive: &Drive<L, E, N>,
     mut live: Live<L, E, N>,
     mut line: Line,
+    clock: Clock,
 ) -> ! {
     line.write(&live.hello());
+    let mut reported = 0;
     loop {
         while let Some(byte) = line.read() {
             let reply = live.receive(byte, &mut drive);
@@ -137,5 +139,33 @@ pub fn serve<L: Tuned<E, N>, const E: usize, const N: usize>(
             }
         }
         asm::wfi();
+        let (tick, worst, missed, health) =
+            drive.between(|seat| (seat.axis().tick_number(), seat.worst, seat.missed, seat.newest().health));
+        if tick.wrapping_sub(reported) >= clock.tick_hz {
+            reported = tick;
+            let Clock { unit, period, tick_hz } = clock;
+            let headroom = period.saturating_sub(worst) * 100 / period.max(1);
+            defmt::println!(
+                "t = {=f32} s, {}; interrupt: worst {=u32} of {=u32} {}, headroom {=u32} %, {=u32} ticks missed",
+                tick as f32 / tick_hz as f32,
+                health,
+                worst,
+                period,
+                unit,
+                headroom,
+                missed,
+            );
+        }
     }
+}
+
+/// What the log says of time.
+#[derive(Clone, Copy)]
+pub struct Clock {
+    /// What the stopwatch counts.
+    pub unit: clock::Unit,
+    /// Of these in a period.
+    pub period: u32,
+    /// Ticks in a second.
+    pub tick_hz: u32,
 }

@@ -93,6 +93,11 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Seat<L, E, N> {
         output
     }
 
+    /// What the last tick gave.
+    pub const fn newest(&self) -> &Output<f32> {
+        &self.newest
+    }
+
     /// Law, plan and black box.
     pub const fn axis(&self) -> &Axis<Monitored<L, E>, L::Plan, E, N, REMEMBERED> {
         &self.axis

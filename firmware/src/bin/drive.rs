@@ -12,7 +12,7 @@ use controller_core::drive::{ALARMS, Encoder, Joint, JointBandwidths, JointDesig
 use controller_core::{Fallback, Limits};
 use cortex_m_rt::exception;
 use firmware::line::{self, Line};
-use firmware::live::{self, Drive};
+use firmware::live::{self, Clock, Drive};
 use firmware::{clock, fault, log, stand_in, ticker};
 use pil_wire::{Live, Seat, halves};
 use stm32f4::stm32f405::{Peripherals, interrupt};
@@ -94,7 +94,7 @@ fn main() -> ! {
     DRIVE.begin(SEAT.write(Seat::new(law)));
 
     live::unmask(core.NVIC);
-    ticker::start(chip.TIM3, &chip.RCC, TICK_HZ);
+    let period = ticker::start(chip.TIM3, &chip.RCC, TICK_HZ);
     defmt::println!("drive: {=u32} Hz, time in {}", TICK_HZ, unit);
-    live::serve(&DRIVE, live, line)
+    live::serve(&DRIVE, live, line, Clock { unit, period, tick_hz: TICK_HZ })
 }
