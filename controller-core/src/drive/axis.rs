@@ -102,7 +102,8 @@ where
     }
 
     /// One tick; `applied` is what the actuator held since the last one, if that was another u.
-    #[inline]
+    // Always: beside a second caller, such as the tick in which a design changes, it would be a call from the interrupt.
+    #[inline(always)]
     pub fn tick(&mut self, counts: [Option<i32>; E], applied: Option<f32>) -> Output<f32> {
         if let Some(u) = applied {
             self.running.report_applied(u);
