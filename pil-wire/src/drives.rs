@@ -144,8 +144,9 @@ pub trait Tuned<const E: usize, const N: usize>: DriveLaw<E, N> + Watched<E> + C
     /// At rest.
     fn rest(goal: Rest<f32>) -> Self::Plan;
 
-    /// From where `present` is at this tick to rest at a goal, or where it can, in so many ticks (0: the fewest); and
-    /// in how many. 64 of its ticks are tried, of each duration that comes into question: background work.
+    /// From where `present` is at this tick to rest at a goal, or where it can, in the fewest ticks of this range
+    /// that the limits allow; and in how many. 64 ticks of each duration that comes into question are tried: background
+    /// work.
     ///
     /// # Errors
     /// What is wrong with the goal, or too fast.
@@ -154,7 +155,7 @@ pub trait Tuned<const E: usize, const N: usize>: DriveLaw<E, N> + Watched<E> + C
         present: &Self::Plan,
         goal: Option<Rest<f32>>,
         start: u32,
-        ticks: u32,
+        range: [u32; 2],
     ) -> Result<(Self::Plan, u32), Refusal>;
 
     /// The tick from which on a plan rests.
@@ -184,10 +185,10 @@ impl<const S: usize, const FAST: usize, const LATE: usize> Tuned<1, 2>
         present: &Self::Plan,
         goal: Option<Rest<f32>>,
         start: u32,
-        ticks: u32,
+        range: [u32; 2],
     ) -> Result<(Self::Plan, u32), Refusal> {
         let asked = |jet: &[f64; 3]| design.motor.feed_forward(jet);
-        planned(design.period_s, design.limits, &present.at(start), goal, start, ticks, asked)
+        planned(design.period_s, design.limits, &present.at(start), goal, start, range, asked)
     }
 
     fn end(plan: &Self::Plan) -> u32 {
@@ -218,10 +219,10 @@ impl<const FAST: usize, const LATE: usize> Tuned<2, 4>
         present: &Self::Plan,
         goal: Option<Rest<f32>>,
         start: u32,
-        ticks: u32,
+        range: [u32; 2],
     ) -> Result<(Self::Plan, u32), Refusal> {
         let asked = |jet: &[f64; 5]| design.joint.feed_forward(jet);
-        planned(design.period_s, design.limits, &present.at(start), goal, start, ticks, asked)
+        planned(design.period_s, design.limits, &present.at(start), goal, start, range, asked)
     }
 
     fn end(plan: &Self::Plan) -> u32 {
@@ -233,14 +234,14 @@ const fn form(fast: usize, late: usize) -> u8 {
     Instance::TWO_SETS * fast as u8 + Instance::LATE * late as u8
 }
 
-/// From a jet to rest: a stop takes the fewest ticks from `ticks` on, a move that many or, of 0, the fewest.
+/// From a jet to rest.
 fn planned<const M: usize, const J: usize>(
     period_s: f64,
     limits: Limits,
     present: &Target<f32, i32, M>,
     goal: Option<Rest<f32>>,
     start: u32,
-    ticks: u32,
+    [fewest, most]: [u32; 2],
     feed_forward: impl Fn(&[f64; J]) -> f64,
 ) -> Result<(Joined<f32, Rest<f32>, M>, u32), Refusal> {
     let wide = Target { turn: present.turn, jet: present.jet.map(f64::from) };
@@ -250,17 +251,17 @@ fn planned<const M: usize, const J: usize>(
     };
     let to_go = |goal: &Rest<f64>| gap(&wide, &goal.at(start));
     let u_max = SHARE * if limits.max < -limits.min { limits.max } else { -limits.min };
-    let most = if LONGEST_S > period_s { (LONGEST_S / period_s) as u32 } else { 1 };
-    let found = shortest(start, ticks.max(1), most, u_max, feed_forward, |ticks| {
+    let longest = (LONGEST_S / period_s) as u32;
+    let found = shortest(start, fewest.max(1), longest.max(1), u_max, feed_forward, |ticks| {
         let (_, goal) = towards(ticks);
         Joined::<f64, _, M>::new(goal, to_go(&goal), start, ticks, period_s)
     });
     match found {
-        Some(found) if ticks == 0 || found == ticks || goal.is_none() => {
+        Some(found) if found <= most => {
             let (goal, wide) = towards(found);
             Ok((Joined::new(goal, to_go(&wide), start, found, period_s), found))
         }
-        other => Err(Refusal { reason: Reason::TooFast, target: other.unwrap_or(0), request: ticks }),
+        other => Err(Refusal { reason: Reason::TooFast, target: other.unwrap_or(0), request: most }),
     }
 }
 

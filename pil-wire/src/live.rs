@@ -32,10 +32,9 @@ use crate::{MAX_E, MAX_N, REPLY_LEN, REPLY_WORDS};
 
 /// Ticks of one half of the black box: at least so many stand before an alarm.
 pub const REMEMBERED: usize = 256;
-/// A plan begins so long after the request, s; or twice, four times .. as long, if it is not ready.
+/// A plan begins so long after the request, s; if it is not ready then, twice as late or more, so often.
 const AHEAD_S: f64 = 0.01;
-/// Later it does not begin, s.
-const LATEST_S: f64 = 4.0;
+const ATTEMPTS: u32 = 8;
 /// No goal is further from angle 0, turns: a join in 32 bits is exact to 4e-7 of its way.
 const FURTHEST_TURNS: u32 = 10_000;
 
@@ -218,27 +217,32 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
         if !goal.is_none_or(is_near) {
             return Err(Refusal::of(Reason::Goal));
         }
-        let mut ahead = AHEAD_S;
-        while ahead < LATEST_S {
+        let mut ahead = (AHEAD_S / self.period_s) as u32 + 2;
+        // What was found is where the next search begins: it is over at once.
+        let mut fewest = ticks;
+        for _ in 0..ATTEMPTS {
             let (tick, present, health) =
                 machine.between(|seat| (seat.axis.tick_number(), seat.axis.plan().clone(), seat.newest.health));
             if health.contains(Health::STOPPED) {
                 return Err(Refusal::of(Reason::Stopped));
             }
-            let start = tick.wrapping_add((ahead / self.period_s) as u32 + 2);
-            let (plan, ticks) = L::plan(&self.design, &present, goal, start, ticks)?;
-            let is_in_time = machine.between(|seat| {
-                let is_in_time = start.wrapping_sub(seat.axis.tick_number()) as i32 > 0;
+            let start = tick.wrapping_add(ahead);
+            let range = [fewest, if ticks == 0 || goal.is_none() { u32::MAX } else { ticks }];
+            let (plan, found) = L::plan(&self.design, &present, goal, start, range)?;
+            let (now, is_in_time) = machine.between(|seat| {
+                let now = seat.axis.tick_number();
+                let is_in_time = start.wrapping_sub(now) as i32 > 0;
                 if is_in_time {
                     seat.axis.play_at(start, plan);
                 }
-                is_in_time
+                (now, is_in_time)
             });
             if is_in_time {
                 until(machine, |seat| seat.axis.tick_number().wrapping_sub(start) as i32 > 0);
-                return Ok(Reply::Planned { start, ticks });
+                return Ok(Reply::Planned { start, ticks: found });
             }
-            ahead *= 2.0;
+            fewest = found;
+            ahead = (now.wrapping_sub(tick) / 8).max(2 * ahead);
         }
         Err(Refusal::of(Reason::Late))
     }

@@ -100,8 +100,7 @@ impl Bench {
     pub fn new() -> Self {
         let (live, law) = Live::new(loadable(&DESIGN).words).expect("a good design");
         let disturbance = Disturbance { stuck: [false; 2], load_n_m: 0.0 };
-        let chip =
-            Chip { seat: Seat::new(law), x: [0.0; 2], count: 0, disturbance, u: Vec::new(), is_stand_in: true };
+        let chip = Chip { seat: Seat::new(law), x: [0.0; 2], count: 0, disturbance, u: Vec::new(), is_stand_in: true };
         Self { sent: live.hello().into(), live, chip }
     }
 }
