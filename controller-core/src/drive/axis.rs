@@ -106,7 +106,8 @@ where
     }
 
     /// One tick; `applied` is what the actuator held since the last one, if that was another u.
-    #[inline]
+    // Always: beside a second caller, such as the tick in which a design changes, it would be a call from the interrupt.
+    #[inline(always)]
     pub fn tick(&mut self, counts: [Option<i32>; E], applied: Option<f32>) -> Output<f32> {
         if let Some(u) = applied {
             self.running.report_applied(u);
@@ -200,6 +201,11 @@ where
     /// What the black box has, older half first; one that is empty has no frames.
     pub fn black_box(&self) -> [&Stretch<L::State, E, N, LEN>; 2] {
         [&self.halves[(self.newer + 1) & 1], &self.halves[self.newer & 1]]
+    }
+
+    /// The black box stops, as after an alarm; the law goes on.
+    pub const fn freeze(&mut self) {
+        self.frozen = true;
     }
 
     /// The black box goes on, with nothing in it. The law goes on or stays stopped, as it was.
@@ -362,6 +368,12 @@ mod tests {
             axis.tick([Some(0)], None);
         }
         assert_eq!(axis.black_box().map(|stretch| stretch.frames().len()), [8, 4]);
+        axis.freeze();
+        axis.tick([Some(0)], None);
+        assert_eq!(axis.black_box().map(|stretch| stretch.frames().len()), [8, 4]);
+        axis.release();
+        axis.tick([Some(0)], None);
+        assert_eq!(axis.black_box().map(|stretch| stretch.frames().len()), [0, 1]);
         axis.retune(law(50.0), [Some(0)]).expect("near enough");
         assert_eq!(axis.black_box().map(|stretch| stretch.frames().len()), [0, 0]);
         // Far outside the gate for longer than samples may be missing.
