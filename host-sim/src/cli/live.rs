@@ -10,6 +10,7 @@ use std::time::Duration;
 use clap::Args;
 use controller_core::Health;
 use controller_core::drive::ALARMS;
+use cycle_bound::stop;
 use cycle_bound::table::Table;
 use loop_sim::port::PortError;
 use pil_wire::{Disturbance, Model, Observed, Order, REPLY_LEN, REQUEST_LEN, Swapped};
@@ -146,6 +147,8 @@ impl<'a> Console<'a> {
         let disturbance = Disturbance { stuck: [false; 2], load_n_m: 0.0 };
         let mut session = Session { drive, scenario, seen: Vec::new(), disturbance, stopped: false };
         self.greet(&session)?;
+        // What was seen is kept, and said to be, when this is told to end.
+        let _kept = stop::keeping();
         let done = match script {
             Some(script) => self.obey_script(&mut session, &script, options),
             None => self.obey_typed(&mut session),
