@@ -3,7 +3,7 @@
 //! | who | at | does |
 //! |---|---|---|
 //! | TIM3 | the tick, highest priority | [`Drive::tick`]: counts, plan, law, monitors, black box, current |
-//! | EXTI0 | the same priority | [`Drive::change`]: the one tick in which another design takes over |
+//! | EXTI0 | the same priority | [`Drive::change`]: a tick in which a law starts, or another takes over |
 //! | USART1 | below | keeps a byte ([`line`](crate::line)) |
 //! | main loop | the rest | [`serve`]: requests, designs, plans ([`pil_wire::Live`]) |
 //!
@@ -38,7 +38,7 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Drive<L, E, N> {
         critical_section::with(|cs| self.0.borrow(cs).replace(Some(seat)));
     }
 
-    /// The control interrupt: counts, a tick, a current. The one tick that takes longer is EXTI0's.
+    /// The control interrupt: counts, a tick, a current. A tick that takes longer is EXTI0's.
     #[inline(always)]
     pub fn tick(&self, counts: impl FnOnce() -> [Option<i32>; E], actuate: impl FnOnce(f32)) {
         ticker::acknowledge();
@@ -56,7 +56,7 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Drive<L, E, N> {
         });
     }
 
-    /// The first tick of another design.
+    /// The first tick of a design.
     pub fn change(&self, counts: impl FnOnce() -> [Option<i32>; E], actuate: impl FnOnce(f32)) {
         critical_section::with(|cs| {
             if let Some(seat) = self.0.borrow_ref_mut(cs).as_mut() {

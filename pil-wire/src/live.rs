@@ -1,7 +1,7 @@
 //! A drive that runs by itself, at the end of the wire: observed, moved, given another design while it goes on.
 //!
 //! ```text
-//! interrupt:   Seat::tick, or where a design waits Seat::change        never waits for anyone
+//! interrupt:   Seat::tick; Seat::change where a law starts or waits    never waits for anyone
 //! background:  Live::receive: a byte in, a reply out                   designs and plans, in 64 bits
 //! ```
 //!
@@ -68,28 +68,31 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Seat<L, E, N> {
         }
     }
 
-    /// One tick, as [`Axis::tick`].
+    /// One tick of a law that has started, as [`Axis::go_on`].
     #[inline(always)]
     pub fn tick(&mut self, counts: [Option<i32>; E], applied: Option<f32>) -> Output<f32> {
         self.counts = counts;
-        self.newest = self.axis.tick(counts, applied);
+        self.newest = self.axis.go_on(counts, applied);
         self.newest
     }
 
-    /// Is the coming tick the first of another law? Then it is [`change`](Self::change).
+    /// Is the coming tick the first of a law? Then it is [`change`](Self::change).
     #[inline(always)]
     pub const fn is_to_change(&self) -> bool {
-        self.next.is_some()
+        self.next.is_some() || !self.axis.running().is_started()
     }
 
-    /// The first tick of the law that waits, if it can take over; else one of the old law.
+    /// A tick in which a law starts, or the one that waits takes over, if it can; else it is one of the old law.
     #[inline(never)]
     pub fn change(&mut self, counts: [Option<i32>; E], applied: Option<f32>) -> Output<f32> {
         let before = self.newest.u;
         let retuned = self.next.take().map(|law| self.axis.retune(law, counts));
-        let output = self.tick(counts, applied);
-        self.changed = retuned.map(|retuned| retuned.map(|()| [before, output.u]));
-        output
+        self.counts = counts;
+        self.newest = self.axis.tick(counts, applied);
+        if let Some(retuned) = retuned {
+            self.changed = Some(retuned.map(|()| [before, self.newest.u]));
+        }
+        self.newest
     }
 
     /// What the last tick gave.
@@ -261,7 +264,7 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
             seat.next = Some(law);
             seat.axis.tick_number()
         });
-        until(machine, |seat| !seat.is_to_change());
+        until(machine, |seat| seat.next.is_none());
         let (tick, changed) = machine.between(|seat| (seat.axis.black_box()[1].first, seat.changed.take()));
         let u = match changed {
             Some(Ok(u)) => u,

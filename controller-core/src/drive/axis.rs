@@ -106,9 +106,25 @@ where
     }
 
     /// One tick; `applied` is what the actuator held since the last one, if that was another u.
-    // Always: beside a second caller, such as the tick in which a design changes, it would be a call from the interrupt.
     #[inline(always)]
     pub fn tick(&mut self, counts: [Option<i32>; E], applied: Option<f32>) -> Output<f32> {
+        self.ticked(counts, applied, Running::tick)
+    }
+
+    /// The same, but for a start ([`Running::go_on`]): it is what the bound of a short interrupt is not to have in it.
+    #[inline(always)]
+    pub fn go_on(&mut self, counts: [Option<i32>; E], applied: Option<f32>) -> Output<f32> {
+        self.ticked(counts, applied, Running::go_on)
+    }
+
+    // Always: beside a second caller, such as the tick in which a design changes, it would be a call from the interrupt.
+    #[inline(always)]
+    fn ticked(
+        &mut self,
+        counts: [Option<i32>; E],
+        applied: Option<f32>,
+        run: impl FnOnce(&mut Running<L>, &L::Sample) -> Output<f32>,
+    ) -> Output<f32> {
         if let Some(u) = applied {
             self.running.report_applied(u);
         }
@@ -119,7 +135,7 @@ where
         let end = self.end();
         let sample = L::sample(counts, &self.begin, &end);
         (self.tick, self.begin) = (self.tick.wrapping_add(1), end);
-        let output = self.running.tick(&sample);
+        let output = run(&mut self.running, &sample);
         if !self.frozen {
             let Output { u, health, .. } = output;
             let half = &mut self.halves[self.newer & 1];
