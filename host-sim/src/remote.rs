@@ -341,6 +341,9 @@ pub(crate) fn in_words(refusal: &Refusal, instance: Instance) -> String {
         Reason::Stopped => "an alarm has stopped the drive: reset it first".into(),
         Reason::NotStopped => "the drive has not stopped: there is nothing to reset".into(),
         Reason::NotFrozen => "the black box goes on: freeze it first".into(),
+        Reason::Frozen => {
+            "the black box stands still, and another design would empty it: read it, then `release` or `reset`".into()
+        }
         Reason::Absent => "there is no such part, or no good count to start from".into(),
         Reason::Late => "the chip has no time left to plan: its interrupt takes too much".into(),
         Reason::Period => format!("the drive ticks every {target} ns, the design is for {request} ns"),

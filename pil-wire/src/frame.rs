@@ -400,13 +400,15 @@ pub enum Reason {
     Late,
     /// A design for another period than that of the drive's timer; both in ns.
     Period,
+    /// The black box stands still, and another design would empty it: release it or reset the drive first.
+    Frozen,
 }
 
 /// Why a design cannot take over, in the order of the wire.
 pub const RETUNE_ERRORS: [RetuneError; 4] =
     [RetuneError::Sample, RetuneError::GainNearDecay, RetuneError::OffsetOutOfRange, RetuneError::OtherEncoder];
 
-const REASONS: [Reason; 19] = [
+const REASONS: [Reason; 20] = [
     Reason::Version,
     Reason::Layout,
     Reason::CoreVersion,
@@ -426,6 +428,7 @@ const REASONS: [Reason; 19] = [
     Reason::Absent,
     Reason::Late,
     Reason::Period,
+    Reason::Frozen,
 ];
 
 const IDENTIFY: u8 = 1;

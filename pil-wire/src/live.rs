@@ -257,6 +257,9 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
         }
         // Nothing but the timer of the chip knows how often it ticks.
         agree(Reason::Period, nanoseconds(self.period_s), nanoseconds(number(words)))?;
+        if machine.between(|seat| seat.axis.is_frozen()) {
+            return Err(Refusal::of(Reason::Frozen));
+        }
         let (began, first) = (machine.now(), machine.between(|seat| seat.axis.tick_number()));
         let (design, law) = L::read(words)?;
         let (fingerprint, time) = (law.fingerprint(), machine.now().wrapping_sub(began));

@@ -115,7 +115,7 @@ fn every_frame_with_a_right_checksum_reads_back_as_it_was() {
             }
             match reply_kind {
                 131 | 133 => reply[3] %= 8,
-                132 => reply[0] = 1 + reply[0] % 19,
+                132 => reply[0] = 1 + reply[0] % 20,
                 134 => reply[3] &= 0x77F,
                 _ => {}
             }

@@ -180,6 +180,7 @@ fn a_drive_that_has_stopped_starts_again_where_it_is() {
     let mut drive = connect(Bench::new());
     tripped(&mut drive);
     assert!(told(drive.move_to(0.0, 0)).contains("reset it first"));
+    assert!(told(drive.swap(&loadable(&DESIGN))).contains("would empty it"));
     drive.disturb(Disturbance { stuck: [false; 2], load_n_m: 0.0 }).unwrap_or_else(|error| panic!("{error}"));
     drive.order(Order::Reset).unwrap_or_else(|error| panic!("{error}"));
     let here = drive.transport().chip.angle_rad();
