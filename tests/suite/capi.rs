@@ -11,11 +11,14 @@ use controller_core::{
 use cycle_bound::qemu::{Clock, Process, is_last};
 use integration_tests::data::path;
 use integration_tests::program::{Folder, host_sim};
+use integration_tests::strategy::Rng;
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
+
+use super::export::{self, EDGES, ON_THE_CHIP, OTHER_BOARDS, Place, answers};
 
 const STRICT: [&str; 4] = ["-Wall", "-Wextra", "-Werror", "-pedantic"];
 const CORE: [&str; 4] = ["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"];
@@ -269,8 +272,9 @@ fn symbols(nm: &str, of: &str) -> Vec<(char, String)> {
 
 #[test]
 fn the_archives_show_only_their_own_names_need_no_others_and_cannot_panic() {
-    // A hosted program has a C library; the chip's archive needs nothing at all.
-    for (nm, of, may_need) in [("arm-none-eabi-nm", "thumbv7em", &[][..]), ("nm", "host", &["memcpy", "memset"])] {
+    // A hosted program has a C library; the archive of a chip needs nothing at all.
+    let chips = ["thumbv7em", "thumbv8m", "thumbv7m", "thumbv6m"].map(|of| ("arm-none-eabi-nm", of, &[][..]));
+    for (nm, of, may_need) in chips.into_iter().chain([("nm", "host", &["memcpy", "memset"][..])]) {
         let symbols = symbols(nm, of);
         let mut shown: Vec<&str> = Vec::new();
         for (kind, name) in &symbols {
@@ -457,6 +461,80 @@ fn the_drive_in_c_on_the_chip_gives_every_u_of_the_rust_tick() {
         assert_eq!(said.len(), expected.len(), "{image}");
         for (tick, (said, expected)) in said.iter().zip(&expected).enumerate() {
             assert_eq!(said, expected, "{image}, tick {tick}");
+        }
+    }
+}
+
+/// Cortex-M0, M3 and M4 without floats of their own, M7 and M33 with: samples near rest and far from it, and such as are
+/// no numbers.
+#[test]
+fn the_archives_give_the_bits_of_the_tick_on_other_cores() {
+    const TICKS: usize = 20_000;
+    let (_, controller) = joint();
+    let mut running = Running::new(&controller);
+    let mut rng = Rng::new(0xC04E);
+    let (mut asked, mut expected) = (Vec::new(), Vec::new());
+    for _ in 0..TICKS {
+        let size = if rng.chance(0.02) { rng.spread(1e-6, 1e14) } else { 0.1 };
+        let mut x: [f32; 4] = std::array::from_fn(|_| (size * rng.within(-1.0, 1.0)) as f32);
+        if rng.chance(0.02) {
+            x[rng.integer(0, 3)] = EDGES[rng.integer(0, EDGES.len() - 1)];
+        }
+        asked.extend(x.into_iter().flat_map(f32::to_le_bytes));
+        let output = running.tick(&x);
+        expected.push(u32::from(output.health.contains(Health::INPUT_REJECTED)));
+        expected.extend([output.u, output.sigma, output.sigma_star].map(f32::to_bits));
+        expected.push(u32::from(output.health.bits()));
+    }
+    let rejected = expected.chunks(5).filter(|answer| answer[0] == 1).count();
+    assert!((TICKS / 500..TICKS / 10).contains(&rejected), "{rejected} rejected");
+    let design = format!("{}/examples/c/joint_design.h", text(&root()));
+    let program = format!(
+        "#include \"{design}\"
+{ON_THE_CHIP}
+static struct {{ float x[4]; }} asks[64];
+static uint32_t answers[64][5];
+static edo_smc_state_n4_r2_c24_t state;
+
+static uint32_t bits(float number)
+{{
+    union {{ float number; uint32_t word; }} both;
+    both.number = number;
+    return both.word;
+}}
+
+int main(void)
+{{
+    size_t count;
+    if (edo_smc_init_n4_r2_c24(&joint_design, sizeof joint_design, &state, sizeof state) != EDO_SMC_OK) {{
+        return 1;
+    }}
+    while ((count = receive(asks, sizeof asks) / sizeof asks[0]) > 0) {{
+        for (size_t k = 0; k < count; k++) {{
+            edo_smc_output_t output = {{0}};
+            answers[k][0] = (uint32_t)edo_smc_tick_n4_r2_c24(&joint_design, &state, asks[k].x, &output);
+            answers[k][1] = bits(output.u);
+            answers[k][2] = bits(output.sigma);
+            answers[k][3] = bits(output.sigma_star);
+            answers[k][4] = output.health;
+        }}
+        send(answers, count * sizeof answers[0]);
+    }}
+    return 0;
+}}
+"
+    );
+    let archives = ["thumbv6m", "thumbv7m", "thumbv7m", "thumbv7em", "thumbv8m"];
+    for (board, of) in OTHER_BOARDS.iter().zip(archives) {
+        let folder = export::folder(&format!("capi-{}", board.machine));
+        let (include, archive) = (include(), archive(of));
+        let options = ["-O2", "-Wl,--gc-sections", &include, &archive];
+        let answered = answers(&folder, &program, &options, &asked, Place::On(board));
+        assert_eq!(answered.len(), expected.len(), "{}", board.machine);
+        let is_nan = |word: u32| f32::from_bits(word).is_nan();
+        for (k, (c, rust)) in answered.chunks(5).zip(expected.chunks(5)).enumerate() {
+            let alike = c.iter().zip(rust).all(|(&c, &rust)| c == rust || is_nan(c) && is_nan(rust));
+            assert!(alike, "{}, tick {k}: {c:08x?} for {rust:08x?}", board.machine);
         }
     }
 }
