@@ -21,7 +21,15 @@ const ARCHIVE: &str = "libedo_smc.a";
 const HEADER: &str = "controller-capi/include/edo_smc.h";
 const PREFIX: &str = "edo_smc_";
 /// What `EDO_SMC_INSTANCE(name, ..)` declares, each followed by `_name`.
-const FUNCTIONS: [&str; 7] = ["design_size", "state_size", "init", "tick", "report_applied", "reset", "design"];
+/// What a line of the header declares functions with, and these functions.
+const DECLARING: [(&str, &[&str]); 4] = [
+    ("EDO_SMC_INSTANCE(", &FUNCTIONS),
+    ("EDO_SMC_DRIVE(", &FUNCTIONS),
+    ("EDO_SMC_DRIVE(", &["by_rule", "tune"]),
+    ("EDO_SMC_PLANS(", &["plan_rest", "plan_move", "plan_stop", "plan_sine", "plan_at"]),
+];
+const FUNCTIONS: [&str; 9] =
+    ["design_size", "state_size", "init", "tick", "report_applied", "estimates", "reset", "retune", "design"];
 
 /// Format and lints of the C interface.
 pub(crate) fn lint(gate: &mut Gate) -> Outcome {
@@ -191,17 +199,21 @@ fn hide(gate: &Gate, names: &[String], tools: &Tools, archive: &Path, folder: &P
 /// Names of all functions that the header declares.
 fn declared(header: &Path) -> Result<Vec<String>, String> {
     let text = fs::read_to_string(header).map_err(|error| format!("{}: {error}", header.display()))?;
-    let instances: Vec<&str> = instances(&text).collect();
-    if instances.is_empty() {
-        return Err(format!("{}: no line `EDO_SMC_INSTANCE(name, ..)`", header.display()));
+    let mut names = vec![format!("{PREFIX}version")];
+    for (declaring, functions) in DECLARING {
+        let lines: Vec<&str> = declared_by(&text, declaring).collect();
+        if lines.is_empty() {
+            return Err(format!("{}: no line `{declaring}name, ..)`", header.display()));
+        }
+        names.extend(
+            lines.iter().flat_map(|of| functions.iter().map(move |function| format!("{PREFIX}{function}_{of}"))),
+        );
     }
-    let of_instances =
-        instances.iter().flat_map(|instance| FUNCTIONS.map(|function| format!("{PREFIX}{function}_{instance}")));
-    Ok(of_instances.chain([format!("{PREFIX}version")]).collect())
+    Ok(names)
 }
 
-fn instances(header: &str) -> impl Iterator<Item = &str> {
-    header.lines().filter_map(|line| Some(line.strip_prefix("EDO_SMC_INSTANCE(")?.split_once(',')?.0))
+fn declared_by<'a>(header: &'a str, declaring: &str) -> impl Iterator<Item = &'a str> {
+    header.lines().filter_map(move |line| Some(line.strip_prefix(declaring)?.split_once(',')?.0))
 }
 
 /// What the toolchain in use brings beside its compiler.
@@ -226,11 +238,11 @@ fn toolchain_tools() -> Result<Tools, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::instances;
+    use super::declared_by;
 
     #[test]
     fn instances_are_read_from_the_lines_that_declare_them() {
         let header = "#define EDO_SMC_INSTANCE(name, n) ..\nEDO_SMC_INSTANCE(n2_r1_c2, 2)\n EDO_SMC_INSTANCE(no, 1)\n";
-        assert!(instances(header).eq(["n2_r1_c2"]));
+        assert!(declared_by(header, "EDO_SMC_INSTANCE(").eq(["n2_r1_c2"]));
     }
 }
