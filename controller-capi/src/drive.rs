@@ -1,13 +1,12 @@
 //! A motor with one encoder, a flexible joint with two, as C holds their designs.
 //!
-//! What a drive is designed from is a struct of doubles in C, in the order of [`drive::LAYOUT`](LAYOUT), three more
-//! behind it. A design is opaque: words of a law with its monitors, made where it runs, with a check over all of them.
+//! What a drive is designed from is a struct of doubles in C, in the order of [`LAYOUT`](controller_core::drive::LAYOUT),
+//! three more behind it. A design is opaque: words of a law with its monitors, made where it runs, with a check over all
+//! of them.
 
 use core::mem::MaybeUninit;
 
 use controller_core::Health;
-#[cfg(doc)]
-use controller_core::drive::LAYOUT;
 use controller_core::drive::{
     ALARMS, DriveError, DriveEstimates, DriveLaw, JointBandwidths, JointDesign, JointDrive, Monitored, MotorDesign,
     MotorDrive, Position, Sample, Target,
@@ -153,12 +152,14 @@ impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usiz
 
     /// FNV-1a, a word at a time: another word anywhere gives another sum.
     fn sum(&self) -> u32 {
-        let law = self.law.as_ptr().cast::<u8>();
-        let word = |at: usize| {
+        let law = self.law.as_ptr().cast::<u32>();
+        let word = |i: usize| {
             // SAFETY: within the law, aligned as it is; padding is only behind the bytes that are read alone.
-            unsafe { if L::BYTES.contains(&at) { law.add(at).read().into() } else { law.add(at).cast::<u32>().read() } }
+            unsafe {
+                if L::BYTES.contains(&(4 * i)) { law.add(i).cast::<u8>().read().into() } else { law.add(i).read() }
+            }
         };
-        (0..Self::WORDS).fold(0x811c_9dc5, |sum, i| (sum ^ word(4 * i)).wrapping_mul(0x0100_0193))
+        (0..Self::WORDS).fold(0x811c_9dc5, |sum, i| (sum ^ word(i)).wrapping_mul(0x0100_0193))
     }
 }
 

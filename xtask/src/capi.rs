@@ -20,7 +20,6 @@ const ARCHIVES: &str = "controller-capi/target/archive";
 const ARCHIVE: &str = "libedo_smc.a";
 const HEADER: &str = "controller-capi/include/edo_smc.h";
 const PREFIX: &str = "edo_smc_";
-/// What `EDO_SMC_INSTANCE(name, ..)` declares, each followed by `_name`.
 /// What a line of the header declares functions with, and these functions.
 const DECLARING: [(&str, &[&str]); 4] = [
     ("EDO_SMC_INSTANCE(", &FUNCTIONS),
