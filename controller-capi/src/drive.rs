@@ -1,8 +1,8 @@
 //! A motor with one encoder, a flexible joint with two, as C holds their designs.
 //!
-//! What a drive is designed from is a struct of doubles in C, in the order of [`LAYOUT`](controller_core::drive::LAYOUT),
-//! three more behind it. A design is opaque: words of a law with its monitors, made where it runs, with a check over all
-//! of them.
+//! What a drive is designed from is a struct of doubles in C, in the order of
+//! [`LAYOUT`](controller_core::drive::LAYOUT), three more behind it. A design is opaque: words of a law with its
+//! monitors, made where it runs, with a check over all of them.
 
 use core::mem::MaybeUninit;
 

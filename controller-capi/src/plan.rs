@@ -1,7 +1,7 @@
 //! Plans of a drive: what C holds of one, how it is made, and where it is at a tick.
 //!
-//! A plan is a way of so many ticks onto a goal ([`Joined`]), which is rest at an angle or a sine. It is made of the one
-//! that is played, in 64 bits, outside of the interrupt; the interrupt asks for targets, in f32.
+//! A plan is a way of so many ticks onto a goal ([`Joined`]), which is rest at an angle or a sine. It is made of the
+//! one that is played, in 64 bits, outside of the interrupt; the interrupt asks for targets, in f32.
 
 use controller_core::INPUT_LIMIT;
 use controller_core::drive::{Joined, Reference, Rest, Sine, Target, gap, powers_of_join, stop};

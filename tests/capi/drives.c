@@ -1,5 +1,5 @@
-/* One drive of the archive (NAME, and MOTOR or JOINT) as requests tell it: four designs, between which it is re-tuned in
- * motion, ticks of counts and targets, what the actuator held, restarts. Answers of every request: statuses, output,
+/* One drive of the archive (NAME, and MOTOR or JOINT) as requests tell it: four designs, between which it is re-tuned
+ * in motion, ticks of counts and targets, what the actuator held, restarts. Answers of every request: statuses, output,
  * estimates; before the first the configurations that the rule has made. */
 #include "edo_smc.h"
 

@@ -575,7 +575,7 @@ fn cmake_builds_the_image_that_make_builds() {
     let toolchain = text(&examples.join("arm-none-eabi.cmake"));
     run("cmake", &["-S", &text(&examples), "-B", &build, "--toolchain", &toolchain]);
     run("cmake", &["--build", &build]);
-    for image in ["drive", "design"] {
+    for image in ["drive", "paper", "design"] {
         let code = |elf: &str, name: &str| {
             let raw = folder.path(name);
             run("arm-none-eabi-objcopy", &["-O", "binary", elf, &raw]);

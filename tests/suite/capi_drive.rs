@@ -1,10 +1,10 @@
-//! Do the drives and plans of the archive for C do what the Rust library does, to the last bit, here and on the emulated
-//! cores; and is what a caller can get wrong with them answered?
+//! Do the drives and plans of the archive for C do what the Rust library does, to the last bit, here and on the
+//! emulated cores?
 //!
 //! A drive runs beside the Rust tick around a simple plant, with all that the exported drives are given (test module
-//! `export_drive`): counts that wrap, go over whole turns, are lost, wild or stuck, targets that jump or are no numbers,
-//! saturation, currents that were held instead, restarts. Re-tuned in motion it takes over three more designs, of which
-//! one must refuse. Needs what `cargo xtask capi` builds.
+//! `export_drive`): counts that wrap, go over whole turns, are lost, wild or stuck, targets that jump or are no
+//! numbers, saturation, currents that were held instead, restarts. In motion it takes over two more designs, and must
+//! refuse a third. Needs what `cargo xtask capi` builds.
 
 use controller_core::drive::{
     ALARMS, BEYOND_CONTROL, Bounds, ChainModel, Encoder, EncoderForm, Joint, JointBandwidths, JointDesign, JointDrive,
