@@ -243,8 +243,10 @@ where
     run
 }
 
-/// Every drive of the archive by its name.
-const DRIVES: [(&str, fn(usize) -> Run); 8] = [
+/// A drive of the archive: its name, and so many ticks of it.
+type Drive = (&'static str, fn(usize) -> Run);
+
+const DRIVES: [Drive; 8] = [
     ("motor", motor::<0, 0>),
     ("motor_fast", motor::<1, 0>),
     ("motor_late", motor::<0, 1>),
@@ -292,7 +294,7 @@ fn held_together(name: &str, answered: &[u32], expected: &[u32], words: usize) {
     }
 }
 
-fn compare(drives: &[(&str, fn(usize) -> Run)], ticks: usize, options: &[&str], place: Place) {
+fn compare(drives: &[Drive], ticks: usize, options: &[&str], place: Place) {
     for (name, run) in drives {
         let Run { asked, expected, words, configurations } = run(ticks);
         let plant = if name.starts_with("motor") { "MOTOR" } else { "JOINT" };
