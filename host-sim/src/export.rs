@@ -45,19 +45,20 @@ pub enum Form<'a> {
 pub fn warnings(experiment: &Experiment) -> Vec<String> {
     let mut warnings = experiment.warnings.clone();
     warnings.extend(margins::warnings(experiment));
-    if let Some(spec) = &experiment.spec {
-        let Limits { min, max } = spec.config.padded.options.limits;
-        let missing = match (min <= Limits::NONE.min, max >= Limits::NONE.max) {
-            (true, true) => Some(("limits", Limits::NONE.max)),
-            (true, false) => Some(("lower limit", Limits::NONE.min)),
-            (false, true) => Some(("upper limit", Limits::NONE.max)),
-            (false, false) => None,
-        };
-        warnings.extend(missing.map(|(what, size)| {
-            format!("u has no {what}: up to {size:e} may go out; set controller.limits={{ min = .., max = .. }}")
-        }));
-    }
+    warnings.extend(without_limits(experiment));
     warnings
+}
+
+/// Which limits of u the controller has not, and how to give them; `None` if it has both.
+pub(crate) fn without_limits(experiment: &Experiment) -> Option<String> {
+    let Limits { min, max } = experiment.spec.as_ref()?.config.padded.options.limits;
+    let (what, size) = match (min <= Limits::NONE.min, max >= Limits::NONE.max) {
+        (true, true) => ("limits", Limits::NONE.max),
+        (true, false) => ("lower limit", Limits::NONE.min),
+        (false, true) => ("upper limit", Limits::NONE.max),
+        (false, false) => return None,
+    };
+    Some(format!("u has no {what}: up to {size:e} may go out; set controller.limits={{ min = .., max = .. }}"))
 }
 
 /// The text of an exported file.

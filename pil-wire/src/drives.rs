@@ -4,8 +4,7 @@
 //! as it does the shapes of the other ticks.
 
 use controller_core::drive::{
-    Aim, Bounds, ChainModel, EncoderForm, JointDesign, JointDrive, Monitored, MotorDesign, MotorDrive, Position,
-    Sample, Speed, Target, Watched,
+    Bounds, DriveLaw, JointDesign, JointDrive, Monitored, MotorDesign, MotorDrive, Position, Speed, Target, Watched,
 };
 use controller_core::{Health, Output, Running};
 
@@ -18,9 +17,9 @@ fn narrowed<const N: usize>(target: &Target<f32, i32, MAX_N>) -> Target<f32, i32
 }
 
 /// A drive that runs, with its monitors, and where its next tick begins.
-pub(crate) struct Driving<L: Watched<E>, const E: usize> {
+pub(crate) struct Driving<L: Watched<E>, const E: usize, const N: usize> {
     running: Running<Monitored<L, E>>,
-    begin: Target<f32, i32, MAX_N>,
+    begin: Target<f32, i32, N>,
 }
 
 /// What all drives have in common.
@@ -29,28 +28,20 @@ pub(crate) trait Drive {
     fn tick(&mut self, counts: &Counts) -> Driven;
 }
 
-impl<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>
-    Driving<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>
-where
-    M: ChainModel<f32, E, N>,
-    A: Aim<f32, N>,
-{
-    fn new(law: Monitored<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>) -> Self {
-        Self { running: Running::new(law), begin: Target { turn: 0, jet: [0.0; MAX_N] } }
+impl<L: Watched<E> + DriveLaw<E, N> + Clone, const E: usize, const N: usize> Driving<L, E, N> {
+    fn new(law: Monitored<L, E>) -> Self {
+        Self { running: Running::new(law), begin: Target { turn: 0, jet: [0.0; N] } }
     }
 
     /// NaN means that what was held was not told, and is what the law ignores.
-    fn told(&mut self, counts: &Counts) -> Sample<i32, A::Target, E> {
+    fn told(&mut self, counts: &Counts) -> L::Sample {
         self.running.report_applied(counts.applied);
-        let begin = core::mem::replace(&mut self.begin, counts.end);
-        Sample {
-            counts: core::array::from_fn(|i| counts.counts[i]),
-            begin: A::told(&narrowed(&begin)),
-            end: A::told(&narrowed(&counts.end)),
-        }
+        let end = narrowed(&counts.end);
+        let begin = core::mem::replace(&mut self.begin, end);
+        L::sample(core::array::from_fn(|i| counts.counts[i]), &begin, &end)
     }
 
-    fn ticked(&mut self, sample: &Sample<i32, A::Target, E>) -> Driven {
+    fn ticked(&mut self, sample: &L::Sample) -> Driven {
         let Output { u, sigma, sigma_star, health } = self.running.tick(sample);
         let (mut turn, mut estimates) = (0, [[0.0; 4]; MAX_E]);
         if let Some(known) = self.running.estimates() {
@@ -63,11 +54,7 @@ where
     }
 
     /// If the design cannot take over nothing has changed, and nothing has ticked.
-    fn retune(
-        &mut self,
-        law: Monitored<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>,
-        counts: &Counts,
-    ) -> Result<Driven, Refusal> {
+    fn retune(&mut self, law: Monitored<L, E>, counts: &Counts) -> Result<Driven, Refusal> {
         let before = (self.running.clone(), self.begin);
         let sample = self.told(counts);
         match self.running.retune(law, &sample) {
@@ -81,14 +68,9 @@ where
     }
 }
 
-impl<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> Drive
-    for Driving<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>
-where
-    M: ChainModel<f32, E, N>,
-    A: Aim<f32, N>,
-{
+impl<L: Watched<E> + DriveLaw<E, N> + Clone, const E: usize, const N: usize> Drive for Driving<L, E, N> {
     fn begin(&mut self, target: Target<f32, i32, MAX_N>) {
-        self.begin = target;
+        self.begin = narrowed(&target);
     }
 
     fn tick(&mut self, counts: &Counts) -> Driven {
@@ -115,7 +97,7 @@ macro_rules! drives {
         $model:ident $design:ident $drive:ident<$aim:ty, $fast:literal, $late:literal $(, $states:literal)?>,
         $e:literal encoders, $r:literal states, form $form:literal;)*) => {
         pub(crate) enum Drives {
-            $($name(Driving<$drive<f32, $aim, $fast, $late $(, $states)?>, $e>),)*
+            $($name(Driving<$drive<f32, $aim, $fast, $late $(, $states)?>, $e, { 2 * $e }>),)*
         }
 
         impl Drives {

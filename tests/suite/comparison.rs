@@ -9,7 +9,7 @@ fn quick(folder: &Folder, file: &str, seed: &str) -> Value {
     let args = ["compare", file, "--evaluations", "3", "--noise", "0.1", "--seed", seed, "--out", &out, "--json"];
     let spoken = host_sim(&args);
     assert_eq!(spoken.status, 0, "{spoken:?}");
-    for name in ["compare.png", "compare.svg", "compare.json"] {
+    for name in ["compare.png", "compare.svg", "move.png", "move.svg", "compare.json"] {
         assert!(std::fs::metadata(format!("{out}/{name}")).is_ok_and(|file| file.len() > 1000), "{name}");
     }
     serde_json::from_str(&spoken.out).expect("JSON")
@@ -73,5 +73,31 @@ fn one_gain_set_is_a_linear_law_among_others_and_two_are_stiffer() {
     for linear in [one, cascade, of("LQG, disturbance states"), of("ADRC with model")] {
         let off = (linear.figures.load_rad / one.figures.load_rad).log2().abs();
         assert!(off < 1.0 && linear.figures.unstable == 0, "{}", linear.law);
+    }
+}
+
+/// A load against positive motion pushes the shaft back, and the loop takes it back to where it was; before it the move
+/// costs less.
+#[test]
+fn the_run_that_is_drawn_is_a_move_and_then_a_load_step() {
+    let bench = Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a motor");
+    let contenders = contenders(&bench);
+    for contender in &contenders[..3] {
+        let guess: Vec<f64> = contender.knobs().iter().map(|knob| knob.guess).collect();
+        let ticks = bench.shown(contender.design(&guess).expect("a law").as_ref());
+        let step_s = 1.4 * bench.tau_s;
+        let worst = |from_s: f64, to_s: f64| {
+            let within = ticks.iter().filter(|tick| (from_s..to_s).contains(&tick[0]));
+            within
+                .map(|tick| tick[1])
+                .fold(0.0_f64, |worst, error| if error.abs() > worst.abs() { error } else { worst })
+        };
+        let (moved, loaded, late) =
+            (worst(0.0, step_s), worst(step_s, 1.7 * bench.tau_s), worst(1.95 * bench.tau_s, 9.0));
+        assert!(loaded < -2e-3 && moved.abs() < 0.5 * loaded.abs(), "{}: {moved} {loaded}", contender.name());
+        assert!(late.abs() < 0.5 * loaded.abs(), "{}: {loaded} {late}", contender.name());
+        // 14 % of the largest torque, and friction on top or not.
+        let held = ticks[ticks.len() - 10..].iter().map(|tick| tick[2]).sum::<f64>() / 10.0;
+        assert!((held - 1.4).abs() < 0.4, "{}: {held} A", contender.name());
     }
 }

@@ -908,20 +908,33 @@ float elsewhere(float a, float b, float c) { return a * b + c; }
     assert!(before.contains("vmul.f32") && !before.contains("vfm") && !before.contains("vml"), "{before}");
 }
 
-/// A package whose library is the exported file, and a program that prints the bits of its coefficients.
-fn bits_of_exported_rust(name: &str, scenario: &str) -> Vec<u32> {
-    let package = folder("rust");
-    let library = exported(&package, &format!("{name}.rs"), scenario, &["--lang", "rust"]);
+/// What a program says whose package has the exported file as its library.
+pub(super) fn said_by_exported_rust(package: &Path, name: &str, scenario: &str, program: &str) -> String {
+    let library = exported(package, &format!("{name}.rs"), scenario, &["--lang", "rust"]);
     let root = path("..").canonicalize().expect("the workspace");
     let manifest = format!(
         "[package]\nname = \"exported\"\nedition = \"2024\"\n[lib]\npath = {:?}\n\
-         [[bin]]\nname = \"bits\"\npath = \"bits.rs\"\n[workspace]\n[dependencies]\n\
+         [[bin]]\nname = \"said\"\npath = \"said.rs\"\n[workspace]\n[dependencies]\n\
          controller-core = {{ path = {:?} }}\n",
         plain(&library),
         plain(&root.join("controller-core")),
     );
     fs::write(package.join("Cargo.toml"), manifest).expect("the manifest");
     fs::copy(root.join("Cargo.lock"), package.join("Cargo.lock")).expect("the lock file");
+    fs::write(package.join("said.rs"), program).expect("the program");
+    let output = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+        .args(["run", "--quiet", "--offline", "--color=never"])
+        .current_dir(package)
+        .env("CARGO_TARGET_DIR", package.join("target"))
+        .env("RUSTFLAGS", "-D warnings")
+        .output()
+        .expect("cargo runs");
+    assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// The bits of its coefficients.
+fn bits_of_exported_rust(name: &str, scenario: &str) -> Vec<u32> {
     let program = "use exported::*;
 fn main() {
     assert_eq!(EXPORTED_FOR, controller_core::VERSION);
@@ -933,16 +946,7 @@ fn main() {
 }
 ";
     let program = program.replace('@', if scenario.contains("samples") { ".law()" } else { "" });
-    fs::write(package.join("bits.rs"), program).expect("the program");
-    let output = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-        .args(["run", "--quiet", "--offline", "--color=never"])
-        .current_dir(&package)
-        .env("CARGO_TARGET_DIR", package.join("target"))
-        .env("RUSTFLAGS", "-D warnings")
-        .output()
-        .expect("cargo runs");
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    let said = said_by_exported_rust(&folder("rust"), name, scenario, &program);
     said.lines().map(|line| line.parse().expect("bits")).collect()
 }
 

@@ -16,12 +16,12 @@ use loop_sim::port::drive::DriveDesign;
 use scenario::Source;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
+use std::fs;
 use std::process::Command;
-use std::{env, fs};
 
 use super::export::{
     CORTEX_M4F, EDGES, ON_THE_CHIP, ON_THE_HOST, OTHER_BOARDS, Place, STM32F405, STRICT, answers, compile, exported,
-    folder, plain,
+    folder, plain, said_by_exported_rust,
 };
 
 /// Of all instances together: a million.
@@ -672,22 +672,8 @@ fn the_program_of_the_docs_compiles_as_c_as_cpp_and_for_the_chip_without_a_warni
     }
 }
 
-/// A package whose library is the exported file, and a program that says what it is.
-fn said_by_exported_rust(name: &str, scenario: &str) -> String {
-    let package = folder("drive-rust").join(name);
-    fs::create_dir_all(&package).expect("a folder");
-    let library = exported(&package, &format!("{name}.rs"), scenario, &["--lang", "rust"]);
-    let root = path("..").canonicalize().expect("the workspace");
-    let manifest = format!(
-        "[package]\nname = \"exported\"\nedition = \"2024\"\n[lib]\npath = {:?}\n\
-         [[bin]]\nname = \"said\"\npath = \"said.rs\"\n[workspace]\n[dependencies]\n\
-         controller-core = {{ path = {:?} }}\n",
-        plain(&library),
-        plain(&root.join("controller-core")),
-    );
-    fs::write(package.join("Cargo.toml"), manifest).expect("the manifest");
-    fs::copy(root.join("Cargo.lock"), package.join("Cargo.lock")).expect("the lock file");
-    let program = "use exported::*;
+/// A program that says what the exported file is.
+const WHAT_IT_IS: &str = "use exported::*;
 use controller_core::ControlLaw;
 fn main() {
     assert_eq!(EXPORTED_FOR, controller_core::VERSION);
@@ -697,17 +683,6 @@ fn main() {
     MOUNTING.iter().for_each(|mounting| println!(\"{}\", mounting.upright(1000)));
 }
 ";
-    fs::write(package.join("said.rs"), program).expect("the program");
-    let output = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-        .args(["run", "--quiet", "--offline", "--color=never"])
-        .current_dir(&package)
-        .env("CARGO_TARGET_DIR", folder("drive-rust").join("target"))
-        .env("RUSTFLAGS", "-D warnings")
-        .output()
-        .expect("cargo runs");
-    assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
 
 /// The fingerprint is over every number of the design in f32: with the types of the file it is the whole drive.
 #[test]
@@ -727,6 +702,6 @@ fn the_exported_rust_of_a_drive_is_the_design_that_the_host_made() {
         let ran = scenario::parse(&source, "it").unwrap_or_else(|error| panic!("{error}")).port.fingerprint();
         let watched = ran.expect("the fingerprint of a drive");
         let said = format!("{hash:#010x} {hash:#010x} {watched:#010x}\n{counts}");
-        assert_eq!(said_by_exported_rust(name, &scenario), said, "{name}");
+        assert_eq!(said_by_exported_rust(&folder("drive-rust"), name, &scenario, WHAT_IT_IS), said, "{name}");
     }
 }

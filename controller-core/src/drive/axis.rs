@@ -40,6 +40,8 @@ pub struct Frame<const E: usize, const N: usize> {
 
 /// Ticks in a row, and what was known before the first of them.
 #[derive(Clone, Debug)]
+// What lies before the frames is within reach of an address, with no sum.
+#[repr(C)]
 pub struct Stretch<S, const E: usize, const N: usize, const LEN: usize> {
     /// State of the law; `None` before its start.
     pub state: Option<S>,
@@ -47,15 +49,15 @@ pub struct Stretch<S, const E: usize, const N: usize, const LEN: usize> {
     pub first: u32,
     /// Where it should have been at the beginning of the first tick.
     pub begin: Target<f32, i32, N>,
-    frames: [Frame<E, N>; LEN],
     length: usize,
+    frames: [Frame<E, N>; LEN],
 }
 
 impl<S, const E: usize, const N: usize, const LEN: usize> Stretch<S, E, N, LEN> {
     const EMPTY: Self = {
         let rest = Target { turn: 0, jet: [0.0; N] };
         let frame = Frame { counts: [None; E], end: rest, applied: f32::NAN, u: 0.0, health: Health::OK };
-        Self { state: None, first: 0, begin: rest, frames: [frame; LEN], length: 0 }
+        Self { state: None, first: 0, begin: rest, length: 0, frames: [frame; LEN] }
     };
 
     /// The ticks, oldest first.
@@ -65,6 +67,8 @@ impl<S, const E: usize, const N: usize, const LEN: usize> Stretch<S, E, N, LEN> 
 }
 
 /// Law, plan and black box of one axis.
+// As in a stretch.
+#[repr(C)]
 pub struct Axis<L: DriveLaw<E, N>, R, const E: usize, const N: usize, const LEN: usize> {
     running: Running<L>,
     /// One is played; the other is to come, if there is a tick at which it begins. So no interrupt copies a plan.
@@ -74,9 +78,9 @@ pub struct Axis<L: DriveLaw<E, N>, R, const E: usize, const N: usize, const LEN:
     /// Number of the coming tick, and where it begins.
     tick: u32,
     begin: Target<f32, i32, N>,
-    halves: [Stretch<L::State, E, N, LEN>; 2],
     newer: usize,
     frozen: bool,
+    halves: [Stretch<L::State, E, N, LEN>; 2],
 }
 
 impl<L, R, const E: usize, const N: usize, const LEN: usize> Axis<L, R, E, N, LEN>
@@ -108,12 +112,13 @@ where
             self.running.report_applied(u);
         }
         self.go_along();
-        let (begin, end) = (self.begin, self.end());
         if !self.frozen {
             self.make_room();
         }
+        let end = self.end();
+        let sample = L::sample(counts, &self.begin, &end);
         (self.tick, self.begin) = (self.tick.wrapping_add(1), end);
-        let output = self.running.tick(&L::sample(counts, &begin, &end));
+        let output = self.running.tick(&sample);
         if !self.frozen {
             let Output { u, health, .. } = output;
             let half = &mut self.halves[self.newer & 1];
@@ -142,13 +147,14 @@ where
 
     /// The other half begins with the coming tick, if this one is full.
     #[inline(always)]
+    #[allow(clippy::assigning_clones, reason = "`clone_from` of an option is twice the code")]
     fn make_room(&mut self) {
         let length = self.halves[self.newer & 1].length;
         if length == 0 || length >= LEN {
             self.newer = (self.newer + usize::from(length > 0)) & 1;
             let half = &mut self.halves[self.newer & 1];
             (half.first, half.begin, half.length) = (self.tick, self.begin, 0);
-            half.state.clone_from(&self.running.state);
+            half.state = self.running.state.clone();
         }
     }
 

@@ -199,11 +199,16 @@ impl<T: Real<Count = i32>, R: Reference<T, J>, const M: usize, const J: usize> R
 #[doc(hidden)]
 pub fn jet_of<T: Real, const J: usize>(x: T, powers: impl DoubleEndedIterator<Item = T>, rate: T) -> [T; J] {
     let mut jet = [T::ZERO; J];
-    for power in powers.rev() {
+    for (k, power) in powers.rev().enumerate() {
         for i in (1..J).rev() {
-            jet[i] = jet[i] * x + jet[i - 1];
+            // The derivatives of a polynomial of degree k; what is above is 0.
+            if i < k {
+                jet[i] = jet[i] * x + jet[i - 1];
+            } else if i == k {
+                jet[i] = jet[i - 1];
+            }
         }
-        jet[0] = jet[0] * x + power;
+        jet[0] = if k == 0 { power } else { jet[0] * x + power };
     }
     let mut scale = T::from_f64(1.0);
     for j in 0..J {

@@ -16,8 +16,10 @@ use core::cell::UnsafeCell;
 use core::hint::black_box;
 use core::mem::MaybeUninit;
 
-use controller_core::drive::{Encoder, Joint as JointData, JointDesign, JointDrive, Motor, MotorDesign, MotorDrive};
-use controller_core::drive::{Monitored, Position, Sample, Target, sin_cos};
+use controller_core::drive::{
+    Aim, DriveLaw, Encoder, FullState, Hold, Joint as JointData, JointDesign, JointDrive, JointModel, Measured,
+    Monitored, Motor, MotorDesign, MotorDrive, Position, Speed, Target, sin_cos,
+};
 use controller_core::{
     Benchmark, Config, ControlLaw, Controller, Exp, FlexibleJoint, Gate, Gated, JointParameters, Libm, Limits,
     Micromath, Nominal, NominalModel, ObserverGains, Options, Output, ReachingLaw, Reading, SampleLimits, Surface,
@@ -78,9 +80,9 @@ macro_rules! instances {
     };
 }
 
-/// The same for drives: the sample is counts and targets.
+/// The same for drives, which are given counts or a measured state, and targets.
 macro_rules! drives {
-    ($($name:ident: $law:ty = $design:expr, $e:literal, $n:literal;)*) => {
+    ($($name:ident: $law:ty = $design:expr, $samples:expr;)*) => {
         $(mod $name {
             #[allow(clippy::wildcard_imports)]
             use super::*;
@@ -90,23 +92,12 @@ macro_rules! drives {
             static STATE: Place<<Law as ControlLaw>::State> = Place::empty();
 
             #[inline(never)]
-            fn tick(
-                law: &Law,
-                state: &mut <Law as ControlLaw>::State,
-                sample: &Sample<i32, Target<f32, i32, $n>, $e>,
-            ) -> f32 {
+            fn tick(law: &Law, state: &mut <Law as ControlLaw>::State, sample: &<Law as ControlLaw>::Sample) -> f32 {
                 law.tick(state, sample).u
             }
 
             pub(super) fn run() {
-                let mut noise = Noise(1);
-                let mut count = || Some((40.0 * noise.next()) as i32);
-                let mut end = Target { turn: 0, jet: [0.0; $n] };
-                measure(stringify!($name), &CONTROLLER, &STATE, tick, || {
-                    let begin = end;
-                    end.jet[0] += 1e-6;
-                    Sample { counts: core::array::from_fn(|_| count()), begin, end }
-                });
+                measure(stringify!($name), &CONTROLLER, &STATE, tick, $samples);
             }
         })*
 
@@ -117,16 +108,54 @@ macro_rules! drives {
 }
 
 drives! {
-    motor: MotorDrive = Law::design(&MOTOR), 1, 2;
-    motor_two_sets: MotorDrive<f32, Position, 1> = Law::design(&MOTOR), 1, 2;
-    motor_late: MotorDrive<f32, Position, 0, 1> = Law::design(&MOTOR), 1, 2;
-    joint_drive: JointDrive = Law::design(&JOINT_DRIVE), 2, 4;
-    joint_drive_two_sets: JointDrive<f32, Position, 1> = Law::design(&JOINT_DRIVE), 2, 4;
-    joint_drive_late: JointDrive<f32, Position, 0, 1> = Law::design(&JOINT_DRIVE), 2, 4;
+    motor: MotorDrive = Law::design(&MOTOR), counts::<Law, 1, 2>();
+    motor_two_sets: MotorDrive<f32, Position, 1> = Law::design(&MOTOR), counts::<Law, 1, 2>();
+    motor_late: MotorDrive<f32, Position, 0, 1> = Law::design(&MOTOR), counts::<Law, 1, 2>();
+    motor_speed: MotorDrive<f32, Speed> = Law::design(&MOTOR), counts::<Law, 1, 2>();
+    joint_drive: JointDrive = Law::design(&JOINT_DRIVE), counts::<Law, 2, 4>();
+    joint_drive_held: JointDrive<f32, Hold> = Law::design(&JOINT_DRIVE), counts::<Law, 2, 4>();
+    joint_drive_two_sets: JointDrive<f32, Position, 1> = Law::design(&JOINT_DRIVE), counts::<Law, 2, 4>();
+    joint_drive_late: JointDrive<f32, Position, 0, 1> = Law::design(&JOINT_DRIVE), counts::<Law, 2, 4>();
     motor_watched: Monitored<MotorDrive, 1> =
-        Law::from_parts(<MotorDrive>::design(&MOTOR), [1e6], 1e6, 200.0).stopping(), 1, 2;
+        Law::from_parts(<MotorDrive>::design(&MOTOR), [1e6], 1e6, 200.0).stopping(), counts::<Law, 1, 2>();
     joint_drive_watched: Monitored<JointDrive, 2> =
-        Law::from_parts(<JointDrive>::design(&JOINT_DRIVE), [1e6, 1e9], 1e9, 200.0).stopping(), 2, 4;
+        Law::from_parts(<JointDrive>::design(&JOINT_DRIVE), [1e6, 1e9], 1e9, 200.0).stopping(), counts::<Law, 2, 4>();
+    joint_measured: Measuring<Position> = measuring(), measured::<Position>();
+    joint_measured_held: Measuring<Hold> = measuring(), measured::<Hold>();
+}
+
+/// A joint's law over four measured states, which observes the channels 2, 3 and 4.
+type Measuring<A> = FullState<f32, JointModel<f32>, A, 2, 4, 2, UPPER, 3, 0>;
+
+const fn measuring<A>() -> Measuring<A> {
+    let mut config = config::<4, 2>(UPPER, JointData::TABLE_I.model().nominal());
+    config.period_s = 1e-3;
+    match Measuring::try_design(&config, JointData::TABLE_I.model().in_f32()) {
+        Ok(law) => law,
+        Err(_) => panic!("a good design"),
+    }
+}
+
+/// Noise of some counts about 0, along a target that moves a little.
+fn counts<L: DriveLaw<E, N>, const E: usize, const N: usize>() -> impl FnMut() -> L::Sample {
+    let mut noise = Noise(1);
+    let mut end = Target { turn: 0, jet: [0.0; N] };
+    move || {
+        let begin = end;
+        end.jet[0] += 1e-6;
+        L::sample(core::array::from_fn(|_| Some((40.0 * noise.next()) as i32)), &begin, &end)
+    }
+}
+
+/// The same of a measured state.
+fn measured<A: Aim<f32, 4>>() -> impl FnMut() -> Measured<f32, A::Target, 4> {
+    let mut noise = Noise(1);
+    let mut end = Target { turn: 0, jet: [0.0; 4] };
+    move || {
+        let begin = A::told(&end);
+        end.jet[0] += 1e-6;
+        Measured { x: [1e-4; 4].map(|size| size * noise.next()), begin, end: A::told(&end) }
+    }
 }
 
 /// Sine and cosine alone, of a drive's map and of `libm`, which computes them in 64 bits: functions of an angle.
@@ -172,6 +201,7 @@ const JOINT_DRIVE: JointDesign =
 
 const DRIVEN: u8 = channels(4, 1, [4]);
 const BOTH: u8 = channels(4, 2, [2, 4]);
+const UPPER: u8 = channels(4, 2, [2, 3, 4]);
 const ALL: u8 = channels(4, 3, [1, 2, 3, 4]);
 const OF_TWO: u8 = channels(2, 2, [1, 2]);
 

@@ -10,7 +10,7 @@ use serde::Serialize;
 use whole_file::Kind;
 
 use super::{Console, Failure, claim_folder, status};
-use crate::compare::{Bench, Entry, Settings, compare, contenders, report};
+use crate::compare::{Bench, Contender, Entry, Settings, compare, contenders, report};
 use crate::report::number::significant;
 
 #[derive(Args, Debug)]
@@ -30,7 +30,7 @@ pub(super) struct CompareOptions {
     /// 3/1000, 1/100 and 3/100].
     #[arg(long, value_name = "A,B,C", value_delimiter = ',')]
     noise: Vec<f64>,
-    /// Folder for the figure and compare.json [default: out/SCENARIO-compare].
+    /// Folder for the figures and compare.json [default: out/SCENARIO-compare].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON object instead of the table.
@@ -71,7 +71,8 @@ impl Console<'_> {
         };
         let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-compare", bench.name)));
         let claim = claim_folder(&folder)?;
-        let entries = self.tuned(&bench, &settings);
+        let contenders = contenders(&bench);
+        let entries = self.tuned(&bench, &contenders, &settings);
         let json = CompareJson {
             scenario: &bench.name,
             evaluations: settings.evaluations,
@@ -84,6 +85,7 @@ impl Console<'_> {
         let text = serde_json::to_string_pretty(&json);
         let told = |error| Failure::writing(folder.display(), &error);
         report::figure(&bench, &entries).write(&folder, "compare").map_err(told)?;
+        report::moves(&bench, &contenders, &entries).write(&folder, "move").map_err(told)?;
         if let Ok(text) = &text {
             let path = folder.join("compare.json");
             crate::report::write_whole(&path, |out| writeln!(out, "{text}")).map_err(told)?;
@@ -115,8 +117,7 @@ impl Console<'_> {
     }
 
     /// All of it under a progress bar. There is nothing to keep of a part: a request to stop ends the program at once.
-    fn tuned(&mut self, bench: &Bench, settings: &Settings) -> Vec<Entry> {
-        let contenders = contenders(bench);
+    fn tuned(&mut self, bench: &Bench, contenders: &[Box<dyn Contender>], settings: &Settings) -> Vec<Entry> {
         let all = contenders.len() * settings.noise_a.len() * settings.evaluations;
         let drawn = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(all as u64), drawn);
@@ -124,7 +125,7 @@ impl Console<'_> {
             bar.set_style(style);
         }
         let bar = Mutex::new(bar);
-        let entries = compare(bench, &contenders, settings, &|| {
+        let entries = compare(bench, contenders, settings, &|| {
             if let Ok(bar) = bar.lock() {
                 bar.inc(1);
             }

@@ -19,6 +19,7 @@ use loop_sim::port::in_process::{self, ControllerSpec};
 use scenario::{AtRest, Experiment, Mu};
 use serde::Serialize;
 
+use super::export::refuse_without_limits;
 use super::{Console, Failure, RunOptions, note_changes, scenario_of, status};
 use crate::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, unstable_corners};
 use crate::report::number::significant;
@@ -33,6 +34,9 @@ pub(super) struct DesignOptions {
     /// Print one JSON object instead of the table.
     #[arg(long)]
     json: bool,
+    /// Look at a controller whose u has no limits.
+    #[arg(long)]
+    no_limits: bool,
 }
 
 /// Share of the current limit that the steps of encoders may cost as noise, rms.
@@ -305,9 +309,15 @@ impl Design {
 
 impl Console<'_> {
     pub(super) fn design(&mut self, options: &DesignOptions) -> Result<u8, Failure> {
-        let DesignOptions { file, sets, json } = options;
+        let DesignOptions { file, sets, json, no_limits } = options;
         let of_run = RunOptions { sets: sets.clone(), ..RunOptions::default() };
         let mut experiment = scenario_of(file.as_deref(), &of_run)?;
+        // The readings for the figures have none, as the paper.
+        if !no_limits && experiment.figures_only.is_none() {
+            let name =
+                file.as_deref().map_or_else(|| "built-in default.toml".into(), |file| file.display().to_string());
+            refuse_without_limits(&experiment, &name)?;
+        }
         note_changes(&mut experiment.title, sets);
         let design = Design::of(&experiment)?;
         if *json {

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, ValueEnum};
-use scenario::Source;
+use scenario::{Experiment, Source};
 use whole_file::{Existing, Kind};
 
 use super::{Console, Failure, status};
@@ -20,6 +20,7 @@ enum Language {
 }
 
 #[derive(Args, Debug)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 #[command(group = ArgGroup::new("form").required(true).multiple(true).args(["standalone", "lang"]))]
 pub(super) struct ExportOptions {
     /// The scenario; without one the default.
@@ -39,6 +40,9 @@ pub(super) struct ExportOptions {
     /// Export a reading of the paper that is for its figures only: no joint has its input gain.
     #[arg(long)]
     paper: bool,
+    /// Export a controller whose u has no limits; --paper says so too.
+    #[arg(long)]
+    no_limits: bool,
     /// The file to write; an existing one is left as it is [default: stdout].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -94,6 +98,9 @@ impl Console<'_> {
                  plant.reading=physical, begin with `host-sim new NAME --plant joint`, or say --paper"
             )));
         }
+        if !(options.paper || options.no_limits) {
+            refuse_without_limits(&experiment, &file)?;
+        }
         // The path of a file is of this machine only; what is exported is the same everywhere.
         let name = options.scenario.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy());
         let source = Source { file: name.as_deref().unwrap_or(&file), ..source };
@@ -109,6 +116,14 @@ impl Console<'_> {
             }
         }
         Ok(status::DONE)
+    }
+}
+
+/// What drives a motor must know how far it may go.
+pub(super) fn refuse_without_limits(experiment: &Experiment, file: &str) -> Result<(), Failure> {
+    match export::without_limits(experiment) {
+        Some(why) => Err(Failure { status: status::BAD_INPUT, message: format!("{file}: {why}, or say --no-limits") }),
+        None => Ok(()),
     }
 }
 

@@ -562,6 +562,21 @@ fn a_reading_that_is_a_joint_is_exported_without_a_word_more() {
 }
 
 #[test]
+fn nothing_without_limits_is_exported_or_designed_unless_that_is_said() {
+    let told =
+        "u has no limits: up to 1e12 may go out; set controller.limits={ min = .., max = .. }, or say --no-limits";
+    let physical = ["--set", "plant.reading=physical"];
+    for command in [&["export", "--standalone"][..], &["export", "--lang", "rust"], &["design"]] {
+        let (code, out, err) = spoken(&[command, &physical].concat());
+        assert_eq!((code, out.as_str()), (status::BAD_INPUT, ""), "{command:?}");
+        assert!(err.contains(told), "{command:?}: {err}");
+        assert_eq!(spoken(&[command, &physical, &["--no-limits"]].concat()).0, status::DONE, "{command:?}");
+        let one = [&physical[..], &["--set", "controller.limits={ max = 30 }"]].concat();
+        assert!(spoken(&[command, &one].concat()).2.contains("u has no lower limit"), "{command:?}");
+    }
+}
+
+#[test]
 fn export_says_what_is_wrong_with_its_arguments() {
     for (args, expected) in [
         (&["export"][..], "<--standalone|--lang <LANG>>"),

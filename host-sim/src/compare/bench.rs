@@ -11,6 +11,7 @@
 //! | settle | from rest at 0.1 rad, the shortest planned recovery: after that abs(y) stays within a tenth of it |
 //! | load | 0.14 of the largest torque as a step at 0.3 τ: largest of abs(y - r) |
 //! | ultimate | the same over the last τ/20, up to τ/2 after the step |
+//! | shown | 1 rad in τ, the load at 1.4 τ, up to 2 τ, with friction: for the eye, in no figure of merit |
 //!
 //! An encoder before a gear tells where the shaft is within half a span of its counter only: where 0.4 of that is less
 //! than 0.1 rad, the recovery starts there.
@@ -52,6 +53,9 @@ const START_SHARE: f64 = 0.4;
 const SETTLED: f64 = 0.1;
 /// Load step over the largest torque.
 const LOAD: f64 = 0.14;
+/// Coulomb and static friction and cogging of the run that is shown, over the largest torque, where the file has no
+/// friction.
+const SHOWN_FRICTION: [f64; 3] = [0.03, 0.03, 0.01];
 
 /// What a controller does.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -139,6 +143,7 @@ pub struct Bench {
     sine: Run,
     moved: Run,
     recovery: Run,
+    shown: (Run, Box<dyn Plant>),
     /// Where the recovery starts, rad.
     pub start_rad: f64,
     finer: Finer,
@@ -255,6 +260,14 @@ impl Bench {
             let coarse = if is_smooth { 8.0 } else { 1.0 };
             Ok::<_, String>(Corner { free, loaded, sampled, coarse, is_chosen })
         };
+        let nominal = corner(("error={}".into(), true))?;
+        let late = format!("load=[{{kind = \"step\", amplitude = {step}, t0_s = {}}}]", 1.4 * tau_s);
+        let [coulomb, still, cogging] = SHOWN_FRICTION.map(|share| share * torque * max_current_a(&designed));
+        let friction = format!("friction={{coulomb_n_m = {coulomb}, static_n_m = {still}, cogging_n_m = {cogging}}}");
+        let rough = (nominal.coarse > 1.0).then_some(friction.as_str());
+        let sets: Vec<&str> = [late.as_str()].into_iter().chain(rough).collect();
+        let rubbing = base.with(&sets).map_err(told)?.plant;
+        let shown = run(0.0, &move_to(1.0, &format!(", duration_s = {tau_s}")), 2.0 * tau_s)?;
         let corners = |p: f64| if is_joint { joint_corners(p) } else { motor_corners(p) };
         let all = |p: f64| corners(p).into_iter().map(corner).collect::<Result<Vec<_>, String>>();
         Ok(Self {
@@ -268,9 +281,10 @@ impl Bench {
             sine,
             moved,
             recovery,
+            shown: (shown, rubbing),
             load_s,
             rest,
-            nominal: corner(("error={}".into(), true))?,
+            nominal,
             at_20: all(0.2)?,
             at_50: all(0.5)?,
         })
@@ -341,6 +355,15 @@ impl Bench {
             load_50_rad: worst(&self.at_50, &load),
             unstable: self.unstable(design),
         }
+    }
+
+    /// A move and a load step with the nominal plant, tick by tick: time (s), y - r (rad), u (A); to where it came.
+    pub fn shown(&self, design: &dyn Design) -> Vec<[f64; 3]> {
+        let (run, plant) = &self.shown;
+        let mut ticks = Vec::with_capacity(run.periods + 1);
+        let mut see = |row: &Row, error: f64| ticks.push([row.t_s, error, row.u]);
+        self.run(run, design, plant.as_ref(), &mut see);
+        ticks
     }
 
     fn five(&self, design: &dyn Design, corner: &Corner) -> Five {

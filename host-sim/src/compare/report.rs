@@ -1,9 +1,9 @@
-//! What is shown of a comparison: the table, and the noise of u against the worst error.
+//! What is shown of a comparison: the table, the noise of u against the worst error, and one run of three laws.
 
 use cycle_bound::table::Table;
 
 use super::bench::LOST;
-use super::{Bench, Entry, Figures};
+use super::{Bench, Contender, Entry, Figures};
 use crate::report::number::significant;
 use crate::report::plot::{Figure, Panel, Series, Style};
 
@@ -83,6 +83,47 @@ pub fn figure(bench: &Bench, entries: &[Entry]) -> Figure {
         title: format!("Noise of the current against the worst error: {}", bench.title),
         panels: vec![panel("Load step", |f| f.load_20_rad), panel("Move of 1 rad", |f| f.move_20_rad)],
         columns: 2,
+    }
+}
+
+/// Ours and the two that most drives have, in the run for the eye.
+const SHOWN: [&str; 3] = ["ours, two gain sets", "LQG, disturbance states", "P-PI"];
+
+/// Error and current of three laws in one run, each tuned at the middle limit of the noise. The error is drawn as far
+/// as ours and LQG go; where P-PI goes beyond, the head of the panel says how far.
+#[must_use]
+pub fn moves(bench: &Bench, contenders: &[Box<dyn Contender>], entries: &[Entry]) -> Figure {
+    let mut limits: Vec<f64> = entries.iter().map(|entry| entry.limit_a).collect();
+    limits.dedup();
+    let limit_a = limits.get(limits.len() / 2).copied().unwrap_or_default();
+    let runs: Vec<(&str, Vec<[f64; 3]>)> = SHOWN
+        .into_iter()
+        .filter_map(|law| {
+            let entry = entries.iter().find(|entry| entry.law == law && entry.limit_a == limit_a)?;
+            let contender = contenders.iter().find(|contender| contender.name() == law)?;
+            let knobs: Vec<f64> = entry.knobs.iter().map(|(_, value)| *value).collect();
+            Some((law, bench.shown(contender.design(&knobs)?.as_ref())))
+        })
+        .collect();
+    let panel = |title: String, y_label: &str, is_held: bool, of: fn(&[f64; 3]) -> f64| {
+        let series = runs.iter().enumerate().map(|(color, (law, ticks))| {
+            let points = ticks.iter().map(|tick| (tick[0], of(tick)));
+            Series { is_held, ..Series::solid(*law, color, points) }
+        });
+        Panel { title, x_label: "t (s)".into(), y_label: y_label.into(), series: series.collect(), ..Panel::default() }
+    };
+    let errors = runs.iter().filter(|(law, _)| *law != "P-PI").flat_map(|(_, ticks)| ticks.iter().map(|tick| tick[1]));
+    let (low, high) = errors.fold((0.0_f64, 0.0_f64), |(low, high), error| (low.min(error), high.max(error)));
+    let margin = 0.15 * (high - low);
+    let head = format!("Error, each law tuned to {} A of noise", significant(limit_a, 2));
+    let error = Panel {
+        y_range: (margin > 0.0).then_some((1e3 * (low - margin), 1e3 * (high + margin))),
+        ..panel(head, "y - r (mrad)", false, |tick| 1e3 * tick[1])
+    };
+    Figure {
+        title: format!("{}: 1 rad in {} s with friction, then a load step", bench.name, significant(bench.tau_s, 3)),
+        panels: vec![error, panel("Current".into(), "u (A)", true, |tick| tick[2])],
+        columns: 1,
     }
 }
 

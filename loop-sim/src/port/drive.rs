@@ -19,11 +19,10 @@
 //! (rad/s²), in the channel of its speed.
 
 use std::f64::consts::TAU;
-use std::marker::PhantomData;
 use std::sync::Arc;
 
 use controller_core::drive::{
-    self, Aim, Bounds, ChainModel, DriveError, DriveEstimates, Encoder, EncoderForm, Joined, JointDesign, JointDrive,
+    self, Aim, Bounds, ChainModel, DriveError, DriveLaw, Encoder, EncoderForm, Joined, JointDesign, JointDrive,
     Monitored, MotorDesign, MotorDrive, Player, Position, Reference, Rest, Sample, Sine, Speed, Streamed, Target,
     Watched,
 };
@@ -348,35 +347,28 @@ pub trait Law<const E: usize, const N: usize>: Send {
 /// Output of a tick, and the disturbance of each shaft, rad/s² (0 before the start).
 pub type Ticked<const E: usize> = (Output<f32>, [f32; E]);
 
-/// The law in this process.
-struct InProcess<L: Watched<E>, A, const E: usize> {
-    running: Running<Monitored<L, E>>,
-    of: PhantomData<A>,
-}
-
-impl<L, A, const E: usize, const N: usize> Law<E, N> for InProcess<L, A, E>
+impl<L, const E: usize, const N: usize> Law<E, N> for Running<Monitored<L, E>>
 where
-    L: Watched<E, Scalar = f32, Sample = Sample<i32, A::Target, E>, Estimates = DriveEstimates<f32, i32, E>> + Send,
+    L: Watched<E> + DriveLaw<E, N> + Send,
     L::State: Send,
-    A: Aim<f32, N> + Send,
 {
     fn tick(&mut self, sample: &Sample<i32, Target<f32, i32, N>, E>) -> Result<Ticked<E>, PortError> {
         let Sample { counts, begin, end } = sample;
-        let output = self.running.tick(&Sample { counts: *counts, begin: A::told(begin), end: A::told(end) });
-        Ok((output, self.running.estimates().map_or([0.0; E], |known| known.disturbance)))
+        let output = self.tick(&L::sample(*counts, begin, end));
+        Ok((output, self.estimates().map_or([0.0; E], |known| known.disturbance)))
     }
 
     fn report_applied(&mut self, u: f32) {
-        self.running.report_applied(u);
+        self.report_applied(u);
     }
 
     fn reset(&mut self) -> Result<(), PortError> {
-        self.running.reset();
+        self.reset();
         Ok(())
     }
 
     fn fingerprint(&self) -> Option<u32> {
-        Some(self.running.design().fingerprint())
+        Some(self.design().fingerprint())
     }
 }
 
@@ -498,13 +490,10 @@ pub struct Thresholds {
 trait Use<const E: usize, const N: usize> {
     type Out;
 
-    fn of<L, A>(self, law: L, bounds: Bounds<E>) -> Self::Out
+    fn of<L>(self, law: L, bounds: &Bounds<E>) -> Self::Out
     where
-        L: Watched<E, Scalar = f32, Sample = Sample<i32, A::Target, E>, Estimates = DriveEstimates<f32, i32, E>>
-            + Send
-            + 'static,
-        L::State: Send,
-        A: Aim<f32, N> + Send + 'static;
+        L: Watched<E> + DriveLaw<E, N> + Send + 'static,
+        L::State: Send;
 }
 
 /// It is run in this process.
@@ -513,16 +502,12 @@ struct Run(Reaction);
 impl<const E: usize, const N: usize> Use<E, N> for Run {
     type Out = Box<dyn Law<E, N>>;
 
-    fn of<L, A>(self, law: L, bounds: Bounds<E>) -> Self::Out
+    fn of<L>(self, law: L, bounds: &Bounds<E>) -> Self::Out
     where
-        L: Watched<E, Scalar = f32, Sample = Sample<i32, A::Target, E>, Estimates = DriveEstimates<f32, i32, E>>
-            + Send
-            + 'static,
+        L: Watched<E> + DriveLaw<E, N> + Send + 'static,
         L::State: Send,
-        A: Aim<f32, N> + Send + 'static,
     {
-        let law = Monitored::new(law, &bounds).stopping_at(self.0.stops_at());
-        Box::new(InProcess::<L, A, E> { running: Running::new(law), of: PhantomData })
+        Box::new(Running::new(Monitored::new(law, bounds).stopping_at(self.0.stops_at())))
     }
 }
 
@@ -532,13 +517,9 @@ struct Watch;
 impl<const E: usize, const N: usize> Use<E, N> for Watch {
     type Out = (Bounds<E>, Thresholds);
 
-    fn of<L, A>(self, law: L, bounds: Bounds<E>) -> Self::Out
-    where
-        L: Watched<E, Scalar = f32>,
-        A: Aim<f32, N>,
-    {
-        let (disturbance, sigma_star, stuck_ticks) = Monitored::new(law, &bounds).thresholds();
-        (bounds, Thresholds { disturbance: disturbance.into(), sigma_star, stuck_ticks })
+    fn of<L: Watched<E> + DriveLaw<E, N>>(self, law: L, bounds: &Bounds<E>) -> Self::Out {
+        let (disturbance, sigma_star, stuck_ticks) = Monitored::new(law, bounds).thresholds();
+        (*bounds, Thresholds { disturbance: disturbance.into(), sigma_star, stuck_ticks })
     }
 }
 
@@ -676,7 +657,7 @@ fn motor<U: Use<1, 2>>(
         ($aim:ty, $fast:literal, $late:literal, $states:literal) => {{
             let law = MotorDrive::<f32, $aim, $fast, $late, $states>::try_design(design)?;
             let bounds = monitors.bounds(&design.bounds(&law, monitors.uncertain));
-            Ok(user.of::<_, $aim>(law, bounds))
+            Ok(user.of(law, &bounds))
         }};
     }
     macro_rules! following {
@@ -711,7 +692,7 @@ fn joint<U: Use<2, 4>>(
         ($fast:literal, $late:literal) => {{
             let law = JointDrive::<f32, Position, $fast, $late>::try_design(design)?;
             let bounds = monitors.bounds(&design.bounds(&law, sudden_load_n_m, monitors.uncertain));
-            Ok(user.of::<_, Position>(law, bounds))
+            Ok(user.of(law, &bounds))
         }};
     }
     match (form.gain_sets, form.delay_ticks) {
