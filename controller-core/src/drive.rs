@@ -63,6 +63,7 @@ mod target;
 mod trigonometry;
 
 pub use axis::{Axis, Frame, Stretch, replay};
+pub use block::bessel_poles;
 pub use chain::{ChainModel, map_error};
 #[doc(hidden)]
 pub use converted::NumberName;

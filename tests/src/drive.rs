@@ -1,35 +1,18 @@
 //! Drives for the suite: recorded counts fed to a law, tick by tick.
 
 use crate::oracle::factorial;
-use controller_core::drive::{
-    Aim, ChainModel, EncoderForm, Joint, JointDrive, MotorDrive, Position, Sample, Speed, Target,
-};
+use controller_core::drive::{Aim, ChainModel, EncoderForm, Joint, JointDrive, MotorDrive, Position, Sample, Target};
 use controller_core::{Output, Real, Running, Sealed};
 
 /// A scalar whose counts are plain numbers: `f32` and `f64`.
 pub trait Plain: Real + Sealed<Count = i32> {}
 impl<T: Real + Sealed<Count = i32>> Plain for T {}
 
-/// What is told of a jet (r, r', ..) for an instant.
-pub trait Told<T: Plain, const N: usize>: Aim<T, N> {
-    /// The target at this jet.
-    fn target(jet: [f64; N]) -> Self::Target;
-}
-
-impl<T: Plain, const N: usize> Told<T, N> for Position {
-    /// The angle within a turn of 0, as whoever plans in f64 splits it.
-    fn target(jet: [f64; N]) -> Target<T, i32, N> {
-        let turn = (jet[0] / std::f64::consts::TAU).round();
-        let mut jet = jet;
-        jet[0] -= turn * std::f64::consts::TAU;
-        Target { turn: turn as i32, jet: jet.map(T::from_f64) }
-    }
-}
-
-impl<T: Plain> Told<T, 2> for Speed {
-    fn target(jet: [f64; 2]) -> T {
-        T::from_f64(jet[1])
-    }
+/// What is told of a jet (r, r', ..) for an instant: the angle within a turn of 0, as whoever plans in f64 splits it.
+fn target<T: Plain, A: Aim<T, N>, const N: usize>(mut jet: [f64; N]) -> A::Target {
+    let turn = (jet[0] / std::f64::consts::TAU).round();
+    jet[0] -= turn * std::f64::consts::TAU;
+    A::told(&Target { turn: turn as i32, jet: jet.map(T::from_f64) })
 }
 
 /// One row of a record.
@@ -56,13 +39,17 @@ pub fn replay<T, M, A, const E: usize, const N: usize, const S: usize, const FAS
 where
     T: Plain,
     M: ChainModel<T, E, N>,
-    A: Told<T, N>,
+    A: Aim<T, N>,
     EncoderForm<T, M, A, E, N, S, FAST, LATE>: Copy,
 {
     let mut running = Running::new(*law);
     let mut worst = [0.0_f64; 2];
     for (k, pair) in rows.windows(2).enumerate() {
-        let sample = Sample { counts: pair[0].counts, begin: A::target(pair[0].jet), end: A::target(pair[1].jet) };
+        let sample = Sample {
+            counts: pair[0].counts,
+            begin: target::<T, A, N>(pair[0].jet),
+            end: target::<T, A, N>(pair[1].jet),
+        };
         before(k, &mut running, &sample);
         let Output { u, sigma_star, .. } = running.tick(&sample);
         running.report_applied(T::from_f64(pair[0].u_applied));
@@ -188,7 +175,7 @@ pub fn run_motor<T, A, const S: usize, const FAST: usize, const LATE: usize>(
 ) -> Trace
 where
     T: Plain,
-    A: Told<T, 2>,
+    A: Aim<T, 2>,
 {
     let (mut running, mut trace, mut queued) = (Running::new(law), Trace::default(), 0.0);
     let unit = std::f64::consts::TAU / f64::from(1 << run.bits);
@@ -199,7 +186,7 @@ where
         let [begin, end] = [ahead, ahead + 1.0].map(|more| plan(t + more * run.period_s));
         // The counter wraps.
         let raw = count.rem_euclid(1 << run.bits) as i32;
-        let mut sample = Sample { counts: [Some(raw)], begin: A::target(begin), end: A::target(end) };
+        let mut sample = Sample { counts: [Some(raw)], begin: target::<T, A, 2>(begin), end: target::<T, A, 2>(end) };
         each(k, &mut sample, &mut running);
         let u = running.tick(&sample).u.to_f64();
         let [r, v] = plan(t);
@@ -400,7 +387,7 @@ pub fn run_joint<T: Plain, const FAST: usize, const LATE: usize>(
     for k in 0..run.ticks {
         let t = f64::from(k) * run.period_s;
         let [begin, end] =
-            [0.0, 1.0].map(|more| Position::target(plan(t + (f64::from(run.delay) + more) * run.period_s)));
+            [0.0, 1.0].map(|more| target::<_, Position, _>(plan(t + (f64::from(run.delay) + more) * run.period_s)));
         let count = |angle: f64| ((angle / unit + 0.5).floor() as i64).rem_euclid(1 << run.bits) as i32;
         let counts = [plant.x[0], plant.x[2] / Flexible::K_1].map(|angle| Some(count(angle)));
         let mut sample = Sample { counts, begin, end };

@@ -20,9 +20,14 @@
 use crate::exponential::{exp_minus_identity, product};
 use crate::observer::Pole;
 
-/// Poles of a Bessel filter of order 3 and 4 with a bandwidth of 1 rad/s, one of each pair.
-const BESSEL_3: [Pole; 2] = [Pole { re: -0.7456, im: 0.7114 }, Pole { re: -0.9416, im: 0.0 }];
-const BESSEL_4: [Pole; 2] = [Pole { re: -0.6572, im: 0.8302 }, Pole { re: -0.9048, im: 0.2709 }];
+/// Poles of an observer with 3 or 4 states and a bandwidth of 1 rad/s, one of each pair: those of a Bessel filter.
+pub const fn bessel_poles(states: usize) -> [Pole; 2] {
+    if states == 3 {
+        [Pole { re: -0.7456, im: 0.7114 }, Pole { re: -0.9416, im: 0.0 }]
+    } else {
+        [Pole { re: -0.6572, im: 0.8302 }, Pole { re: -0.9048, im: 0.2709 }]
+    }
+}
 
 /// The model of one tick and the gains of its observer with S states: position, speed, d, and, with four, d_1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,7 +116,7 @@ const fn gains<const S: usize>(all: &[[f64; 4]; 4], t: f64, bandwidth_rad_s: f64
     let mut last = [0.0; S];
     last[S - 1] = 1.0;
     let mut l = solved(rows, last);
-    let poles = if S == 3 { BESSEL_3 } else { BESSEL_4 };
+    let poles = bessel_poles(S);
     let mut k = 0;
     while k < poles.len() {
         let scale = bandwidth_rad_s * t;

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use controller_core::bounds::{DisturbanceBounds, ultimate};
-use controller_core::drive::{JointBandwidths, JointDesign, MotorDesign};
+use controller_core::drive::{JointBandwidths, JointDesign, MotorDesign, bessel_poles};
 use controller_core::error_dynamics::{error_poles, surface_roots};
 use controller_core::{AnyConfig, ObserverGains, Pole, Surface};
 use cycle_bound::table::Table;
@@ -343,14 +343,11 @@ fn roots(poles: &[Pole]) -> Vec<Root> {
 /// What is asked for, and α.
 fn asked(experiment: &Experiment) -> (Vec<Asked>, f64) {
     let one = |name: &str, poles, meaning| Asked { name: name.into(), poles, meaning };
-    // Of a Bessel filter, as the observers of drives have them.
     let bessel = |omega: f64, states: usize| -> Vec<Root> {
-        let poles: &[[f64; 2]] = if states == 3 {
-            &[[-0.7456, 0.7114], [-0.7456, -0.7114], [-0.9416, 0.0]]
-        } else {
-            &[[-0.6572, 0.8302], [-0.6572, -0.8302], [-0.9048, 0.2709], [-0.9048, -0.2709]]
-        };
-        poles.iter().map(|[re, im]| Root { re: re * omega, im: im * omega }).collect()
+        let both = |Pole { re, im }| [im, -im].map(|im| Root { re: re * omega, im: im * omega });
+        let all = bessel_poles(states).into_iter().flat_map(both);
+        // A real one has no other half.
+        all.take(states).collect()
     };
     match (&experiment.drive, &experiment.spec) {
         (Some(drive), _) => {
