@@ -22,6 +22,10 @@
  *     pwm_set(output.u);
  *     edo_smc_report_applied_n4_r2_c24(&state, held);           // only if the actuator holds something else
  *
+ * DRIVES. A motor with one encoder, a flexible joint with two: counts in, current out, along a reference, with
+ * monitors. What a drive has is a part of its name too: _fast, a second gain set that comes in under a load; _late, a
+ * tick between computing the current and holding it. They and an example stand before the chains, from "Drives" on.
+ *
  * STATUS. Below 0 a call refused, and wrote nothing. NULL or misaligned memory, another size, version or instance,
  * numbers that are not finite, a state that init did not make: all of them are refusals, and so is memory that two
  * arguments share where something would be written (EDO_SMC_OVERLAP). A tick looks for that until the state has
@@ -34,10 +38,10 @@
  * What no call can see is your word: that a pointer points to memory of its type, and that the design stays as it was
  * while a state belongs to it.
  *
- * WHICH CORES. The archive for the chip is for a Cortex-M4F with hardware floats: -mcpu=cortex-m4 -mfpu=fpv4-sp-d16
- * -mfloat-abi=hard (a Cortex-M7 runs it too). A linker that says "uses VFP register arguments, .. does not" was given
- * code of yours with another -mfloat-abi. For any other core, ABI or compiler take the self-contained file instead:
- * `host-sim export --standalone` (C99, no archive).
+ * WHICH CORES. There is an archive for each of these: Cortex-M4F and M7 (-mcpu=cortex-m4 -mfpu=fpv4-sp-d16
+ * -mfloat-abi=hard), M33 with floats (-mfloat-abi=hard), M3 and whatever is as large with -mfloat-abi=soft, M0 and M0+.
+ * A linker that says "uses VFP register arguments, .. does not" was given code of yours with another -mfloat-abi. For
+ * any other core, ABI or compiler take the self-contained file instead: `host-sim export --standalone` (C99, no archive).
  *
  * INTERRUPTS. Nothing here allocates, locks, or has a variable of its own. Calls with different states may interrupt
  * each other; calls with the same state may not.
@@ -81,7 +85,17 @@ enum {
     EDO_SMC_NOT_INITIALISED = -9,  /* init of this instance did not make this state */
     EDO_SMC_OTHER_DESIGN = -10,    /* init made this state for another design */
     EDO_SMC_DAMAGED = -11,         /* something wrote over the flag of this state: init it */
-    EDO_SMC_NOT_STARTED = -12,     /* report_applied: no good sample yet, so nothing to correct */
+    EDO_SMC_NOT_STARTED = -12,     /* report_applied, estimates: no good sample yet, so nothing to correct or to tell */
+
+    /* retune: the other design cannot take over now; the running one goes on. */
+    EDO_SMC_RETUNE_SAMPLE = -13,   /* a tick would reject this sample: try with the next */
+    EDO_SMC_RETUNE_DECAY = -14,    /* alpha lies within a tenth of k_l: u would jump; move one of them */
+    EDO_SMC_RETUNE_OFFSET = -15,   /* no offset makes the other law ask for the same u: take a nearer one, or reset */
+    EDO_SMC_RETUNE_ENCODER = -16,  /* it counts by another encoder or gear: reset */
+
+    /* Plans. */
+    EDO_SMC_PLAN_TICKS = -17,      /* a way takes 1 to 2^24 ticks */
+    EDO_SMC_PLAN_FREQUENCY = -18,  /* a sine moves on by 2^-32 turns per tick, and less than half a turn */
 
     /* Of edo_smc_design_*; the number of the channel goes out beside it where there is one. */
     EDO_SMC_FALLBACK_UNKNOWN = -20,         /* fallback is neither EDO_SMC_HOLD_LAST nor EDO_SMC_SAFE_U */
@@ -104,11 +118,22 @@ enum {
     EDO_SMC_OBSERVER_NOT_HURWITZ = -37,     /* the observer would diverge */
     EDO_SMC_OBSERVER_TOO_FAST = -38,        /* fastest pole times period above observer_pole_limit */
     EDO_SMC_COEFFICIENT_RANGE = -39,        /* a coefficient overflows or vanishes in float: check the units */
-    EDO_SMC_OTHER_RULE = -40                /* a rule of the library that this header does not name */
+    EDO_SMC_OTHER_RULE = -40,               /* a rule of the library that this header does not name */
+    EDO_SMC_OUT_OF_RANGE = -41              /* a drive: the refusal names the number and its range */
 };
 
-/* Bits of output.health. */
-enum { EDO_SMC_INPUT_REJECTED = 1, EDO_SMC_SATURATED = 2, EDO_SMC_SIGMA_STAR_OVER_BOUND = 4 };
+/* Bits of output.health; from the fourth on of drives only. */
+enum {
+    EDO_SMC_INPUT_REJECTED = 1,
+    EDO_SMC_SATURATED = 2,
+    EDO_SMC_SIGMA_STAR_OVER_BOUND = 4,
+    EDO_SMC_SAMPLE_LOST = 8,             /* a count did not come, or moved as no shaft can: the observers predict */
+    EDO_SMC_DISTURBANCE_OVER_BOUND = 16, /* load, friction, or a count that sticks */
+    EDO_SMC_STUCK_AT_LIMIT = 32,         /* u at a limit for too long while sigma did not fall */
+    EDO_SMC_STOPPED = 64                 /* an alarm has stopped the drive: reset starts it anew */
+};
+/* What monitors raise an alarm with, and those of them that no planned stop answers: for config.stops_at. */
+enum { EDO_SMC_ALARMS = 1 + 4 + 16 + 32, EDO_SMC_BEYOND_CONTROL = 1 + 32 };
 
 /* What a tick answers. */
 typedef struct edo_smc_output {
@@ -128,7 +153,250 @@ enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
 #define EDO_SMC_ASSERT(name, holds) typedef char edo_smc_assert_##name[(holds) ? 1 : -1];
 #define EDO_SMC_ROUND_UP(bytes, to) (((bytes) + (to) - 1) / (to) * (to))
 
-/* All of one instance: n, r, the observed channels as a mask (bit i - 1 for channel i), and how many they are.
+/* Drives: encoder counts in, current out.
+ *
+ *     static edo_smc_config_motor_t config = {
+ *         .period_s = 1e-3,
+ *         .motor = {.inertia_kg_m2 = 2e-4, .torque_n_m_per_a = 0.05, .damping_n_m_s = 1e-5},
+ *         .encoder = {.bits = 14, .counts_per_turn = 16384, .gear_num = 1, .gear_den = 1},
+ *         .limits = {.min = -10.0, .max = 10.0},
+ *         .lag_s = 2e-4,
+ *     };
+ *     static edo_smc_design_motor_fast_t design;
+ *     static edo_smc_state_motor_fast_t state;
+ *     static edo_smc_sample_motor_t sample;
+ *     static edo_smc_plan_motor_t plan;                         // zeros: rest at angle 0
+ *
+ *     // once, at start-up
+ *     edo_smc_refusal_t refusal;
+ *     edo_smc_by_rule_motor_fast(&config, sizeof config);       // all that is not on the data sheet
+ *     status = edo_smc_design_motor_fast(&config, sizeof config, &design, sizeof design, &refusal);
+ *     status = edo_smc_init_motor_fast(&design, sizeof design, &state, sizeof state);
+ *
+ *     // in the timer interrupt, every period
+ *     edo_smc_output_t output = {0};
+ *     sample.count = encoder_register();                        // as it stands: it may wrap
+ *     sample.begin = sample.end;                                // a tick begins where the last one ended
+ *     edo_smc_plan_at_motor(&plan, ++tick, &sample.end);
+ *     edo_smc_tick_motor_fast(&design, &state, &sample, &output);
+ *     pwm_set(output.u);
+ *
+ * The count grows with the angle and is 0 at angle 0: of an encoder that counts down, or stands elsewhere there, hand
+ * in what it should have been (0u - register, register - offset); only `bits` of it are read.
+ *
+ * A _late drive holds its current in the tick after the one that computed it; begin and end are those of that tick.
+ */
+typedef struct edo_smc_encoder {
+    double bits;               /* of the counter, 2 .. 32 */
+    double counts_per_turn;    /* of the encoder */
+    double gear_num, gear_den; /* the encoder makes num turns while the shaft that is meant makes den */
+} edo_smc_encoder_t;
+
+typedef struct edo_smc_limits {
+    double min, max; /* of u */
+} edo_smc_limits_t;
+
+/* When the fast gain set of a _fast drive comes in. Not read by others. */
+typedef struct edo_smc_switching {
+    double calm_steps, alert_steps; /* smoothed innovation at which it begins to, and at which it is all in */
+    double smoothing_s, keep_s;
+} edo_smc_switching_t;
+
+/* What a motor's drive is designed from. Write the data sheet, let edo_smc_by_rule_* fill the rest, change what you
+ * know better. */
+typedef struct edo_smc_config_motor {
+    double period_s; /* 2e-5 .. 1e-2 */
+    struct {
+        double inertia_kg_m2, torque_n_m_per_a, damping_n_m_s; /* at the shaft whose angle is meant, load included */
+    } motor;
+    edo_smc_encoder_t encoder;
+    edo_smc_limits_t limits;
+    /* From here on by rule, but for lag_s. */
+    struct {
+        double surface_rad_s;  /* the error obeys e' = -w_c e */
+        double observer_rad_s; /* 1.5 w_c */
+        double reaching_per_s; /* 8 w_c, at most 1/period */
+        double offset_per_s;   /* w_c/2 */
+    } bandwidths;
+    double fast_ratio; /* bandwidth of the fast gain set over that of the quiet one */
+    edo_smc_switching_t switching;
+    double gate_steps; /* a count further from its prediction is not believed */
+    double lost_ticks; /* so many counts in a row are bridged */
+    double hold;       /* 1: when nobody may ask for u the last one is held; else safe_u goes out */
+    double safe_u;
+    double lag_s;     /* of the current loop, yours to write before the rule: 2e-4 if nobody knows */
+    double uncertain; /* share to which inertia and torque are known: the monitors allow for it */
+    double stops_at;  /* alarms that stop the drive: some of EDO_SMC_ALARMS, 0 for none */
+} edo_smc_config_motor_t;
+
+/* The same of a flexible joint, everything on the link's side of a gear. */
+typedef struct edo_smc_config_joint {
+    double period_s;
+    struct {
+        double link_inertia_kg_m2, link_damping_n_m_s;
+        double weight_n_m; /* torque of the link's weight when it is level */
+        double stiffness_n_m;
+        double motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a;
+    } joint;
+    edo_smc_encoder_t encoders[2]; /* on the link, on the motor */
+    edo_smc_limits_t limits;
+    /* From here on by rule, but for load_n_m. */
+    struct {
+        double surface_rad_s, link_rad_s, motor_rad_s, reaching_per_s, offset_per_s;
+    } bandwidths;
+    double fast_ratios[2];
+    edo_smc_switching_t switching;
+    double gate_steps[2];
+    double lost_ticks;
+    double hold;
+    double safe_u;
+    double load_n_m; /* largest sudden load on the link, yours to write before the rule */
+    double uncertain;
+    double stops_at;
+} edo_smc_config_joint_t;
+
+/* Which number of a configuration was refused. */
+typedef struct edo_smc_refusal {
+    char field[32]; /* as C writes it behind `config.`; "fallback": hold and safe_u */
+    double given;   /* or what it makes, such as a bandwidth times the period, in the unit of the next two */
+    double low, high;
+} edo_smc_refusal_t;
+
+/* Where the shaft should be: 2 pi turn + r, and its derivatives, in rad and s. */
+typedef struct edo_smc_target_motor {
+    int32_t turn;
+    float r, r_dot;
+} edo_smc_target_motor_t;
+
+typedef struct edo_smc_target_joint {
+    int32_t turn;
+    float r, r_dot, r_ddot, r_dddot;
+} edo_smc_target_joint_t;
+
+/* What a tick is given: counts, and where the shaft should be at both ends of the tick in which u is held. */
+typedef struct edo_smc_sample_motor {
+    uint32_t count;
+    uint32_t lost; /* 1: the count did not come, or its checksum was wrong */
+    edo_smc_target_motor_t begin, end;
+} edo_smc_sample_motor_t;
+
+typedef struct edo_smc_sample_joint {
+    uint32_t link, motor; /* counts */
+    uint32_t lost;        /* 1 for that of the link, 2 for that of the motor, 3 for both */
+    edo_smc_target_joint_t begin, end;
+} edo_smc_sample_joint_t;
+
+/* What a drive knows, in rad and s of each shaft. */
+typedef struct edo_smc_estimates_motor {
+    int32_t turn;   /* to which the position is to be added */
+    float position; /* with a gear it may be some turns */
+    float speed;
+    float disturbance; /* acceleration that the model does not explain */
+    float load;        /* the same as a torque against the shaft, N m: load and friction */
+} edo_smc_estimates_motor_t;
+
+typedef struct edo_smc_estimates_joint {
+    int32_t turn;
+    float position[2], speed[2], disturbance[2], load[2]; /* of the link, of the motor */
+} edo_smc_estimates_joint_t;
+
+/* Plans: where the shaft should be at every tick. Ticks are counted by you, from anywhere; they may wrap. A plan begins
+ * with what another one, the one that is played, has at the tick `start`, and takes `ticks` from there: so a new goal
+ * in flight is no jump. They are made in double, in software on most cores: outside of the interrupt, and not in the
+ * plan that is played; hand it over between two ticks, at `start`. Whether the current suffices is not asked: a move of
+ * D rad in t s takes up to 5.8 D/t^2 rad/s^2 of a motor.
+ *
+ * edo_smc_plan_rest_*  rest at 2 pi turn + angle, always: for a start, of the angle in the estimates
+ * edo_smc_plan_move_*  from where the other plan is to rest there
+ * edo_smc_plan_stop_*  to rest, and never back: at half of the way that would have been gone
+ * edo_smc_plan_sine_*  onto amplitude sin(omega t) about angle 0, whose phase is 0 at tick 0
+ * edo_smc_plan_at_*    the target at a tick: in the interrupt, once per tick, for its end
+ */
+#define EDO_SMC_PLANS(name, derivatives)                                                                               \
+    typedef struct edo_smc_plan_##name {                                                                               \
+        uint32_t words[10 + 4 * (derivatives)];                                                                        \
+    } edo_smc_plan_##name##_t;                                                                                         \
+    edo_smc_status_t edo_smc_plan_rest_##name(edo_smc_plan_##name##_t *plan, int32_t turn, float angle);               \
+    edo_smc_status_t edo_smc_plan_move_##name(edo_smc_plan_##name##_t *plan, const edo_smc_plan_##name##_t *from,      \
+                                              uint32_t start, uint32_t ticks, double period_s, int32_t turn,           \
+                                              float angle);                                                            \
+    edo_smc_status_t edo_smc_plan_stop_##name(edo_smc_plan_##name##_t *plan, const edo_smc_plan_##name##_t *from,      \
+                                              uint32_t start, uint32_t ticks, double period_s);                        \
+    edo_smc_status_t edo_smc_plan_sine_##name(edo_smc_plan_##name##_t *plan, const edo_smc_plan_##name##_t *from,      \
+                                              uint32_t start, uint32_t ticks, double period_s, double amplitude_rad,   \
+                                              double omega_rad_s);                                                     \
+    edo_smc_status_t edo_smc_plan_at_##name(const edo_smc_plan_##name##_t *plan, uint32_t tick,                        \
+                                            edo_smc_target_##name##_t *target);
+
+EDO_SMC_PLANS(motor, 3)
+EDO_SMC_PLANS(joint, 4)
+
+/* All of one drive: its plant, and how many words law and state have.
+ *
+ * edo_smc_by_rule_NAME    fills a configuration: all but period, data sheet, encoders, limits, and lag_s or load_n_m.
+ * edo_smc_tune_NAME       another surface, all bandwidths in the same proportions, and the gates for them: then design
+ *                         and retune. For bandwidths of your own write them, and tune to the surface that they have.
+ * edo_smc_design_NAME     designs on the spot, to the same bits as on the host. Double precision in software: for the
+ *                         main loop. Of what is refused, `refusal` (which may be NULL) says which number it was.
+ * edo_smc_init_NAME       looks at a design and makes a state that waits for its first good sample: all counts there,
+ *                         at most half a counter from angle 0.
+ * edo_smc_tick_NAME       one tick. After an alarm of stops_at the safe u goes out, 0 without one, until reset.
+ * edo_smc_report_applied_NAME  what the power stage held since the last tick, where that is another u: the only
+ *                         anti-windup. Before the next tick.
+ * edo_smc_estimates_NAME  what is known at the instant of the last tick.
+ * edo_smc_reset_NAME      forgets all but the design: the next good sample starts again.
+ * edo_smc_retune_NAME     another design, checked here once more, takes over before the coming tick, of which this is
+ *                         the sample: the estimates go on, u does not jump. Then tick with it and the same sample.
+ */
+#define EDO_SMC_DRIVE(name, plant, law_words, state_words)                                                             \
+    typedef struct edo_smc_design_##name {                                                                             \
+        uint32_t version, instance;                                                                                    \
+        uint32_t words[law_words];                                                                                     \
+        uint32_t check;                                                                                                \
+    } edo_smc_design_##name##_t;                                                                                       \
+    typedef struct edo_smc_state_##name {                                                                              \
+        uintptr_t design;                                                                                              \
+        uint32_t tag;                                                                                                  \
+        uint32_t words[state_words];                                                                                   \
+    } edo_smc_state_##name##_t;                                                                                        \
+    size_t edo_smc_design_size_##name(void);                                                                           \
+    size_t edo_smc_state_size_##name(void);                                                                            \
+    edo_smc_status_t edo_smc_by_rule_##name(edo_smc_config_##plant##_t *config, size_t config_size);                   \
+    edo_smc_status_t edo_smc_tune_##name(edo_smc_config_##plant##_t *config, size_t config_size,                       \
+                                         double surface_rad_s);                                                        \
+    edo_smc_status_t edo_smc_design_##name(const edo_smc_config_##plant##_t *config, size_t config_size,               \
+                                           edo_smc_design_##name##_t *design, size_t design_size,                      \
+                                           edo_smc_refusal_t *refusal);                                                \
+    edo_smc_status_t edo_smc_init_##name(const edo_smc_design_##name##_t *design, size_t design_size,                  \
+                                         edo_smc_state_##name##_t *state, size_t state_size);                          \
+    edo_smc_status_t edo_smc_tick_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state,     \
+                                         const edo_smc_sample_##plant##_t *sample, edo_smc_output_t *output);          \
+    edo_smc_status_t edo_smc_report_applied_##name(edo_smc_state_##name##_t *state, float u);                          \
+    edo_smc_status_t edo_smc_estimates_##name(const edo_smc_design_##name##_t *design,                                 \
+                                              const edo_smc_state_##name##_t *state,                                   \
+                                              edo_smc_estimates_##plant##_t *estimates);                               \
+    edo_smc_status_t edo_smc_reset_##name(edo_smc_state_##name##_t *state);                                            \
+    edo_smc_status_t edo_smc_retune_##name(const edo_smc_design_##name##_t *from, const edo_smc_design_##name##_t *to, \
+                                           size_t design_size, edo_smc_state_##name##_t *state,                        \
+                                           const edo_smc_sample_##plant##_t *sample);
+
+EDO_SMC_DRIVE(motor, motor, 49, 14)
+EDO_SMC_DRIVE(motor_fast, motor, 56, 16)
+EDO_SMC_DRIVE(motor_late, motor, 49, 15)
+EDO_SMC_DRIVE(motor_fast_late, motor, 56, 17)
+EDO_SMC_DRIVE(joint, joint, 86, 26)
+EDO_SMC_DRIVE(joint_fast, joint, 102, 30)
+EDO_SMC_DRIVE(joint_late, joint, 86, 27)
+EDO_SMC_DRIVE(joint_fast_late, joint, 102, 31)
+
+EDO_SMC_ASSERT(config_motor, sizeof(edo_smc_config_motor_t) == 8 * 26)
+EDO_SMC_ASSERT(config_joint, sizeof(edo_smc_config_joint_t) == 8 * 37)
+EDO_SMC_ASSERT(sample_motor, sizeof(edo_smc_sample_motor_t) == 4 * 8)
+EDO_SMC_ASSERT(sample_joint, sizeof(edo_smc_sample_joint_t) == 4 * 13)
+EDO_SMC_ASSERT(estimates_motor, sizeof(edo_smc_estimates_motor_t) == 4 * 5)
+EDO_SMC_ASSERT(estimates_joint, sizeof(edo_smc_estimates_joint_t) == 4 * 9)
+
+/* All of one chain: n, r, the observed channels as a mask (bit i - 1 for channel i), and how many they are.
  *
  * edo_smc_design_NAME_t   what the tick multiplies with, in flash; made by `host-sim export` or by edo_smc_design_NAME.
  *                         Numbers in the order that controller_core::LAYOUT declares, with the row of a(x)/b
@@ -144,7 +412,11 @@ enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
  * edo_smc_report_applied_NAME  tells what the actuator really holds since the last tick, where that is not the u that
  *                         it answered: the observers live on it, and it is the only anti-windup. Before the next tick.
  *                         For limits and brakes; a u that is right and only late is better not told.
+ * edo_smc_estimates_NAME  what the observers know at the instant of the last tick: of each channel the disturbance and
+ *                         its derivatives, in physical units, 0 where there is no observer.
  * edo_smc_reset_NAME      forgets all but the design: the next good sample starts again. For the end of a fault.
+ * edo_smc_retune_NAME     another design takes over before the coming tick, of which x is the sample: the estimates go
+ *                         on, u does not jump. Then tick with it and the same x. It looks at the whole design.
  * edo_smc_design_NAME     designs on the spot, to the same bits as on the host. Arithmetic of double precision in
  *                         software: for a start-up, not for an interrupt. `channel` may be NULL; else the number of the
  *                         channel that a refusal is about (0: none) is written to it.
@@ -207,7 +479,11 @@ enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
     edo_smc_status_t edo_smc_tick_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state,     \
                                          const float x[n], edo_smc_output_t *output);                                  \
     edo_smc_status_t edo_smc_report_applied_##name(edo_smc_state_##name##_t *state, float u);                          \
+    edo_smc_status_t edo_smc_estimates_##name(const edo_smc_design_##name##_t *design,                                 \
+                                              const edo_smc_state_##name##_t *state, float d_hat[n][r]);               \
     edo_smc_status_t edo_smc_reset_##name(edo_smc_state_##name##_t *state);                                            \
+    edo_smc_status_t edo_smc_retune_##name(const edo_smc_design_##name##_t *from, const edo_smc_design_##name##_t *to, \
+                                           size_t design_size, edo_smc_state_##name##_t *state, const float x[n]);     \
     edo_smc_status_t edo_smc_design_##name(const edo_smc_config_##name##_t *config, size_t config_size,                \
                                            edo_smc_design_##name##_t *design, size_t design_size, uint32_t *channel);
 

@@ -7,7 +7,8 @@ use controller_core::{
 };
 
 use crate::VERSION;
-use crate::instance::Design;
+use crate::chain::Design;
+use crate::instance::Instance as _;
 use crate::status::{Status, overlap, place, sized_place};
 
 /// A configuration: `edo_smc_config_*_t`. Fields as in [`Config`], observers by observed channel.
@@ -121,7 +122,7 @@ fn designed<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     if !d_hat.iter().chain(controller.model().row()).all(|number| number.is_finite()) {
         return Err((Status::NOT_FINITE, 0));
     }
-    let instance = Design::<N, R, MASK, O>::INSTANCE;
+    let instance = Design::<N, R, MASK, O>::WORD;
     let mut design = Design { version: VERSION, instance, d_hat, controller, check: 0.0 };
     design.check = design.check_of_numbers();
     Ok(design)

@@ -1,49 +1,73 @@
-//! A design and a state as C holds them, and what can be done with the two.
+//! An instance of the archive: a law with the memory it has in C, and what can be done with the two.
 //!
 //! # What a tick trusts
 //! `init` looks at the whole design once and keeps its *address* in the state, never to follow it, only to compare: a
 //! tick with a design at that address needs not ask again whether it is NULL, aligned, of this version and instance,
 //! finite. The state's tag says that `init` of this instance made it, and whether it has started. Every bit pattern of
-//! both is a value of them, but for one byte of the state, which is looked at.
+//! both is a value of them, but for one or two bytes of the state, which are looked at.
 
-use core::mem::{MaybeUninit, offset_of};
+use core::mem::MaybeUninit;
 
-use controller_core::{Coefficients, ControlLaw, Controller, Linear, Output, State, design};
+use controller_core::{ControlLaw, Health, Output};
 
 use crate::VERSION;
 use crate::status::{Status, answer, is_place, overlap, place, sized_place};
 
-/// A design: `edo_smc_design_*_t`. Guess, numbers in the order of [`controller_core::LAYOUT`] up to its check, the row
-/// of a(x)/b_0, the check over all of these.
-#[repr(C)]
-pub struct Design<const N: usize, const R: usize, const MASK: u8, const O: usize> {
-    pub(crate) version: u32,
-    /// n, r, channels.
-    pub(crate) instance: u32,
-    /// Guess of the disturbances to start with, in their physical units.
-    pub(crate) d_hat: [f32; N],
-    pub(crate) controller: Law<N, R, MASK, O>,
-    pub(crate) check: f32,
-}
+/// A design as C holds it; any bit pattern is one.
+pub trait Instance {
+    /// What it is the design of.
+    type Law: ControlLaw<Scalar = f32, Output = Output<f32>>;
+    /// What comes in once per tick, as C has it; any bit pattern is one.
+    type Sample;
+    /// What the law knows, as C has it.
+    type Known;
+    /// Tells the instance from the others.
+    const WORD: u32;
+    /// Where the bytes of a state lie that must be 0 or 1; all others may be anything.
+    const FLAGS_AT: &'static [usize];
 
-/// A controller of the archive, and what it remembers.
-type Law<const N: usize, const R: usize, const MASK: u8, const O: usize> =
-    Controller<f32, Linear<f32, N>, N, R, MASK, O>;
-type StateOf<const N: usize, const R: usize, const MASK: u8, const O: usize> =
-    State<f32, Linear<f32, N>, N, R, MASK, O>;
+    /// Is it what a design call of this version and instance made?
+    ///
+    /// # Errors
+    /// What it is instead.
+    fn check(&self) -> Result<(), Status>;
+
+    /// # Safety
+    /// It has been checked, and is as it was then.
+    unsafe fn law(&self) -> &Self::Law;
+
+    /// # Safety
+    /// The place is not NULL, aligned, and memory of its type.
+    unsafe fn read(sample: *const Self::Sample) -> <Self::Law as ControlLaw>::Sample;
+
+    /// The state before the first tick, if this sample is good enough to start with.
+    ///
+    /// # Safety
+    /// It has been checked, and is as it was then.
+    unsafe fn start(&self, sample: &<Self::Law as ControlLaw>::Sample) -> Option<<Self::Law as ControlLaw>::State>;
+
+    /// What the law knows, for C.
+    fn told(known: <Self::Law as ControlLaw>::Estimates) -> Self::Known;
+}
 
 /// A state: `edo_smc_state_*_t`.
 #[repr(C)]
-pub struct Held<const N: usize, const R: usize, const MASK: u8, const O: usize> {
+pub struct Held<D: Instance> {
     /// Address of the design it belongs to.
     design: usize,
     tag: u32,
-    state: MaybeUninit<StateOf<N, R, MASK, O>>,
+    state: MaybeUninit<<D::Law as ControlLaw>::State>,
 }
 
-/// n, r and channels as bytes.
-pub(crate) const fn word(n: usize, r: usize, mask: u8) -> u32 {
-    u32::from_le_bytes([n as u8, r as u8, mask, 0])
+/// Words of a state, behind its address.
+pub(crate) const fn words_of_state<D: Instance>() -> usize {
+    let size = size_of::<<D::Law as ControlLaw>::State>();
+    assert!(size.is_multiple_of(4) && align_of::<<D::Law as ControlLaw>::State>() == 4);
+    let packed = size_of::<usize>() + 4 + size;
+    assert!(size_of::<Held<D>>() == packed.next_multiple_of(size_of::<usize>()));
+    assert!(align_of::<Held<D>>() == align_of::<usize>());
+    assert!(size_of::<Output<f32>>() == 16 && core::mem::offset_of!(Output<f32>, health) == 12);
+    size / 4
 }
 
 /// Tag of a state of this version and instance that waits for its first good sample; its complement, once it runs. A
@@ -59,57 +83,37 @@ const fn waiting(instance: u32) -> u32 {
     hash
 }
 
-/// The layout that `edo_smc.h` declares and asserts too.
-pub(crate) const fn assert_layout<const N: usize, const R: usize, const MASK: u8, const O: usize>() {
-    let coefficients = size_of::<Coefficients<f32, N, R, O>>();
-    assert!(coefficients == 4 * (19 + 2 * N + 3 * O * R));
-    assert!(coefficients == 4 * (Coefficients::<f32, N, R, O>::NUMBERS - 1));
-    assert!(offset_of!(Design<N, R, MASK, O>, d_hat) == 8);
-    assert!(offset_of!(Design<N, R, MASK, O>, controller) == 8 + 4 * N);
-    assert!(size_of::<Design<N, R, MASK, O>>() == 8 + 4 * N + coefficients + 4 * N + 4);
-    assert!(align_of::<Design<N, R, MASK, O>>() == 4);
-    let words = O * R + 2 * O + 4;
-    assert!(size_of::<StateOf<N, R, MASK, O>>() == 4 * words);
-    let packed = size_of::<usize>() + 4 + 4 * words;
-    assert!(size_of::<Held<N, R, MASK, O>>() == packed.next_multiple_of(size_of::<usize>()));
-    assert!(align_of::<Held<N, R, MASK, O>>() == align_of::<usize>());
-    assert!(size_of::<Output<f32>>() == 16 && offset_of!(Output<f32>, health) == 12);
-}
-
-impl<const N: usize, const R: usize, const MASK: u8, const O: usize> Design<N, R, MASK, O> {
-    pub(crate) const INSTANCE: u32 = word(N, R, MASK);
-    const WAITING: u32 = waiting(Self::INSTANCE);
+impl<D: Instance> Held<D> {
+    const WAITING: u32 = waiting(D::WORD);
     const RUNNING: u32 = !Self::WAITING;
 
-    /// The check over every number before it.
-    pub(crate) fn check_of_numbers(&self) -> f32 {
-        let coefficients = self.controller.coefficients().unchecked();
-        design::check(self.d_hat.into_iter().chain(coefficients).chain(*self.controller.model().row()))
+    /// Are the bytes 0 or 1 that must be?
+    #[inline(always)]
+    fn is_sound(&self) -> bool {
+        // SAFETY: the bytes lie within the state.
+        D::FLAGS_AT.iter().all(|&at| unsafe { self.state.as_ptr().cast::<u8>().add(at).read() <= 1 })
     }
 
-    fn check(&self) -> Result<(), Status> {
-        if self.version != VERSION {
-            return Err(Status::VERSION);
+    /// Has it started, and is it whole?
+    fn is_running(&self) -> Result<(), Status> {
+        if self.tag == Self::WAITING {
+            Err(Status::NOT_STARTED)
+        } else if self.tag != Self::RUNNING {
+            Err(Status::NOT_INITIALISED)
+        } else if self.is_sound() {
+            Ok(())
+        } else {
+            Err(Status::DAMAGED)
         }
-        if self.instance != Self::INSTANCE {
-            return Err(Status::INSTANCE);
-        }
-        let coefficients = self.controller.coefficients();
-        let row = self.controller.model().row();
-        if !coefficients.unchecked().chain(self.d_hat).chain(*row).all(f32::is_finite) {
-            return Err(Status::NOT_FINITE);
-        }
-        let is_design = self.check_of_numbers() == self.check && coefficients.can_be_designed();
-        if is_design { Ok(()) } else { Err(Status::COEFFICIENTS) }
     }
 }
 
 /// # Safety
 /// Pointers that are not NULL point to memory of the sizes given.
-pub(crate) unsafe fn init<const N: usize, const R: usize, const MASK: u8, const O: usize>(
-    design: *const Design<N, R, MASK, O>,
+pub(crate) unsafe fn init<D: Instance>(
+    design: *const D,
     design_size: usize,
-    state: *mut Held<N, R, MASK, O>,
+    state: *mut Held<D>,
     state_size: usize,
 ) -> Status {
     let places = || {
@@ -124,7 +128,7 @@ pub(crate) unsafe fn init<const N: usize, const R: usize, const MASK: u8, const 
     if let Err(status) = unsafe { &*design }.check() {
         return status;
     }
-    let tag = Design::<N, R, MASK, O>::WAITING;
+    let tag = Held::<D>::WAITING;
     // SAFETY: not NULL, aligned, of the right size.
     unsafe { state.write(Held { design: design.addr(), tag, state: MaybeUninit::zeroed() }) };
     Status::OK
@@ -133,60 +137,54 @@ pub(crate) unsafe fn init<const N: usize, const R: usize, const MASK: u8, const 
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
 #[inline(always)]
-pub(crate) unsafe fn tick<const N: usize, const R: usize, const MASK: u8, const O: usize>(
-    design: *const Design<N, R, MASK, O>,
-    state: *mut Held<N, R, MASK, O>,
-    x: *const [f32; N],
+pub(crate) unsafe fn tick<D: Instance>(
+    design: *const D,
+    state: *mut Held<D>,
+    sample: *const D::Sample,
     output: *mut Output<f32>,
 ) -> Status {
-    if !(is_place(state) && is_place(x) && is_place(output)) {
-        return answer(place(state).and_then(|()| place(x)).and_then(|()| place(output)));
+    if !(is_place(state) && is_place(sample) && is_place(output)) {
+        return answer(place(state).and_then(|()| place(sample)).and_then(|()| place(output)));
     }
     // SAFETY: not NULL, aligned; any bit pattern is a `Held`.
-    if unsafe { (*state).tag } != Design::<N, R, MASK, O>::RUNNING {
+    if unsafe { (*state).tag } != Held::<D>::RUNNING {
         // SAFETY: not NULL, aligned, and as the caller promises.
-        let status = unsafe { start(design, state, x, output) };
+        let status = unsafe { start(design, state, sample, output) };
         if status != Status::OK {
             return status;
         }
     }
-    // Number by number, which go to registers of the FPU; before the state is borrowed, for they may lie anywhere.
+    // Before the state is borrowed, for it may lie anywhere.
     // SAFETY: not NULL, aligned.
-    let x = core::array::from_fn(|i| unsafe { x.cast::<f32>().add(i).read() });
+    let sample = unsafe { D::read(sample) };
     // SAFETY: as above.
     let held = unsafe { &mut *state };
     if held.design != design.addr() {
         return Status::OTHER_DESIGN;
     }
-    if !flag_is_sound(held) {
+    if !held.is_sound() {
         return Status::DAMAGED;
     }
     // SAFETY: `init` has looked at the design of this address, which does not overlap with the state.
-    let controller = unsafe { &(*design).controller };
-    // SAFETY: any bit pattern is a state whose flag is 0 or 1.
-    let answer = controller.tick(unsafe { held.state.assume_init_mut() }, &x);
+    let law = unsafe { (*design).law() };
+    // SAFETY: any bit pattern is a state whose flags are 0 or 1.
+    let answer = law.tick(unsafe { held.state.assume_init_mut() }, &sample);
     // SAFETY: not NULL, aligned.
     unsafe { output.write(answer) };
-    if answer.health.contains(controller_core::Health::INPUT_REJECTED) { Status::REJECTED } else { Status::OK }
-}
-
-/// The byte of a state that must be 0 or 1.
-#[inline(always)]
-fn flag_is_sound<const N: usize, const R: usize, const MASK: u8, const O: usize>(held: &Held<N, R, MASK, O>) -> bool {
-    // SAFETY: the byte lies within the state.
-    unsafe { held.state.as_ptr().cast::<u8>().add(StateOf::<N, R, MASK, O>::FLAG_AT).read() <= 1 }
+    if answer.health.contains(Health::INPUT_REJECTED) { Status::REJECTED } else { Status::OK }
 }
 
 /// The first good sample starts a state; until then the fallback goes out. Apart, so that a tick keeps its registers.
 ///
 /// # Safety
-/// `state`, `x` and `output` are not NULL, aligned and of their type; the design is one, if its address is the state's.
+/// `state`, `sample` and `output` are not NULL, aligned and of their type; the design is one, if its address is the
+/// state's.
 #[cold]
 #[inline(never)]
-unsafe fn start<const N: usize, const R: usize, const MASK: u8, const O: usize>(
-    design: *const Design<N, R, MASK, O>,
-    state: *mut Held<N, R, MASK, O>,
-    x: *const [f32; N],
+unsafe fn start<D: Instance>(
+    design: *const D,
+    state: *mut Held<D>,
+    sample: *const D::Sample,
     output: *mut Output<f32>,
 ) -> Status {
     // Here and not in every tick: what is static stays as it is, and every tick would pay 8 instructions for the rest.
@@ -194,66 +192,125 @@ unsafe fn start<const N: usize, const R: usize, const MASK: u8, const O: usize>(
         return Status::OVERLAP;
     }
     // SAFETY: as the caller promises; taken out before the state is borrowed.
-    let x = unsafe { x.read() };
+    let sample = unsafe { D::read(sample) };
     // SAFETY: as the caller promises; any bit pattern is a `Held`.
     let held = unsafe { &mut *state };
-    if held.tag != Design::<N, R, MASK, O>::WAITING {
+    if held.tag != Held::<D>::WAITING {
         return Status::NOT_INITIALISED;
     }
     if held.design != design.addr() {
         return if design.is_null() { Status::NULL } else { Status::OTHER_DESIGN };
     }
     // SAFETY: `init` has looked at the design of this address.
-    let Design { controller, d_hat, .. } = unsafe { &*design };
-    if let Some(started) = controller.start_from(&x, d_hat) {
+    if let Some(started) = unsafe { (*design).start(&sample) } {
         held.state.write(started);
-        held.tag = Design::<N, R, MASK, O>::RUNNING;
+        held.tag = Held::<D>::RUNNING;
         return Status::OK;
     }
-    // SAFETY: as the caller promises.
-    unsafe { output.write(controller.not_started()) };
+    // SAFETY: as the caller promises, and as above.
+    unsafe { output.write((*design).law().not_started()) };
     Status::REJECTED
 }
 
 /// # Safety
 /// A pointer that is not NULL points to memory of a state.
-pub(crate) unsafe fn report_applied<const N: usize, const R: usize, const MASK: u8, const O: usize>(
-    state: *mut Held<N, R, MASK, O>,
-    u: f32,
-) -> Status {
+pub(crate) unsafe fn report_applied<D: Instance>(state: *mut Held<D>, u: f32) -> Status {
     if let Err(status) = place(state) {
         return status;
     }
     // SAFETY: not NULL, aligned; any bit pattern is a `Held`.
     let held = unsafe { &mut *state };
-    if held.tag == Design::<N, R, MASK, O>::WAITING {
-        return Status::NOT_STARTED;
+    if let Err(status) = held.is_running() {
+        return status;
     }
-    if held.tag != Design::<N, R, MASK, O>::RUNNING {
-        return Status::NOT_INITIALISED;
-    }
-    if !flag_is_sound(held) {
-        return Status::DAMAGED;
-    }
-    // SAFETY: any bit pattern is a state whose flag is 0 or 1.
-    let sound = Law::<N, R, MASK, O>::report_applied(unsafe { held.state.assume_init_mut() }, u);
-    if sound { Status::OK } else { Status::NOT_FINITE }
+    // SAFETY: any bit pattern is a state whose flags are 0 or 1.
+    let taken = D::Law::report_applied(unsafe { held.state.assume_init_mut() }, u);
+    if taken { Status::OK } else { Status::NOT_FINITE }
 }
 
 /// # Safety
 /// A pointer that is not NULL points to memory of a state.
-pub(crate) unsafe fn reset<const N: usize, const R: usize, const MASK: u8, const O: usize>(
-    state: *mut Held<N, R, MASK, O>,
-) -> Status {
+pub(crate) unsafe fn reset<D: Instance>(state: *mut Held<D>) -> Status {
     if let Err(status) = place(state) {
         return status;
     }
     // SAFETY: not NULL, aligned; any bit pattern is a `Held`.
     let held = unsafe { &mut *state };
-    let (waiting, running) = (Design::<N, R, MASK, O>::WAITING, Design::<N, R, MASK, O>::RUNNING);
-    if held.tag != waiting && held.tag != running {
+    if held.tag != Held::<D>::WAITING && held.tag != Held::<D>::RUNNING {
         return Status::NOT_INITIALISED;
     }
-    held.tag = waiting;
+    held.tag = Held::<D>::WAITING;
+    Status::OK
+}
+
+/// # Safety
+/// Pointers that are not NULL point to memory of their type.
+pub(crate) unsafe fn estimates<D: Instance>(design: *const D, state: *const Held<D>, known: *mut D::Known) -> Status {
+    let places = || {
+        place(state)?;
+        place(known)?;
+        if overlap(known, state) || overlap(known, design) { Err(Status::OVERLAP) } else { Ok(()) }
+    };
+    if let Err(status) = places() {
+        return status;
+    }
+    // SAFETY: not NULL, aligned; any bit pattern is a `Held`.
+    let held = unsafe { &*state };
+    if let Err(status) = held.is_running() {
+        return status;
+    }
+    if held.design != design.addr() {
+        return Status::OTHER_DESIGN;
+    }
+    // SAFETY: `init` has looked at the design of this address; the flags of the state are 0 or 1.
+    let estimates = unsafe { (*design).law().estimates(held.state.assume_init_ref()) };
+    // SAFETY: not NULL, aligned.
+    unsafe { known.write(D::told(estimates)) };
+    Status::OK
+}
+
+/// # Safety
+/// Pointers that are not NULL point to memory of their type, `to` to memory of the size given.
+pub(crate) unsafe fn retune<D: Instance>(
+    from: *const D,
+    to: *const D,
+    design_size: usize,
+    state: *mut Held<D>,
+    sample: *const D::Sample,
+) -> Status {
+    let places = || {
+        sized_place(to, design_size)?;
+        place(state)?;
+        place(sample)?;
+        if overlap(state, to) { Err(Status::OVERLAP) } else { Ok(()) }
+    };
+    if let Err(status) = places() {
+        return status;
+    }
+    // SAFETY: not NULL, aligned, of the right size; any bit pattern is a design.
+    let other = unsafe { &*to };
+    if let Err(status) = other.check() {
+        return status;
+    }
+    // SAFETY: not NULL, aligned; taken out before the state is borrowed.
+    let sample = unsafe { D::read(sample) };
+    // SAFETY: not NULL, aligned; any bit pattern is a `Held`.
+    let held = unsafe { &mut *state };
+    let running = match held.is_running() {
+        Ok(()) => true,
+        Err(Status::NOT_STARTED) => false,
+        Err(status) => return status,
+    };
+    if held.design != from.addr() {
+        return Status::OTHER_DESIGN;
+    }
+    if running {
+        // SAFETY: both designs have been looked at; the flags of the state are 0 or 1.
+        match unsafe { other.law().take_over((*from).law(), held.state.assume_init_ref(), &sample) } {
+            Ok(state) => held.state.write(state),
+            Err(error) => return Status::of_retune(error),
+        };
+    }
+    held.design = to.addr();
     Status::OK
 }

@@ -6,6 +6,9 @@
 //! every set of channels that holds the driven one and that Eq. (44) allows (channel i < n needs an order of n - i).
 //! a(x) is linear, a row of the design; what it does not say, the observers estimate.
 //!
+//! A drive is a type too: a motor with one encoder or a joint with two, gain sets and delay in the name,
+//! `edo_smc_tick_joint_fast_late`; what it remembers and what it multiplies with are opaque words of C.
+//!
 //! The caller owns all storage. Nothing here allocates, locks, or has a variable of its own, so calls with different
 //! states may interrupt each other. What a caller may get wrong and can be seen (NULL, misaligned, another size,
 //! version, instance or design, numbers that are not finite, a state of another make) is answered with a status,
@@ -16,13 +19,18 @@
 //! of 64 bits, `memcpy` and the panic handler, which nothing calls, cannot clash with those of the program.
 #![no_std]
 
+mod chain;
 mod designing;
+mod drive;
 mod instance;
+mod plan;
 mod status;
 
 use controller_core::Output;
-use designing::CConfig;
-use instance::{Design, Held};
+use controller_core::drive::Rest;
+use drive::{CRefusal, CTarget};
+use instance::{Held, Instance};
+use plan::{Plan, Span};
 use status::Status;
 
 /// Version of header, archive and designs, a byte each of major, minor and patch.
@@ -41,21 +49,18 @@ pub extern "C" fn edo_smc_version() -> u32 {
     VERSION
 }
 
-/// One module of functions per instance: n, r, the channels as a mask, how many they are.
-macro_rules! instances {
-    ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {$(
+/// The functions that chains and drives have alike, of this design, in a module of its name.
+macro_rules! instance {
+    ($name:ident: $design:ty, $config:ty, $refused:ty, $designing:path; $($more:tt)*) => {
         #[doc = concat!("The functions `edo_smc_*_", stringify!($name), "`; edo_smc.h says what each does.")]
         pub mod $name {
-            use super::{CConfig, Design, Held, Output, Status, designing, instance};
+            use super::*;
 
-            type ThisDesign = Design<$n, $r, $mask, $o>;
-            type ThisState = Held<$n, $r, $mask, $o>;
-            type ThisConfig = CConfig<$n, $r, $o>;
-
-            const _: () = {
-                instance::assert_layout::<$n, $r, $mask, $o>();
-                designing::assert_layout::<$n, $r, $o>();
-            };
+            pub(super) type ThisDesign = $design;
+            type ThisState = Held<ThisDesign>;
+            type ThisSample = <ThisDesign as Instance>::Sample;
+            type ThisKnown = <ThisDesign as Instance>::Known;
+            pub(super) type ThisConfig = $config;
 
             /// Size of a design in bytes.
             // SAFETY: the prefix is ours, and so for every name below.
@@ -93,11 +98,11 @@ macro_rules! instances {
             pub unsafe extern "C" fn tick(
                 design: *const ThisDesign,
                 state: *mut ThisState,
-                x: *const [f32; $n],
+                sample: *const ThisSample,
                 output: *mut Output<f32>,
             ) -> Status {
                 // SAFETY: the caller's word.
-                unsafe { instance::tick(design, state, x, output) }
+                unsafe { instance::tick(design, state, sample, output) }
             }
 
             /// What the actuator really holds.
@@ -107,7 +112,21 @@ macro_rules! instances {
             #[unsafe(export_name = concat!("edo_smc_report_applied_", stringify!($name)))]
             pub unsafe extern "C" fn report_applied(state: *mut ThisState, u: f32) -> Status {
                 // SAFETY: the caller's word.
-                unsafe { instance::report_applied::<$n, $r, $mask, $o>(state, u) }
+                unsafe { instance::report_applied(state, u) }
+            }
+
+            /// What is known at the instant of the last tick.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to memory of their type.
+            #[unsafe(export_name = concat!("edo_smc_estimates_", stringify!($name)))]
+            pub unsafe extern "C" fn estimates(
+                design: *const ThisDesign,
+                state: *const ThisState,
+                known: *mut ThisKnown,
+            ) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { instance::estimates(design, state, known) }
             }
 
             /// Forgets all but the design: the next good sample starts again.
@@ -117,27 +136,193 @@ macro_rules! instances {
             #[unsafe(export_name = concat!("edo_smc_reset_", stringify!($name)))]
             pub unsafe extern "C" fn reset(state: *mut ThisState) -> Status {
                 // SAFETY: the caller's word.
-                unsafe { instance::reset::<$n, $r, $mask, $o>(state) }
+                unsafe { instance::reset(state) }
             }
 
-            /// Designs a controller: the same numbers as on any other machine.
+            /// Another design takes over before the coming tick, of which this is the sample.
             ///
             /// # Safety
-            /// A pointer that is not NULL points to memory of the size that is given beside it, `channel` to a word.
+            /// Pointers that are not NULL point to memory of their type, `to` to memory of the size given.
+            #[unsafe(export_name = concat!("edo_smc_retune_", stringify!($name)))]
+            pub unsafe extern "C" fn retune(
+                from: *const ThisDesign,
+                to: *const ThisDesign,
+                design_size: usize,
+                state: *mut ThisState,
+                sample: *const ThisSample,
+            ) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { instance::retune(from, to, design_size, state, sample) }
+            }
+
+            /// Designs: the same numbers as on any other machine.
+            ///
+            /// # Safety
+            /// A pointer that is not NULL points to memory of the size that is given beside it, `refused` to memory of
+            /// its type.
             #[unsafe(export_name = concat!("edo_smc_design_", stringify!($name)))]
             pub unsafe extern "C" fn design(
                 config: *const ThisConfig,
                 config_size: usize,
                 design: *mut ThisDesign,
                 design_size: usize,
-                channel: *mut u32,
+                refused: *mut $refused,
             ) -> Status {
                 // SAFETY: the caller's word.
-                unsafe { designing::design(config, config_size, design, design_size, channel) }
+                unsafe { $designing(config, config_size, design, design_size, refused) }
             }
+
+            $($more)*
+        }
+    };
+}
+
+/// One module of functions per chain: n, r, the channels as a mask, how many they are.
+macro_rules! chains {
+    ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {$(
+        instance! {
+            $name: chain::Design<$n, $r, $mask, $o>, designing::CConfig<$n, $r, $o>, u32, designing::design;
+            const _: () = {
+                chain::assert_layout::<$n, $r, $mask, $o>();
+                designing::assert_layout::<$n, $r, $o>();
+            };
         }
     )*};
 }
 
 // Beside each other in edo_smc.h; the suite holds the two lists together.
-controller_core::shapes!(archive => instances);
+controller_core::shapes!(archive => chains);
+
+/// One module of functions per drive: its design and its configuration, and how many words law and state have.
+macro_rules! drives {
+    ($($name:ident: $design:ty, $config:ty, $law_words:literal, $state_words:literal;)*) => {$(
+        instance! {
+            $name: $design, $config, CRefusal, drive::design;
+            // As edo_smc.h has them.
+            const _: [(); $law_words] = [(); <$design>::WORDS];
+            const _: [(); $state_words] = [(); instance::words_of_state::<$design>()];
+
+            /// All that is not on the data sheet.
+            ///
+            /// # Safety
+            /// A pointer that is not NULL points to memory of the size that is given beside it.
+            #[unsafe(export_name = concat!("edo_smc_by_rule_", stringify!($name)))]
+            pub unsafe extern "C" fn by_rule(config: *mut ThisConfig, config_size: usize) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { <$design>::by_rule(config, config_size) }
+            }
+
+            /// Bandwidths in the same proportions for another surface, and the gates for them.
+            ///
+            /// # Safety
+            /// A pointer that is not NULL points to memory of the size that is given beside it.
+            #[unsafe(export_name = concat!("edo_smc_tune_", stringify!($name)))]
+            pub unsafe extern "C" fn tune(config: *mut ThisConfig, config_size: usize, surface_rad_s: f64) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { <$design>::tune(config, config_size, surface_rad_s) }
+            }
+        }
+    )*};
+}
+
+drives! {
+    motor: drive::Motor<0, 0>, drive::MotorConfig, 49, 14;
+    motor_fast: drive::Motor<1, 0>, drive::MotorConfig, 56, 16;
+    motor_late: drive::Motor<0, 1>, drive::MotorConfig, 49, 15;
+    motor_fast_late: drive::Motor<1, 1>, drive::MotorConfig, 56, 17;
+    joint: drive::Joint<0, 0>, drive::JointConfig, 86, 26;
+    joint_fast: drive::Joint<1, 0>, drive::JointConfig, 102, 30;
+    joint_late: drive::Joint<0, 1>, drive::JointConfig, 86, 27;
+    joint_fast_late: drive::Joint<1, 1>, drive::JointConfig, 102, 31;
+}
+
+/// Plans of a plant: derivatives that a plan takes over, r included, and those of a target.
+macro_rules! plans {
+    ($($module:ident $name:ident: $m:literal, $n:literal;)*) => {$(
+        #[doc = concat!("Plans of a ", stringify!($name), ", `edo_smc_plan_*_", stringify!($name), "`.")]
+        pub mod $module {
+            use super::*;
+
+            // As edo_smc.h has them: goal, end, ticks, two rates, two halves.
+            const _: [(); 10 + 4 * $m] = [(); Plan::<$m>::WORDS];
+
+            /// Rest at this angle, always.
+            ///
+            /// # Safety
+            /// A pointer that is not NULL points to a plan.
+            #[unsafe(export_name = concat!("edo_smc_plan_rest_", stringify!($name)))]
+            pub unsafe extern "C" fn rest(plan: *mut Plan<$m>, turn: i32, angle: f32) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { plan::rest(plan, Rest { turn, angle }) }
+            }
+
+            /// From another plan to rest at this angle.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to plans.
+            #[unsafe(export_name = concat!("edo_smc_plan_move_", stringify!($name)))]
+            pub unsafe extern "C" fn move_to(
+                plan: *mut Plan<$m>,
+                from: *const Plan<$m>,
+                start: u32,
+                ticks: u32,
+                period_s: f64,
+                turn: i32,
+                angle: f32,
+            ) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { plan::to_rest(plan, from, Span { start, ticks, period_s }, Rest { turn, angle }) }
+            }
+
+            /// From another plan to rest, and never back.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to plans.
+            #[unsafe(export_name = concat!("edo_smc_plan_stop_", stringify!($name)))]
+            pub unsafe extern "C" fn stop(
+                plan: *mut Plan<$m>,
+                from: *const Plan<$m>,
+                start: u32,
+                ticks: u32,
+                period_s: f64,
+            ) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { plan::to_stop(plan, from, Span { start, ticks, period_s }) }
+            }
+
+            /// From another plan onto a sine about angle 0.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to plans.
+            #[unsafe(export_name = concat!("edo_smc_plan_sine_", stringify!($name)))]
+            pub unsafe extern "C" fn sine(
+                plan: *mut Plan<$m>,
+                from: *const Plan<$m>,
+                start: u32,
+                ticks: u32,
+                period_s: f64,
+                amplitude_rad: f64,
+                omega_rad_s: f64,
+            ) -> Status {
+                let span = Span { start, ticks, period_s };
+                // SAFETY: the caller's word.
+                unsafe { plan::to_sine(plan, from, span, amplitude_rad, omega_rad_s) }
+            }
+
+            /// The target at a tick.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to memory of their type.
+            #[unsafe(export_name = concat!("edo_smc_plan_at_", stringify!($name)))]
+            pub unsafe extern "C" fn at(plan: *const Plan<$m>, tick: u32, target: *mut CTarget<$n>) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { plan::at(plan, tick, target) }
+            }
+        }
+    )*};
+}
+
+plans! {
+    plan_motor motor: 3, 2;
+    plan_joint joint: 4, 4;
+}

@@ -2,7 +2,7 @@
 //!
 //! The numbers are those of `edo_smc.h`. They never change; a new one gets a new number.
 
-use controller_core::Cause;
+use controller_core::{Cause, RetuneError};
 
 /// A status as C sees it.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -28,10 +28,27 @@ impl Status {
     pub(crate) const OTHER_DESIGN: Self = Self(-10);
     /// The state was overwritten.
     pub(crate) const DAMAGED: Self = Self(-11);
-    /// `report_applied` before the first good sample.
+    /// No good sample yet, and so nothing to correct or to tell.
     pub(crate) const NOT_STARTED: Self = Self(-12);
+    /// A plan takes 1 to 2^24 ticks.
+    pub(crate) const TICKS: Self = Self(-17);
+    /// A sine takes more than two ticks, and less than 2^32.
+    pub(crate) const FREQUENCY: Self = Self(-18);
     /// Neither of the two fallbacks.
     pub(crate) const FALLBACK: Self = Self(-20);
+    /// A number of a drive; the refusal names it.
+    pub(crate) const OUT_OF_RANGE: Self = Self(-41);
+
+    /// Why a design cannot take over.
+    pub(crate) const fn of_retune(error: RetuneError) -> Self {
+        Self(match error {
+            RetuneError::Sample => -13,
+            RetuneError::GainNearDecay => -14,
+            RetuneError::OffsetOutOfRange => -15,
+            RetuneError::OtherEncoder => -16,
+            _ => -40,
+        })
+    }
 
     /// Why a configuration is refused.
     pub(crate) const fn of(cause: &Cause) -> Self {

@@ -14,6 +14,7 @@
 #define TIM3_SR REGISTER(0x40000410u)
 #define TIM3_ARR REGISTER(0x4000042Cu)
 #define NVIC_ISER0 REGISTER(0xE000E100u)
+#define SCB_ICSR REGISTER(0xE000ED04u)
 
 void board_text_start(void) {
     RCC_AHB1ENR |= 1u;                                     /* port A */
@@ -84,6 +85,8 @@ void board_ticker_start(uint32_t rate_hz) {
 }
 
 void board_ticker_acknowledge(void) { TIM3_SR = ~1u; }
+
+void board_pend(void) { SCB_ICSR = 1u << 28; }
 
 void board_sleep(void) { __asm__ volatile("wfi" ::: "memory"); }
 

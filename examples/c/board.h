@@ -19,6 +19,8 @@ void board_number(float value, unsigned width, unsigned digits);
 /* TIM3 calls TIM3_IRQHandler at this rate. */
 void board_ticker_start(uint32_t rate_hz);
 void board_ticker_acknowledge(void);
+/* PendSV_Handler runs as soon as no interrupt does. */
+void board_pend(void);
 void board_sleep(void);
 /* The end: of the emulator too, if EMULATED is defined. */
 void board_end(void);

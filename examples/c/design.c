@@ -1,13 +1,13 @@
 /* A design made on the chip, for gains that are known only there: the same bits as the host's. */
 #include "board.h"
 #include "edo_smc.h"
-#include "joint_design.h"
+#include "paper_design.h"
 
 /* Gradient of a(x), and b. */
 #define JOINT_GRADIENT 378274.87974594877, 0.0, -9667.02470461869, -75.18796992481204
 #define JOINT_INPUT_GAIN 5001.6345210853215
 
-/* The joint of drive.c: all three roots of the surface at -10, both poles of each observer at -100. */
+/* The law of paper.c: all three roots of the surface at -10, both poles of each observer at -100. */
 static const edo_smc_config_n4_r2_c24_t config = {
     .period_s = 1e-4,
     .c = {1000.0, 300.0, 30.0, 1.0},
@@ -40,7 +40,7 @@ int main(void) {
     board_hex(channel);
     board_text("\n");
     const uint32_t *words = (const uint32_t *)&design;
-    const uint32_t *expected = (const uint32_t *)&joint_design;
+    const uint32_t *expected = (const uint32_t *)&paper_design;
     uint32_t differ = 0;
     for (uint32_t i = 0; i < sizeof design / 4; i++) {
         differ += words[i] != expected[i];

@@ -1,109 +1,235 @@
-/* A motor drive of 10 kHz in C: copy it and replace what is marked BOARD.
+/* A drive of a flexible joint in C at 5 kHz: counts of two encoders in, current out. Copy it and replace what is marked
+ * BOARD.
  *
- * The timer's interrupt samples, ticks the controller and drives; the main loop reports. After 1000 ticks it sends the
- * bits of every u, which the project's tests hold against the Rust library's: not one differs.
+ *     timer interrupt:  counts -> tick along the plan, with monitors -> current -> PWM
+ *     main loop:        plans moves, reports
+ *
+ * It runs as it is on a bare STM32F405 and in the emulator, with a stand-in for the joint that has a load and friction
+ * which the drive knows nothing of. It moves, takes a new goal in flight, and loses the encoder of its link on the way:
+ * the monitors stop it. The last lines are what the project's tests look at.
  */
 #include "board.h"
+#include <stdbool.h>
 
-#define TICK_HZ 10000u
-#define TICKS 1000u
+#define RATE_HZ 5000u
+#define PERIOD_S 0.0002
+#define TICKS_OF(seconds) ((uint32_t)((seconds) / PERIOD_S + 0.5))
+#define LAST TICKS_OF(3.4)
 
-/* The controller, twice: from the archive with its design, or as one file that needs nothing else. Both were exported
- * from joint.toml and give the same bits. A status of 0 is good. */
+/* The drive, twice: from the archive, which designs it here of its data sheet; or as one file, exported from
+ * drive.toml, that needs nothing else. Both give the same bits. A status of 0 is good. */
 #ifdef STANDALONE
-#include "joint_standalone.h"
+#include "drive_standalone.h"
 
-/* The controller's memory. */
-static joint_state state;
+static drive_state state; /* zeros are right: the first good counts start it */
+static drive_monitor monitor;
+static drive_sample sample;
+static drive_plan plans[2];
 
-static uint32_t controller_start(void) {
-    return 0; /* zeros are right, and the first good sample starts it */
+static uint32_t drive_prepare(void) {
+    return 0;
 }
 
-static uint32_t controller_tick(const float x[4], float *u) {
-    joint_output output;
-    const unsigned health = joint_tick_or_start(&state, x, &output);
+static unsigned drive_step(uint32_t link, uint32_t motor, const drive_plan *plan, uint32_t end, float *u) {
+    drive_output output;
+    sample.count_link = link;
+    sample.count_motor = motor;
+    sample.begin = sample.end; /* a tick begins where the last one ended */
+    drive_plan_at(plan, end, &sample.end);
+    const unsigned health = drive_watched_tick(&monitor, &state, &sample, &output);
     *u = output.u;
-    return health & JOINT_INPUT_REJECTED;
+    return health;
 }
+
+static bool plan_move(drive_plan *plan, const drive_plan *from, uint32_t start, uint32_t ticks, float angle) {
+    drive_jet present;
+    drive_plan_jet(from, start, &present);
+    return drive_plan_move(plan, &present, start, ticks, 0, angle);
+}
+
+#define STOPPED DRIVE_STOPPED
 #else
 #include "edo_smc.h"
-#include "joint_design.h"
 
-/* The controller's memory. In the design: what it multiplies with, in flash. */
-static edo_smc_state_n4_r2_c24_t state;
+static edo_smc_config_joint_t config = {
+    .period_s = PERIOD_S,
+    .joint = {.link_inertia_kg_m2 = 0.23,
+              .link_damping_n_m_s = 0.07,
+              .weight_n_m = 0.23,
+              .stiffness_n_m = 9.0,
+              .motor_inertia_kg_m2 = 931e-6,
+              .motor_damping_n_m_s = 0.07,
+              .torque_n_m_per_a = 0.119},
+    .encoders = {{.bits = 20, .counts_per_turn = 1048576, .gear_num = 1, .gear_den = 1},
+                 {.bits = 20, .counts_per_turn = 1048576, .gear_num = 1, .gear_den = 1}},
+    .limits = {.min = -30.0, .max = 30.0},
+    .load_n_m = 1.3,
+};
+static edo_smc_design_joint_fast_t design;
+static edo_smc_state_joint_fast_t state;
+static edo_smc_sample_joint_t sample;
+static edo_smc_plan_joint_t plans[2]; /* zeros: rest at angle 0 */
 
-static uint32_t controller_start(void) {
-    const edo_smc_status_t status =
-        edo_smc_init_n4_r2_c24(&joint_design, sizeof joint_design, &state, sizeof state);
-    return status == EDO_SMC_OK && edo_smc_version() != EDO_SMC_VERSION ? (uint32_t)EDO_SMC_WRONG_VERSION
-                                                                        : (uint32_t)status;
-}
-
-static uint32_t controller_tick(const float x[4], float *u) {
-    edo_smc_output_t output = {0}; /* what goes out if the call refuses: u = 0 */
-    const edo_smc_status_t status = edo_smc_tick_n4_r2_c24(&joint_design, &state, x, &output);
-    *u = output.u;
+static uint32_t drive_prepare(void) {
+    edo_smc_status_t status = edo_smc_by_rule_joint_fast(&config, sizeof config);
+    config.hold = 0.0; /* the safe current is 0 */
+    if (status == EDO_SMC_OK) {
+        status = edo_smc_design_joint_fast(&config, sizeof config, &design, sizeof design, NULL);
+    }
+    if (status == EDO_SMC_OK) {
+        status = edo_smc_init_joint_fast(&design, sizeof design, &state, sizeof state);
+    }
     return (uint32_t)status;
 }
-#endif
 
-/* What the interrupt leaves for the main loop. */
-static volatile uint32_t ticks;
-static volatile uint32_t worst;
-static float told[TICKS];
-
-/* BOARD: a stand-in for the motor, so that the example runs on a bare board and in an emulator. At rest 0.1 rad off. */
-static float motor[4] = {0.1f, 0.0f, 0.0f, 0.0f};
-static float held;
-
-static void motor_goes_on(void) {
-    const float period = 0.0001f;
-    /* In the unit of u: a(x)/b with its largest terms, the u that is held, and a load that nobody measures. */
-    const float push = 75.63025f * motor[0] - 1.9327731f * motor[2] + held + 1.0f;
-    motor[3] += period * (5001.6345f * push);
-    motor[2] += period * motor[3];
-    motor[1] += period * (motor[2] + 0.5f);
-    motor[0] += period * motor[1];
+static unsigned drive_step(uint32_t link, uint32_t motor, const edo_smc_plan_joint_t *plan, uint32_t end, float *u) {
+    edo_smc_output_t output = {0}; /* what goes out if a call refuses: 0 A */
+    sample.link = link;
+    sample.motor = motor;
+    sample.begin = sample.end; /* a tick begins where the last one ended */
+    (void)edo_smc_plan_at_joint(plan, end, &sample.end);
+    (void)edo_smc_tick_joint_fast(&design, &state, &sample, &output);
+    *u = output.u;
+    return output.health;
 }
 
+static bool plan_move(edo_smc_plan_joint_t *plan, const edo_smc_plan_joint_t *from, uint32_t start, uint32_t ticks,
+                      float angle) {
+    return edo_smc_plan_move_joint(plan, from, start, ticks, PERIOD_S, 0, angle) == EDO_SMC_OK;
+}
+
+#define STOPPED EDO_SMC_STOPPED
+#endif
+
+/* Between interrupt and main loop. */
+static volatile uint32_t tick; /* at which the coming period begins */
+static volatile unsigned playing;
+static volatile bool ready;
+static uint32_t changeover;
+static volatile unsigned health_seen;
+static volatile uint32_t stopped_at;
+
+/* Between interrupt and stand-in: what encoders and power stage are on a board. */
+static uint32_t counts[2];
+static float current;
+static void remember(float u);
+
 void TIM3_IRQHandler(void) {
+    float u;
     board_ticker_acknowledge();
-    if (ticks == TICKS) {
+    const uint32_t end = tick + 1u;
+    if (ready && end == changeover) {
+        playing ^= 1u;
+        ready = false;
+    }
+    /* BOARD: both counters as they stand. A count that did not come is told by the sample's `lost`. */
+    const unsigned health = drive_step(counts[0], counts[1], &plans[playing], end, &u);
+    current = u; /* BOARD: PWM or current loop; if it holds anything else, say so by report_applied */
+    health_seen |= health;
+    if ((health & STOPPED) != 0u && stopped_at == 0u) {
+        stopped_at = tick;
+    }
+    remember(u); /* BOARD: goes, and the next line: the joint moves by itself */
+    board_pend();
+    tick = end;
+}
+
+/* A move that begins at a tick to come, where the plan that is played will be then. Some ticks ahead: a plan is ten
+ * thousand cycles and more of double in software. */
+static void move_to(float angle, uint32_t start, uint32_t ticks) {
+    while (ready) {
+        board_sleep(); /* the last one has not begun yet */
+    }
+    const bool made = plan_move(&plans[playing ^ 1u], &plans[playing], start, ticks, angle);
+    changeover = start;
+    __asm__ volatile("" ::: "memory"); /* the plan is in memory before the interrupt hears of it */
+    ready = made;
+}
+
+/* BOARD: from here to the line below everything goes. The stand-in for the joint, after the control interrupt. */
+#define BROKEN_S 3.15
+static float angle[2], speed[2]; /* of link and motor */
+static uint32_t advanced;
+
+void PendSV_Handler(void) {
+    const float t = (float)PERIOD_S, x = angle[0], xx = x * x;
+    const float sine = x * (1.0f - xx * (1.0f / 6.0f - xx * (1.0f / 120.0f - xx * (1.0f / 5040.0f))));
+    const float torsion = 9.0f * (angle[1] - x);
+    const float load = advanced / RATE_HZ % 2u == 1u ? 0.3f : 0.0f; /* N m, a second on, a second off */
+    const float steep = 100.0f * speed[1];
+    const float friction = 0.05f * (steep > 1.0f ? 1.0f : steep < -1.0f ? -1.0f : steep);
+    speed[0] += t * ((torsion - 0.07f * speed[0] - 0.23f * sine - load) / 0.23f);
+    speed[1] += t * ((0.119f * current - torsion - 0.07f * speed[1] - friction) / 931e-6f);
+    for (int i = 0; i < 2; i++) {
+        angle[i] += t * speed[i];
+        if (i == 1 || advanced < TICKS_OF(BROKEN_S)) {
+            counts[i] = (uint32_t)(int32_t)(angle[i] * 166886.05f);
+        }
+    }
+    advanced = advanced + 1u;
+}
+
+/* A sum over the bits of every current until the last tick, and now and then a line. */
+static uint32_t sum = 0x811c9dc5u;
+static volatile struct {
+    uint32_t tick;
+    float planned, angle, ampere;
+} line;
+
+static void remember(float u) {
+    if (tick >= LAST) {
         return;
     }
-    motor_goes_on();
-    const float x[4] = {motor[0], motor[1], motor[2], motor[3]}; /* BOARD: read the encoders, in chain coordinates */
-    float u;
-    const uint32_t status = controller_tick(x, &u);
-    held = u; /* BOARD: write the PWM; if it holds anything else, say so by the function report_applied */
-    if (status != 0) {
-        worst = status;
+    sum = (sum ^ board_bits(u)) * 0x01000193u;
+    if (tick % TICKS_OF(0.1) == 0u) {
+        line.tick = tick;
+        line.planned = sample.begin.r;
+        line.angle = angle[0];
+        line.ampere = u;
     }
-    told[ticks] = u;
-    ticks = ticks + 1;
+}
+/* ------------------------------------------------------------------------------------------------------------------ */
+
+/* Prints while it goes on, until this tick. */
+static void report_until(uint32_t last) {
+    static uint32_t told;
+    while (tick < last) {
+        board_sleep();
+        if (line.tick > told) {
+            told = line.tick;
+            board_number((float)told * (float)PERIOD_S, 8, 1);
+            board_number(line.planned, 12, 6);
+            board_number(line.angle, 12, 6);
+            board_number(line.angle - line.planned, 12, 6);
+            board_number(line.ampere, 10, 3);
+            board_text("\n");
+        }
+    }
 }
 
 int main(void) {
     board_text_start();
-    const uint32_t status = controller_start();
+    const uint32_t status = drive_prepare();
     if (status != 0) {
-        board_text("no controller: status ");
+        board_text("no drive: status ");
         board_hex(status);
         board_text("\nstopped\n");
         return 1;
     }
-    board_ticker_start(TICK_HZ);
-    while (ticks < TICKS) {
-        board_sleep();
-    }
-    for (uint32_t i = 0; i < TICKS; i++) {
-        board_text("u ");
-        board_hex(board_bits(told[i]));
-        board_text("\n");
-    }
-    board_text("status ");
-    board_hex(worst);
+    board_ticker_start(RATE_HZ);
+    board_text("  time s  planned rad    true rad   error rad current A\n");
+    move_to(1.0f, TICKS_OF(0.1), TICKS_OF(1.0));
+    report_until(TICKS_OF(1.5));
+    move_to(-0.5f, TICKS_OF(1.6), TICKS_OF(1.4));
+    report_until(TICKS_OF(2.3));
+    move_to(0.5f, TICKS_OF(2.4), TICKS_OF(1.6)); /* in flight */
+    report_until(LAST);
+    board_text("stopped at tick ");
+    board_number((float)stopped_at, 0, 0);
+    board_text("\nhealth ");
+    board_hex(health_seen);
+    board_text("\nsum ");
+    board_hex(sum);
     board_text("\ndone\n");
     for (;;) {
         board_sleep();

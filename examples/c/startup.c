@@ -6,6 +6,7 @@ extern uint32_t stack_top, data_image, data_start, data_end, bss_start, bss_end;
 int main(void);
 void Reset_Handler(void);
 void Default_Handler(void);
+void PendSV_Handler(void) __attribute__((weak, alias("Default_Handler")));
 void TIM3_IRQHandler(void) __attribute__((weak, alias("Default_Handler")));
 
 void Default_Handler(void) {
@@ -30,14 +31,15 @@ void Reset_Handler(void) {
 
 typedef void (*handler_t)(void);
 
-#define TEN(handler) handler, handler, handler, handler, handler, handler, handler, handler, handler, handler
+#define THREE(handler) handler, handler, handler
+#define TEN(handler) THREE(handler), THREE(handler), THREE(handler), handler
 
-/* Top of the stack, 15 exceptions, interrupts 0 to 29: TIM3 is the last that is used. */
+/* Top of the stack, 15 exceptions, of which PendSV is the last but one, interrupts 0 to 29: TIM3 is the last that is
+ * used. */
 __attribute__((section(".vectors"), used)) static const struct {
     uint32_t *stack;
     handler_t handlers[15 + 30];
 } vectors = {&stack_top,
-             {Reset_Handler, TEN(Default_Handler), Default_Handler, Default_Handler, Default_Handler, Default_Handler,
-              TEN(Default_Handler), TEN(Default_Handler), Default_Handler, Default_Handler, Default_Handler,
-              Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler,
-              TIM3_IRQHandler}};
+             {Reset_Handler, TEN(Default_Handler), Default_Handler, Default_Handler, PendSV_Handler, Default_Handler,
+              TEN(Default_Handler), TEN(Default_Handler), THREE(Default_Handler), THREE(Default_Handler),
+              THREE(Default_Handler), TIM3_IRQHandler}};

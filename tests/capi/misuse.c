@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "checks.h"
 #include "edo_smc.h"
 
 typedef edo_smc_design_n4_r2_c24_t design_t;
@@ -14,17 +15,6 @@ static design_t design, other_design;
 static state_t state;
 static edo_smc_output_t output;
 static const float x[4] = {0.1f, 0.0f, 0.0f, 0.0f};
-static int checks, failed;
-
-static void expect_at(int line, edo_smc_status_t expected, edo_smc_status_t status) {
-    checks++;
-    if (status != expected) {
-        failed++;
-        printf("line %d: status %d, expected %d\n", line, (int)status, (int)expected);
-    }
-}
-
-#define EXPECT(status, call) expect_at(__LINE__, status, call)
 
 /* A refusal that leaves state and output as they were. */
 #define REFUSED(status, call)                                                                                          \
@@ -138,6 +128,44 @@ static void overlaps(void) {
     EXPECT(0, memcmp(&config, &config_was, sizeof config) || memcmp(&design, &design_was, sizeof design));
 }
 
+/* Estimates and re-tuning: of a state that has not started, that is of another design, and of designs that cannot. */
+static void knows_and_is_retuned(void) {
+    float d_hat[4][2] = {{7.0f}};
+    static const float bad[4] = {NAN, 0.0f, 0.0f, 0.0f};
+    const size_t size = sizeof design;
+    EXPECT(EDO_SMC_OK, redesign());
+    EXPECT(EDO_SMC_OK, init(&design));
+    REFUSED(EDO_SMC_NOT_STARTED, edo_smc_estimates_n4_r2_c24(&design, &state, d_hat));
+    EXPECT(EDO_SMC_OK, tick(x));
+    REFUSED(EDO_SMC_NULL, edo_smc_estimates_n4_r2_c24(&design, NULL, d_hat));
+    REFUSED(EDO_SMC_NULL, edo_smc_estimates_n4_r2_c24(&design, &state, NULL));
+    REFUSED(EDO_SMC_OTHER_DESIGN, edo_smc_estimates_n4_r2_c24(&other_design, &state, d_hat));
+    REFUSED(EDO_SMC_OVERLAP, edo_smc_estimates_n4_r2_c24(&design, &state, (float(*)[2])(void *)&state));
+    EXPECT(0, d_hat[0][0] != 7.0f);
+    EXPECT(EDO_SMC_OK, edo_smc_estimates_n4_r2_c24(&design, &state, d_hat));
+    EXPECT(0, d_hat[0][0] != 0.0f);
+
+    other_design = design;
+    REFUSED(EDO_SMC_NULL, edo_smc_retune_n4_r2_c24(&design, NULL, size, &state, x));
+    REFUSED(EDO_SMC_SIZE, edo_smc_retune_n4_r2_c24(&design, &other_design, size - 4, &state, x));
+    REFUSED(EDO_SMC_NULL, edo_smc_retune_n4_r2_c24(&design, &other_design, size, &state, NULL));
+    REFUSED(EDO_SMC_OTHER_DESIGN, edo_smc_retune_n4_r2_c24(&other_design, &design, size, &state, x));
+    REFUSED(EDO_SMC_OTHER_DESIGN, edo_smc_retune_n4_r2_c24(NULL, &other_design, size, &state, x));
+    REFUSED(EDO_SMC_RETUNE_SAMPLE, edo_smc_retune_n4_r2_c24(&design, &other_design, size, &state, bad));
+    other_design.kx[2] *= 1.000001f;
+    REFUSED(EDO_SMC_BAD_COEFFICIENTS, edo_smc_retune_n4_r2_c24(&design, &other_design, size, &state, x));
+    config.alpha_per_s = 50.0;
+    EXPECT(EDO_SMC_OK, edo_smc_design_n4_r2_c24(&config, sizeof config, &other_design, size, NULL));
+    REFUSED(EDO_SMC_RETUNE_DECAY, edo_smc_retune_n4_r2_c24(&design, &other_design, size, &state, x));
+    EXPECT(EDO_SMC_OK, tick(x));
+
+    config.alpha_per_s = 5.0;
+    EXPECT(EDO_SMC_OK, edo_smc_design_n4_r2_c24(&config, sizeof config, &other_design, size, NULL));
+    EXPECT(EDO_SMC_OK, edo_smc_retune_n4_r2_c24(&design, &other_design, size, &state, x));
+    REFUSED(EDO_SMC_OTHER_DESIGN, tick(x));
+    EXPECT(EDO_SMC_OK, edo_smc_tick_n4_r2_c24(&other_design, &state, x, &output));
+}
+
 int main(void) {
     static const float bad[4] = {0.1f, NAN, 0.0f, 0.0f};
     char *const odd = (char *)&state + 1;
@@ -224,7 +252,7 @@ int main(void) {
     EXPECT(0, output.sigma_star != 0.0f);
 
     overlaps();
+    knows_and_is_retuned();
 
-    printf("%d checks, %d failed\n", checks, failed);
-    return failed != 0;
+    return checked();
 }

@@ -171,18 +171,18 @@ fn watched<L: Watched<E>, const E: usize>(law: L, of: &DriveDesign) -> Monitored
 
 /// Two shafts and a spring between them; a motor is the second alone.
 #[derive(Clone, Copy, Default)]
-struct Plant {
-    gain: [f64; 2],
-    spring: [f64; 2],
-    drag: [f64; 2],
-    weight: f64,
-    angle: [f64; 2],
-    speed: [f64; 2],
+pub(super) struct Plant {
+    pub(super) gain: [f64; 2],
+    pub(super) spring: [f64; 2],
+    pub(super) drag: [f64; 2],
+    pub(super) weight: f64,
+    pub(super) angle: [f64; 2],
+    pub(super) speed: [f64; 2],
 }
 
 impl Plant {
     /// A millisecond.
-    fn advance(&mut self, u: f64) {
+    pub(super) fn advance(&mut self, u: f64) {
         for _ in 0..10 {
             let drawn = self.angle[1] - self.angle[0];
             let force =
@@ -200,21 +200,21 @@ impl Plant {
 }
 
 /// A turn and the first derivatives of a jet.
-fn target<const N: usize>(turn: i32, jet: [f32; 4]) -> Target<f32, i32, N> {
+pub(super) fn target<const N: usize>(turn: i32, jet: [f32; 4]) -> Target<f32, i32, N> {
     Target { turn, jet: core::array::from_fn(|j| jet[j]) }
 }
 
 /// A goal that moves, jumps and breaks.
-struct Wanted {
+pub(super) struct Wanted {
     /// Of the moves and jumps of a motor's goal: a joint that is asked for as much is at its limit all the time.
-    part: f64,
-    angle: f64,
-    speed: f64,
-    bad_left: usize,
+    pub(super) part: f64,
+    pub(super) angle: f64,
+    pub(super) speed: f64,
+    pub(super) bad_left: usize,
 }
 
 impl Wanted {
-    fn next(&mut self, rng: &mut Rng) -> ([i32; 2], [[f32; 4]; 2]) {
+    pub(super) fn next(&mut self, rng: &mut Rng) -> ([i32; 2], [[f32; 4]; 2]) {
         if rng.chance(0.002) {
             self.speed = self.part * rng.within(-30.0, 30.0);
         }
@@ -252,17 +252,17 @@ impl Wanted {
 
 /// Counts as the registers have them, with what can happen to them.
 #[derive(Default)]
-struct Counters {
+pub(super) struct Counters {
     lost_left: [usize; 2],
     stuck_left: [usize; 2],
     wild_left: [usize; 2],
     held: [i32; 2],
     /// Counts by which an encoder slipped.
-    slipped: [i32; 2],
+    pub(super) slipped: [i32; 2],
 }
 
 impl Counters {
-    fn next(&mut self, rng: &mut Rng, steps: [i64; 2], mounting: &[Mounting]) -> ([i32; 2], [bool; 2]) {
+    pub(super) fn next(&mut self, rng: &mut Rng, steps: [i64; 2], mounting: &[Mounting]) -> ([i32; 2], [bool; 2]) {
         let (mut counts, mut lost) = ([0; 2], [false; 2]);
         for (i, Mounting { is_reversed, offset_counts }) in mounting.iter().enumerate() {
             for (left, chance) in
@@ -411,7 +411,7 @@ where
 }
 
 /// No drive is exercised by a run in which it hardly ever works, or always.
-fn assert_exercised(name: &str, ticks: usize, seen: &[usize; 128], turns_gone: u32) {
+pub(super) fn assert_exercised(name: &str, ticks: usize, seen: &[usize; 128], turns_gone: u32) {
     let with = |flag: Health| -> usize {
         let of = seen.iter().enumerate();
         of.filter(|(bits, _)| bits & usize::from(flag.bits()) != 0).map(|(_, ticks)| ticks).sum()

@@ -31,7 +31,7 @@ const STOP: u32 = 2;
 const SINE: u32 = 3;
 
 #[derive(Clone, Copy)]
-enum Goal {
+pub(super) enum Goal {
     Rest(Rest<f32>),
     Sine(Sine<f32>),
 }
@@ -46,7 +46,7 @@ impl<const J: usize> Reference<f32, J> for Goal {
 }
 
 /// What is played: a goal, and the way onto it if there is one.
-enum Plan<const M: usize> {
+pub(super) enum Plan<const M: usize> {
     At(Goal),
     Onto(Joined<f32, Goal, M>),
 }
@@ -60,12 +60,12 @@ impl<const M: usize> Reference<f32, M> for Plan<M> {
     }
 }
 
-fn is_number(number: f64) -> bool {
+pub(super) fn is_number(number: f64) -> bool {
     number.abs() <= 1e12
 }
 
 /// The way onto a goal, or nothing if it is to be refused.
-fn onto<const M: usize>(
+pub(super) fn onto<const M: usize>(
     goal: Goal,
     present: &Target<f32, i32, M>,
     start: u32,
@@ -84,7 +84,7 @@ struct Run {
     answers: Vec<u32>,
 }
 
-fn any(rng: &mut Rng, size: f64) -> f32 {
+pub(super) fn any(rng: &mut Rng, size: f64) -> f32 {
     match rng.integer(0, 99) {
         0 => EDGES[rng.integer(0, EDGES.len() - 1)],
         1 => f32::from_bits(rng.bits() as u32),

@@ -2,6 +2,7 @@
 
 mod budget;
 mod capi;
+mod capi_drive;
 mod cases;
 mod comparison;
 mod compile;

@@ -9,7 +9,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::compiler::{self, Compiler, TARGET};
+use crate::compiler::{self, Compiler};
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
 /// The manifest of the C interface, a workspace of its own.
@@ -20,8 +20,15 @@ const ARCHIVES: &str = "controller-capi/target/archive";
 const ARCHIVE: &str = "libedo_smc.a";
 const HEADER: &str = "controller-capi/include/edo_smc.h";
 const PREFIX: &str = "edo_smc_";
-/// What `EDO_SMC_INSTANCE(name, ..)` declares, each followed by `_name`.
-const FUNCTIONS: [&str; 7] = ["design_size", "state_size", "init", "tick", "report_applied", "reset", "design"];
+/// What a line of the header declares functions with, and these functions.
+const DECLARING: [(&str, &[&str]); 4] = [
+    ("EDO_SMC_INSTANCE(", &FUNCTIONS),
+    ("EDO_SMC_DRIVE(", &FUNCTIONS),
+    ("EDO_SMC_DRIVE(", &["by_rule", "tune"]),
+    ("EDO_SMC_PLANS(", &["plan_rest", "plan_move", "plan_stop", "plan_sine", "plan_at"]),
+];
+const FUNCTIONS: [&str; 9] =
+    ["design_size", "state_size", "init", "tick", "report_applied", "estimates", "reset", "retune", "design"];
 
 /// Format and lints of the C interface.
 pub(crate) fn lint(gate: &mut Gate) -> Outcome {
@@ -30,8 +37,59 @@ pub(crate) fn lint(gate: &mut Gate) -> Outcome {
     gate.commands("lints, C interface", &[clippy])
 }
 
-/// Builds the archives into `controller-capi/target/archive/{thumbv7em,host}`, then the examples. What is shipped has
-/// the same bytes from any folder: it is built from two.
+/// An archive: its folder under that of all of them, and what it is compiled for.
+struct Form {
+    folder: &'static str,
+    /// The compiler's name of the core, and the variable in which cargo looks for its linker; nothing for this machine.
+    target: Option<(&'static str, &'static str)>,
+}
+
+const FORMS: [Form; 5] = [
+    // Cortex-M4F and M7.
+    Form { folder: "thumbv7em", target: Some(("thumbv7em-none-eabihf", "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER")) },
+    // M33 with floats.
+    Form {
+        folder: "thumbv8m",
+        target: Some(("thumbv8m.main-none-eabihf", "CARGO_TARGET_THUMBV8M_MAIN_NONE_EABIHF_LINKER")),
+    },
+    // M3, and whatever is as large and passes floats in integer registers.
+    Form { folder: "thumbv7m", target: Some(("thumbv7m-none-eabi", "CARGO_TARGET_THUMBV7M_NONE_EABI_LINKER")) },
+    // M0 and M0+.
+    Form { folder: "thumbv6m", target: Some(("thumbv6m-none-eabi", "CARGO_TARGET_THUMBV6M_NONE_EABI_LINKER")) },
+    Form { folder: "host", target: None },
+];
+
+/// The cores that there are archives for, by the compiler's names.
+pub(crate) fn targets() -> impl Iterator<Item = &'static str> {
+    FORMS.iter().filter_map(|form| Some(form.target?.0))
+}
+
+impl Form {
+    fn build(&self) -> Result<Invocation, Failure> {
+        match self.target {
+            Some((target, linker)) => Ok(Compiler::required_for(target)?.cargo_for("build", target, "core", linker)),
+            None => Ok(Invocation::cargo(&["build", "--release"])),
+        }
+    }
+
+    /// Where cargo leaves it.
+    fn built(&self) -> PathBuf {
+        Path::new(BUILT).join(self.target.map_or("", |(target, _)| target)).join("release").join(ARCHIVE)
+    }
+
+    fn ar(&self) -> &'static str {
+        if self.target.is_some() { "arm-none-eabi-ar" } else { "ar" }
+    }
+
+    /// Sections that are taken out: a note on the stack means something to a hosted linker only; that of a chip warns
+    /// of objects without one.
+    fn without(&self) -> &'static [&'static str] {
+        if self.target.is_some() { &[".note.GNU-stack"] } else { &[] }
+    }
+}
+
+/// Builds the archives into `controller-capi/target/archive`, a folder for each core, then the examples. What is
+/// shipped has the same bytes from any folder: it is built from two.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let elsewhere = gate.root.join(BUILT).join("elsewhere");
     copy(&gate.root, &elsewhere).map_err(failed)?;
@@ -39,14 +97,13 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     // The last one's archives stay.
     for root in [&elsewhere, &gate.root.clone()] {
         let manifest = root.join(MANIFEST).display().to_string();
-        let (chip, host) = (Compiler::required()?.cargo("build"), Invocation::cargo(&["build", "--release"]));
-        for build in [chip, host] {
-            let build = build.with(&["--manifest-path", &manifest, "--target-dir", BUILT]);
+        for form in &FORMS {
+            let build = form.build()?.with(&["--manifest-path", &manifest, "--target-dir", BUILT]);
             all.push(compiler::anywhere(build, root)?);
         }
     }
-    let (copy, here) = all.split_at(2);
-    gate.commands("C interface for chip and host, from a copy of the sources", copy)?;
+    let (copy, here) = all.split_at(FORMS.len());
+    gate.commands("C interface for chips and host, from a copy of the sources", copy)?;
     let first = pack(gate)?;
     gate.commands("the same from this folder", here)?;
     let second = pack(gate)?;
@@ -101,14 +158,10 @@ fn pack(gate: &mut Gate) -> Result<Vec<(&'static str, Vec<u8>)>, Failure> {
     gate.step("archives for C, only their own names visible", |gate| {
         let names = declared(&gate.root.join(HEADER)).map_err(failed)?;
         let tools = toolchain_tools().map_err(failed)?;
-        // A note on the stack means something to a hosted linker only; that of the chip warns of objects without one.
-        let chip = Form { folder: "thumbv7em", ar: "arm-none-eabi-ar", without: &[".note.GNU-stack"] };
-        let host = Form { folder: "host", ar: "ar", without: &[] };
-        for (from, form) in [(format!("{TARGET}/release"), chip), (String::from("release"), host)] {
+        for form in &FORMS {
             let folder = gate.root.join(ARCHIVES).join(form.folder);
             fs::create_dir_all(&folder).map_err(|error| failed(format!("{}: {error}", folder.display())))?;
-            let archive = gate.root.join(BUILT).join(from).join(ARCHIVE);
-            hide(gate, &names, &tools, &archive, &folder, &form)?;
+            hide(gate, &names, &tools, &gate.root.join(form.built()), &folder, form)?;
             let archive = folder.join(ARCHIVE);
             let bytes = fs::read(&archive).map_err(|error| failed(format!("{}: {error}", archive.display())))?;
             packed.push((form.folder, bytes));
@@ -116,14 +169,6 @@ fn pack(gate: &mut Gate) -> Result<Vec<(&'static str, Vec<u8>)>, Failure> {
         Ok(())
     })?;
     Ok(packed)
-}
-
-/// What differs between the two archives.
-struct Form {
-    folder: &'static str,
-    ar: &'static str,
-    /// Sections that are taken out of the archive.
-    without: &'static [&'static str],
 }
 
 /// Links one archive into one object, hides all but our names, packs it again.
@@ -136,7 +181,7 @@ fn hide(gate: &Gate, names: &[String], tools: &Tools, archive: &Path, folder: &P
     // Intermediate code for a linker of another version of LLVM goes too: GNU tools stumble over it.
     let keep = format!("--keep-global-symbol={PREFIX}*");
     let sections: Vec<String> =
-        [".llvmbc", ".llvmcmd"].iter().chain(form.without).map(|name| format!("--remove-section={name}")).collect();
+        [".llvmbc", ".llvmcmd"].iter().chain(form.without()).map(|name| format!("--remove-section={name}")).collect();
     let sections: Vec<&str> = sections.iter().map(String::as_str).collect();
     // It finds its library by this path only, which a command of ours does not inherit.
     let library = format!("LD_LIBRARY_PATH={}", tools.library.display());
@@ -147,23 +192,27 @@ fn hide(gate: &Gate, names: &[String], tools: &Tools, archive: &Path, folder: &P
         // `ar` adds to what is there.
         fs::remove_file(&packed).map_err(|error| failed(format!("{}: {error}", packed.display())))?;
     }
-    Invocation::new(form.ar, &["rcsD", &text(&packed), &object]).run(gate)
+    Invocation::new(form.ar(), &["rcsD", &text(&packed), &object]).run(gate)
 }
 
 /// Names of all functions that the header declares.
 fn declared(header: &Path) -> Result<Vec<String>, String> {
     let text = fs::read_to_string(header).map_err(|error| format!("{}: {error}", header.display()))?;
-    let instances: Vec<&str> = instances(&text).collect();
-    if instances.is_empty() {
-        return Err(format!("{}: no line `EDO_SMC_INSTANCE(name, ..)`", header.display()));
+    let mut names = vec![format!("{PREFIX}version")];
+    for (declaring, functions) in DECLARING {
+        let lines: Vec<&str> = declared_by(&text, declaring).collect();
+        if lines.is_empty() {
+            return Err(format!("{}: no line `{declaring}name, ..)`", header.display()));
+        }
+        names.extend(
+            lines.iter().flat_map(|of| functions.iter().map(move |function| format!("{PREFIX}{function}_{of}"))),
+        );
     }
-    let of_instances =
-        instances.iter().flat_map(|instance| FUNCTIONS.map(|function| format!("{PREFIX}{function}_{instance}")));
-    Ok(of_instances.chain([format!("{PREFIX}version")]).collect())
+    Ok(names)
 }
 
-fn instances(header: &str) -> impl Iterator<Item = &str> {
-    header.lines().filter_map(|line| Some(line.strip_prefix("EDO_SMC_INSTANCE(")?.split_once(',')?.0))
+fn declared_by<'a>(header: &'a str, declaring: &str) -> impl Iterator<Item = &'a str> {
+    header.lines().filter_map(move |line| Some(line.strip_prefix(declaring)?.split_once(',')?.0))
 }
 
 /// What the toolchain in use brings beside its compiler.
@@ -188,11 +237,11 @@ fn toolchain_tools() -> Result<Tools, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::instances;
+    use super::declared_by;
 
     #[test]
     fn instances_are_read_from_the_lines_that_declare_them() {
         let header = "#define EDO_SMC_INSTANCE(name, n) ..\nEDO_SMC_INSTANCE(n2_r1_c2, 2)\n EDO_SMC_INSTANCE(no, 1)\n";
-        assert!(instances(header).eq(["n2_r1_c2"]));
+        assert!(declared_by(header, "EDO_SMC_INSTANCE(").eq(["n2_r1_c2"]));
     }
 }

@@ -30,12 +30,7 @@ pub(crate) enum Compiler {
 }
 
 impl Compiler {
-    /// Who builds for the chip here, if anybody.
-    pub(crate) fn find() -> Option<Self> {
-        Self::find_for(TARGET, "core")
-    }
-
-    /// For a target with this library, `core` or `std`.
+    /// Who builds here for a target with this library, `core` or `std`, if anybody.
     pub(crate) fn find_for(target: &str, library: &str) -> Option<Self> {
         let libraries = Invocation::new("rustc", &["--print", "target-libdir", "--target", target]).answer();
         if libraries.is_some_and(|directory| holds(Path::new(&directory), library)) {
@@ -49,10 +44,18 @@ impl Compiler {
         (sources.exists() && linker.exists()).then_some(Self::Debian { linker })
     }
 
-    /// The same, where it must be there.
+    /// Who builds for the chip, where it must be there.
     pub(crate) fn required() -> Result<Self, Failure> {
-        Self::find().ok_or_else(|| Failure {
-            reason: format!("no compiler for {TARGET}: `cargo xtask setup` installs it, or says what to install"),
+        Self::required_for(TARGET)
+    }
+
+    /// The same for another core.
+    pub(crate) fn required_for(target: &str) -> Result<Self, Failure> {
+        Self::find_for(target, "core").ok_or_else(|| Failure {
+            reason: format!(
+                "no compiler for {target}: `cargo xtask setup` installs it, or says what to install (or: rustup \
+                 target add {target})"
+            ),
             rerun: String::from("cargo xtask setup"),
         })
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::compiler::{Compiler, DEBIAN_PACKAGES, TARGET};
 use crate::step::{Failure, Gate, Invocation, Outcome};
-use crate::wasm;
+use crate::{capi, wasm};
 
 /// The emulator of the chip, and the board with it.
 const EMULATOR: &str = "qemu-system-arm";
@@ -28,14 +28,17 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         }
         Ok(String::from("present"))
     })?;
-    gate.step(&format!("compiler for {TARGET}, emulator of the chip, compilers for C and C++, Node"), |gate| {
-        let missing = missing();
-        if !missing.is_empty() {
-            install(gate, &missing)?;
-        }
-        println!("{}\n{}", Compiler::required()?, emulator().unwrap_or_default());
-        Ok(())
-    })
+    gate.step(
+        &format!("compilers for {TARGET} and other cores, emulator of the chip, compilers for C and C++, Node"),
+        |gate| {
+            let missing = missing();
+            if !missing.is_empty() {
+                install(gate, &missing)?;
+            }
+            println!("{}\n{}", Compiler::required()?, emulator().unwrap_or_default());
+            Ok(())
+        },
+    )
 }
 
 /// Something that is not there.
@@ -46,8 +49,8 @@ struct Missing {
 
 fn missing() -> Vec<Missing> {
     let mut missing = Vec::new();
-    if Compiler::find().is_none() {
-        let what = format!("no compiler here has the core library for {TARGET} (or: rustup target add {TARGET})");
+    for target in capi::targets().filter(|target| Compiler::find_for(target, "core").is_none()) {
+        let what = format!("no compiler here has the core library for {target} (or: rustup target add {target})");
         missing.push(Missing { what, packages: &DEBIAN_PACKAGES });
     }
     if emulator().is_none() {

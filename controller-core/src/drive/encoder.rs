@@ -60,6 +60,8 @@ impl Encoder {
         while b != 0 {
             (a, b) = (b, a % b);
         }
+        // Of a gear that `check` refuses it may be 0: nothing here panics, in the archive for C least of all.
+        let a = if a == 0 { 1 } else { a };
         ((den / a) as u32, counts / a)
     }
 

@@ -18,8 +18,11 @@
 //! itself at the alarms of one's choice: the fallback that needs nothing goes out, which is the safe u, and 0 where
 //! there is none, until it is reset. The last u is not held: it may be what raised the alarm.
 
+use core::mem::offset_of;
+
 use super::chain::ChainModel;
 use super::law::{DriveLaw, EncoderForm, StateOf};
+use super::state::EncoderState;
 use super::target::{Aim, Target};
 use crate::controller::Output;
 use crate::health::Health;
@@ -184,6 +187,26 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         self.stops_at = alarms;
         self
     }
+}
+
+impl<T, M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>
+    Monitored<EncoderForm<T, M, A, E, N, S, FAST, LATE>, E>
+where
+    T: Real,
+    M: ChainModel<T, E, N>,
+    A: Aim<T, N>,
+{
+    /// Where the words begin that are no whole word: the byte of the law that must be 0 or 1, and the alarms.
+    #[doc(hidden)]
+    pub const BYTES_AT: [usize; 2] =
+        [offset_of!(Self, law) + EncoderForm::<T, M, A, E, N, S, FAST, LATE>::FLAG_AT, offset_of!(Self, stops_at)];
+    /// Where in a state the bytes lie that must be 0 or 1.
+    #[doc(hidden)]
+    pub const FLAGS_AT: [usize; 2] = [
+        offset_of!(MonitoredState<EncoderState<T, M, E, N, S, FAST, LATE>, T>, within)
+            + EncoderState::<T, M, E, N, S, FAST, LATE>::FLAG_AT,
+        offset_of!(MonitoredState<EncoderState<T, M, E, N, S, FAST, LATE>, T>, stopped),
+    ];
 }
 
 /// For no bound, in f32 too.

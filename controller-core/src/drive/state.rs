@@ -39,6 +39,17 @@ where
     pub(crate) fresh: bool,
 }
 
+impl<T, M, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>
+    EncoderState<T, M, E, N, S, FAST, LATE>
+where
+    T: Real,
+    M: ChainModel<T, E, N>,
+{
+    /// Where in a state the one byte lies that must be 0 or 1.
+    #[doc(hidden)]
+    pub const FLAG_AT: usize = core::mem::offset_of!(Self, fresh);
+}
+
 impl<T, M, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> Words
     for EncoderState<T, M, E, N, S, FAST, LATE>
 where

@@ -2,28 +2,28 @@
  * Exported by version 0.1.0 of the library; do not edit, export it again. C99 and C++11, no library.
  *
  *     #include "this file"
- *     static joint_state state;                              once; zeros are right
- *     joint_output output;                                   in the timer interrupt, every T:
- *     unsigned health = joint_tick_or_start(&state, x, &output);
+ *     static paper_state state;                              once; zeros are right
+ *     paper_output output;                                   in the timer interrupt, every T:
+ *     unsigned health = paper_tick_or_start(&state, x, &output);
  *     write_pwm(output.u);
- *     joint_report_applied(&state, held);                    only if it holds another u, not a late one
+ *     paper_report_applied(&state, held);                    only if it holds another u, not a late one
  *
  * The same bits as the Rust tick need every operation rounded on its own. A fused multiply-add rounds a * b + c once,
  * which is another number (and takes longer on a Cortex-M4F): compile with -ffp-contract=off. This file asks for it by
- * itself where it can; with GCC that keeps joint_tick from being inlined unless the option is given too. Reordering
+ * itself where it can; with GCC that keeps paper_tick from being inlined unless the option is given too. Reordering
  * (-ffast-math and its parts), more digits than f32 (x87) and denormals flushed to zero (FPSCR.FZ) change bits as well.
  * Where the compiler says that it may do so this file does not compile. clang says it of -ffast-math and
  * -ffinite-math-only alone: there the file forbids reordering by itself, and nothing can see -fno-signed-zeros (part of
  * -funsafe-math-optimizations too), -fno-honor-nans and -fno-honor-infinities. Do not give them.
  *
  * Design 0xc5c7b46a (CRC-32, the one a target reports).
- * Scenario joint.toml (CRC-32 0x2bec31d4):
+ * Scenario paper.toml (CRC-32 0xa0a6152c):
  *
- *     # The joint of the examples, the numbers of Table I as a joint has them: 10 kHz, all three roots of the surface at -10,
- *     # both poles of each observer at -100.
- *     #     host-sim export joint.toml --lang c --prefix joint -o joint_design.h --force
- *     #     host-sim export joint.toml --standalone --prefix joint -o joint_standalone.h --force
- *     name = "joint"
+ *     # The paper's law on the state of a joint, the numbers of Table I as a joint has them: 10 kHz, all three roots of the
+ *     # surface at -10, both poles of each observer at -100.
+ *     #     host-sim export paper.toml --lang c --prefix paper -o paper_design.h --force
+ *     #     host-sim export paper.toml --standalone --prefix paper -o paper_standalone.h --force
+ *     name = "paper"
  *
  *     [plant]
  *     kind = "flexible_joint"
@@ -48,13 +48,13 @@
  *     bandwidth_rad_s = 100.0
  *     order = 2
  */
-#ifdef JOINT_STANDALONE
-#if JOINT_STANDALONE != 0xc5c7b46au
-#error "two designs with the prefix joint, 0xc5c7b46au here and JOINT_STANDALONE before: export one with another --prefix"
-#define JOINT_STANDALONE 0xc5c7b46au
+#ifdef PAPER_STANDALONE
+#if PAPER_STANDALONE != 0xc5c7b46au
+#error "two designs with the prefix paper, 0xc5c7b46au here and PAPER_STANDALONE before: export one with another --prefix"
+#define PAPER_STANDALONE 0xc5c7b46au
 #endif
 #else
-#define JOINT_STANDALONE 0xc5c7b46au
+#define PAPER_STANDALONE 0xc5c7b46au
 
 #include <float.h>
 #include <stdbool.h>
@@ -69,27 +69,27 @@
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off")
-#define JOINT_AS_WRITTEN
+#define PAPER_AS_WRITTEN
 #elif defined(__clang__) && __clang_major__ >= 18
-#define JOINT_AS_WRITTEN _Pragma("clang fp contract(off) reassociate(off) reciprocal(off)")
+#define PAPER_AS_WRITTEN _Pragma("clang fp contract(off) reassociate(off) reciprocal(off)")
 #elif defined(__clang__) && __clang_major__ >= 14
-#define JOINT_AS_WRITTEN _Pragma("clang fp contract(off) reassociate(off)")
+#define PAPER_AS_WRITTEN _Pragma("clang fp contract(off) reassociate(off)")
 #else
-#define JOINT_AS_WRITTEN _Pragma("STDC FP_CONTRACT OFF")
+#define PAPER_AS_WRITTEN _Pragma("STDC FP_CONTRACT OFF")
 #endif
 
-#define JOINT_VERSION "0.1.0"
-#define JOINT_DESIGN 0xc5c7b46au /* log it: it tells designs apart */
-#define JOINT_N 4 /* plant order, length of x */
-#define JOINT_R 2 /* highest order of an observer */
-#define JOINT_PERIOD_S 0.0001
+#define PAPER_VERSION "0.1.0"
+#define PAPER_DESIGN 0xc5c7b46au /* log it: it tells designs apart */
+#define PAPER_N 4 /* plant order, length of x */
+#define PAPER_R 2 /* highest order of an observer */
+#define PAPER_PERIOD_S 0.0001
 
 /* What a tick has to say about itself, as a set of bits. */
 enum {
-    JOINT_OK = 0,
-    JOINT_INPUT_REJECTED = 1, /* x, or what became of it, not finite or too large: the fallback goes out */
-    JOINT_SATURATED = 2, /* the law asked for more than the limits allow */
-    JOINT_SIGMA_STAR_OVER_BOUND = 4 /* the plant does not do what the design supposes */
+    PAPER_OK = 0,
+    PAPER_INPUT_REJECTED = 1, /* x, or what became of it, not finite or too large: the fallback goes out */
+    PAPER_SATURATED = 2, /* the law asked for more than the limits allow */
+    PAPER_SIGMA_STAR_OVER_BOUND = 4 /* the plant does not do what the design supposes */
 };
 
 /* What the controller remembers between two ticks. Zeros before the start. Of channel 2: a2, b2, c2, p2. */
@@ -106,19 +106,19 @@ typedef struct {
     float held; /* the u that the actuator holds */
     bool resuming; /* no last tick to compare the next sample with */
     bool started;
-} joint_state;
+} paper_state;
 
 typedef struct {
     float u; /* to hold until the next tick, within the limits */
     float sigma; /* Eq. (44), unit of x_n */
     float sigma_star; /* Eq. (17), unit of x_n */
-} joint_output;
+} paper_output;
 
 /* The state before the first tick, from the sample that the first tick gets too. False, and the state as
  * it was, if the sample is not good enough: try the next one. */
-static inline bool joint_start(joint_state *state, const float x[JOINT_N])
+static inline bool paper_start(paper_state *state, const float x[PAPER_N])
 {
-    JOINT_AS_WRITTEN
+    PAPER_AS_WRITTEN
     static const float d_hat_4 = 0.0f; /* initial estimate, in the unit of x_i per second */
     static const float input_gain = 5.00163428e3f; /* b_0 */
     static const float d_hat_2 = 0.0f; /* initial estimate, in the unit of x_i per second */
@@ -160,22 +160,22 @@ static inline bool joint_start(joint_state *state, const float x[JOINT_N])
 }
 
 /* What goes out as long as there has been no good sample. */
-static inline unsigned joint_not_started(joint_output *output)
+static inline unsigned paper_not_started(paper_output *output)
 {
-    JOINT_AS_WRITTEN
+    PAPER_AS_WRITTEN
     static const float fallback = 0.0f;
     output->u = fallback;
     output->sigma = 0.0f;
     output->sigma_star = 0.0f;
-    return (unsigned)JOINT_INPUT_REJECTED;
+    return (unsigned)PAPER_INPUT_REJECTED;
 }
 
 /* One tick: observers, sigma*, law, clamp. Call it once per period with the newest sample x, in chain
  * coordinates. Returns the health; output->u is good whatever x was. Whatever was wrong with x or a sum on the way ends
  * up in what the law demands: one comparison guards them all. */
-static inline unsigned joint_tick(joint_state *state, const float x[JOINT_N], joint_output *output)
+static inline unsigned paper_tick(paper_state *state, const float x[PAPER_N], paper_output *output)
 {
-    JOINT_AS_WRITTEN
+    PAPER_AS_WRITTEN
     static const float drift_1 = 7.56302490e1f; /* a(x)/b_0 = drift . x */
     static const float drift_2 = 0.0f; /* a(x)/b_0 = drift . x */
     static const float drift_3 = -1.93277311e0f; /* a(x)/b_0 = drift . x */
@@ -281,9 +281,9 @@ static inline unsigned joint_tick(joint_state *state, const float x[JOINT_N], jo
         state->x4_prev = x4;
         state->offset = offset;
         state->held = u;
-        return ((u != asked) ? (unsigned)JOINT_SATURATED : 0u)
+        return ((u != asked) ? (unsigned)PAPER_SATURATED : 0u)
                 | (((sigma_star < (-sigma_star_bound)) || (sigma_star > sigma_star_bound))
-                ? (unsigned)JOINT_SIGMA_STAR_OVER_BOUND : 0u);
+                ? (unsigned)PAPER_SIGMA_STAR_OVER_BOUND : 0u);
     }
 
     /* A rejected sample. */
@@ -312,18 +312,18 @@ static inline unsigned joint_tick(joint_state *state, const float x[JOINT_N], jo
     state->p2 = alone_2;
     state->offset = alone_3;
     state->held = u_2;
-    return (unsigned)JOINT_INPUT_REJECTED;
+    return (unsigned)PAPER_INPUT_REJECTED;
 }
 
 /* The tick of a controller that need not have started: the first good sample starts it; until then the fallback goes
  * out. Needs a state of zeros the first time. */
-static inline unsigned joint_tick_or_start(joint_state *state, const float x[JOINT_N], joint_output *output)
+static inline unsigned paper_tick_or_start(paper_state *state, const float x[PAPER_N], paper_output *output)
 {
     unsigned health;
-    if (state->started || joint_start(state, x)) {
-        health = joint_tick(state, x, output);
+    if (state->started || paper_start(state, x)) {
+        health = paper_tick(state, x, output);
     } else {
-        health = joint_not_started(output);
+        health = paper_not_started(output);
     }
     return health;
 }
@@ -331,9 +331,9 @@ static inline unsigned joint_tick_or_start(joint_state *state, const float x[JOI
 /* Tells what the actuator really holds since the last tick, where that is not the u of the tick: the only
  * anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not taken,
  * nor any before the start, and the answer is false. */
-static inline bool joint_report_applied(joint_state *state, float u)
+static inline bool paper_report_applied(paper_state *state, float u)
 {
-    JOINT_AS_WRITTEN
+    PAPER_AS_WRITTEN
     static const float input_limit = 9.99999996e11f; /* nothing beyond is a number to start from or to hold */
     const bool answer = state->started && ((u >= (-input_limit)) && (u <= input_limit));
     if (answer) {
@@ -345,9 +345,9 @@ static inline bool joint_report_applied(joint_state *state, float u)
 /* Estimates at the instant of the last tick: d_hat[i][m] is the m-th derivative of the estimate in
  * channel i + 1, in the unit of x_(i+1) per second and per second^m; zeros where there is no observer, or beyond its
  * order. False, and zeros, before the start. */
-static inline bool joint_estimates(const joint_state *state, float d_hat[JOINT_N][JOINT_R])
+static inline bool paper_estimates(const paper_state *state, float d_hat[PAPER_N][PAPER_R])
 {
-    JOINT_AS_WRITTEN
+    PAPER_AS_WRITTEN
     static const float period = 9.99999975e-5f; /* T, s */
     static const float theta_n = 5.00626564e-1f; /* mean of channel n's response over a tick */
     static const float mu2_n = 3.33960056e-1f; /* its second moment */
@@ -378,9 +378,9 @@ static inline bool joint_estimates(const joint_state *state, float d_hat[JOINT_N
 }
 
 /* Forgets all but the design: the next good sample starts again. For the end of a fault. */
-static inline void joint_reset(joint_state *state)
+static inline void paper_reset(paper_state *state)
 {
-    JOINT_AS_WRITTEN
+    PAPER_AS_WRITTEN
     if (state->started) {
         state->resuming = false;
         state->a2 = 0.0f;
@@ -397,7 +397,7 @@ static inline void joint_reset(joint_state *state)
     state->started = false;
 }
 
-#undef JOINT_AS_WRITTEN
+#undef PAPER_AS_WRITTEN
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC pop_options
 #endif

@@ -2,13 +2,13 @@
  * Exported for version 0.1.0 of the archive; do not edit, export it again.
  *
  * Design 0xc5c7b46a (CRC-32, the one a target reports).
- * Scenario joint.toml (CRC-32 0x2bec31d4):
+ * Scenario paper.toml (CRC-32 0xa0a6152c):
  *
- *     # The joint of the examples, the numbers of Table I as a joint has them: 10 kHz, all three roots of the surface at -10,
- *     # both poles of each observer at -100.
- *     #     host-sim export joint.toml --lang c --prefix joint -o joint_design.h --force
- *     #     host-sim export joint.toml --standalone --prefix joint -o joint_standalone.h --force
- *     name = "joint"
+ *     # The paper's law on the state of a joint, the numbers of Table I as a joint has them: 10 kHz, all three roots of the
+ *     # surface at -10, both poles of each observer at -100.
+ *     #     host-sim export paper.toml --lang c --prefix paper -o paper_design.h --force
+ *     #     host-sim export paper.toml --standalone --prefix paper -o paper_standalone.h --force
+ *     name = "paper"
  *
  *     [plant]
  *     kind = "flexible_joint"
@@ -33,17 +33,17 @@
  *     bandwidth_rad_s = 100.0
  *     order = 2
  */
-#ifdef JOINT_DESIGN_H
-#if JOINT_DESIGN_H != 0xc5c7b46au
-#error "two designs with the prefix joint, 0xc5c7b46au here and JOINT_DESIGN_H before: export one with another --prefix"
-#define JOINT_DESIGN_H 0xc5c7b46au
+#ifdef PAPER_DESIGN_H
+#if PAPER_DESIGN_H != 0xc5c7b46au
+#error "two designs with the prefix paper, 0xc5c7b46au here and PAPER_DESIGN_H before: export one with another --prefix"
+#define PAPER_DESIGN_H 0xc5c7b46au
 #endif
 #else
-#define JOINT_DESIGN_H 0xc5c7b46au
+#define PAPER_DESIGN_H 0xc5c7b46au
 
 #include "edo_smc.h"
 
-static const edo_smc_design_n4_r2_c24_t joint_design = {
+static const edo_smc_design_n4_r2_c24_t paper_design = {
     0x000100u, EDO_SMC_ID(4, 2, 0xa),
     {0.0f, 0.0f, 0.0f, 0.0f}, /* d_hat */
     10000.0f, /* rate */

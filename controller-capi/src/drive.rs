@@ -1,0 +1,350 @@
+//! A motor with one encoder, a flexible joint with two, as C holds their designs.
+//!
+//! What a drive is designed from is a struct of doubles in C, in the order of
+//! [`LAYOUT`](controller_core::drive::LAYOUT), three more behind it. A design is opaque: words of a law with its
+//! monitors, made where it runs, with a check over all of them.
+
+use core::mem::MaybeUninit;
+
+use controller_core::Health;
+use controller_core::drive::{
+    ALARMS, DriveError, DriveEstimates, DriveLaw, JointBandwidths, JointDesign, JointDrive, Monitored, MotorDesign,
+    MotorDrive, Position, Sample, Target,
+};
+
+use crate::VERSION;
+use crate::instance::Instance;
+use crate::status::{Status, overlap, place, sized_place};
+
+/// A configuration: `edo_smc_config_motor_t`, `edo_smc_config_joint_t`.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct CConfig<const NUMBERS: usize> {
+    numbers: [f64; NUMBERS],
+    /// Lag of the current loop of a motor, s; largest sudden load on a joint's link, N m.
+    lag_or_load: f64,
+    /// Share to which the data sheet is known.
+    uncertain: f64,
+    /// Bits of the alarms that stop the drive.
+    stops_at: f64,
+}
+
+/// A refused number: `edo_smc_refusal_t`.
+#[repr(C)]
+pub struct CRefusal {
+    /// Its name in the configuration, with zeros behind it.
+    field: [u8; 32],
+    given: f64,
+    low: f64,
+    high: f64,
+}
+
+/// A law of the archive, with its monitors.
+pub trait Form<const E: usize, const N: usize, const NUMBERS: usize>:
+    DriveLaw<E, N, Sample = Sample<i32, Target<f32, i32, N>, E>> + Sized
+{
+    const WORD: u32;
+    /// Where its words begin that are one byte; the first must be 0 or 1.
+    const BYTES: [usize; 2];
+    /// Where in a state the bytes lie that must be 0 or 1.
+    const FLAGS: &'static [usize];
+    /// Name of `lag_or_load`, and the most it may be.
+    const LAG_OR_LOAD: (&'static str, f64);
+
+    /// All that is not on the data sheet.
+    fn by_rule(config: &mut CConfig<NUMBERS>);
+    /// Bandwidths in the same proportions for another surface, and the gates for them.
+    fn tune(config: &mut CConfig<NUMBERS>, surface_rad_s: f64);
+    /// What this configuration makes, with the monitors that belong to it.
+    fn of(config: &CConfig<NUMBERS>, stops_at: Health) -> Result<Self, DriveError>;
+}
+
+/// Share to which a data sheet is known, where nobody says another.
+const UNCERTAIN: f64 = 0.2;
+
+/// Encoders, gain sets beside the quiet one, ticks of delay; the 1 tells a drive from a chain.
+const fn word(encoders: u8, fast: usize, late: usize) -> u32 {
+    u32::from_le_bytes([encoders, fast as u8, late as u8, 1])
+}
+
+type MotorLaw<const FAST: usize, const LATE: usize> = Monitored<MotorDrive<f32, Position, FAST, LATE>, 1>;
+type JointLaw<const FAST: usize, const LATE: usize> = Monitored<JointDrive<f32, Position, FAST, LATE>, 2>;
+
+const MOTOR: usize = MotorDesign::NUMBERS;
+const JOINT: usize = JointDesign::NUMBERS;
+
+impl<const FAST: usize, const LATE: usize> Form<1, 2, MOTOR> for MotorLaw<FAST, LATE> {
+    const WORD: u32 = word(1, FAST, LATE);
+    const BYTES: [usize; 2] = Self::BYTES_AT;
+    const FLAGS: &'static [usize] = &Self::FLAGS_AT;
+    const LAG_OR_LOAD: (&'static str, f64) = ("lag_s", 1.0);
+
+    fn by_rule(config: &mut CConfig<MOTOR>) {
+        let MotorDesign { period_s, motor, encoder, limits, .. } = MotorDesign::from_numbers(&config.numbers);
+        let design = MotorDesign::by_rule(period_s, motor, encoder, limits);
+        config.numbers = design.with_lag(config.lag_or_load, LATE as u32).to_numbers();
+    }
+
+    fn tune(config: &mut CConfig<MOTOR>, surface_rad_s: f64) {
+        config.numbers = MotorDesign::from_numbers(&config.numbers).with_surface(surface_rad_s).to_numbers();
+    }
+
+    fn of(config: &CConfig<MOTOR>, stops_at: Health) -> Result<Self, DriveError> {
+        let design = MotorDesign::from_numbers(&config.numbers);
+        let law = MotorDrive::<f32, Position, FAST, LATE>::try_design(&design)?;
+        let bounds = design.bounds(&law, config.uncertain);
+        Ok(Self::new(law, &bounds).stopping_at(stops_at))
+    }
+}
+
+impl<const FAST: usize, const LATE: usize> Form<2, 4, JOINT> for JointLaw<FAST, LATE> {
+    const WORD: u32 = word(2, FAST, LATE);
+    const BYTES: [usize; 2] = Self::BYTES_AT;
+    const FLAGS: &'static [usize] = &Self::FLAGS_AT;
+    const LAG_OR_LOAD: (&'static str, f64) = ("load_n_m", 1e9);
+
+    fn by_rule(config: &mut CConfig<JOINT>) {
+        let JointDesign { period_s, joint, encoders, limits, .. } = JointDesign::from_numbers(&config.numbers);
+        let bandwidths = JointBandwidths::DEFAULT.within(period_s, LATE);
+        let design = JointDesign::new(period_s, joint, encoders, limits, config.lag_or_load);
+        config.numbers = design.with_bandwidths(bandwidths, config.lag_or_load).to_numbers();
+    }
+
+    fn tune(config: &mut CConfig<JOINT>, surface_rad_s: f64) {
+        let design = JointDesign::from_numbers(&config.numbers);
+        let was = design.bandwidths;
+        let faster = surface_rad_s / was.surface_rad_s;
+        let bandwidths = JointBandwidths {
+            surface_rad_s,
+            link_rad_s: faster * was.link_rad_s,
+            motor_rad_s: faster * was.motor_rad_s,
+            reaching_per_s: faster * was.reaching_per_s,
+            offset_per_s: faster * was.offset_per_s,
+        };
+        let bandwidths = bandwidths.within(design.period_s, LATE);
+        config.numbers = design.with_bandwidths(bandwidths, config.lag_or_load).to_numbers();
+    }
+
+    fn of(config: &CConfig<JOINT>, stops_at: Health) -> Result<Self, DriveError> {
+        let design = JointDesign::from_numbers(&config.numbers);
+        let law = JointDrive::<f32, Position, FAST, LATE>::try_design(&design)?;
+        let bounds = design.bounds(&law, config.lag_or_load, config.uncertain);
+        Ok(Self::new(law, &bounds).stopping_at(stops_at))
+    }
+}
+
+/// A design: `edo_smc_design_*_t`.
+#[repr(C)]
+pub struct Design<L, const E: usize, const N: usize, const NUMBERS: usize> {
+    version: u32,
+    instance: u32,
+    law: MaybeUninit<L>,
+    check: u32,
+}
+
+impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize> Design<L, E, N, NUMBERS> {
+    /// Words of a law; every one is written, or a byte of it that the law names.
+    pub(crate) const WORDS: usize = {
+        assert!(align_of::<L>() == 4 && size_of::<Self>() == 12 + size_of::<L>());
+        assert!(L::BYTES[0].is_multiple_of(4) && L::BYTES[1].is_multiple_of(4));
+        size_of::<L>() / 4
+    };
+
+    /// FNV-1a, a word at a time: another word anywhere gives another sum.
+    fn sum(&self) -> u32 {
+        let law = self.law.as_ptr().cast::<u32>();
+        let word = |i: usize| {
+            // SAFETY: within the law, aligned as it is; padding is only behind the bytes that are read alone.
+            unsafe {
+                if L::BYTES.contains(&(4 * i)) { law.add(i).cast::<u8>().read().into() } else { law.add(i).read() }
+            }
+        };
+        (0..Self::WORDS).fold(0x811c_9dc5, |sum, i| (sum ^ word(i)).wrapping_mul(0x0100_0193))
+    }
+}
+
+impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize> Instance
+    for Design<L, E, N, NUMBERS>
+{
+    type Law = L;
+    type Sample = CSample<E, N>;
+    type Known = CKnown<E>;
+    const WORD: u32 = L::WORD;
+    const FLAGS_AT: &'static [usize] = L::FLAGS;
+
+    fn check(&self) -> Result<(), Status> {
+        if self.version != VERSION {
+            return Err(Status::VERSION);
+        }
+        if self.instance != L::WORD {
+            return Err(Status::INSTANCE);
+        }
+        // SAFETY: within the law.
+        let flag = unsafe { self.law.as_ptr().cast::<u8>().add(L::BYTES[0]).read() };
+        if flag <= 1 && self.sum() == self.check { Ok(()) } else { Err(Status::COEFFICIENTS) }
+    }
+
+    #[inline(always)]
+    unsafe fn law(&self) -> &L {
+        // SAFETY: as the caller promises; any bit pattern is a law whose flag is 0 or 1.
+        unsafe { self.law.assume_init_ref() }
+    }
+
+    #[inline(always)]
+    unsafe fn read(sample: *const CSample<E, N>) -> L::Sample {
+        // SAFETY: as the caller promises.
+        let CSample { counts, lost, begin, end } = unsafe { sample.read() };
+        let counts = core::array::from_fn(|i| (lost >> i & 1 == 0).then_some(counts[i]));
+        Sample { counts, begin: begin.target(), end: end.target() }
+    }
+
+    #[inline(always)]
+    unsafe fn start(&self, sample: &L::Sample) -> Option<L::State> {
+        // SAFETY: as the caller promises.
+        unsafe { self.law() }.start(sample)
+    }
+
+    fn told(known: DriveEstimates<f32, i32, E>) -> CKnown<E> {
+        let DriveEstimates { turn, position, speed, disturbance, load } = known;
+        CKnown { turn, position, speed, disturbance, load }
+    }
+}
+
+/// Where the shaft should be: `edo_smc_target_*_t`.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct CTarget<const N: usize> {
+    pub(crate) turn: i32,
+    pub(crate) jet: [f32; N],
+}
+
+impl<const N: usize> CTarget<N> {
+    #[inline(always)]
+    fn target(self) -> Target<f32, i32, N> {
+        Target { turn: self.turn, jet: self.jet }
+    }
+}
+
+/// What a tick is given: `edo_smc_sample_*_t`.
+#[repr(C)]
+pub struct CSample<const E: usize, const N: usize> {
+    counts: [i32; E],
+    /// Bit i for the count of encoder i.
+    lost: u32,
+    begin: CTarget<N>,
+    end: CTarget<N>,
+}
+
+/// What a drive knows: `edo_smc_estimates_*_t`.
+#[repr(C)]
+pub struct CKnown<const E: usize> {
+    turn: i32,
+    position: [f32; E],
+    speed: [f32; E],
+    disturbance: [f32; E],
+    load: [f32; E],
+}
+
+impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize> Design<L, E, N, NUMBERS> {
+    /// # Safety
+    /// A pointer that is not NULL points to memory of the size given.
+    pub(crate) unsafe fn by_rule(config: *mut CConfig<NUMBERS>, config_size: usize) -> Status {
+        if let Err(status) = sized_place(config, config_size) {
+            return status;
+        }
+        // SAFETY: not NULL, aligned, of the right size; any bit pattern is a configuration.
+        let config = unsafe { &mut *config };
+        L::by_rule(config);
+        (config.uncertain, config.stops_at) = (UNCERTAIN, ALARMS.bits().into());
+        Status::OK
+    }
+
+    /// # Safety
+    /// A pointer that is not NULL points to memory of the size given.
+    pub(crate) unsafe fn tune(config: *mut CConfig<NUMBERS>, config_size: usize, surface_rad_s: f64) -> Status {
+        if let Err(status) = sized_place(config, config_size) {
+            return status;
+        }
+        // SAFETY: not NULL, aligned, of the right size; any bit pattern is a configuration.
+        L::tune(unsafe { &mut *config }, surface_rad_s);
+        Status::OK
+    }
+}
+
+/// # Safety
+/// Pointers that are not NULL point to memory of the sizes given, `refusal` to memory of its type.
+pub(crate) unsafe fn design<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize>(
+    config: *const CConfig<NUMBERS>,
+    config_size: usize,
+    design: *mut Design<L, E, N, NUMBERS>,
+    design_size: usize,
+    refusal: *mut CRefusal,
+) -> Status {
+    let places = || {
+        sized_place(config, config_size)?;
+        sized_place(design, design_size)?;
+        if !refusal.is_null() {
+            place(refusal)?;
+        }
+        let shared = overlap(design, config) || overlap(refusal, design) || overlap(refusal, config);
+        if shared { Err(Status::OVERLAP) } else { Ok(()) }
+    };
+    if let Err(status) = places() {
+        return status;
+    }
+    // SAFETY: not NULL, aligned, of the right size; any bit pattern is a configuration.
+    let (status, said) = match designed::<L, E, N, NUMBERS>(unsafe { &*config }) {
+        Ok(law) => {
+            let mut made = Design { version: VERSION, instance: L::WORD, law: MaybeUninit::new(law), check: 0 };
+            made.check = made.sum();
+            // SAFETY: not NULL, aligned, of the right size.
+            unsafe { design.write(made) };
+            (Status::OK, CRefusal::of("", 0.0, 0.0, 0.0))
+        }
+        Err(said) => (Status::OUT_OF_RANGE, said),
+    };
+    if !refusal.is_null() {
+        // SAFETY: not NULL, aligned.
+        unsafe { refusal.write(said) };
+    }
+    status
+}
+
+fn designed<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize>(
+    config: &CConfig<NUMBERS>,
+) -> Result<L, CRefusal> {
+    let (name, most) = L::LAG_OR_LOAD;
+    let every_alarm = f64::from(EVERY_ALARM);
+    let ranges = [
+        (name, config.lag_or_load, most),
+        ("uncertain", config.uncertain, 0.9),
+        ("stops_at", config.stops_at, every_alarm),
+    ];
+    for (field, given, most) in ranges {
+        if !(given >= 0.0 && given <= most) {
+            return Err(CRefusal::of(field, given, 0.0, most));
+        }
+    }
+    let alarms = Health::from_bits(config.stops_at as u8 & EVERY_ALARM).unwrap_or(ALARMS);
+    L::of(config, alarms).map_err(|error| CRefusal::of(error.field, error.given, error.low, error.high))
+}
+
+/// Every bit of [`Health`].
+const EVERY_ALARM: u8 = 127;
+
+impl CRefusal {
+    fn of(name: &str, given: f64, low: f64, high: f64) -> Self {
+        let mut field = [0; 32];
+        // One zero at least stays behind it.
+        for (to, from) in field.iter_mut().take(31).zip(name.bytes()) {
+            *to = from;
+        }
+        Self { field, given, low, high }
+    }
+}
+
+/// The laws of the archive by encoders; gain sets beside the quiet one, ticks of delay.
+pub(crate) type Motor<const FAST: usize, const LATE: usize> = Design<MotorLaw<FAST, LATE>, 1, 2, MOTOR>;
+pub(crate) type Joint<const FAST: usize, const LATE: usize> = Design<JointLaw<FAST, LATE>, 2, 4, JOINT>;
+pub(crate) type MotorConfig = CConfig<MOTOR>;
+pub(crate) type JointConfig = CConfig<JOINT>;

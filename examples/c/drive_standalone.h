@@ -1,0 +1,1323 @@
+/* Drive of a flexible joint with two encoders, along a position, 4 states per encoder, 2 gain sets, no delay, f32, T = 0.0002 s.
+ * Exported by version 0.1.0 of the library; do not edit, export it again. C99 and C++11, no library.
+ *
+ *     #include "this file"
+ *     static drive_state state;                              once; zeros are right
+ *     drive_sample sample = {0};                             in the timer interrupt, every T:
+ *     drive_output output;
+ *     sample.count_link = encoder_link();               the low 20 bits are read; or sample.lost_link = true;
+ *     sample.count_motor = encoder_motor();             the low 20 bits are read; or sample.lost_motor = true;
+ *     sample.begin = where;  sample.end = where_next;    where it should be at both ends of the tick
+ *     unsigned health = drive_tick_or_start(&state, &sample, &output);
+ *     set_current(output.u);                             A
+ *     drive_report_applied(&state, held);                    only if it holds another current, not a late one
+ *
+ * The same bits as the Rust tick need every operation rounded on its own. A fused multiply-add rounds a * b + c once,
+ * which is another number (and takes longer on a Cortex-M4F): compile with -ffp-contract=off. This file asks for it by
+ * itself where it can; with GCC that keeps drive_tick from being inlined unless the option is given too. Reordering
+ * (-ffast-math and its parts), more digits than f32 (x87) and denormals flushed to zero (FPSCR.FZ) change bits as well.
+ * Where the compiler says that it may do so this file does not compile. clang says it of -ffast-math and
+ * -ffinite-math-only alone: there the file forbids reordering by itself, and nothing can see -fno-signed-zeros (part of
+ * -funsafe-math-optimizations too), -fno-honor-nans and -fno-honor-infinities. Do not give them.
+ *
+ * Design 0x23df119e (FNV-1a, with which its words in Rust begin).
+ * Scenario drive.toml (CRC-32 0x0c67d321):
+ *
+ *     # The joint of drive.c, at 5 kHz.
+ *     #     host-sim export drive.toml --lang c --standalone --prefix drive -o drive_standalone.h --force
+ *     name = "drive"
+ *
+ *     [joint]
+ *     link_inertia_kg_m2 = 0.23
+ *     motor_inertia_kg_m2 = 931e-6
+ *     stiffness_n_m = 9.0
+ *     torque_n_m_per_a = 0.119
+ *     max_current_a = 30.0
+ *     link_damping_n_m_s = 0.07
+ *     motor_damping_n_m_s = 0.07
+ *     weight_n_m = 0.23
+ *
+ *     [encoder.link]
+ *     bits = 20
+ *
+ *     [encoder.motor]
+ *     bits = 20
+ *
+ *     [drive]
+ *     period_s = 2e-4
+ *     sudden_load_n_m = 1.3
+ *     fallback = 0.0
+ *
+ *     [monitor]
+ *     reaction = "fallback"
+ */
+#ifdef DRIVE_STANDALONE
+#if DRIVE_STANDALONE != 0x23df119eu
+#error "two designs with the prefix drive, 0x23df119eu here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0x23df119eu
+#endif
+#else
+#define DRIVE_STANDALONE 0x23df119eu
+
+#include <float.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) \
+    || defined(__NO_SIGNED_ZEROS__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+#error "compile without -ffast-math and its parts: they change numbers and remove the guard against NaN"
+#endif
+#if FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16
+#error "float must be computed as float: on a 32-bit x86 give -msse2 -mfpmath=sse"
+#endif
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
+#pragma GCC optimize("fp-contract=off")
+#define DRIVE_AS_WRITTEN
+#elif defined(__clang__) && __clang_major__ >= 18
+#define DRIVE_AS_WRITTEN _Pragma("clang fp contract(off) reassociate(off) reciprocal(off)")
+#elif defined(__clang__) && __clang_major__ >= 14
+#define DRIVE_AS_WRITTEN _Pragma("clang fp contract(off) reassociate(off)")
+#else
+#define DRIVE_AS_WRITTEN _Pragma("STDC FP_CONTRACT OFF")
+#endif
+
+#define DRIVE_VERSION "0.1.0"
+#define DRIVE_DESIGN 0x23df119eu /* log it: it tells designs apart */
+#define DRIVE_PERIOD_S 0.0002
+#define DRIVE_MAX_CURRENT_A 30.0 /* of either sign */
+#define DRIVE_DELAY_TICKS 0 /* from the tick that computes a current to the one that holds it */
+#define DRIVE_ENCODER_LINK_BITS 20 /* on the shaft itself; counts up while the angle grows, 0 at angle 0 */
+#define DRIVE_ENCODER_LINK_COUNTS_PER_TURN 1048576
+#define DRIVE_ENCODER_LINK_UNIT_RAD 5.992112452678286e-6 /* of the shaft, one count */
+#define DRIVE_ENCODER_LINK_REVERSED 0
+#define DRIVE_ENCODER_LINK_OFFSET_COUNTS 0
+#define DRIVE_ENCODER_MOTOR_BITS 20 /* on the shaft itself; counts up while the angle grows, 0 at angle 0 */
+#define DRIVE_ENCODER_MOTOR_COUNTS_PER_TURN 1048576
+#define DRIVE_ENCODER_MOTOR_UNIT_RAD 5.992112452678286e-6 /* of the shaft, one count */
+#define DRIVE_ENCODER_MOTOR_REVERSED 0
+#define DRIVE_ENCODER_MOTOR_OFFSET_COUNTS 0
+
+/* What a tick has to say about itself, as a set of bits. */
+enum {
+    DRIVE_OK = 0,
+    DRIVE_INPUT_REJECTED = 1, /* no good sample yet, too many lost, a target that is no number: the fallback */
+    DRIVE_SATURATED = 2, /* the law asked for more than the limits allow */
+    DRIVE_SAMPLE_LOST = 8, /* a count was not there, or moved as no shaft can: the observer predicts */
+    /* what the monitors say of it */
+    DRIVE_SIGMA_STAR_OVER_BOUND = 4,
+    DRIVE_DISTURBANCE_OVER_BOUND = 16,
+    DRIVE_STUCK_AT_LIMIT = 32,
+    DRIVE_STOPPED = 64 /* nothing but the safe current goes out until the monitor is reset */
+};
+
+/* Where the shaft should be at an instant: 2 pi turn + r. Its derivatives must fit. */
+typedef struct {
+    int32_t turn; /* whole turns; it may wrap */
+    float r; /* rad, best within a turn or two */
+    float r_dot; /* rad/s */
+    float r_ddot; /* rad/s^2 */
+    float r_dddot; /* rad/s^3 */
+} drive_target;
+
+/* What a tick is given. */
+typedef struct {
+    uint32_t count_link; /* as the counter's register has it */
+    uint32_t count_motor; /* as the counter's register has it */
+    bool lost_link; /* there is no count this time */
+    bool lost_motor; /* there is no count this time */
+    drive_target begin; /* at the beginning of the tick in which u is held */
+    drive_target end; /* and at its end */
+} drive_sample;
+
+typedef struct {
+    float u; /* A, to hold until the next tick, within the limits */
+    float sigma; /* how far from the reference, in the unit of its last derivative */
+    float sigma_star; /* the same less what fades from the start */
+} drive_output;
+
+/* What the drive knows, of each shaft. */
+typedef struct {
+    int32_t turn; /* whole turns, to be added to the positions */
+    float position_link; /* rad */
+    float speed_link; /* rad/s */
+    float disturbance_link; /* rad/s^2, what the model does not explain */
+    float load_link; /* N m against the shaft: the same as a torque */
+    float position_motor; /* rad */
+    float speed_motor; /* rad/s */
+    float disturbance_motor; /* rad/s^2, what the model does not explain */
+    float load_motor; /* N m against the shaft: the same as a torque */
+} drive_estimates_of;
+
+/* What the drive remembers between two ticks. Zeros before the start. */
+typedef struct {
+    bool fresh; /* no tick has passed since the start */
+    uint32_t last_link; /* count of the last good sample */
+    uint32_t last_motor; /* count of the last good sample */
+    uint32_t at_link; /* the same since the base */
+    uint32_t at_motor; /* the same since the base */
+    uint32_t turn; /* turn of the base */
+    float pull_link; /* acceleration at the last tick, u aside */
+    float pull_motor; /* acceleration at the last tick, u aside */
+    float push_link; /* half the coupling at the last tick */
+    float push_motor; /* half the coupling at the last tick */
+    float p_link; /* estimated position less that of its count */
+    float v_link; /* estimated speed */
+    float d_link; /* estimated disturbance, an acceleration */
+    float d_dot_link; /* its rate */
+    float p_motor; /* estimated position less that of its count */
+    float v_motor; /* estimated speed */
+    float d_motor; /* estimated disturbance, an acceleration */
+    float d_dot_motor; /* its rate */
+    float smoothed_link; /* smoothed innovation */
+    float level_link; /* how far the fast gains are in, 0 to 1 */
+    float smoothed_motor; /* smoothed innovation */
+    float level_motor; /* how far the fast gains are in, 0 to 1 */
+    float reach; /* a sample is believed that is so much further off than the gate */
+    float missed_link; /* counts that were not used, in a row */
+    float missed_motor; /* counts that were not used, in a row */
+    float offset; /* W = sigma(0) e^(-alpha t) */
+    float held; /* what the actuator held since the last tick, A */
+    bool started;
+} drive_state;
+
+/* What one part of a tick tells the next. */
+typedef struct {
+    bool missing;
+    float g_sin; /* g sin, g cos of the link */
+    float g_cos; /* g sin, g cos of the link */
+} drive_between;
+
+/* Part of the first tick after a start: the estimates are those of the sample already. */
+static inline void drive_begin(drive_state *state, const drive_sample *sample, drive_between *between)
+{
+    DRIVE_AS_WRITTEN
+    static const float unit_link = 5.99211262e-6f; /* one count */
+    static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
+    const uint32_t count_link = sample->count_link;
+    const uint32_t count_motor = sample->count_motor;
+    const uint32_t at_link = sample->lost_link ? state->at_link
+            : ((((state->at_link
+            + ((((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u)) & 0x7fffffu) ^ 0x400000u)
+            - 0x400000u);
+    const float part = (unit_link * ((at_link < 0x80000000u) ? (float)at_link : (-(float)(0u - at_link))))
+            + state->p_link;
+    const bool holds = (part < (-1.57079637e0f)) || (part > 1.57079637e0f);
+    const float part_2 = (3.14159274e0f - ((part < 0.0f) ? (-part) : (part + 0.0f))) + (-8.74227766e-8f);
+    const float part_3 = holds ? ((part < 0.0f) ? (-part_2) : part_2) : part;
+    const float part_4 = holds ? (-gravity) : gravity;
+    const float part_5 = part_3 * part_3;
+    const float part_6 = gravity * part_3;
+    between->g_sin = part_6
+            + (part_6 * (part_5 * ((((((2.59986177e-6f * part_5) + (-1.98065289e-4f)) * part_5)
+            + 8.33301619e-3f) * part_5) + (-1.66666567e-1f))));
+    between->g_cos = part_4
+            + (part_4 * (part_5 * ((((((2.31924023e-5f * part_5) + (-1.38558447e-3f)) * part_5)
+            + 4.16639782e-2f) * part_5) + (-4.99999315e-1f))));
+    between->missing = false;
+    const uint32_t next_1 = (((state->at_motor
+            + ((((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u)) & 0x7fffffu) ^ 0x400000u)
+            - 0x400000u;
+    if (!sample->lost_link) {
+        state->last_link = count_link;
+    }
+    if (!sample->lost_motor) {
+        state->last_motor = count_motor;
+        state->at_motor = next_1;
+    }
+    state->fresh = false;
+    state->at_link = at_link;
+}
+
+/* Part of a tick: what the counts should have moved, which of them are believed, and the observers. False
+ * where more samples are missing in a row than can be bridged. */
+static inline bool drive_observe(drive_state *state, const drive_sample *sample, drive_between *between)
+{
+    DRIVE_AS_WRITTEN
+    static const float g2_link = 1.99993854e-4f; /* the block's model of a tick */
+    static const float g1_link = 1.99995913e-8f; /* the block's model of a tick */
+    static const float phi_link = 9.99938309e-1f; /* the block's model of a tick */
+    static const float h1_link = 1.33331291e-12f; /* the block's model of a tick */
+    static const float period = 1.99999995e-4f; /* T, s */
+    static const float unit_link = 5.99211262e-6f; /* one count */
+    static const float gate_link = 1.21685051e-4f; /* where the gate closes to */
+    static const float lost_ticks = 50.0f;
+    static const float b = 5.00163428e3f;
+    static const float g2_motor = 1.98490961e-4f; /* the block's model of a tick */
+    static const float g1_motor = 1.98994847e-8f; /* the block's model of a tick */
+    static const float phi_motor = 9.84883487e-1f; /* the block's model of a tick */
+    static const float h1_motor = 1.32831018e-12f; /* the block's model of a tick */
+    static const float unit_motor = 2.34473962e-4f; /* one count */
+    static const float gate_motor = 9.45853069e-2f; /* where the gate closes to */
+    static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
+    static const float half_spring = 1.89137438e5f; /* k1 k2/2 */
+    static const float smoothing_link = 6.44930154e-2f; /* 1 - e^(-T/3 ms), by default */
+    static const float calm_link = 8.98816870e-6f; /* smoothed innovation at which the fast set begins to come in */
+    static const float rate_link = 6.67544219e4f; /* how fast it does */
+    static const float keep_link = 9.90049839e-1f; /* e^(-T/20 ms), by default */
+    static const float more_link_1 = 9.05008614e-2f; /* the fast gain set less the quiet one */
+    static const float gain_link_1 = 4.86974530e-2f; /* of the observer */
+    static const float more_link_2 = 4.14542427e1f; /* the fast gain set less the quiet one */
+    static const float gain_link_2 = 5.46050739e0f; /* of the observer */
+    static const float more_link_3 = 7.89450879e3f; /* the fast gain set less the quiet one */
+    static const float gain_link_3 = 3.19744904e2f; /* of the observer */
+    static const float more_link_4 = 6.07777812e5f; /* the fast gain set less the quiet one */
+    static const float gain_link_4 = 7.99105859e3f; /* of the observer */
+    static const float smoothing_motor = 6.44930154e-2f; /* 1 - e^(-T/3 ms), by default */
+    static const float calm_motor = 3.51710944e-4f; /* smoothed innovation at which the fast set begins to come in */
+    static const float rate_motor = 1.70594629e3f; /* how fast it does */
+    static const float keep_motor = 9.90049839e-1f; /* e^(-T/20 ms), by default */
+    static const float more_motor_1 = 1.07414074e-1f; /* the fast gain set less the quiet one */
+    static const float gain_motor_1 = 2.57225215e-1f; /* of the observer */
+    static const float more_motor_2 = 1.98182114e2f; /* the fast gain set less the quiet one */
+    static const float gain_motor_2 = 1.68653244e2f; /* of the observer */
+    static const float more_motor_3 = 1.46829844e5f; /* the fast gain set less the quiet one */
+    static const float gain_motor_3 = 6.90592656e4f; /* of the observer */
+    static const float more_motor_4 = 39715456.0f; /* the fast gain set less the quiet one */
+    static const float gain_motor_4 = 10778928.0f; /* of the observer */
+    static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
+    static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
+    static const float closing = 9.96805131e-1f; /* and how fast */
+    const uint32_t count_link = sample->count_link;
+    const uint32_t count_motor = sample->count_motor;
+
+    /* 1. Where the counts are, and whether they are believed. */
+    const float part = g2_link * state->v_link;
+    float p_link = state->p_link + (part + (g1_link * state->pull_link));
+    p_link += h1_link * state->d_dot_link;
+    const float d_link = state->d_link + (period * state->d_dot_link);
+    const uint32_t part_2 = (((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u;
+    const float p1 = p_link - (unit_link * ((part_2 < 0x80000000u) ? (float)part_2 : (-(float)(0u - part_2))));
+    const bool holds = (p1 >= (-(gate_link + state->reach))) && (p1 <= (gate_link + state->reach));
+    const bool holds_2 = (!sample->lost_link) && holds;
+    const float part_3 = holds_2 ? 0.0f : (state->p_link + part);
+    const uint32_t at_link = holds_2 ? (state->at_link + part_2) : state->at_link;
+    const float part_4 = unit_link * ((at_link < 0x80000000u) ? (float)at_link : (-(float)(0u - at_link)));
+    const float part_5 = part_4 + part_3;
+    const float missed_link = state->missed_link + 1.0f;
+    const bool holds_3 = missed_link >= 1.0f;
+    const bool holds_4 = missed_link <= lost_ticks;
+    const float pull_motor = state->pull_motor + (b * state->held);
+    const float part_6 = g2_motor * state->v_motor;
+    float p_motor = state->p_motor + (part_6 + (g1_motor * pull_motor));
+    p_motor += h1_motor * state->d_dot_motor;
+    const float d_motor = state->d_motor + (period * state->d_dot_motor);
+    const uint32_t part_7 = (((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u;
+    const float p2 = p_motor - (unit_motor * ((part_7 < 0x80000000u) ? (float)part_7 : (-(float)(0u - part_7))));
+    const bool holds_5 = (p2 >= (-(gate_motor + state->reach))) && (p2 <= (gate_motor + state->reach));
+    const bool holds_6 = (!sample->lost_motor) && holds_5;
+    const uint32_t at_motor = holds_6 ? (state->at_motor + part_7) : state->at_motor;
+    const float part_8 = unit_motor * ((at_motor < 0x80000000u) ? (float)at_motor : (-(float)(0u - at_motor)));
+    const float missed_motor = state->missed_motor + 1.0f;
+
+    /* 2. Couplings. */
+    const bool holds_7 = (part_5 < (-1.57079637e0f)) || (part_5 > 1.57079637e0f);
+    const float part_9 = (3.14159274e0f - ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f))) + (-8.74227766e-8f);
+    const float part_10 = holds_7 ? ((part_5 < 0.0f) ? (-part_9) : part_9) : part_5;
+    const float part_11 = holds_7 ? (-gravity) : gravity;
+    const float part_12 = part_10 * part_10;
+    const float part_13 = gravity * part_10;
+    const float part_14 = part_13
+            + (part_13 * (part_12 * ((((((2.59986177e-6f * part_12) + (-1.98065289e-4f)) * part_12)
+            + 8.33301619e-3f) * part_12) + (-1.66666567e-1f))));
+    const float part_15 = part_11
+            + (part_11 * (part_12 * ((((((2.31924023e-5f * part_12) + (-1.38558447e-3f)) * part_12)
+            + 4.16639782e-2f) * part_12) + (-4.99999315e-1f))));
+    const float push_link = 0.5f * ((part_8 + (holds_6 ? 0.0f : (state->p_motor + part_6)))
+            + ((gravity * part_5) - part_14));
+    const float push_motor = half_spring * part_5;
+
+    /* 3. Observers. */
+    const float part_16 = push_link - state->push_link;
+    const float pull_link = state->pull_link + part_16;
+    const float p1_2 = (holds_2 ? p1 : p_link) + (g1_link * part_16);
+    const float part_17 = ((phi_link * state->v_link) + (g2_link * pull_link)) + (g1_link * state->d_dot_link);
+    const float smoothed_link = state->smoothed_link - (smoothing_link * (p1_2 + state->smoothed_link));
+    const float part_18 = (((smoothed_link < 0.0f) ? (-smoothed_link) : (smoothed_link + 0.0f))
+            - calm_link) * rate_link;
+    const float part_19 = state->level_link * keep_link;
+    const float part_20 = (part_18 > part_19) ? part_18 : part_19;
+    const float level_link = (part_20 > 1.0f) ? 1.0f : ((part_20 < 0.0f) ? 0.0f : part_20);
+    const float p1_3 = holds_2 ? (p1_2 - ((gain_link_1 + (level_link * more_link_1)) * p1_2)) : p1_2;
+    const float d_link_2 = holds_2 ? (d_link - ((gain_link_3 + (level_link * more_link_3)) * p1_2)) : d_link;
+    const float part_21 = push_motor - state->push_motor;
+    const float pull_motor_2 = pull_motor + part_21;
+    const float p2_2 = (holds_6 ? p2 : p_motor) + (g1_motor * part_21);
+    const float part_22 = ((phi_motor * state->v_motor) + (g2_motor * pull_motor_2)) + (g1_motor * state->d_dot_motor);
+    const float smoothed_motor = state->smoothed_motor - (smoothing_motor * (p2_2 + state->smoothed_motor));
+    const float part_23 = (((smoothed_motor < 0.0f) ? (-smoothed_motor) : (smoothed_motor + 0.0f))
+            - calm_motor) * rate_motor;
+    const float part_24 = state->level_motor * keep_motor;
+    const float part_25 = (part_23 > part_24) ? part_23 : part_24;
+    const float level_motor = (part_25 > 1.0f) ? 1.0f : ((part_25 < 0.0f) ? 0.0f : part_25);
+    const float p2_3 = holds_6 ? (p2_2 - ((gain_motor_1 + (level_motor * more_motor_1)) * p2_2)) : p2_2;
+    const float d_motor_2 = holds_6 ? (d_motor - ((gain_motor_3 + (level_motor * more_motor_3)) * p2_2)) : d_motor;
+    const float part_26 = p1_3 - part_3;
+    const float part_27 = part_26 * part_14;
+    const bool holds_8 = (missed_motor >= 1.0f) && (missed_motor <= lost_ticks);
+    const bool holds_9 = holds_5 || holds_8;
+    const float d_dot_link = holds_2 ? (state->d_dot_link - ((gain_link_4 + (level_link * more_link_4)) * p1_2))
+            : state->d_dot_link;
+    const float d_dot_motor = holds_6 ? (state->d_dot_motor - ((gain_motor_4 + (level_motor * more_motor_4)) * p2_2))
+            : state->d_dot_motor;
+    between->g_sin = part_14 + (part_26 * (part_15 - (0.5f * part_27)));
+    between->g_cos = part_15 - part_27;
+    between->missing = sample->lost_link || sample->lost_motor || (!holds) || (!holds_5);
+    if (holds_2) {
+        state->last_link = count_link;
+        state->smoothed_link = smoothed_link;
+        state->level_link = level_link;
+    }
+    if (holds_6) {
+        state->last_motor = count_motor;
+        state->smoothed_motor = smoothed_motor;
+        state->level_motor = level_motor;
+    }
+    state->at_link = at_link;
+    state->at_motor = at_motor;
+    state->pull_link = ((push_link + push_link) + d_link_2) - (kappa_link * (part_4 + p1_3));
+    state->pull_motor = ((push_motor + push_motor) + d_motor_2) - (kappa_motor * (part_8 + p2_3));
+    state->push_link = push_link;
+    state->push_motor = push_motor;
+    state->p_link = p1_3;
+    state->v_link = holds_2 ? (part_17 - ((gain_link_2 + (level_link * more_link_2)) * p1_2)) : part_17;
+    state->d_link = d_link_2;
+    state->d_dot_link = d_dot_link;
+    state->p_motor = p2_3;
+    state->v_motor = holds_6 ? (part_22 - ((gain_motor_2 + (level_motor * more_motor_2)) * p2_2)) : part_22;
+    state->d_motor = d_motor_2;
+    state->d_dot_motor = d_dot_motor;
+    state->reach = state->reach * closing;
+    state->missed_link = holds_2 ? 0.0f : missed_link;
+    state->missed_motor = holds_6 ? 0.0f : missed_motor;
+    return holds_2 ? (sample->lost_motor ? holds_8 : holds_9)
+            : (sample->lost_motor ? (holds_3 && holds_4 && holds_8) : (holds_3 && holds_4 && holds_9));
+}
+
+/* Part of a tick: the law, and the memory. */
+static inline unsigned drive_law(drive_state *state, const drive_sample *sample, const drive_between *between,
+    drive_output *output)
+{
+    DRIVE_AS_WRITTEN
+    static const float unit_link = 5.99211262e-6f; /* one count */
+    static const float unit_motor = 2.34473962e-4f; /* one count */
+    static const float k1 = 3.91304359e1f; /* K_s/J_l, 1/s^2; x_3 is k1 times the motor's angle */
+    static const float b1 = 3.04347813e-1f; /* damping of the link, 1/s */
+    static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
+    static const float b2 = 7.51879730e1f; /* damping of the motor, 1/s */
+    static const float full_turn = 6.28318548e0f; /* 2 pi */
+    static const float c_1 = 8000.0f; /* surface */
+    static const float c_2 = 1200.0f; /* surface */
+    static const float c_3 = 60.0f; /* surface */
+    static const float c_d_link = 5.96956520e1f; /* surface, on d */
+    static const float c_growth_link = 1.0f; /* surface, on d' */
+    static const float cross = -3.90378075e1f; /* b1^2 - k1 */
+    static const float per_b = 1.99934642e-4f; /* 1/b */
+    static const float kx_2 = -1.60173988e0f; /* law, on the errors */
+    static const float kx_3 = -2.40330800e-1f; /* law, on the errors */
+    static const float kx_4 = -1.18435156e-2f; /* law, on the errors */
+    static const float k_d_link = -2.36726239e-1f; /* law, on d */
+    static const float k_growth_link = -2.36735377e-5f; /* law, on d' */
+    static const float k_last = -2.00036467e-8f; /* law, on d' in the last channel */
+    static const float feed_4 = 1.00723898e0f; /* feed-forward, on the reference's change in the tick */
+    static const float feed_1 = 9.68818367e-1f; /* feed-forward, on the reference's change in the tick */
+    static const float feed_2 = 5.97250760e-1f; /* feed-forward, on the reference's change in the tick */
+    static const float feed_3 = 9.75133538e-1f; /* feed-forward, on the reference's change in the tick */
+    static const float k_offset = 1.80237554e-2f; /* law, on W where us is on sigma */
+    static const float us = -2.00241711e-2f; /* law, on sigma* */
+    static const float plausible = 15360.0f; /* a demand beyond is looked at, A */
+    static const float kw = -2.00041593e-3f; /* law, on the offset W */
+    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
+    static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
+    static const float fallback = 0.0f; /* A */
+    static const float u_max = 30.0f; /* limit, A */
+    static const float u_min = -30.0f; /* limit, A */
+    static const float decay = 1.99800124e-3f; /* 1 - e^(-alpha T) */
+    static const float edge_link = 3.53429174e0f; /* 9/16 of the base */
+    static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
+    const float part = unit_link * ((state->at_link < 0x80000000u) ? (float)state->at_link
+            : (-(float)(0u - state->at_link)));
+    const float part_2 = part + state->p_link;
+
+    /* 4. The chain. */
+    const float part_3 = -(k1 + between->g_cos);
+    const float part_4 = ((unit_motor * ((state->at_motor < 0x80000000u) ? (float)state->at_motor
+            : (-(float)(0u - state->at_motor)))) + state->p_motor) - (k1 * part_2);
+    const float part_5 = (part_4 - (b1 * state->v_link)) - between->g_sin;
+    const float sigma = (state->v_motor + (part_3 * state->v_link)) - (b1 * part_5);
+
+    /* 5. Law. */
+    const uint32_t part_6 = (uint32_t)sample->begin.turn - state->turn;
+    const float v_link = state->v_link - sample->begin.r_dot;
+    const float part_7 = part_5 - sample->begin.r_ddot;
+    const float sigma_2 = sigma - sample->begin.r_dddot;
+    float sigma_3 = sigma_2
+            + (c_1 * (part_2
+            - ((full_turn * ((part_6 < 0x80000000u) ? (float)part_6 : (-(float)(0u - part_6)))) + sample->begin.r)));
+    sigma_3 += c_2 * v_link;
+    sigma_3 += c_3 * part_7;
+    sigma_3 += c_d_link * state->d_link;
+    sigma_3 += c_growth_link * state->d_dot_link;
+    const float part_8 = cross - between->g_cos;
+    float bare = -(per_b * (((((((between->g_sin * state->v_link) * state->v_link) - (kappa_motor * part_4))
+            - (b2 * state->v_motor)) + (part_3 * part_5)) - (b1 * sigma))
+            + (state->d_motor + (part_8 * state->d_link))));
+    bare += kx_2 * v_link;
+    bare += kx_3 * part_7;
+    bare += kx_4 * sigma_2;
+    bare += k_d_link * state->d_link;
+    bare += k_growth_link * state->d_dot_link;
+    bare += k_last * (state->d_dot_motor + (part_8 * state->d_dot_link));
+    const uint32_t part_9 = (uint32_t)sample->end.turn - (uint32_t)sample->begin.turn;
+    bare += (((feed_4 * (sample->end.r_dddot - sample->begin.r_dddot))
+            + (feed_1 * ((sample->end.r - sample->begin.r)
+            + (full_turn * ((part_9 < 0x80000000u) ? (float)part_9 : (-(float)(0u - part_9)))))))
+            + (feed_2 * (sample->end.r_dot - sample->begin.r_dot)))
+            + (feed_3 * (sample->end.r_ddot - sample->begin.r_ddot));
+    const float sigma_star = sigma_3 - state->offset;
+    const float demand = (bare + (k_offset * state->offset)) + (us * sigma_3);
+    const bool holds = (demand >= (-plausible)) && (demand <= plausible);
+    const float part_10 = bare + (kw * sigma_3);
+    const bool holds_2 = (part_10 >= (-input_limit)) && (part_10 <= input_limit);
+    const float part_11 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
+            : 0.0f)) + fallback;
+    const float part_12 = holds ? demand : (holds_2 ? part_10 : part_11);
+    const bool holds_3 = part_12 > u_max;
+    const bool holds_4 = part_12 < u_min;
+    const float u = holds_3 ? u_max : (holds_4 ? u_min : demand);
+
+    /* 6. Memory. */
+    const float offset = state->offset - (decay * state->offset);
+    const bool saturated = u != demand;
+    const bool holds_5 = (part >= (-edge_link)) && (part <= edge_link);
+    if (holds) {
+        if (holds_5) {
+            output->u = u;
+            output->sigma = sigma_3;
+            output->sigma_star = sigma_star;
+            state->offset = offset;
+            state->held = u;
+            return (saturated ? (unsigned)DRIVE_SATURATED : 0u) | (between->missing ? (unsigned)DRIVE_SAMPLE_LOST : 0u);
+        }
+        const bool holds_6 = part > 0.0f;
+        const uint32_t at_link = (((holds_6 ? (state->at_link - 1048576u)
+                : (state->at_link + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+        const uint32_t part_13 = at_link - state->at_link;
+        const uint32_t at_motor = (((holds_6 ? (state->at_motor - 1048576u)
+                : (state->at_motor + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+        const uint32_t part_14 = at_motor - state->at_motor;
+        const float push_link = state->push_link
+                + ((0.5f * kappa_link) * (unit_link * ((part_13 < 0x80000000u) ? (float)part_13
+                : (-(float)(0u - part_13)))));
+        const float push_motor = state->push_motor
+                + ((0.5f * kappa_motor) * (unit_motor * ((part_14 < 0x80000000u) ? (float)part_14
+                : (-(float)(0u - part_14)))));
+        const uint32_t turn = holds_6 ? (state->turn + 1u) : (state->turn - 1u);
+        output->u = u;
+        output->sigma = sigma_3;
+        output->sigma_star = sigma_star;
+        state->at_link = at_link;
+        state->at_motor = at_motor;
+        state->turn = turn;
+        state->push_link = push_link;
+        state->push_motor = push_motor;
+        state->offset = offset;
+        state->held = u;
+        return (saturated ? (unsigned)DRIVE_SATURATED : 0u) | (between->missing ? (unsigned)DRIVE_SAMPLE_LOST : 0u);
+    }
+    if (!holds_2) {
+        if (holds_5) {
+            const float u_3 = holds_3 ? u_max : (holds_4 ? u_min : part_11);
+            output->u = u_3;
+            output->sigma = 0.0f;
+            output->sigma_star = 0.0f;
+            state->held = u_3;
+            return ((unsigned)DRIVE_INPUT_REJECTED) | (between->missing ? (unsigned)DRIVE_SAMPLE_LOST : 0u);
+        }
+
+        /* 5. Law. */
+        const bool holds_6 = part > 0.0f;
+        const uint32_t at_link = (((holds_6 ? (state->at_link - 1048576u)
+                : (state->at_link + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+        const uint32_t part_13 = at_link - state->at_link;
+        const uint32_t at_motor = (((holds_6 ? (state->at_motor - 1048576u)
+                : (state->at_motor + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+        const uint32_t part_14 = at_motor - state->at_motor;
+        const float push_link = state->push_link
+                + ((0.5f * kappa_link) * (unit_link * ((part_13 < 0x80000000u) ? (float)part_13
+                : (-(float)(0u - part_13)))));
+        const float push_motor = state->push_motor
+                + ((0.5f * kappa_motor) * (unit_motor * ((part_14 < 0x80000000u) ? (float)part_14
+                : (-(float)(0u - part_14)))));
+        const float u_3 = holds_3 ? u_max : (holds_4 ? u_min : part_11);
+        const uint32_t turn = holds_6 ? (state->turn + 1u) : (state->turn - 1u);
+        output->u = u_3;
+        output->sigma = 0.0f;
+        output->sigma_star = 0.0f;
+        state->at_link = at_link;
+        state->at_motor = at_motor;
+        state->turn = turn;
+        state->push_link = push_link;
+        state->push_motor = push_motor;
+        state->held = u_3;
+        return ((unsigned)DRIVE_INPUT_REJECTED) | (between->missing ? (unsigned)DRIVE_SAMPLE_LOST : 0u);
+    }
+
+    /* 5. Law. */
+    const float u_2 = holds_3 ? u_max : (holds_4 ? u_min : part_10);
+
+    /* 6. Memory. */
+    const float sigma_4 = sigma_3 - (decay * sigma_3);
+    const bool saturated_2 = u_2 != part_10;
+    if (holds_5) {
+        output->u = u_2;
+        output->sigma = sigma_3;
+        output->sigma_star = 0.0f;
+        state->offset = sigma_4;
+        state->held = u_2;
+        return (saturated_2 ? (unsigned)DRIVE_SATURATED : 0u) | (between->missing ? (unsigned)DRIVE_SAMPLE_LOST : 0u);
+    }
+    const bool holds_6 = part > 0.0f;
+    const uint32_t at_link = (((holds_6 ? (state->at_link - 1048576u)
+            : (state->at_link + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+    const uint32_t part_13 = at_link - state->at_link;
+    const uint32_t at_motor = (((holds_6 ? (state->at_motor - 1048576u)
+            : (state->at_motor + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+    const uint32_t part_14 = at_motor - state->at_motor;
+    const float push_link = state->push_link
+            + ((0.5f * kappa_link) * (unit_link * ((part_13 < 0x80000000u) ? (float)part_13
+            : (-(float)(0u - part_13)))));
+    const float push_motor = state->push_motor
+            + ((0.5f * kappa_motor) * (unit_motor * ((part_14 < 0x80000000u) ? (float)part_14
+            : (-(float)(0u - part_14)))));
+    const uint32_t turn = holds_6 ? (state->turn + 1u) : (state->turn - 1u);
+    output->u = u_2;
+    output->sigma = sigma_3;
+    output->sigma_star = 0.0f;
+    state->at_link = at_link;
+    state->at_motor = at_motor;
+    state->turn = turn;
+    state->push_link = push_link;
+    state->push_motor = push_motor;
+    state->offset = sigma_4;
+    state->held = u_2;
+    return (saturated_2 ? (unsigned)DRIVE_SATURATED : 0u) | (between->missing ? (unsigned)DRIVE_SAMPLE_LOST : 0u);
+}
+
+/* Part of a tick, where nothing is known any more: the fallback goes out, and the observers start again
+ * where the counts are. */
+static inline unsigned drive_give_up(drive_state *state, const drive_sample *sample, drive_output *output)
+{
+    DRIVE_AS_WRITTEN
+    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
+    static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
+    static const float fallback = 0.0f; /* A */
+    static const float u_max = 30.0f; /* limit, A */
+    static const float u_min = -30.0f; /* limit, A */
+    static const float half_span_motor = 1.22931885e2f; /* half a counter */
+    static const float unit_link = 5.99211262e-6f; /* one count */
+    static const float unit_motor = 2.34473962e-4f; /* one count */
+    static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
+    static const float half_spring = 1.89137438e5f; /* k1 k2/2 */
+    static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
+    static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
+    const uint32_t count_link = sample->count_link;
+    const uint32_t count_motor = sample->count_motor;
+    const float part = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
+            : 0.0f)) + fallback;
+    if (sample->lost_link) {
+        const uint32_t at_motor = (((state->at_motor
+                + ((((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u)) & 0x7fffffu) ^ 0x400000u)
+                - 0x400000u;
+        const float reach = -(half_span_motor + half_span_motor);
+        const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
+        output->u = u;
+        output->sigma = 0.0f;
+        output->sigma_star = 0.0f;
+        if (!sample->lost_motor) {
+            state->last_motor = count_motor;
+            state->at_motor = at_motor;
+        }
+        state->reach = reach;
+        state->held = u;
+        return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST);
+    }
+    const uint32_t at_link = (((state->at_link
+            + ((((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u)) & 0x7fffffu) ^ 0x400000u)
+            - 0x400000u;
+    if (sample->lost_motor) {
+        const float reach = -(half_span_motor + half_span_motor);
+        const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
+        output->u = u;
+        output->sigma = 0.0f;
+        output->sigma_star = 0.0f;
+        state->last_link = count_link;
+        state->at_link = at_link;
+        state->reach = reach;
+        state->held = u;
+        return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST);
+    }
+    const uint32_t at_motor = (((state->at_motor
+            + ((((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u)) & 0x7fffffu) ^ 0x400000u)
+            - 0x400000u;
+    const float part_2 = unit_link * ((at_link < 0x80000000u) ? (float)at_link : (-(float)(0u - at_link)));
+    const float part_3 = unit_motor * ((at_motor < 0x80000000u) ? (float)at_motor : (-(float)(0u - at_motor)));
+    const float part_4 = (3.14159274e0f - ((part_2 < 0.0f) ? (-part_2) : (part_2 + 0.0f))) + (-8.74227766e-8f);
+    const float part_5 = ((part_2 < (-1.57079637e0f)) || (part_2 > 1.57079637e0f))
+            ? ((part_2 < 0.0f) ? (-part_4) : part_4) : part_2;
+    const float part_6 = part_5 * part_5;
+    const float part_7 = gravity * part_5;
+    const float push_link = 0.5f * (part_3
+            + ((gravity * part_2)
+            - (part_7
+            + (part_7 * (part_6 * ((((((2.59986177e-6f * part_6) + (-1.98065289e-4f)) * part_6)
+            + 8.33301619e-3f) * part_6) + (-1.66666567e-1f)))))));
+    const float push_motor = half_spring * part_2;
+    const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
+    output->u = u;
+    output->sigma = 0.0f;
+    output->sigma_star = 0.0f;
+    state->fresh = true;
+    state->last_link = count_link;
+    state->last_motor = count_motor;
+    state->at_link = at_link;
+    state->at_motor = at_motor;
+    state->pull_link = ((push_link + push_link) + 0.0f) - (kappa_link * (part_2 + 0.0f));
+    state->pull_motor = ((push_motor + push_motor) + 0.0f) - (kappa_motor * (part_3 + 0.0f));
+    state->push_link = push_link;
+    state->push_motor = push_motor;
+    state->p_link = 0.0f;
+    state->v_link = 0.0f;
+    state->d_link = 0.0f;
+    state->d_dot_link = 0.0f;
+    state->p_motor = 0.0f;
+    state->v_motor = 0.0f;
+    state->d_motor = 0.0f;
+    state->d_dot_motor = 0.0f;
+    state->smoothed_link = 0.0f;
+    state->level_link = 0.0f;
+    state->smoothed_motor = 0.0f;
+    state->level_motor = 0.0f;
+    state->reach = half_span_motor;
+    state->missed_link = 0.0f;
+    state->missed_motor = 0.0f;
+    state->offset = 0.0f;
+    state->held = u;
+    return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST);
+}
+
+/* Part of a tick, where nobody says what to do: the fallback goes out. */
+static inline unsigned drive_refuse(drive_state *state, drive_output *output)
+{
+    DRIVE_AS_WRITTEN
+    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
+    static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
+    static const float fallback = 0.0f; /* A */
+    static const float u_max = 30.0f; /* limit, A */
+    static const float u_min = -30.0f; /* limit, A */
+    const float part = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
+            : 0.0f)) + fallback;
+    const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
+    output->u = u;
+    output->sigma = 0.0f;
+    output->sigma_star = 0.0f;
+    state->held = u;
+    return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST);
+}
+
+/* The state before the first tick, from the sample that the first tick gets too: every count must be
+ * there. Its angle is then within half a counter of 0. False, and the state as it was, if the sample is not good
+ * enough: try the next one. */
+static inline bool drive_start(drive_state *state, const drive_sample *sample)
+{
+    DRIVE_AS_WRITTEN
+    static const float k1 = 3.91304359e1f; /* K_s/J_l, 1/s^2; x_3 is k1 times the motor's angle */
+    static const float unit_link = 5.99211262e-6f; /* one count */
+    static const float unit_motor = 2.34473962e-4f; /* one count */
+    static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
+    static const float half_spring = 1.89137438e5f; /* k1 k2/2 */
+    static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
+    static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
+    static const float u_min = -30.0f; /* limit, A */
+    static const float b = 5.00163428e3f;
+    static const float b1 = 3.04347813e-1f; /* damping of the link, 1/s */
+    static const float full_turn = 6.28318548e0f; /* 2 pi */
+    static const float c_1 = 8000.0f; /* surface */
+    static const float c_2 = 1200.0f; /* surface */
+    static const float c_3 = 60.0f; /* surface */
+    static const float c_d_link = 5.96956520e1f; /* surface, on d */
+    static const float c_growth_link = 1.0f; /* surface, on d' */
+    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
+    static const float half_span_motor = 1.22931885e2f; /* half a counter */
+    const uint32_t count_link = sample->count_link;
+    const uint32_t count_motor = sample->count_motor;
+    const uint32_t at_link = ((count_link & 0xfffffu) ^ 0x80000u) - 0x80000u;
+    const float d_link = 0.0f * 1.0f;
+    if (sample->lost_link || sample->lost_motor) {
+        return false;
+    }
+    const uint32_t at_motor = ((count_motor & 0xfffffu) ^ 0x80000u) - 0x80000u;
+    const float d_motor = 0.0f * k1;
+    const float part = unit_link * ((at_link < 0x80000000u) ? (float)at_link : (-(float)(0u - at_link)));
+    const float part_2 = unit_motor * ((at_motor < 0x80000000u) ? (float)at_motor : (-(float)(0u - at_motor)));
+    const float part_3 = (3.14159274e0f - ((part < 0.0f) ? (-part) : (part + 0.0f))) + (-8.74227766e-8f);
+    const float part_4 = ((part < (-1.57079637e0f)) || (part > 1.57079637e0f)) ? ((part < 0.0f) ? (-part_3) : part_3)
+            : part;
+    const float part_5 = part_4 * part_4;
+    const float part_6 = gravity * part_4;
+    const float push_link = 0.5f * (part_2
+            + ((gravity * part)
+            - (part_6
+            + (part_6 * (part_5 * ((((((2.59986177e-6f * part_5) + (-1.98065289e-4f)) * part_5)
+            + 8.33301619e-3f) * part_5) + (-1.66666567e-1f)))))));
+    const float push_motor = half_spring * part;
+    const float part_7 = part + 0.0f;
+    const float part_8 = part_2 + 0.0f;
+    const float part_9 = part_8 - (k1 * part_7);
+    const float part_10 = kappa_motor * part_9;
+    if (!((part_10 >= (-((2.0f * b) * (-u_min)))) && (part_10 <= ((2.0f * b) * (-u_min))))) {
+        return false;
+    }
+    const bool holds = (part_7 < (-1.57079637e0f)) || (part_7 > 1.57079637e0f);
+    const float part_11 = holds ? (-gravity) : gravity;
+    const float part_12 = (3.14159274e0f - ((part_7 < 0.0f) ? (-part_7) : (part_7 + 0.0f))) + (-8.74227766e-8f);
+    const float part_13 = holds ? ((part_7 < 0.0f) ? (-part_12) : part_12) : part_7;
+    const float part_14 = part_13 * part_13;
+    const float part_15 = gravity * part_13;
+
+    /* 4. The chain. */
+    const float part_16 = (part_9 - (b1 * 0.0f))
+            - (part_15
+            + (part_15 * (part_14 * ((((((2.59986177e-6f * part_14) + (-1.98065289e-4f)) * part_14)
+            + 8.33301619e-3f) * part_14) + (-1.66666567e-1f)))));
+    float sigma = (0.0f
+            + ((-(k1
+            + (part_11
+            + (part_11 * (part_14 * ((((((2.31924023e-5f * part_14) + (-1.38558447e-3f)) * part_14)
+            + 4.16639782e-2f) * part_14) + (-4.99999315e-1f))))))) * 0.0f)) - (b1 * part_16);
+
+    /* 5. Law. */
+    const uint32_t part_17 = (uint32_t)sample->begin.turn - 0u;
+    sigma -= sample->begin.r_dddot;
+    sigma += c_1 * (part_7
+            - ((full_turn * ((part_17 < 0x80000000u) ? (float)part_17 : (-(float)(0u - part_17)))) + sample->begin.r));
+    sigma += c_2 * (0.0f - sample->begin.r_dot);
+    sigma += c_3 * (part_16 - sample->begin.r_ddot);
+    sigma += c_d_link * d_link;
+    sigma += c_growth_link * 0.0f;
+    const bool answer = ((sigma >= (-input_limit)) && (sigma <= input_limit))
+            && ((d_link >= (-input_limit)) && (d_link <= input_limit))
+            && ((d_motor >= (-input_limit)) && (d_motor <= input_limit));
+    if (answer) {
+        state->fresh = true;
+        state->last_link = count_link;
+        state->last_motor = count_motor;
+        state->at_link = at_link;
+        state->at_motor = at_motor;
+        state->turn = 0u;
+        state->pull_link = ((push_link + push_link) + d_link) - (kappa_link * part_7);
+        state->pull_motor = ((push_motor + push_motor) + d_motor) - (kappa_motor * part_8);
+        state->push_link = push_link;
+        state->push_motor = push_motor;
+        state->p_link = 0.0f;
+        state->v_link = 0.0f;
+        state->d_link = d_link;
+        state->d_dot_link = 0.0f;
+        state->p_motor = 0.0f;
+        state->v_motor = 0.0f;
+        state->d_motor = d_motor;
+        state->d_dot_motor = 0.0f;
+        state->smoothed_link = 0.0f;
+        state->level_link = 0.0f;
+        state->smoothed_motor = 0.0f;
+        state->level_motor = 0.0f;
+        state->reach = half_span_motor;
+        state->missed_link = 0.0f;
+        state->missed_motor = 0.0f;
+        state->offset = sigma;
+        state->held = 0.0f;
+        state->started = true;
+    }
+    return answer;
+}
+
+/* What goes out as long as there has been no good sample. */
+static inline unsigned drive_not_started(drive_output *output)
+{
+    DRIVE_AS_WRITTEN
+    static const float fallback = 0.0f; /* A */
+    output->u = fallback;
+    output->sigma = 0.0f;
+    output->sigma_star = 0.0f;
+    return (unsigned)DRIVE_INPUT_REJECTED;
+}
+
+/* One tick: counts and targets in, current out. Call it once per period, with the counts read at its beginning. Returns
+ * the health; output->u is good whatever the sample was. */
+static inline unsigned drive_tick(drive_state *state, const drive_sample *sample, drive_output *output)
+{
+    drive_between between;
+    if (state->fresh) {
+        drive_begin(state, sample, &between);
+    } else if (!drive_observe(state, sample, &between)) {
+        return drive_give_up(state, sample, output);
+    }
+    return drive_law(state, sample, &between, output);
+}
+
+/* The tick of a drive that need not have started: the first good sample starts it; until then the fallback goes out.
+ * Needs a state of zeros the first time. */
+static inline unsigned drive_tick_or_start(drive_state *state, const drive_sample *sample, drive_output *output)
+{
+    if (state->started || drive_start(state, sample)) {
+        return drive_tick(state, sample, output);
+    }
+    return drive_not_started(output);
+}
+
+/* The tick of a period in which there are neither counts nor targets: the observers predict, the fallback goes out. */
+static inline unsigned drive_lost(drive_state *state, drive_output *output)
+{
+    if (!state->started) {
+        return drive_not_started(output);
+    }
+    if (!state->fresh) {
+        drive_sample nothing;
+        drive_between between;
+        nothing.count_link = 0u;
+        nothing.lost_link = true;
+        nothing.count_motor = 0u;
+        nothing.lost_motor = true;
+        if (!drive_observe(state, &nothing, &between)) {
+            return drive_give_up(state, &nothing, output);
+        }
+    }
+    return drive_refuse(state, output);
+}
+
+/* Tells what current the actuator really holds since the last tick, where that is not the u of the tick:
+ * the only anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not
+ * taken, nor any before the start, and the answer is false. */
+static inline bool drive_report_applied(drive_state *state, float u)
+{
+    DRIVE_AS_WRITTEN
+    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
+    const bool answer = state->started && ((u >= (-input_limit)) && (u <= input_limit));
+    if (answer) {
+        state->held = u;
+    }
+    return answer;
+}
+
+/* Estimates at the instant of the last tick. False, and zeros, before the start. */
+static inline bool drive_estimates(const drive_state *state, drive_estimates_of *estimates)
+{
+    DRIVE_AS_WRITTEN
+    static const float k1 = 3.91304359e1f; /* K_s/J_l, 1/s^2; x_3 is k1 times the motor's angle */
+    static const float unit_link = 5.99211262e-6f; /* one count */
+    static const float unit_motor = 2.34473962e-4f; /* one count */
+    static const float inertia_link = 2.30000004e-1f; /* kg m^2 */
+    static const float inertia_motor = 9.30999988e-4f; /* kg m^2 */
+    if (!state->started) {
+        estimates->turn = 0;
+        estimates->position_link = 0.0f;
+        estimates->speed_link = 0.0f;
+        estimates->disturbance_link = 0.0f;
+        estimates->load_link = 0.0f;
+        estimates->position_motor = 0.0f;
+        estimates->speed_motor = 0.0f;
+        estimates->disturbance_motor = 0.0f;
+        estimates->load_motor = 0.0f;
+        return false;
+    }
+    const float disturbance_link = state->d_link / 1.0f;
+    const float disturbance_motor = state->d_motor / k1;
+    estimates->turn = (state->turn < 0x80000000u) ? (int32_t)state->turn : (-(int32_t)(0xffffffffu - state->turn) - 1);
+    estimates->position_link = ((unit_link * ((state->at_link < 0x80000000u) ? (float)state->at_link
+            : (-(float)(0u - state->at_link)))) + state->p_link) / 1.0f;
+    estimates->speed_link = state->v_link / 1.0f;
+    estimates->disturbance_link = disturbance_link;
+    estimates->load_link = (-inertia_link) * disturbance_link;
+    estimates->position_motor = ((unit_motor * ((state->at_motor < 0x80000000u) ? (float)state->at_motor
+            : (-(float)(0u - state->at_motor)))) + state->p_motor) / k1;
+    estimates->speed_motor = state->v_motor / k1;
+    estimates->disturbance_motor = disturbance_motor;
+    estimates->load_motor = (-inertia_motor) * disturbance_motor;
+    return true;
+}
+
+/* Forgets all but the design: the next good sample starts again. For the end of a fault. */
+static inline void drive_reset(drive_state *state)
+{
+    DRIVE_AS_WRITTEN
+    if (state->started) {
+        state->fresh = false;
+        state->last_link = 0u;
+        state->last_motor = 0u;
+        state->at_link = 0u;
+        state->at_motor = 0u;
+        state->turn = 0u;
+        state->pull_link = 0.0f;
+        state->pull_motor = 0.0f;
+        state->push_link = 0.0f;
+        state->push_motor = 0.0f;
+        state->p_link = 0.0f;
+        state->v_link = 0.0f;
+        state->d_link = 0.0f;
+        state->d_dot_link = 0.0f;
+        state->p_motor = 0.0f;
+        state->v_motor = 0.0f;
+        state->d_motor = 0.0f;
+        state->d_dot_motor = 0.0f;
+        state->smoothed_link = 0.0f;
+        state->level_link = 0.0f;
+        state->smoothed_motor = 0.0f;
+        state->level_motor = 0.0f;
+        state->reach = 0.0f;
+        state->missed_link = 0.0f;
+        state->missed_motor = 0.0f;
+        state->offset = 0.0f;
+        state->held = 0.0f;
+    }
+    state->started = false;
+}
+
+/* MONITORS. A count that sticks while the shaft stands still looks like a load that u cancels: the loop runs away, and
+ * no observer sees it. Where that does harm call drive_watched_tick and drive_watched_lost instead of drive_tick_or_start and
+ * drive_lost. An alarm (any of SIGMA_STAR_OVER_BOUND, DISTURBANCE_OVER_BOUND, STUCK_AT_LIMIT, INPUT_REJECTED)
+ * stops the drive, as the scenario has it. A drive that has stopped stays so until drive_watched_reset. */
+typedef struct {
+    bool stopped;
+    float stuck; /* ticks at a limit without |sigma| falling, ten within the limits for each that is forgotten */
+    float last; /* |sigma| at the last of them */
+} drive_monitor; /* zeros are right at the start */
+
+static inline float drive_magnitude(float number)
+{
+    return number < 0.0f ? -number : number;
+}
+
+/* What the monitors say of a tick that was made; what follows is done. */
+static inline unsigned drive_watch(drive_monitor *monitor, const drive_state *state, unsigned health, drive_output *output)
+{
+    const float sigma = drive_magnitude(output->sigma);
+    if (!state->started) {
+        return health;
+    }
+    health |= drive_magnitude(state->d_link) <= 10.483162f ? 0u : (unsigned)DRIVE_DISTURBANCE_OVER_BOUND;
+    health |= drive_magnitude(state->d_motor) <= 103158.71f ? 0u : (unsigned)DRIVE_DISTURBANCE_OVER_BOUND;
+    if ((health & DRIVE_SATURATED) != 0u) {
+        if (!(monitor->stuck > 0.0f) || sigma >= monitor->last) {
+            monitor->stuck += 1.0f;
+        }
+        monitor->last = sigma;
+    } else {
+        const float less = monitor->stuck - 0.1f;
+        monitor->stuck = less > 0.0f ? less : 0.0f;
+        health |= drive_magnitude(output->sigma_star) <= 2224.5945f ? 0u : (unsigned)DRIVE_SIGMA_STAR_OVER_BOUND;
+    }
+    health |= monitor->stuck > 1000.0f ? (unsigned)DRIVE_STUCK_AT_LIMIT : 0u;
+    if ((health & 53u) != 0u) {
+        drive_output safe;
+        (void)drive_not_started(&safe);
+        output->u = safe.u;
+        monitor->stopped = true;
+        health |= DRIVE_STOPPED;
+    }
+    return health;
+}
+
+/* drive_tick_or_start within the monitors. */
+static inline unsigned drive_watched_tick(drive_monitor *monitor, drive_state *state, const drive_sample *sample, drive_output *output)
+{
+    if (monitor->stopped) {
+        return drive_not_started(output) | DRIVE_STOPPED;
+    }
+    return drive_watch(monitor, state, drive_tick_or_start(state, sample, output), output);
+}
+
+/* drive_lost within the monitors. */
+static inline unsigned drive_watched_lost(drive_monitor *monitor, drive_state *state, drive_output *output)
+{
+    if (monitor->stopped) {
+        return drive_not_started(output) | DRIVE_STOPPED;
+    }
+    return drive_watch(monitor, state, drive_lost(state, output), output);
+}
+
+/* After a stop: all is forgotten, and the next good sample starts the drive. */
+static inline void drive_watched_reset(drive_monitor *monitor, drive_state *state)
+{
+    monitor->stopped = false;
+    monitor->stuck = 0.0f;
+    monitor->last = 0.0f;
+    drive_reset(state);
+}
+
+/* What a plan takes over where it begins. */
+typedef drive_target drive_jet;
+
+/* Where a plan leads: to rest at 2 pi turn + angle, or along a sine about angle 0 whose phase is 0 at tick 0. */
+typedef struct {
+    int32_t turn;
+    float angle; /* rad */
+    float amplitude; /* rad */
+    float omega; /* rad/s */
+    uint32_t phase_per_tick; /* 2^-32 turns; 0: rest */
+} drive_goal;
+
+/* A plan: where the shaft should be at every tick. Ticks count from anywhere and may wrap. Zeros: rest at angle 0. */
+typedef struct {
+    drive_goal goal;
+    uint32_t end; /* the tick from which on it is there */
+    uint32_t ticks; /* of the way */
+    float per_tick;
+    float per_s;
+    float power[2][8]; /* of the part that is done, and of the part that is left */
+} drive_plan;
+
+/* Part of a plan: the jet of A sin at a phase in 2^-32 turns. */
+static inline void drive_jet_of_sine(uint32_t phase, float amplitude, float omega, drive_jet *jet)
+{
+    DRIVE_AS_WRITTEN
+    const float part = ((phase < 0x80000000u) ? (float)phase : (-(float)(0u - phase))) * 1.46291812e-9f;
+    const bool holds = (part < (-1.57079637e0f)) || (part > 1.57079637e0f);
+    const float part_2 = (3.14159274e0f - ((part < 0.0f) ? (-part) : (part + 0.0f))) + (-8.74227766e-8f);
+    const float part_3 = holds ? ((part < 0.0f) ? (-part_2) : part_2) : part;
+    const float part_4 = holds ? (-1.0f) : 1.0f;
+    const float part_5 = part_3 * part_3;
+    const float part_6 = 1.0f * part_3;
+    const float part_7 = part_6
+            + (part_6 * (part_5 * ((((((2.59986177e-6f * part_5) + (-1.98065289e-4f)) * part_5)
+            + 8.33301619e-3f) * part_5) + (-1.66666567e-1f))));
+    const float part_8 = part_4
+            + (part_4 * (part_5 * ((((((2.31924023e-5f * part_5) + (-1.38558447e-3f)) * part_5)
+            + 4.16639782e-2f) * part_5) + (-4.99999315e-1f))));
+    const float part_9 = amplitude * omega;
+    const float part_10 = part_9 * omega;
+    jet->r = amplitude * part_7;
+    jet->r_dot = part_9 * part_8;
+    jet->r_ddot = part_10 * (-part_7);
+    jet->r_dddot = (part_10 * omega) * (-part_8);
+}
+
+/* Part of a plan: what the way onto the goal adds to its jet. */
+static inline void drive_join(const float power[8], uint32_t ticks, float per_tick, float rate, drive_jet *jet)
+{
+    DRIVE_AS_WRITTEN
+    const float part = ((ticks < 0x80000000u) ? (float)ticks : (-(float)(0u - ticks))) * per_tick;
+    const float part_2 = power[7] * part;
+    const float part_3 = part_2 + power[6];
+    const float part_4 = part_2 + part_3;
+    const float part_5 = (part_3 * part) + power[5];
+    const float part_6 = part_2 + part_4;
+    const float part_7 = (part_4 * part) + part_5;
+    const float part_8 = (part_5 * part) + power[4];
+    const float part_9 = (part_6 * part) + part_7;
+    const float part_10 = (part_7 * part) + part_8;
+    const float part_11 = (part_8 * part) + power[3];
+    const float part_12 = (part_9 * part) + part_10;
+    const float part_13 = (part_10 * part) + part_11;
+    const float part_14 = (part_11 * part) + power[2];
+    const float part_15 = (part_12 * part) + part_13;
+    const float part_16 = (part_13 * part) + part_14;
+    const float part_17 = (part_14 * part) + power[1];
+    const float part_18 = (1.0f * rate) * 1.0f;
+    const float part_19 = (part_18 * rate) * 2.0f;
+    jet->r = jet->r + (1.0f * ((part_17 * part) + power[0]));
+    jet->r_dot = jet->r_dot + (part_18 * ((part_16 * part) + part_17));
+    jet->r_ddot = jet->r_ddot + (part_19 * ((part_15 * part) + part_16));
+    jet->r_dddot = jet->r_dddot
+            + (((part_19 * rate) * 3.0f) * (((((((part_2 + part_6) * part) + part_9) * part) + part_12) * part)
+            + part_15));
+}
+
+/* Part of a plan: the coefficients of a way that closes a gap in so many seconds. */
+static inline void drive_powers_of_join(const double gap[4], double tau_s, double s[8],
+    double left[8])
+{
+    DRIVE_AS_WRITTEN
+    const double part = gap[0] * 1.0;
+    const double part_2 = 1.0 * (tau_s / 1.0);
+    const double part_3 = gap[1] * part_2;
+    const double part_4 = part_2 * (tau_s / 2.0);
+    const double part_5 = gap[2] * part_4;
+    const double part_6 = part * 1.0;
+    const double part_7 = (part * 4.0) + (part_3 * 1.0);
+    const double part_8 = ((part * 10.0) + (part_3 * 4.0)) + (part_5 * 1.0);
+    const double part_9 = (((part * 20.0) + (part_3 * 10.0)) + (part_5 * 4.0))
+            + ((gap[3] * (part_4 * (tau_s / 3.0))) * 1.0);
+    const double s_0 = part_6 * 1.0;
+    const double part_10 = part_6 * (-4.0);
+    const double part_11 = part_7 * 1.0;
+    const double part_12 = part_7 * (-4.0);
+    const double part_13 = part_8 * 1.0;
+    const double part_14 = part_8 * (-4.0);
+    const double s_7 = part_9 * 1.0;
+    const double part_15 = part_9 * (-4.0);
+    s[0] = s_0;
+    s[1] = part_10 + part_11;
+    s[2] = ((part_6 * 6.0) + part_12) + part_13;
+    s[3] = ((part_10 + (part_7 * 6.0)) + part_14) + s_7;
+    s[4] = ((s_0 + part_12) + (part_8 * 6.0)) + part_15;
+    s[5] = (part_11 + part_14) + (part_9 * 6.0);
+    s[6] = part_13 + part_15;
+    s[7] = s_7;
+    left[0] = 0.0;
+    left[1] = 0.0;
+    left[2] = 0.0;
+    left[3] = 0.0;
+    left[4] = ((s_0 + part_11) + part_13) + s_7;
+    left[5] = ((part_7 * (-1.0)) + (part_8 * (-2.0))) + (part_9 * (-3.0));
+    left[6] = part_13 + (part_9 * 3.0);
+    left[7] = part_9 * (-1.0);
+}
+
+/* Part of a plan: a number that the drive would take. */
+static inline bool drive_is_number(double number)
+{
+    return number >= -1e12 && number <= 1e12;
+}
+
+/* Part of a plan. */
+static inline void drive_jet_of_goal(const drive_goal *goal, uint32_t tick, drive_jet *jet)
+{
+    if (goal->phase_per_tick != 0u) {
+        jet->turn = 0;
+        drive_jet_of_sine(goal->phase_per_tick * tick, goal->amplitude, goal->omega, jet);
+    } else {
+        jet->turn = goal->turn;
+        jet->r = goal->angle;
+        jet->r_dot = 0.0f;
+        jet->r_ddot = 0.0f;
+        jet->r_dddot = 0.0f;
+    }
+}
+
+/* Where a plan is at a tick, with all that another plan takes over from it. */
+static inline void drive_plan_jet(const drive_plan *plan, uint32_t tick, drive_jet *jet)
+{
+    const uint32_t left = plan->end - tick;
+    drive_jet_of_goal(&plan->goal, tick, jet);
+    if (left != 0u && left <= plan->ticks) {
+        const uint32_t done = plan->ticks - left;
+        if (done < left) {
+            drive_join(plan->power[0], done, plan->per_tick, plan->per_s, jet);
+        } else {
+            drive_join(plan->power[1], left, plan->per_tick, -plan->per_s, jet);
+        }
+    }
+}
+
+/* The target at a tick. In the interrupt, once per tick: for its end. */
+static inline void drive_plan_at(const drive_plan *plan, uint32_t tick, drive_target *target)
+{
+    drive_jet jet;
+    drive_plan_jet(plan, tick, &jet);
+    target->turn = jet.turn;
+    target->r = jet.r;
+    target->r_dot = jet.r_dot;
+    target->r_ddot = jet.r_ddot;
+    target->r_dddot = jet.r_dddot;
+}
+
+/* Part of a plan: onto a goal. In double, hence not for the interrupt. */
+static inline bool drive_plan_onto(drive_plan *plan, const drive_goal *goal, const drive_jet *present, uint32_t start,
+    uint32_t ticks)
+{
+    DRIVE_AS_WRITTEN
+    const double tau_s = (double)ticks * 0.0002;
+    uint32_t turns;
+    double gap[4];
+    double power[2][8];
+    bool good = ticks >= 1u && ticks <= 16777216u;
+    drive_jet at;
+    drive_jet_of_goal(goal, start, &at);
+    turns = (uint32_t)present->turn - (uint32_t)at.turn;
+    gap[0] = (double)present->r - (double)at.r;
+    gap[1] = (double)present->r_dot - (double)at.r_dot;
+    gap[2] = (double)present->r_ddot - (double)at.r_ddot;
+    gap[3] = (double)present->r_dddot - (double)at.r_dddot;
+    gap[0] += 6.283185307179586 * ((turns < 0x80000000u) ? (double)turns : -(double)(0u - turns));
+    for (unsigned k = 0; k < 4u; k++) {
+        good = good && drive_is_number(gap[k]);
+    }
+    drive_powers_of_join(gap, tau_s, power[0], power[1]);
+    for (unsigned k = 0; k < 8u; k++) {
+        good = good && drive_is_number(power[0][k]) && drive_is_number(power[1][k]);
+    }
+    if (!good) {
+        return false;
+    }
+    plan->goal = *goal;
+    plan->end = start + ticks;
+    plan->ticks = ticks;
+    plan->per_tick = (float)(1.0 / (double)ticks);
+    plan->per_s = (float)(1.0 / tau_s);
+    for (unsigned k = 0; k < 8u; k++) {
+        plan->power[0][k] = (float)power[0][k];
+        plan->power[1][k] = (float)power[1][k];
+    }
+    return true;
+}
+
+/* The plan to be at rest at 2 pi turn + angle, always: for a start. The answer of this and of the next three is false,
+ * and the plan as it was, if a number is none or beyond 1e12, or the ticks are not 1 to 2^24. They compute in double,
+ * on most cores in software: make a plan outside of the interrupt, not the one that is being played, and hand it over
+ * between two ticks. */
+static inline bool drive_plan_rest(drive_plan *plan, int32_t turn, float angle)
+{
+    drive_goal goal = { 0, 0.0f, 0.0f, 0.0f, 0u };
+    if (!drive_is_number((double)angle)) {
+        return false;
+    }
+    goal.turn = turn;
+    goal.angle = angle;
+    plan->goal = goal;
+    plan->ticks = 0u;
+    return true;
+}
+
+/* Plans a move to rest at 2 pi turn + angle, that begins at a tick with what is present then and takes so many ticks.
+ * On the way, the present is that of the old plan at this tick (drive_plan_jet), never a measurement. Whether the current
+ * suffices is not asked. */
+static inline bool drive_plan_move(drive_plan *plan, const drive_jet *present, uint32_t start, uint32_t ticks, int32_t turn,
+    float angle)
+{
+    drive_goal goal = { 0, 0.0f, 0.0f, 0.0f, 0u };
+    goal.turn = turn;
+    goal.angle = angle;
+    return drive_is_number((double)angle) && drive_plan_onto(plan, &goal, present, start, ticks);
+}
+
+/* Plans to come to rest in so many ticks, and never back: at half of the way that would have been gone. */
+static inline bool drive_plan_stop(drive_plan *plan, const drive_jet *present, uint32_t start, uint32_t ticks)
+{
+    DRIVE_AS_WRITTEN
+    const double tau_s = (double)ticks * 0.0002;
+    const double angle = (double)present->r + 0.5 * tau_s * (double)present->r_dot;
+    return drive_is_number(angle) && drive_plan_move(plan, present, start, ticks, present->turn, (float)angle);
+}
+
+/* Plans a way onto A sin(omega t) about angle 0, the phase of which is 0 at tick 0. Omega is rounded to a whole number
+ * of 2^-32 turns per tick, and must be at least that and less than half a turn per tick. */
+static inline bool drive_plan_sine(drive_plan *plan, const drive_jet *present, uint32_t start, uint32_t ticks,
+    double amplitude_rad, double omega_rad_s)
+{
+    DRIVE_AS_WRITTEN
+    const double phase = omega_rad_s * 0.0002 / 6.283185307179586 * 4294967296.0 + 0.5;
+    drive_goal goal = { 0, 0.0f, 0.0f, 0.0f, 0u };
+    if (!(phase >= 1.0 && phase < 2147483648.0) || !drive_is_number(amplitude_rad)) {
+        return false;
+    }
+    goal.amplitude = (float)amplitude_rad;
+    goal.phase_per_tick = (uint32_t)phase;
+    goal.omega = (float)((double)goal.phase_per_tick / 4294967296.0 * 6.283185307179586 / 0.0002);
+    return drive_plan_onto(plan, &goal, present, start, ticks);
+}
+
+#undef DRIVE_AS_WRITTEN
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#endif
+#endif

@@ -1,0 +1,273 @@
+/* The same of a drive and of its plans. C99 and C++. */
+#include <math.h>
+#include <string.h>
+
+#include "checks.h"
+#include "edo_smc.h"
+
+typedef edo_smc_config_motor_t config_t;
+typedef edo_smc_design_motor_fast_t design_t;
+typedef edo_smc_state_motor_fast_t state_t;
+
+static config_t config;
+static design_t design, other_design;
+static state_t state;
+static edo_smc_sample_motor_t sample;
+static edo_smc_output_t output;
+static edo_smc_estimates_motor_t known;
+static edo_smc_refusal_t refusal;
+
+/* A refusal that leaves all as it was that could have been written. */
+#define REFUSED(status, call)                                                                                          \
+    do {                                                                                                               \
+        const state_t state_was = state;                                                                               \
+        const design_t design_was = design;                                                                            \
+        memset(&output, 0x5a, sizeof output);                                                                          \
+        memset(&known, 0x5a, sizeof known);                                                                            \
+        const edo_smc_output_t output_was = output;                                                                    \
+        const edo_smc_estimates_motor_t known_was = known;                                                             \
+        expect_at(__LINE__, status, call);                                                                             \
+        expect_at(__LINE__, 0, memcmp(&state, &state_was, sizeof state));                                              \
+        expect_at(__LINE__, 0, memcmp(&design, &design_was, sizeof design));                                           \
+        expect_at(__LINE__, 0, memcmp(&output, &output_was, sizeof output));                                           \
+        expect_at(__LINE__, 0, memcmp(&known, &known_was, sizeof known));                                              \
+    } while (0)
+
+static edo_smc_status_t redesign(void) {
+    return edo_smc_design_motor_fast(&config, sizeof config, &design, sizeof design, &refusal);
+}
+
+static edo_smc_status_t init(void) {
+    return edo_smc_init_motor_fast(&design, sizeof design, &state, sizeof state);
+}
+
+static edo_smc_status_t tick(void) {
+    return edo_smc_tick_motor_fast(&design, &state, &sample, &output);
+}
+
+/* A configuration with one number wrong, which the refusal names, then right again. */
+#define BAD_NUMBER(name, number)                                                                                       \
+    do {                                                                                                               \
+        const config_t right = config;                                                                                 \
+        config.name = number;                                                                                          \
+        REFUSED(EDO_SMC_OUT_OF_RANGE, redesign());                                                                     \
+        expect_at(__LINE__, 0, strcmp(refusal.field, #name));                                                          \
+        expect_at(__LINE__, 1, !(refusal.given >= refusal.low && refusal.given <= refusal.high));                      \
+        config = right;                                                                                                \
+    } while (0)
+
+static void designs(void) {
+    char *const odd = (char *)&refusal + 4;
+    EXPECT(EDO_SMC_NULL, edo_smc_by_rule_motor_fast(NULL, sizeof config));
+    EXPECT(EDO_SMC_SIZE, edo_smc_by_rule_motor_fast(&config, sizeof config - 8));
+    EXPECT(EDO_SMC_NULL, edo_smc_tune_motor_fast(NULL, sizeof config, 10.0));
+    EXPECT(EDO_SMC_SIZE, edo_smc_tune_motor_fast(&config, sizeof config + 8, 10.0));
+    REFUSED(EDO_SMC_NULL, edo_smc_design_motor_fast(NULL, sizeof config, &design, sizeof design, NULL));
+    REFUSED(EDO_SMC_NULL, edo_smc_design_motor_fast(&config, sizeof config, NULL, sizeof design, NULL));
+    REFUSED(EDO_SMC_SIZE, edo_smc_design_motor_fast(&config, sizeof config - 8, &design, sizeof design, NULL));
+    REFUSED(EDO_SMC_SIZE, edo_smc_design_motor_fast(&config, sizeof config, &design, sizeof design + 4, NULL));
+    REFUSED(EDO_SMC_OVERLAP, edo_smc_design_motor_fast(&config, sizeof config, (design_t *)(void *)&config,
+                                                       sizeof design, NULL));
+    REFUSED(EDO_SMC_OVERLAP, edo_smc_design_motor_fast(&config, sizeof config, &design, sizeof design,
+                                                       (edo_smc_refusal_t *)(void *)&config));
+    REFUSED(EDO_SMC_MISALIGNED, edo_smc_design_motor_fast(&config, sizeof config, &design, sizeof design,
+                                                          (edo_smc_refusal_t *)(void *)odd));
+    BAD_NUMBER(period_s, 0.1);
+    BAD_NUMBER(period_s, NAN);
+    BAD_NUMBER(motor.inertia_kg_m2, 0.0);
+    BAD_NUMBER(motor.torque_n_m_per_a, -1.0);
+    config.encoder.bits = 1.0;
+    REFUSED(EDO_SMC_OUT_OF_RANGE, redesign());
+    EXPECT(0, strcmp(refusal.field, "encoder"));
+    config.encoder.bits = 14.0;
+    BAD_NUMBER(limits.max, INFINITY);
+    BAD_NUMBER(limits.min, 11.0);
+    BAD_NUMBER(bandwidths.surface_rad_s, 1e4);
+    BAD_NUMBER(bandwidths.observer_rad_s, 0.0);
+    BAD_NUMBER(bandwidths.reaching_per_s, 1e4);
+    BAD_NUMBER(bandwidths.offset_per_s, -1.0);
+    BAD_NUMBER(fast_ratio, 5.0);
+    BAD_NUMBER(switching.alert_steps, 0.0);
+    BAD_NUMBER(gate_steps, 1.0);
+    BAD_NUMBER(lost_ticks, 0.0);
+    BAD_NUMBER(lag_s, -1.0);
+    BAD_NUMBER(uncertain, 0.95);
+    BAD_NUMBER(stops_at, 128.0);
+    config.hold = 0.0;
+    config.safe_u = 11.0;
+    REFUSED(EDO_SMC_OUT_OF_RANGE, redesign());
+    EXPECT(0, strcmp(refusal.field, "fallback"));
+    config.safe_u = 0.0;
+    EXPECT(EDO_SMC_OK, redesign());
+    EXPECT(0, refusal.field[0]);
+}
+
+#define BAD_DESIGN(status, wrong)                                                                                      \
+    do {                                                                                                               \
+        const design_t right = design;                                                                                 \
+        wrong;                                                                                                         \
+        REFUSED(status, init());                                                                                       \
+        design = right;                                                                                                \
+    } while (0)
+
+/* Memory that init has not made, of another size, of another drive; every word of a design and of a state in turn. */
+static void memory(void) {
+    char *const odd = (char *)&state + 1;
+    REFUSED(EDO_SMC_NOT_INITIALISED, tick());
+    REFUSED(EDO_SMC_NOT_INITIALISED, edo_smc_reset_motor_fast(&state));
+    REFUSED(EDO_SMC_NULL, edo_smc_init_motor_fast(NULL, sizeof design, &state, sizeof state));
+    REFUSED(EDO_SMC_SIZE, edo_smc_init_motor_fast(&design, sizeof design - 4, &state, sizeof state));
+    REFUSED(EDO_SMC_SIZE, edo_smc_init_motor_fast(&design, sizeof design, &state, sizeof state + 8));
+    REFUSED(EDO_SMC_MISALIGNED, edo_smc_init_motor_fast(&design, sizeof design, (state_t *)(void *)odd, sizeof state));
+    REFUSED(EDO_SMC_OVERLAP,
+            edo_smc_init_motor_fast(&design, sizeof design, (state_t *)(void *)&design.words, sizeof state));
+    BAD_DESIGN(EDO_SMC_WRONG_VERSION, design.version ^= 0x100u);
+    BAD_DESIGN(EDO_SMC_WRONG_INSTANCE, design.instance ^= 0x100u);
+    for (size_t i = 0; i < sizeof design.words / 4; i++) {
+        BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.words[i] ^= 1u);
+    }
+    BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.check += 1u);
+    edo_smc_state_motor_late_t late;
+    EXPECT(EDO_SMC_WRONG_INSTANCE,
+           edo_smc_init_motor_late((const edo_smc_design_motor_late_t *)(const void *)&design,
+                                   sizeof(edo_smc_design_motor_late_t), &late, sizeof late));
+
+    /* Before the first good sample the fallback goes out. */
+    EXPECT(EDO_SMC_OK, init());
+    REFUSED(EDO_SMC_NOT_STARTED, edo_smc_report_applied_motor_fast(&state, 1.0f));
+    REFUSED(EDO_SMC_NOT_STARTED, edo_smc_estimates_motor_fast(&design, &state, &known));
+    REFUSED(EDO_SMC_OVERLAP, edo_smc_tick_motor_fast(&design, &state, &sample, (edo_smc_output_t *)(void *)&state));
+    sample.lost = 1;
+    EXPECT(EDO_SMC_REJECTED, tick());
+    EXPECT(EDO_SMC_INPUT_REJECTED, output.health);
+    EXPECT(0, output.u != 0.0f);
+    sample.lost = 0;
+    EXPECT(EDO_SMC_OK, tick());
+    EXPECT(EDO_SMC_OK, tick());
+
+    REFUSED(EDO_SMC_NULL, edo_smc_tick_motor_fast(&design, NULL, &sample, &output));
+    REFUSED(EDO_SMC_NULL, edo_smc_tick_motor_fast(&design, &state, NULL, &output));
+    REFUSED(EDO_SMC_NULL, edo_smc_tick_motor_fast(&design, &state, &sample, NULL));
+    REFUSED(EDO_SMC_OTHER_DESIGN, edo_smc_tick_motor_fast(NULL, &state, &sample, &output));
+    REFUSED(EDO_SMC_OTHER_DESIGN, edo_smc_tick_motor_fast(&other_design, &state, &sample, &output));
+    REFUSED(EDO_SMC_MISALIGNED, edo_smc_tick_motor_fast(&design, (state_t *)(void *)odd, &sample, &output));
+    REFUSED(EDO_SMC_NOT_FINITE, edo_smc_report_applied_motor_fast(&state, NAN));
+    REFUSED(EDO_SMC_NOT_INITIALISED, edo_smc_reset_motor((edo_smc_state_motor_t *)(void *)&state));
+    REFUSED(EDO_SMC_OVERLAP,
+            edo_smc_estimates_motor_fast(&design, &state, (edo_smc_estimates_motor_t *)(void *)&state.words));
+    EXPECT(EDO_SMC_OK, edo_smc_estimates_motor_fast(&design, &state, &known));
+
+    const state_t good = state;
+    int damaged = 0;
+    for (size_t i = 0; i < sizeof state / 4; i++) {
+        uint32_t words[sizeof state / 4];
+        memcpy(words, &good, sizeof words);
+        words[i] ^= 0xffffffffu;
+        memcpy(&state, words, sizeof state);
+        const edo_smc_status_t status = tick();
+        damaged += status == EDO_SMC_DAMAGED;
+        EXPECT(1, status == EDO_SMC_OK || status == EDO_SMC_REJECTED || status == EDO_SMC_NOT_INITIALISED ||
+                      status == EDO_SMC_OTHER_DESIGN || status == EDO_SMC_DAMAGED);
+        EXPECT(1, status < 0 || (output.u >= -10.0f && output.u <= 10.0f));
+    }
+    EXPECT(2, damaged);
+    state = good;
+    EXPECT(EDO_SMC_OK, tick());
+    EXPECT(EDO_SMC_OK, edo_smc_reset_motor_fast(&state));
+    EXPECT(EDO_SMC_OK, tick());
+}
+
+static edo_smc_status_t retune(const design_t *to) {
+    return edo_smc_retune_motor_fast(&design, to, sizeof *to, &state, &sample);
+}
+
+static edo_smc_status_t design_other(void) {
+    return edo_smc_design_motor_fast(&config, sizeof config, &other_design, sizeof other_design, NULL);
+}
+
+/* A design that cannot take over leaves the running one. */
+static void retuned(void) {
+    const config_t right = config;
+    EXPECT(EDO_SMC_OK, init());
+    EXPECT(EDO_SMC_OK, tick());
+    REFUSED(EDO_SMC_NULL, retune(NULL));
+    REFUSED(EDO_SMC_SIZE, edo_smc_retune_motor_fast(&design, &other_design, 4, &state, &sample));
+    REFUSED(EDO_SMC_NULL, edo_smc_retune_motor_fast(&design, &design, sizeof design, &state, NULL));
+    REFUSED(EDO_SMC_WRONG_VERSION, retune(&other_design));
+    EXPECT(EDO_SMC_OK, design_other());
+    REFUSED(EDO_SMC_OTHER_DESIGN,
+            edo_smc_retune_motor_fast(&other_design, &design, sizeof design, &state, &sample));
+    other_design.words[3] ^= 1u;
+    REFUSED(EDO_SMC_BAD_COEFFICIENTS, retune(&other_design));
+    config.encoder.counts_per_turn = 8192.0;
+    EXPECT(EDO_SMC_OK, design_other());
+    REFUSED(EDO_SMC_RETUNE_ENCODER, retune(&other_design));
+    config = right;
+    config.bandwidths.reaching_per_s = 100.0;
+    config.bandwidths.offset_per_s = 105.0;
+    EXPECT(EDO_SMC_OK, design_other());
+    REFUSED(EDO_SMC_RETUNE_DECAY, retune(&other_design));
+    config = right;
+    EXPECT(EDO_SMC_OK, design_other());
+    sample.begin.r = NAN;
+    REFUSED(EDO_SMC_RETUNE_SAMPLE, retune(&other_design));
+    sample.begin.r = 0.0f;
+    EXPECT(EDO_SMC_OK, tick());
+    EXPECT(EDO_SMC_OK, retune(&other_design));
+    REFUSED(EDO_SMC_OTHER_DESIGN, tick());
+    EXPECT(EDO_SMC_OK, edo_smc_tick_motor_fast(&other_design, &state, &sample, &output));
+}
+
+#define PLAN_REFUSED(status, call)                                                                                     \
+    do {                                                                                                               \
+        const edo_smc_plan_motor_t plan_was = plan;                                                                    \
+        expect_at(__LINE__, status, call);                                                                             \
+        expect_at(__LINE__, 0, memcmp(&plan, &plan_was, sizeof plan));                                                 \
+    } while (0)
+
+static void plans(void) {
+    static edo_smc_plan_motor_t from, plan;
+    static edo_smc_target_motor_t target;
+    PLAN_REFUSED(EDO_SMC_NULL, edo_smc_plan_rest_motor(NULL, 0, 0.0f));
+    PLAN_REFUSED(EDO_SMC_NOT_FINITE, edo_smc_plan_rest_motor(&plan, 0, NAN));
+    PLAN_REFUSED(EDO_SMC_NULL, edo_smc_plan_move_motor(&plan, NULL, 0, 10, 1e-3, 0, 1.0f));
+    PLAN_REFUSED(EDO_SMC_OVERLAP, edo_smc_plan_move_motor(&plan, &plan, 0, 10, 1e-3, 0, 1.0f));
+    PLAN_REFUSED(EDO_SMC_PLAN_TICKS, edo_smc_plan_move_motor(&plan, &from, 0, 0, 1e-3, 0, 1.0f));
+    PLAN_REFUSED(EDO_SMC_PLAN_TICKS, edo_smc_plan_stop_motor(&plan, &from, 0, 0x1000001u, 1e-3));
+    PLAN_REFUSED(EDO_SMC_NOT_FINITE, edo_smc_plan_move_motor(&plan, &from, 0, 10, 0.0, 0, 1.0f));
+    PLAN_REFUSED(EDO_SMC_NOT_FINITE, edo_smc_plan_stop_motor(&plan, &from, 0, 10, NAN));
+    PLAN_REFUSED(EDO_SMC_NOT_FINITE, edo_smc_plan_move_motor(&plan, &from, 0, 10, 1e-3, 0, INFINITY));
+    PLAN_REFUSED(EDO_SMC_NOT_FINITE, edo_smc_plan_sine_motor(&plan, &from, 0, 10, 1e-3, NAN, 1.0));
+    PLAN_REFUSED(EDO_SMC_PLAN_FREQUENCY, edo_smc_plan_sine_motor(&plan, &from, 0, 10, 1e-3, 1.0, 3142.0));
+    PLAN_REFUSED(EDO_SMC_PLAN_FREQUENCY, edo_smc_plan_sine_motor(&plan, &from, 0, 10, 1e-3, 1.0, 0.0));
+    PLAN_REFUSED(EDO_SMC_NULL, edo_smc_plan_at_motor(NULL, 0, &target));
+    PLAN_REFUSED(EDO_SMC_NULL, edo_smc_plan_at_motor(&plan, 0, NULL));
+    PLAN_REFUSED(EDO_SMC_OVERLAP, edo_smc_plan_at_motor(&plan, 0, (edo_smc_target_motor_t *)(void *)&plan));
+    PLAN_REFUSED(EDO_SMC_MISALIGNED,
+                 edo_smc_plan_at_motor(&plan, 0, (edo_smc_target_motor_t *)(void *)((char *)&target + 1)));
+    /* Zeros are rest at angle 0, and a move from there ends at its goal. */
+    target.r = 7.0f;
+    EXPECT(EDO_SMC_OK, edo_smc_plan_at_motor(&plan, 5, &target));
+    EXPECT(0, target.turn != 0 || target.r != 0.0f || target.r_dot != 0.0f);
+    EXPECT(EDO_SMC_OK, edo_smc_plan_move_motor(&plan, &from, 7, 10, 1e-3, 3, 1.0f));
+    EXPECT(EDO_SMC_OK, edo_smc_plan_at_motor(&plan, 17, &target));
+    EXPECT(0, target.turn != 3 || target.r != 1.0f || target.r_dot != 0.0f);
+}
+
+int main(void) {
+    config.period_s = 1e-3;
+    config.motor.inertia_kg_m2 = 2e-4;
+    config.motor.torque_n_m_per_a = 0.05;
+    config.encoder.bits = 14.0;
+    config.encoder.counts_per_turn = 16384.0;
+    config.encoder.gear_num = config.encoder.gear_den = 1.0;
+    config.limits.min = -10.0;
+    config.limits.max = 10.0;
+    config.lag_s = 2e-4;
+    EXPECT(EDO_SMC_OK, edo_smc_by_rule_motor_fast(&config, sizeof config));
+    designs();
+    memory();
+    retuned();
+    plans();
+    return checked();
+}

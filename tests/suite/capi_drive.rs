@@ -1,0 +1,514 @@
+//! Do the drives and plans of the archive for C do what the Rust library does, to the last bit, here and on the
+//! emulated cores?
+//!
+//! A drive runs beside the Rust tick around a simple plant, with all that the exported drives are given (test module
+//! `export_drive`): counts that wrap, go over whole turns, are lost, wild or stuck, targets that jump or are no
+//! numbers, saturation, currents that were held instead, restarts. In motion it takes over two more designs, and must
+//! refuse a third. Needs what `cargo xtask capi` builds.
+
+use controller_core::drive::{
+    ALARMS, BEYOND_CONTROL, Bounds, ChainModel, Encoder, EncoderForm, Joint, JointBandwidths, JointDesign, JointDrive,
+    Monitored, Motor, MotorDesign, MotorDrive, Position, Reference, Rest, Sample, Sine, Target, stop,
+};
+use controller_core::{Fallback, Health, Limits, Output, RetuneError, Running};
+use integration_tests::data::path;
+use integration_tests::strategy::Rng;
+use std::f64::consts::TAU;
+use std::fs;
+
+use super::capi::{archive, emulated, include, source};
+use super::export::{
+    Board, CORTEX_M4F, EDGES, ON_THE_CHIP, ON_THE_HOST, OTHER_BOARDS, Place, STM32F405, STRICT, answers, compile,
+    folder,
+};
+use super::export_drive::{Counters, Plant, Wanted, assert_exercised, target};
+use super::export_plan::{Goal, Plan, any, is_number, onto};
+
+const TICK: u32 = 0;
+const REPORT: u32 = 1;
+const RESET: u32 = 2;
+const RETUNE: u32 = 3;
+
+const REJECTED: u32 = 1;
+const NOT_FINITE: u32 = -6_i32 as u32;
+const NOT_STARTED: u32 = -12_i32 as u32;
+
+fn status_of(error: RetuneError) -> u32 {
+    let status = match error {
+        RetuneError::Sample => -13,
+        RetuneError::GainNearDecay => -14,
+        RetuneError::OffsetOutOfRange => -15,
+        RetuneError::OtherEncoder => -16,
+        _ => unreachable!("a reason that the header does not name"),
+    };
+    status as u32
+}
+
+/// What was asked, and what is to be answered.
+struct Run {
+    asked: Vec<u8>,
+    expected: Vec<u32>,
+    /// Of every answer; before the first stand the words of the configurations.
+    words: usize,
+    configurations: usize,
+}
+
+/// Numbers of a configuration as C has them.
+fn configuration(numbers: &[f64], lag_or_load: f64, uncertain: f64, stops_at: Health) -> Vec<u32> {
+    let all = numbers.iter().copied().chain([lag_or_load, uncertain, f64::from(stops_at.bits())]);
+    all.flat_map(|number| [number.to_bits() as u32, (number.to_bits() >> 32) as u32]).collect()
+}
+
+const UNCERTAIN: [f64; 4] = [0.2, 0.2, 0.5, 0.2];
+const STOPS_AT: [Health; 4] = [ALARMS, ALARMS, BEYOND_CONTROL, ALARMS];
+
+/// The designs of `drives.c`, which makes them of the data sheet.
+fn motor<const FAST: usize, const LATE: usize>(ticks: usize) -> Run {
+    let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
+    let limits = Limits { min: -10.0, max: 8.0 };
+    let lag_s = 3e-4;
+    let by_rule = |period_s: f64, counts_per_turn: u32| {
+        let encoder = Encoder { counts_per_turn, ..Encoder::absolute(14) };
+        MotorDesign::by_rule(period_s, motor, encoder, limits).with_lag(lag_s, LATE as u32)
+    };
+    let first = by_rule(1e-3, 16384);
+    let tuned =
+        MotorDesign { fallback: Fallback::Safe(-0.25), ..first.with_surface(0.7 * first.bandwidths.surface_rad_s) };
+    let designs = [first, tuned, by_rule(2e-3, 16384), by_rule(1e-3, 8192)];
+    let laws = core::array::from_fn(|k| {
+        let law = MotorDrive::<f32, Position, FAST, LATE>::try_design(&designs[k]).expect("a good design");
+        let bounds: Bounds<1> = designs[k].bounds(&law, UNCERTAIN[k]);
+        Monitored::new(law, &bounds).stopping_at(STOPS_AT[k])
+    });
+    let configurations = (0..4).flat_map(|k| configuration(&designs[k].to_numbers(), lag_s, UNCERTAIN[k], STOPS_AT[k]));
+    let plant = Plant { gain: [0.0, motor.input_gain()], ..Plant::default() };
+    run(&format!("motor {FAST} {LATE}"), &laws, configurations.collect(), [first.encoder.unit_rad()], plant, ticks)
+}
+
+fn joint<const FAST: usize, const LATE: usize>(ticks: usize) -> Run {
+    let joint = Joint {
+        link_inertia_kg_m2: 0.23,
+        link_damping_n_m_s: 0.07,
+        weight_n_m: 0.23,
+        stiffness_n_m: 9.0,
+        motor_inertia_kg_m2: 9.31e-4,
+        motor_damping_n_m_s: 0.07,
+        torque_n_m_per_a: 0.119,
+    };
+    let (limits, load) = (Limits { min: -30.0, max: 25.0 }, 1.3);
+    let by_rule = |period_s: f64, counts_per_turn: u32| {
+        let encoders = [Encoder::absolute(20), Encoder { counts_per_turn, ..Encoder::absolute(18) }];
+        let bandwidths = JointBandwidths::DEFAULT.within(period_s, LATE);
+        JointDesign::new(period_s, joint, encoders, limits, load).with_bandwidths(bandwidths, load)
+    };
+    let first = by_rule(1e-3, 262_144);
+    let JointBandwidths { surface_rad_s: w, link_rad_s, motor_rad_s, reaching_per_s, offset_per_s } = first.bandwidths;
+    let surface_rad_s = 0.7 * w;
+    let slower = surface_rad_s / w;
+    let slow = JointBandwidths {
+        surface_rad_s,
+        link_rad_s: slower * link_rad_s,
+        motor_rad_s: slower * motor_rad_s,
+        reaching_per_s: slower * reaching_per_s,
+        offset_per_s: slower * offset_per_s,
+    };
+    let tuned = JointDesign { fallback: Fallback::Safe(-0.25), ..first.with_bandwidths(slow.within(1e-3, LATE), load) };
+    let designs = [first, tuned, by_rule(8e-4, 262_144), by_rule(1e-3, 131_072)];
+    let laws = core::array::from_fn(|k| {
+        let law = JointDrive::<f32, Position, FAST, LATE>::try_design(&designs[k]).expect("a good design");
+        let bounds = designs[k].bounds(&law, load, UNCERTAIN[k]);
+        Monitored::new(law, &bounds).stopping_at(STOPS_AT[k])
+    });
+    let configurations = (0..4).flat_map(|k| configuration(&designs[k].to_numbers(), load, UNCERTAIN[k], STOPS_AT[k]));
+    let (link, rotor) = (joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2);
+    let plant = Plant {
+        gain: [0.0, joint.torque_n_m_per_a / rotor],
+        spring: [joint.stiffness_n_m / link, joint.stiffness_n_m / rotor],
+        drag: [joint.link_damping_n_m_s / link, joint.motor_damping_n_m_s / rotor],
+        weight: joint.weight_n_m / link,
+        ..Plant::default()
+    };
+    let units = first.encoders.map(|encoder| encoder.unit_rad());
+    run(&format!("joint {FAST} {LATE}"), &laws, configurations.collect(), units, plant, ticks)
+}
+
+type Law<M, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> =
+    Monitored<EncoderForm<f32, M, Position, E, N, S, FAST, LATE>, E>;
+
+fn run<M, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
+    name: &str,
+    laws: &[Law<M, E, N, S, FAST, LATE>; 4],
+    configurations: Vec<u32>,
+    unit_rad: [f64; E],
+    mut plant: Plant,
+    ticks: usize,
+) -> Run
+where
+    M: ChainModel<f32, E, N>,
+{
+    let mut rng = Rng::new(0xCA91 + name.bytes().map(u64::from).sum::<u64>());
+    let mut running = Running::new(&laws[0]);
+    let mounting = [controller_core::drive::Mounting::UPRIGHT; E];
+    let (mut wanted, mut counters) =
+        (Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
+    let mut run =
+        Run { asked: Vec::new(), words: 7 + 1 + 4 * E, configurations: configurations.len(), expected: configurations };
+    let (mut seen, mut retuned, mut turns_gone, mut stopped, mut done) = ([0_usize; 128], [0_usize; 4], 0, false, 0);
+    while done < ticks {
+        let what = match rng.integer(0, 999) {
+            // Somebody sees that it has stopped.
+            50..=299 if stopped => RESET,
+            0 if rng.chance(0.2) => RESET,
+            5..=24 => REPORT,
+            45..=49 => RETUNE,
+            _ => TICK,
+        };
+        if what == RESET {
+            // Whoever starts anew has found angle 0 anew: a joint does not start whose encoders do not fit each other.
+            counters.slipped = [0; 2];
+            let turns = (plant.angle[0] / TAU).round();
+            plant.angle = plant.angle.map(|angle| angle - TAU * turns);
+        }
+        // A start may be turns away, and nobody follows from there: planned anew from where it is.
+        if let Some(known) = running.estimates() {
+            let at = TAU * f64::from(known.turn) + f64::from(known.position[0]);
+            if (wanted.angle - at).abs() > 3.0 && at.abs() < 1e6 {
+                (wanted.angle, wanted.speed) = (at, f64::from(known.speed[0]).clamp(-100.0, 100.0) * wanted.part);
+            }
+        }
+        let (turns, jets) = wanted.next(&mut rng);
+        let steps: [i64; 2] =
+            core::array::from_fn(
+                |i| {
+                    if i < E { (plant.angle[2 - E + i] / unit_rad[i] + 0.5).floor() as i64 } else { 0 }
+                },
+            );
+        let (counts, lost) = counters.next(&mut rng, steps, &mounting);
+        let held =
+            if rng.chance(0.03) { EDGES[rng.integer(0, EDGES.len() - 1)] } else { rng.within(-10.0, 10.0) as f32 };
+        let which = *rng.one_of(&[0, 1, 1, 2, 3]);
+        let sample = Sample {
+            counts: core::array::from_fn(|i| (!lost[i]).then_some(counts[i])),
+            begin: target(turns[0], jets[0]),
+            end: target(turns[1], jets[1]),
+        };
+        let said = match what {
+            REPORT if running.estimates().is_none() => NOT_STARTED,
+            REPORT if running.report_applied(held) => 0,
+            REPORT => NOT_FINITE,
+            RESET => {
+                running.reset();
+                0
+            }
+            RETUNE => match running.retune(&laws[which], &sample) {
+                Ok(()) => {
+                    retuned[which] += usize::from(running.estimates().is_some());
+                    0
+                }
+                Err(error) => status_of(error),
+            },
+            _ => 0,
+        };
+        let (mut ticked, mut output) = (0, Output { u: 0.0, sigma: 0.0, sigma_star: 0.0, health: Health::OK });
+        if what == TICK || what == RETUNE {
+            output = running.tick(&sample);
+            ticked = if output.health.contains(Health::INPUT_REJECTED) { REJECTED } else { 0 };
+            done += 1;
+            seen[usize::from(output.health.bits())] += 1;
+            stopped = output.health.contains(Health::STOPPED);
+            plant.advance(f64::from(output.u));
+        }
+        let asked = [what, which as u32, u32::from(lost[0]) | u32::from(lost[1]) << 1].into_iter();
+        let asked = asked.chain(counts.map(|count| count as u32)).chain(turns.map(|turn| turn as u32));
+        let asked = asked.chain(jets.as_flattened().iter().map(|number| number.to_bits())).chain([held.to_bits()]);
+        run.asked.extend(asked.flat_map(u32::to_le_bytes));
+        run.expected.extend([said, ticked]);
+        run.expected.extend([output.u, output.sigma, output.sigma_star].map(f32::to_bits));
+        run.expected.push(u32::from(output.health.bits()));
+        let known = running.estimates();
+        run.expected.push(if known.is_some() { 0 } else { NOT_STARTED });
+        run.expected.push(known.as_ref().map_or(0, |known| known.turn as u32));
+        for i in 0..E {
+            let of = known
+                .as_ref()
+                .map_or([0.0; 4], |known| [known.position[i], known.speed[i], known.disturbance[i], known.load[i]]);
+            run.expected.extend(of.map(f32::to_bits));
+        }
+        turns_gone = turns_gone.max(known.map_or(0, |known| known.turn.unsigned_abs().min(1000)));
+    }
+    assert_exercised(name, done, &seen, turns_gone);
+    println!("{name}: designs taken over in motion {retuned:?}");
+    // The last one counts by another encoder.
+    assert!(retuned[..3].iter().all(|&times| times > ticks / 5000), "{name}: {retuned:?}");
+    run
+}
+
+/// A drive of the archive: its name, and so many ticks of it.
+type Drive = (&'static str, fn(usize) -> Run);
+
+const DRIVES: [Drive; 8] = [
+    ("motor", motor::<0, 0>),
+    ("motor_fast", motor::<1, 0>),
+    ("motor_late", motor::<0, 1>),
+    ("motor_fast_late", motor::<1, 1>),
+    ("joint", joint::<0, 0>),
+    ("joint_fast", joint::<1, 0>),
+    ("joint_late", joint::<0, 1>),
+    ("joint_fast_late", joint::<1, 1>),
+];
+
+/// Runs a program of `tests/capi` against the archive for a place: the words that it answers.
+fn said(kind: &str, name: &str, program: &str, options: &[&str], asked: &[u8], place: Place) -> Vec<u32> {
+    let (machine, of) = match place {
+        Place::Here => ("host", "host"),
+        Place::On(board) => (board.machine, archive_for(board)),
+    };
+    let transfer = if place == Place::Here { ON_THE_HOST } else { ON_THE_CHIP };
+    let folder = folder(&format!("capi-{kind}-{machine}{}", options.concat())).join(name);
+    fs::create_dir_all(&folder).expect("a folder");
+    let program = format!("{transfer}\n{program}");
+    let (include, archive) = (include(), archive(of));
+    let here: &[&str] = if place == Place::Here { &["-lm"] } else { &["-Wl,--gc-sections"] };
+    let options = [options, here, &[&*include, &*archive]].concat();
+    let answered = answers(&folder, &program, &options, asked, place);
+    fs::remove_dir_all(&folder).expect("the folder goes");
+    answered
+}
+
+/// The folder of the archive for a core.
+fn archive_for(board: &Board) -> &'static str {
+    match board.machine {
+        "microbit" => "thumbv6m",
+        "mps2-an385" | "mps2-an386" => "thumbv7m",
+        "mps2-an505" => "thumbv8m",
+        _ => "thumbv7em",
+    }
+}
+
+fn held_together(name: &str, answered: &[u32], expected: &[u32], words: usize) {
+    assert_eq!(answered.len(), expected.len(), "{name}: words of the answers");
+    let is_nan = |word: u32| f32::from_bits(word).is_nan();
+    for (k, (c, rust)) in answered.chunks(words).zip(expected.chunks(words)).enumerate() {
+        let alike = c.iter().zip(rust).all(|(&c, &rust)| c == rust || is_nan(c) && is_nan(rust));
+        assert!(alike, "{name}, answer {k}\nC:    {c:08x?}\nRust: {rust:08x?}");
+    }
+}
+
+fn compare(drives: &[Drive], ticks: usize, options: &[&str], place: Place) {
+    for (name, run) in drives {
+        let Run { asked, expected, words, configurations } = run(ticks);
+        let plant = if name.starts_with("motor") { "MOTOR" } else { "JOINT" };
+        let program = format!("#define NAME {name}\n#define {plant}\n#include \"{}\"\n", source("drives.c"));
+        let answered = said("drives", name, &program, options, &asked, place);
+        assert_eq!(answered.get(..configurations), expected.get(..configurations), "{name}: by rule");
+        held_together(name, &answered[configurations..], &expected[configurations..], words);
+    }
+}
+
+#[test]
+fn every_drive_of_the_archive_designs_ticks_and_is_retuned_to_the_bits_of_rust() {
+    compare(&DRIVES, 100_000, &["-O1"], Place::Here);
+}
+
+#[test]
+fn a_drive_of_the_archive_gives_its_bits_on_the_emulated_chip() {
+    // Where the requests tune, the compiler's library multiplies.
+    compare(&DRIVES, 20_000, &["-O2", "-lgcc"], Place::On(&STM32F405));
+}
+
+#[test]
+fn a_drive_of_the_archive_gives_its_bits_on_other_cores() {
+    for board in &OTHER_BOARDS {
+        compare(&[DRIVES[1], DRIVES[7]], 20_000, &["-O2"], Place::On(board));
+    }
+}
+
+const REST: u32 = 0;
+const MOVE: u32 = 1;
+const STOP: u32 = 2;
+const SINE: u32 = 3;
+const PLANS: usize = 20_000;
+/// Ticks at which each plan is asked.
+const ASKED: usize = 5;
+
+/// Plans in flight, taken and refused.
+fn plans<const M: usize, const N: usize>(period_s: f64) -> Run {
+    let mut rng = Rng::new(0x91A5 + M as u64);
+    let mut run = Run { asked: Vec::new(), expected: Vec::new(), words: 1 + ASKED * (1 + N), configurations: 0 };
+    let mut plan: Plan<M> = Plan::At(Goal::Rest(Rest { turn: 0, angle: 0.0 }));
+    let (mut now, mut taken) = (1_u32, [[0_usize; 2]; 4]);
+    for _ in 0..PLANS {
+        let what = *rng.one_of(&[REST, MOVE, MOVE, STOP, SINE, SINE]);
+        now = if rng.chance(0.01) { rng.bits() as u32 } else { now.wrapping_add(rng.integer(0, 3000) as u32) };
+        let ticks = match rng.integer(0, 19) {
+            0 => *rng.one_of(&[0, 1, 2, (1 << 24) - 1, 1 << 24, (1 << 24) + 1, u32::MAX]),
+            _ => rng.integer(2, 2000) as u32,
+        };
+        let turn = if rng.chance(0.05) { rng.bits() as i32 } else { rng.integer(0, 40) as i32 - 20 };
+        let angle = any(&mut rng, 4.0);
+        let [mut amplitude, mut omega] = [rng.within(-3.0, 3.0), rng.spread(1e-2, 200.0)];
+        if rng.chance(0.1) {
+            amplitude = f64::from(any(&mut rng, 5e3));
+        }
+        if rng.chance(0.1) {
+            omega = rng.spread(1e-9, 1e14);
+        }
+        let present: Target<f32, i32, M> = plan.at(now);
+        let onto = |goal| onto(goal, &present, now, ticks, period_s);
+        let new = match what {
+            REST => is_number(f64::from(angle)).then_some(Plan::At(Goal::Rest(Rest { turn, angle }))),
+            MOVE if is_number(f64::from(angle)) => onto(Goal::Rest(Rest { turn, angle })),
+            MOVE => None,
+            STOP => {
+                let goal: Rest<f32> = stop(&present, f64::from(ticks) * period_s);
+                onto(Goal::Rest(goal)).filter(|_| is_number(f64::from(goal.angle)))
+            }
+            _ => {
+                let phase = omega * period_s / TAU * 2_f64.powi(32) + 0.5;
+                let good = (1.0..2_f64.powi(31)).contains(&phase) && is_number(amplitude);
+                good.then(|| Goal::Sine(Sine::new(amplitude, omega, period_s))).and_then(onto)
+            }
+        };
+        taken[what as usize][usize::from(new.is_some())] += 1;
+        run.expected.push(u32::from(new.is_some()));
+        plan = new.unwrap_or(plan);
+        let end = now.wrapping_add(ticks);
+        let within = now.wrapping_add(rng.integer(0, ticks.min(1 << 20) as usize) as u32);
+        let at = [now, within, end.wrapping_sub(1), end, end.wrapping_add(rng.bits() as u32 >> 16)];
+        for tick in at {
+            let Target { turn, jet } = plan.at(tick);
+            run.expected.push(turn as u32);
+            run.expected.extend(jet[..N].iter().map(|number| number.to_bits()));
+        }
+        run.asked.extend([amplitude, omega, period_s].into_iter().flat_map(f64::to_le_bytes));
+        let words = [what, now, ticks, turn as u32, angle.to_bits()].into_iter().chain(at);
+        run.asked.extend(words.flat_map(u32::to_le_bytes));
+    }
+    println!("rests, moves, stops, sines refused and taken: {taken:?}");
+    for [refused, taken] in &taken {
+        assert!(*refused > 20 && *taken > 1500, "every answer is asked for");
+    }
+    run
+}
+
+fn compare_plans(options: &[&str], place: Place) {
+    let (motor, joint) = (plans::<3, 2>(1e-3), plans::<4, 4>(2e-4));
+    for (name, define, Run { asked, expected, words, .. }) in [("motor", "MOTOR", motor), ("joint", "JOINT", joint)] {
+        let program = format!("#define NAME {name}\n#define {define}\n#include \"{}\"\n", source("plans.c"));
+        held_together(name, &said("plans", name, &program, options, &asked, place), &expected, words);
+    }
+}
+
+#[test]
+fn a_plan_of_the_archive_gives_the_bits_of_the_rust_one() {
+    compare_plans(&["-O1"], Place::Here);
+}
+
+#[test]
+fn a_plan_of_the_archive_gives_its_bits_on_the_emulated_chip() {
+    compare_plans(&["-O2"], Place::On(&STM32F405));
+}
+
+/// The stand-in of `drive.c`, operation by operation.
+#[derive(Default)]
+struct StandIn {
+    angle: [f32; 2],
+    speed: [f32; 2],
+    counts: [i32; 2],
+    advanced: u32,
+}
+
+impl StandIn {
+    fn advance(&mut self, current: f32) {
+        let (t, x) = (2e-4_f32, self.angle[0]);
+        let xx = x * x;
+        let sine = x * (1.0 - xx * (1.0 / 6.0 - xx * (1.0 / 120.0 - xx * (1.0 / 5040.0))));
+        let torsion = 9.0 * (self.angle[1] - x);
+        let load = if self.advanced / 5000 % 2 == 1 { 0.3 } else { 0.0 };
+        let friction = 0.05 * (100.0 * self.speed[1]).clamp(-1.0, 1.0);
+        self.speed[0] += t * ((torsion - 0.07 * self.speed[0] - 0.23 * sine - load) / 0.23);
+        self.speed[1] += t * ((0.119 * current - torsion - 0.07 * self.speed[1] - friction) / 931e-6);
+        for i in 0..2 {
+            self.angle[i] += t * self.speed[i];
+            if i == 1 || self.advanced < BROKEN {
+                self.counts[i] = (self.angle[i] * 166_886.05) as i32;
+            }
+        }
+        self.advanced += 1;
+    }
+}
+
+/// Ticks of `drive.c`: until the encoder of the link breaks, and all.
+const BROKEN: u32 = 15_750;
+const LAST: u32 = 17_000;
+
+/// Every current of `drive.c`, as a sum over its bits, and where it stops.
+#[test]
+fn the_drive_in_c_on_the_chip_has_the_currents_of_rust_and_stops_without_its_encoder() {
+    let joint = Joint {
+        link_inertia_kg_m2: 0.23,
+        link_damping_n_m_s: 0.07,
+        weight_n_m: 0.23,
+        stiffness_n_m: 9.0,
+        motor_inertia_kg_m2: 931e-6,
+        motor_damping_n_m_s: 0.07,
+        torque_n_m_per_a: 0.119,
+    };
+    let (period_s, load) = (2e-4, 1.3);
+    let design = JointDesign {
+        fallback: Fallback::Safe(0.0),
+        ..JointDesign::new(period_s, joint, [Encoder::absolute(20); 2], Limits::symmetric(30.0), load)
+            .with_bandwidths(JointBandwidths::DEFAULT.within(period_s, 0), load)
+    };
+    let law = JointDrive::<f32, Position, 1>::try_design(&design).expect("a good design");
+    let bounds = design.bounds(&law, load, 0.2);
+    let mut running = Running::new(Monitored::new(law, &bounds).stopping());
+    let mut plan: Plan<4> = Plan::At(Goal::Rest(Rest { turn: 0, angle: 0.0 }));
+    let moves = [(500, 1.0, 5000), (8000, -0.5, 7000), (12_000, 0.5, 8000)];
+    let (mut stand_in, mut end) = (StandIn::default(), Target { turn: 0, jet: [0.0; 4] });
+    let (mut sum, mut stopped, mut health, mut worst) = (0x811c_9dc5_u32, 0, Health::OK, 0.0_f32);
+    for tick in 0..LAST {
+        if let Some((start, angle, ticks)) = moves.into_iter().find(|(start, ..)| tick + 1 == *start) {
+            let goal = Goal::Rest(Rest { turn: 0, angle });
+            plan = onto(goal, &plan.at(start), start, ticks, period_s).expect("a good plan");
+        }
+        let begin = core::mem::replace(&mut end, plan.at(tick + 1));
+        if tick < BROKEN {
+            worst = worst.max((stand_in.angle[0] - begin.jet[0]).abs());
+        }
+        let output = running.tick(&Sample { counts: stand_in.counts.map(Some), begin, end });
+        health |= output.health;
+        if output.health.contains(Health::STOPPED) && stopped == 0 {
+            stopped = tick;
+        }
+        sum = (sum ^ output.u.to_bits()).wrapping_mul(0x0100_0193);
+        stand_in.advance(output.u);
+    }
+    // It follows under load and friction, and ends in nothing else than what is told.
+    assert!(worst < 1.5e-3, "{worst} rad");
+    assert_eq!(health, Health::STOPPED | Health::SAMPLE_LOST | Health::INPUT_REJECTED);
+    assert!((BROKEN..BROKEN + 60).contains(&stopped), "{stopped}");
+    let expected =
+        [format!("stopped at tick {stopped}"), format!("health {:08x}", health.bits()), format!("sum {sum:08x}")];
+    for image in ["drive", "drive-nostdlib", "drive-standalone"] {
+        let said = emulated(&format!("examples/c/build/{image}.elf"));
+        assert_eq!(said.get(said.len() - 3..), Some(&expected[..]), "{image}: {said:?}");
+        let rows = said.iter().filter(|line| line.split_whitespace().all(|word| word.parse::<f32>().is_ok()));
+        assert_eq!(rows.count(), 33, "{image}: {said:?}");
+    }
+}
+
+/// The program of docs/linking.md, "From C".
+#[test]
+fn the_drive_of_the_docs_compiles_here_and_for_the_chip_without_a_warning() {
+    let page = fs::read_to_string(path("../docs/linking.md")).expect("the page");
+    let section = page.split_once("### A drive\n").expect("the section").1;
+    let program = section.split_once("```c\n").expect("a program").1.split_once("```").expect("its end").0;
+    let (folder, include) = (folder("capi-docs"), include());
+    let source = folder.join("user.c");
+    fs::write(&source, program).expect("the program");
+    for (compiler, options) in [("cc", &[][..]), ("arm-none-eabi-gcc", &CORTEX_M4F)] {
+        let object = folder.join(format!("{compiler}.o"));
+        compile(compiler, &[&STRICT, options, &["-Wconversion", "-O2", "-c", &*include]].concat(), &source, &object);
+    }
+}
