@@ -1,14 +1,15 @@
 //! The black box of a drive as a file, and run again.
 //!
 //! The file is lines of `key,value,..`: which version and design, the numbers that the drive is designed from (names as
-//! in [`controller_core::drive::LAYOUT`]), the scenario that was in force if one was, and of one or two stretches of ticks in a row the
-//! state before the first and a `frame` for each tick: count of each encoder (empty for one that was lost), where it
-//! should have been at the end (turn, r .. r'''), what the actuator held before (empty if that was not told), u, health.
-//! Numbers are the shortest text that reads back as the same bits. The last line is the CRC-32 of all before.
+//! in [`controller_core::drive::LAYOUT`]), and the scenario that was in force, if one was. Then, of one or two stretches
+//! of ticks in a row, the state before the first and a `frame` for each: count of each encoder (empty for one that was
+//! lost), where it should have been at the end (turn, r .. r'''), what the actuator held before (empty if that was not
+//! told), u, health. Numbers are the shortest text that reads back as the same bits. The last line is the CRC-32 of all
+//! before.
 //!
 //! [`BlackBox::replay`] runs the same law on the same counts from the same state: the same bits, or something is wrong.
-//! [`BlackBox::replay_with`] lets another design take over at the first tick, and tells it what the actuator really held:
-//! it says what that design would have asked for in every tick, given what had happened until then.
+//! [`BlackBox::replay_with`] lets another design take over at the first tick, and tells it what the actuator really
+//! held: what that design would have asked for in every tick, given what had happened until then.
 
 use std::fmt::Write as _;
 
@@ -211,7 +212,9 @@ impl BlackBox {
         macro_rules! of {
             ($($model:ident $states:literal $form:literal: $law:ty, $e:literal, $n:literal;)*) => {
                 match self.design.instance {
-                    $(Instance { model: Model::$model, r: $states, mask: $form, .. } => self.run_law::<$law, $e, $n>(other),)*
+                    $(Instance { model: Model::$model, r: $states, mask: $form, .. } => {
+                        self.run_law::<$law, $e, $n>(other)
+                    })*
                     instance => Err(format!("there is no drive of form {instance:?}")),
                 }
             };

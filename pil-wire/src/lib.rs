@@ -37,7 +37,7 @@
 //! | Done | 130 | |
 //! | Ticked | 131 | u, σ, σ*, health; d_hat, d_hat', d_hat'' of channels 1..4 |
 //! | Driven | 133 | u, σ, σ*, health; whole turns; position, speed, disturbance, load of each shaft |
-//! | Observed | 134 | tick, u, σ*, health and flags; turns; four of each shaft as in Driven; r; worst time, missed ticks |
+//! | Observed | 134 | tick, u, σ*, health and flags; turns; each shaft as in Driven; r; worst time, late ticks |
 //! | Planned | 135 | first tick, count of ticks |
 //! | Swapped | 136 | first tick; ticks and time that the design took; u before, u after; fingerprint |
 //! | Recalled | 137 | sixteen words (below) |
@@ -65,7 +65,7 @@
 //! |---|---|---|---|
 //! | 0 | | | first word of Open, count of words and hash of the design that runs; fingerprint of the law |
 //! | 1 | | word | sixteen words of the design |
-//! | 2 | 0 older, 1 newer | | first tick, count of frames, count of words of the state; turn, r .. r''' at its beginning |
+//! | 2 | 0 older, 1 newer | | first tick; counts of frames and of words of the state; turn, r .. r''' at its beginning |
 //! | 3 | the same | word | sixteen words of the state before the first tick |
 //! | 4 | the same | frame | nine words as in Drive, u, health |
 //!

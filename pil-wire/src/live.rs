@@ -6,14 +6,14 @@
 //! ```
 //!
 //! The two meet in a [`Seat`], which the interrupt has whenever it comes: the background reaches it through
-//! [`Machine::between`], for some hundred cycles at a time. What takes long is done outside: a design is made and a plan
-//! is tried while the interrupt goes on, and then handed over whole. What is refused has changed nothing.
+//! [`Machine::between`], for some hundred cycles at a time. What takes long is done outside: a design is made and a
+//! plan is tried while the interrupt goes on, and then handed over whole. What is refused has changed nothing.
 //!
-//! * **Move**: the join begins at a tick that is still to come, where the present plan is then, whatever the shaft does.
-//!   Its feed-forward must stay within 0.9 of the limits.
-//! * **Swap**: the new law takes over in the interrupt, with the counts of the very tick, so that u does not jump. That
-//!   tick takes some three times as long as others; it has a function of its own ([`Seat::change`]), so that one can let
-//!   another interrupt do it.
+//! * **Move**: the join begins at a tick that is still to come, where the present plan is then, whatever the shaft
+//!   does. Its feed-forward must stay within 0.9 of the limits.
+//! * **Swap**: the new law takes over with the counts of the very tick, so that u does not jump. That tick takes some
+//!   three times as long as others; it has a function of its own ([`Seat::change`]), so that another interrupt can do
+//!   it.
 //! * **Reset**: after an alarm has stopped the drive; the plan is then to rest where the counts are.
 //! * **Recall**: the black box, as soon as it stands still.
 //!

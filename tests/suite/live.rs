@@ -1,7 +1,7 @@
-//! Is a drive that runs by itself moved, tuned and read without a jump, whatever happens to the wire, and does its black
-//! box run again to the bit?
+//! Is a drive that runs by itself moved, tuned and read without a jump, whatever happens to the wire, and does its
+//! black box run again to the bit?
 //!
-//! First in this process, where every tick can be seen; then the images on the emulated chip, by the commands of a user.
+//! First in this process, where every tick can be seen; then the images on the emulated chip, by a user's commands.
 
 use controller_core::Health;
 use controller_core::drive::MotorDesign;
