@@ -324,6 +324,18 @@ impl<D: ControlLaw> Running<D> {
         if self.state.is_none() {
             self.state = self.design.start(sample);
         }
+        self.go_on(sample)
+    }
+
+    /// Has a good sample started it?
+    pub const fn is_started(&self) -> bool {
+        self.state.is_some()
+    }
+
+    /// The same, but for a start, which takes longer and is left to a caller that has the time: until then the fallback
+    /// goes out.
+    #[inline(always)]
+    pub fn go_on(&mut self, sample: &D::Sample) -> D::Output {
         match &mut self.state {
             Some(state) => self.design.tick(state, sample),
             None => self.design.not_started(),

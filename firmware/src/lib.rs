@@ -1,10 +1,11 @@
-//! What the three images share on an STM32F405: a serial port, a log that leaves through another one, a stopwatch, and
-//! last words after a fault.
+//! What the images share on an STM32F405: a serial port, a log that leaves through another one, a stopwatch, last words
+//! after a fault, and a drive that is tuned while it runs.
 //!
 //! | image | what it does |
 //! |---|---|
 //! | `pil` | answers the host over USART1: the processor in the loop |
-//! | `drive` | what a motor drive looks like; the example to copy |
+//! | `drive` | a joint with two encoders at 5 kHz; the example to copy |
+//! | `motor` | the same of a motor with one encoder at 10 kHz |
 //! | `budget` | what one tick costs |
 //!
 //! There is no hardware abstraction layer and no clock set-up: the core runs from its internal oscillator as after
@@ -14,8 +15,10 @@
 
 pub mod clock;
 pub mod fault;
-pub mod joint;
+pub mod line;
+pub mod live;
 pub mod log;
+pub mod stand_in;
 pub mod ticker;
 pub mod uart;
 

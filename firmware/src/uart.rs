@@ -58,6 +58,13 @@ impl Uart {
         arrived.then(|| self.registers.dr().read().bits() as u8)
     }
 
+    /// The same for USART1, in the handler of its interrupt: nobody else reads then.
+    #[inline]
+    pub fn arrived_on_usart1() -> Option<u8> {
+        // SAFETY: the registers live as long as the chip; what is read here is the byte that the interrupt is for.
+        Self { registers: unsafe { &*USART1::ptr() } }.read()
+    }
+
     /// Sends all bytes; returns when the last one is in the shift register.
     #[inline]
     pub fn write(&self, bytes: &[u8]) {

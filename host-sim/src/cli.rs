@@ -5,6 +5,8 @@
 //! host-sim run FILE.toml            any scenario
 //! host-sim pil [FILE.toml]          the same with the controller on the emulated chip, compared bit for bit
 //! host-sim hil --port DEV [..]      the same with a board at a serial port
+//! host-sim live [FILE.toml] [..]    a drive that runs by itself, emulated or on a board: seen, moved, tuned
+//! host-sim replay BLACKBOX [..]     what its black box held, run again, or with another design
 //! host-sim emulate --image FILE     any image in the emulator, with its log
 //! host-sim design [FILE.toml]       poles, margins, noise of its loop, what limits it, what would be better
 //! host-sim compare [FILE.toml]      our drive beside its rivals, all tuned alike
@@ -55,12 +57,14 @@ mod compare;
 mod design;
 mod drive;
 mod export;
+mod live;
 mod target;
 
 use compare::CompareOptions;
 use design::{Design, DesignOptions};
 use drive::TorqueError;
 use export::ExportOptions;
+use live::{LiveOptions, ReplayOptions};
 use target::{EmulateOptions, HilOptions, Link, PilOptions};
 
 /// The exit statuses of the program.
@@ -119,6 +123,15 @@ enum Command {
         #[command(flatten)]
         target: HilOptions,
     },
+    /// See, move and tune a drive that runs by itself: the image `drive` or `motor`, emulated or on a board.
+    ///
+    /// Commands come from stdin, one a line; `help` lists them. A setting is designed here first, sent, designed on the
+    /// chip while the drive goes on, and taken over between two ticks; what is refused leaves it as it was.
+    Live(LiveOptions),
+    /// Run again what the black box of a drive held: bit for bit, or with another design.
+    ///
+    /// Exit status: 0 the same bits, 1 others, 2 the file is none or damaged.
+    Replay(ReplayOptions),
     /// Run an image in the emulator, one instruction a nanosecond, and print its log.
     Emulate(EmulateOptions),
     /// Say what a design comes to in its loop: poles, margins, noise, what limits it, what would be better.
@@ -249,6 +262,8 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
             let link = console.wired(&it, target)?;
             console.run(it, options, "-hil", Some(link))
         }),
+        Some(Command::Live(options)) => console.live(options),
+        Some(Command::Replay(options)) => console.replay(options),
         Some(Command::Emulate(options)) => console.emulate(options),
         Some(Command::Design(options)) => console.design(options),
         Some(Command::Compare(options)) => console.compare(options),

@@ -18,8 +18,8 @@ use loop_sim::port::drive::{DriveDesign, Follows, Form, Law};
 use loop_sim::port::in_process::{self, Download, ModelKind};
 use loop_sim::port::{ControllerPort, PortError, Tick};
 use pil_wire::{
-    CORE_VERSION, Counts, Driven, Identity, Instance, LAYOUT_ID, LOAD, MAX_N, Model, Open, REPLY_LEN, Reason, Receiver,
-    Refusal, Reply, Request, Ticked, VERSION,
+    CORE_VERSION, Counts, Driven, Identity, Instance, LAYOUT_ID, LOAD, MAX_N, Model, Open, REPLY_LEN, RETUNE_ERRORS,
+    Reason, Receiver, Refusal, Reply, Request, Ticked, VERSION,
 };
 use scenario::Experiment;
 
@@ -136,19 +136,7 @@ impl<T: Transport> Remote<T> {
     /// When nothing answers, the wire breaks, or host and target do not fit: says what each of them has.
     pub fn connect(transport: T, reply_within: Duration, design: Loadable) -> Result<Self, PortError> {
         let instance = design.instance;
-        let mut wire = Wire {
-            transport,
-            least: reply_within,
-            wait: reply_within,
-            receiver: Receiver::of_replies(),
-            sequence: 0,
-            heard: 0,
-            traffic: Traffic::default(),
-        };
-        let identity = wire.identify()?;
-        agree(&identity)?;
-        wire.sequence = identity.last_sequence;
-
+        let mut wire = Wire::connect(transport, reply_within)?;
         wire.load(&design)?;
         let observed = (0..usize::from(instance.n)).filter(|i| instance.mask >> i & 1 == 1).collect();
         Ok(Self { wire, design, observed, begin: None, applied: f32::NAN, ticks: 0 })
@@ -309,7 +297,7 @@ fn mismatch(reason: Reason, target: u32, host: u32) -> String {
 }
 
 /// Why a request was refused.
-fn in_words(refusal: &Refusal, instance: Instance) -> String {
+pub(crate) fn in_words(refusal: &Refusal, instance: Instance) -> String {
     let Refusal { reason, target, request } = *refusal;
     match reason {
         Reason::Version | Reason::Layout | Reason::CoreVersion => mismatch(reason, target, request),
@@ -340,14 +328,39 @@ fn in_words(refusal: &Refusal, instance: Instance) -> String {
         Reason::NotOpen | Reason::OutOfStep => {
             "the target restarted, or obeys another program as well, while the design was loaded; try again".into()
         }
-        Reason::Retune => "the design cannot take over from the one that runs".into(),
-        Reason::Kind => format!("the target does not know request {request}; {REMEDY}"),
+        Reason::Retune => match RETUNE_ERRORS.get(target as usize) {
+            Some(error) => format!("the design cannot take over from the one that runs: {error}"),
+            None => "the design cannot take over from the one that runs".into(),
+        },
+        Reason::Kind => format!("the target does not know request {request}: it runs another image, or an older one"),
+        Reason::Goal => "the goal is no number, or further than 10000 turns from 0".into(),
+        Reason::TooFast if target == 0 => "no move there of up to 100 s stays within 90 % of the current limit".into(),
+        Reason::TooFast => format!(
+            "{request} ticks are too few for 90 % of the current limit, or for a plan at all: it takes {target}"
+        ),
+        Reason::Stopped => "an alarm has stopped the drive: reset it first".into(),
+        Reason::NotStopped => "the drive has not stopped: there is nothing to reset".into(),
+        Reason::NotFrozen => "the black box goes on: freeze it first".into(),
+        Reason::Frozen => {
+            "the black box stands still, and another design would empty it: read it, then `release` or `reset`".into()
+        }
+        Reason::Absent => "there is no such part, or no good count to start from".into(),
+        Reason::Late => "the chip has no time left to plan: its interrupt takes too much".into(),
+        Reason::Period => format!("the drive ticks every {target} ns, the design is for {request} ns"),
     }
 }
 
+/// A reply that is not the wanted one.
+pub(crate) fn not_that(reply: &Reply, what: &str, instance: Instance) -> PortError {
+    PortError::Refused(match reply {
+        Reply::Refused(refusal) => in_words(refusal, instance),
+        _ => format!("the target's answer to {what} makes no sense"),
+    })
+}
+
 /// Requests and replies over a transport.
-struct Wire<T> {
-    transport: T,
+pub(crate) struct Wire<T> {
+    pub(crate) transport: T,
     /// Shortest wait before a request is repeated.
     least: Duration,
     /// The present one.
@@ -357,10 +370,27 @@ struct Wire<T> {
     sequence: u32,
     /// Bytes received since the last answer.
     heard: u64,
-    traffic: Traffic,
+    pub(crate) traffic: Traffic,
 }
 
 impl<T: Transport> Wire<T> {
+    /// Finds the target, and makes sure that it is of this version.
+    pub(crate) fn connect(transport: T, reply_within: Duration) -> Result<Self, PortError> {
+        let mut wire = Self {
+            transport,
+            least: reply_within,
+            wait: reply_within,
+            receiver: Receiver::of_replies(),
+            sequence: 0,
+            heard: 0,
+            traffic: Traffic::default(),
+        };
+        let identity = wire.identify()?;
+        agree(&identity)?;
+        wire.sequence = identity.last_sequence;
+        Ok(wire)
+    }
+
     /// Asks who is there until someone tells. A target says hello when it starts up, and is then asked at once: only
     /// an answer is sure to be of now. One that says it again and again is listened to no longer than a silent one.
     fn identify(&mut self) -> Result<Identity, PortError> {
@@ -390,24 +420,33 @@ impl<T: Transport> Wire<T> {
 
     /// Loads a design and starts it.
     fn load(&mut self, design: &Loadable) -> Result<(), PortError> {
+        self.open(design)?;
+        self.done(&Request::Start, "the start", design.instance)
+    }
+
+    /// Loads a design, which then waits.
+    pub(crate) fn open(&mut self, design: &Loadable) -> Result<(), PortError> {
         let Loadable { instance, words } = design;
-        let done = |reply, asked: &str| match reply {
-            Reply::Done => Ok(()),
-            Reply::Refused(refusal) => Err(PortError::Refused(in_words(&refusal, *instance))),
-            _ => Err(PortError::Refused(format!("the target's answer to {asked} makes no sense"))),
-        };
-        done(self.ask(&Request::Open(Open::new(*instance, words)), "the design")?, "the design")?;
+        self.done(&Request::Open(Open::new(*instance, words)), "the design", *instance)?;
         for (k, chunk) in words.chunks(LOAD).enumerate() {
             let mut words = [0; LOAD];
             words[..chunk.len()].copy_from_slice(chunk);
             let load = Request::Load { offset: (k * LOAD) as u32, words };
-            done(self.ask(&load, "the design")?, "the design")?;
+            self.done(&load, "the design", *instance)?;
         }
-        done(self.ask(&Request::Start, "the start")?, "the start")
+        Ok(())
+    }
+
+    /// One request that has nothing to tell.
+    pub(crate) fn done(&mut self, request: &Request, what: &str, instance: Instance) -> Result<(), PortError> {
+        match self.ask(request, what)? {
+            Reply::Done => Ok(()),
+            other => Err(not_that(&other, what, instance)),
+        }
     }
 
     /// One request, one reply.
-    fn ask(&mut self, request: &Request, what: &str) -> Result<Reply, PortError> {
+    pub(crate) fn ask(&mut self, request: &Request, what: &str) -> Result<Reply, PortError> {
         self.sequence = self.sequence.wrapping_add(1);
         let ours = self.sequence;
         let frame = request.to_frame(ours);

@@ -4,12 +4,20 @@
 //! as it does the shapes of the other ticks.
 
 use controller_core::drive::{
-    Bounds, DriveLaw, JointDesign, JointDrive, Monitored, MotorDesign, MotorDrive, Position, Speed, Target, Watched,
+    Bounds, DriveLaw, EncoderForm, Joined, JointDesign, JointDrive, JointModel, Monitored, MotorDesign, MotorDrive,
+    MotorModel, Position, Reference, Rest, Speed, Target, Watched, gap, shortest, stop,
 };
-use controller_core::{Health, Output, Running};
+use controller_core::{Health, Limits, Output, Running};
 
 use crate::frame::{Counts, Driven, Instance, Model, RETUNE_ERRORS, Reason, Refusal};
 use crate::{MAX_E, MAX_N};
+
+/// Most words that a drive is designed from.
+pub(crate) const MOST_DRIVE_WORDS: usize = 2 * (JointDesign::NUMBERS + Bounds::<2>::NUMBERS + 1);
+/// The feed-forward of a plan stays within this share of the limits.
+const SHARE: f64 = 0.9;
+/// No move is longer, s.
+const LONGEST_S: f64 = 100.0;
 
 /// A target on the wire as a drive of its order has it.
 fn narrowed<const N: usize>(target: &Target<f32, i32, MAX_N>) -> Target<f32, i32, N> {
@@ -91,6 +99,154 @@ fn read<const L: usize, const E: usize>(words: &[u32]) -> Result<([f64; L], Boun
     Ok((core::array::from_fn(|_| next()), Bounds::from_numbers(core::iter::from_fn(|| Some(next()))), next()))
 }
 
+fn watched<L: Watched<E>, const E: usize>(
+    law: L,
+    bounds: &Bounds<E>,
+    stops_at: f64,
+) -> Result<Monitored<L, E>, Refusal> {
+    let stops_at = Health::from_bits(stops_at as u8).ok_or(Refusal::of(Reason::Coefficients))?;
+    Ok(Monitored::new(law, bounds).stopping_at(stops_at))
+}
+
+/// A drive whose design and plans can be changed while it runs: that of a motor or a joint that follows a position.
+pub trait Tuned<const E: usize, const N: usize>: DriveLaw<E, N> + Watched<E> + Copy {
+    /// Its name on the wire.
+    const INSTANCE: Instance;
+    /// What it is designed from.
+    type Design: Copy;
+    /// From any jet to rest.
+    type Plan: Reference<f32, N> + Clone;
+
+    /// Design and law of the words that a design is loaded as: some ten thousand operations of 64 bits.
+    ///
+    /// # Errors
+    /// When they are too few or too many, or no design.
+    fn read(words: &[u32]) -> Result<(Self::Design, Monitored<Self, E>), Refusal>;
+
+    /// At rest.
+    fn rest(goal: Rest<f32>) -> Self::Plan;
+
+    /// From where `present` is at this tick to rest at a goal, or where it can, in the fewest ticks of this range
+    /// that the limits allow; and in how many. 64 ticks of each duration that comes into question are tried: background
+    /// work.
+    ///
+    /// # Errors
+    /// What is wrong with the goal, or too fast.
+    fn plan(
+        design: &Self::Design,
+        present: &Self::Plan,
+        goal: Option<Rest<f32>>,
+        start: u32,
+        range: [u32; 2],
+    ) -> Result<(Self::Plan, u32), Refusal>;
+
+    /// The tick from which on a plan rests.
+    fn end(plan: &Self::Plan) -> u32;
+}
+
+impl<const S: usize, const FAST: usize, const LATE: usize> Tuned<1, 2>
+    for EncoderForm<f32, MotorModel<f32>, Position, 1, 2, S, FAST, LATE>
+{
+    const INSTANCE: Instance = Instance { n: 2, r: S as u8, mask: form(FAST, LATE), model: Model::Motor };
+    type Design = MotorDesign;
+    type Plan = Joined<f32, Rest<f32>, 3>;
+
+    fn read(words: &[u32]) -> Result<(MotorDesign, Monitored<Self, 1>), Refusal> {
+        let (numbers, bounds, stops_at) = read(words)?;
+        let design = MotorDesign::from_numbers(&numbers);
+        let law = Self::try_design(&design).map_err(|_| Refusal::of(Reason::Coefficients))?;
+        Ok((design, watched(law, &bounds, stops_at)?))
+    }
+
+    fn rest(goal: Rest<f32>) -> Self::Plan {
+        Joined::new(goal, [0.0; 3], 0, 1, 1.0)
+    }
+
+    fn plan(
+        design: &MotorDesign,
+        present: &Self::Plan,
+        goal: Option<Rest<f32>>,
+        start: u32,
+        range: [u32; 2],
+    ) -> Result<(Self::Plan, u32), Refusal> {
+        let asked = |jet: &[f64; 3]| design.motor.feed_forward(jet);
+        planned(design.period_s, design.limits, &present.at(start), goal, start, range, asked)
+    }
+
+    fn end(plan: &Self::Plan) -> u32 {
+        plan.end()
+    }
+}
+
+impl<const FAST: usize, const LATE: usize> Tuned<2, 4>
+    for EncoderForm<f32, JointModel<f32>, Position, 2, 4, 4, FAST, LATE>
+{
+    const INSTANCE: Instance = Instance { n: 4, r: 4, mask: form(FAST, LATE), model: Model::Joint };
+    type Design = JointDesign;
+    type Plan = Joined<f32, Rest<f32>, 4>;
+
+    fn read(words: &[u32]) -> Result<(JointDesign, Monitored<Self, 2>), Refusal> {
+        let (numbers, bounds, stops_at) = read(words)?;
+        let design = JointDesign::from_numbers(&numbers);
+        let law = Self::try_design(&design).map_err(|_| Refusal::of(Reason::Coefficients))?;
+        Ok((design, watched(law, &bounds, stops_at)?))
+    }
+
+    fn rest(goal: Rest<f32>) -> Self::Plan {
+        Joined::new(goal, [0.0; 4], 0, 1, 1.0)
+    }
+
+    fn plan(
+        design: &JointDesign,
+        present: &Self::Plan,
+        goal: Option<Rest<f32>>,
+        start: u32,
+        range: [u32; 2],
+    ) -> Result<(Self::Plan, u32), Refusal> {
+        let asked = |jet: &[f64; 5]| design.joint.feed_forward(jet);
+        planned(design.period_s, design.limits, &present.at(start), goal, start, range, asked)
+    }
+
+    fn end(plan: &Self::Plan) -> u32 {
+        plan.end()
+    }
+}
+
+const fn form(fast: usize, late: usize) -> u8 {
+    Instance::TWO_SETS * fast as u8 + Instance::LATE * late as u8
+}
+
+/// From a jet to rest.
+fn planned<const M: usize, const J: usize>(
+    period_s: f64,
+    limits: Limits,
+    present: &Target<f32, i32, M>,
+    goal: Option<Rest<f32>>,
+    start: u32,
+    [fewest, most]: [u32; 2],
+    feed_forward: impl Fn(&[f64; J]) -> f64,
+) -> Result<(Joined<f32, Rest<f32>, M>, u32), Refusal> {
+    let wide = Target { turn: present.turn, jet: present.jet.map(f64::from) };
+    let towards = |ticks: u32| {
+        let goal = goal.unwrap_or_else(|| stop(present, f64::from(ticks) * period_s));
+        (goal, Rest { turn: goal.turn, angle: f64::from(goal.angle) })
+    };
+    let to_go = |goal: &Rest<f64>| gap(&wide, &goal.at(start));
+    let u_max = SHARE * if limits.max < -limits.min { limits.max } else { -limits.min };
+    let longest = (LONGEST_S / period_s) as u32;
+    let found = shortest(start, fewest.max(1), longest.max(1), u_max, feed_forward, |ticks| {
+        let (_, goal) = towards(ticks);
+        Joined::<f64, _, M>::new(goal, to_go(&goal), start, ticks, period_s)
+    });
+    match found {
+        Some(found) if found <= most => {
+            let (goal, wide) = towards(found);
+            Ok((Joined::new(goal, to_go(&wide), start, found, period_s), found))
+        }
+        other => Err(Refusal { reason: Reason::TooFast, target: other.unwrap_or(0), request: most }),
+    }
+}
+
 /// An enum of all drives.
 macro_rules! drives {
     ($($name:ident:
@@ -138,8 +294,7 @@ macro_rules! drives {
         let (numbers, bounds, stops_at) = read($words)?;
         let law = $drive::<f32, $($of),*>::try_design(&$design::from_numbers(&numbers))
             .map_err(|_| Refusal::of(Reason::Coefficients))?;
-        let stops_at = Health::from_bits(stops_at as u8).ok_or(Refusal::of(Reason::Coefficients))?;
-        Monitored::new(law, &bounds).stopping_at(stops_at)
+        watched(law, &bounds, stops_at)?
     }};
 }
 

@@ -1,6 +1,6 @@
 //! Requests and replies as values, and as the bytes of the tables in the crate's page.
 
-use controller_core::drive::Target;
+use controller_core::drive::{Rest, Target};
 use controller_core::{Health, MAX_R, RetuneError};
 
 use crate::{CORE_VERSION, CRC, FAULT, LAYOUT_ID, LOAD, MARK, MAX_E, MAX_N, REPLY_LEN, REPLY_WORDS, REQUEST_LEN};
@@ -53,7 +53,8 @@ impl Instance {
         u32::from_le_bytes([self.n, self.r, self.mask, self.model as u8])
     }
 
-    fn from_word(word: u32) -> Option<Self> {
+    /// Of the first word of Open; `None` if there is no such model.
+    pub fn from_word(word: u32) -> Option<Self> {
         let [n, r, mask, model] = word.to_le_bytes();
         let model = match model {
             0 => Model::Linear,
@@ -98,6 +99,61 @@ pub enum Request {
     Drive(Counts),
     /// The loaded design takes over from the one that runs, without a jump of u; then this tick.
     Retune(Counts),
+    /// How is a drive that runs by itself?
+    Observe,
+    /// Another plan for it, from where the present one leads.
+    Move {
+        /// Where it is to rest; `None` for the nearest place at which it can.
+        goal: Option<Rest<f32>>,
+        /// Ticks that it takes; 0 for the fewest within the limits. A stop takes more where it must.
+        ticks: u32,
+    },
+    /// The loaded design takes over between two ticks of it.
+    Swap,
+    /// What its axis is to do.
+    Order(Order),
+    /// A part of what its black box holds, or of the design that it is of.
+    Recall(Part),
+    /// Something happens to the stand-in of a plant; the image of a board knows no such request.
+    Disturb(Disturbance),
+}
+
+/// What the axis of a drive is to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// The black box stops, as after an alarm.
+    Freeze,
+    /// The black box goes on, with nothing in it.
+    Release,
+    /// After a stop: the law starts anew, at rest where the counts are, and the black box goes on.
+    Reset,
+}
+
+const ORDERS: [Order; 3] = [Order::Freeze, Order::Release, Order::Reset];
+
+/// A part of a black box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Instance, count of words and hash of the design that runs; its fingerprint.
+    Design,
+    /// Sixteen words of it, from this one on.
+    DesignWords(u32),
+    /// Of the older half (0) or the newer (1): first tick, count of frames, count of words of the state (0: not
+    /// started), where its first tick begins (turn, r .. r''').
+    Half(u32),
+    /// Sixteen words of its state, from this one on.
+    State(u32, u32),
+    /// One of its frames: [`Counts`] as in Drive, u, health.
+    Frame(u32, u32),
+}
+
+/// What happens to the stand-in of a plant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disturbance {
+    /// Which encoders stick.
+    pub stuck: [bool; MAX_E],
+    /// Torque against the load's side, N m.
+    pub load_n_m: f32,
 }
 
 /// What a drive is given for one tick. What its order does not need is not read.
@@ -112,7 +168,8 @@ pub struct Counts {
 }
 
 impl Counts {
-    fn words(&self) -> [u32; REQUEST_WORDS] {
+    /// As nine words: which are lost, counts, turn, r .. r''', u that was held.
+    pub fn words(&self) -> [u32; REQUEST_WORDS] {
         let Self { counts: [a, b], end: Target { turn, jet: [r, v, w, z] }, applied } = *self;
         let lost = u32::from(a.is_none()) | u32::from(b.is_none()) << 1;
         let count = |count: Option<i32>| count.unwrap_or(0) as u32;
@@ -120,7 +177,8 @@ impl Counts {
         [lost, count(a), count(b), turn as u32, r, v, w, z, applied]
     }
 
-    fn from_words([lost, a, b, turn, jet @ .., applied]: [u32; REQUEST_WORDS]) -> Self {
+    /// Of these words.
+    pub fn from_words([lost, a, b, turn, jet @ .., applied]: [u32; REQUEST_WORDS]) -> Self {
         Self {
             counts: [(lost & 1 == 0).then_some(a as i32), (lost & 2 == 0).then_some(b as i32)],
             end: Target { turn: turn as i32, jet: jet.map(f32::from_bits) },
@@ -169,6 +227,19 @@ pub enum Reply {
     Ticked(Ticked),
     /// What the tick of a drive returned.
     Driven(Driven),
+    /// How a drive that runs by itself is.
+    Observed(Observed),
+    /// It has another plan.
+    Planned {
+        /// The tick at which that began.
+        start: u32,
+        /// Ticks from there to rest.
+        ticks: u32,
+    },
+    /// It has another design.
+    Swapped(Swapped),
+    /// A part of its black box.
+    Recalled([u32; REPLY_WORDS]),
     /// The request was not carried out.
     Refused(Refusal),
 }
@@ -219,6 +290,50 @@ pub struct Driven {
     pub estimates: [[f32; 4]; MAX_E],
 }
 
+/// A drive that runs by itself, between two ticks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observed {
+    /// Number of the coming tick.
+    pub tick: u32,
+    /// Control u of the last one.
+    pub u: f32,
+    /// σ* of the last one.
+    pub sigma_star: f32,
+    /// Health of the last one.
+    pub health: Health,
+    /// Does its black box stand still?
+    pub frozen: bool,
+    /// Has its law started?
+    pub started: bool,
+    /// Is its plan still on the way?
+    pub moving: bool,
+    /// Whole turns to which the positions are to be added.
+    pub turn: i32,
+    /// Position (rad), speed (rad/s), disturbance (rad/s²) and load (N m) of each shaft, as in [`Driven`].
+    pub estimates: [[f32; 4]; MAX_E],
+    /// Where it should be, rad from those turns.
+    pub reference: f32,
+    /// The longest that its interrupt took, by its stopwatch.
+    pub worst: u32,
+    /// Ticks that came late.
+    pub missed: u32,
+}
+
+/// A design that has taken over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Swapped {
+    /// Its first tick.
+    pub tick: u32,
+    /// Ticks that went by while it was designed.
+    pub ticks: u32,
+    /// The same by the stopwatch of the target, interrupts included.
+    pub time: u32,
+    /// u of the last tick before, and of the first one after.
+    pub u: [f32; 2],
+    /// Fingerprint of the law.
+    pub fingerprint: u32,
+}
+
 /// Why a request was refused, with the two numbers that differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -234,6 +349,11 @@ pub struct Refusal {
 impl Refusal {
     pub(crate) const fn of(reason: Reason) -> Self {
         Self { reason, target: 0, request: 0 }
+    }
+
+    /// A request that this target does not carry out.
+    pub(crate) fn of_kind(request: &Request) -> Self {
+        Self { reason: Reason::Kind, target: 0, request: u32::from(request.to_frame(0)[3]) }
     }
 }
 
@@ -264,13 +384,31 @@ pub enum Reason {
     Kind,
     /// The loaded design cannot take over from the one that runs: why is one of [`RETUNE_ERRORS`], from 0.
     Retune,
+    /// A goal that is no number, or too far off.
+    Goal,
+    /// A move that asks for more than the limits allow; the target says in how many ticks it would do (0: in none).
+    TooFast,
+    /// An alarm has stopped the drive: reset it first.
+    Stopped,
+    /// There is nothing to reset.
+    NotStopped,
+    /// The black box goes on: freeze it first.
+    NotFrozen,
+    /// There is no such part, or the counts to start from are not there.
+    Absent,
+    /// The plan was not ready in time.
+    Late,
+    /// A design for another period than that of the drive's timer; both in ns.
+    Period,
+    /// The black box stands still, and another design would empty it: release it or reset the drive first.
+    Frozen,
 }
 
 /// Why a design cannot take over, in the order of the wire.
 pub const RETUNE_ERRORS: [RetuneError; 4] =
     [RetuneError::Sample, RetuneError::GainNearDecay, RetuneError::OffsetOutOfRange, RetuneError::OtherEncoder];
 
-const REASONS: [Reason; 11] = [
+const REASONS: [Reason; 20] = [
     Reason::Version,
     Reason::Layout,
     Reason::CoreVersion,
@@ -282,6 +420,15 @@ const REASONS: [Reason; 11] = [
     Reason::OutOfStep,
     Reason::Kind,
     Reason::Retune,
+    Reason::Goal,
+    Reason::TooFast,
+    Reason::Stopped,
+    Reason::NotStopped,
+    Reason::NotFrozen,
+    Reason::Absent,
+    Reason::Late,
+    Reason::Period,
+    Reason::Frozen,
 ];
 
 const IDENTIFY: u8 = 1;
@@ -324,6 +471,34 @@ impl Request {
                 words = counts.words();
                 9
             }
+            Self::Observe => 10,
+            Self::Move { goal, ticks } => {
+                words[0] = u32::from(goal.is_some());
+                if let Some(Rest { turn, angle }) = goal {
+                    words[1..3].copy_from_slice(&[turn as u32, angle.to_bits()]);
+                }
+                words[3] = ticks;
+                11
+            }
+            Self::Swap => 12,
+            Self::Order(order) => {
+                words[0] = order as u32;
+                13
+            }
+            Self::Recall(part) => {
+                words[..3].copy_from_slice(&match part {
+                    Part::Design => [0, 0, 0],
+                    Part::DesignWords(from) => [1, 0, from],
+                    Part::Half(half) => [2, half, 0],
+                    Part::State(half, from) => [3, half, from],
+                    Part::Frame(half, index) => [4, half, index],
+                });
+                14
+            }
+            Self::Disturb(Disturbance { stuck: [a, b], load_n_m }) => {
+                words[..2].copy_from_slice(&[u32::from(a) | u32::from(b) << 1, load_n_m.to_bits()]);
+                15
+            }
         };
         framed(REQUEST_MARK, kind, sequence, &words)
     }
@@ -354,6 +529,22 @@ impl Request {
             }
             (8, words) => Ok(Self::Drive(Counts::from_words(words))),
             (9, words) => Ok(Self::Retune(Counts::from_words(words))),
+            (10, _) => Ok(Self::Observe),
+            (11, [has_goal @ 0..=1, turn, angle, ticks, ..]) => {
+                let goal = Rest { turn: turn as i32, angle: f32::from_bits(angle) };
+                Ok(Self::Move { goal: (has_goal == 1).then_some(goal), ticks })
+            }
+            (12, _) => Ok(Self::Swap),
+            (13, [order @ 0..=2, ..]) => Ok(Self::Order(ORDERS[order as usize])),
+            (14, [0, ..]) => Ok(Self::Recall(Part::Design)),
+            (14, [1, _, from, ..]) => Ok(Self::Recall(Part::DesignWords(from))),
+            (14, [2, half, ..]) => Ok(Self::Recall(Part::Half(half))),
+            (14, [3, half, from, ..]) => Ok(Self::Recall(Part::State(half, from))),
+            (14, [4, half, index, ..]) => Ok(Self::Recall(Part::Frame(half, index))),
+            (15, [stuck, load, ..]) => Ok(Self::Disturb(Disturbance {
+                stuck: [stuck & 1 == 1, stuck & 2 == 2],
+                load_n_m: f32::from_bits(load),
+            })),
             _ => refused(Reason::Kind, 0, u32::from(kind)),
         };
         (sequence, request)
@@ -385,6 +576,29 @@ impl Reply {
                     *word = number.to_bits();
                 }
                 133
+            }
+            Self::Observed(it) => {
+                let Observed { tick, u, sigma_star, health, turn, estimates, reference, worst, missed, .. } = it;
+                let flags = [it.frozen, it.started, it.moving].into_iter().zip(8..);
+                let flags = flags.fold(u32::from(health.bits()), |flags, (flag, bit)| flags | u32::from(flag) << bit);
+                words[..5].copy_from_slice(&[tick, u.to_bits(), sigma_star.to_bits(), flags, turn as u32]);
+                for (word, number) in words[5..].iter_mut().zip(estimates.as_flattened()) {
+                    *word = number.to_bits();
+                }
+                words[13..].copy_from_slice(&[reference.to_bits(), worst, missed]);
+                134
+            }
+            Self::Planned { start, ticks } => {
+                words[..2].copy_from_slice(&[start, ticks]);
+                135
+            }
+            Self::Swapped(Swapped { tick, ticks, time, u: [before, after], fingerprint }) => {
+                words[..6].copy_from_slice(&[tick, ticks, time, before.to_bits(), after.to_bits(), fingerprint]);
+                136
+            }
+            Self::Recalled(recalled) => {
+                words = recalled;
+                137
             }
             Self::Refused(Refusal { reason, target, request }) => {
                 words[..3].copy_from_slice(&[u32::from(reason as u8), target, request]);
@@ -421,6 +635,36 @@ impl Reply {
                 let [u, sigma, sigma_star] = [a, b, c].map(f32::from_bits);
                 Self::Driven(Driven { u, sigma, sigma_star, health, turn: e as i32, estimates })
             }),
+            134 => Health::from_bits(d as u8).filter(|_| d < 1 << 11).map(|health| {
+                let mut estimates = [[0.0; 4]; MAX_E];
+                for (number, word) in estimates.as_flattened_mut().iter_mut().zip(&words[5..]) {
+                    *number = f32::from_bits(*word);
+                }
+                let [frozen, started, moving] = [8, 9, 10].map(|bit| d >> bit & 1 == 1);
+                let [.., reference, worst, missed] = words;
+                let [u, sigma_star, reference] = [b, c, reference].map(f32::from_bits);
+                let turn = e as i32;
+                Self::Observed(Observed {
+                    tick: a,
+                    u,
+                    sigma_star,
+                    health,
+                    frozen,
+                    started,
+                    moving,
+                    turn,
+                    estimates,
+                    reference,
+                    worst,
+                    missed,
+                })
+            }),
+            135 => Some(Self::Planned { start: a, ticks: b }),
+            136 => {
+                let u = [d, e].map(f32::from_bits);
+                Some(Self::Swapped(Swapped { tick: a, ticks: b, time: c, u, fingerprint: words[5] }))
+            }
+            137 => Some(Self::Recalled(words)),
             132 => REASONS
                 .into_iter()
                 .find(|reason| *reason as u32 == a)

@@ -24,6 +24,12 @@
 //! | Begin | 7 | turn, r, r', r'', r''' at the beginning of the coming tick | Done |
 //! | Drive | 8 | counts that are lost (bits 0, 1), counts, turn, r .. r''' at its end, u that was held (NaN) | Driven |
 //! | Retune | 9 | the same, of a tick before which the loaded design takes over | Driven |
+//! | Observe | 10 | | Observed |
+//! | Move | 11 | to a goal (1) or to rest on its way (0), turn, angle, ticks | Planned |
+//! | Swap | 12 | | Swapped |
+//! | Order | 13 | freeze (0), release (1), reset (2) | Done |
+//! | Recall | 14 | what (below), half, from where on | Recalled |
+//! | Disturb | 15 | encoders that stick (bits 0, 1), load (N m) | Done |
 //!
 //! | reply | kind | words |
 //! |---|---|---|
@@ -31,6 +37,10 @@
 //! | Done | 130 | |
 //! | Ticked | 131 | u, σ, σ*, health; d_hat, d_hat', d_hat'' of channels 1..4 |
 //! | Driven | 133 | u, σ, σ*, health; whole turns; position, speed, disturbance, load of each shaft |
+//! | Observed | 134 | tick, u, σ*, health and flags; turns; four of each shaft as in Driven; r; worst time, missed ticks |
+//! | Planned | 135 | first tick, count of ticks |
+//! | Swapped | 136 | first tick; ticks and time that the design took; u before, u after; fingerprint |
+//! | Recalled | 137 | sixteen words (below) |
 //! | Refused | 132 | [`Reason`], what the target has, what the request has |
 //!
 //! # Lock step
@@ -46,6 +56,21 @@
 //! the CRC-32 of the first word of Open and of all that are loaded: the target computes it from what it holds, and
 //! refuses to start another design. What runs goes on until another design has started or taken over.
 //!
+//! # A drive that runs by itself
+//! Requests 1 to 9 are for a target that ticks when it is told to ([`Target`]), 1 to 3 and 10 to 15 for a drive whose
+//! interrupt ticks ([`Live`]): it is observed, moved, and given another design while it goes on. Flags of Observed:
+//! bit 8 the black box stands still, 9 the law has started, 10 the plan is on its way. What Recall gives:
+//!
+//! | what | half | from | words |
+//! |---|---|---|---|
+//! | 0 | | | first word of Open, count of words and hash of the design that runs; fingerprint of the law |
+//! | 1 | | word | sixteen words of the design |
+//! | 2 | 0 older, 1 newer | | first tick, count of frames, count of words of the state; turn, r .. r''' at its beginning |
+//! | 3 | the same | word | sixteen words of the state before the first tick |
+//! | 4 | the same | frame | nine words as in Drive, u, health |
+//!
+//! 2 to 4 are answered while the black box stands still: after an alarm, or after Order 0.
+//!
 //! # Garbage
 //! [`Receiver`] takes any bytes. Whatever stands before a frame with the right mark and checksum is skipped; a frame
 //! that follows a damaged one is not lost. Nothing here allocates, and no byte string makes it panic.
@@ -58,13 +83,18 @@ struct Readme;
 
 mod drives;
 mod frame;
+mod live;
 mod receiver;
 mod running;
+mod session;
 mod target;
 
+pub use drives::Tuned;
 pub use frame::{
-    Counts, Driven, Identity, Instance, Model, Open, RETUNE_ERRORS, Reason, Refusal, Reply, Request, Ticked,
+    Counts, Disturbance, Driven, Identity, Instance, Model, Observed, Open, Order, Part, RETUNE_ERRORS, Reason,
+    Refusal, Reply, Request, Swapped, Ticked,
 };
+pub use live::{Live, Machine, REMEMBERED, Seat};
 pub use receiver::Receiver;
 pub use target::{Event, Target};
 
@@ -72,7 +102,7 @@ use controller_core::{LAYOUT, drive};
 use crc::{CRC_32_ISO_HDLC, Crc};
 
 /// Of the tables in this page. Every change of them is a new version.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 /// Bytes of a request.
 pub const REQUEST_LEN: usize = 12 + 4 * REQUEST_WORDS;
 /// Bytes of a reply.

@@ -1,19 +1,18 @@
 //! The target's side of the talk: bytes in, replies out. The firmware adds a serial port and nothing else, so that all
 //! of it can be tested, and fuzzed, without a chip.
 
-use controller_core::drive::{Bounds, JointDesign};
 use controller_core::{Coefficients, History, MAX_R, Output, Record};
 
-use crate::frame::{Counts, Driven, Identity, Open, Reason, Refusal, Reply, Request, Ticked};
-use crate::receiver::Receiver;
+use crate::drives::MOST_DRIVE_WORDS;
+use crate::frame::{Counts, Driven, Open, Refusal, Reply, Request, Ticked};
 use crate::running::Loaded;
-use crate::{CORE_VERSION, LAYOUT_ID, LOAD, MAX_N, REPLY_LEN, REQUEST_LEN, VERSION};
+use crate::session::{Heard, Loading, NOT_OPEN, Session};
+use crate::{MAX_N, REPLY_LEN};
 
 /// Most words that a design has: n = 4, r = 3, four channels observed, or what the drive of a joint is designed from.
 const MOST_WORDS: usize = {
     let law = 2 * MAX_N + Coefficients::<f32, MAX_N, MAX_R, MAX_N>::NUMBERS;
-    let drive = 2 * (JointDesign::NUMBERS + Bounds::<2>::NUMBERS + 1);
-    if law > drive { law } else { drive }
+    if law > MOST_DRIVE_WORDS { law } else { MOST_DRIVE_WORDS }
 };
 /// Ticks that the black box remembers.
 const REMEMBERED: usize = 16;
@@ -31,14 +30,8 @@ pub enum Event {
 
 /// A target: receiver, controller, black box.
 pub struct Target {
-    receiver: Receiver<REQUEST_LEN>,
-    /// Sequence number of the last new request.
-    last: u32,
-    /// The reply to it.
-    reply: Option<[u8; REPLY_LEN]>,
-    /// The design that is loading.
-    open: Option<Open>,
-    words: [u32; MOST_WORDS],
+    session: Session,
+    loading: Loading<MOST_WORDS>,
     running: Option<Loaded>,
     ticks: u32,
     black_box: History<f32, MAX_N, REMEMBERED>,
@@ -49,11 +42,8 @@ impl Target {
     /// Just powered up.
     pub const fn new() -> Self {
         Self {
-            receiver: Receiver::of_requests(),
-            last: 0,
-            reply: None,
-            open: None,
-            words: [0; MOST_WORDS],
+            session: Session::new(),
+            loading: Loading::new(),
             running: None,
             ticks: 0,
             black_box: History::new(),
@@ -63,29 +53,23 @@ impl Target {
 
     /// What to send before the first request.
     pub fn hello(&self) -> [u8; REPLY_LEN] {
-        Reply::Identity(self.identity()).to_frame(0)
+        Reply::Identity(self.session.identity()).to_frame(0)
     }
 
     /// One byte from the host; what to send back, if it completes a request that is answered.
     pub fn receive(&mut self, byte: u8) -> Option<[u8; REPLY_LEN]> {
-        let frame = self.receiver.push(byte)?;
-        let (sequence, request) = Request::from_frame(&frame);
-        if let Ok(Request::Identify) = request {
-            return Some(Reply::Identity(self.identity()).to_frame(sequence));
-        }
-        // How far it is ahead of the last one, on the circle of sequence numbers.
-        match sequence.wrapping_sub(self.last) as i32 {
-            ..0 => None,
-            0 => self.reply,
-            1 => {
-                self.last = sequence;
-                let reply = request.and_then(|request| self.carry_out(request));
-                self.reply = Some(self.told(reply).to_frame(sequence));
-                self.reply
+        match self.session.hear(byte)? {
+            Heard::Answer(frame) => Some(frame),
+            Heard::Refused(refusal, frame) => {
+                self.event = Some(Event::Refused(refusal));
+                Some(frame)
             }
-            _ => {
-                let refusal = Refusal { reason: Reason::OutOfStep, target: self.last, request: sequence };
-                Some(self.told(Err(refusal)).to_frame(sequence))
+            Heard::New(request) => {
+                let reply = request.and_then(|request| self.carry_out(request)).unwrap_or_else(|refusal| {
+                    self.event = Some(Event::Refused(refusal));
+                    Reply::Refused(refusal)
+                });
+                Some(self.session.answer(&reply))
             }
         }
     }
@@ -101,22 +85,11 @@ impl Target {
         &self.black_box
     }
 
-    fn told(&mut self, reply: Result<Reply, Refusal>) -> Reply {
-        reply.unwrap_or_else(|refusal| {
-            self.event = Some(Event::Refused(refusal));
-            Reply::Refused(refusal)
-        })
-    }
-
-    fn identity(&self) -> Identity {
-        Identity { version: VERSION, layout: LAYOUT_ID, core_version: CORE_VERSION, last_sequence: self.last }
-    }
-
     fn carry_out(&mut self, request: Request) -> Result<Reply, Refusal> {
         match request {
-            Request::Identify => return Ok(Reply::Identity(self.identity())),
-            Request::Open(open) => self.open(open)?,
-            Request::Load { offset, words } => self.load(offset, words)?,
+            Request::Identify => return Ok(Reply::Identity(self.session.identity())),
+            Request::Open(open) => self.loading.open(open)?,
+            Request::Load { offset, words } => self.loading.load(offset, words)?,
             Request::Start => self.start()?,
             Request::Tick { x, applied } => return self.tick(x, applied),
             Request::Begin(target) => {
@@ -129,42 +102,21 @@ impl Target {
             }
             Request::Retune(counts) => return self.retune(&counts),
             Request::Fault => self.event = Some(Event::FaultAsked),
+            // For a drive that runs by itself.
+            Request::Observe
+            | Request::Move { .. }
+            | Request::Swap
+            | Request::Order(_)
+            | Request::Recall(_)
+            | Request::Disturb(_) => return Err(Refusal::of_kind(&request)),
         }
         Ok(Reply::Done)
     }
 
-    fn open(&mut self, open: Open) -> Result<(), Refusal> {
-        self.open = None;
-        let most = MOST_WORDS as u32;
-        agree(Reason::Layout, LAYOUT_ID, open.layout)?;
-        agree(Reason::CoreVersion, CORE_VERSION, open.core_version)?;
-        agree(Reason::Count, open.count.min(most), open.count)?;
-        self.open = Some(open);
-        Ok(())
-    }
-
-    fn load(&mut self, offset: u32, words: [u32; LOAD]) -> Result<(), Refusal> {
-        let open = self.open.ok_or(NOT_OPEN)?;
-        agree(Reason::Count, offset.min(open.count), offset)?;
-        for (slot, word) in self.words.iter_mut().skip(offset as usize).zip(words) {
-            *slot = word;
-        }
-        Ok(())
-    }
-
-    /// The design that has been loaded, and its words.
-    fn loaded(&self) -> Result<(Open, &[u32]), Refusal> {
-        let open = self.open.ok_or(NOT_OPEN)?;
-        // `open` saw to it that they fit.
-        let words = &self.words[..(open.count as usize).min(MOST_WORDS)];
-        agree(Reason::Design, crate::design_hash(open.instance, words), open.design)?;
-        Ok((open, words))
-    }
-
     fn start(&mut self) -> Result<(), Refusal> {
-        let (open, words) = self.loaded()?;
+        let (open, words) = self.loading.loaded()?;
         self.running = Some(Loaded::load(open.instance, words)?);
-        self.open = None;
+        self.loading.close();
         self.ticks = 0;
         self.black_box = History::new();
         self.event = Some(Event::Started(open));
@@ -180,12 +132,10 @@ impl Target {
     }
 
     fn retune(&mut self, counts: &Counts) -> Result<Reply, Refusal> {
-        let (open, words) = self.loaded()?;
-        // A copy: they and what runs are parts of the same.
-        let (words, count) = (self.words, words.len());
+        let (open, words) = self.loading.loaded()?;
         let drive = self.running.as_mut().and_then(Loaded::drive).ok_or(NOT_OPEN)?;
-        let driven = drive.retune(open.instance, &words[..count], counts)?;
-        self.open = None;
+        let driven = drive.retune(open.instance, words, counts)?;
+        self.loading.close();
         Ok(self.driven(counts, driven))
     }
 
@@ -207,10 +157,4 @@ impl Default for Target {
     fn default() -> Self {
         Self::new()
     }
-}
-
-const NOT_OPEN: Refusal = Refusal::of(Reason::NotOpen);
-
-fn agree(reason: Reason, target: u32, request: u32) -> Result<(), Refusal> {
-    if target == request { Ok(()) } else { Err(Refusal { reason, target, request }) }
 }

@@ -26,6 +26,7 @@ pub mod close;
 pub mod data;
 pub mod drive;
 pub mod golden;
+pub mod live;
 pub mod oracle;
 pub mod paper;
 pub mod printed;

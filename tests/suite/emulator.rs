@@ -156,7 +156,7 @@ fn a_run_on_the_chip_speaks_as_a_run_here_and_ends_with_the_comparison_and_shows
     let comparison = there.out.lines().find(|line| line.contains(" round trips/s")).expect("a line");
     assert!(comparison.starts_with("201 ticks, 0 bits differ ("), "{comparison}");
     assert_eq!(there.out.replace(&format!("{comparison}\n"), ""), here.out);
-    assert!(there.err.lines().any(|line| line.starts_with("log: info  hello: wire 2, ")), "{}", there.err);
+    assert!(there.err.lines().any(|line| line.starts_with("log: info  hello: wire 3, ")), "{}", there.err);
     assert!(there.err.contains("n: 4, r: 2, mask: 10"), "{}", there.err);
 }
 
@@ -180,7 +180,7 @@ fn ctrl_c_in_a_run_on_the_chip_keeps_what_was_recorded() {
 #[test]
 fn ctrl_c_is_heard_while_a_target_says_nothing() {
     let folder = Folder::new("pil-let-go");
-    let (image, out) = (image_text("drive"), folder.path("o"));
+    let (image, out) = (image_text("budget"), folder.path("o"));
     let stop = AtomicBool::new(true);
     let began = Instant::now();
     let spoken = host_sim_until(&["pil", "--image", &image, "--out", &out], &stop);
@@ -193,7 +193,7 @@ fn ctrl_c_is_heard_while_a_target_says_nothing() {
 fn an_image_that_is_missing_or_none_or_the_wrong_one_is_told_with_the_remedy() {
     let folder = Folder::new("pil-images");
     let out = folder.path("o");
-    let (absent, readme, drive) = (folder.path("pil"), path("../README.md"), image("drive"));
+    let (absent, readme, silent) = (folder.path("pil"), path("../README.md"), image("budget"));
     let cases = [
         (
             PathBuf::from(&absent),
@@ -203,7 +203,8 @@ fn an_image_that_is_missing_or_none_or_the_wrong_one_is_told_with_the_remedy() {
             ),
         ),
         (readme.clone(), format!("{}: this is no ELF file\n", readme.display())),
-        (drive.clone(), format!("; is {} the image `pil`, and of this version?\n", drive.display())),
+        (silent.clone(), format!("; is {} the image `pil`, and of this version?\n", silent.display())),
+        (image("drive"), "the target does not know request 4: it runs another image, or an older one\n".into()),
     ];
     for (image, ending) in cases {
         let began = Instant::now();
@@ -268,15 +269,6 @@ fn the_other_images_run_in_the_emulator_and_their_logs_are_printed() {
     let Spoken { status, out, err } = host_sim(&["emulate", "--image", &image_text("drive"), "--seconds", "4"]);
     assert_eq!((status, err.as_str()), (0, ""));
     assert!(out.starts_with("drive: 5000 Hz, ") && out.contains("headroom"), "{out}");
-    // A move of 1 rad is over after 1.12 s; a load of 0.3 N m is there from 1 to 2 s; nobody told the drive of it.
-    let number = |line: &str, name: &str| -> f64 {
-        let (_, rest) = line.split_once(name).unwrap_or_else(|| panic!("{name:?} in {line:?}"));
-        rest.split_whitespace().next().and_then(|word| word.parse().ok()).unwrap_or_else(|| panic!("{line:?}"))
-    };
-    let at = |start: &str| out.lines().find(|line| line.starts_with(start)).unwrap_or_else(|| panic!("{start}: {out}"));
-    let loaded = at("t = 1.8 s");
-    assert!((number(loaded, "link ") - 1.0).abs() < 1e-4 && (number(loaded, "load ") - 0.3).abs() < 0.02, "{loaded}");
-    assert!((number(at("t = 0.6 s"), "link ") - number(at("t = 0.6 s"), "r = ")).abs() < 1e-3, "{out}");
     assert!(out.lines().skip(1).all(|line| line.contains("Health(0)") && line.ends_with(", 0 ticks missed")), "{out}");
 }
 
@@ -390,7 +382,7 @@ fn a_port_that_is_none_or_another_image_behind_it_is_told_in_words() {
     );
     let none = told("/dev/null");
     assert!(none.starts_with("error: /dev/null: cannot be opened as a serial port: "), "{none}");
-    let board = Board::of("drive");
+    let board = Board::of("budget");
     let silent = told(&board.port);
     let question =
         format!("; is {0} the board's port, is the board powered, and does the image `pil` run on it?\n", board.port);
@@ -402,7 +394,8 @@ fn a_port_that_is_none_or_another_image_behind_it_is_told_in_words() {
     let busy = told(&board.port);
     assert!(busy.ends_with("does another program have it open?\n"), "{busy}");
     drop(taken);
-    // The log port of that image: bytes, but not ours.
+    // The log port of an image: bytes, but not ours.
+    let board = Board::of("drive");
     let garbage = told(&board.log_port);
     assert!(garbage.contains(" bytes that are none; is 115200 the speed of the port, "), "{garbage}");
 }

@@ -100,19 +100,23 @@ type Frames = (u32, (u8, [u32; 9]), (u8, [u32; 16]), bool);
 fn every_frame_with_a_right_checksum_reads_back_as_it_was() {
     let read = RefCell::new(BTreeMap::<u8, u32>::new());
     let count = |kind| *read.borrow_mut().entry(kind).or_default() += 1;
-    let requests = (1_u8..=9, any::<[u32; 9]>());
-    let replies = (129_u8..=133, any::<[u32; 16]>());
+    let requests = (1_u8..=15, any::<[u32; 9]>());
+    let replies = (129_u8..=137, any::<[u32; 16]>());
     let frames = (any::<u32>(), requests, replies, any::<bool>());
     let reads_back = |(sequence, (kind, mut words), (reply_kind, mut reply), known): Frames| {
         if known {
             match kind {
                 2 => words[0] = words[0] & 0x00FF_FFFF | ((words[0] >> 24) % 5) << 24,
                 6 => words[0] = 0xFA17_FA17,
+                11 => words[0] %= 2,
+                13 => words[0] %= 3,
+                14 => words[0] %= 5,
                 _ => {}
             }
             match reply_kind {
                 131 | 133 => reply[3] %= 8,
-                132 => reply[0] = 1 + reply[0] % 11,
+                132 => reply[0] = 1 + reply[0] % 20,
+                134 => reply[3] &= 0x77F,
                 _ => {}
             }
         }
@@ -120,14 +124,21 @@ fn every_frame_with_a_right_checksum_reads_back_as_it_was() {
         let (read, request) = Request::from_frame(&frame);
         prop_assert_eq!(read, sequence);
         if let Ok(request) = request {
-            if kind >= 8 {
+            match (kind, words[0]) {
+                (11 | 14, 0) => words[1..3].fill(0),
+                (14, 1) => words[1] = 0,
+                (14, 2) => words[2] = 0,
+                (15, _) => words[0] &= 3,
+                _ => {}
+            }
+            if matches!(kind, 8 | 9) {
                 // A count that is lost is sent as 0.
                 words[0] &= 3;
                 for i in 0..2 {
                     words[1 + i] *= u32::from(words[0] >> i & 1 == 0);
                 }
             }
-            words[[0, 5, 9, 0, 5, 1, 5, 9, 9][usize::from(kind) - 1]..].fill(0);
+            words[[0, 5, 9, 0, 5, 1, 5, 9, 9, 0, 4, 0, 1, 3, 2][usize::from(kind) - 1]..].fill(0);
             prop_assert_eq!(request.to_frame(sequence).to_vec(), by_hand(0xE5, kind, sequence, &words));
             count(kind);
         }
@@ -135,15 +146,15 @@ fn every_frame_with_a_right_checksum_reads_back_as_it_was() {
         let (read, answer) = Reply::from_frame(&frame);
         prop_assert_eq!(read, sequence);
         if let Some(answer) = answer {
-            reply[[3, 0, 16, 3, 13][usize::from(reply_kind) - 129]..].fill(0);
+            reply[[3, 0, 16, 3, 13, 16, 2, 6, 16][usize::from(reply_kind) - 129]..].fill(0);
             prop_assert_eq!(answer.to_frame(sequence).to_vec(), by_hand(0xE6, reply_kind, sequence, &reply));
             count(reply_kind);
         }
         Ok(())
     };
-    TestRunner::new(cases(2000)).run(&frames, reads_back).unwrap_or_else(|fault| panic!("{fault}"));
-    // A twelfth of the cases is what the rarest kind can have.
-    for kind in (1..=9).chain(129..=133) {
+    TestRunner::new(cases(4000)).run(&frames, reads_back).unwrap_or_else(|fault| panic!("{fault}"));
+    // A thirtieth of the cases is what the rarest kind can have.
+    for kind in (1..=15).chain(129..=137) {
         let times = read.borrow().get(&kind).copied().unwrap_or(0);
         assert!(times >= 80, "kind {kind} was read {times} times");
     }
@@ -245,7 +256,7 @@ fn identify_changes_nothing_and_tells_where_the_talk_stands() {
     let (sequence, reply) = Reply::from_frame(&replies[0]);
     assert_eq!(sequence, 12345);
     let Some(Reply::Identity(identity)) = reply else { panic!("{reply:?}") };
-    assert_eq!((identity.version, identity.layout), (2, LAYOUT_ID));
+    assert_eq!((identity.version, identity.layout), (3, LAYOUT_ID));
     assert_eq!((identity.core_version, identity.last_sequence), (CORE_VERSION, host.sequence));
     host.tick([0.1, 0.0, 0.0, 0.0], f32::NAN);
 }

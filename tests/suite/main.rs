@@ -24,6 +24,7 @@ mod formula;
 mod frames;
 mod gate;
 mod golden;
+mod live;
 mod paper;
 mod precision;
 mod properties;

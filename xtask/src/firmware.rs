@@ -8,7 +8,7 @@ use crate::step::{Gate, Invocation, Outcome};
 
 /// The manifest of the firmware, a workspace of its own.
 const MANIFEST: &str = "firmware/Cargo.toml";
-const IMAGES: [&str; 3] = ["pil", "drive", "budget"];
+const IMAGES: [&str; 4] = ["pil", "drive", "motor", "budget"];
 
 /// Format and lints of the firmware.
 pub(crate) fn lint(gate: &mut Gate) -> Outcome {

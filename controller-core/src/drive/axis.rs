@@ -106,8 +106,25 @@ where
     }
 
     /// One tick; `applied` is what the actuator held since the last one, if that was another u.
-    #[inline]
+    #[inline(always)]
     pub fn tick(&mut self, counts: [Option<i32>; E], applied: Option<f32>) -> Output<f32> {
+        self.ticked(counts, applied, Running::tick)
+    }
+
+    /// The same, but for a start ([`Running::go_on`]): it is what the bound of a short interrupt is not to have in it.
+    #[inline(always)]
+    pub fn go_on(&mut self, counts: [Option<i32>; E], applied: Option<f32>) -> Output<f32> {
+        self.ticked(counts, applied, Running::go_on)
+    }
+
+    // Always: beside a second caller, such as the tick in which a design changes, it would be a call from the interrupt.
+    #[inline(always)]
+    fn ticked(
+        &mut self,
+        counts: [Option<i32>; E],
+        applied: Option<f32>,
+        run: impl FnOnce(&mut Running<L>, &L::Sample) -> Output<f32>,
+    ) -> Output<f32> {
         if let Some(u) = applied {
             self.running.report_applied(u);
         }
@@ -118,7 +135,7 @@ where
         let end = self.end();
         let sample = L::sample(counts, &self.begin, &end);
         (self.tick, self.begin) = (self.tick.wrapping_add(1), end);
-        let output = self.running.tick(&sample);
+        let output = run(&mut self.running, &sample);
         if !self.frozen {
             let Output { u, health, .. } = output;
             let half = &mut self.halves[self.newer & 1];
@@ -200,6 +217,11 @@ where
     /// What the black box has, older half first; one that is empty has no frames.
     pub fn black_box(&self) -> [&Stretch<L::State, E, N, LEN>; 2] {
         [&self.halves[(self.newer + 1) & 1], &self.halves[self.newer & 1]]
+    }
+
+    /// The black box stops, as after an alarm; the law goes on.
+    pub const fn freeze(&mut self) {
+        self.frozen = true;
     }
 
     /// The black box goes on, with nothing in it. The law goes on or stays stopped, as it was.
@@ -362,6 +384,12 @@ mod tests {
             axis.tick([Some(0)], None);
         }
         assert_eq!(axis.black_box().map(|stretch| stretch.frames().len()), [8, 4]);
+        axis.freeze();
+        axis.tick([Some(0)], None);
+        assert_eq!(axis.black_box().map(|stretch| stretch.frames().len()), [8, 4]);
+        axis.release();
+        axis.tick([Some(0)], None);
+        assert_eq!(axis.black_box().map(|stretch| stretch.frames().len()), [0, 1]);
         axis.retune(law(50.0), [Some(0)]).expect("near enough");
         assert_eq!(axis.black_box().map(|stretch| stretch.frames().len()), [0, 0]);
         // Far outside the gate for longer than samples may be missing.

@@ -70,7 +70,7 @@ pub(super) struct EmulateOptions {
     seconds: f64,
 }
 
-fn rate(text: &str) -> Result<f64, String> {
+pub(super) fn rate(text: &str) -> Result<f64, String> {
     let rate: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
     // At 0.1 more than every second round trip fails already.
     if (0.0..=0.1).contains(&rate) { Ok(rate) } else { Err("from 0 to 0.1".into()) }
@@ -99,7 +99,7 @@ pub(super) fn present(image: &Path, option: &str) -> Result<(), String> {
     }
 }
 
-fn failed(message: String) -> Failure {
+pub(super) fn failed(message: String) -> Failure {
     Failure { status: status::FAILED, message }
 }
 

@@ -21,7 +21,19 @@ impl Emulator {
     /// # Errors
     /// Those of [`Process::start`].
     pub fn start(image: &Path, log: bool) -> Result<(Self, Option<TcpStream>), TransportError> {
-        match Process::start(image, [true, log], Clock::Host, None).map_err(TransportError)? {
+        Self::boot(image, log, Clock::Host)
+    }
+
+    /// The same for an image whose timers matter: an instruction counts one, whatever this machine does meanwhile.
+    ///
+    /// # Errors
+    /// Those of [`Process::start`].
+    pub fn counting(image: &Path) -> Result<Self, TransportError> {
+        Self::boot(image, false, Clock::Instructions).map(|(emulator, _)| emulator)
+    }
+
+    fn boot(image: &Path, log: bool, clock: Clock) -> Result<(Self, Option<TcpStream>), TransportError> {
+        match Process::start(image, [true, log], clock, None).map_err(TransportError)? {
             (process, [Some(line), log]) => Ok((Self { line, process }, log)),
             (process, [None, _]) => Err(TransportError(process.ended("no connection to the emulator"))),
         }

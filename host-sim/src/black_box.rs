@@ -1,0 +1,402 @@
+//! The black box of a drive as a file, and run again.
+//!
+//! The file is lines of `key,value,..`: which version and design, the numbers that the drive is designed from (names as
+//! in [`controller_core::drive::LAYOUT`]), the scenario that was in force if one was, and of one or two stretches of ticks in a row the
+//! state before the first and a `frame` for each tick: count of each encoder (empty for one that was lost), where it
+//! should have been at the end (turn, r .. r'''), what the actuator held before (empty if that was not told), u, health.
+//! Numbers are the shortest text that reads back as the same bits. The last line is the CRC-32 of all before.
+//!
+//! [`BlackBox::replay`] runs the same law on the same counts from the same state: the same bits, or something is wrong.
+//! [`BlackBox::replay_with`] lets another design take over at the first tick, and tells it what the actuator really held:
+//! it says what that design would have asked for in every tick, given what had happened until then.
+
+use std::fmt::Write as _;
+
+use controller_core::drive::{
+    DriveLaw as _, Frame, JointDrive, LAYOUT, Monitored, MotorDrive, Position, Target, replay,
+};
+use controller_core::{ControlLaw, Health, Output, Running, Words};
+use pil_wire::{CORE_VERSION, Counts, Instance, LAYOUT_ID, Model, Tuned, checksum, halves};
+
+use crate::remote::{Loadable, in_words};
+
+const HEAD: &str = "black box of a drive,1";
+
+/// One tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Remembered {
+    /// What went in.
+    pub counts: Counts,
+    /// What came out.
+    pub u: f32,
+    /// And how.
+    pub health: Health,
+}
+
+impl Remembered {
+    /// As the wire has it; `None` if the health is none.
+    pub fn from_words(counts: [u32; 9], u: u32, health: u32) -> Option<Self> {
+        let health = u8::try_from(health).ok().and_then(Health::from_bits)?;
+        Some(Self { counts: Counts::from_words(counts), u: f32::from_bits(u), health })
+    }
+}
+
+/// Ticks in a row, and what was before.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Half {
+    /// Number of the first tick.
+    pub first: u32,
+    /// Where it should have been at its beginning.
+    pub begin: Target<f32, i32, 4>,
+    /// Words of the state before it; none before the start.
+    pub state: Vec<u32>,
+    /// The ticks.
+    pub frames: Vec<Remembered>,
+}
+
+/// What a black box held.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BlackBox {
+    /// What ran.
+    pub design: Loadable,
+    /// Fingerprint of its law.
+    pub fingerprint: u32,
+    /// Lines of the scenario that it is the design of; none if it is of no file.
+    pub scenario: Vec<String>,
+    /// What was set in it.
+    pub sets: Vec<String>,
+    /// Older ticks first.
+    pub halves: Vec<Half>,
+}
+
+/// A tick, run again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Again {
+    /// Its number.
+    pub tick: u32,
+    /// As it was.
+    pub then: Remembered,
+    /// What comes out now.
+    pub now: Output<f32>,
+}
+
+impl Again {
+    /// Not one bit of u or health is another?
+    pub fn is_same(&self) -> bool {
+        self.then.u.to_bits() == self.now.u.to_bits() && self.then.health == self.now.health
+    }
+}
+
+impl Loadable {
+    /// The numbers of 64 bits that a drive is designed from.
+    pub fn numbers(&self) -> impl Iterator<Item = f64> {
+        self.words.chunks_exact(2).map(|pair| f64::from_bits(u64::from(pair[0]) | u64::from(pair[1]) << 32))
+    }
+
+    /// Names of these numbers.
+    pub fn names(&self) -> Vec<String> {
+        let joint = self.instance.model == Model::Joint;
+        let list = LAYOUT.split(';').nth(usize::from(joint)).unwrap_or_default();
+        let rest: &[&str] = if joint {
+            &["d_link", "d_motor", "sigma*", "stuck", "stops_at"]
+        } else {
+            &["d", "sigma*", "stuck", "stops_at"]
+        };
+        let named = list.split_whitespace().skip(1).map(|name| name.trim_start_matches("it.").to_owned());
+        named.chain(rest.iter().map(ToString::to_string)).collect()
+    }
+}
+
+impl BlackBox {
+    /// Ticks in it.
+    pub fn len(&self) -> usize {
+        self.halves.iter().map(|half| half.frames.len()).sum()
+    }
+
+    /// Is there none?
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// As a file.
+    pub fn to_text(&self) -> String {
+        let Self { design, fingerprint, scenario, sets, halves } = self;
+        let Instance { n, r, mask, model } = design.instance;
+        let mut text = format!(
+            "{HEAD}\ncore,{CORE_VERSION:08x}\nlayout,{LAYOUT_ID:08x}\ninstance,{n},{r},{mask},{}\n\
+             fingerprint,{fingerprint:08x}\n",
+            model as u8
+        );
+        // Nothing can go wrong with a `String`.
+        for (name, number) in design.names().iter().zip(design.numbers()) {
+            let _ = writeln!(text, "number,{name},{number:?}");
+        }
+        for line in scenario {
+            let _ = writeln!(text, "scenario,{line}");
+        }
+        for set in sets {
+            let _ = writeln!(text, "set,{set}");
+        }
+        let encoders = usize::from(n) / 2;
+        for half in halves {
+            let Target { turn, jet: [r, v, a, j] } = half.begin;
+            let _ = writeln!(text, "ticks,{},{turn},{r:?},{v:?},{a:?},{j:?}", half.first);
+            for word in &half.state {
+                let _ = writeln!(text, "state,{word:08x}");
+            }
+            for (tick, frame) in (half.first..).zip(&half.frames) {
+                let Remembered { counts: Counts { counts, end, applied }, u, health } = frame;
+                let _ = write!(text, "frame,{tick}");
+                for count in &counts[..encoders] {
+                    let _ = write!(text, ",{}", count.map_or_else(String::new, |count| count.to_string()));
+                }
+                let Target { turn, jet: [r, v, a, j] } = end;
+                let applied = if applied.is_nan() { String::new() } else { format!("{applied:?}") };
+                let _ = writeln!(text, ",{turn},{r:?},{v:?},{a:?},{j:?},{applied},{u:?},{}", health.bits());
+            }
+        }
+        let _ = writeln!(text, "sum,{:08x}", checksum(text.as_bytes()));
+        text
+    }
+
+    /// Of such a file.
+    ///
+    /// # Errors
+    /// What is wrong with it, and in which line.
+    pub fn from_text(text: &str) -> Result<Self, String> {
+        if text.lines().next() != Some(HEAD) {
+            return Err(format!("line 1: this is no black box of a drive: expected {HEAD:?}"));
+        }
+        let body = text.trim_end_matches('\n').rfind('\n').map_or(0, |end| end + 1);
+        let sum = text[body..].trim_end().strip_prefix("sum,").and_then(|sum| u32::from_str_radix(sum, 16).ok());
+        let last = text.lines().count();
+        let Some(sum) = sum else { return Err(format!("line {last}: cut short: the last line is no `sum`")) };
+
+        let mut read = Reading::default();
+        for (k, line) in text[..body].lines().enumerate().skip(1) {
+            let (key, rest) = line.split_once(',').unwrap_or((line, ""));
+            read.line(key, rest).map_err(|why| format!("line {}: {why}", k + 1))?;
+        }
+        if checksum(text[..body].as_bytes()) != sum {
+            return Err(format!(
+                "line {last}: damaged: the sum of the lines above is {:08x}",
+                checksum(text[..body].as_bytes())
+            ));
+        }
+        read.finished().map_err(|why| format!("line {last}: {why}"))
+    }
+
+    /// The ticks run again with the law that made them.
+    ///
+    /// # Errors
+    /// When its numbers or its state are none.
+    pub fn replay(&self) -> Result<Vec<Again>, String> {
+        self.run(None)
+    }
+
+    /// The same with another design of the same form from the first tick on.
+    ///
+    /// # Errors
+    /// When it is of another form, or cannot take over.
+    pub fn replay_with(&self, design: &Loadable) -> Result<Vec<Again>, String> {
+        if design.instance != self.design.instance {
+            return Err(
+                "the other design is of another form: drive, gain sets, delay and states must be the same".into()
+            );
+        }
+        self.run(Some(design))
+    }
+
+    fn run(&self, other: Option<&Loadable>) -> Result<Vec<Again>, String> {
+        macro_rules! of {
+            ($($model:ident $states:literal $form:literal: $law:ty, $e:literal, $n:literal;)*) => {
+                match self.design.instance {
+                    $(Instance { model: Model::$model, r: $states, mask: $form, .. } => self.run_law::<$law, $e, $n>(other),)*
+                    instance => Err(format!("there is no drive of form {instance:?}")),
+                }
+            };
+        }
+        of! {
+            Motor 3 0: MotorDrive<f32, Position, 0, 0, 3>, 1, 2;
+            Motor 3 1: MotorDrive<f32, Position, 1, 0, 3>, 1, 2;
+            Motor 3 2: MotorDrive<f32, Position, 0, 1, 3>, 1, 2;
+            Motor 3 3: MotorDrive<f32, Position, 1, 1, 3>, 1, 2;
+            Motor 4 0: MotorDrive<f32, Position, 0, 0, 4>, 1, 2;
+            Motor 4 1: MotorDrive<f32, Position, 1, 0, 4>, 1, 2;
+            Motor 4 2: MotorDrive<f32, Position, 0, 1, 4>, 1, 2;
+            Motor 4 3: MotorDrive<f32, Position, 1, 1, 4>, 1, 2;
+            Joint 4 0: JointDrive<f32, Position, 0, 0>, 2, 4;
+            Joint 4 1: JointDrive<f32, Position, 1, 0>, 2, 4;
+            Joint 4 2: JointDrive<f32, Position, 0, 1>, 2, 4;
+            Joint 4 3: JointDrive<f32, Position, 1, 1>, 2, 4;
+        }
+    }
+
+    fn run_law<L: Tuned<E, N>, const E: usize, const N: usize>(
+        &self,
+        other: Option<&Loadable>,
+    ) -> Result<Vec<Again>, String> {
+        let instance = self.design.instance;
+        let read = |words: &[u32]| L::read(words).map_err(|refusal| in_words(&refusal, instance));
+        let (_, law) = read(&self.design.words)?;
+        if law.fingerprint() != self.fingerprint {
+            let now = law.fingerprint();
+            return Err(format!(
+                "the design's fingerprint was {:08x} on the drive and is {now:08x} here: another version made it",
+                self.fingerprint
+            ));
+        }
+        let narrow = |wide: &Target<f32, i32, 4>| Target { turn: wide.turn, jet: std::array::from_fn(|j| wide.jet[j]) };
+        let Some(first) = self.halves.first() else { return Err("there is no tick in it".into()) };
+        let mut words = first.state.iter().copied();
+        let state = if first.state.is_empty() {
+            None
+        } else {
+            let state = Words::from_words(&mut words).filter(|_| words.next().is_none());
+            Some(state.ok_or("its state is none of this law")?)
+        };
+        let mut running = Running::from_state(law, state);
+        // What the actuator held before a tick: the u of the tick before, or with a delay of the one before that.
+        let late = usize::from(instance.mask & Instance::LATE > 0);
+        let all: Vec<Remembered> = self.halves.iter().flat_map(|half| half.frames.iter().copied()).collect();
+        let held = |k: usize| k.checked_sub(1 + late).map_or(f32::NAN, |k| all[k].u);
+        if let (Some(other), Some(frame)) = (other, all.first()) {
+            let counts = std::array::from_fn(|i| frame.counts.counts[i]);
+            running.report_applied(frame.counts.applied);
+            let sample = Monitored::<L, E>::sample(counts, &narrow(&first.begin), &narrow(&frame.counts.end));
+            running
+                .retune(read(&other.words)?.1, &sample)
+                .map_err(|error| format!("the other design cannot take over at the first tick: {error}"))?;
+        }
+        let mut done = Vec::new();
+        for half in &self.halves {
+            let frames: Vec<Frame<E, N>> = half
+                .frames
+                .iter()
+                .enumerate()
+                .map(|(k, frame)| {
+                    let Remembered { counts: Counts { counts, end, applied }, u, health } = *frame;
+                    let held = if other.is_some() && applied.is_nan() { held(done.len() + k) } else { applied };
+                    let counts = std::array::from_fn(|i| counts[i]);
+                    Frame { counts, end: narrow(&end), applied: held, u, health }
+                })
+                .collect();
+            let again = replay(&mut running, narrow(&half.begin), &frames).zip(half.first..).zip(&half.frames);
+            done.extend(again.map(|(((now, _), tick), then)| Again { tick, then: *then, now }));
+        }
+        Ok(done)
+    }
+}
+
+/// A file, as far as it is read.
+#[derive(Default)]
+struct Reading {
+    instance: Option<Instance>,
+    fingerprint: Option<u32>,
+    words: Vec<u32>,
+    scenario: Vec<String>,
+    sets: Vec<String>,
+    halves: Vec<Half>,
+}
+
+impl Reading {
+    fn line(&mut self, key: &str, rest: &str) -> Result<(), String> {
+        let mut fields = rest.split(',');
+        match key {
+            "core" => same("controller", hex(rest)?, CORE_VERSION),
+            "layout" => same("layout", hex(rest)?, LAYOUT_ID),
+            "instance" => {
+                let mut byte = || number::<u8>("a byte", fields.next());
+                let word = u32::from_le_bytes([byte()?, byte()?, byte()?, byte()?]);
+                let is_drive = |it: &Instance| matches!((it.model, it.n), (Model::Motor, 2) | (Model::Joint, 4));
+                self.instance = Some(Instance::from_word(word).filter(is_drive).ok_or("no drive")?);
+                Ok(())
+            }
+            "fingerprint" => {
+                self.fingerprint = Some(hex(rest)?);
+                Ok(())
+            }
+            "number" => {
+                let (_, value) = rest.split_once(',').ok_or("expected number,NAME,VALUE")?;
+                self.words.extend(halves(number("a number", Some(value))?));
+                Ok(())
+            }
+            "scenario" => {
+                self.scenario.push(rest.to_owned());
+                Ok(())
+            }
+            "set" => {
+                self.sets.push(rest.to_owned());
+                Ok(())
+            }
+            "ticks" => {
+                let first = number("a tick", fields.next())?;
+                let begin = target(&mut fields)?;
+                self.halves.push(Half { first, begin, state: Vec::new(), frames: Vec::new() });
+                Ok(())
+            }
+            "state" => {
+                self.halves.last_mut().ok_or("a state before `ticks`")?.state.push(hex(rest)?);
+                Ok(())
+            }
+            "frame" => self.frame(&mut fields),
+            _ => Err(format!("there is no key {key:?}")),
+        }
+    }
+
+    fn frame<'a>(&mut self, fields: &mut impl Iterator<Item = &'a str>) -> Result<(), String> {
+        let instance = self.instance.ok_or("a frame before `instance`")?;
+        let half = self.halves.last_mut().ok_or("a frame before `ticks`")?;
+        let expected = half.first.wrapping_add(half.frames.len() as u32);
+        let tick: u32 = number("a tick", fields.next())?;
+        if tick != expected {
+            return Err(format!("tick {tick} where {expected} should be"));
+        }
+        let mut counts = [None; 2];
+        for count in counts.iter_mut().take(usize::from(instance.n) / 2) {
+            let text = fields.next().ok_or("too few fields")?;
+            *count = if text.is_empty() { None } else { Some(number("a count", Some(text))?) };
+        }
+        let end = target(fields)?;
+        let applied = match fields.next() {
+            Some("") => f32::NAN,
+            text => number("a current", text)?,
+        };
+        let u = number("a current", fields.next())?;
+        let health = Health::from_bits(number("a health", fields.next())?).ok_or("no such health")?;
+        half.frames.push(Remembered { counts: Counts { counts, end, applied }, u, health });
+        fields.next().map_or(Ok(()), |_| Err("too many fields".into()))
+    }
+
+    fn finished(self) -> Result<BlackBox, String> {
+        let Self { instance, fingerprint, words, scenario, sets, halves } = self;
+        let design = Loadable { instance: instance.ok_or("`instance` is missing")?, words };
+        if design.names().len() * 2 != design.words.len() {
+            return Err(format!("{} numbers of {}", design.words.len() / 2, design.names().len()));
+        }
+        let fingerprint = fingerprint.ok_or("`fingerprint` is missing")?;
+        Ok(BlackBox { design, fingerprint, scenario, sets, halves })
+    }
+}
+
+fn target<'a>(fields: &mut impl Iterator<Item = &'a str>) -> Result<Target<f32, i32, 4>, String> {
+    let turn = number("a turn", fields.next())?;
+    let mut jet = [0.0; 4];
+    for entry in &mut jet {
+        *entry = number("a number", fields.next())?;
+    }
+    Ok(Target { turn, jet })
+}
+
+fn number<F: std::str::FromStr>(what: &str, text: Option<&str>) -> Result<F, String> {
+    let text = text.ok_or("too few fields")?;
+    text.parse().map_err(|_| format!("{text:?} is not {what}"))
+}
+
+fn hex(text: &str) -> Result<u32, String> {
+    u32::from_str_radix(text, 16).map_err(|_| format!("{text:?} is no number of eight hexadecimal digits"))
+}
+
+fn same(what: &str, found: u32, ours: u32) -> Result<(), String> {
+    if found == ours { Ok(()) } else { Err(format!("of {what} {found:08x}, this program has {ours:08x}")) }
+}

@@ -1,0 +1,597 @@
+//! `live` and `replay`: a drive that runs by itself, seen, moved and tuned; and what its black box held, run again.
+
+use std::fmt::Write as _;
+use std::io::{self, BufRead};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::Duration;
+
+use clap::Args;
+use controller_core::Health;
+use controller_core::drive::ALARMS;
+use cycle_bound::stop;
+use cycle_bound::table::Table;
+use loop_sim::port::PortError;
+use pil_wire::{Disturbance, Model, Observed, Order, REPLY_LEN, REQUEST_LEN, Swapped};
+use scenario::Source;
+use whole_file::Kind;
+
+use super::target::{failed, present, rate};
+use super::{Console, Failure, status};
+use crate::black_box::{Again, BlackBox};
+use crate::live::LiveDrive;
+use crate::remote::{Loadable, for_target};
+use crate::report::number::significant;
+use crate::report::plot::{BLACK, Figure, Panel, Series, Style};
+use crate::report::write_whole;
+use crate::transport::faulty::Rates;
+use crate::transport::serial::BAUD;
+use crate::transport::{Emulator, Faulty, Serial, Stoppable, Transport};
+
+/// Where `cargo xtask firmware` leaves the image, from the root of the repository.
+const IMAGE: &str = "firmware/target/thumbv7em-none-eabihf/release/drive";
+/// How often a drive is looked at while nothing is asked.
+const GLANCE: Duration = Duration::from_millis(100);
+/// Rows of a record before the oldest give way.
+const MOST_ROWS: usize = 1 << 20;
+
+/// What can be typed.
+const COMMANDS: [(&str, &str); 12] = [
+    ("show", "how it is"),
+    ("move RAD [S]", "to rest at an angle, in so many seconds or as few as the limits allow"),
+    ("stop [S]", "to rest where it can, in so many seconds (0.2) or more"),
+    ("set KEY=VALUE ..", "other settings of the scenario: designed on the chip, and taken over without a jump"),
+    ("wait S", "lets so many seconds of the drive pass, and looks at it meanwhile"),
+    ("blackbox FILE", "what it remembers of its last ticks, as a file for `host-sim replay`"),
+    ("reset", "after an alarm: starts again, at rest where it is"),
+    ("release", "the black box goes on, with nothing in it"),
+    ("plot FOLDER", "writes a figure of what was seen so far"),
+    ("stick [link] [motor]", "stand-in only: these encoders stick, the others go on"),
+    ("load N_M", "stand-in only: a torque against it"),
+    ("quit", "leaves the drive as it is"),
+];
+
+#[derive(Args, Debug)]
+pub(super) struct LiveOptions {
+    /// The scenario that the drive was designed from, for `set`; firmware/drive.toml and motor.toml are those of the
+    /// images.
+    file: Option<PathBuf>,
+    /// The image to emulate, `drive` or `motor`.
+    #[arg(long, value_name = "FILE", default_value = IMAGE, conflicts_with = "port")]
+    image: PathBuf,
+    /// Serial port of a board instead, such as /dev/ttyUSB0.
+    #[arg(long, value_name = "DEV")]
+    port: Option<PathBuf>,
+    /// Speed of the port, bits per second.
+    #[arg(long, value_name = "N", default_value_t = BAUD, requires = "port")]
+    #[arg(value_parser = clap::value_parser!(u32).range(9600..=12_000_000))]
+    baud: u32,
+    /// Commands from this file instead of stdin; the first that fails ends it.
+    #[arg(long, value_name = "FILE")]
+    script: Option<PathBuf>,
+    /// Write everything that was seen to this CSV file, and a figure beside it.
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+    /// Drop, corrupt, truncate, duplicate and delay frames, each with this probability in each direction (0 .. 0.1).
+    #[arg(long, value_name = "RATE", value_parser = rate)]
+    faults: Option<f64>,
+    /// Seed of the faults.
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "faults")]
+    seed: u64,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct ReplayOptions {
+    /// A black box that `host-sim live` wrote.
+    file: PathBuf,
+    /// Another setting of its scenario: what would that design have asked for?
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// The scenario, where the black box has none.
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<PathBuf>,
+    /// Folder for replay.csv and the figure [default: nothing is written].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+type Line<'a> = Stoppable<'a, Box<dyn Transport>>;
+
+/// What happens while commands come.
+struct Session<'a> {
+    drive: LiveDrive<Line<'a>>,
+    /// Name, text and settings of the scenario.
+    scenario: Option<(String, String, Vec<String>)>,
+    seen: Vec<Observed>,
+    disturbance: Disturbance,
+    stopped: bool,
+}
+
+fn bad(message: impl Into<String>) -> Failure {
+    Failure { status: status::BAD_INPUT, message: message.into() }
+}
+
+impl From<PortError> for Failure {
+    fn from(error: PortError) -> Self {
+        failed(error.to_string())
+    }
+}
+
+/// The design of a scenario with these settings.
+fn designed(name: &str, text: &str, sets: &[String]) -> Result<Loadable, Failure> {
+    let experiment = scenario::parse(&Source { file: name, text, sets }, "drive")?;
+    if experiment.drive.is_none() {
+        return Err(bad(format!("{name}: this is no scenario of a drive: it has no [motor] and no [joint]")));
+    }
+    for_target(&experiment).map_err(bad)
+}
+
+impl<'a> Console<'a> {
+    pub(super) fn live(&mut self, options: &LiveOptions) -> Result<u8, Failure> {
+        let scenario = match &options.file {
+            None => None,
+            Some(file) => {
+                let text = whole_file::read_text(file, Kind::SETTINGS).map_err(|why| bad(named(file, &why)))?;
+                designed(&file.display().to_string(), &text, &[])?;
+                Some((file.display().to_string(), text, Vec::new()))
+            }
+        };
+        let script = match &options.script {
+            None => None,
+            Some(file) => Some(whole_file::read_text(file, Kind::SETTINGS).map_err(|why| bad(named(file, &why)))?),
+        };
+        let (transport, within, question) = way(options)?;
+        let drive = LiveDrive::connect(Stoppable::new(transport, self.stop), within)
+            .map_err(|error| if self.is_stopped() { told_to_stop() } else { failed(format!("{error}; {question}")) })?;
+        let disturbance = Disturbance { stuck: [false; 2], load_n_m: 0.0 };
+        let mut session = Session { drive, scenario, seen: Vec::new(), disturbance, stopped: false };
+        self.greet(&session)?;
+        // What was seen is kept, and said to be, when this is told to end.
+        let _kept = stop::keeping();
+        let done = match script {
+            Some(script) => self.obey_script(&mut session, &script, options),
+            None => self.obey_typed(&mut session),
+        };
+        let done = if self.is_stopped() { Err(told_to_stop()) } else { done };
+        if let Some(record) = &options.record {
+            write_whole(record, |out| out.write_all(rows(&session).as_bytes()))
+                .map_err(|error| Failure::writing(record.display(), &error))?;
+            let stem = record.file_stem().unwrap_or_default().to_string_lossy();
+            let folder = record.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            figure(&session).write(folder, &stem).map_err(|error| Failure::writing(folder.display(), &error))?;
+        }
+        let traffic = session.drive.traffic();
+        self.note(&format!("{} requests, {} sent again", traffic.answered, traffic.repeated));
+        done.map(|()| status::DONE)
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// What runs there, and whether it is what the scenario says.
+    fn greet(&mut self, session: &Session<'_>) -> Result<(), Failure> {
+        let design = session.drive.design();
+        let (what, hz) = (kind(design), 1.0 / session.drive.period_s());
+        self.say(&format!("drive of a {what} at {} Hz; `help` lists the commands", significant(hz, 6)))?;
+        let Some((name, text, _)) = &session.scenario else { return Ok(()) };
+        let ours = designed(name, text, &[])?;
+        if ours.instance != design.instance {
+            let other = kind(&ours);
+            return Err(bad(format!("{name}: this is a {other} of another form than the drive's, a {what}")));
+        }
+        for ((name_of, there), here) in design.names().iter().zip(design.numbers()).zip(ours.numbers()) {
+            if there.to_bits() != here.to_bits() {
+                self.note(&format!("note: {name_of} is {there:?} on the drive, {here:?} in {name}"));
+            }
+        }
+        Ok(())
+    }
+
+    fn obey_script(&mut self, session: &mut Session<'a>, script: &str, options: &LiveOptions) -> Result<(), Failure> {
+        for (k, line) in script.lines().enumerate() {
+            if !self.obey(session, line).map_err(|Failure { status, message }| {
+                let file = options.script.as_ref().map_or_else(String::new, |file| file.display().to_string());
+                Failure { status, message: format!("{file}:{}: {message}", k + 1) }
+            })? {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// A mistake is told, and the next line is waited for; a wire that broke is the end.
+    fn obey_typed(&mut self, session: &mut Session<'a>) -> Result<(), Failure> {
+        let (send, lines) = mpsc::channel();
+        std::thread::spawn(move || {
+            for line in io::stdin().lock().lines() {
+                let Ok(line) = line else { break };
+                if send.send(line).is_err() {
+                    break;
+                }
+            }
+        });
+        loop {
+            if self.is_stopped() {
+                return Err(told_to_stop());
+            }
+            match lines.recv_timeout(GLANCE) {
+                Ok(line) => match self.obey(session, &line) {
+                    Ok(true) => {}
+                    Ok(false) => return Ok(()),
+                    Err(failure) if failure.status == status::BAD_INPUT => {
+                        self.note(&format!("error: {}", failure.message));
+                    }
+                    Err(failure) => return Err(failure),
+                },
+                Err(RecvTimeoutError::Timeout) => {
+                    self.look(session)?;
+                }
+                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            }
+        }
+    }
+
+    /// One command; `false` to leave.
+    fn obey(&mut self, session: &mut Session<'a>, line: &str) -> Result<bool, Failure> {
+        let line = line.split('#').next().unwrap_or_default().trim();
+        let mut words = line.split_whitespace();
+        let Some(command) = words.next() else { return Ok(true) };
+        let words: Vec<&str> = words.collect();
+        let period_s = session.drive.period_s();
+        let ticks = |text: &str| -> Result<u32, Failure> {
+            let time_s = positive(command, text)?;
+            Ok(((time_s / period_s).round() as u32).max(1))
+        };
+        match (command, words.as_slice()) {
+            ("help", []) => {
+                for (command, what) in COMMANDS {
+                    self.say(&format!("  {command:<22}{what}"))?;
+                }
+            }
+            ("quit", []) => return Ok(false),
+            ("show", []) => {
+                let seen = self.look(session)?;
+                self.say(&in_words(&seen, session.drive.design(), period_s))?;
+            }
+            ("move", [angle, time @ ..]) if time.len() < 2 => {
+                let angle_rad = finite(command, angle)?;
+                let ticks = time.first().map_or(Ok(0), |text| ticks(text))?;
+                let planned = session.drive.move_to(angle_rad, ticks).map_err(refused)?;
+                self.say(&moved(&format!("to {angle} rad"), planned, period_s))?;
+            }
+            ("stop", time) if time.len() < 2 => {
+                let planned = session.drive.stop(ticks(time.first().unwrap_or(&"0.2"))?).map_err(refused)?;
+                self.say(&moved("to rest", planned, period_s))?;
+            }
+            ("set", sets @ [_, ..]) => self.set(session, sets)?,
+            ("wait", [time]) => {
+                let ticks = ticks(time)?;
+                let begin = self.look(session)?.tick;
+                while self.look(session)?.tick.wrapping_sub(begin) < ticks {}
+            }
+            ("blackbox", [file]) => self.keep(session, Path::new(file))?,
+            ("reset", []) => {
+                session.drive.order(Order::Reset).map_err(refused)?;
+                session.stopped = false;
+                self.say("reset: at rest where it is")?;
+            }
+            ("release", []) => session.drive.order(Order::Release).map_err(refused)?,
+            ("plot", [folder]) => {
+                figure(session).write(Path::new(folder), "live").map_err(|error| Failure::writing(folder, &error))?;
+            }
+            ("stick", shafts) if shafts.iter().all(|shaft| matches!(*shaft, "link" | "motor")) => {
+                let is_joint = session.drive.design().instance.model == Model::Joint;
+                let [link, motor] = ["link", "motor"].map(|shaft| shafts.contains(&shaft));
+                session.disturbance.stuck = if is_joint { [link, motor] } else { [motor, false] };
+                session.drive.disturb(session.disturbance).map_err(refused)?;
+            }
+            ("load", [torque]) => {
+                session.disturbance.load_n_m = finite(command, torque)? as f32;
+                session.drive.disturb(session.disturbance).map_err(refused)?;
+            }
+            _ => return Err(bad(unknown(command))),
+        }
+        Ok(true)
+    }
+
+    /// Looks at the drive; an alarm is told once.
+    fn look(&mut self, session: &mut Session<'a>) -> Result<Observed, Failure> {
+        let seen = session.drive.observe()?;
+        if session.seen.len() < MOST_ROWS {
+            session.seen.push(seen);
+        }
+        let stopped = seen.health.contains(Health::STOPPED);
+        if stopped && !session.stopped {
+            self.note(&format!(
+                "alarm: the drive has stopped by tick {}; `blackbox FILE` keeps what was before, `reset` starts again",
+                seen.tick
+            ));
+        }
+        session.stopped = stopped;
+        Ok(seen)
+    }
+
+    fn set(&mut self, session: &mut Session<'a>, sets: &[&str]) -> Result<(), Failure> {
+        let Some((name, text, before)) = &session.scenario else {
+            return Err(bad("set: the scenario is not known: give it as in `host-sim live firmware/drive.toml`"));
+        };
+        let mut all = before.clone();
+        all.extend(sets.iter().map(ToString::to_string));
+        let design = designed(name, text, &all)?;
+        let Swapped { tick, ticks, time, u: [before, after], .. } = session.drive.swap(&design).map_err(refused)?;
+        if let Some((_, _, sets)) = &mut session.scenario {
+            *sets = all;
+        }
+        self.say(&format!(
+            "set {}: from tick {tick} on; designed in {ticks} ticks (time {time} on the chip), u went from {} to {} A",
+            sets.join(" "),
+            significant(f64::from(before), 4),
+            significant(f64::from(after), 4)
+        ))
+    }
+
+    /// The black box as a file; one that goes on is stopped for as long as it is read.
+    fn keep(&mut self, session: &mut Session<'a>, file: &Path) -> Result<(), Failure> {
+        let was_frozen = session.drive.observe()?.frozen;
+        if !was_frozen {
+            session.drive.order(Order::Freeze).map_err(refused)?;
+        }
+        let mut black_box = session.drive.black_box().map_err(refused)?;
+        if !was_frozen {
+            session.drive.order(Order::Release).map_err(refused)?;
+        }
+        if let Some((name, text, sets)) = &session.scenario
+            && designed(name, text, sets)? == *session.drive.design()
+        {
+            black_box.scenario = text.lines().map(ToOwned::to_owned).collect();
+            black_box.sets.clone_from(sets);
+        }
+        write_whole(file, |out| out.write_all(black_box.to_text().as_bytes()))
+            .map_err(|error| Failure::writing(file.display(), &error))?;
+        self.say(&format!("{}: {} ticks", file.display(), black_box.len()))
+    }
+
+    pub(super) fn replay(&mut self, options: &ReplayOptions) -> Result<u8, Failure> {
+        let ReplayOptions { file, sets, scenario, out } = options;
+        let text = whole_file::read_text(file, Kind::TRACE).map_err(|why| bad(named(file, &why)))?;
+        let black_box = BlackBox::from_text(&text).map_err(|why| bad(named(file, &why)))?;
+        let again = black_box.replay().map_err(|why| bad(named(file, &why)))?;
+        let differ = again.iter().filter(|again| !again.is_same()).count();
+        self.say(&format!("{} ticks run again, {differ} differ", again.len()))?;
+        if let Some(first) = again.iter().find(|again| !again.is_same()) {
+            self.say(&format!("first at tick {}: u was {:?}, is {:?}", first.tick, first.then.u, first.now.u))?;
+        }
+        let other = if sets.is_empty() && scenario.is_none() {
+            None
+        } else {
+            let (name, text) = match scenario {
+                Some(path) => {
+                    let text = whole_file::read_text(path, Kind::SETTINGS).map_err(|why| bad(named(path, &why)))?;
+                    (path.display().to_string(), text)
+                }
+                None if black_box.scenario.is_empty() => {
+                    let why = "the black box has no scenario to set something in: name it with --scenario FILE";
+                    return Err(bad(named(file, why)));
+                }
+                None => (format!("the scenario in {}", file.display()), black_box.scenario.join("\n")),
+            };
+            let mut all = if scenario.is_some() { Vec::new() } else { black_box.sets.clone() };
+            all.extend(sets.iter().cloned());
+            let design = designed(&name, &text, &all)?;
+            Some(black_box.replay_with(&design).map_err(|why| bad(named(file, &why)))?)
+        };
+        let shown = other.as_ref().unwrap_or(&again);
+        self.say(summary(&again, other.as_deref()).to_string().trim_end())?;
+        if let Some(folder) = out {
+            let period_s = black_box.design.numbers().next().unwrap_or(1.0);
+            std::fs::create_dir_all(folder).map_err(|error| Failure::writing(folder.display(), &error))?;
+            let path = folder.join("replay.csv");
+            write_whole(&path, |out| out.write_all(replayed_rows(shown).as_bytes()))
+                .map_err(|error| Failure::writing(path.display(), &error))?;
+            replayed_figure(shown, &file.display().to_string(), sets, period_s)
+                .write(folder, "replay")
+                .map_err(|error| Failure::writing(folder.display(), &error))?;
+        }
+        Ok(if differ == 0 { status::DONE } else { status::FAILED })
+    }
+}
+
+/// The way to the drive, how long a round trip may take, and what to ask when nothing answers.
+fn way(options: &LiveOptions) -> Result<(Box<dyn Transport>, Duration, String), Failure> {
+    let LiveOptions { image, port, baud, faults, seed, .. } = options;
+    let (transport, within, question): (Box<dyn Transport>, _, _) = match port {
+        Some(port) => {
+            let transport = Serial::open(port, *baud).map_err(|error| failed(error.0))?;
+            // 10 bits a byte there and back, twice for what stands in the way (a USB adapter gathers bytes for 16 ms).
+            let line = Duration::from_secs_f64(10.0 * (REQUEST_LEN + REPLY_LEN) as f64 / f64::from(*baud));
+            let question = format!(
+                "is {} the board's port, at {baud} bits per second, and does the image `drive` or `motor` run on it?",
+                port.display()
+            );
+            (Box::new(transport), Duration::from_millis(50) + 2 * line, question)
+        }
+        None => {
+            present(image, "--image").map_err(failed)?;
+            let transport = Emulator::counting(image).map_err(|error| failed(error.0))?;
+            let question = format!("is {} the image `drive` or `motor`, and of this version?", image.display());
+            (Box::new(transport), Duration::from_millis(100), question)
+        }
+    };
+    Ok(match faults {
+        Some(rate) => (Box::new(Faulty::new(transport, Rates::all(*rate), *seed)), Duration::from_millis(20), question),
+        None => (transport, within, question),
+    })
+}
+
+fn told_to_stop() -> Failure {
+    Failure { status: status::INTERRUPTED, message: "stopped on request; the drive goes on as it is".into() }
+}
+
+fn named(file: &Path, why: &str) -> String {
+    format!("{}: {why}", file.display())
+}
+
+/// A refusal is a mistake of whoever asked; anything else is the wire's.
+fn refused(error: PortError) -> Failure {
+    match error {
+        PortError::Refused(why) => bad(why),
+        other => failed(other.to_string()),
+    }
+}
+
+fn finite(command: &str, text: &str) -> Result<f64, Failure> {
+    let number: Option<f64> = text.parse().ok().filter(|number: &f64| number.is_finite());
+    number.ok_or_else(|| bad(format!("{command}: {text:?} is no number")))
+}
+
+fn positive(command: &str, text: &str) -> Result<f64, Failure> {
+    let time_s = finite(command, text)?;
+    let is_good = time_s > 0.0 && time_s <= 3600.0;
+    if is_good { Ok(time_s) } else { Err(bad(format!("{command}: {text} s: expected more than 0, up to 3600"))) }
+}
+
+/// With the nearest that there is.
+fn unknown(command: &str) -> String {
+    let word = |form: &&(&'static str, &str)| form.0.split(' ').next().unwrap_or_default();
+    let distance = |form: &&(&'static str, &str)| strsim::damerau_levenshtein(word(form), command);
+    let nearest = COMMANDS.iter().min_by_key(distance).map_or("", |form| form.0);
+    if nearest.split(' ').next() == Some(command) {
+        format!("{command}: expected `{nearest}`")
+    } else {
+        format!("{command}: there is no such command; nearest is `{nearest}`, `help` lists all")
+    }
+}
+
+fn kind(design: &Loadable) -> &'static str {
+    if design.instance.model == Model::Joint { "joint" } else { "motor" }
+}
+
+fn shafts(design: &Loadable) -> &'static [&'static str] {
+    if design.instance.model == Model::Joint { &["link", "motor"] } else { &["motor"] }
+}
+
+fn moved(what: &str, [start, ticks]: [u32; 2], period_s: f64) -> String {
+    format!("{what}: from tick {start} on, in {ticks} ticks ({} s)", significant(f64::from(ticks) * period_s, 4))
+}
+
+fn in_words(seen: &Observed, design: &Loadable, period_s: f64) -> String {
+    let number = |value: f32| significant(f64::from(value), 5);
+    let mut text = format!("t = {} s (tick {})", significant(f64::from(seen.tick) * period_s, 6), seen.tick);
+    let turns = f64::from(seen.turn) * std::f64::consts::TAU;
+    // Nothing can go wrong with a `String`.
+    let _ = write!(text, ", r = {} rad", significant(turns + f64::from(seen.reference), 6));
+    for (shaft, [position, speed, _, load]) in shafts(design).iter().zip(seen.estimates) {
+        let position = significant(turns + f64::from(position), 6);
+        let _ = write!(text, "; {shaft} {position} rad, {} rad/s, load {} N m", number(speed), number(load));
+    }
+    let _ = write!(text, "; u = {} A, sigma* = {}, {}", number(seen.u), number(seen.sigma_star), seen.health);
+    for (is, what) in [(seen.moving, "moving"), (seen.frozen, "black box stands still"), (!seen.started, "not started")]
+    {
+        if is {
+            let _ = write!(text, ", {what}");
+        }
+    }
+    let _ = write!(text, "; interrupt: worst {}, {} ticks late", seen.worst, seen.missed);
+    text
+}
+
+/// What was seen, as comma-separated values.
+fn rows(session: &Session<'_>) -> String {
+    let design = session.drive.design();
+    let mut text = String::from("tick,t_s,r_rad");
+    for shaft in shafts(design) {
+        let _ = write!(text, ",{shaft}_rad,{shaft}_rad_s,{shaft}_load_n_m");
+    }
+    text.push_str(",u_a,sigma_star,health\n");
+    for seen in &session.seen {
+        let turns = f64::from(seen.turn) * std::f64::consts::TAU;
+        let t_s = f64::from(seen.tick) * session.drive.period_s();
+        let _ = write!(text, "{},{t_s:?},{:?}", seen.tick, turns + f64::from(seen.reference));
+        for ([position, speed, _, load], _) in seen.estimates.iter().zip(shafts(design)) {
+            let _ = write!(text, ",{:?},{speed:?},{load:?}", turns + f64::from(*position));
+        }
+        let _ = writeln!(text, ",{:?},{:?},{}", seen.u, seen.sigma_star, seen.health.bits());
+    }
+    text
+}
+
+fn figure(session: &Session<'_>) -> Figure {
+    let period_s = session.drive.period_s();
+    let line = |label: &str, color: usize, value: &dyn Fn(&Observed) -> f64| {
+        let points = session.seen.iter().map(|seen| (f64::from(seen.tick) * period_s, value(seen)));
+        Series::solid(label, color, points)
+    };
+    let turns = |seen: &Observed| f64::from(seen.turn) * std::f64::consts::TAU;
+    let panel = |title: &str, y_label: &str, series: Vec<Series>| Panel {
+        title: title.into(),
+        x_label: "t (s)".into(),
+        y_label: y_label.into(),
+        series,
+        ..Panel::default()
+    };
+    let y = line("y", 0, &|seen| turns(seen) + f64::from(seen.estimates[0][0]));
+    let r = line("r", BLACK, &|seen| turns(seen) + f64::from(seen.reference)).styled(Style::Dashed);
+    let loads = shafts(session.drive.design()).iter().enumerate();
+    let loads = loads.map(|(i, shaft)| line(shaft, i, &|seen| f64::from(seen.estimates[i][3])));
+    Figure {
+        title: format!("Drive of a {}, as seen over its serial line", kind(session.drive.design())),
+        panels: vec![
+            panel("Output and reference", "y (rad)", vec![y, r]),
+            panel("Current", "u (A)", vec![line("", 0, &|seen| f64::from(seen.u))]),
+            panel("Torque against it", "(N m)", loads.collect()),
+        ],
+        columns: 1,
+    }
+}
+
+/// Then beside now.
+fn summary(then: &[Again], other: Option<&[Again]>) -> Table {
+    let mut table = Table::new(["figure", "then", "now"]);
+    let alarm = |of: &dyn Fn(&Again) -> Health, all: &[Again]| {
+        let first = all.iter().find(|again| of(again).intersects(ALARMS));
+        first.map_or_else(|| "none".into(), |again| format!("tick {}: {}", again.tick, of(again)))
+    };
+    let peak = |of: &dyn Fn(&Again) -> f32, all: &[Again]| {
+        significant(f64::from(all.iter().map(|again| of(again).abs()).fold(0.0, f32::max)), 4)
+    };
+    let now = other.unwrap_or(then);
+    table.row(["first alarm", &alarm(&|it| it.then.health, then), &alarm(&|it| it.now.health, now)]);
+    table.row(["|u| peak (A)", &peak(&|it| it.then.u, then), &peak(&|it| it.now.u, now)]);
+    if let Some(other) = other {
+        let off = other.iter().map(|it| (it.now.u - it.then.u).abs()).fold(0.0, f32::max);
+        table.row(["largest |u now - u then| (A)", "-", &significant(f64::from(off), 4)]);
+        let first = other.iter().find(|it| (it.now.u - it.then.u).abs() > 1e-3);
+        let first = first.map_or_else(|| "none".into(), |it| format!("tick {}", it.tick));
+        table.row(["first tick with more than 1 mA between them", "-", &first]);
+    }
+    table
+}
+
+fn replayed_rows(all: &[Again]) -> String {
+    let mut text = String::from("tick,u_then_a,u_now_a,health_then,health_now\n");
+    for Again { tick, then, now } in all {
+        let _ = writeln!(text, "{tick},{:?},{:?},{},{}", then.u, now.u, then.health.bits(), now.health.bits());
+    }
+    text
+}
+
+fn replayed_figure(all: &[Again], file: &str, sets: &[String], period_s: f64) -> Figure {
+    let line = |label: &str, color: usize, value: &dyn Fn(&Again) -> f32| {
+        let points = all.iter().map(|again| (f64::from(again.tick) * period_s, f64::from(value(again))));
+        Series { is_held: true, ..Series::solid(label, color, points) }
+    };
+    let now = if sets.is_empty() { "now".into() } else { format!("with {}", sets.join(" ")) };
+    Figure {
+        title: format!("{file}, run again"),
+        panels: vec![Panel {
+            title: "Current".into(),
+            x_label: "t (s)".into(),
+            y_label: "u (A)".into(),
+            series: vec![line("then", BLACK, &|it| it.then.u), line(&now, 0, &|it| it.now.u).styled(Style::Dashed)],
+            ..Panel::default()
+        }],
+        columns: 1,
+    }
+}

@@ -1,0 +1,130 @@
+//! A drive that runs by itself in this process: the chip's side of the talk around a motor, its ticks passing while the
+//! host waits, every u of it recorded.
+
+use std::collections::VecDeque;
+use std::f64::consts::TAU;
+use std::time::Duration;
+
+use controller_core::Limits;
+use controller_core::drive::{ALARMS, Encoder, Motor, MotorDesign, MotorDrive, Position};
+use host_sim::remote::Loadable;
+use host_sim::transport::{Transport, TransportError};
+use pil_wire::{Disturbance, Instance, Live, Machine, Model, Seat, halves};
+
+/// The law of it.
+pub type Law = MotorDrive<f32, Position, 1>;
+/// Period of its ticks, s.
+pub const PERIOD_S: f64 = 1e-3;
+const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
+/// What it begins with.
+pub const DESIGN: MotorDesign = MotorDesign::by_rule(PERIOD_S, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
+/// Ticks that pass while the host waits for a reply.
+const PASSING: usize = 7;
+
+/// A design as it is sent.
+///
+/// # Panics
+/// On a bad design.
+pub fn loadable(design: &MotorDesign) -> Loadable {
+    let law = Law::try_design(design).unwrap_or(Law::try_design(&DESIGN).expect("a good design"));
+    let bounds = design.bounds(&law, 0.2);
+    let numbers = design.to_numbers().into_iter().chain(bounds.to_numbers()).chain([f64::from(ALARMS.bits())]);
+    let instance = Instance { n: 2, r: 3, mask: Instance::TWO_SETS, model: Model::Motor };
+    Loadable { instance, words: numbers.flat_map(halves).collect() }
+}
+
+/// What the interrupt has: axis and plant.
+pub struct Chip {
+    seat: Seat<Law, 1, 2>,
+    x: [f64; 2],
+    count: i32,
+    disturbance: Disturbance,
+    /// u of every tick.
+    pub u: Vec<f32>,
+    /// Is there a stand-in that can be disturbed?
+    pub is_stand_in: bool,
+}
+
+impl Chip {
+    fn tick(&mut self) {
+        if !self.disturbance.stuck[0] {
+            self.count = (self.x[0] / TAU * 16384.0).floor() as i32;
+        }
+        let counts = [Some(self.count)];
+        let is_to_change = self.seat.is_to_change();
+        let output = if is_to_change { self.seat.change(counts, None) } else { self.seat.tick(counts, None) };
+        self.u.push(output.u);
+        let torque = MOTOR.torque_n_m_per_a * f64::from(output.u) - f64::from(self.disturbance.load_n_m);
+        let friction = 0.005 * (self.x[1] / 0.005).tanh();
+        // Ten steps a tick: the friction is steep.
+        for _ in 0..10 {
+            self.x[1] += 0.1 * PERIOD_S * (torque - friction) / MOTOR.inertia_kg_m2;
+            self.x[0] += 0.1 * PERIOD_S * self.x[1];
+        }
+    }
+
+    /// True angle, rad.
+    pub const fn angle_rad(&self) -> f64 {
+        self.x[0]
+    }
+}
+
+impl Machine<Law, 1, 2> for Chip {
+    fn between<T>(&mut self, work: impl FnOnce(&mut Seat<Law, 1, 2>) -> T) -> T {
+        work(&mut self.seat)
+    }
+
+    fn wait(&mut self) {
+        self.tick();
+    }
+
+    fn disturb(&mut self, disturbance: &Disturbance) -> bool {
+        self.disturbance = *disturbance;
+        self.is_stand_in
+    }
+}
+
+/// The chip at the end of a wire without time.
+pub struct Bench {
+    live: Live<Law, 1, 2>,
+    /// The other side of its interrupt.
+    pub chip: Chip,
+    sent: VecDeque<u8>,
+}
+
+impl Bench {
+    /// Just powered up, with [`DESIGN`].
+    ///
+    /// # Panics
+    /// Never: it is a good design.
+    pub fn new() -> Self {
+        let (live, law) = Live::new(loadable(&DESIGN).words).expect("a good design");
+        let disturbance = Disturbance { stuck: [false; 2], load_n_m: 0.0 };
+        let chip = Chip { seat: Seat::new(law), x: [0.0; 2], count: 0, disturbance, u: Vec::new(), is_stand_in: true };
+        Self { sent: live.hello().into(), live, chip }
+    }
+}
+
+impl Default for Bench {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Transport for Bench {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), TransportError> {
+        for &byte in bytes {
+            self.sent.extend(self.live.receive(byte, &mut self.chip).into_iter().flatten());
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, into: &mut [u8], _within: Duration) -> Result<usize, TransportError> {
+        (0..PASSING).for_each(|_| self.chip.tick());
+        let count = into.len().min(self.sent.len());
+        for (to, from) in into.iter_mut().zip(self.sent.drain(..count)) {
+            *to = from;
+        }
+        Ok(count)
+    }
+}

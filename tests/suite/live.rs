@@ -1,0 +1,250 @@
+//! Is a drive that runs by itself moved, tuned and read without a jump, whatever happens to the wire, and does its black
+//! box run again to the bit?
+//!
+//! First in this process, where every tick can be seen; then the images on the emulated chip, by the commands of a user.
+
+use controller_core::Health;
+use controller_core::drive::MotorDesign;
+use host_sim::black_box::BlackBox;
+use host_sim::live::LiveDrive;
+use host_sim::transport::faulty::Rates;
+use host_sim::transport::{Faulty, Transport};
+use integration_tests::data::path;
+use integration_tests::live::{Bench, DESIGN, loadable};
+use integration_tests::program::{Folder, Spoken, host_sim};
+use loop_sim::port::PortError;
+use pil_wire::{Disturbance, Order};
+use std::time::Duration;
+
+const REPLY_WITHIN: Duration = Duration::from_millis(50);
+
+fn connect<T: Transport>(wire: T) -> LiveDrive<T> {
+    LiveDrive::connect(wire, REPLY_WITHIN).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn bad_wire(seed: u64) -> Faulty<Bench> {
+    Faulty::new(Bench::new(), Rates::all(0.05), seed)
+}
+
+fn told<V: std::fmt::Debug>(result: Result<V, PortError>) -> String {
+    match result {
+        Err(PortError::Refused(why)) => why,
+        other => panic!("not refused: {other:?}"),
+    }
+}
+
+/// Until the plan is over.
+fn arrive<T: Transport>(drive: &mut LiveDrive<T>) {
+    while drive.observe().unwrap_or_else(|error| panic!("{error}")).moving {}
+}
+
+/// Moves, moves again in flight, and swaps in flight; returns u of every tick, and those of the two new designs.
+fn moved_and_tuned<T: Transport>(drive: &mut LiveDrive<T>) -> Vec<usize> {
+    let mut swaps = Vec::new();
+    let surface = DESIGN.bandwidths.surface_rad_s;
+    for (angle, share) in [(1.0, 0.7), (-0.5, 1.2)] {
+        let [start, ticks] = drive.move_to(angle, 600).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(ticks, 600);
+        let swapped = drive.swap(&loadable(&DESIGN.with_surface(share * surface))).unwrap_or_else(|e| panic!("{e}"));
+        assert!(swapped.tick > start && swapped.tick < start + ticks, "in flight: {swapped:?} of {start}");
+        swaps.push(swapped.tick as usize);
+    }
+    arrive(drive);
+    swaps
+}
+
+/// A jump is what a tick adds to the change that the ticks beside it make; the bar is that of the whole change.
+fn assert_no_jump(u: &[f32], swaps: &[usize], label: &str) {
+    for &tick in swaps {
+        let jump = (u[tick] - u[tick - 1]).abs();
+        assert!(jump <= 0.05, "{label}: u jumps by {jump} A in tick {tick}: {:?}", &u[tick - 3..tick + 3]);
+    }
+}
+
+#[test]
+fn a_bandwidth_and_a_goal_sent_in_flight_leave_no_jump_on_a_bad_wire_too() {
+    let mut drive = connect(Bench::new());
+    let swaps = moved_and_tuned(&mut drive);
+    assert_no_jump(&drive.transport().chip.u, &swaps, "good wire");
+    assert!((drive.transport().chip.angle_rad() + 0.5).abs() < 2e-3);
+    for seed in 0..4 {
+        let mut drive = connect(bad_wire(seed));
+        let swaps = moved_and_tuned(&mut drive);
+        let chip = &drive.transport().inner().chip;
+        assert_no_jump(&chip.u, &swaps, &format!("seed {seed}"));
+        assert!((chip.angle_rad() + 0.5).abs() < 2e-3, "seed {seed}: {}", chip.angle_rad());
+        assert!(drive.traffic().repeated > 5, "seed {seed}: {:?}", drive.traffic());
+    }
+}
+
+/// Trips a drive at a turning point, where only the monitors see it.
+fn tripped<T: Transport>(drive: &mut LiveDrive<T>) -> BlackBox {
+    drive.move_to(0.4, 0).unwrap_or_else(|error| panic!("{error}"));
+    arrive(drive);
+    let stuck = Disturbance { stuck: [true, false], load_n_m: 0.02 };
+    drive.disturb(stuck).unwrap_or_else(|error| panic!("{error}"));
+    let began = drive.observe().unwrap_or_else(|error| panic!("{error}")).tick;
+    loop {
+        let seen = drive.observe().unwrap_or_else(|error| panic!("{error}"));
+        if seen.health.contains(Health::STOPPED) {
+            assert!(seen.frozen && seen.u == 0.0, "{seen:?}");
+            break;
+        }
+        assert!(seen.tick < began + 300, "no alarm: {seen:?}");
+    }
+    drive.black_box().unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn a_black_box_runs_again_to_the_bit_as_a_file_and_over_a_bad_wire_too() {
+    let boxes = [tripped(&mut connect(Bench::new())), tripped(&mut connect(bad_wire(9)))];
+    for black_box in boxes {
+        assert!(black_box.len() >= 256);
+        let back = BlackBox::from_text(&black_box.to_text()).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(back.to_text(), black_box.to_text());
+        let again = back.replay().unwrap_or_else(|error| panic!("{error}"));
+        assert!(again.len() == black_box.len() && again.iter().all(|tick| tick.is_same()));
+        assert!(again.last().expect("ticks").then.health.contains(Health::STOPPED));
+        // Another design on the same counts takes over without a jump, and says something else in the end.
+        let other = loadable(&DESIGN.with_surface(0.6 * DESIGN.bandwidths.surface_rad_s));
+        let other = back.replay_with(&other).unwrap_or_else(|error| panic!("{error}"));
+        assert!((other[0].now.u - other[0].then.u).abs() < 1e-3, "{:?}", other[0]);
+        assert!(other.iter().any(|tick| (tick.now.u - tick.then.u).abs() > 0.05));
+    }
+}
+
+#[test]
+fn a_black_box_that_is_damaged_or_foreign_is_refused_with_the_line() {
+    let text = tripped(&mut connect(Bench::new())).to_text();
+    let refused = |text: &str| BlackBox::from_text(text).expect_err("a refusal");
+    let lines: Vec<&str> = text.lines().collect();
+    let frame = lines.iter().position(|line| line.starts_with("frame,")).expect("a frame");
+    let without = |k: usize| [&lines[..k], &lines[k + 1..]].concat().join("\n");
+    assert!(refused("a,b\n").starts_with("line 1: this is no black box"));
+    assert!(refused(&lines[..frame].join("\n")).contains("cut short"));
+    assert!(refused(&without(frame + 3)).starts_with(&format!("line {}: tick ", frame + 4)));
+    assert!(refused(&text.replacen("number,period_s,0.001", "number,period_s,0.002", 1)).contains("damaged"));
+    assert!(refused(&text.replacen("core,", "core,9", 1)).starts_with("line 2: "));
+    for k in 0..lines.len() {
+        assert!(BlackBox::from_text(&without(k)).is_err(), "without line {}", k + 1);
+    }
+}
+
+#[test]
+fn what_is_refused_leaves_the_drive_as_it_was() {
+    let mut drive = connect(Bench::new());
+    drive.move_to(0.2, 400).unwrap_or_else(|error| panic!("{error}"));
+    let design = drive.design().clone();
+    // Each beside the word that its reason must hold.
+    let slow = MotorDesign { period_s: 2e-3, ..DESIGN };
+    let wild = MotorDesign { gate_steps: f64::NAN, ..DESIGN };
+    let mut other_form = loadable(&DESIGN);
+    other_form.instance.mask = 0;
+    let near_decay = MotorDesign {
+        bandwidths: controller_core::drive::MotorBandwidths {
+            offset_per_s: 0.999 * DESIGN.bandwidths.reaching_per_s,
+            ..DESIGN.bandwidths
+        },
+        ..DESIGN
+    };
+    let swaps = [
+        (loadable(&slow), "ticks every 1000000 ns, the design is for 2000000 ns"),
+        (loadable(&wild), "the target refuses the numbers"),
+        (other_form, "carries no drive"),
+        (loadable(&near_decay), "cannot take over"),
+    ];
+    for (design, why) in swaps {
+        let told = told(drive.swap(&design));
+        assert!(told.contains(why), "{told}");
+    }
+    for (angle, ticks, why) in
+        [(f64::NAN, 0, "no number"), (1e6, 0, "10000 turns"), (2.0, 5, "it takes "), (2.0, 21, "it takes ")]
+    {
+        let told = told(drive.move_to(angle, ticks));
+        assert!(told.contains(why), "{angle} in {ticks}: {told}");
+    }
+    assert!(told(drive.order(Order::Reset)).contains("has not stopped"));
+    assert!(told(drive.black_box()).contains("freeze it first"));
+    assert_eq!(*drive.design(), design);
+    arrive(&mut drive);
+    assert!((drive.transport().chip.angle_rad() - 0.2).abs() < 2e-3, "{}", drive.transport().chip.angle_rad());
+
+    // What it says is too fast by one tick is so, and what it says would do does.
+    let told = told(drive.move_to(2.0, 21));
+    let needed: u32 = told.rsplit(' ').next().and_then(|word| word.parse().ok()).expect("a number");
+    assert!(drive.move_to(2.0, needed).is_ok());
+}
+
+#[test]
+fn a_drive_that_has_stopped_starts_again_where_it_is() {
+    let mut drive = connect(Bench::new());
+    tripped(&mut drive);
+    assert!(told(drive.move_to(0.0, 0)).contains("reset it first"));
+    assert!(told(drive.swap(&loadable(&DESIGN))).contains("would empty it"));
+    drive.disturb(Disturbance { stuck: [false; 2], load_n_m: 0.0 }).unwrap_or_else(|error| panic!("{error}"));
+    drive.order(Order::Reset).unwrap_or_else(|error| panic!("{error}"));
+    let here = drive.transport().chip.angle_rad();
+    let ticks = drive.transport().chip.u.len();
+    for _ in 0..50 {
+        let seen = drive.observe().unwrap_or_else(|error| panic!("{error}"));
+        assert!(!seen.health.contains(Health::STOPPED) && !seen.frozen, "{seen:?}");
+    }
+    let chip = &drive.transport().chip;
+    let peak = chip.u[ticks..].iter().fold(0.0_f32, |peak, u| peak.max(u.abs()));
+    assert!((chip.angle_rad() - here).abs() < 5e-3 && peak < 1.0, "from {here} to {}, {peak} A", chip.angle_rad());
+    drive.move_to(0.0, 0).unwrap_or_else(|error| panic!("{error}"));
+    arrive(&mut drive);
+    assert!(drive.transport().chip.angle_rad().abs() < 2e-3);
+}
+
+/// Runs commands on an image of the firmware.
+fn live(folder: &Folder, image: &str, script: &str, more: &[&str]) -> Spoken {
+    let at = |name: &str| path("../firmware/target/thumbv7em-none-eabihf/release").join(name).display().to_string();
+    let (file, scenario) = (folder.path("script"), path("../firmware").join(image).with_extension("toml"));
+    std::fs::write(&file, script).expect("a file");
+    let (image, scenario) = (at(image), scenario.display().to_string());
+    host_sim(&[&["live", scenario.as_str(), "--image", &image, "--script", &file], more].concat())
+}
+
+/// The largest change of u in the line of a `set`.
+fn jump(spoken: &Spoken) -> f64 {
+    let line = spoken.out.lines().find(|line| line.starts_with("set ")).unwrap_or_else(|| panic!("{spoken:?}"));
+    let (_, numbers) = line.split_once("u went from ").expect("both");
+    let numbers: Vec<f64> = numbers.trim_end_matches(" A").split(" to ").map(|u| u.parse().expect("u")).collect();
+    (numbers[1] - numbers[0]).abs()
+}
+
+#[test]
+fn the_images_are_moved_and_tuned_in_flight_and_trip_and_their_black_boxes_run_again_to_the_bit() {
+    let cases = [
+        ("drive", "stick link motor", "set drive.tuning='firm'", "drive.tuning='quiet'"),
+        ("motor", "stick motor", "set drive.surface_rad_s=120", "drive.surface_rad_s=100"),
+    ];
+    for (image, stick, set, other) in cases {
+        for wire in [&[][..], &["--faults", "0.05", "--seed", "4"]] {
+            let label = format!("{image} {wire:?}");
+            let folder = Folder::new(&format!("live-{image}-{}", wire.len()));
+            let file = folder.path("trip");
+            let record = folder.path("seen.csv");
+            let script = format!(
+                "move 1.0 2.0\n{set}\nmove 0.5 2.0\nwait 2.1\nshow\n{stick}\nload 0.02\nmove 0.8 1.0\nwait 0.5\nshow\n\
+                 blackbox {file}\n"
+            );
+            let spoken = live(&folder, image, &script, &[&["--record", &record], wire].concat());
+            assert_eq!(spoken.status, 0, "{label}: {spoken:?}");
+            // It is what its scenario says: no number is told to be another.
+            assert!(!spoken.err.contains("note:"), "{label}: {}", spoken.err);
+            assert!(jump(&spoken) <= 0.05, "{label}: {}", spoken.out);
+            let shown: Vec<&str> = spoken.out.lines().filter(|line| line.starts_with("t = ")).collect();
+            assert!(shown[0].contains("r = 0.5 rad") && shown[0].contains(" 0.5"), "{label}: {}", shown[0]);
+            assert!(shown[1].contains("stopped"), "{label}: {}", shown[1]);
+            let rows = std::fs::read_to_string(&record).expect("a record").lines().count();
+            assert!(rows > 100 && std::path::Path::new(&folder.path("seen.svg")).exists(), "{label}: {rows}");
+
+            let again = host_sim(&["replay", &file, "--set", other, "--out", &folder.path("replay")]);
+            assert_eq!(again.status, 0, "{label}: {again:?}");
+            assert!(again.out.contains("ticks run again, 0 differ\n"), "{label}: {}", again.out);
+            assert!(again.out.contains("first alarm"), "{label}: {}", again.out);
+        }
+    }
+}
