@@ -178,10 +178,10 @@ impl BlackBox {
             let (key, rest) = line.split_once(',').unwrap_or((line, ""));
             read.line(key, rest).map_err(|why| format!("line {}: {why}", k + 1))?;
         }
-        if checksum(text[..body].as_bytes()) != sum {
+        if checksum(&text.as_bytes()[..body]) != sum {
             return Err(format!(
                 "line {last}: damaged: the sum of the lines above is {:08x}",
-                checksum(text[..body].as_bytes())
+                checksum(&text.as_bytes()[..body])
             ));
         }
         read.finished().map_err(|why| format!("line {last}: {why}"))

@@ -17,7 +17,7 @@ pub type Law = MotorDrive<f32, Position, 1>;
 pub const PERIOD_S: f64 = 1e-3;
 const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
 /// What it begins with.
-pub const DESIGN: MotorDesign = MotorDesign::by_rule(PERIOD_S, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
+pub const DESIGN: MotorDesign = MotorDesign::by_rule(PERIOD_S, MOTOR, Encoder::absolute(20), Limits::symmetric(10.0));
 /// Ticks that pass while the host waits for a reply.
 const PASSING: usize = 7;
 
@@ -48,7 +48,7 @@ pub struct Chip {
 impl Chip {
     fn tick(&mut self) {
         if !self.disturbance.stuck[0] {
-            self.count = (self.x[0] / TAU * 16384.0).floor() as i32;
+            self.count = (self.x[0] / TAU * 1_048_576.0).floor() as i32;
         }
         let counts = [Some(self.count)];
         let is_to_change = self.seat.is_to_change();

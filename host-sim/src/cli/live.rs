@@ -401,23 +401,20 @@ impl<'a> Console<'a> {
 /// The way to the drive, how long a round trip may take, and what to ask when nothing answers.
 fn way(options: &LiveOptions) -> Result<(Box<dyn Transport>, Duration, String), Failure> {
     let LiveOptions { image, port, baud, faults, seed, .. } = options;
-    let (transport, within, question): (Box<dyn Transport>, _, _) = match port {
-        Some(port) => {
-            let transport = Serial::open(port, *baud).map_err(|error| failed(error.0))?;
-            // 10 bits a byte there and back, twice for what stands in the way (a USB adapter gathers bytes for 16 ms).
-            let line = Duration::from_secs_f64(10.0 * (REQUEST_LEN + REPLY_LEN) as f64 / f64::from(*baud));
-            let question = format!(
-                "is {} the board's port, at {baud} bits per second, and does the image `drive` or `motor` run on it?",
-                port.display()
-            );
-            (Box::new(transport), Duration::from_millis(50) + 2 * line, question)
-        }
-        None => {
-            present(image, "--image").map_err(failed)?;
-            let transport = Emulator::counting(image).map_err(|error| failed(error.0))?;
-            let question = format!("is {} the image `drive` or `motor`, and of this version?", image.display());
-            (Box::new(transport), Duration::from_millis(100), question)
-        }
+    let (transport, within, question): (Box<dyn Transport>, _, _) = if let Some(port) = port {
+        let transport = Serial::open(port, *baud).map_err(|error| failed(error.0))?;
+        // 10 bits a byte there and back, twice for what stands in the way (a USB adapter gathers bytes for 16 ms).
+        let line = Duration::from_secs_f64(10.0 * (REQUEST_LEN + REPLY_LEN) as f64 / f64::from(*baud));
+        let question = format!(
+            "is {} the board's port, at {baud} bits per second, and does the image `drive` or `motor` run on it?",
+            port.display()
+        );
+        (Box::new(transport), Duration::from_millis(50) + 2 * line, question)
+    } else {
+        present(image, "--image").map_err(failed)?;
+        let transport = Emulator::counting(image).map_err(|error| failed(error.0))?;
+        let question = format!("is {} the image `drive` or `motor`, and of this version?", image.display());
+        (Box::new(transport), Duration::from_millis(100), question)
     };
     Ok(match faults {
         Some(rate) => (Box::new(Faulty::new(transport, Rates::all(*rate), *seed)), Duration::from_millis(20), question),
