@@ -5,7 +5,7 @@
 
 use controller_core::Health;
 use controller_core::drive::MotorDesign;
-use host_sim::black_box::BlackBox;
+use host_sim::black_box::{Again, BlackBox};
 use host_sim::live::LiveDrive;
 use host_sim::transport::faulty::Rates;
 use host_sim::transport::{Faulty, Transport};
@@ -103,12 +103,13 @@ fn a_black_box_runs_again_to_the_bit_as_a_file_and_over_a_bad_wire_too() {
         let back = BlackBox::from_text(&black_box.to_text()).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(back.to_text(), black_box.to_text());
         let again = back.replay().unwrap_or_else(|error| panic!("{error}"));
-        assert!(again.len() == black_box.len() && again.iter().all(|tick| tick.is_same()));
+        assert!(again.len() == black_box.len() && again.iter().all(Again::is_same));
         assert!(again.last().expect("ticks").then.health.contains(Health::STOPPED));
-        // Another design on the same counts takes over without a jump, and says something else in the end.
+        // Another design on the same counts takes over without a jump but for what its observer makes of this sample,
+        // and says something else in the end.
         let other = loadable(&DESIGN.with_surface(0.6 * DESIGN.bandwidths.surface_rad_s));
         let other = back.replay_with(&other).unwrap_or_else(|error| panic!("{error}"));
-        assert!((other[0].now.u - other[0].then.u).abs() < 1e-3, "{:?}", other[0]);
+        assert!((other[0].now.u - other[0].then.u).abs() < 0.05, "{:?}", other[0]);
         assert!(other.iter().any(|tick| (tick.now.u - tick.then.u).abs() > 0.05));
     }
 }
@@ -174,6 +175,13 @@ fn a_drive_that_has_stopped_starts_again_where_it_is() {
     assert!(told(drive.move_to(0.0, 0)).contains("reset it first"));
     assert!(told(drive.swap(&loadable(&DESIGN))).contains("would empty it"));
     drive.disturb(Disturbance { stuck: [false; 2], load_n_m: 0.0 }).unwrap_or_else(|error| panic!("{error}"));
+    // It has run away behind the stuck count, and friction alone brakes it.
+    let still = (0..20_000).any(|_| {
+        let before = drive.transport().chip.angle_rad();
+        drive.observe().unwrap_or_else(|error| panic!("{error}"));
+        (drive.transport().chip.angle_rad() - before).abs() < 1e-6
+    });
+    assert!(still, "{} rad", drive.transport().chip.angle_rad());
     drive.order(Order::Reset).unwrap_or_else(|error| panic!("{error}"));
     let here = drive.transport().chip.angle_rad();
     let ticks = drive.transport().chip.u.len();
@@ -186,7 +194,9 @@ fn a_drive_that_has_stopped_starts_again_where_it_is() {
     assert!((chip.angle_rad() - here).abs() < 5e-3 && peak < 1.0, "from {here} to {}, {peak} A", chip.angle_rad());
     drive.move_to(0.0, 0).unwrap_or_else(|error| panic!("{error}"));
     arrive(&mut drive);
-    assert!(drive.transport().chip.angle_rad().abs() < 2e-3);
+    // Of which turn is 0: that it forgot.
+    let turns = drive.transport().chip.angle_rad() / std::f64::consts::TAU;
+    assert!((turns - turns.round()).abs() < 3e-4, "{turns}");
 }
 
 /// Runs commands on an image of the firmware.
@@ -231,7 +241,7 @@ fn the_images_are_moved_and_tuned_in_flight_and_trip_and_their_black_boxes_run_a
             assert!(shown[0].contains("r = 0.500000 rad"), "{label}: {}", shown[0]);
             assert!(shown[1].contains("stopped"), "{label}: {}", shown[1]);
             let rows = std::fs::read_to_string(&record).expect("a record").lines().count();
-            assert!(rows > 100 && std::path::Path::new(&folder.path("seen.svg")).exists(), "{label}: {rows}");
+            assert!(rows > 10 && std::path::Path::new(&folder.path("seen.svg")).exists(), "{label}: {rows}");
 
             let again = host_sim(&["replay", &file, "--set", other, "--out", &folder.path("replay")]);
             assert_eq!(again.status, 0, "{label}: {again:?}");
