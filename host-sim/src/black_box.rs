@@ -1,7 +1,7 @@
 //! The black box of a drive as a file, and run again.
 //!
 //! The file is lines of `key,value,..`: which version and design, the numbers that the drive is designed from (names as
-//! in [`controller_core::drive::LAYOUT`]), and the scenario that was in force, if one was. Then, of one or two stretches
+//! in [`controller_core::drive::LAYOUT`]), and the scenario in force, if one was. Then, of one or two stretches
 //! of ticks in a row, the state before the first and a `frame` for each: count of each encoder (empty for one that was
 //! lost), where it should have been at the end (turn, r .. r'''), what the actuator held before (empty if that was not
 //! told), u, health. Numbers are the shortest text that reads back as the same bits. The last line is the CRC-32 of all

@@ -65,7 +65,7 @@
 //! |---|---|---|---|
 //! | 0 | | | first word of Open, count of words and hash of the design that runs; fingerprint of the law |
 //! | 1 | | word | sixteen words of the design |
-//! | 2 | 0 older, 1 newer | | first tick; counts of frames and of words of the state; turn, r .. r''' at its beginning |
+//! | 2 | 0 older, 1 newer | | first tick; number of frames, of words of the state; turn, r .. r''' at its beginning |
 //! | 3 | the same | word | sixteen words of the state before the first tick |
 //! | 4 | the same | frame | nine words as in Drive, u, health |
 //!

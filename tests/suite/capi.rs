@@ -481,8 +481,8 @@ fn the_law_in_c_on_the_chip_gives_every_u_of_the_rust_tick() {
     }
 }
 
-/// Cortex-M0, M3 and M4 without floats of their own, M7 and M33 with: samples near rest and far from it, and such as are
-/// no numbers.
+/// Cortex-M0, M3 and M4 without floats of their own, M7 and M33 with: samples near rest and far from it, and such as
+/// are no numbers.
 #[test]
 fn the_archives_give_the_bits_of_the_tick_on_other_cores() {
     const TICKS: usize = 20_000;

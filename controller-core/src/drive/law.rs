@@ -284,7 +284,7 @@ impl<T, M, A, const E: usize, const N: usize, const S: usize, const FAST: usize,
         self
     }
 
-    /// Where in a law the one byte lies that must be 0 or 1, for whoever gets laws from memory that others can write to.
+    /// Where in a law the one byte lies that must be 0 or 1, for laws from memory that others can write to.
     #[doc(hidden)]
     pub const FLAG_AT: usize = core::mem::offset_of!(Self, at_rest);
 }
