@@ -117,7 +117,7 @@ where
         self.ticked(counts, applied, Running::go_on)
     }
 
-    // Always: beside a second caller, such as the tick in which a design changes, it would be a call from the interrupt.
+    // Always: beside a second caller, such as the tick in which a design changes, it would be a call.
     #[inline(always)]
     fn ticked(
         &mut self,
