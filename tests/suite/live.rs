@@ -95,6 +95,37 @@ fn tripped<T: Transport>(drive: &mut LiveDrive<T>) -> BlackBox {
     drive.black_box().unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// In motion a count that sticks soon looks like a load that no motor has (14 ticks, as the monitors' tests have it).
+/// The drive stops, and its black box says the same again.
+#[test]
+fn a_count_that_sticks_in_motion_stops_the_drive_as_soon_as_its_monitors_do() {
+    fn alarm_after_sticking<T: Transport>(drive: &mut LiveDrive<T>) -> u32 {
+        drive.move_to(3.0, 1000).unwrap_or_else(|error| panic!("{error}"));
+        let began = loop {
+            let seen = drive.observe().unwrap_or_else(|error| panic!("{error}"));
+            if seen.reference > 0.5 {
+                break seen.tick;
+            }
+        };
+        let stuck = Disturbance { stuck: [true, false], load_n_m: 0.0 };
+        drive.disturb(stuck).unwrap_or_else(|error| panic!("{error}"));
+        while !drive.observe().unwrap_or_else(|error| panic!("{error}")).frozen {}
+        let remembered = drive.black_box().unwrap_or_else(|error| panic!("{error}"));
+        let again = remembered.replay().unwrap_or_else(|error| panic!("{error}"));
+        let last = again.last().expect("ticks");
+        assert!(again.iter().all(Again::is_same), "{last:?}");
+        assert!(last.then.health.contains(Health::STOPPED) && last.then.u == 0.0, "{last:?}");
+        last.tick - began
+    }
+    // Two questions and answers of 7 ticks each lie between.
+    let ticks = alarm_after_sticking(&mut connect(Bench::new()));
+    assert!((2..=14 + 14).contains(&ticks), "{ticks}");
+    for seed in 0..4 {
+        // Nobody knows when the request came that let it stick.
+        assert!(alarm_after_sticking(&mut connect(bad_wire(seed))) >= 2);
+    }
+}
+
 #[test]
 fn a_black_box_runs_again_to_the_bit_as_a_file_and_over_a_bad_wire_too() {
     let boxes = [tripped(&mut connect(Bench::new())), tripped(&mut connect(bad_wire(9)))];
@@ -219,24 +250,26 @@ fn jump(spoken: &Spoken) -> f64 {
 #[test]
 fn the_images_are_moved_and_tuned_in_flight_and_trip_and_their_black_boxes_run_again_to_the_bit() {
     let cases = [
-        ("drive", "stick link motor", "set drive.tuning='firm'", "drive.tuning='quiet'"),
-        ("motor", "stick motor", "set drive.surface_rad_s=120", "drive.surface_rad_s=100"),
+        ("drive", "stick link motor", "set drive.tuning='firm'", "drive.tuning='quiet'", 0.05),
+        // Its 14 bits alone move u by so much from tick to tick: by rule their noise is 0.1 A rms.
+        ("motor", "stick motor", "set drive.surface_rad_s=120", "drive.surface_rad_s=100", 0.2),
     ];
-    for (image, stick, set, other) in cases {
+    for (image, stick, set, other, most_a) in cases {
         for wire in [&[][..], &["--faults", "0.05", "--seed", "4"]] {
             let label = format!("{image} {wire:?}");
             let folder = Folder::new(&format!("live-{image}-{}", wire.len()));
             let file = folder.path("trip");
             let record = folder.path("seen.csv");
+            // The last move before anything sticks: a drive that has stopped refuses one.
             let script = format!(
-                "move 1.0 2.0\n{set}\nmove 0.5 2.0\nwait 2.1\nshow\n{stick}\nload 0.02\nmove 0.8 1.0\nwait 0.5\nshow\n\
-                 blackbox {file}\n"
+                "move 1.0 2.0\n{set}\nwait 2.1\nmove 0.5 2.0\nwait 2.1\nshow\nmove 0.8 1.0\n{stick}\nload 0.02\n\
+                 wait 4\nshow\nblackbox {file}\n"
             );
             let spoken = live(&folder, image, &script, &[&["--record", &record], wire].concat());
             assert_eq!(spoken.status, 0, "{label}: {spoken:?}");
             // It is what its scenario says: no number is told to be another.
             assert!(!spoken.err.contains("note:"), "{label}: {}", spoken.err);
-            assert!(jump(&spoken) <= 0.05, "{label}: {}", spoken.out);
+            assert!(jump(&spoken) <= most_a, "{label}: {}", spoken.out);
             let shown: Vec<&str> = spoken.out.lines().filter(|line| line.starts_with("t = ")).collect();
             assert!(shown[0].contains("r = 0.500000 rad"), "{label}: {}", shown[0]);
             assert!(shown[1].contains("stopped"), "{label}: {}", shown[1]);
