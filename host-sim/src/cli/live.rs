@@ -33,7 +33,7 @@ use crate::transport::{Emulator, Faulty, Serial, Stoppable, Transport};
 const IMAGE: &str = "firmware/target/thumbv7em-none-eabihf/release/drive";
 /// How often a drive is looked at while nothing is asked.
 const GLANCE: Duration = Duration::from_millis(100);
-/// Rows of a record before the oldest give way.
+/// Rows of a record; what is seen later is not kept.
 const MOST_ROWS: usize = 1 << 20;
 
 /// What can be typed.
