@@ -85,7 +85,8 @@ enum {
     EDO_SMC_NOT_INITIALISED = -9,  /* init of this instance did not make this state */
     EDO_SMC_OTHER_DESIGN = -10,    /* init made this state for another design */
     EDO_SMC_DAMAGED = -11,         /* something wrote over the flag of this state: init it */
-    EDO_SMC_NOT_STARTED = -12,     /* report_applied, estimates: no good sample yet, so nothing to correct or to tell */
+    EDO_SMC_NOT_STARTED = -12,     /* report_applied, estimates, go_on: no good sample yet, so there is nothing to correct,
+                                    * to tell, to go on with */
 
     /* retune: the other design cannot take over now; the running one goes on. */
     EDO_SMC_RETUNE_SAMPLE = -13,   /* a tick would reject this sample: try with the next */
@@ -341,6 +342,8 @@ EDO_SMC_PLANS(joint, 4)
  * edo_smc_init_NAME       looks at a design and makes a state that waits for its first good sample: all counts there,
  *                         at most half a counter from angle 0.
  * edo_smc_tick_NAME       one tick. After an alarm of stops_at the safe u goes out, 0 without one, until reset.
+ * edo_smc_go_on_NAME      the same but for a start, which is left to a caller that has the time: its bound is shorter.
+ *                         Until `tick` has started, the fallback goes out.
  * edo_smc_report_applied_NAME  what the power stage held since the last tick, where that is another u: the only
  *                         anti-windup. Before the next tick.
  * edo_smc_estimates_NAME  what is known at the instant of the last tick.
@@ -371,6 +374,8 @@ EDO_SMC_PLANS(joint, 4)
                                          edo_smc_state_##name##_t *state, size_t state_size);                          \
     edo_smc_status_t edo_smc_tick_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state,     \
                                          const edo_smc_sample_##plant##_t *sample, edo_smc_output_t *output);          \
+    edo_smc_status_t edo_smc_go_on_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state,    \
+                                          const edo_smc_sample_##plant##_t *sample, edo_smc_output_t *output);         \
     edo_smc_status_t edo_smc_report_applied_##name(edo_smc_state_##name##_t *state, float u);                          \
     edo_smc_status_t edo_smc_estimates_##name(const edo_smc_design_##name##_t *design,                                 \
                                               const edo_smc_state_##name##_t *state,                                   \

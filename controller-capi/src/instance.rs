@@ -143,13 +143,45 @@ pub(crate) unsafe fn tick<D: Instance>(
     sample: *const D::Sample,
     output: *mut Output<f32>,
 ) -> Status {
+    // SAFETY: as the caller promises, and as `ticked` does.
+    unsafe { ticked(design, state, sample, output, start) }
+}
+
+/// The same, but for a start.
+///
+/// # Safety
+/// Pointers that are not NULL point to memory of their type.
+#[inline(always)]
+pub(crate) unsafe fn go_on<D: Instance>(
+    design: *const D,
+    state: *mut Held<D>,
+    sample: *const D::Sample,
+    output: *mut Output<f32>,
+) -> Status {
+    // SAFETY: as the caller promises, and as `ticked` does.
+    unsafe { ticked(design, state, sample, output, wait) }
+}
+
+/// A tick; what does not run is first given to `begin`, and goes no further unless that is `OK`.
+///
+/// # Safety
+/// Pointers that are not NULL point to memory of their type. For `begin` they are not NULL and aligned, but for the
+/// design, which is one if its address is the state's.
+#[inline(always)]
+unsafe fn ticked<D: Instance>(
+    design: *const D,
+    state: *mut Held<D>,
+    sample: *const D::Sample,
+    output: *mut Output<f32>,
+    begin: unsafe fn(*const D, *mut Held<D>, *const D::Sample, *mut Output<f32>) -> Status,
+) -> Status {
     if !(is_place(state) && is_place(sample) && is_place(output)) {
         return answer(place(state).and_then(|()| place(sample)).and_then(|()| place(output)));
     }
     // SAFETY: not NULL, aligned; any bit pattern is a `Held`.
     if unsafe { (*state).tag } != Held::<D>::RUNNING {
         // SAFETY: not NULL, aligned, and as the caller promises.
-        let status = unsafe { start(design, state, sample, output) };
+        let status = unsafe { begin(design, state, sample, output) };
         if status != Status::OK {
             return status;
         }
@@ -187,20 +219,14 @@ unsafe fn start<D: Instance>(
     sample: *const D::Sample,
     output: *mut Output<f32>,
 ) -> Status {
-    // Here and not in every tick: what is static stays as it is, and every tick would pay 8 instructions for the rest.
-    if overlap(output, state) || overlap(output, design) {
-        return Status::OVERLAP;
+    // SAFETY: as the caller promises.
+    if let Err(status) = unsafe { is_waiting(design, state, output) } {
+        return status;
     }
     // SAFETY: as the caller promises; taken out before the state is borrowed.
     let sample = unsafe { D::read(sample) };
     // SAFETY: as the caller promises; any bit pattern is a `Held`.
     let held = unsafe { &mut *state };
-    if held.tag != Held::<D>::WAITING {
-        return Status::NOT_INITIALISED;
-    }
-    if held.design != design.addr() {
-        return if design.is_null() { Status::NULL } else { Status::OTHER_DESIGN };
-    }
     // SAFETY: `init` has looked at the design of this address.
     if let Some(started) = unsafe { (*design).start(&sample) } {
         held.state.write(started);
@@ -210,6 +236,51 @@ unsafe fn start<D: Instance>(
     // SAFETY: as the caller promises, and as above.
     unsafe { output.write((*design).law().not_started()) };
     Status::REJECTED
+}
+
+/// What does not run stays as it is, and the fallback goes out.
+///
+/// # Safety
+/// As of `start`.
+#[cold]
+#[inline(never)]
+unsafe fn wait<D: Instance>(
+    design: *const D,
+    state: *mut Held<D>,
+    _: *const D::Sample,
+    output: *mut Output<f32>,
+) -> Status {
+    // SAFETY: as the caller promises.
+    if let Err(status) = unsafe { is_waiting(design, state, output) } {
+        return status;
+    }
+    // SAFETY: as the caller promises; `init` has looked at the design of this address.
+    unsafe { output.write((*design).law().not_started()) };
+    Status::NOT_STARTED
+}
+
+/// Is it what `init` of this instance and design has made, and apart from where the answer goes?
+///
+/// # Safety
+/// As of `start`.
+unsafe fn is_waiting<D: Instance>(
+    design: *const D,
+    state: *const Held<D>,
+    output: *mut Output<f32>,
+) -> Result<(), Status> {
+    // Here and not in every tick: what is static stays as it is, and every tick would pay 8 instructions for the rest.
+    if overlap(output, state) || overlap(output, design) {
+        return Err(Status::OVERLAP);
+    }
+    // SAFETY: as the caller promises; any bit pattern is a `Held`.
+    let held = unsafe { &*state };
+    if held.tag != Held::<D>::WAITING {
+        return Err(Status::NOT_INITIALISED);
+    }
+    if held.design != design.addr() {
+        return Err(if design.is_null() { Status::NULL } else { Status::OTHER_DESIGN });
+    }
+    Ok(())
 }
 
 /// # Safety

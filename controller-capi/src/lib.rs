@@ -202,6 +202,21 @@ macro_rules! drives {
             const _: [(); $law_words] = [(); <$design>::WORDS];
             const _: [(); $state_words] = [(); instance::words_of_state::<$design>()];
 
+            /// A tick that does not start.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to memory of their type.
+            #[unsafe(export_name = concat!("edo_smc_go_on_", stringify!($name)))]
+            pub unsafe extern "C" fn go_on(
+                design: *const ThisDesign,
+                state: *mut ThisState,
+                sample: *const ThisSample,
+                output: *mut Output<f32>,
+            ) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { instance::go_on(design, state, sample, output) }
+            }
+
             /// All that is not on the data sheet.
             ///
             /// # Safety

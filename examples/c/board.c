@@ -14,6 +14,7 @@
 #define TIM3_SR REGISTER(0x40000410u)
 #define TIM3_ARR REGISTER(0x4000042Cu)
 #define NVIC_ISER0 REGISTER(0xE000E100u)
+#define NVIC_ISPR0 REGISTER(0xE000E200u)
 #define SCB_ICSR REGISTER(0xE000ED04u)
 
 void board_text_start(void) {
@@ -81,10 +82,12 @@ void board_ticker_start(uint32_t rate_hz) {
     TIM3_ARR = CORE_HZ / rate_hz - 1u;
     TIM3_DIER = 1u;
     TIM3_CR1 = 1u;
-    NVIC_ISER0 = 1u << 29;
+    NVIC_ISER0 = 1u << 29 | 1u << 6; /* EXTI0 too, which only board_pend_longer calls */
 }
 
 void board_ticker_acknowledge(void) { TIM3_SR = ~1u; }
+
+void board_pend_longer(void) { NVIC_ISPR0 = 1u << 6; }
 
 void board_pend(void) { SCB_ICSR = 1u << 28; }
 

@@ -19,6 +19,8 @@ void board_number(float value, unsigned width, unsigned digits);
 /* TIM3 calls TIM3_IRQHandler at this rate. */
 void board_ticker_start(uint32_t rate_hz);
 void board_ticker_acknowledge(void);
+/* EXTI0_IRQHandler runs as soon as TIM3_IRQHandler does not: neither interrupts the other. */
+void board_pend_longer(void);
 /* PendSV_Handler runs as soon as no interrupt does. */
 void board_pend(void);
 void board_sleep(void);

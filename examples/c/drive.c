@@ -2,11 +2,12 @@
  * BOARD.
  *
  *     timer interrupt:  counts -> tick along the plan, with monitors -> current -> PWM
- *     main loop:        plans moves, reports
+ *     EXTI0:            the same for a tick that takes longer: the first one, and one in which another design takes over
+ *     main loop:        plans moves, designs, reports
  *
  * It runs as it is on a bare STM32F405 and in the emulator, with a stand-in for the joint that has a load and friction
- * which the drive knows nothing of. It moves, takes a new goal in flight, and loses the encoder of its link on the way:
- * the monitors stop it. The last lines are what the project's tests look at.
+ * which the drive knows nothing of. It moves, is tuned, takes a new goal in flight, and loses the encoder of its link on
+ * the way: the monitors stop it. The last lines are what the project's tests look at.
  */
 #include "board.h"
 #include <stdbool.h>
@@ -30,8 +31,13 @@ static uint32_t drive_prepare(void) {
     return 0;
 }
 
-static unsigned drive_step(uint32_t link, uint32_t motor, const drive_plan *plan, uint32_t end, float *u) {
+/* Its one design is constants, and a start is short. */
+#define drive_takes_longer(end) false
+#define drive_tune(surface_rad_s, start) ((void)0)
+
+static unsigned drive_step(uint32_t link, uint32_t motor, const drive_plan *plan, uint32_t end, bool longer, float *u) {
     drive_output output;
+    (void)longer;
     sample.count_link = link;
     sample.count_motor = motor;
     sample.begin = sample.end; /* a tick begins where the last one ended */
@@ -65,30 +71,59 @@ static edo_smc_config_joint_t config = {
     .limits = {.min = -30.0, .max = 30.0},
     .load_n_m = 1.3,
 };
-static edo_smc_design_joint_fast_t design;
+static edo_smc_design_joint_fast_t designs[2];
 static edo_smc_state_joint_fast_t state;
 static edo_smc_sample_joint_t sample;
 static edo_smc_plan_joint_t plans[2]; /* zeros: rest at angle 0 */
+static const edo_smc_design_joint_fast_t *design = &designs[0];
+static volatile uint32_t tuned_at; /* tick at whose end the other design takes over, once it is there */
+static volatile bool waits = true; /* for the first good counts */
 
 static uint32_t drive_prepare(void) {
     edo_smc_status_t status = edo_smc_by_rule_joint_fast(&config, sizeof config);
     config.hold = 0.0; /* the safe current is 0 */
     if (status == EDO_SMC_OK) {
-        status = edo_smc_design_joint_fast(&config, sizeof config, &design, sizeof design, NULL);
+        status = edo_smc_design_joint_fast(&config, sizeof config, &designs[0], sizeof designs[0], NULL);
     }
     if (status == EDO_SMC_OK) {
-        status = edo_smc_init_joint_fast(&design, sizeof design, &state, sizeof state);
+        status = edo_smc_init_joint_fast(design, sizeof *design, &state, sizeof state);
     }
     return (uint32_t)status;
 }
 
-static unsigned drive_step(uint32_t link, uint32_t motor, const edo_smc_plan_joint_t *plan, uint32_t end, float *u) {
+/* Another surface, all else with it, from the tick that ends at `start`. A design is a million cycles, here in the main
+ * loop; what is refused leaves the running one as it is. */
+static void drive_tune(double surface_rad_s, uint32_t start) {
+    edo_smc_design_joint_fast_t *const other = design == &designs[0] ? &designs[1] : &designs[0];
+    (void)edo_smc_tune_joint_fast(&config, sizeof config, surface_rad_s);
+    if (edo_smc_design_joint_fast(&config, sizeof config, other, sizeof *other, NULL) == EDO_SMC_OK) {
+        __asm__ volatile("" ::: "memory"); /* the design is in memory before the interrupt hears of it */
+        tuned_at = start;
+    }
+}
+
+/* A start, and a design that takes over, are not in the bound of the others: they are EXTI0's. */
+static bool drive_takes_longer(uint32_t end) {
+    return waits || end == tuned_at;
+}
+
+static inline __attribute__((always_inline)) unsigned drive_step(uint32_t link, uint32_t motor,
+                                                                const edo_smc_plan_joint_t *plan, uint32_t end,
+                                                                bool longer, float *u) {
     edo_smc_output_t output = {0}; /* what goes out if a call refuses: 0 A */
     sample.link = link;
     sample.motor = motor;
     sample.begin = sample.end; /* a tick begins where the last one ended */
     (void)edo_smc_plan_at_joint(plan, end, &sample.end);
-    (void)edo_smc_tick_joint_fast(&design, &state, &sample, &output);
+    if (longer) {
+        const edo_smc_design_joint_fast_t *const other = design == &designs[0] ? &designs[1] : &designs[0];
+        if (end == tuned_at && edo_smc_retune_joint_fast(design, other, sizeof *other, &state, &sample) == EDO_SMC_OK) {
+            design = other; /* u does not jump */
+        }
+        waits = edo_smc_tick_joint_fast(design, &state, &sample, &output) != EDO_SMC_OK;
+    } else {
+        waits = edo_smc_go_on_joint_fast(design, &state, &sample, &output) == EDO_SMC_NOT_STARTED;
+    }
     *u = output.u;
     return output.health;
 }
@@ -114,16 +149,16 @@ static uint32_t counts[2];
 static float current;
 static void remember(float u);
 
-void TIM3_IRQHandler(void) {
+/* Once for each of its interrupts, so that the one has nothing in it of the other. */
+static inline __attribute__((always_inline)) void period(bool longer) {
     float u;
-    board_ticker_acknowledge();
     const uint32_t end = tick + 1u;
     if (ready && end == changeover) {
         playing ^= 1u;
         ready = false;
     }
     /* BOARD: both counters as they stand. A count that did not come is told by the sample's `lost`. */
-    const unsigned health = drive_step(counts[0], counts[1], &plans[playing], end, &u);
+    const unsigned health = drive_step(counts[0], counts[1], &plans[playing], end, longer, &u);
     current = u; /* BOARD: PWM or current loop; if it holds anything else, say so by report_applied */
     health_seen |= health;
     if ((health & STOPPED) != 0u && stopped_at == 0u) {
@@ -133,6 +168,18 @@ void TIM3_IRQHandler(void) {
     board_pend();
     tick = end;
 }
+
+void TIM3_IRQHandler(void) {
+    board_ticker_acknowledge();
+    if (drive_takes_longer(tick + 1u)) {
+        board_pend_longer();
+    } else {
+        period(false);
+    }
+}
+
+/* As soon as TIM3_IRQHandler returns, which waits for this one in turn. */
+void EXTI0_IRQHandler(void) { period(true); }
 
 /* A move that begins at a tick to come, where the plan that is played will be then. Some ticks ahead: a plan is ten
  * thousand cycles and more of double in software. */
@@ -219,6 +266,8 @@ int main(void) {
     board_ticker_start(RATE_HZ);
     board_text("  time s  planned rad    true rad   error rad current A\n");
     move_to(1.0f, TICKS_OF(0.1), TICKS_OF(1.0));
+    report_until(TICKS_OF(1.22));
+    drive_tune(16.0, TICKS_OF(1.45)); /* at rest; in motion would do as well */
     report_until(TICKS_OF(1.5));
     move_to(-0.5f, TICKS_OF(1.6), TICKS_OF(1.4));
     report_until(TICKS_OF(2.3));

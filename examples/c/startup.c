@@ -7,6 +7,7 @@ int main(void);
 void Reset_Handler(void);
 void Default_Handler(void);
 void PendSV_Handler(void) __attribute__((weak, alias("Default_Handler")));
+void EXTI0_IRQHandler(void) __attribute__((weak, alias("Default_Handler")));
 void TIM3_IRQHandler(void) __attribute__((weak, alias("Default_Handler")));
 
 void Default_Handler(void) {
@@ -41,5 +42,6 @@ __attribute__((section(".vectors"), used)) static const struct {
     handler_t handlers[15 + 30];
 } vectors = {&stack_top,
              {Reset_Handler, TEN(Default_Handler), Default_Handler, Default_Handler, PendSV_Handler, Default_Handler,
-              TEN(Default_Handler), TEN(Default_Handler), THREE(Default_Handler), THREE(Default_Handler),
-              THREE(Default_Handler), TIM3_IRQHandler}};
+              THREE(Default_Handler), THREE(Default_Handler), EXTI0_IRQHandler, THREE(Default_Handler),
+              TEN(Default_Handler), THREE(Default_Handler), THREE(Default_Handler), THREE(Default_Handler),
+              TIM3_IRQHandler}};

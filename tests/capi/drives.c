@@ -169,7 +169,11 @@ int main(void) {
             }
             reply[1] = 0;
             if (asks[k].what == TICK || asks[k].what == RETUNE) {
-                reply[1] = (uint32_t)CALL(tick)(&designs[running], &state, &sample, &output);
+                /* A tick goes on or starts: both ways to the same bits. */
+                reply[1] = (uint32_t)CALL(go_on)(&designs[running], &state, &sample, &output);
+                if (reply[1] == (uint32_t)EDO_SMC_NOT_STARTED) {
+                    reply[1] = (uint32_t)CALL(tick)(&designs[running], &state, &sample, &output);
+                }
             }
             reply[2] = bits(output.u);
             reply[3] = bits(output.sigma);

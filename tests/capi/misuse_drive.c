@@ -137,6 +137,12 @@ static void memory(void) {
     REFUSED(EDO_SMC_NOT_STARTED, edo_smc_report_applied_motor_fast(&state, 1.0f));
     REFUSED(EDO_SMC_NOT_STARTED, edo_smc_estimates_motor_fast(&design, &state, &known));
     REFUSED(EDO_SMC_OVERLAP, edo_smc_tick_motor_fast(&design, &state, &sample, (edo_smc_output_t *)(void *)&state));
+    REFUSED(EDO_SMC_OVERLAP, edo_smc_go_on_motor_fast(&design, &state, &sample, (edo_smc_output_t *)(void *)&state));
+    output.u = 1.0f;
+    EXPECT(EDO_SMC_NOT_STARTED, edo_smc_go_on_motor_fast(&design, &state, &sample, &output));
+    EXPECT(EDO_SMC_INPUT_REJECTED, output.health);
+    EXPECT(0, output.u != 0.0f);
+    EXPECT(EDO_SMC_NOT_STARTED, edo_smc_go_on_motor_fast(&design, &state, &sample, &output));
     sample.lost = 1;
     EXPECT(EDO_SMC_REJECTED, tick());
     EXPECT(EDO_SMC_INPUT_REJECTED, output.health);

@@ -298,7 +298,7 @@ fn the_archives_show_only_their_own_names_need_no_others_and_cannot_panic() {
             declared.extend(named(plant, &["plan_rest", "plan_move", "plan_stop", "plan_sine", "plan_at"]));
             for form in ["", "_fast", "_late", "_fast_late"] {
                 declared.extend(named(&format!("{plant}{form}"), &functions));
-                declared.extend(named(&format!("{plant}{form}"), &["by_rule", "tune"]));
+                declared.extend(named(&format!("{plant}{form}"), &["by_rule", "tune", "go_on"]));
             }
         }
         declared.sort();
