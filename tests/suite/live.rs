@@ -259,13 +259,22 @@ fn the_images_are_moved_and_tuned_in_flight_and_trip_and_their_black_boxes_run_a
             let label = format!("{image} {wire:?}");
             let folder = Folder::new(&format!("live-{image}-{}", wire.len()));
             let file = folder.path("trip");
-            let record = folder.path("seen.csv");
+            let (record, page) = (folder.path("seen.csv"), folder.path("page.html"));
             // The last move before anything sticks: a drive that has stopped refuses one.
             let script = format!(
                 "move 1.0 2.0\n{set}\nwait 2.1\nmove 0.5 2.0\nwait 2.1\nshow\nmove 0.8 1.0\n{stick}\nload 0.02\n\
                  wait 4\nshow\nblackbox {file}\n"
             );
-            let spoken = live(&folder, image, &script, &[&["--record", &record], wire].concat());
+            let options = [&["--record", &record, "--page", &page], wire].concat();
+            let (spoken, moved) = std::thread::scope(|scope| {
+                let spoken = scope.spawn(|| live(&folder, image, &script, &options));
+                let mut moved = false;
+                while !spoken.is_finished() {
+                    moved |= std::fs::read_to_string(&page).is_ok_and(|page| page.contains("http-equiv=\"refresh\""));
+                    std::thread::sleep(Duration::from_millis(20));
+                }
+                (spoken.join().expect("no panic"), moved)
+            });
             assert_eq!(spoken.status, 0, "{label}: {spoken:?}");
             // It is what its scenario says: no number is told to be another.
             assert!(!spoken.err.contains("note:"), "{label}: {}", spoken.err);
@@ -275,6 +284,9 @@ fn the_images_are_moved_and_tuned_in_flight_and_trip_and_their_black_boxes_run_a
             assert!(shown[1].contains("stopped"), "{label}: {}", shown[1]);
             let rows = std::fs::read_to_string(&record).expect("a record").lines().count();
             assert!(rows > 10 && std::path::Path::new(&folder.path("seen.svg")).exists(), "{label}: {rows}");
+            // A browser draws the page anew while the drive is seen; the last one is still.
+            let last = std::fs::read_to_string(&page).expect("a page");
+            assert!(moved && last.contains("<svg") && !last.contains("http-equiv"), "{label}");
 
             let again = host_sim(&["replay", &file, "--set", other, "--out", &folder.path("replay")]);
             assert_eq!(again.status, 0, "{label}: {again:?}");

@@ -1,5 +1,5 @@
-//! libFuzzer against the target's side of the wire: so many scripts of requests and garbage, grown towards code that
-//! was not reached before. It starts from nothing, with a fixed seed, so that a run in CI is the run at the desk.
+//! libFuzzer against the target's side of the wire, and against a drive that runs by itself: so many scripts of requests
+//! and garbage, grown towards code that was not reached before. It starts from nothing, with a fixed seed, so that a run in CI is the run at the desk.
 //!
 //! Coverage needs no other compiler: the pass is in LLVM, and stable Rust can ask for it.
 
@@ -10,7 +10,8 @@ const TARGET_DIR: &str = "target/fuzz";
 const INSTRUMENTED: &str = "--cfg fuzzing -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
                             -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
                             -Cllvm-args=-sanitizer-coverage-pc-table";
-const SCRIPTS: u32 = 100_000;
+/// Programs, and scripts of each: those of a drive have thousands of ticks.
+const TARGETS: [(&str, u32); 2] = [("target", 100_000), ("live", 10_000)];
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let format = Invocation::cargo(&["fmt", "--manifest-path", MANIFEST, "--check"]);
@@ -19,10 +20,13 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let build = Invocation::cargo(&["build", "--release", "--manifest-path", MANIFEST, "--target-dir", TARGET_DIR])
         .with(&["--target", &host])
         .env("RUSTFLAGS", INSTRUMENTED);
-    let program = format!("{TARGET_DIR}/{host}/release/target");
-    let runs = format!("-runs={SCRIPTS}");
     // A script that takes longer than 10 s hangs.
     let options = ["-seed=1", "-max_len=600", "-timeout=10", "-verbosity=0", "-print_final_stats=1"];
-    let fuzz = Invocation::new(&program, &[&runs]).with(&options).with(&["-artifact_prefix=target/fuzz/"]);
-    gate.commands(&format!("{SCRIPTS} scripts of libFuzzer against the target of the wire"), &[format, build, fuzz])
+    let runs = TARGETS.map(|(target, scripts)| {
+        Invocation::new(&format!("{TARGET_DIR}/{host}/release/{target}"), &[&format!("-runs={scripts}")])
+            .with(&options)
+            .with(&["-artifact_prefix=target/fuzz/"])
+    });
+    let scripts = TARGETS.map(|(target, scripts)| format!("{scripts} against {target}")).join(", ");
+    gate.commands(&format!("scripts of libFuzzer: {scripts}"), &[&[format, build][..], &runs].concat())
 }

@@ -5,7 +5,7 @@ use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{self, RecvTimeoutError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use controller_core::Health;
@@ -35,6 +35,9 @@ const IMAGE: &str = "firmware/target/thumbv7em-none-eabihf/release/drive";
 const GLANCE: Duration = Duration::from_millis(100);
 /// Rows of a record; what is seen later is not kept.
 const MOST_ROWS: usize = 1 << 20;
+/// A page that moves is written at most this often, and shows so much of the drive's time.
+const REDRAWN: Duration = Duration::from_millis(500);
+const SHOWN_S: f64 = 10.0;
 
 /// What can be typed.
 const COMMANDS: [(&str, &str); 12] = [
@@ -73,6 +76,9 @@ pub(super) struct LiveOptions {
     /// Write everything that was seen to this CSV file, and a figure beside it.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Keep a picture of the last 10 seconds in this HTML file while it runs; a browser shows it anew by itself.
+    #[arg(long, value_name = "FILE")]
+    page: Option<PathBuf>,
     /// Drop, corrupt, truncate, duplicate and delay frames, each with this probability in each direction (0 .. 0.1).
     #[arg(long, value_name = "RATE", value_parser = rate)]
     faults: Option<f64>,
@@ -106,6 +112,13 @@ struct Session<'a> {
     seen: Vec<Observed>,
     disturbance: Disturbance,
     stopped: bool,
+    page: Option<Page>,
+}
+
+/// A picture of what was seen last, in a page that a browser loads again every second.
+struct Page {
+    file: PathBuf,
+    due: Instant,
 }
 
 fn bad(message: impl Into<String>) -> Failure {
@@ -145,7 +158,8 @@ impl<'a> Console<'a> {
         let drive = LiveDrive::connect(Stoppable::new(transport, self.stop), within)
             .map_err(|error| if self.is_stopped() { told_to_stop() } else { failed(format!("{error}; {question}")) })?;
         let disturbance = Disturbance { stuck: [false; 2], load_n_m: 0.0 };
-        let mut session = Session { drive, scenario, seen: Vec::new(), disturbance, stopped: false };
+        let page = options.page.as_ref().map(|file| Page { file: file.clone(), due: Instant::now() });
+        let mut session = Session { drive, scenario, seen: Vec::new(), disturbance, stopped: false, page };
         self.greet(&session)?;
         // What was seen is kept, and said to be, when this is told to end.
         let _kept = stop::keeping();
@@ -154,12 +168,17 @@ impl<'a> Console<'a> {
             None => self.obey_typed(&mut session),
         };
         let done = if self.is_stopped() { Err(told_to_stop()) } else { done };
+        if let Some(page) = &session.page {
+            write_page(&page.file, &session, false)?;
+        }
         if let Some(record) = &options.record {
             write_whole(record, |out| out.write_all(rows(&session).as_bytes()))
                 .map_err(|error| Failure::writing(record.display(), &error))?;
             let stem = record.file_stem().unwrap_or_default().to_string_lossy();
             let folder = record.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            figure(&session).write(folder, &stem).map_err(|error| Failure::writing(folder.display(), &error))?;
+            figure(&session.seen, &session)
+                .write(folder, &stem)
+                .map_err(|error| Failure::writing(folder.display(), &error))?;
         }
         let traffic = session.drive.traffic();
         self.note(&format!("{} requests, {} sent again", traffic.answered, traffic.repeated));
@@ -279,7 +298,9 @@ impl<'a> Console<'a> {
             }
             ("release", []) => session.drive.order(Order::Release).map_err(refused)?,
             ("plot", [folder]) => {
-                figure(session).write(Path::new(folder), "live").map_err(|error| Failure::writing(folder, &error))?;
+                figure(&session.seen, session)
+                    .write(Path::new(folder), "live")
+                    .map_err(|error| Failure::writing(folder, &error))?;
             }
             ("stick", shafts) if shafts.iter().all(|shaft| matches!(*shaft, "link" | "motor")) => {
                 let is_joint = session.drive.design().instance.model == Model::Joint;
@@ -310,6 +331,13 @@ impl<'a> Console<'a> {
             ));
         }
         session.stopped = stopped;
+        if let Some(page) = &mut session.page
+            && Instant::now() >= page.due
+        {
+            page.due = Instant::now() + REDRAWN;
+            let file = page.file.clone();
+            write_page(&file, session, true)?;
+        }
         Ok(seen)
     }
 
@@ -514,10 +542,24 @@ fn rows(session: &Session<'_>) -> String {
     text
 }
 
-fn figure(session: &Session<'_>) -> Figure {
+/// The last seconds, and in a browser: again after one.
+fn write_page(file: &Path, session: &Session<'_>, moves: bool) -> Result<(), Failure> {
+    let last = session.seen.last().map_or(0, |seen| seen.tick);
+    let shown = (SHOWN_S / session.drive.period_s()) as u32;
+    let from = session.seen.partition_point(|seen| last.wrapping_sub(seen.tick) > shown);
+    let drawn = figure(&session.seen[from..], session).svg();
+    let again = if moves { "<meta http-equiv=\"refresh\" content=\"1\">" } else { "" };
+    let page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">{again}<title>drive</title></head>\n\
+         <body>{drawn}</body></html>\n"
+    );
+    write_whole(file, |out| out.write_all(page.as_bytes())).map_err(|error| Failure::writing(file.display(), &error))
+}
+
+fn figure(seen: &[Observed], session: &Session<'_>) -> Figure {
     let period_s = session.drive.period_s();
     let line = |label: &str, color: usize, value: &dyn Fn(&Observed) -> f64| {
-        let points = session.seen.iter().map(|seen| (f64::from(seen.tick) * period_s, value(seen)));
+        let points = seen.iter().map(|seen| (f64::from(seen.tick) * period_s, value(seen)));
         Series::solid(label, color, points)
     };
     let turns = |seen: &Observed| f64::from(seen.turn) * std::f64::consts::TAU;

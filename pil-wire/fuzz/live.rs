@@ -1,0 +1,184 @@
+//! libFuzzer against a [`Live`] drive: whatever is asked of it, whatever its encoder says meanwhile, u stays within its
+//! limits, every answer can be read, and in the end it can be started, moved and tuned.
+//!
+//! The input is a script as in `target.rs`; an opcode may also let ticks pass, whose counts move, jump or do not come.
+
+#![no_main]
+
+use controller_core::drive::{Bounds, Encoder, Motor, MotorDesign, MotorDrive, Position, Rest};
+use controller_core::{Health, Limits};
+use libfuzzer_sys::fuzz_target;
+use pil_wire::{
+    Disturbance, Instance, LOAD, Live, Machine, Model, Open, Order, Part, REQUEST_LEN, Reply, Request, Seat, halves,
+};
+
+type Law = MotorDrive<f32, Position, 1>;
+const INSTANCE: Instance = Instance { n: 2, r: 3, mask: Instance::TWO_SETS, model: Model::Motor };
+const LIMIT_A: f32 = 10.0;
+const DESIGN: MotorDesign = {
+    let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
+    MotorDesign::by_rule(1e-3, motor, Encoder::absolute(14), Limits::symmetric(LIMIT_A as f64))
+};
+const BOUNDS: Bounds<1> = Bounds { disturbance: [1e4], sigma_star: 1e6, stuck_ticks: 200 };
+/// Every alarm stops it.
+const STOPS_AT: f64 = 112.0;
+
+/// The interrupt, and an encoder that says what the script wants.
+struct Chip {
+    seat: Seat<Law, 1, 2>,
+    count: i32,
+    step: i32,
+    is_lost: bool,
+}
+
+impl Chip {
+    fn tick(&mut self) {
+        self.count = self.count.wrapping_add(self.step);
+        let counts = [(!self.is_lost).then_some(self.count)];
+        let is_to_change = self.seat.is_to_change();
+        let output = if is_to_change { self.seat.change(counts, None) } else { self.seat.tick(counts, None) };
+        // Other limits than these are not loaded.
+        assert!(output.u.abs() <= LIMIT_A, "{output:?}");
+    }
+}
+
+impl Machine<Law, 1, 2> for Chip {
+    fn between<T>(&mut self, work: impl FnOnce(&mut Seat<Law, 1, 2>) -> T) -> T {
+        // A tick whenever there may be one.
+        self.tick();
+        work(&mut self.seat)
+    }
+
+    fn wait(&mut self) {
+        self.tick();
+    }
+
+    fn disturb(&mut self, _: &Disturbance) -> bool {
+        true
+    }
+}
+
+struct Host {
+    live: Live<Law, 1, 2>,
+    chip: Chip,
+    sequence: u32,
+}
+
+impl Host {
+    fn new(words: &[u32]) -> Self {
+        let (live, law) = Live::new(words.iter().copied()).expect("a good design");
+        let chip = Chip { seat: Seat::new(law), count: 0, step: 0, is_lost: false };
+        Self { live, chip, sequence: 0 }
+    }
+
+    fn send(&mut self, request: &Request, step: i32) -> Option<Reply> {
+        self.sequence = self.sequence.wrapping_add_signed(step);
+        let frame = request.to_frame(self.sequence);
+        let answer = frame.into_iter().filter_map(|byte| self.live.receive(byte, &mut self.chip)).next()?;
+        let (_, reply) = Reply::from_frame(&answer);
+        assert!(reply.is_some(), "an answer that its own side cannot read");
+        reply
+    }
+
+    fn load(&mut self, words: &[u32]) {
+        self.send(&Request::Open(Open::new(INSTANCE, words)), 1);
+        for (k, chunk) in words.chunks(LOAD).enumerate() {
+            let loaded = core::array::from_fn(|i| chunk.get(i).copied().unwrap_or(0));
+            self.send(&Request::Load { offset: (k * LOAD) as u32, words: loaded }, 1);
+        }
+    }
+}
+
+fn words(design: &MotorDesign) -> Vec<u32> {
+    design.to_numbers().into_iter().chain(BOUNDS.to_numbers()).chain([STOPS_AT]).flat_map(halves).collect()
+}
+
+/// Where the limits of u stand among the words: these are left alone, so that the limits are known here.
+fn limits() -> std::ops::Range<usize> {
+    let other = MotorDesign { limits: Limits::symmetric(1.0), ..DESIGN };
+    let differ = |(at, (one, other)): (usize, (u32, u32))| (one != other).then_some(at);
+    let at: Vec<usize> = words(&DESIGN).into_iter().zip(words(&other)).enumerate().filter_map(differ).collect();
+    (at[0] & !1)..at[at.len() - 1] + 1
+}
+
+fuzz_target!(|script: &[u8]| {
+    let good = words(&DESIGN);
+    let (mut changed, limits) = (good.clone(), limits());
+    let mut host = Host::new(&good);
+    let mut script = script.iter().copied();
+    while let Some(opcode) = script.next() {
+        let mut word = || u32::from_le_bytes(core::array::from_fn(|_| script.next().unwrap_or(0)));
+        let step = [1, 1, 1, 1, 1, 0, -1, 2][usize::from(opcode >> 5)];
+        let more = opcode >> 3 & 3;
+        match opcode & 7 {
+            0 => {
+                let slot = word() as usize % changed.len();
+                if !limits.contains(&slot) {
+                    changed[slot] = word();
+                }
+            }
+            1 => {
+                host.load(if more == 0 { &good } else { &changed });
+                host.send(&Request::Swap, 1);
+            }
+            2 => {
+                let goal = (more != 0).then(|| Rest { turn: word() as i32, angle: f32::from_bits(word()) });
+                host.send(&Request::Move { goal, ticks: word() >> (8 * more) }, step);
+            }
+            3 => {
+                let order = [Order::Freeze, Order::Release, Order::Reset, Order::Reset][usize::from(more)];
+                host.send(&Request::Order(order), step);
+            }
+            4 => {
+                let (half, at) = (word(), word());
+                let part = [Part::Half(half), Part::State(half, at), Part::Frame(half, at), Part::DesignWords(at)];
+                host.send(&Request::Recall(part[usize::from(more)]), step);
+            }
+            5 => {
+                let word = word();
+                host.chip.is_lost = more == 1;
+                host.chip.step = if more == 2 { word as i32 } else { (word as i32) >> 20 };
+                (0..word & 0x3ff).for_each(|_| host.chip.tick());
+            }
+            6 => {
+                let request = match more {
+                    0 => Request::Observe,
+                    1 => Request::Swap,
+                    2 => Request::Load { offset: word(), words: [(); LOAD].map(|()| word()) },
+                    _ => Request::Open(Open { count: word(), ..Open::new(INSTANCE, &changed) }),
+                };
+                host.send(&request, step);
+            }
+            _ => {
+                for byte in script.by_ref().take(usize::from(more)) {
+                    host.live.receive(byte, &mut host.chip);
+                }
+            }
+        }
+    }
+
+    // What is half received is pushed out. The shaft stands still; the talk begins anew.
+    (host.chip.step, host.chip.is_lost) = (0, false);
+    for byte in [0; REQUEST_LEN] {
+        host.live.receive(byte, &mut host.chip);
+    }
+    let Some(Reply::Identity(identity)) = host.send(&Request::Identify, 0) else {
+        panic!("a drive that no longer answers");
+    };
+    host.sequence = identity.last_sequence;
+    (0..2000).for_each(|_| host.chip.tick());
+    // It goes on or has stopped, and then it can be started; a design may have been taken that alarms at once.
+    host.send(&Request::Order(Order::Release), 1);
+    host.load(&good);
+    host.send(&Request::Swap, 1);
+    if host.chip.seat.newest().health.contains(Health::STOPPED) {
+        assert!(matches!(host.send(&Request::Order(Order::Reset), 1), Some(Reply::Done)), "no way back");
+        host.load(&good);
+        host.send(&Request::Swap, 1);
+    }
+    let Some(Reply::Observed(seen)) = host.send(&Request::Observe, 1) else { panic!("not observed") };
+    assert!(seen.started && !seen.frozen && !seen.health.contains(Health::STOPPED), "{seen:?}");
+    let here = Rest { turn: seen.turn, angle: seen.estimates[0][0] };
+    let moved = host.send(&Request::Move { goal: Some(here), ticks: 1000 }, 1);
+    assert!(matches!(moved, Some(Reply::Planned { .. })) || seen.turn.unsigned_abs() > 9999, "{moved:?} at {seen:?}");
+});
