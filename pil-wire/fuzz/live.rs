@@ -5,7 +5,7 @@
 
 #![no_main]
 
-use controller_core::drive::{Bounds, Encoder, Motor, MotorDesign, MotorDrive, Position, Rest};
+use controller_core::drive::{ALARMS, Bounds, Encoder, Motor, MotorDesign, MotorDrive, Position, Rest};
 use controller_core::{Health, Limits};
 use libfuzzer_sys::fuzz_target;
 use pil_wire::{
@@ -20,8 +20,6 @@ const DESIGN: MotorDesign = {
     MotorDesign::by_rule(1e-3, motor, Encoder::absolute(14), Limits::symmetric(LIMIT_A as f64))
 };
 const BOUNDS: Bounds<1> = Bounds { disturbance: [1e4], sigma_star: 1e6, stuck_ticks: 200 };
-/// Every alarm stops it.
-const STOPS_AT: f64 = 112.0;
 
 /// The interrupt, and an encoder that says what the script wants.
 struct Chip {
@@ -90,7 +88,13 @@ impl Host {
 }
 
 fn words(design: &MotorDesign) -> Vec<u32> {
-    design.to_numbers().into_iter().chain(BOUNDS.to_numbers()).chain([STOPS_AT]).flat_map(halves).collect()
+    design
+        .to_numbers()
+        .into_iter()
+        .chain(BOUNDS.to_numbers())
+        .chain([f64::from(ALARMS.bits())])
+        .flat_map(halves)
+        .collect()
 }
 
 /// Where the limits of u stand among the words: these are left alone, so that the limits are known here.
@@ -167,15 +171,17 @@ fuzz_target!(|script: &[u8]| {
     };
     host.sequence = identity.last_sequence;
     (0..2000).for_each(|_| host.chip.tick());
-    // It goes on or has stopped, and then it can be started; a design may have been taken that alarms at once.
+    // A design may have been taken that stops at nothing; the good one sees that the shaft does not follow, and stops.
     host.send(&Request::Order(Order::Release), 1);
     host.load(&good);
-    host.send(&Request::Swap, 1);
+    let swapped = host.send(&Request::Swap, 1);
+    (0..1000).for_each(|_| host.chip.tick());
     if host.chip.seat.newest().health.contains(Health::STOPPED) {
         assert!(matches!(host.send(&Request::Order(Order::Reset), 1), Some(Reply::Done)), "no way back");
-        host.load(&good);
-        host.send(&Request::Swap, 1);
+    } else {
+        assert!(matches!(swapped, Some(Reply::Swapped(_))), "not tuned: {swapped:?}");
     }
+    (0..1000).for_each(|_| host.chip.tick());
     let Some(Reply::Observed(seen)) = host.send(&Request::Observe, 1) else { panic!("not observed") };
     assert!(seen.started && !seen.frozen && !seen.health.contains(Health::STOPPED), "{seen:?}");
     let here = Rest { turn: seen.turn, angle: seen.estimates[0][0] };

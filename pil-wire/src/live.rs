@@ -48,6 +48,8 @@ pub struct Seat<L: Tuned<E, N>, const E: usize, const N: usize> {
     /// A law that waits for its first tick, and what came of it: u before, u after.
     next: Option<Monitored<L, E>>,
     changed: Option<Result<[f32; 2], RetuneError>>,
+    /// Nobody wants what the black box has, though an alarm that lasts may have stopped it again.
+    let_go: bool,
     /// The longest that the interrupt took, and ticks that came late: the interrupt's to tell.
     pub worst: u32,
     /// See [`worst`](Self::worst).
@@ -63,6 +65,7 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Seat<L, E, N> {
             newest: Output { u: 0.0, sigma: 0.0, sigma_star: 0.0, health: Health::OK },
             next: None,
             changed: None,
+            let_go: false,
             worst: 0,
             missed: 0,
         }
@@ -86,13 +89,21 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Seat<L, E, N> {
     #[inline(never)]
     pub fn change(&mut self, counts: [Option<i32>; E], applied: Option<f32>) -> Output<f32> {
         let before = self.newest.u;
-        let retuned = self.next.take().map(|law| self.axis.retune(law, counts));
+        // An alarm may have come up since the request was looked at.
+        let next = self.next.take().filter(|_| !self.keeps());
+        let retuned = next.map(|law| self.axis.retune(law, counts));
         self.counts = counts;
         self.newest = self.axis.tick(counts, applied);
         if let Some(retuned) = retuned {
+            self.let_go &= retuned.is_err();
             self.changed = Some(retuned.map(|()| [before, self.newest.u]));
         }
         self.newest
+    }
+
+    /// Is there a black box that stands still, and that a change of the design would begin anew?
+    const fn keeps(&self) -> bool {
+        self.axis.is_frozen() && !self.let_go
     }
 
     /// What the last tick gave.
@@ -199,8 +210,14 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
             Request::Observe => return Ok(observed(machine)),
             Request::Move { goal, ticks } => return self.plan(goal, ticks, machine),
             Request::Swap => return self.swap(machine),
-            Request::Order(Order::Freeze) => machine.between(|seat| seat.axis.freeze()),
-            Request::Order(Order::Release) => machine.between(|seat| seat.axis.release()),
+            Request::Order(Order::Freeze) => machine.between(|seat| {
+                seat.axis.freeze();
+                seat.let_go = false;
+            }),
+            Request::Order(Order::Release) => machine.between(|seat| {
+                seat.axis.release();
+                seat.let_go = true;
+            }),
             Request::Order(Order::Reset) => reset(machine)?,
             Request::Recall(part) => return self.recall(part, machine).map(Reply::Recalled),
             Request::Disturb(disturbance) if machine.disturb(&disturbance) => {}
@@ -257,7 +274,7 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
         }
         // Nothing but the timer of the chip knows how often it ticks.
         agree(Reason::Period, nanoseconds(self.period_s), nanoseconds(number(words)))?;
-        if machine.between(|seat| seat.axis.is_frozen()) {
+        if machine.between(|seat| seat.keeps()) {
             return Err(Refusal::of(Reason::Frozen));
         }
         let (began, first) = (machine.now(), machine.between(|seat| seat.axis.tick_number()));
@@ -275,7 +292,7 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
                 let why = RETUNE_ERRORS.iter().position(|&known| known == error).unwrap_or(RETUNE_ERRORS.len());
                 return Err(Refusal { reason: Reason::Retune, target: why as u32, request: 0 });
             }
-            None => return Err(Refusal::of(Reason::Late)),
+            None => return Err(Refusal::of(Reason::Frozen)),
         };
         (self.count, self.design, self.fingerprint) = (words.len(), design, fingerprint);
         self.words[..words.len()].copy_from_slice(words);
@@ -387,7 +404,10 @@ fn reset<L: Tuned<E, N>, const E: usize, const N: usize>(machine: &mut impl Mach
         start
     });
     until(machine, |seat| seat.axis.tick_number().wrapping_sub(start) as i32 > 0);
-    machine.between(|seat| seat.axis.reset());
+    machine.between(|seat| {
+        seat.axis.reset();
+        seat.let_go = false;
+    });
     Ok(())
 }
 

@@ -13,7 +13,7 @@ use integration_tests::data::path;
 use integration_tests::live::{Bench, DESIGN, loadable};
 use integration_tests::program::{Folder, Spoken, host_sim};
 use loop_sim::port::PortError;
-use pil_wire::{Disturbance, Order};
+use pil_wire::{Disturbance, Order, halves};
 use std::time::Duration;
 
 const REPLY_WITHIN: Duration = Duration::from_millis(50);
@@ -237,6 +237,36 @@ fn live(folder: &Folder, image: &str, script: &str, more: &[&str]) -> Spoken {
     std::fs::write(&file, script).expect("a file");
     let (image, scenario) = (at(image), scenario.display().to_string());
     host_sim(&[&["live", scenario.as_str(), "--image", &image, "--script", &file], more].concat())
+}
+
+/// Its black box stands still again as soon as it is released: what keeps the old ticks for a reader must not keep out
+/// the design that ends the alarm.
+#[test]
+fn an_alarm_that_lasts_and_stops_nothing_does_not_keep_out_a_better_design() {
+    let good = loadable(&DESIGN);
+    let mut anxious = good.clone();
+    let count = anxious.words.len();
+    // What the monitors may see of a disturbance, and of sigma*; the alarms that stop it.
+    let numbers = [(8, 1e-6), (6, 1e-9), (2, 0.0)];
+    for (from_end, number) in numbers {
+        anxious.words[count - from_end..][..2].copy_from_slice(&halves(number));
+    }
+    let mut drive = connect(Bench::new());
+    drive.move_to(0.5, 0).unwrap_or_else(|error| panic!("{error}"));
+    drive.disturb(Disturbance { stuck: [false; 2], load_n_m: 0.02 }).unwrap_or_else(|error| panic!("{error}"));
+    drive.swap(&anxious).unwrap_or_else(|error| panic!("{error}"));
+    let seen = loop {
+        let seen = drive.observe().unwrap_or_else(|error| panic!("{error}"));
+        if seen.frozen {
+            break seen;
+        }
+    };
+    assert!(!seen.health.contains(Health::STOPPED), "{seen:?}");
+    assert!(told(drive.swap(&good)).contains("black box"));
+    drive.order(Order::Release).unwrap_or_else(|error| panic!("{error}"));
+    assert!(drive.observe().unwrap_or_else(|error| panic!("{error}")).frozen, "the alarm does not last");
+    drive.swap(&good).unwrap_or_else(|error| panic!("{error}"));
+    assert!(!drive.observe().unwrap_or_else(|error| panic!("{error}")).frozen);
 }
 
 /// The largest change of u in the line of a `set`.

@@ -1,5 +1,6 @@
-//! libFuzzer against the target's side of the wire, and against a drive that runs by itself: so many scripts of requests
-//! and garbage, grown towards code that was not reached before. It starts from nothing, with a fixed seed, so that a run in CI is the run at the desk.
+//! libFuzzer against the target's side of the wire, and against a drive that runs by itself: so many scripts of
+//! requests and garbage, grown towards code that was not reached before. They start from nothing, with a fixed seed, so
+//! that a run in CI is the run at the desk.
 //!
 //! Coverage needs no other compiler: the pass is in LLVM, and stable Rust can ask for it.
 

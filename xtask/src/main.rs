@@ -62,7 +62,7 @@ const ACTIONS: [Action; 14] = [
         help: "random campaigns with a seed of their own, minutes long; [--seed N] [--seconds S] [--only CAMPAIGN]",
         run: attack::run,
     },
-    Action { name: "fuzz", help: "libFuzzer against the target's side of the wire", run: fuzz::run },
+    Action { name: "fuzz", help: "libFuzzer against both targets of the wire", run: fuzz::run },
     Action {
         name: "wasm",
         help: "the closed loop in WebAssembly: builds, and has the bits of this machine",

@@ -205,7 +205,7 @@ where
     pub fn retune(&mut self, law: L, counts: [Option<i32>; E]) -> Result<(), RetuneError> {
         self.go_along();
         self.running.retune(law, &L::sample(counts, &self.begin, &self.end()))?;
-        self.forget();
+        self.release();
         Ok(())
     }
 
@@ -226,7 +226,9 @@ where
 
     /// The black box goes on, with nothing in it. The law goes on or stays stopped, as it was.
     pub fn release(&mut self) {
-        self.forget();
+        for half in &mut self.halves {
+            half.length = 0;
+        }
         self.frozen = false;
     }
 
@@ -234,12 +236,6 @@ where
     pub fn reset(&mut self) {
         self.running.reset();
         self.release();
-    }
-
-    fn forget(&mut self) {
-        for half in &mut self.halves {
-            half.length = 0;
-        }
     }
 }
 
