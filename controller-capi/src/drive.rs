@@ -112,16 +112,7 @@ impl<const FAST: usize, const LATE: usize> Form<2, 4, JOINT> for JointLaw<FAST, 
 
     fn tune(config: &mut CConfig<JOINT>, surface_rad_s: f64) {
         let design = JointDesign::from_numbers(&config.numbers);
-        let was = design.bandwidths;
-        let faster = surface_rad_s / was.surface_rad_s;
-        let bandwidths = JointBandwidths {
-            surface_rad_s,
-            link_rad_s: faster * was.link_rad_s,
-            motor_rad_s: faster * was.motor_rad_s,
-            reaching_per_s: faster * was.reaching_per_s,
-            offset_per_s: faster * was.offset_per_s,
-        };
-        let bandwidths = bandwidths.within(design.period_s, LATE);
+        let bandwidths = design.bandwidths.with_surface(surface_rad_s).within(design.period_s, LATE);
         config.numbers = design.with_bandwidths(bandwidths, config.lag_or_load).to_numbers();
     }
 

@@ -102,16 +102,7 @@ fn joint<const FAST: usize, const LATE: usize>(ticks: usize) -> Run {
         JointDesign::new(period_s, joint, encoders, limits, load).with_bandwidths(bandwidths, load)
     };
     let first = by_rule(1e-3, 262_144);
-    let JointBandwidths { surface_rad_s: w, link_rad_s, motor_rad_s, reaching_per_s, offset_per_s } = first.bandwidths;
-    let surface_rad_s = 0.7 * w;
-    let slower = surface_rad_s / w;
-    let slow = JointBandwidths {
-        surface_rad_s,
-        link_rad_s: slower * link_rad_s,
-        motor_rad_s: slower * motor_rad_s,
-        reaching_per_s: slower * reaching_per_s,
-        offset_per_s: slower * offset_per_s,
-    };
+    let slow = first.bandwidths.with_surface(0.7 * first.bandwidths.surface_rad_s);
     let tuned = JointDesign { fallback: Fallback::Safe(-0.25), ..first.with_bandwidths(slow.within(1e-3, LATE), load) };
     let designs = [first, tuned, by_rule(8e-4, 262_144), by_rule(1e-3, 131_072)];
     let laws = core::array::from_fn(|k| {
@@ -456,15 +447,8 @@ fn said_by_drive_c(tuned: bool) -> [String; 3] {
     };
     let (period_s, load) = (2e-4, 1.3);
     let law = |surface_rad_s: f64| {
-        let default = JointBandwidths::DEFAULT;
-        let slower = surface_rad_s / default.surface_rad_s;
-        let bandwidths = JointBandwidths {
-            surface_rad_s,
-            link_rad_s: slower * default.link_rad_s,
-            motor_rad_s: slower * default.within(period_s, 0).motor_rad_s,
-            reaching_per_s: slower * default.reaching_per_s,
-            offset_per_s: slower * default.offset_per_s,
-        };
+        // What the rule makes of the data sheet, then in the same proportions.
+        let bandwidths = JointBandwidths::DEFAULT.within(period_s, 0).with_surface(surface_rad_s);
         let design = JointDesign {
             fallback: Fallback::Safe(0.0),
             ..JointDesign::new(period_s, joint, [Encoder::absolute(20); 2], Limits::symmetric(30.0), load)

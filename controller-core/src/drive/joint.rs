@@ -312,6 +312,25 @@ impl JointBandwidths {
         Self { motor_rad_s: if self.motor_rad_s < most { self.motor_rad_s } else { most }, ..self }
     }
 
+    /// All in the same proportions, for another surface.
+    ///
+    /// ```
+    /// # use controller_core::drive::JointBandwidths;
+    /// let halved = JointBandwidths::DEFAULT.with_surface(10.0);
+    /// assert_eq!((halved.surface_rad_s, halved.link_rad_s, halved.reaching_per_s), (10.0, 40.0, 50.0));
+    /// ```
+    #[must_use]
+    pub const fn with_surface(self, surface_rad_s: f64) -> Self {
+        let faster = surface_rad_s / self.surface_rad_s;
+        Self {
+            surface_rad_s,
+            link_rad_s: faster * self.link_rad_s,
+            motor_rad_s: faster * self.motor_rad_s,
+            reaching_per_s: faster * self.reaching_per_s,
+            offset_per_s: faster * self.offset_per_s,
+        }
+    }
+
     const fn of([surface_rad_s, link_rad_s, motor_rad_s, reaching_per_s]: [f64; 4]) -> Self {
         Self { surface_rad_s, link_rad_s, motor_rad_s, reaching_per_s, offset_per_s: 0.5 * surface_rad_s }
     }
