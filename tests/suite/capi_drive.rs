@@ -155,26 +155,11 @@ where
             _ => TICK,
         };
         if what == RESET {
-            // Whoever starts anew has found angle 0 anew: a joint does not start whose encoders do not fit each other.
-            counters.slipped = [0; 2];
-            let turns = (plant.angle[0] / TAU).round();
-            plant.angle = plant.angle.map(|angle| angle - TAU * turns);
+            plant.find_zero(&mut counters);
         }
-        // A start may be turns away, and nobody follows from there: planned anew from where it is.
-        if let Some(known) = running.estimates() {
-            let at = TAU * f64::from(known.turn) + f64::from(known.position[0]);
-            if (wanted.angle - at).abs() > 3.0 && at.abs() < 1e6 {
-                (wanted.angle, wanted.speed) = (at, f64::from(known.speed[0]).clamp(-100.0, 100.0) * wanted.part);
-            }
-        }
+        wanted.begin_near(running.estimates().as_ref());
         let (turns, jets) = wanted.next(&mut rng);
-        let steps: [i64; 2] =
-            core::array::from_fn(
-                |i| {
-                    if i < E { (plant.angle[2 - E + i] / unit_rad[i] + 0.5).floor() as i64 } else { 0 }
-                },
-            );
-        let (counts, lost) = counters.next(&mut rng, steps, &mounting);
+        let (counts, lost) = counters.next(&mut rng, plant.steps(unit_rad), &mounting);
         let held =
             if rng.chance(0.03) { EDGES[rng.integer(0, EDGES.len() - 1)] } else { rng.within(-10.0, 10.0) as f32 };
         let which = *rng.one_of(&[0, 1, 1, 2, 3]);

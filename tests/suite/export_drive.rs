@@ -6,8 +6,8 @@
 //! Compared is every bit of u, sigma, sigma*, health, estimates and state, after every tick.
 
 use controller_core::drive::{
-    Aim, Bounds, ChainModel, EncoderForm, JointDesign, JointDrive, Monitored, MotorDesign, MotorDrive, Mounting,
-    Position, Sample, Speed, Target, Watched,
+    Aim, Bounds, ChainModel, DriveEstimates, EncoderForm, JointDesign, JointDrive, Monitored, MotorDesign, MotorDrive,
+    Mounting, Position, Sample, Speed, Target, Watched,
 };
 use controller_core::{ControlLaw, Health, Running};
 use integration_tests::data::path;
@@ -197,6 +197,19 @@ impl Plant {
             (self.angle, self.speed) = ([0.0; 2], [0.0; 2]);
         }
     }
+
+    /// What the encoders have counted; that of a motor alone is the first.
+    pub(super) fn steps<const E: usize>(&self, unit_rad: [f64; E]) -> [i64; 2] {
+        let of = |i: usize| (self.angle[2 - E + i] / unit_rad[i] + 0.5).floor() as i64;
+        core::array::from_fn(|i| if i < E { of(i) } else { 0 })
+    }
+
+    /// Whoever starts anew has found angle 0 anew: a joint does not start whose encoders do not fit each other.
+    pub(super) fn find_zero(&mut self, counters: &mut Counters) {
+        counters.slipped = [0; 2];
+        let turns = (self.angle[0] / TAU).round();
+        self.angle = self.angle.map(|angle| angle - TAU * turns);
+    }
 }
 
 /// A turn and the first derivatives of a jet.
@@ -214,6 +227,15 @@ pub(super) struct Wanted {
 }
 
 impl Wanted {
+    /// A start may be turns away, and nobody follows from there: planned anew from where it is.
+    pub(super) fn begin_near<const E: usize>(&mut self, known: Option<&DriveEstimates<f32, i32, E>>) {
+        let Some(known) = known else { return };
+        let at = TAU * f64::from(known.turn) + f64::from(known.position[0]);
+        if (self.angle - at).abs() > 3.0 && at.abs() < 1e6 {
+            (self.angle, self.speed) = (at, f64::from(known.speed[0]).clamp(-100.0, 100.0) * self.part);
+        }
+    }
+
     pub(super) fn next(&mut self, rng: &mut Rng) -> ([i32; 2], [[f32; 4]; 2]) {
         if rng.chance(0.002) {
             self.speed = self.part * rng.within(-30.0, 30.0);
@@ -258,7 +280,7 @@ pub(super) struct Counters {
     wild_left: [usize; 2],
     held: [i32; 2],
     /// Counts by which an encoder slipped.
-    pub(super) slipped: [i32; 2],
+    slipped: [i32; 2],
 }
 
 impl Counters {
@@ -308,7 +330,7 @@ where
             Sample = Sample<i32, A::Target, E>,
             Guess = [f32; E],
             Output = controller_core::Output<f32>,
-            Estimates = controller_core::drive::DriveEstimates<f32, i32, E>,
+            Estimates = DriveEstimates<f32, i32, E>,
         >,
 {
     let mut rng = Rng::new(0xD41E + name.bytes().map(u64::from).sum::<u64>());
@@ -328,24 +350,11 @@ where
             _ => TICK,
         };
         if what == FORGET || what == START {
-            // Whoever starts anew has found angle 0 anew: a joint does not start whose encoders do not fit each other.
-            counters.slipped = [0; 2];
-            let turns = (plant.angle[0] / TAU).round();
-            plant.angle = plant.angle.map(|angle| angle - TAU * turns);
+            plant.find_zero(&mut counters);
         }
-        // A start may be turns away, and nobody follows from there: planned anew from where it is.
-        if let Some(known) = running.estimates() {
-            let at = TAU * f64::from(known.turn) + f64::from(known.position[0]);
-            if (wanted.angle - at).abs() > 3.0 && at.abs() < 1e6 {
-                (wanted.angle, wanted.speed) = (at, f64::from(known.speed[0]).clamp(-100.0, 100.0) * wanted.part);
-            }
-        }
+        wanted.begin_near(running.estimates().as_ref());
         let (turns, jets) = wanted.next(&mut rng);
-        let steps: [i64; 2] =
-            core::array::from_fn(
-                |i| if i < E { (plant.angle[2 - E + i] / unit_rad[i] + 0.5).floor() as i64 } else { 0 },
-            );
-        let (counts, lost) = counters.next(&mut rng, steps, &mounting);
+        let (counts, lost) = counters.next(&mut rng, plant.steps(unit_rad), &mounting);
         let current =
             if rng.chance(0.03) { EDGES[rng.integer(0, EDGES.len() - 1)] } else { rng.within(-10.0, 10.0) as f32 };
         let sample = Sample {
