@@ -178,7 +178,7 @@ enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
  *     edo_smc_output_t output = {0};
  *     sample.count = encoder_register();                        // as it stands: it may wrap
  *     sample.begin = sample.end;                                // a tick begins where the last one ended
- *     edo_smc_plan_at_motor(&plan, ++tick, &sample.end);
+ *     edo_smc_plan_play_motor(&plan, ++tick, &sample.end);
  *     edo_smc_tick_motor_fast(&design, &state, &sample, &output);
  *     pwm_set(output.u);
  *
@@ -311,7 +311,9 @@ typedef struct edo_smc_estimates_joint {
  * edo_smc_plan_move_*  from where the other plan is to rest there
  * edo_smc_plan_stop_*  to rest, and never back: at half of the way that would have been gone
  * edo_smc_plan_sine_*  onto amplitude sin(omega t) about angle 0, whose phase is 0 at tick 0
- * edo_smc_plan_at_*    the target at a tick: in the interrupt, once per tick, for its end
+ * edo_smc_plan_play_*  the target at a tick: in the interrupt, once per tick, for its end. A plan that is over stays so
+ *                      when ticks have wrapped (2^32 of them are five days at 10 kHz)
+ * edo_smc_plan_at_*    the same of any tick, to look ahead; the plan stays as it is
  */
 #define EDO_SMC_PLANS(name, derivatives)                                                                               \
     typedef struct edo_smc_plan_##name {                                                                               \
@@ -326,6 +328,8 @@ typedef struct edo_smc_estimates_joint {
     edo_smc_status_t edo_smc_plan_sine_##name(edo_smc_plan_##name##_t *plan, const edo_smc_plan_##name##_t *from,      \
                                               uint32_t start, uint32_t ticks, double period_s, double amplitude_rad,   \
                                               double omega_rad_s);                                                     \
+    edo_smc_status_t edo_smc_plan_play_##name(edo_smc_plan_##name##_t *plan, uint32_t tick,                            \
+                                              edo_smc_target_##name##_t *target);                                      \
     edo_smc_status_t edo_smc_plan_at_##name(const edo_smc_plan_##name##_t *plan, uint32_t tick,                        \
                                             edo_smc_target_##name##_t *target);
 

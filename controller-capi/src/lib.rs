@@ -333,6 +333,16 @@ macro_rules! plans {
                 // SAFETY: the caller's word.
                 unsafe { plan::at(plan, tick, target) }
             }
+
+            /// The same of a plan that is gone along.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to memory of their type.
+            #[unsafe(export_name = concat!("edo_smc_plan_play_", stringify!($name)))]
+            pub unsafe extern "C" fn play(plan: *mut Plan<$m>, tick: u32, target: *mut CTarget<$n>) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { plan::play(plan, tick, target) }
+            }
         }
     )*};
 }

@@ -183,14 +183,44 @@ pub(crate) unsafe fn at<const M: usize, const N: usize>(
     tick: u32,
     target: *mut CTarget<N>,
 ) -> Status {
+    // SAFETY: as the caller promises; any bit pattern is a plan.
+    unsafe { told(plan, target, || (*plan).0.at(tick)) }
+}
+
+/// The same of a plan that is gone along.
+///
+/// # Safety
+/// Pointers that are not NULL point to memory of their type.
+#[inline(always)]
+pub(crate) unsafe fn play<const M: usize, const N: usize>(
+    plan: *mut Plan<M>,
+    tick: u32,
+    target: *mut CTarget<N>,
+) -> Status {
+    // SAFETY: as the caller promises; any bit pattern is a plan.
+    unsafe {
+        told(plan, target, || {
+            Reference::<f32, N>::settle(&mut (*plan).0, tick);
+            (*plan).0.at(tick)
+        })
+    }
+}
+
+/// # Safety
+/// Pointers that are not NULL point to memory of their type; the plan is one for `ask`.
+#[inline(always)]
+unsafe fn told<const M: usize, const N: usize>(
+    plan: *const Plan<M>,
+    target: *mut CTarget<N>,
+    ask: impl FnOnce() -> Target<f32, i32, N>,
+) -> Status {
     if let Err(status) = place(plan).and_then(|()| place(target)) {
         return status;
     }
     if overlap(plan, target) {
         return Status::OVERLAP;
     }
-    // SAFETY: not NULL, aligned; any bit pattern is a plan.
-    let Target { turn, jet } = unsafe { &(*plan).0 }.at(tick);
+    let Target { turn, jet } = ask();
     // SAFETY: not NULL, aligned.
     unsafe { target.write(CTarget { turn, jet }) };
     Status::OK

@@ -23,6 +23,9 @@ pub trait Count: Copy + Debug + PartialEq + Send + Sync + 'static {
     /// Without its 0..=31 high bits, with the sign of what is left: what a shorter counter has moved.
     #[must_use]
     fn signed(self, unread: u32) -> Self;
+    /// So many `each` as there are whole `of` (more than 0) in it, with its sign: of -7, whole(3, 100) is -200.
+    #[must_use]
+    fn whole(self, of: i32, each: i32) -> Self;
     /// The count as 32 bits.
     fn to_word(self) -> u32;
     /// The counter of these bits.
@@ -45,6 +48,10 @@ impl Count for i32 {
     #[inline(always)]
     fn signed(self, unread: u32) -> Self {
         self << unread >> unread
+    }
+    #[inline(always)]
+    fn whole(self, of: i32, each: i32) -> Self {
+        self.checked_div(of).unwrap_or(0).wrapping_mul(each)
     }
     #[inline(always)]
     fn to_word(self) -> u32 {

@@ -35,13 +35,13 @@ static uint32_t drive_prepare(void) {
 #define drive_takes_longer(end) false
 #define drive_tune(surface_rad_s, start) ((void)0)
 
-static unsigned drive_step(uint32_t link, uint32_t motor, const drive_plan *plan, uint32_t end, bool longer, float *u) {
+static unsigned drive_step(uint32_t link, uint32_t motor, drive_plan *plan, uint32_t end, bool longer, float *u) {
     drive_output output;
     (void)longer;
     sample.count_link = link;
     sample.count_motor = motor;
     sample.begin = sample.end; /* a tick begins where the last one ended */
-    drive_plan_at(plan, end, &sample.end);
+    drive_plan_play(plan, end, &sample.end);
     const unsigned health = drive_watched_tick(&monitor, &state, &sample, &output);
     *u = output.u;
     return health;
@@ -108,13 +108,13 @@ static bool drive_takes_longer(uint32_t end) {
 }
 
 static inline __attribute__((always_inline)) unsigned drive_step(uint32_t link, uint32_t motor,
-                                                                const edo_smc_plan_joint_t *plan, uint32_t end,
+                                                                edo_smc_plan_joint_t *plan, uint32_t end,
                                                                 bool longer, float *u) {
     edo_smc_output_t output = {0}; /* what goes out if a call refuses: 0 A */
     sample.link = link;
     sample.motor = motor;
     sample.begin = sample.end; /* a tick begins where the last one ended */
-    (void)edo_smc_plan_at_joint(plan, end, &sample.end);
+    (void)edo_smc_plan_play_joint(plan, end, &sample.end);
     if (longer) {
         const edo_smc_design_joint_fast_t *const other = design == &designs[0] ? &designs[1] : &designs[0];
         if (end == tuned_at && edo_smc_retune_joint_fast(design, other, sizeof *other, &state, &sample) == EDO_SMC_OK) {

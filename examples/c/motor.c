@@ -61,7 +61,7 @@ void TIM3_IRQHandler(void) {
         playing ^= 1u;
         ready = false;
     }
-    edo_smc_plan_at(&plans[playing], end, &sample.end);
+    edo_smc_plan_play(&plans[playing], end, &sample.end);
     trouble |= edo_smc_tick(&state, &sample, &output);
     const float held = current(output.u);
     if (held < output.u || held > output.u) {

@@ -55,6 +55,13 @@ pub struct Half {
     pub frames: Vec<Remembered>,
 }
 
+impl Half {
+    /// The ticks with their numbers, which may wrap.
+    fn ticks(&self) -> impl Iterator<Item = (u32, &Remembered)> {
+        self.frames.iter().enumerate().map(|(k, frame)| (self.first.wrapping_add(k as u32), frame))
+    }
+}
+
 /// What a black box held.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlackBox {
@@ -145,7 +152,7 @@ impl BlackBox {
             for word in &half.state {
                 let _ = writeln!(text, "state,{word:08x}");
             }
-            for (tick, frame) in (half.first..).zip(&half.frames) {
+            for (tick, frame) in half.ticks() {
                 let Remembered { counts: Counts { counts, end, applied }, u, health } = frame;
                 let _ = write!(text, "frame,{tick}");
                 for count in &counts[..encoders] {
@@ -204,6 +211,10 @@ impl BlackBox {
             return Err(
                 "the other design is of another form: drive, gain sets, delay and states must be the same".into()
             );
+        }
+        let [period_s, other_s] = [&self.design, design].map(|it| it.numbers().next().unwrap_or(f64::NAN));
+        if period_s.to_bits() != other_s.to_bits() {
+            return Err(format!("these are ticks of {period_s} s; the other design has a period of {other_s} s"));
         }
         self.run(Some(design))
     }
@@ -272,7 +283,16 @@ impl BlackBox {
                 .map_err(|error| format!("the other design cannot take over at the first tick: {error}"))?;
         }
         let mut done = Vec::new();
-        for half in &self.halves {
+        for (k, half) in self.halves.iter().enumerate() {
+            let words: Vec<u32> = running.words().collect();
+            // Between its head and its sum.
+            let led_to = words.get(2..words.len() - 1);
+            if k > 0 && other.is_none() && led_to != Some(&half.state) {
+                return Err(format!(
+                    "its state before tick {} is not the one that the ticks before lead to",
+                    half.first
+                ));
+            }
             let frames: Vec<Frame<E, N>> = half
                 .frames
                 .iter()
@@ -284,8 +304,8 @@ impl BlackBox {
                     Frame { counts, end: narrow(&end), applied: held, u, health }
                 })
                 .collect();
-            let again = replay(&mut running, narrow(&half.begin), &frames).zip(half.first..).zip(&half.frames);
-            done.extend(again.map(|(((now, _), tick), then)| Again { tick, then: *then, now }));
+            let again = replay(&mut running, narrow(&half.begin), &frames).zip(half.ticks());
+            done.extend(again.map(|((now, _), (tick, then))| Again { tick, then: *then, now }));
         }
         Ok(done)
     }
@@ -294,6 +314,8 @@ impl BlackBox {
 /// A file, as far as it is read.
 #[derive(Default)]
 struct Reading {
+    /// Versions of controller and layout.
+    versions: [Option<u32>; 2],
     instance: Option<Instance>,
     fingerprint: Option<u32>,
     words: Vec<u32>,
@@ -306,22 +328,24 @@ impl Reading {
     fn line(&mut self, key: &str, rest: &str) -> Result<(), String> {
         let mut fields = rest.split(',');
         match key {
-            "core" => same("controller", hex(rest)?, CORE_VERSION),
-            "layout" => same("layout", hex(rest)?, LAYOUT_ID),
+            "core" => once(&mut self.versions[0], same("controller", hex(rest)?, CORE_VERSION)?),
+            "layout" => once(&mut self.versions[1], same("layout", hex(rest)?, LAYOUT_ID)?),
             "instance" => {
                 let mut byte = || number::<u8>("a byte", fields.next());
                 let word = u32::from_le_bytes([byte()?, byte()?, byte()?, byte()?]);
-                let is_drive = |it: &Instance| matches!((it.model, it.n), (Model::Motor, 2) | (Model::Joint, 4));
-                self.instance = Some(Instance::from_word(word).filter(is_drive).ok_or("no drive")?);
-                Ok(())
+                ended(fields)?;
+                once(&mut self.instance, Instance::from_word(word).filter(|&it| is_drive(it)).ok_or("no drive")?)
             }
-            "fingerprint" => {
-                self.fingerprint = Some(hex(rest)?);
-                Ok(())
-            }
+            "fingerprint" => once(&mut self.fingerprint, hex(rest)?),
             "number" => {
-                let (_, value) = rest.split_once(',').ok_or("expected number,NAME,VALUE")?;
-                self.words.extend(halves(number("a number", Some(value))?));
+                let (name, value) = rest.split_once(',').ok_or("expected number,NAME,VALUE")?;
+                let instance = self.instance.ok_or("a number before `instance`")?;
+                let names = Loadable { instance, words: Vec::new() }.names();
+                match names.get(self.words.len() / 2) {
+                    Some(next) if next == name => self.words.extend(halves(number("a number", Some(value))?)),
+                    Some(next) => return Err(format!("number {name:?} where {next:?} should be")),
+                    None => return Err(format!("{name:?} is one number too many")),
+                }
                 Ok(())
             }
             "scenario" => {
@@ -333,8 +357,15 @@ impl Reading {
                 Ok(())
             }
             "ticks" => {
-                let first = number("a tick", fields.next())?;
+                let first: u32 = number("a tick", fields.next())?;
                 let begin = target(&mut fields)?;
+                ended(fields)?;
+                if let Some(before) = self.halves.last() {
+                    let next = before.first.wrapping_add(before.frames.len() as u32);
+                    if before.frames.is_empty() || next != first {
+                        return Err(format!("tick {first} where {next} should be"));
+                    }
+                }
                 self.halves.push(Half { first, begin, state: Vec::new(), frames: Vec::new() });
                 Ok(())
             }
@@ -368,11 +399,17 @@ impl Reading {
         let u = number("a current", fields.next())?;
         let health = Health::from_bits(number("a health", fields.next())?).ok_or("no such health")?;
         half.frames.push(Remembered { counts: Counts { counts, end, applied }, u, health });
-        fields.next().map_or(Ok(()), |_| Err("too many fields".into()))
+        ended(fields)
     }
 
     fn finished(self) -> Result<BlackBox, String> {
-        let Self { instance, fingerprint, words, scenario, sets, halves } = self;
+        let Self { versions, instance, fingerprint, words, scenario, sets, halves } = self;
+        if versions.contains(&None) {
+            return Err("`core` or `layout` is missing".into());
+        }
+        if halves.last().is_none_or(|half| half.frames.is_empty()) {
+            return Err("there is no tick in it".into());
+        }
         let design = Loadable { instance: instance.ok_or("`instance` is missing")?, words };
         if design.names().len() * 2 != design.words.len() {
             return Err(format!("{} numbers of {}", design.words.len() / 2, design.names().len()));
@@ -400,6 +437,19 @@ fn hex(text: &str) -> Result<u32, String> {
     u32::from_str_radix(text, 16).map_err(|_| format!("{text:?} is no number of eight hexadecimal digits"))
 }
 
-fn same(what: &str, found: u32, ours: u32) -> Result<(), String> {
-    if found == ours { Ok(()) } else { Err(format!("of {what} {found:08x}, this program has {ours:08x}")) }
+fn same(what: &str, found: u32, ours: u32) -> Result<u32, String> {
+    if found == ours { Ok(found) } else { Err(format!("of {what} {found:08x}, this program has {ours:08x}")) }
+}
+
+fn once<V>(place: &mut Option<V>, value: V) -> Result<(), String> {
+    if place.replace(value).is_none() { Ok(()) } else { Err("it is there already".into()) }
+}
+
+fn ended<'a>(mut fields: impl Iterator<Item = &'a str>) -> Result<(), String> {
+    fields.next().map_or(Ok(()), |_| Err("too many fields".into()))
+}
+
+/// Is it a drive, and not another controller?
+pub(crate) const fn is_drive(instance: Instance) -> bool {
+    matches!((instance.model, instance.n), (Model::Motor, 2) | (Model::Joint, 4))
 }

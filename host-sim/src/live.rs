@@ -8,14 +8,17 @@ use std::time::Duration;
 
 use controller_core::drive::Rest;
 use loop_sim::port::PortError;
-use pil_wire::{Disturbance, Instance, Observed, Order, Part, Reply, Request, Swapped};
+use pil_wire::{Disturbance, Instance, Observed, Order, Part, REMEMBERED, Reply, Request, Swapped};
 
-use crate::black_box::{BlackBox, Half, Remembered};
+use crate::black_box::{BlackBox, Half, Remembered, is_drive};
 use crate::remote::{Loadable, Traffic, Wire, not_that};
 use crate::transport::Transport;
 
 /// Of a target that has not said yet what it is.
 const UNKNOWN: Instance = Instance { n: 0, r: 0, mask: 0, model: pil_wire::Model::Motor };
+
+/// No design has more words, and no state of a law.
+const MOST_WORDS: u32 = 256;
 
 /// The drive, and the design that runs there.
 pub struct LiveDrive<T> {
@@ -38,15 +41,22 @@ impl<T: Transport> LiveDrive<T> {
         let head = recall(Part::Design)?;
         let [word, count, hash, fingerprint, ..] = head;
         let mut words = Vec::new();
-        while words.len() < count as usize {
+        while words.len() < count.min(MOST_WORDS) as usize {
             words.extend(recall(Part::DesignWords(words.len() as u32))?);
         }
         words.truncate(count as usize);
-        let instance = Instance::from_word(word).filter(|&it| pil_wire::design_hash(it, &words) == hash);
-        let Some(instance) = instance else {
-            return Err(PortError::Refused("the drive's design makes no sense: its hash is another".into()));
+        let sound = |design: &Loadable| {
+            let is_whole = design.names().len() * 2 == design.words.len();
+            let ticks = design.numbers().next().is_some_and(|period_s| period_s > 0.0 && period_s < 1.0);
+            is_whole && ticks && pil_wire::design_hash(design.instance, &design.words) == hash
         };
-        Ok(Self { wire, design: Loadable { instance, words }, fingerprint })
+        let design = Instance::from_word(word).filter(|&it| is_drive(it)).map(|instance| Loadable { instance, words });
+        let Some(design) = design.filter(sound) else {
+            return Err(PortError::Refused(
+                "the drive's design makes no sense: it is none, or its hash is another".into(),
+            ));
+        };
+        Ok(Self { wire, design, fingerprint })
     }
 
     /// What runs.
@@ -145,6 +155,10 @@ impl<T: Transport> LiveDrive<T> {
         let mut halves = Vec::new();
         for half in 0..2 {
             let [first, count, state_words, turn, jet @ ..] = self.recall(Part::Half(half))?;
+            if count as usize > REMEMBERED || state_words > MOST_WORDS {
+                let why = format!("its black box makes no sense: {count} frames, {state_words} words of a state");
+                return Err(PortError::Refused(why));
+            }
             let mut state = Vec::new();
             while state.len() < state_words as usize {
                 state.extend(self.recall(Part::State(half, state.len() as u32))?);

@@ -4,8 +4,8 @@
 //! as it does the shapes of the other ticks.
 
 use controller_core::drive::{
-    Bounds, DriveLaw, EncoderForm, Joined, JointDesign, JointDrive, JointModel, Monitored, MotorDesign, MotorDrive,
-    MotorModel, Position, Reference, Rest, Speed, Target, Watched, gap, shortest, stop,
+    Bounds, DriveLaw, Encoder, EncoderForm, Joined, JointDesign, JointDrive, JointModel, Monitored, MotorDesign,
+    MotorDrive, MotorModel, Position, Reference, Rest, Speed, Target, Watched, gap, shortest, stop,
 };
 use controller_core::{Health, Limits, Output, Running};
 
@@ -16,6 +16,8 @@ use crate::{MAX_E, MAX_N};
 pub(crate) const MOST_DRIVE_WORDS: usize = 2 * (JointDesign::NUMBERS + Bounds::<2>::NUMBERS + 1);
 /// The feed-forward of a plan stays within this share of the limits.
 const SHARE: f64 = 0.9;
+/// And its speed within this share of what an encoder can follow.
+const COUNTED: f64 = 0.8;
 /// No move is longer, s.
 const LONGEST_S: f64 = 100.0;
 
@@ -96,7 +98,13 @@ fn read<const L: usize, const E: usize>(words: &[u32]) -> Result<([f64; L], Boun
     let mut numbers = words.chunks_exact(2).map(|pair| f64::from_bits(u64::from(pair[0]) | u64::from(pair[1]) << 32));
     // As long as was just checked.
     let mut next = || numbers.next().unwrap_or(f64::NAN);
-    Ok((core::array::from_fn(|_| next()), Bounds::from_numbers(core::iter::from_fn(|| Some(next()))), next()))
+    let design = core::array::from_fn(|_| next());
+    let bounds = Bounds::from_numbers(core::iter::from_fn(|| Some(next())));
+    // Nothing is within a bound of 0 or NaN, and so nothing would run.
+    if !bounds.to_numbers().into_iter().all(|bound| bound > 0.0) {
+        return Err(Refusal::of(Reason::Coefficients));
+    }
+    Ok((design, bounds, next()))
 }
 
 fn watched<L: Watched<E>, const E: usize>(
@@ -104,8 +112,8 @@ fn watched<L: Watched<E>, const E: usize>(
     bounds: &Bounds<E>,
     stops_at: f64,
 ) -> Result<Monitored<L, E>, Refusal> {
-    let stops_at = Health::from_bits(stops_at as u8).ok_or(Refusal::of(Reason::Coefficients))?;
-    Ok(Monitored::new(law, bounds).stopping_at(stops_at))
+    let alarms = Health::from_bits(stops_at as u8).filter(|alarms| f64::from(alarms.bits()) == stops_at);
+    Ok(Monitored::new(law, bounds).stopping_at(alarms.ok_or(Refusal::of(Reason::Coefficients))?))
 }
 
 /// A drive whose design and plans can be changed while it runs: that of a motor or a joint that follows a position.
@@ -140,8 +148,8 @@ pub trait Tuned<const E: usize, const N: usize>: DriveLaw<E, N> + Watched<E> + C
         range: [u32; 2],
     ) -> Result<(Self::Plan, u32), Refusal>;
 
-    /// The tick from which on a plan rests.
-    fn end(plan: &Self::Plan) -> u32;
+    /// Ticks until a plan rests.
+    fn left(plan: &Self::Plan, tick: u32) -> u32;
 }
 
 impl<const S: usize, const FAST: usize, const LATE: usize> Tuned<1, 2>
@@ -170,11 +178,12 @@ impl<const S: usize, const FAST: usize, const LATE: usize> Tuned<1, 2>
         range: [u32; 2],
     ) -> Result<(Self::Plan, u32), Refusal> {
         let asked = |jet: &[f64; 3]| design.motor.feed_forward(jet);
-        planned(design.period_s, design.limits, &present.at(start), goal, start, range, asked)
+        let fastest = fastest_rad_s(design.period_s, &[design.encoder]);
+        planned(design.period_s, design.limits, fastest, &present.at(start), goal, start, range, asked)
     }
 
-    fn end(plan: &Self::Plan) -> u32 {
-        plan.end()
+    fn left(plan: &Self::Plan, tick: u32) -> u32 {
+        plan.left(tick)
     }
 }
 
@@ -204,11 +213,12 @@ impl<const FAST: usize, const LATE: usize> Tuned<2, 4>
         range: [u32; 2],
     ) -> Result<(Self::Plan, u32), Refusal> {
         let asked = |jet: &[f64; 5]| design.joint.feed_forward(jet);
-        planned(design.period_s, design.limits, &present.at(start), goal, start, range, asked)
+        let fastest = fastest_rad_s(design.period_s, &design.encoders);
+        planned(design.period_s, design.limits, fastest, &present.at(start), goal, start, range, asked)
     }
 
-    fn end(plan: &Self::Plan) -> u32 {
-        plan.end()
+    fn left(plan: &Self::Plan, tick: u32) -> u32 {
+        plan.left(tick)
     }
 }
 
@@ -216,10 +226,19 @@ const fn form(fast: usize, late: usize) -> u8 {
     Instance::TWO_SETS * fast as u8 + Instance::LATE * late as u8
 }
 
+/// The speed at which the counts of a tick go over a share of half their counter: beyond the half nobody knows which
+/// way it went.
+fn fastest_rad_s(period_s: f64, encoders: &[Encoder]) -> f64 {
+    let half = |encoder: &Encoder| encoder.unit_rad() * (1_u64 << (encoder.bits - 1)) as f64;
+    COUNTED * encoders.iter().map(half).fold(f64::INFINITY, f64::min) / period_s
+}
+
 /// From a jet to rest.
+#[allow(clippy::too_many_arguments, reason = "of two callers beside it")]
 fn planned<const M: usize, const J: usize>(
     period_s: f64,
     limits: Limits,
+    fastest_rad_s: f64,
     present: &Target<f32, i32, M>,
     goal: Option<Rest<f32>>,
     start: u32,
@@ -234,7 +253,9 @@ fn planned<const M: usize, const J: usize>(
     let to_go = |goal: &Rest<f64>| gap(&wide, &goal.at(start));
     let u_max = SHARE * if limits.max < -limits.min { limits.max } else { -limits.min };
     let longest = (LONGEST_S / period_s) as u32;
-    let found = shortest(start, fewest.max(1), longest.max(1), u_max, feed_forward, |ticks| {
+    // A speed is held to its limit by the same measure.
+    let asked = |jet: &[f64; J]| feed_forward(jet).abs().max(u_max * (jet[1] / fastest_rad_s).abs());
+    let found = shortest(start, fewest.max(1), longest.max(1), u_max, asked, |ticks| {
         let (_, goal) = towards(ticks);
         Joined::<f64, _, M>::new(goal, to_go(&goal), start, ticks, period_s)
     });

@@ -220,7 +220,7 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
             }),
             Request::Order(Order::Reset) => reset(machine)?,
             Request::Recall(part) => return self.recall(part, machine).map(Reply::Recalled),
-            Request::Disturb(disturbance) if machine.disturb(&disturbance) => {}
+            Request::Disturb(disturbance) if disturbance.load_n_m.is_finite() && machine.disturb(&disturbance) => {}
             _ => return Err(Refusal::of_kind(request)),
         }
         Ok(Reply::Done)
@@ -374,7 +374,7 @@ fn observed<L: Tuned<E, N>, const E: usize, const N: usize>(machine: &mut impl M
         (seat.axis.plan().clone(), seat.axis.running().estimates(), observed)
     });
     observed.started = known.is_some();
-    observed.moving = L::end(&plan).wrapping_sub(observed.tick) as i32 > 0;
+    observed.moving = L::left(&plan, observed.tick) > 0;
     if let Some(DriveEstimates { turn, position, speed, disturbance, load }) = known {
         observed.turn = turn;
         for i in 0..E {
@@ -390,7 +390,8 @@ fn observed<L: Tuned<E, N>, const E: usize, const N: usize>(machine: &mut impl M
 fn reset<L: Tuned<E, N>, const E: usize, const N: usize>(machine: &mut impl Machine<L, E, N>) -> Result<(), Refusal> {
     let (law, counts, health, tick) = machine
         .between(|seat| (*seat.axis.running().design(), seat.counts, seat.newest.health, seat.axis.tick_number()));
-    if !health.contains(Health::STOPPED) {
+    // One that rejects everything and stops at nothing has no other way back.
+    if !health.intersects(Health::STOPPED | Health::INPUT_REJECTED) {
         return Err(Refusal::of(Reason::NotStopped));
     }
     let still = L::rest(Rest { turn: 0, angle: 0.0 }).at(tick);

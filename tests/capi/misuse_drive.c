@@ -258,6 +258,15 @@ static void plans(void) {
     EXPECT(EDO_SMC_OK, edo_smc_plan_move_motor(&plan, &from, 7, 10, 1e-3, 3, 1.0f));
     EXPECT(EDO_SMC_OK, edo_smc_plan_at_motor(&plan, 17, &target));
     EXPECT(0, target.turn != 3 || target.r != 1.0f || target.r_dot != 0.0f);
+    /* Once it has been gone along it is over, however the ticks wrap. */
+    EXPECT(EDO_SMC_OK, edo_smc_plan_at_motor(&plan, 8, &target));
+    EXPECT(1, target.turn != 3 || target.r != 1.0f || target.r_dot != 0.0f);
+    EXPECT(EDO_SMC_NULL, edo_smc_plan_play_motor(NULL, 0, &target));
+    PLAN_REFUSED(EDO_SMC_NULL, edo_smc_plan_play_motor(&plan, 0, NULL));
+    PLAN_REFUSED(EDO_SMC_OVERLAP, edo_smc_plan_play_motor(&plan, 0, (edo_smc_target_motor_t *)(void *)&plan));
+    EXPECT(EDO_SMC_OK, edo_smc_plan_play_motor(&plan, 17, &target));
+    EXPECT(EDO_SMC_OK, edo_smc_plan_play_motor(&plan, 8, &target));
+    EXPECT(0, target.turn != 3 || target.r != 1.0f || target.r_dot != 0.0f);
 }
 
 int main(void) {

@@ -59,8 +59,14 @@ int main(void) {
             *word++ = status == EDO_SMC_OK;
             for (int j = 0; j < ASKED; j++) {
                 TYPE(target) target;
-                if (CALL(at)(&plans[played], asks[k].at[j], &target) != EDO_SMC_OK) {
+                TYPE(plan) gone_along = plans[played];
+                TYPE(target) again;
+                if (CALL(at)(&plans[played], asks[k].at[j], &target) != EDO_SMC_OK ||
+                    CALL(play)(&gone_along, asks[k].at[j], &again) != EDO_SMC_OK) {
                     return 1;
+                }
+                if (bits(again.r) != bits(target.r) || bits(again.r_dot) != bits(target.r_dot)) {
+                    return 2;
                 }
                 *word++ = (uint32_t)target.turn;
                 *word++ = bits(target.r);

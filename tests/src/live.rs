@@ -43,6 +43,8 @@ pub struct Chip {
     pub u: Vec<f32>,
     /// Is there a stand-in that can be disturbed?
     pub is_stand_in: bool,
+    /// Ticks that pass whenever the background comes to the seat.
+    pub ticks_between: usize,
 }
 
 impl Chip {
@@ -71,6 +73,7 @@ impl Chip {
 
 impl Machine<Law, 1, 2> for Chip {
     fn between<T>(&mut self, work: impl FnOnce(&mut Seat<Law, 1, 2>) -> T) -> T {
+        (0..self.ticks_between).for_each(|_| self.tick());
         work(&mut self.seat)
     }
 
@@ -100,7 +103,15 @@ impl Bench {
     pub fn new() -> Self {
         let (live, law) = Live::new(loadable(&DESIGN).words).expect("a good design");
         let disturbance = Disturbance { stuck: [false; 2], load_n_m: 0.0 };
-        let chip = Chip { seat: Seat::new(law), x: [0.0; 2], count: 0, disturbance, u: Vec::new(), is_stand_in: true };
+        let chip = Chip {
+            seat: Seat::new(law),
+            x: [0.0; 2],
+            count: 0,
+            disturbance,
+            u: Vec::new(),
+            is_stand_in: true,
+            ticks_between: 0,
+        };
         Self { sent: live.hello().into(), live, chip }
     }
 }

@@ -5,7 +5,7 @@
 //! of the same plant.
 
 use controller_core::drive::{
-    Encoder, Hold, Motor, MotorBandwidths, MotorDesign, MotorDrive, Position, Sample, Speed, Target,
+    DriveEstimates, Encoder, Hold, Motor, MotorBandwidths, MotorDesign, MotorDrive, Position, Sample, Speed, Target,
 };
 use controller_core::{Health, Limits, Running};
 use integration_tests::data;
@@ -26,6 +26,49 @@ fn off(shaft: Shaft, [inertia, torque, damping]: [f64; 3]) -> Shaft {
         torque: shaft.torque * (1.0 + torque),
         damping: shaft.damping * (1.0 + damping),
         ..shaft
+    }
+}
+
+/// A counter may be anywhere when a drive starts, and when counts come again after a gap: many turns away, on both
+/// sides, and up to its half.
+#[test]
+fn a_drive_starts_where_its_counter_is() {
+    let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
+    for encoder in [Encoder::incremental(32, 4000), Encoder::incremental(24, 4096), Encoder::incremental(20, 2500)] {
+        let design = MotorDesign::by_rule(1e-3, motor, encoder, Limits::symmetric(10.0));
+        let law = MotorDrive::<f32, Position, 1>::try_design(&design).expect("a good design");
+        let half = ((1_i64 << (encoder.bits - 1)) - 1) as i32;
+        for count in [0, 3000, -3000, 16_385, 20_000, -20_001, 400_123, -400_123, half, -half] {
+            let angle = f64::from(count) * encoder.unit_rad();
+            let turn = (angle / TAU).round();
+            let rest = Target { turn: turn as i32, jet: [(angle - TAU * turn) as f32, 0.0] };
+            let sample = |counts| Sample { counts, begin: rest, end: rest };
+            let mut running = Running::new(&law);
+            let reckoned = |running: &Running<_>| {
+                let known: DriveEstimates<f32, i32, 1> = running.estimates().expect("it runs");
+                TAU * f64::from(known.turn) + f64::from(known.position[0])
+            };
+            for tick in 0..20 {
+                let output = running.tick(&sample([Some(count)]));
+                let off = reckoned(&running) - angle;
+                assert!(
+                    off.abs() < 1e-5 && output.u.abs() < 1e-2,
+                    "{encoder:?} at {count}, tick {tick}: {off}, {output:?}"
+                );
+            }
+            // Lost for longer than it is believed, and then elsewhere.
+            for _ in 0..200 {
+                running.lost();
+            }
+            let gone = if count > 0 { -30_000 } else { 30_000 };
+            let (away, there, mut counted) = (count + gone, angle + f64::from(gone) * encoder.unit_rad(), 0.0);
+            for _ in 0..3 {
+                running.tick(&sample([Some(away)]));
+                counted = reckoned(&running) - there;
+            }
+            // It drives back meanwhile; a base is 1.5 rad or more.
+            assert!(counted.abs() < 1e-2, "{encoder:?} at {away} after a gap: {counted}");
+        }
     }
 }
 

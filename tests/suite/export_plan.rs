@@ -227,8 +227,21 @@ int main(void)
             for (size_t j = 0; j < {ASKED}; j++) {{
                 edo_smc_jet now;
                 edo_smc_target target;
+                edo_smc_target again;
+                edo_smc_plan gone_along = plan;
                 edo_smc_plan_jet(&plan, ask->at[j], &now);
                 edo_smc_plan_at(&plan, ask->at[j], &target);
+                edo_smc_plan_play(&gone_along, ask->at[j], &again);
+                if (bits(again.r) != bits(target.r) || bits(again.r_dot) != bits(target.r_dot)) {{
+                    return 1;
+                }}
+                /* Once over it stays so, however the ticks wrap. */
+                if (gone_along.ticks == 0u) {{
+                    edo_smc_plan_at(&gone_along, plan.end - 1u, &again);
+                    if (plan.goal.phase_per_tick == 0u && bits(again.r) != bits(plan.goal.angle)) {{
+                        return 2;
+                    }}
+                }}
                 *word++ = (uint32_t)now.turn;
 {jets}                *word++ = (uint32_t)target.turn;
 {targets}            }}

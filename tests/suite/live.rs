@@ -3,8 +3,8 @@
 //!
 //! First in this process, where every tick can be seen; then the images on the emulated chip, by a user's commands.
 
-use controller_core::Health;
-use controller_core::drive::MotorDesign;
+use controller_core::drive::{MotorDesign, MotorDrive, Position};
+use controller_core::{Health, Limits};
 use host_sim::black_box::{Again, BlackBox};
 use host_sim::live::LiveDrive;
 use host_sim::transport::faulty::Rates;
@@ -160,6 +160,37 @@ fn a_black_box_that_is_damaged_or_foreign_is_refused_with_the_line() {
     for k in 0..lines.len() {
         assert!(BlackBox::from_text(&without(k)).is_err(), "without line {}", k + 1);
     }
+    // What somebody edited, with a right sum: the reader asks for the rest.
+    let sealed = |text: &str| {
+        let body = &text[..text.rfind("sum,").expect("a sum")];
+        format!("{body}sum,{:08x}\n", pil_wire::checksum(body.as_bytes()))
+    };
+    let second = lines.iter().rposition(|line| line.starts_with("ticks,")).expect("a half");
+    let state = lines[second + 3];
+    assert!(state.starts_with("state,") && second > frame, "two halves");
+    let edits = [
+        (lines[1].to_owned() + "\n", String::new(), "`core` or `layout` is missing"),
+        (lines[1].to_owned(), format!("{0}\n{0}", lines[1]), "it is there already"),
+        ("number,period_s,".into(), "number,period,".into(), "where \"period_s\" should be"),
+        (lines[3].to_owned(), lines[3].to_owned() + ",7", "too many fields"),
+        (lines[second - 1].to_owned() + "\n", String::new(), "should be"),
+    ];
+    for (from, to, why) in edits {
+        let told = refused(&sealed(&text.replacen(&from, &to, 1)));
+        assert!(told.contains(why), "{told}");
+    }
+    let half = text.rfind(state).expect("the state");
+    let other = sealed(&format!("{}state,3f800001{}", &text[..half], &text[half + state.len()..]));
+    let other = BlackBox::from_text(&other).unwrap_or_else(|error| panic!("{error}"));
+    assert!(other.replay().expect_err("a refusal").contains("is not the one that the ticks before lead to"));
+    let slow = loadable(&MotorDesign { period_s: 2e-3, ..DESIGN });
+    assert!(other.replay_with(&slow).expect_err("a refusal").contains("period"));
+    // Numbers of ticks wrap.
+    let mut wrapped = BlackBox::from_text(&text).unwrap_or_else(|error| panic!("{error}"));
+    let shift = u32::MAX - wrapped.halves[0].first - 20;
+    wrapped.halves.iter_mut().for_each(|half| half.first = half.first.wrapping_add(shift));
+    let wrapped = BlackBox::from_text(&wrapped.to_text()).unwrap_or_else(|error| panic!("{error}"));
+    assert!(wrapped.replay().is_ok_and(|again| again.iter().all(Again::is_same) && again[30].tick == 9));
 }
 
 #[test]
@@ -172,11 +203,26 @@ fn what_is_refused_leaves_the_drive_as_it_was() {
     let wild = MotorDesign { gate_steps: f64::NAN, ..DESIGN };
     let mut other_form = loadable(&DESIGN);
     other_form.instance.mask = 0;
+    let one_way = MotorDesign { limits: Limits { min: 1.0, max: 10.0 }, ..DESIGN };
+    // What the monitors may see, from the end: disturbance, sigma*; the alarms that stop it.
+    let monitored = |from_end: usize, number: f64| {
+        let mut design = loadable(&DESIGN);
+        let at = design.words.len() - from_end;
+        design.words[at..at + 2].copy_from_slice(&halves(number));
+        (design, "the target refuses the numbers")
+    };
     let swaps = [
+        monitored(8, f64::NAN),
+        monitored(8, -1.0),
+        monitored(6, 0.0),
+        monitored(2, -53.0),
+        monitored(2, 0.5),
+        monitored(2, f64::NAN),
         (loadable(&slow), "ticks every 1000000 ns, the design is for 2000000 ns"),
         (loadable(&wild), "the target refuses the numbers"),
         (other_form, "carries no drive"),
     ];
+    assert!(MotorDrive::<f32, Position>::try_design(&one_way).is_err());
     for (design, why) in swaps {
         let told = told(drive.swap(&design));
         assert!(told.contains(why), "{told}");
@@ -237,6 +283,38 @@ fn live(folder: &Folder, image: &str, script: &str, more: &[&str]) -> Spoken {
     std::fs::write(&file, script).expect("a file");
     let (image, scenario) = (at(image), scenario.display().to_string());
     host_sim(&[&["live", scenario.as_str(), "--image", &image, "--script", &file], more].concat())
+}
+
+/// An alarm while a design is on its way: what was before it is kept, and the design is not taken.
+#[test]
+fn an_alarm_in_the_midst_of_a_swap_keeps_its_black_box() {
+    let mut kept = 0;
+    for early in 0..60 {
+        let mut bench = Bench::new();
+        bench.chip.ticks_between = 20;
+        let mut drive = connect(bench);
+        drive.move_to(0.4, 0).unwrap_or_else(|error| panic!("{error}"));
+        arrive(&mut drive);
+        let stuck = Disturbance { stuck: [true, false], load_n_m: 0.02 };
+        drive.disturb(stuck).unwrap_or_else(|error| panic!("{error}"));
+        for _ in 0..early {
+            drive.observe().unwrap_or_else(|error| panic!("{error}"));
+        }
+        let swapped = drive.swap(&loadable(&DESIGN.with_surface(0.8 * DESIGN.bandwidths.surface_rad_s)));
+        while !drive.observe().unwrap_or_else(|error| panic!("{error}")).frozen {}
+        let black_box = drive.black_box().unwrap_or_else(|error| panic!("{error}"));
+        let again = black_box.replay().unwrap_or_else(|error| panic!("{error}"));
+        let first = again[0].tick;
+        assert!(
+            again.iter().all(Again::is_same) && again.last().is_some_and(|it| it.then.health.contains(Health::STOPPED))
+        );
+        match swapped {
+            Ok(swapped) => assert!(first >= swapped.tick, "{first} of {swapped:?}"),
+            Err(PortError::Refused(_)) => kept += 1,
+            Err(error) => panic!("{error}"),
+        }
+    }
+    assert!(kept > 0);
 }
 
 /// Its black box stands still again as soon as it is released: what keeps the old ticks for a reader must not keep out

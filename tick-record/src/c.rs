@@ -130,7 +130,7 @@ impl<'a> Text<'a> {
         flatten(&record.body, &mut steps, &mut returns, &mut text.uses);
         for id in &steps {
             // In |a| < b, and where a count becomes a number, a is written more than once.
-            let twice = usize::from(matches!(record.value(*id).op, Op::Abs(_) | Op::NumberOf(_)));
+            let twice = usize::from(matches!(record.value(*id).op, Op::Abs(_) | Op::NumberOf(_) | Op::CountWhole(..)));
             for operand in record.value(*id).op.operands() {
                 text.uses[operand.index()] += 1 + twice;
             }
@@ -519,6 +519,14 @@ impl<'a> Text<'a> {
                 assert!((1..=32).contains(&bits), "a count has 1 to 32 bits");
                 let (mask, sign) = (u32::MAX >> (32 - bits), 1_u32 << (bits - 1));
                 (format!("(({} & {mask:#x}u) ^ {sign:#x}u) - {sign:#x}u", self.part(a)), Bond::Operation)
+            }
+            Op::CountWhole(a, of, each) => {
+                let a = self.part(a);
+                let whole = |sign: &str, count: &str| format!("{sign}({count} / {of}u) * {each}u");
+                (
+                    format!("({a} < 0x80000000u) ? {} : 0u - {}", whole("", &a), whole("", &format!("(0u - {a})"))),
+                    Bond::Operation,
+                )
             }
             Op::NumberOf(a) => {
                 // Not by way of int32_t: that is for the compiler to define.

@@ -189,6 +189,7 @@ impl Merge<'_> {
                         && match (a, b) {
                             (Op::Compare(a, ..), Op::Compare(b, ..)) => a == b,
                             (Op::CountSigned(_, a), Op::CountSigned(_, b)) => a == b,
+                            (Op::CountWhole(_, a, b), Op::CountWhole(_, c, d)) => (a, b) == (c, d),
                             _ => true,
                         }
                 }

@@ -164,6 +164,8 @@ pub enum Op {
     CountPlus(Id, Id),
     /// The low bits of a count, 1..=32 of them, with the highest of them in all bits above (two's complement).
     CountSigned(Id, u32),
+    /// So many of the last as there are whole ones of the other (more than 0) in a count, with its sign, modulo 2^32.
+    CountWhole(Id, u32, u32),
     /// A count as a number with a sign (two's complement), rounded once.
     NumberOf(Id),
 }
@@ -173,9 +175,12 @@ impl Op {
     pub fn operands(&self) -> impl Iterator<Item = Id> + use<> {
         let all = match *self {
             Self::Input(_) | Self::Constant(_) | Self::Truth(_) | Self::CountOf(_) => [None; 3],
-            Self::Neg(a) | Self::Abs(a) | Self::Not(a) | Self::NumberOf(a) | Self::CountSigned(a, _) => {
-                [Some(a), None, None]
-            }
+            Self::Neg(a)
+            | Self::Abs(a)
+            | Self::Not(a)
+            | Self::NumberOf(a)
+            | Self::CountSigned(a, _)
+            | Self::CountWhole(a, ..) => [Some(a), None, None],
             Self::Add(a, b)
             | Self::Sub(a, b)
             | Self::Mul(a, b)
@@ -200,6 +205,7 @@ impl Op {
             Self::Not(a) => Self::Not(to(a)),
             Self::NumberOf(a) => Self::NumberOf(to(a)),
             Self::CountSigned(a, bits) => Self::CountSigned(to(a), bits),
+            Self::CountWhole(a, of, each) => Self::CountWhole(to(a), of, each),
             Self::Add(a, b) => Self::Add(to(a), to(b)),
             Self::Sub(a, b) => Self::Sub(to(a), to(b)),
             Self::Mul(a, b) => Self::Mul(to(a), to(b)),
@@ -326,7 +332,9 @@ impl Record {
         match self.value(id).op {
             Op::Input(at) => self.inputs[at].kind,
             Op::Truth(_) | Op::Compare(..) | Op::And(..) | Op::Or(..) | Op::Not(_) => Kind::Truth,
-            Op::CountOf(_) | Op::CountSince(..) | Op::CountPlus(..) | Op::CountSigned(..) => Kind::Count,
+            Op::CountOf(_) | Op::CountSince(..) | Op::CountPlus(..) | Op::CountSigned(..) | Op::CountWhole(..) => {
+                Kind::Count
+            }
             Op::Select(_, a, _) => self.kind(a),
             _ => Kind::Number,
         }
@@ -409,6 +417,7 @@ fn execute<T: Real<Count = i32>>(op: Op, words: &[Option<Word<T>>]) -> Word<T> {
         Op::CountSince(a, b) => Word::Count(word(a).count().since(word(b).count())),
         Op::CountPlus(a, b) => Word::Count(word(a).count().plus(word(b).count())),
         Op::CountSigned(a, bits) => Word::Count(word(a).count().signed(32 - bits)),
+        Op::CountWhole(a, of, each) => Word::Count(word(a).count().whole(of as i32, each as i32)),
         Op::NumberOf(a) => Word::Number(T::from_count(word(a).count())),
     }
 }

@@ -83,6 +83,7 @@ impl Graph {
             Op::Truth(truth) => u64::from(truth),
             Op::CountOf(count) => u64::from(count),
             Op::CountSigned(_, bits) => u64::from(bits),
+            Op::CountWhole(_, of, each) => u64::from(of) << 32 | u64::from(each),
             Op::Compare(test, ..) => test as u64,
             _ => 0,
         };
@@ -548,6 +549,11 @@ impl Count for CountSymbol {
     fn signed(self, unread: u32) -> Self {
         let at = Location::caller();
         Self(compute(Op::CountSigned(self.0, 32 - unread), at))
+    }
+    #[track_caller]
+    fn whole(self, of: i32, each: i32) -> Self {
+        let at = Location::caller();
+        Self(compute(Op::CountWhole(self.0, of as u32, each as u32), at))
     }
     fn to_word(self) -> u32 {
         StateWord::Count(self).to_word()

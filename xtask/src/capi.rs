@@ -25,7 +25,7 @@ const DECLARING: [(&str, &[&str]); 4] = [
     ("EDO_SMC_INSTANCE(", &FUNCTIONS),
     ("EDO_SMC_DRIVE(", &FUNCTIONS),
     ("EDO_SMC_DRIVE(", &["by_rule", "tune", "go_on"]),
-    ("EDO_SMC_PLANS(", &["plan_rest", "plan_move", "plan_stop", "plan_sine", "plan_at"]),
+    ("EDO_SMC_PLANS(", &["plan_rest", "plan_move", "plan_stop", "plan_sine", "plan_play", "plan_at"]),
 ];
 const FUNCTIONS: [&str; 9] =
     ["design_size", "state_size", "init", "tick", "report_applied", "estimates", "reset", "retune", "design"];

@@ -11,8 +11,8 @@
 //! # The black box
 //! It remembers what went into the last `LEN` ticks and more, and the state before the first of them: so whoever has
 //! the design can run them again, to the bit ([`replay`]), or another design on the same counts. After the first alarm
-//! ([`ALARMS`]) it stops, until it is [released](Axis::release). Two halves of `LEN` take turns, each with the state at
-//! its beginning: a copy of it every `LEN` ticks instead of in every tick.
+//! ([`ALARMS`]) of a law that has started it stops, until it is [released](Axis::release). Two halves of `LEN` take
+//! turns, each with the state at its beginning: a copy of it every `LEN` ticks instead of in every tick.
 
 use super::law::DriveLaw;
 use super::monitor::ALARMS;
@@ -65,6 +65,9 @@ impl<S, const E: usize, const N: usize, const LEN: usize> Stretch<S, E, N, LEN> 
         &self.frames[..self.length.min(LEN)]
     }
 }
+
+/// Ticks between two questions whether the plan is over; of 2³² until it would be gone along again.
+const SETTLED: u32 = 1 << 16;
 
 /// Law, plan and black box of one axis.
 // As in a stretch.
@@ -132,7 +135,7 @@ where
         if !self.frozen {
             self.make_room();
         }
-        let end = self.end();
+        let end = self.plan().at(self.tick.wrapping_add(1));
         let sample = L::sample(counts, &self.begin, &end);
         (self.tick, self.begin) = (self.tick.wrapping_add(1), end);
         let output = run(&mut self.running, &sample);
@@ -143,23 +146,21 @@ where
                 *frame = Frame { counts, end, applied: applied.unwrap_or(f32::NAN), u, health };
                 half.length += 1;
             }
-            self.frozen = health.intersects(ALARMS);
+            // Before its start a law rejects everything; that is no trip.
+            self.frozen = health.intersects(ALARMS) && self.running.is_started();
         }
         output
     }
 
-    /// A plan that begins with the coming tick takes over.
+    /// A plan that begins with the coming tick takes over; now and then one that is over is told so.
     #[inline(always)]
     fn go_along(&mut self) {
+        if self.tick.is_multiple_of(SETTLED) {
+            self.plans[self.played & 1].settle(self.tick);
+        }
         if self.next == Some(self.tick) {
             (self.played, self.next) = (self.played ^ 1, None);
         }
-    }
-
-    /// Where it should be at the end of the coming tick.
-    #[inline(always)]
-    fn end(&self) -> Target<f32, i32, N> {
-        self.plans[self.played & 1].at(self.tick.wrapping_add(1))
     }
 
     /// The other half begins with the coming tick, if this one is full.
@@ -204,7 +205,8 @@ where
     /// Those of [`Running::retune`]; then nothing has changed.
     pub fn retune(&mut self, law: L, counts: [Option<i32>; E]) -> Result<(), RetuneError> {
         self.go_along();
-        self.running.retune(law, &L::sample(counts, &self.begin, &self.end()))?;
+        let end = self.plan().at(self.tick.wrapping_add(1));
+        self.running.retune(law, &L::sample(counts, &self.begin, &end))?;
         self.release();
         Ok(())
     }
@@ -307,6 +309,39 @@ mod tests {
 
     fn axis<const LEN: usize>() -> Axis<Law, Plan, 1, 2, LEN> {
         Axis::new(law(60.0), Joined::new(Rest { turn: 0, angle: 0.0 }, [0.0; 3], 0, 1, 1e-3))
+    }
+
+    /// Boards whose encoders answer late begin so every time.
+    #[test]
+    fn counts_that_are_missing_before_the_start_are_no_trip() {
+        let mut axis = axis::<16>();
+        for _ in 0..5 {
+            assert!(axis.tick([None], None).health.contains(Health::INPUT_REJECTED) && !axis.is_frozen());
+        }
+        for _ in 0..5 {
+            assert!(axis.tick([Some(0)], None).health.is_ok() && !axis.is_frozen());
+        }
+        for _ in 0..100 {
+            axis.tick([None], None);
+        }
+        assert!(axis.is_frozen());
+    }
+
+    /// Ten days at 5 kHz, without the days.
+    #[test]
+    fn a_plan_that_is_over_is_not_gone_along_again_when_ticks_have_wrapped() {
+        let mut axis = axis::<16>();
+        axis.play_at(30, to(1.0, axis.plan(), 30));
+        for _ in 0..200 {
+            axis.tick([Some(0)], None);
+        }
+        axis.tick = SETTLED;
+        axis.tick([Some(0)], None);
+        axis.tick = 30;
+        for _ in 0..200 {
+            axis.tick([Some(0)], None);
+            assert!(axis.begin.jet == [1.0, 0.0], "{:?}", axis.begin);
+        }
     }
 
     #[test]

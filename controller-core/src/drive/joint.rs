@@ -446,7 +446,7 @@ impl JointDesign {
             Fallback::HoldLast => limits.min,
             Fallback::Safe(u) => u,
         };
-        let limit = "the limits are reversed or beyond 1e12";
+        let limit = "0 is not within the limits, or one is beyond 1e12";
         let damping = "a damping times period over its inertia is 0 to 1";
         let [b1, b2] = joint.model().lambda();
         let rules = [
@@ -458,8 +458,8 @@ impl JointDesign {
             ("joint.weight_n_m", joint.weight_n_m, 0.0, 1e9, "the weight is not below 0"),
             ("joint.link_damping_n_m_s", b1 * t, 0.0, 1.0, damping),
             ("joint.motor_damping_n_m_s", b2 * t, 0.0, 1.0, damping),
-            ("limits.max", limits.max, -1e12, 1e12, limit),
-            ("limits.min", limits.min, -1e12, limits.max, limit),
+            ("limits.max", limits.max, 0.0, 1e12, limit),
+            ("limits.min", limits.min, -1e12, 0.0, limit),
             ("fallback", u_safe, limits.min, limits.max, "the safe u lies outside the limits"),
             ("bandwidths.surface_rad_s", w.surface_rad_s * t, 1e-6, 0.1, "w_c times period is up to 0.1"),
             (

@@ -720,6 +720,18 @@ where
         self.sensors.iter().fold(T::ZERO, |most, k| if k.half_span > most { k.half_span } else { most })
     }
 
+    /// Whole bases go over into turns: in a tick they do so one by one ([`follow`](Self::follow)), but a counter may be
+    /// anywhere when a drive starts, or when its counts come again.
+    fn folded(&self, at: [T::Count; E], turn: T::Count) -> ([T::Count; E], T::Count) {
+        let k = &self.sensors[0];
+        let whole = |each: i32| at[0].whole(k.base_counts, each);
+        let at = core::array::from_fn(|i| {
+            let Sensor { base_counts, beyond, .. } = self.sensors[i];
+            at[i].since(whole(base_counts)).signed(beyond)
+        });
+        (at, turn.plus(whole(k.base_turns)))
+    }
+
     /// Where the counts are now, for a state without a tick that has passed.
     #[inline(always)]
     fn go_on_to(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> bool {
@@ -729,12 +741,13 @@ where
             let k = &self.sensors[i];
             match counts[i] {
                 Some(count) => {
-                    state.at[i] = state.at[i].plus(count.since(state.last[i]).signed(k.unread)).signed(k.beyond);
+                    state.at[i] = state.at[i].plus(count.since(state.last[i]).signed(k.unread));
                     state.last[i] = count;
                 }
                 None => all = false,
             }
         }
+        (state.at, state.turn) = self.folded(state.at, state.turn);
         all
     }
 
@@ -1013,7 +1026,8 @@ where
             at[i] = counts[i].signed(self.sensors[i].unread);
             d[i] = d[i] * self.model.per_rad(i);
         }
-        let mut state = self.started(counts, at, T::Count::of(0), &d);
+        let (at, turn) = self.folded(at, T::Count::of(0));
+        let mut state = self.started(counts, at, turn, &d);
         let position = core::array::from_fn(|i| self.position(&state, i));
         let u_max = if self.row.u_max > -self.row.u_min { self.row.u_max } else { -self.row.u_min };
         if !self.model.may_stand(&position, u_max) {

@@ -274,6 +274,7 @@ impl MotorDesign {
         let Self { period_s: t, motor, limits, bandwidths, .. } = self;
         let t = *t;
         let margin = if late == 0 { 0.8 } else { 0.5 };
+        let limit = "0 is not within the limits, or one is beyond 1e12";
         let u_safe = match self.fallback {
             Fallback::HoldLast => limits.min,
             Fallback::Safe(u) => u,
@@ -283,8 +284,8 @@ impl MotorDesign {
             ("motor.inertia_kg_m2", motor.inertia_kg_m2, 1e-12, 1e9, POSITIVE),
             ("motor.torque_n_m_per_a", motor.torque_n_m_per_a, 1e-9, 1e9, POSITIVE),
             ("motor.damping_n_m_s", motor.slope_per_s() * t, 0.0, 1.0, "the damping times period over J is 0 to 1"),
-            ("limits.max", limits.max, -1e12, 1e12, "a limit of u is beyond 1e12"),
-            ("limits.min", limits.min, -1e12, limits.max, "the limits are reversed or beyond 1e12"),
+            ("limits.max", limits.max, 0.0, 1e12, limit),
+            ("limits.min", limits.min, -1e12, 0.0, limit),
             ("fallback", u_safe, limits.min, limits.max, "the safe u lies outside the limits"),
             ("bandwidths.surface_rad_s", bandwidths.surface_rad_s * t, 1e-6, 0.5, "w_c times period is up to 0.5"),
             (

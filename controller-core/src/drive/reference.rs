@@ -39,6 +39,10 @@ use crate::real::Real;
 pub trait Reference<T: Real<Count = i32>, const J: usize> {
     /// r and its derivatives up to the order J - 1 at a tick.
     fn at(&self, tick: u32) -> Target<T, i32, J>;
+
+    /// What is over at a tick stays so from there on, also when the number of the tick has wrapped (2³² ticks are five
+    /// days at 10 kHz). Whoever goes along a plan for so long calls it now and then.
+    fn settle(&mut self, _tick: u32) {}
 }
 
 impl<T: Real<Count = i32>, R: Reference<T, J>, const J: usize> Reference<T, J> for &R {
@@ -141,9 +145,10 @@ impl<T: Real<Count = i32>, R, const M: usize> Joined<T, R, M> {
         }
     }
 
-    /// The tick from which on the target is met.
-    pub const fn end(&self) -> u32 {
-        self.end
+    /// Ticks until the target is met; 0 if it is.
+    pub const fn left(&self, tick: u32) -> u32 {
+        let left = self.end.wrapping_sub(tick);
+        if left > self.ticks { 0 } else { left }
     }
 }
 
@@ -177,9 +182,8 @@ pub fn powers_of_join<F: Real, const M: usize>(gap: [F; M], tau_s: F) -> [[[F; M
 impl<T: Real<Count = i32>, R: Reference<T, J>, const M: usize, const J: usize> Reference<T, J> for Joined<T, R, M> {
     fn at(&self, tick: u32) -> Target<T, i32, J> {
         let mut target = self.target.at(tick);
-        let left = self.end.wrapping_sub(tick);
-        // Over, however the number of the tick has wrapped since.
-        if left == 0 || left > self.ticks {
+        let left = self.left(tick);
+        if left == 0 {
             return target;
         }
         let done = self.ticks - left;
@@ -191,6 +195,13 @@ impl<T: Real<Count = i32>, R: Reference<T, J>, const M: usize, const J: usize> R
             target.jet[j] += jet[j];
         }
         target
+    }
+
+    fn settle(&mut self, tick: u32) {
+        if self.left(tick) == 0 {
+            self.ticks = 0;
+        }
+        self.target.settle(tick);
     }
 }
 

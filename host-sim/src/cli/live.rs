@@ -1,7 +1,7 @@
 //! `live` and `replay`: a drive that runs by itself, seen, moved and tuned; and what its black box held, run again.
 
 use std::fmt::Write as _;
-use std::io::{self, BufRead};
+use std::io::{self, BufRead, Read};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{self, RecvTimeoutError};
@@ -33,6 +33,10 @@ use crate::transport::{Emulator, Faulty, Serial, Stoppable, Transport};
 const IMAGE: &str = "firmware/target/thumbv7em-none-eabihf/release/drive";
 /// How often a drive is looked at while nothing is asked.
 const GLANCE: Duration = Duration::from_millis(100);
+/// A tick that does not go on for so long does not go on at all.
+const STANDS_STILL: Duration = Duration::from_secs(5);
+/// Bytes of a line.
+const LONGEST_LINE: u64 = 1000;
 /// Rows of a record; what is seen later is not kept.
 const MOST_ROWS: usize = 1 << 20;
 /// A page that moves is written at most this often, and shows so much of the drive's time.
@@ -222,10 +226,11 @@ impl<'a> Console<'a> {
 
     /// A mistake is told, and the next line is waited for; a wire that broke is the end.
     fn obey_typed(&mut self, session: &mut Session<'a>) -> Result<(), Failure> {
-        let (send, lines) = mpsc::channel();
+        // Some in advance, and no more: whoever types faster than the drive answers waits.
+        let (send, lines) = mpsc::sync_channel(64);
         std::thread::spawn(move || {
-            for line in io::stdin().lock().lines() {
-                let Ok(line) = line else { break };
+            let mut typed = io::stdin().lock();
+            while let Some(line) = next_line(&mut typed) {
                 if send.send(line).is_err() {
                     break;
                 }
@@ -236,7 +241,7 @@ impl<'a> Console<'a> {
                 return Err(told_to_stop());
             }
             match lines.recv_timeout(GLANCE) {
-                Ok(line) => match self.obey(session, &line) {
+                Ok(line) => match line.map_err(bad).and_then(|line| self.obey(session, &line)) {
                     Ok(true) => {}
                     Ok(false) => return Ok(()),
                     Err(failure) if failure.status == status::BAD_INPUT => {
@@ -288,7 +293,15 @@ impl<'a> Console<'a> {
             ("wait", [time]) => {
                 let ticks = ticks(time)?;
                 let begin = self.look(session)?.tick;
-                while self.look(session)?.tick.wrapping_sub(begin) < ticks {}
+                let (mut last, mut moved) = (begin, Instant::now());
+                while last.wrapping_sub(begin) < ticks {
+                    let tick = self.look(session)?.tick;
+                    if tick != last {
+                        (last, moved) = (tick, Instant::now());
+                    } else if moved.elapsed() > STANDS_STILL {
+                        return Err(failed(format!("the drive answers, but its tick {tick} does not go on")));
+                    }
+                }
             }
             ("blackbox", [file]) => self.keep(session, Path::new(file))?,
             ("reset", []) => {
@@ -309,7 +322,11 @@ impl<'a> Console<'a> {
                 session.drive.disturb(session.disturbance).map_err(refused)?;
             }
             ("load", [torque]) => {
-                session.disturbance.load_n_m = finite(command, torque)? as f32;
+                let load_n_m = finite(command, torque)? as f32;
+                if !load_n_m.is_finite() {
+                    return Err(bad(format!("load: {torque} N m are too many")));
+                }
+                session.disturbance.load_n_m = load_n_m;
                 session.drive.disturb(session.disturbance).map_err(refused)?;
             }
             _ => return Err(bad(unknown(command))),
@@ -389,7 +406,11 @@ impl<'a> Console<'a> {
         let differ = again.iter().filter(|again| !again.is_same()).count();
         self.say(&format!("{} ticks run again, {differ} differ", again.len()))?;
         if let Some(first) = again.iter().find(|again| !again.is_same()) {
-            self.say(&format!("first at tick {}: u was {:?}, is {:?}", first.tick, first.then.u, first.now.u))?;
+            let Again { tick, then, now } = first;
+            self.say(&format!(
+                "first at tick {tick}: u was {:?}, {}; is {:?}, {}",
+                then.u, then.health, now.u, now.health
+            ))?;
         }
         let other = if sets.is_empty() && scenario.is_none() {
             None
@@ -424,6 +445,27 @@ impl<'a> Console<'a> {
         }
         Ok(if differ == 0 { status::DONE } else { status::FAILED })
     }
+}
+
+/// The next line that is typed, without its end; what is wrong with it. `None` at the end.
+fn next_line(typed: &mut impl BufRead) -> Option<Result<String, String>> {
+    let mut line = Vec::new();
+    let read = |typed: &mut dyn BufRead, line: &mut Vec<u8>| {
+        line.clear();
+        typed.take(LONGEST_LINE + 1).read_until(b'\n', line).unwrap_or(0)
+    };
+    if read(typed, &mut line) == 0 {
+        return None;
+    }
+    let is_whole = |line: &[u8]| line.ends_with(b"\n") || line.len() as u64 <= LONGEST_LINE;
+    if !is_whole(&line) {
+        while !is_whole(&line) {
+            read(typed, &mut line);
+        }
+        return Some(Err(format!("a line of more than {LONGEST_LINE} bytes: expected a command, `help` lists them")));
+    }
+    let text = String::from_utf8(line).map(|text| text.trim_end().to_owned());
+    Some(text.map_err(|error| format!("{:?} is no text in UTF-8", String::from_utf8_lossy(error.as_bytes()))))
 }
 
 /// The way to the drive, how long a round trip may take, and what to ask when nothing answers.

@@ -140,13 +140,24 @@ static inline void @_plan_jet(const @_plan *plan, uint32_t tick, @_jet *jet)
     }}
 }}
 
-/* The target at a tick. In the interrupt, once per tick: for its end. */
+/* The target at a tick. */
 static inline void @_plan_at(const @_plan *plan, uint32_t tick, @_target *target)
 {{
     @_jet jet;
     @_plan_jet(plan, tick, &jet);
     target->turn = jet.turn;
 {copied}}}
+
+/* The same of a plan that is gone along: in the interrupt, once per tick, for its end. What is over stays so when ticks
+ * have wrapped (2^32 of them are five days at 10 kHz). */
+static inline void @_plan_play(@_plan *plan, uint32_t tick, @_target *target)
+{{
+    const uint32_t left = plan->end - tick;
+    if (left > plan->ticks) {{
+        plan->ticks = 0u;
+    }}
+    @_plan_at(plan, tick, target);
+}}
 "
     )
 }
