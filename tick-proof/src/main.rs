@@ -33,6 +33,9 @@ struct Options {
     /// Try all shipped instances, not only those that must be proved.
     #[arg(long, conflicts_with = "scenario")]
     all: bool,
+    /// Only instances and faults whose name has this in it.
+    #[arg(long, value_name = "TEXT", conflicts_with = "scenario")]
+    only: Option<String>,
     /// Seconds for one question to the solver.
     #[arg(long, value_name = "S", default_value_t = 120)]
     budget: u64,
@@ -57,7 +60,7 @@ fn prove(options: &Options) -> Result<bool, String> {
     let budget = Duration::from_secs(options.budget);
     match &options.scenario {
         Some(path) => of_scenario(path, options, &solver, budget),
-        None => of_shipped(options.all, &solver, budget),
+        None => of_shipped(options, &solver, budget),
     }
 }
 
@@ -67,9 +70,10 @@ fn jobs(name: &str, functions: &Functions) -> Vec<Job> {
     statements(functions).into_iter().map(of).collect()
 }
 
-fn of_shipped(all: bool, solver: &Solver, budget: Duration) -> Result<bool, String> {
+fn of_shipped(options: &Options, solver: &Solver, budget: Duration) -> Result<bool, String> {
+    let is_asked = |name: &str| options.only.as_ref().is_none_or(|only| name.contains(only.as_str()));
     let (mut asked, mut must) = (Vec::new(), Vec::new());
-    for instance in ALL.iter().filter(|instance| all || instance.must) {
+    for instance in ALL.iter().filter(|instance| (options.all || instance.must) && is_asked(instance.name)) {
         for job in jobs(instance.name, &instance.functions()?) {
             asked.push(job);
             must.push(instance.must);
@@ -77,7 +81,8 @@ fn of_shipped(all: bool, solver: &Solver, budget: Duration) -> Result<bool, Stri
     }
     let proved = listed(&asked, solver, budget)?;
     let open = proved.iter().zip(&must).filter(|(row, must)| **must && row.verdict != Verdict::Proved).count();
-    let faults = FAULTS.iter().map(|fault| Ok(Job { instance: fault.name.into(), statement: fault.statement()? }));
+    let faults = FAULTS.iter().filter(|fault| is_asked(fault.name));
+    let faults = faults.map(|fault| Ok(Job { instance: fault.name.into(), statement: fault.statement()? }));
     let faults: Vec<Job> = faults.collect::<Result<_, String>>()?;
     say("\nFaults put in on purpose: none may be proved.")?;
     let noticed = listed(&faults, solver, budget)?;
