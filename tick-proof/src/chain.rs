@@ -2,8 +2,8 @@
 //!
 //! # The invariant
 //! Every number of the state is finite, and the u that is held lies within ±1e12 (the most that `report_applied`
-//! takes). It holds before the start, where all is zero, every tick and every report keep it: so it holds for ever.
-//! Many claims need none of it, and are made for *any bits* in the state.
+//! takes). A start makes it so whatever was there, a sample that does not start leaves all as it was, every tick and
+//! every report keep it: so it holds for ever. Many claims need none of it, and are made for *any bits* in the state.
 //!
 //! # The set M of a design
 //! With every word as a number (module `design` of the core, "Range"): the largest B for which the law's product
@@ -86,7 +86,7 @@ impl Design<'_> {
     }
 
     fn finite_again(&self) -> Statement {
-        let mut step = Step::of(&self.functions.running);
+        let mut step = Step::of(&self.functions.tick);
         step.script.suppose(&self.invariant());
         let questions = numbers(&self.functions.state).map(|name| {
             let after = step.after(name);
@@ -97,10 +97,13 @@ impl Design<'_> {
     }
 
     fn output(&self) -> Statement {
-        let mut step = Step::of(&self.functions.running);
+        let mut step = Step::of(&self.functions.tick);
         step.script.suppose(&self.invariant());
         let questions = ["sigma", "sigma_star"].map(|name| step.ask(name, &finite(step.after(name))));
-        Statement::new("sigma and sigma* finite", questions)
+        let waiting = Step::of(&self.functions.not_started);
+        let before =
+            ["sigma", "sigma_star"].map(|name| waiting.ask(&format!("before: {name}"), &finite(waiting.after(name))));
+        Statement::new("sigma and sigma* finite", questions.into_iter().chain(before))
     }
 
     fn health(&self) -> Statement {
@@ -215,12 +218,22 @@ impl Design<'_> {
         let difference = format!("(fp.sub RNE {a} {b})");
         let (far, total) = (all([bounded(&a, lambda), bounded(&difference, most)]), (lambda + most) * 1.001);
         vec![
-            step.ask("a(x)/b + A is in the demand", &same(&format!("(fp.add RNE {drift} {})", step.after(driven)), &sum)),
+            step.ask(
+                "a(x)/b + A is in the demand",
+                &same(&format!("(fp.add RNE {drift} {})", step.after(driven)), &sum),
+            ),
             step.ask("v is a number", &finite(&v)),
             step.ask("the demand is plausible", &plausible),
-            step.ask("it is v unit less a(x)/b + A", &same(&asked, &format!("(fp.sub RNE {} {sum})", product("unit", &v)))),
+            step.ask(
+                "it is v unit less a(x)/b + A",
+                &same(&asked, &format!("(fp.sub RNE {} {sum})", product("unit", &v))),
+            ),
             Question::new("v unit within Lambda", &any, &then(&finite(&a), &bounded(&product("unit", &a), lambda))),
-            Question::new("ko W within its most", &any, &then(&bounded(&w, offset), &bounded(&product("ko", &w), most))),
+            Question::new(
+                "ko W within its most",
+                &any,
+                &then(&bounded(&w, offset), &bounded(&product("ko", &w), most)),
+            ),
             Question::new("so a(x)/b + A is bounded", &any, &then(&far, &bounded(&b, total))),
         ]
     }
@@ -240,7 +253,8 @@ impl Design<'_> {
             step.script.suppose(&rejected);
             let (sum, resuming) = (step.after(&aside).to_string(), step.after("resuming").to_string());
             let far = format!("(fp.eq {sum} {})", number(1e38));
-            questions.push(step.ask("the first leaves its sum", &all([resuming, either([bounded(&sum, self.limit), far])])));
+            questions
+                .push(step.ask("the first leaves its sum", &all([resuming, either([bounded(&sum, self.limit), far])])));
             // The second is of the same plant.
             let of = |name: &str| constant(&self.functions.tick, name).unwrap_or(0.0);
             let bound = largest(of("kw")).min(self.limit);
@@ -271,7 +285,10 @@ impl Design<'_> {
         let questions = [
             step.ask("estimates stay, or are zero", &estimates),
             // A sample with a sum beyond belief does not start anew.
-            step.ask("W stays", &either([sound, not(&bounded(step.after(&self.aside().unwrap_or_else(|| "offset".into())), bound))])),
+            step.ask(
+                "W stays",
+                &either([sound, not(&bounded(step.after(&self.aside().unwrap_or_else(|| "offset".into())), bound))]),
+            ),
         ];
         Statement::new("in M, a sample that is refused keeps the estimates there", questions)
     }

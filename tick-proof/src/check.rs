@@ -39,7 +39,9 @@ impl Noise {
         match kind {
             Kind::Number => Word::Number(self.number()),
             Kind::Truth => Word::Truth(self.bits() % 3 > 0),
-            Kind::Count => Word::Count(if self.bits() % 4 == 0 { self.bits() as i32 } else { self.bits() as i32 >> 20 }),
+            Kind::Count => {
+                Word::Count(if self.bits() % 4 == 0 { self.bits() as i32 } else { self.bits() as i32 >> 20 })
+            }
         }
     }
 }

@@ -8,8 +8,10 @@
 //! That every word stays finite needs one. It is a box that the rounding itself closes: a number within ±2^k to which
 //! no more than 2^(k - 25) is added rounds to no more than 2^k. With G the widest gate, L the gains, U what may be held:
 //!
-//! $$ D_1 \ge 2^{25} L_4 G, \quad D \ge 2^{25} \max(T D_1, L_3 G), \quad M = D + b U, \quad
-//!    V \ge 2^{25} \max(g_2 M, g_1 D_1, L_2 G), \quad P \ge 2^{25} (g_2 V + g_1 M + h_1 D_1) $$
+//! ```text
+//! D1 >= 2^25 L4 G      D >= 2^25 max(T D1, L3 G)      M = D + b U
+//! V >= 2^25 max(g2 M, g1 D1, L2 G)                    P >= 2^25 (g2 V + g1 M + h1 D1)
+//! ```
 //!
 //! as powers of two bound d', d, v and p: they are far from any motor, and they are numbers. Beside them: the smoothed
 //! innovation within 2 G, the level within \[0, 1\], the reach of the gate within two half spans, lost samples within
@@ -97,9 +99,11 @@ impl Design<'_> {
         let law = &self.functions.law;
         let step = Step::of(law);
         let read = |at: usize| law.values.iter().any(|value| value.op == Op::Input(at));
-        let targets = law.inputs.iter().enumerate().filter(|(at, port)| {
-            port.role == Role::Argument && port.kind == Kind::Number && read(*at)
-        });
+        let targets = law
+            .inputs
+            .iter()
+            .enumerate()
+            .filter(|(at, port)| port.role == Role::Argument && port.kind == Kind::Number && read(*at));
         let mut questions: Vec<Question> = targets
             .map(|(_, port)| step.ask(&port.name, &then(&not(&finite(&port.name)), step.after("input_rejected"))))
             .collect();
@@ -179,7 +183,8 @@ impl Design<'_> {
             } else {
                 kept.push(same(step.after(&d), &d));
             }
-            questions.push(step.ask(&format!("what is not used of {count} is not learned"), &then(&unused, &all(kept))));
+            questions
+                .push(step.ask(&format!("what is not used of {count} is not learned"), &then(&unused, &all(kept))));
         }
         Statement::new("nothing is learned from a lost sample, any bits", questions)
     }
@@ -196,8 +201,14 @@ impl Design<'_> {
             let one_more = format!("(= {after} (fp.add RNE {name} {}))", number(1.0));
             let counted = all([one_more, within(after, 1.0, most)]);
             [
-                step.ask(&format!("{name}: 0, or one more and not too many"), &then(answer, &either([used.clone(), counted]))),
-                step.ask(&format!("{name}: lost is not used"), &then(&format!("lost{shaft}"), &either([not(&used), same(&name, &number(-1.0))]))),
+                step.ask(
+                    &format!("{name}: 0, or one more and not too many"),
+                    &then(answer, &either([used.clone(), counted])),
+                ),
+                step.ask(
+                    &format!("{name}: lost is not used"),
+                    &then(&format!("lost{shaft}"), &either([not(&used), same(&name, &number(-1.0))])),
+                ),
             ]
         });
         Statement::new("a count is used, or counted as missing up to its limit, from any bits", questions)
@@ -215,7 +226,9 @@ impl Design<'_> {
             step.ask(name, &claim)
         });
         let mut questions: Vec<Question> = zero.collect();
-        questions.push(step.ask("reach", &all([finite(step.after("reach")), format!("(fp.isPositive {})", step.after("reach"))])));
+        questions.push(
+            step.ask("reach", &all([finite(step.after("reach")), format!("(fp.isPositive {})", step.after("reach"))])),
+        );
         questions.push(step.ask("fresh", step.after("fresh")));
         Statement::new("giving up, with all counts there, is a start: from any bits", questions)
     }
@@ -297,4 +310,41 @@ pub(crate) fn applied(report: &Record, state: &[tick_record::Port], limit: f32) 
         step.ask("touches nothing else", &all(untouched)),
     ];
     Statement::new("report_applied is sound, any u and any bits in the state", questions)
+}
+
+#[cfg(test)]
+mod tests {
+    use controller_core::drive::{Encoder, Joint, JointDesign, JointDrive, Position, Sample, Target};
+    use controller_core::{ControlLaw as _, Health, Limits, Words as _};
+
+    /// Why nothing is claimed of a joint's numbers for all time: the link is seen to jump by half a turn from tick to
+    /// tick right after the start, and then 50 samples are lost.
+    #[test]
+    fn a_joint_may_lose_its_numbers_and_u_stays_good() {
+        let encoders = [Encoder::absolute(20); 2];
+        let design = JointDesign::new(1e-3, Joint::TABLE_I, encoders, Limits::symmetric(30.0), 1.3);
+        let law = JointDrive::<f32, Position>::design(&design);
+        let target = Target { turn: 0, jet: [0.0; 4] };
+        let sample = |count: Option<i32>| Sample { counts: [count; 2], begin: target, end: target };
+        let mut state = law.start(&sample(Some(0))).expect("a start");
+        law.tick(&mut state, &sample(Some(0)));
+        for k in 0..7 {
+            law.tick(&mut state, &sample(Some(if k % 2 == 0 { 500_000 } else { 0 })));
+        }
+        let mut lost = false;
+        for _ in 0..50 {
+            let output = law.tick(&mut state, &sample(None));
+            assert!(output.u.abs() <= 30.0 && output.sigma.is_finite(), "{output:?}");
+            // Six words before them are flag and counts.
+            lost |= state.words().skip(6).any(|word| !f32::from_bits(word).is_finite());
+        }
+        assert!(lost, "the state stayed finite: there may be a box after all");
+        // Good counts, and it runs again.
+        for _ in 0..3 {
+            law.tick(&mut state, &sample(Some(0)));
+        }
+        let output = law.tick(&mut state, &sample(Some(0)));
+        assert!(!output.health.contains(Health::INPUT_REJECTED), "{output:?}");
+        assert!(state.words().skip(6).all(|word| f32::from_bits(word).is_finite()));
+    }
 }

@@ -3,7 +3,7 @@
 //! A fault that is proved to be harmless would mean that the statement says nothing.
 
 use host_sim::export::Functions;
-use tick_record::{Block, End, Id, Op, Record, Role, Test};
+use tick_record::{Block, End, Id, Kind, Op, Record, Role, Test};
 
 use crate::instances::{CHAIN_WITH_FAULTS, DRIVE_WITH_FAULTS};
 use crate::statement::Statement;
@@ -21,7 +21,12 @@ pub struct Fault {
 
 /// All of them.
 pub const FAULTS: [Fault; 6] = [
-    Fault { name: "the guard looks at one side", notices: "a sample that is not finite", is_drive: false, change: one_sided },
+    Fault {
+        name: "the guard looks at one side",
+        notices: "a sample that is not finite",
+        is_drive: false,
+        change: one_sided,
+    },
     Fault { name: "NaN passes the guard", notices: "u within", is_drive: false, change: nan_passes },
     Fault { name: "memory before the guard", notices: "every word", is_drive: false, change: early_memory },
     Fault { name: "u goes out without its limits", notices: "u within", is_drive: false, change: no_limits },
@@ -30,11 +35,12 @@ pub const FAULTS: [Fault; 6] = [
 ];
 
 impl Fault {
-    /// The statement about what is wrong.
+    /// The statement about what is wrong. Where it is asked `at_rest`, of a started state of zeros only, a
+    /// counter-example is found in a second, and is one; a proof is none.
     ///
     /// # Errors
     /// When the change finds nothing to change, or no statement to notice it.
-    pub fn statement(&self) -> Result<Statement, String> {
+    pub fn statement(&self, at_rest: bool) -> Result<Statement, String> {
         let instance = if self.is_drive { DRIVE_WITH_FAULTS } else { CHAIN_WITH_FAULTS };
         let mut changed = false;
         let statements = match instance.functions()? {
@@ -52,7 +58,25 @@ impl Fault {
             }
         };
         let noticing = statements.into_iter().find(|statement| statement.name.starts_with(self.notices));
-        noticing.filter(|_| changed).ok_or_else(|| format!("the fault \"{}\" changes nothing", self.name))
+        let mut noticing =
+            noticing.filter(|_| changed).ok_or_else(|| format!("the fault \"{}\" changes nothing", self.name))?;
+        if at_rest {
+            noticing.questions.iter_mut().for_each(|question| question.suppose(&self::at_rest));
+        }
+        Ok(noticing)
+    }
+}
+
+/// What a free name is in a started state of zeros; an entry of the sample and what one part of a tick tells the next
+/// stay free.
+fn at_rest(name: &str, kind: Kind) -> Option<&'static str> {
+    let is_input = ["x", "begin", "end", "lost", "missing", "count", "other", "u"];
+    let given = is_input.iter().any(|start| name.starts_with(start)) && !name.ends_with("_prev");
+    match kind {
+        _ if given => None,
+        Kind::Number => Some("(_ +zero 8 24)"),
+        Kind::Truth => Some(if name == "started" { "true" } else { "false" }),
+        Kind::Count => Some("#x00000000"),
     }
 }
 
@@ -100,7 +124,8 @@ fn early_memory(record: &mut Record) -> bool {
 fn no_limits(record: &mut Record) -> bool {
     let Some(u) = record.results.iter().position(|port| port.name == "u") else { return false };
     let demand = record.values.iter().flat_map(|value| value.op.operands()).find(|id| {
-        matches!(record.value(*id).name.as_deref(), Some("asked" | "demand")) && matches!(record.value(*id).op, Op::Sub(..) | Op::Add(..))
+        matches!(record.value(*id).name.as_deref(), Some("asked" | "demand"))
+            && matches!(record.value(*id).op, Op::Sub(..) | Op::Add(..))
     });
     let Some(demand) = demand else { return false };
     each_return(&mut record.body, &mut |results| results[u] = demand);
@@ -117,7 +142,13 @@ fn learns(record: &mut Record) -> bool {
             let of = if let Op::Not(of) = record.value(id).op { of } else { id };
             record.value(of).op == Op::Input(lost)
         };
-        let fits = if says_lost(a) { b } else if says_lost(b) { a } else { continue };
+        let fits = if says_lost(a) {
+            b
+        } else if says_lost(b) {
+            a
+        } else {
+            continue;
+        };
         record.values[at].op = Op::And(fits, fits);
         changed = true;
     }
@@ -130,6 +161,20 @@ fn each_return(block: &mut Block, change: &mut dyn FnMut(&mut Vec<Id>)) {
         End::Branch { yes, no, .. } => {
             each_return(yes, change);
             each_return(no, change);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fault_changes_a_record_and_a_statement_is_about_it() {
+        for fault in FAULTS {
+            let statement = fault.statement(true).expect(fault.name);
+            let free = statement.questions[0].text.contains("(_ +zero 8 24)");
+            assert!(statement.name.starts_with(fault.notices) && free, "{}", fault.name);
         }
     }
 }

@@ -32,12 +32,20 @@ const fn tried(name: &'static str, file: &'static str, text: &'static str, sets:
     Instance { name, file, text, sets, must: false }
 }
 
+const DRIVEN: &[&str] = &["controller.observer=[{ channel = 4, bandwidth_rad_s = 100.0, order = 2 }]"];
 const R1: &[&str] = &["controller.observer=[{ channel = 4, bandwidth_rad_s = 100.0, order = 1 }]"];
 const R3: &[&str] = &["controller.observer=[{ channel = 2, bandwidth_rad_s = 100.0, order = 3 }, \
                        { channel = 4, bandwidth_rad_s = 100.0, order = 3 }]"];
+const EVERY: &[&str] = &["controller.observer=[{ channel = 1, bandwidth_rad_s = 100.0, order = 3 }, \
+                          { channel = 2, bandwidth_rad_s = 100.0, order = 3 }, \
+                          { channel = 3, bandwidth_rad_s = 100.0, order = 3 }, \
+                          { channel = 4, bandwidth_rad_s = 100.0, order = 3 }]"];
+const GATE: &[&str] = &["controller.samples={ min = [-12.0, -12.0, -12.0, -12.0], max = [12.0, 12.0, 12.0, 12.0], \
+                         jump = [12.0, 12.0, 12.0, 12.0] }"];
+const LATE: &[&str] = &["drive.delay_ticks=1"];
 
 /// All of them, those that must be proved first.
-pub const ALL: [Instance; 7] = [
+pub const ALL: [Instance; 17] = [
     must("joint, r = 1", "joint.toml", JOINT, R1),
     must("joint, r = 2", "joint.toml", JOINT, &[]),
     must("joint, r = 3", "joint.toml", JOINT, R3),
@@ -45,6 +53,16 @@ pub const ALL: [Instance; 7] = [
     must("chain, n = 6", "chain6.toml", CHAIN_OF_SIX, &[]),
     must("motor", "motor.toml", scenario::MOTOR, &[]),
     must("joint with two encoders", "joint.toml", scenario::JOINT, &[]),
+    tried("joint, r = 2, channel 4 alone", "joint.toml", JOINT, DRIVEN),
+    tried("joint, r = 3, all channels", "joint.toml", JOINT, EVERY),
+    tried("joint, r = 2, gate", "joint.toml", JOINT, GATE),
+    tried("chain, n = 3", "chain.toml", scenario::CHAIN, &[]),
+    tried("paper's joint", "default.toml", scenario::DEFAULT, &[]),
+    tried("motor, speed", "motor.toml", scenario::MOTOR, &["drive.mode=\"speed\"", "reference.kind=\"speed\""]),
+    tried("motor, late", "motor.toml", scenario::MOTOR, LATE),
+    tried("motor, four states", "motor.toml", scenario::MOTOR, &["drive.observer_states=4"]),
+    tried("motor, one set", "motor.toml", scenario::MOTOR, &["drive.uncertain_percent=50"]),
+    tried("joint with two encoders, late", "joint.toml", scenario::JOINT, LATE),
 ];
 
 /// Whose records are broken on purpose.
@@ -69,5 +87,17 @@ impl Instance {
     /// What cannot be recorded.
     pub fn functions(&self) -> Result<Functions, String> {
         functions(&self.experiment()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ALL;
+
+    #[test]
+    fn every_instance_can_be_recorded() {
+        for instance in ALL {
+            instance.functions().unwrap_or_else(|why| panic!("{}: {why}", instance.name));
+        }
     }
 }

@@ -8,10 +8,10 @@ use std::time::Duration;
 use clap::Parser;
 use host_sim::export::{self, Form, Functions};
 use scenario::{Experiment, Source};
-use tick_proof::faults::FAULTS;
+use tick_proof::faults::{FAULTS, Fault};
 use tick_proof::instances::ALL;
 use tick_proof::run::{self, Job, Row};
-use tick_proof::solver::{Solver, Verdict};
+use tick_proof::solver::Solver;
 use tick_proof::{certificate, statements};
 use whole_file::{Existing, Kind};
 
@@ -80,26 +80,35 @@ fn of_shipped(options: &Options, solver: &Solver, budget: Duration) -> Result<bo
         }
     }
     let proved = listed(&asked, solver, budget)?;
-    let open = proved.iter().zip(&must).filter(|(row, must)| **must && row.verdict != Verdict::Proved).count();
-    let faults = FAULTS.iter().filter(|fault| is_asked(fault.name));
-    let faults = faults.map(|fault| Ok(Job { instance: fault.name.into(), statement: fault.statement()? }));
-    let faults: Vec<Job> = faults.collect::<Result<_, String>>()?;
-    say("\nFaults put in on purpose: none may be proved.")?;
-    let noticed = listed(&faults, solver, budget)?;
-    let missed = noticed.iter().filter(|row| row.verdict == Verdict::Proved).count();
+    let unproved = proved.iter().zip(&must).filter(|(row, must)| **must && !row.is_proved()).count();
+    let faults: Vec<_> = FAULTS.iter().filter(|fault| is_asked(fault.name)).collect();
+    let broken = |at_rest: bool, faults: &[&Fault]| -> Result<Vec<Job>, String> {
+        let job = |fault: &&Fault| Ok(Job { instance: fault.name.into(), statement: fault.statement(at_rest)? });
+        faults.iter().map(job).collect()
+    };
+    say("\nFaults put in on purpose: none may be proved. Of a state of zeros first, where a refutation is one too.")?;
+    let at_rest = listed(&broken(true, &faults)?, solver, budget)?;
+    let open: Vec<&Fault> =
+        faults.iter().zip(&at_rest).filter(|(_, row)| row.is_proved()).map(|(fault, _)| *fault).collect();
+    let missed = if open.is_empty() {
+        0
+    } else {
+        say("\nOf any state:")?;
+        listed(&broken(false, &open)?, solver, budget)?.iter().filter(|row| row.is_proved()).count()
+    };
     let questions: usize = proved.iter().map(|row| row.asked).sum();
     say(&format!(
         "\n{} of {} statements proved by {} in {questions} questions; {} of {} faults noticed",
-        proved.iter().filter(|row| row.verdict == Verdict::Proved).count(),
+        proved.iter().filter(|row| row.is_proved()).count(),
         proved.len(),
         solver.name(),
-        noticed.len() - missed,
-        noticed.len(),
+        faults.len() - missed,
+        faults.len(),
     ))?;
-    if open > 0 {
-        say(&format!("{open} of the statements that must be proved are not"))?;
+    if unproved > 0 {
+        say(&format!("{unproved} of the statements that must be proved are not"))?;
     }
-    Ok(open == 0 && missed == 0)
+    Ok(unproved == 0 && missed == 0)
 }
 
 fn of_scenario(path: &Path, options: &Options, solver: &Solver, budget: Duration) -> Result<bool, String> {
@@ -110,7 +119,7 @@ fn of_scenario(path: &Path, options: &Options, solver: &Solver, budget: Duration
     let experiment: Experiment = scenario::parse_own(&source, &stem).map_err(|error| error.to_string())?;
     let functions = export::functions(&experiment).map_err(|why| format!("{file}: {why}"))?;
     let rows = listed(&jobs(&experiment.name, &functions), solver, budget)?;
-    let all = rows.iter().all(|row| row.verdict == Verdict::Proved);
+    let all = rows.iter().all(Row::is_proved);
     if let Some(certificate) = &options.certificate {
         // As `export` has it: the path of a file is of this machine only.
         let name = path.file_name().map(|name| name.to_string_lossy());
@@ -129,7 +138,10 @@ fn listed(jobs: &[Job], solver: &Solver, budget: Duration) -> Result<Vec<Row>, S
     let wide = |of: &dyn Fn(&Job) -> usize, name: &str| jobs.iter().map(of).max().unwrap_or(0).max(name.len());
     let instance = wide(&|job| job.instance.chars().count(), "instance");
     let statement = wide(&|job| job.statement.name.chars().count(), "statement");
-    say(&format!("{:instance$}  {:statement$}  {:9}  {:>9}  {:>7}", "instance", "statement", "verdict", "questions", "seconds"))?;
+    say(&format!(
+        "{:instance$}  {:statement$}  {:9}  {:>9}  {:>7}",
+        "instance", "statement", "verdict", "questions", "seconds"
+    ))?;
     run::all(jobs, solver, budget, &|row| {
         let Row { instance: name, statement: claim, verdict, asked, seconds, .. } = row;
         let mut line = format!("{name:instance$}  {claim:statement$}  {verdict:9}  {asked:>9}  {seconds:>7.1}");

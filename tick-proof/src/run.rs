@@ -36,12 +36,7 @@ pub struct Row {
 ///
 /// # Errors
 /// When the solver cannot be started.
-pub fn all(
-    jobs: &[Job],
-    solver: &Solver,
-    budget: Duration,
-    show: &(dyn Fn(&Row) + Sync),
-) -> Result<Vec<Row>, String> {
+pub fn all(jobs: &[Job], solver: &Solver, budget: Duration, show: &(dyn Fn(&Row) + Sync)) -> Result<Vec<Row>, String> {
     let next = Mutex::new(0..jobs.len());
     let rows: Mutex<Vec<(usize, Row)>> = Mutex::default();
     let work = || -> Result<(), String> {
@@ -85,6 +80,11 @@ fn one(Job { instance, statement }: &Job, solver: &Solver, budget: Duration) -> 
 }
 
 impl Row {
+    /// Every question?
+    pub fn is_proved(&self) -> bool {
+        self.verdict == Verdict::Proved
+    }
+
     /// What is to be said of a row that is not proved: the question, and the counter-example in plain numbers.
     pub fn details(&self) -> Vec<String> {
         let Some(question) = &self.question else { return Vec::new() };

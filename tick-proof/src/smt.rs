@@ -70,17 +70,24 @@ impl Script {
     }
 
     /// The values of a record, each under `prefix` and its place. `input` gives the terms that come in.
-    pub fn record(&mut self, prefix: &str, record: &Record, input: &mut dyn FnMut(&mut Self, &Port) -> String) -> Results {
+    pub fn record(
+        &mut self,
+        prefix: &str,
+        record: &Record,
+        input: &mut dyn FnMut(&mut Self, &Port) -> String,
+    ) -> Results {
         let inputs: Vec<String> = record.inputs.iter().map(|port| input(self, port)).collect();
         for (at, value) in record.values.iter().enumerate() {
-            let id = id_at(record, at);
+            let kind = kind_at(record, at);
             let term = term(value.op, &inputs, &|operand| format!("{prefix}{}", operand.index()));
-            self.define(&format!("{prefix}{at}"), id, &term);
+            self.define(&format!("{prefix}{at}"), kind, &term);
         }
         let terms: Vec<String> = (0..record.results.len()).map(|at| ended(&record.body, prefix, at)).collect();
-        let named = record.results.iter().zip(&terms).map(|(port, term)| {
-            self.define(&format!("{prefix}{}", port.name), port.kind, term)
-        });
+        let named = record
+            .results
+            .iter()
+            .zip(&terms)
+            .map(|(port, term)| self.define(&format!("{prefix}{}", port.name), port.kind, term));
         Results { ports: record.results.clone(), terms: named.collect() }
     }
 
@@ -94,7 +101,7 @@ impl Script {
 }
 
 /// The kind of the value at a place.
-fn id_at(record: &Record, at: usize) -> Kind {
+fn kind_at(record: &Record, at: usize) -> Kind {
     match record.values[at].op {
         Op::Input(input) => record.inputs[input].kind,
         Op::Truth(_) | Op::Compare(..) | Op::And(..) | Op::Or(..) | Op::Not(_) => Kind::Truth,
@@ -173,5 +180,44 @@ pub fn word(word: Word<f32>) -> String {
         Word::Number(number) => self::number(number),
         Word::Truth(truth) => truth.to_string(),
         Word::Count(count) => format!("#x{:08x}", count as u32),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tick_record::{Role, record};
+
+    /// Against the text that one would write by hand.
+    #[test]
+    fn a_record_becomes_one_definition_per_value() {
+        let guarded = record(|recorder| {
+            let x = recorder.number("x", Role::Argument);
+            let held = recorder.number("held", Role::State);
+            let one = recorder.constant("one", 1.0);
+            let twice = x + x;
+            recorder.put("held", Role::State, if twice <= one { twice } else { held });
+        });
+        let mut script = Script::default();
+        let results = script.record("t_", &guarded, &mut |script, port| script.any(&port.name, port.kind));
+        let text = script.question(&format!("(fp.leq {} x)", results.of("held")));
+        for line in [
+            "(declare-const x Float32)",
+            "(fp.add RNE",
+            "(fp.leq ",
+            "(fp #b0 #b01111111 #b00000000000000000000000)",
+            "(ite ",
+            "(assert (not (fp.leq t_held x)))",
+        ] {
+            assert!(text.contains(line), "{line} is not in\n{text}");
+        }
+        // As many definitions as values, and one for the result.
+        assert_eq!(text.matches("(define-fun ").count(), guarded.values.len() + 1);
+    }
+
+    #[test]
+    fn numbers_are_written_by_their_bits() {
+        assert_eq!(number(-1.5), "(fp #b1 #b01111111 #b10000000000000000000000)");
+        assert_eq!(number(1e-45), "(fp #b0 #b00000000 #b00000000000000000000001)");
     }
 }

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 const BITWUZLA: &str = "import sys, bitwuzla\n\
                         options = bitwuzla.Options()\n\
                         options.set(bitwuzla.Option.PRODUCE_MODELS, True)\n\
+                        options.set(bitwuzla.Option.TIME_LIMIT_PER, int(sys.argv[1]))\n\
                         parser = bitwuzla.Parser(bitwuzla.TermManager(), options, base=2)\n\
                         parser.parse(sys.stdin.read(), parse_file=False)\n";
 /// Where `cargo xtask prove` puts it.
@@ -86,6 +87,8 @@ impl Solver {
         let cannot = |error: std::io::Error| format!("{}: {error}", self.program.display());
         let mut child = Command::new(&self.program)
             .args(&self.arguments)
+            // It ends by itself, too: when this program is ended before it.
+            .arg(budget.as_millis().to_string())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -101,7 +104,7 @@ impl Solver {
             });
             let text = scope.spawn(move || read(output));
             let trouble = scope.spawn(move || read(trouble));
-            let in_time = wait(&mut child, budget);
+            let in_time = wait(&mut child, budget + Duration::from_secs(5));
             (in_time, text.join().unwrap_or_default(), trouble.join().unwrap_or_default())
         });
         Ok(match ended {
@@ -109,6 +112,7 @@ impl Solver {
             (true, text, trouble) => match text.lines().next().map(str::trim) {
                 Some("unsat") => Verdict::Proved,
                 Some("sat") => Verdict::Refuted(values(text.split_once('\n').map_or("", |(_, rest)| rest))),
+                Some("unknown") => Verdict::Undecided(format!("no answer within {} s", budget.as_secs())),
                 _ => Verdict::Undecided(format!("the solver said: {}", [text, trouble].concat().trim())),
             },
         })
@@ -166,7 +170,8 @@ fn values(text: &str) -> Vec<(String, String)> {
 
 /// A value as a person writes it.
 fn plain(term: &str) -> String {
-    let words: Vec<&str> = term.split(|c: char| c.is_whitespace() || c == '(' || c == ')').filter(|w| !w.is_empty()).collect();
+    let words: Vec<&str> =
+        term.split(|c: char| c.is_whitespace() || c == '(' || c == ')').filter(|w| !w.is_empty()).collect();
     match words.as_slice() {
         ["fp", sign, exponent, significand] => {
             let bits: String = [sign, exponent, significand].iter().map(|part| part.trim_start_matches("#b")).collect();

@@ -11,11 +11,19 @@ pub struct Question {
     pub what: String,
     /// SMT-LIB: `unsat` is a proof.
     pub text: String,
+    free: Vec<(String, Kind)>,
 }
 
 impl Question {
     pub(crate) fn new(what: &str, script: &Script, claim: &str) -> Self {
-        Self { what: what.into(), text: script.question(claim) }
+        Self { what: what.into(), text: script.question(claim), free: script.free().to_vec() }
+    }
+
+    /// Supposes of each free name that it is this.
+    pub(crate) fn suppose(&mut self, is: &dyn Fn(&str, Kind) -> Option<&'static str>) {
+        let facts = self.free.iter().filter_map(|(name, kind)| is(name, *kind).map(|term| (name, term)));
+        let facts: String = facts.map(|(name, term)| format!("(assert (= {name} {term}))\n")).collect();
+        self.text = self.text.replace("(check-sat)", &format!("{facts}(check-sat)"));
     }
 }
 

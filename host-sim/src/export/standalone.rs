@@ -12,8 +12,8 @@ use controller_core::{SampleLimits, Shape};
 use loop_sim::port::in_process::{ControllerSpec, Download, Model};
 use tick_record::{Functions, Kind, Port, Record, Role, linear};
 
-use super::{Exported, shape_text};
 use super::c99::File;
+use super::{Exported, shape_text};
 
 pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, String> {
     let functions = functions(exported.spec, exported.download)?;
@@ -36,8 +36,7 @@ pub(super) fn functions(spec: &ControllerSpec, download: &Download) -> Result<Fu
     let (row, coefficients) = rest.split_at(usize::from(shape.n));
     let samples = &spec.config.padded.options.samples;
     let samples = (*samples != SampleLimits::NONE).then_some(samples);
-    linear(shape, coefficients, row, guess, samples)
-        .ok_or_else(|| format!("there is no tick of {}", shape_text(shape)))
+    linear(shape, coefficients, row, guess, samples).ok_or_else(|| format!("there is no tick of {}", shape_text(shape)))
 }
 
 /// What is said of a constant, by how its name begins; of a longer beginning first.
