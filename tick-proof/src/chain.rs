@@ -88,7 +88,10 @@ impl Design<'_> {
     fn finite_again(&self) -> Statement {
         let mut step = Step::of(&self.functions.tick);
         step.script.suppose(&self.invariant());
-        let questions = numbers(&self.functions.state).map(|name| {
+        let mut names: Vec<&str> = numbers(&self.functions.state).collect();
+        // What takes longest last: a fault shows sooner.
+        names.sort_by_key(|name| name.starts_with('p'));
+        let questions = names.into_iter().map(|name| {
             let after = step.after(name);
             let claim = if name == "held" { bounded(after, self.limit) } else { finite(after) };
             step.ask(name, &claim)

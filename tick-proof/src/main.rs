@@ -144,12 +144,11 @@ fn listed(jobs: &[Job], solver: &Solver, budget: Duration) -> Result<Vec<Row>, S
     ))?;
     run::all(jobs, solver, budget, &|row| {
         let Row { instance: name, statement: claim, verdict, asked, seconds, .. } = row;
-        let mut line = format!("{name:instance$}  {claim:statement$}  {verdict:9}  {asked:>9}  {seconds:>7.1}");
-        for detail in row.details() {
-            line += &format!("\n    {detail}");
-        }
+        let line = format!("{name:instance$}  {claim:statement$}  {verdict:9}  {asked:>9}  {seconds:>7.1}");
+        let lines: Vec<String> =
+            [line].into_iter().chain(row.details().iter().map(|detail| format!("    {detail}"))).collect();
         // A reader that has gone away is told at the end.
-        let _ = say(&line);
+        let _ = say(&lines.join("\n"));
     })
 }
 
