@@ -301,3 +301,42 @@ impl Design<'_> {
 fn is_estimate(name: &str) -> bool {
     name.strip_prefix(['a', 'b', 'c']).is_some_and(|channel| channel.parse::<u8>().is_ok())
 }
+
+#[cfg(test)]
+mod tests {
+    use host_sim::export::Functions;
+    use tick_record::{Kind, Word};
+
+    use super::*;
+    use crate::instances::ALL;
+
+    /// What nothing fulfils is easily proved of: each supposition has an example.
+    #[test]
+    fn what_is_supposed_can_be() {
+        let chains = ALL.iter().filter_map(|instance| match instance.functions() {
+            Ok(Functions::Chain(functions)) => Some((instance.name, functions)),
+            _ => None,
+        });
+        for (name, functions) in chains {
+            let tick = functions.tick;
+            let answer = |given: &dyn Fn(&str) -> f32, result: &str| {
+                let inputs = tick.inputs.iter().map(|port| match port.kind {
+                    Kind::Truth => Word::Truth(port.name == "resuming" && given("resuming") > 0.0),
+                    _ => Word::Number(given(&port.name)),
+                });
+                let at = tick.results.iter().position(|port| port.name == result).expect(result);
+                tick.run(&inputs.collect::<Vec<_>>())[at]
+            };
+            assert!(!answer(&|_| 0.0, "input_rejected").truth(), "{name}: rest is taken");
+            // Estimates beyond belief, and two samples of the same sum.
+            let spoilt = |word: &str| match word {
+                "resuming" => 1.0,
+                _ if is_estimate(word) => 1e30,
+                _ => 0.0,
+            };
+            assert!(answer(&spoilt, "input_rejected").truth(), "{name}: the second is refused");
+            let estimate = tick.results.iter().find(|port| is_estimate(&port.name)).expect("an estimate");
+            assert_eq!(answer(&spoilt, &estimate.name).number(), 0.0, "{name}: and starts anew");
+        }
+    }
+}
