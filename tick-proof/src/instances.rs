@@ -58,7 +58,12 @@ pub const ALL: [Instance; 17] = [
     tried("joint, r = 2, gate", "joint.toml", JOINT, GATE),
     tried("chain, n = 3", "chain.toml", scenario::CHAIN, &[]),
     tried("paper's joint", "default.toml", scenario::DEFAULT, &[]),
-    tried("motor, speed", "motor.toml", scenario::MOTOR, &["drive.mode=\"speed\"", "reference.kind=\"speed\""]),
+    tried(
+        "motor, speed",
+        "motor.toml",
+        scenario::MOTOR,
+        &["drive.mode=\"speed\"", "reference={ kind = \"speed\", speed_rad_s = 20.0 }"],
+    ),
     tried("motor, late", "motor.toml", scenario::MOTOR, LATE),
     tried("motor, four states", "motor.toml", scenario::MOTOR, &["drive.observer_states=4"]),
     tried("motor, one set", "motor.toml", scenario::MOTOR, &["drive.uncertain_percent=50"]),
