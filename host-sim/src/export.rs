@@ -17,7 +17,7 @@ use scenario::{Experiment, Source};
 
 use crate::margins;
 use crate::remote::Loadable;
-use controller_core::{LAYOUT, Limits};
+use controller_core::{LAYOUT, Limits, Shape};
 
 mod archive;
 mod c99;
@@ -69,13 +69,7 @@ pub fn text(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Res
     if let Some(drive) = &experiment.drive {
         return drive::text(drive, &warnings(experiment), source, form);
     }
-    let (Some(spec), Some(download)) = (&experiment.spec, &experiment.download) else {
-        return Err(match &experiment.spec {
-            None => "the baseline is not exported; set controller.kind=proposed".into(),
-            Some(spec) if matches!(spec.model, Model::Formulas { .. }) => formulas_stay_here(spec),
-            Some(_) => "an exported controller computes in f32; set controller.precision=f32".into(),
-        });
-    };
+    let (spec, download) = parts(experiment)?;
     let exported = Exported { spec, download, warnings: warnings(experiment), source };
     match form {
         Form::Standalone(prefix) => standalone::text(&exported, prefix),
@@ -98,6 +92,37 @@ pub(crate) fn formulas_stay_here(spec: &ControllerSpec) -> String {
     )
 }
 
+/// A controller or a drive as the records that its self-contained C file is written from.
+#[derive(Clone, Debug)]
+pub enum Functions {
+    /// A law on a state that is measured.
+    Chain(tick_record::Functions),
+    /// A drive on the counts of encoders.
+    Drive(tick_record::drive::DriveFunctions),
+}
+
+/// The records of a scenario's controller.
+///
+/// # Errors
+/// What cannot be exported to C, and what to change.
+pub fn functions(experiment: &Experiment) -> Result<Functions, String> {
+    if let Some(drive) = &experiment.drive {
+        return drive::functions(drive).map(Functions::Drive);
+    }
+    let (spec, download) = parts(experiment)?;
+    standalone::functions(spec, download).map(Functions::Chain)
+}
+
+/// What a controller that can be exported is made of.
+fn parts(experiment: &Experiment) -> Result<(&ControllerSpec, &Download), String> {
+    match (&experiment.spec, &experiment.download) {
+        (Some(spec), Some(download)) => Ok((spec, download)),
+        (None, _) => Err("the baseline is not exported; set controller.kind=proposed".into()),
+        (Some(spec), _) if matches!(spec.model, Model::Formulas { .. }) => Err(formulas_stay_here(spec)),
+        _ => Err("an exported controller computes in f32; set controller.precision=f32".into()),
+    }
+}
+
 /// What all forms are made from.
 struct Exported<'a> {
     spec: &'a ControllerSpec,
@@ -109,20 +134,11 @@ struct Exported<'a> {
 impl Exported<'_> {
     /// Observed channels, from 1.
     fn channels(&self) -> Vec<usize> {
-        (1..=usize::from(self.download.shape.n)).filter(|i| self.download.shape.mask >> (i - 1) & 1 == 1).collect()
+        channels(self.download.shape)
     }
 
-    /// `n = 4, observers of order up to 2 in channels 2, 4`.
     fn shape(&self) -> String {
-        let channels: Vec<String> = self.channels().iter().map(usize::to_string).collect();
-        let shape = self.download.shape;
-        match channels.as_slice() {
-            [] => format!("n = {}, no observer", shape.n),
-            [one] => format!("n = {}, an observer of order {} in channel {one}", shape.n, shape.r),
-            many => {
-                format!("n = {}, observers of order up to {} in channels {}", shape.n, shape.r, many.join(", "))
-            }
-        }
+        shape_text(self.download.shape)
     }
 
     fn design_hash(&self) -> u32 {
@@ -133,6 +149,23 @@ impl Exported<'_> {
     fn origin(&self) -> String {
         let hash = format!("Design {:#010x} (CRC-32, the one a target reports).", self.design_hash());
         origin(self.source, &self.warnings, &hash)
+    }
+}
+
+/// Observed channels, from 1.
+fn channels(shape: Shape) -> Vec<usize> {
+    (1..=usize::from(shape.n)).filter(|i| shape.mask >> (i - 1) & 1 == 1).collect()
+}
+
+/// `n = 4, observers of order up to 2 in channels 2, 4`.
+fn shape_text(shape: Shape) -> String {
+    let channels: Vec<String> = channels(shape).iter().map(usize::to_string).collect();
+    match channels.as_slice() {
+        [] => format!("n = {}, no observer", shape.n),
+        [one] => format!("n = {}, an observer of order {} in channel {one}", shape.n, shape.r),
+        many => {
+            format!("n = {}, observers of order up to {} in channels {}", shape.n, shape.r, many.join(", "))
+        }
     }
 }
 

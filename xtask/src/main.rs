@@ -13,6 +13,7 @@ mod firmware;
 mod fuzz;
 mod mutate;
 mod paper_map;
+mod prove;
 mod scan;
 mod setup;
 mod step;
@@ -31,7 +32,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 14] = [
+const ACTIONS: [Action; 16] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -68,6 +69,12 @@ const ACTIONS: [Action; 14] = [
         help: "the closed loop in WebAssembly: builds, and has the bits of this machine",
         run: wasm::run,
     },
+    Action {
+        name: "prove",
+        help: "statements about the shipped ticks for every input, proved; faults put in on purpose, noticed",
+        run: prove::run,
+    },
+    Action { name: "prove --all", help: "the same, and every other shipped instance tried", run: prove::all },
     Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
     Action { name: "mutate", help: "break symbols of the paper: do the tests of the map fail?", run: mutate::run },
 ];

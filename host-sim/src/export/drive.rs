@@ -46,6 +46,11 @@ struct Recorded {
     hash: u32,
 }
 
+/// The parts of a drive's tick as records.
+pub(super) fn functions(drive: &Drive) -> Result<DriveFunctions, String> {
+    recorded(drive).map(|recorded| recorded.functions)
+}
+
 fn recorded(drive: &Drive) -> Result<Recorded, String> {
     let DriveForm { follows, gain_sets, delay_ticks, observer_states } = drive.designed.form();
     macro_rules! of_motor {

@@ -9,31 +9,34 @@
 use std::fmt::Write as _;
 
 use controller_core::{SampleLimits, Shape};
-use loop_sim::port::in_process::Model;
+use loop_sim::port::in_process::{ControllerSpec, Download, Model};
 use tick_record::{Functions, Kind, Port, Record, Role, linear};
 
-use super::Exported;
 use super::c99::File;
+use super::{Exported, shape_text};
 
 pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, String> {
-    if !matches!(exported.spec.model, Model::Linear(_)) {
+    let functions = functions(exported.spec, exported.download)?;
+    let file = Standalone { exported, file: File::new(prefix), shape: exported.download.shape, functions };
+    Ok([file.head(), file.types(), file.functions(), file.file.tail()].concat())
+}
+
+/// The controller as records.
+pub(super) fn functions(spec: &ControllerSpec, download: &Download) -> Result<Functions, String> {
+    if !matches!(spec.model, Model::Linear(_)) {
         return Err(
             "the C file carries a linear a(x) only, and that of the benchmark is not: take --lang rust, or set \
                     plant.kind to chain or flexible_joint"
                 .into(),
         );
     }
-    let shape = exported.download.shape;
-    let numbers: Vec<f64> = exported.download.numbers.iter().copied().map(f64::from).collect();
+    let shape = download.shape;
+    let numbers: Vec<f64> = download.numbers.iter().copied().map(f64::from).collect();
     let (guess, rest) = numbers.split_at(usize::from(shape.n));
     let (row, coefficients) = rest.split_at(usize::from(shape.n));
-    let samples = &exported.spec.config.padded.options.samples;
+    let samples = &spec.config.padded.options.samples;
     let samples = (*samples != SampleLimits::NONE).then_some(samples);
-    let Some(functions) = linear(shape, coefficients, row, guess, samples) else {
-        return Err(format!("there is no tick of {}", exported.shape()));
-    };
-    let file = Standalone { exported, file: File::new(prefix), shape, functions };
-    Ok([file.head(), file.types(), file.functions(), file.file.tail()].concat())
+    linear(shape, coefficients, row, guess, samples).ok_or_else(|| format!("there is no tick of {}", shape_text(shape)))
 }
 
 /// What is said of a constant, by how its name begins; of a longer beginning first.

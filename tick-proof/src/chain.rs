@@ -1,0 +1,342 @@
+//! What is claimed of a controller on a measured state, for every sample and every state.
+//!
+//! # The invariant
+//! Every number of the state is finite, and the u that is held lies within ±1e12 (the most that `report_applied`
+//! takes). A start makes it so whatever was there, a sample that does not start leaves all as it was, every tick and
+//! every report keep it: so it holds for ever. Many claims need none of it, and are made for *any bits* in the state.
+//!
+//! # The set M of a design
+//! With every word as a number (module `design` of the core, "Range"): the largest B for which the law's product
+//! k B does not overflow, and likewise C, W and the sum x + A of each channel; in the driven channel a(x)/b + A within
+//! Λ (1 + most), where `most` is the larger of what may be asked without a doubt over Λ and the share of the offset.
+
+use tick_record::{Functions, Kind, Role};
+
+use crate::drive::applied;
+use crate::smt::{Script, number};
+use crate::statement::{
+    Question, Statement, Step, all, bounded, called, constant, either, finite, not, numbers, same, then, within,
+};
+
+/// What a record knows of its design.
+struct Design<'a> {
+    functions: &'a Functions,
+    limit: f32,
+    u: [f32; 2],
+}
+
+/// The largest number whose product with k is one.
+fn largest(k: f32) -> f32 {
+    let (mut low, mut high) = (0_u32, f32::MAX.to_bits());
+    if (k * f32::MAX).is_finite() {
+        return f32::MAX;
+    }
+    while low + 1 < high {
+        let middle = low.midpoint(high);
+        if (k * f32::from_bits(middle)).is_finite() { low = middle } else { high = middle }
+    }
+    f32::from_bits(low)
+}
+
+/// Everything that is claimed.
+pub fn statements(functions: &Functions) -> Vec<Statement> {
+    let tick = &functions.tick;
+    let of = |name: &str| constant(tick, name).unwrap_or(0.0);
+    let limit = constant(&functions.report_applied, "input_limit").unwrap_or(1e12);
+    let design = Design { functions, limit, u: [of("u_min"), of("u_max")] };
+    vec![
+        design.limits(),
+        design.rejected(),
+        design.finite_again(),
+        design.output(),
+        design.health(),
+        design.started(),
+        design.applied(),
+        design.into_m(),
+        design.second_chance(),
+        design.kept_in_m(),
+    ]
+}
+
+impl Design<'_> {
+    /// Every number of the state is finite, the u that is held within ±1e12.
+    fn invariant(&self) -> String {
+        let finite = numbers(&self.functions.state).filter(|name| *name != "held").map(finite);
+        all(finite.chain([bounded("held", self.limit)]))
+    }
+
+    fn u_is_good(&self, u: &str) -> String {
+        within(u, self.u[0], self.u[1])
+    }
+
+    fn limits(&self) -> Statement {
+        let step = Step::of(&self.functions.running);
+        let claim = self.u_is_good(step.after("u"));
+        Statement::new("u within its limits, any bits in sample and state", [step.ask("u", &claim)])
+    }
+
+    fn rejected(&self) -> Statement {
+        let step = Step::of(&self.functions.running);
+        let samples = self.functions.running.inputs.iter().filter(|port| matches!(port.role, Role::Sample(_)));
+        let questions = samples.map(|port| {
+            let claim = then(&not(&finite(&port.name)), step.after("input_rejected"));
+            step.ask(&port.name, &claim)
+        });
+        Statement::new("a sample that is not finite is rejected, any bits in the state", questions)
+    }
+
+    fn finite_again(&self) -> Statement {
+        let mut step = Step::of(&self.functions.tick);
+        step.script.suppose(&self.invariant());
+        let mut names: Vec<&str> = numbers(&self.functions.state).collect();
+        // What takes longest last: a fault shows sooner.
+        names.sort_by_key(|name| name.starts_with('p'));
+        let questions = names.into_iter().map(|name| {
+            let after = step.after(name);
+            let claim = if name == "held" { bounded(after, self.limit) } else { finite(after) };
+            step.ask(name, &claim)
+        });
+        Statement::new("every word of the state finite again, held within 1e12", questions)
+    }
+
+    fn output(&self) -> Statement {
+        let mut step = Step::of(&self.functions.tick);
+        step.script.suppose(&self.invariant());
+        let questions = ["sigma", "sigma_star"].map(|name| step.ask(name, &finite(step.after(name))));
+        let waiting = Step::of(&self.functions.not_started);
+        let before =
+            ["sigma", "sigma_star"].map(|name| waiting.ask(&format!("before: {name}"), &finite(waiting.after(name))));
+        Statement::new("sigma and sigma* finite", questions.into_iter().chain(before))
+    }
+
+    fn health(&self) -> Statement {
+        let step = Step::of(&self.functions.running);
+        let [rejected, saturated, over] =
+            ["input_rejected", "saturated", "sigma_star_over_bound"].map(|name| step.after(name));
+        let u = step.after("u");
+        let at_limit = either(self.u.map(|limit| format!("(fp.eq {u} {})", number(limit))));
+        let alone = then(rejected, &not(&either([saturated.into(), over.into()])));
+        let questions = [
+            step.ask("rejected says nothing else", &alone),
+            step.ask("saturated: u is at a limit", &then(saturated, &at_limit)),
+        ];
+        Statement::new("health is one of its values and true of u, any bits", questions)
+    }
+
+    fn started(&self) -> Statement {
+        let mut questions = Vec::new();
+        let step = Step::of(&self.functions.start);
+        let answer = step.after("answer");
+        for word in &self.functions.state {
+            let after = step.after(&word.name);
+            let claim = match word.kind {
+                Kind::Number => {
+                    let good = if word.name == "held" { bounded(after, self.limit) } else { finite(after) };
+                    format!("(ite {answer} {good} (= {after} {}))", word.name)
+                }
+                _ => then(&not(answer), &format!("(= {after} {})", word.name)),
+            };
+            questions.push(step.ask(&word.name, &claim));
+        }
+        let forgotten = Step::of(&self.functions.reset);
+        questions.push(forgotten.ask("a reset is no start", &not(forgotten.after("started"))));
+        Statement::new("a start leaves finite words, or all as it was", questions)
+    }
+
+    fn applied(&self) -> Statement {
+        applied(&self.functions.report_applied, &self.functions.state, self.limit)
+    }
+
+    /// What M asks of each word after a tick that took its sample: a name and the claim.
+    fn m(&self, step: &Step) -> Vec<(String, String)> {
+        let tick = &self.functions.tick;
+        let of = |name: &str| constant(tick, name).unwrap_or(0.0);
+        let product = |k: &str, word: &str| finite(&format!("(fp.mul RNE {} {word})", number(of(k))));
+        let n = tick.inputs.iter().filter(|port| matches!(port.role, Role::Sample(_))).count();
+        let mut words = Vec::new();
+        for name in numbers(&self.functions.state) {
+            let (letter, channel) = name.split_at(1);
+            let Ok(channel) = channel.parse::<usize>() else { continue };
+            let after = step.after(name);
+            match letter {
+                "b" | "c" => words.push((name.into(), product(&format!("k{channel}_{letter}"), after))),
+                "a" if channel < n => {
+                    let next = channel + 1;
+                    let sum = format!("(fp.add RNE x{next} {after})");
+                    words.push((format!("x{next} + {name}"), product(&format!("kx_{next}"), &sum)));
+                }
+                _ => {}
+            }
+        }
+        words
+    }
+
+    fn into_m(&self) -> Statement {
+        let mut step = Step::of(&self.functions.tick);
+        let taken = not(step.after("input_rejected"));
+        step.script.suppose(&taken);
+        let mut questions: Vec<Question> = self.m(&step).iter().map(|(name, claim)| step.ask(name, claim)).collect();
+        questions.extend(self.offset_in_m(&step));
+        questions.extend(self.drift_in_m(&step));
+        Statement::new("a sample that is taken leads into M, from any bits in the state", questions)
+    }
+
+    /// W takes four steps: each alone is a matter of a second, all at once of a minute.
+    fn offset_in_m(&self, step: &Step) -> [Question; 4] {
+        let of = |name: &str| number(constant(&self.functions.tick, name).unwrap_or(0.0));
+        let bound = largest(constant(&self.functions.tick, "kw").unwrap_or(0.0));
+        let faded = |w: &str| format!("(fp.sub RNE {w} (fp.mul RNE {} {w}))", of("decay"));
+        let asked = |w: &str| finite(&format!("(fp.mul RNE {} {w})", of("kw")));
+        let mut any = Script::default();
+        let w = any.any("W", Kind::Number);
+        [
+            step.ask("W fades", &format!("(= {} {})", step.after("offset"), faded("offset"))),
+            step.ask("kw W before", &asked("offset")),
+            Question::new("kw W is one iff |W| <= B", &any, &format!("(= {} {})", asked(&w), bounded(&w, bound))),
+            Question::new("fading stays below B", &any, &then(&bounded(&w, bound), &bounded(&faded(&w), bound))),
+        ]
+    }
+
+    /// What a(x)/b and A of the driven channel make together, from what the law asks for: u asked = v unit - (a/b + A).
+    fn drift_in_m(&self, step: &Step) -> Vec<Question> {
+        let tick = &self.functions.tick;
+        let of = |name: &str| constant(tick, name).unwrap_or(0.0);
+        let n = tick.inputs.iter().filter(|port| matches!(port.role, Role::Sample(_))).count();
+        let driven = format!("a{n}");
+        let driven = numbers(&self.functions.state).find(|name| *name == driven);
+        let named = |name: &str| called(tick, name);
+        let (Some(driven), Some(drift), Some(sum), Some(v), Some(asked)) =
+            (driven, named("drift"), named("input_drift"), named("v"), named("asked"))
+        else {
+            return Vec::new();
+        };
+        let lambda = f32::MAX * of("unit");
+        let offset = largest(of("kw"));
+        let most = of("plausible").max((of("ko") * offset).abs());
+        let product = |name: &str, word: &str| format!("(fp.mul RNE {} {word})", number(of(name)));
+        let of_offset = format!("(fp.abs {})", product("ko", "offset"));
+        let plausible = either([bounded(&asked, of("plausible")), format!("(fp.lt (fp.abs {asked}) {of_offset})")]);
+        let mut any = Script::default();
+        let [a, b, w] = ["a", "b", "W"].map(|name| any.any(name, Kind::Number));
+        let difference = format!("(fp.sub RNE {a} {b})");
+        let (far, total) = (all([bounded(&a, lambda), bounded(&difference, most)]), (lambda + most) * 1.001);
+        vec![
+            step.ask(
+                "a(x)/b + A is in the demand",
+                &same(&format!("(fp.add RNE {drift} {})", step.after(driven)), &sum),
+            ),
+            step.ask("v is a number", &finite(&v)),
+            step.ask("the demand is plausible", &plausible),
+            step.ask(
+                "it is v unit less a(x)/b + A",
+                &same(&asked, &format!("(fp.sub RNE {} {sum})", product("unit", &v))),
+            ),
+            Question::new("v unit within Lambda", &any, &then(&finite(&a), &bounded(&product("unit", &a), lambda))),
+            Question::new(
+                "ko W within its most",
+                &any,
+                &then(&bounded(&w, offset), &bounded(&product("ko", &w), most)),
+            ),
+            Question::new("so a(x)/b + A is bounded", &any, &then(&far, &bounded(&b, total))),
+        ]
+    }
+
+    /// Where a sample that is lost leaves its own sigma.
+    fn aside(&self) -> Option<String> {
+        numbers(&self.functions.state)
+            .find(|name| name.strip_prefix('p').is_some_and(|channel| channel.parse::<u8>().is_ok()))
+            .map(String::from)
+    }
+
+    fn second_chance(&self) -> Statement {
+        let mut questions = Vec::new();
+        if let Some(aside) = self.aside() {
+            let mut step = Step::of(&self.functions.tick);
+            let rejected = step.after("input_rejected").to_string();
+            step.script.suppose(&rejected);
+            let (sum, resuming) = (step.after(&aside).to_string(), step.after("resuming").to_string());
+            let far = format!("(fp.eq {sum} {})", number(1e38));
+            questions
+                .push(step.ask("the first leaves its sum", &all([resuming, either([bounded(&sum, self.limit), far])])));
+            // The second is of the same plant.
+            let of = |name: &str| constant(&self.functions.tick, name).unwrap_or(0.0);
+            let bound = largest(of("kw")).min(self.limit);
+            step.script.suppose(&all(["resuming".into(), bounded(&aside, bound), bounded(&sum, bound)]));
+            let share = number((of("us") + of("kw")) * of("unit"));
+            let apart = format!("(fp.mul RNE {share} (fp.sub RNE {sum} {aside}))");
+            step.script.suppose(&bounded(&apart, of("plausible")));
+            let zero = |name: &str| format!("(fp.isZero {})", step.after(name));
+            let estimates = numbers(&self.functions.state).filter(|name| is_estimate(name)).map(zero);
+            let offset = bounded(step.after("offset"), bound);
+            questions.push(step.ask("after the second: zeros and its sum", &all(estimates.chain([offset]))));
+        }
+        Statement::new("of two good samples, both refused, the second starts anew: into M, from any bits", questions)
+    }
+
+    fn kept_in_m(&self) -> Statement {
+        let mut step = Step::of(&self.functions.tick);
+        let rejected = step.after("input_rejected").to_string();
+        step.script.suppose(&rejected);
+        let bound = largest(constant(&self.functions.tick, "kw").unwrap_or(0.0)).min(self.limit);
+        step.script.suppose(&bounded("offset", bound));
+        let same = |name: &str| {
+            let after = step.after(name);
+            either([format!("(= {after} {name})"), format!("(fp.isZero {after})")])
+        };
+        let estimates = all(numbers(&self.functions.state).filter(|name| is_estimate(name)).map(same));
+        let sound = bounded(step.after("offset"), bound);
+        let questions = [
+            step.ask("estimates stay, or are zero", &estimates),
+            // A sample with a sum beyond belief does not start anew.
+            step.ask(
+                "W stays",
+                &either([sound, not(&bounded(step.after(&self.aside().unwrap_or_else(|| "offset".into())), bound))]),
+            ),
+        ];
+        Statement::new("in M, a sample that is refused keeps the estimates there", questions)
+    }
+}
+
+/// A, B or C of a channel?
+fn is_estimate(name: &str) -> bool {
+    name.strip_prefix(['a', 'b', 'c']).is_some_and(|channel| channel.parse::<u8>().is_ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use host_sim::export::Functions;
+    use tick_record::{Kind, Word};
+
+    use super::*;
+    use crate::instances::ALL;
+
+    /// What nothing fulfils is easily proved of: each supposition has an example.
+    #[test]
+    fn what_is_supposed_can_be() {
+        let chains = ALL.iter().filter_map(|instance| match instance.functions() {
+            Ok(Functions::Chain(functions)) => Some((instance.name, functions)),
+            _ => None,
+        });
+        for (name, functions) in chains {
+            let tick = functions.tick;
+            let answer = |given: &dyn Fn(&str) -> f32, result: &str| {
+                let inputs = tick.inputs.iter().map(|port| match port.kind {
+                    Kind::Truth => Word::Truth(port.name == "resuming" && given("resuming") > 0.0),
+                    _ => Word::Number(given(&port.name)),
+                });
+                let at = tick.results.iter().position(|port| port.name == result).expect(result);
+                tick.run(&inputs.collect::<Vec<_>>())[at]
+            };
+            assert!(!answer(&|_| 0.0, "input_rejected").truth(), "{name}: rest is taken");
+            // Estimates beyond belief, and two samples of the same sum.
+            let spoilt = |word: &str| match word {
+                "resuming" => 1.0,
+                _ if is_estimate(word) => 1e30,
+                _ => 0.0,
+            };
+            assert!(answer(&spoilt, "input_rejected").truth(), "{name}: the second is refused");
+            let estimate = tick.results.iter().find(|port| is_estimate(&port.name)).expect("an estimate");
+            assert_eq!(answer(&spoilt, &estimate.name).number(), 0.0, "{name}: and starts anew");
+        }
+    }
+}

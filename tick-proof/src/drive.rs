@@ -1,0 +1,350 @@
+//! What is claimed of a drive on the counts of encoders, for every count, every order of lost samples and every target.
+//!
+//! A drive's tick is made of parts (`tick_record::drive`), and what is claimed of u and of the output is claimed of
+//! each part for *any bits* in the state, in the sample and in what another part hands over. So it holds whatever the
+//! order of the parts, and needs no invariant.
+//!
+//! # The box of a motor
+//! That every word stays finite needs one. It is a box that the rounding itself closes: a number within ±2^k to which
+//! no more than 2^(k - 25) is added rounds to no more than 2^k. With G the widest gate, L the gains, U what may be held:
+//!
+//! ```text
+//! D1 >= 2^25 L4 G      D >= 2^25 max(T D1, L3 G)      M = D + b U
+//! V >= 2^25 max(g2 M, g1 D1, L2 G)                    P >= 2^25 (g2 V + g1 M + h1 D1)
+//! ```
+//!
+//! as powers of two bound d', d, v and p: they are far from any motor, and they are numbers. Beside them: the smoothed
+//! innovation within 2 G, the level within \[0, 1\], the reach of the gate within two half spans, lost samples within
+//! 2^24, held within 1e12, what is queued within the limits of u, the offset finite.
+//!
+//! A joint has no such box. Its couplings are polynomials of the link's angle, and where the link has been seen to jump
+//! by half a turn in its first ticks, and fifty samples are lost then, what is foreseen does overflow (test
+//! `a_joint_may_lose_its_numbers_and_u_stays_good`). What is claimed of it instead is that no bits in the state do harm,
+//! and that they are gone when the samples that may be lost are.
+
+use tick_record::drive::DriveFunctions;
+use tick_record::{Kind, Op, Record, Role};
+
+use crate::smt::{Script, number};
+use crate::statement::{
+    Question, Statement, Step, all, bounded, constant, either, finite, not, numbers, same, then, within,
+};
+
+/// The parts in which a tick ends, by their names.
+fn ends(functions: &DriveFunctions) -> [(&'static str, &Record); 4] {
+    let DriveFunctions { law, give_up, refuse, not_started, .. } = functions;
+    [("law", law), ("give_up", give_up), ("refuse", refuse), ("not_started", not_started)]
+}
+
+struct Design<'a> {
+    functions: &'a DriveFunctions,
+    /// Ends of the names that belong to each encoder.
+    shafts: Vec<&'a str>,
+    u: [f32; 2],
+    limit: f32,
+}
+
+/// Everything that is claimed.
+pub fn statements(functions: &DriveFunctions) -> Vec<Statement> {
+    let of = |name: &str| constant(&functions.law, name).unwrap_or(0.0);
+    let shafts = functions.state.iter().filter_map(|word| word.name.strip_prefix("missed")).collect();
+    let limit = constant(&functions.report_applied, "input_limit").unwrap_or(1e12);
+    let design = Design { functions, shafts, u: [of("u_min"), of("u_max")], limit };
+    let mut statements = vec![
+        design.limits(),
+        design.output(),
+        design.rejected(),
+        design.health(),
+        design.started(),
+        design.applied(),
+        design.lost(),
+        design.counted(),
+        design.given_up(),
+    ];
+    if functions.state.iter().all(|word| !word.name.starts_with("push")) {
+        statements.push(design.finite_again());
+    }
+    statements
+}
+
+impl Design<'_> {
+    fn limits(&self) -> Statement {
+        let questions = ends(self.functions).map(|(part, record)| {
+            let step = Step::of(record);
+            step.ask(part, &within(step.after("u"), self.u[0], self.u[1]))
+        });
+        Statement::new("u within its limits, any bits in counts, targets and state", questions)
+    }
+
+    /// For targets and offsets beyond 1e30 sigma* may be infinite; that is the difference of two numbers then.
+    fn output(&self) -> Statement {
+        let questions = ends(self.functions).into_iter().flat_map(|(part, record)| {
+            let step = Step::of(record);
+            let star = step.after("sigma_star");
+            let near = either([finite(star), not(&bounded("offset", 1e30))]);
+            let mut questions = vec![
+                step.ask(&format!("{part}: sigma"), &finite(step.after("sigma"))),
+                step.ask(&format!("{part}: sigma* is no NaN"), &not(&format!("(fp.isNaN {star})"))),
+            ];
+            if part == "law" {
+                questions.push(step.ask("law: sigma*, W within 1e30", &near));
+            }
+            questions
+        });
+        Statement::new("sigma finite; sigma* no NaN, and finite if W is within 1e30; any bits", questions)
+    }
+
+    /// Targets as far as the law reads them.
+    fn rejected(&self) -> Statement {
+        let law = &self.functions.law;
+        let step = Step::of(law);
+        let read = |at: usize| law.values.iter().any(|value| value.op == Op::Input(at));
+        let targets = law
+            .inputs
+            .iter()
+            .enumerate()
+            .filter(|(at, port)| port.role == Role::Argument && port.kind == Kind::Number && read(*at));
+        let mut questions: Vec<Question> = targets
+            .map(|(_, port)| step.ask(&port.name, &then(&not(&finite(&port.name)), step.after("input_rejected"))))
+            .collect();
+        let refused = then(step.after("input_rejected"), &same(step.after("offset"), "offset"));
+        questions.push(step.ask("the offset stays", &refused));
+        let kept = numbers(&self.functions.state).filter(|name| self.is_observer(name));
+        questions.push(step.ask("the observers go on", &all(kept.map(|name| same(step.after(name), name)))));
+        Statement::new("a target that is not finite is refused, and costs the observers nothing", questions)
+    }
+
+    fn is_observer(&self, name: &str) -> bool {
+        let words = ["p", "v", "d", "d_dot", "smoothed", "level", "missed"];
+        self.shafts.iter().any(|shaft| name.strip_suffix(shaft).is_some_and(|word| words.contains(&word)))
+    }
+
+    fn health(&self) -> Statement {
+        let questions = ends(self.functions).into_iter().flat_map(|(part, record)| {
+            let step = Step::of(record);
+            let [rejected, saturated] = ["input_rejected", "saturated"].map(|name| step.after(name));
+            let u = step.after("u");
+            let at_limit = either(self.u.map(|limit| format!("(fp.eq {u} {})", number(limit))));
+            let claim = format!("(and (not (and {rejected} {saturated})) {})", then(saturated, &at_limit));
+            let mut questions = vec![step.ask(part, &claim)];
+            if part == "law" {
+                questions.push(step.ask("law: sample_lost", &same(step.after("sample_lost"), "missing")));
+            }
+            questions
+        });
+        Statement::new("health is one of its values and true of u, any bits", questions)
+    }
+
+    fn started(&self) -> Statement {
+        let step = Step::of(&self.functions.start);
+        let answer = step.after("answer");
+        let mut questions: Vec<Question> = numbers(&self.functions.state)
+            .map(|name| {
+                let after = step.after(name);
+                let good = if name == "held" { bounded(after, self.limit) } else { finite(after) };
+                step.ask(name, &format!("(ite {answer} {good} (= {after} {name}))"))
+            })
+            .collect();
+        let lost = self.shafts.iter().map(|shaft| not(&format!("lost{shaft}")));
+        questions.push(step.ask("all counts are there", &then(answer, &all(lost))));
+        let forgotten = Step::of(&self.functions.reset);
+        questions.push(forgotten.ask("a reset is no start", &not(forgotten.after("started"))));
+        Statement::new("a start leaves finite words, or all as it was", questions)
+    }
+
+    fn applied(&self) -> Statement {
+        applied(&self.functions.report_applied, &self.functions.state, self.limit)
+    }
+
+    /// Two ticks that differ in a count that is lost, and in nothing else, are one; and what was not used corrects
+    /// neither d nor d'.
+    fn lost(&self) -> Statement {
+        let observe = &self.functions.observe;
+        let mut questions = Vec::new();
+        for shaft in &self.shafts {
+            let count = format!("count{shaft}");
+            let mut script = Script::default();
+            let one = script.record("t_", observe, &mut |script, port| script.any(&port.name, port.kind));
+            let other = script.record("o_", observe, &mut |script, port| {
+                if port.name == count { script.any("other_count", Kind::Count) } else { port.name.clone() }
+            });
+            script.suppose(&format!("lost{shaft}"));
+            let alike = one.iter().zip(other.iter()).map(|((_, one), (_, other))| same(one, other));
+            questions.push(Question::new(&format!("{count} is not read"), &script, &all(alike)));
+
+            let step = Step::of(observe);
+            let unused = not(&format!("(fp.isZero {})", step.after(&format!("missed{shaft}"))));
+            let (d, d_dot) = (format!("d{shaft}"), format!("d_dot{shaft}"));
+            let mut kept = vec![same(step.after(&format!("last{shaft}")), &format!("last{shaft}"))];
+            if step.gives(&d_dot) {
+                let period = number(constant(observe, "period").unwrap_or(0.0));
+                kept.push(same(step.after(&d), &format!("(fp.add RNE {d} (fp.mul RNE {period} {d_dot}))")));
+                kept.push(same(step.after(&d_dot), &d_dot));
+            } else {
+                kept.push(same(step.after(&d), &d));
+            }
+            questions
+                .push(step.ask(&format!("what is not used of {count} is not learned"), &then(&unused, &all(kept))));
+        }
+        Statement::new("nothing is learned from a lost sample, any bits", questions)
+    }
+
+    /// From any bits in the state a count is believed, or the drive gives up before too many are lost.
+    fn counted(&self) -> Statement {
+        let step = Step::of(&self.functions.observe);
+        let most = constant(&self.functions.observe, "lost_ticks").unwrap_or(0.0);
+        let answer = step.after("answer");
+        let questions = self.shafts.iter().flat_map(|shaft| {
+            let name = format!("missed{shaft}");
+            let after = step.after(&name);
+            let used = format!("(fp.isZero {after})");
+            let one_more = format!("(= {after} (fp.add RNE {name} {}))", number(1.0));
+            let counted = all([one_more, within(after, 1.0, most)]);
+            [
+                step.ask(
+                    &format!("{name}: 0, or one more and not too many"),
+                    &then(answer, &either([used.clone(), counted])),
+                ),
+                step.ask(
+                    &format!("{name}: lost is not used"),
+                    &then(&format!("lost{shaft}"), &either([not(&used), same(&name, &number(-1.0))])),
+                ),
+            ]
+        });
+        Statement::new("a count is used, or counted as missing up to its limit, from any bits", questions)
+    }
+
+    fn given_up(&self) -> Statement {
+        let mut step = Step::of(&self.functions.give_up);
+        for shaft in &self.shafts {
+            step.script.suppose(&not(&format!("lost{shaft}")));
+        }
+        let gone = |name: &&str| !["held", "queued", "reach"].contains(name);
+        let zero = numbers(&self.functions.state).filter(gone).map(|name| {
+            let after = step.after(name);
+            let claim = if name.starts_with("pu") { finite(after) } else { format!("(fp.isZero {after})") };
+            step.ask(name, &claim)
+        });
+        let mut questions: Vec<Question> = zero.collect();
+        questions.push(
+            step.ask("reach", &all([finite(step.after("reach")), format!("(fp.isPositive {})", step.after("reach"))])),
+        );
+        questions.push(step.ask("fresh", step.after("fresh")));
+        Statement::new("giving up, with all counts there, is a start: from any bits", questions)
+    }
+
+    /// Bounds of the box, word by word.
+    fn motor_box(&self) -> Vec<(String, [f32; 2])> {
+        let observe = &self.functions.observe;
+        let of = |name: &str| f64::from(constant(observe, name).unwrap_or(0.0)).abs();
+        let wide = |at_least: f64| (at_least * 1.01).log2().ceil().exp2();
+        let absorbs = |added: f64| wide(added * 33_554_432.0);
+        let span = f64::from(constant(&self.functions.give_up, "half_span").unwrap_or(0.0)).abs();
+        let gate = of("gate") + 2.0 * span;
+        let gain = |j: usize| (of(&format!("gain_{j}")) + of(&format!("more_{j}"))) * gate;
+        let d_dot = if gain(4) > 0.0 { absorbs(gain(4)) } else { 0.0 };
+        let d = absorbs((of("period") * d_dot).max(gain(3)));
+        let m = 1.01 * (d + of("b") * f64::from(self.limit));
+        let v = absorbs((of("g2") * m).max(of("g1") * d_dot).max(gain(2)));
+        let p = absorbs(of("g2") * v + of("g1") * m + of("h1") * d_dot).max(gate);
+        let within = |bound: f64| [-bound as f32, bound as f32];
+        numbers(&self.functions.state)
+            .map(|name| {
+                let bounds = match name {
+                    "p" => within(p),
+                    "v" => within(v),
+                    "d" => within(d),
+                    "d_dot" => within(d_dot),
+                    "smoothed" => within(2.0 * gate),
+                    "level" => [0.0, 1.0],
+                    "reach" => within(2.0 * span),
+                    "missed" => [0.0, 16_777_216.0],
+                    "held" => [-self.limit, self.limit],
+                    "queued" => self.u,
+                    _ => [-f32::MAX, f32::MAX],
+                };
+                (name.to_string(), bounds)
+            })
+            .collect()
+    }
+
+    fn finite_again(&self) -> Statement {
+        let bounds = self.motor_box();
+        let inside = all(bounds.iter().map(|(name, [low, high])| within(name, *low, *high)));
+        let DriveFunctions { start, begin, observe, law, give_up, refuse, report_applied, .. } = self.functions;
+        let parts = [
+            ("start", start),
+            ("begin", begin),
+            ("observe", observe),
+            ("law", law),
+            ("give_up", give_up),
+            ("refuse", refuse),
+            ("report_applied", report_applied),
+        ];
+        let mut questions = Vec::new();
+        for (part, record) in parts {
+            let mut step = Step::of(record);
+            step.script.suppose(&inside);
+            let claims = bounds.iter().map(|(name, [low, high])| (name, within(step.after(name), *low, *high)));
+            if part == "observe" {
+                questions.extend(claims.map(|(name, claim)| step.ask(&format!("{part}: {name}"), &claim)));
+            } else {
+                questions.push(step.ask(part, &all(claims.map(|(_, claim)| claim))));
+            }
+        }
+        Statement::new("every word of the state stays in the motor's box, all of it finite", questions)
+    }
+}
+
+/// What is claimed of a report, for chains and drives alike.
+pub(crate) fn applied(report: &Record, state: &[tick_record::Port], limit: f32) -> Statement {
+    let step = Step::of(report);
+    let (answer, held) = (step.after("answer"), step.after("held"));
+    let sound = bounded("u", limit);
+    let others = state.iter().filter(|word| word.name != "held");
+    let untouched = others.map(|word| same(step.after(&word.name), &word.name));
+    let questions = [
+        step.ask("held stays sound", &then(&bounded("held", limit), &bounded(held, limit))),
+        step.ask("true exactly for what it took", &format!("(= {answer} (and started {sound}))")),
+        step.ask("held becomes it, or stays", &format!("(= {held} (ite {answer} u held))")),
+        step.ask("touches nothing else", &all(untouched)),
+    ];
+    Statement::new("report_applied is sound, any u and any bits in the state", questions)
+}
+
+#[cfg(test)]
+mod tests {
+    use controller_core::drive::{Encoder, Joint, JointDesign, JointDrive, Position, Sample, Target};
+    use controller_core::{ControlLaw as _, Health, Limits, Words as _};
+
+    /// Why nothing is claimed of a joint's numbers for all time: the link is seen to jump by half a turn from tick to
+    /// tick right after the start, and then 50 samples are lost.
+    #[test]
+    fn a_joint_may_lose_its_numbers_and_u_stays_good() {
+        let encoders = [Encoder::absolute(20); 2];
+        let design = JointDesign::new(1e-3, Joint::TABLE_I, encoders, Limits::symmetric(30.0), 1.3);
+        let law = JointDrive::<f32, Position>::design(&design);
+        let target = Target { turn: 0, jet: [0.0; 4] };
+        let sample = |count: Option<i32>| Sample { counts: [count; 2], begin: target, end: target };
+        let mut state = law.start(&sample(Some(0))).expect("a start");
+        law.tick(&mut state, &sample(Some(0)));
+        for k in 0..7 {
+            law.tick(&mut state, &sample(Some(if k % 2 == 0 { 500_000 } else { 0 })));
+        }
+        let mut lost = false;
+        for _ in 0..50 {
+            let output = law.tick(&mut state, &sample(None));
+            assert!(output.u.abs() <= 30.0 && output.sigma.is_finite(), "{output:?}");
+            // Six words before them are flag and counts.
+            lost |= state.words().skip(6).any(|word| !f32::from_bits(word).is_finite());
+        }
+        assert!(lost, "the state stayed finite: there may be a box after all");
+        // Good counts, and it runs again.
+        for _ in 0..3 {
+            law.tick(&mut state, &sample(Some(0)));
+        }
+        let output = law.tick(&mut state, &sample(Some(0)));
+        assert!(!output.health.contains(Health::INPUT_REJECTED), "{output:?}");
+        assert!(state.words().skip(6).all(|word| f32::from_bits(word).is_finite()));
+    }
+}

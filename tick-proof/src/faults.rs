@@ -1,0 +1,180 @@
+//! Faults that a reviewer might miss, each as one change of a record: the statements must notice.
+//!
+//! A fault that is proved to be harmless would mean that the statement says nothing.
+
+use host_sim::export::Functions;
+use tick_record::{Block, End, Id, Kind, Op, Record, Role, Test};
+
+use crate::instances::{CHAIN_WITH_FAULTS, DRIVE_WITH_FAULTS};
+use crate::statement::Statement;
+use crate::{chain, drive};
+
+/// A change, and the statement that it breaks.
+pub struct Fault {
+    /// What is wrong.
+    pub name: &'static str,
+    /// How the statement begins that notices.
+    notices: &'static str,
+    is_drive: bool,
+    change: fn(&mut Record) -> bool,
+}
+
+/// All of them.
+pub const FAULTS: [Fault; 6] = [
+    Fault {
+        name: "the guard looks at one side",
+        notices: "a sample that is not finite",
+        is_drive: false,
+        change: one_sided,
+    },
+    Fault { name: "NaN passes the guard", notices: "u within", is_drive: false, change: nan_passes },
+    Fault { name: "memory before the guard", notices: "every word", is_drive: false, change: early_memory },
+    Fault { name: "u goes out without its limits", notices: "u within", is_drive: false, change: no_limits },
+    Fault { name: "a drive's u without its limits", notices: "u within", is_drive: true, change: no_limits },
+    Fault { name: "a lost sample is learned from", notices: "nothing is learned", is_drive: true, change: learns },
+];
+
+impl Fault {
+    /// The statement about what is wrong. Where it is asked `at_rest`, of a started state of zeros only, a
+    /// counter-example is found in a second, and is one; a proof is none.
+    ///
+    /// # Errors
+    /// When the change finds nothing to change, or no statement to notice it.
+    pub fn statement(&self, at_rest: bool) -> Result<Statement, String> {
+        let instance = if self.is_drive { DRIVE_WITH_FAULTS } else { CHAIN_WITH_FAULTS };
+        let mut changed = false;
+        let statements = match instance.functions()? {
+            Functions::Chain(mut functions) => {
+                for record in [&mut functions.tick, &mut functions.running] {
+                    changed |= (self.change)(record);
+                }
+                chain::statements(&functions)
+            }
+            Functions::Drive(mut functions) => {
+                for record in [&mut functions.observe, &mut functions.law] {
+                    changed |= (self.change)(record);
+                }
+                drive::statements(&functions)
+            }
+        };
+        let noticing = statements.into_iter().find(|statement| statement.name.starts_with(self.notices));
+        let mut noticing =
+            noticing.filter(|_| changed).ok_or_else(|| format!("the fault \"{}\" changes nothing", self.name))?;
+        if at_rest {
+            noticing.questions.iter_mut().for_each(|question| question.suppose(&self::at_rest));
+        }
+        Ok(noticing)
+    }
+}
+
+/// What a free name is in a started state of zeros; an entry of the sample and what one part of a tick tells the next
+/// stay free.
+fn at_rest(name: &str, kind: Kind) -> Option<&'static str> {
+    let is_input = ["x", "begin", "end", "lost", "missing", "count", "other", "u"];
+    let given = is_input.iter().any(|start| name.starts_with(start)) && !name.ends_with("_prev");
+    match kind {
+        _ if given => None,
+        Kind::Number => Some("(_ +zero 8 24)"),
+        Kind::Truth => Some(if name == "started" { "true" } else { "false" }),
+        Kind::Count => Some("#x00000000"),
+    }
+}
+
+/// Where a constant of this name is compared with: the place of the comparison and what is compared.
+fn compared_with(record: &Record, name: &str) -> Option<(usize, Id, Id)> {
+    record.values.iter().enumerate().find_map(|(at, value)| match value.op {
+        Op::Compare(Test::LessOrEqual, a, b) if record.value(b).name.as_deref() == Some(name) => Some((at, a, b)),
+        _ => None,
+    })
+}
+
+fn one_sided(record: &mut Record) -> bool {
+    let Some((at, magnitude, most)) = compared_with(record, "plausible") else { return false };
+    let Op::Abs(demand) = record.value(magnitude).op else { return false };
+    record.values[at].op = Op::Compare(Test::LessOrEqual, demand, most);
+    true
+}
+
+/// `|v| <= most || ..` becomes `!(|v| > most)`.
+fn nan_passes(record: &mut Record) -> bool {
+    let Some((at, magnitude, most)) = compared_with(record, "plausible") else { return false };
+    let guard = record.values.iter().enumerate().find_map(|(or, value)| match value.op {
+        Op::Or(a, _) if a.index() == at => Some((or, a)),
+        _ => None,
+    });
+    let Some((or, a)) = guard else { return false };
+    record.values[at].op = Op::Compare(Test::Greater, magnitude, most);
+    record.values[or].op = Op::Not(a);
+    true
+}
+
+/// The last entry of the sample is remembered of a sample that is lost, too.
+fn early_memory(record: &mut Record) -> bool {
+    let place = |role: &dyn Fn(&str, Role) -> bool| record.results.iter().position(|port| role(&port.name, port.role));
+    let Some(word) = place(&|name, role| name.ends_with("_prev") && role == Role::State) else { return false };
+    let entry = record.results[word].name.trim_end_matches("_prev").to_string();
+    let Some(input) = record.input(&entry) else { return false };
+    let is_entry = |id: &Id| record.value(*id).op == Op::Input(input);
+    let Some(id) = record.values.iter().flat_map(|value| value.op.operands()).find(is_entry) else { return false };
+    each_return(&mut record.body, &mut |results| results[word] = id);
+    true
+}
+
+/// What is put out is what was demanded.
+fn no_limits(record: &mut Record) -> bool {
+    let Some(u) = record.results.iter().position(|port| port.name == "u") else { return false };
+    let demand = record.values.iter().flat_map(|value| value.op.operands()).find(|id| {
+        matches!(record.value(*id).name.as_deref(), Some("asked" | "demand"))
+            && matches!(record.value(*id).op, Op::Sub(..) | Op::Add(..))
+    });
+    let Some(demand) = demand else { return false };
+    each_return(&mut record.body, &mut |results| results[u] = demand);
+    true
+}
+
+/// A count is used if it fits, lost or not.
+fn learns(record: &mut Record) -> bool {
+    let Some(lost) = record.inputs.iter().position(|port| port.name.starts_with("lost")) else { return false };
+    let mut changed = false;
+    for at in 0..record.values.len() {
+        let Op::And(a, b) = record.values[at].op else { continue };
+        let says_lost = |id: Id| {
+            let of = if let Op::Not(of) = record.value(id).op { of } else { id };
+            record.value(of).op == Op::Input(lost)
+        };
+        let fits = if says_lost(a) {
+            b
+        } else if says_lost(b) {
+            a
+        } else {
+            continue;
+        };
+        record.values[at].op = Op::And(fits, fits);
+        changed = true;
+    }
+    changed
+}
+
+fn each_return(block: &mut Block, change: &mut dyn FnMut(&mut Vec<Id>)) {
+    match &mut block.end {
+        End::Return(results) => change(results),
+        End::Branch { yes, no, .. } => {
+            each_return(yes, change);
+            each_return(no, change);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fault_changes_a_record_and_a_statement_is_about_it() {
+        for fault in FAULTS {
+            let statement = fault.statement(true).expect(fault.name);
+            let free = statement.questions[0].text.contains("(_ +zero 8 24)");
+            assert!(statement.name.starts_with(fault.notices) && free, "{}", fault.name);
+        }
+    }
+}

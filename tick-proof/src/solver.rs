@@ -1,0 +1,203 @@
+//! Solvers as programs of their own: SMT-LIB on their input, a verdict on their output, killed when their time is up.
+
+use std::fmt;
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Bitwuzla has a module for Python and no program: this is one, from its input.
+const BITWUZLA: &str = "import sys, bitwuzla\n\
+                        options = bitwuzla.Options()\n\
+                        options.set(bitwuzla.Option.PRODUCE_MODELS, True)\n\
+                        options.set(bitwuzla.Option.TIME_LIMIT_PER, int(sys.argv[1]))\n\
+                        parser = bitwuzla.Parser(bitwuzla.TermManager(), options, base=2)\n\
+                        parser.parse(sys.stdin.read(), parse_file=False)\n";
+/// Where `cargo xtask prove` puts it.
+const INSTALLED: &str = "target/solvers/bin/python";
+
+/// A solver that is there.
+#[derive(Clone, Debug)]
+pub struct Solver {
+    program: PathBuf,
+    arguments: Vec<String>,
+    name: String,
+}
+
+/// What became of a question.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It holds for every input.
+    Proved,
+    /// It does not, for these: names and terms of SMT-LIB.
+    Refuted(Vec<(String, String)>),
+    /// No answer within its time, or none at all: why.
+    Undecided(String),
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Proved => "PROVED",
+            Self::Refuted(_) => "refuted",
+            Self::Undecided(_) => "undecided",
+        })
+    }
+}
+
+impl Solver {
+    /// The first that is there of the interpreter that is asked for, the one that `cargo xtask prove` installs, and
+    /// `python3`.
+    ///
+    /// # Errors
+    /// When none has Bitwuzla, with the remedy.
+    pub fn bitwuzla(asked: Option<&Path>) -> Result<Self, String> {
+        let tried: Vec<PathBuf> = match asked {
+            Some(python) => vec![python.into()],
+            None => vec![INSTALLED.into(), "python3".into()],
+        };
+        for program in &tried {
+            let version = "import bitwuzla; print(bitwuzla.version())";
+            let answer = Command::new(program).args(["-c", version]).stderr(Stdio::null()).output();
+            if let Some(answer) = answer.ok().filter(|answer| answer.status.success()) {
+                let version = String::from_utf8_lossy(&answer.stdout).trim().to_string();
+                let arguments = vec!["-c".into(), BITWUZLA.into()];
+                return Ok(Self { program: program.clone(), arguments, name: format!("Bitwuzla {version}") });
+            }
+        }
+        let tried: Vec<String> = tried.iter().map(|python| python.display().to_string()).collect();
+        Err(format!(
+            "no Python here has the solver Bitwuzla (asked: {}): `cargo xtask prove` installs it, or `pip install \
+             bitwuzla` and --python PATH",
+            tried.join(", ")
+        ))
+    }
+
+    /// Its name and version.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Asks whether what is asserted can be.
+    ///
+    /// # Errors
+    /// When the solver cannot be started.
+    pub fn ask(&self, question: &str, budget: Duration) -> Result<Verdict, String> {
+        let cannot = |error: std::io::Error| format!("{}: {error}", self.program.display());
+        let mut child = Command::new(&self.program)
+            .args(&self.arguments)
+            // It ends by itself, too: when this program is ended before it.
+            .arg(budget.as_millis().to_string())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .map_err(cannot)?;
+        let (input, output, trouble) = (child.stdin.take(), child.stdout.take(), child.stderr.take());
+        let ended = thread::scope(|scope| {
+            scope.spawn(move || {
+                // A solver that has ended reads no more: its answer says why.
+                if let Some(mut input) = input {
+                    let _ = input.write_all(question.as_bytes());
+                }
+            });
+            let text = scope.spawn(move || read(output));
+            let trouble = scope.spawn(move || read(trouble));
+            let in_time = wait(&mut child, budget + Duration::from_secs(5));
+            (in_time, text.join().unwrap_or_default(), trouble.join().unwrap_or_default())
+        });
+        Ok(match ended {
+            (false, ..) => Verdict::Undecided(format!("no answer within {} s", budget.as_secs())),
+            (true, text, trouble) => match text.lines().next().map(str::trim) {
+                Some("unsat") => Verdict::Proved,
+                Some("sat") => Verdict::Refuted(values(text.split_once('\n').map_or("", |(_, rest)| rest))),
+                Some("unknown") => Verdict::Undecided(format!("no answer within {} s", budget.as_secs())),
+                _ => Verdict::Undecided(format!("the solver said: {}", [text, trouble].concat().trim())),
+            },
+        })
+    }
+}
+
+fn read(from: Option<impl Read>) -> String {
+    let mut text = String::new();
+    if let Some(mut from) = from {
+        let _ = from.read_to_string(&mut text);
+    }
+    text
+}
+
+/// Has it ended in time? If not it is ended.
+fn wait(child: &mut Child, budget: Duration) -> bool {
+    let end = Instant::now() + budget;
+    loop {
+        match child.try_wait() {
+            Ok(Some(_)) => return true,
+            Ok(None) if Instant::now() < end => thread::sleep(Duration::from_millis(5)),
+            _ => {
+                let _ = child.kill();
+                let _ = child.wait();
+                return false;
+            }
+        }
+    }
+}
+
+/// Names and terms of an answer to `get-value`.
+fn values(text: &str) -> Vec<(String, String)> {
+    let (mut found, mut depth, mut start) = (Vec::new(), 0, 0);
+    for (at, c) in text.char_indices() {
+        match c {
+            '(' => {
+                depth += 1;
+                if depth == 2 {
+                    start = at + 1;
+                }
+            }
+            ')' => {
+                if depth == 2
+                    && let Some((name, term)) = text[start..at].trim().split_once(char::is_whitespace)
+                {
+                    found.push((name.into(), plain(term.trim())));
+                }
+                depth -= 1;
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// A value as a person writes it.
+fn plain(term: &str) -> String {
+    let words: Vec<&str> =
+        term.split(|c: char| c.is_whitespace() || c == '(' || c == ')').filter(|w| !w.is_empty()).collect();
+    match words.as_slice() {
+        ["fp", sign, exponent, significand] => {
+            let bits: String = [sign, exponent, significand].iter().map(|part| part.trim_start_matches("#b")).collect();
+            u32::from_str_radix(&bits, 2).map_or_else(|_| term.into(), |bits| format!("{:e}", f32::from_bits(bits)))
+        }
+        ["_", "NaN", ..] => "NaN".into(),
+        ["_", "+oo", ..] => "inf".into(),
+        ["_", "-oo", ..] => "-inf".into(),
+        ["_", "+zero", ..] => "0".into(),
+        ["_", "-zero", ..] => "-0".into(),
+        [bits] if bits.starts_with("#b") => {
+            u32::from_str_radix(&bits[2..], 2).map_or_else(|_| term.into(), |bits| (bits as i32).to_string())
+        }
+        _ => term.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_counter_example_is_read_as_plain_numbers() {
+        let text = "((x1 (fp #b1 #b01111111 #b10000000000000000000000))\n (on true)\n (n #b11111111111111111111111111111110)\n (y (_ NaN 8 24)))\n";
+        let pairs = values(text);
+        let expected = [("x1", "-1.5e0"), ("on", "true"), ("n", "-2"), ("y", "NaN")];
+        assert_eq!(pairs, expected.map(|(name, value)| (name.to_string(), value.to_string())));
+    }
+}

@@ -1,0 +1,133 @@
+//! A statement: questions that a solver answers one by one, all of which must be proved.
+
+use tick_record::{Kind, Op, Port, Record};
+
+use crate::smt::{Results, Script, number};
+
+/// One question of a statement.
+#[derive(Clone, Debug)]
+pub struct Question {
+    /// Which of those of its statement.
+    pub what: String,
+    /// SMT-LIB: `unsat` is a proof.
+    pub text: String,
+    free: Vec<(String, Kind)>,
+}
+
+impl Question {
+    pub(crate) fn new(what: &str, script: &Script, claim: &str) -> Self {
+        Self { what: what.into(), text: script.question(claim), free: script.free().to_vec() }
+    }
+
+    /// Supposes of each free name that it is this.
+    pub(crate) fn suppose(&mut self, is: &dyn Fn(&str, Kind) -> Option<&'static str>) {
+        let facts = self.free.iter().filter_map(|(name, kind)| is(name, *kind).map(|term| (name, term)));
+        let facts: String = facts.map(|(name, term)| format!("(assert (= {name} {term}))\n")).collect();
+        self.text = self.text.replace("(check-sat)", &format!("{facts}(check-sat)"));
+    }
+}
+
+/// What is claimed, in words and in questions.
+#[derive(Clone, Debug)]
+pub struct Statement {
+    /// In words.
+    pub name: &'static str,
+    /// All must be proved.
+    pub questions: Vec<Question>,
+}
+
+impl Statement {
+    pub(crate) fn new(name: &'static str, questions: impl IntoIterator<Item = Question>) -> Self {
+        Self { name, questions: questions.into_iter().collect() }
+    }
+}
+
+/// The prefix of the values of a record that stands alone in a question.
+const PREFIX: &str = "t_";
+
+/// One execution of a record, of any bits.
+#[derive(Clone)]
+pub(crate) struct Step {
+    pub(crate) script: Script,
+    results: Results,
+}
+
+impl Step {
+    pub(crate) fn of(record: &Record) -> Self {
+        let mut script = Script::default();
+        let results = script.record(PREFIX, record, &mut |script, port| script.any(&port.name, port.kind));
+        Self { script, results }
+    }
+
+    /// A result.
+    pub(crate) fn after(&self, name: &str) -> &str {
+        self.results.of(name)
+    }
+
+    /// Is there such a result?
+    pub(crate) fn gives(&self, name: &str) -> bool {
+        self.results.iter().any(|(port, _)| port.name == name)
+    }
+
+    pub(crate) fn ask(&self, what: &str, claim: &str) -> Question {
+        Question::new(what, &self.script, claim)
+    }
+}
+
+/// A constant of a record, by its name.
+pub(crate) fn constant(record: &Record, name: &str) -> Option<f32> {
+    record.values.iter().find_map(|value| match value.op {
+        Op::Constant(number) if value.name.as_deref() == Some(name) => Some(number as f32),
+        _ => None,
+    })
+}
+
+/// The last value of this name, as a term.
+pub(crate) fn called(record: &Record, name: &str) -> Option<String> {
+    let at = record.values.iter().rposition(|value| value.name.as_deref() == Some(name))?;
+    Some(format!("{PREFIX}{at}"))
+}
+
+/// The numbers among the words of a state.
+pub(crate) fn numbers(state: &[Port]) -> impl Iterator<Item = &str> {
+    state.iter().filter(|port| port.kind == Kind::Number).map(|port| port.name.as_str())
+}
+
+/// The same bits, or both NaN.
+pub(crate) fn same(a: &str, b: &str) -> String {
+    format!("(= {a} {b})")
+}
+
+pub(crate) fn not(claim: &str) -> String {
+    format!("(not {claim})")
+}
+
+/// If the first then the second.
+pub(crate) fn then(first: &str, second: &str) -> String {
+    format!("(=> {first} {second})")
+}
+
+pub(crate) fn all(claims: impl IntoIterator<Item = String>) -> String {
+    let claims: Vec<String> = claims.into_iter().collect();
+    if claims.is_empty() { "true".into() } else { format!("(and true {})", claims.join(" ")) }
+}
+
+pub(crate) fn either(claims: impl IntoIterator<Item = String>) -> String {
+    let claims: Vec<String> = claims.into_iter().collect();
+    format!("(or false {})", claims.join(" "))
+}
+
+/// Neither NaN nor infinite.
+pub(crate) fn finite(term: &str) -> String {
+    format!("(not (or (fp.isNaN {term}) (fp.isInfinite {term})))")
+}
+
+/// Between both; no NaN is.
+pub(crate) fn within(term: &str, low: f32, high: f32) -> String {
+    format!("(and (fp.leq {} {term}) (fp.leq {term} {}))", number(low), number(high))
+}
+
+/// Within ± the bound.
+pub(crate) fn bounded(term: &str, bound: f32) -> String {
+    within(term, -bound, bound)
+}
