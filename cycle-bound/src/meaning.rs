@@ -1,0 +1,206 @@
+//! Does the machine code compute what it is to compute? Every path of a function against a [text](FORMAT) that says
+//! what becomes of its inputs.
+//!
+//! The instructions are executed on terms instead of numbers ([`machine`]), once for every way that the comparisons on
+//! it can be answered ([`term`]); the text is run under the same answers ([`text`]). On every path every result must be
+//! the same term, each register that a function leaves as it was must have its entry back, and nothing else may be
+//! written. Then both give the same bits for all inputs: no number is chosen, none is left out.
+//!
+//! What is assumed: rounding to nearest with subnormal numbers (FPSCR as after reset), memory that is given by
+//! different addresses does not overlap and nobody else writes to it meanwhile, no such address is 0, what is given as
+//! a truth is 0 or 1, the sign and the payload of a NaN mean nothing; and that the disassembler is right. A NaN that is
+//! stored may differ in these bits.
+
+use std::fmt;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use serde::Serialize;
+use whole_file::Kind;
+
+use crate::image::{Function, Image};
+use crate::instruction::Decoder;
+use crate::table::Table;
+use crate::{Answer, Options, image_file};
+
+use machine::{Machine, Program, Word};
+use term::{Path as Way, Terms};
+use text::{Expected, Port, Value};
+
+mod machine;
+mod term;
+mod text;
+
+/// More paths than any tick has; beyond, a function is declined.
+const PATHS: usize = 1 << 20;
+/// Paths between two looks at whether the program is to end.
+const PATHS_AT_ONCE: usize = 256;
+/// Levels of a term that a message shows.
+const SHOWN: usize = 6;
+
+/// What was found of one function.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// The function, as the text names it.
+    pub function: String,
+    /// The text.
+    pub text: String,
+    /// Upper bound of a call in cycles, from the same disassembly; none if it was declined.
+    pub bound: Option<u64>,
+    /// Instructions that some path executes.
+    pub instructions: usize,
+    /// Paths that were compared.
+    pub paths: usize,
+    /// Results compared on each of them.
+    pub results: usize,
+    /// What came out.
+    pub verdict: Verdict,
+    /// How long it took, s.
+    pub seconds: f64,
+}
+
+/// What came out of a comparison.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The same terms in every result on every path.
+    Same,
+    /// On this path this result is another.
+    Differs(String),
+    /// This cannot be followed.
+    Declined(String),
+}
+
+/// The answer to a list of texts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Meanings {
+    /// A row for each text.
+    pub rows: Vec<Row>,
+    /// Rows that differ.
+    pub failures: Vec<String>,
+    /// Rows that were declined.
+    pub declined: Vec<String>,
+}
+
+impl fmt::Display for Meanings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut table = Table::new(["function", "bound", "instructions", "paths", "results", "meaning", "s"]);
+        for row in &self.rows {
+            let verdict = match row.verdict {
+                Verdict::Same => "same",
+                Verdict::Differs(_) => "DIFFERS",
+                Verdict::Declined(_) => "DECLINED",
+            };
+            table.row([
+                row.function.clone(),
+                row.bound.map_or("-".into(), |bound| bound.to_string()),
+                row.instructions.to_string(),
+                row.paths.to_string(),
+                row.results.to_string(),
+                verdict.into(),
+                format!("{:.2}", row.seconds),
+            ]);
+        }
+        write!(f, "{table}")
+    }
+}
+
+/// Holds the functions of an image to these texts, and bounds them.
+///
+/// # Errors
+/// Bad input, in one line.
+pub(crate) fn run(elf: &Path, options: &Options, stop: &AtomicBool) -> Result<Meanings, String> {
+    let told = |path: &Path, reason: &dyn fmt::Display| format!("{}: {reason}", path.display());
+    let image = Image::read(&image_file::read(elf)?).map_err(|reason| told(elf, &reason))?;
+    let mut answer = Meanings { rows: Vec::new(), failures: Vec::new(), declined: Vec::new() };
+    for path in &options.means {
+        let text = whole_file::read_text(path, Kind::SETTINGS).map_err(|reason| told(path, &reason))?;
+        let expected = Expected::read(&text).map_err(|reason| told(path, &reason))?;
+        let name = options.symbol.as_deref().unwrap_or(&expected.function);
+        let function = image.find(name).map_err(|reason| told(path, &reason))?;
+        let begin = Instant::now();
+        let found = compare(&image, function, &expected, stop)?;
+        let asked = Options { symbol: Some(function.symbols[0].clone()), ..options.clone() };
+        let bound = Answer::of(&image, &asked)?.report.bound();
+        let row = Row {
+            function: name.to_owned(),
+            text: path.display().to_string(),
+            bound,
+            instructions: found.instructions,
+            paths: found.paths,
+            results: expected.outs.len(),
+            verdict: found.verdict,
+            seconds: begin.elapsed().as_secs_f64(),
+        };
+        match &row.verdict {
+            Verdict::Same => {}
+            Verdict::Differs(what) => answer.failures.push(format!("{name}: {what}")),
+            Verdict::Declined(what) => answer.declined.push(format!("{name}: {what}")),
+        }
+        answer.rows.push(row);
+    }
+    Ok(answer)
+}
+
+struct Found {
+    instructions: usize,
+    paths: usize,
+    verdict: Verdict,
+}
+
+fn compare(image: &Image, function: &Function, expected: &Expected, stop: &AtomicBool) -> Result<Found, String> {
+    let image = &*image.while_runs(function);
+    let names: Vec<String> = expected.inputs.iter().map(|port| port.name.clone()).collect();
+    let mut program = Program::new(image, Decoder::new(false)?);
+    let mut terms = Terms::default();
+    let (mut paths, mut script) = (0, Some(Vec::new()));
+    let mut verdict = Verdict::Same;
+    while let (Verdict::Same, Some(answers)) = (&verdict, script.take()) {
+        if paths == PATHS {
+            verdict = Verdict::Declined(format!("more than {PATHS} paths"));
+            break;
+        }
+        if paths % PATHS_AT_ONCE == 0 && stop.load(Ordering::Relaxed) {
+            return Err("stopped".into());
+        }
+        paths += 1;
+        let mut machine = Machine::new(&mut program, Way::new(&mut terms, &answers), expected);
+        verdict = match machine.run(function.start).and_then(|()| differs(&mut machine, expected, &names)) {
+            Ok(None) => Verdict::Same,
+            Ok(Some(what)) => Verdict::Differs(what),
+            Err(reason) => Verdict::Declined(reason),
+        };
+        script = Way::next(machine.path.answers());
+    }
+    Ok(Found { instructions: program.instructions(), paths, verdict })
+}
+
+/// The first result of a path that is not what it is to be.
+fn differs(machine: &mut Machine<'_, '_, '_, '_>, expected: &Expected, names: &[String]) -> Result<Option<String>, String> {
+    let values = expected.run(&mut machine.path);
+    let ports = || expected.outs.iter().zip(&values);
+    for (port, value) in ports() {
+        let found = machine.result(port)?;
+        let wanted = match *value {
+            Value::Word(term) => term,
+            Value::Truth(_) => {
+                // All truths in one place, as one number.
+                let set = |(one, value): (&Port, &Value)| one.place == port.place && *value == Value::Truth(true);
+                let bits = ports().filter(|one| set(*one)).fold(0, |bits, (one, _)| bits | 1 << one.bit);
+                machine.path.terms.constant(bits)
+            }
+        };
+        if found != Word::Term(wanted) {
+            let shown = |term| machine.path.terms.shown(term, names, SHOWN);
+            let found = match found {
+                Word::Term(term) => shown(term),
+                other => format!("{other:?}"),
+            };
+            let told = machine.path.told(names);
+            let way = if told.is_empty() { String::new() } else { format!(", where {told}") };
+            return Ok(Some(format!("{} is {found}, not {}{way}", port.name, shown(wanted))));
+        }
+    }
+    Ok(None)
+}
