@@ -120,7 +120,7 @@ pub(crate) fn run(elf: &Path, options: &Options, stop: &AtomicBool) -> Result<Me
         let name = options.symbol.as_deref().unwrap_or(&expected.function);
         let function = image.find(name).map_err(|reason| told(path, &reason))?;
         let begin = Instant::now();
-        let found = compare(&image, function, &expected, stop)?;
+        let found = held(&image, function, &expected, stop)?;
         let asked = Options { symbol: Some(function.symbols[0].clone()), ..options.clone() };
         let bound = Answer::of(&image, &asked)?.report.bound();
         let row = Row {
@@ -149,7 +149,13 @@ struct Found {
     verdict: Verdict,
 }
 
-fn compare(image: &Image, function: &Function, expected: &Expected, stop: &AtomicBool) -> Result<Found, String> {
+/// An absolute value as it stands is cheap; by its sign it parts each path in two, and is what C makes of it.
+fn held(image: &Image, function: &Function, expected: &Expected, stop: &AtomicBool) -> Result<Found, String> {
+    let found = compare(image, function, expected, false, stop)?;
+    if found.verdict == Verdict::Same { Ok(found) } else { compare(image, function, expected, true, stop) }
+}
+
+fn compare(image: &Image, function: &Function, expected: &Expected, by_sign: bool, stop: &AtomicBool) -> Result<Found, String> {
     let image = &*image.while_runs(function);
     let names: Vec<String> = expected.inputs.iter().map(|port| port.name.clone()).collect();
     let mut program = Program::new(image, Decoder::new(false)?);
@@ -165,7 +171,7 @@ fn compare(image: &Image, function: &Function, expected: &Expected, stop: &Atomi
             return Err("stopped".into());
         }
         paths += 1;
-        let mut machine = Machine::new(&mut program, Way::new(&mut terms, &answers), expected);
+        let mut machine = Machine::new(&mut program, Way::new(&mut terms, &answers, by_sign), expected);
         verdict = match machine.run(function.start).and_then(|()| differs(&mut machine, expected, &names)) {
             Ok(None) => Verdict::Same,
             Ok(Some(what)) => Verdict::Differs(what),
@@ -204,3 +210,6 @@ fn differs(machine: &mut Machine<'_, '_, '_, '_>, expected: &Expected, names: &[
     }
     Ok(None)
 }
+
+#[cfg(test)]
+mod tests;

@@ -114,12 +114,12 @@ fn law_of(record: &Record) -> Vec<String> {
     record.inputs.iter().filter(|port| port.role == Role::Argument).map(|port| port.name.clone()).collect()
 }
 
-/// The words of a state, the flag of the core's `State` behind its numbers; what a gate has seen follows.
+/// The words of a state in memory: what a gate has seen, the numbers of the core's `State`, its flag.
 fn state_of<D: Recorded>() -> Vec<String> {
-    let mut names = D::state_names();
-    let numbers = names.iter().position(|name| name.ends_with("_seen")).unwrap_or(names.len());
-    names[..numbers].rotate_left(1);
-    names
+    let (seen, mut names): (Vec<String>, Vec<String>) =
+        D::state_names().into_iter().partition(|name| name.ends_with("_seen"));
+    names.rotate_left(1);
+    [seen, names].concat()
 }
 
 fn chain<M: Model<N>, const N: usize, const R: usize, const MASK: u8, const O: usize>(
@@ -134,10 +134,10 @@ fn chain<M: Model<N>, const N: usize, const R: usize, const MASK: u8, const O: u
 fn gated<M: Model<N>, const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &str) -> String {
     let record = tick(
         &|recorder: &Recorder| {
-            let law = made::<M, N, R, MASK, O>(recorder);
+            // The compiler lays the rows first.
             let [min, max, jump] = ["x_min", "x_max", "x_jump"]
                 .map(|row| std::array::from_fn(|j| recorder.number(&format!("{row}_{}", j + 1), Role::Argument)));
-            Gated::new(law, Gate::from_rows(min, max, jump))
+            Gated::new(made::<M, N, R, MASK, O>(recorder), Gate::from_rows(min, max, jump))
         },
         Gated::tick,
     );

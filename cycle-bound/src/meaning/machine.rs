@@ -4,6 +4,7 @@
 //! that was stored and which byte of it it is, so what is loaded is what was stored, or numbers that are known.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use super::term::{EQUAL, GREATER, LESS, Order, Path, Term, Terms, UNORDERED};
 use super::text::{Expected, Kind, Place, Port};
@@ -66,7 +67,7 @@ struct Code {
 pub(super) struct Program<'a> {
     image: &'a Image,
     decoder: Decoder,
-    code: HashMap<u32, Code>,
+    code: HashMap<u32, Rc<Code>>,
 }
 
 impl<'a> Program<'a> {
@@ -79,18 +80,17 @@ impl<'a> Program<'a> {
         self.code.len()
     }
 
-    fn at(&mut self, address: u32) -> Result<Code, String> {
+    fn at(&mut self, address: u32) -> Result<Rc<Code>, String> {
         if let Some(code) = self.code.get(&address) {
-            return Ok(code.clone());
+            return Ok(Rc::clone(code));
         }
         let bytes = self.image.bytes(address).filter(|_| !self.image.is_data(address));
         let block = bytes.map_or_else(Vec::new, |bytes| self.decoder.decode(bytes, address));
         if block.first().is_none_or(|one| one.address != address) {
             return Err(format!("no instruction known at {}", self.image.place(address)));
         }
-        let first = Code::of(block[0].clone());
-        self.code.extend(block.into_iter().map(|one| (one.address, Code::of(one))));
-        Ok(first)
+        self.code.extend(block.into_iter().map(|one| (one.address, Rc::new(Code::of(one)))));
+        Ok(Rc::clone(&self.code[&address]))
     }
 }
 

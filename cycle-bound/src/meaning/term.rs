@@ -3,8 +3,8 @@
 //! Two terms are the same if they are made by the same operations of the same parts. `+ * /` of floats stay as they
 //! are; only identities are used that hold for every bit pattern when one rounds to nearest: `a - b = a + (-b)`,
 //! `a + b = b + a`, `a b = b a`, `a + (-0) = a`, `1 a = a`, `2 a = a + a`, signs of products and quotients,
-//! `-(-a) = a`, `|a|` is `-a` if `a < 0`, else `a + 0`. The sign and payload of a NaN mean nothing. Counts are sums
-//! modulo 2^32 in a normal form.
+//! `-(-a) = a`, `|-a| = |a|`, and where a text or a compiler has no absolute value, `|a|` is `-a` if `a < 0`, else `a + 0`.
+//! The sign and payload of a NaN mean nothing. Counts are sums modulo 2^32 in a normal form.
 //!
 //! Comparisons are decided: each one that does not follow from those before it parts the path in two.
 
@@ -25,6 +25,7 @@ enum Node {
     Mul(Term, Term),
     Div(Term, Term),
     Neg(Term),
+    Abs(Term),
     /// A count as a float, with a sign.
     FromCount(Term),
     /// Sum of multiples and a constant, modulo 2^32.
@@ -254,6 +255,7 @@ impl Terms {
             Node::Mul(a, b) => format!("{} {}", of(a), of(b)),
             Node::Div(a, b) => format!("{} / {}", of(a), of(b)),
             Node::Neg(a) => format!("-{}", of(a)),
+            Node::Abs(a) => format!("|{}|", of(a)),
             Node::FromCount(a) => format!("float({})", of(a)),
             Node::Sum(parts, constant) => {
                 let parts: Vec<String> =
@@ -318,6 +320,8 @@ pub(super) struct Path<'a> {
     truths: HashMap<usize, bool>,
     numbers: HashSet<Term>,
     nans: HashSet<Term>,
+    /// Is an absolute value one of two, by the sign?
+    by_sign: bool,
     /// What was decided, for people.
     trail: Vec<(Trail, bool)>,
 }
@@ -330,10 +334,11 @@ enum Trail {
 }
 
 impl<'a> Path<'a> {
-    pub(super) fn new(terms: &'a mut Terms, script: &'a [bool]) -> Self {
+    pub(super) fn new(terms: &'a mut Terms, script: &'a [bool], by_sign: bool) -> Self {
         Self {
             terms,
             script,
+            by_sign,
             given: Vec::new(),
             relations: HashMap::new(),
             orders: HashMap::new(),
@@ -451,8 +456,13 @@ impl<'a> Path<'a> {
         may
     }
 
-    /// |a|, by its sign.
     pub(super) fn abs(&mut self, a: Term) -> Term {
+        if !self.by_sign {
+            return match self.terms.unsigned(a).0 {
+                a if self.terms.bits(a).is_some() => a,
+                a => self.terms.term(Node::Abs(a)),
+            };
+        }
         let zero = self.terms.constant(0);
         if self.stands(a, LESS, zero) { self.terms.neg(a) } else { self.terms.add(a, zero) }
     }

@@ -16,24 +16,47 @@ use super::Exported;
 use super::c99::File;
 
 pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, String> {
-    if !matches!(exported.spec.model, Model::Linear(_)) {
-        return Err(
-            "the C file carries a linear a(x) only, and that of the benchmark is not: take --lang rust, or set \
-                    plant.kind to chain or flexible_joint"
-                .into(),
-        );
-    }
-    let shape = exported.download.shape;
-    let numbers: Vec<f64> = exported.download.numbers.iter().copied().map(f64::from).collect();
-    let (guess, rest) = numbers.split_at(usize::from(shape.n));
-    let (row, coefficients) = rest.split_at(usize::from(shape.n));
-    let samples = &exported.spec.config.padded.options.samples;
-    let samples = (*samples != SampleLimits::NONE).then_some(samples);
-    let Some(functions) = linear(shape, coefficients, row, guess, samples) else {
-        return Err(format!("there is no tick of {}", exported.shape()));
-    };
-    let file = Standalone { exported, file: File::new(prefix), shape, functions };
+    let file = Standalone::of(exported, prefix)?;
     Ok([file.head(), file.types(), file.functions(), file.file.tail()].concat())
+}
+
+/// What one function of the file is to compute, as `cycle-bound --means` reads it: places are those of the calling
+/// convention of ARM and of the types of the file.
+pub(super) fn means(exported: &Exported<'_>, prefix: &str, function: &str) -> Result<String, String> {
+    let file = Standalone::of(exported, prefix)?;
+    let Functions { start, tick, not_started, report_applied, estimates, reset, .. } = &file.functions;
+    // Which register holds the address of the state, of x, of the output, of the estimates.
+    let (record, [state, x, output, d_hat]) = match function {
+        "start" => (start, [0, 1, 4, 4]),
+        "tick" => (tick, [0, 1, 2, 4]),
+        "not_started" => (not_started, [4, 4, 0, 4]),
+        "report_applied" => (report_applied, [0, 4, 4, 4]),
+        "estimates" => (estimates, [0, 4, 4, 1]),
+        "reset" => (reset, [0, 4, 4, 4]),
+        _ => {
+            return Err(format!(
+                "no function `{function}`; there are start, tick, not_started, report_applied, estimates, reset"
+            ));
+        }
+    };
+    let words = &file.functions.state;
+    let numbers = words.iter().filter(|word| word.kind == Kind::Number).count();
+    let place = |port: &Port| {
+        let at = |register: usize, word: usize| format!("r{register}+{}", 4 * word);
+        let among = |kind| words.iter().filter(move |word| word.kind == kind).position(|word| word.name == port.name);
+        Some(match port.role {
+            Role::State if port.kind == Kind::Number => at(state, among(Kind::Number)?),
+            Role::State => format!("r{state}+{}", 4 * numbers + among(Kind::Truth)?),
+            Role::Sample(j) => at(x, j),
+            Role::Output => at(output, ["u", "sigma", "sigma_star"].iter().position(|name| *name == port.name)?),
+            Role::Estimate(i, m) => at(d_hat, i * usize::from(file.shape.r) + m),
+            Role::Flag(bit) => format!("r0 bit {bit}"),
+            Role::Answer => "r0".into(),
+            Role::Argument => "s0".into(),
+            Role::Between => return None,
+        })
+    };
+    Ok(tick_record::text::text(&format!("{prefix}_{function}"), record, &place, &place, ""))
 }
 
 /// What is said of a constant, by how its name begins; of a longer beginning first.
@@ -86,7 +109,27 @@ struct Standalone<'a> {
     functions: Functions,
 }
 
-impl Standalone<'_> {
+impl<'a> Standalone<'a> {
+    fn of(exported: &'a Exported<'a>, prefix: &'a str) -> Result<Self, String> {
+        if !matches!(exported.spec.model, Model::Linear(_)) {
+            return Err(
+                "the C file carries a linear a(x) only, and that of the benchmark is not: take --lang rust, or set \
+                 plant.kind to chain or flexible_joint"
+                    .into(),
+            );
+        }
+        let shape = exported.download.shape;
+        let numbers: Vec<f64> = exported.download.numbers.iter().copied().map(f64::from).collect();
+        let (guess, rest) = numbers.split_at(usize::from(shape.n));
+        let (row, coefficients) = rest.split_at(usize::from(shape.n));
+        let samples = &exported.spec.config.padded.options.samples;
+        let samples = (*samples != SampleLimits::NONE).then_some(samples);
+        let Some(functions) = linear(shape, coefficients, row, guess, samples) else {
+            return Err(format!("there is no tick of {}", exported.shape()));
+        };
+        Ok(Self { exported, file: File::new(prefix), shape, functions })
+    }
+
     fn head(&self) -> String {
         let Exported { spec, .. } = self.exported;
         let title = format!(
