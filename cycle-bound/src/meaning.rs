@@ -155,7 +155,13 @@ fn held(image: &Image, function: &Function, expected: &Expected, stop: &AtomicBo
     if found.verdict == Verdict::Same { Ok(found) } else { compare(image, function, expected, true, stop) }
 }
 
-fn compare(image: &Image, function: &Function, expected: &Expected, by_sign: bool, stop: &AtomicBool) -> Result<Found, String> {
+fn compare(
+    image: &Image,
+    function: &Function,
+    expected: &Expected,
+    by_sign: bool,
+    stop: &AtomicBool,
+) -> Result<Found, String> {
     let image = &*image.while_runs(function);
     let names: Vec<String> = expected.inputs.iter().map(|port| port.name.clone()).collect();
     let mut program = Program::new(image, Decoder::new(false)?);
@@ -183,7 +189,11 @@ fn compare(image: &Image, function: &Function, expected: &Expected, by_sign: boo
 }
 
 /// The first result of a path that is not what it is to be.
-fn differs(machine: &mut Machine<'_, '_, '_, '_>, expected: &Expected, names: &[String]) -> Result<Option<String>, String> {
+fn differs(
+    machine: &mut Machine<'_, '_, '_, '_>,
+    expected: &Expected,
+    names: &[String],
+) -> Result<Option<String>, String> {
     let values = expected.run(&mut machine.path);
     let ports = || expected.outs.iter().zip(&values);
     for (port, value) in ports() {

@@ -124,10 +124,7 @@ fn of_the_file(gate: &Gate, folder: &Path, name: &str, sets: &[&str]) -> Result<
         .with(&["--prefix", name, "--force"])
         .with(&sets.collect::<Vec<_>>());
     let kept: Vec<String> = FUNCTIONS.iter().map(|function| format!("{name}_{function}")).collect();
-    let main = format!(
-        "#include \"{name}.h\"\n__attribute__((used)) void *const kept[] = {{{}}};\n",
-        kept.join(", ")
-    );
+    let main = format!("#include \"{name}.h\"\n__attribute__((used)) void *const kept[] = {{{}}};\n", kept.join(", "));
     std::fs::write(folder.join("main.c"), main).map_err(|error| format!("{}: {error}", folder.display()))?;
     let mut commands = vec![export.clone().with(&["-o", &file(&format!("{name}.h"))])];
     let texts: Vec<String> = FUNCTIONS.iter().map(|function| file(&format!("{function}.means"))).collect();

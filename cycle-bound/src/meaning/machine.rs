@@ -48,7 +48,12 @@ enum Operand {
     Number(u32),
     List(Vec<usize>),
     /// Base, index and its shift, offset.
-    Memory { base: usize, index: Option<(usize, u32)>, offset: i32, writes: bool },
+    Memory {
+        base: usize,
+        index: Option<(usize, u32)>,
+        offset: i32,
+        writes: bool,
+    },
     /// `lsl #2` behind a register.
     Shift(&'static str, u32),
     /// What is not followed.
@@ -289,11 +294,8 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
         let Operand::Memory { base, index, offset, writes } = operand else {
             return Err(format!("address {operand:?} is not followed"));
         };
-        let start = if *base == PC {
-            Word::Term(self.path.terms.constant((at + 4) & !3))
-        } else {
-            self.registers[*base]
-        };
+        let start =
+            if *base == PC { Word::Term(self.path.terms.constant((at + 4) & !3)) } else { self.registers[*base] };
         let indexed = match index {
             None => self.path.terms.constant(*offset as u32),
             Some((index, by)) => {

@@ -183,9 +183,9 @@ impl Terms {
             ([(term, 1)], 0) => *term,
             // ((a & (2 s - 1)) ^ s) - s: the low bits of a with their sign.
             (&[(term, 1)], _) => match *self.node(term) {
-                Node::Bits("eor", a, b) if self.bits(b).map(u32::wrapping_neg) == Some(constant) => {
-                    self.of_low_bits(a, constant.wrapping_neg()).unwrap_or_else(|| self.term(Node::Sum(parts, constant)))
-                }
+                Node::Bits("eor", a, b) if self.bits(b).map(u32::wrapping_neg) == Some(constant) => self
+                    .of_low_bits(a, constant.wrapping_neg())
+                    .unwrap_or_else(|| self.term(Node::Sum(parts, constant))),
                 _ => self.term(Node::Sum(parts, constant)),
             },
             _ => self.term(Node::Sum(parts, constant)),
@@ -504,7 +504,8 @@ impl<'a> Path<'a> {
                     Trail::Truth(input) => names[input].clone(),
                     Trail::Relation(a, set, b) => {
                         let signs = [(LESS, "<"), (EQUAL, "="), (GREATER, ">"), (UNORDERED, "?")];
-                        let sign: String = signs.iter().filter(|(one, _)| set & one != 0).map(|(_, sign)| *sign).collect();
+                        let sign: String =
+                            signs.iter().filter(|(one, _)| set & one != 0).map(|(_, sign)| *sign).collect();
                         format!("{} {sign} {}", shown(a), shown(b))
                     }
                     Trail::Order(order, a, b) => format!("{} {order:?} {}", shown(a), shown(b)),

@@ -63,7 +63,11 @@ fn faults_in_a_linear_function_are_noticed() {
     ] {
         let verdict = verdict(&patched(elf, from, to), text);
         assert_ne!(verdict, Verdict::Same, "{what}");
-        assert_eq!(matches!(verdict, Verdict::Differs(_)), what.contains("vadd") || what.contains("NaN"), "{verdict:?}");
+        assert_eq!(
+            matches!(verdict, Verdict::Differs(_)),
+            what.contains("vadd") || what.contains("NaN"),
+            "{verdict:?}"
+        );
     }
 }
 
@@ -176,7 +180,8 @@ fn what_follows_from_a_comparison_is_so() {
                 let mut terms = Terms::default();
                 let script = [true];
                 let mut path = Way::new(&mut terms, &script, false);
-                let (input, first, second) = (path.terms.input(0), path.terms.constant(known.to_bits()), path.terms.constant(to.to_bits()));
+                let (input, first, second) =
+                    (path.terms.input(0), path.terms.constant(known.to_bits()), path.terms.constant(to.to_bits()));
                 assert!(path.stands(input, stands(x, known), first));
                 let asked = path.answers().len();
                 let set = stands(x, to);
