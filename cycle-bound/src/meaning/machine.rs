@@ -3,10 +3,9 @@
 //! Memory is bytes in regions: one for each address that the function is given, and the stack. A byte knows the word
 //! that was stored and which byte of it it is, so what is loaded is what was stored, or numbers that are known.
 
-use std::collections::HashMap;
 use std::rc::Rc;
 
-use super::term::{EQUAL, GREATER, LESS, Order, Path, Term, Terms, UNORDERED};
+use super::term::{EQUAL, GREATER, LESS, Mixing, Order, Path, Term, Terms, UNORDERED};
 use super::text::{Expected, Kind, Place, Port};
 use crate::image::Image;
 use crate::instruction::{Decoder, Instruction, immediate, listed, register};
@@ -63,6 +62,7 @@ enum Operand {
 #[derive(Clone, Debug)]
 struct Code {
     instruction: Instruction,
+    stem: String,
     operands: Vec<Operand>,
     /// The base of LDM and STM is written.
     writes_base: bool,
@@ -72,12 +72,12 @@ struct Code {
 pub(super) struct Program<'a> {
     image: &'a Image,
     decoder: Decoder,
-    code: HashMap<u32, Rc<Code>>,
+    code: Mixing<u32, Rc<Code>>,
 }
 
 impl<'a> Program<'a> {
     pub(super) fn new(image: &'a Image, decoder: Decoder) -> Self {
-        Self { image, decoder, code: HashMap::new() }
+        Self { image, decoder, code: Mixing::default() }
     }
 
     /// Instructions that some path has executed.
@@ -107,7 +107,7 @@ impl Code {
         if let [.., Operand::Memory { writes, .. }, Operand::Number(_)] = &mut operands[..] {
             *writes = true;
         }
-        Self { instruction, operands, writes_base }
+        Self { stem: instruction.stem().to_owned(), instruction, operands, writes_base }
     }
 }
 
@@ -161,7 +161,7 @@ pub(super) struct Machine<'p, 'i, 'c, 'x> {
     pub(super) path: Path<'c>,
     expected: &'x Expected,
     registers: Vec<Word>,
-    memory: HashMap<(u32, i32), (Word, u8)>,
+    memory: Mixing<(u32, i32), (Word, u8)>,
     /// Of the floats, before VMRS; then of all.
     compared: Flags,
     flags: Flags,
@@ -181,7 +181,7 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
             path,
             expected,
             registers: Vec::new(),
-            memory: HashMap::new(),
+            memory: Mixing::default(),
             compared: Flags::Unknown,
             flags: Flags::Unknown,
             stack: 0,
@@ -347,10 +347,11 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
         if base == SP as u32 && offset < self.stack {
             return Err("reads below the stack pointer".into());
         }
-        let mut bytes = Vec::with_capacity(4);
-        for part in 0..i32::from(width) {
-            let byte = self.memory.get(&(base, offset + part)).copied();
-            bytes.push(byte.ok_or_else(|| format!("reads {}, which holds nothing known", shown(base, offset + part)))?);
+        let mut bytes = [(address, 0); 4];
+        let bytes = &mut bytes[..usize::from(width)];
+        for (byte, part) in bytes.iter_mut().zip(0..) {
+            let found = self.memory.get(&(base, offset + part)).copied();
+            *byte = found.ok_or_else(|| format!("reads {}, which holds nothing known", shown(base, offset + part)))?;
         }
         let first = bytes[0].0;
         if bytes.iter().zip(0..).all(|((word, part), k)| *word == first && *part == k) {
@@ -365,7 +366,7 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
             }
         }
         let mut value = 0;
-        for (word, part) in bytes.into_iter().rev() {
+        for &mut (word, part) in bytes.iter_mut().rev() {
             let word = match word {
                 Word::Truth(input, turned) => Some(u32::from(self.path.truth(input) != turned)),
                 Word::Term(term) => self.path.terms.bits(term),
@@ -466,7 +467,7 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
         let Code { instruction, operands, .. } = code;
         let Word::Address(_, stack) = self.registers[SP] else { return Err("the stack is elsewhere".into()) };
         self.stack = stack;
-        let stem = instruction.stem();
+        let stem = code.stem.as_str();
         if !instruction.condition.is_empty() && !self.holds(&instruction.condition)? {
             return Ok(None);
         }

@@ -9,6 +9,38 @@
 //! Comparisons are decided: each one that does not follow from those before it parts the path in two.
 
 use std::collections::{HashMap, HashSet};
+use std::hash::{BuildHasherDefault, Hash, Hasher};
+
+/// For keys of a few small numbers, of which there are very many to look up.
+#[derive(Default)]
+pub(super) struct Mixed(u64);
+
+impl Hasher for Mixed {
+    fn finish(&self) -> u64 {
+        self.0 ^ self.0 >> 32
+    }
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|byte| self.write_u64(u64::from(*byte)));
+    }
+    fn write_u8(&mut self, value: u8) {
+        self.write_u64(value.into());
+    }
+    fn write_u32(&mut self, value: u32) {
+        self.write_u64(value.into());
+    }
+    fn write_i32(&mut self, value: i32) {
+        self.write_u64(u64::from(value as u32));
+    }
+    fn write_u64(&mut self, value: u64) {
+        self.0 = (self.0.rotate_left(5) ^ value).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+    fn write_usize(&mut self, value: usize) {
+        self.write_u64(value as u64);
+    }
+}
+
+/// A table of such keys.
+pub(super) type Mixing<K, V> = HashMap<K, V, BuildHasherDefault<Mixed>>;
 
 /// Names a word: its place among the terms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -45,12 +77,14 @@ pub(super) const LESS: u8 = 1;
 pub(super) const EQUAL: u8 = 2;
 pub(super) const GREATER: u8 = 4;
 pub(super) const UNORDERED: u8 = 8;
+const ALL: [u8; 4] = [LESS, EQUAL, GREATER, UNORDERED];
+const ANY: u8 = LESS | EQUAL | GREATER | UNORDERED;
 
 /// All terms, each once.
 #[derive(Default)]
 pub(super) struct Terms {
     nodes: Vec<Node>,
-    known: HashMap<Node, Term>,
+    known: Mixing<Node, Term>,
 }
 
 impl Terms {
@@ -282,6 +316,23 @@ fn between(a: f32, b: f32) -> u8 {
     }
 }
 
+/// How a may stand to b, if a stands to a number in the first of these ways, and that to b in the second.
+fn through(first: u8, second: u8) -> u8 {
+    let mut may = 0;
+    for (one, other) in ALL.into_iter().flat_map(|one| ALL.map(|other| (one, other))) {
+        if first & one != 0 && second & other != 0 {
+            may |= match (one, other) {
+                (UNORDERED, _) | (_, UNORDERED) => UNORDERED,
+                (EQUAL, other) => other,
+                (one, EQUAL) => one,
+                (one, other) if one == other => one,
+                _ => LESS | EQUAL | GREATER,
+            };
+        }
+    }
+    may
+}
+
 /// How x may stand to `to` if it stands to `known` in one of these ways.
 fn follows(set: u8, known: f32, to: f32) -> u8 {
     let order = between(known, to);
@@ -315,9 +366,9 @@ pub(super) struct Path<'a> {
     script: &'a [bool],
     given: Vec<bool>,
     /// By the first number of a pair.
-    relations: HashMap<Term, Vec<(Term, u8)>>,
-    orders: HashMap<(Order, Term, Term), bool>,
-    truths: HashMap<usize, bool>,
+    relations: Mixing<Term, Vec<(Term, u8)>>,
+    orders: Mixing<(Order, Term, Term), bool>,
+    truths: Mixing<usize, bool>,
     numbers: HashSet<Term>,
     nans: HashSet<Term>,
     /// Is an absolute value one of two, by the sign?
@@ -340,9 +391,9 @@ impl<'a> Path<'a> {
             script,
             by_sign,
             given: Vec::new(),
-            relations: HashMap::new(),
-            orders: HashMap::new(),
-            truths: HashMap::new(),
+            relations: Mixing::default(),
+            orders: Mixing::default(),
+            truths: Mixing::default(),
             numbers: HashSet::new(),
             nans: HashSet::new(),
             trail: Vec::new(),
@@ -411,6 +462,16 @@ impl<'a> Path<'a> {
         let bare = b;
         b = self.terms.signed(b, of_b);
         let b = if self.terms.bits(b) == Some(MINUS_ZERO) { self.terms.constant(0) } else { b };
+        if let (&Node::FromCount(count), Some(0)) = (self.terms.node(a), self.terms.bits(b)) {
+            // A count is 0 if its float is.
+            let zero = self.terms.constant(0);
+            if set & !UNORDERED == EQUAL {
+                return self.ordered(Order::Equal, count, zero);
+            }
+            if set & !UNORDERED == LESS | GREATER {
+                return !self.ordered(Order::Equal, count, zero);
+            }
+        }
         let may = self.may_stand(a, b, bare);
         if may & !set == 0 || may & set == 0 {
             return may & !set == 0;
@@ -438,22 +499,50 @@ impl<'a> Path<'a> {
 
     /// All ways in which they may stand; `bare` is the second without its sign.
     fn may_stand(&self, a: Term, b: Term, bare: Term) -> u8 {
-        let mut may = if a == b { EQUAL | UNORDERED } else { LESS | EQUAL | GREATER | UNORDERED };
+        if let Some(to) = self.terms.float(b) {
+            return self.may_stand_to(a, to);
+        }
+        let mut may = if a == b { EQUAL | UNORDERED } else { ANY };
         if self.is_number(a) && self.is_number(bare) {
             may &= !UNORDERED;
         }
         if self.nans.contains(&a) || self.nans.contains(&bare) {
             may &= UNORDERED;
         }
-        let to = self.terms.float(b);
-        for (other, set) in self.relations.get(&a).into_iter().flatten() {
-            match (to, self.terms.float(*other)) {
-                _ if *other == b => may &= set,
-                (Some(to), Some(known)) => may &= follows(*set, known, to),
-                _ => {}
+        for (_, set) in self.known_of(a).filter(|(other, _)| *other == b) {
+            may &= set;
+        }
+        // Through a constant that stands between them.
+        let of_b = |to: f32| {
+            if bare == b { self.may_stand_to(bare, to) } else { turned(self.may_stand_to(bare, -to)) }
+        };
+        let constants = |of: Term| self.known_of(of).filter_map(|(other, _)| self.terms.float(other));
+        for between in constants(a).chain(constants(bare)).filter(|between| !between.is_nan()) {
+            may &= through(self.may_stand_to(a, between), turned(of_b(between)));
+            may &= through(self.may_stand_to(a, -between), turned(of_b(-between)));
+        }
+        may
+    }
+
+    /// All ways in which it may stand to a constant.
+    fn may_stand_to(&self, a: Term, to: f32) -> u8 {
+        if to.is_nan() {
+            return UNORDERED;
+        }
+        let mut may = if self.is_number(a) { ANY & !UNORDERED } else { ANY };
+        if self.nans.contains(&a) {
+            may &= UNORDERED;
+        }
+        for (other, set) in self.known_of(a) {
+            if let Some(known) = self.terms.float(other).filter(|known| !known.is_nan()) {
+                may &= follows(set, known, to);
             }
         }
         may
+    }
+
+    fn known_of(&self, a: Term) -> impl Iterator<Item = (Term, u8)> {
+        self.relations.get(&a).into_iter().flatten().copied()
     }
 
     pub(super) fn abs(&mut self, a: Term) -> Term {
