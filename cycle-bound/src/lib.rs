@@ -5,6 +5,7 @@
 //! ```text
 //! image (ELF) -> instruction (decoder) -> analysis (ways, calls, stack) -> graph (longest path) -> report
 //!                                           `- cycles (the table) -- trace (what was executed) -- emulated (qemu, log)
+//! text of what it is to compute -> meaning (every path of the instructions on terms: the same?)
 //! a file of ceilings -> ceilings (the same for every function of the file, each figure held to its ceiling)
 //! ```
 

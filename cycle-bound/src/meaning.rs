@@ -1,15 +1,63 @@
-//! Does the machine code compute what it is to compute? Every path of a function against a [text](FORMAT) that says
-//! what becomes of its inputs.
+//! Does the machine code compute what it is to compute? Every path of a function against a text that says what becomes
+//! of its inputs.
 //!
-//! The instructions are executed on terms instead of numbers ([`machine`]), once for every way that the comparisons on
-//! it can be answered ([`term`]); the text is run under the same answers ([`text`]). On every path every result must be
-//! the same term, each register that a function leaves as it was must have its entry back, and nothing else may be
-//! written. Then both give the same bits for all inputs: no number is chosen, none is left out.
+//! The instructions are executed on terms instead of numbers, once for every way that the comparisons on it can be
+//! answered; the text is run under the same answers. On every path every result must be the same term, each register
+//! that a function leaves as it was must have its entry back, and nothing else may be written. Then both give the same
+//! bits for all inputs: no number is chosen, none is left out. What cannot be followed is declined, with its place.
 //!
-//! What is assumed: rounding to nearest with subnormal numbers (FPSCR as after reset), memory that is given by
-//! different addresses does not overlap and nobody else writes to it meanwhile, no such address is 0, what is given as
-//! a truth is 0 or 1, the sign and the payload of a NaN mean nothing; and that the disassembler is right. A NaN that is
-//! stored may differ in these bits.
+//! # What counts as the same
+//! `+ * /` of floats stay as they are; only identities are used that hold for every bit pattern if one rounds to
+//! nearest: `a - b = a + (-b)`, `a + b = b + a`, `a b = b a`, `a + (-0) = a`, `1 a = a`, `2 a = a + a`, `a / 1 = a`,
+//! signs of products and quotients, `-(-a) = a`, `|-a| = |a|`, and that `|a|` is `-a` if `a < 0`, else `a + 0`. Of
+//! comparisons, what follows from those before: through constants, and that a comparison which holds is not of NaN.
+//! Counts are sums modulo 2^32 in a normal form. `VMLA` rounds its product and is followed, `VFMA` does not and is not.
+//!
+//! # What is assumed
+//! Rounding to nearest with subnormal numbers (FPSCR as after reset). Memory behind different addresses does not
+//! overlap, nobody else writes to it meanwhile, and no such address is 0. What is given as a truth is 0 or 1. The sign
+//! and the payload of a NaN mean nothing. The disassembler is right.
+//!
+//! # The text
+//! ```text
+//! means 1                          the format
+//! function control::tick           its name in the image, as for --symbol
+//! in x1 number r2+0                an input: name, kind, place
+//! in resuming truth r1+44
+//! known r0+52 18                   a word of memory that is this number (a number of 32 bits, decimal)
+//! out u number s0                  a result: name, kind, place when the function returns
+//! out x1_prev number r1+24
+//! out saturated truth r0 bit 1
+//! begin
+//! limit = number 0x41200000        a float by its bits
+//! v1 = greater x1 limit
+//! v2 = select v1 limit x1
+//! if v1
+//! return v2 x1 v1                  a value for each `out`, in their order
+//! else
+//! return v2 x1 false
+//! end
+//! ```
+//!
+//! A place is a register at the entry or the return (`r0`, `s0`), or memory: `r1+44` is 44 bytes behind the address
+//! that `r1` holds at the entry. Memory behind different registers does not overlap. Kinds are `number` (a float),
+//! `count` (32 bits), `truth` (a byte in memory, 0 or 1), `absent` (a word, 0 where it is true, else 1). Results of
+//! kind truth that have one place are bits of it, all others of which are 0. `pad r1+45 3` names bytes that may hold
+//! anything.
+//!
+//! | operation | of | gives |
+//! |---|---|---|
+//! | `number BITS`, `count BITS`, `true`, `false` | | a constant; `true` and `false` need no name |
+//! | `neg a`, `abs a`, `add a b`, `sub a b`, `mul a b`, `div a b` | numbers | a number, rounded once to nearest |
+//! | `less a b`, `less_equal`, `greater`, `greater_equal`, `equal`, `not_equal` | numbers | a truth, IEEE 754 |
+//! | `and a b`, `or a b`, `not a` | truths | a truth |
+//! | `select t a b` | a truth and two of one kind | the second if t holds, else the third |
+//! | `plus a b`, `since a b` | counts | sum and difference modulo 2^32 |
+//! | `signed a BITS` | count | its low bits, the highest of them in all bits above |
+//! | `number_of a` | count | as a number with a sign, rounded once |
+//!
+//! A value has one name and stands before what needs it; the same definition may stand in two branches. `#` begins a
+//! comment.
 
 use std::fmt;
 use std::path::Path;

@@ -508,7 +508,8 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
                 return Ok(Some(constant(self, from + 2 * halfwords)));
             }
             ("vcmp" | "vcmpe", [a, b]) => self.compared = Flags::Floats(self.term(a)?, self.term(b)?),
-            ("vmrs", _) => self.flags = self.compared,
+            // Into the flags, not into a register.
+            ("vmrs", [Operand::Other, _]) => self.flags = self.compared,
             _ if self.float(instruction, stem, operands)? => {}
             _ if self.moves(instruction, stem, code)? => return Ok(self.jumped(instruction, code)),
             _ => return self.count(instruction, stem, operands),

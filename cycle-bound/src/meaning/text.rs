@@ -1,43 +1,5 @@
-//! What a function is to compute, as a text: places in registers and memory, operations, decisions.
-//!
-//! ```text
-//! means 1                          the format
-//! function control::tick           its name in the image, as for --symbol
-//! in x1 number r2+0                an input: name, kind, place
-//! in resuming truth r1+44
-//! known r0+52 18                   a word of memory that is this number (a number of 32 bits, decimal)
-//! out u number s0                  a result: name, kind, place when the function returns
-//! out x1_prev number r1+24
-//! out saturated truth r0 bit 1
-//! begin
-//! limit = number 0x41200000        a float by its bits
-//! v1 = greater x1 limit
-//! v2 = select v1 limit x1
-//! if v1
-//! return v2 x1 v1                  a value for each `out`, in their order
-//! else
-//! return v2 x1 false
-//! end
-//! ```
-//!
-//! A place is a register at the entry or the return (`r0`, `s0`), or memory: `r1+44` is 44 bytes behind the address that
-//! `r1` holds at the entry. Memory behind different registers does not overlap. Kinds are `number` (a float), `count`
-//! (32 bits), `truth` (a byte in memory, 0 or 1), `absent` (a word, 1 or 0, and 0 is true). Results of kind truth that have one place
-//! are bits of it, all others of which are 0. `pad r1+45 3` names bytes that may hold anything.
-//!
-//! | operation | of | gives |
-//! |---|---|---|
-//! | `number BITS`, `count BITS`, `true`, `false` | | a constant; `true` and `false` need no name |
-//! | `neg a`, `abs a`, `add a b`, `sub a b`, `mul a b`, `div a b` | numbers | a number, rounded once to nearest |
-//! | `less a b`, `less_equal`, `greater`, `greater_equal`, `equal`, `not_equal` | numbers | a truth, IEEE 754 |
-//! | `and a b`, `or a b`, `not a` | truths | a truth |
-//! | `select t a b` | a truth and two of one kind | the second if t holds, else the third |
-//! | `plus a b`, `since a b` | counts | sum and difference modulo 2^32 |
-//! | `signed a BITS` | count | its low bits, the highest of them in all bits above |
-//! | `number_of a` | count | as a number with a sign, rounded once |
-//!
-//! A value has one name and stands before what needs it; the same definition may stand in two branches. `#` begins a
-//! comment.
+//! Reads the text of what a function is to compute, and runs it along a path. The format stands at the head of
+//! [`meaning`](super).
 
 use std::collections::HashMap;
 
