@@ -8,7 +8,8 @@ const SLEW: (&[u8], &str) = (include_bytes!("../../tests/slew.elf"), include_str
 const JOINT: (&[u8], &str) = (include_bytes!("../../tests/joint.elf"), include_str!("../../tests/joint.means"));
 
 fn verdict(elf: &[u8], text: &str) -> Verdict {
-    let image = Image::read(elf).expect("an image");
+    // Read where it is aligned.
+    let image = Image::read(&elf.to_vec()).expect("an image");
     let expected = Expected::read(text).expect("a text");
     let function = image.find(&expected.function).expect("the function");
     held(&image, function, &expected, &AtomicBool::new(false)).expect("not stopped").verdict
@@ -97,8 +98,8 @@ fn a_tick_of_a_compiler_is_the_recorded_one() {
 /// Each instruction of the tick of these encodings, changed one at a time.
 #[test]
 fn faults_in_a_tick_are_noticed_wherever_they_are() {
-    let (elf, text) = JOINT;
-    let image = Image::read(elf).expect("an image");
+    let (elf, text) = (JOINT.0.to_vec(), JOINT.1);
+    let image = Image::read(&elf).expect("an image");
     let expected = Expected::read(text).expect("a text");
     let tick = image.find(&expected.function).expect("the tick").clone();
     let code = image.bytes(tick.start).expect("its code")[..(tick.end - tick.start) as usize].to_vec();
@@ -129,7 +130,7 @@ fn faults_in_a_tick_are_noticed_wherever_they_are() {
     assert_eq!(kinds.len(), 6, "{kinds:?}");
     let mut missed = Vec::new();
     for (kind, at, halfwords) in &faults {
-        let mut elf = elf.to_vec();
+        let mut elf = elf.clone();
         let bytes: Vec<u8> = halfwords.iter().flat_map(|half| half.to_le_bytes()).collect();
         elf[begin + at..begin + at + bytes.len()].copy_from_slice(&bytes);
         if verdict(&elf, text) == Verdict::Same {
