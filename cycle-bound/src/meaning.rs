@@ -52,7 +52,8 @@
 //! | `less a b`, `less_equal`, `greater`, `greater_equal`, `equal`, `not_equal` | numbers | a truth, IEEE 754 |
 //! | `and a b`, `or a b`, `not a` | truths | a truth |
 //! | `select t a b` | a truth and two of one kind | the second if t holds, else the third |
-//! | `plus a b`, `since a b` | counts | sum and difference modulo 2^32 |
+//! | `plus a b`, `since a b`, `times a b` | counts | sum, difference, product modulo 2^32 |
+//! | `quotient a b` | counts | in two's complement towards 0, as SDIV gives it |
 //! | `signed a BITS` | count | its low bits, the highest of them in all bits above |
 //! | `number_of a` | count | as a number with a sign, rounded once |
 //!

@@ -808,7 +808,8 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
                     "and" | "tst" => (terms.bitwise("and", a, b), None),
                     "orr" => (terms.bitwise("orr", a, b), None),
                     "eor" => (terms.bitwise("eor", a, b), None),
-                    "mul" => (terms.bitwise("mul", a, b), None),
+                    "mul" => (terms.times(a, b), None),
+                    "sdiv" => (terms.bitwise("quotient", a, b), None),
                     "bic" => {
                         let mask = !terms.bits(b).ok_or("bits that are not known")?;
                         let mask = terms.constant(mask);
@@ -823,6 +824,11 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
                     _ => return Err("is not followed".into()),
                 };
                 (Word::Term(result), flags.unwrap_or(Flags::Result(result)))
+            }
+            ("mla" | "mls", [Word::Term(a), Word::Term(b), Word::Term(to)]) => {
+                let product = terms.times(*a, *b);
+                let result = terms.plus(*to, product, if stem == "mla" { 1 } else { u32::MAX });
+                (Word::Term(result), Flags::Unknown)
             }
             ("ubfx", [Word::Term(a), Word::Term(from), width]) => {
                 let mask = match known(terms, width) {

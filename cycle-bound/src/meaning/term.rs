@@ -252,16 +252,27 @@ impl Terms {
         }
     }
 
+    /// Product modulo 2^32.
+    pub(super) fn times(&mut self, a: Term, b: Term) -> Term {
+        let zero = self.constant(0);
+        match (self.bits(a), self.bits(b)) {
+            (Some(factor), _) => self.plus(zero, b, factor),
+            (_, Some(factor)) => self.plus(zero, a, factor),
+            _ => self.term(Node::Bits("mul", a.min(b), a.max(b))),
+        }
+    }
+
     /// AND, ORR, EOR, and others of which only constants are known.
     pub(super) fn bitwise(&mut self, name: &'static str, a: Term, b: Term) -> Term {
-        let (a, b) = if self.bits(a).is_some() && name != "lsr" { (b, a) } else { (a, b) };
+        let turns = ["and", "orr", "eor"].contains(&name) && self.bits(a).is_some();
+        let (a, b) = if turns { (b, a) } else { (a, b) };
         match (name, self.bits(a), self.bits(b)) {
             ("and", Some(a), Some(b)) => self.constant(a & b),
             ("orr", Some(a), Some(b)) => self.constant(a | b),
             ("eor", Some(a), Some(b)) => self.constant(a ^ b),
             ("lsr", Some(a), Some(b)) => self.constant(a.checked_shr(b).unwrap_or(0)),
-            ("mul", Some(a), Some(b)) => self.constant(a.wrapping_mul(b)),
-            ("and", _, Some(0)) | ("mul", _, Some(0)) => self.constant(0),
+            ("quotient", Some(_), Some(0)) | ("and", _, Some(0)) => self.constant(0),
+            ("quotient", Some(a), Some(b)) => self.constant((a as i32).wrapping_div(b as i32) as u32),
             ("and", _, Some(u32::MAX)) | ("orr" | "eor" | "lsr", _, Some(0)) => a,
             // The highest bit has no carry.
             ("eor", _, Some(MINUS_ZERO)) => self.plus(a, b, 1),

@@ -80,7 +80,7 @@ const COMPARISONS: [(&str, u8); 6] = [
     ("not_equal", LESS | GREATER | UNORDERED),
 ];
 const OF_ONE: [&str; 4] = ["neg", "abs", "not", "number_of"];
-const OF_TWO: [&str; 8] = ["add", "sub", "mul", "div", "and", "or", "plus", "since"];
+const OF_TWO: [&str; 10] = ["add", "sub", "mul", "div", "and", "or", "plus", "since", "times", "quotient"];
 
 impl Expected {
     /// Reads a text.
@@ -146,6 +146,8 @@ impl Run<'_> {
                     "mul" => path.terms.mul(a, b),
                     "div" => path.terms.div(a, b),
                     "plus" => path.terms.plus(a, b, 1),
+                    "times" => path.terms.times(a, b),
+                    "quotient" => path.terms.bitwise("quotient", a, b),
                     _ => path.terms.plus(a, b, u32::MAX),
                 })
             }
