@@ -64,11 +64,9 @@ fn faults_in_a_linear_function_are_noticed() {
     ] {
         let verdict = verdict(&patched(elf, from, to), text);
         assert_ne!(verdict, Verdict::Same, "{what}");
-        assert_eq!(
-            matches!(verdict, Verdict::Differs(_)),
-            what.contains("vadd") || what.contains("NaN"),
-            "{verdict:?}"
-        );
+        // The others are nothing that a text could say.
+        let differs = ["vadd for vsub", "NaN takes the other way", "a lost store"].contains(&what);
+        assert_eq!(matches!(verdict, Verdict::Differs(_)), differs, "{what}: {verdict:?}");
     }
 }
 
@@ -137,7 +135,8 @@ fn faults_in_a_tick_are_noticed_wherever_they_are() {
             missed.push(format!("{kind} at {at:#x}"));
         }
     }
-    assert_eq!(missed, <[String; 0]>::default(), "of {} faults", faults.len());
+    // Two change nothing: |a - 0| is |a + 0| where it is compared, and the other's sign goes into an absolute value.
+    assert_eq!(missed, ["vsub for vadd at 0x150", "the sign of a constant at 0x3da"], "of {} faults", faults.len());
 }
 
 /// Bit patterns at random, every third of them of a kind that is rare.
