@@ -111,6 +111,9 @@ pub fn tick<D: Recorded>(
 }
 
 /// Coefficients that any design may have: inputs with their names, in the order of [`LAYOUT`].
+///
+/// # Panics
+/// If the mask has not O channels.
 pub fn coefficients<const N: usize, const R: usize, const O: usize>(
     recorder: &Recorder,
     mask: u8,

@@ -72,6 +72,11 @@ impl Text<'_> {
         }
     }
 
+    /// Names in a row, each behind a blank.
+    fn names(&self, ids: impl Iterator<Item = Id>) -> String {
+        ids.fold(String::new(), |names, id| names + " " + &self.name(id))
+    }
+
     /// All values that a block needs.
     fn needs(&self, block: &Block, needed: &mut BTreeSet<Id>) {
         for step in &block.steps {
@@ -108,13 +113,13 @@ impl Text<'_> {
                 Op::CountSigned(_, bits) => ("signed", Some(bits)),
                 Op::NumberOf(_) => ("number_of", None),
             };
-            let operands: String = op.operands().map(|id| format!(" {}", self.name(id))).collect();
+            let operands = self.names(op.operands());
             let more = more.map_or(String::new(), |bits| format!(" {bits}"));
             self.line(step.value, &format!("{name}{operands}{more}"));
         }
         match &block.end {
             End::Return(results) => {
-                let names: String = self.results.iter().map(|at| format!(" {}", self.name(results[*at]))).collect();
+                let names = self.names(self.results.iter().map(|at| results[*at]));
                 let _ = writeln!(self.out, "return{names}");
             }
             End::Branch { condition, yes, no } => {

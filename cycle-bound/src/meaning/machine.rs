@@ -114,13 +114,13 @@ impl Code {
 const SHIFTS: [&str; 4] = ["lsl", "lsr", "asr", "ror"];
 
 fn operand(text: &str) -> Operand {
-    let number = |set: u64| (set.count_ones() == 1).then(|| set.trailing_zeros() as usize);
+    let number = |set: u64| set.is_power_of_two().then(|| set.trailing_zeros() as usize);
     if let Some(value) = immediate(text) {
         return Operand::Number(value as u32);
     }
-    if text.starts_with('#') {
-        // A float, as the manual writes it.
-        return text[1..].parse::<f32>().map_or(Operand::Other, |float| Operand::Number(float.to_bits()));
+    if let Some(float) = text.strip_prefix('#') {
+        // As the manual writes it.
+        return float.parse::<f32>().map_or(Operand::Other, |float| Operand::Number(float.to_bits()));
     }
     if text.starts_with('{') {
         let set = listed(text);
@@ -304,19 +304,15 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
             }
         };
         let moved = self.moved(start, indexed, 1)?;
-        match behind {
-            Some(behind) => {
-                let behind = self.term(behind)?;
-                self.registers[*base] = self.moved(start, behind, 1)?;
-                Ok(start)
-            }
-            None => {
-                if *writes {
-                    self.registers[*base] = moved;
-                }
-                Ok(moved)
-            }
+        if let Some(behind) = behind {
+            let behind = self.term(behind)?;
+            self.registers[*base] = self.moved(start, behind, 1)?;
+            return Ok(start);
         }
+        if *writes {
+            self.registers[*base] = moved;
+        }
+        Ok(moved)
     }
 
     /// `start + factor by`, of addresses too.
@@ -479,12 +475,11 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
             ("nop" | "it" | "itt" | "ite" | "ittt" | "itte" | "itet" | "itee", _) => {}
             (it, _) if it.starts_with("it") && it.len() == 5 => {}
             ("dmb" | "dsb" | "isb", _) => {}
-            ("b", [target]) => return self.get(target).map(Some),
+            ("b" | "bx", [target]) => return self.get(target).map(Some),
             ("bl", [target]) => {
                 self.registers[LR] = constant(self, instruction.next() | 1);
                 return self.get(target).map(Some);
             }
-            ("bx", [target]) => return self.get(target).map(Some),
             ("cbz" | "cbnz", [value, target]) => {
                 let is_zero = match self.get(value)? {
                     Word::Term(value) => {
