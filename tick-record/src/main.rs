@@ -192,7 +192,7 @@ where
     let law_words = words(marked);
     let flag = L::State::from_words(&mut (0..state.len()).map(|k| u32::from(k == 0))).expect("a state that is fresh");
     let fresh = words(&flag).iter().position(|word| *word & 0xff == 1).expect("a flag");
-    let known: String = (law_words.iter().zip(0..))
+    let known: Vec<String> = (law_words.iter().zip(0..))
         .filter(|(word, _)| !(0..names.len()).any(|k| mark(k).to_bits() == **word))
         .map(|(word, k)| format!("known r0+{} {word}\n", 4 * k))
         .collect();
@@ -229,7 +229,7 @@ where
         Role::Output if port.name == "u" => Some("s0".into()),
         _ => None,
     };
-    text::text(&format!("budget::{name}::tick"), record, &memory, &result, &known)
+    text::text(&format!("budget::{name}::tick"), record, &memory, &result, &known.concat())
 }
 
 /// Every instance with its text.
