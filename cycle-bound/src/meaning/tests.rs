@@ -9,7 +9,8 @@ const JOINT: (&[u8], &str) = (include_bytes!("../../tests/joint.elf"), include_s
 
 fn verdict(elf: &[u8], text: &str) -> Verdict {
     // Read where it is aligned.
-    let image = Image::read(&elf.to_vec()).expect("an image");
+    let aligned = elf.to_vec();
+    let image = Image::read(&aligned).expect("an image");
     let expected = Expected::read(text).expect("a text");
     let function = image.find(&expected.function).expect("the function");
     held(&image, function, &expected, &AtomicBool::new(false)).expect("not stopped").verdict
