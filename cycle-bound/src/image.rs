@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use object::elf::{SHF_EXECINSTR, STT_FUNC, STT_OBJECT};
+use object::elf::{SHF_ALLOC, SHF_EXECINSTR, SHF_WRITE, STT_FUNC, STT_OBJECT};
 use object::{Architecture, Object, ObjectKind, ObjectSection, ObjectSymbol, SectionFlags, SymbolFlags, SymbolSection};
 
 /// How many names a message offers.
@@ -95,6 +95,8 @@ pub struct Image {
     /// Where more than one section lies, of which one at a time is loaded: overlays.
     overlaid: Vec<Range<u32>>,
     data: Vec<Data>,
+    /// Sections that are loaded and not written: address and bytes.
+    constants: Vec<(u32, Vec<u8>)>,
     /// What the tools that made it say of themselves, section `.comment`.
     tools: Vec<String>,
     elf: Vec<u8>,
@@ -119,6 +121,11 @@ impl Image {
         for section in file.sections() {
             let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
             if sh_flags & u64::from(SHF_EXECINSTR) == 0 {
+                if sh_flags & u64::from(SHF_ALLOC | SHF_WRITE) == u64::from(SHF_ALLOC)
+                    && let Ok(bytes) = section.data()
+                {
+                    image.constants.push((section.address() as u32, bytes.to_vec()));
+                }
                 continue;
             }
             let bytes = section.data().map_err(|error| format!("a section cannot be read: {error}"))?;
@@ -222,6 +229,14 @@ impl Image {
     /// Code from an address to the end of its section.
     pub fn bytes(&self, address: u32) -> Option<&[u8]> {
         self.section(address).and_then(|section| section.bytes.get((address - section.base) as usize..))
+    }
+
+    /// So many bytes that no program changes: code, or data that is loaded and not written.
+    pub(crate) fn constant_bytes(&self, address: u32, length: usize) -> Option<&[u8]> {
+        let within = |(base, bytes): &'_ (u32, &'_ [u8])| *base <= address && (address - base) as usize <= bytes.len();
+        let code = self.sections.iter().map(|section| (section.base, &section.bytes[..]));
+        let data = self.constants.iter().map(|(base, bytes)| (*base, &bytes[..]));
+        code.chain(data).filter(within).find_map(|(base, bytes)| bytes.get((address - base) as usize..)?.get(..length))
     }
 
     /// Is this an address of data among code?

@@ -45,6 +45,8 @@ pub(crate) struct Instruction {
     pub(crate) operands: Vec<String>,
     /// Executed only if a condition holds.
     pub(crate) conditional: bool,
+    /// The condition, `eq`; empty if there is none, or if it is that of CBZ or CBNZ.
+    pub(crate) condition: String,
 }
 
 impl Instruction {
@@ -55,7 +57,8 @@ impl Instruction {
         let bare = condition.and_then(|letters| stem.strip_suffix(letters)).filter(|_| !stem.starts_with("it"));
         let name = format!("{}{types}", bare.unwrap_or(stem));
         let conditional = bare.is_some() || name == "cbz" || name == "cbnz";
-        Self { address, size, name, operands: split(operands), conditional }
+        let condition = condition.filter(|_| bare.is_some()).unwrap_or("").to_owned();
+        Self { address, size, name, operands: split(operands), conditional, condition }
     }
 
     /// Mnemonic without data types: `vadd` of `vadd.f32`.
@@ -247,7 +250,7 @@ fn split(operands: &str) -> Vec<String> {
 }
 
 /// The number in an operand like `#16` or `#-0x4`.
-fn immediate(operand: &str) -> Option<i32> {
+pub(crate) fn immediate(operand: &str) -> Option<i32> {
     let text = operand.strip_prefix('#')?;
     let (sign, digits) = text.strip_prefix('-').map_or((1, text), |digits| (-1, digits));
     let value = match digits.strip_prefix("0x") {
@@ -264,11 +267,11 @@ fn registers(operand: &str) -> u64 {
 }
 
 /// Registers of a list in braces, none of anything else.
-fn listed(operand: &str) -> u64 {
+pub(crate) fn listed(operand: &str) -> u64 {
     if operand.starts_with('{') { registers(operand) } else { 0 }
 }
 
-fn register(name: &str) -> u64 {
+pub(crate) fn register(name: &str) -> u64 {
     match name {
         "sb" => return 1 << 9,
         "sl" => return 1 << 10,

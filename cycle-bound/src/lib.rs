@@ -5,6 +5,7 @@
 //! ```text
 //! image (ELF) -> instruction (decoder) -> analysis (ways, calls, stack) -> graph (longest path) -> report
 //!                                           `- cycles (the table) -- trace (what was executed) -- emulated (qemu, log)
+//! text of what it is to compute -> meaning (every path of the instructions on terms: the same?)
 //! a file of ceilings -> ceilings (the same for every function of the file, each figure held to its ceiling)
 //! ```
 
@@ -18,6 +19,7 @@ mod image_file;
 mod instruction;
 mod lines;
 pub mod log;
+pub mod meaning;
 pub mod qemu;
 pub mod report;
 pub mod stop;
@@ -74,8 +76,12 @@ pub struct Options {
     #[arg(long, value_name = "FILE", required_unless_present = "ceilings")]
     pub elf: Option<PathBuf>,
     /// The function: its name, mangled or not, or a part of it that no other name has.
-    #[arg(long, value_name = "NAME", required_unless_present = "ceilings")]
+    #[arg(long, value_name = "NAME", required_unless_present_any = ["ceilings", "means"])]
     pub symbol: Option<String>,
+    /// Hold the function to this text of what it is to compute, beside its bound; several, each of the function that it
+    /// names.
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with_all = ["ceilings", "trace", "emulate"])]
+    pub means: Vec<PathBuf>,
     /// Instead of one function all that FILE lists, each figure held to its ceiling.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["elf", "symbol", "core", "max_cycles", "no_panic",
         "no_double", "no_division", "no_call", "no_backward_branch", "no_fused", "loops", "barrier",
@@ -228,6 +234,9 @@ pub fn run(options: &Options, stop: &AtomicBool) -> Result<Reply, String> {
         };
         let verdict = ceilings::run(file, write, stop)?;
         Reply::of(&verdict, options.json, [&verdict.notes, &verdict.declined, &verdict.failures])
+    } else if let (Some(elf), [_, ..]) = (&options.elf, &options.means[..]) {
+        let answer = meaning::run(elf, options, stop)?;
+        Reply::of(&answer, options.json, [&[], &answer.declined, &answer.failures])
     } else {
         let report = report_of(options, stop)?;
         Reply::of(&report, options.json, [&[], &report.declined, &report.failures])

@@ -34,6 +34,8 @@ pub const PREFIX: &str = "edo_smc";
 pub enum Form<'a> {
     /// Self-contained C99; every name in it begins with this prefix.
     Standalone(&'a str),
+    /// What a function of the self-contained file, of this prefix and name, is to compute: for `cycle-bound --means`.
+    Means(&'a str, &'a str),
     /// C on the archive of `controller-capi`; the name of the design begins with this prefix.
     Archive(&'a str),
     /// Rust on `controller-core`.
@@ -73,6 +75,7 @@ pub fn text(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Res
     let exported = Exported { spec, download, warnings: warnings(experiment), source };
     match form {
         Form::Standalone(prefix) => standalone::text(&exported, prefix),
+        Form::Means(prefix, function) => standalone::means(&exported, prefix, function),
         Form::Archive(prefix) => archive::text(&exported, prefix),
         Form::Rust => rust::text(&exported),
     }

@@ -105,7 +105,9 @@ fn kind_at(record: &Record, at: usize) -> Kind {
     match record.values[at].op {
         Op::Input(input) => record.inputs[input].kind,
         Op::Truth(_) | Op::Compare(..) | Op::And(..) | Op::Or(..) | Op::Not(_) => Kind::Truth,
-        Op::CountOf(_) | Op::CountSince(..) | Op::CountPlus(..) | Op::CountSigned(..) => Kind::Count,
+        Op::CountOf(_) | Op::CountSince(..) | Op::CountPlus(..) | Op::CountSigned(..) | Op::CountWhole(..) => {
+            Kind::Count
+        }
         Op::Select(_, a, _) => record.kind(a),
         _ => Kind::Number,
     }
@@ -155,6 +157,7 @@ fn term(op: Op, inputs: &[String], of: &dyn Fn(Id) -> String) -> String {
         Op::CountSigned(a, bits) => {
             format!("((_ sign_extend {}) ((_ extract {} 0) {}))", 32 - bits, bits - 1, of(a))
         }
+        Op::CountWhole(a, whole, each) => format!("(bvmul (bvsdiv {} #x{whole:08x}) #x{each:08x})", of(a)),
         Op::NumberOf(a) => format!("((_ to_fp 8 24) RNE {})", of(a)),
     }
 }

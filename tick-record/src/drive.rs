@@ -10,7 +10,7 @@
 //! (sines, cosines, couplings, whether a sample was lost) goes from the one to the other by its name.
 
 use controller_core::drive::{
-    Aim, ChainModel, DriveError, DriveEstimates, EncoderForm, JointDesign, JointDrive, JointModel, MotorDesign,
+    Aim, ChainModel, DriveError, DriveEstimates, EncoderForm, Hold, JointDesign, JointDrive, JointModel, MotorDesign,
     MotorDrive, MotorModel, Mounting, NumberName, Position, Sample, Speed, Target,
 };
 use controller_core::{ControlLaw, Health, Output, Real, Words as _, as_within};
@@ -309,12 +309,52 @@ type StateOf<M, A, const E: usize, const N: usize, const S: usize, const FAST: u
 /// A number of the design as a constant with its name: `unit_link`, `gain_motor_2`, `kx_3`.
 fn named<M: NamedModel<E, N>, const E: usize, const N: usize>(
     recorder: &Recorder,
-    NumberName { name, encoder, entry }: NumberName,
+    name: NumberName,
     number: f32,
 ) -> Symbol {
+    recorder.constant(&full_name::<M, E, N>(name), f64::from(number))
+}
+
+fn full_name<M: NamedModel<E, N>, const E: usize, const N: usize>(name: NumberName) -> String {
+    let NumberName { name, encoder, entry } = name;
     let shaft = if encoder == 0 { "" } else { M::SHAFTS[encoder - 1] };
     let entry = if entry == 0 { String::new() } else { format!("_{entry}") };
-    recorder.constant(&format!("{name}{shaft}{entry}"), f64::from(number))
+    format!("{name}{shaft}{entry}")
+}
+
+impl<const N: usize> NamedAim<N> for Hold {
+    fn target(_: &Recorder, _: &str) {}
+}
+
+/// Records one tick of a drive as a whole. `design` makes it, of constants or of [numbers](Recorder::number) that any
+/// design may hold; its encoders count as its shafts turn.
+pub fn tick<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
+    design: &dyn Fn(&Recorder) -> EncoderForm<Symbol, M, A, E, N, S, FAST, LATE>,
+) -> Record
+where
+    M: NamedModel<E, N>,
+    A: NamedAim<N>,
+{
+    let mounted = |recorder: &Recorder| Mounted { law: design(recorder), mounting: [Mounting::UPRIGHT; E] };
+    crate::tick::<Mounted<M, A, E, N, S, FAST, LATE>>(&mounted, Mounted::tick)
+}
+
+/// The drive of a motor with other numbers: `number` gives them, by name.
+pub fn motor_of<U: Real, A: Aim<f32, 2>, const FAST: usize, const LATE: usize, const S: usize>(
+    drive: &MotorDrive<f32, A, FAST, LATE, S>,
+    number: &mut dyn FnMut(&str) -> U,
+) -> MotorDrive<U, A, FAST, LATE, S> {
+    let model = drive.model().converted(&mut |name, _| number(&format!("model_{name}")));
+    drive.converted(model, &mut |name, _| number(&full_name::<MotorModel<Symbol>, 1, 2>(name)))
+}
+
+/// The drive of a joint with other numbers: `number` gives them, by name.
+pub fn joint_of<U: Real, A: Aim<f32, 4>, const FAST: usize, const LATE: usize>(
+    drive: &JointDrive<f32, A, FAST, LATE>,
+    number: &mut dyn FnMut(&str) -> U,
+) -> JointDrive<U, A, FAST, LATE> {
+    let model = drive.model().converted(&mut |name, _| number(&format!("model_{name}")));
+    drive.converted(model, &mut |name, _| number(&full_name::<JointModel<Symbol>, 2, 4>(name)))
 }
 
 /// Records the drive of a motor in f32.

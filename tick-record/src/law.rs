@@ -94,6 +94,35 @@ pub(crate) fn recorded<L>(design: &dyn Fn(&Recorder) -> L, f: &dyn Fn(&Recorder,
     every_way(&mut |recorder| f(recorder, law.get_or_init(|| design(recorder))))
 }
 
+/// Records one tick of a law, all words of its state among inputs and results. `design` makes the law, of constants or
+/// of [numbers](Recorder::number) that any design may hold; `tick` is [`ControlLaw::tick`] or another of its kind.
+pub fn tick<D: Recorded>(
+    design: &dyn Fn(&Recorder) -> D,
+    tick: fn(&D, &mut D::State, &D::Sample) -> D::Output,
+) -> Record {
+    let law = |recorder: &Recorder| recorder.silently(|| design(recorder));
+    let erased = |recorder: &Recorder| -> Rc<dyn Law> { Rc::new(Designed { law: law(recorder), guess: D::NO_GUESS }) };
+    let words = Words::of(&D::state_names(), &erased);
+    recorded(&law, &|recorder, law| {
+        let mut state = words.state(recorder);
+        D::put_output(recorder, &tick(law, &mut state, &law.sample(recorder)));
+        words.put(recorder, &Designed::<D>::words(&state));
+    })
+}
+
+/// Coefficients that any design may have: inputs with their names, in the order of [`LAYOUT`].
+///
+/// # Panics
+/// If the mask has not O channels.
+pub fn coefficients<const N: usize, const R: usize, const O: usize>(
+    recorder: &Recorder,
+    mask: u8,
+) -> Coefficients<Symbol, N, R, O> {
+    let names = coefficient_names(N, R, mask);
+    let numbers = names.iter().map(|name| recorder.number(name, Role::Argument));
+    Coefficients::from_trusted_numbers(numbers).expect("a name for every coefficient")
+}
+
 /// Records what is done with a running law.
 fn running(
     design: &dyn Fn(&Recorder) -> Rc<dyn Law>,

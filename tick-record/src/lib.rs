@@ -8,9 +8,10 @@ mod merge;
 pub mod plan;
 pub mod record;
 mod recorder;
+pub mod text;
 
 #[doc(inline)]
-pub use law::{Functions, Recorded, controller, functions, linear};
+pub use law::{Functions, Recorded, coefficients, controller, functions, linear, tick};
 #[doc(inline)]
 pub use record::{Block, End, Id, Kind, Op, Port, Record, Role, Step, Test, Value, Word};
 #[doc(inline)]

@@ -24,8 +24,25 @@ use crate::record::{Id, Kind, Op, Port, Record, Role, Table, Test, Value};
 pub struct Symbol(pub(crate) Id);
 
 /// A count of a tick that is being recorded.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct CountSymbol(pub(crate) Id);
+
+/// Counts are the same if their difference is 0, as a number too: no rounding makes another count 0.
+impl PartialEq for CountSymbol {
+    #[track_caller]
+    fn eq(&self, other: &Self) -> bool {
+        let at = Location::caller();
+        let difference = compute(Op::CountSince(self.0, other.0), at);
+        compare(Test::Equal, compute(Op::NumberOf(difference), at), ZERO, at)
+    }
+    #[track_caller]
+    #[allow(clippy::partialeq_ne_impl)] // `a != b` is an operation of its own.
+    fn ne(&self, other: &Self) -> bool {
+        let at = Location::caller();
+        let difference = compute(Op::CountSince(self.0, other.0), at);
+        compare(Test::NotEqual, compute(Op::NumberOf(difference), at), ZERO, at)
+    }
+}
 
 /// The constants that need no recorder.
 pub(crate) const ZERO: Id = Id(0);

@@ -4,7 +4,7 @@ use crate::step::{Gate, Invocation, Outcome};
 use crate::{capi, firmware};
 
 /// Ceilings of what the images cost.
-const CEILINGS: &str = "firmware/budgets.toml";
+pub(crate) const CEILINGS: &str = "firmware/budgets.toml";
 
 /// Builds the images, then holds what they cost to its ceilings.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {

@@ -11,6 +11,7 @@ mod compiler;
 mod docs;
 mod firmware;
 mod fuzz;
+mod means;
 mod mutate;
 mod paper_map;
 mod prove;
@@ -32,7 +33,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 16] = [
+const ACTIONS: [Action; 17] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -50,6 +51,11 @@ const ACTIONS: [Action; 16] = [
         name: "budget",
         help: "build the images and hold what each instance costs to firmware/budgets.toml",
         run: budget::run,
+    },
+    Action {
+        name: "means",
+        help: "hold the machine code of image and exported C to the record of the tick, path by path",
+        run: means::run,
     },
     Action { name: "capi", help: "build archive, header and examples for firmware in C", run: capi::run },
     Action { name: "docs", help: "build the documentation without a warning, and check its formulas", run: docs::run },

@@ -2,7 +2,9 @@
 //! ends with what it left out.
 
 use crate::step::{Gate, Invocation, Outcome};
-use crate::{attack, bench, budget, capi, docs, firmware, fuzz, mutate, paper_map, prove, scan, setup, thumb, wasm};
+use crate::{
+    attack, bench, budget, capi, docs, firmware, fuzz, means, mutate, paper_map, prove, scan, setup, thumb, wasm,
+};
 
 /// Features of controller-core; every combination must build and be free of warnings.
 const FEATURES: [&str; 3] = ["analysis", "defmt", "serde"];
@@ -45,6 +47,7 @@ const GATE: [Part; 19] = [
     Part { run: bench::count_on_host, quick: No("instructions on the host") },
     Part { run: test_without_features, quick: No("tests of controller-core without features") },
     Part { run: budget::judge, quick: No("the ceilings of the images") },
+    Part { run: means::judge, quick: No("the meaning of the machine code") },
     Part {
         run: last,
         quick: No("fuzzing of the wire, controller-core for the chip by feature set, the loop in WebAssembly"),

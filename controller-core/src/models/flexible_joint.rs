@@ -120,6 +120,14 @@ macro_rules! joint {
 }
 joint!(f32, f64);
 
+impl<T: Real> FlexibleJoint<T> {
+    /// From the coefficients of x_1, x_3, x_4 in a(x)/b.
+    #[doc(hidden)]
+    pub const fn from_row(row: [T; 3]) -> Self {
+        Self { row }
+    }
+}
+
 impl<T: Real> NominalModel<T, 4> for FlexibleJoint<T> {
     #[inline(always)]
     fn drift(&self, x: &[T; 4]) -> T {

@@ -31,6 +31,10 @@ pub(super) struct ExportOptions {
     /// One self-contained C99 file: tick and coefficients, no library needed; --lang c may stand beside it.
     #[arg(long)]
     standalone: bool,
+    /// Instead of that file, what this function of it is to compute (start, tick, not_started, report_applied,
+    /// estimates, reset): for cycle-bound --means, which holds a compiler's machine code to it.
+    #[arg(long, value_name = "FUNCTION", requires = "standalone")]
+    means: Option<String>,
     /// The design for a program that links the library of this language.
     #[arg(long)]
     lang: Option<Language>,
@@ -74,7 +78,10 @@ impl Console<'_> {
             }
             Some(Language::Rust) => Form::Rust,
             Some(Language::C) if !options.standalone => Form::Archive(&options.prefix),
-            _ => Form::Standalone(&options.prefix),
+            _ => match &options.means {
+                Some(function) => Form::Means(&options.prefix, function),
+                None => Form::Standalone(&options.prefix),
+            },
         };
         let sets = &options.sets;
         let (file, text, stem) = match &options.scenario {

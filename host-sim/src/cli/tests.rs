@@ -538,6 +538,9 @@ fn export_goes_to_stdout_or_into_a_file_that_is_not_lost_by_a_slip() {
     let (code, text, err) = spoken(&["export", "--paper", "--standalone"]);
     let unlimited = "warning: u has no limits: up to 1e12 may go out; set controller.limits={ min = .., max = .. }\n";
     assert_eq!((code, err.as_str()), (status::DONE, unlimited));
+    // What machine code of the file is held to: u in the first word behind the address of the output.
+    let (code, means, _) = spoken(&["export", "--paper", "--standalone", "--means", "tick", "--prefix", "left"]);
+    assert!(code == 0 && means.starts_with("means 1\nfunction left_tick\n") && means.contains("\nout u number r2+0\n"));
     let limited = ["export", "--paper", "--standalone", "--set", "controller.limits={ min = -300, max = 300 }"];
     assert_eq!(spoken(&limited).2, "");
     assert!(text.starts_with("/* ") && text.contains("edo_smc_tick(") && text.trim_end().ends_with("#endif"), "{text}");
@@ -580,6 +583,8 @@ fn nothing_without_limits_is_exported_or_designed_unless_that_is_said() {
 fn export_says_what_is_wrong_with_its_arguments() {
     for (args, expected) in [
         (&["export"][..], "<--standalone|--lang <LANG>>"),
+        (&["export", "--paper", "--standalone", "--means", "tock"], "no function `tock`; there are start, tick, "),
+        (&["export", "--means", "tick", "--lang", "rust"], "--standalone"),
         (&["export", "--standalone", "--lang", "rust"], "cannot be used with"),
         (&["export", "--lang", "rusty"], "'rust'"),
         (&["export", "--standalone", "--prefix", "9"], "expected 1 to 32 of a-z, 0-9, `_`, a letter first"),

@@ -16,8 +16,7 @@ use super::c99::File;
 use super::{Exported, shape_text};
 
 pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, String> {
-    let functions = functions(exported.spec, exported.download)?;
-    let file = Standalone { exported, file: File::new(prefix), shape: exported.download.shape, functions };
+    let file = Standalone::of(exported, prefix)?;
     Ok([file.head(), file.types(), file.functions(), file.file.tail()].concat())
 }
 
@@ -37,6 +36,45 @@ pub(super) fn functions(spec: &ControllerSpec, download: &Download) -> Result<Fu
     let samples = &spec.config.padded.options.samples;
     let samples = (*samples != SampleLimits::NONE).then_some(samples);
     linear(shape, coefficients, row, guess, samples).ok_or_else(|| format!("there is no tick of {}", shape_text(shape)))
+}
+
+/// What one function of the file is to compute, as `cycle-bound --means` reads it: places are those of the calling
+/// convention of ARM and of the types of the file.
+pub(super) fn means(exported: &Exported<'_>, prefix: &str, function: &str) -> Result<String, String> {
+    let file = Standalone::of(exported, prefix)?;
+    let Functions { start, tick, not_started, report_applied, estimates, reset, .. } = &file.functions;
+    // Which register holds the address of the state, of x, of the output, of the estimates.
+    let (record, [state, x, output, d_hat]) = match function {
+        "start" => (start, [0, 1, 4, 4]),
+        "tick" => (tick, [0, 1, 2, 4]),
+        "not_started" => (not_started, [4, 4, 0, 4]),
+        "report_applied" => (report_applied, [0, 4, 4, 4]),
+        "estimates" => (estimates, [0, 4, 4, 1]),
+        "reset" => (reset, [0, 4, 4, 4]),
+        _ => {
+            return Err(format!(
+                "no function `{function}`; there are start, tick, not_started, report_applied, estimates, reset"
+            ));
+        }
+    };
+    let words = &file.functions.state;
+    let numbers = words.iter().filter(|word| word.kind == Kind::Number).count();
+    let place = |port: &Port| {
+        let at = |register: usize, word: usize| format!("r{register}+{}", 4 * word);
+        let among = |kind| words.iter().filter(move |word| word.kind == kind).position(|word| word.name == port.name);
+        Some(match port.role {
+            Role::State if port.kind == Kind::Number => at(state, among(Kind::Number)?),
+            Role::State => format!("r{state}+{}", 4 * numbers + among(Kind::Truth)?),
+            Role::Sample(j) => at(x, j),
+            Role::Output => at(output, ["u", "sigma", "sigma_star"].iter().position(|name| *name == port.name)?),
+            Role::Estimate(i, m) => at(d_hat, i * usize::from(file.shape.r) + m),
+            Role::Flag(bit) => format!("r0 bit {bit}"),
+            Role::Answer => "r0".into(),
+            Role::Argument => "s0".into(),
+            Role::Between => return None,
+        })
+    };
+    Ok(tick_record::text::text(&format!("{prefix}_{function}"), record, &place, &place, ""))
 }
 
 /// What is said of a constant, by how its name begins; of a longer beginning first.
@@ -89,7 +127,12 @@ struct Standalone<'a> {
     functions: Functions,
 }
 
-impl Standalone<'_> {
+impl<'a> Standalone<'a> {
+    fn of(exported: &'a Exported<'a>, prefix: &'a str) -> Result<Self, String> {
+        let functions = functions(exported.spec, exported.download)?;
+        Ok(Self { exported, file: File::new(prefix), shape: exported.download.shape, functions })
+    }
+
     fn head(&self) -> String {
         let Exported { spec, .. } = self.exported;
         let title = format!(

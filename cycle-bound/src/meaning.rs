@@ -1,0 +1,274 @@
+//! Does the machine code compute what it is to compute? Every path of a function against a text that says what becomes
+//! of its inputs.
+//!
+//! The instructions are executed on terms instead of numbers, once for every way that the comparisons on it can be
+//! answered; the text is run under the same answers. On every path every result must be the same term, each register
+//! that a function leaves as it was must have its entry back, and nothing else may be written. Then both give the same
+//! bits for all inputs: no number is chosen, none is left out. What cannot be followed is declined, with its place.
+//!
+//! # What counts as the same
+//! `+ * /` of floats stay as they are; only identities are used that hold for every bit pattern if one rounds to
+//! nearest: `a - b = a + (-b)`, `a + b = b + a`, `a b = b a`, `a + (-0) = a`, `1 a = a`, `2 a = a + a`, `a / 1 = a`,
+//! signs of products and quotients, `-(-a) = a`, `|-a| = |a|`, and that `|a|` is `-a` if `a < 0`, else `a + 0`. Of
+//! comparisons, what follows from those before: through constants, and that a comparison which holds is not of NaN.
+//! Counts are sums modulo 2^32 in a normal form. `VMLA` rounds its product and is followed, `VFMA` does not and is not.
+//!
+//! # What is assumed
+//! Rounding to nearest with subnormal numbers (FPSCR as after reset). Memory behind different addresses does not
+//! overlap, nobody else writes to it meanwhile, and no such address is 0. What is given as a truth is 0 or 1. The sign
+//! and the payload of a NaN mean nothing. The disassembler is right.
+//!
+//! # The text
+//! ```text
+//! means 1                          the format
+//! function control::tick           its name in the image, as for --symbol
+//! in x1 number r2+0                an input: name, kind, place
+//! in resuming truth r1+44
+//! known r0+52 18                   a word of memory that is this number (a number of 32 bits, decimal)
+//! out u number s0                  a result: name, kind, place when the function returns
+//! out x1_prev number r1+24
+//! out saturated truth r0 bit 1
+//! begin
+//! limit = number 0x41200000        a float by its bits
+//! v1 = greater x1 limit
+//! v2 = select v1 limit x1
+//! if v1
+//! return v2 x1 v1                  a value for each `out`, in their order
+//! else
+//! return v2 x1 false
+//! end
+//! ```
+//!
+//! A place is a register at the entry or the return (`r0`, `s0`), or memory: `r1+44` is 44 bytes behind the address
+//! that `r1` holds at the entry. Memory behind different registers does not overlap. Kinds are `number` (a float),
+//! `count` (32 bits), `truth` (a byte in memory, 0 or 1), `absent` (a word, 0 where it is true, else 1). Results of
+//! kind truth that have one place are bits of it, all others of which are 0. `pad r1+45 3` names bytes that may hold
+//! anything.
+//!
+//! | operation | of | gives |
+//! |---|---|---|
+//! | `number BITS`, `count BITS`, `true`, `false` | | a constant; `true` and `false` need no name |
+//! | `neg a`, `abs a`, `add a b`, `sub a b`, `mul a b`, `div a b` | numbers | a number, rounded once to nearest |
+//! | `less a b`, `less_equal`, `greater`, `greater_equal`, `equal`, `not_equal` | numbers | a truth, IEEE 754 |
+//! | `and a b`, `or a b`, `not a` | truths | a truth |
+//! | `select t a b` | a truth and two of one kind | the second if t holds, else the third |
+//! | `plus a b`, `since a b`, `times a b` | counts | sum, difference, product modulo 2^32 |
+//! | `quotient a b` | counts | in two's complement towards 0, as SDIV gives it |
+//! | `signed a BITS` | count | its low bits, the highest of them in all bits above |
+//! | `number_of a` | count | as a number with a sign, rounded once |
+//!
+//! A value has one name and stands before what needs it; the same definition may stand in two branches. `#` begins a
+//! comment.
+
+use std::fmt;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use serde::Serialize;
+use whole_file::Kind;
+
+use crate::image::{Function, Image};
+use crate::instruction::Decoder;
+use crate::table::Table;
+use crate::{Answer, Options, image_file};
+
+use machine::{Machine, Program, Word};
+use term::{Path as Way, Terms};
+use text::{Expected, Port, Value};
+
+mod machine;
+mod term;
+mod text;
+
+/// More paths than any tick has; beyond, a function is declined.
+const PATHS: usize = 1 << 20;
+/// Paths between two looks at whether the program is to end.
+const PATHS_AT_ONCE: usize = 256;
+/// Levels of a term that a message shows.
+const SHOWN: usize = 6;
+
+/// What was found of one function.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// The function, as the text names it.
+    pub function: String,
+    /// The text.
+    pub text: String,
+    /// Upper bound of a call in cycles, from the same disassembly; none if it was declined.
+    pub bound: Option<u64>,
+    /// Instructions that some path executes.
+    pub instructions: usize,
+    /// Paths that were compared.
+    pub paths: usize,
+    /// Results compared on each of them.
+    pub results: usize,
+    /// What came out.
+    pub verdict: Verdict,
+    /// How long it took, s.
+    pub seconds: f64,
+}
+
+/// What came out of a comparison.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The same terms in every result on every path.
+    Same,
+    /// On this path this result is another.
+    Differs(String),
+    /// This cannot be followed.
+    Declined(String),
+}
+
+/// The answer to a list of texts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Meanings {
+    /// A row for each text.
+    pub rows: Vec<Row>,
+    /// Rows that differ.
+    pub failures: Vec<String>,
+    /// Rows that were declined.
+    pub declined: Vec<String>,
+}
+
+impl fmt::Display for Meanings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut table = Table::new(["function", "bound", "instructions", "paths", "results", "meaning", "s"]);
+        for row in &self.rows {
+            let verdict = match row.verdict {
+                Verdict::Same => "same",
+                Verdict::Differs(_) => "DIFFERS",
+                Verdict::Declined(_) => "DECLINED",
+            };
+            table.row([
+                row.function.clone(),
+                row.bound.map_or("-".into(), |bound| bound.to_string()),
+                row.instructions.to_string(),
+                row.paths.to_string(),
+                row.results.to_string(),
+                verdict.into(),
+                format!("{:.2}", row.seconds),
+            ]);
+        }
+        write!(f, "{table}")
+    }
+}
+
+/// Holds the functions of an image to these texts, and bounds them.
+///
+/// # Errors
+/// Bad input, in one line.
+pub(crate) fn run(elf: &Path, options: &Options, stop: &AtomicBool) -> Result<Meanings, String> {
+    let told = |path: &Path, reason: &dyn fmt::Display| format!("{}: {reason}", path.display());
+    let image = Image::read(&image_file::read(elf)?).map_err(|reason| told(elf, &reason))?;
+    let mut answer = Meanings { rows: Vec::new(), failures: Vec::new(), declined: Vec::new() };
+    for path in &options.means {
+        let text = whole_file::read_text(path, Kind::SETTINGS).map_err(|reason| told(path, &reason))?;
+        let expected = Expected::read(&text).map_err(|reason| told(path, &reason))?;
+        let name = options.symbol.as_deref().unwrap_or(&expected.function);
+        let function = image.find(name).map_err(|reason| told(path, &reason))?;
+        let begin = Instant::now();
+        let found = held(&image, function, &expected, stop)?;
+        let asked = Options { symbol: Some(function.symbols[0].clone()), ..options.clone() };
+        let bound = Answer::of(&image, &asked)?.report.bound();
+        let row = Row {
+            function: name.to_owned(),
+            text: path.display().to_string(),
+            bound,
+            instructions: found.instructions,
+            paths: found.paths,
+            results: expected.outs.len(),
+            verdict: found.verdict,
+            seconds: begin.elapsed().as_secs_f64(),
+        };
+        match &row.verdict {
+            Verdict::Same => {}
+            Verdict::Differs(what) => answer.failures.push(format!("{name}: {what}")),
+            Verdict::Declined(what) => answer.declined.push(format!("{name}: {what}")),
+        }
+        answer.rows.push(row);
+    }
+    Ok(answer)
+}
+
+struct Found {
+    instructions: usize,
+    paths: usize,
+    verdict: Verdict,
+}
+
+/// An absolute value as it stands is cheap; by its sign it parts each path in two, and is what C makes of it.
+fn held(image: &Image, function: &Function, expected: &Expected, stop: &AtomicBool) -> Result<Found, String> {
+    let found = compare(image, function, expected, false, stop)?;
+    if found.verdict == Verdict::Same { Ok(found) } else { compare(image, function, expected, true, stop) }
+}
+
+fn compare(
+    image: &Image,
+    function: &Function,
+    expected: &Expected,
+    by_sign: bool,
+    stop: &AtomicBool,
+) -> Result<Found, String> {
+    let image = &*image.while_runs(function);
+    let names: Vec<String> = expected.inputs.iter().map(|port| port.name.clone()).collect();
+    let mut program = Program::new(image, Decoder::new(false)?);
+    let mut terms = Terms::default();
+    let (mut paths, mut script) = (0, Some(Vec::new()));
+    let mut verdict = Verdict::Same;
+    while let (Verdict::Same, Some(answers)) = (&verdict, script.take()) {
+        if paths == PATHS {
+            verdict = Verdict::Declined(format!("more than {PATHS} paths"));
+            break;
+        }
+        if paths % PATHS_AT_ONCE == 0 && stop.load(Ordering::Relaxed) {
+            return Err("stopped".into());
+        }
+        paths += 1;
+        let mut machine = Machine::new(&mut program, Way::new(&mut terms, &answers, by_sign), expected);
+        verdict = match machine.run(function.start).and_then(|()| differs(&mut machine, expected, &names)) {
+            Ok(None) => Verdict::Same,
+            Ok(Some(what)) => Verdict::Differs(what),
+            Err(reason) => Verdict::Declined(reason),
+        };
+        script = Way::next(machine.path.answers());
+    }
+    Ok(Found { instructions: program.instructions(), paths, verdict })
+}
+
+/// The first result of a path that is not what it is to be.
+fn differs(
+    machine: &mut Machine<'_, '_, '_, '_>,
+    expected: &Expected,
+    names: &[String],
+) -> Result<Option<String>, String> {
+    let values = expected.run(&mut machine.path);
+    let ports = || expected.outs.iter().zip(&values);
+    for (port, value) in ports() {
+        let found = machine.result(port)?;
+        let wanted = match *value {
+            Value::Word(term) => term,
+            Value::Truth(_) => {
+                // All truths in one place, as one number.
+                let set = |(one, value): (&Port, &Value)| one.place == port.place && *value == Value::Truth(true);
+                let bits = ports().filter(|one| set(*one)).fold(0, |bits, (one, _)| bits | 1 << one.bit);
+                machine.path.terms.constant(bits)
+            }
+        };
+        if found != Word::Term(wanted) {
+            let shown = |term| machine.path.terms.shown(term, names, SHOWN);
+            let found = match found {
+                Word::Term(term) => shown(term),
+                other => format!("{other:?}"),
+            };
+            let told = machine.path.told(names);
+            let way = if told.is_empty() { String::new() } else { format!(", where {told}") };
+            return Ok(Some(format!("{} is {found}, not {}{way}", port.name, shown(wanted))));
+        }
+    }
+    Ok(None)
+}
+
+#[cfg(test)]
+mod tests;

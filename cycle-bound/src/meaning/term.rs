@@ -1,0 +1,620 @@
+//! What is computed, without its value: words of 32 bits as terms, and what a path has learnt of them.
+//!
+//! Two terms are the same if they are made by the same operations of the same parts. `+ * /` of floats stay as they
+//! are; only identities are used that hold for every bit pattern when one rounds to nearest: `a - b = a + (-b)`,
+//! `a + b = b + a`, `a b = b a`, `a + (-0) = a`, `1 a = a`, `2 a = a + a`, signs of products and quotients,
+//! `-(-a) = a`, `|-a| = |a|`, and where a text or a compiler has no absolute value, `|a|` is `-a` if `a < 0`, else `a + 0`.
+//! The sign and payload of a NaN mean nothing. Counts are sums modulo 2^32 in a normal form.
+//!
+//! Comparisons are decided: each one that does not follow from those before it parts the path in two.
+
+use std::collections::{HashMap, HashSet};
+use std::hash::{BuildHasherDefault, Hash, Hasher};
+
+/// For keys of a few small numbers, of which there are very many to look up.
+#[derive(Default)]
+pub(super) struct Mixed(u64);
+
+impl Hasher for Mixed {
+    fn finish(&self) -> u64 {
+        self.0 ^ self.0 >> 32
+    }
+    fn write(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.write_u64(u64::from(*byte));
+        }
+    }
+    fn write_u8(&mut self, value: u8) {
+        self.write_u64(value.into());
+    }
+    fn write_u32(&mut self, value: u32) {
+        self.write_u64(value.into());
+    }
+    fn write_i32(&mut self, value: i32) {
+        self.write_u64(u64::from(value as u32));
+    }
+    fn write_u64(&mut self, value: u64) {
+        self.0 = (self.0.rotate_left(5) ^ value).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+    fn write_usize(&mut self, value: usize) {
+        self.write_u64(value as u64);
+    }
+}
+
+/// A table of such keys.
+pub(super) type Mixing<K, V> = HashMap<K, V, BuildHasherDefault<Mixed>>;
+
+/// Names a word: its place among the terms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(super) struct Term(u32);
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Node {
+    Constant(u32),
+    /// An input, by its place.
+    Input(usize),
+    /// What a register holds at the entry that is no argument.
+    Entry(u32),
+    Add(Term, Term),
+    Mul(Term, Term),
+    Div(Term, Term),
+    Neg(Term),
+    Abs(Term),
+    /// A count as a float, with a sign.
+    FromCount(Term),
+    /// Sum of multiples and a constant, modulo 2^32.
+    Sum(Vec<(Term, u32)>, u32),
+    /// Shifted right, the sign kept.
+    ShiftedRight(Term, u32),
+    /// Another operation on bits: its name.
+    Bits(&'static str, Term, Term),
+}
+
+pub(super) const MINUS_ZERO: u32 = 1 << 31;
+const ONE: u32 = 0x3f80_0000;
+const TWO: u32 = 0x4000_0000;
+
+/// How a number stands to another: a set of these four. The third is that one of them is a NaN.
+pub(super) const LESS: u8 = 1;
+pub(super) const EQUAL: u8 = 2;
+pub(super) const GREATER: u8 = 4;
+pub(super) const UNORDERED: u8 = 8;
+const ALL: [u8; 4] = [LESS, EQUAL, GREATER, UNORDERED];
+const ANY: u8 = LESS | EQUAL | GREATER | UNORDERED;
+
+/// All terms, each once.
+#[derive(Default)]
+pub(super) struct Terms {
+    nodes: Vec<Node>,
+    known: Mixing<Node, Term>,
+}
+
+impl Terms {
+    fn term(&mut self, node: Node) -> Term {
+        if let Some(term) = self.known.get(&node) {
+            return *term;
+        }
+        let term = Term(self.nodes.len() as u32);
+        self.nodes.push(node.clone());
+        self.known.insert(node, term);
+        term
+    }
+
+    fn node(&self, term: Term) -> &Node {
+        &self.nodes[term.0 as usize]
+    }
+
+    pub(super) fn constant(&mut self, bits: u32) -> Term {
+        self.term(Node::Constant(bits))
+    }
+
+    pub(super) fn bits(&self, term: Term) -> Option<u32> {
+        match self.node(term) {
+            Node::Constant(bits) => Some(*bits),
+            _ => None,
+        }
+    }
+
+    pub(super) fn input(&mut self, at: usize) -> Term {
+        self.term(Node::Input(at))
+    }
+
+    pub(super) fn entry(&mut self, register: u32) -> Term {
+        self.term(Node::Entry(register))
+    }
+
+    fn float(&self, term: Term) -> Option<f32> {
+        self.bits(term).map(f32::from_bits)
+    }
+
+    pub(super) fn neg(&mut self, a: Term) -> Term {
+        match *self.node(a) {
+            Node::Constant(bits) => self.constant(bits ^ MINUS_ZERO),
+            Node::Neg(inner) => inner,
+            _ => self.term(Node::Neg(a)),
+        }
+    }
+
+    pub(super) fn add(&mut self, a: Term, b: Term) -> Term {
+        match (self.bits(a), self.bits(b)) {
+            (Some(MINUS_ZERO), _) => b,
+            (_, Some(MINUS_ZERO)) => a,
+            (Some(a), Some(b)) => self.constant((f32::from_bits(a) + f32::from_bits(b)).to_bits()),
+            _ => self.term(Node::Add(a.min(b), a.max(b))),
+        }
+    }
+
+    pub(super) fn sub(&mut self, a: Term, b: Term) -> Term {
+        let b = self.neg(b);
+        self.add(a, b)
+    }
+
+    /// Without its sign, and whether there was one.
+    fn unsigned(&mut self, a: Term) -> (Term, bool) {
+        match *self.node(a) {
+            Node::Constant(bits) if bits & MINUS_ZERO != 0 => (self.constant(bits ^ MINUS_ZERO), true),
+            Node::Neg(inner) => (inner, true),
+            _ => (a, false),
+        }
+    }
+
+    fn signed(&mut self, a: Term, negative: bool) -> Term {
+        if negative { self.neg(a) } else { a }
+    }
+
+    pub(super) fn mul(&mut self, a: Term, b: Term) -> Term {
+        let ((a, of_a), (b, of_b)) = (self.unsigned(a), self.unsigned(b));
+        let product = match (self.bits(a), self.bits(b)) {
+            (Some(ONE), _) => b,
+            (_, Some(ONE)) => a,
+            (Some(a), Some(b)) => self.constant((f32::from_bits(a) * f32::from_bits(b)).to_bits()),
+            (Some(TWO), _) => self.add(b, b),
+            (_, Some(TWO)) => self.add(a, a),
+            _ => self.term(Node::Mul(a.min(b), a.max(b))),
+        };
+        self.signed(product, of_a != of_b)
+    }
+
+    pub(super) fn div(&mut self, a: Term, b: Term) -> Term {
+        let ((a, of_a), (b, of_b)) = (self.unsigned(a), self.unsigned(b));
+        let quotient = match (self.float(a), self.float(b)) {
+            (_, Some(1.0)) => a,
+            (Some(a), Some(b)) => self.constant((a / b).to_bits()),
+            _ => self.term(Node::Div(a, b)),
+        };
+        self.signed(quotient, of_a != of_b)
+    }
+
+    /// A count with a sign as a float.
+    pub(super) fn number_of(&mut self, a: Term) -> Term {
+        match self.bits(a) {
+            Some(bits) => self.constant((bits as i32 as f32).to_bits()),
+            None => self.term(Node::FromCount(a)),
+        }
+    }
+
+    /// As a sum of multiples and a constant.
+    fn parts(&self, a: Term) -> (Vec<(Term, u32)>, u32) {
+        match self.node(a) {
+            Node::Constant(bits) => (Vec::new(), *bits),
+            Node::Sum(parts, constant) => (parts.clone(), *constant),
+            _ => (vec![(a, 1)], 0),
+        }
+    }
+
+    /// `a + factor b`, modulo 2^32.
+    pub(super) fn plus(&mut self, a: Term, b: Term, factor: u32) -> Term {
+        let ((mut parts, constant), (others, more)) = (self.parts(a), self.parts(b));
+        parts.extend(others.into_iter().map(|(term, times)| (term, times.wrapping_mul(factor))));
+        let constant = constant.wrapping_add(more.wrapping_mul(factor));
+        parts.sort_unstable();
+        parts.dedup_by(|next, before| {
+            let same = next.0 == before.0;
+            before.1 = before.1.wrapping_add(if same { next.1 } else { 0 });
+            same
+        });
+        parts.retain(|(_, times)| *times != 0);
+        match (&parts[..], constant) {
+            ([], _) => self.constant(constant),
+            ([(term, 1)], 0) => *term,
+            // ((a & (2 s - 1)) ^ s) - s: the low bits of a with their sign.
+            (&[(term, 1)], _) => match *self.node(term) {
+                Node::Bits("eor", a, b) if self.bits(b).map(u32::wrapping_neg) == Some(constant) => self
+                    .of_low_bits(a, constant.wrapping_neg())
+                    .unwrap_or_else(|| self.term(Node::Sum(parts, constant))),
+                _ => self.term(Node::Sum(parts, constant)),
+            },
+            _ => self.term(Node::Sum(parts, constant)),
+        }
+    }
+
+    /// The number with a sign whose bits up to `sign` are those of `masked`.
+    fn of_low_bits(&mut self, masked: Term, sign: u32) -> Option<Term> {
+        let Node::Bits("and", a, mask) = *self.node(masked) else { return None };
+        let fits = sign.is_power_of_two() && self.bits(mask) == Some(sign.wrapping_mul(2).wrapping_sub(1));
+        fits.then(|| self.low_bits(a, sign.trailing_zeros() + 1))
+    }
+
+    /// The lowest bits, 1..=32 of them, with the highest of them in all bits above.
+    pub(super) fn low_bits(&mut self, a: Term, bits: u32) -> Term {
+        let shifted = self.shifted_left(a, 32 - bits);
+        self.shifted_right(shifted, 32 - bits)
+    }
+
+    pub(super) fn shifted_left(&mut self, a: Term, by: u32) -> Term {
+        let zero = self.constant(0);
+        self.plus(zero, a, 1_u32.checked_shl(by).unwrap_or(0))
+    }
+
+    pub(super) fn shifted_right(&mut self, a: Term, by: u32) -> Term {
+        match (self.bits(a), by) {
+            (_, 0) => a,
+            (Some(bits), _) => self.constant(((bits as i32) >> by.min(31)) as u32),
+            _ => self.term(Node::ShiftedRight(a, by.min(31))),
+        }
+    }
+
+    /// Product modulo 2^32.
+    pub(super) fn times(&mut self, a: Term, b: Term) -> Term {
+        let zero = self.constant(0);
+        match (self.bits(a), self.bits(b)) {
+            (Some(factor), _) => self.plus(zero, b, factor),
+            (_, Some(factor)) => self.plus(zero, a, factor),
+            _ => self.term(Node::Bits("mul", a.min(b), a.max(b))),
+        }
+    }
+
+    /// AND, ORR, EOR, and others of which only constants are known.
+    pub(super) fn bitwise(&mut self, name: &'static str, a: Term, b: Term) -> Term {
+        let turns = ["and", "orr", "eor"].contains(&name) && self.bits(a).is_some();
+        let (a, b) = if turns { (b, a) } else { (a, b) };
+        match (name, self.bits(a), self.bits(b)) {
+            ("and", Some(a), Some(b)) => self.constant(a & b),
+            ("orr", Some(a), Some(b)) => self.constant(a | b),
+            ("eor", Some(a), Some(b)) => self.constant(a ^ b),
+            ("lsr", Some(a), Some(b)) => self.constant(a.checked_shr(b).unwrap_or(0)),
+            ("quotient", Some(_), Some(0)) | ("and", _, Some(0)) => self.constant(0),
+            ("quotient", Some(a), Some(b)) => self.constant((a as i32).wrapping_div(b as i32) as u32),
+            ("and", _, Some(u32::MAX)) | ("orr" | "eor" | "lsr", _, Some(0)) => a,
+            // The highest bit has no carry.
+            ("eor", _, Some(MINUS_ZERO)) => self.plus(a, b, 1),
+            _ => self.term(Node::Bits(name, a, b)),
+        }
+    }
+
+    /// For people, a few levels deep.
+    pub(super) fn shown(&self, term: Term, names: &[String], depth: usize) -> String {
+        let of = |term: &Term| self.shown(*term, names, depth - 1);
+        if depth == 0 {
+            return "..".into();
+        }
+        match self.node(term) {
+            Node::Constant(bits) => match f32::from_bits(*bits) {
+                number if *bits == 0 || number.is_normal() => format!("{number:?}"),
+                _ => format!("{bits:#x}"),
+            },
+            Node::Input(at) => names[*at].clone(),
+            Node::Entry(register) => format!("register {register} at the entry"),
+            Node::Add(a, b) => match self.node(*b) {
+                Node::Neg(b) => format!("({} - {})", of(a), of(b)),
+                _ => format!("({} + {})", of(a), of(b)),
+            },
+            Node::Mul(a, b) => format!("{} {}", of(a), of(b)),
+            Node::Div(a, b) => format!("{} / {}", of(a), of(b)),
+            Node::Neg(a) => format!("-{}", of(a)),
+            Node::Abs(a) => format!("|{}|", of(a)),
+            Node::FromCount(a) => format!("float({})", of(a)),
+            Node::Sum(parts, constant) => {
+                let parts: Vec<String> =
+                    parts.iter().map(|(term, times)| format!("{} {}", *times as i32, of(term))).collect();
+                format!("({} + {})", parts.join(" + "), *constant as i32)
+            }
+            Node::ShiftedRight(a, by) => format!("({} >> {by})", of(a)),
+            Node::Bits(name, a, b) => format!("{name}({}, {})", of(a), of(b)),
+        }
+    }
+}
+
+/// The same set seen from the other number.
+fn turned(set: u8) -> u8 {
+    set & (EQUAL | UNORDERED) | (set & LESS) << 2 | (set & GREATER) >> 2
+}
+
+fn between(a: f32, b: f32) -> u8 {
+    match a.partial_cmp(&b) {
+        Some(std::cmp::Ordering::Less) => LESS,
+        Some(std::cmp::Ordering::Equal) => EQUAL,
+        Some(std::cmp::Ordering::Greater) => GREATER,
+        None => UNORDERED,
+    }
+}
+
+/// How a may stand to b, if a stands to a number in the first of these ways, and that to b in the second.
+fn through(first: u8, second: u8) -> u8 {
+    let mut may = 0;
+    for (one, other) in ALL.into_iter().flat_map(|one| ALL.map(|other| (one, other))) {
+        if first & one != 0 && second & other != 0 {
+            may |= match (one, other) {
+                (UNORDERED, _) | (_, UNORDERED) => UNORDERED,
+                (EQUAL, other) => other,
+                (one, EQUAL) => one,
+                (one, other) if one == other => one,
+                _ => LESS | EQUAL | GREATER,
+            };
+        }
+    }
+    may
+}
+
+/// How x may stand to `to` if it stands to `known` in one of these ways.
+fn follows(set: u8, known: f32, to: f32) -> u8 {
+    let order = between(known, to);
+    let mut may = set & UNORDERED;
+    if set & EQUAL != 0 {
+        may |= order;
+    }
+    if set & LESS != 0 {
+        may |= if order & (LESS | EQUAL) != 0 { LESS } else { LESS | EQUAL | GREATER };
+    }
+    if set & GREATER != 0 {
+        may |= if order & (GREATER | EQUAL) != 0 { GREATER } else { LESS | EQUAL | GREATER };
+    }
+    may
+}
+
+/// A comparison of two counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Order {
+    /// The same bits?
+    Equal,
+    /// Below, in two's complement?
+    Less,
+    /// Below, without signs?
+    Below,
+}
+
+/// One way through: the answers that are still to be given, and what those that were given have taught.
+pub(super) struct Path<'a> {
+    pub(super) terms: &'a mut Terms,
+    script: &'a [bool],
+    given: Vec<bool>,
+    /// By the first number of a pair.
+    relations: Mixing<Term, Vec<(Term, u8)>>,
+    orders: Mixing<(Order, Term, Term), bool>,
+    truths: Mixing<usize, bool>,
+    numbers: HashSet<Term>,
+    nans: HashSet<Term>,
+    /// Is an absolute value one of two, by the sign?
+    by_sign: bool,
+    /// What was decided, for people.
+    trail: Vec<(Trail, bool)>,
+}
+
+#[derive(Clone, Copy)]
+enum Trail {
+    Truth(usize),
+    Relation(Term, u8, Term),
+    Order(Order, Term, Term),
+}
+
+impl<'a> Path<'a> {
+    pub(super) fn new(terms: &'a mut Terms, script: &'a [bool], by_sign: bool) -> Self {
+        Self {
+            terms,
+            script,
+            by_sign,
+            given: Vec::new(),
+            relations: Mixing::default(),
+            orders: Mixing::default(),
+            truths: Mixing::default(),
+            numbers: HashSet::new(),
+            nans: HashSet::new(),
+            trail: Vec::new(),
+        }
+    }
+
+    /// The answers of this path.
+    pub(super) fn answers(&self) -> Vec<bool> {
+        self.given.clone()
+    }
+
+    /// The next path's answers: the last "yes" becomes "no".
+    pub(super) fn next(mut answers: Vec<bool>) -> Option<Vec<bool>> {
+        while answers.pop_if(|answer| !*answer).is_some() {}
+        *answers.last_mut()? = false;
+        Some(answers)
+    }
+
+    fn ask(&mut self, trail: Trail) -> bool {
+        let answer = self.script.get(self.given.len()).copied().unwrap_or(true);
+        self.given.push(answer);
+        self.trail.push((trail, answer));
+        answer
+    }
+
+    /// An input that is true or false.
+    pub(super) fn truth(&mut self, input: usize) -> bool {
+        if let Some(known) = self.truths.get(&input) {
+            return *known;
+        }
+        let answer = self.ask(Trail::Truth(input));
+        self.truths.insert(input, answer);
+        answer
+    }
+
+    /// What is compared of a number: zeros have no sign then.
+    fn magnitude(&mut self, mut a: Term) -> (Term, bool) {
+        let mut negative = false;
+        loop {
+            match *self.terms.node(a) {
+                Node::Neg(inner) => (a, negative) = (inner, !negative),
+                Node::Add(one, other) if self.terms.bits(one) == Some(0) => a = other,
+                Node::Add(one, other) if self.terms.bits(other) == Some(0) => a = one,
+                Node::Constant(bits) => {
+                    let bits = if negative { bits ^ MINUS_ZERO } else { bits };
+                    let bits = if bits == MINUS_ZERO { 0 } else { bits };
+                    return (self.terms.constant(bits), false);
+                }
+                _ => return (a, negative),
+            }
+        }
+    }
+
+    /// Does the first number stand to the second in one of these ways?
+    pub(super) fn stands(&mut self, a: Term, set: u8, b: Term) -> bool {
+        let ((mut a, mut of_a), (mut b, mut of_b), mut set) = (self.magnitude(a), self.magnitude(b), set);
+        if let (Some(a), Some(b)) = (self.terms.float(a), self.terms.float(b)) {
+            return between(a, b) & set != 0;
+        }
+        if self.terms.bits(a).is_some() || (self.terms.bits(b).is_none() && a > b) {
+            (a, of_a, b, of_b, set) = (b, of_b, a, of_a, turned(set));
+        }
+        if of_a {
+            (of_b, set) = (!of_b, turned(set));
+        }
+        let bare = b;
+        b = self.terms.signed(b, of_b);
+        let b = if self.terms.bits(b) == Some(MINUS_ZERO) { self.terms.constant(0) } else { b };
+        if let (&Node::FromCount(count), Some(0)) = (self.terms.node(a), self.terms.bits(b)) {
+            // A count is 0 if its float is.
+            let zero = self.terms.constant(0);
+            if set & !UNORDERED == EQUAL {
+                return self.ordered(Order::Equal, count, zero);
+            }
+            if set & !UNORDERED == LESS | GREATER {
+                return !self.ordered(Order::Equal, count, zero);
+            }
+        }
+        let may = self.may_stand(a, b, bare);
+        if may & !set == 0 || may & set == 0 {
+            return may & !set == 0;
+        }
+        let answer = self.ask(Trail::Relation(a, set, b));
+        let may = may & if answer { set } else { !set };
+        let known = self.relations.entry(a).or_default();
+        known.retain(|(other, _)| *other != b);
+        known.push((b, may));
+        if may & UNORDERED == 0 {
+            self.numbers.extend([a, bare]);
+        } else if may == UNORDERED {
+            if self.is_number(bare) {
+                self.nans.insert(a);
+            } else if self.is_number(a) {
+                self.nans.insert(bare);
+            }
+        }
+        answer
+    }
+
+    fn is_number(&self, a: Term) -> bool {
+        self.numbers.contains(&a) || self.terms.float(a).is_some_and(|number| !number.is_nan())
+    }
+
+    /// All ways in which they may stand; `bare` is the second without its sign.
+    fn may_stand(&self, a: Term, b: Term, bare: Term) -> u8 {
+        if let Some(to) = self.terms.float(b) {
+            return self.may_stand_to(a, to);
+        }
+        let mut may = if a == b { EQUAL | UNORDERED } else { ANY };
+        if self.is_number(a) && self.is_number(bare) {
+            may &= !UNORDERED;
+        }
+        if self.nans.contains(&a) || self.nans.contains(&bare) {
+            may &= UNORDERED;
+        }
+        for (_, set) in self.known_of(a).filter(|(other, _)| *other == b) {
+            may &= set;
+        }
+        // Through a constant that stands between them.
+        let of_b = |to: f32| {
+            if bare == b { self.may_stand_to(bare, to) } else { turned(self.may_stand_to(bare, -to)) }
+        };
+        let constants = |of: Term| self.known_of(of).filter_map(|(other, _)| self.terms.float(other));
+        for between in constants(a).chain(constants(bare)).filter(|between| !between.is_nan()) {
+            may &= through(self.may_stand_to(a, between), turned(of_b(between)));
+            may &= through(self.may_stand_to(a, -between), turned(of_b(-between)));
+        }
+        may
+    }
+
+    /// All ways in which it may stand to a constant.
+    fn may_stand_to(&self, a: Term, to: f32) -> u8 {
+        if to.is_nan() {
+            return UNORDERED;
+        }
+        let mut may = if self.is_number(a) { ANY & !UNORDERED } else { ANY };
+        if self.nans.contains(&a) {
+            may &= UNORDERED;
+        }
+        for (other, set) in self.known_of(a) {
+            if let Some(known) = self.terms.float(other).filter(|known| !known.is_nan()) {
+                may &= follows(set, known, to);
+            }
+        }
+        may
+    }
+
+    fn known_of(&self, a: Term) -> impl Iterator<Item = (Term, u8)> {
+        self.relations.get(&a).into_iter().flatten().copied()
+    }
+
+    pub(super) fn abs(&mut self, a: Term) -> Term {
+        if !self.by_sign {
+            return match self.terms.unsigned(a).0 {
+                a if self.terms.bits(a).is_some() => a,
+                a => self.terms.term(Node::Abs(a)),
+            };
+        }
+        let zero = self.terms.constant(0);
+        if self.stands(a, LESS, zero) { self.terms.neg(a) } else { self.terms.add(a, zero) }
+    }
+
+    /// Are two counts in this order?
+    pub(super) fn ordered(&mut self, order: Order, a: Term, b: Term) -> bool {
+        let (a, b) = if order == Order::Equal {
+            // Of the difference, up to its sign.
+            let (one, other) = (self.terms.plus(a, b, u32::MAX), self.terms.plus(b, a, u32::MAX));
+            (one.min(other), self.terms.constant(0))
+        } else {
+            (a, b)
+        };
+        match (self.terms.bits(a), self.terms.bits(b)) {
+            (Some(a), Some(b)) => {
+                return match order {
+                    Order::Equal => a == b,
+                    Order::Less => (a as i32) < b as i32,
+                    Order::Below => a < b,
+                };
+            }
+            _ if a == b => return order == Order::Equal,
+            _ => {}
+        }
+        if let Some(known) = self.orders.get(&(order, a, b)) {
+            return *known;
+        }
+        let answer = self.ask(Trail::Order(order, a, b));
+        self.orders.insert((order, a, b), answer);
+        answer
+    }
+
+    /// What was decided on the way, for people.
+    pub(super) fn told(&self, names: &[String]) -> String {
+        let shown = |term| self.terms.shown(term, names, 4);
+        let all: Vec<String> = (self.trail.iter())
+            .map(|(trail, answer)| {
+                let text = match *trail {
+                    Trail::Truth(input) => names[input].clone(),
+                    Trail::Relation(a, set, b) => {
+                        let signs = [(LESS, "<"), (EQUAL, "="), (GREATER, ">"), (UNORDERED, "?")];
+                        let sign: String =
+                            signs.iter().filter(|(one, _)| set & one != 0).map(|(_, sign)| *sign).collect();
+                        format!("{} {sign} {}", shown(a), shown(b))
+                    }
+                    Trail::Order(order, a, b) => format!("{} {order:?} {}", shown(a), shown(b)),
+                };
+                if *answer { text } else { format!("not({text})") }
+            })
+            .collect();
+        all.join("; ")
+    }
+}

@@ -1,0 +1,347 @@
+//! Reads the text of what a function is to compute, and runs it along a path. The format stands at the head of
+//! [`meaning`](super).
+
+use std::collections::HashMap;
+
+use super::term::{EQUAL, GREATER, LESS, Path, Term, UNORDERED};
+
+/// What a value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Number,
+    Count,
+    /// A byte in memory.
+    Truth,
+    /// A word in memory, 0 where it is true.
+    Absent,
+}
+
+/// Where an input comes from, where a result goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Place {
+    /// r0 .. pc are 0 .. 15, s0 .. s31 are 16 .. 47.
+    Register(u32),
+    /// Behind the address that a register holds at the entry.
+    Memory(u32, i32),
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Port {
+    pub(super) name: String,
+    pub(super) kind: Kind,
+    pub(super) place: Place,
+    pub(super) bit: u32,
+}
+
+/// An operation on values, by their places.
+#[derive(Clone, Debug, PartialEq)]
+enum Op {
+    Input(usize),
+    Bits(u32),
+    Truth(bool),
+    One(&'static str, usize),
+    Two(&'static str, usize, usize),
+    Compare(u8, usize, usize),
+    Select(usize, usize, usize),
+    Signed(usize, u32),
+}
+
+#[derive(Clone, Debug)]
+enum Block {
+    Return(Vec<usize>),
+    If(usize, Box<Block>, Box<Block>),
+}
+
+/// What a function is to compute.
+#[derive(Clone, Debug)]
+pub(super) struct Expected {
+    pub(super) function: String,
+    pub(super) inputs: Vec<Port>,
+    pub(super) known: Vec<(Place, u32)>,
+    pub(super) pads: Vec<(Place, u32)>,
+    pub(super) outs: Vec<Port>,
+    ops: Vec<Op>,
+    body: Block,
+}
+
+/// The value of a running text.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Value {
+    Word(Term),
+    Truth(bool),
+}
+
+const COMPARISONS: [(&str, u8); 6] = [
+    ("less", LESS),
+    ("less_equal", LESS | EQUAL),
+    ("greater", GREATER),
+    ("greater_equal", GREATER | EQUAL),
+    ("equal", EQUAL),
+    ("not_equal", LESS | GREATER | UNORDERED),
+];
+const OF_ONE: [&str; 4] = ["neg", "abs", "not", "number_of"];
+const OF_TWO: [&str; 10] = ["add", "sub", "mul", "div", "and", "or", "plus", "since", "times", "quotient"];
+
+impl Expected {
+    /// Reads a text.
+    ///
+    /// # Errors
+    /// The first line that is wrong, by its number.
+    pub(super) fn read(text: &str) -> Result<Self, String> {
+        let lines = text.lines().zip(1..).map(|(line, number)| (number, line.split('#').next().unwrap_or("").trim()));
+        let mut reader = Reader {
+            lines: lines.filter(|(_, line)| !line.is_empty()).collect::<Vec<_>>().into_iter(),
+            at: 0,
+            names: HashMap::new(),
+            ops: Vec::new(),
+        };
+        reader.expected().map_err(|message| format!("line {}: {message}", reader.at))
+    }
+
+    /// The results of one path, in the order of `outs`.
+    pub(super) fn run(&self, path: &mut Path<'_>) -> Vec<Value> {
+        let mut run = Run { ops: &self.ops, values: vec![None; self.ops.len()] };
+        let mut block = &self.body;
+        loop {
+            match block {
+                Block::Return(results) => return results.iter().map(|at| run.value(*at, path)).collect(),
+                Block::If(condition, yes, no) => block = if run.truth(*condition, path) { yes } else { no },
+            }
+        }
+    }
+}
+
+/// Computes what is needed and nothing else: a comparison that nobody asks parts no path.
+struct Run<'a> {
+    ops: &'a [Op],
+    values: Vec<Option<Value>>,
+}
+
+impl Run<'_> {
+    fn value(&mut self, at: usize, path: &mut Path<'_>) -> Value {
+        if let Some(value) = self.values[at] {
+            return value;
+        }
+        let value = match self.ops[at] {
+            Op::Input(input) => Value::Word(path.terms.input(input)),
+            Op::Bits(bits) => Value::Word(path.terms.constant(bits)),
+            Op::Truth(truth) => Value::Truth(truth),
+            Op::One("input", input) => Value::Truth(path.truth(input)),
+            Op::One("not", a) => Value::Truth(!self.truth(a, path)),
+            Op::One(name, a) => {
+                let a = self.word(a, path);
+                Value::Word(match name {
+                    "neg" => path.terms.neg(a),
+                    "abs" => path.abs(a),
+                    _ => path.terms.number_of(a),
+                })
+            }
+            Op::Two("and", a, b) => Value::Truth(self.truth(a, path) && self.truth(b, path)),
+            Op::Two("or", a, b) => Value::Truth(self.truth(a, path) || self.truth(b, path)),
+            Op::Two(name, a, b) => {
+                let (a, b) = (self.word(a, path), self.word(b, path));
+                Value::Word(match name {
+                    "add" => path.terms.add(a, b),
+                    "sub" => path.terms.sub(a, b),
+                    "mul" => path.terms.mul(a, b),
+                    "div" => path.terms.div(a, b),
+                    "plus" => path.terms.plus(a, b, 1),
+                    "times" => path.terms.times(a, b),
+                    "quotient" => path.terms.bitwise("quotient", a, b),
+                    _ => path.terms.plus(a, b, u32::MAX),
+                })
+            }
+            Op::Compare(set, a, b) => {
+                let (a, b) = (self.word(a, path), self.word(b, path));
+                Value::Truth(path.stands(a, set, b))
+            }
+            Op::Select(condition, a, b) => {
+                let taken = if self.truth(condition, path) { a } else { b };
+                self.value(taken, path)
+            }
+            Op::Signed(a, bits) => {
+                let a = self.word(a, path);
+                Value::Word(path.terms.low_bits(a, bits))
+            }
+        };
+        self.values[at] = Some(value);
+        value
+    }
+
+    fn word(&mut self, at: usize, path: &mut Path<'_>) -> Term {
+        match self.value(at, path) {
+            Value::Word(term) => term,
+            Value::Truth(truth) => path.terms.constant(u32::from(truth)),
+        }
+    }
+
+    fn truth(&mut self, at: usize, path: &mut Path<'_>) -> bool {
+        self.value(at, path) == Value::Truth(true)
+    }
+}
+
+struct Reader<'a> {
+    lines: std::vec::IntoIter<(usize, &'a str)>,
+    at: usize,
+    names: HashMap<String, usize>,
+    ops: Vec<Op>,
+}
+
+impl<'a> Reader<'a> {
+    fn line(&mut self) -> Result<Vec<&'a str>, String> {
+        let (at, line) = self.lines.next().ok_or("the text ends too early")?;
+        self.at = at;
+        Ok(line.split_whitespace().collect())
+    }
+
+    fn expected(&mut self) -> Result<Expected, String> {
+        if self.line()? != ["means", "1"] {
+            return Err("a text of this format begins with `means 1`".into());
+        }
+        for truth in [true, false] {
+            self.define(if truth { "true" } else { "false" }, Op::Truth(truth))?;
+        }
+        let (mut function, mut inputs, mut known, mut pads, mut outs) = Default::default();
+        loop {
+            match self.line()?[..] {
+                ["function", ref words @ ..] => function = words.join(" "),
+                ["in", name, kind, at] => {
+                    let port = port(name, kind, at, "0")?;
+                    let op = match port.kind {
+                        Kind::Number | Kind::Count => Op::Input(Vec::len(&inputs)),
+                        Kind::Truth | Kind::Absent => Op::One("input", inputs.len()),
+                    };
+                    self.define(name, op)?;
+                    inputs.push(port);
+                }
+                ["known", at, value] => Vec::push(&mut known, (place(at)?, bits(value)?)),
+                ["pad", at, length] => Vec::push(&mut pads, (place(at)?, bits(length)?)),
+                ["out", name, kind, at] => Vec::push(&mut outs, port(name, kind, at, "0")?),
+                ["out", name, kind, at, "bit", bit] => outs.push(port(name, kind, at, bit)?),
+                ["begin"] => break,
+                _ => return Err("neither function, in, known, pad, out nor begin".into()),
+            }
+        }
+        let body = self.block(outs.len())?;
+        match self.lines.next() {
+            Some((at, _)) => {
+                self.at = at;
+                Err("more text behind the end".into())
+            }
+            None => Ok(Expected { function, inputs, known, pads, outs, ops: std::mem::take(&mut self.ops), body }),
+        }
+    }
+
+    fn define(&mut self, name: &str, op: Op) -> Result<(), String> {
+        match self.names.get(name) {
+            Some(&at) if self.ops[at] == op => Ok(()),
+            Some(_) => Err(format!("`{name}` is two things")),
+            None => {
+                self.names.insert(name.to_owned(), self.ops.len());
+                self.ops.push(op);
+                Ok(())
+            }
+        }
+    }
+
+    fn named(&self, name: &str) -> Result<usize, String> {
+        self.names.get(name).copied().ok_or_else(|| format!("no value `{name}` before this line"))
+    }
+
+    fn block(&mut self, outs: usize) -> Result<Block, String> {
+        loop {
+            match self.line()?[..] {
+                ["return", ref results @ ..] if results.len() == outs => {
+                    return Ok(Block::Return(results.iter().map(|one| self.named(one)).collect::<Result<_, _>>()?));
+                }
+                ["return", ..] => return Err(format!("a return has a value for each of {outs} results")),
+                ["if", condition] => {
+                    let condition = self.named(condition)?;
+                    let yes = self.block(outs)?;
+                    if self.line()? != ["else"] {
+                        return Err("`else` is missing".into());
+                    }
+                    let no = self.block(outs)?;
+                    if self.line()? != ["end"] {
+                        return Err("`end` is missing".into());
+                    }
+                    return Ok(Block::If(condition, Box::new(yes), Box::new(no)));
+                }
+                [name, "=", ref words @ ..] => {
+                    let op = self.op(words)?;
+                    self.define(name, op)?;
+                }
+                _ => return Err("neither a definition, if nor return".into()),
+            }
+        }
+    }
+
+    fn op(&self, words: &[&str]) -> Result<Op, String> {
+        let of = |names: &[&'static str], name: &str| names.iter().find(|one| **one == name).copied();
+        let comparison = |name: &str| COMPARISONS.iter().find(|(one, _)| *one == name).map(|(_, set)| *set);
+        match *words {
+            ["number" | "count", value] => Ok(Op::Bits(bits(value)?)),
+            ["select", t, a, b] => Ok(Op::Select(self.named(t)?, self.named(a)?, self.named(b)?)),
+            ["signed", a, width] => match bits(width)? {
+                width @ 1..=32 => Ok(Op::Signed(self.named(a)?, width)),
+                _ => Err("a count has 1 to 32 bits".into()),
+            },
+            [name, a] => {
+                let name = of(&OF_ONE, name).ok_or_else(|| format!("no operation `{name}` of one value"))?;
+                Ok(Op::One(name, self.named(a)?))
+            }
+            [name, a, b] => {
+                let (a, b) = (self.named(a)?, self.named(b)?);
+                match (comparison(name), of(&OF_TWO, name)) {
+                    (Some(set), _) => Ok(Op::Compare(set, a, b)),
+                    (_, Some(name)) => Ok(Op::Two(name, a, b)),
+                    _ => Err(format!("no operation `{name}` of two values")),
+                }
+            }
+            _ => Err("no operation".into()),
+        }
+    }
+}
+
+fn bits(text: &str) -> Result<u32, String> {
+    let number = match text.strip_prefix("0x") {
+        Some(hex) => u32::from_str_radix(hex, 16),
+        None => text.parse(),
+    };
+    number.map_err(|_| format!("`{text}` is no number of 32 bits"))
+}
+
+fn port(name: &str, kind: &str, at: &str, bit: &str) -> Result<Port, String> {
+    let kind = match kind {
+        "number" => Kind::Number,
+        "count" => Kind::Count,
+        "truth" => Kind::Truth,
+        "absent" => Kind::Absent,
+        _ => return Err(format!("no kind `{kind}`")),
+    };
+    let bit = bits(bit)?;
+    if bit > 31 || (bit > 0 && kind != Kind::Truth) {
+        return Err("a truth has one of the bits 0 to 31".into());
+    }
+    Ok(Port { name: name.to_owned(), kind, place: place(at)?, bit })
+}
+
+fn place(text: &str) -> Result<Place, String> {
+    let (name, offset) = text.split_once('+').map_or((text, None), |(name, offset)| (name, Some(offset)));
+    let number = |letter: char, below: u32| {
+        let number: u32 = name.strip_prefix(letter)?.parse().ok()?;
+        (number < below).then_some(number)
+    };
+    let register = match name {
+        "sp" => Some(13),
+        _ => number('r', 13).or(number('s', 32).map(|number| number + 16)),
+    };
+    match (register, offset) {
+        (Some(register), None) => Ok(Place::Register(register)),
+        (Some(register @ 0..=13), Some(offset)) => match bits(offset)? {
+            offset @ 0..=0xffff => Ok(Place::Memory(register, offset as i32)),
+            _ => Err(format!("`{text}` is too far behind")),
+        },
+        _ => Err(format!("`{text}` is no place")),
+    }
+}

@@ -1,0 +1,156 @@
+//! Does the machine code compute what the tick says? `cycle-bound --means` on what is shipped, and on what GCC makes of
+//! the exported C file, against the records of `tick-record`: bound and meaning from one disassembly.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use crate::compiler::TARGET;
+use crate::setup::CROSS_C;
+use crate::step::{Failure, Gate, Invocation, Outcome};
+use crate::{budget, firmware};
+
+/// Texts, C files and what is linked of them.
+const FOLDER: &str = "target/means";
+/// What the exported C file of a controller holds, each a function of its own.
+const FUNCTIONS: [&str; 6] = ["start", "tick", "not_started", "report_applied", "estimates", "reset"];
+/// GCC's ways to compile it.
+const LEVELS: [&str; 4] = ["-O1", "-O2", "-O3", "-Os"];
+const GCC: [&str; 8] = [
+    "-std=c99",
+    "-mcpu=cortex-m4",
+    "-mthumb",
+    "-mfloat-abi=hard",
+    "-mfpu=fpv4-sp-d16",
+    "-ffp-contract=off",
+    "-nostdlib",
+    "-Wl,-Ttext=0x08000000,-e,0",
+];
+/// Controllers whose C file is compiled: a name, and what is exported.
+const CONTROLLERS: [(&str, &[&str]); 2] = [
+    ("joint", &["--set", "controller.limits={ min = -300, max = 300 }"]),
+    ("chain", &["scenario/scenarios/chain.toml"]),
+];
+
+/// Instances with a ceiling and without a text, each with its reason. Whoever is in neither list fails.
+const WITHOUT: [(&str, &str); 9] = [
+    ("budget::benchmark_libm::tick", EXPONENTIAL),
+    ("budget::benchmark_micromath::tick", EXPONENTIAL),
+    ("budget::sine::tick", "no tick: the sine of a drive's map alone"),
+    ("budget::motor_watched::tick", DRIVE),
+    ("budget::joint_drive_watched::tick", DRIVE),
+    ("budget::joint_measured::tick", DRIVE),
+    ("budget::joint_measured_held::tick", DRIVE),
+    ("edo_smc_tick_n4_r2_c24", "the archive for C: its checks of a design are not in a record"),
+    ("edo_smc_tick_joint_fast", "the archive for C: its checks of a design are not in a record"),
+];
+const EXPONENTIAL: &str = "an exponential of a library, which is not recorded";
+const DRIVE: &str = "a drive with monitors, or over measured states: not recorded";
+/// An interrupt is more than its tick: it talks to the chip.
+const INTERRUPT: &str = "TIM3";
+
+/// Builds the image, then judges.
+pub(crate) fn run(gate: &mut Gate) -> Outcome {
+    firmware::run(gate)?;
+    judge(gate)
+}
+
+/// Machine code against records.
+pub(crate) fn judge(gate: &mut Gate) -> Outcome {
+    gate.step("machine code computes what the tick says", |gate| {
+        let folder = gate.root.join(FOLDER);
+        let failed = |reason: String| Failure { reason, rerun: "cargo xtask means".into() };
+        std::fs::create_dir_all(&folder).map_err(|error| failed(format!("{}: {error}", folder.display())))?;
+        of_the_image(gate, &folder.join("image")).map_err(failed)??;
+        for (name, scenario) in CONTROLLERS {
+            of_the_file(gate, &folder.join(name), name, scenario).map_err(failed)??;
+        }
+        println!("\nheld to no record:");
+        for (name, why) in WITHOUT {
+            println!("  {name:<36} {why}");
+        }
+        Ok(())
+    })
+}
+
+/// The ticks of the Rust image.
+fn of_the_image(gate: &Gate, folder: &Path) -> Result<Outcome, String> {
+    let told = |error: std::io::Error| format!("{}: {error}", folder.display());
+    // Texts of an older run are none of this one.
+    if folder.exists() {
+        std::fs::remove_dir_all(folder).map_err(told)?;
+    }
+    std::fs::create_dir_all(folder).map_err(told)?;
+    let shown = folder.display().to_string();
+    if let Err(failure) = Invocation::cargo(&["run", "--quiet", "-p", "tick-record", "--", &shown]).run(gate) {
+        return Ok(Err(failure));
+    }
+    let entries = std::fs::read_dir(folder).map_err(told)?.collect::<Result<Vec<_>, _>>().map_err(told)?;
+    let mut texts: Vec<String> = entries.iter().map(|entry| entry.path().display().to_string()).collect();
+    texts.sort();
+    let mut known: BTreeSet<String> = WITHOUT.iter().map(|(name, _)| (*name).to_owned()).collect();
+    for text in &texts {
+        let head = std::fs::read_to_string(text).map_err(|error| format!("{text}: {error}"))?;
+        known.extend(head.lines().find_map(|line| line.strip_prefix("function ")).map(str::to_owned));
+    }
+    let ceilings = std::fs::read_to_string(gate.root.join(budget::CEILINGS)).map_err(|error| error.to_string())?;
+    let missing: Vec<&str> = symbols(&ceilings).filter(|symbol| !known.contains(*symbol)).collect();
+    if !missing.is_empty() {
+        return Err(format!("held to no record, and for no reason: {}", missing.join(", ")));
+    }
+    let image = format!("firmware/target/{TARGET}/release/budget");
+    Ok(held(&image, &texts).run(gate))
+}
+
+/// Functions that have a ceiling.
+fn symbols(ceilings: &str) -> impl Iterator<Item = &str> {
+    let names = ceilings.lines().filter_map(|line| line.strip_prefix("symbol = \"")?.strip_suffix('"'));
+    names.filter(|name| *name != INTERRUPT)
+}
+
+/// The functions of an exported C file, by GCC.
+fn of_the_file(gate: &Gate, folder: &Path, name: &str, scenario: &[&str]) -> Result<Outcome, String> {
+    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let file = |name: &str| folder.join(name).display().to_string();
+    let export = Invocation::cargo(&["run", "--quiet", "-p", "host-sim", "--", "export", "--paper", "--standalone"])
+        .with(&["--prefix", name, "--force"])
+        .with(scenario);
+    let kept: Vec<String> = FUNCTIONS.iter().map(|function| format!("{name}_{function}")).collect();
+    let main = format!("#include \"{name}.h\"\n__attribute__((used)) void *const kept[] = {{{}}};\n", kept.join(", "));
+    std::fs::write(folder.join("main.c"), main).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let mut commands = vec![export.clone().with(&["-o", &file(&format!("{name}.h"))])];
+    let texts: Vec<String> = FUNCTIONS.iter().map(|function| file(&format!("{function}.means"))).collect();
+    for (function, text) in FUNCTIONS.iter().zip(&texts) {
+        commands.push(export.clone().with(&["--means", function, "-o", text]));
+    }
+    for level in LEVELS {
+        let elf = file(&format!("gcc{level}.elf"));
+        commands.push(Invocation::new(CROSS_C, &GCC).with(&[level, &file("main.c"), "-o", &elf]));
+        commands.push(held(&elf, &texts));
+    }
+    Ok(commands.iter().try_for_each(|command| command.run(gate)))
+}
+
+fn held(elf: &str, texts: &[String]) -> Invocation {
+    let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
+    Invocation::cargo(&["run", "--quiet", "-p", "cycle-bound", "--", "--elf", elf, "--means"]).with(&texts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_instance_with_a_ceiling_is_found() {
+        let text = "symbol = \"a::tick\"\nstate = \"a::STATE\"\nsymbol = \"TIM3\"\nsymbol = \"b::tick\"\n";
+        assert_eq!(symbols(text).collect::<Vec<_>>(), ["a::tick", "b::tick"]);
+    }
+
+    #[test]
+    fn what_is_held_to_no_record_has_a_ceiling() {
+        let ceilings = include_str!("../../firmware/budgets.toml");
+        let symbols: BTreeSet<&str> = symbols(ceilings).collect();
+        for (name, _) in WITHOUT {
+            assert!(symbols.contains(name), "{name}");
+        }
+    }
+}
