@@ -9,6 +9,7 @@ mod budget;
 mod capi;
 mod compiler;
 mod docs;
+mod evidence;
 mod firmware;
 mod fuzz;
 mod mutate;
@@ -31,7 +32,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 14] = [
+const ACTIONS: [Action; 16] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -68,6 +69,12 @@ const ACTIONS: [Action; 14] = [
         help: "the closed loop in WebAssembly: builds, and has the bits of this machine",
         run: wasm::run,
     },
+    Action {
+        name: "evidence",
+        help: "the C that users get before MISRA's addon, two compilers and their analysers",
+        run: evidence::run,
+    },
+    Action { name: "eva", help: "the same before Frama-C's Eva, which the gate does not install", run: evidence::eva },
     Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
     Action { name: "mutate", help: "break symbols of the paper: do the tests of the map fail?", run: mutate::run },
 ];

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::compiler::{Compiler, DEBIAN_PACKAGES, TARGET};
 use crate::step::{Failure, Gate, Invocation, Outcome};
-use crate::{capi, wasm};
+use crate::{capi, evidence, wasm};
 
 /// The emulator of the chip, and the board with it.
 const EMULATOR: &str = "qemu-system-arm";
@@ -65,6 +65,11 @@ fn missing() -> Vec<Missing> {
     for (program, packages) in FOR_C {
         if Invocation::new(program, &["--version"]).answer().is_none() {
             missing.push(Missing { what: format!("no `{program}`, for firmware in C"), packages });
+        }
+    }
+    for (program, packages) in evidence::PROGRAMS {
+        if Invocation::new(program, &["--version"]).answer().is_none() {
+            missing.push(Missing { what: format!("no `{program}`, which looks at exported C"), packages });
         }
     }
     // A file that it does not find it names without a folder.
