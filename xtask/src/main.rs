@@ -14,6 +14,7 @@ mod firmware;
 mod fuzz;
 mod mutate;
 mod paper_map;
+mod sbom;
 mod scan;
 mod setup;
 mod step;
@@ -32,7 +33,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 16] = [
+const ACTIONS: [Action; 17] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -76,6 +77,7 @@ const ACTIONS: [Action; 16] = [
     },
     Action { name: "eva", help: "the same before Frama-C's Eva, which the gate does not install", run: evidence::eva },
     Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
+    Action { name: "sbom", help: "bills of materials (SPDX) of the built images and archives", run: sbom::run },
     Action { name: "mutate", help: "break symbols of the paper: do the tests of the map fail?", run: mutate::run },
 ];
 

@@ -72,6 +72,10 @@ fn missing() -> Vec<Missing> {
             missing.push(Missing { what: format!("no `{program}`, which looks at exported C"), packages });
         }
     }
+    if Invocation::new("python3", &["-m", "venv", "--help"]).answer().is_none() {
+        let what = String::from("no `python3 -m venv`, into which the checker of bills of materials goes");
+        missing.push(Missing { what, packages: &["python3-venv"] });
+    }
     // A file that it does not find it names without a folder.
     if Invocation::new(CROSS_C, &["-print-file-name=nano.specs"]).answer().is_some_and(|path| !path.contains('/')) {
         let what = format!("no C library (newlib-nano) for {CROSS_C}");

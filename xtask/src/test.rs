@@ -2,7 +2,9 @@
 //! ends with what it left out.
 
 use crate::step::{Gate, Invocation, Outcome};
-use crate::{attack, bench, budget, capi, docs, evidence, firmware, fuzz, mutate, paper_map, scan, setup, thumb, wasm};
+use crate::{
+    attack, bench, budget, capi, docs, evidence, firmware, fuzz, mutate, paper_map, sbom, scan, setup, thumb, wasm,
+};
 
 /// Features of controller-core; every combination must build and be free of warnings.
 const FEATURES: [&str; 3] = ["analysis", "defmt", "serde"];
@@ -25,7 +27,7 @@ enum Quick {
 
 use Quick::{Less, No, Same};
 
-const GATE: [Part; 19] = [
+const GATE: [Part; 20] = [
     Part { run: setup::run, quick: No("the look for tools") },
     Part { run: format, quick: Same },
     Part { run: scan, quick: Same },
@@ -38,6 +40,7 @@ const GATE: [Part; 19] = [
     // The suite runs them in the emulator, and links the archive.
     Part { run: firmware::run, quick: No("the images for the chip") },
     Part { run: capi::run, quick: No("the archives for C and their examples") },
+    Part { run: sbom::run, quick: No("bills of materials") },
     Part { run: evidence::run, quick: No("exported C before analysers and MISRA's addon") },
     Part { run: test, quick: Less(test_quickly, LEFT_OUT) },
     Part { run: mutate::run, quick: No("equations broken on purpose") },
