@@ -21,7 +21,7 @@ pub fn compare(name: &str, table: &str) -> Result<(), String> {
     }
     let only = |of: &str, other: &str, sign: char| -> String {
         let differ = of.lines().filter(|line| !other.lines().any(|kept| kept == *line));
-        differ.map(|line| format!("{sign} {line}\n")).collect()
+        differ.map(|line| format!("{sign} {line}\n")).collect::<Vec<_>>().concat()
     };
     Err(format!(
         "tests/golden/{name} differs, - golden, + now:\n{}{}if the change is meant: {REGENERATE}=write cargo test -p \
