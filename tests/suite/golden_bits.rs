@@ -52,7 +52,9 @@ impl Seen {
     const NOTHING: Self = Self { hash: Hash::EMPTY, rejected: 0, saturated: 0 };
 
     fn tick(&mut self, [u, sigma, sigma_star]: [f64; 3], health: Health) {
-        [u, sigma, sigma_star].iter().for_each(|number| self.hash.number(*number));
+        for number in [u, sigma, sigma_star] {
+            self.hash.number(number);
+        }
         self.hash.bytes(&[health.bits()]);
         self.rejected += u32::from(health.contains(Health::INPUT_REJECTED));
         self.saturated += u32::from(health.contains(Health::SATURATED));
@@ -129,7 +131,7 @@ fn chain((n, r, mask): (usize, usize, u8), precision: Precision, kind: Loop) -> 
     for k in 0..TICKS {
         let bits = rng.bits();
         if k % 512 == 0 {
-            (0..n).for_each(|i| push[i] = 0.1 * fraction(bits >> (8 * i)));
+            push = (0..n).map(|i| 0.1 * fraction(bits >> (8 * i))).collect();
         }
         let mut sample: Vec<f64> = (0..n).map(|i| x[i] + 1e-6 * fraction(bits >> (16 + 8 * i))).collect();
         let event = event(rng.bits());
@@ -143,7 +145,9 @@ fn chain((n, r, mask): (usize, usize, u8), precision: Precision, kind: Loop) -> 
         let told = law.tick(&sample);
         seen.tick([told.u, told.sigma, told.sigma_star], told.health);
         if k % 16 == 0 {
-            law.estimates().as_flattened().iter().for_each(|number| seen.hash.number(*number));
+            for number in law.estimates().as_flattened() {
+                seen.hash.number(*number);
+            }
         }
         let mut u = told.u;
         if let Event::Held(share) = event {
@@ -199,7 +203,9 @@ fn drive(design: &DriveDesign) -> Seen {
         let told = port.tick(&sample).expect("in this process");
         seen.tick([told.u, told.sigma, told.sigma_star], told.health);
         if k % 16 == 0 {
-            told.estimates.as_flattened().iter().for_each(|number| seen.hash.number(*number));
+            for number in told.estimates.as_flattened() {
+                seen.hash.number(*number);
+            }
         }
         let mut u = told.u;
         if let Event::Held(share) = event {
