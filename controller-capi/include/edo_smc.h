@@ -10,17 +10,17 @@
  * does not say, the observers estimate.
  *
  *     #include "edo_smc.h"
- *     #include "my_design.h"                              // static const edo_smc_design_n4_r2_c24_t my_design = {..};
- *     static edo_smc_state_n4_r2_c24_t state;             // yours, wherever you like; one for each controller
+ *     #include "my_design.h"                              my_design, an edo_smc_design_n4_r2_c24_t
+ *     static edo_smc_state_n4_r2_c24_t state;             yours, wherever you like; one for each controller
  *
- *     // once, at start-up: looks at the whole design
+ *     once, at start-up: looks at the whole design
  *     status = edo_smc_init_n4_r2_c24(&my_design, sizeof my_design, &state, sizeof state);
  *
- *     // in the timer interrupt, every period
+ *     in the timer interrupt, every period:
  *     edo_smc_output_t output = {0};
- *     edo_smc_tick_n4_r2_c24(&my_design, &state, x, &output);   // x: the newest sample, float[4]
+ *     edo_smc_tick_n4_r2_c24(&my_design, &state, x, &output);   x: the newest sample, float[4]
  *     pwm_set(output.u);
- *     edo_smc_report_applied_n4_r2_c24(&state, held);           // only if the actuator holds something else
+ *     edo_smc_report_applied_n4_r2_c24(&state, held);           only if the actuator holds something else
  *
  * DRIVES. A motor with one encoder, a flexible joint with two: counts in, current out, along a reference, with
  * monitors. What a drive has is a part of its name too: _fast, a second gain set that comes in under a load; _late, a
@@ -166,18 +166,18 @@ enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
  *     static edo_smc_design_motor_fast_t design;
  *     static edo_smc_state_motor_fast_t state;
  *     static edo_smc_sample_motor_t sample;
- *     static edo_smc_plan_motor_t plan;                         // zeros: rest at angle 0
+ *     static edo_smc_plan_motor_t plan;                         zeros: rest at angle 0
  *
- *     // once, at start-up
+ *     once, at start-up:
  *     edo_smc_refusal_t refusal;
- *     edo_smc_by_rule_motor_fast(&config, sizeof config);       // all that is not on the data sheet
+ *     edo_smc_by_rule_motor_fast(&config, sizeof config);       all that is not on the data sheet
  *     status = edo_smc_design_motor_fast(&config, sizeof config, &design, sizeof design, &refusal);
  *     status = edo_smc_init_motor_fast(&design, sizeof design, &state, sizeof state);
  *
- *     // in the timer interrupt, every period
+ *     in the timer interrupt, every period:
  *     edo_smc_output_t output = {0};
- *     sample.count = encoder_register();                        // as it stands: it may wrap
- *     sample.begin = sample.end;                                // a tick begins where the last one ended
+ *     sample.count = encoder_register();                        as it stands: it may wrap
+ *     sample.begin = sample.end;                                a tick begins where the last one ended
  *     edo_smc_plan_play_motor(&plan, ++tick, &sample.end);
  *     edo_smc_tick_motor_fast(&design, &state, &sample, &output);
  *     pwm_set(output.u);

@@ -188,6 +188,13 @@ typedef struct {
     float g_cos; /* g sin, g cos of the link */
 } drive_between;
 
+/* A count as the number with a sign that it is: no conversion, which would be for the compiler to define. */
+static inline int32_t drive_signed(uint32_t count)
+{
+    const uint32_t below = 0xffffffffu - count;
+    return (count < 0x80000000u) ? (int32_t)count : (-(int32_t)below - 1);
+}
+
 /* Part of the first tick after a start: the estimates are those of the sample already. */
 static inline void drive_begin(drive_state *state, const drive_sample *sample, drive_between *between)
 {
@@ -196,39 +203,36 @@ static inline void drive_begin(drive_state *state, const drive_sample *sample, d
     static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
     const uint32_t count_link = sample->count_link;
     const uint32_t count_motor = sample->count_motor;
-    const uint32_t part = sample->lost_link ? state->at_link
-            : (state->at_link + ((((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u));
-    const uint32_t part_2 = (part < 0x80000000u) ? (part / 1048576u) * 1048576u : 0u
-            - ((0u - part) / 1048576u) * 1048576u;
-    const uint32_t at_link = (((part - part_2) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-    const float part_3 = (unit_link * ((at_link < 0x80000000u) ? (float)at_link : (-(float)(0u - at_link))))
-            + state->p_link;
-    const bool holds = (part_3 < (-1.57079637e0f)) || (part_3 > 1.57079637e0f);
-    const float part_4 = (3.14159274e0f - ((part_3 < 0.0f) ? (-part_3) : (part_3 + 0.0f))) + (-8.74227766e-8f);
-    const float part_5 = holds ? ((part_3 < 0.0f) ? (-part_4) : part_4) : part_3;
-    const float part_6 = holds ? (-gravity) : gravity;
-    const float part_7 = part_5 * part_5;
-    const float part_8 = gravity * part_5;
-    between->g_sin = part_8
-            + (part_8 * (part_7 * ((((((2.59986177e-6f * part_7) + (-1.98065289e-4f)) * part_7)
-            + 8.33301619e-3f) * part_7) + (-1.66666567e-1f))));
-    between->g_cos = part_6
-            + (part_6 * (part_7 * ((((((2.31924023e-5f * part_7) + (-1.38558447e-3f)) * part_7)
-            + 4.16639782e-2f) * part_7) + (-4.99999315e-1f))));
+    const uint32_t at_link = sample->lost_link ? state->at_link
+            : ((((state->at_link
+            + ((((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u)) & 0x7fffffu) ^ 0x400000u)
+            - 0x400000u);
+    const float part = (unit_link * (float)drive_signed(at_link)) + state->p_link;
+    const bool holds = (part < (-1.57079637e0f)) || (part > 1.57079637e0f);
+    const float part_2 = (3.14159274e0f - ((part < 0.0f) ? (-part) : (part + 0.0f))) + (-8.74227766e-8f);
+    const float part_3 = holds ? ((part < 0.0f) ? (-part_2) : part_2) : part;
+    const float part_4 = holds ? (-gravity) : gravity;
+    const float part_5 = part_3 * part_3;
+    const float part_6 = gravity * part_3;
+    between->g_sin = part_6
+            + (part_6 * (part_5 * ((((((2.59986177e-6f * part_5) + (-1.98065289e-4f)) * part_5)
+            + 8.33301619e-3f) * part_5) + (-1.66666567e-1f))));
+    between->g_cos = part_4
+            + (part_4 * (part_5 * ((((((2.31924023e-5f * part_5) + (-1.38558447e-3f)) * part_5)
+            + 4.16639782e-2f) * part_5) + (-4.99999315e-1f))));
     between->missing = false;
-    const uint32_t next_1 = ((((sample->lost_motor ? state->at_motor
-            : (state->at_motor + ((((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u)))
-            - part_2) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+    const uint32_t next_1 = (((state->at_motor
+            + ((((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u)) & 0x7fffffu) ^ 0x400000u)
+            - 0x400000u;
     if (!sample->lost_link) {
         state->last_link = count_link;
     }
     if (!sample->lost_motor) {
         state->last_motor = count_motor;
+        state->at_motor = next_1;
     }
     state->fresh = false;
     state->at_link = at_link;
-    state->at_motor = next_1;
-    state->turn = state->turn + ((part < 0x80000000u) ? (part / 1048576u) * 1u : 0u - ((0u - part) / 1048576u) * 1u);
 }
 
 /* Part of a tick: what the counts should have moved, which of them are believed, and the observers. False
@@ -289,12 +293,12 @@ static inline bool drive_observe(drive_state *state, const drive_sample *sample,
     p_link += h1_link * state->d_dot_link;
     const float d_link = state->d_link + (period * state->d_dot_link);
     const uint32_t part_2 = (((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u;
-    const float p1 = p_link - (unit_link * ((part_2 < 0x80000000u) ? (float)part_2 : (-(float)(0u - part_2))));
+    const float p1 = p_link - (unit_link * (float)drive_signed(part_2));
     const bool holds = (p1 >= (-(gate_link + state->reach))) && (p1 <= (gate_link + state->reach));
     const bool holds_2 = (!sample->lost_link) && holds;
     const float part_3 = holds_2 ? 0.0f : (state->p_link + part);
     const uint32_t at_link = holds_2 ? (state->at_link + part_2) : state->at_link;
-    const float part_4 = unit_link * ((at_link < 0x80000000u) ? (float)at_link : (-(float)(0u - at_link)));
+    const float part_4 = unit_link * (float)drive_signed(at_link);
     const float part_5 = part_4 + part_3;
     const float missed_link = state->missed_link + 1.0f;
     const bool holds_3 = missed_link >= 1.0f;
@@ -305,11 +309,11 @@ static inline bool drive_observe(drive_state *state, const drive_sample *sample,
     p_motor += h1_motor * state->d_dot_motor;
     const float d_motor = state->d_motor + (period * state->d_dot_motor);
     const uint32_t part_7 = (((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u;
-    const float p2 = p_motor - (unit_motor * ((part_7 < 0x80000000u) ? (float)part_7 : (-(float)(0u - part_7))));
+    const float p2 = p_motor - (unit_motor * (float)drive_signed(part_7));
     const bool holds_5 = (p2 >= (-(gate_motor + state->reach))) && (p2 <= (gate_motor + state->reach));
     const bool holds_6 = (!sample->lost_motor) && holds_5;
     const uint32_t at_motor = holds_6 ? (state->at_motor + part_7) : state->at_motor;
-    const float part_8 = unit_motor * ((at_motor < 0x80000000u) ? (float)at_motor : (-(float)(0u - at_motor)));
+    const float part_8 = unit_motor * (float)drive_signed(at_motor);
     const float missed_motor = state->missed_motor + 1.0f;
 
     /* 2. Couplings. */
@@ -437,55 +441,51 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     static const float decay = 1.99800124e-3f; /* 1 - e^(-alpha T) */
     static const float edge_link = 3.53429174e0f; /* 9/16 of the base */
     static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
-    const float part = unit_link * ((state->at_link < 0x80000000u) ? (float)state->at_link
-            : (-(float)(0u - state->at_link)));
+    const float part = unit_link * (float)drive_signed(state->at_link);
     const float part_2 = part + state->p_link;
 
     /* 4. The chain. */
     const float part_3 = -(k1 + between->g_cos);
-    const float part_4 = ((unit_motor * ((state->at_motor < 0x80000000u) ? (float)state->at_motor
-            : (-(float)(0u - state->at_motor)))) + state->p_motor) - (k1 * part_2);
+    const float part_4 = ((unit_motor * (float)drive_signed(state->at_motor)) + state->p_motor) - (k1 * part_2);
     const float part_5 = (part_4 - (b1 * state->v_link)) - between->g_sin;
     const float sigma = (state->v_motor + (part_3 * state->v_link)) - (b1 * part_5);
 
     /* 5. Law. */
-    const uint32_t part_6 = (uint32_t)sample->begin.turn - state->turn;
     const float v_link = state->v_link - sample->begin.r_dot;
-    const float part_7 = part_5 - sample->begin.r_ddot;
+    const float part_6 = part_5 - sample->begin.r_ddot;
     const float sigma_2 = sigma - sample->begin.r_dddot;
     float sigma_3 = sigma_2
             + (c_1 * (part_2
-            - ((full_turn * ((part_6 < 0x80000000u) ? (float)part_6 : (-(float)(0u - part_6)))) + sample->begin.r)));
+            - ((full_turn * (float)drive_signed((uint32_t)sample->begin.turn - state->turn)) + sample->begin.r)));
     sigma_3 += c_2 * v_link;
-    sigma_3 += c_3 * part_7;
+    sigma_3 += c_3 * part_6;
     sigma_3 += c_d_link * state->d_link;
     sigma_3 += c_growth_link * state->d_dot_link;
-    const float part_8 = cross - between->g_cos;
+    const float part_7 = cross - between->g_cos;
     float bare = -(per_b * (((((((between->g_sin * state->v_link) * state->v_link) - (kappa_motor * part_4))
             - (b2 * state->v_motor)) + (part_3 * part_5)) - (b1 * sigma))
-            + (state->d_motor + (part_8 * state->d_link))));
+            + (state->d_motor + (part_7 * state->d_link))));
     bare += kx_2 * v_link;
-    bare += kx_3 * part_7;
+    bare += kx_3 * part_6;
     bare += kx_4 * sigma_2;
     bare += k_d_link * state->d_link;
     bare += k_growth_link * state->d_dot_link;
-    bare += k_last * (state->d_dot_motor + (part_8 * state->d_dot_link));
-    const uint32_t part_9 = (uint32_t)sample->end.turn - (uint32_t)sample->begin.turn;
+    bare += k_last * (state->d_dot_motor + (part_7 * state->d_dot_link));
     bare += (((feed_4 * (sample->end.r_dddot - sample->begin.r_dddot))
             + (feed_1 * ((sample->end.r - sample->begin.r)
-            + (full_turn * ((part_9 < 0x80000000u) ? (float)part_9 : (-(float)(0u - part_9)))))))
+            + (full_turn * (float)drive_signed((uint32_t)sample->end.turn - (uint32_t)sample->begin.turn)))))
             + (feed_2 * (sample->end.r_dot - sample->begin.r_dot)))
             + (feed_3 * (sample->end.r_ddot - sample->begin.r_ddot));
     const float sigma_star = sigma_3 - state->offset;
     const float demand = (bare + (k_offset * state->offset)) + (us * sigma_3);
     const bool holds = (demand >= (-plausible)) && (demand <= plausible);
-    const float part_10 = bare + (kw * sigma_3);
-    const bool holds_2 = (part_10 >= (-input_limit)) && (part_10 <= input_limit);
-    const float part_11 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
+    const float part_8 = bare + (kw * sigma_3);
+    const bool holds_2 = (part_8 >= (-input_limit)) && (part_8 <= input_limit);
+    const float part_9 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
             : 0.0f)) + fallback;
-    const float part_12 = holds ? demand : (holds_2 ? part_10 : part_11);
-    const bool holds_3 = part_12 > u_max;
-    const bool holds_4 = part_12 < u_min;
+    const float part_10 = holds ? demand : (holds_2 ? part_8 : part_9);
+    const bool holds_3 = part_10 > u_max;
+    const bool holds_4 = part_10 < u_min;
     const float u = holds_3 ? u_max : (holds_4 ? u_min : demand);
 
     /* 6. Memory. */
@@ -504,16 +504,12 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
         const bool holds_6 = part > 0.0f;
         const uint32_t at_link = (((holds_6 ? (state->at_link - 1048576u)
                 : (state->at_link + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-        const uint32_t part_13 = at_link - state->at_link;
         const uint32_t at_motor = (((holds_6 ? (state->at_motor - 1048576u)
                 : (state->at_motor + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-        const uint32_t part_14 = at_motor - state->at_motor;
         const float push_link = state->push_link
-                + ((0.5f * kappa_link) * (unit_link * ((part_13 < 0x80000000u) ? (float)part_13
-                : (-(float)(0u - part_13)))));
+                + ((0.5f * kappa_link) * (unit_link * (float)drive_signed(at_link - state->at_link)));
         const float push_motor = state->push_motor
-                + ((0.5f * kappa_motor) * (unit_motor * ((part_14 < 0x80000000u) ? (float)part_14
-                : (-(float)(0u - part_14)))));
+                + ((0.5f * kappa_motor) * (unit_motor * (float)drive_signed(at_motor - state->at_motor)));
         const uint32_t turn = holds_6 ? (state->turn + 1u) : (state->turn - 1u);
         output->u = u;
         output->sigma = sigma_3;
@@ -529,7 +525,7 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     }
     if (!holds_2) {
         if (holds_5) {
-            const float u_3 = holds_3 ? u_max : (holds_4 ? u_min : part_11);
+            const float u_3 = holds_3 ? u_max : (holds_4 ? u_min : part_9);
             output->u = u_3;
             output->sigma = 0.0f;
             output->sigma_star = 0.0f;
@@ -541,17 +537,13 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
         const bool holds_6 = part > 0.0f;
         const uint32_t at_link = (((holds_6 ? (state->at_link - 1048576u)
                 : (state->at_link + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-        const uint32_t part_13 = at_link - state->at_link;
         const uint32_t at_motor = (((holds_6 ? (state->at_motor - 1048576u)
                 : (state->at_motor + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-        const uint32_t part_14 = at_motor - state->at_motor;
         const float push_link = state->push_link
-                + ((0.5f * kappa_link) * (unit_link * ((part_13 < 0x80000000u) ? (float)part_13
-                : (-(float)(0u - part_13)))));
+                + ((0.5f * kappa_link) * (unit_link * (float)drive_signed(at_link - state->at_link)));
         const float push_motor = state->push_motor
-                + ((0.5f * kappa_motor) * (unit_motor * ((part_14 < 0x80000000u) ? (float)part_14
-                : (-(float)(0u - part_14)))));
-        const float u_3 = holds_3 ? u_max : (holds_4 ? u_min : part_11);
+                + ((0.5f * kappa_motor) * (unit_motor * (float)drive_signed(at_motor - state->at_motor)));
+        const float u_3 = holds_3 ? u_max : (holds_4 ? u_min : part_9);
         const uint32_t turn = holds_6 ? (state->turn + 1u) : (state->turn - 1u);
         output->u = u_3;
         output->sigma = 0.0f;
@@ -566,11 +558,11 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     }
 
     /* 5. Law. */
-    const float u_2 = holds_3 ? u_max : (holds_4 ? u_min : part_10);
+    const float u_2 = holds_3 ? u_max : (holds_4 ? u_min : part_8);
 
     /* 6. Memory. */
     const float sigma_4 = sigma_3 - (decay * sigma_3);
-    const bool saturated_2 = u_2 != part_10;
+    const bool saturated_2 = u_2 != part_8;
     if (holds_5) {
         output->u = u_2;
         output->sigma = sigma_3;
@@ -582,16 +574,12 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     const bool holds_6 = part > 0.0f;
     const uint32_t at_link = (((holds_6 ? (state->at_link - 1048576u)
             : (state->at_link + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-    const uint32_t part_13 = at_link - state->at_link;
     const uint32_t at_motor = (((holds_6 ? (state->at_motor - 1048576u)
             : (state->at_motor + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-    const uint32_t part_14 = at_motor - state->at_motor;
     const float push_link = state->push_link
-            + ((0.5f * kappa_link) * (unit_link * ((part_13 < 0x80000000u) ? (float)part_13
-            : (-(float)(0u - part_13)))));
+            + ((0.5f * kappa_link) * (unit_link * (float)drive_signed(at_link - state->at_link)));
     const float push_motor = state->push_motor
-            + ((0.5f * kappa_motor) * (unit_motor * ((part_14 < 0x80000000u) ? (float)part_14
-            : (-(float)(0u - part_14)))));
+            + ((0.5f * kappa_motor) * (unit_motor * (float)drive_signed(at_motor - state->at_motor)));
     const uint32_t turn = holds_6 ? (state->turn + 1u) : (state->turn - 1u);
     output->u = u_2;
     output->sigma = sigma_3;
@@ -627,58 +615,54 @@ static inline unsigned drive_give_up(drive_state *state, const drive_sample *sam
     const uint32_t count_motor = sample->count_motor;
     const float part = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
             : 0.0f)) + fallback;
-    const uint32_t part_2 = sample->lost_link ? state->at_link
-            : (state->at_link + ((((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u));
-    const uint32_t part_3 = (part_2 < 0x80000000u) ? (part_2 / 1048576u) * 1048576u : 0u
-            - ((0u - part_2) / 1048576u) * 1048576u;
-    const uint32_t at_link = (((part_2 - part_3) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-    const uint32_t at_motor = ((((sample->lost_motor ? state->at_motor
-            : (state->at_motor + ((((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u)))
-            - part_3) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-    const uint32_t turn = state->turn
-            + ((part_2 < 0x80000000u) ? (part_2 / 1048576u) * 1u : 0u - ((0u - part_2) / 1048576u) * 1u);
-    const float reach = -(half_span_motor + half_span_motor);
     if (sample->lost_link) {
+        const uint32_t at_motor = (((state->at_motor
+                + ((((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u)) & 0x7fffffu) ^ 0x400000u)
+                - 0x400000u;
+        const float reach = -(half_span_motor + half_span_motor);
         const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
         output->u = u;
         output->sigma = 0.0f;
         output->sigma_star = 0.0f;
         if (!sample->lost_motor) {
             state->last_motor = count_motor;
+            state->at_motor = at_motor;
         }
-        state->at_link = at_link;
-        state->at_motor = at_motor;
-        state->turn = turn;
         state->reach = reach;
         state->held = u;
         return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST);
     }
+    const uint32_t at_link = (((state->at_link
+            + ((((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u)) & 0x7fffffu) ^ 0x400000u)
+            - 0x400000u;
     if (sample->lost_motor) {
+        const float reach = -(half_span_motor + half_span_motor);
         const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
         output->u = u;
         output->sigma = 0.0f;
         output->sigma_star = 0.0f;
         state->last_link = count_link;
         state->at_link = at_link;
-        state->at_motor = at_motor;
-        state->turn = turn;
         state->reach = reach;
         state->held = u;
         return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST);
     }
-    const float part_4 = unit_link * ((at_link < 0x80000000u) ? (float)at_link : (-(float)(0u - at_link)));
-    const float part_5 = unit_motor * ((at_motor < 0x80000000u) ? (float)at_motor : (-(float)(0u - at_motor)));
-    const float part_6 = (3.14159274e0f - ((part_4 < 0.0f) ? (-part_4) : (part_4 + 0.0f))) + (-8.74227766e-8f);
-    const float part_7 = ((part_4 < (-1.57079637e0f)) || (part_4 > 1.57079637e0f))
-            ? ((part_4 < 0.0f) ? (-part_6) : part_6) : part_4;
-    const float part_8 = part_7 * part_7;
-    const float part_9 = gravity * part_7;
-    const float push_link = 0.5f * (part_5
-            + ((gravity * part_4)
-            - (part_9
-            + (part_9 * (part_8 * ((((((2.59986177e-6f * part_8) + (-1.98065289e-4f)) * part_8)
-            + 8.33301619e-3f) * part_8) + (-1.66666567e-1f)))))));
-    const float push_motor = half_spring * part_4;
+    const uint32_t at_motor = (((state->at_motor
+            + ((((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u)) & 0x7fffffu) ^ 0x400000u)
+            - 0x400000u;
+    const float part_2 = unit_link * (float)drive_signed(at_link);
+    const float part_3 = unit_motor * (float)drive_signed(at_motor);
+    const float part_4 = (3.14159274e0f - ((part_2 < 0.0f) ? (-part_2) : (part_2 + 0.0f))) + (-8.74227766e-8f);
+    const float part_5 = ((part_2 < (-1.57079637e0f)) || (part_2 > 1.57079637e0f))
+            ? ((part_2 < 0.0f) ? (-part_4) : part_4) : part_2;
+    const float part_6 = part_5 * part_5;
+    const float part_7 = gravity * part_5;
+    const float push_link = 0.5f * (part_3
+            + ((gravity * part_2)
+            - (part_7
+            + (part_7 * (part_6 * ((((((2.59986177e-6f * part_6) + (-1.98065289e-4f)) * part_6)
+            + 8.33301619e-3f) * part_6) + (-1.66666567e-1f)))))));
+    const float push_motor = half_spring * part_2;
     const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
     output->u = u;
     output->sigma = 0.0f;
@@ -688,9 +672,8 @@ static inline unsigned drive_give_up(drive_state *state, const drive_sample *sam
     state->last_motor = count_motor;
     state->at_link = at_link;
     state->at_motor = at_motor;
-    state->turn = turn;
-    state->pull_link = ((push_link + push_link) + 0.0f) - (kappa_link * (part_4 + 0.0f));
-    state->pull_motor = ((push_motor + push_motor) + 0.0f) - (kappa_motor * (part_5 + 0.0f));
+    state->pull_link = ((push_link + push_link) + 0.0f) - (kappa_link * (part_2 + 0.0f));
+    state->pull_motor = ((push_motor + push_motor) + 0.0f) - (kappa_motor * (part_3 + 0.0f));
     state->push_link = push_link;
     state->push_motor = push_motor;
     state->p_link = 0.0f;
@@ -758,63 +741,56 @@ static inline bool drive_start(drive_state *state, const drive_sample *sample)
     static const float half_span_motor = 1.22931885e2f; /* half a counter */
     const uint32_t count_link = sample->count_link;
     const uint32_t count_motor = sample->count_motor;
-    const uint32_t part = ((count_link & 0xfffffu) ^ 0x80000u) - 0x80000u;
+    const uint32_t at_link = ((count_link & 0xfffffu) ^ 0x80000u) - 0x80000u;
     const float d_link = 0.0f * 1.0f;
     if (sample->lost_link || sample->lost_motor) {
         return false;
     }
+    const uint32_t at_motor = ((count_motor & 0xfffffu) ^ 0x80000u) - 0x80000u;
     const float d_motor = 0.0f * k1;
-    const uint32_t part_2 = (part < 0x80000000u) ? (part / 1048576u) * 1048576u : 0u
-            - ((0u - part) / 1048576u) * 1048576u;
-    const uint32_t at_link = (((part - part_2) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-    const uint32_t at_motor = ((((((count_motor & 0xfffffu) ^ 0x80000u) - 0x80000u) - part_2) & 0x7fffffu) ^ 0x400000u)
-            - 0x400000u;
-    const uint32_t turn = 0u + ((part < 0x80000000u) ? (part / 1048576u) * 1u : 0u - ((0u - part) / 1048576u) * 1u);
-    const float part_3 = unit_link * ((at_link < 0x80000000u) ? (float)at_link : (-(float)(0u - at_link)));
-    const float part_4 = unit_motor * ((at_motor < 0x80000000u) ? (float)at_motor : (-(float)(0u - at_motor)));
-    const float part_5 = (3.14159274e0f - ((part_3 < 0.0f) ? (-part_3) : (part_3 + 0.0f))) + (-8.74227766e-8f);
-    const float part_6 = ((part_3 < (-1.57079637e0f)) || (part_3 > 1.57079637e0f))
-            ? ((part_3 < 0.0f) ? (-part_5) : part_5) : part_3;
-    const float part_7 = part_6 * part_6;
-    const float part_8 = gravity * part_6;
-    const float push_link = 0.5f * (part_4
-            + ((gravity * part_3)
-            - (part_8
-            + (part_8 * (part_7 * ((((((2.59986177e-6f * part_7) + (-1.98065289e-4f)) * part_7)
-            + 8.33301619e-3f) * part_7) + (-1.66666567e-1f)))))));
-    const float push_motor = half_spring * part_3;
-    const float part_9 = part_3 + 0.0f;
-    const float part_10 = part_4 + 0.0f;
-    const float part_11 = part_10 - (k1 * part_9);
-    const float part_12 = kappa_motor * part_11;
-    if (!((part_12 >= (-((2.0f * b) * (-u_min)))) && (part_12 <= ((2.0f * b) * (-u_min))))) {
+    const float part = unit_link * (float)drive_signed(at_link);
+    const float part_2 = unit_motor * (float)drive_signed(at_motor);
+    const float part_3 = (3.14159274e0f - ((part < 0.0f) ? (-part) : (part + 0.0f))) + (-8.74227766e-8f);
+    const float part_4 = ((part < (-1.57079637e0f)) || (part > 1.57079637e0f)) ? ((part < 0.0f) ? (-part_3) : part_3)
+            : part;
+    const float part_5 = part_4 * part_4;
+    const float part_6 = gravity * part_4;
+    const float push_link = 0.5f * (part_2
+            + ((gravity * part)
+            - (part_6
+            + (part_6 * (part_5 * ((((((2.59986177e-6f * part_5) + (-1.98065289e-4f)) * part_5)
+            + 8.33301619e-3f) * part_5) + (-1.66666567e-1f)))))));
+    const float push_motor = half_spring * part;
+    const float part_7 = part + 0.0f;
+    const float part_8 = part_2 + 0.0f;
+    const float part_9 = part_8 - (k1 * part_7);
+    const float part_10 = kappa_motor * part_9;
+    if (!((part_10 >= (-((2.0f * b) * (-u_min)))) && (part_10 <= ((2.0f * b) * (-u_min))))) {
         return false;
     }
-    const bool holds = (part_9 < (-1.57079637e0f)) || (part_9 > 1.57079637e0f);
-    const float part_13 = holds ? (-gravity) : gravity;
-    const float part_14 = (3.14159274e0f - ((part_9 < 0.0f) ? (-part_9) : (part_9 + 0.0f))) + (-8.74227766e-8f);
-    const float part_15 = holds ? ((part_9 < 0.0f) ? (-part_14) : part_14) : part_9;
-    const float part_16 = part_15 * part_15;
-    const float part_17 = gravity * part_15;
+    const bool holds = (part_7 < (-1.57079637e0f)) || (part_7 > 1.57079637e0f);
+    const float part_11 = holds ? (-gravity) : gravity;
+    const float part_12 = (3.14159274e0f - ((part_7 < 0.0f) ? (-part_7) : (part_7 + 0.0f))) + (-8.74227766e-8f);
+    const float part_13 = holds ? ((part_7 < 0.0f) ? (-part_12) : part_12) : part_7;
+    const float part_14 = part_13 * part_13;
+    const float part_15 = gravity * part_13;
 
     /* 4. The chain. */
-    const float part_18 = (part_11 - (b1 * 0.0f))
-            - (part_17
-            + (part_17 * (part_16 * ((((((2.59986177e-6f * part_16) + (-1.98065289e-4f)) * part_16)
-            + 8.33301619e-3f) * part_16) + (-1.66666567e-1f)))));
+    const float part_16 = (part_9 - (b1 * 0.0f))
+            - (part_15
+            + (part_15 * (part_14 * ((((((2.59986177e-6f * part_14) + (-1.98065289e-4f)) * part_14)
+            + 8.33301619e-3f) * part_14) + (-1.66666567e-1f)))));
     float sigma = (0.0f
             + ((-(k1
-            + (part_13
-            + (part_13 * (part_16 * ((((((2.31924023e-5f * part_16) + (-1.38558447e-3f)) * part_16)
-            + 4.16639782e-2f) * part_16) + (-4.99999315e-1f))))))) * 0.0f)) - (b1 * part_18);
+            + (part_11
+            + (part_11 * (part_14 * ((((((2.31924023e-5f * part_14) + (-1.38558447e-3f)) * part_14)
+            + 4.16639782e-2f) * part_14) + (-4.99999315e-1f))))))) * 0.0f)) - (b1 * part_16);
 
     /* 5. Law. */
-    const uint32_t part_19 = (uint32_t)sample->begin.turn - turn;
     sigma -= sample->begin.r_dddot;
-    sigma += c_1 * (part_9
-            - ((full_turn * ((part_19 < 0x80000000u) ? (float)part_19 : (-(float)(0u - part_19)))) + sample->begin.r));
+    sigma += c_1 * (part_7 - ((full_turn * (float)drive_signed((uint32_t)sample->begin.turn - 0u)) + sample->begin.r));
     sigma += c_2 * (0.0f - sample->begin.r_dot);
-    sigma += c_3 * (part_18 - sample->begin.r_ddot);
+    sigma += c_3 * (part_16 - sample->begin.r_ddot);
     sigma += c_d_link * d_link;
     sigma += c_growth_link * 0.0f;
     const bool answer = ((sigma >= (-input_limit)) && (sigma <= input_limit))
@@ -826,9 +802,9 @@ static inline bool drive_start(drive_state *state, const drive_sample *sample)
         state->last_motor = count_motor;
         state->at_link = at_link;
         state->at_motor = at_motor;
-        state->turn = turn;
-        state->pull_link = ((push_link + push_link) + d_link) - (kappa_link * part_9);
-        state->pull_motor = ((push_motor + push_motor) + d_motor) - (kappa_motor * part_10);
+        state->turn = 0u;
+        state->pull_link = ((push_link + push_link) + d_link) - (kappa_link * part_7);
+        state->pull_motor = ((push_motor + push_motor) + d_motor) - (kappa_motor * part_8);
         state->push_link = push_link;
         state->push_motor = push_motor;
         state->p_link = 0.0f;
@@ -871,8 +847,10 @@ static inline unsigned drive_tick(drive_state *state, const drive_sample *sample
     drive_between between;
     if (state->fresh) {
         drive_begin(state, sample, &between);
-    } else if (!drive_observe(state, sample, &between)) {
-        return drive_give_up(state, sample, output);
+    } else {
+        if (!drive_observe(state, sample, &between)) {
+            return drive_give_up(state, sample, output);
+        }
     }
     return drive_law(state, sample, &between, output);
 }
@@ -894,12 +872,8 @@ static inline unsigned drive_lost(drive_state *state, drive_output *output)
         return drive_not_started(output);
     }
     if (!state->fresh) {
-        drive_sample nothing;
+        static const drive_sample nothing = {0u, 0u, true, true, {0, 0.0f, 0.0f, 0.0f, 0.0f}, {0, 0.0f, 0.0f, 0.0f, 0.0f}};
         drive_between between;
-        nothing.count_link = 0u;
-        nothing.lost_link = true;
-        nothing.count_motor = 0u;
-        nothing.lost_motor = true;
         if (!drive_observe(state, &nothing, &between)) {
             return drive_give_up(state, &nothing, output);
         }
@@ -944,14 +918,12 @@ static inline bool drive_estimates(const drive_state *state, drive_estimates_of 
     }
     const float disturbance_link = state->d_link / 1.0f;
     const float disturbance_motor = state->d_motor / k1;
-    estimates->turn = (state->turn < 0x80000000u) ? (int32_t)state->turn : (-(int32_t)(0xffffffffu - state->turn) - 1);
-    estimates->position_link = ((unit_link * ((state->at_link < 0x80000000u) ? (float)state->at_link
-            : (-(float)(0u - state->at_link)))) + state->p_link) / 1.0f;
+    estimates->turn = drive_signed(state->turn);
+    estimates->position_link = ((unit_link * (float)drive_signed(state->at_link)) + state->p_link) / 1.0f;
     estimates->speed_link = state->v_link / 1.0f;
     estimates->disturbance_link = disturbance_link;
     estimates->load_link = (-inertia_link) * disturbance_link;
-    estimates->position_motor = ((unit_motor * ((state->at_motor < 0x80000000u) ? (float)state->at_motor
-            : (-(float)(0u - state->at_motor)))) + state->p_motor) / k1;
+    estimates->position_motor = ((unit_motor * (float)drive_signed(state->at_motor)) + state->p_motor) / k1;
     estimates->speed_motor = state->v_motor / k1;
     estimates->disturbance_motor = disturbance_motor;
     estimates->load_motor = (-inertia_motor) * disturbance_motor;
@@ -1006,29 +978,30 @@ typedef struct {
 
 static inline float drive_magnitude(float number)
 {
-    return number < 0.0f ? -number : number;
+    return (number < 0.0f) ? -number : number;
 }
 
 /* What the monitors say of a tick that was made; what follows is done. */
-static inline unsigned drive_watch(drive_monitor *monitor, const drive_state *state, unsigned health, drive_output *output)
+static inline unsigned drive_watch(drive_monitor *monitor, const drive_state *state, unsigned told, drive_output *output)
 {
     const float sigma = drive_magnitude(output->sigma);
+    unsigned health = told;
     if (!state->started) {
         return health;
     }
-    health |= drive_magnitude(state->d_link) <= 10.483162f ? 0u : (unsigned)DRIVE_DISTURBANCE_OVER_BOUND;
-    health |= drive_magnitude(state->d_motor) <= 103158.71f ? 0u : (unsigned)DRIVE_DISTURBANCE_OVER_BOUND;
+    health |= (drive_magnitude(state->d_link) <= 10.483162f) ? 0u : (unsigned)DRIVE_DISTURBANCE_OVER_BOUND;
+    health |= (drive_magnitude(state->d_motor) <= 103158.71f) ? 0u : (unsigned)DRIVE_DISTURBANCE_OVER_BOUND;
     if ((health & DRIVE_SATURATED) != 0u) {
-        if (!(monitor->stuck > 0.0f) || sigma >= monitor->last) {
+        if (!(monitor->stuck > 0.0f) || (sigma >= monitor->last)) {
             monitor->stuck += 1.0f;
         }
         monitor->last = sigma;
     } else {
         const float less = monitor->stuck - 0.1f;
-        monitor->stuck = less > 0.0f ? less : 0.0f;
-        health |= drive_magnitude(output->sigma_star) <= 2224.5945f ? 0u : (unsigned)DRIVE_SIGMA_STAR_OVER_BOUND;
+        monitor->stuck = (less > 0.0f) ? less : 0.0f;
+        health |= (drive_magnitude(output->sigma_star) <= 2224.5945f) ? 0u : (unsigned)DRIVE_SIGMA_STAR_OVER_BOUND;
     }
-    health |= monitor->stuck > 1000.0f ? (unsigned)DRIVE_STUCK_AT_LIMIT : 0u;
+    health |= (monitor->stuck > 1000.0f) ? (unsigned)DRIVE_STUCK_AT_LIMIT : 0u;
     if ((health & 53u) != 0u) {
         drive_output safe;
         (void)drive_not_started(&safe);
@@ -1092,7 +1065,7 @@ typedef struct {
 static inline void drive_jet_of_sine(uint32_t phase, float amplitude, float omega, drive_jet *jet)
 {
     DRIVE_AS_WRITTEN
-    const float part = ((phase < 0x80000000u) ? (float)phase : (-(float)(0u - phase))) * 1.46291812e-9f;
+    const float part = (float)drive_signed(phase) * 1.46291812e-9f;
     const bool holds = (part < (-1.57079637e0f)) || (part > 1.57079637e0f);
     const float part_2 = (3.14159274e0f - ((part < 0.0f) ? (-part) : (part + 0.0f))) + (-8.74227766e-8f);
     const float part_3 = holds ? ((part < 0.0f) ? (-part_2) : part_2) : part;
@@ -1117,7 +1090,7 @@ static inline void drive_jet_of_sine(uint32_t phase, float amplitude, float omeg
 static inline void drive_join(const float power[8], uint32_t ticks, float per_tick, float rate, drive_jet *jet)
 {
     DRIVE_AS_WRITTEN
-    const float part = ((ticks < 0x80000000u) ? (float)ticks : (-(float)(0u - ticks))) * per_tick;
+    const float part = (float)drive_signed(ticks) * per_tick;
     const float part_2 = power[7] * part;
     const float part_3 = part_2 + power[6];
     const float part_4 = part_2 + part_3;
@@ -1188,7 +1161,7 @@ static inline void drive_powers_of_join(const double gap[4], double tau_s, doubl
 /* Part of a plan: a number that the drive would take. */
 static inline bool drive_is_number(double number)
 {
-    return number >= -1e12 && number <= 1e12;
+    return (number >= -1e12) && (number <= 1e12);
 }
 
 /* Part of a plan. */
@@ -1211,7 +1184,7 @@ static inline void drive_plan_jet(const drive_plan *plan, uint32_t tick, drive_j
 {
     const uint32_t left = plan->end - tick;
     drive_jet_of_goal(&plan->goal, tick, jet);
-    if (left != 0u && left <= plan->ticks) {
+    if ((left != 0u) && (left <= plan->ticks)) {
         const uint32_t done = plan->ticks - left;
         if (done < left) {
             drive_join(plan->power[0], done, plan->per_tick, plan->per_s, jet);
@@ -1221,7 +1194,7 @@ static inline void drive_plan_jet(const drive_plan *plan, uint32_t tick, drive_j
     }
 }
 
-/* The target at a tick. */
+/* The target at a tick. In the interrupt, once per tick: for its end. */
 static inline void drive_plan_at(const drive_plan *plan, uint32_t tick, drive_target *target)
 {
     drive_jet jet;
@@ -1233,17 +1206,6 @@ static inline void drive_plan_at(const drive_plan *plan, uint32_t tick, drive_ta
     target->r_dddot = jet.r_dddot;
 }
 
-/* The same of a plan that is gone along: in the interrupt, once per tick, for its end. What is over stays so when ticks
- * have wrapped (2^32 of them are five days at 10 kHz). */
-static inline void drive_plan_play(drive_plan *plan, uint32_t tick, drive_target *target)
-{
-    const uint32_t left = plan->end - tick;
-    if (left > plan->ticks) {
-        plan->ticks = 0u;
-    }
-    drive_plan_at(plan, tick, target);
-}
-
 /* Part of a plan: onto a goal. In double, hence not for the interrupt. */
 static inline bool drive_plan_onto(drive_plan *plan, const drive_goal *goal, const drive_jet *present, uint32_t start,
     uint32_t ticks)
@@ -1253,7 +1215,7 @@ static inline bool drive_plan_onto(drive_plan *plan, const drive_goal *goal, con
     uint32_t turns;
     double gap[4];
     double power[2][8];
-    bool good = ticks >= 1u && ticks <= 16777216u;
+    bool good = (ticks >= 1u) && (ticks <= 16777216u);
     drive_jet at;
     drive_jet_of_goal(goal, start, &at);
     turns = (uint32_t)present->turn - (uint32_t)at.turn;
@@ -1261,7 +1223,7 @@ static inline bool drive_plan_onto(drive_plan *plan, const drive_goal *goal, con
     gap[1] = (double)present->r_dot - (double)at.r_dot;
     gap[2] = (double)present->r_ddot - (double)at.r_ddot;
     gap[3] = (double)present->r_dddot - (double)at.r_dddot;
-    gap[0] += 6.283185307179586 * ((turns < 0x80000000u) ? (double)turns : -(double)(0u - turns));
+    gap[0] += 6.283185307179586 * (double)drive_signed(turns);
     for (unsigned k = 0; k < 4u; k++) {
         good = good && drive_is_number(gap[k]);
     }
@@ -1318,7 +1280,7 @@ static inline bool drive_plan_stop(drive_plan *plan, const drive_jet *present, u
 {
     DRIVE_AS_WRITTEN
     const double tau_s = (double)ticks * 0.0002;
-    const double angle = (double)present->r + 0.5 * tau_s * (double)present->r_dot;
+    const double angle = (double)present->r + (0.5 * tau_s * (double)present->r_dot);
     return drive_is_number(angle) && drive_plan_move(plan, present, start, ticks, present->turn, (float)angle);
 }
 
@@ -1328,9 +1290,9 @@ static inline bool drive_plan_sine(drive_plan *plan, const drive_jet *present, u
     double amplitude_rad, double omega_rad_s)
 {
     DRIVE_AS_WRITTEN
-    const double phase = omega_rad_s * 0.0002 / 6.283185307179586 * 4294967296.0 + 0.5;
+    const double phase = (omega_rad_s * 0.0002 / 6.283185307179586 * 4294967296.0) + 0.5;
     drive_goal goal = { 0, 0.0f, 0.0f, 0.0f, 0u };
-    if (!(phase >= 1.0 && phase < 2147483648.0) || !drive_is_number(amplitude_rad)) {
+    if (!((phase >= 1.0) && (phase < 2147483648.0)) || !drive_is_number(amplitude_rad)) {
         return false;
     }
     goal.amplitude = (float)amplitude_rad;

@@ -9,7 +9,7 @@ pub const REGENERATE: &str = "GOLDEN";
 /// Compares a table with `tests/golden/<name>`.
 ///
 /// # Errors
-/// Both texts and how to regenerate the file, where they differ or there is no file.
+/// The lines that differ and how to regenerate the file, where it is another table or there is none.
 pub fn compare(name: &str, table: &str) -> Result<(), String> {
     let file = path("golden").join(name);
     if std::env::var_os(REGENERATE).is_some_and(|value| value == "write") {
@@ -19,8 +19,14 @@ pub fn compare(name: &str, table: &str) -> Result<(), String> {
     if golden == table {
         return Ok(());
     }
+    let only = |of: &str, other: &str, sign: char| -> String {
+        let differ = of.lines().filter(|line| !other.lines().any(|kept| kept == *line));
+        differ.map(|line| format!("{sign} {line}\n")).collect::<Vec<_>>().concat()
+    };
     Err(format!(
-        "tests/golden/{name} differs.\n--- golden\n{golden}--- now\n{table}--- if the change is meant: \
-         {REGENERATE}=write cargo test -p integration-tests golden, then read the diff"
+        "tests/golden/{name} differs, - golden, + now:\n{}{}if the change is meant: {REGENERATE}=write cargo test -p \
+         integration-tests golden, then read the diff",
+        only(&golden, table, '-'),
+        only(table, &golden, '+'),
     ))
 }

@@ -24,6 +24,7 @@ mod formula;
 mod frames;
 mod gate;
 mod golden;
+mod golden_bits;
 mod live;
 mod paper;
 mod precision;

@@ -24,6 +24,21 @@ pub struct Function<'a> {
     pub meaning: &'a dyn Fn(&str) -> String,
     /// `double` instead of `float`.
     pub double: bool,
+    /// Name of the function that [`signed`] defines.
+    pub signed: &'a str,
+}
+
+/// A count of 32 bits as the number with a sign that it is in two's complement, as a function in C. A conversion to
+/// `int32_t` would be for the compiler to define; compilers see that this is none.
+pub fn signed(name: &str) -> String {
+    format!(
+        "static inline int32_t {name}(uint32_t count)
+{{
+    const uint32_t below = 0xffffffffu - count;
+    return (count < 0x80000000u) ? (int32_t)count : (-(int32_t)below - 1);
+}}
+"
+    )
 }
 
 impl Function<'_> {
@@ -129,8 +144,8 @@ impl<'a> Text<'a> {
         let (mut steps, mut returns) = (Vec::new(), Vec::new());
         flatten(&record.body, &mut steps, &mut returns, &mut text.uses);
         for id in &steps {
-            // In |a| < b, and where a count becomes a number, a is written more than once.
-            let twice = usize::from(matches!(record.value(*id).op, Op::Abs(_) | Op::NumberOf(_) | Op::CountWhole(..)));
+            // In |a| < b a is written more than once.
+            let twice = usize::from(matches!(record.value(*id).op, Op::Abs(_)));
             for operand in record.value(*id).op.operands() {
                 text.uses[operand.index()] += 1 + twice;
             }
@@ -421,14 +436,12 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// A count as the number with a sign that it is in two's complement. Not by a conversion to int32_t: that is for
-    /// the compiler to define.
+    /// A count as a number with a sign.
     fn signed(&mut self, id: Id) -> String {
         if let Op::CountOf(count) = self.op(id) {
             return (count as i32).to_string();
         }
-        let count = self.part(id);
-        format!("({count} < 0x80000000u) ? (int32_t){count} : (-(int32_t)(0xffffffffu - {count}) - 1)")
+        format!("{}({})", self.function.signed, self.shown(id))
     }
 
     fn flag(&mut self, port: &Port, id: Id) -> Option<String> {
@@ -521,18 +534,9 @@ impl<'a> Text<'a> {
                 (format!("(({} & {mask:#x}u) ^ {sign:#x}u) - {sign:#x}u", self.part(a)), Bond::Operation)
             }
             Op::CountWhole(a, of, each) => {
-                let a = self.part(a);
-                let whole = |sign: &str, count: &str| format!("{sign}({count} / {of}u) * {each}u");
-                (
-                    format!("({a} < 0x80000000u) ? {} : 0u - {}", whole("", &a), whole("", &format!("(0u - {a})"))),
-                    Bond::Operation,
-                )
+                (format!("(uint32_t)({} / {of}) * {each}u", self.signed(a)), Bond::Operation)
             }
-            Op::NumberOf(a) => {
-                // Not by way of int32_t: that is for the compiler to define.
-                let (t, a) = (self.function.number_type(), self.part(a));
-                (format!("({a} < 0x80000000u) ? ({t}){a} : (-({t})(0u - {a}))"), Bond::Operation)
-            }
+            Op::NumberOf(a) => (format!("({}){}", self.function.number_type(), self.signed(a)), Bond::Atom),
         }
     }
 

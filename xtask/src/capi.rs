@@ -13,7 +13,7 @@ use crate::compiler::{self, Compiler};
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
 /// The manifest of the C interface, a workspace of its own.
-const MANIFEST: &str = "controller-capi/Cargo.toml";
+pub(crate) const MANIFEST: &str = "controller-capi/Cargo.toml";
 /// What cargo makes of it.
 const BUILT: &str = "controller-capi/target/build";
 const ARCHIVES: &str = "controller-capi/target/archive";
@@ -193,6 +193,11 @@ fn hide(gate: &Gate, names: &[String], tools: &Tools, archive: &Path, folder: &P
         fs::remove_file(&packed).map_err(|error| failed(format!("{}: {error}", packed.display())))?;
     }
     Invocation::new(form.ar(), &["rcsD", &text(&packed), &object]).run(gate)
+}
+
+/// The archives as files.
+pub(crate) fn files() -> Vec<String> {
+    FORMS.iter().map(|form| format!("{ARCHIVES}/{}/{ARCHIVE}", form.folder)).collect()
 }
 
 /// Names of all functions that the header declares.

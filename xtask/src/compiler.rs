@@ -60,6 +60,12 @@ impl Compiler {
         })
     }
 
+    /// Its name and version.
+    pub(crate) fn version(&self) -> String {
+        let program = if *self == Self::Toolchain { "rustc" } else { DEBIAN_RUSTC };
+        Invocation::new(program, &["--version"]).answer().unwrap_or_default()
+    }
+
     /// `cargo VERB` for the chip in release mode.
     pub(crate) fn cargo(&self, verb: &str) -> Invocation {
         self.cargo_for(verb, TARGET, "core", "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER")

@@ -7,8 +7,13 @@ use crate::compiler::{TARGET, build};
 use crate::step::{Gate, Invocation, Outcome};
 
 /// The manifest of the firmware, a workspace of its own.
-const MANIFEST: &str = "firmware/Cargo.toml";
+pub(crate) const MANIFEST: &str = "firmware/Cargo.toml";
 const IMAGES: [&str; 4] = ["pil", "drive", "motor", "budget"];
+
+/// The images as files.
+pub(crate) fn files() -> Vec<String> {
+    IMAGES.iter().map(|image| format!("firmware/target/{TARGET}/release/{image}")).collect()
+}
 
 /// Format and lints of the firmware.
 pub(crate) fn lint(gate: &mut Gate) -> Outcome {

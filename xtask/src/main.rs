@@ -9,12 +9,14 @@ mod budget;
 mod capi;
 mod compiler;
 mod docs;
+mod evidence;
 mod firmware;
 mod fuzz;
 mod means;
 mod mutate;
 mod paper_map;
 mod prove;
+mod sbom;
 mod scan;
 mod setup;
 mod step;
@@ -33,7 +35,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 17] = [
+const ACTIONS: [Action; 20] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -81,7 +83,14 @@ const ACTIONS: [Action; 17] = [
         run: prove::run,
     },
     Action { name: "prove --all", help: "the same, and every other shipped instance tried", run: prove::all },
+    Action {
+        name: "evidence",
+        help: "the C that users get before MISRA's addon, two compilers and their analysers",
+        run: evidence::run,
+    },
+    Action { name: "eva", help: "the same before Frama-C's Eva, which the gate does not install", run: evidence::eva },
     Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
+    Action { name: "sbom", help: "bills of materials (SPDX) of the built images and archives", run: sbom::run },
     Action { name: "mutate", help: "break symbols of the paper: do the tests of the map fail?", run: mutate::run },
 ];
 

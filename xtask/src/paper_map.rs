@@ -4,6 +4,10 @@
 //! A row is `| label | what | symbols | tests |`. A label is `(44)`, a range `(3)-(6)`, `Fig. 4` or `Table I`. A symbol
 //! is `` `path/to/file.rs::Item` `` or `` `path/to/file.rs::Type::item` ``, or a file alone; a test is
 //! `` `path/to/file.rs::test_name` ``. A row may say `-` with its reason where there is nothing to name.
+//!
+//! A row of the table under it is `| label | proof | machine code |`: statements of docs/proofs.md, and functions of
+//! firmware/budgets.toml by how their names begin. Every function that is judged there has a row, and as soon as there
+//! are proofs a row without one is a fault.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,13 +16,18 @@ use std::path::Path;
 use crate::step::{Gate, Outcome};
 
 pub(crate) const MAP: &str = "docs/paper-map.md";
+const PROOFS: &str = "docs/proofs.md";
+const BUDGETS: &str = "firmware/budgets.toml";
 const EQUATIONS: u32 = 64;
 const FIGURES: u32 = 10;
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.check("paper map: every equation has a home and a test", "cargo xtask paper-map", |gate| {
         let text = fs::read_to_string(gate.root.join(MAP)).map_err(|error| format!("{MAP}: {error}"))?;
-        let faults = faults(&text, &gate.root);
+        let mut faults = faults(&text, &gate.root);
+        let budgets = fs::read_to_string(gate.root.join(BUDGETS)).map_err(|error| format!("{BUDGETS}: {error}"))?;
+        let proofs = fs::read_to_string(gate.root.join(PROOFS)).ok();
+        faults.extend(on_the_chip(&text, &budgets, proofs.as_deref()));
         if faults.is_empty() {
             Ok(format!("{EQUATIONS} equations, {FIGURES} figures, 1 table"))
         } else {
@@ -67,6 +76,38 @@ fn faults(text: &str, root: &Path) -> Vec<String> {
     faults
 }
 
+/// The table of proofs and machine code against what they name.
+fn on_the_chip(text: &str, budgets: &str, proofs: Option<&str>) -> Vec<String> {
+    let instances = budgets.split("[[instance]]").skip(1);
+    let functions: Vec<&str> = instances.filter_map(|of| of.split_once("name = \"")?.1.split('"').next()).collect();
+    let homes: Vec<&str> = text.lines().filter_map(|line| Some(cells(line)?[0])).collect();
+    let (mut faults, mut named) = (Vec::new(), Vec::new());
+    for [label, proof, code] in text.lines().filter_map(row::<3>) {
+        let mut say = |fault: String| faults.push(format!("{MAP}: {label}: {fault}"));
+        if !homes.contains(&label) {
+            say("it has no row in the first table".into());
+        }
+        let statements = references(proof);
+        if statements.is_empty() && (proofs.is_some() || proof.strip_prefix("- ").is_none()) {
+            say(format!("name a statement of {PROOFS}"));
+        }
+        for statement in statements {
+            if !proofs.is_some_and(|proofs| proofs.contains(statement)) {
+                say(format!("{PROOFS} has no `{statement}`"));
+            }
+        }
+        for beginning in references(code) {
+            if !functions.iter().any(|function| function.starts_with(beginning)) {
+                say(format!("no name in {BUDGETS} begins with `{beginning}`"));
+            }
+            named.push(beginning);
+        }
+    }
+    let unnamed = functions.iter().filter(|function| !named.iter().any(|beginning| function.starts_with(beginning)));
+    faults.extend(unnamed.map(|function| format!("{MAP}: no row of an equation names `{function}` of {BUDGETS}")));
+    faults
+}
+
 fn required() -> impl Iterator<Item = String> {
     let equations = (1..=EQUATIONS).map(|number| format!("({number})"));
     equations.chain((1..=FIGURES).map(|number| format!("Fig. {number}"))).chain([String::from("Table I")])
@@ -74,9 +115,14 @@ fn required() -> impl Iterator<Item = String> {
 
 /// The four cells of a row; `None` for prose, the heading and its rule.
 fn cells(line: &str) -> Option<[&str; 4]> {
+    row(line)
+}
+
+/// The cells of a row of so many.
+fn row<const K: usize>(line: &str) -> Option<[&str; K]> {
     let inner = line.trim().strip_prefix('|')?.strip_suffix('|')?;
     let cells: Vec<&str> = inner.split('|').map(str::trim).collect();
-    let cells: [&str; 4] = cells.try_into().ok()?;
+    let cells: [&str; K] = cells.try_into().ok()?;
     let is_heading = cells[0] == "paper" || cells[0].starts_with("---");
     (!is_heading).then_some(cells)
 }
@@ -185,6 +231,25 @@ mod tests {
         for (row, expected) in cases {
             let faults = faults(&full_map(row), here()).join("\n");
             assert!(faults.contains(expected), "{row}: {faults}");
+        }
+    }
+
+    #[test]
+    fn proofs_and_functions_must_be_there_and_every_function_has_a_row() {
+        let budgets = "[[instance]]\nname = \"joint, r = 1\"\n[[instance]]\nname = \"motor\"\n";
+        let home = "| (51) | law | - stated only | - stated only |\n";
+        let with = |row: &str, proofs| on_the_chip(&format!("{home}{row}\n"), budgets, proofs).join("\n");
+        assert_eq!(with("| (51) | - none yet | `joint, r =`, `motor` |", None), "");
+        assert_eq!(with("| (51) | `u_in_limits` | `joint`, `motor` |", Some("## u_in_limits")), "");
+        for (row, proofs, told) in [
+            ("| (51) | - none yet | `joint`, `motor` |", Some("## u_in_limits"), "name a statement"),
+            ("| (51) | `finite` | `joint`, `motor` |", Some("## u_in_limits"), "has no `finite`"),
+            ("| (51) | `finite` | `joint`, `motor` |", None, "has no `finite`"),
+            ("| (51) | - none yet | `joint`, `motors`, `motor` |", None, "begins with `motors`"),
+            ("| (51) | - none yet | `joint` |", None, "names `motor`"),
+            ("| (52) | - none yet | `joint`, `motor` |", None, "no row in the first table"),
+        ] {
+            assert!(with(row, proofs).contains(told), "{row}");
         }
     }
 

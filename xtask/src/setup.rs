@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::compiler::{Compiler, DEBIAN_PACKAGES, TARGET};
 use crate::step::{Failure, Gate, Invocation, Outcome};
-use crate::{capi, wasm};
+use crate::{capi, evidence, wasm};
 
 /// The emulator of the chip, and the board with it.
 const EMULATOR: &str = "qemu-system-arm";
@@ -66,6 +66,15 @@ fn missing() -> Vec<Missing> {
         if Invocation::new(program, &["--version"]).answer().is_none() {
             missing.push(Missing { what: format!("no `{program}`, for firmware in C"), packages });
         }
+    }
+    for (program, packages) in evidence::PROGRAMS {
+        if Invocation::new(program, &["--version"]).answer().is_none() {
+            missing.push(Missing { what: format!("no `{program}`, which looks at exported C"), packages });
+        }
+    }
+    if Invocation::new("python3", &["-m", "venv", "--help"]).answer().is_none() {
+        let what = String::from("no `python3 -m venv`, into which the checker of bills of materials goes");
+        missing.push(Missing { what, packages: &["python3-venv"] });
     }
     // A file that it does not find it names without a folder.
     if Invocation::new(CROSS_C, &["-print-file-name=nano.specs"]).answer().is_some_and(|path| !path.contains('/')) {

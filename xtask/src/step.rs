@@ -151,7 +151,18 @@ impl Invocation {
 
     /// What it prints, if it can be started and succeeds.
     pub(crate) fn answer(&self) -> Option<String> {
-        let output = self.command().output().ok().filter(|output| output.status.success())?;
+        Self::said(self.command())
+    }
+
+    /// The same in the workspace.
+    pub(crate) fn answer_in(&self, gate: &Gate) -> Option<String> {
+        let mut command = self.command();
+        command.current_dir(&gate.root);
+        Self::said(command)
+    }
+
+    fn said(mut command: Command) -> Option<String> {
+        let output = command.output().ok().filter(|output| output.status.success())?;
         Some(String::from_utf8_lossy(&output.stdout).trim().to_string())
     }
 }

@@ -117,8 +117,14 @@ impl<'a> File<'a> {
             let found = meanings.iter().find(|(beginning, _)| name.starts_with(beginning));
             found.map_or(String::new(), |(_, meaning)| (*meaning).into())
         };
-        let body = c::Function { record, place, meaning: &meaning_of, double }.body();
+        let signed = self.signed();
+        let body = c::Function { record, place, meaning: &meaning_of, double, signed: &signed }.body();
         self.c(&format!("\n/* {meaning} */\nstatic inline {head}\n{{\n    @@_AS_WRITTEN\n")) + &body + "}\n"
+    }
+
+    /// Name of the function that makes a number with a sign of a count; a file with counts has [`c::signed`].
+    pub(super) fn signed(&self) -> String {
+        format!("{}_signed", self.prefix)
     }
 
     pub(super) fn tail(&self) -> String {

@@ -13,7 +13,7 @@ use loop_sim::port::drive::{DriveDesign, Follows, Form as DriveForm, Reaction, T
 use loop_sim::sensor::encoder::Mounted;
 use scenario::{Drive, Source};
 use tick_record::drive::{DriveFunctions, JET, joint, motor};
-use tick_record::{Kind, Port, Record, Role};
+use tick_record::{Kind, Port, Record, Role, c};
 
 use super::c99::{File, Meanings};
 use super::{Form, origin, plan, rust};
@@ -447,6 +447,9 @@ typedef struct {
     fn parts(&self) -> String {
         let DriveFunctions { begin, observe, law, give_up, refuse, .. } = &self.exported.recorded.functions;
         let functions = [
+            "\n/* A count as the number with a sign that it is: no conversion, which would be for the compiler to define. */\n"
+                .into(),
+            c::signed(&self.file.signed()),
             self.function(
                 "Part of the first tick after a start: the estimates are those of the sample already.",
                 "void @_begin(@_state *state, const @_sample *sample, @_between *between)",
@@ -493,7 +496,7 @@ typedef struct {
         for (shaft, bound) in self.shafts().iter().zip(disturbance) {
             let _ = writeln!(
                 looks,
-                "    health |= @_magnitude(state->d{shaft}) <= {bound:?}f ? 0u : (unsigned)@@_DISTURBANCE_OVER_BOUND;"
+                "    health |= (@_magnitude(state->d{shaft}) <= {bound:?}f) ? 0u : (unsigned)@@_DISTURBANCE_OVER_BOUND;"
             );
         }
         let stops_at = reaction.stops_at();
@@ -533,27 +536,28 @@ typedef struct {{
 
 static inline float @_magnitude(float number)
 {{
-    return number < 0.0f ? -number : number;
+    return (number < 0.0f) ? -number : number;
 }}
 
 /* What the monitors say of a tick that was made; what follows is done. */
-static inline unsigned @_watch(@_monitor *monitor, const @_state *state, unsigned health, @_output *output)
+static inline unsigned @_watch(@_monitor *monitor, const @_state *state, unsigned told, @_output *output)
 {{
     const float sigma = @_magnitude(output->sigma);
+    unsigned health = told;
     if (!state->started) {{
         return health;
     }}
 {looks}    if ((health & @@_SATURATED) != 0u) {{
-        if (!(monitor->stuck > 0.0f) || sigma >= monitor->last) {{
+        if (!(monitor->stuck > 0.0f) || (sigma >= monitor->last)) {{
             monitor->stuck += 1.0f;
         }}
         monitor->last = sigma;
     }} else {{
         const float less = monitor->stuck - 0.1f;
-        monitor->stuck = less > 0.0f ? less : 0.0f;
-        health |= @_magnitude(output->sigma_star) <= {sigma_star:?}f ? 0u : (unsigned)@@_SIGMA_STAR_OVER_BOUND;
+        monitor->stuck = (less > 0.0f) ? less : 0.0f;
+        health |= (@_magnitude(output->sigma_star) <= {sigma_star:?}f) ? 0u : (unsigned)@@_SIGMA_STAR_OVER_BOUND;
     }}
-    health |= monitor->stuck > {stuck_ticks:?}f ? (unsigned)@@_STUCK_AT_LIMIT : 0u;
+    health |= (monitor->stuck > {stuck_ticks:?}f) ? (unsigned)@@_STUCK_AT_LIMIT : 0u;
 {stops}    return health;
 }}
 
@@ -599,12 +603,11 @@ static inline void @_watched_reset(@_monitor *monitor, @_state *state)
     fn functions(&self) -> String {
         let DriveFunctions { start, not_started, report_applied, estimates, reset, .. } =
             &self.exported.recorded.functions;
-        let nothing: Vec<String> = self
-            .shafts()
-            .iter()
-            .map(|shaft| format!("        nothing.count{shaft} = 0u;\n        nothing.lost{shaft} = true;\n"))
-            .collect();
-        let nothing = nothing.concat();
+        // Counts, whether they are lost, targets: in the order of their declaration, which C++ wants whole.
+        let shafts = self.shafts().len();
+        let jet = format!("{{0{}}}", ", 0.0f".repeat(2 * shafts));
+        let target = if self.follows_position() { &*jet } else { "0.0f" };
+        let nothing = [vec!["0u"; shafts], vec!["true"; shafts], vec![target; 2]].concat().join(", ");
         let functions = [
             self.function(
                 "The state before the first tick, from the sample that the first tick gets too: every count must be
@@ -628,8 +631,10 @@ static inline unsigned @_tick(@_state *state, const @_sample *sample, @_output *
     @_between between;
     if (state->fresh) {
         @_begin(state, sample, &between);
-    } else if (!@_observe(state, sample, &between)) {
-        return @_give_up(state, sample, output);
+    } else {
+        if (!@_observe(state, sample, &between)) {
+            return @_give_up(state, sample, output);
+        }
     }
     return @_law(state, sample, &between, output);
 }
@@ -653,9 +658,9 @@ static inline unsigned @_lost(@_state *state, @_output *output)
         return @_not_started(output);
     }}
     if (!state->fresh) {{
-        @_sample nothing;
+        static const @_sample nothing = {{{nothing}}};
         @_between between;
-{nothing}        if (!@_observe(state, &nothing, &between)) {{
+        if (!@_observe(state, &nothing, &between)) {{
             return @_give_up(state, &nothing, output);
         }}
     }}

@@ -110,7 +110,7 @@ fn played(order: usize, taken: usize) -> String {
 /* Part of a plan: a number that the drive would take. */
 static inline bool @_is_number(double number)
 {{
-    return number >= -1e12 && number <= 1e12;
+    return (number >= -1e12) && (number <= 1e12);
 }}
 
 /* Part of a plan. */
@@ -130,7 +130,7 @@ static inline void @_plan_jet(const @_plan *plan, uint32_t tick, @_jet *jet)
 {{
     const uint32_t left = plan->end - tick;
     @_jet_of_goal(&plan->goal, tick, jet);
-    if (left != 0u && left <= plan->ticks) {{
+    if ((left != 0u) && (left <= plan->ticks)) {{
         const uint32_t done = plan->ticks - left;
         if (done < left) {{
             @_join(plan->power[0], done, plan->per_tick, plan->per_s, jet);
@@ -178,11 +178,11 @@ static inline bool @_plan_onto(@_plan *plan, const @_goal *goal, const @_jet *pr
     uint32_t turns;
     double gap[{taken}];
     double power[2][{width}];
-    bool good = ticks >= 1u && ticks <= 16777216u;
+    bool good = (ticks >= 1u) && (ticks <= 16777216u);
     @_jet at;
     @_jet_of_goal(goal, start, &at);
     turns = (uint32_t)present->turn - (uint32_t)at.turn;
-{gap}    gap[0] += {TAU:?} * ((turns < 0x80000000u) ? (double)turns : -(double)(0u - turns));
+{gap}    gap[0] += {TAU:?} * (double)@_signed(turns);
     for (unsigned k = 0; k < {taken}u; k++) {{
         good = good && @_is_number(gap[k]);
     }}
@@ -239,7 +239,7 @@ static inline bool @_plan_stop(@_plan *plan, const @_jet *present, uint32_t star
 {{
     @@_AS_WRITTEN
     const double tau_s = (double)ticks * {period_s:?};
-    const double angle = (double)present->r + 0.5 * tau_s * (double)present->r_dot;
+    const double angle = (double)present->r + (0.5 * tau_s * (double)present->r_dot);
     return @_is_number(angle) && @_plan_move(plan, present, start, ticks, present->turn, (float)angle);
 }}
 
@@ -249,9 +249,9 @@ static inline bool @_plan_sine(@_plan *plan, const @_jet *present, uint32_t star
     double amplitude_rad, double omega_rad_s)
 {{
     @@_AS_WRITTEN
-    const double phase = omega_rad_s * {period_s:?} / {TAU:?} * 4294967296.0 + 0.5;
+    const double phase = (omega_rad_s * {period_s:?} / {TAU:?} * 4294967296.0) + 0.5;
     @_goal goal = {{ 0, 0.0f, 0.0f, 0.0f, 0u }};
-    if (!(phase >= 1.0 && phase < 2147483648.0) || !@_is_number(amplitude_rad)) {{
+    if (!((phase >= 1.0) && (phase < 2147483648.0)) || !@_is_number(amplitude_rad)) {{
         return false;
     }}
     goal.amplitude = (float)amplitude_rad;

@@ -450,7 +450,8 @@ impl CProgram<'_> {
             Role::Flag(bit) => format!("{}u", 1 << bit),
             Role::Argument | Role::Between | Role::Answer => port.name.clone(),
         };
-        let body = |record| c::Function { record, place: &place, meaning: &|_| String::new(), double: *double }.body();
+        let (meaning, double, signed) = (&|_: &str| String::new(), *double, "signed_count");
+        let body = |record| c::Function { record, place: &place, meaning, double, signed }.body();
         let mut out =
             String::from("#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <stdio.h>\n");
         let fields = |words: &[Port]| -> String {
@@ -472,6 +473,7 @@ impl CProgram<'_> {
             fields(&functions.state),
             fields(&outputs),
         );
+        out += &c::signed(signed);
         let sample = format!("const {t} *x, const uint64_t *raw");
         for (head, record) in [
             (format!("bool start(memory *state, {sample})"), &functions.start),

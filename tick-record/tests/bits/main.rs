@@ -171,7 +171,7 @@ fn of_two_words(f: impl Fn(Symbol, Symbol, Symbol, bool) -> (Symbol, Symbol)) ->
         recorder.put("b", Role::State, b);
     });
     let place = |port: &Port| format!("{}{}", if port.role == Role::State { "s->" } else { "" }, port.name);
-    c::Function { record: &record, place: &place, meaning: &|_| String::new(), double: false }.body()
+    c::Function { record: &record, place: &place, meaning: &|_| String::new(), double: false, signed: "" }.body()
 }
 
 #[test]

@@ -1,0 +1,272 @@
+//! The C that users get, before outside programs: MISRA C:2012 by cppcheck's addon, every sensible warning of two
+//! compilers, their analysers, clang-tidy. Nothing may be found but what `docs/misra.md` lists.
+//!
+//! Files are looked at as C themselves, not through an `#include`: analysers pass over functions of headers, and would
+//! find nothing in anything. Each program is shown a planted fault as well, and must find it.
+//!
+//! Frama-C's Eva is a command of its own: Debian's package brings 862 MB, a GTK and an OCaml compiler among them, for a
+//! minute of analysis. What is shown, and what is not: docs/safety.md.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use crate::setup::CROSS_C;
+use crate::step::{Failure, Gate, Invocation, Outcome};
+
+const RERUN: &str = "cargo xtask evidence";
+const DEVIATIONS: &str = "docs/misra.md";
+/// Where the files are while they are looked at.
+const FOLDER: &str = "target/evidence";
+
+/// A file in C: its name here, what [`DEVIATIONS`] calls its like, where it is or the scenario it is exported from.
+const FILES: [(&str, &str, &str); 5] = [
+    ("chain.h", "exported", "scenario/scenarios/chain.toml"),
+    ("motor.h", "exported", "scenario/scenarios/motor.toml"),
+    ("drive.h", "exported", "examples/c/drive_standalone.h"),
+    ("design.h", "design", "examples/c/paper_design.h"),
+    ("edo_smc.h", "header", "controller-capi/include/edo_smc.h"),
+];
+
+/// Uninitialised on one way through, and a number cut: each of the programs knows at least one.
+const PLANTED: &str = "
+static inline int planted(int x)
+{
+    float y;
+    if (x > 0) {
+        y = 1.5f;
+    }
+    return y;
+}
+";
+
+/// Rules of MISRA C:2012 that are advisory: only these may be deviated from.
+const ADVISORY: [&str; 30] = [
+    "2.3", "2.4", "2.5", "2.6", "2.7", "4.2", "5.9", "8.7", "8.9", "8.11", "8.13", "10.5", "11.4", "11.5", "12.1",
+    "12.3", "12.4", "13.3", "13.4", "15.1", "15.4", "15.5", "17.5", "17.8", "18.4", "18.5", "19.2", "20.1", "20.5",
+    "20.10",
+];
+
+/// What a finding of the addon begins with.
+const MISRA: &str = "misra-c2012-";
+
+/// A program that looks at a file, which comes last.
+struct Tool {
+    program: &'static str,
+    arguments: &'static str,
+    /// After the file.
+    then: &'static str,
+}
+
+/// The addon, and cppcheck's own findings. It has no headers of the system: what `float.h` says stands here, and with a
+/// macro given only the one configuration is looked at, which is C.
+const CPPCHECK: Tool = Tool {
+    program: "cppcheck",
+    arguments: "--language=c --std=c99 --platform=unix32 --addon=misra --enable=style,warning,portability,performance \
+                -DFLT_EVAL_METHOD=0 --suppress=missingIncludeSystem --suppress=unusedStructMember --quiet \
+                --template={file}:{line}:warning:{id}",
+    then: "",
+};
+
+/// What `-Wall -Wextra` leave out. Not here: `-Wfloat-equal` (whether a limit cut u is asked by comparing exactly),
+/// `-Wbad-function-cast` (an integer that a function gives is made a float on purpose), `-Wunused-macros`,
+/// `-Wunused-const-variable` (a header's are for the program), `-Wunsuffixed-float-constants` (plans are made in
+/// double), `-Wpadded`, `-Winline`, `-Waggregate-return`, `-Wlong-long`, `-Wtraditional` (no faults).
+const GCC: &str = "-x c -std=c99 -O2 -pedantic -Wall -Wextra -Wno-unused-const-variable -Wconversion -Wsign-conversion \
+                   -Warith-conversion -Wdouble-promotion -Wshadow -Wundef -Wcast-qual -Wcast-align=strict \
+                   -Wstrict-prototypes -Wmissing-prototypes -Wmissing-declarations -Wold-style-definition \
+                   -Wredundant-decls -Wnested-externs -Wnull-dereference -Wlogical-op -Wduplicated-cond \
+                   -Wduplicated-branches -Wswitch-default -Wswitch-enum -Wwrite-strings -Wvla -Wjump-misses-init \
+                   -Wstrict-overflow=2 -Wpointer-arith -Winit-self -fkeep-inline-functions -fanalyzer -S -o /dev/null";
+
+/// Beside those of [`GCC`], not: `-Wdeclaration-after-statement` (C99 has it), `-Wunused-function` (a header's are for
+/// the program), `-Wunsafe-buffer-usage` (C has no other arrays).
+const CLANG: &str = "-x c -std=c99 -Weverything -Wno-unknown-warning-option -Wno-float-equal -Wno-bad-function-cast \
+                     -Wno-unused-macros -Wno-unused-const-variable -Wno-unused-function -Wno-padded \
+                     -Wno-declaration-after-statement -Wno-unsafe-buffer-usage -O2 -S -o /dev/null";
+
+/// Not: lengths of names, since formulas keep the paper's letters; digits in a formula as magic numbers; `f` for `F`; how
+/// long a function is (straight-line code is); arguments that could be swapped; sizes that are asserted as products.
+const TIDY: &str = "--quiet --checks=-*,clang-analyzer-*,bugprone-*,cert-*,misc-*,performance-*,portability-*,\
+                    readability-*,-readability-identifier-length,-readability-magic-numbers,\
+                    -readability-uppercase-literal-suffix,-readability-function-cognitive-complexity,\
+                    -bugprone-easily-swappable-parameters,-bugprone-implicit-widening-of-multiplication-result";
+
+const TOOLS: [Tool; 6] = [
+    CPPCHECK,
+    Tool { program: "gcc", arguments: GCC, then: "" },
+    Tool { program: CROSS_C, arguments: GCC, then: "" },
+    Tool { program: "clang", arguments: CLANG, then: "" },
+    Tool { program: "clang", arguments: "--analyze -x c -std=c99 --analyzer-output text", then: "" },
+    Tool { program: "clang-tidy", arguments: TIDY, then: "-- -x c -std=c99" },
+];
+
+/// Programs of the step and the packages that bring them.
+pub(crate) const PROGRAMS: [(&str, &[&str]); 4] =
+    [("cppcheck", &["cppcheck"]), ("gcc", &["gcc"]), ("clang", &["clang"]), ("clang-tidy", &["clang-tidy"])];
+
+impl Tool {
+    /// Its findings in a file of [`FOLDER`], each a line of file, place and what is the matter.
+    fn findings(&self, gate: &Gate, file: &str) -> Result<Vec<String>, String> {
+        let words = |text: &'static str| text.split(' ').filter(|word| !word.is_empty()).collect::<Vec<_>>();
+        let path = format!("{FOLDER}/{file}");
+        let look = Invocation::new(self.program, &words(self.arguments)).with(&[&path]).with(&words(self.then));
+        let said = look.output(gate).map_err(|error| format!("{look}: {error}"))?;
+        let is_finding = |line: &&str| line.contains("warning:") || line.contains("error:");
+        Ok(said.lines().filter(is_finding).map(str::to_string).collect())
+    }
+}
+
+pub(crate) fn run(gate: &mut Gate) -> Outcome {
+    exports(gate)?;
+    gate.check("C before cppcheck, its MISRA addon, gcc, clang and their analysers", RERUN, |gate| {
+        let page = fs::read_to_string(gate.root.join(DEVIATIONS)).map_err(|error| format!("{DEVIATIONS}: {error}"))?;
+        let listed = listed(&page)?;
+        let (mut found, mut faults) = (BTreeSet::new(), Vec::new());
+        for (file, like, _) in FILES {
+            for tool in &TOOLS {
+                for finding in tool.findings(gate, file)? {
+                    // What is in a file that it includes was found there.
+                    if !finding.contains(&format!("{FOLDER}/{file}:")) {
+                        continue;
+                    }
+                    let rule = finding.rsplit_once(MISRA).map(|(_, rule)| (like.to_string(), rule.to_string()));
+                    match rule {
+                        Some(rule) if listed.contains(&rule) => _ = found.insert(rule),
+                        _ => faults.push(format!("{}: {finding}", tool.program)),
+                    }
+                }
+            }
+        }
+        faults.extend(
+            listed
+                .difference(&found)
+                .map(|(like, rule)| format!("{DEVIATIONS}: {like}, rule {rule}: this is not found any more")),
+        );
+        if !faults.is_empty() {
+            return Err(faults.join("\n"));
+        }
+        planted(gate)?;
+        Ok(format!("nothing in {} files but {} advisory rules that {DEVIATIONS} lists", FILES.len(), found.len()))
+    })
+}
+
+/// The fault at the end of a good file: who does not find it found nothing in the others either.
+fn planted(gate: &Gate) -> Result<(), String> {
+    let folder = gate.root.join(FOLDER);
+    let text = fs::read_to_string(folder.join("motor.h")).map_err(|error| format!("motor.h: {error}"))?;
+    fs::write(folder.join("planted.h"), text + PLANTED).map_err(|error| format!("planted.h: {error}"))?;
+    for tool in &TOOLS {
+        let is_seen = |finding: &String| !finding.contains(MISRA) || finding.contains("10.3");
+        if !tool.findings(gate, "planted.h")?.iter().any(is_seen) {
+            return Err(format!("{} {}: finds nothing in a file with a fault", tool.program, tool.arguments));
+        }
+    }
+    Ok(())
+}
+
+/// All files into [`FOLDER`].
+fn exports(gate: &mut Gate) -> Outcome {
+    gate.step("C as it is exported", |gate| {
+        let failed = |reason: String| Failure { reason, rerun: RERUN.into() };
+        fs::create_dir_all(gate.root.join(FOLDER)).map_err(|error| failed(format!("{FOLDER}: {error}")))?;
+        for (file, _, source) in FILES {
+            let to = format!("{FOLDER}/{file}");
+            if Path::new(source).extension().is_some_and(|extension| extension == "toml") {
+                let prefix = file.trim_end_matches(".h");
+                let export = ["run", "--quiet", "-p", "host-sim", "--", "export", source, "--standalone", "--force"];
+                Invocation::cargo(&export).with(&["--prefix", prefix, "-o", &to]).run(gate)?;
+            } else {
+                fs::copy(gate.root.join(source), gate.root.join(to)).map_err(|e| failed(format!("{source}: {e}")))?;
+            }
+        }
+        Ok(())
+    })
+}
+
+/// Rows `| file | rule | why |` of the page.
+fn listed(page: &str) -> Result<BTreeSet<(String, String)>, String> {
+    let mut rows = BTreeSet::new();
+    for line in page.lines().filter(|line| line.starts_with('|')).skip(2) {
+        let cells: Vec<&str> = line.trim_matches('|').split(" | ").map(str::trim).collect();
+        let [like, rule, why] = cells[..] else { return Err(format!("{DEVIATIONS}: `{line}` has not three cells")) };
+        if !ADVISORY.contains(&rule) {
+            return Err(format!("{DEVIATIONS}: rule {rule} is not advisory: mend the code"));
+        }
+        if why.len() < 20 || !rows.insert((like.to_string(), rule.to_string())) {
+            return Err(format!("{DEVIATIONS}: {like}, rule {rule}: one row, with its reason"));
+        }
+    }
+    Ok(rows)
+}
+
+/// What calls a chain, and a drive; `@` is the prefix, `@@` that of macros.
+const CHAIN: &str = include_str!("evidence/chain.c");
+const DRIVE: &str = include_str!("evidence/drive.c");
+
+/// A prefix among [`FILES`], what calls it, and the ends of the names that belong to an encoder.
+const PROGRAMS_OF_EVA: [(&str, &str, &[&str]); 3] =
+    [("chain", CHAIN, &[]), ("motor", DRIVE, &[""]), ("drive", DRIVE, &["_link", "_motor"])];
+
+/// Eva over the exported files: undefined behaviour, for every input and every order of calls.
+pub(crate) fn eva(gate: &mut Gate) -> Outcome {
+    exports(gate)?;
+    gate.check("exported C before Frama-C's Eva", "cargo xtask eva", |gate| {
+        let mut told = Vec::new();
+        for (prefix, calls, shafts) in PROGRAMS_OF_EVA {
+            let any = |shaft: &&str| format!("sample.count{shaft} = any; sample.lost{shaft} = any != 0u;");
+            let counts: Vec<String> = shafts.iter().map(any).collect();
+            let program = calls.replace("COUNTS", &counts.join(" ")).replace("@@", &prefix.to_uppercase());
+            let program = program.replace('@', prefix);
+            told.push(format!("{prefix}: 0 alarms. {}", free_of_alarms(gate, &program)?));
+            let start = "int main(void)\n{";
+            let faulty = program.replace(start, &format!("{PLANTED}\n{start}\n    (void)planted((int)number);"));
+            if free_of_alarms(gate, &faulty).is_ok() {
+                return Err(format!("{prefix}: no alarm in a program with a fault"));
+            }
+        }
+        Ok(told.join("\n"))
+    })
+}
+
+/// How many statements were reached, or what Eva said. An analysis that ends early has no alarms either.
+fn free_of_alarms(gate: &Gate, program: &str) -> Result<String, String> {
+    let file = format!("{FOLDER}/eva.c");
+    fs::write(gate.root.join(&file), program).map_err(|error| format!("{file}: {error}"))?;
+    let look = "-eva -eva-precision 2 -warn-special-float none -machdep gcc_x86_32";
+    let eva = Invocation::new("frama-c", &look.split(' ').collect::<Vec<_>>()).with(&[&file]);
+    let said = eva.output(gate).map_err(|error| {
+        format!(
+            "{eva}: {error}\nthis is not part of the gate (862 MB); on Debian, as root:\n  apt-get install \
+             --no-install-recommends frama-c-base"
+        )
+    })?;
+    let reached = said.lines().find_map(|line| line.split_once("statements reached")?.1.split_once("): "));
+    let percent = reached.and_then(|(_, rest)| rest.split_once('%')?.0.parse::<u32>().ok());
+    let line = said.lines().find(|line| line.contains("statements reached")).unwrap_or_default().trim();
+    if said.contains("  0 alarms generated") && percent.is_some_and(|percent| percent >= 95) {
+        Ok(line.into())
+    } else {
+        Err(said)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_is_an_advisory_rule_once_and_with_a_reason() {
+        let page = |rows: &str| format!("| file | rule | why |\n|---|---|---|\n{rows}");
+        let good = "| exported | 15.5 | the guard leaves at once, before anything is kept |\n";
+        assert_eq!(listed(&page(good)), Ok(BTreeSet::from([("exported".into(), "15.5".into())])));
+        for (rows, told) in [
+            ("| exported | 10.8 | because it is so in this file |".to_string(), "not advisory"),
+            ("| exported | 15.5 | so |".to_string(), "with its reason"),
+            ([good, good].concat(), "one row"),
+            ("| exported | 15.5 |".to_string(), "three cells"),
+        ] {
+            assert!(listed(&page(&rows)).expect_err("a bad row").contains(told), "{rows}");
+        }
+    }
+}
