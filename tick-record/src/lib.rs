@@ -10,7 +10,7 @@ pub mod record;
 mod recorder;
 
 #[doc(inline)]
-pub use law::{Functions, Recorded, controller, functions, linear};
+pub use law::{Drift, Functions, Recorded, chain, controller, functions, linear};
 #[doc(inline)]
 pub use record::{Block, End, Id, Kind, Op, Port, Record, Role, Step, Test, Value, Word};
 #[doc(inline)]
