@@ -27,7 +27,7 @@ pub struct Effort {
 
 impl Effort {
     /// Some seconds: what firmware is made with.
-    pub const FULL: Self = Self { rounds: 4, steps: 300_000, seed: 1 };
+    pub const FULL: Self = Self { rounds: 4, steps: 250_000, seed: 1 };
 }
 
 /// Where the words of a state are in memory: numbers first, then the two flags, a byte each.
@@ -70,6 +70,12 @@ impl Layout {
 
     fn word(&self, name: &str) -> Option<usize> {
         self.words.iter().position(|word| word == name)
+    }
+
+    /// Where from this word on the estimates begin.
+    fn estimates_from(&self, from: usize) -> usize {
+        let of_last_tick = |word: &&String| word.starts_with(['p', 'x', 'h', 'g']);
+        from + self.words[from..].iter().take_while(of_last_tick).count()
     }
 
     fn resuming(&self) -> i32 {

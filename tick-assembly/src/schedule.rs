@@ -11,6 +11,8 @@
 //! instruction stores them all. An order for which there is no register, or that reads what is not there, is worth
 //! nothing. Annealing moves items by up to eight places: from there on it is luck, and luck has a seed.
 
+use crate::Effort;
+
 /// A value that a register can hold.
 pub(crate) type V = usize;
 
@@ -360,18 +362,26 @@ impl<'a> Simulation<'a> {
     }
 }
 
-/// The first order that can be read: as the items stand, each as soon as what it needs is there.
-fn natural(line: &Line) -> Vec<u16> {
-    let items = line.items.len();
-    let mut done = vec![false; items];
-    let mut order = Vec::with_capacity(items);
-    while order.len() < items {
-        let ready = |i: &usize| !done[*i] && line.before[*i].iter().all(|j| done[*j]);
-        let Some(next) = (0..items).find(ready) else { break };
-        done[next] = true;
-        order.push(next as u16);
+/// The first order: as the items stand, each behind what it needs, and loads where the first item needs them. `None` if
+/// items wait for each other.
+fn natural(line: &Line) -> Option<Vec<u16>> {
+    fn put(line: &Line, i: usize, done: &mut [bool], order: &mut Vec<u16>) {
+        if !std::mem::replace(&mut done[i], true) {
+            let mut before = line.before[i].clone();
+            before.sort_unstable();
+            before.iter().for_each(|j| put(line, *j, done, order));
+            order.push(i as u16);
+        }
     }
-    order
+    let mut order = Vec::with_capacity(line.items.len());
+    let mut done = vec![false; line.items.len()];
+    let is_load = |i: &usize| matches!(line.items[*i].kind, Kind::LoadSample | Kind::LoadState);
+    let (loads, others): (Vec<usize>, Vec<usize>) = (0..line.items.len()).partition(is_load);
+    others.into_iter().chain(loads).for_each(|i| put(line, i, &mut done, &mut order));
+    let mut place = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(at, i)| place[usize::from(*i)] = at);
+    let kept = line.before.iter().enumerate().all(|(i, before)| before.iter().all(|j| place[*j] < place[i]));
+    kept.then_some(order)
 }
 
 /// e^x for x <= 0, to a few percent: the same bits on every machine, which those of a platform are not.
@@ -392,12 +402,12 @@ pub(crate) struct Found {
     pub(crate) table: Vec<u32>,
 }
 
-/// The cheapest way that `rounds` of annealing with `steps` each find; `None` if none can be executed.
-pub(crate) fn search(line: &Line, rounds: usize, steps: usize, seed: u64) -> Option<Found> {
+/// The cheapest way that some rounds of annealing find; `None` if none can be executed.
+pub(crate) fn search(line: &Line, effort: &Effort) -> Option<Found> {
+    let Effort { rounds, steps, seed } = *effort;
     let mut simulation = Simulation::new(line);
     let (items, values) = (line.items.len(), line.constants.len());
-    let natural = natural(line);
-    assert_eq!(natural.len(), items, "an order without a circle");
+    let natural = natural(line)?;
     let mut best: Option<(u32, Plan)> = None;
     for round in 0..rounds {
         let mut luck = Luck(seed.wrapping_mul(1000).wrapping_add(round as u64));

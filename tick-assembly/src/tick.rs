@@ -7,16 +7,19 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use tick_record::{End, Op, Port, Record, Role, Test};
+use tick_record::{Block, End, Id, Op, Port, Record, Role, Test};
 
 use crate::cold::{Cold, Places};
 use crate::graph::{Graph, N, Node};
-use crate::schedule::{Event, Item, Kind, Line, V, search};
+use crate::schedule::{Event, Found, Item, Kind, Line, V, search};
 use crate::{Effort, Layout};
 
-/// Cycles of `adr`, of the flag's load, and of the return: DDI 0439D, a pipeline refill of 2.
+/// Cycles of `adr` and of the return: DDI 0439D, a pipeline refill of 2.
 const AROUND: u32 = 1 + 3;
+/// Of the load of the flag; without an observer of a zero and its store.
 const FLAG: u32 = 2;
+/// An innovation that changes no estimate: -0.
+const NOTHING: u32 = 0x8000_0000;
 
 /// The code of a tick, and what the search says that its ordinary way takes.
 pub(crate) struct Emitted {
@@ -32,39 +35,62 @@ pub(crate) fn tick(
     whole: bool,
     effort: &Effort,
 ) -> Result<Emitted, String> {
-    let straight = Straight::of(record, layout, whole)?;
-    let mut best: Option<(u32, Line, crate::schedule::Found, usize)> = None;
-    // Of registers that the caller keeps each costs 2, and the pair of instructions 2.
+    let straight = Straight::of(record, whole)?;
+    // A short look at every way to cut the loads, and a long one at the best. Registers that the caller keeps cost two
+    // cycles each: they are taken where the others do not suffice.
+    let short = Effort { rounds: 1, steps: effort.steps.div_ceil(4), ..*effort };
+    let mut best: Option<(Line, Found)> = None;
     for registers in [16, 20, 24, 28, 32] {
-        for late in [false, true] {
-            for twice in [false, true] {
-                let line = straight.line(layout, registers, late, twice);
-                let Some(found) = search(&line, effort.rounds, effort.steps, effort.seed) else { continue };
-                if best.as_ref().is_none_or(|(cycles, ..)| found.cycles < *cycles) {
-                    best = Some((found.cycles, line, found, registers));
-                }
+        for cut in Cut::all(layout) {
+            let line = straight.line(layout, registers, cut);
+            let Some(found) = search(&line, &short) else { continue };
+            if best.as_ref().is_none_or(|(_, best)| found.cycles < best.cycles) {
+                best = Some((line, found));
             }
         }
         if best.is_some() {
             break;
         }
     }
-    let Some((_, line, found, registers)) = best else {
+    let Some((line, mut found)) = best else {
         return Err(format!("{name}: no order was found in which its numbers fit into the registers"));
     };
-    straight.emit(layout, name, &line, &found, registers)
+    if let Some(better) = search(&line, effort).filter(|better| better.cycles < found.cycles) {
+        found = better;
+    }
+    straight.emit(layout, name, &line, &found)
+}
+
+/// What costs a cycle or an operation more and frees registers for a while.
+#[derive(Clone, Copy)]
+struct Cut {
+    /// The last word of the state is loaded when it is needed.
+    late: bool,
+    /// What is foreseen is computed for the innovation and for the memory each.
+    twice: bool,
+    /// Words of the last tick that do not lie beside the sample are loaded without the estimates.
+    apart: bool,
+}
+
+impl Cut {
+    fn all(layout: &Layout) -> impl Iterator<Item = Self> {
+        let with = |apart| {
+            let both = [false, true];
+            both.into_iter().flat_map(move |twice| both.map(move |late| Self { late, twice, apart }))
+        };
+        let beside = layout.words.iter().rposition(|word| word.starts_with('x')).map_or(0, |at| at + 1);
+        let any = layout.estimates_from(beside) > beside;
+        with(false).chain(with(true).filter(move |_| any))
+    }
 }
 
 struct Straight<'a> {
     record: &'a Record,
     graph: Graph,
-    /// Values of the graph by those of the record.
-    values: Vec<N>,
     whole: bool,
     /// Without a lost sample before.
     ordinary: Vec<N>,
-    /// Innovations, and what they are after a lost sample: -0, or 0 where gains are negative.
-    innovations: Vec<(N, u32)>,
+    innovations: Vec<N>,
     good: Vec<N>,
     bad: Vec<N>,
     condition: N,
@@ -78,19 +104,21 @@ fn input_rejected(port: &Port) -> bool {
 }
 
 impl<'a> Straight<'a> {
-    fn of(record: &'a Record, layout: &Layout, whole: bool) -> Result<Self, String> {
-        let End::Branch { condition, yes, no } = &record.body.end else {
-            return Err("a tick with one decision is scheduled; this one has none".into());
+    fn of(record: &'a Record, whole: bool) -> Result<Self, String> {
+        let flag = record.results.iter().position(input_rejected).ok_or("a tick says whether it rejects")?;
+        let is_taken = |results: &[Id]| record.value(results[flag]).op == Op::Truth(false);
+        let (mut taken, mut rejected) = (Vec::new(), Vec::new());
+        ends(&record.body, &mut |results| if is_taken(results) { taken.push(results) } else { rejected.push(results) });
+        let (Some(yes), Some(no)) = (taken.first(), rejected.first()) else {
+            return Err("a tick that takes or rejects a sample is scheduled; this one does not decide".into());
         };
-        let (End::Return(yes), End::Return(no)) = (&yes.end, &no.end) else {
-            return Err("a tick with one decision is scheduled; this one has more (a gate?)".into());
-        };
+        if taken.iter().any(|other| other != yes) || rejected.iter().any(|other| other != no) {
+            return Err("a tick has one way for samples that it takes and one for others; this one has more: set \
+                        controller.samples only where the tick is called, not in what is exported as assembly"
+                .into());
+        }
         let mut graph = Graph::default();
         let values = graph.values(record, &HashMap::new())?;
-        let flag = record.results.iter().position(input_rejected).ok_or("a tick says whether it rejects")?;
-        if values[yes[flag].index()] != graph.add(Node::Truth(false)) {
-            return Err("the sample that is not rejected goes on where the decision holds".into());
-        }
         // What is assumed of a value stands for it everywhere.
         let with = |graph: &mut Graph, op: &dyn Fn(&Op) -> bool, node: Node| {
             let node = graph.add(node);
@@ -115,48 +143,68 @@ impl<'a> Straight<'a> {
         let mut innovations = Vec::new();
         let mut nothing = good_sample;
         for at in named('e') {
-            let zero = graph.add(Node::Number((-0.0_f32).to_bits()));
-            innovations.push((ordinary[at], (-0.0_f32).to_bits()));
+            let zero = graph.add(Node::Number(NOTHING));
+            innovations.push(ordinary[at]);
             nothing.insert(at, zero);
         }
         let coasting = graph.values(record, &nothing)?;
         if yes.iter().any(|id| coasting[id.index()] != resumed[id.index()]) {
             return Err("after a lost sample this tick is not the ordinary one with innovations of -0".into());
         }
-        let condition = ordinary[condition.index()];
-        if coasting[record_condition(record)] != resumed[record_condition(record)] {
+        let condition = decision(&mut graph, &record.body, &ordinary, &is_taken);
+        if decision(&mut graph, &record.body, &coasting, &is_taken)
+            != decision(&mut graph, &record.body, &resumed, &is_taken)
+        {
             return Err("after a lost sample this tick decides otherwise".into());
         }
         let mut ordinary_tests = Vec::new();
         sufficient(&graph, condition, &mut ordinary_tests)?;
         let foreseen = named('h').map(|at| ordinary[at]).collect();
         let bad = no.iter().map(|id| values[id.index()]).collect();
-        let _ = layout;
-        Ok(Self { record, graph, values, whole, ordinary, innovations, good, bad, condition, ordinary_tests, foreseen })
+        Ok(Self { record, graph, whole, ordinary, innovations, good, bad, condition, ordinary_tests, foreseen })
     }
 
     fn result(&self, name: &str) -> Option<N> {
         self.record.results.iter().position(|port| port.name == name).map(|at| self.good[at])
     }
 
-    /// The items: `late` loads the last word of the state when it is needed, `twice` computes what is foreseen for the
-    /// innovation and for the memory each.
-    fn line(&self, layout: &Layout, registers: usize, late: bool, twice: bool) -> Line {
+    fn line(&self, layout: &Layout, registers: usize, cut: Cut) -> Line {
         let mut build = Build {
             straight: self,
             line: Line { registers, ..Line::default() },
             known: HashMap::new(),
             producer: Vec::new(),
-            twice,
+            twice: cut.twice,
         };
-        build.all(layout, late);
+        build.all(layout, cut);
         build.line
     }
 }
 
-fn record_condition(record: &Record) -> usize {
-    let End::Branch { condition, .. } = &record.body.end else { return 0 };
-    condition.index()
+/// Every return.
+fn ends<'a>(block: &'a Block, visit: &mut dyn FnMut(&'a [Id])) {
+    match &block.end {
+        End::Return(results) => visit(results),
+        End::Branch { yes, no, .. } => {
+            ends(yes, visit);
+            ends(no, visit);
+        }
+    }
+}
+
+/// When a sample is taken: all decisions on the way as one.
+fn decision(graph: &mut Graph, block: &Block, values: &[N], is_taken: &dyn Fn(&[Id]) -> bool) -> N {
+    match &block.end {
+        End::Return(results) => graph.add(Node::Truth(is_taken(results))),
+        End::Branch { condition, yes, no } => {
+            let condition = values[condition.index()];
+            let [yes, no] = [yes, no].map(|block| decision(graph, block, values, is_taken));
+            let yes = graph.add(Node::And(condition, yes));
+            let not = graph.add(Node::Not(condition));
+            let no = graph.add(Node::And(not, no));
+            graph.add(Node::Or(yes, no))
+        }
+    }
 }
 
 /// Tests |value| <= limit that are together enough for a condition.
@@ -243,7 +291,7 @@ impl Build<'_, '_> {
         self.computed(kind, vec![a, b])
     }
 
-    fn all(&mut self, layout: &Layout, late: bool) {
+    fn all(&mut self, layout: &Layout, cut: Cut) {
         let straight = self.straight;
         let record = straight.record;
         // What comes in.
@@ -267,7 +315,8 @@ impl Build<'_, '_> {
                     let v = self.value(None);
                     let register = self.line.given.len() as u8;
                     self.line.given.push((v, register));
-                    v
+                    // The first stays where u will go; another makes room for the sample.
+                    if register == 0 { v } else { self.computed(Kind::Copy, vec![v]) }
                 }
             };
             self.known.insert(n, v);
@@ -279,10 +328,10 @@ impl Build<'_, '_> {
         let words: Vec<V> = words.into_iter().map(|word| word.unwrap_or_else(|| self.value(None))).collect();
         // The first words lie where the sample will: they pass through other registers.
         let beside = (1 + samples.len()).min(words.len());
-        let mut ends = vec![beside, words.len()];
-        if late && words.len() - 1 > beside {
-            ends.insert(1, words.len() - 1);
-        }
+        let mut ends = vec![beside];
+        ends.extend(cut.apart.then(|| layout.estimates_from(beside)).filter(|at| *at < words.len()));
+        ends.extend(cut.late.then_some((words.len() - 1).max(beside)));
+        ends.push(words.len());
         let mut from = 0;
         let mut loads = Vec::new();
         for end in ends {
@@ -304,14 +353,14 @@ impl Build<'_, '_> {
         let good = |name: &str| straight.result(name).expect("a result of the tick");
         if self.twice {
             // Each use of what is foreseen by a value of its own: innovations first.
-            for (n, _) in &straight.innovations {
+            for n in &straight.innovations {
                 self.need(*n);
             }
             for n in &straight.foreseen {
                 self.known.remove(n);
             }
         }
-        let innovations: Vec<V> = straight.innovations.iter().map(|(n, _)| self.need(*n)).collect();
+        let innovations: Vec<V> = straight.innovations.iter().map(|n| self.need(*n)).collect();
         let mut resume = None;
         if !innovations.is_empty() {
             resume = Some(self.item(Kind::Resume, innovations.clone(), vec![]));
@@ -328,7 +377,9 @@ impl Build<'_, '_> {
         for (at, n) in finals.iter().enumerate() {
             let mut v = self.need(*n);
             let elsewhere = self.line.home[v].is_some_and(|home| usize::from(home) != at);
-            if elsewhere || self.line.constants[v].is_some() || final_values.contains(&v) || words[at] == v {
+            let came =
+                matches!(straight.graph.nodes[*n], Node::Input(port) if record.inputs[port].role == Role::Argument);
+            if elsewhere || came || self.line.constants[v].is_some() || final_values.contains(&v) || words[at] == v {
                 v = self.computed(Kind::Copy, vec![v]);
             }
             self.line.home[v] = Some(at as u8);
@@ -339,8 +390,7 @@ impl Build<'_, '_> {
         let tests: Vec<(V, V)> =
             straight.ordinary_tests.iter().map(|(size, limit)| (self.need(*size), self.need(*limit))).collect();
         let mut sources: Vec<V> = tests.iter().flat_map(|(size, limit)| [*size, *limit]).collect();
-        for (size, _) in &straight.ordinary_tests {
-            let Node::Abs(n) = straight.graph.nodes[*size] else { continue };
+        for n in straight.demands() {
             sources.push(self.need(n));
         }
         let guard = self.item(Kind::Guard(tests.len()), sources, vec![]);
@@ -407,6 +457,14 @@ impl Build<'_, '_> {
 }
 
 impl Straight<'_> {
+    /// What is tested, without its size.
+    fn demands(&self) -> impl Iterator<Item = N> {
+        self.ordinary_tests.iter().filter_map(|(size, _)| match self.graph.nodes[*size] {
+            Node::Abs(n) => Some(n),
+            _ => None,
+        })
+    }
+
     /// The values that results and tests of an ordinary tick need, in the order of the record.
     fn values_in_order(&self) -> Vec<N> {
         let told = |port: &Port| match port.role {
@@ -453,19 +511,11 @@ fn row(first: u8, count: usize) -> String {
 }
 
 impl Straight<'_> {
-    fn emit(
-        &self,
-        layout: &Layout,
-        name: &str,
-        line: &Line,
-        found: &crate::schedule::Found,
-        registers: usize,
-    ) -> Result<Emitted, String> {
+    fn emit(&self, layout: &Layout, name: &str, line: &Line, found: &Found) -> Result<Emitted, String> {
         let mut text = String::new();
         let mut table = found.table.clone();
         let bytes = |words: usize| 4 * words as i32;
         let kept = used_above(found);
-        let _ = registers;
         macro_rules! put {
             ($($text:tt)*) => {{ let _ = writeln!(text, "\t{}", format_args!($($text)*)); }};
         }
@@ -525,6 +575,9 @@ impl Straight<'_> {
                             if self.whole {
                                 put!("mov.w r1, #0");
                             }
+                            if self.innovations.is_empty() {
+                                put!("mov.w ip, #0\n\tstrb.w ip, [r0, #{}]", layout.resuming() - bytes(state));
+                            }
                             at_guard = Some((state, constants, sources[2 * tests..].to_vec()));
                         }
                         Kind::Flag(bit, greater) => {
@@ -545,11 +598,9 @@ impl Straight<'_> {
         put!("bx lr");
         if let Some((state, constants, innovations)) = at_resume {
             let _ = writeln!(text, ".L{name}_resume:");
-            for (register, (_, bits)) in innovations.iter().zip(&self.innovations) {
-                let at = table.iter().position(|entry| entry == bits).unwrap_or_else(|| {
-                    table.push(*bits);
-                    table.len() - 1
-                });
+            table.push(NOTHING);
+            for register in &innovations {
+                let at = table.len() - 1;
                 put!("vldr s{register}, [r3, #{}]", bytes(at) - bytes(constants));
             }
             // The flag itself is still asked for if this sample is rejected too.
@@ -560,11 +611,7 @@ impl Straight<'_> {
         let word = |port: &Port| layout.place(&port.name);
         // Beyond what is plausible: the whole condition.
         let _ = writeln!(text, ".L{name}_beyond:");
-        let sizes = self.ordinary_tests.iter().filter_map(|(size, _)| match self.graph.nodes[*size] {
-            Node::Abs(n) => Some(n),
-            _ => None,
-        });
-        let arguments: HashMap<N, u8> = sizes.zip(demands).collect();
+        let arguments: HashMap<N, u8> = self.demands().zip(demands).collect();
         let mut places = Places {
             word: &word,
             state_at: bytes(state),
@@ -584,7 +631,7 @@ impl Straight<'_> {
         put!("bne.w .L{name}_plausible");
         text += &leave;
         // Rejected: all anew.
-        places.arguments = self.given_at_start(line);
+        places.arguments = HashMap::new();
         let flag = self.record.inputs.iter().position(|port| port.name == "resuming");
         let flag = flag.and_then(|at| self.graph.nodes.iter().position(|node| *node == Node::Input(at)));
         places.flag = flag.filter(|_| !self.innovations.is_empty());
@@ -596,22 +643,15 @@ impl Straight<'_> {
         let (push, pop) = saved(numbers, truths);
         text += &(push + &code + &pop);
         put!("bx lr");
-        let _ = &self.values;
         text += &words(name, &table);
         let pushes = if kept > 16 { 2 * (1 + (kept as u32 - 16)) } else { 0 };
-        let flag = if self.innovations.is_empty() { 0 } else { FLAG };
-        let cycles = found.cycles + AROUND + flag + pushes + if self.whole { 2 } else { 0 };
+        let cycles = found.cycles + AROUND + FLAG + pushes + if self.whole { 2 } else { 0 };
         Ok(Emitted { text, cycles })
-    }
-
-    /// Numbers that a rejected sample needs are not handed over: only a(x) and b(x) are no longer where they were.
-    fn given_at_start(&self, _line: &Line) -> HashMap<N, u8> {
-        HashMap::new()
     }
 }
 
 /// One more than the highest register that a plan writes.
-fn used_above(found: &crate::schedule::Found) -> usize {
+fn used_above(found: &Found) -> usize {
     let highest = found.events.iter().map(|event| match event {
         Event::Constants { first, count } => usize::from(first + count),
         Event::Item { results, .. } => results.iter().map(|at| usize::from(*at) + 1).max().unwrap_or(0),
