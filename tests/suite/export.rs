@@ -805,7 +805,7 @@ fn the_exported_c_of_every_shape_gives_them_on_the_emulated_chip() {
 }
 
 /// Enough of a search for an order that fits.
-const QUICK: Effort = Effort { rounds: 1, steps: 60_000, seed: 1 };
+const QUICK: Effort = Effort { rounds: 1, steps: 120_000, seed: 1 };
 
 #[test]
 fn the_exported_assembly_gives_the_bits_of_the_tick_on_the_emulated_chip() {

@@ -213,8 +213,19 @@ impl<'a> Cold<'a> {
         // All before the flags are set.
         let (yes, yes_only) = self.number(a)?;
         let (no, no_only) = self.number(b)?;
-        let truth = self.truth(c)?;
-        line!(self, "cmp.w {truth}, #0");
+        // A comparison for this alone stays in the flags.
+        let holds = match self.node(c) {
+            Node::Compare(test, x, limit) if self.left.get(&c) == Some(&1) && !self.is_held(c) => {
+                let sources = self.operands(&[x, limit])?;
+                line!(self, "vcmp.f32 s{}, s{}\n\tvmrs APSR_nzcv, fpscr", sources[0], sources[1]);
+                condition(test).0
+            }
+            _ => {
+                let truth = self.truth(c)?;
+                line!(self, "cmp.w {truth}, #0");
+                "ne"
+            }
+        };
         let register = if no_only {
             self.numbers[no] = Some(n);
             no
@@ -223,7 +234,7 @@ impl<'a> Cold<'a> {
             line!(self, "vmov.f32 s{register}, s{no}");
             register
         };
-        line!(self, "it ne\n\tvmovne.f32 s{register}, s{yes}");
+        line!(self, "it {holds}\n\tvmov{holds}.f32 s{register}, s{yes}");
         if yes_only {
             self.numbers[yes] = None;
         }

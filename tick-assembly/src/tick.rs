@@ -40,7 +40,7 @@ pub(crate) fn tick(
     // cycles each: they are taken where the others do not suffice.
     let short = Effort { rounds: 1, steps: effort.steps.div_ceil(4), ..*effort };
     let mut best: Option<(Line, Found)> = None;
-    for registers in [16, 20, 24, 28, 32] {
+    for registers in [16, 20, 24, 28, 32].into_iter().filter(|registers| layout.words.len() + 3 < *registers) {
         for cut in Cut::all(layout) {
             let line = straight.line(layout, registers, cut);
             let Some(found) = search(&line, &short) else { continue };
@@ -52,7 +52,12 @@ pub(crate) fn tick(
             break;
         }
     }
-    let Some((line, mut found)) = best else {
+    // What a short look has not found a long one may.
+    let long = |cut| {
+        let line = straight.line(layout, 32, cut);
+        search(&line, effort).map(|found| (line, found))
+    };
+    let Some((line, mut found)) = best.or_else(|| Cut::all(layout).find_map(long)) else {
         return Err(format!("{name}: no order was found in which its numbers fit into the registers"));
     };
     if let Some(better) = search(&line, effort).filter(|better| better.cycles < found.cycles) {

@@ -17,7 +17,7 @@ use tick_assembly::{Assembly, Effort, assembly};
 use tick_record::{Drift, Functions, Kind, Port, Record, Role, c};
 
 /// Enough for an order that fits; the figures need more.
-const QUICK: Effort = Effort { rounds: 1, steps: 60_000, seed: 1 };
+const QUICK: Effort = Effort { rounds: 1, steps: 80_000, seed: 1 };
 
 const REACHING: ReachingLaw = ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 };
 
