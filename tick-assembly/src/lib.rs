@@ -1,4 +1,4 @@
-//! A recorded tick as assembly for a Cortex-M4F.
+#![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
 mod cold;

@@ -118,8 +118,8 @@ impl<'a> Straight<'a> {
             return Err("a tick that takes or rejects a sample is scheduled; this one does not decide".into());
         };
         if taken.iter().any(|other| other != yes) || rejected.iter().any(|other| other != no) {
-            return Err("a tick has one way for samples that it takes and one for others; this one has more: set \
-                        controller.samples only where the tick is called, not in what is exported as assembly"
+            return Err("a tick that takes a sample in one way and rejects it in one is scheduled; this one has more \
+                        ways, as with a gate"
                 .into());
         }
         let mut graph = Graph::default();

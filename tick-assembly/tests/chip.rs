@@ -381,6 +381,18 @@ fn an_order_that_was_tampered_with_is_noticed() {
 }
 
 #[test]
+fn what_cannot_be_scheduled_is_refused_with_the_reason() {
+    let functions = functions!(2, 1, [2], Drift::Linear);
+    let refused =
+        |functions: &Functions, effort: &Effort| assembly(functions, 2, 1, "s", effort).expect_err("a refusal");
+    let told = refused(&functions, &Effort { steps: 0, ..QUICK });
+    assert!(told.contains("s_tick_u: no order was found"), "{told}");
+    // The tick of another function is none.
+    let told = refused(&Functions { tick: functions.start.clone(), ..functions.clone() }, &QUICK);
+    assert!(told.contains("a tick says whether it rejects"), "{told}");
+}
+
+#[test]
 fn the_same_effort_gives_the_same_text() {
     let functions = functions!(4, 2, [2, 4], Drift::Sparse);
     let text = || assembly(&functions, 4, 2, "s", &QUICK).expect("scheduled");

@@ -6,6 +6,7 @@
 
 use std::fmt::Write as _;
 
+use controller_core::SampleLimits;
 use loop_sim::port::in_process::Model;
 use tick_assembly::{Assembly, Effort};
 use tick_record::{Drift, Kind, Port};
@@ -28,6 +29,9 @@ pub(super) fn files(exported: &Exported<'_>, prefix: &str, effort: &Effort) -> R
         Model::BenchmarkLibm | Model::BenchmarkMicromath => Drift::Argument,
         Model::Formulas { .. } => return Err(super::formulas_stay_here(exported.spec)),
     };
+    if exported.spec.config.padded.options.samples != SampleLimits::NONE {
+        return Err("a gate is not scheduled as assembly: leave out controller.samples, or take --standalone".into());
+    }
     let functions = standalone::functions(exported, drift)?;
     let shape = exported.download.shape;
     let assembly = tick_assembly::assembly(&functions, usize::from(shape.n), usize::from(shape.r), prefix, effort)?;
