@@ -70,6 +70,8 @@ pub(crate) struct Line {
 /// What is emitted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Event {
+    /// A constant that is part of the instruction, into this register.
+    Immediate { value: V, register: u8 },
     /// Constants, from this register on.
     Constants { first: u8, count: u8 },
     /// An item, with the registers of its sources and results.
@@ -86,6 +88,8 @@ pub(crate) struct Plan {
     choice: Vec<u8>,
     /// Of each value: is it, as a constant, loaded for each use anew?
     again: Vec<bool>,
+    /// Of each value: is it, as a constant, part of an instruction?
+    immediate: Vec<bool>,
 }
 
 /// Cycles of an order that cannot be executed: more, the sooner it ends.
@@ -204,7 +208,7 @@ impl<'a> Simulation<'a> {
         self.loaded.fill(false);
         for &i in &plan.order {
             for &v in &items[usize::from(i)].sources {
-                if line.constants[v].is_some() && !self.loaded[v] {
+                if line.constants[v].is_some() && !self.loaded[v] && !plan.immediate[v] {
                     self.stream.push(v as u16);
                     self.loaded[v] = !plan.again[v];
                 }
@@ -222,6 +226,16 @@ impl<'a> Simulation<'a> {
                 }
                 if line.constants[v].is_none() {
                     return never;
+                }
+                if plan.immediate[v] {
+                    let Some(register) = self.row(1) else { return never };
+                    self.put(v, register);
+                    cycles += 1;
+                    fresh = usize::MAX;
+                    if let Some(events) = events.as_mut() {
+                        events.push(Event::Immediate { value: v, register: register as u8 });
+                    }
+                    continue;
                 }
                 let mut count = usize::from(plan.groups[group % plan.groups.len()]).min(self.stream.len() - next);
                 // One constant is in one register only.
@@ -384,6 +398,12 @@ fn natural(line: &Line) -> Option<Vec<u16>> {
     kept.then_some(order)
 }
 
+/// Has VMOV a form for this number? ±n/16 2^k with n = 16..=31, k = -3..=4.
+fn is_immediate(bits: u32) -> bool {
+    let exponent = bits >> 23 & 0xff;
+    bits & 0x7_ffff == 0 && (124..=131).contains(&exponent)
+}
+
 /// e^x for x <= 0, to a few percent: the same bits on every machine, which those of a platform are not.
 fn exp(x: f64) -> f64 {
     let mut power = (1.0 + x / 64.0).max(0.0);
@@ -416,6 +436,7 @@ pub(crate) fn search(line: &Line, effort: &Effort) -> Option<Found> {
             groups: (0..16).map(|_| [1, 1, 2, 2, 3][luck.below(5)]).collect(),
             choice: (0..items).map(|_| [0, 0, 1, 2, 3][luck.below(5)]).collect(),
             again: vec![false; values],
+            immediate: line.constants.iter().map(|bits| bits.is_some_and(is_immediate)).collect(),
         };
         let mut cost = simulation.run(&now, None);
         let mut trial = now.clone();
@@ -441,6 +462,10 @@ pub(crate) fn search(line: &Line, effort: &Effort) -> Option<Found> {
                 28..31 => {
                     let at = luck.below(items);
                     trial.choice[at] = luck.below(4) as u8;
+                }
+                31 if luck.below(2) == 0 => {
+                    let at = luck.below(values);
+                    trial.immediate[at] = !trial.immediate[at] && line.constants[at].is_some_and(is_immediate);
                 }
                 _ => {
                     let at = luck.below(values);

@@ -536,6 +536,10 @@ impl Straight<'_> {
         let (mut at_guard, mut at_resume) = (None, None);
         for event in &found.events {
             match event {
+                Event::Immediate { value, register } => {
+                    let number = line.constants[*value].map(f32::from_bits).unwrap_or_default();
+                    put!("vmov.f32 s{register}, #{number:?}");
+                }
                 Event::Constants { first, count } => {
                     put!("vldmia r3!, {}", row(*first, usize::from(*count)));
                     constants += usize::from(*count);
@@ -658,6 +662,7 @@ impl Straight<'_> {
 /// One more than the highest register that a plan writes.
 fn used_above(found: &Found) -> usize {
     let highest = found.events.iter().map(|event| match event {
+        Event::Immediate { register, .. } => usize::from(*register) + 1,
         Event::Constants { first, count } => usize::from(first + count),
         Event::Item { results, .. } => results.iter().map(|at| usize::from(*at) + 1).max().unwrap_or(0),
     });

@@ -342,7 +342,7 @@ fn the_joint_is_the_record_to_the_bit_within_its_cycles() {
     let joint = holds("joint_r2", &functions!(4, 2, [2, 4], Drift::Sparse), (4, 2), &Effort::FULL, 1_000_000);
     assert!(joint.cycles <= 152, "{}", joint.cycles);
     let joint = holds("joint_r3", &functions!(4, 3, [2, 4], Drift::Sparse), (4, 3), &Effort::FULL, 1_000_000);
-    assert!(joint.cycles <= 182, "{}", joint.cycles);
+    assert!(joint.cycles <= 183, "{}", joint.cycles);
 }
 
 #[test]
