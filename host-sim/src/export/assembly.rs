@@ -109,7 +109,8 @@ fn declarations(file: &File<'_>, assembly: &Assembly, drift: Drift) -> String {
     } else {
         ("", "")
     };
-    file.c("
+    // Before the prefix, which may be any of these words.
+    let text = "
 /* The state as the assembly has it: a compiler that lays it out otherwise stops here. */
 typedef char @_state_is_laid_out[
     sizeof(@_state) == 4 * NUMBERS + 4 && offsetof(@_state, resuming) == 4 * NUMBERS
@@ -163,9 +164,10 @@ static inline unsigned @_tick_or_start(@_state *state, const float x[@@_N], @_ou
 }
 #endif
 #endif
-")
-        .replace("NUMBERS", &numbers.to_string())
-        .replace("ARGUMENT", argument)
-        .replace("PASSED", passed)
-        .replace("DRIFT", told)
+"
+    .replace("NUMBERS", &numbers.to_string())
+    .replace("ARGUMENT", argument)
+    .replace("PASSED", passed)
+    .replace("DRIFT", told);
+    file.c(&text)
 }
