@@ -238,7 +238,9 @@ impl<'a> Cold<'a> {
         if yes_only {
             self.numbers[yes] = None;
         }
-        [a, b, c].into_iter().for_each(|n| self.used(n));
+        for n in [a, b, c] {
+            self.used(n);
+        }
         Ok(register)
     }
 
@@ -331,7 +333,7 @@ impl<'a> Cold<'a> {
         };
         let last = |role: Role| matches!(role, Role::Flag(_) | Role::Answer);
         let mut open: Vec<(&Port, N)> = record.results.iter().zip(results.iter().copied()).collect();
-        open.retain(|(port, n)| !stays(port, *n) && (self.places.output.is_some() || self.is_told(port)));
+        open.retain(|(port, n)| !stays(port, *n) && (self.places.output.is_some() || is_told(port)));
         // What other words are made of is overwritten last.
         let reads: Vec<HashSet<N>> = open.iter().map(|(_, n)| self.inputs_of(*n)).collect();
         let own = |port: &Port| self.inputs.iter().position(|input| input.name == port.name && input.role == port.role);
@@ -408,15 +410,6 @@ impl<'a> Cold<'a> {
         Ok(())
     }
 
-    /// Without an output only u is.
-    fn is_told(&self, port: &Port) -> bool {
-        match port.role {
-            Role::Output => port.name == "u",
-            Role::Flag(_) => false,
-            _ => true,
-        }
-    }
-
     fn graph_input(&self, port: usize) -> Option<N> {
         self.graph.nodes.iter().position(|node| *node == Node::Input(port))
     }
@@ -467,6 +460,15 @@ impl<'a> Cold<'a> {
         }
         self.used(n);
         Ok(())
+    }
+}
+
+/// Without an output only u is.
+fn is_told(port: &Port) -> bool {
+    match port.role {
+        Role::Output => port.name == "u",
+        Role::Flag(_) => false,
+        _ => true,
     }
 }
 

@@ -138,7 +138,9 @@ impl<'a> Simulation<'a> {
         line.home.iter().flatten().for_each(|home| is_home[usize::from(*home)] = true);
         let mut ahead = vec![false; items * items];
         for (j, before) in line.before.iter().enumerate() {
-            before.iter().for_each(|i| ahead[i * items + j] = true);
+            for i in before {
+                ahead[i * items + j] = true;
+            }
         }
         Self {
             line,
@@ -195,6 +197,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// Cycles of a plan, and the table that it reads.
+    #[allow(clippy::too_many_lines, reason = "one pass over an order, in which all depends on the registers")]
     fn run(&mut self, plan: &Plan, mut events: Option<&mut Vec<Event>>) -> u32 {
         let line = self.line;
         let items = &line.items;
@@ -383,7 +386,9 @@ fn natural(line: &Line) -> Option<Vec<u16>> {
         if !std::mem::replace(&mut done[i], true) {
             let mut before = line.before[i].clone();
             before.sort_unstable();
-            before.iter().for_each(|j| put(line, *j, done, order));
+            for j in before {
+                put(line, j, done, order);
+            }
             order.push(i as u16);
         }
     }
@@ -401,7 +406,7 @@ fn natural(line: &Line) -> Option<Vec<u16>> {
 /// Has VMOV a form for this number? ±n/16 2^k with n = 16..=31, k = -3..=4.
 fn is_immediate(bits: u32) -> bool {
     let exponent = bits >> 23 & 0xff;
-    bits & 0x7_ffff == 0 && (124..=131).contains(&exponent)
+    bits.trailing_zeros() >= 19 && (124..=131).contains(&exponent)
 }
 
 /// e^x for x <= 0, to a few percent: the same bits on every machine, which those of a platform are not.
@@ -446,7 +451,7 @@ pub(crate) fn search(line: &Line, effort: &Effort) -> Option<Found> {
             match luck.below(32) {
                 0..24 => {
                     let mut legal = true;
-                    for _ in 0..1 + usize::from(luck.below(10) > 6) {
+                    for _ in 0..=usize::from(luck.below(10) > 6) {
                         let (from, by) = (luck.below(items), 1 + luck.below(8));
                         let to = if luck.below(2) == 0 { from.saturating_sub(by) } else { (from + by).min(items - 1) };
                         legal &= simulation.moved(&mut trial.order, from, to);

@@ -247,7 +247,9 @@ impl Build<'_, '_> {
 
     fn item(&mut self, kind: Kind, sources: Vec<V>, results: Vec<V>) -> usize {
         let at = self.line.items.len();
-        results.iter().for_each(|v| self.producer[*v] = Some(at));
+        for v in &results {
+            self.producer[*v] = Some(at);
+        }
         let before = sources.iter().filter_map(|v| self.producer[*v]).collect();
         self.line.before.push(before);
         self.line.items.push(Item { kind, sources, results });
@@ -296,6 +298,7 @@ impl Build<'_, '_> {
         self.computed(kind, vec![a, b])
     }
 
+    #[allow(clippy::too_many_lines, reason = "what comes in, what goes out, and what is between")]
     fn all(&mut self, layout: &Layout, cut: Cut) {
         let straight = self.straight;
         let record = straight.record;
@@ -516,6 +519,7 @@ fn row(first: u8, count: usize) -> String {
 }
 
 impl Straight<'_> {
+    #[allow(clippy::too_many_lines, reason = "one text, from its first line to its last")]
     fn emit(&self, layout: &Layout, name: &str, line: &Line, found: &Found) -> Result<Emitted, String> {
         let mut text = String::new();
         let mut table = found.table.clone();
