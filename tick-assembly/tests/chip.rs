@@ -36,8 +36,8 @@ macro_rules! functions {
         }
         let mut gradient = [0.0; $n];
         gradient[0] = 19.0;
-        if $n > 2 {
-            gradient[2] = -45.0;
+        if let Some(entry) = gradient.get_mut(2) {
+            *entry = -45.0;
         }
         gradient[$n - 1] = -1.5;
         let config = Config::<$n, $r> {
@@ -96,12 +96,13 @@ fn arguments(functions: &Functions) -> String {
 
 /// The program: reset, FPU on, ticks, and what came of it through the emulator.
 fn program(functions: &Functions, assembly: &Assembly, n: usize, r: usize, ticks: usize) -> String {
-    let words: String = assembly.layout.words.iter().map(|word| format!("    float {word};\n")).collect();
-    let same: String =
-        assembly.layout.words.iter().map(|w| format!(" && same(s.{w}, c.{w}) && same(t.{w}, c.{w})")).collect();
+    let (mut words, mut same) = (String::new(), String::new());
+    for word in &assembly.layout.words {
+        let _ = writeln!(words, "    float {word};");
+        let _ = write!(same, " && same(s.{word}, c.{word}) && same(t.{word}, c.{word})");
+    }
     let arguments = arguments(functions);
-    let given = ["given_drift", "given_gain"].into_iter().filter(|name| arguments.contains(name));
-    let given: String = given.map(|name| format!(", {name}")).collect();
+    let given = arguments.replace(" float", "");
     PROGRAM
         .replace("@reference", &reference(functions, n, r))
         .replace("@words", &words)
