@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! scenario.toml -> Experiment -> Designed -> standalone::text    C99, tick and coefficients, nothing else needed
+//!                                        |-> assembly::files    the same, scheduled for a Cortex-M4F, and its header
 //!                                        |-> archive::text       C, the design in a constant, on the archive for C
 //!                                        `-> rust::text          Rust, the design in a static, on controller-core
 //! ```
@@ -14,17 +15,21 @@ use std::fmt::Write as _;
 
 use loop_sim::port::in_process::{ControllerSpec, Download, Model};
 use scenario::{Experiment, Source};
+use tick_assembly::Effort;
 
 use crate::margins;
 use crate::remote::Loadable;
 use controller_core::{LAYOUT, Limits, Shape};
 
 mod archive;
+mod assembly;
 mod c99;
 mod drive;
 mod plan;
 mod rust;
 mod standalone;
+
+pub use assembly::Files;
 
 /// What the names of an exported C file begin with, if nothing else is asked for.
 pub const PREFIX: &str = "edo_smc";
@@ -71,14 +76,25 @@ pub fn text(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Res
     if let Some(drive) = &experiment.drive {
         return drive::text(drive, &warnings(experiment), source, form);
     }
-    let (spec, download) = parts(experiment)?;
-    let exported = Exported { spec, download, warnings: warnings(experiment), source };
+    let exported = exported(experiment, source)?;
     match form {
         Form::Standalone(prefix) => standalone::text(&exported, prefix),
         Form::Means(prefix, function) => standalone::means(&exported, prefix, function),
         Form::Archive(prefix) => archive::text(&exported, prefix),
         Form::Rust => rust::text(&exported),
     }
+}
+
+/// The functions of an exported controller as assembly for a Cortex-M4F, and their header; every name begins with
+/// `prefix`. The same experiment and effort give the same files.
+///
+/// # Errors
+/// What cannot be exported, and what to change.
+pub fn assembly(experiment: &Experiment, source: &Source<'_>, prefix: &str, effort: &Effort) -> Result<Files, String> {
+    if experiment.drive.is_some() {
+        return Err("a drive is not scheduled as assembly; take --standalone".into());
+    }
+    assembly::files(&exported(experiment, source)?, prefix, effort)
 }
 
 /// Why a controller whose model is a formula runs in this process only, and what to change: a target computes in f32,
@@ -124,6 +140,12 @@ fn parts(experiment: &Experiment) -> Result<(&ControllerSpec, &Download), String
         (Some(spec), _) if matches!(spec.model, Model::Formulas { .. }) => Err(formulas_stay_here(spec)),
         _ => Err("an exported controller computes in f32; set controller.precision=f32".into()),
     }
+}
+
+/// What there is to export of a controller.
+fn exported<'a>(experiment: &'a Experiment, source: &'a Source<'a>) -> Result<Exported<'a>, String> {
+    let (spec, download) = parts(experiment)?;
+    Ok(Exported { spec, download, warnings: warnings(experiment), source })
 }
 
 /// What all forms are made from.

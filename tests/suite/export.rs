@@ -7,7 +7,8 @@
 //! coefficients, bit by bit, that the host designed.
 
 use controller_core::{
-    Coefficients, ControlLaw, Controller, Gate, Gated, Health, Linear, Output, Running, SampleLimits, channels,
+    Coefficients, ControlLaw, Controller, FlexibleJoint, Gate, Gated, Health, Linear, Output, Running, SampleLimits,
+    channels,
 };
 use host_sim::export;
 use integration_tests::data::path;
@@ -20,6 +21,7 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::LazyLock;
+use tick_assembly::Effort;
 
 /// Of all instances together: a million.
 const TICKS: usize = 1_000_000_usize.div_ceil(INSTANCES.len());
@@ -488,6 +490,18 @@ fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &st
     }
 }
 
+/// Ticks the joint of a scenario as firmware has it: its a(x) has no product with x_2.
+fn run_joint<const R: usize, const MASK: u8, const O: usize>(name: &str, scenario: &str) -> Run {
+    let source = Source { file: "it", text: scenario, sets: &[] };
+    let spec = scenario::parse(&source, "it").expect("a good scenario").spec.expect("a design");
+    let config = spec.config.fixed::<4, R>().expect("the shape");
+    let joint = FlexibleJoint::<f32>::new(&config.nominal);
+    let controller = Controller::<f32, FlexibleJoint<f32>, 4, R, MASK, O>::design(&config, joint);
+    let observed = (1..=4).filter(|i| MASK >> (i - 1) & 1 == 1).collect();
+    let d_hat = config.options.initial_estimates.map(|value| value as f32);
+    run_of(name, &controller, d_hat, observed, 0)
+}
+
 /// The same of any law; `gated` numbers at the end of its state are those of a gate.
 fn run_of<D, const N: usize, const R: usize>(
     name: &str,
@@ -609,6 +623,23 @@ fn held_together(name: &str, answered: &[u32], expected: &[u32], words: usize) {
         };
         assert!(c == rust, "{name}: answer {k}\nC:    {}\nRust: {}", shown(c), shown(rust));
     }
+}
+
+/// Exports a scenario as assembly, and holds it against the Rust tick on the emulated chip.
+fn compare_assembly(name: &str, scenario: &str, run: &Run, effort: &Effort) {
+    let folder = folder("assembly").join(name);
+    fs::create_dir_all(&folder).expect("a folder");
+    let source = Source { file: "it", text: scenario, sets: &[] };
+    let experiment = scenario::parse(&source, "it").expect("a good scenario");
+    let files = export::assembly(&experiment, &source, export::PREFIX, effort);
+    let files = files.unwrap_or_else(|why| panic!("{name}: {why}"));
+    let (assembly, header) = (folder.join("tick.S"), folder.join("tick.h"));
+    fs::write(&assembly, files.assembly).expect("the assembly");
+    fs::write(&header, files.header).expect("the header");
+    let place = Place::On(&STM32F405);
+    let answered = answers(&folder, &driver(run, "tick.h", place), &["-O2", plain(&assembly)], &run.asked, place);
+    held_together(name, &answered, &run.answers, run.words);
+    fs::remove_dir_all(&folder).expect("the folder goes");
 }
 
 /// Plant order, highest order of an observer, observed channels.
@@ -771,6 +802,36 @@ fn the_exported_c_of_every_shape_gives_the_bits_of_the_controller_that_the_host_
 #[test]
 fn the_exported_c_of_every_shape_gives_them_on_the_emulated_chip() {
     compare_shapes(Place::On(&STM32F405));
+}
+
+/// Enough of a search for an order that fits.
+const QUICK: Effort = Effort { rounds: 1, steps: 120_000, seed: 1 };
+
+#[test]
+fn the_exported_assembly_gives_the_bits_of_the_tick_on_the_emulated_chip() {
+    for (name, scenario, run) in INSTANCES {
+        // A gate is another way through the tick, and the joint's a(x) has an entry that is 0.
+        if !scenario.contains("samples") && !scenario.contains("plant = {}") && name != "n2r2_12" {
+            compare_assembly(name, scenario, &run(name, scenario), &QUICK);
+        }
+    }
+}
+
+#[test]
+fn the_exported_assembly_of_the_joint_gives_the_bits_of_its_tick_on_the_emulated_chip() {
+    type Ticks = fn(&str, &str) -> Run;
+    const BOTH: u8 = channels(4, 2, [2, 4]);
+    let ticks: [(&str, Ticks); 5] = [
+        ("n4r2_24", run_joint::<2, BOTH, 2>),
+        ("n4r2_24_mixed", run_joint::<2, BOTH, 2>),
+        ("n4r3_24", run_joint::<3, BOTH, 2>),
+        ("n4r2_4", run_joint::<2, { channels(4, 2, [4]) }, 1>),
+        ("n4r3_1234", run_joint::<3, { channels(4, 3, [1, 2, 3, 4]) }, 4>),
+    ];
+    for (name, run) in ticks {
+        let (_, scenario, _) = INSTANCES.iter().find(|(wanted, ..)| *wanted == name).expect("an instance");
+        compare_assembly(name, scenario, &run(name, scenario), &QUICK);
+    }
 }
 
 #[test]

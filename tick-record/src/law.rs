@@ -526,15 +526,68 @@ where
     })
 }
 
+/// Where the nominal a(x)/b_0 and b(x)/b_0 of a recorded chain come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drift {
+    /// [`controller_core::Linear`]: a product for every state.
+    Linear,
+    /// The same without the products with a 0, as [`controller_core::FlexibleJoint`] has it: other signs of zeros.
+    Sparse,
+    /// a(x)/b_0 is an argument, `drift`; b is constant.
+    Argument,
+    /// a(x)/b_0 and b(x)/b_0 are arguments, `drift` and `gain`.
+    ArgumentWithGain,
+}
+
+/// The model of a [`Drift`].
+#[derive(Clone, Copy)]
+struct Chain<const N: usize> {
+    drift: Drift,
+    row: [Symbol; N],
+    /// Which entries of the row are not 0.
+    present: [bool; N],
+}
+
+impl<const N: usize> NominalModel<Symbol, N> for Chain<N> {
+    fn drift(&self, x: &[Symbol; N]) -> Symbol {
+        let products = || (0..N).map(|j| self.row[j] * x[j]);
+        match self.drift {
+            Drift::Linear => Linear::from_row(self.row).drift(x),
+            Drift::Sparse => {
+                let present = (0..N).filter(|j| self.present[*j]).map(|j| self.row[j] * x[j]);
+                present.reduce(|sum, product| sum + product).or_else(|| products().next()).expect("N >= 2")
+            }
+            Drift::Argument | Drift::ArgumentWithGain => Recorder::of_this_thread().number("drift", Role::Argument),
+        }
+    }
+
+    fn gain_ratio(&self, _: &[Symbol; N]) -> Option<Symbol> {
+        let varies = self.drift == Drift::ArgumentWithGain;
+        varies.then(|| Recorder::of_this_thread().number("gain", Role::Argument))
+    }
+}
+
 macro_rules! linear_of_shape {
     ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
-        /// Records a controller whose nominal model is linear. The coefficients are in the order of [`LAYOUT`], `row`
-        /// is that of a(x)/b_0 and will be called `drift_1`, `drift_2`, .., `guess` are the estimates it starts from,
-        /// `samples` what a sample may be, of which the first n entries are read.
-        /// `None` if there is no such shape, or if a list is too short.
+        /// Records a controller whose nominal model is linear: [`chain`] with [`Drift::Linear`].
         pub fn linear(
             shape: Shape,
             coefficients: &[f64],
+            row: &[f64],
+            guess: &[f64],
+            samples: Option<&SampleLimits<MAX_N>>,
+        ) -> Option<Functions> {
+            chain(shape, coefficients, Drift::Linear, row, guess, samples)
+        }
+
+        /// Records the controller of a chain. The coefficients are in the order of [`LAYOUT`], `row`
+        /// is that of a(x)/b_0, if it is linear, and will be called `drift_1`, `drift_2`, .., `guess` are the estimates
+        /// it starts from, `samples` what a sample may be, of which the first n entries are read.
+        /// `None` if there is no such shape, or if a list is too short.
+        pub fn chain(
+            shape: Shape,
+            coefficients: &[f64],
+            drift: Drift,
             row: &[f64],
             guess: &[f64],
             samples: Option<&SampleLimits<MAX_N>>,
@@ -544,7 +597,7 @@ macro_rules! linear_of_shape {
                     let (row, guess) = (row.first_chunk::<$n>()?, guess.first_chunk::<$n>()?);
                     let model = |recorder: &Recorder| {
                         let entry = |j| recorder.constant(&format!("drift_{}", j + 1), row[j]);
-                        Linear::from_row(core::array::from_fn(entry))
+                        Chain { drift, row: core::array::from_fn(entry), present: row.map(|entry| entry != 0.0) }
                     };
                     let wanted = Coefficients::<f64, $n, $r, $o>::NUMBERS - 1;
                     let samples = samples.map(|&SampleLimits { min, max, jump }| {

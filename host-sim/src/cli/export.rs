@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, ValueEnum};
 use scenario::{Experiment, Source};
+use tick_assembly::Effort;
 use whole_file::{Existing, Kind};
 
 use super::{Console, Failure, status};
@@ -21,7 +22,7 @@ enum Language {
 
 #[derive(Args, Debug)]
 #[allow(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
-#[command(group = ArgGroup::new("form").required(true).multiple(true).args(["standalone", "lang"]))]
+#[command(group = ArgGroup::new("form").required(true).multiple(true).args(["standalone", "lang", "asm"]))]
 pub(super) struct ExportOptions {
     /// The scenario; without one the default.
     scenario: Option<PathBuf>,
@@ -35,6 +36,9 @@ pub(super) struct ExportOptions {
     /// estimates, reset): for cycle-bound --means, which holds a compiler's machine code to it.
     #[arg(long, value_name = "FUNCTION", requires = "standalone")]
     means: Option<String>,
+    /// Two files for a Cortex-M4F: the tick as scheduled assembly, -o FILE.S, and its header, FILE.h beside it.
+    #[arg(long, requires = "output", conflicts_with_all = ["standalone", "lang"])]
+    asm: bool,
     /// The design for a program that links the library of this language.
     #[arg(long)]
     lang: Option<Language>,
@@ -111,18 +115,38 @@ impl Console<'_> {
         // The path of a file is of this machine only; what is exported is the same everywhere.
         let name = options.scenario.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy());
         let source = Source { file: name.as_deref().unwrap_or(&file), ..source };
-        let exported = export::text(&experiment, &source, form).map_err(|why| bad(format!("{file}: {why}")))?;
-        for warning in export::warnings(&experiment) {
-            self.note(&format!("warning: {warning}"));
-        }
-        match &options.output {
-            None => self.say(exported.trim_end())?,
-            Some(path) => {
-                write_file(path, &exported, options.force)?;
-                self.say(&format!("wrote {}", path.display()))?;
+        let refused = |why| bad(format!("{file}: {why}"));
+        let files = match (&options.output, options.asm) {
+            (Some(path), true) => {
+                let header = path.with_extension("h");
+                if header == *path {
+                    return Err(bad("--asm writes a header beside the file: name it .S, not .h".into()));
+                }
+                let files = export::assembly(&experiment, &source, &options.prefix, &Effort::FULL).map_err(refused)?;
+                vec![(path.clone(), files.assembly), (header, files.header)]
             }
+            (path, _) => {
+                let text = export::text(&experiment, &source, form).map_err(refused)?;
+                let Some(path) = path else {
+                    self.warn_of_export(&experiment);
+                    self.say(text.trim_end())?;
+                    return Ok(status::DONE);
+                };
+                vec![(path.clone(), text)]
+            }
+        };
+        self.warn_of_export(&experiment);
+        for (path, text) in &files {
+            write_file(path, text, options.force)?;
+            self.say(&format!("wrote {}", path.display()))?;
         }
         Ok(status::DONE)
+    }
+
+    fn warn_of_export(&mut self, experiment: &Experiment) {
+        for warning in export::warnings(experiment) {
+            self.note(&format!("warning: {warning}"));
+        }
     }
 }
 

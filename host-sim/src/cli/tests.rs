@@ -582,7 +582,10 @@ fn nothing_without_limits_is_exported_or_designed_unless_that_is_said() {
 #[test]
 fn export_says_what_is_wrong_with_its_arguments() {
     for (args, expected) in [
-        (&["export"][..], "<--standalone|--lang <LANG>>"),
+        (&["export"][..], "<--standalone|--lang <LANG>|--asm>"),
+        (&["export", "--asm"], "--output"),
+        (&["export", "--asm", "--standalone", "-o", "it.S"], "cannot be used with"),
+        (&["export", "--paper", "--asm", "-o", "it.h"], "name it .S, not .h"),
         (&["export", "--paper", "--standalone", "--means", "tock"], "no function `tock`; there are start, tick, "),
         (&["export", "--means", "tick", "--lang", "rust"], "--standalone"),
         (&["export", "--standalone", "--lang", "rust"], "cannot be used with"),

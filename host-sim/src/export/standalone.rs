@@ -8,16 +8,20 @@
 
 use std::fmt::Write as _;
 
-use controller_core::{SampleLimits, Shape};
+use controller_core::SampleLimits;
 use loop_sim::port::in_process::{ControllerSpec, Download, Model};
-use tick_record::{Functions, Kind, Port, Record, Role, linear};
+use tick_record::{Drift, Functions, Kind, Port, Record, Role, chain};
 
 use super::c99::File;
 use super::{Exported, shape_text};
 
 pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, String> {
     let file = Standalone::of(exported, prefix)?;
-    Ok([file.head(), file.types(), file.functions(), file.file.tail()].concat())
+    let state: Vec<&Port> = [Kind::Number, Kind::Truth]
+        .into_iter()
+        .flat_map(|kind| file.functions.state.iter().filter(move |word| word.kind == kind))
+        .collect();
+    Ok([file.head(), types(&file.file, &state), file.functions(), file.file.tail()].concat())
 }
 
 /// The controller as records.
@@ -29,13 +33,23 @@ pub(super) fn functions(spec: &ControllerSpec, download: &Download) -> Result<Fu
                 .into(),
         );
     }
+    recorded(spec, download, Drift::Linear)
+}
+
+/// The controller as records; a(x) comes as is said.
+pub(super) fn recorded(spec: &ControllerSpec, download: &Download, drift: Drift) -> Result<Functions, String> {
     let shape = download.shape;
     let numbers: Vec<f64> = download.numbers.iter().copied().map(f64::from).collect();
     let (guess, rest) = numbers.split_at(usize::from(shape.n));
-    let (row, coefficients) = rest.split_at(usize::from(shape.n));
+    let linear = matches!(spec.model, Model::Linear(_));
+    // Another model has no row among its numbers.
+    let (row, coefficients) = rest.split_at(if linear { usize::from(shape.n) } else { 0 });
+    let nothing = vec![0.0; usize::from(shape.n)];
+    let row = if linear { row } else { &nothing };
     let samples = &spec.config.padded.options.samples;
     let samples = (*samples != SampleLimits::NONE).then_some(samples);
-    linear(shape, coefficients, row, guess, samples).ok_or_else(|| format!("there is no tick of {}", shape_text(shape)))
+    chain(shape, coefficients, drift, row, guess, samples)
+        .ok_or_else(|| format!("there is no tick of {}", shape_text(shape)))
 }
 
 /// What one function of the file is to compute, as `cycle-bound --means` reads it: places are those of the calling
@@ -67,7 +81,7 @@ pub(super) fn means(exported: &Exported<'_>, prefix: &str, function: &str) -> Re
             Role::State => format!("r{state}+{}", 4 * numbers + among(Kind::Truth)?),
             Role::Sample(j) => at(x, j),
             Role::Output => at(output, ["u", "sigma", "sigma_star"].iter().position(|name| *name == port.name)?),
-            Role::Estimate(i, m) => at(d_hat, i * usize::from(file.shape.r) + m),
+            Role::Estimate(i, m) => at(d_hat, i * usize::from(exported.download.shape.r) + m),
             Role::Flag(bit) => format!("r0 bit {bit}"),
             Role::Answer => "r0".into(),
             Role::Argument => "s0".into(),
@@ -120,17 +134,68 @@ const WORDS: [(&str, &str); 8] = [
     ("", "folded estimate"),
 ];
 
+/// What tells one file from another: version, design, shape, period.
+pub(super) fn defines(exported: &Exported<'_>, file: &File<'_>) -> String {
+    let shape = exported.download.shape;
+    format!(
+        "#define {c}_VERSION \"{version}\"\n#define {c}_DESIGN {hash:#010x}u /* log it: it tells designs apart */\n\
+         #define {c}_N {n} /* plant order, length of x */\n#define {c}_R {r} /* highest order of an observer */\n\
+         #define {c}_PERIOD_S {period:?}\n",
+        c = file.capitals,
+        version = controller_core::VERSION,
+        hash = exported.design_hash(),
+        n = shape.n,
+        r = shape.r,
+        period = exported.spec.config.padded.period_s,
+    )
+}
+
+/// Health, state with its words in this order, and output.
+pub(super) fn types(file: &File<'_>, state: &[&Port]) -> String {
+    let mut out = String::from(
+        "
+/* What a tick has to say about itself, as a set of bits. */
+enum {
+    @@_OK = 0,
+    @@_INPUT_REJECTED = 1, /* x, or what became of it, not finite or too large: the fallback goes out */
+    @@_SATURATED = 2, /* the law asked for more than the limits allow */
+    @@_SIGMA_STAR_OVER_BOUND = 4 /* the plant does not do what the design supposes */
+};
+
+/* What the controller remembers between two ticks. Zeros before the start. Of channel 2: a2, b2, c2, p2. */
+typedef struct {
+",
+    );
+    for word in state {
+        let t = if word.kind == Kind::Number { "float" } else { "bool" };
+        let fits = |(part, _): &&(&str, &str)| word.name.starts_with(part) || word.name.ends_with(part);
+        let meaning = WORDS.iter().find(fits).map_or("", |(_, meaning)| meaning);
+        let comment = if meaning.is_empty() { String::new() } else { format!(" /* {meaning} */") };
+        let _ = writeln!(out, "    {t} {};{comment}", word.name);
+    }
+    out.push_str(
+        "} @_state;
+
+typedef struct {
+    float u; /* to hold until the next tick, within the limits */
+    float sigma; /* Eq. (44), unit of x_n */
+    float sigma_star; /* Eq. (17), unit of x_n */
+} @_output;
+",
+    );
+    file.c(&out)
+}
+
 struct Standalone<'a> {
     exported: &'a Exported<'a>,
     file: File<'a>,
-    shape: Shape,
     functions: Functions,
 }
 
 impl<'a> Standalone<'a> {
     fn of(exported: &'a Exported<'a>, prefix: &'a str) -> Result<Self, String> {
         let functions = functions(exported.spec, exported.download)?;
-        Ok(Self { exported, file: File::new(prefix), shape: exported.download.shape, functions })
+        Ok(Self { exported, file: File::new(prefix), functions })
     }
 
     fn head(&self) -> String {
@@ -149,56 +214,7 @@ impl<'a> Standalone<'a> {
  *     @_report_applied(&state, held);                    only if it holds another u, not a late one
 ";
         let hash = self.exported.design_hash();
-        let mut out = self.file.head(&title, usage, &self.exported.origin(), hash, "");
-        let period = format!("{:?}", spec.config.padded.period_s);
-        let version = controller_core::VERSION;
-        let _ = write!(
-            out,
-            "#define {c}_VERSION \"{version}\"\n#define {c}_DESIGN {hash:#010x}u /* log it: it tells designs apart */\n\
-             #define {c}_N {n} /* plant order, length of x */\n#define {c}_R {r} /* highest order of an observer */\n\
-             #define {c}_PERIOD_S {period}\n",
-            c = self.file.capitals,
-            n = self.shape.n,
-            r = self.shape.r,
-        );
-        out
-    }
-
-    fn types(&self) -> String {
-        let mut out = String::from(
-            "
-/* What a tick has to say about itself, as a set of bits. */
-enum {
-    @@_OK = 0,
-    @@_INPUT_REJECTED = 1, /* x, or what became of it, not finite or too large: the fallback goes out */
-    @@_SATURATED = 2, /* the law asked for more than the limits allow */
-    @@_SIGMA_STAR_OVER_BOUND = 4 /* the plant does not do what the design supposes */
-};
-
-/* What the controller remembers between two ticks. Zeros before the start. Of channel 2: a2, b2, c2, p2. */
-typedef struct {
-",
-        );
-        for kind in [Kind::Number, Kind::Truth] {
-            let t = if kind == Kind::Number { "float" } else { "bool" };
-            for word in self.functions.state.iter().filter(|word| word.kind == kind) {
-                let fits = |(part, _): &&(&str, &str)| word.name.starts_with(part) || word.name.ends_with(part);
-                let meaning = WORDS.iter().find(fits).map_or("", |(_, meaning)| meaning);
-                let comment = if meaning.is_empty() { String::new() } else { format!(" /* {meaning} */") };
-                let _ = writeln!(out, "    {t} {};{comment}", word.name);
-            }
-        }
-        out.push_str(
-            "} @_state;
-
-typedef struct {
-    float u; /* to hold until the next tick, within the limits */
-    float sigma; /* Eq. (44), unit of x_n */
-    float sigma_star; /* Eq. (17), unit of x_n */
-} @_output;
-",
-        );
-        self.file.c(&out)
+        self.file.head(&title, usage, &self.exported.origin(), hash, "") + &defines(self.exported, &self.file)
     }
 
     fn functions(&self) -> String {

@@ -64,6 +64,29 @@ fn what_cannot_be_exported_is_refused_with_the_way_out() {
 }
 
 #[test]
+fn assembly_has_the_names_of_the_c_file_and_refuses_what_it_does_not_carry() {
+    let effort = Effort { rounds: 1, steps: 20_000, seed: 1 };
+    let asm = |text: &str, effort: &Effort| {
+        let source = Source { file: "it.toml", text, sets: &[] };
+        assembly(&parse(&source, "it").expect("a good scenario"), &source, "left", effort)
+    };
+    let two = "plant = { kind = 'chain', order = 2, a = [-2, -1], b = 2 }\ncontroller = { c = [5, 1] }\n";
+    let Files { assembly: text, header } = asm(two, &effort).expect("exported");
+    for name in ["tick", "tick_u", "start", "not_started", "report_applied", "estimates", "reset"] {
+        assert!(
+            text.contains(&format!(".global left_{name}\n")) && header.contains(&format!(" left_{name}(")),
+            "{name}"
+        );
+    }
+    assert!(!header.contains('@') && header.contains("#define LEFT_N 2") && header.contains("left_tick_or_start("));
+    let refused = |text: &str, effort: &Effort| asm(text, effort).expect_err("a refusal");
+    let gated = two.replace("[5, 1] }", "[5, 1], samples = { min = [-1, -1], max = [1, 1] } }");
+    assert!(refused(&gated, &effort).contains("leave out controller.samples"), "{gated}");
+    assert!(refused(two, &Effort { steps: 0, ..effort }).contains("no order was found"));
+    assert!(refused(scenario::OWN, &effort).contains("set controller.nominal.a"));
+}
+
+#[test]
 fn numbers_get_the_names_of_the_layout() {
     let numbers: Vec<f32> = (0..60).map(|k| k as f32).collect();
     let named = named(4, 2, 2, &numbers);

@@ -1,0 +1,173 @@
+//! The scheduled assembly: the functions of the self-contained C file as text for the GNU assembler, and their header.
+//!
+//! [`tick_assembly`] makes them of the same record, so the bits are the same; a program changes from the one to the
+//! other by its include and one more file to link. What is not is said in the header: whose order the state has, which
+//! products with 0 are left out, and `tick_u`, for a caller that reads nothing but u.
+
+use std::fmt::Write as _;
+
+use controller_core::SampleLimits;
+use loop_sim::port::in_process::Model;
+use tick_assembly::{Assembly, Effort};
+use tick_record::{Drift, Kind, Port};
+
+use super::c99::File;
+use super::{Exported, standalone};
+
+/// A file for the assembler and the header of its functions.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Files {
+    /// For the GNU assembler, or `global_asm!` of Rust.
+    pub assembly: String,
+    /// C99 and C++11.
+    pub header: String,
+}
+
+pub(super) fn files(exported: &Exported<'_>, prefix: &str, effort: &Effort) -> Result<Files, String> {
+    let drift = match &exported.spec.model {
+        Model::Linear(_) => Drift::Sparse,
+        Model::BenchmarkLibm | Model::BenchmarkMicromath => Drift::Argument,
+        Model::Formulas { .. } => return Err(super::formulas_stay_here(exported.spec)),
+    };
+    if exported.spec.config.padded.options.samples != SampleLimits::NONE {
+        return Err("a gate is not scheduled as assembly: leave out controller.samples, or take --standalone".into());
+    }
+    let functions = standalone::recorded(exported.spec, exported.download, drift)?;
+    let shape = exported.download.shape;
+    let assembly = tick_assembly::assembly(&functions, usize::from(shape.n), usize::from(shape.r), prefix, effort)?;
+    let file = File::new(prefix);
+    let state: Vec<&Port> = (assembly.layout.words.iter())
+        .filter_map(|name| functions.state.iter().find(|word| word.name == *name))
+        .chain(functions.state.iter().filter(|word| word.kind == Kind::Truth))
+        .collect();
+    let header = [
+        head(exported, &file, &assembly, drift),
+        standalone::defines(exported, &file),
+        standalone::types(&file, &state),
+        declarations(&file, &assembly, drift),
+    ]
+    .concat();
+    let mut text = format!("@ The functions of {prefix}.h, exported by version {}.\n", controller_core::VERSION);
+    for line in exported.origin().lines() {
+        text.push_str(format!("@ {line}").trim_end());
+        text.push('\n');
+    }
+    Ok(Files { assembly: text + "\n" + &assembly.text, header })
+}
+
+fn head(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Drift) -> String {
+    let mut out = format!(
+        "/* Sliding mode control with an extended disturbance observer: {}, f32, T = {:?} s.
+ * Exported by version {} of the library; do not edit, export it again. The functions are in the file for the assembler
+ * beside this one; C99 and C++11, for a Cortex-M4F with arguments in float registers (-mfloat-abi=hard).
+",
+        exported.shape(),
+        exported.spec.config.padded.period_s,
+        controller_core::VERSION,
+    );
+    let given = if drift == Drift::Argument { ", drift" } else { "" };
+    out += &file
+        .c(" *
+ *     static @_state state;                              once; zeros are right
+ *     @_output output;                                   in the timer interrupt, every T:
+ *     unsigned health = @_tick_or_start(&state, x, &output#);
+ *     write_pwm(output.u);
+ *     @_report_applied(&state, held);                    only if it holds another u, not a late one
+ *
+")
+        .replace('#', given);
+    let _ = write!(
+        out,
+        " * The bits are those of the Rust tick and of the C file, for every sample. One thing differs: a product of the
+ * sample with an entry of a(x) that is 0 is left out, which can be told by the sign of a zero alone. The state has an
+ * order of its own. x, state and output must not overlap.
+ *
+ * A good sample takes {} cycles with tick_u and {} with tick, return included: counted from ARM's table of a Cortex-M4
+ * (DDI 0439D), measured on no chip.
+ *
+",
+        assembly.cycles, assembly.cycles_whole,
+    );
+    for line in exported.origin().lines() {
+        out.push_str(format!(" * {line}").trim_end());
+        out.push('\n');
+    }
+    out.push_str(" */\n");
+    out + &file.guard(&format!("{}_ASSEMBLY", file.capitals), exported.design_hash())
+        + "
+#include <stdbool.h>
+#include <stddef.h>
+
+"
+}
+
+fn declarations(file: &File<'_>, assembly: &Assembly, drift: Drift) -> String {
+    let numbers = assembly.layout.words.len();
+    let argument = if drift == Drift::Argument { ", float drift" } else { "" };
+    let (passed, told) = if drift == Drift::Argument {
+        (", drift", "drift is a(x)/b_0, the nominal model's, which the caller computes. ")
+    } else {
+        ("", "")
+    };
+    // Before the prefix, which may be any of these words.
+    let text = "
+/* The state as the assembly has it: a compiler that lays it out otherwise stops here. */
+typedef char @_state_is_laid_out[
+    sizeof(@_state) == 4 * NUMBERS + 4 && offsetof(@_state, resuming) == 4 * NUMBERS
+    && offsetof(@_state, started) == 4 * NUMBERS + 1 && sizeof(bool) == 1 && sizeof(@_output) == 12 ? 1 : -1];
+
+#ifdef __cplusplus
+extern \"C\" {
+#endif
+
+/* The state before the first tick, from the sample that the first tick gets too. False, and the state as
+ * it was, if the sample is not good enough: try the next one. */
+bool @_start(@_state *state, const float x[@@_N]);
+
+/* What goes out as long as there has been no good sample. */
+unsigned @_not_started(@_output *output);
+
+/* One tick: observers, sigma*, law, clamp. Call it once per period with the newest sample x, in chain
+ * coordinates. DRIFTReturns the health; output->u is good whatever x was. */
+unsigned @_tick(@_state *state, const float x[@@_N], @_output *outputARGUMENT);
+
+/* The same tick, for a caller that reads u alone: returns it. */
+float @_tick_u(@_state *state, const float x[@@_N]ARGUMENT);
+
+/* Tells what the actuator really holds since the last tick, where that is not the u of the tick: the only
+ * anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not taken,
+ * nor any before the start, and the answer is false. */
+bool @_report_applied(@_state *state, float u);
+
+/* Estimates at the instant of the last tick: d_hat[i][m] is the m-th derivative of the estimate in
+ * channel i + 1, in the unit of x_(i+1) per second and per second^m; zeros where there is no observer, or beyond its
+ * order. False, and zeros, before the start. */
+bool @_estimates(const @_state *state, float d_hat[@@_N][@@_R]);
+
+/* Forgets all but the design: the next good sample starts again. For the end of a fault. */
+void @_reset(@_state *state);
+
+/* The tick of a controller that need not have started: the first good sample starts it; until then the fallback goes
+ * out. Needs a state of zeros the first time. */
+static inline unsigned @_tick_or_start(@_state *state, const float x[@@_N], @_output *outputARGUMENT)
+{
+    unsigned health;
+    if (state->started || @_start(state, x)) {
+        health = @_tick(state, x, outputPASSED);
+    } else {
+        health = @_not_started(output);
+    }
+    return health;
+}
+
+#ifdef __cplusplus
+}
+#endif
+#endif
+"
+    .replace("NUMBERS", &numbers.to_string())
+    .replace("ARGUMENT", argument)
+    .replace("PASSED", passed)
+    .replace("DRIFT", told);
+    file.c(&text)
+}

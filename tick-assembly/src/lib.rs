@@ -1,0 +1,168 @@
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
+
+mod cold;
+mod graph;
+mod schedule;
+mod tick;
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+
+use tick_record::{Functions, Kind, Port, Record, Role};
+
+use cold::{Cold, Places};
+use graph::Graph;
+
+/// How long is searched. The same effort gives the same text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Effort {
+    /// Searches from the beginning.
+    pub rounds: usize,
+    /// Changes tried in each.
+    pub steps: usize,
+    /// Where luck begins.
+    pub seed: u64,
+}
+
+impl Effort {
+    /// Some seconds: what firmware is made with.
+    pub const FULL: Self = Self { rounds: 4, steps: 250_000, seed: 1 };
+}
+
+/// Where the words of a state are in memory: numbers first, then the two flags, a byte each.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// The numbers in order, by name.
+    pub words: Vec<String>,
+}
+
+impl Layout {
+    /// u first, since it goes out in the first register; then the sample, as it lies in memory, with words of the
+    /// state where it is not kept; the rest as the record has it, the offset last.
+    fn of(functions: &Functions, n: usize) -> Self {
+        let numbers: Vec<&str> =
+            functions.state.iter().filter(|word| word.kind == Kind::Number).map(|word| word.name.as_str()).collect();
+        let count = numbers.len();
+        let previous = |i: usize| format!("x{i}_prev");
+        let mut words = vec![String::new(); count];
+        words[0] = "held".into();
+        for i in 1..=n.min(count - 1) {
+            if numbers.contains(&previous(i).as_str()) {
+                words[i] = previous(i);
+            }
+        }
+        let of_channel =
+            |name: &&str| name.trim_start_matches(|c: char| !c.is_ascii_digit()).parse::<usize>().unwrap_or(0);
+        let is_p = |name: &&str| name.starts_with('p');
+        let mut p: Vec<&str> = numbers.iter().copied().filter(|name| is_p(name)).collect();
+        p.sort_by_key(|name| (of_channel(name) != n, of_channel(name)));
+        let rest = numbers.iter().copied().filter(|name| !is_p(name) && *name != "offset");
+        let rest: Vec<&str> = p.into_iter().chain(rest).chain(["offset"]).collect();
+        for name in rest {
+            if !words.iter().any(|word| word == name) {
+                let free = words.iter().position(String::is_empty).expect("a place for every word");
+                words[free] = name.into();
+            }
+        }
+        Self { words }
+    }
+
+    fn word(&self, name: &str) -> Option<usize> {
+        self.words.iter().position(|word| word == name)
+    }
+
+    /// Where from this word on the estimates begin.
+    fn estimates_from(&self, from: usize) -> usize {
+        let of_last_tick = |word: &&String| word.starts_with(['p', 'x', 'h', 'g']);
+        from + self.words[from..].iter().take_while(of_last_tick).count()
+    }
+
+    fn resuming(&self) -> i32 {
+        4 * self.words.len() as i32
+    }
+
+    fn place(&self, name: &str) -> i32 {
+        match name {
+            "resuming" => self.resuming(),
+            "started" => self.resuming() + 1,
+            _ => 4 * self.word(name).unwrap_or_default() as i32,
+        }
+    }
+}
+
+/// The functions of a controller as text for the GNU assembler, and what a caller must know of them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Assembly {
+    /// The functions.
+    pub text: String,
+    /// Where the words of the state are.
+    pub layout: Layout,
+    /// Typical cycles of a good sample whose u alone is read, by the cost that was searched for, return included.
+    pub cycles: u32,
+    /// The same with the whole output.
+    pub cycles_whole: u32,
+}
+
+/// Writes the functions of a controller of plant order n and highest observer order r. All names begin with `prefix`.
+///
+/// # Errors
+/// What is not scheduled, and why.
+pub fn assembly(functions: &Functions, n: usize, r: usize, prefix: &str, effort: &Effort) -> Result<Assembly, String> {
+    let layout = Layout::of(functions, n);
+    let mut text = String::from("\t.syntax unified\n\t.cpu cortex-m4\n\t.fpu fpv4-sp-d16\n\t.thumb\n");
+    let mut function = |name: &str, code: &str| {
+        let _ = write!(
+            text,
+            "\n\t.section .text.{name}, \"ax\", %progbits\n\t.balign 8\n\t.global {name}\n\t.type {name}, %function\n\
+             \t.thumb_func\n{name}:\n{code}\t.size {name}, .-{name}\n"
+        );
+    };
+    let name = |what: &str| format!("{prefix}_{what}");
+    let u = tick::tick(&functions.tick, &layout, &name("tick_u"), false, effort)?;
+    function(&name("tick_u"), &u.text);
+    let whole = tick::tick(&functions.tick, &layout, &name("tick"), true, effort)?;
+    function(&name("tick"), &whole.text);
+    for (what, record) in [
+        ("start", &functions.start),
+        ("not_started", &functions.not_started),
+        ("report_applied", &functions.report_applied),
+        ("estimates", &functions.estimates),
+        ("reset", &functions.reset),
+    ] {
+        let code = plain(record, &layout, &name(what), r)?;
+        function(&name(what), &code);
+    }
+    Ok(Assembly { text, layout, cycles: u.cycles, cycles_whole: whole.cycles })
+}
+
+/// A function in the order of its results.
+fn plain(record: &Record, layout: &Layout, name: &str, r: usize) -> Result<String, String> {
+    let mut graph = Graph::default();
+    let values = graph.values(record, &HashMap::new())?;
+    let word = |port: &Port| layout.place(&port.name);
+    let argument = |(at, port): (usize, &Port)| {
+        let node = graph.nodes.iter().position(|node| *node == graph::Node::Input(at))?;
+        (port.role == Role::Argument).then_some((node, 0_u8))
+    };
+    let has_state = record.inputs.iter().chain(&record.results).any(|port| port.role == Role::State);
+    let places = Places {
+        word: &word,
+        state_at: 0,
+        other: "r1",
+        // What fills an output and nothing else has it first.
+        output: Some(if has_state { "r2" } else { "r0" }),
+        columns: r,
+        table_at: 0,
+        arguments: record.inputs.iter().enumerate().filter_map(argument).collect(),
+        flag: None,
+    };
+    let mut table = Vec::new();
+    let mut cold = Cold::new(&graph, &record.inputs, &places, &mut table, name, 0);
+    cold.block(record, &record.body, &values, "\tb.w @leave\n")?;
+    let (push, pop) = tick::saved(cold.numbers_used, cold.truths_used);
+    let leave = format!("{pop}\tbx lr\n");
+    let code = cold.code.replace("\tb.w @leave\n", &leave);
+    let adr = if table.is_empty() { String::new() } else { format!("\tadr.w r3, .L{name}_table\n") };
+    Ok(format!("{push}{adr}{code}{}", tick::words(name, &table)))
+}

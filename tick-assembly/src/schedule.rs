@@ -1,0 +1,496 @@
+//! Order and registers of a straight line of float operations, by seeded search.
+//!
+//! A [`Line`] is a list of items: operations, loads of several words, tests. An order of them, with the sizes of the
+//! groups in which constants are loaded, is simulated on the registers of the FPU and costs what DDI 0439D says of it:
+//!
+//! * an operation 1, a division 14, a load or store of N words 1 + N,
+//! * 1 more where an instruction reads what the arithmetic just before it has computed.
+//!
+//! Constants lie in a table in the order of their use and are loaded as they are needed, several at a time, into
+//! registers in a row. Results that the state keeps have a register each, that of their word in memory, so that one
+//! instruction stores them all. An order for which there is no register, or that reads what is not there, is worth
+//! nothing. Annealing moves items by up to eight places: from there on it is luck, and luck has a seed.
+
+use crate::Effort;
+
+/// A value that a register can hold.
+pub(crate) type V = usize;
+
+/// What an item does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Abs,
+    Neg,
+    /// Into another register.
+    Copy,
+    /// Source, upper, lower limit.
+    Clamp,
+    /// Words in a row, behind one another in memory and in registers: of the sample, or of the state.
+    LoadSample,
+    LoadState,
+    /// To this place of the output.
+    Store(usize),
+    /// The estimates go on by themselves: here another way joins, with other innovations.
+    Resume,
+    /// So many pairs of a size and its limit; then what the way beyond needs in registers.
+    Guard(usize),
+    /// This bit of the health, if the sources are not equal (`false`), or if the first is greater (`true`).
+    Flag(u8, bool),
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Item {
+    pub(crate) kind: Kind,
+    pub(crate) sources: Vec<V>,
+    pub(crate) results: Vec<V>,
+}
+
+/// What is to be put in order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Line {
+    pub(crate) items: Vec<Item>,
+    /// Of each value the constant that it is, if it is one.
+    pub(crate) constants: Vec<Option<u32>>,
+    /// Of each value the register that it must lie in.
+    pub(crate) home: Vec<Option<u8>>,
+    /// Values that stay to the end, from register 0 on.
+    pub(crate) finals: Vec<V>,
+    /// Values that are in registers from the beginning.
+    pub(crate) given: Vec<(V, u8)>,
+    /// Which items must come before which: `before[i]` lists those before i.
+    pub(crate) before: Vec<Vec<usize>>,
+    /// How many registers there are.
+    pub(crate) registers: usize,
+}
+
+/// What is emitted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Event {
+    /// A constant that is part of the instruction, into this register.
+    Immediate { value: V, register: u8 },
+    /// Constants, from this register on.
+    Constants { first: u8, count: u8 },
+    /// An item, with the registers of its sources and results.
+    Item { item: usize, sources: Vec<u8>, results: Vec<u8> },
+}
+
+/// A way to execute a [`Line`].
+#[derive(Clone, Debug)]
+pub(crate) struct Plan {
+    order: Vec<u16>,
+    /// Of each group of constants the most words.
+    groups: Vec<u8>,
+    /// Of each item where its result goes if it is free to choose.
+    choice: Vec<u8>,
+    /// Of each value: is it, as a constant, loaded for each use anew?
+    again: Vec<bool>,
+    /// Of each value: is it, as a constant, part of an instruction?
+    immediate: Vec<bool>,
+}
+
+/// Cycles of an order that cannot be executed: more, the sooner it ends.
+const NEVER: u32 = 1_000_000;
+const NONE: u16 = u16::MAX;
+
+/// SplitMix64.
+struct Luck(u64);
+
+impl Luck {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+    fn below(&mut self, n: usize) -> usize {
+        ((u128::from(self.next()) * n as u128) >> 64) as usize
+    }
+}
+
+/// What the simulation works on, made once.
+struct Simulation<'a> {
+    line: &'a Line,
+    uses: Vec<u16>,
+    is_final: Vec<bool>,
+    is_home: [bool; 32],
+    /// `ahead[i * items + j]`: i must come before j.
+    ahead: Vec<bool>,
+    register: [u16; 32],
+    place: Vec<u8>,
+    left: Vec<u16>,
+    stream: Vec<u16>,
+    loaded: Vec<bool>,
+}
+
+impl<'a> Simulation<'a> {
+    fn new(line: &'a Line) -> Self {
+        let (values, items) = (line.constants.len(), line.items.len());
+        let mut uses = vec![0; values];
+        line.items.iter().flat_map(|item| &item.sources).for_each(|v| uses[*v] += 1);
+        let mut is_final = vec![false; values];
+        line.finals.iter().for_each(|v| is_final[*v] = true);
+        let mut is_home = [false; 32];
+        line.home.iter().flatten().for_each(|home| is_home[usize::from(*home)] = true);
+        let mut ahead = vec![false; items * items];
+        for (j, before) in line.before.iter().enumerate() {
+            for i in before {
+                ahead[i * items + j] = true;
+            }
+        }
+        Self {
+            line,
+            uses,
+            is_final,
+            is_home,
+            ahead,
+            register: [NONE; 32],
+            place: vec![0; values],
+            left: vec![0; values],
+            stream: Vec::new(),
+            loaded: vec![false; values],
+        }
+    }
+
+    fn put(&mut self, v: V, register: usize) {
+        self.register[register] = v as u16;
+        self.place[v] = register as u8;
+    }
+
+    fn holds(&self, v: V) -> bool {
+        self.register[usize::from(self.place[v])] == v as u16
+    }
+
+    fn release(&mut self, v: V) {
+        self.register[usize::from(self.place[v])] = NONE;
+    }
+
+    /// The sources of an item are read; what nobody else needs is free.
+    fn read(&mut self, item: &Item, again: &[bool]) {
+        for &v in &item.sources {
+            self.left[v] -= 1;
+            let done = self.left[v] == 0 || (again[v] && self.line.constants[v].is_some());
+            if done && !self.is_final[v] && self.holds(v) {
+                self.release(v);
+            }
+        }
+    }
+
+    /// Registers in a row that are free: the shortest that is long enough, its upper end.
+    fn row(&self, count: usize) -> Option<usize> {
+        let (mut best, mut run): (Option<(usize, usize)>, usize) = (None, 0);
+        for register in 0..=self.line.registers {
+            if register < self.line.registers && self.register[register] == NONE {
+                run += 1;
+                continue;
+            }
+            if run >= count && best.is_none_or(|(length, _)| run <= length) {
+                best = Some((run, register - count));
+            }
+            run = 0;
+        }
+        best.map(|(_, first)| first)
+    }
+
+    /// Cycles of a plan, and the table that it reads.
+    #[allow(clippy::too_many_lines, reason = "one pass over an order, in which all depends on the registers")]
+    fn run(&mut self, plan: &Plan, mut events: Option<&mut Vec<Event>>) -> u32 {
+        let line = self.line;
+        let items = &line.items;
+        self.register = [NONE; 32];
+        self.left.copy_from_slice(&self.uses);
+        for &(v, register) in &line.given {
+            self.put(v, usize::from(register));
+        }
+        // The constants in the order of their use.
+        self.stream.clear();
+        self.loaded.fill(false);
+        for &i in &plan.order {
+            for &v in &items[usize::from(i)].sources {
+                if line.constants[v].is_some() && !self.loaded[v] && !plan.immediate[v] {
+                    self.stream.push(v as u16);
+                    self.loaded[v] = !plan.again[v];
+                }
+            }
+        }
+        let (mut next, mut group, mut cycles) = (0, 0, 0_u32);
+        // The register that the arithmetic just before has written.
+        let mut fresh = usize::MAX;
+        for (at, &i) in plan.order.iter().enumerate() {
+            let never = NEVER - 100 * at as u32;
+            let item = &items[usize::from(i)];
+            for &v in &item.sources {
+                if self.holds(v) {
+                    continue;
+                }
+                if line.constants[v].is_none() {
+                    return never;
+                }
+                if plan.immediate[v] {
+                    let Some(register) = self.row(1) else { return never };
+                    self.put(v, register);
+                    cycles += 1;
+                    fresh = usize::MAX;
+                    if let Some(events) = events.as_mut() {
+                        events.push(Event::Immediate { value: v, register: register as u8 });
+                    }
+                    continue;
+                }
+                let mut count = usize::from(plan.groups[group % plan.groups.len()]).min(self.stream.len() - next);
+                // One constant is in one register only.
+                let ahead = &self.stream[next..next + count];
+                let twice = |k: usize| self.holds(usize::from(ahead[k])) || ahead[..k].contains(&ahead[k]);
+                count = (0..count).find(|k| twice(*k)).unwrap_or(count);
+                let first = loop {
+                    if count == 0 {
+                        return never;
+                    }
+                    if let Some(first) = self.row(count) {
+                        break first;
+                    }
+                    count -= 1;
+                };
+                for k in 0..count {
+                    self.put(usize::from(self.stream[next + k]), first + k);
+                }
+                next += count;
+                group += 1;
+                cycles += 1 + count as u32;
+                fresh = usize::MAX;
+                if let Some(events) = events.as_mut() {
+                    events.push(Event::Constants { first: first as u8, count: count as u8 });
+                }
+                if !self.holds(v) {
+                    return never;
+                }
+            }
+            let sources = || -> Vec<u8> { item.sources.iter().map(|v| self.place[*v]).collect() };
+            let noted = if events.is_some() { sources() } else { Vec::new() };
+            let place = |k: usize| usize::from(self.place[item.sources[k]]);
+            let waits = |range: std::ops::Range<usize>| u32::from(range.into_iter().any(|k| place(k) == fresh));
+            let all = 0..item.sources.len();
+            let arithmetic = matches!(item.kind, Kind::Add | Kind::Sub | Kind::Mul | Kind::Div);
+            cycles += match item.kind {
+                Kind::Add | Kind::Sub | Kind::Mul | Kind::Abs | Kind::Neg | Kind::Copy => 1 + waits(all),
+                Kind::Div => 14 + waits(all),
+                Kind::Clamp => 8 + waits(0..1),
+                Kind::LoadSample | Kind::LoadState => 1 + item.results.len() as u32,
+                Kind::Store(_) => 2 + waits(all),
+                Kind::Resume => 2,
+                Kind::Guard(tests) => 3 * tests as u32 + waits(0..2),
+                Kind::Flag(..) => 4 + waits(all),
+            };
+            fresh = usize::MAX;
+            let first = item.sources.first().map(|v| usize::from(self.place[*v]));
+            let second = item.sources.get(1).map(|v| usize::from(self.place[*v]));
+            self.read(item, &plan.again);
+            match item.results.as_slice() {
+                [] => {}
+                [one] if !matches!(item.kind, Kind::LoadSample | Kind::LoadState) => {
+                    let free = |register: Option<usize>| register.filter(|at| self.register[*at] == NONE);
+                    let choice = plan.choice[usize::from(i)];
+                    let chosen = match (line.home[*one], item.kind) {
+                        (Some(home), _) => free(Some(usize::from(home))),
+                        // Compared and then replaced, where it stands.
+                        (None, Kind::Clamp) => free(first),
+                        (None, _) => {
+                            let operand = match choice {
+                                0 => free(first).or(free(second)),
+                                1 => free(second).or(free(first)),
+                                _ => None,
+                            };
+                            let fits = |at: &usize| self.register[*at] == NONE;
+                            let quiet = |at: &usize| fits(at) && !self.is_home[*at];
+                            operand.or_else(|| {
+                                let mut all = 0..line.registers;
+                                let mut any = 0..line.registers;
+                                if choice == 2 {
+                                    all.rfind(quiet).or_else(|| any.rfind(fits))
+                                } else {
+                                    all.find(quiet).or_else(|| any.find(fits))
+                                }
+                            })
+                        }
+                    };
+                    let Some(chosen) = chosen else { return never };
+                    if item.kind == Kind::Clamp && first != Some(chosen) {
+                        // It is copied first, and must not go where a limit is.
+                        if item.sources[1..].iter().any(|v| usize::from(self.place[*v]) == chosen) {
+                            return never;
+                        }
+                        cycles += 1;
+                    }
+                    self.put(*one, chosen);
+                    if arithmetic {
+                        fresh = chosen;
+                    }
+                }
+                row => {
+                    let first = match line.home[row[0]] {
+                        Some(home) => {
+                            let home = usize::from(home);
+                            let free = (home..home + row.len()).all(|at| self.register[at] == NONE);
+                            free.then_some(home)
+                        }
+                        None => self.row(row.len()),
+                    };
+                    let Some(first) = first else { return never };
+                    for (k, v) in row.iter().enumerate() {
+                        self.put(*v, first + k);
+                        if self.uses[*v] == 0 && !self.is_final[*v] {
+                            self.release(*v);
+                        }
+                    }
+                }
+            }
+            if let Some(events) = events.as_mut() {
+                let results = item.results.iter().map(|v| self.place[*v]).collect();
+                events.push(Event::Item { item: usize::from(i), sources: noted, results });
+            }
+        }
+        let stored = line.finals.iter().enumerate().all(|(at, v)| self.register[at] == *v as u16);
+        if !stored || next != self.stream.len() {
+            return NEVER;
+        }
+        cycles + 1 + line.finals.len() as u32 + u32::from(fresh < line.finals.len())
+    }
+
+    /// Moves what stands at one place to another, if the order allows that.
+    fn moved(&self, order: &mut [u16], from: usize, to: usize) -> bool {
+        let items = self.line.items.len();
+        let i = usize::from(order[from]);
+        let is_ahead = |a: usize, b: usize| self.ahead[a * items + b];
+        if from < to {
+            if order[from + 1..=to].iter().any(|j| is_ahead(i, usize::from(*j))) {
+                return false;
+            }
+            order[from..=to].rotate_left(1);
+        } else {
+            if order[to..from].iter().any(|j| is_ahead(usize::from(*j), i)) {
+                return false;
+            }
+            order[to..=from].rotate_right(1);
+        }
+        true
+    }
+}
+
+/// The first order: as the items stand, each behind what it needs, and loads where the first item needs them. `None` if
+/// items wait for each other.
+fn natural(line: &Line) -> Option<Vec<u16>> {
+    fn put(line: &Line, i: usize, done: &mut [bool], order: &mut Vec<u16>) {
+        if !std::mem::replace(&mut done[i], true) {
+            let mut before = line.before[i].clone();
+            before.sort_unstable();
+            for j in before {
+                put(line, j, done, order);
+            }
+            order.push(i as u16);
+        }
+    }
+    let mut order = Vec::with_capacity(line.items.len());
+    let mut done = vec![false; line.items.len()];
+    let is_load = |i: &usize| matches!(line.items[*i].kind, Kind::LoadSample | Kind::LoadState);
+    let (loads, others): (Vec<usize>, Vec<usize>) = (0..line.items.len()).partition(is_load);
+    others.into_iter().chain(loads).for_each(|i| put(line, i, &mut done, &mut order));
+    let mut place = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(at, i)| place[usize::from(*i)] = at);
+    let kept = line.before.iter().enumerate().all(|(i, before)| before.iter().all(|j| place[*j] < place[i]));
+    kept.then_some(order)
+}
+
+/// Has VMOV a form for this number? ±n/16 2^k with n = 16..=31, k = -3..=4.
+fn is_immediate(bits: u32) -> bool {
+    let exponent = bits >> 23 & 0xff;
+    bits.trailing_zeros() >= 19 && (124..=131).contains(&exponent)
+}
+
+/// e^x for x <= 0, to a few percent: the same bits on every machine, which those of a platform are not.
+fn exp(x: f64) -> f64 {
+    let mut power = (1.0 + x / 64.0).max(0.0);
+    for _ in 0..6 {
+        power *= power;
+    }
+    power
+}
+
+/// What a search came to.
+#[derive(Clone, Debug)]
+pub(crate) struct Found {
+    pub(crate) cycles: u32,
+    pub(crate) events: Vec<Event>,
+    /// The constants in the order in which they are loaded.
+    pub(crate) table: Vec<u32>,
+}
+
+/// The cheapest way that some rounds of annealing find; `None` if none can be executed.
+pub(crate) fn search(line: &Line, effort: &Effort) -> Option<Found> {
+    let Effort { rounds, steps, seed } = *effort;
+    let mut simulation = Simulation::new(line);
+    let (items, values) = (line.items.len(), line.constants.len());
+    let natural = natural(line)?;
+    let mut best: Option<(u32, Plan)> = None;
+    for round in 0..rounds {
+        let mut luck = Luck(seed.wrapping_mul(1000).wrapping_add(round as u64));
+        let mut now = Plan {
+            order: natural.clone(),
+            groups: (0..16).map(|_| [1, 1, 2, 2, 3][luck.below(5)]).collect(),
+            choice: (0..items).map(|_| [0, 0, 1, 2, 3][luck.below(5)]).collect(),
+            again: vec![false; values],
+            immediate: line.constants.iter().map(|bits| bits.is_some_and(is_immediate)).collect(),
+        };
+        let mut cost = simulation.run(&now, None);
+        let mut trial = now.clone();
+        for step in 0..steps {
+            let heat = (3.0 * (1.0 - step as f64 / (0.9 * steps as f64))).max(0.15);
+            trial.clone_from(&now);
+            match luck.below(32) {
+                0..24 => {
+                    let mut legal = true;
+                    for _ in 0..=usize::from(luck.below(10) > 6) {
+                        let (from, by) = (luck.below(items), 1 + luck.below(8));
+                        let to = if luck.below(2) == 0 { from.saturating_sub(by) } else { (from + by).min(items - 1) };
+                        legal &= simulation.moved(&mut trial.order, from, to);
+                    }
+                    if !legal {
+                        continue;
+                    }
+                }
+                24..28 => {
+                    let at = luck.below(trial.groups.len());
+                    trial.groups[at] = 1 + luck.below(8) as u8;
+                }
+                28..31 => {
+                    let at = luck.below(items);
+                    trial.choice[at] = luck.below(4) as u8;
+                }
+                31 if luck.below(2) == 0 => {
+                    let at = luck.below(values);
+                    trial.immediate[at] = !trial.immediate[at] && line.constants[at].is_some_and(is_immediate);
+                }
+                _ => {
+                    let at = luck.below(values);
+                    trial.again[at] = !trial.again[at] && line.constants[at].is_some() && simulation.uses[at] > 1;
+                }
+            }
+            let costs = simulation.run(&trial, None);
+            let likely = (f64::from(cost) - f64::from(costs)) / heat;
+            if costs <= cost || (luck.next() >> 11) as f64 / (1_u64 << 53) as f64 <= exp(likely) {
+                std::mem::swap(&mut now, &mut trial);
+                cost = costs;
+                if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                    best = Some((cost, now.clone()));
+                }
+            }
+        }
+    }
+    let (cycles, plan) = best.filter(|(cycles, _)| *cycles < NEVER / 2)?;
+    let mut events = Vec::new();
+    simulation.run(&plan, Some(&mut events));
+    let table = simulation.stream.iter().filter_map(|v| line.constants[usize::from(*v)]).collect();
+    Some(Found { cycles, events, table })
+}

@@ -1,0 +1,700 @@
+//! The ordinary way of a tick as a straight line, its search, and its text with the three ways that leave it.
+//!
+//! After a lost sample the estimates go on by themselves, which is the ordinary way with innovations of -0: adding -0
+//! changes no bit. So that way is two loads long and joins again. A demand beyond what is plausible is looked at again
+//! out of line, and a sample that is rejected begins anew from memory, since nothing of the state has been stored.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+
+use tick_record::{Block, End, Id, Op, Port, Record, Role, Test};
+
+use crate::cold::{Cold, Places};
+use crate::graph::{Graph, N, Node};
+use crate::schedule::{Event, Found, Item, Kind, Line, V, search};
+use crate::{Effort, Layout};
+
+/// Cycles of `adr` and of the return: DDI 0439D, a pipeline refill of 2.
+const AROUND: u32 = 1 + 3;
+/// Of the load of the flag; without an observer of a zero and its store.
+const FLAG: u32 = 2;
+/// An innovation that changes no estimate: -0.
+const NOTHING: u32 = 0x8000_0000;
+
+/// The code of a tick, and what the search says that its ordinary way takes.
+pub(crate) struct Emitted {
+    pub(crate) text: String,
+    pub(crate) cycles: u32,
+}
+
+/// A tick that returns u, or one that fills the output and returns the health.
+pub(crate) fn tick(
+    record: &Record,
+    layout: &Layout,
+    name: &str,
+    whole: bool,
+    effort: &Effort,
+) -> Result<Emitted, String> {
+    let straight = Straight::of(record, whole)?;
+    // A short look at every way to cut the loads, and a long one at the best. Registers that the caller keeps cost two
+    // cycles each: they are taken where the others do not suffice.
+    let short = Effort { rounds: 1, steps: effort.steps.div_ceil(4), ..*effort };
+    let mut best: Option<(Line, Found)> = None;
+    for registers in [16, 20, 24, 28, 32].into_iter().filter(|registers| layout.words.len() + 3 < *registers) {
+        for cut in Cut::all(layout) {
+            let line = straight.line(layout, registers, cut);
+            let Some(found) = search(&line, &short) else { continue };
+            if best.as_ref().is_none_or(|(_, best)| found.cycles < best.cycles) {
+                best = Some((line, found));
+            }
+        }
+        if best.is_some() {
+            break;
+        }
+    }
+    // What a short look has not found a long one may.
+    let long = |cut| {
+        let line = straight.line(layout, 32, cut);
+        search(&line, effort).map(|found| (line, found))
+    };
+    let Some((line, mut found)) = best.or_else(|| Cut::all(layout).find_map(long)) else {
+        return Err(format!("{name}: no order was found in which its numbers fit into the registers"));
+    };
+    if let Some(better) = search(&line, effort).filter(|better| better.cycles < found.cycles) {
+        found = better;
+    }
+    straight.emit(layout, name, &line, &found)
+}
+
+/// What costs a cycle or an operation more and frees registers for a while.
+#[derive(Clone, Copy)]
+struct Cut {
+    /// The last word of the state is loaded when it is needed.
+    late: bool,
+    /// What is foreseen is computed for the innovation and for the memory each.
+    twice: bool,
+    /// Words of the last tick that do not lie beside the sample are loaded without the estimates.
+    apart: bool,
+}
+
+impl Cut {
+    fn all(layout: &Layout) -> impl Iterator<Item = Self> {
+        let with = |apart| {
+            let both = [false, true];
+            both.into_iter().flat_map(move |twice| both.map(move |late| Self { late, twice, apart }))
+        };
+        let beside = layout.words.iter().rposition(|word| word.starts_with('x')).map_or(0, |at| at + 1);
+        let any = layout.estimates_from(beside) > beside;
+        with(false).chain(with(true).filter(move |_| any))
+    }
+}
+
+struct Straight<'a> {
+    record: &'a Record,
+    graph: Graph,
+    whole: bool,
+    /// Without a lost sample before.
+    ordinary: Vec<N>,
+    innovations: Vec<N>,
+    good: Vec<N>,
+    bad: Vec<N>,
+    condition: N,
+    ordinary_tests: Vec<(N, N)>,
+    /// Foreseen parts of the innovations, which are cheap to compute twice.
+    foreseen: Vec<N>,
+}
+
+fn input_rejected(port: &Port) -> bool {
+    matches!(port.role, Role::Flag(0))
+}
+
+impl<'a> Straight<'a> {
+    fn of(record: &'a Record, whole: bool) -> Result<Self, String> {
+        let flag = record.results.iter().position(input_rejected).ok_or("a tick says whether it rejects")?;
+        let is_taken = |results: &[Id]| record.value(results[flag]).op == Op::Truth(false);
+        let (mut taken, mut rejected) = (Vec::new(), Vec::new());
+        ends(&record.body, &mut |results| if is_taken(results) { taken.push(results) } else { rejected.push(results) });
+        let (Some(yes), Some(no)) = (taken.first(), rejected.first()) else {
+            return Err("a tick that takes or rejects a sample is scheduled; this one does not decide".into());
+        };
+        if taken.iter().any(|other| other != yes) || rejected.iter().any(|other| other != no) {
+            return Err("a tick that takes a sample in one way and rejects it in one is scheduled; this one has more \
+                        ways, as with a gate"
+                .into());
+        }
+        let mut graph = Graph::default();
+        let values = graph.values(record, &HashMap::new())?;
+        // What is assumed of a value stands for it everywhere.
+        let with = |graph: &mut Graph, op: &dyn Fn(&Op) -> bool, node: Node| {
+            let node = graph.add(node);
+            let ids = (0..record.values.len()).filter(|at| op(&record.values[*at].op));
+            ids.map(|at| (at, node)).collect::<HashMap<usize, N>>()
+        };
+        let resuming = record.inputs.iter().position(|port| port.name == "resuming").ok_or("a flag `resuming`")?;
+        let is_flag = |op: &Op| *op == Op::Input(resuming);
+        let (good_sample, lost) =
+            (with(&mut graph, &is_flag, Node::Truth(false)), with(&mut graph, &is_flag, Node::Truth(true)));
+        let ordinary = graph.values(record, &good_sample)?;
+        let resumed = graph.values(record, &lost)?;
+        let named = |letter: char| {
+            let is = move |name: &String| {
+                name.strip_prefix(letter)
+                    .is_some_and(|rest| !rest.is_empty() && rest.bytes().all(|c| c.is_ascii_digit()))
+            };
+            (0..record.values.len()).filter(move |at| record.values[*at].name.as_ref().is_some_and(is))
+        };
+        let good: Vec<N> = yes.iter().map(|id| ordinary[id.index()]).collect();
+        // After a lost sample: the same with other innovations, to the last bit, or not at all.
+        let mut innovations = Vec::new();
+        let mut nothing = good_sample;
+        for at in named('e') {
+            let zero = graph.add(Node::Number(NOTHING));
+            innovations.push(ordinary[at]);
+            nothing.insert(at, zero);
+        }
+        let coasting = graph.values(record, &nothing)?;
+        if yes.iter().any(|id| coasting[id.index()] != resumed[id.index()]) {
+            return Err("after a lost sample this tick is not the ordinary one with innovations of -0".into());
+        }
+        let condition = decision(&mut graph, &record.body, &ordinary, &is_taken);
+        if decision(&mut graph, &record.body, &coasting, &is_taken)
+            != decision(&mut graph, &record.body, &resumed, &is_taken)
+        {
+            return Err("after a lost sample this tick decides otherwise".into());
+        }
+        let mut ordinary_tests = Vec::new();
+        sufficient(&graph, condition, &mut ordinary_tests)?;
+        let foreseen = named('h').map(|at| ordinary[at]).collect();
+        let bad = no.iter().map(|id| values[id.index()]).collect();
+        Ok(Self { record, graph, whole, ordinary, innovations, good, bad, condition, ordinary_tests, foreseen })
+    }
+
+    fn result(&self, name: &str) -> Option<N> {
+        self.record.results.iter().position(|port| port.name == name).map(|at| self.good[at])
+    }
+
+    fn line(&self, layout: &Layout, registers: usize, cut: Cut) -> Line {
+        let mut build = Build {
+            straight: self,
+            line: Line { registers, ..Line::default() },
+            known: HashMap::new(),
+            producer: Vec::new(),
+            twice: cut.twice,
+        };
+        build.all(layout, cut);
+        build.line
+    }
+}
+
+/// Every return.
+fn ends<'a>(block: &'a Block, visit: &mut dyn FnMut(&'a [Id])) {
+    match &block.end {
+        End::Return(results) => visit(results),
+        End::Branch { yes, no, .. } => {
+            ends(yes, visit);
+            ends(no, visit);
+        }
+    }
+}
+
+/// When a sample is taken: all decisions on the way as one.
+fn decision(graph: &mut Graph, block: &Block, values: &[N], is_taken: &dyn Fn(&[Id]) -> bool) -> N {
+    match &block.end {
+        End::Return(results) => graph.add(Node::Truth(is_taken(results))),
+        End::Branch { condition, yes, no } => {
+            let condition = values[condition.index()];
+            let [yes, no] = [yes, no].map(|block| decision(graph, block, values, is_taken));
+            let yes = graph.add(Node::And(condition, yes));
+            let not = graph.add(Node::Not(condition));
+            let no = graph.add(Node::And(not, no));
+            graph.add(Node::Or(yes, no))
+        }
+    }
+}
+
+/// Tests |value| <= limit that are together enough for a condition.
+fn sufficient(graph: &Graph, condition: N, tests: &mut Vec<(N, N)>) -> Result<(), String> {
+    match graph.nodes[condition] {
+        Node::And(a, b) => {
+            sufficient(graph, a, tests)?;
+            sufficient(graph, b, tests)
+        }
+        Node::Or(a, _) => sufficient(graph, a, tests),
+        Node::Compare(Test::LessOrEqual, size, limit) => {
+            tests.push((size, limit));
+            Ok(())
+        }
+        other => Err(format!("{other:?} is no test of a size")),
+    }
+}
+
+struct Build<'a, 'b> {
+    straight: &'b Straight<'a>,
+    line: Line,
+    known: HashMap<N, V>,
+    /// Which item makes a value.
+    producer: Vec<Option<usize>>,
+    twice: bool,
+}
+
+impl Build<'_, '_> {
+    fn value(&mut self, constant: Option<u32>) -> V {
+        self.line.constants.push(constant);
+        self.line.home.push(None);
+        self.producer.push(None);
+        self.line.constants.len() - 1
+    }
+
+    fn item(&mut self, kind: Kind, sources: Vec<V>, results: Vec<V>) -> usize {
+        let at = self.line.items.len();
+        for v in &results {
+            self.producer[*v] = Some(at);
+        }
+        let before = sources.iter().filter_map(|v| self.producer[*v]).collect();
+        self.line.before.push(before);
+        self.line.items.push(Item { kind, sources, results });
+        at
+    }
+
+    fn computed(&mut self, kind: Kind, sources: Vec<V>) -> V {
+        let result = self.value(None);
+        self.item(kind, sources, vec![result]);
+        result
+    }
+
+    fn need(&mut self, n: N) -> V {
+        if let Some(v) = self.known.get(&n) {
+            return *v;
+        }
+        let graph = &self.straight.graph;
+        let node = graph.nodes[n];
+        let v = match node {
+            Node::Number(bits) => self.value(Some(bits)),
+            Node::Add(a, b) => self.two(Kind::Add, a, b),
+            Node::Sub(a, b) => self.two(Kind::Sub, a, b),
+            Node::Mul(a, b) => self.two(Kind::Mul, a, b),
+            Node::Div(a, b) => self.two(Kind::Div, a, b),
+            Node::Neg(a) => {
+                let a = self.need(a);
+                self.computed(Kind::Neg, vec![a])
+            }
+            Node::Abs(a) => {
+                let a = self.need(a);
+                self.computed(Kind::Abs, vec![a])
+            }
+            Node::Select(..) => {
+                let (x, high, low) = clamped(graph, n).expect("checked before");
+                let [x, high, low] = [x, high, low].map(|n| self.need(n));
+                self.computed(Kind::Clamp, vec![x, high, low])
+            }
+            other => unreachable!("{other:?} is no number of an ordinary tick"),
+        };
+        self.known.insert(n, v);
+        v
+    }
+
+    fn two(&mut self, kind: Kind, a: N, b: N) -> V {
+        let (a, b) = (self.need(a), self.need(b));
+        self.computed(kind, vec![a, b])
+    }
+
+    #[allow(clippy::too_many_lines, reason = "what comes in, what goes out, and what is between")]
+    fn all(&mut self, layout: &Layout, cut: Cut) {
+        let straight = self.straight;
+        let record = straight.record;
+        // What comes in.
+        let mut samples = Vec::new();
+        let mut words = vec![None; layout.words.len()];
+        for (at, port) in record.inputs.iter().enumerate() {
+            let Some(n) = straight.graph.nodes.iter().position(|node| *node == Node::Input(at)) else { continue };
+            let v = match port.role {
+                Role::Sample(j) => {
+                    let v = self.value(None);
+                    samples.push((j, v));
+                    v
+                }
+                Role::State => {
+                    let Some(word) = layout.word(&port.name) else { continue };
+                    let v = self.value(None);
+                    words[word] = Some(v);
+                    v
+                }
+                _ => {
+                    let v = self.value(None);
+                    let register = self.line.given.len() as u8;
+                    self.line.given.push((v, register));
+                    // The first stays where u will go; another makes room for the sample.
+                    if register == 0 { v } else { self.computed(Kind::Copy, vec![v]) }
+                }
+            };
+            self.known.insert(n, v);
+        }
+        samples.sort_by_key(|(j, _)| *j);
+        for (j, v) in &samples {
+            self.line.home[*v] = Some(1 + *j as u8);
+        }
+        let words: Vec<V> = words.into_iter().map(|word| word.unwrap_or_else(|| self.value(None))).collect();
+        // The first words lie where the sample will: they pass through other registers.
+        let beside = (1 + samples.len()).min(words.len());
+        let mut ends = vec![beside];
+        ends.extend(cut.apart.then(|| layout.estimates_from(beside)).filter(|at| *at < words.len()));
+        ends.extend(cut.late.then_some((words.len() - 1).max(beside)));
+        ends.push(words.len());
+        let mut from = 0;
+        let mut loads = Vec::new();
+        for end in ends {
+            if from < end {
+                if from >= beside {
+                    (from..end).for_each(|at| self.line.home[words[at]] = Some(at as u8));
+                }
+                let load = self.item(Kind::LoadState, vec![], words[from..end].to_vec());
+                if let Some(before) = loads.last() {
+                    self.line.before[load].push(*before);
+                }
+                loads.push(load);
+            }
+            from = end;
+        }
+        self.item(Kind::LoadSample, vec![], samples.iter().map(|(_, v)| *v).collect());
+
+        // What goes out, in the order of the record.
+        let good = |name: &str| straight.result(name).expect("a result of the tick");
+        if self.twice {
+            // Each use of what is foreseen by a value of its own: innovations first.
+            for n in &straight.innovations {
+                self.need(*n);
+            }
+            for n in &straight.foreseen {
+                self.known.remove(n);
+            }
+        }
+        let innovations: Vec<V> = straight.innovations.iter().map(|n| self.need(*n)).collect();
+        let mut resume = None;
+        if !innovations.is_empty() {
+            resume = Some(self.item(Kind::Resume, innovations.clone(), vec![]));
+        }
+        let roots: Vec<N> = {
+            let order = straight.values_in_order();
+            order.into_iter().filter(|n| self.is_number(*n)).collect()
+        };
+        for n in roots {
+            self.need(n);
+        }
+        let finals: Vec<N> = layout.words.iter().map(|word| good(word)).collect();
+        let mut final_values: Vec<V> = Vec::new();
+        for (at, n) in finals.iter().enumerate() {
+            let mut v = self.need(*n);
+            let elsewhere = self.line.home[v].is_some_and(|home| usize::from(home) != at);
+            let came =
+                matches!(straight.graph.nodes[*n], Node::Input(port) if record.inputs[port].role == Role::Argument);
+            if elsewhere || came || self.line.constants[v].is_some() || final_values.contains(&v) || words[at] == v {
+                v = self.computed(Kind::Copy, vec![v]);
+            }
+            self.line.home[v] = Some(at as u8);
+            final_values.push(v);
+        }
+        self.line.finals = final_values;
+
+        let tests: Vec<(V, V)> =
+            straight.ordinary_tests.iter().map(|(size, limit)| (self.need(*size), self.need(*limit))).collect();
+        let mut sources: Vec<V> = tests.iter().flat_map(|(size, limit)| [*size, *limit]).collect();
+        for n in straight.demands() {
+            sources.push(self.need(n));
+        }
+        let guard = self.item(Kind::Guard(tests.len()), sources, vec![]);
+        let held = self.producer[self.line.finals[0]].expect("u is computed");
+        self.line.before[held].push(guard);
+        if straight.whole {
+            for (at, name) in ["u", "sigma", "sigma_star"].into_iter().enumerate() {
+                let v = self.need(good(name));
+                self.item(Kind::Store(at), vec![v], vec![]);
+            }
+            for (port, n) in record.results.iter().zip(&straight.good) {
+                let Role::Flag(bit) = port.role else { continue };
+                let flag = match straight.graph.nodes[*n] {
+                    Node::Compare(Test::NotEqual, a, b) => Some((false, a, b)),
+                    Node::Compare(Test::Greater, a, b) => Some((true, a, b)),
+                    _ => None,
+                };
+                if let Some((greater, a, b)) = flag {
+                    let sources = vec![self.need(a), self.need(b)];
+                    let item = self.item(Kind::Flag(bit, greater), sources, vec![]);
+                    self.line.before[item].push(guard);
+                }
+            }
+        }
+        self.line.before[guard].extend(loads);
+        self.orders(resume, &innovations);
+    }
+
+    /// Orders that are not those of operands.
+    fn orders(&mut self, resume: Option<usize>, innovations: &[V]) {
+        let readers = |line: &Line, v: V| -> Vec<usize> {
+            (0..line.items.len()).filter(|i| line.items[*i].sources.contains(&v)).collect()
+        };
+        if let Some(resume) = resume {
+            for v in innovations {
+                for reader in readers(&self.line, *v) {
+                    if reader != resume {
+                        self.line.before[reader].push(resume);
+                    }
+                }
+            }
+        }
+        // What will be overwritten must have been read.
+        for at in 0..self.line.finals.len() {
+            let last = self.line.finals[at];
+            let Some(writer) = self.producer[last] else { continue };
+            for old in 0..self.line.home.len() {
+                if old != last && self.line.home[old] == Some(at as u8) {
+                    let mut first = readers(&self.line, old);
+                    first.extend(self.producer[old]);
+                    first.retain(|i| *i != writer);
+                    self.line.before[writer].extend(first);
+                }
+            }
+        }
+    }
+
+    fn is_number(&self, n: N) -> bool {
+        matches!(
+            self.straight.graph.nodes[n],
+            Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Div(..) | Node::Neg(..) | Node::Abs(..)
+        ) || clamped(&self.straight.graph, n).is_some()
+    }
+}
+
+impl Straight<'_> {
+    /// What is tested, without its size.
+    fn demands(&self) -> impl Iterator<Item = N> {
+        self.ordinary_tests.iter().filter_map(|(size, _)| match self.graph.nodes[*size] {
+            Node::Abs(n) => Some(n),
+            _ => None,
+        })
+    }
+
+    /// The values that results and tests of an ordinary tick need, in the order of the record.
+    fn values_in_order(&self) -> Vec<N> {
+        let told = |port: &Port| match port.role {
+            Role::Output => self.whole || port.name == "u",
+            Role::Flag(_) => self.whole,
+            _ => true,
+        };
+        let mut open: Vec<N> =
+            self.record.results.iter().zip(&self.good).filter(|(port, _)| told(port)).map(|(_, n)| *n).collect();
+        open.extend(self.ordinary_tests.iter().flat_map(|(size, limit)| [*size, *limit]));
+        let mut seen = vec![false; self.graph.nodes.len()];
+        while let Some(n) = open.pop() {
+            if !std::mem::replace(&mut seen[n], true) {
+                match clamped(&self.graph, n) {
+                    Some((x, high, low)) => open.extend([x, high, low]),
+                    None => open.extend(self.graph.nodes[n].operands()),
+                }
+            }
+        }
+        let mut order = Vec::new();
+        for n in &self.ordinary {
+            if std::mem::replace(&mut seen[*n], false) {
+                order.push(*n);
+            }
+        }
+        order
+    }
+}
+
+/// x, upper and lower limit, if that is what a value is: the comparison with the upper limit decides first, and the
+/// limits are constants in their order, so that one after the other is the same.
+fn clamped(graph: &Graph, n: N) -> Option<(N, N, N)> {
+    let Node::Select(above, high, inner) = graph.nodes[n] else { return None };
+    let Node::Select(below, low, x) = graph.nodes[inner] else { return None };
+    let number = |n: N| if let Node::Number(bits) = graph.nodes[n] { Some(f32::from_bits(bits)) } else { None };
+    let is = |c: N, test: Test, limit: N| graph.nodes[c] == Node::Compare(test, x, limit);
+    let ordered = number(low)? <= number(high)?;
+    (ordered && is(above, Test::Greater, high) && is(below, Test::Less, low)).then_some((x, high, low))
+}
+
+/// Registers `first`, ...
+fn row(first: u8, count: usize) -> String {
+    if count == 1 { format!("{{s{first}}}") } else { format!("{{s{first}-s{}}}", usize::from(first) + count - 1) }
+}
+
+impl Straight<'_> {
+    #[allow(clippy::too_many_lines, reason = "one text, from its first line to its last")]
+    fn emit(&self, layout: &Layout, name: &str, line: &Line, found: &Found) -> Result<Emitted, String> {
+        let mut text = String::new();
+        let mut table = found.table.clone();
+        let bytes = |words: usize| 4 * words as i32;
+        let kept = used_above(found);
+        macro_rules! put {
+            ($($text:tt)*) => {{ let _ = writeln!(text, "\t{}", format_args!($($text)*)); }};
+        }
+        if kept > 16 {
+            put!("vpush {}", row(16, kept - 16));
+        }
+        put!("adr.w r3, .L{name}_table");
+        if !self.innovations.is_empty() {
+            put!("ldrb.w ip, [r0, #{}]", layout.resuming());
+        }
+        // How far the state and the table have been read.
+        let (mut state, mut constants) = (0_usize, 0_usize);
+        let (mut at_guard, mut at_resume) = (None, None);
+        for event in &found.events {
+            match event {
+                Event::Immediate { value, register } => {
+                    let number = line.constants[*value].map(f32::from_bits).unwrap_or_default();
+                    put!("vmov.f32 s{register}, #{number:?}");
+                }
+                Event::Constants { first, count } => {
+                    put!("vldmia r3!, {}", row(*first, usize::from(*count)));
+                    constants += usize::from(*count);
+                }
+                Event::Item { item, sources, results } => {
+                    let s = |k: usize| sources[k];
+                    let d = results.first().copied().unwrap_or_default();
+                    match line.items[*item].kind {
+                        Kind::Add => put!("vadd.f32 s{d}, s{}, s{}", s(0), s(1)),
+                        Kind::Sub => put!("vsub.f32 s{d}, s{}, s{}", s(0), s(1)),
+                        Kind::Mul => put!("vmul.f32 s{d}, s{}, s{}", s(0), s(1)),
+                        Kind::Div => put!("vdiv.f32 s{d}, s{}, s{}", s(0), s(1)),
+                        Kind::Abs => put!("vabs.f32 s{d}, s{}", s(0)),
+                        Kind::Neg => put!("vneg.f32 s{d}, s{}", s(0)),
+                        Kind::Copy => put!("vmov.f32 s{d}, s{}", s(0)),
+                        Kind::Clamp => {
+                            if s(0) != d {
+                                put!("vmov.f32 s{d}, s{}", s(0));
+                            }
+                            for (limit, condition) in [(s(1), "gt"), (s(2), "mi")] {
+                                put!("vcmp.f32 s{d}, s{limit}\n\tvmrs APSR_nzcv, fpscr");
+                                put!("it {condition}\n\tvmov{condition}.f32 s{d}, s{limit}");
+                            }
+                        }
+                        Kind::LoadSample => put!("vldmia r1, {}", row(d, results.len())),
+                        Kind::LoadState => {
+                            put!("vldmia r0!, {}", row(d, results.len()));
+                            state += results.len();
+                        }
+                        Kind::Store(at) => put!("vstr s{}, [r2, #{}]", s(0), 4 * at),
+                        Kind::Resume => {
+                            put!("cmp.w ip, #0\n\tbne.w .L{name}_resume");
+                            let _ = writeln!(text, ".L{name}_observed:");
+                            at_resume = Some((state, constants, sources.clone()));
+                        }
+                        Kind::Guard(tests) => {
+                            for k in 0..tests {
+                                put!("vcmp.f32 s{}, s{}\n\tvmrs APSR_nzcv, fpscr", s(2 * k), s(2 * k + 1));
+                                put!("bhi.w .L{name}_beyond");
+                            }
+                            let _ = writeln!(text, ".L{name}_plausible:");
+                            if self.whole {
+                                put!("mov.w r1, #0");
+                            }
+                            if self.innovations.is_empty() {
+                                put!("mov.w ip, #0\n\tstrb.w ip, [r0, #{}]", layout.resuming() - bytes(state));
+                            }
+                            at_guard = Some((state, constants, sources[2 * tests..].to_vec()));
+                        }
+                        Kind::Flag(bit, greater) => {
+                            let condition = if greater { "gt" } else { "ne" };
+                            put!("vcmp.f32 s{}, s{}\n\tvmrs APSR_nzcv, fpscr", s(0), s(1));
+                            put!("it {condition}\n\tadd{condition} r1, #{}", 1 << bit);
+                        }
+                    }
+                }
+            }
+        }
+        put!("vstmdb r0!, {}", row(0, layout.words.len()));
+        let leave = if kept > 16 { format!("\tvpop {}\n", row(16, kept - 16)) } else { String::new() };
+        text += &leave;
+        if self.whole {
+            put!("mov.w r0, r1");
+        }
+        put!("bx lr");
+        if let Some((state, constants, innovations)) = at_resume {
+            let _ = writeln!(text, ".L{name}_resume:");
+            table.push(NOTHING);
+            for register in &innovations {
+                let at = table.len() - 1;
+                put!("vldr s{register}, [r3, #{}]", bytes(at) - bytes(constants));
+            }
+            // The flag itself is still asked for if this sample is rejected too.
+            put!("mov.w ip, #0\n\tstrb.w ip, [r0, #{}]\n\tmov.w ip, #1", layout.resuming() - bytes(state));
+            put!("b.w .L{name}_observed");
+        }
+        let (state, constants, demands) = at_guard.ok_or("a guard")?;
+        let word = |port: &Port| layout.place(&port.name);
+        // Beyond what is plausible: the whole condition.
+        let _ = writeln!(text, ".L{name}_beyond:");
+        let arguments: HashMap<N, u8> = self.demands().zip(demands).collect();
+        let mut places = Places {
+            word: &word,
+            state_at: bytes(state),
+            other: "r1",
+            output: self.whole.then_some("r2"),
+            columns: 0,
+            table_at: constants,
+            arguments,
+            flag: None,
+        };
+        let label = format!("{name}_again");
+        let mut again = Cold::new(&self.graph, &self.record.inputs, &places, &mut table, &label, 16);
+        again.decide(self.condition)?;
+        let (numbers, truths, code) = (again.numbers_used, again.truths_used, again.code);
+        let (push, pop) = saved(numbers, truths);
+        text += &(push + &code + &pop);
+        put!("bne.w .L{name}_plausible");
+        text += &leave;
+        // Rejected: all anew.
+        places.arguments = HashMap::new();
+        let flag = self.record.inputs.iter().position(|port| port.name == "resuming");
+        let flag = flag.and_then(|at| self.graph.nodes.iter().position(|node| *node == Node::Input(at)));
+        places.flag = flag.filter(|_| !self.innovations.is_empty());
+        let label = format!("{name}_rejected");
+        let mut rejected =
+            Cold::new(&self.graph, &self.record.inputs, &places, &mut table, &label, usize::from(!self.whole));
+        rejected.give(self.record, &self.bad, "")?;
+        let (numbers, truths, code) = (rejected.numbers_used, rejected.truths_used, rejected.code);
+        let (push, pop) = saved(numbers, truths);
+        text += &(push + &code + &pop);
+        put!("bx lr");
+        text += &words(name, &table);
+        let pushes = if kept > 16 { 2 * (1 + (kept as u32 - 16)) } else { 0 };
+        let cycles = found.cycles + AROUND + FLAG + pushes + if self.whole { 2 } else { 0 };
+        Ok(Emitted { text, cycles })
+    }
+}
+
+/// One more than the highest register that a plan writes.
+fn used_above(found: &Found) -> usize {
+    let highest = found.events.iter().map(|event| match event {
+        Event::Immediate { register, .. } => usize::from(*register) + 1,
+        Event::Constants { first, count } => usize::from(first + count),
+        Event::Item { results, .. } => results.iter().map(|at| usize::from(*at) + 1).max().unwrap_or(0),
+    });
+    highest.max().unwrap_or(0)
+}
+
+/// Instructions that store what the caller keeps, and bring it back.
+pub(crate) fn saved(numbers: usize, truths: usize) -> (String, String) {
+    let (mut push, mut pop) = (String::new(), String::new());
+    if truths > 0 {
+        // An even number, so that the stack stays aligned.
+        let last = 3 + truths.next_multiple_of(2);
+        let _ = writeln!(push, "\tpush.w {{r4-r{last}}}");
+        let _ = writeln!(pop, "\tpop.w {{r4-r{last}}}");
+    }
+    if numbers > 16 {
+        let count = (numbers - 16).next_multiple_of(2);
+        let _ = writeln!(push, "\tvpush {}", row(16, count));
+        pop = format!("\tvpop {}\n{pop}", row(16, count));
+    }
+    (push, pop)
+}
+
+/// A table behind the code.
+pub(crate) fn words(name: &str, table: &[u32]) -> String {
+    let mut text = format!("\t.balign 4\n.L{name}_table:\n");
+    for bits in table {
+        let _ = writeln!(text, "\t.word {bits:#010x} @ {:?}", f32::from_bits(*bits));
+    }
+    text
+}
