@@ -274,7 +274,10 @@ fn texts() -> Vec<(&'static str, String)> {
         motor_two_sets: MotorDrive<f32, Position, 1>, motor_of, &MOTOR;
         motor_late: MotorDrive<f32, Position, 0, 1>, motor_of, &MOTOR;
         motor_speed: MotorDrive<f32, Speed>, motor_of, &MOTOR;
+        joint_drive: JointDrive, joint_of, &JOINT;
         joint_drive_held: JointDrive<f32, Hold>, joint_of, &JOINT;
+        joint_drive_two_sets: JointDrive<f32, Position, 1>, joint_of, &JOINT;
+        joint_drive_late: JointDrive<f32, Position, 0, 1>, joint_of, &JOINT;
     }
     all.push(("joint_r2_gated", gated::<Joint, 4, 2, BOTH, 2>("joint_r2_gated")));
     all

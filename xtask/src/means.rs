@@ -32,14 +32,11 @@ const CONTROLLERS: [(&str, &[&str]); 2] = [
 ];
 
 /// Instances with a ceiling and without a text, each with its reason. Whoever is in neither list fails.
-const WITHOUT: [(&str, &str); 12] = [
+const WITHOUT: [(&str, &str); 9] = [
     ("budget::benchmark_libm::tick", EXPONENTIAL),
     ("budget::benchmark_micromath::tick", EXPONENTIAL),
     ("budget::sine::tick", "no tick: the sine of a drive's map alone"),
     ("budget::motor_watched::tick", DRIVE),
-    ("budget::joint_drive::tick", OPEN),
-    ("budget::joint_drive_two_sets::tick", OPEN),
-    ("budget::joint_drive_late::tick", OPEN),
     ("budget::joint_drive_watched::tick", DRIVE),
     ("budget::joint_measured::tick", DRIVE),
     ("budget::joint_measured_held::tick", DRIVE),
@@ -48,7 +45,6 @@ const WITHOUT: [(&str, &str); 12] = [
 ];
 const EXPONENTIAL: &str = "an exponential of a library, which is not recorded";
 const DRIVE: &str = "a drive with monitors, or over measured states: not recorded";
-const OPEN: &str = "recorded, but not yet shown to be the same: tens of thousands of paths";
 /// An interrupt is more than its tick: it talks to the chip.
 const INTERRUPT: &str = "TIM3";
 
