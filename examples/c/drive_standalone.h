@@ -203,36 +203,37 @@ static inline void drive_begin(drive_state *state, const drive_sample *sample, d
     static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
     const uint32_t count_link = sample->count_link;
     const uint32_t count_motor = sample->count_motor;
-    const uint32_t at_link = sample->lost_link ? state->at_link
-            : ((((state->at_link
-            + ((((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u)) & 0x7fffffu) ^ 0x400000u)
-            - 0x400000u);
-    const float part = (unit_link * (float)drive_signed(at_link)) + state->p_link;
-    const bool holds = (part < (-1.57079637e0f)) || (part > 1.57079637e0f);
-    const float part_2 = (3.14159274e0f - ((part < 0.0f) ? (-part) : (part + 0.0f))) + (-8.74227766e-8f);
-    const float part_3 = holds ? ((part < 0.0f) ? (-part_2) : part_2) : part;
-    const float part_4 = holds ? (-gravity) : gravity;
-    const float part_5 = part_3 * part_3;
-    const float part_6 = gravity * part_3;
-    between->g_sin = part_6
-            + (part_6 * (part_5 * ((((((2.59986177e-6f * part_5) + (-1.98065289e-4f)) * part_5)
-            + 8.33301619e-3f) * part_5) + (-1.66666567e-1f))));
-    between->g_cos = part_4
-            + (part_4 * (part_5 * ((((((2.31924023e-5f * part_5) + (-1.38558447e-3f)) * part_5)
-            + 4.16639782e-2f) * part_5) + (-4.99999315e-1f))));
+    const uint32_t part = sample->lost_link ? state->at_link
+            : (state->at_link + ((((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u));
+    const uint32_t part_2 = (uint32_t)(drive_signed(part) / 1048576) * 1048576u;
+    const uint32_t at_link = (((part - part_2) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+    const float part_3 = (unit_link * (float)drive_signed(at_link)) + state->p_link;
+    const bool holds = (part_3 < (-1.57079637e0f)) || (part_3 > 1.57079637e0f);
+    const float part_4 = (3.14159274e0f - ((part_3 < 0.0f) ? (-part_3) : (part_3 + 0.0f))) + (-8.74227766e-8f);
+    const float part_5 = holds ? ((part_3 < 0.0f) ? (-part_4) : part_4) : part_3;
+    const float part_6 = holds ? (-gravity) : gravity;
+    const float part_7 = part_5 * part_5;
+    const float part_8 = gravity * part_5;
+    between->g_sin = part_8
+            + (part_8 * (part_7 * ((((((2.59986177e-6f * part_7) + (-1.98065289e-4f)) * part_7)
+            + 8.33301619e-3f) * part_7) + (-1.66666567e-1f))));
+    between->g_cos = part_6
+            + (part_6 * (part_7 * ((((((2.31924023e-5f * part_7) + (-1.38558447e-3f)) * part_7)
+            + 4.16639782e-2f) * part_7) + (-4.99999315e-1f))));
     between->missing = false;
-    const uint32_t next_1 = (((state->at_motor
-            + ((((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u)) & 0x7fffffu) ^ 0x400000u)
-            - 0x400000u;
+    const uint32_t next_1 = ((((sample->lost_motor ? state->at_motor
+            : (state->at_motor + ((((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u)))
+            - part_2) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
     if (!sample->lost_link) {
         state->last_link = count_link;
     }
     if (!sample->lost_motor) {
         state->last_motor = count_motor;
-        state->at_motor = next_1;
     }
     state->fresh = false;
     state->at_link = at_link;
+    state->at_motor = next_1;
+    state->turn = state->turn + ((uint32_t)(drive_signed(part) / 1048576) * 1u);
 }
 
 /* Part of a tick: what the counts should have moved, which of them are believed, and the observers. False
@@ -471,21 +472,22 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     bare += k_d_link * state->d_link;
     bare += k_growth_link * state->d_dot_link;
     bare += k_last * (state->d_dot_motor + (part_7 * state->d_dot_link));
+    const float part_8 = sample->end.r - sample->begin.r;
+    const float part_9 = (float)drive_signed((uint32_t)sample->end.turn - (uint32_t)sample->begin.turn);
     bare += (((feed_4 * (sample->end.r_dddot - sample->begin.r_dddot))
-            + (feed_1 * ((sample->end.r - sample->begin.r)
-            + (full_turn * (float)drive_signed((uint32_t)sample->end.turn - (uint32_t)sample->begin.turn)))))
+            + (feed_1 * ((part_9 != 0.0f) ? (part_8 + (full_turn * part_9)) : part_8)))
             + (feed_2 * (sample->end.r_dot - sample->begin.r_dot)))
             + (feed_3 * (sample->end.r_ddot - sample->begin.r_ddot));
     const float sigma_star = sigma_3 - state->offset;
     const float demand = (bare + (k_offset * state->offset)) + (us * sigma_3);
     const bool holds = (demand >= (-plausible)) && (demand <= plausible);
-    const float part_8 = bare + (kw * sigma_3);
-    const bool holds_2 = (part_8 >= (-input_limit)) && (part_8 <= input_limit);
-    const float part_9 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
+    const float part_10 = bare + (kw * sigma_3);
+    const bool holds_2 = (part_10 >= (-input_limit)) && (part_10 <= input_limit);
+    const float part_11 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
             : 0.0f)) + fallback;
-    const float part_10 = holds ? demand : (holds_2 ? part_8 : part_9);
-    const bool holds_3 = part_10 > u_max;
-    const bool holds_4 = part_10 < u_min;
+    const float part_12 = holds ? demand : (holds_2 ? part_10 : part_11);
+    const bool holds_3 = part_12 > u_max;
+    const bool holds_4 = part_12 < u_min;
     const float u = holds_3 ? u_max : (holds_4 ? u_min : demand);
 
     /* 6. Memory. */
@@ -525,7 +527,7 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     }
     if (!holds_2) {
         if (holds_5) {
-            const float u_3 = holds_3 ? u_max : (holds_4 ? u_min : part_9);
+            const float u_3 = holds_3 ? u_max : (holds_4 ? u_min : part_11);
             output->u = u_3;
             output->sigma = 0.0f;
             output->sigma_star = 0.0f;
@@ -543,7 +545,7 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
                 + ((0.5f * kappa_link) * (unit_link * (float)drive_signed(at_link - state->at_link)));
         const float push_motor = state->push_motor
                 + ((0.5f * kappa_motor) * (unit_motor * (float)drive_signed(at_motor - state->at_motor)));
-        const float u_3 = holds_3 ? u_max : (holds_4 ? u_min : part_9);
+        const float u_3 = holds_3 ? u_max : (holds_4 ? u_min : part_11);
         const uint32_t turn = holds_6 ? (state->turn + 1u) : (state->turn - 1u);
         output->u = u_3;
         output->sigma = 0.0f;
@@ -558,11 +560,11 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     }
 
     /* 5. Law. */
-    const float u_2 = holds_3 ? u_max : (holds_4 ? u_min : part_8);
+    const float u_2 = holds_3 ? u_max : (holds_4 ? u_min : part_10);
 
     /* 6. Memory. */
     const float sigma_4 = sigma_3 - (decay * sigma_3);
-    const bool saturated_2 = u_2 != part_8;
+    const bool saturated_2 = u_2 != part_10;
     if (holds_5) {
         output->u = u_2;
         output->sigma = sigma_3;
@@ -615,54 +617,56 @@ static inline unsigned drive_give_up(drive_state *state, const drive_sample *sam
     const uint32_t count_motor = sample->count_motor;
     const float part = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
             : 0.0f)) + fallback;
+    const uint32_t part_2 = sample->lost_link ? state->at_link
+            : (state->at_link + ((((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u));
+    const uint32_t part_3 = (uint32_t)(drive_signed(part_2) / 1048576) * 1048576u;
+    const uint32_t at_link = (((part_2 - part_3) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+    const uint32_t at_motor = ((((sample->lost_motor ? state->at_motor
+            : (state->at_motor + ((((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u)))
+            - part_3) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+    const uint32_t turn = state->turn + ((uint32_t)(drive_signed(part_2) / 1048576) * 1u);
+    const float reach = -(half_span_motor + half_span_motor);
     if (sample->lost_link) {
-        const uint32_t at_motor = (((state->at_motor
-                + ((((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u)) & 0x7fffffu) ^ 0x400000u)
-                - 0x400000u;
-        const float reach = -(half_span_motor + half_span_motor);
         const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
         output->u = u;
         output->sigma = 0.0f;
         output->sigma_star = 0.0f;
         if (!sample->lost_motor) {
             state->last_motor = count_motor;
-            state->at_motor = at_motor;
         }
+        state->at_link = at_link;
+        state->at_motor = at_motor;
+        state->turn = turn;
         state->reach = reach;
         state->held = u;
         return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST);
     }
-    const uint32_t at_link = (((state->at_link
-            + ((((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u)) & 0x7fffffu) ^ 0x400000u)
-            - 0x400000u;
     if (sample->lost_motor) {
-        const float reach = -(half_span_motor + half_span_motor);
         const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
         output->u = u;
         output->sigma = 0.0f;
         output->sigma_star = 0.0f;
         state->last_link = count_link;
         state->at_link = at_link;
+        state->at_motor = at_motor;
+        state->turn = turn;
         state->reach = reach;
         state->held = u;
         return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST);
     }
-    const uint32_t at_motor = (((state->at_motor
-            + ((((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u)) & 0x7fffffu) ^ 0x400000u)
-            - 0x400000u;
-    const float part_2 = unit_link * (float)drive_signed(at_link);
-    const float part_3 = unit_motor * (float)drive_signed(at_motor);
-    const float part_4 = (3.14159274e0f - ((part_2 < 0.0f) ? (-part_2) : (part_2 + 0.0f))) + (-8.74227766e-8f);
-    const float part_5 = ((part_2 < (-1.57079637e0f)) || (part_2 > 1.57079637e0f))
-            ? ((part_2 < 0.0f) ? (-part_4) : part_4) : part_2;
-    const float part_6 = part_5 * part_5;
-    const float part_7 = gravity * part_5;
-    const float push_link = 0.5f * (part_3
-            + ((gravity * part_2)
-            - (part_7
-            + (part_7 * (part_6 * ((((((2.59986177e-6f * part_6) + (-1.98065289e-4f)) * part_6)
-            + 8.33301619e-3f) * part_6) + (-1.66666567e-1f)))))));
-    const float push_motor = half_spring * part_2;
+    const float part_4 = unit_link * (float)drive_signed(at_link);
+    const float part_5 = unit_motor * (float)drive_signed(at_motor);
+    const float part_6 = (3.14159274e0f - ((part_4 < 0.0f) ? (-part_4) : (part_4 + 0.0f))) + (-8.74227766e-8f);
+    const float part_7 = ((part_4 < (-1.57079637e0f)) || (part_4 > 1.57079637e0f))
+            ? ((part_4 < 0.0f) ? (-part_6) : part_6) : part_4;
+    const float part_8 = part_7 * part_7;
+    const float part_9 = gravity * part_7;
+    const float push_link = 0.5f * (part_5
+            + ((gravity * part_4)
+            - (part_9
+            + (part_9 * (part_8 * ((((((2.59986177e-6f * part_8) + (-1.98065289e-4f)) * part_8)
+            + 8.33301619e-3f) * part_8) + (-1.66666567e-1f)))))));
+    const float push_motor = half_spring * part_4;
     const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
     output->u = u;
     output->sigma = 0.0f;
@@ -672,8 +676,9 @@ static inline unsigned drive_give_up(drive_state *state, const drive_sample *sam
     state->last_motor = count_motor;
     state->at_link = at_link;
     state->at_motor = at_motor;
-    state->pull_link = ((push_link + push_link) + 0.0f) - (kappa_link * (part_2 + 0.0f));
-    state->pull_motor = ((push_motor + push_motor) + 0.0f) - (kappa_motor * (part_3 + 0.0f));
+    state->turn = turn;
+    state->pull_link = ((push_link + push_link) + 0.0f) - (kappa_link * (part_4 + 0.0f));
+    state->pull_motor = ((push_motor + push_motor) + 0.0f) - (kappa_motor * (part_5 + 0.0f));
     state->push_link = push_link;
     state->push_motor = push_motor;
     state->p_link = 0.0f;
@@ -741,56 +746,61 @@ static inline bool drive_start(drive_state *state, const drive_sample *sample)
     static const float half_span_motor = 1.22931885e2f; /* half a counter */
     const uint32_t count_link = sample->count_link;
     const uint32_t count_motor = sample->count_motor;
-    const uint32_t at_link = ((count_link & 0xfffffu) ^ 0x80000u) - 0x80000u;
+    const uint32_t part = ((count_link & 0xfffffu) ^ 0x80000u) - 0x80000u;
     const float d_link = 0.0f * 1.0f;
     if (sample->lost_link || sample->lost_motor) {
         return false;
     }
-    const uint32_t at_motor = ((count_motor & 0xfffffu) ^ 0x80000u) - 0x80000u;
     const float d_motor = 0.0f * k1;
-    const float part = unit_link * (float)drive_signed(at_link);
-    const float part_2 = unit_motor * (float)drive_signed(at_motor);
-    const float part_3 = (3.14159274e0f - ((part < 0.0f) ? (-part) : (part + 0.0f))) + (-8.74227766e-8f);
-    const float part_4 = ((part < (-1.57079637e0f)) || (part > 1.57079637e0f)) ? ((part < 0.0f) ? (-part_3) : part_3)
-            : part;
-    const float part_5 = part_4 * part_4;
-    const float part_6 = gravity * part_4;
-    const float push_link = 0.5f * (part_2
-            + ((gravity * part)
-            - (part_6
-            + (part_6 * (part_5 * ((((((2.59986177e-6f * part_5) + (-1.98065289e-4f)) * part_5)
-            + 8.33301619e-3f) * part_5) + (-1.66666567e-1f)))))));
-    const float push_motor = half_spring * part;
-    const float part_7 = part + 0.0f;
-    const float part_8 = part_2 + 0.0f;
-    const float part_9 = part_8 - (k1 * part_7);
-    const float part_10 = kappa_motor * part_9;
-    if (!((part_10 >= (-((2.0f * b) * (-u_min)))) && (part_10 <= ((2.0f * b) * (-u_min))))) {
+    const uint32_t part_2 = (uint32_t)(drive_signed(part) / 1048576) * 1048576u;
+    const uint32_t at_link = (((part - part_2) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+    const uint32_t at_motor = ((((((count_motor & 0xfffffu) ^ 0x80000u) - 0x80000u) - part_2) & 0x7fffffu) ^ 0x400000u)
+            - 0x400000u;
+    const uint32_t turn = 0u + ((uint32_t)(drive_signed(part) / 1048576) * 1u);
+    const float part_3 = unit_link * (float)drive_signed(at_link);
+    const float part_4 = unit_motor * (float)drive_signed(at_motor);
+    const float part_5 = (3.14159274e0f - ((part_3 < 0.0f) ? (-part_3) : (part_3 + 0.0f))) + (-8.74227766e-8f);
+    const float part_6 = ((part_3 < (-1.57079637e0f)) || (part_3 > 1.57079637e0f))
+            ? ((part_3 < 0.0f) ? (-part_5) : part_5) : part_3;
+    const float part_7 = part_6 * part_6;
+    const float part_8 = gravity * part_6;
+    const float push_link = 0.5f * (part_4
+            + ((gravity * part_3)
+            - (part_8
+            + (part_8 * (part_7 * ((((((2.59986177e-6f * part_7) + (-1.98065289e-4f)) * part_7)
+            + 8.33301619e-3f) * part_7) + (-1.66666567e-1f)))))));
+    const float push_motor = half_spring * part_3;
+    const float part_9 = part_3 + 0.0f;
+    const float part_10 = part_4 + 0.0f;
+    const float part_11 = part_10 - (k1 * part_9);
+    const float part_12 = kappa_motor * part_11;
+    if (!((part_12 >= (-((2.0f * b) * (-u_min)))) && (part_12 <= ((2.0f * b) * (-u_min))))) {
         return false;
     }
-    const bool holds = (part_7 < (-1.57079637e0f)) || (part_7 > 1.57079637e0f);
-    const float part_11 = holds ? (-gravity) : gravity;
-    const float part_12 = (3.14159274e0f - ((part_7 < 0.0f) ? (-part_7) : (part_7 + 0.0f))) + (-8.74227766e-8f);
-    const float part_13 = holds ? ((part_7 < 0.0f) ? (-part_12) : part_12) : part_7;
-    const float part_14 = part_13 * part_13;
-    const float part_15 = gravity * part_13;
+    const bool holds = (part_9 < (-1.57079637e0f)) || (part_9 > 1.57079637e0f);
+    const float part_13 = holds ? (-gravity) : gravity;
+    const float part_14 = (3.14159274e0f - ((part_9 < 0.0f) ? (-part_9) : (part_9 + 0.0f))) + (-8.74227766e-8f);
+    const float part_15 = holds ? ((part_9 < 0.0f) ? (-part_14) : part_14) : part_9;
+    const float part_16 = part_15 * part_15;
+    const float part_17 = gravity * part_15;
 
     /* 4. The chain. */
-    const float part_16 = (part_9 - (b1 * 0.0f))
-            - (part_15
-            + (part_15 * (part_14 * ((((((2.59986177e-6f * part_14) + (-1.98065289e-4f)) * part_14)
-            + 8.33301619e-3f) * part_14) + (-1.66666567e-1f)))));
+    const float part_18 = (part_11 - (b1 * 0.0f))
+            - (part_17
+            + (part_17 * (part_16 * ((((((2.59986177e-6f * part_16) + (-1.98065289e-4f)) * part_16)
+            + 8.33301619e-3f) * part_16) + (-1.66666567e-1f)))));
     float sigma = (0.0f
             + ((-(k1
-            + (part_11
-            + (part_11 * (part_14 * ((((((2.31924023e-5f * part_14) + (-1.38558447e-3f)) * part_14)
-            + 4.16639782e-2f) * part_14) + (-4.99999315e-1f))))))) * 0.0f)) - (b1 * part_16);
+            + (part_13
+            + (part_13 * (part_16 * ((((((2.31924023e-5f * part_16) + (-1.38558447e-3f)) * part_16)
+            + 4.16639782e-2f) * part_16) + (-4.99999315e-1f))))))) * 0.0f)) - (b1 * part_18);
 
     /* 5. Law. */
     sigma -= sample->begin.r_dddot;
-    sigma += c_1 * (part_7 - ((full_turn * (float)drive_signed((uint32_t)sample->begin.turn - 0u)) + sample->begin.r));
+    sigma += c_1 * (part_9
+            - ((full_turn * (float)drive_signed((uint32_t)sample->begin.turn - turn)) + sample->begin.r));
     sigma += c_2 * (0.0f - sample->begin.r_dot);
-    sigma += c_3 * (part_16 - sample->begin.r_ddot);
+    sigma += c_3 * (part_18 - sample->begin.r_ddot);
     sigma += c_d_link * d_link;
     sigma += c_growth_link * 0.0f;
     const bool answer = ((sigma >= (-input_limit)) && (sigma <= input_limit))
@@ -802,9 +812,9 @@ static inline bool drive_start(drive_state *state, const drive_sample *sample)
         state->last_motor = count_motor;
         state->at_link = at_link;
         state->at_motor = at_motor;
-        state->turn = 0u;
-        state->pull_link = ((push_link + push_link) + d_link) - (kappa_link * part_7);
-        state->pull_motor = ((push_motor + push_motor) + d_motor) - (kappa_motor * part_8);
+        state->turn = turn;
+        state->pull_link = ((push_link + push_link) + d_link) - (kappa_link * part_9);
+        state->pull_motor = ((push_motor + push_motor) + d_motor) - (kappa_motor * part_10);
         state->push_link = push_link;
         state->push_motor = push_motor;
         state->p_link = 0.0f;
@@ -1194,7 +1204,7 @@ static inline void drive_plan_jet(const drive_plan *plan, uint32_t tick, drive_j
     }
 }
 
-/* The target at a tick. In the interrupt, once per tick: for its end. */
+/* The target at a tick. */
 static inline void drive_plan_at(const drive_plan *plan, uint32_t tick, drive_target *target)
 {
     drive_jet jet;
@@ -1204,6 +1214,17 @@ static inline void drive_plan_at(const drive_plan *plan, uint32_t tick, drive_ta
     target->r_dot = jet.r_dot;
     target->r_ddot = jet.r_ddot;
     target->r_dddot = jet.r_dddot;
+}
+
+/* The same of a plan that is gone along: in the interrupt, once per tick, for its end. What is over stays so when ticks
+ * have wrapped (2^32 of them are five days at 10 kHz). */
+static inline void drive_plan_play(drive_plan *plan, uint32_t tick, drive_target *target)
+{
+    const uint32_t left = plan->end - tick;
+    if (left > plan->ticks) {
+        plan->ticks = 0u;
+    }
+    drive_plan_at(plan, tick, target);
 }
 
 /* Part of a plan: onto a goal. In double, hence not for the interrupt. */

@@ -113,6 +113,7 @@ pub(crate) fn formulas_stay_here(spec: &ControllerSpec) -> String {
 
 /// A controller or a drive as the records that its self-contained C file is written from.
 #[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is one at a time")]
 pub enum Functions {
     /// A law on a state that is measured.
     Chain(tick_record::Functions),

@@ -336,8 +336,8 @@ fn holds(name: &str, functions: &Functions, (n, r): (usize, usize), effort: &Eff
     assembly
 }
 
-/// As firmware is made, and within the cycles that were set for it: another gain in each channel, so that no coefficient
-/// is loaded for two.
+/// As firmware is made, and within the cycles that were set for it: another gain in each channel, so that no
+/// coefficient is loaded for two.
 #[test]
 fn the_joint_is_the_record_to_the_bit_within_its_cycles() {
     let joint = holds("joint_r2", &functions!(4, 2, [2, 4], Drift::Sparse), (4, 2), &Effort::FULL, 1_000_000);

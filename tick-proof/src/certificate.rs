@@ -8,7 +8,8 @@ use crate::sha256;
 /// The certificate of a file with this text.
 pub fn text(exported: &str, title: &str, rows: &[Row], solver: &str) -> String {
     let mut out = format!(
-        "Certificate of tick-proof {}\nOf: {title}\nFile (host-sim export --standalone), SHA-256: {}\nSolver: {solver}\n\
+        "Certificate of tick-proof {}\nOf: {title}\nFile (host-sim export --standalone), SHA-256: {}\n\
+         Solver: {solver}\n\
          Assumes: IEEE 754 binary32, round to nearest even, subnormal numbers, nothing contracted or reordered.\n\
          Shown of the operations that the file is written from (docs/proofs.md says what this is not).\n\n",
         env!("CARGO_PKG_VERSION"),

@@ -52,7 +52,7 @@ pub fn statements(functions: &Functions) -> Vec<Statement> {
         design.health(),
         design.started(),
         design.applied(),
-        design.into_m(),
+        design.led_into_m(),
         design.second_chance(),
         design.kept_in_m(),
     ]
@@ -171,7 +171,7 @@ impl Design<'_> {
         words
     }
 
-    fn into_m(&self) -> Statement {
+    fn led_into_m(&self) -> Statement {
         let mut step = Step::of(&self.functions.tick);
         let taken = not(step.after("input_rejected"));
         step.script.suppose(&taken);

@@ -38,9 +38,9 @@ impl Noise {
     fn word(&mut self, kind: Kind) -> Word<f32> {
         match kind {
             Kind::Number => Word::Number(self.number()),
-            Kind::Truth => Word::Truth(self.bits() % 3 > 0),
+            Kind::Truth => Word::Truth(!self.bits().is_multiple_of(3)),
             Kind::Count => {
-                Word::Count(if self.bits() % 4 == 0 { self.bits() as i32 } else { self.bits() as i32 >> 20 })
+                Word::Count(if self.bits().is_multiple_of(4) { self.bits() as i32 } else { self.bits() as i32 >> 20 })
             }
         }
     }

@@ -6,7 +6,8 @@
 //!
 //! # The box of a motor
 //! That every word stays finite needs one. It is a box that the rounding itself closes: a number within ±2^k to which
-//! no more than 2^(k - 25) is added rounds to no more than 2^k. With G the widest gate, L the gains, U what may be held:
+//! no more than 2^(k - 25) is added rounds to no more than 2^k. With G the widest gate, L the gains, U what may be
+//! held:
 //!
 //! ```text
 //! D1 >= 2^25 L4 G      D >= 2^25 max(T D1, L3 G)      M = D + b U
@@ -19,8 +20,8 @@
 //!
 //! A joint has no such box. Its couplings are polynomials of the link's angle, and where the link has been seen to jump
 //! by half a turn in its first ticks, and fifty samples are lost then, what is foreseen does overflow (test
-//! `a_joint_may_lose_its_numbers_and_u_stays_good`). What is claimed of it instead is that no bits in the state do harm,
-//! and that they are gone when the samples that may be lost are.
+//! `a_joint_may_lose_its_numbers_and_u_stays_good`). What is claimed of it instead is that no bits in the state do
+//! harm, and that they are gone when the samples that may be lost are.
 
 use tick_record::drive::DriveFunctions;
 use tick_record::{Kind, Op, Record, Role};

@@ -52,7 +52,7 @@ pub fn hex(text: &[u8]) -> String {
             *word = word.wrapping_add(more);
         }
     }
-    hash.iter().map(|word| format!("{word:08x}")).collect()
+    hash.map(|word| format!("{word:08x}")).concat()
 }
 
 #[cfg(test)]

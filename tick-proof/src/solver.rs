@@ -195,7 +195,8 @@ mod tests {
 
     #[test]
     fn a_counter_example_is_read_as_plain_numbers() {
-        let text = "((x1 (fp #b1 #b01111111 #b10000000000000000000000))\n (on true)\n (n #b11111111111111111111111111111110)\n (y (_ NaN 8 24)))\n";
+        let text = "((x1 (fp #b1 #b01111111 #b10000000000000000000000))\n (on true)\n\
+                    (n #b11111111111111111111111111111110)\n (y (_ NaN 8 24)))\n";
         let pairs = values(text);
         let expected = [("x1", "-1.5e0"), ("on", "true"), ("n", "-2"), ("y", "NaN")];
         assert_eq!(pairs, expected.map(|(name, value)| (name.to_string(), value.to_string())));

@@ -22,7 +22,7 @@ impl Question {
     /// Supposes of each free name that it is this.
     pub(crate) fn suppose(&mut self, is: &dyn Fn(&str, Kind) -> Option<&'static str>) {
         let facts = self.free.iter().filter_map(|(name, kind)| is(name, *kind).map(|term| (name, term)));
-        let facts: String = facts.map(|(name, term)| format!("(assert (= {name} {term}))\n")).collect();
+        let facts = facts.map(|(name, term)| format!("(assert (= {name} {term}))\n")).collect::<Vec<_>>().concat();
         self.text = self.text.replace("(check-sat)", &format!("{facts}(check-sat)"));
     }
 }

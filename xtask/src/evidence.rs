@@ -85,8 +85,9 @@ const CLANG: &str = "-x c -std=c99 -Weverything -Wno-unknown-warning-option -Wno
                      -Wno-unused-macros -Wno-unused-const-variable -Wno-unused-function -Wno-padded \
                      -Wno-declaration-after-statement -Wno-unsafe-buffer-usage -O2 -S -o /dev/null";
 
-/// Not: lengths of names, since formulas keep the paper's letters; digits in a formula as magic numbers; `f` for `F`; how
-/// long a function is (straight-line code is); arguments that could be swapped; sizes that are asserted as products.
+/// Not: lengths of names, since formulas keep the paper's letters; digits in a formula as magic numbers; `f` for `F`;
+/// how long a function is (straight-line code is); arguments that could be swapped; sizes that are asserted as
+/// products.
 const TIDY: &str = "--quiet --checks=-*,clang-analyzer-*,bugprone-*,cert-*,misc-*,performance-*,portability-*,\
                     readability-*,-readability-identifier-length,-readability-magic-numbers,\
                     -readability-uppercase-literal-suffix,-readability-function-cognitive-complexity,\

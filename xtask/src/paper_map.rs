@@ -88,8 +88,8 @@ fn on_the_chip(text: &str, budgets: &str, proofs: Option<&str>) -> Vec<String> {
             say("it has no row in the first table".into());
         }
         let statements = references(proof);
-        if statements.is_empty() && (proofs.is_some() || proof.strip_prefix("- ").is_none()) {
-            say(format!("name a statement of {PROOFS}"));
+        if statements.is_empty() && proof.strip_prefix("- ").is_none() {
+            say(format!("name a statement of {PROOFS}, or say why there is none: `- why`"));
         }
         for statement in statements {
             if !proofs.is_some_and(|proofs| proofs.contains(statement)) {
@@ -242,7 +242,7 @@ mod tests {
         assert_eq!(with("| (51) | - none yet | `joint, r =`, `motor` |", None), "");
         assert_eq!(with("| (51) | `u_in_limits` | `joint`, `motor` |", Some("## u_in_limits")), "");
         for (row, proofs, told) in [
-            ("| (51) | - none yet | `joint`, `motor` |", Some("## u_in_limits"), "name a statement"),
+            ("| (51) | u | `joint`, `motor` |", Some("## u_in_limits"), "name a statement"),
             ("| (51) | `finite` | `joint`, `motor` |", Some("## u_in_limits"), "has no `finite`"),
             ("| (51) | `finite` | `joint`, `motor` |", None, "has no `finite`"),
             ("| (51) | - none yet | `joint`, `motors`, `motor` |", None, "begins with `motors`"),

@@ -22,7 +22,7 @@ pub(crate) fn all(gate: &mut Gate) -> Outcome {
 }
 
 fn asked(gate: &mut Gate, arguments: &[&str]) -> Outcome {
-    gate.step("the solver for proofs", |gate| solver(gate))?;
+    gate.step("the solver for proofs", solver)?;
     let prove = Invocation::cargo(&["run", "--quiet", "-p", "tick-proof", "--", "--python", PYTHON]).with(arguments);
     gate.commands("statements about every input, proved; faults put in on purpose, noticed", &[prove])
 }

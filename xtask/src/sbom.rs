@@ -69,7 +69,13 @@ fn bill(gate: &Gate, name: &str, manifest: &str, files: &[String]) -> Result<Val
     let compiler = Compiler::required().map_err(|failure| failure.reason)?.version();
 
     let (mut packages, mut relations) = (Vec::new(), Vec::new());
-    let relation = |from: &str, kind: &str, to: &str| json!({"spdxElementId": from, "relationshipType": kind, "relatedSpdxElement": to});
+    let relation = |from: &str, kind: &str, to: &str| {
+        json!({
+            "spdxElementId": from,
+            "relationshipType": kind,
+            "relatedSpdxElement": to,
+        })
+    };
     for file in files {
         let said = Invocation::new("sha256sum", &[file]).answer_in(gate);
         let sum = said.as_deref().and_then(|said| said.split_whitespace().next()).map(str::to_string);

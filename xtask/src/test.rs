@@ -79,8 +79,8 @@ const SKIPPED: [&str; 15] = [
     "robustness::random_chains",
 ];
 const LEFT_OUT: &str = "examples in the documentation; of the suite the emulator, the C interface, exported files, \
-                        what must not compile, the figures over the wire, a silent target, a million ticks of every shape, \
-                        random chains";
+                        what must not compile, the figures over the wire, a silent target, a million ticks of \
+                        every shape, random chains";
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     GATE.iter().try_for_each(|part| (part.run)(gate))

@@ -3,8 +3,8 @@
 //! Two terms are the same if they are made by the same operations of the same parts. `+ * /` of floats stay as they
 //! are; only identities are used that hold for every bit pattern when one rounds to nearest: `a - b = a + (-b)`,
 //! `a + b = b + a`, `a b = b a`, `a + (-0) = a`, `1 a = a`, `2 a = a + a`, signs of products and quotients,
-//! `-(-a) = a`, `|-a| = |a|`, and where a text or a compiler has no absolute value, `|a|` is `-a` if `a < 0`, else `a + 0`.
-//! The sign and payload of a NaN mean nothing. Counts are sums modulo 2^32 in a normal form.
+//! `-(-a) = a`, `|-a| = |a|`, and where a text or a compiler has no absolute value, `|a|` is `-a` if `a < 0`, else
+//! `a + 0`. The sign and payload of a NaN mean nothing. Counts are sums modulo 2^32 in a normal form.
 //!
 //! Comparisons are decided: each one that does not follow from those before it parts the path in two.
 

@@ -447,7 +447,7 @@ typedef struct {
     fn parts(&self) -> String {
         let DriveFunctions { begin, observe, law, give_up, refuse, .. } = &self.exported.recorded.functions;
         let functions = [
-            "\n/* A count as the number with a sign that it is: no conversion, which would be for the compiler to define. */\n"
+            "\n/* A count as the number with a sign that it is; a conversion would be for the compiler to define. */\n"
                 .into(),
             c::signed(&self.file.signed()),
             self.function(
