@@ -188,7 +188,7 @@ typedef struct {
     float g_cos; /* g sin, g cos of the link */
 } drive_between;
 
-/* A count as the number with a sign that it is: no conversion, which would be for the compiler to define. */
+/* A count as the number with a sign that it is; a conversion would be for the compiler to define. */
 static inline int32_t drive_signed(uint32_t count)
 {
     const uint32_t below = 0xffffffffu - count;
@@ -205,7 +205,8 @@ static inline void drive_begin(drive_state *state, const drive_sample *sample, d
     const uint32_t count_motor = sample->count_motor;
     const uint32_t part = sample->lost_link ? state->at_link
             : (state->at_link + ((((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u));
-    const uint32_t part_2 = (uint32_t)(drive_signed(part) / 1048576) * 1048576u;
+    const uint32_t part_2 = (part < 0x80000000u) ? ((part / 1048576u) * 1048576u)
+            : (0u - (((0u - part) / 1048576u) * 1048576u));
     const uint32_t at_link = (((part - part_2) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
     const float part_3 = (unit_link * (float)drive_signed(at_link)) + state->p_link;
     const bool holds = (part_3 < (-1.57079637e0f)) || (part_3 > 1.57079637e0f);
@@ -233,7 +234,8 @@ static inline void drive_begin(drive_state *state, const drive_sample *sample, d
     state->fresh = false;
     state->at_link = at_link;
     state->at_motor = next_1;
-    state->turn = state->turn + ((uint32_t)(drive_signed(part) / 1048576) * 1u);
+    state->turn = state->turn
+            + ((part < 0x80000000u) ? ((part / 1048576u) * 1u) : (0u - (((0u - part) / 1048576u) * 1u)));
 }
 
 /* Part of a tick: what the counts should have moved, which of them are believed, and the observers. False
@@ -619,12 +621,14 @@ static inline unsigned drive_give_up(drive_state *state, const drive_sample *sam
             : 0.0f)) + fallback;
     const uint32_t part_2 = sample->lost_link ? state->at_link
             : (state->at_link + ((((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u));
-    const uint32_t part_3 = (uint32_t)(drive_signed(part_2) / 1048576) * 1048576u;
+    const uint32_t part_3 = (part_2 < 0x80000000u) ? ((part_2 / 1048576u) * 1048576u)
+            : (0u - (((0u - part_2) / 1048576u) * 1048576u));
     const uint32_t at_link = (((part_2 - part_3) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
     const uint32_t at_motor = ((((sample->lost_motor ? state->at_motor
             : (state->at_motor + ((((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u)))
             - part_3) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-    const uint32_t turn = state->turn + ((uint32_t)(drive_signed(part_2) / 1048576) * 1u);
+    const uint32_t turn = state->turn
+            + ((part_2 < 0x80000000u) ? ((part_2 / 1048576u) * 1u) : (0u - (((0u - part_2) / 1048576u) * 1u)));
     const float reach = -(half_span_motor + half_span_motor);
     if (sample->lost_link) {
         const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
@@ -752,11 +756,13 @@ static inline bool drive_start(drive_state *state, const drive_sample *sample)
         return false;
     }
     const float d_motor = 0.0f * k1;
-    const uint32_t part_2 = (uint32_t)(drive_signed(part) / 1048576) * 1048576u;
+    const uint32_t part_2 = (part < 0x80000000u) ? ((part / 1048576u) * 1048576u)
+            : (0u - (((0u - part) / 1048576u) * 1048576u));
     const uint32_t at_link = (((part - part_2) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
     const uint32_t at_motor = ((((((count_motor & 0xfffffu) ^ 0x80000u) - 0x80000u) - part_2) & 0x7fffffu) ^ 0x400000u)
             - 0x400000u;
-    const uint32_t turn = 0u + ((uint32_t)(drive_signed(part) / 1048576) * 1u);
+    const uint32_t turn = 0u
+            + ((part < 0x80000000u) ? ((part / 1048576u) * 1u) : (0u - (((0u - part) / 1048576u) * 1u)));
     const float part_3 = unit_link * (float)drive_signed(at_link);
     const float part_4 = unit_motor * (float)drive_signed(at_motor);
     const float part_5 = (3.14159274e0f - ((part_3 < 0.0f) ? (-part_3) : (part_3 + 0.0f))) + (-8.74227766e-8f);

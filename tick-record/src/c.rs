@@ -144,8 +144,8 @@ impl<'a> Text<'a> {
         let (mut steps, mut returns) = (Vec::new(), Vec::new());
         flatten(&record.body, &mut steps, &mut returns, &mut text.uses);
         for id in &steps {
-            // In |a| < b a is written more than once.
-            let twice = usize::from(matches!(record.value(*id).op, Op::Abs(_)));
+            // In |a| < b, and where whole ones of a count are counted, a is written more than once.
+            let twice = usize::from(matches!(record.value(*id).op, Op::Abs(_) | Op::CountWhole(..)));
             for operand in record.value(*id).op.operands() {
                 text.uses[operand.index()] += 1 + twice;
             }
@@ -534,7 +534,10 @@ impl<'a> Text<'a> {
                 (format!("(({} & {mask:#x}u) ^ {sign:#x}u) - {sign:#x}u", self.part(a)), Bond::Operation)
             }
             Op::CountWhole(a, of, each) => {
-                (format!("(uint32_t)({} / {of}) * {each}u", self.signed(a)), Bond::Operation)
+                let a = self.part(a);
+                let whole = |count: &str| format!("(({count} / {of}u) * {each}u)");
+                let below = whole(&format!("(0u - {a})"));
+                (format!("({a} < 0x80000000u) ? {} : (0u - {below})", whole(&a)), Bond::Operation)
             }
             Op::NumberOf(a) => (format!("({}){}", self.function.number_type(), self.signed(a)), Bond::Atom),
         }
