@@ -141,7 +141,8 @@ mod tests {
 
     #[test]
     fn every_instance_with_a_ceiling_is_found() {
-        let text = "symbol = \"a::tick\"\nstate = \"a::STATE\"\nsymbol = \"TIM3\"\nsymbol = \"TIM3_IRQHandler\"\nsymbol = \"b::tick\"\n";
+        let text = "symbol = \"a::tick\"\nstate = \"a::STATE\"\nsymbol = \"TIM3\"\nsymbol = \"TIM3_IRQHandler\"\n\
+                    symbol = \"b::tick\"\n";
         assert_eq!(symbols(text).collect::<Vec<_>>(), ["a::tick", "b::tick"]);
     }
 
