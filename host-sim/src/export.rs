@@ -7,8 +7,10 @@
 //!                                        `-> rust::text          Rust, the design in a static, on controller-core
 //! ```
 //!
-//! All give the bits of the controller that `host-sim run` ticks. All say where they come from: the scenario's text
-//! and its checksum, the `--set` arguments, the hash of the design (the one a target reports), the library's version.
+//! All give the bits of the controller that `host-sim run` ticks; of a joint the assembly leaves products with a 0 of
+//! a(x) out, as its model in Rust does, so that a zero may have the other sign. All say where they come from: the
+//! scenario's text and its checksum, the `--set` arguments, the hash of the design (the one a target reports), the
+//! library's version.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

@@ -10,7 +10,7 @@
 //! plan is tried while the interrupt goes on, and then handed over whole. What is refused has changed nothing.
 //!
 //! * **Move**: the join begins at a tick that is still to come, where the present plan is then, whatever the shaft
-//!   does. Its feed-forward must stay within 0.9 of the limits.
+//!   does. Its feed-forward must stay within 0.9 of the limits, its speed within 0.8 of what an encoder can follow.
 //! * **Swap**: the new law takes over with the counts of the very tick, so that u does not jump. That tick takes some
 //!   three times as long as others; it has a function of its own ([`Seat::change`]), so that another interrupt can do
 //!   it.
