@@ -178,8 +178,8 @@ impl<const S: usize, const FAST: usize, const LATE: usize> Tuned<1, 2>
         range: [u32; 2],
     ) -> Result<(Self::Plan, u32), Refusal> {
         let asked = |jet: &[f64; 3]| design.motor.feed_forward(jet);
-        let fastest = fastest_rad_s(design.period_s, &[design.encoder]);
-        planned(design.period_s, design.limits, fastest, &present.at(start), goal, start, range, asked)
+        let reach = Reach::of(design.period_s, design.limits, &[design.encoder]);
+        reach.plan(&present.at(start), goal, start, range, asked)
     }
 
     fn left(plan: &Self::Plan, tick: u32) -> u32 {
@@ -213,8 +213,8 @@ impl<const FAST: usize, const LATE: usize> Tuned<2, 4>
         range: [u32; 2],
     ) -> Result<(Self::Plan, u32), Refusal> {
         let asked = |jet: &[f64; 5]| design.joint.feed_forward(jet);
-        let fastest = fastest_rad_s(design.period_s, &design.encoders);
-        planned(design.period_s, design.limits, fastest, &present.at(start), goal, start, range, asked)
+        let reach = Reach::of(design.period_s, design.limits, &design.encoders);
+        reach.plan(&present.at(start), goal, start, range, asked)
     }
 
     fn left(plan: &Self::Plan, tick: u32) -> u32 {
@@ -226,45 +226,53 @@ const fn form(fast: usize, late: usize) -> u8 {
     Instance::TWO_SETS * fast as u8 + Instance::LATE * late as u8
 }
 
-/// The speed at which the counts of a tick go over a share of half their counter: beyond the half nobody knows which
-/// way it went.
-fn fastest_rad_s(period_s: f64, encoders: &[Encoder]) -> f64 {
-    let half = |encoder: &Encoder| encoder.unit_rad() * (1_u64 << (encoder.bits - 1)) as f64;
-    COUNTED * encoders.iter().map(half).fold(f64::INFINITY, f64::min) / period_s
-}
-
-/// From a jet to rest.
-#[allow(clippy::too_many_arguments, reason = "of two callers beside it")]
-fn planned<const M: usize, const J: usize>(
+/// What a plan may ask of a drive.
+struct Reach {
     period_s: f64,
     limits: Limits,
     fastest_rad_s: f64,
-    present: &Target<f32, i32, M>,
-    goal: Option<Rest<f32>>,
-    start: u32,
-    [fewest, most]: [u32; 2],
-    feed_forward: impl Fn(&[f64; J]) -> f64,
-) -> Result<(Joined<f32, Rest<f32>, M>, u32), Refusal> {
-    let wide = Target { turn: present.turn, jet: present.jet.map(f64::from) };
-    let towards = |ticks: u32| {
-        let goal = goal.unwrap_or_else(|| stop(present, f64::from(ticks) * period_s));
-        (goal, Rest { turn: goal.turn, angle: f64::from(goal.angle) })
-    };
-    let to_go = |goal: &Rest<f64>| gap(&wide, &goal.at(start));
-    let u_max = SHARE * if limits.max < -limits.min { limits.max } else { -limits.min };
-    let longest = (LONGEST_S / period_s) as u32;
-    // A speed is held to its limit by the same measure.
-    let asked = |jet: &[f64; J]| feed_forward(jet).abs().max(u_max * (jet[1] / fastest_rad_s).abs());
-    let found = shortest(start, fewest.max(1), longest.max(1), u_max, asked, |ticks| {
-        let (_, goal) = towards(ticks);
-        Joined::<f64, _, M>::new(goal, to_go(&goal), start, ticks, period_s)
-    });
-    match found {
-        Some(found) if found <= most => {
-            let (goal, wide) = towards(found);
-            Ok((Joined::new(goal, to_go(&wide), start, found, period_s), found))
+}
+
+impl Reach {
+    /// At the fastest the counts of a tick go over a share of half their counter: beyond the half nobody knows which
+    /// way it went.
+    fn of(period_s: f64, limits: Limits, encoders: &[Encoder]) -> Self {
+        let half = |encoder: &Encoder| encoder.unit_rad() * (1_u64 << (encoder.bits - 1)) as f64;
+        let fastest_rad_s = COUNTED * encoders.iter().map(half).fold(f64::INFINITY, f64::min) / period_s;
+        Self { period_s, limits, fastest_rad_s }
+    }
+
+    /// From a jet to rest.
+    fn plan<const M: usize, const J: usize>(
+        &self,
+        present: &Target<f32, i32, M>,
+        goal: Option<Rest<f32>>,
+        start: u32,
+        [fewest, most]: [u32; 2],
+        feed_forward: impl Fn(&[f64; J]) -> f64,
+    ) -> Result<(Joined<f32, Rest<f32>, M>, u32), Refusal> {
+        let Self { period_s, limits, fastest_rad_s } = *self;
+        let wide = Target { turn: present.turn, jet: present.jet.map(f64::from) };
+        let towards = |ticks: u32| {
+            let goal = goal.unwrap_or_else(|| stop(present, f64::from(ticks) * period_s));
+            (goal, Rest { turn: goal.turn, angle: f64::from(goal.angle) })
+        };
+        let to_go = |goal: &Rest<f64>| gap(&wide, &goal.at(start));
+        let u_max = SHARE * if limits.max < -limits.min { limits.max } else { -limits.min };
+        let longest = (LONGEST_S / period_s) as u32;
+        // A speed is held to its limit by the same measure.
+        let asked = |jet: &[f64; J]| feed_forward(jet).abs().max(u_max * (jet[1] / fastest_rad_s).abs());
+        let found = shortest(start, fewest.max(1), longest.max(1), u_max, asked, |ticks| {
+            let (_, goal) = towards(ticks);
+            Joined::<f64, _, M>::new(goal, to_go(&goal), start, ticks, period_s)
+        });
+        match found {
+            Some(found) if found <= most => {
+                let (goal, wide) = towards(found);
+                Ok((Joined::new(goal, to_go(&wide), start, found, period_s), found))
+            }
+            other => Err(Refusal { reason: Reason::TooFast, target: other.unwrap_or(0), request: most }),
         }
-        other => Err(Refusal { reason: Reason::TooFast, target: other.unwrap_or(0), request: most }),
     }
 }
 

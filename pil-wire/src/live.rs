@@ -106,6 +106,24 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Seat<L, E, N> {
         self.axis.is_frozen() && !self.let_go
     }
 
+    /// The black box stands still, and somebody wants what it has.
+    fn freeze(&mut self) {
+        self.axis.freeze();
+        self.let_go = false;
+    }
+
+    /// It goes on; nobody wants what it has, nor what stops it next while the alarm lasts.
+    fn release(&mut self) {
+        self.axis.release();
+        self.let_go = true;
+    }
+
+    /// All but law and plan begins anew.
+    fn reset(&mut self) {
+        self.axis.reset();
+        self.let_go = false;
+    }
+
     /// What the last tick gave.
     pub const fn newest(&self) -> &Output<f32> {
         &self.newest
@@ -210,14 +228,8 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
             Request::Observe => return Ok(observed(machine)),
             Request::Move { goal, ticks } => return self.plan(goal, ticks, machine),
             Request::Swap => return self.swap(machine),
-            Request::Order(Order::Freeze) => machine.between(|seat| {
-                seat.axis.freeze();
-                seat.let_go = false;
-            }),
-            Request::Order(Order::Release) => machine.between(|seat| {
-                seat.axis.release();
-                seat.let_go = true;
-            }),
+            Request::Order(Order::Freeze) => machine.between(Seat::freeze),
+            Request::Order(Order::Release) => machine.between(Seat::release),
             Request::Order(Order::Reset) => reset(machine)?,
             Request::Recall(part) => return self.recall(part, machine).map(Reply::Recalled),
             Request::Disturb(disturbance) if disturbance.load_n_m.is_finite() && machine.disturb(&disturbance) => {}
@@ -405,10 +417,7 @@ fn reset<L: Tuned<E, N>, const E: usize, const N: usize>(machine: &mut impl Mach
         start
     });
     until(machine, |seat| seat.axis.tick_number().wrapping_sub(start) as i32 > 0);
-    machine.between(|seat| {
-        seat.axis.reset();
-        seat.let_go = false;
-    });
+    machine.between(Seat::reset);
     Ok(())
 }
 

@@ -37,7 +37,7 @@ const GLANCE: Duration = Duration::from_millis(100);
 const STANDS_STILL: Duration = Duration::from_secs(5);
 /// Bytes of a line.
 const LONGEST_LINE: u64 = 1000;
-/// Rows of a record; what is seen later is not kept.
+/// Rows of a record; when it is full its older half goes.
 const MOST_ROWS: usize = 1 << 20;
 /// A page that moves is written at most this often, and shows so much of the drive's time.
 const REDRAWN: Duration = Duration::from_millis(500);
@@ -337,9 +337,10 @@ impl<'a> Console<'a> {
     /// Looks at the drive; an alarm is told once.
     fn look(&mut self, session: &mut Session<'a>) -> Result<Observed, Failure> {
         let seen = session.drive.observe()?;
-        if session.seen.len() < MOST_ROWS {
-            session.seen.push(seen);
+        if session.seen.len() == MOST_ROWS {
+            session.seen.drain(..MOST_ROWS / 2);
         }
+        session.seen.push(seen);
         let stopped = seen.health.contains(Health::STOPPED);
         if stopped && !session.stopped {
             self.note(&format!(
