@@ -45,7 +45,7 @@ use loop_sim::port::{ControllerPort, PortError};
 use loop_sim::trace::{Ending, Trace};
 use scenario::{Drive, Experiment, Mu, ScenarioError, Source};
 use serde::Serialize;
-use whole_file::{Claim, Existing};
+use whole_file::{Claim, Existing, Kind};
 
 use crate::figures::{CATALOGUE, Case, ClaimRow, PaperFigure};
 use crate::margins;
@@ -58,6 +58,7 @@ mod design;
 mod drive;
 mod export;
 mod live;
+mod map;
 mod target;
 
 use compare::CompareOptions;
@@ -65,6 +66,7 @@ use design::{Design, DesignOptions};
 use drive::TorqueError;
 use export::ExportOptions;
 use live::{LiveOptions, ReplayOptions};
+use map::MapOptions;
 use target::{EmulateOptions, HilOptions, Link, PilOptions};
 
 /// The exit statuses of the program.
@@ -138,6 +140,12 @@ enum Command {
     ///
     /// Nothing is simulated: the loop is linearised where it stands still. A loop that is unstable is a result.
     Design(DesignOptions),
+    /// Sweep two keys, or all corners of the plant: where is the loop stable, how good, what may be promised? Table and
+    /// figure.
+    ///
+    /// Of a drive: host-sim map mine.toml --x error.torque_percent=-90..300 --y drive.period_s=1e-4..5e-3:log.
+    /// Stability is that of the exact matrices of the sampled loop at rest; --simulate asks the plant itself as well.
+    Map(MapOptions),
     /// Tune our drive and its rivals with the same effort, and show what each does: table and figure.
     ///
     /// Rivals: LQG with disturbance states, LQI, ADRC with model, super-twisting, P-PI. docs/comparison.md says how.
@@ -266,6 +274,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         Some(Command::Replay(options)) => console.replay(options),
         Some(Command::Emulate(options)) => console.emulate(options),
         Some(Command::Design(options)) => console.design(options),
+        Some(Command::Map(options)) => console.map(options),
         Some(Command::Compare(options)) => console.compare(options),
         Some(Command::Figures { only, out, json }) => console.figures(only, out, *json),
         Some(Command::Budget(options)) => console.budget(options),
@@ -297,6 +306,16 @@ fn scenario_of(file: Option<&Path>, options: &RunOptions) -> Result<Experiment, 
     }
 }
 
+/// What messages call a scenario, and its text; without a file one that is built in.
+fn text_of(file: Option<&Path>, (built_in, text): (&str, &str)) -> Result<(String, String), Failure> {
+    let Some(file) = file else { return Ok((format!("built-in {built_in}"), text.to_owned())) };
+    let name = file.display().to_string();
+    match whole_file::read_text(file, Kind::SETTINGS) {
+        Ok(text) => Ok((name, text)),
+        Err(why) => Err(Failure { status: status::BAD_INPUT, message: format!("{name}: {why}") }),
+    }
+}
+
 /// Why a command ended early, a line for each thing that is wrong, and the exit status.
 struct Failure {
     status: u8,
@@ -321,15 +340,9 @@ impl Failure {
     }
 }
 
-/// What `--json` prints of a run.
+/// What a run came to, in numbers.
 #[derive(Serialize)]
-struct RunJson<'a> {
-    scenario: &'a str,
-    /// What was set besides the file.
-    sets: &'a [String],
-    /// Hash of the design that ran, as `Running::fingerprint` tells it; none of a law that has none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    design_hash: Option<String>,
+struct Figures {
     metrics: serde_json::Value,
     /// How far the estimates of the torques on the shafts of a drive are off.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -342,6 +355,33 @@ struct RunJson<'a> {
     noise: Option<Noise>,
     /// Ticks in which the controller told of this trouble.
     ticks_with: BTreeMap<&'static str, usize>,
+}
+
+impl Figures {
+    fn of(experiment: &mut Experiment, trace: &Trace) -> Self {
+        let metrics = experiment.metrics(trace);
+        let of_shafts = experiment.drive.as_ref().map(|drive| drive::torque_errors(drive, &metrics, trace));
+        Self {
+            metrics: told(&metrics, experiment),
+            torque_errors: of_shafts.unwrap_or_default(),
+            tracking: experiment.tracking(trace),
+            noise: experiment.noise(trace),
+            ticks_with: TROUBLES.map(|(flag, name)| (name, ticks_with(trace, flag))).into(),
+        }
+    }
+}
+
+/// What `--json` prints of a run.
+#[derive(Serialize)]
+struct RunJson<'a> {
+    scenario: &'a str,
+    /// What was set besides the file.
+    sets: &'a [String],
+    /// Hash of the design that ran, as `Running::fingerprint` tells it; none of a law that has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    design_hash: Option<String>,
+    #[serde(flatten)]
+    figures: Figures,
     ending: &'static str,
     /// Time of the last recorded tick, s.
     ended_at_s: f64,
@@ -494,21 +534,15 @@ impl Console<'_> {
         }
         let comparison = link.map(|link| compared(&trace, error.as_ref(), &link, started));
         let metrics = experiment.metrics(&trace);
-        let (tracking, noise) = (experiment.tracking(&trace), experiment.noise(&trace));
+        let figures = Figures::of(&mut experiment, &trace);
+        let (tracking, noise) = (figures.tracking, figures.noise);
         let error = error.map(|error| error.to_string());
         let design = Design::of(&experiment).ok();
         let json = RunJson {
             scenario: &experiment.name,
             sets: &options.sets,
             design_hash,
-            metrics: told(&metrics, &experiment),
-            torque_errors: experiment
-                .drive
-                .as_ref()
-                .map_or_else(Vec::new, |drive| drive::torque_errors(drive, &metrics, &trace)),
-            tracking,
-            noise,
-            ticks_with: TROUBLES.map(|(flag, name)| (name, ticks_with(&trace, flag))).into(),
+            figures,
             ending: ending(&trace, &metrics).0,
             ended_at_s: trace.rows.last().map_or(0.0, |row| row.t_s),
             error: error.clone(),

@@ -14,6 +14,7 @@ pub mod compare;
 pub mod export;
 pub mod figures;
 pub mod live;
+pub mod map;
 pub mod margins;
 pub mod remote;
 pub mod report;

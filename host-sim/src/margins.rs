@@ -23,11 +23,12 @@ use std::fmt;
 
 use loop_sim::linear::{LawAtRest, LinearPlant, LinearTick};
 use loop_sim::plant::Plant;
+use loop_sim::port::drive::DriveDesign;
 use loop_sim::solver::SolverError;
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::linalg::{Hessenberg, Schur};
 use nalgebra::{Complex, DMatrix, DVector, Normed};
-use scenario::{AtRest, Corner, Experiment};
+use scenario::{AtRest, Corner, Drive, Experiment};
 use serde::Serialize;
 
 /// A root or pole, rad/s.
@@ -231,6 +232,20 @@ impl Loop {
         Ok(eigenvalues(scaled)?.first().map_or(0.0, Normed::norm))
     }
 
+    /// Poles without that of the offset, which decays by itself whatever the loop does, the slowest first.
+    ///
+    /// # Errors
+    /// [`MarginsError::NoNumbers`].
+    pub fn poles_beside(&self, offset_per_s: f64) -> Result<Vec<Root>, MarginsError> {
+        let mut values = self.eigenvalues()?;
+        let offset = libm::exp(-offset_per_s * self.period_s);
+        let away = |k: &usize| libm::hypot(values[*k].re - offset, values[*k].im);
+        if let Some(of_offset) = (0..values.len()).min_by(|i, j| away(i).total_cmp(&away(j))) {
+            values.remove(of_offset);
+        }
+        Ok(values.into_iter().map(|z| self.pole(z)).collect())
+    }
+
     /// ln z/T.
     pub fn pole(&self, z: Complex<f64>) -> Root {
         let s = Complex::new(libm::log(z.norm()), libm::atan2(z.im, z.re)) / self.period_s;
@@ -334,6 +349,21 @@ impl Loop {
             (self.asked.dot(&(&sum * &self.asked)) + direct * direct).max(0.0).sqrt()
         };
         self.noise.iter().map(gain).collect()
+    }
+}
+
+/// How fast the slowest of these poles decays, 1/s; negative if one grows.
+pub fn decay_per_s(poles: &[Root]) -> f64 {
+    poles.iter().map(|pole| -pole.re).fold(f64::INFINITY, f64::min)
+}
+
+/// α, with which the offset W of a scenario's law decays, 1/s; 0 of a law that has none.
+pub fn offset_per_s(experiment: &Experiment) -> f64 {
+    match (&experiment.drive, &experiment.spec) {
+        (Some(Drive { designed: DriveDesign::Motor { design, .. }, .. }), _) => design.bandwidths.offset_per_s,
+        (Some(Drive { designed: DriveDesign::Joint { design, .. }, .. }), _) => design.bandwidths.offset_per_s,
+        (None, Some(spec)) => spec.config.padded.surface.alpha_per_s,
+        (None, None) => 0.0,
     }
 }
 

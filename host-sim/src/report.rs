@@ -20,6 +20,7 @@ use whole_file::Existing;
 mod axis;
 pub mod csv;
 pub mod drive_figure;
+pub mod heat;
 pub mod number;
 mod picture;
 pub mod plot;

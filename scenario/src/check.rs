@@ -45,6 +45,17 @@ pub(super) fn all_keys(schema: &Json) -> Vec<String> {
     keys
 }
 
+/// The number that a key has where nothing is written.
+pub(super) fn default_of(schema: &Json, path: &KeyPath) -> Option<f64> {
+    let checker = Checker { schema };
+    let keys = path.keys()?;
+    let (last, tables) = keys.split_last()?;
+    let table = tables.iter().try_fold(schema, |part, key| {
+        checker.choices(&part["properties"][key]).into_iter().find(|choice| choice["properties"].is_object())
+    })?;
+    table["properties"][last]["default"].as_f64()
+}
+
 struct Checker<'a> {
     schema: &'a Json,
 }

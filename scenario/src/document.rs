@@ -216,6 +216,15 @@ impl KeyPath {
 }
 
 impl KeyPath {
+    /// The keys, if there are no positions between.
+    pub(super) fn keys(&self) -> Option<Vec<&str>> {
+        let keys = self.0.iter().map(|step| match step {
+            Step::Key(key) => Some(key.as_str()),
+            Step::Position(_) => None,
+        });
+        keys.collect()
+    }
+
     /// The last key in it.
     pub(super) fn last_key(&self) -> Option<&str> {
         self.0.iter().rev().find_map(|step| match step {

@@ -625,6 +625,19 @@ pub fn parse(source: &Source<'_>, default_name: &str) -> Result<Experiment, Scen
     assemble::assemble(resolved, &|problem| source.errors(file.located(vec![problem])))
 }
 
+/// The number at a key: as it is written in the text or the arguments, else as it is by default; none if it has none,
+/// or is no number.
+///
+/// # Errors
+/// What is no TOML.
+pub fn number_at(source: &Source<'_>, key: &str) -> Result<Option<f64>, ScenarioError> {
+    let tree = document::read(source)?;
+    let is_there = |name: &&str| KeyPath::parse(name).is_some_and(|path| tree.get(&path).is_some());
+    let kind = ["motor", "joint"].into_iter().find(is_there).unwrap_or("paper");
+    let Some(path) = KeyPath::parse(key) else { return Ok(None) };
+    Ok(tree.get(&path).map_or_else(|| check::default_of(&schema(kind), &path), |node| node.json().as_f64()))
+}
+
 /// Keys that other keys are judged by: with one of them wrong nothing more is said of those.
 const JUDGES: [&str; 11] =
     ["kind", "mode", "order", "rates", "reading", "constants", "period_s", "span_s", "gear", "bits", "start_rad"];

@@ -7,9 +7,8 @@ use std::thread;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
-use whole_file::Kind;
 
-use super::{Console, Failure, claim_folder, status};
+use super::{Console, Failure, claim_folder, status, text_of};
 use crate::compare::{Bench, Contender, Entry, Settings, compare, contenders, report};
 use crate::report::number::significant;
 
@@ -55,10 +54,7 @@ struct CompareJson<'a> {
 impl Console<'_> {
     pub(super) fn compare(&mut self, options: &CompareOptions) -> Result<u8, Failure> {
         let bad = |message: String| Failure { status: status::BAD_INPUT, message };
-        let (name, text) = match &options.file {
-            Some(file) => (file.display().to_string(), whole_file::read_text(file, Kind::SETTINGS).map_err(bad)?),
-            None => ("built-in joint.toml".into(), scenario::JOINT.to_owned()),
-        };
+        let (name, text) = text_of(options.file.as_deref(), ("joint.toml", scenario::JOINT))?;
         if let Some(limit) = options.noise.iter().find(|limit| !(**limit > 0.0 && limit.is_finite())) {
             return Err(bad(format!("--noise {limit}: a limit is above 0")));
         }

@@ -21,7 +21,7 @@ use serde::Serialize;
 
 use super::export::refuse_without_limits;
 use super::{Console, Failure, RunOptions, note_changes, scenario_of, status};
-use crate::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, unstable_corners};
+use crate::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, offset_per_s, unstable_corners};
 use crate::report::number::significant;
 
 #[derive(Args, Debug)]
@@ -190,17 +190,11 @@ impl Got {
     /// Of a loop with this law, whose offset decays with α.
     fn of(at_rest: &AtRest, law: &dyn LawAtRest, period_s: f64, alpha_per_s: f64) -> Result<Self, MarginsError> {
         let it = Loop::of(at_rest, law, period_s)?;
-        let values = it.eigenvalues()?;
-        let spectral_radius = values.first().map_or(0.0, |z| libm::hypot(z.re, z.im));
-        // W goes its own way, which nothing in the loop changes.
-        let offset = libm::exp(-alpha_per_s * period_s);
-        let away = |k: &usize| libm::hypot(values[*k].re - offset, values[*k].im);
-        let of_offset = (0..values.len()).min_by(|i, j| away(i).total_cmp(&away(j)));
+        let spectral_radius = it.spectral_radius(1.0)?;
         let (margins, noise_gains) =
             if spectral_radius < 1.0 { (Some(it.margins()?), it.noise_gains()) } else { (None, Vec::new()) };
-        let of_loop = values.iter().enumerate().filter(|(k, _)| Some(*k) != of_offset);
-        let poles: Vec<Root> = of_loop.map(|(_, z)| it.pole(*z)).collect();
-        let decay_per_s = poles.iter().map(|pole| -pole.re).fold(f64::INFINITY, f64::min);
+        let poles = it.poles_beside(alpha_per_s)?;
+        let decay_per_s = decay_per_s(&poles);
         let unstable_corners = unstable_corners(at_rest, law, period_s)?;
         let corners = at_rest.corners.len();
         Ok(Self { spectral_radius, decay_per_s, poles, margins, corners, unstable_corners, noise_gains })
@@ -253,8 +247,9 @@ impl Design {
         let bad = |message: String| Failure { status: status::BAD_INPUT, message };
         let failed = |error: MarginsError| Failure { status: status::FAILED, message: error.to_string() };
         let at_rest = experiment.at_rest.as_ref().map_err(|error| bad(error.to_string()))?;
-        let (asked, alpha_per_s) = asked(experiment);
-        let got = Got::of(at_rest, at_rest.law.as_ref(), experiment.period_s, alpha_per_s).map_err(failed)?;
+        let asked = asked(experiment);
+        let got =
+            Got::of(at_rest, at_rest.law.as_ref(), experiment.period_s, offset_per_s(experiment)).map_err(failed)?;
         let per = |unit: &str| {
             let u = if experiment.control_unit.is_empty() { "u" } else { experiment.control_unit };
             if unit.is_empty() { u.to_owned() } else { format!("{u} per {unit}") }
@@ -340,8 +335,8 @@ fn roots(poles: &[Pole]) -> Vec<Root> {
     poles.iter().map(|&Pole { re, im }| Root { re, im }).collect()
 }
 
-/// What is asked for, and α.
-fn asked(experiment: &Experiment) -> (Vec<Asked>, f64) {
+/// What is asked for.
+fn asked(experiment: &Experiment) -> Vec<Asked> {
     let one = |name: &str, poles, meaning| Asked { name: name.into(), poles, meaning };
     let bessel = |omega: f64, states: usize| -> Vec<Root> {
         let both = |Pole { re, im }| [im, -im].map(|im| Root { re: re * omega, im: im * omega });
@@ -349,11 +344,11 @@ fn asked(experiment: &Experiment) -> (Vec<Asked>, f64) {
         // A real one has no other half.
         all.take(states).collect()
     };
-    match (&experiment.drive, &experiment.spec) {
+    let mut lines = match (&experiment.drive, &experiment.spec) {
         (Some(drive), _) => {
             let form = drive.designed.form();
             let states = form.observer_states;
-            let (mut lines, alpha) = match &drive.designed {
+            match &drive.designed {
                 DriveDesign::Motor { design: MotorDesign { bandwidths: w, .. }, .. } => {
                     let surface = one("error w_c", real(w.surface_rad_s), "the error obeys e' = -w_c e");
                     let rest = [
@@ -361,20 +356,17 @@ fn asked(experiment: &Experiment) -> (Vec<Asked>, f64) {
                         one("reaching law k_l", real(w.reaching_per_s), "sigma*; of a speed loop its bandwidth"),
                     ];
                     let surface = (form.follows == Follows::Position).then_some(surface);
-                    (surface.into_iter().chain(rest).collect::<Vec<_>>(), w.offset_per_s)
+                    surface.into_iter().chain(rest).collect()
                 }
                 DriveDesign::Joint { design: JointDesign { bandwidths: w, .. }, .. } => {
-                    let rest = vec![
+                    vec![
                         one("error w_c", vec![real(w.surface_rad_s)[0]; 3], "the error, three equal poles"),
                         one("observer of the link", bessel(w.link_rad_s, 4), "its error, Bessel poles"),
                         one("observer of the motor", bessel(w.motor_rad_s, 4), "its error, Bessel poles"),
                         one("reaching law k_l", real(w.reaching_per_s), "sigma*"),
-                    ];
-                    (rest, w.offset_per_s)
+                    ]
                 }
-            };
-            lines.push(one(OFFSET, real(alpha), "what is left of the start, by itself"));
-            (lines, alpha)
+            }
         }
         (None, Some(ControllerSpec { config: AnyConfig { n, padded }, .. })) => {
             let mut lines =
@@ -386,12 +378,12 @@ fn asked(experiment: &Experiment) -> (Vec<Asked>, f64) {
             if padded.reaching.k_l > 0.0 {
                 lines.push(one("reaching law k_l", real(padded.reaching.k_l), "sigma*"));
             }
-            let alpha = padded.surface.alpha_per_s;
-            lines.push(one(OFFSET, real(alpha), "what is left of the start, by itself"));
-            (lines, alpha)
+            lines
         }
-        (None, None) => (Vec::new(), 0.0),
-    }
+        (None, None) => return Vec::new(),
+    };
+    lines.push(one(OFFSET, real(offset_per_s(experiment)), "what is left of the start, by itself"));
+    lines
 }
 
 /// λ_2 and λ_3 of a configuration under disturbances of these bounds, if there are any.

@@ -722,3 +722,84 @@ fn the_results_of_another_scenario_are_left_alone() {
     assert_eq!(std::fs::read(folder.path("o/trace.csv")).expect("a trace"), kept);
     assert_eq!(named("first").0, status::DONE);
 }
+
+#[test]
+fn a_map_is_a_table_of_points_two_pictures_and_what_may_be_promised() {
+    let folder = Folder::new("map");
+    let file = folder.file("m.toml", scenario::MOTOR);
+    let axes = ["map", &file, "--x", "error.torque_percent=-90..500:12", "--y", "drive.surface_rad_s=20..500:log:3"];
+    let (status, out, err) = spoken(&[&axes[..], &["--out", &folder.path("o")]].concat());
+    assert_eq!((status, err.as_str()), (status::DONE, ""), "{out}");
+    assert!(out.contains("36 points: ") && out.contains("may be promised around the file's own values: "), "{out}");
+    assert_eq!(folder.names("o"), ["map.csv", "map.png", "map.svg"].map(String::from).into());
+    let csv = std::fs::read_to_string(folder.path("o/map.csv")).expect("the points");
+    assert_eq!(csv.lines().count(), 37);
+    assert!(csv.lines().all(|line| line.split(',').count() == 8), "{csv}");
+
+    let figure = ["--figure", "design.margins.phase_deg", "--at-least", "30", "--json"];
+    let (status, out, _) = spoken(&[&axes[..], &figure, &["--out", &folder.path("o")]].concat());
+    assert_eq!(status, status::DONE);
+    let json: Json = serde_json::from_str(&out).expect("JSON");
+    let points = json["points"].as_array().expect("points");
+    assert_eq!(points.len(), 36);
+    // An unstable loop has no margins.
+    assert!(points.iter().all(|point| point["figure"].is_f64() == (point["spectral_radius"].as_f64() < Some(1.0))));
+    assert_eq!(json["axes"][1]["values"], serde_json::json!(["20", "100", "500"]));
+}
+
+#[test]
+fn a_figure_of_a_run_is_that_of_the_run() {
+    let folder = Folder::new("map-run");
+    let file = folder.file("m.toml", scenario::MOTOR);
+    let axes = ["--x", "error.torque_percent=0,20", "--y", "drive.period_s=1e-3", "--figure", "tracking.error_rms"];
+    let (_, out, _) = spoken(&[&["map", &file, "--json", "--out", &folder.path("o")][..], &axes].concat());
+    let map: Json = serde_json::from_str(&out).expect("JSON");
+    for (k, percent) in ["0", "20"].iter().enumerate() {
+        let set = format!("error.torque_percent={percent}");
+        let (_, out, _) = spoken(&["run", &file, "--json", "--no-files", "--set", &set]);
+        assert_eq!(map["points"][k]["figure"], assert_is_run_json(&out)["tracking"]["error_rms"]);
+    }
+}
+
+#[test]
+fn corners_are_told_one_by_one_the_worst_first() {
+    let (status, out, _) = spoken(&["map", "--preset", "corners", "--set", "controller.k_l=10"]);
+    assert_eq!(status, status::DONE);
+    assert!(out.contains("8 of 32 corners at 50 % are unstable"), "{out}");
+    let radii =
+        out.lines().filter_map(|line| line.split(" %  ").nth(1)?.split_whitespace().next()?.parse::<f64>().ok());
+    let radii: Vec<f64> = radii.collect();
+    assert!(radii.len() == 32 && radii.is_sorted_by(|a, b| a >= b), "{radii:?}");
+}
+
+#[test]
+fn what_cannot_be_mapped_is_told_before_anything_is_written() {
+    let folder = Folder::new("map-bad");
+    let motor = folder.file("m.toml", scenario::MOTOR);
+    let chain = folder.file("c.toml", scenario::CHAIN);
+    let out = folder.path("o");
+    let axes = ["--x", "error.torque_percent=0..1:2", "--y", "drive.period_s=1e-3,2e-3"];
+    for (args, told) in [
+        (vec![&*motor], "what is to be swept?"),
+        (vec![&motor, "--x", "a=0..1"], "--y"),
+        (vec![&motor, "--x", "a=0..1", "--y", "a=1..2"], "both sweep a"),
+        (vec![&motor, "--x", "a=0..1", "--y", "b=1..2"], "no point of the map has a design; of the first: --set a=0"),
+        (vec![&motor, "--x", "a", "--y", "b=1..2"], "expected KEY=FROM..TO"),
+        (vec![&motor, "--preset", "plants"], "plant"),
+        (vec![&motor, "--corners", "100"], "above 0 and below 100"),
+        (vec![&motor, "--corners", "nan"], "above 0 and below 100"),
+        (vec![&chain, "--corners", "20"], "no table of errors"),
+        (vec![&chain, "--preset", "gain"], "takes none of its pairs of keys"),
+        (vec!["nowhere.toml", "--preset", "gain"], "nowhere.toml"),
+        (vec![&motor, "--at-most", "1"], "--figure"),
+        ([&[&*motor], &axes[..], &["--figure", "tracking.error"]].concat(), "nearest is tracking.error_rms"),
+    ] {
+        let (status, _, err) = spoken(&[&["map", "--out", &out], &args[..]].concat());
+        assert_eq!(status, status::BAD_INPUT, "{args:?}");
+        assert!(err.contains(told), "{args:?}: {err}");
+    }
+    let (status, ..) = spoken_to(&[&["map", &motor, "--out", &out], &axes[..]].concat(), &AtomicBool::new(true));
+    assert_eq!(status, status::INTERRUPTED);
+    let left: Vec<String> = if folder.0.join("o").exists() { folder.names("o").into_iter().collect() } else { vec![] };
+    assert_eq!(left, Vec::<String>::new());
+}

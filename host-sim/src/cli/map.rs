@@ -1,0 +1,518 @@
+//! `host-sim map`: where a loop is stable, and how good, over two keys of its scenario or all corners of its plant.
+
+use std::iter;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::thread;
+
+use clap::Args;
+use cycle_bound::table::Table;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use loop_sim::trace::Ending;
+use scenario::Experiment;
+use serde::Serialize;
+
+use super::design::Design;
+use super::{Console, Failure, Figures, claim_folder, note_changes, status, text_of};
+use crate::map::{Axis, Corner, Judged, Point, Question, Subject, corners, widest_rectangle};
+use crate::report::heat::{Cell, Edge, HeatMap};
+use crate::report::number::significant;
+use crate::report::write_whole;
+
+#[derive(Args, Debug)]
+pub(super) struct MapOptions {
+    /// The scenario; without one the default.
+    file: Option<PathBuf>,
+    /// What to sweep from left to right: KEY=FROM..TO, with :log and :POINTS after it as wished, or KEY=A,B,C.
+    #[arg(long, value_name = "AXIS", requires = "y", conflicts_with = "preset")]
+    x: Option<String>,
+    /// What to sweep upwards, likewise.
+    #[arg(long, value_name = "AXIS", requires = "x")]
+    y: Option<String>,
+    /// Axes that many ask for: input gain, rate (period and bandwidth), delay, jitter, plant (what it weighs and how
+    /// stiff it is), corners (all of --corners 50, one by one).
+    #[arg(long, value_name = "NAME", value_parser = presets())]
+    preset: Option<String>,
+    /// Every number of the plant that is not swept may be so many percent off: a point is as good as the worst of all 2^p
+    /// corners.
+    #[arg(long, value_name = "PERCENT")]
+    corners: Option<f64>,
+    /// Colour this number of run.json, as in metrics.u_peak or design.margins.phase_deg [default: the decay of the
+    /// slowest pole]; all but design is simulated.
+    #[arg(long, value_name = "KEY")]
+    figure: Option<String>,
+    /// Good is only where the figure is at most this.
+    #[arg(long, value_name = "VALUE", requires = "figure", conflicts_with = "at_least")]
+    at_most: Option<f64>,
+    /// Good is only where the figure is at least this.
+    #[arg(long, value_name = "VALUE", requires = "figure")]
+    at_least: Option<f64>,
+    /// Simulate every point too, and say where that differs from the poles.
+    #[arg(long)]
+    simulate: bool,
+    /// Override a key, as in --set drive.period_s=5e-4.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// Folder for map.svg, map.png and map.csv [default: out/SCENARIO-map].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON object instead of the text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Its name; its axes for one kind of scenario and the next, of which the first whose keys a scenario takes are meant; its
+/// figure.
+type Preset = (&'static str, &'static [[&'static str; 2]], Option<&'static str>);
+
+const PRESETS: [Preset; 5] = [
+    (
+        "gain",
+        &[
+            ["plant.error.b=-0.9..5:48", "controller.k_l=5..1000:log:48"],
+            ["error.torque_percent=-90..500:48", "drive.surface_rad_s=5..500:log:40"],
+            ["error.torque_percent=-90..500:48", "drive.period_s=1e-4..4e-3:log:32"],
+        ],
+        None,
+    ),
+    (
+        "rate",
+        &[
+            ["controller.period_s=1e-4..2e-2:log:40", "controller.surface_bandwidth_rad_s=1..100:log:40"],
+            ["drive.period_s=1e-4..1e-2:log:40", "drive.surface_rad_s=5..500:log:40"],
+            ["drive.period_s=1e-4..1e-2:log:40", "drive.tuning=quiet,normal,firm"],
+        ],
+        None,
+    ),
+    (
+        "delay",
+        &[
+            ["actuator.delay_ticks=0,1,2,3,4,5,6,8,10,12,14,16,20", "controller.k_l=5..1000:log:40"],
+            ["motor.current_lag_s=1e-4..1e-2:log:40", "drive.surface_rad_s=5..500:log:40"],
+            ["joint.current_lag_s=1e-4..1e-2:log:40", "drive.period_s=1e-4..4e-3:log:32"],
+        ],
+        None,
+    ),
+    ("jitter", &[["sensor.jitter=0..1:17", "controller.k_l=5..500:log:17"]], Some("metrics.u_total_variation_per_s")),
+    (
+        "plant",
+        &[
+            ["error.link_inertia_percent=-80..300:48", "error.stiffness_percent=-80..300:48"],
+            ["error.inertia_percent=-80..500:48", "error.torque_percent=-80..500:48"],
+            ["plant.error.b=-0.9..4:48", "plant.error.k1=-0.9..4:48"],
+        ],
+        None,
+    ),
+];
+/// The preset that has no axes, and what it takes if nothing is said.
+const CORNERS: &str = "corners";
+const CORNERS_PERCENT: f64 = 50.0;
+
+fn presets() -> clap::builder::PossibleValuesParser {
+    PRESETS.iter().map(|(name, ..)| *name).chain([CORNERS]).collect::<Vec<_>>().into()
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct MapJson<'a> {
+    scenario: &'a str,
+    sets: &'a [String],
+    axes: &'a [Axis],
+    figure: &'a str,
+    /// Row by row; `refused` where there is no design.
+    points: Vec<PointJson<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    promise: Option<[[&'a str; 2]; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    simulated: Option<Simulated>,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum PointJson<'a> {
+    Judged(&'a Point),
+    Refused { refused: &'a str },
+}
+
+/// Poles against simulation.
+#[derive(Clone, Copy, Serialize)]
+struct Simulated {
+    agree: usize,
+    differ: usize,
+    /// Largest |1 - spectral radius| of the points where they differ.
+    differ_within: f64,
+}
+
+impl Simulated {
+    fn of(points: &[Judged]) -> Option<Self> {
+        let both = points.iter().flatten().filter_map(|point| Some((point, point.grew?)));
+        let (mut agree, mut away) = (0, Vec::new());
+        for (point, grew) in both {
+            if grew == point.is_stable() { away.push((point.spectral_radius - 1.0).abs()) } else { agree += 1 }
+        }
+        let differ_within = away.iter().copied().fold(0.0, f64::max);
+        (agree + away.len() > 0).then_some(Self { agree, differ: away.len(), differ_within })
+    }
+
+    fn line(self) -> String {
+        let Self { agree, differ, differ_within } = self;
+        let told = format!("simulation agrees at {agree} of {} points", agree + differ);
+        if differ == 0 { told } else { format!("{told}; at the others |1 - radius| <= {differ_within:.1e}") }
+    }
+}
+
+fn bad(message: String) -> Failure {
+    Failure { status: status::BAD_INPUT, message }
+}
+
+/// The numbers of run.json that a run has, and its design.
+fn numbers_of(experiment: &mut Experiment, simulate: bool) -> Result<serde_json::Value, String> {
+    let mut told = serde_json::Map::new();
+    if simulate {
+        let (trace, _) = experiment.run(&mut |_| ControlFlow::Continue(()));
+        if let Ending::Finished = trace.ending
+            && let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(Figures::of(experiment, &trace))
+        {
+            told = figures;
+        }
+    } else {
+        let design = Design::of(experiment).map_err(|failure| failure.message)?;
+        told.insert("design".into(), serde_json::to_value(design).map_err(|error| error.to_string())?);
+    }
+    Ok(told.into())
+}
+
+/// One of them; no number where the run did not come to its end, or the loop has no such margin.
+fn number_of(path: &str, experiment: &mut Experiment) -> Result<f64, String> {
+    let told = numbers_of(experiment, !path.starts_with("design."))?;
+    Ok(told.pointer(&format!("/{}", path.replace('.', "/"))).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN))
+}
+
+/// All that [`number_of`] knows, by the paths to them.
+fn known_numbers(experiment: &mut Experiment) -> Result<Vec<String>, String> {
+    fn collect(value: &serde_json::Value, path: &str, known: &mut Vec<String>) {
+        let below = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+        match value {
+            serde_json::Value::Object(object) => {
+                object.iter().for_each(|(key, value)| collect(value, &below(key), known));
+            }
+            serde_json::Value::Array(list) => {
+                list.iter().enumerate().for_each(|(k, value)| collect(value, &below(&k.to_string()), known));
+            }
+            // A margin that there is none of, in this design.
+            serde_json::Value::Number(_) | serde_json::Value::Null => known.push(path.into()),
+            _ => {}
+        }
+    }
+    let mut known = Vec::new();
+    for simulate in [true, false] {
+        collect(&numbers_of(experiment, simulate)?, "", &mut known);
+    }
+    Ok(known)
+}
+
+/// The axes of a preset, and its figure.
+fn axes_of(preset: &str, subject: &Subject<'_>) -> Result<(Vec<Axis>, Option<&'static str>), Failure> {
+    let Some((_, kinds, figure)) = PRESETS.iter().find(|(name, ..)| *name == preset) else {
+        return Ok((Vec::new(), None));
+    };
+    for kind in *kinds {
+        let axes = kind.iter().map(|axis| Axis::parse(axis)).collect::<Result<Vec<_>, _>>().map_err(bad)?;
+        let takes = |axis: &Axis| {
+            let middle = axis.values.len() / 2;
+            subject.with(&[format!("{}={}", axis.key, axis.values[middle])]).is_ok()
+        };
+        if axes.iter().all(takes) {
+            return Ok((axes, *figure));
+        }
+    }
+    let keys: Vec<&str> = kinds.iter().flatten().filter_map(|axis| axis.split('=').next()).collect();
+    Err(bad(format!(
+        "--preset {preset}: {} takes none of its pairs of keys ({}): give --x and --y",
+        subject.file,
+        keys.join(", ")
+    )))
+}
+
+impl Console<'_> {
+    pub(super) fn map(&mut self, options: &MapOptions) -> Result<u8, Failure> {
+        let (file, text) = text_of(options.file.as_deref(), ("default.toml", scenario::DEFAULT))?;
+        let stem =
+            options.file.as_deref().and_then(Path::file_stem).map_or("default".into(), |it| it.to_string_lossy());
+        let subject = Subject { file: &file, text: &text, name: &stem, sets: &options.sets };
+        let mut experiment = subject.with(&[])?;
+        let (axes, of_preset) = match (&options.preset, &options.x, &options.y) {
+            (Some(preset), ..) => axes_of(preset, &subject)?,
+            (None, Some(x), Some(y)) => (vec![Axis::parse(x).map_err(bad)?, Axis::parse(y).map_err(bad)?], None),
+            _ if options.corners.is_some() => (Vec::new(), None),
+            _ => return Err(bad("what is to be swept? Give --x and --y, --preset NAME, or --corners PERCENT".into())),
+        };
+        if let [x, y] = &axes[..]
+            && x.key == y.key
+        {
+            return Err(bad(format!("--x and --y both sweep {}", x.key)));
+        }
+        let percent = match options.corners {
+            Some(percent) if !(percent > 0.0 && percent < 100.0) => {
+                return Err(bad(format!("--corners {percent}: expected a number above 0 and below 100")));
+            }
+            None if axes.is_empty() => Some(CORNERS_PERCENT),
+            percent => percent,
+        };
+        let corners = percent.map_or(Ok(Vec::new()), |percent| corners(&subject, percent, &axes)).map_err(bad)?;
+        let figure = options.figure.as_deref().or(of_preset);
+        if let Some(figure) = &options.figure {
+            let known = known_numbers(&mut experiment).map_err(bad)?;
+            if !known.contains(figure) {
+                let nearest = known.iter().min_by_key(|known| strsim::damerau_levenshtein(known, figure));
+                let nearest = nearest.map_or("", String::as_str);
+                return Err(bad(format!("--figure {figure}: run.json has no such number; nearest is {nearest}")));
+            }
+        }
+        let of_point = |experiment: &mut Experiment| number_of(figure.unwrap_or_default(), experiment);
+        let question = Question {
+            subject,
+            axes,
+            corners,
+            figure: figure.is_some().then_some(&of_point),
+            less_is_worse: options.at_least.is_some(),
+            simulate: options.simulate,
+        };
+        note_changes(&mut experiment.title, &options.sets);
+        let view = View { options, question: &question, figure, percent, experiment: &experiment };
+        if question.axes.is_empty() { self.list_corners(&view) } else { self.draw_map(&view) }
+    }
+
+    /// Each corner by itself, the worst first.
+    fn list_corners(&mut self, view: &View<'_>) -> Result<u8, Failure> {
+        let View { question, figure, percent, experiment, options } = *view;
+        let mut found: Vec<(&Corner, Point)> = Vec::new();
+        for corner in &question.corners {
+            let alone =
+                Question { corners: vec![corner.clone()], axes: Vec::new(), figure: question.figure, ..*question };
+            let Some(points) = alone.answer(1, self.stop, &mut || ()) else { return Ok(status::INTERRUPTED) };
+            for point in points {
+                found.push((corner, point.map_err(|message| bad(format!("{}: {message}", corner.name)))?));
+            }
+        }
+        found.sort_by(|(_, a), (_, b)| b.spectral_radius.total_cmp(&a.spectral_radius));
+        let points: Vec<Judged> = found.iter().map(|(_, point)| Ok(point.clone())).collect();
+        let simulated = Simulated::of(&points);
+        if options.json {
+            let json = MapJson {
+                scenario: &experiment.name,
+                sets: &options.sets,
+                axes: &[],
+                figure: figure.unwrap_or(DECAY),
+                points: points.iter().map(PointJson::of).collect(),
+                promise: None,
+                simulated,
+            };
+            self.say_json(serde_json::to_string(&json))?;
+            return Ok(status::DONE);
+        }
+        let unstable = found.iter().filter(|(_, point)| !point.is_stable()).count();
+        self.say(&format!(
+            "{}\n{unstable} of {} corners at {} % are unstable",
+            experiment.headline(),
+            found.len(),
+            percent.unwrap_or_default()
+        ))?;
+        let of_figure = figure.iter().copied();
+        let mut table = Table::new(["corner", "radius", "decay (1/s)"].into_iter().chain(of_figure));
+        for (corner, point) in &found {
+            let figure = point.figure.iter().map(|value| number(*value));
+            let radius = format!("{:.6}", point.spectral_radius);
+            let cells: Vec<String> =
+                [corner.name.clone(), radius, number(point.decay_per_s)].into_iter().chain(figure).collect();
+            table.row(cells.iter().map(String::as_str));
+        }
+        self.say(&table.to_string())?;
+        simulated.map_or(Ok(()), |simulated| self.say(&simulated.line()))?;
+        Ok(status::DONE)
+    }
+
+    fn draw_map(&mut self, view: &View<'_>) -> Result<u8, Failure> {
+        let View { question, figure, experiment, options, .. } = *view;
+        let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-map", experiment.name)));
+        let claim = claim_folder(&folder)?;
+        let [columns, rows] = question.size();
+        let drawn = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let bar = ProgressBar::with_draw_target(Some((columns * rows) as u64), drawn);
+        if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {per_sec}  {elapsed} / {eta} left") {
+            bar.set_style(style);
+        }
+        let threads = thread::available_parallelism().map_or(1, usize::from);
+        let points = question.answer(threads, self.stop, &mut || bar.inc(1));
+        bar.finish_and_clear();
+        let Some(points) = points else { return Ok(status::INTERRUPTED) };
+        if let (true, Some(Err(why))) = (points.iter().all(Result::is_err), points.first()) {
+            let why = why.lines().next().unwrap_or_default();
+            return Err(bad(format!("no point of the map has a design; of the first: {why}")));
+        }
+        let good: Vec<bool> =
+            points.iter().map(|point| point.as_ref().is_ok_and(|point| view.is_good(point))).collect();
+        let home = [0, 1].map(|i| {
+            let axis = &question.axes[i];
+            question.subject.number_at(&axis.key).and_then(|value| axis.at(value))
+        });
+        let frame = widest_rectangle(&good, columns, home);
+        let map = HeatMap {
+            title: view.title(),
+            label: figure.map_or_else(|| DECAY_LABEL.into(), ToOwned::to_owned),
+            x: edge(&question.axes[0]),
+            y: edge(&question.axes[1]),
+            cells: points.iter().map(cell).collect(),
+            good,
+            frame,
+            mark: home[0].zip(home[1]).map(|(column, row)| [column, row]),
+        };
+        let failed = |error| Failure::writing(folder.join("map").display(), &error);
+        map.write(&folder, "map").map_err(failed)?;
+        let csv = view.csv(&points);
+        write_whole(&folder.join("map.csv"), |out| out.write_all(csv.as_bytes())).map_err(failed)?;
+        drop(claim);
+        let promise = frame.map(|[first, last, low, high]| {
+            let ends = |i: usize, from: usize, to: usize| {
+                let values = &question.axes[i].values;
+                [values[from].as_str(), values[to].as_str()]
+            };
+            [ends(0, first, last), ends(1, low, high)]
+        });
+        let simulated = Simulated::of(&points);
+        if options.json {
+            let json = MapJson {
+                scenario: &experiment.name,
+                sets: &options.sets,
+                axes: &question.axes,
+                figure: figure.unwrap_or(DECAY),
+                points: points.iter().map(PointJson::of).collect(),
+                promise,
+                simulated,
+            };
+            self.say_json(serde_json::to_string(&json))?;
+            return Ok(status::DONE);
+        }
+        self.say(&experiment.headline())?;
+        self.say(&census(&points, &map.good))?;
+        self.say(&view.promise(promise.as_ref(), home))?;
+        simulated.map_or(Ok(()), |simulated| self.say(&simulated.line()))?;
+        self.say(&format!("written to {}", folder.display()))?;
+        Ok(status::DONE)
+    }
+}
+
+/// What is coloured if nothing else is asked for.
+const DECAY: &str = "decay_per_s";
+const DECAY_LABEL: &str = "decay of the slowest pole (1/s)";
+
+/// A question and how its answer is told.
+#[derive(Clone, Copy)]
+struct View<'a> {
+    options: &'a MapOptions,
+    question: &'a Question<'a>,
+    figure: Option<&'a str>,
+    percent: Option<f64>,
+    experiment: &'a Experiment,
+}
+
+impl View<'_> {
+    /// Stable, and within what was asked of the figure.
+    fn is_good(&self, point: &Point) -> bool {
+        let value = point.figure.unwrap_or(f64::NAN);
+        point.is_stable()
+            && self.options.at_most.is_none_or(|most| value <= most)
+            && self.options.at_least.is_none_or(|least| value >= least)
+    }
+
+    fn title(&self) -> String {
+        let worst = self.percent.map_or_else(String::new, |percent| {
+            format!(", the worst of {} corners at {percent} %", self.question.corners.len())
+        });
+        let bar = match (self.options.at_most, self.options.at_least) {
+            (Some(most), _) => format!(", good up to {most}"),
+            (_, Some(least)) => format!(", good from {least}"),
+            _ => String::new(),
+        };
+        format!("{}: {}{worst}{bar}", self.experiment.title, self.figure.unwrap_or("decay of the slowest pole"))
+    }
+
+    fn promise(&self, promise: Option<&[[&str; 2]; 2]>, home: [Option<usize>; 2]) -> String {
+        let [x, y] = [0, 1].map(|i| &self.question.axes[i].key);
+        let place = match home {
+            [None, None] => "",
+            _ => " around the file's own values",
+        };
+        promise.map_or_else(
+            || format!("nothing may be promised: no point{place} is good"),
+            |[[left, right], [low, high]]| {
+                format!("may be promised{place}: {x} from {left} to {right} with {y} from {low} to {high}")
+            },
+        )
+    }
+
+    fn csv(&self, points: &[Judged]) -> String {
+        let [x, y] = [0, 1].map(|i| &self.question.axes[i]);
+        let head = format!(
+            "{},{},spectral_radius,decay_per_s,{},unstable_corners,grew,refused",
+            x.key,
+            y.key,
+            self.figure.unwrap_or("figure")
+        );
+        let places = y.values.iter().flat_map(|y| x.values.iter().map(move |x| format!("{},{}", quoted(x), quoted(y))));
+        let rows = places.zip(points).map(|(place, point)| match point {
+            Ok(Point { spectral_radius, decay_per_s, figure, unstable_corners, grew, .. }) => {
+                let figure = figure.map_or_else(String::new, |value| format!("{value:?}"));
+                let grew = grew.map_or_else(String::new, |grew| grew.to_string());
+                format!("{place},{spectral_radius:?},{decay_per_s:?},{figure},{unstable_corners},{grew},")
+            }
+            Err(why) => format!("{place},,,,,,{}", quoted(why)),
+        });
+        iter::once(head).chain(rows).map(|row| row + "\n").collect()
+    }
+}
+
+/// How many points are what.
+fn census(points: &[Judged], good: &[bool]) -> String {
+    let unstable = points.iter().flatten().filter(|point| !point.is_stable()).count();
+    let good = good.iter().filter(|good| **good).count();
+    let refused: Vec<&String> = points.iter().filter_map(|point| point.as_ref().err()).collect();
+    let beyond = points.len() - good - unstable - refused.len();
+    let beyond = if beyond > 0 { format!(", {beyond} stable but beyond the bar") } else { String::new() };
+    let refused = refused.first().map_or_else(String::new, |why| {
+        let why = why.lines().next().unwrap_or_default();
+        format!(", {} without a design (the first: {why})", refused.len())
+    });
+    format!("{} points: {good} good, {unstable} unstable{beyond}{refused}", points.len())
+}
+
+/// A field of a CSV file, on one line.
+fn quoted(text: &str) -> String {
+    let line = text.trim_end().replace('\n', "; ");
+    if line.contains([',', '"']) { format!("\"{}\"", line.replace('"', "\"\"")) } else { line }
+}
+
+impl<'a> PointJson<'a> {
+    fn of(point: &'a Judged) -> Self {
+        match point {
+            Ok(point) => Self::Judged(point),
+            Err(refused) => Self::Refused { refused },
+        }
+    }
+}
+
+fn cell(point: &Judged) -> Cell {
+    match point {
+        Err(_) => Cell::Nothing,
+        Ok(point) if !point.is_stable() => Cell::Unstable,
+        Ok(point) => Cell::Value(point.figure.unwrap_or(point.decay_per_s)),
+    }
+}
+
+fn number(value: f64) -> String {
+    if value.is_nan() { "-".into() } else { significant(value, 4) }
+}
+
+fn edge(axis: &Axis) -> Edge {
+    Edge { label: axis.key.clone(), texts: axis.values.clone(), numbers: axis.numbers.clone(), is_log: axis.is_log }
+}

@@ -1,0 +1,453 @@
+//! Maps: two keys of a scenario swept over a grid, at each point the loop judged, by its exact matrices.
+//!
+//! A point is the scenario with two values set. With `z` the eigenvalues of one tick of plant, law and delays at rest
+//! ([`margins`]), the loop is stable where max |z| < 1, and decays with -ln|z|/T of the slowest pole but
+//! the offset's own. With corners, a point is as good as its worst corner: every number of the plant that may be off is
+//! off by so many percent, in all 2^p ways. What a user may promise is the largest rectangle of points that all are good,
+//! around the point that the file has itself.
+//!
+//! [`grows`] asks the same of the plant as it is, not linear, and of the tick itself, by simulation: an independent way,
+//! for whoever does not trust matrices. A loop near its boundary takes long to show which it is, so the two may differ
+//! where |max |z| - 1| is below a thousandth, and nowhere else.
+//!
+//! Cost: about a millisecond per point and corner; the simulation of one takes a tenth of a second.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
+
+use loop_sim::solver::{self, SolverError};
+use scenario::{AtRest, Experiment, ScenarioError, Source};
+use serde::Serialize;
+
+use crate::margins::{self, Loop};
+use crate::report::number::typed;
+
+/// Points along an axis if none are asked for, and the most.
+const POINTS: usize = 32;
+const MOST_POINTS: usize = 400;
+/// Values between two ends have so many digits, so that they can be read and typed.
+const DIGITS: usize = 5;
+
+/// A key and what it is set to, one after the other.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Axis {
+    /// The key, as in `--set`.
+    pub key: String,
+    /// The values, as in `--set`.
+    pub values: Vec<String>,
+    /// The same as numbers, growing; none of a list.
+    #[serde(skip)]
+    pub numbers: Option<Vec<f64>>,
+    /// Do they grow by a factor instead of a difference?
+    #[serde(skip)]
+    pub is_log: bool,
+}
+
+impl Axis {
+    /// `KEY=FROM..TO`, then `:log` and `:POINTS` as wished; or `KEY=A,B,C`.
+    ///
+    /// # Errors
+    /// What is wrong with the text.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let form = "expected KEY=FROM..TO, KEY=FROM..TO:log:40 or KEY=A,B,C";
+        let (key, range) = text.split_once('=').ok_or_else(|| format!("{text:?}: {form}"))?;
+        let (key, range) = (key.trim().to_owned(), range.trim());
+        if key.is_empty() {
+            return Err(format!("{text:?}: {form}"));
+        }
+        let Some((from, rest)) = range.split_once("..") else {
+            let values = listed(range);
+            return match values.len() {
+                0..=MOST_POINTS if values.iter().all(|value| !value.is_empty()) => {
+                    Ok(Self { key, values, numbers: None, is_log: false })
+                }
+                0..=MOST_POINTS => Err(format!("{text:?}: a value is empty; {form}")),
+                many => Err(format!("{text:?}: {many} values; at most {MOST_POINTS}")),
+            };
+        };
+        let mut words = rest.split(':');
+        let (mut is_log, mut points) = (false, POINTS);
+        let number = |word: &str| {
+            let number = word.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+            number.ok_or_else(|| format!("{text:?}: {word:?} is no finite number; {form}"))
+        };
+        let (from, to) = (number(from)?, number(words.next().unwrap_or_default())?);
+        for word in words {
+            match (word, word.parse::<usize>()) {
+                ("log", _) => is_log = true,
+                (_, Ok(count @ 2..=MOST_POINTS)) => points = count,
+                (_, Ok(_)) => return Err(format!("{text:?}: an axis has 2 to {MOST_POINTS} points")),
+                _ => return Err(format!("{text:?}: {word:?} is neither `log` nor a number of points; {form}")),
+            }
+        }
+        if from >= to || !(to - from).is_finite() {
+            return Err(format!("{text:?}: the second end must be above the first"));
+        }
+        if is_log && from <= 0.0 {
+            return Err(format!("{text:?}: a logarithmic axis begins above 0"));
+        }
+        let value = |k: usize| {
+            let share = k as f64 / (points - 1) as f64;
+            let exact = if is_log { from * libm::pow(to / from, share) } else { from + share * (to - from) };
+            // An end is what was typed.
+            if k == 0 {
+                from
+            } else if k + 1 == points {
+                to
+            } else {
+                exact
+            }
+        };
+        let values: Vec<String> = (0..points).map(|k| typed(value(k), DIGITS)).collect();
+        let numbers: Vec<f64> = values.iter().filter_map(|value| value.parse().ok()).collect();
+        if numbers.windows(2).any(|pair| pair[0] >= pair[1]) {
+            return Err(format!("{text:?}: {points} points are not told apart by {DIGITS} digits"));
+        }
+        Ok(Self { key, values, numbers: Some(numbers), is_log })
+    }
+
+    /// The nearest point to a value; none beyond the ends.
+    pub fn at(&self, value: f64) -> Option<usize> {
+        let numbers = self.numbers.as_ref()?;
+        let (first, last) = (numbers.first()?, numbers.last()?);
+        let away = |k: &usize| (numbers[*k] - value).abs();
+        (first..=last).contains(&&value).then(|| (0..numbers.len()).min_by(|i, j| away(i).total_cmp(&away(j))))?
+    }
+
+    fn set(&self, k: usize) -> String {
+        format!("{}={}", self.key, self.values[k])
+    }
+}
+
+/// At the commas that are not within brackets.
+fn listed(text: &str) -> Vec<String> {
+    let mut depth = 0_usize;
+    let parts = text.split(|c: char| {
+        match c {
+            '[' => depth += 1,
+            ']' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        c == ',' && depth == 0
+    });
+    parts.map(|part| part.trim().to_owned()).collect()
+}
+
+/// What of a plant may be off: a name and its keys, and what one percent is of the unit of those.
+type Uncertain = (&'static str, &'static [&'static str], f64);
+
+/// Those of the kinds of scenario: the first whose keys a scenario takes is its own.
+const UNCERTAIN: [&[Uncertain]; 3] = [
+    &[
+        ("J_l", &["error.link_inertia_percent"], 1.0),
+        ("J_m", &["error.motor_inertia_percent"], 1.0),
+        ("K", &["error.stiffness_percent"], 1.0),
+        ("K_t", &["error.torque_percent"], 1.0),
+        ("weight", &["error.weight_percent"], 1.0),
+    ],
+    &[
+        ("J", &["error.inertia_percent"], 1.0),
+        ("K_t", &["error.torque_percent"], 1.0),
+        ("damping", &["error.damping_percent"], 1.0),
+    ],
+    &[
+        ("k_1", &["plant.error.k1", "plant.error.k1_x3"], 0.01),
+        ("b_1", &["plant.error.b1"], 0.01),
+        ("k_2", &["plant.error.k2_x1", "plant.error.k2_x3"], 0.01),
+        ("b_2", &["plant.error.b2"], 0.01),
+        ("b", &["plant.error.b"], 0.01),
+    ],
+];
+
+/// A way in which the plant may be off.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Corner {
+    /// `J +50 %, K_t -50 %`.
+    pub name: String,
+    /// The settings that make it so.
+    pub sets: Vec<String>,
+}
+
+/// The corners of a scenario with all that may be off so many percent off, but for what is swept anyway.
+///
+/// # Errors
+/// The scenario's own mistakes; or none of its numbers can be said to be off.
+pub fn corners(subject: &Subject<'_>, percent: f64, axes: &[Axis]) -> Result<Vec<Corner>, String> {
+    subject.with(&[]).map_err(|error| error.to_string())?;
+    let takes =
+        |uncertain: &&&[Uncertain]| uncertain[0].1.iter().all(|key| subject.with(&[format!("{key}=0.01")]).is_ok());
+    let uncertain = UNCERTAIN.iter().find(takes).ok_or_else(|| {
+        format!(
+            "{}: it has no table of errors: corners are for scenarios with [joint], [motor] or a flexible joint as [plant]",
+            subject.file
+        )
+    })?;
+    let is_swept = |keys: &[&str]| keys.iter().any(|key| axes.iter().any(|axis| axis.key == *key));
+    let uncertain: Vec<&Uncertain> = uncertain.iter().filter(|(_, keys, _)| !is_swept(keys)).collect();
+    let corner = |corner: usize| {
+        let mut sets = Vec::new();
+        let name = uncertain.iter().enumerate().map(|(i, (name, keys, unit))| {
+            let percent = if corner >> i & 1 == 1 { percent } else { -percent };
+            sets.extend(keys.iter().map(|key| format!("{key}={}", typed(percent * unit, DIGITS))));
+            format!("{name} {percent:+} %")
+        });
+        let name = name.collect::<Vec<_>>().join(", ");
+        Corner { name, sets }
+    };
+    Ok((0..1_usize << uncertain.len()).map(corner).collect())
+}
+
+/// The scenario that is swept.
+#[derive(Clone, Copy, Debug)]
+pub struct Subject<'a> {
+    /// What messages call its file.
+    pub file: &'a str,
+    /// The content of the file.
+    pub text: &'a str,
+    /// Its name if it gives none.
+    pub name: &'a str,
+    /// `KEY=VALUE`, before those of the point.
+    pub sets: &'a [String],
+}
+
+impl Subject<'_> {
+    /// With these settings on top.
+    ///
+    /// # Errors
+    /// All that is wrong with it.
+    pub fn with(&self, more: &[String]) -> Result<Experiment, ScenarioError> {
+        let sets = [self.sets, more].concat();
+        scenario::parse_own(&Source { file: self.file, text: self.text, sets: &sets }, self.name)
+    }
+
+    /// The number at a key without more settings, if it is one.
+    pub fn number_at(&self, key: &str) -> Option<f64> {
+        scenario::number_at(&Source { file: self.file, text: self.text, sets: self.sets }, key).ok()?
+    }
+}
+
+/// What a point is judged by beside its poles.
+pub type Figure<'a> = dyn Fn(&mut Experiment) -> Result<f64, String> + Sync + 'a;
+
+/// What is asked at each point.
+pub struct Question<'a> {
+    /// Of what.
+    pub subject: Subject<'a>,
+    /// Along the first axis, then the second; one axis for a line, none for a point.
+    pub axes: Vec<Axis>,
+    /// A point is as good as the worst of these; none: only as the scenario says.
+    pub corners: Vec<Corner>,
+    /// A figure beside decay and radius.
+    pub figure: Option<&'a Figure<'a>>,
+    /// Is the least of the figure the worst over the corners, and not the largest?
+    pub less_is_worse: bool,
+    /// Is every point simulated too?
+    pub simulate: bool,
+}
+
+/// A point of the grid.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Point {
+    /// Largest |z|, of the worst corner: below 1 is stable.
+    pub spectral_radius: f64,
+    /// -ln|z|/T of the slowest pole but the offset's own, 1/s; negative for a loop that grows.
+    pub decay_per_s: f64,
+    /// The figure that was asked for, at its worst over the corners.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub figure: Option<f64>,
+    /// The corner of the largest |z|.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub worst: Option<String>,
+    /// How many corners are unstable.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub unstable_corners: usize,
+    /// Did it grow when it was simulated, in the worst corner?
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grew: Option<bool>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives a reference")]
+const fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
+impl Point {
+    /// Do all poles decay?
+    pub const fn is_stable(&self) -> bool {
+        self.spectral_radius < 1.0
+    }
+}
+
+/// A point, or why there is none: no design with these values.
+pub type Judged = Result<Point, String>;
+
+impl Question<'_> {
+    /// Points along both axes.
+    pub fn size(&self) -> [usize; 2] {
+        [0, 1].map(|i| self.axes.get(i).map_or(1, |axis| axis.values.len()))
+    }
+
+    /// The point in this column and row.
+    fn judged(&self, column: usize, row: usize) -> Judged {
+        let here: Vec<String> = self.axes.iter().zip([column, row]).map(|(axis, k)| axis.set(k)).collect();
+        let as_it_is = [Corner { name: String::new(), sets: Vec::new() }];
+        let corners = if self.corners.is_empty() { &as_it_is[..] } else { &self.corners };
+        let mut worst: Option<(Point, &Corner)> = None;
+        let (mut figure, mut unstable) = (None::<f64>, 0);
+        for corner in corners {
+            let mut experiment =
+                self.subject.with(&[&here[..], &corner.sets].concat()).map_err(|error| error.to_string())?;
+            let (spectral_radius, decay_per_s) = poles(&experiment)?;
+            unstable += usize::from(spectral_radius >= 1.0);
+            if let Some(of) = self.figure {
+                let value = of(&mut experiment)?;
+                let is_worse = |known: f64| if self.less_is_worse { value < known } else { value > known };
+                figure = figure.filter(|known| known.is_nan() || !(value.is_nan() || is_worse(*known))).or(Some(value));
+            }
+            if worst.as_ref().is_none_or(|(worst, _)| spectral_radius > worst.spectral_radius) {
+                let point =
+                    Point { spectral_radius, decay_per_s, figure: None, worst: None, unstable_corners: 0, grew: None };
+                worst = Some((point, corner));
+            }
+        }
+        let (mut point, corner) = worst.ok_or("no corner")?;
+        point.figure = figure;
+        if !self.corners.is_empty() {
+            (point.worst, point.unstable_corners) = (Some(corner.name.clone()), unstable);
+        }
+        if self.simulate {
+            let experiment =
+                self.subject.with(&[&here[..], &corner.sets].concat()).map_err(|error| error.to_string())?;
+            let at_rest = experiment.at_rest.as_ref().map_err(ToString::to_string)?;
+            point.grew = Some(grows(at_rest, experiment.period_s).map_err(|error| error.to_string())?);
+        }
+        Ok(point)
+    }
+
+    /// All points, row by row from the first, on so many threads; `done` is told of each as it is found. None if it was
+    /// told to stop before the end.
+    pub fn answer(&self, threads: usize, stop: &AtomicBool, done: &mut dyn FnMut()) -> Option<Vec<Judged>> {
+        let [columns, rows] = self.size();
+        let count = columns * rows;
+        let (next, mut found) = (AtomicUsize::new(0), vec![None; count]);
+        let (tell, told) = mpsc::channel();
+        thread::scope(|scope| {
+            for _ in 0..threads.clamp(1, count) {
+                let (tell, next) = (tell.clone(), &next);
+                scope.spawn(move || {
+                    while !stop.load(Ordering::Relaxed) {
+                        let k = next.fetch_add(1, Ordering::Relaxed);
+                        if k >= count || tell.send((k, self.judged(k % columns, k / columns))).is_err() {
+                            break;
+                        }
+                    }
+                });
+            }
+            drop(tell);
+            for (k, judged) in told {
+                found[k] = Some(judged);
+                done();
+            }
+        });
+        found.into_iter().collect()
+    }
+}
+
+/// Largest |z| and the slowest decay of a scenario's loop.
+fn poles(experiment: &Experiment) -> Result<(f64, f64), String> {
+    let at_rest = experiment.at_rest.as_ref().map_err(ToString::to_string)?;
+    let found = Loop::of(at_rest, at_rest.law.as_ref(), experiment.period_s).and_then(|it| {
+        let alpha_per_s = margins::offset_per_s(experiment);
+        Ok((it.spectral_radius(1.0)?, margins::decay_per_s(&it.poles_beside(alpha_per_s)?)))
+    });
+    found.map_err(|error| error.to_string())
+}
+
+/// How far from rest a simulation begins, rad or unit of the first state; and from where on nobody would call it near.
+const START: f64 = 1e-6;
+const AWAY: f64 = 1e4 * START;
+/// Ticks of a third of it.
+const THIRD: usize = 10_000;
+
+/// Does the loop at rest, once disturbed a little, go on growing? The plant is the one of the scenario, not linear, and
+/// the law the very tick in f64, over 30 000 ticks. Stable is what in the last third is smaller than in the second, or
+/// a hundred times smaller than in the first: down there is only the grain of the counts.
+///
+/// # Errors
+/// When the plant could not be integrated.
+pub fn grows(at_rest: &AtRest, period_s: f64) -> Result<bool, SolverError> {
+    let (plant, law) = (at_rest.plant.as_ref(), at_rest.law.as_ref());
+    let (mut memory, rest) = law.rest();
+    let mut x = vec![0.0; plant.order()];
+    let seen = |x: &[f64]| -> Vec<f64> { at_rest.sensed.iter().map(|sensed| x[sensed.state]).collect() };
+    let mut samples = VecDeque::from(vec![seen(&x); at_rest.sensor_delay_ticks]);
+    let mut demands = VecDeque::from(vec![rest; at_rest.actuator_delay_ticks]);
+    let first = at_rest.sensed.first().map_or(0, |sensed| sensed.state);
+    x[first] = START;
+    let mut peaks = [0.0_f64; 3];
+    for peak in &mut peaks {
+        for _ in 0..THIRD {
+            samples.push_back(seen(&x));
+            let sample = samples.pop_front().unwrap_or_default();
+            let (mut next, asked) = law.tick(&memory, &sample, None);
+            demands.push_back(asked);
+            let held = demands.pop_front().unwrap_or(asked);
+            if at_rest.report {
+                (next, _) = law.tick(&memory, &sample, Some(held));
+            }
+            memory = next;
+            solver::advance(plant, 0.0, period_s, held, &mut x)?;
+            let size = x[first].abs();
+            if size.is_nan() || size > AWAY {
+                return Ok(true);
+            }
+            *peak = peak.max(size);
+        }
+    }
+    let [begin, middle, end] = peaks;
+    Ok(end > 0.9 * middle && end > 0.01 * begin)
+}
+
+/// The rectangle of good points around `home` whose sides are furthest from it: the nearest side first, where a side on the
+/// rim of the grid is no limit, then by how many points it has. As its first and last column and row; without a home the
+/// one of most points. None if home is not good, or nothing is.
+pub fn widest_rectangle(good: &[bool], columns: usize, home: [Option<usize>; 2]) -> Option<[usize; 4]> {
+    let rows = good.len() / columns.max(1);
+    // From home to the nearer end of a range that is not on the rim.
+    let room = |home: Option<usize>, first: usize, last: usize, count: usize| {
+        let below = home.filter(|_| first > 0).map(|home| home - first);
+        let above = home.filter(|_| last + 1 < count).map(|home| last - home);
+        below.into_iter().chain(above).min().unwrap_or(usize::MAX)
+    };
+    let mut best = None;
+    for top in 0..rows {
+        // Of each column, is it good from the top row to this one?
+        let mut all = vec![true; columns];
+        for bottom in top..rows {
+            all.iter_mut().zip(&good[bottom * columns..]).for_each(|(all, good)| *all &= good);
+            if home[1].is_some_and(|row| !(top..=bottom).contains(&row)) {
+                continue;
+            }
+            let mut left = 0;
+            for column in 0..=columns {
+                if all.get(column) == Some(&true) {
+                    continue;
+                }
+                if left < column && home[0].is_none_or(|home| (left..column).contains(&home)) {
+                    let nearest = room(home[0], left, column - 1, columns).min(room(home[1], top, bottom, rows));
+                    let worth = (nearest, (column - left) * (bottom + 1 - top));
+                    if best.is_none_or(|(known, _)| worth > known) {
+                        best = Some((worth, [left, column - 1, top, bottom]));
+                    }
+                }
+                left = column + 1;
+            }
+        }
+    }
+    best.map(|(_, rectangle)| rectangle)
+}
+
+#[cfg(test)]
+mod tests;

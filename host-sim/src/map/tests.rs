@@ -1,0 +1,221 @@
+//! Against what is known otherwise: the margins of one loop, all rectangles, the plant itself.
+
+use std::sync::atomic::AtomicBool;
+
+use super::*;
+
+static GO_ON: AtomicBool = AtomicBool::new(false);
+
+fn subject<'a>(text: &'a str, sets: &'a [String]) -> Subject<'a> {
+    Subject { file: "mine.toml", text, name: "mine", sets }
+}
+
+fn question<'a>(text: &'a str, axes: &[&str]) -> Question<'a> {
+    let axes = axes.iter().map(|axis| Axis::parse(axis).expect(axis)).collect();
+    Question { subject: subject(text, &[]), axes, corners: vec![], figure: None, less_is_worse: false, simulate: false }
+}
+
+fn answered(question: &Question<'_>) -> Vec<Point> {
+    let points = question.answer(2, &GO_ON, &mut || ()).expect("an answer");
+    points.into_iter().map(|point| point.expect("a design")).collect()
+}
+
+#[test]
+fn an_axis_has_the_ends_that_were_typed_and_even_steps_between() {
+    let even = Axis::parse("a.b = -0.5..1:4").expect("an axis");
+    assert_eq!((even.key.as_str(), even.values), ("a.b", ["-0.5", "0", "0.5", "1"].map(String::from).to_vec()));
+    let log = Axis::parse("k=1..1000:log:4").expect("an axis");
+    assert_eq!(log.numbers, Some(vec![1.0, 10.0, 100.0, 1000.0]));
+    assert_eq!(Axis::parse("k=1..1000:4:log"), Ok(log));
+    assert_eq!(Axis::parse("k=0..1").expect("an axis").values.len(), POINTS);
+    let words = Axis::parse("drive.tuning=quiet, normal").expect("an axis");
+    assert_eq!((words.values, words.numbers), (["quiet", "normal"].map(String::from).to_vec(), None));
+    assert_eq!(Axis::parse("k=[1,2],[3,4]").expect("an axis").values, ["[1,2]", "[3,4]"]);
+}
+
+#[test]
+fn what_is_no_axis_is_told() {
+    for (text, told) in [
+        ("k", "expected KEY=FROM..TO"),
+        ("=1..2", "expected KEY=FROM..TO"),
+        ("k=1..", "\"\" is no finite number"),
+        ("k=a..2", "\"a\" is no finite number"),
+        ("k=1..inf", "\"inf\" is no finite number"),
+        ("k=2..1", "second end must be above"),
+        ("k=1..1", "second end must be above"),
+        ("k=-1e308..1e308", "second end must be above"),
+        ("k=0..1:log", "begins above 0"),
+        ("k=0..1:1", "2 to 400 points"),
+        ("k=0..1:401", "2 to 400 points"),
+        ("k=0..1:lin", "neither `log` nor a number"),
+        ("k=1..1.0001:400", "not told apart"),
+        ("k=", "a value is empty"),
+        ("k=1,,2", "a value is empty"),
+    ] {
+        let error = Axis::parse(text).expect_err(text);
+        assert!(error.contains(told), "{text}: {error}");
+    }
+}
+
+#[test]
+fn a_value_is_at_the_nearest_point_and_beyond_the_ends_at_none() {
+    let axis = Axis::parse("k=0..1:3").expect("an axis");
+    assert_eq!(
+        [-0.1, 0.0, 0.3, 1.0, 1.1, f64::NAN].map(|value| axis.at(value)),
+        [None, Some(0), Some(1), Some(2), None, None]
+    );
+}
+
+/// Of all rectangles.
+fn by_trial(good: &[bool], columns: usize, home: [usize; 2]) -> Option<(usize, usize)> {
+    let rows = good.len() / columns;
+    let mut best = None;
+    for (left, right) in (0..columns).flat_map(|left| (left..columns).map(move |right| (left, right))) {
+        for (low, high) in (0..rows).flat_map(|low| (low..rows).map(move |high| (low, high))) {
+            let mut inside = (low..=high).flat_map(|row| (left..=right).map(move |column| row * columns + column));
+            let is_around = (left..=right).contains(&home[0]) && (low..=high).contains(&home[1]);
+            if is_around && inside.all(|k| good[k]) {
+                best = best.max(Some(worth([left, right, low, high], columns, rows, home)));
+            }
+        }
+    }
+    best
+}
+
+fn worth([left, right, low, high]: [usize; 4], columns: usize, rows: usize, home: [usize; 2]) -> (usize, usize) {
+    let sides = [
+        (left > 0, home[0].abs_diff(left)),
+        (right + 1 < columns, home[0].abs_diff(right)),
+        (low > 0, home[1].abs_diff(low)),
+        (high + 1 < rows, home[1].abs_diff(high)),
+    ];
+    let nearest = sides.iter().filter(|(limits, _)| *limits).map(|(_, away)| *away).min();
+    (nearest.unwrap_or(usize::MAX), (right + 1 - left) * (high + 1 - low))
+}
+
+#[test]
+fn no_rectangle_around_the_file_is_wider() {
+    let mut seed = 7_u32;
+    let mut luck = || {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        seed >> 16
+    };
+    let mut found = 0;
+    for _ in 0..500 {
+        let (columns, rows) = (1 + luck() as usize % 7, 1 + luck() as usize % 6);
+        let good: Vec<bool> = (0..columns * rows).map(|_| luck() % 5 > 0).collect();
+        let home = [luck() as usize % columns, luck() as usize % rows];
+        let rectangle = widest_rectangle(&good, columns, home.map(Some));
+        assert_eq!(rectangle.map(|it| worth(it, columns, rows, home)), by_trial(&good, columns, home), "{good:?}");
+        if let Some([left, right, low, high]) = rectangle {
+            found += 1;
+            assert!(
+                (low..=high).all(|row| good[row * columns + left..=row * columns + right].iter().all(|good| *good))
+            );
+        }
+    }
+    assert!(found > 300, "{found}");
+    assert_eq!(widest_rectangle(&[false; 6], 3, [None; 2]), None);
+    assert_eq!(widest_rectangle(&[true, true, false, true, true, true], 3, [None; 2]), Some([0, 1, 0, 1]));
+}
+
+/// A motor that is so many times as strong is the loop with so many times the plant's gain, whose margins are known.
+#[test]
+fn the_boundary_along_the_torque_constant_is_the_gain_margin() {
+    let question = question(scenario::MOTOR, &["error.torque_percent=-95..900:100", "motor.damping_n_m_s=0,1e-5"]);
+    let nominal = question.subject.with(&["motor.damping_n_m_s=0".into()]).expect("the scenario");
+    let at_rest = nominal.at_rest.as_ref().expect("at rest");
+    let margins = Loop::of(at_rest, at_rest.law.as_ref(), nominal.period_s).and_then(|it| it.margins());
+    let margins = margins.expect("margins");
+    let up = margins.gain_up.expect("a limit");
+    let points = answered(&question);
+    let percents = question.axes[0].numbers.clone().expect("numbers");
+    let mut judged = 0;
+    for (percent, point) in percents.iter().zip(&points) {
+        let factor = 1.0 + percent / 100.0;
+        assert_eq!(point.is_stable(), factor > margins.gain_down && factor < up, "{percent} %: {point:?}");
+        judged += 1;
+    }
+    assert!(judged == 100 && points[..100].iter().any(|point| !point.is_stable()));
+}
+
+/// The grid of `map --preset gain`, every sixth point: poles of matrices against the plant itself.
+#[test]
+fn poles_and_simulation_agree_off_the_boundary() {
+    let axes = ["plant.error.b=-0.9..5:8", "controller.k_l=5..1000:log:8"];
+    let question = Question { simulate: true, ..question(scenario::DEFAULT, &axes) };
+    let points = answered(&question);
+    let unstable = points.iter().filter(|point| !point.is_stable()).count();
+    assert!((20..40).contains(&unstable), "{unstable}");
+    for point in points {
+        let differs = point.grew == Some(point.is_stable());
+        assert!(!differs || (point.spectral_radius - 1.0).abs() < 1e-3, "{point:?}");
+    }
+}
+
+/// Known from another program over the same 32 corners: unstable are exactly those with k_2 low and b high.
+#[test]
+fn the_corners_of_the_paper_that_are_unstable_are_those_that_are_known() {
+    let sets = ["controller.k_l=10".into()];
+    let subject = subject(scenario::DEFAULT, &sets);
+    let all = corners(&subject, 50.0, &[]).expect("corners");
+    assert_eq!(all.len(), 32);
+    for corner in all {
+        let alone = Question { subject, corners: vec![corner.clone()], ..question(scenario::DEFAULT, &[]) };
+        let point = &answered(&alone)[0];
+        let is_known = corner.name.contains("k_2 -50 %") && corner.name.ends_with(" b +50 %");
+        assert_eq!(point.is_stable(), !is_known, "{}", corner.name);
+        assert_eq!((point.worst.as_ref(), point.unstable_corners), (Some(&corner.name), usize::from(is_known)));
+    }
+}
+
+#[test]
+fn a_point_is_as_bad_as_its_worst_corner() {
+    let sets = [];
+    let subject = subject(scenario::JOINT, &sets);
+    let axes = ["error.stiffness_percent=0,60", "drive.tuning=quiet,normal"];
+    let mut together = question(scenario::JOINT, &axes);
+    together.corners = corners(&subject, 20.0, &together.axes).expect("corners");
+    // The spring is swept, so that it is in no corner.
+    assert_eq!(together.corners.len(), 16);
+    assert!(together.corners.iter().all(|corner| !corner.name.contains("K ")));
+    let figure =
+        |experiment: &mut Experiment| Ok(experiment.at_rest.as_ref().map_or(0.0, |it| it.plant.order() as f64));
+    together.figure = Some(&figure);
+    let points = answered(&together);
+    let each: Vec<Vec<Point>> = together
+        .corners
+        .iter()
+        .map(|corner| answered(&Question { corners: vec![corner.clone()], ..question(scenario::JOINT, &axes) }))
+        .collect();
+    for (k, point) in points.iter().enumerate() {
+        let worst = each.iter().map(|corner| corner[k].spectral_radius).fold(0.0, f64::max);
+        let unstable = each.iter().filter(|corner| !corner[k].is_stable()).count();
+        assert_eq!((point.spectral_radius, point.unstable_corners), (worst, unstable));
+        assert!(point.figure.is_some_and(|order| order >= 4.0));
+    }
+}
+
+#[test]
+fn a_chain_has_no_table_of_errors_and_is_told_so() {
+    let error = corners(&subject(scenario::CHAIN, &[]), 20.0, &[]).expect_err("no corners");
+    assert!(error.contains("no table of errors"), "{error}");
+}
+
+#[test]
+fn values_without_a_design_are_no_points_and_say_why() {
+    let question = question(scenario::MOTOR, &["drive.surface_rad_s=100,1e5", "drive.period_s=1e-3,-1"]);
+    let points = question.answer(1, &GO_ON, &mut || ()).expect("an answer");
+    assert_eq!(points.iter().map(Result::is_ok).collect::<Vec<_>>(), [true, false, false, false]);
+    assert!(points[2].as_ref().is_err_and(|why| why.contains("drive.period_s")), "{points:?}");
+}
+
+#[test]
+fn as_many_threads_as_you_like_give_the_same_and_a_stop_gives_nothing() {
+    let question = question(scenario::MOTOR, &["error.inertia_percent=-50..50:5", "error.torque_percent=-50..50:5"]);
+    let mut told = 0;
+    let one = question.answer(1, &GO_ON, &mut || told += 1);
+    assert_eq!(told, 25);
+    assert_eq!(one, question.answer(7, &GO_ON, &mut || ()));
+    assert_eq!(question.answer(2, &AtomicBool::new(true), &mut || ()), None);
+}

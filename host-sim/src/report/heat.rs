@@ -1,0 +1,437 @@
+//! A heat map: one value over two axes, as SVG and PNG.
+//!
+//! Every cell is drawn in the colour of its value, from a scale whose lightness grows evenly (viridis), so that it reads
+//! in grey and by colour-blind eyes. What is unstable and what has no value are told apart from all colours of the scale.
+//! A dark line runs around all that is good, a white frame around what may be promised, a ring where the file is.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io;
+use std::path::Path;
+
+use super::axis::{Axis, drawable};
+use super::number::significant;
+use super::picture::{Anchor, Drawing, Picture, text_width, wrapped};
+use super::write_whole;
+
+/// Nine colours of viridis, from the lowest value to the highest.
+const SCALE: [[f64; 3]; 9] = [
+    [68.0, 1.0, 84.0],
+    [71.0, 45.0, 123.0],
+    [59.0, 82.0, 139.0],
+    [44.0, 114.0, 142.0],
+    [33.0, 145.0, 140.0],
+    [40.0, 174.0, 128.0],
+    [94.0, 201.0, 98.0],
+    [173.0, 220.0, 48.0],
+    [253.0, 231.0, 37.0],
+];
+/// Steps of the scale: more are not told apart.
+const STEPS: usize = 64;
+
+const INK: &str = "#222222";
+const SOFT_INK: &str = "#555555";
+const UNSTABLE: &str = "#f3c6ae";
+const NOTHING: &str = "#e4e4e4";
+
+const WIDTH: f64 = 900.0;
+const HEIGHT: f64 = 520.0;
+const MARGIN: f64 = 14.0;
+const TITLE_PX: f64 = 17.0;
+const LABEL_PX: f64 = 13.0;
+const TICK_PX: f64 = 12.0;
+const BAR_PX: f64 = 18.0;
+
+/// What a cell says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cell {
+    /// A value of the scale.
+    Value(f64),
+    /// The loop is unstable there: no value says anything.
+    Unstable,
+    /// There is no such thing.
+    Nothing,
+}
+
+/// Values along an edge: numbers, growing evenly or by a factor, or words.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edge {
+    /// Quantity and unit.
+    pub label: String,
+    /// Of each cell.
+    pub texts: Vec<String>,
+    /// The same as numbers; none of words.
+    pub numbers: Option<Vec<f64>>,
+    /// Do they grow by a factor?
+    pub is_log: bool,
+}
+
+/// The figure as data.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeatMap {
+    /// Stands above.
+    pub title: String,
+    /// Quantity and unit of the scale.
+    pub label: String,
+    /// Columns from left to right.
+    pub x: Edge,
+    /// Rows from below.
+    pub y: Edge,
+    /// Row by row.
+    pub cells: Vec<Cell>,
+    /// Which are good: a line runs around them.
+    pub good: Vec<bool>,
+    /// First and last column and row of a frame.
+    pub frame: Option<[usize; 4]>,
+    /// Column and row of a ring.
+    pub mark: Option<[usize; 2]>,
+}
+
+/// The area of the cells, px.
+#[derive(Clone, Copy)]
+struct Area {
+    left: f64,
+    top: f64,
+    width: f64,
+    height: f64,
+    columns: usize,
+    rows: usize,
+}
+
+impl Area {
+    /// The left edge of a column.
+    fn x(&self, column: usize) -> f64 {
+        self.left + self.width * column as f64 / self.columns as f64
+    }
+
+    /// The lower edge of a row.
+    fn y(&self, row: usize) -> f64 {
+        self.top + self.height * (1.0 - row as f64 / self.rows as f64)
+    }
+}
+
+impl HeatMap {
+    /// The SVG file.
+    pub fn svg(&self) -> String {
+        self.draw().svg().to_owned()
+    }
+
+    /// Writes STEM.svg and STEM.png into the folder.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    pub fn write(&self, folder: &Path, stem: &str) -> io::Result<()> {
+        let drawing = self.draw();
+        write_whole(&folder.join(format!("{stem}.svg")), |out| out.write_all(drawing.svg().as_bytes()))?;
+        let png = drawing.png()?;
+        write_whole(&folder.join(format!("{stem}.png")), |out| out.write_all(&png))
+    }
+
+    /// The scale over all values: logarithmic if all are above 0 and the largest is a hundred times the least.
+    fn scale(&self) -> Axis {
+        let values =
+            self.cells.iter().filter_map(|cell| if let Cell::Value(value) = cell { Some(*value) } else { None });
+        let values: Vec<f64> = values.filter(|value| drawable(*value)).collect();
+        let (least, most) = values.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), v| (l.min(*v), m.max(*v)));
+        if least > 0.0 && most > 100.0 * least { Axis::logarithmic(values) } else { Axis::new(None, values, 0.0, 6) }
+    }
+
+    fn draw(&self) -> Drawing {
+        let scale = self.scale();
+        let title = wrapped(&self.title, TITLE_PX, WIDTH - 2.0 * MARGIN, 4);
+        let ticks = self.y.ticks();
+        let widest =
+            |texts: &mut dyn Iterator<Item = &String>| texts.map(|text| text_width(text, TICK_PX)).fold(0.0, f64::max);
+        let left = MARGIN + 2.1 * LABEL_PX + widest(&mut ticks.iter().map(|(_, text)| text));
+        let of_scale = widest(&mut scale.ticks.iter().map(|(_, text)| text).chain([&scale.factor]));
+        let right = MARGIN + 2.1 * LABEL_PX + of_scale + BAR_PX + 34.0;
+        let top = MARGIN + 1.3 * TITLE_PX * title.len() as f64 + 34.0;
+        let area = Area {
+            left,
+            top,
+            width: WIDTH - left - right,
+            height: HEIGHT,
+            columns: self.x.texts.len(),
+            rows: self.y.texts.len(),
+        };
+        let mut picture = Picture::new(WIDTH, top + HEIGHT + 58.0, &self.title);
+        for (line, text) in title.iter().enumerate() {
+            let base = MARGIN + TITLE_PX * (1.0 + 1.3 * line as f64);
+            picture.text((WIDTH / 2.0, base), TITLE_PX, INK, Anchor::Middle, 0.0, text);
+        }
+        self.draw_legend(&mut picture, &area);
+        self.draw_cells(&mut picture, &area, &scale);
+        self.draw_edges(&mut picture, &area, &ticks);
+        draw_bar(&mut picture, &area, &scale, &self.label);
+        picture.finish()
+    }
+
+    /// What the colours beside the scale mean, and the lines, as far as there are such.
+    fn draw_legend(&self, picture: &mut Picture, area: &Area) {
+        let filled = |fill: &str| format!("<rect width=\"22\" height=\"12\" fill=\"{fill}\"/>");
+        let on_dark = |shape: &str| filled(&color(0.3)) + shape;
+        let frame = on_dark("<path d=\"M1 6H21\" stroke=\"#ffffff\" stroke-width=\"2.5\" stroke-dasharray=\"6 3\"/>");
+        let ring = on_dark("<circle cx=\"11\" cy=\"6\" r=\"4\" fill=\"none\" stroke=\"#ffffff\" stroke-width=\"2\"/>");
+        let has = |cell: Cell| self.cells.contains(&cell);
+        let entries = [
+            (has(Cell::Unstable), filled(UNSTABLE), "unstable"),
+            (has(Cell::Nothing), filled(NOTHING), "no design"),
+            (self.frame.is_some(), frame, "may be promised"),
+            (self.mark.is_some(), ring, "the file"),
+        ];
+        let mut x = area.left;
+        for (_, shape, text) in entries.into_iter().filter(|(is_there, ..)| *is_there) {
+            let y = area.top - 12.0;
+            picture.element(&format!("<g transform=\"translate({x:.2} {:.2})\">{shape}</g>", y - 10.0));
+            picture.text((x + 28.0, y), TICK_PX, SOFT_INK, Anchor::Start, 0.0, text);
+            x += 28.0 + text_width(text, TICK_PX) + 22.0;
+        }
+    }
+
+    fn draw_cells(&self, picture: &mut Picture, area: &Area, scale: &Axis) {
+        // One path per colour: a map of many cells stays a small file.
+        let mut of_color: BTreeMap<String, String> = BTreeMap::new();
+        for (k, cell) in self.cells.iter().enumerate() {
+            let fill = match cell {
+                Cell::Value(value) if drawable(*value) => color(scale.place(*value)),
+                Cell::Unstable => UNSTABLE.into(),
+                _ => NOTHING.into(),
+            };
+            let (column, row) = (k % area.columns, k / area.columns);
+            // Writing to a String cannot fail.
+            let _ = write!(
+                of_color.entry(fill).or_default(),
+                "M{:.2} {:.2}H{:.2}V{:.2}H{:.2}Z",
+                area.x(column),
+                area.y(row),
+                area.x(column + 1),
+                area.y(row + 1),
+                area.x(column)
+            );
+        }
+        for (fill, path) in of_color {
+            // A hair of the same colour closes the seams that renderers leave between neighbours.
+            picture.element(&format!("<path d=\"{path}\" fill=\"{fill}\" stroke=\"{fill}\" stroke-width=\"0.4\"/>"));
+        }
+        let is_good = |column: Option<usize>, row: Option<usize>| -> bool {
+            let (Some(column), Some(row)) = (column, row) else { return false };
+            column < area.columns && self.good.get(row * area.columns + column) == Some(&true)
+        };
+        let mut around = String::new();
+        for row in 0..=area.rows {
+            for column in 0..=area.columns {
+                let [beside, below] = [column.checked_sub(1), row.checked_sub(1)];
+                let here = is_good(Some(column), Some(row));
+                if here != is_good(beside, Some(row)) && column > 0 && column < area.columns && row < area.rows {
+                    let _ = write!(around, "M{:.2} {:.2}V{:.2}", area.x(column), area.y(row), area.y(row + 1));
+                }
+                if here != is_good(Some(column), below) && row > 0 && row < area.rows && column < area.columns {
+                    let _ = write!(around, "M{:.2} {:.2}H{:.2}", area.x(column), area.y(row), area.x(column + 1));
+                }
+            }
+        }
+        if !around.is_empty() {
+            picture.element(&format!(
+                "<path d=\"{around}\" fill=\"none\" stroke=\"{INK}\" stroke-width=\"2\" stroke-linecap=\"square\"/>"
+            ));
+        }
+        if let Some([first, last, low, high]) = self.frame {
+            let (x, y) = (area.x(first) + 3.0, area.y(high + 1) + 3.0);
+            let (width, height) = (area.x(last + 1) - x - 3.0, area.y(low) - y - 3.0);
+            picture.element(&format!(
+                "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{:.2}\" height=\"{:.2}\" fill=\"none\" stroke=\"#ffffff\" \
+                 stroke-width=\"2.5\" stroke-dasharray=\"9 5\"/>",
+                width.max(1.0),
+                height.max(1.0)
+            ));
+        }
+        if let Some([column, row]) = self.mark {
+            let (x, y) = (0.5 * (area.x(column) + area.x(column + 1)), 0.5 * (area.y(row) + area.y(row + 1)));
+            for (stroke, width) in [(INK, 4.5), ("#ffffff", 2.5)] {
+                picture.element(&format!(
+                    "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"6\" fill=\"none\" stroke=\"{stroke}\" stroke-width=\"{width}\"/>"
+                ));
+            }
+        }
+    }
+
+    fn draw_edges(&self, picture: &mut Picture, area: &Area, of_y: &[(f64, String)]) {
+        let Area { left, top, width, height, .. } = *area;
+        let (right, bottom) = (left + width, top + height);
+        let mut marks = String::new();
+        for (place, text) in self.x.ticks() {
+            let x = left + width * place;
+            let _ = write!(marks, "M{x:.2} {bottom:.2}v5");
+            picture.text((x, bottom + 19.0), TICK_PX, SOFT_INK, Anchor::Middle, 0.0, &text);
+        }
+        for (place, text) in of_y {
+            let y = bottom - height * place;
+            let _ = write!(marks, "M{left:.2} {y:.2}h-5");
+            picture.text((left - 8.0, y + 0.36 * TICK_PX), TICK_PX, SOFT_INK, Anchor::End, 0.0, text);
+        }
+        picture.element(&format!(
+            "<path d=\"{marks}M{left:.2} {top:.2}H{right:.2}V{bottom:.2}H{left:.2}Z\" fill=\"none\" \
+             stroke=\"{SOFT_INK}\" stroke-width=\"1\"/>"
+        ));
+        picture.text((left + 0.5 * width, bottom + 42.0), LABEL_PX, INK, Anchor::Middle, 0.0, &self.x.label);
+        let at = (MARGIN + 0.6 * LABEL_PX, top + 0.5 * height);
+        picture.text(at, LABEL_PX, INK, Anchor::Middle, -90.0, &self.y.label);
+    }
+}
+
+impl Edge {
+    /// Where a tick stands along the edge, 0 to 1, and what it says.
+    fn ticks(&self) -> Vec<(f64, String)> {
+        let count = self.texts.len();
+        let middle = |k: usize| (k as f64 + 0.5) / count as f64;
+        let (Some(numbers), true) = (&self.numbers, count > 1) else {
+            // Words, as many as there is room for.
+            let every = count.div_ceil(12).max(1);
+            return (0..count).step_by(every).map(|k| (middle(k), self.texts[k].clone())).collect();
+        };
+        let (first, last) = (numbers[0], numbers[count - 1]);
+        let axis =
+            if self.is_log { Axis::logarithmic([first, last]) } else { Axis::new(Some((first, last)), [], 0.0, 8) };
+        // From the middle of the first cell to that of the last.
+        let [begin, end] = [first, last].map(|value| axis.place(value));
+        let place = |value: f64| {
+            let share = (axis.place(value) - begin) / (end - begin);
+            (share * (count - 1) as f64 + 0.5) / count as f64
+        };
+        let plain = |(value, text): &(f64, String)| {
+            // A factor beside an axis is one thing more to overlook.
+            let text = if axis.factor.is_empty() { text.clone() } else { significant(*value, 2) };
+            (place(*value), text)
+        };
+        axis.ticks.iter().map(plain).filter(|(place, _)| (0.0..=1.0).contains(place)).collect()
+    }
+}
+
+fn draw_bar(picture: &mut Picture, area: &Area, scale: &Axis, label: &str) {
+    let (left, bottom) = (area.left + area.width + 24.0, area.top + area.height);
+    for step in 0..STEPS {
+        let height = area.height / STEPS as f64;
+        let fill = color((step as f64 + 0.5) / STEPS as f64);
+        picture.element(&format!(
+            "<rect x=\"{left:.2}\" y=\"{:.2}\" width=\"{BAR_PX}\" height=\"{:.2}\" fill=\"{fill}\"/>",
+            bottom - height * (step + 1) as f64,
+            height + 0.4
+        ));
+    }
+    let mut marks = String::new();
+    let right = left + BAR_PX;
+    for (value, text) in &scale.ticks {
+        let y = bottom - area.height * scale.place(*value);
+        let _ = write!(marks, "M{right:.2} {y:.2}h4");
+        picture.text((right + 7.0, y + 0.36 * TICK_PX), TICK_PX, SOFT_INK, Anchor::Start, 0.0, text);
+    }
+    picture.element(&format!("<path d=\"{marks}\" fill=\"none\" stroke=\"{SOFT_INK}\" stroke-width=\"1\"/>"));
+    picture.text((left, area.top - 8.0), TICK_PX, SOFT_INK, Anchor::Start, 0.0, &scale.factor);
+    let at = (WIDTH - MARGIN, area.top + 0.5 * area.height);
+    picture.text(at, LABEL_PX, INK, Anchor::Middle, -90.0, label);
+}
+
+/// The colour at a place of the scale, 0 to 1.
+fn color(place: f64) -> String {
+    let step = (place.clamp(0.0, 1.0) * STEPS as f64).floor().min((STEPS - 1) as f64) / (STEPS - 1) as f64;
+    let at = step * (SCALE.len() - 1) as f64;
+    let below = (at.floor() as usize).min(SCALE.len() - 2);
+    let share = at - below as f64;
+    let [red, green, blue]: [u8; 3] = std::array::from_fn(|i| {
+        let [from, to] = [SCALE[below][i], SCALE[below + 1][i]];
+        (from + share * (to - from)).round() as u8
+    });
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn edge(count: usize) -> Edge {
+        let numbers: Vec<f64> = (0..count).map(|k| k as f64).collect();
+        let texts = numbers.iter().map(ToString::to_string).collect();
+        Edge { label: "key".into(), texts, numbers: Some(numbers), is_log: false }
+    }
+
+    fn map() -> HeatMap {
+        let cells: Vec<Cell> =
+            (0..12).map(|k| if k == 3 { Cell::Unstable } else { Cell::Value(f64::from(k)) }).collect();
+        let good = cells.iter().map(|cell| *cell != Cell::Unstable).collect();
+        HeatMap {
+            title: "Title".into(),
+            label: "value".into(),
+            x: edge(4),
+            y: edge(3),
+            cells,
+            good,
+            frame: Some([0, 2, 0, 2]),
+            mark: Some([1, 1]),
+        }
+    }
+
+    #[test]
+    fn the_scale_ends_in_the_ends_of_viridis_and_grows_lighter() {
+        assert_eq!([color(-1.0), color(0.0), color(1.0), color(9.0)], ["#440154", "#440154", "#fde725", "#fde725"]);
+        let light = |place: f64| {
+            let text = color(place);
+            let part = |at: usize| f64::from(u8::from_str_radix(&text[at..at + 2], 16).expect("hex"));
+            0.2126 * part(1) + 0.7152 * part(3) + 0.0722 * part(5)
+        };
+        assert!((0..STEPS - 1).all(|k| light(k as f64 / 63.0) < light((k + 1) as f64 / 63.0)));
+    }
+
+    #[test]
+    fn a_tick_stands_in_the_middle_of_the_cell_of_its_value() {
+        for (place, text) in edge(5).ticks() {
+            let value: f64 = text.parse().expect("a number");
+            assert!((place - (value + 0.5) / 5.0).abs() < 1e-12, "{place} {text}");
+        }
+        let log = Edge { numbers: Some(vec![1.0, 10.0, 100.0]), is_log: true, ..edge(3) };
+        let at = log.ticks().into_iter().find(|(_, text)| text == "10").expect("a tick at 10").0;
+        assert!((at - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn words_stand_under_their_cells() {
+        let words = Edge { numbers: None, texts: ["quiet", "normal"].map(String::from).into(), ..edge(2) };
+        assert_eq!(words.ticks(), [(0.25, "quiet".into()), (0.75, "normal".into())]);
+    }
+
+    #[test]
+    fn the_legend_has_what_is_there_and_no_more() {
+        let all = map().svg();
+        assert!(["unstable", "may be promised", "the file"].iter().all(|text| all.contains(&format!(">{text}<"))));
+        assert!(!all.contains(">no design<"));
+        let bare = HeatMap { frame: None, mark: None, cells: vec![Cell::Nothing; 12], good: vec![false; 12], ..map() };
+        let bare = bare.svg();
+        assert!(bare.contains(">no design<") && !bare.contains(">may be promised<") && !bare.contains(">the file<"));
+    }
+
+    #[test]
+    fn a_line_runs_between_good_and_bad_cells_and_not_along_the_rim() {
+        let svg = map().svg();
+        // Cell 3 is the last of the lowest row: its left and upper edge.
+        let around = svg.lines().find(|line| line.contains("stroke-linecap=\"square\"")).expect("a line");
+        assert_eq!(around.matches('M').count(), 2, "{around}");
+        let all_good = HeatMap { good: vec![true; 12], ..map() };
+        assert!(!all_good.svg().contains("stroke-linecap=\"square\""));
+    }
+
+    #[test]
+    fn values_that_are_none_and_maps_of_one_cell_still_draw() {
+        let cells = vec![Cell::Value(f64::NAN), Cell::Value(f64::INFINITY), Cell::Value(-1e300)];
+        let odd = HeatMap { x: edge(3), y: edge(1), good: vec![true; 3], cells, frame: None, mark: None, ..map() };
+        assert!(!odd.svg().contains("NaN") && !odd.svg().contains("inf"));
+        let one = HeatMap {
+            x: edge(1),
+            y: edge(1),
+            cells: vec![Cell::Value(1.0)],
+            good: vec![true],
+            frame: None,
+            mark: None,
+            ..map()
+        };
+        assert!(one.draw().png().is_ok());
+    }
+}
