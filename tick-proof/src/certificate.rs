@@ -8,7 +8,7 @@ use crate::run::Row;
 
 /// The certificate of the file of this name and text. `sha256sum --check` finds the line with the two.
 pub fn text(file: &str, exported: &str, title: &str, rows: &[Row], solver: &str) -> String {
-    let digest: String = Sha256::digest(exported).iter().map(|byte| format!("{byte:02x}")).collect();
+    let digest = <[u8; 32]>::from(Sha256::digest(exported)).map(|byte| format!("{byte:02x}")).concat();
     let mut out = format!(
         "Certificate of tick-proof {} for a file of host-sim export --standalone, by its SHA-256:\n\n\
          {digest}  {file}\n\n\

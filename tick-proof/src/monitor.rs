@@ -17,10 +17,13 @@ const SAID: [(&str, &str); 3] =
 
 const ALARMS: [&str; 4] = ["disturbance_over_bound", "sigma_star_over_bound", "stuck_at_limit", "input_rejected"];
 
+/// What is claimed of a tick, each with its name.
+type Claims = Vec<(&'static str, String)>;
+
 /// Everything that is claimed of monitors that stop, and of those that tell.
 pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
     let both = [("stopping", Step::of(stopping)), ("telling", Step::of(telling))];
-    let each = |name, of: &dyn Fn(&str, &Step) -> Vec<(&'static str, String)>| {
+    let each = |name, of: &dyn Fn(&str, &Step) -> Claims| {
         let questions = both.iter().flat_map(|(part, step)| {
             let ask = |(what, claim): (&str, String)| step.ask(&format!("{part}: {what}"), &claim);
             of(part, step).into_iter().map(ask).collect::<Vec<Question>>()
