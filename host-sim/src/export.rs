@@ -18,6 +18,7 @@ use std::fmt::Write as _;
 use loop_sim::port::in_process::{ControllerSpec, Download, Model};
 use scenario::{Experiment, Source};
 use tick_assembly::Effort;
+use tick_proof::Functions;
 
 use crate::margins;
 use crate::remote::Loadable;
@@ -113,17 +114,7 @@ pub(crate) fn formulas_stay_here(spec: &ControllerSpec) -> String {
     )
 }
 
-/// A controller or a drive as the records that its self-contained C file is written from.
-#[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant, reason = "there is one at a time")]
-pub enum Functions {
-    /// A law on a state that is measured.
-    Chain(tick_record::Functions),
-    /// A drive on the counts of encoders.
-    Drive(tick_record::drive::DriveFunctions),
-}
-
-/// The records of a scenario's controller.
+/// The records that the self-contained C file of a scenario is written from.
 ///
 /// # Errors
 /// What cannot be exported to C, and what to change.

@@ -9,7 +9,15 @@
 //! With every word as a number (module `design` of the core, "Range"): the largest B for which the law's product
 //! k B does not overflow, and likewise C, W and the sum x + A of each channel; in the driven channel a(x)/b + A within
 //! Λ (1 + most), where `most` is the larger of what may be asked without a doubt over Λ and the share of the offset.
+//!
+//! # One of three is taken
+//! A sample may be refused for ever only if the estimates stay spoilt, and two refused ones clear them. How large a
+//! sample may be for that is a box: every term that it has in the law at most a 32nd of what may be asked without a
+//! doubt, a(x)/b too, and of its σ as much (b(x) within half and twice its nominal value). Then of three in a row one
+//! is taken: if the first two are refused the estimates are zero, W is the σ of the second, and the third asks for
+//! less than may be asked.
 
+use controller_core::MAX_N;
 use tick_record::{Functions, Kind, Role};
 
 use crate::drive::applied;
@@ -17,6 +25,9 @@ use crate::smt::{Script, number};
 use crate::statement::{
     Question, Statement, Step, all, bounded, called, constant, either, finite, not, numbers, same, then, within,
 };
+
+/// Into how many shares what may be asked is cut in the box of samples.
+const SHARES: f32 = 32.0;
 
 /// What a record knows of its design.
 struct Design<'a> {
@@ -38,27 +49,40 @@ fn largest(k: f32) -> f32 {
     f32::from_bits(low)
 }
 
-/// Everything that is claimed.
+/// Everything that is claimed of a controller.
 pub fn statements(functions: &Functions) -> Vec<Statement> {
-    let tick = &functions.tick;
-    let of = |name: &str| constant(tick, name).unwrap_or(0.0);
-    let limit = constant(&functions.report_applied, "input_limit").unwrap_or(1e12);
-    let design = Design { functions, limit, u: [of("u_min"), of("u_max")] };
-    vec![
-        design.limits(),
-        design.rejected(),
-        design.finite_again(),
-        design.output(),
-        design.health(),
-        design.started(),
-        design.applied(),
-        design.led_into_m(),
-        design.second_chance(),
-        design.kept_in_m(),
-    ]
+    let design = Design::of(functions);
+    let [refused, kept] = [design.second_chance(), design.kept_in_m()];
+    let one = design.one_of_three();
+    design.all_but_m().into_iter().chain([design.led_into_m(), refused, kept]).chain(one).collect()
 }
 
-impl Design<'_> {
+/// The same of one that sees its state through a map: the sums x + A of M are not those of the sample.
+pub fn of_a_map(functions: &Functions) -> Vec<Statement> {
+    let design = Design::of(functions);
+    let [refused, kept] = [design.second_chance(), design.kept_in_m()];
+    design.all_but_m().into_iter().chain([refused, kept]).collect()
+}
+
+impl<'a> Design<'a> {
+    fn of(functions: &'a Functions) -> Self {
+        let of = |name: &str| constant(&functions.tick, name).unwrap_or(0.0);
+        let limit = constant(&functions.report_applied, "input_limit").unwrap_or(1e12);
+        Self { functions, limit, u: [of("u_min"), of("u_max")] }
+    }
+
+    fn all_but_m(&self) -> [Statement; 7] {
+        [
+            self.limits(),
+            self.rejected(),
+            self.finite_again(),
+            self.output(),
+            self.health(),
+            self.started(),
+            self.applied(),
+        ]
+    }
+
     /// Every number of the state is finite, the u that is held within ±1e12.
     fn invariant(&self) -> String {
         let finite = numbers(&self.functions.state).filter(|name| *name != "held").map(finite);
@@ -152,7 +176,7 @@ impl Design<'_> {
         let tick = &self.functions.tick;
         let of = |name: &str| constant(tick, name).unwrap_or(0.0);
         let product = |k: &str, word: &str| finite(&format!("(fp.mul RNE {} {word})", number(of(k))));
-        let n = tick.inputs.iter().filter(|port| matches!(port.role, Role::Sample(_))).count();
+        let n = self.order();
         let mut words = Vec::new();
         for name in numbers(&self.functions.state) {
             let (letter, channel) = name.split_at(1);
@@ -201,7 +225,7 @@ impl Design<'_> {
     fn drift_in_m(&self, step: &Step) -> Vec<Question> {
         let tick = &self.functions.tick;
         let of = |name: &str| constant(tick, name).unwrap_or(0.0);
-        let n = tick.inputs.iter().filter(|port| matches!(port.role, Role::Sample(_))).count();
+        let n = self.order();
         let driven = format!("a{n}");
         let driven = numbers(&self.functions.state).find(|name| *name == driven);
         let named = |name: &str| called(tick, name);
@@ -273,6 +297,52 @@ impl Design<'_> {
         Statement::new("of two good samples, both refused, the second starts anew: into M, from any bits", questions)
     }
 
+    /// The box of samples in which one of three is taken: bounds of the entries, of a(x)/b, and of their σ.
+    fn of_no_doubt(&self) -> ([f32; MAX_N], f32, f32) {
+        let of = |name: &str| constant(&self.functions.tick, name).unwrap_or(0.0).abs();
+        let share = of("plausible") / SHARES;
+        let sigma = [share / (of("kw") * of("unit")), share / (2.0 * of("us") * of("unit")), self.limit];
+        let sigma = sigma.into_iter().fold(f32::MAX, f32::min);
+        let entry = |j: usize| {
+            let in_sigma = if j + 1 == self.order() { 1.0 } else { of(&format!("c_{}", j + 1)) };
+            let in_law = share / (of(&format!("kx_{}", j + 1)) * of("unit"));
+            in_law.min(sigma / (2.0 * MAX_N as f32 * in_sigma)).min(self.limit)
+        };
+        (core::array::from_fn(entry), share, sigma)
+    }
+
+    fn order(&self) -> usize {
+        self.functions.tick.inputs.iter().filter(|port| matches!(port.role, Role::Sample(_))).count()
+    }
+
+    /// Not of one behind a gate, which has a doubt of its own.
+    fn one_of_three(&self) -> Option<Statement> {
+        let tick = &self.functions.tick;
+        let gated = self.functions.state.iter().any(|word| word.name.ends_with("_seen"));
+        let aside = self.aside().filter(|_| !gated)?;
+        let (x, drift, sigma) = self.of_no_doubt();
+        let mut step = Step::of(tick);
+        step.script.suppose(&all((0..self.order()).map(|j| bounded(&format!("x{}", j + 1), x[j]))));
+        step.script.suppose(&bounded(&called(tick, "drift")?, drift));
+        if let Some(gain) = called(tick, "gain") {
+            step.script.suppose(&within(&gain, 0.5, 2.0));
+        }
+        let rejected = step.after("input_rejected").to_string();
+        let [offset, sum, resuming] = ["offset", &aside, "resuming"].map(|name| step.after(name).to_string());
+        let estimates = || numbers(&self.functions.state).filter(|name| is_estimate(name));
+        let mut refused = step.clone();
+        refused.script.suppose(&rejected);
+        let first = refused.ask("the first: its sigma is kept", &all([resuming.clone(), bounded(&sum, sigma)]));
+        refused.script.suppose(&all(["resuming".into(), bounded(&aside, sigma)]));
+        let zero = estimates().map(|name| format!("(fp.isZero {})", step.after(name)));
+        let anew = all(zero.chain([resuming, bounded(&offset, sigma)]));
+        let second = refused.ask("the second: starts anew", &anew);
+        step.script.suppose(&all(estimates().map(|name| format!("(fp.isZero {name})"))));
+        step.script.suppose(&all(["resuming".into(), bounded("offset", sigma)]));
+        let third = step.ask("the third is taken", &not(&rejected));
+        Some(Statement::new("of three samples of the box in a row one is taken, from any bits", [first, second, third]))
+    }
+
     fn kept_in_m(&self) -> Statement {
         let mut step = Step::of(&self.functions.tick);
         let rejected = step.after("input_rejected").to_string();
@@ -304,17 +374,28 @@ fn is_estimate(name: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use host_sim::export::Functions;
     use tick_record::{Kind, Word};
 
     use super::*;
     use crate::instances::ALL;
 
+    /// A box that no plant stays in would promise nothing.
+    #[test]
+    fn the_box_has_room() {
+        let crate::Functions::Chain(functions) = (ALL[1].functions)() else { panic!("a chain") };
+        let (x, drift, sigma) = Design::of(&functions).of_no_doubt();
+        // rad, rad/s, and the same of the motor as the chain has it; 300 is the limit of u.
+        for (bound, at_work) in x.into_iter().zip([0.5, 1.7, 17.0, 500.0]) {
+            assert!(bound > at_work, "{x:?}");
+        }
+        assert!(drift > 15.0 * 300.0 && sigma > 6e3, "{drift} {sigma}");
+    }
+
     /// What nothing fulfils is easily proved of: each supposition has an example.
     #[test]
     fn what_is_supposed_can_be() {
-        let chains = ALL.iter().filter_map(|instance| match instance.functions() {
-            Ok(Functions::Chain(functions)) => Some((instance.name, functions)),
+        let chains = ALL.iter().filter_map(|instance| match (instance.functions)() {
+            crate::Functions::Chain(functions) => Some((instance.name, functions)),
             _ => None,
         });
         for (name, functions) in chains {
@@ -322,6 +403,8 @@ mod tests {
             let answer = |given: &dyn Fn(&str) -> f32, result: &str| {
                 let inputs = tick.inputs.iter().map(|port| match port.kind {
                     Kind::Truth => Word::Truth(port.name == "resuming" && given("resuming") > 0.0),
+                    // b(x) as the design has it.
+                    _ if port.name == "gain" => Word::Number(1.0),
                     _ => Word::Number(given(&port.name)),
                 });
                 let at = tick.results.iter().position(|port| port.name == result).expect(result);

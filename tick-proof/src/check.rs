@@ -5,9 +5,9 @@
 //! interpreter gives the bits of the compiled C, and both those of the tick, are the tests of `tick-record` (a million
 //! ticks of every shape, and of the drives). So solver, interpreter, C and tick are held together, two and two.
 
-use host_sim::export::Functions;
 use tick_record::{Kind, Record, Word};
 
+use crate::Functions;
 use crate::smt::{Script, word};
 use crate::statement::{Question, Statement, all, same};
 
@@ -49,7 +49,7 @@ impl Noise {
 /// The questions of all records of an instance.
 pub fn statement(functions: &Functions) -> Statement {
     let records: Vec<(&str, &Record)> = match functions {
-        Functions::Chain(all) => vec![
+        Functions::Chain(all) | Functions::Measured(all) => vec![
             ("start", &all.start),
             ("tick", &all.tick),
             ("running", &all.running),
@@ -66,6 +66,7 @@ pub fn statement(functions: &Functions) -> Statement {
             ("report_applied", &all.report_applied),
             ("reset", &all.reset),
         ],
+        Functions::Monitors { stopping, telling } => vec![("stopping", stopping), ("telling", telling)],
     };
     let questions = records.into_iter().enumerate().map(|(seed, (name, record))| question(name, record, seed as u64));
     Statement::new("(check) the solver computes what the record does, random bits", questions)

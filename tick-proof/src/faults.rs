@@ -2,12 +2,11 @@
 //!
 //! A fault that is proved to be harmless would mean that the statement says nothing.
 
-use host_sim::export::Functions;
 use tick_record::{Block, End, Id, Kind, Op, Record, Role, Test};
 
-use crate::instances::{CHAIN_WITH_FAULTS, DRIVE_WITH_FAULTS};
+use crate::instances::{CHAIN_WITH_FAULTS, DRIVE_WITH_FAULTS, Instance, MONITORS_WITH_FAULTS};
 use crate::statement::Statement;
-use crate::{chain, drive};
+use crate::{Functions, claims};
 
 /// A change, and the statement that it breaks.
 pub struct Fault {
@@ -15,23 +14,44 @@ pub struct Fault {
     pub name: &'static str,
     /// How the statement begins that notices.
     notices: &'static str,
-    is_drive: bool,
+    instance: Instance,
     change: fn(&mut Record) -> bool,
 }
 
 /// All of them.
-pub const FAULTS: [Fault; 6] = [
+pub const FAULTS: [Fault; 7] = [
     Fault {
         name: "the guard looks at one side",
         notices: "a sample that is not finite",
-        is_drive: false,
+        instance: CHAIN_WITH_FAULTS,
         change: one_sided,
     },
-    Fault { name: "NaN passes the guard", notices: "u within", is_drive: false, change: nan_passes },
-    Fault { name: "memory before the guard", notices: "every word", is_drive: false, change: early_memory },
-    Fault { name: "u goes out without its limits", notices: "u within", is_drive: false, change: no_limits },
-    Fault { name: "a drive's u without its limits", notices: "u within", is_drive: true, change: no_limits },
-    Fault { name: "a lost sample is learned from", notices: "nothing is learned", is_drive: true, change: learns },
+    Fault { name: "NaN passes the guard", notices: "u within", instance: CHAIN_WITH_FAULTS, change: nan_passes },
+    Fault { name: "memory before the guard", notices: "every word", instance: CHAIN_WITH_FAULTS, change: early_memory },
+    Fault {
+        name: "u goes out without its limits",
+        notices: "u within",
+        instance: CHAIN_WITH_FAULTS,
+        change: no_limits,
+    },
+    Fault {
+        name: "a drive's u without its limits",
+        notices: "u within",
+        instance: DRIVE_WITH_FAULTS,
+        change: no_limits,
+    },
+    Fault {
+        name: "a lost sample is learned from",
+        notices: "nothing is learned",
+        instance: DRIVE_WITH_FAULTS,
+        change: learns,
+    },
+    Fault {
+        name: "a disturbance is not watched",
+        notices: "what is over",
+        instance: MONITORS_WITH_FAULTS,
+        change: blind,
+    },
 ];
 
 impl Fault {
@@ -41,23 +61,14 @@ impl Fault {
     /// # Errors
     /// When the change finds nothing to change, or no statement to notice it.
     pub fn statement(&self, at_rest: bool) -> Result<Statement, String> {
-        let instance = if self.is_drive { DRIVE_WITH_FAULTS } else { CHAIN_WITH_FAULTS };
-        let mut changed = false;
-        let statements = match instance.functions()? {
-            Functions::Chain(mut functions) => {
-                for record in [&mut functions.tick, &mut functions.running] {
-                    changed |= (self.change)(record);
-                }
-                chain::statements(&functions)
-            }
-            Functions::Drive(mut functions) => {
-                for record in [&mut functions.observe, &mut functions.law] {
-                    changed |= (self.change)(record);
-                }
-                drive::statements(&functions)
-            }
+        let mut functions = (self.instance.functions)();
+        let broken = match &mut functions {
+            Functions::Chain(all) | Functions::Measured(all) => [&mut all.tick, &mut all.running],
+            Functions::Drive(all) => [&mut all.observe, &mut all.law],
+            Functions::Monitors { stopping, telling } => [stopping, telling],
         };
-        let noticing = statements.into_iter().find(|statement| statement.name.starts_with(self.notices));
+        let changed = broken.map(self.change).contains(&true);
+        let noticing = claims(&functions).into_iter().find(|statement| statement.name.starts_with(self.notices));
         let mut noticing =
             noticing.filter(|_| changed).ok_or_else(|| format!("the fault \"{}\" changes nothing", self.name))?;
         if at_rest {
@@ -70,7 +81,7 @@ impl Fault {
 /// What a free name is in a started state of zeros; an entry of the sample and what one part of a tick tells the next
 /// stay free.
 fn at_rest(name: &str, kind: Kind) -> Option<&'static str> {
-    let is_input = ["x", "begin", "end", "lost", "missing", "count", "other", "u"];
+    let is_input = ["x", "begin", "end", "lost", "missing", "count", "other", "u", "law", "d1"];
     let given = is_input.iter().any(|start| name.starts_with(start)) && !name.ends_with("_prev");
     match kind {
         _ if given => None,
@@ -153,6 +164,13 @@ fn learns(record: &mut Record) -> bool {
         changed = true;
     }
     changed
+}
+
+/// The bound is held to itself.
+fn blind(record: &mut Record) -> bool {
+    let Some((at, _, bound)) = compared_with(record, "d1_bound") else { return false };
+    record.values[at].op = Op::Compare(Test::LessOrEqual, bound, bound);
+    true
 }
 
 fn each_return(block: &mut Block, change: &mut dyn FnMut(&mut Vec<Id>)) {

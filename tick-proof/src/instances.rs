@@ -1,98 +1,163 @@
-//! What is shipped: scenarios whose records are proved, or at least tried.
+//! What is shipped: ticks whose records are proved, or at least tried.
 //!
-//! The chains are the designs of `firmware/budgets.toml` with a linear a(x), as the exported C file has them; the
-//! drives are those of the files to start from.
+//! Those of the image `budget` (`firmware/budgets.toml`) have its names and designs; the drives among them are those of
+//! the files to start from, too. A scenario's own C file is proved by `host-sim export --certificate`.
 
-use host_sim::export::{Functions, functions};
-use scenario::{Experiment, Source};
+use controller_core::drive::{
+    Aim, Encoder, FullState, Hold, Joint, JointDesign, JointModel, Motor, MotorDesign, Mounting, Position, Speed,
+};
+use controller_core::{
+    Benchmark, Config, Controller, JointParameters, Libm, Limits, Linear, MAX_N, Nominal, ObserverGains, Options,
+    ReachingLaw, Reading, SampleLimits, Shape, Surface, channels,
+};
+use tick_record::Drift;
+use tick_record::drive::{self, NamedAim};
+use tick_record::monitor::monitor;
 
-/// A scenario with a name.
-#[derive(Clone, Copy, Debug)]
+use crate::Functions;
+
+/// A tick with a name.
+#[derive(Clone, Copy)]
 pub struct Instance {
     /// What it is called in the list.
     pub name: &'static str,
-    /// Where the text is from.
-    pub file: &'static str,
-    text: &'static str,
-    /// Keys that are changed.
-    sets: &'static [&'static str],
+    /// What it is.
+    pub what: &'static str,
+    /// Its records.
+    pub functions: fn() -> Functions,
     /// Must everything be proved?
     pub must: bool,
 }
 
-const CHAIN_OF_TWO: &str = include_str!("../instances/chain2.toml");
-const CHAIN_OF_SIX: &str = include_str!("../instances/chain6.toml");
-const JOINT: &str = include_str!("../instances/joint.toml");
-
-const fn must(name: &'static str, file: &'static str, text: &'static str, sets: &'static [&'static str]) -> Instance {
-    Instance { name, file, text, sets, must: true }
+const fn must(name: &'static str, what: &'static str, functions: fn() -> Functions) -> Instance {
+    Instance { name, what, functions, must: true }
 }
 
-const fn tried(name: &'static str, file: &'static str, text: &'static str, sets: &'static [&'static str]) -> Instance {
-    Instance { name, file, text, sets, must: false }
+const fn tried(name: &'static str, what: &'static str, functions: fn() -> Functions) -> Instance {
+    Instance { name, what, functions, must: false }
 }
 
-const DRIVEN: &[&str] = &["controller.observer=[{ channel = 4, bandwidth_rad_s = 100.0, order = 2 }]"];
-const R1: &[&str] = &["controller.observer=[{ channel = 4, bandwidth_rad_s = 100.0, order = 1 }]"];
-const R3: &[&str] = &["controller.observer=[{ channel = 2, bandwidth_rad_s = 100.0, order = 3 }, \
-                       { channel = 4, bandwidth_rad_s = 100.0, order = 3 }]"];
-const EVERY: &[&str] = &["controller.observer=[{ channel = 1, bandwidth_rad_s = 100.0, order = 3 }, \
-                          { channel = 2, bandwidth_rad_s = 100.0, order = 3 }, \
-                          { channel = 3, bandwidth_rad_s = 100.0, order = 3 }, \
-                          { channel = 4, bandwidth_rad_s = 100.0, order = 3 }]"];
-const GATE: &[&str] = &["controller.samples={ min = [-12.0, -12.0, -12.0, -12.0], max = [12.0, 12.0, 12.0, 12.0], \
-                         jump = [12.0, 12.0, 12.0, 12.0] }"];
-const LATE: &[&str] = &["drive.delay_ticks=1"];
+const DRIVEN: u8 = channels(4, 1, [4]);
+const BOTH: u8 = channels(4, 2, [2, 4]);
+const UPPER: u8 = channels(4, 2, [2, 3, 4]);
+const ALL_FOUR: u8 = channels(4, 3, [1, 2, 3, 4]);
 
 /// All of them, those that must be proved first.
-pub const ALL: [Instance; 17] = [
-    must("joint, r = 1", "joint.toml", JOINT, R1),
-    must("joint, r = 2", "joint.toml", JOINT, &[]),
-    must("joint, r = 3", "joint.toml", JOINT, R3),
-    must("chain, n = 2", "chain2.toml", CHAIN_OF_TWO, &[]),
-    must("chain, n = 6", "chain6.toml", CHAIN_OF_SIX, &[]),
-    must("motor", "motor.toml", scenario::MOTOR, &[]),
-    must("joint with two encoders", "joint.toml", scenario::JOINT, &[]),
-    tried("joint, r = 2, channel 4 alone", "joint.toml", JOINT, DRIVEN),
-    tried("joint, r = 3, all channels", "joint.toml", JOINT, EVERY),
-    tried("joint, r = 2, gate", "joint.toml", JOINT, GATE),
-    tried("chain, n = 3", "chain.toml", scenario::CHAIN, &[]),
-    tried("paper's joint", "default.toml", scenario::DEFAULT, &[]),
-    tried(
-        "motor, speed",
-        "motor.toml",
-        scenario::MOTOR,
-        &["drive.mode=\"speed\"", "reference={ kind = \"speed\", speed_rad_s = 20.0 }"],
-    ),
-    tried("motor, late", "motor.toml", scenario::MOTOR, LATE),
-    tried("motor, four states", "motor.toml", scenario::MOTOR, &["drive.observer_states=4"]),
-    tried("motor, one set", "motor.toml", scenario::MOTOR, &["drive.uncertain_percent=50"]),
-    tried("joint with two encoders, late", "joint.toml", scenario::JOINT, LATE),
+pub const ALL: [Instance; 26] = [
+    must("joint_r1", "joint, observer of order 1", joint::<1, DRIVEN, 1>),
+    must("joint_r2", "joint, observers of order 2", joint::<2, BOTH, 2>),
+    must("joint_r3", "joint, observers of order 3", joint::<3, BOTH, 2>),
+    must("chain_n2", "chain of order 2", || plain::<2, 1, 0b11, 2>([-1.0, -2.0], 3.0)),
+    must("chain_n6", "chain of order 6", || plain::<6, 3, 0b11_0000, 2>([-1.0, -6.0, -15.0, -20.0, -15.0, -6.0], 2.0)),
+    must("motor_two_sets", "motor's drive, two gain sets", motor::<Position, 1, 0, 3>),
+    must("joint_drive_two_sets", "joint's drive, two gain sets", joint_drive::<Position, 1, 0>),
+    must("motor_watched", "monitors of one shaft", monitors::<1>),
+    must("joint_drive_watched", "monitors of two shafts", monitors::<2>),
+    tried("benchmark", "Eq. (59)", || plain::<2, 2, 0b11, 2>(Benchmark::<Libm>::nominal().gradient, 1.0)),
+    tried("chain_n3", "chain of order 3", || plain::<3, 2, 0b110, 2>([-4.2, -7.7, -4.2], 1.5)),
+    tried("joint_r2_driven", "joint, order 2 in channel 4 alone", joint::<2, DRIVEN, 1>),
+    tried("joint_r3_all", "joint, order 3 in every channel", joint::<3, ALL_FOUR, 4>),
+    tried("joint_r2_gated", "joint behind a gate", || chain::<4, 2, BOTH, 2>(JOINT, Drift::Argument, Some(&GATE))),
+    tried("joint_r2_varying_gain", "joint, any b(x)", || chain::<4, 2, BOTH, 2>(JOINT, Drift::ArgumentWithGain, None)),
+    tried("motor", "motor's drive", motor::<Position, 0, 0, 3>),
+    tried("motor_late", "motor's drive, a tick of delay", motor::<Position, 0, 1, 3>),
+    tried("motor_late_two_sets", "the same, two gain sets", motor::<Position, 1, 1, 3>),
+    tried("motor_speed", "motor's drive, of a speed", motor::<Speed, 0, 0, 3>),
+    tried("motor_four_states", "motor's drive, observer of 4 states", motor::<Position, 0, 0, 4>),
+    tried("joint_drive", "joint's drive", joint_drive::<Position, 0, 0>),
+    tried("joint_drive_late", "joint's drive, a tick of delay", joint_drive::<Position, 0, 1>),
+    tried("joint_drive_late_two_sets", "the same, two gain sets", joint_drive::<Position, 1, 1>),
+    tried("joint_drive_held", "joint's drive, held at 0", joint_drive::<Hold, 0, 0>),
+    tried("joint_measured", "joint's drive on a measured state", measured::<Position>),
+    tried("joint_measured_held", "the same, held at 0", measured::<Hold>),
 ];
 
 /// Whose records are broken on purpose.
 pub const CHAIN_WITH_FAULTS: Instance = ALL[1];
 /// The same of a drive.
 pub const DRIVE_WITH_FAULTS: Instance = ALL[5];
+/// And of monitors.
+pub const MONITORS_WITH_FAULTS: Instance = ALL[7];
 
-impl Instance {
-    /// Its scenario, read.
-    ///
-    /// # Errors
-    /// What is wrong with it.
-    pub fn experiment(&self) -> Result<Experiment, String> {
-        let sets: Vec<String> = self.sets.iter().map(ToString::to_string).collect();
-        let source = Source { file: self.file, text: self.text, sets: &sets };
-        scenario::parse(&source, "instance").map_err(|error| error.to_string())
-    }
+const JOINT: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
+const GATE: SampleLimits<MAX_N> = SampleLimits { min: [-12.0; MAX_N], max: [12.0; MAX_N], jump: [12.0; MAX_N] };
 
-    /// Its records.
-    ///
-    /// # Errors
-    /// What cannot be recorded.
-    pub fn functions(&self) -> Result<Functions, String> {
-        functions(&self.experiment()?)
+/// What the chains have in common, as in the image.
+const fn config<const N: usize, const R: usize>(mask: u8, period_s: f64, nominal: Nominal<N>) -> Config<N, R> {
+    let mut observers = [None; N];
+    let mut i = 0;
+    while i < N {
+        if mask >> i & 1 == 1 {
+            observers[i] = Some(ObserverGains::from_bandwidth::<R>(100.0));
+        }
+        i += 1;
     }
+    Config {
+        period_s,
+        surface: Surface::from_bandwidth(10.0, 10.0),
+        observers,
+        reaching: ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 },
+        nominal,
+        options: Options::NEUTRAL.with_limits(Limits::symmetric(300.0)).with_sigma_star_bound(10.0),
+    }
+}
+
+/// a(x), and b(x) where it varies, are arguments: what is proved holds for any.
+fn chain<const N: usize, const R: usize, const MASK: u8, const O: usize>(
+    nominal: Nominal<N>,
+    drift: Drift,
+    samples: Option<&SampleLimits<MAX_N>>,
+) -> Functions {
+    let law = Controller::<f32, Linear<f32, N>, N, R, MASK, O>::linear(&config(MASK, 1e-4, nominal));
+    let numbers: Vec<f64> = law.coefficients().numbers().map(f64::from).collect();
+    let shape = Shape { n: N as u8, r: R as u8, mask: MASK };
+    let nothing = [0.0; MAX_N];
+    let recorded = tick_record::chain(shape, &numbers, drift, &nothing, &nothing, samples);
+    Functions::Chain(recorded.expect("a shape of the list"))
+}
+
+fn plain<const N: usize, const R: usize, const MASK: u8, const O: usize>(gradient: [f64; N], b: f64) -> Functions {
+    chain::<N, R, MASK, O>(Nominal { gradient, input_gain: b }, Drift::Argument, None)
+}
+
+fn joint<const R: usize, const MASK: u8, const O: usize>() -> Functions {
+    chain::<4, R, MASK, O>(JOINT, Drift::Argument, None)
+}
+
+fn motor<A, const FAST: usize, const LATE: usize, const S: usize>() -> Functions
+where
+    A: NamedAim<2> + Aim<f32, 2> + Aim<f64, 2>,
+{
+    let design = MotorDesign::by_rule(
+        1e-3,
+        Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 },
+        Encoder::absolute(14),
+        Limits::symmetric(10.0),
+    );
+    Functions::Drive(drive::motor::<A, FAST, LATE, S>(&design, Mounting::UPRIGHT).expect("a good design"))
+}
+
+fn joint_drive<A, const FAST: usize, const LATE: usize>() -> Functions
+where
+    A: NamedAim<4> + Aim<f32, 4> + Aim<f64, 4>,
+{
+    let encoders = [Encoder::absolute(20); 2];
+    let design = JointDesign::new(1e-3, Joint::TABLE_I, encoders, Limits::symmetric(30.0), 1.3);
+    Functions::Drive(drive::joint::<A, FAST, LATE>(&design, [Mounting::UPRIGHT; 2]).expect("a good design"))
+}
+
+fn monitors<const E: usize>() -> Functions {
+    Functions::Monitors { stopping: monitor::<E>(true), telling: monitor::<E>(false) }
+}
+
+fn measured<A>() -> Functions
+where
+    A: NamedAim<4> + Aim<f32, 4> + 'static,
+{
+    let model = Joint::TABLE_I.model();
+    let config = config(UPPER, 1e-3, model.nominal());
+    let law = FullState::<f32, JointModel<f32>, A, 2, 4, 2, UPPER, 3, 0>::try_design(&config, model.in_f32());
+    Functions::Measured(drive::measured(&law.expect("a good design")))
 }
 
 #[cfg(test)]
@@ -102,7 +167,7 @@ mod tests {
     #[test]
     fn every_instance_can_be_recorded() {
         for instance in ALL {
-            instance.functions().unwrap_or_else(|why| panic!("{}: {why}", instance.name));
+            assert!(!crate::statements(&(instance.functions)()).is_empty(), "{}", instance.name);
         }
     }
 }

@@ -2,10 +2,11 @@
 
 use std::sync::Mutex;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::solver::{Solver, Verdict};
 use crate::statement::Statement;
+use crate::{Functions, statements};
 
 /// A statement about an instance.
 pub struct Job {
@@ -13,6 +14,12 @@ pub struct Job {
     pub instance: String,
     /// What is claimed.
     pub statement: Statement,
+}
+
+/// Everything that is asked of an instance.
+pub fn jobs(name: &str, functions: &Functions) -> Vec<Job> {
+    let of = |statement| Job { instance: name.into(), statement };
+    statements(functions).into_iter().map(of).collect()
 }
 
 /// What became of a job.
@@ -28,7 +35,7 @@ pub struct Row {
     pub question: Option<String>,
     /// Questions asked.
     pub asked: usize,
-    /// Wall clock of all of them.
+    /// Computing time of the solver for all of them.
     pub seconds: f64,
 }
 
@@ -63,10 +70,12 @@ fn locked<T>(of: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 }
 
 fn one(Job { instance, statement }: &Job, solver: &Solver, budget: Duration) -> Result<Row, String> {
-    let (begin, mut verdict, mut question, mut asked) = (Instant::now(), Verdict::Proved, None, 0);
+    let (mut seconds, mut verdict, mut question, mut asked) = (0.0, Verdict::Proved, None, 0);
     for next in &statement.questions {
         asked += 1;
-        verdict = solver.ask(&next.text, budget)?;
+        let took;
+        (verdict, took) = solver.ask(&next.text, budget)?;
+        seconds += took;
         if verdict != Verdict::Proved {
             question = Some(next.what.clone());
             break;
@@ -75,7 +84,6 @@ fn one(Job { instance, statement }: &Job, solver: &Solver, budget: Duration) -> 
     if asked == 0 {
         verdict = Verdict::Undecided("there is nothing to ask".into());
     }
-    let seconds = begin.elapsed().as_secs_f64();
     Ok(Row { instance: instance.clone(), statement: statement.name, verdict, question, asked, seconds })
 }
 

@@ -7,13 +7,55 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Bitwuzla has a module for Python and no program: this is one, from its input.
-const BITWUZLA: &str = "import sys, bitwuzla\n\
-                        options = bitwuzla.Options()\n\
-                        options.set(bitwuzla.Option.PRODUCE_MODELS, True)\n\
-                        options.set(bitwuzla.Option.TIME_LIMIT_PER, int(sys.argv[1]))\n\
-                        parser = bitwuzla.Parser(bitwuzla.TermManager(), options, base=2)\n\
-                        parser.parse(sys.stdin.read(), parse_file=False)\n";
+/// A program that asks the module of a solver. What counts is computing time, so that a busy machine proves as much as
+/// an idle one; where that cannot be limited the clock does.
+macro_rules! asking {
+    ($($line:literal)*) => {
+        concat!(
+            "import sys, time\n\
+             try:\n    \
+                 import resource\n    \
+                 resource.setrlimit(resource.RLIMIT_CPU, 2 * (int(sys.argv[1]),))\n\
+             except ImportError:\n    \
+                 pass\n",
+            $($line, "\n",)*
+            "sys.stdout.flush()\nprint(time.process_time(), file=sys.stderr)\n"
+        )
+    };
+}
+
+const BITWUZLA: &str = asking! {
+    "import bitwuzla"
+    "options = bitwuzla.Options()"
+    "options.set(bitwuzla.Option.PRODUCE_MODELS, True)"
+    "parser = bitwuzla.Parser(bitwuzla.TermManager(), options, base=2)"
+    "parser.parse(sys.stdin.read(), parse_file=False)"
+};
+
+const CVC5: &str = asking! {
+    "import cvc5"
+    "solver = cvc5.Solver(cvc5.TermManager())"
+    "parser = cvc5.InputParser(solver)"
+    "parser.setStringInput(cvc5.InputLanguage.SMT_LIB_2_6, sys.stdin.read(), 'question')"
+    "command = parser.nextCommand()"
+    "while not command.isNull():"
+    "    answer = command.invoke(solver, parser.getSymbolManager())"
+    "    print(answer, end='')"
+    "    if answer.strip() == 'unsat': break"
+    "    command = parser.nextCommand()"
+};
+
+/// Which solver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Which {
+    /// The one that proves.
+    Bitwuzla,
+    /// Another, slower here, that looks over its shoulder.
+    Cvc5,
+}
+
+/// How much longer than its computing time a solver may take by the clock.
+const SHARED: u32 = 20;
 /// Where `cargo xtask prove` puts it.
 const INSTALLED: &str = "target/solvers/bin/python";
 
@@ -47,30 +89,34 @@ impl fmt::Display for Verdict {
 }
 
 impl Solver {
-    /// The first that is there of the interpreter that is asked for, the one that `cargo xtask prove` installs, and
-    /// `python3`.
+    /// The first that is there of the interpreter that is asked for, the one that `cargo xtask prove` installs into,
+    /// and `python3`.
     ///
     /// # Errors
-    /// When none has Bitwuzla, with the remedy.
-    pub fn bitwuzla(asked: Option<&Path>) -> Result<Self, String> {
+    /// When none has the solver, with the remedy.
+    pub fn find(which: Which, asked: Option<&Path>) -> Result<Self, String> {
+        let (name, version, program) = match which {
+            Which::Bitwuzla => ("Bitwuzla", "import bitwuzla; print(bitwuzla.version())", BITWUZLA),
+            Which::Cvc5 => ("cvc5", "import cvc5; print(cvc5.__version__)", CVC5),
+        };
         let tried: Vec<PathBuf> = match asked {
             Some(python) => vec![python.into()],
             None => vec![INSTALLED.into(), "python3".into()],
         };
-        for program in &tried {
-            let version = "import bitwuzla; print(bitwuzla.version())";
-            let answer = Command::new(program).args(["-c", version]).stderr(Stdio::null()).output();
+        for python in &tried {
+            let answer = Command::new(python).args(["-c", version]).stderr(Stdio::null()).output();
             if let Some(answer) = answer.ok().filter(|answer| answer.status.success()) {
                 let version = String::from_utf8_lossy(&answer.stdout).trim().to_string();
-                let arguments = vec!["-c".into(), BITWUZLA.into()];
-                return Ok(Self { program: program.clone(), arguments, name: format!("Bitwuzla {version}") });
+                let arguments = vec!["-c".into(), program.into()];
+                return Ok(Self { program: python.clone(), arguments, name: format!("{name} {version}") });
             }
         }
         let tried: Vec<String> = tried.iter().map(|python| python.display().to_string()).collect();
         Err(format!(
-            "no Python here has the solver Bitwuzla (asked: {}): `cargo xtask prove` installs it, or `pip install \
-             bitwuzla` and --python PATH",
-            tried.join(", ")
+            "no Python here has the solver {name} (asked: {}): `pip install {}` into one and name it by --python PATH, \
+             or let `cargo xtask prove` install Bitwuzla",
+            tried.join(", "),
+            name.to_lowercase(),
         ))
     }
 
@@ -79,16 +125,16 @@ impl Solver {
         &self.name
     }
 
-    /// Asks whether what is asserted can be.
+    /// Asks whether what is asserted can be; the budget is computing time. The answer, and what it took in seconds.
     ///
     /// # Errors
     /// When the solver cannot be started.
-    pub fn ask(&self, question: &str, budget: Duration) -> Result<Verdict, String> {
+    pub fn ask(&self, question: &str, budget: Duration) -> Result<(Verdict, f64), String> {
         let cannot = |error: std::io::Error| format!("{}: {error}", self.program.display());
         let mut child = Command::new(&self.program)
             .args(&self.arguments)
             // It ends by itself, too: when this program is ended before it.
-            .arg(budget.as_millis().to_string())
+            .arg(budget.as_secs().to_string())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -104,18 +150,23 @@ impl Solver {
             });
             let text = scope.spawn(move || read(output));
             let trouble = scope.spawn(move || read(trouble));
-            let in_time = wait(&mut child, budget + Duration::from_secs(5));
+            let in_time = wait(&mut child, SHARED * budget);
             (in_time, text.join().unwrap_or_default(), trouble.join().unwrap_or_default())
         });
-        Ok(match ended {
-            (false, ..) => Verdict::Undecided(format!("no answer within {} s", budget.as_secs())),
-            (true, text, trouble) => match text.lines().next().map(str::trim) {
-                Some("unsat") => Verdict::Proved,
-                Some("sat") => Verdict::Refuted(values(text.split_once('\n').map_or("", |(_, rest)| rest))),
-                Some("unknown") => Verdict::Undecided(format!("no answer within {} s", budget.as_secs())),
-                _ => Verdict::Undecided(format!("the solver said: {}", [text, trouble].concat().trim())),
-            },
-        })
+        let (in_time, text, trouble) = ended;
+        let late = || Verdict::Undecided(format!("no answer within {} s", budget.as_secs()));
+        // The last that it says; whoever is ended says nothing, and took all there was.
+        let took = trouble.lines().next_back().map_or(Ok(budget.as_secs_f64()), str::parse).unwrap_or(0.0);
+        let verdict = match text.lines().next().map(str::trim) {
+            _ if !in_time => late(),
+            Some("unsat") => Verdict::Proved,
+            Some("sat") => Verdict::Refuted(values(text.split_once('\n').map_or("", |(_, rest)| rest))),
+            Some("unknown") => late(),
+            // Ended by the limit of its time, without a word.
+            None if trouble.is_empty() => late(),
+            _ => Verdict::Undecided(format!("the solver said: {}", [text, trouble].concat().trim())),
+        };
+        Ok((verdict, took))
     }
 }
 

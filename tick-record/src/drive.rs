@@ -10,12 +10,12 @@
 //! (sines, cosines, couplings, whether a sample was lost) goes from the one to the other by its name.
 
 use controller_core::drive::{
-    Aim, ChainModel, DriveError, DriveEstimates, EncoderForm, Hold, JointDesign, JointDrive, JointModel, MotorDesign,
-    MotorDrive, MotorModel, Mounting, NumberName, Position, Sample, Speed, Target,
+    Aim, ChainModel, DriveError, DriveEstimates, EncoderForm, FullState, Hold, JointDesign, JointDrive, JointModel,
+    Measured, MotorDesign, MotorDrive, MotorModel, Mounting, NumberName, Position, Sample, Speed, Target,
 };
-use controller_core::{ControlLaw, Health, Output, Real, Words as _, as_within};
+use controller_core::{ControlLaw, Controller, Health, Linear, Output, Real, Words as _, as_within};
 
-use crate::law::{Around, Recorded, Words, around, recorded};
+use crate::law::{Around, Functions, Recorded, Words, around, functions, of_numbers, recorded};
 use crate::record::{Port, Record, Role};
 use crate::recorder::{CountSymbol, Recorder, Symbol};
 
@@ -376,18 +376,66 @@ where
     Ok(self::drive(&symbols, [mounting]))
 }
 
-/// Records the drive of a joint in f32, following a position.
+/// Records the drive of a joint in f32.
 ///
 /// # Errors
 /// Those of the design.
-pub fn joint<const FAST: usize, const LATE: usize>(
+pub fn joint<A, const FAST: usize, const LATE: usize>(
     design: &JointDesign,
     mounting: [Mounting; 2],
-) -> Result<DriveFunctions, DriveError> {
-    let drive = JointDrive::<f32, Position, FAST, LATE>::try_design(design)?;
+) -> Result<DriveFunctions, DriveError>
+where
+    A: NamedAim<4> + Aim<f32, 4> + Aim<f64, 4>,
+{
+    let drive = JointDrive::<f32, A, FAST, LATE>::try_design(design)?;
     let symbols = |recorder: &Recorder| {
         let model = drive.model().converted(&mut |name, number| recorder.constant(name, f64::from(number)));
         drive.converted(model, &mut |name, number| named::<JointModel<Symbol>, 2, 4>(recorder, name, number))
     };
     Ok(self::drive(&symbols, mounting))
+}
+
+impl<M, A, const E: usize, const N: usize, const R: usize, const MASK: u8, const O: usize> Recorded
+    for FullState<Symbol, M, A, E, N, R, MASK, O, 0>
+where
+    M: ChainModel<Symbol, E, N> + 'static,
+    A: NamedAim<N> + 'static,
+{
+    fn state_names() -> Vec<String> {
+        <Controller<Symbol, Linear<Symbol, N>, N, R, MASK, O>>::state_names()
+    }
+
+    fn sample(&self, recorder: &Recorder) -> Self::Sample {
+        let [begin, end] = ["begin", "end"].map(|when| A::target(recorder, when));
+        Measured { x: self.controller().sample(recorder), begin, end }
+    }
+
+    fn put_output(recorder: &Recorder, output: &Output<Symbol>) {
+        <Controller<Symbol, Linear<Symbol, N>, N, R, MASK, O>>::put_output(recorder, output);
+    }
+
+    fn put_estimates(recorder: &Recorder, estimates: Option<&[[Symbol; R]; N]>) {
+        <Controller<Symbol, Linear<Symbol, N>, N, R, MASK, O>>::put_estimates(recorder, estimates);
+    }
+}
+
+/// Records the law of a joint whose whole state is measured, in f32.
+pub fn measured<A, const R: usize, const MASK: u8, const O: usize>(
+    law: &FullState<f32, JointModel<f32>, A, 2, 4, R, MASK, O, 0>,
+) -> Functions
+where
+    A: NamedAim<4> + Aim<f32, 4> + 'static,
+{
+    let numbers: Vec<f64> = law.controller().coefficients().numbers().map(f64::from).collect();
+    functions(&|recorder| {
+        let coefficients = of_numbers(recorder, &numbers, MASK);
+        // What the map gives goes in its place.
+        let within = Controller::from_parts(coefficients, Linear::from_row([Symbol::ZERO; 4]));
+        let map = law.model().converted(&mut |name, number| recorder.constant(name, f64::from(number)));
+        let converted = law.converted(within, map, &mut |name, entry, number| {
+            let entry = if entry == 0 { String::new() } else { format!("_{entry}") };
+            recorder.constant(&format!("{name}{entry}"), f64::from(number))
+        });
+        (converted, [Symbol::ZERO; 4])
+    })
 }

@@ -494,6 +494,17 @@ fn coefficient_names(n: usize, r: usize, mask: u8) -> Vec<String> {
     names
 }
 
+/// Coefficients that are known, in the order of [`LAYOUT`].
+pub(crate) fn of_numbers<const N: usize, const R: usize, const O: usize>(
+    recorder: &Recorder,
+    numbers: &[f64],
+    mask: u8,
+) -> Coefficients<Symbol, N, R, O> {
+    let names = coefficient_names(N, R, mask);
+    let numbers = names.iter().zip(numbers).map(|(name, number)| recorder.constant(name, *number));
+    Coefficients::from_trusted_numbers(numbers).expect("the coefficients of a design")
+}
+
 /// Records a controller with these coefficients, in the order of [`LAYOUT`], and these estimates to start from, in
 /// physical units; behind a gate, if there are limits of samples. `model` is its nominal model over the recording
 /// scalar, made of [constants](Recorder::constant).
@@ -509,10 +520,8 @@ pub fn controller<M, const N: usize, const R: usize, const MASK: u8, const O: us
 where
     M: NominalModel<Symbol, N> + 'static,
 {
-    let names = coefficient_names(N, R, MASK);
     let law = |recorder: &Recorder| {
-        let numbers = names.iter().zip(coefficients).map(|(name, number)| recorder.constant(name, *number));
-        let coefficients = Coefficients::from_trusted_numbers(numbers).expect("the coefficients of a design");
+        let coefficients = of_numbers(recorder, coefficients, MASK);
         let law = Controller::<Symbol, M, N, R, MASK, O>::from_parts(coefficients, model(recorder));
         let guess = core::array::from_fn(|i| recorder.constant(&format!("d_hat_{}", i + 1), guess[i]));
         (law, guess)

@@ -5,6 +5,7 @@ pub mod c;
 pub mod drive;
 mod law;
 mod merge;
+pub mod monitor;
 pub mod plan;
 pub mod record;
 mod recorder;

@@ -11,20 +11,42 @@ const PYTHON: &str = "target/solvers/bin/python";
 /// The solver, MIT: a wheel of some megabytes with nothing behind it.
 const SOLVER: &str = "bitwuzla==0.9.1";
 
+/// The table of what was tried stands in it.
+const PAGE: &str = "docs/proofs.md";
+/// Files to start from whose exported C is proved as well, with their certificates.
+const FILES: [&str; 3] = ["chain", "joint", "motor"];
+const CERTIFICATES: &str = "target/certificates";
+
 /// What must be proved, and the faults: the part of the gate.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    asked(gate, &[])
-}
-
-/// Every shipped instance.
-pub(crate) fn all(gate: &mut Gate) -> Outcome {
-    asked(gate, &["--all"])
-}
-
-fn asked(gate: &mut Gate, arguments: &[&str]) -> Outcome {
     gate.step("the solver for proofs", solver)?;
-    let prove = Invocation::cargo(&["run", "--quiet", "-p", "tick-proof", "--", "--python", PYTHON]).with(arguments);
-    gate.commands("statements about every input, proved; faults put in on purpose, noticed", &[prove])
+    gate.commands("statements about every input, proved; faults put in on purpose, noticed", &[asked(&[])])
+}
+
+/// Every shipped instance, and certificates of the files to start from.
+pub(crate) fn all(gate: &mut Gate) -> Outcome {
+    gate.step("the solver for proofs", solver)?;
+    gate.commands("statements about every shipped instance, into their table", &[asked(&["--all", "--page", PAGE])])?;
+    let folder = gate.root.join(CERTIFICATES);
+    std::fs::create_dir_all(&folder).map_err(|error| Failure {
+        reason: format!("{}: {error}", folder.display()),
+        rerun: "cargo xtask prove --all".into(),
+    })?;
+    gate.commands("certificates of the files to start from", &FILES.map(certified))
+}
+
+fn asked(arguments: &[&str]) -> Invocation {
+    Invocation::cargo(&["run", "--quiet", "-p", "tick-proof", "--", "--python", PYTHON]).with(arguments)
+}
+
+fn certified(name: &str) -> Invocation {
+    let [scenario, c, certificate] = [
+        format!("scenario/scenarios/{name}.toml"),
+        format!("{CERTIFICATES}/{name}.h"),
+        format!("{CERTIFICATES}/{name}.txt"),
+    ];
+    Invocation::cargo(&["run", "--quiet", "-p", "host-sim", "--", "export", &scenario, "--standalone", "--force"])
+        .with(&["-o", &c, "--certificate", &certificate, "--python", PYTHON])
 }
 
 /// Is it there? If not it is installed.

@@ -272,6 +272,46 @@ where
         "a law over a measured state has N = 2 E, at most one tick of delay, and a position to follow"
     );
 
+    /// The controller on the chain.
+    #[doc(hidden)]
+    pub const fn controller(&self) -> &Controller<T, Linear<T, N>, N, R, MASK, O> {
+        &self.law
+    }
+
+    /// The model of the blocks.
+    #[doc(hidden)]
+    pub const fn model(&self) -> &M {
+        &self.map
+    }
+
+    /// The same in another scalar, by name and place in a row; controller and model are in it already.
+    #[doc(hidden)]
+    pub fn converted<U: Real, V>(
+        &self,
+        law: Controller<U, Linear<U, N>, N, R, MASK, O>,
+        map: V,
+        to: &mut dyn FnMut(&'static str, usize, T) -> U,
+    ) -> FullState<U, V, A, E, N, R, MASK, O, LATE> {
+        let Row { feed, gradient, powers, push, t_1, theta_n, b, per_b, period, turn } = self.row;
+        let mut each = |name, row: [T; N]| core::array::from_fn(|j| to(name, j + 1, row[j]));
+        let [feed, gradient, powers, push] =
+            [("feed", feed), ("gradient", gradient), ("power", powers), ("push", push)]
+                .map(|(name, row)| each(name, row));
+        let row = Row {
+            feed,
+            gradient,
+            powers,
+            push,
+            t_1: to("t_1", 0, t_1),
+            theta_n: to("theta_n", 0, theta_n),
+            b: to("b", 0, b),
+            per_b: to("per_b", 0, per_b),
+            period: to("period", 0, period),
+            turn: to("full_turn", 0, turn),
+        };
+        FullState { law, map, row, of: PhantomData }
+    }
+
     /// z and a_z of a measured state.
     #[inline(always)]
     fn chain(&self, x: &[T; N]) -> ([T; N], T) {

@@ -2,10 +2,15 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::{ArgGroup, Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use scenario::{Experiment, Source};
 use tick_assembly::Effort;
+use tick_proof::run::{self, Row};
+use tick_proof::solver::{Solver, Which};
+use tick_proof::{Functions, certificate};
 use whole_file::{Existing, Kind};
 
 use super::{Console, Failure, status};
@@ -36,6 +41,13 @@ pub(super) struct ExportOptions {
     /// estimates, reset): for cycle-bound --means, which holds a compiler's machine code to it.
     #[arg(long, value_name = "FUNCTION", requires = "standalone")]
     means: Option<String>,
+    /// What is proved of that file for every input, written beside it: statements, verdicts, solver, its SHA-256
+    /// (docs/proofs.md). Takes a minute or so, and the solver Bitwuzla (pip install bitwuzla).
+    #[arg(long, value_name = "FILE", requires_all = ["standalone", "output"], conflicts_with = "means")]
+    certificate: Option<PathBuf>,
+    /// The Python that has the solver.
+    #[arg(long, value_name = "PATH", requires = "certificate")]
+    python: Option<PathBuf>,
     /// Two files for a Cortex-M4F: the tick as scheduled assembly, -o FILE.S, and its header, FILE.h beside it.
     #[arg(long, requires = "output", conflicts_with_all = ["standalone", "lang"])]
     asm: bool,
@@ -58,6 +70,9 @@ pub(super) struct ExportOptions {
     #[arg(long, requires = "output")]
     force: bool,
 }
+
+/// For one question to the solver.
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// What every name begins with must itself be a name, in C and in capitals.
 fn prefix(text: &str) -> Result<String, String> {
@@ -116,6 +131,7 @@ impl Console<'_> {
         let name = options.scenario.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy());
         let source = Source { file: name.as_deref().unwrap_or(&file), ..source };
         let refused = |why| bad(format!("{file}: {why}"));
+        let mut open = Vec::new();
         let files = match (&options.output, options.asm) {
             (Some(path), true) => {
                 let header = path.with_extension("h");
@@ -132,7 +148,22 @@ impl Console<'_> {
                     self.say(text.trim_end())?;
                     return Ok(status::DONE);
                 };
-                vec![(path.clone(), text)]
+                let mut files = vec![(path.clone(), text)];
+                if let Some(certificate) = &options.certificate {
+                    if certificate == path {
+                        return Err(bad("--certificate is a file of its own, beside that of --output".into()));
+                    }
+                    for file in [path, certificate] {
+                        free(file, options.force)?;
+                    }
+                    let functions = export::functions(&experiment).map_err(refused)?;
+                    let (rows, solver) = self.proved(&functions, options.python.as_deref())?;
+                    open = rows.iter().filter(|row| !row.is_proved()).cloned().collect();
+                    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+                    let text = certificate::text(&name, &files[0].1, &experiment.title, &rows, &solver);
+                    files.push((certificate.clone(), text));
+                }
+                files
             }
         };
         self.warn_of_export(&experiment);
@@ -140,7 +171,31 @@ impl Console<'_> {
             write_file(path, text, options.force)?;
             self.say(&format!("wrote {}", path.display()))?;
         }
-        Ok(status::DONE)
+        if open.is_empty() {
+            return Ok(status::DONE);
+        }
+        let open: Vec<String> = open.iter().map(|row| format!("{}: {}", row.verdict, row.statement)).collect();
+        Err(Failure { status: status::FAILED, message: format!("not all is proved\n{}", open.join("\n")) })
+    }
+
+    /// Everything that is claimed of these records, asked under a progress bar, and the solver that was. There is
+    /// nothing to keep of a part: a request to stop ends the program at once.
+    fn proved(&self, functions: &Functions, python: Option<&Path>) -> Result<(Vec<Row>, String), Failure> {
+        let bad = |message| Failure { status: status::BAD_INPUT, message };
+        let solver = Solver::find(Which::Bitwuzla, python).map_err(bad)?;
+        let jobs = run::jobs("", functions);
+        let drawn = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let bar = ProgressBar::with_draw_target(Some(jobs.len() as u64), drawn);
+        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos} of {len} statements  {elapsed}  {msg}") {
+            bar.set_style(style);
+        }
+        let rows = run::all(&jobs, &solver, PATIENCE, &|row| {
+            bar.set_message(row.statement);
+            bar.inc(1);
+        });
+        bar.finish_and_clear();
+        let failed = |message| Failure { status: status::FAILED, message };
+        Ok((rows.map_err(failed)?, solver.name().into()))
     }
 
     fn warn_of_export(&mut self, experiment: &Experiment) {
@@ -162,10 +217,19 @@ pub(super) fn refuse_without_limits(experiment: &Experiment, file: &str) -> Resu
 fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
     let existing = if force { Existing::Replace } else { Existing::Keep };
     whole_file::write(path, existing, |out| out.write_all(text.as_bytes())).map_err(|error| match error.kind() {
-        io::ErrorKind::AlreadyExists => Failure {
-            status: status::BAD_INPUT,
-            message: format!("{} exists already and is left as it is; --force overwrites it", path.display()),
-        },
+        io::ErrorKind::AlreadyExists => exists(path),
         _ => Failure::writing(path.display(), &error),
     })
+}
+
+/// Asked before minutes of work, not after.
+fn free(path: &Path, force: bool) -> Result<(), Failure> {
+    if path.exists() && !force { Err(exists(path)) } else { Ok(()) }
+}
+
+fn exists(path: &Path) -> Failure {
+    Failure {
+        status: status::BAD_INPUT,
+        message: format!("{} exists already and is left as it is; --force overwrites it", path.display()),
+    }
 }

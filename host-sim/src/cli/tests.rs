@@ -555,6 +555,43 @@ fn export_goes_to_stdout_or_into_a_file_that_is_not_lost_by_a_slip() {
     assert!(std::fs::read_to_string(&file).expect("the file").contains("pub static CONTROLLER"));
 }
 
+/// A solver that has one answer to every question; questions are on its input.
+#[cfg(unix)]
+fn solver_that_says(folder: &Folder, answer: &str) -> String {
+    use std::os::unix::fs::PermissionsExt as _;
+    let script = format!("#!/bin/sh\ncase \"$2\" in *Parser*) cat > /dev/null; echo {answer};; *) echo 1.2.3;; esac\n");
+    let path = folder.file(answer, &script);
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).expect("a program");
+    path
+}
+
+/// The hash is that of the file by a program that is not ours; what a solver does not prove is said, and no success.
+#[cfg(unix)]
+#[test]
+fn a_certificate_is_about_the_file_beside_it() {
+    let folder = Folder::new("certificate");
+    let (c, certificate) = (folder.path("mine.h"), folder.path("mine.txt"));
+    let export = ["export", "--paper", "--standalone", "-o", &c, "--certificate", &certificate, "--python"];
+    let with = |python: &str, more: &[&str]| spoken(&[&export[..], &[python], more].concat());
+
+    let (code, _, err) = with("no-python-here", &[]);
+    assert!(code == status::BAD_INPUT && err.contains("pip install bitwuzla"), "{code} {err}");
+    assert!(folder.names("").is_empty(), "nothing is written without a solver");
+
+    let (code, out, err) = with(&solver_that_says(&folder, "unsat"), &[]);
+    assert_eq!((code, out), (status::DONE, format!("wrote {c}\nwrote {certificate}\n")), "{err}");
+    let text = std::fs::read_to_string(&certificate).expect("a certificate");
+    let check = std::process::Command::new("sha256sum").args(["--check", "mine.txt"]).current_dir(&folder.0).output();
+    let check = check.expect("sha256sum");
+    assert!(check.status.success() && check.stdout.starts_with(b"mine.h: OK"), "{check:?}");
+    assert!(text.contains("Solver: Bitwuzla 1.2.3") && text.matches("  PROVED").count() >= 10, "{text}");
+
+    let (code, _, err) = with(&solver_that_says(&folder, "sat"), &["--force"]);
+    assert!(code == status::FAILED && err.contains("not all is proved"), "{code} {err}");
+    let text = std::fs::read_to_string(&certificate).expect("a certificate");
+    assert!(text.contains("refuted") && !text.contains("PROVED"), "{text}");
+}
+
 #[test]
 fn a_reading_that_is_a_joint_is_exported_without_a_word_more() {
     let physical = ["--set", "plant.reading=physical", "--set", "controller.limits={ min = -30, max = 30 }"];
@@ -593,6 +630,8 @@ fn export_says_what_is_wrong_with_its_arguments() {
         (&["export", "--standalone", "--prefix", "9"], "expected 1 to 32 of a-z, 0-9, `_`, a letter first"),
         (&["export", "--paper", "--lang", "rust", "--prefix", "mine"], "--prefix is for C"),
         (&["export", "--standalone", "--force"], "--output"),
+        (&["export", "--standalone", "--certificate", "it.txt"], "--output"),
+        (&["export", "--paper", "--standalone", "-o", "it.h", "--certificate", "it.h"], "a file of its own"),
         (&["export", "--standalone", "nowhere.toml"], "nowhere.toml: there is no such file"),
         (&["export", "--standalone", "--set", "controller.epsilom=1"], "did you mean `epsilon`"),
         (&["export", "--paper", "--standalone", "--set", "controller.precision=f64"], "set controller.precision=f32"),

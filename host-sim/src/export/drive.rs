@@ -66,7 +66,7 @@ fn recorded(drive: &Drive) -> Result<Recorded, String> {
     }
     macro_rules! of_joint {
         ($design:expr, $mounting:expr, $fast:literal, $late:literal) => {
-            joint::<$fast, $late>($design, $mounting).and_then(|functions| {
+            joint::<Position, $fast, $late>($design, $mounting).and_then(|functions| {
                 let hash = JointDrive::<f32, Position, $fast, $late>::try_design($design)?.fingerprint();
                 Ok(Recorded { functions, hash })
             })
