@@ -72,7 +72,7 @@ pub(super) struct ExportOptions {
 }
 
 /// For one question to the solver.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_mins(2);
 
 /// What every name begins with must itself be a name, in C and in capitals.
 fn prefix(text: &str) -> Result<String, String> {
