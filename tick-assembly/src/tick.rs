@@ -71,6 +71,7 @@ pub(crate) fn tick(
 
 /// What costs a cycle or an operation more and frees registers for a while.
 #[derive(Clone, Copy)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a choice of its own")]
 struct Cut {
     /// The last word of the state is loaded when it is needed.
     late: bool,
