@@ -1,7 +1,7 @@
-//! Does the tick as assembly give the bits of the Rust tick, here, side by side? A million ticks each of orders 2 and 3.
+//! Does the tick as assembly give the bits of the Rust tick, side by side? A million ticks each of orders 2 and 3.
 //!
-//! Samples near rest and far from it, one in thirty of them bad, several in a row: NaN, infinities, numbers that are too
-//! large, subnormal ones, any bits at all. Now and then the actuator held something else, and now and then it starts
+//! Samples near rest and far from it, one in thirty of them bad, several in a row: NaN, infinities, numbers too large,
+//! subnormal ones, any bits at all. Now and then the actuator held something else, and now and then it starts
 //! again. Compared is every bit of u from `tick_u`, and of u, sigma, sigma* and health from `tick`.
 #![no_std]
 #![no_main]
