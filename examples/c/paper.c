@@ -10,7 +10,7 @@
 #define TICKS 1000u
 
 /* The controller, three times: from the archive with its design, as one file that needs nothing else, or as assembly
- * for this core, a file to link and its header. All were exported from paper.toml and give the same bits. A status of 0 is
+ * for this core, a file to link and its header. All were exported from paper.toml, with the same bits. A status of 0 is
  * good. */
 #if defined STANDALONE || defined ASSEMBLY
 #ifdef ASSEMBLY
