@@ -241,6 +241,16 @@ impl<const R: usize, const GUARDED: bool> Tuned<R, GUARDED> {
     }
 }
 
+impl<const R: usize> Tuned<R, true> {
+    /// The same tick, for the chip with GCC's `-frename-registers`.
+    #[inline]
+    pub fn tick_renamed(&mut self, x: &[f32; 4]) -> f32 {
+        let tick = if R == 2 { tuned_renamed_tick_2 } else { tuned_renamed_tick_3 };
+        // SAFETY: as in `tick`.
+        unsafe { tick((&raw const self.design).cast(), (&raw mut self.state).cast(), x) }
+    }
+}
+
 /// `struct naive_design`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -393,4 +403,6 @@ unsafe extern "C" {
     fn tuned_tick_3(design: *const c_void, state: *mut c_void, x: &[f32; 4]) -> f32;
     fn tuned_guarded_tick_2(design: *const c_void, state: *mut c_void, x: &[f32; 4]) -> f32;
     fn tuned_guarded_tick_3(design: *const c_void, state: *mut c_void, x: &[f32; 4]) -> f32;
+    fn tuned_renamed_tick_2(design: *const c_void, state: *mut c_void, x: &[f32; 4]) -> f32;
+    fn tuned_renamed_tick_3(design: *const c_void, state: *mut c_void, x: &[f32; 4]) -> f32;
 }

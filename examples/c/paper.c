@@ -9,10 +9,15 @@
 #define TICK_HZ 10000u
 #define TICKS 1000u
 
-/* The controller, twice: from the archive with its design, or as one file that needs nothing else. Both were exported
- * from paper.toml and give the same bits. A status of 0 is good. */
-#ifdef STANDALONE
+/* The controller, three times: from the archive with its design, as one file that needs nothing else, or as assembly
+ * for this core, a file to link and its header. All were exported from paper.toml, with the same bits. A status of 0 is
+ * good. */
+#if defined STANDALONE || defined ASSEMBLY
+#ifdef ASSEMBLY
+#include "paper_assembly.h"
+#else
 #include "paper_standalone.h"
+#endif
 
 /* The controller's memory. */
 static paper_state state;

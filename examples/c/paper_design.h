@@ -2,12 +2,13 @@
  * Exported for version 0.1.0 of the archive; do not edit, export it again.
  *
  * Design 0xc5c7b46a (CRC-32, the one a target reports).
- * Scenario paper.toml (CRC-32 0xa0a6152c):
+ * Scenario paper.toml (CRC-32 0x2bacc204):
  *
  *     # The paper's law on the state of a joint, the numbers of Table I as a joint has them: 10 kHz, all three roots of the
  *     # surface at -10, both poles of each observer at -100.
  *     #     host-sim export paper.toml --lang c --prefix paper -o paper_design.h --force
  *     #     host-sim export paper.toml --standalone --prefix paper -o paper_standalone.h --force
+ *     #     host-sim export paper.toml --asm --prefix paper -o paper_assembly.S --force
  *     name = "paper"
  *
  *     [plant]

@@ -1,5 +1,5 @@
 //! What the images share on an STM32F405: a serial port, a log that leaves through another one, a stopwatch, last words
-//! after a fault, and a drive that is tuned while it runs.
+//! after a fault, a drive that is tuned while it runs, and the tick as assembly.
 //!
 //! | image | what it does |
 //! |---|---|
@@ -7,12 +7,14 @@
 //! | `drive` | a joint with two encoders at 5 kHz; the example to copy |
 //! | `motor` | the same of a motor with one encoder at 10 kHz |
 //! | `budget` | what one tick costs |
+//! | `assembly` | the tick as assembly beside the Rust tick, bit for bit |
 //!
 //! There is no hardware abstraction layer and no clock set-up: the core runs from its internal oscillator as after
 //! reset, [`CORE_HZ`], on any board and in an emulator that does not model the clock tree. Everything but
 //! [`uart::Uart`]'s pins would read the same on another Cortex-M4F.
 #![no_std]
 
+pub mod assembly;
 pub mod clock;
 pub mod fault;
 pub mod line;

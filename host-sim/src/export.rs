@@ -15,7 +15,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use loop_sim::port::in_process::{ControllerSpec, Download, Model};
+use loop_sim::port::in_process::{self, ControllerSpec, Download, Model};
 use scenario::{Experiment, Source};
 use tick_assembly::Effort;
 use tick_proof::Functions;
@@ -97,7 +97,16 @@ pub fn assembly(experiment: &Experiment, source: &Source<'_>, prefix: &str, effo
     if experiment.drive.is_some() {
         return Err("a drive is not scheduled as assembly; take --standalone".into());
     }
-    assembly::files(&exported(experiment, source)?, prefix, effort)
+    let of_formulas = |spec: &&ControllerSpec| matches!(spec.model, Model::Formulas { .. });
+    let Some(spec) = experiment.spec.as_ref().filter(of_formulas) else {
+        return assembly::files(&exported(experiment, source)?, prefix, effort);
+    };
+    // The caller computes what a formula says: no other number of the design depends on it.
+    let linear = ControllerSpec { model: Model::Linear(vec![0.0; spec.config.n]), ..spec.clone() };
+    let designed = in_process::build(&linear).map_err(|error| error.to_string())?;
+    let download = designed.download.ok_or(F32_ONLY)?;
+    let exported = Exported { spec, download: &download, warnings: warnings(experiment), source };
+    assembly::files(&exported, prefix, effort)
 }
 
 /// Why a controller whose model is a formula runs in this process only, and what to change: a target computes in f32,
@@ -126,13 +135,15 @@ pub fn functions(experiment: &Experiment) -> Result<Functions, String> {
     standalone::functions(spec, download).map(Functions::Chain)
 }
 
+const F32_ONLY: &str = "an exported controller computes in f32; set controller.precision=f32";
+
 /// What a controller that can be exported is made of.
 fn parts(experiment: &Experiment) -> Result<(&ControllerSpec, &Download), String> {
     match (&experiment.spec, &experiment.download) {
         (Some(spec), Some(download)) => Ok((spec, download)),
         (None, _) => Err("the baseline is not exported; set controller.kind=proposed".into()),
         (Some(spec), _) if matches!(spec.model, Model::Formulas { .. }) => Err(formulas_stay_here(spec)),
-        _ => Err("an exported controller computes in f32; set controller.precision=f32".into()),
+        _ => Err(F32_ONLY.into()),
     }
 }
 

@@ -363,6 +363,31 @@ fn the_files_exported_for_the_examples_are_those_of_this_version() {
     }
 }
 
+/// For C and for the images in Rust: order 3 is `joint.toml` with this.
+const ORDER_3: &str =
+    "controller.observer=[{channel=2,bandwidth_rad_s=100,order=3},{channel=4,bandwidth_rad_s=100,order=3}]";
+
+#[test]
+fn the_assembly_exported_for_the_examples_is_that_of_this_version() {
+    let folder = Folder::new("capi-assembly");
+    for (scenario, prefix, shipped, header, set) in [
+        ("examples/c/paper.toml", "paper", "examples/c/paper_assembly.S", true, &[][..]),
+        ("firmware/joint.toml", "joint_r2", "firmware/src/assembly/joint_r2.S", false, &[]),
+        ("firmware/joint.toml", "joint_r3", "firmware/src/assembly/joint_r3.S", false, &["--set", ORDER_3]),
+    ] {
+        let (scenario, made) = (text(&root().join(scenario)), folder.path("tick.S"));
+        let export = ["export", &scenario, "--paper", "--asm", "--prefix", prefix, "-o", &made, "--force"];
+        let exported = host_sim(&[&export, set].concat());
+        assert_eq!(exported.status, 0, "{}", exported.err);
+        let shipped = root().join(shipped);
+        for end in ["S", "h"].into_iter().filter(|end| *end == "S" || header) {
+            let read = |file: &Path| std::fs::read_to_string(file.with_extension(end)).unwrap_or_default();
+            let same = read(&shipped) == read(Path::new(&made));
+            assert!(same, "{} is stale: the head of {scenario} says how to export it", shipped.display());
+        }
+    }
+}
+
 #[test]
 fn a_design_that_the_archive_does_not_carry_is_refused_with_what_carries_it() {
     for (set, told) in [
@@ -473,7 +498,7 @@ fn the_law_in_c_on_the_chip_gives_every_u_of_the_rust_tick() {
     let distinct: std::collections::HashSet<&String> = expected.iter().collect();
     assert!(distinct.len() > 900, "{}", distinct.len());
     expected.push("status 00000000".into());
-    for image in ["paper", "paper-nostdlib", "paper-standalone"] {
+    for image in ["paper", "paper-nostdlib", "paper-standalone", "paper-assembly"] {
         let said = emulated(&format!("examples/c/build/{image}.elf"));
         assert_eq!(said.len(), expected.len(), "{image}");
         for (tick, (said, expected)) in said.iter().zip(&expected).enumerate() {

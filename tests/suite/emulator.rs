@@ -272,6 +272,23 @@ fn the_other_images_run_in_the_emulator_and_their_logs_are_printed() {
     assert!(out.lines().skip(1).all(|line| line.contains("Health(0)") && line.ends_with(", 0 ticks missed")), "{out}");
 }
 
+/// In a program of Rust, on the chip itself; C beside it is the business of `capi`.
+#[test]
+fn the_tick_as_assembly_gives_every_bit_of_the_rust_tick_for_a_million_ticks() {
+    let Spoken { status, out, err } = host_sim(&["emulate", "--image", &image_text("assembly"), "--seconds", "600"]);
+    assert_eq!((status, err.as_str()), (0, ""), "{out}");
+    let lines: Vec<&str> = out.lines().collect();
+    assert!(lines.len() == 3 && lines[2] == "assembly ends", "{out}");
+    for (line, order) in lines.iter().zip([2, 3]) {
+        let counts = line.strip_prefix(&format!("order {order}: 1000000 ticks, 0 differ; ")).expect(line);
+        let counts: Vec<u32> = counts.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+        let [rejected, saturated, starts] = counts[..] else { panic!("{line}") };
+        // Every way through a tick was gone often.
+        let quiet = 1_000_000 - rejected - saturated;
+        assert!(rejected > 10_000 && saturated > 100_000 && quiet > 100_000 && starts > 1000, "{line}");
+    }
+}
+
 /// An image in an emulator that is nobody's child but ours, behind pseudo-terminals as a board is behind its ports.
 struct Board {
     child: Child,

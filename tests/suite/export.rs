@@ -7,14 +7,15 @@
 //! coefficients, bit by bit, that the host designed.
 
 use controller_core::{
-    Coefficients, ControlLaw, Controller, FlexibleJoint, Gate, Gated, Health, Linear, Output, Running, SampleLimits,
-    channels,
+    Benchmark, Coefficients, ControlLaw, Controller, FlexibleJoint, Gate, Gated, Health, Libm, Linear, Micromath,
+    NominalModel, Output, Running, SampleLimits, channels,
 };
 use host_sim::export;
 use integration_tests::data::path;
 use integration_tests::program::host_sim;
 use integration_tests::strategy::Rng;
-use loop_sim::port::in_process::Download;
+use loop_sim::expression::Expression;
+use loop_sim::port::in_process::{ControllerSpec, Download, Model};
 use scenario::Source;
 use std::env;
 use std::fs::{self, File};
@@ -646,12 +647,12 @@ fn compare_assembly(name: &str, scenario: &str, run: &Run, effort: &Effort) {
 type Shape = (usize, usize, u8);
 
 /// Every shape that a scenario can ask for: without an observer there is no order of one.
-fn shapes() -> Vec<Shape> {
+fn shapes() -> impl Iterator<Item = Shape> {
     macro_rules! list {
         ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => { [$(($n, $r, $mask)),*] };
     }
     let all: [Shape; 116] = controller_core::shapes!(all => list);
-    all.into_iter().filter(|&(_, r, mask)| mask != 0 || r == 1).collect()
+    all.into_iter().filter(|&(_, r, mask)| mask != 0 || r == 1)
 }
 
 fn scenario_of((n, r, mask): Shape) -> String {
@@ -661,7 +662,8 @@ fn scenario_of((n, r, mask): Shape) -> String {
         "plant = {{ kind = 'chain', order = {n}, a = {:?}, b = {} }}
          controller = {{ surface_bandwidth_rad_s = 4, k_s = {}, fallback = {}, sigma_star_bound = 5, limits = {{
              min = -90, max = 80 }}, initial_estimates = {:?}, observer = [{}] }}",
-        &[-3.0, -7.0, 2.0, -5.0, 0.0, -11.0][..n],
+        // None is 0: the assembly leaves such a product out, which the sign of a zero can tell.
+        &[-3.0, -7.0, 2.0, -5.0, 4.0, -11.0][..n],
         if n % 2 == 0 { 1.5 } else { -2.0 },
         if r == 2 { 0.5 } else { 0.0 },
         if r == 3 { "-1.25" } else { "'hold'" },
@@ -670,23 +672,41 @@ fn scenario_of((n, r, mask): Shape) -> String {
     )
 }
 
-/// The exported files of all shapes in one program without its transfer, and what each is asked and answers if it is
-/// the controller that `host-sim` runs.
-fn of_all_shapes() -> (String, Vec<u8>, Vec<u32>) {
-    let (mut program, mut cases, mut asked, mut expected) = (String::new(), String::new(), Vec::new(), Vec::new());
-    let shapes = shapes();
+/// Scenarios in one program.
+struct Many {
+    /// The program without its transfer.
+    program: String,
+    /// Files for the assembler.
+    linked: Vec<String>,
+    asked: Vec<u8>,
+    /// What each answers if it is the controller that `host-sim` runs.
+    expected: Vec<u32>,
+}
+
+/// The exported files of these, as C or as assembly with this effort.
+fn of_many(scenarios: &[String], assembly: Option<&Effort>) -> Many {
+    let (mut program, mut cases) = (String::new(), String::new());
+    let mut many = Many { program: String::new(), linked: Vec::new(), asked: Vec::new(), expected: Vec::new() };
     let mut rejected = 0;
-    for (k, shape) in shapes.iter().enumerate() {
-        let text = scenario_of(*shape);
-        let source = Source { file: "it", text: &text, sets: &[] };
-        let mut experiment =
-            scenario::parse(&source, "it").unwrap_or_else(|error| panic!("{shape:?}: {error}\n{text}"));
-        let form = export::Form::Standalone(&format!("s{k}"));
-        program += &export::text(&experiment, &source, form).expect("exported");
+    for (k, text) in scenarios.iter().enumerate() {
+        let source = Source { file: "it", text, sets: &[] };
+        let mut experiment = scenario::parse(&source, "it").unwrap_or_else(|error| panic!("{error}\n{text}"));
+        let spec = experiment.spec.clone().expect("a controller");
+        let prefix = format!("s{k}");
+        if let Some(effort) = assembly {
+            let files = export::assembly(&experiment, &source, &prefix, effort);
+            let files = files.unwrap_or_else(|why| panic!("{why}\n{text}"));
+            program += &files.header;
+            many.linked.push(files.assembly);
+        } else {
+            program += &export::text(&experiment, &source, export::Form::Standalone(&prefix)).expect("exported");
+        }
         cases += &CASE.replace('@', &k.to_string());
+        let given = ["", ", ask->x[4]", ", ask->x[4], ask->x[5]"][given(&spec, &[0.0; 6]).len()];
+        program += &SERVE.replace('@', &prefix).replace('#', &format!("S{k}")).replace("GIVEN", given);
 
         let mut samples = Samples { rng: Rng::new(0xace + k as u64), scale: 0.1, bad_left: 0 };
-        for _ in 0..TICKS_OF_SHAPES.div_ceil(shapes.len()) {
+        for _ in 0..TICKS_OF_MANY.div_ceil(scenarios.len()) {
             let (ask, mut x) = (samples.ask(false), samples.next::<6>());
             let mut answer = [0_u32; WORDS];
             if ask == Ask::ReportApplied {
@@ -696,38 +716,64 @@ fn of_all_shapes() -> (String, Vec<u8>, Vec<u32>) {
                 if ask == Ask::Forget {
                     experiment.port.reset().expect("a controller in this process");
                 }
-                let tick = experiment.port.tick(&x.map(f64::from)[..shape.0]).expect("a tick in this process");
+                let tick = experiment.port.tick(&x.map(f64::from)[..spec.config.n]).expect("a tick in this process");
                 rejected += usize::from(tick.health.contains(Health::INPUT_REJECTED));
                 answer[0] = u32::from(tick.health.bits());
                 let estimates = tick.estimates.as_flattened();
                 let all = [tick.u, tick.sigma, tick.sigma_star].into_iter().chain(estimates.iter().copied());
                 all.zip(&mut answer[1..]).for_each(|(number, word)| *word = (number as f32).to_bits());
+                let given = self::given(&spec, &x);
+                x[4..].iter_mut().zip(given).for_each(|(place, number)| *place = number);
             }
-            asked.extend([k as u32, ask as u32].into_iter().chain(x.map(f32::to_bits)).flat_map(u32::to_le_bytes));
-            expected.extend(answer);
+            let words = [k as u32, ask as u32].into_iter().chain(x.map(f32::to_bits));
+            many.asked.extend(words.flat_map(u32::to_le_bytes));
+            many.expected.extend(answer);
         }
     }
-    assert!(rejected > TICKS_OF_SHAPES / 100, "{rejected} bad samples show too little");
-    let serve = (0..shapes.len()).map(|k| SERVE.replace('@', &format!("s{k}")).replace('#', &format!("S{k}")));
-    program += &[ASKS, &serve.collect::<String>(), &SHAPES_MAIN.replace('@', &cases)].concat();
-    (program, asked, expected)
+    // Of a plant of order 2 one in three of the bad numbers counts.
+    assert!(rejected > TICKS_OF_MANY / 200, "{rejected} bad samples show too little");
+    many.program = [ASKS, &program, &MANY_MAIN.replace('@', &cases)].concat();
+    many
+}
+
+/// What the caller of a tick computes at x: a(x)/b_0, and b(x)/b_0 if it varies, of a plant of order 2.
+fn given(spec: &ControllerSpec, x: &[f32; 6]) -> Vec<f32> {
+    let planar = [x[0], x[1]];
+    match &spec.model {
+        Model::Linear(_) => Vec::new(),
+        Model::BenchmarkLibm => vec![Benchmark::<Libm>::new().drift(&planar)],
+        Model::BenchmarkMicromath => vec![Benchmark::<Micromath>::new().drift(&planar)],
+        Model::Formulas { drift, gain } => {
+            let (at, b_0) = (planar.map(f64::from), spec.config.padded.nominal.input_gain);
+            let over_b_0 = |of: &Expression| (of.value(&at) / b_0) as f32;
+            [Some(over_b_0(drift)), gain.varies().then(|| over_b_0(gain))].into_iter().flatten().collect()
+        }
+    }
+}
+
+fn compare_many(name: &str, many: &Many, place: Place) {
+    let folder = folder(name);
+    let transfer = if place == Place::Here { ON_THE_HOST } else { ON_THE_CHIP };
+    let linked: Vec<PathBuf> = (0..many.linked.len()).map(|k| folder.join(format!("tick{k}.S"))).collect();
+    for (file, text) in linked.iter().zip(&many.linked) {
+        fs::write(file, text).expect("the assembly");
+    }
+    // A hundred ticks in one program: the compiler may leave them as they stand.
+    let options: Vec<&str> = std::iter::once("-O1").chain(linked.iter().map(|file| plain(file))).collect();
+    let answered = answers(&folder, &[transfer, &many.program].concat(), &options, &many.asked, place);
+    held_together(name, &answered, &many.expected, WORDS);
+    fs::remove_dir_all(&folder).expect("the folder goes");
 }
 
 fn compare_shapes(place: Place) {
-    static ALL: LazyLock<(String, Vec<u8>, Vec<u32>)> = LazyLock::new(of_all_shapes);
-    let (program, asked, expected) = &*ALL;
-    let folder = folder(if place == Place::Here { "shapes-here" } else { "shapes-chip" });
-    let transfer = if place == Place::Here { ON_THE_HOST } else { ON_THE_CHIP };
-    // A hundred ticks in one program: the compiler may leave them as they stand.
-    let answered = answers(&folder, &[transfer, program].concat(), &["-O1"], asked, place);
-    held_together("shapes", &answered, expected, WORDS);
-    fs::remove_dir_all(&folder).expect("the folder goes");
+    static ALL: LazyLock<Many> = LazyLock::new(|| of_many(&shapes().map(scenario_of).collect::<Vec<_>>(), None));
+    compare_many(if place == Place::Here { "shapes-here" } else { "shapes-chip" }, &ALL, place);
 }
 
 /// Of an answer: what was said, three outputs, estimates.
 const WORDS: usize = 4 + 18;
-/// Of all shapes together.
-const TICKS_OF_SHAPES: usize = 200_000;
+/// Of all scenarios of a program together.
+const TICKS_OF_MANY: usize = 200_000;
 const ASKS: &str = "
 typedef struct { unsigned shape; unsigned what; float x[6]; } ask_type;
 typedef struct { unsigned said; float outputs[3]; float estimates[6][3]; } answer_type;
@@ -749,7 +795,7 @@ static void serve_@(const ask_type *ask, answer_type *answer)
     if (ask->what == 3u) {
         @_reset(&state);
     }
-    answer->said = @_tick_or_start(&state, ask->x, &output);
+    answer->said = @_tick_or_start(&state, ask->x, &output GIVEN);
     answer->outputs[0] = output.u;
     answer->outputs[1] = output.sigma;
     answer->outputs[2] = output.sigma_star;
@@ -762,7 +808,7 @@ static void serve_@(const ask_type *ask, answer_type *answer)
 }
 ";
 const CASE: &str = "            case @: serve_s@(&asks[k], &answers[k]); break;\n";
-const SHAPES_MAIN: &str = "
+const MANY_MAIN: &str = "
 int main(void)
 {
     size_t count;
@@ -802,6 +848,66 @@ fn the_exported_c_of_every_shape_gives_the_bits_of_the_controller_that_the_host_
 #[test]
 fn the_exported_c_of_every_shape_gives_them_on_the_emulated_chip() {
     compare_shapes(Place::On(&STM32F405));
+}
+
+/// Least of all: for many.
+const LEAST: Effort = Effort { rounds: 1, steps: 20_000, seed: 1 };
+
+#[test]
+fn the_exported_assembly_of_every_shape_gives_the_bits_of_the_controller_that_the_host_runs() {
+    let many = of_many(&shapes().map(scenario_of).collect::<Vec<_>>(), Some(&LEAST));
+    compare_many("shapes-assembly", &many, Place::On(&STM32F405));
+}
+
+/// What is not linear is computed by the caller of the tick.
+#[test]
+fn the_exported_assembly_takes_a_and_b_of_x_from_its_caller() {
+    let law = "surface_bandwidth_rad_s = 4, k_s = 0.5, sigma_star_bound = 5, limits = { min = -90, max = 80 },
+        observer = [{ channel = 2, bandwidth_rad_s = 50, order = 2 }]";
+    let own = |b: &str| {
+        format!(
+            "plant = {{ kind = 'own', x0 = [0, 0], rates = ['x2', '-sin(x1) + u'] }}
+             controller = {{ {law}, nominal = {{ a = '-2*sin(x1) - x2', b = '{b}' }} }}"
+        )
+    };
+    let benchmark = |exp: &str| format!("plant = {{ kind = 'benchmark' }}\ncontroller = {{ {law}, exp = '{exp}' }}");
+    let scenarios = [own("2 + 0.5*cos(x1)"), own("-2"), benchmark("libm"), benchmark("micromath")];
+    compare_many("given-assembly", &of_many(&scenarios, Some(&QUICK)), Place::On(&STM32F405));
+}
+
+#[test]
+fn the_header_of_the_exported_assembly_is_one_of_cpp_too() {
+    let folder = folder("assembly-cpp");
+    let (name, scenario, _) = INSTANCES[0];
+    let source = Source { file: "it", text: scenario, sets: &[] };
+    let experiment = scenario::parse(&source, "it").expect("a good scenario");
+    let files = export::assembly(&experiment, &source, "left", &QUICK).unwrap_or_else(|why| panic!("{name}: {why}"));
+    let user = "#include \"tick.h\"
+#include \"tick.h\"
+extern \"C\" void reset() {
+    static left_state state;
+    left_output output;
+    float d_hat[LEFT_N][LEFT_R];
+    const float x[LEFT_N] = {0.0F};
+    left_reset(&state);
+    const bool good = left_tick_or_start(&state, x, &output) == LEFT_OK && left_report_applied(&state, output.u)
+        && left_estimates(&state, d_hat) && left_not_started(&output) == LEFT_INPUT_REJECTED;
+    while (good && left_tick_u(&state, x) >= 0.0F) {
+    }
+}
+";
+    let (assembly, user_file, layout) = (folder.join("tick.S"), folder.join("user.cpp"), folder.join("layout.ld"));
+    for (file, text) in [(&assembly, &*files.assembly), (&folder.join("tick.h"), &files.header), (&user_file, user)] {
+        fs::write(file, text).expect("a file");
+    }
+    fs::write(&layout, self::layout(&STM32F405)).expect("the layout");
+    let warnings = ["-Wall", "-Wextra", "-Werror", "-pedantic-errors", "-O2"];
+    for standard in ["-std=c++11", "-std=c++17"] {
+        // Linked: every name is the assembler's.
+        let options = [&[standard, plain(&assembly), "-T", plain(&layout)], &warnings[..], &CORTEX_M4F].concat();
+        compile("arm-none-eabi-g++", &options, &user_file, &folder.join("program"));
+        compile("c++", &[&[standard, "-c"], &warnings[..]].concat(), &user_file, &folder.join("here.o"));
+    }
 }
 
 /// Enough of a search for an order that fits.

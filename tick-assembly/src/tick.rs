@@ -39,25 +39,28 @@ pub(crate) fn tick(
     // A short look at every way to cut the loads, and a long one at the best. Registers that the caller keeps cost two
     // cycles each: they are taken where the others do not suffice.
     let short = Effort { rounds: 1, steps: effort.steps.div_ceil(4), ..*effort };
-    let mut best: Option<(Line, Found)> = None;
-    for registers in [16, 20, 24, 28, 32].into_iter().filter(|registers| layout.words.len() + 3 < *registers) {
-        for cut in Cut::all(layout) {
-            let line = straight.line(layout, registers, cut);
-            let Some(found) = search(&line, &short) else { continue };
-            if best.as_ref().is_none_or(|(_, best)| found.cycles < best.cycles) {
-                best = Some((line, found));
+    let attempt = |moved| {
+        let mut best: Option<(Line, Found)> = None;
+        for registers in [16, 20, 24, 28, 32].into_iter().filter(|registers| layout.words.len() + 3 < *registers) {
+            for cut in Cut::all(layout) {
+                let line = straight.line(layout, registers, Cut { moved, ..cut });
+                let Some(found) = search(&line, &short) else { continue };
+                if best.as_ref().is_none_or(|(_, best)| found.cycles < best.cycles) {
+                    best = Some((line, found));
+                }
+            }
+            if best.is_some() {
+                break;
             }
         }
-        if best.is_some() {
-            break;
-        }
-    }
-    // What a short look has not found a long one may.
-    let long = |cut| {
-        let line = straight.line(layout, 32, cut);
-        search(&line, effort).map(|found| (line, found))
+        // What a short look has not found a long one may.
+        let long = |cut| {
+            let line = straight.line(layout, 32, Cut { moved, ..cut });
+            search(&line, effort).map(|found| (line, found))
+        };
+        best.or_else(|| Cut::all(layout).find_map(long))
     };
-    let Some((line, mut found)) = best.or_else(|| Cut::all(layout).find_map(long)) else {
+    let Some((line, mut found)) = attempt(false).or_else(|| attempt(true)) else {
         return Err(format!("{name}: no order was found in which its numbers fit into the registers"));
     };
     if let Some(better) = search(&line, effort).filter(|better| better.cycles < found.cycles) {
@@ -68,6 +71,7 @@ pub(crate) fn tick(
 
 /// What costs a cycle or an operation more and frees registers for a while.
 #[derive(Clone, Copy)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a choice of its own")]
 struct Cut {
     /// The last word of the state is loaded when it is needed.
     late: bool,
@@ -75,13 +79,16 @@ struct Cut {
     twice: bool,
     /// Words of the last tick that do not lie beside the sample are loaded without the estimates.
     apart: bool,
+    /// A word that lies where a sample is loaded is computed elsewhere and moved there: what is still to be made of that
+    /// sample may need the word first.
+    moved: bool,
 }
 
 impl Cut {
     fn all(layout: &Layout) -> impl Iterator<Item = Self> {
         let with = |apart| {
             let both = [false, true];
-            both.into_iter().flat_map(move |twice| both.map(move |late| Self { late, twice, apart }))
+            both.into_iter().flat_map(move |twice| both.map(move |late| Self { late, twice, apart, moved: false }))
         };
         let beside = layout.words.iter().rposition(|word| word.starts_with('x')).map_or(0, |at| at + 1);
         let any = layout.estimates_from(beside) > beside;
@@ -387,7 +394,9 @@ impl Build<'_, '_> {
             let elsewhere = self.line.home[v].is_some_and(|home| usize::from(home) != at);
             let came =
                 matches!(straight.graph.nodes[*n], Node::Input(port) if record.inputs[port].role == Role::Argument);
-            if elsewhere || came || self.line.constants[v].is_some() || final_values.contains(&v) || words[at] == v {
+            let in_the_way = cut.moved && (1..=samples.len()).contains(&at) && self.line.home[v].is_none();
+            let taken = self.line.constants[v].is_some() || final_values.contains(&v) || words[at] == v;
+            if elsewhere || came || in_the_way || taken {
                 v = self.computed(Kind::Copy, vec![v]);
             }
             self.line.home[v] = Some(at as u8);

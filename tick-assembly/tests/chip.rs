@@ -353,6 +353,8 @@ fn chains_of_every_kind_are_the_record_to_the_bit() {
         ("n2_r2_c12", functions!(2, 2, [1, 2], Drift::Argument), 2, 2),
         ("n3_r2_c123", functions!(3, 2, [1, 2, 3], Drift::ArgumentWithGain), 3, 2),
         ("n3_r1_none", functions!(3, 1, [], Drift::Linear), 3, 1),
+        // Without an observer in the last channel a word lies where its sample is loaded.
+        ("n3_r1_c2", functions!(3, 1, [2], Drift::Linear), 3, 1),
         ("n4_r2_c4", functions!(4, 2, [4], Drift::Linear), 4, 2),
         ("n4_r2_c24_gain", functions!(4, 2, [2, 4], Drift::ArgumentWithGain), 4, 2),
         ("n6_r1_c6", functions!(6, 1, [6], Drift::Linear), 6, 1),

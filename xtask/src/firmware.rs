@@ -8,7 +8,7 @@ use crate::step::{Gate, Invocation, Outcome};
 
 /// The manifest of the firmware, a workspace of its own.
 pub(crate) const MANIFEST: &str = "firmware/Cargo.toml";
-const IMAGES: [&str; 4] = ["pil", "drive", "motor", "budget"];
+const IMAGES: [&str; 5] = ["pil", "drive", "motor", "budget", "assembly"];
 
 /// The images as files.
 pub(crate) fn files() -> Vec<String> {

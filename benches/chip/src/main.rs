@@ -7,8 +7,15 @@
 #![no_std]
 #![no_main]
 
+#[allow(dead_code, unreachable_pub, reason = "a module of the firmware, whose images use the rest")]
+#[path = "../../../firmware/src/assembly.rs"]
+mod assembly;
+
 use core::hint::black_box;
 
+use assembly::{
+    State, Told, joint_r2_start, joint_r2_tick, joint_r2_tick_u, joint_r3_start, joint_r3_tick, joint_r3_tick_u,
+};
 use benches::{Joint, Naive, Noise, Tuned, joint};
 use controller_core::ControlLaw;
 use cortex_m_semihosting::debug;
@@ -78,6 +85,13 @@ fn main() -> ! {
     let mut tuned_3 = Tuned::<3, false>::start(&first);
     let mut tuned_guarded_2 = Tuned::<2, true>::start(&first);
     let mut tuned_guarded_3 = Tuned::<3, true>::start(&first);
+    let (mut renamed_2, mut renamed_3) = (tuned_guarded_2, tuned_guarded_3);
+    // Its first tick by a sibling: one after a start is no ordinary one, and takes longer.
+    let (mut scheduled_2, mut scheduled_3) = (State::ZEROS, State::ZEROS);
+    joint_r2_start(&mut scheduled_2, &first);
+    joint_r2_tick(&mut scheduled_2, &first, &mut Told::default());
+    joint_r3_start(&mut scheduled_3, &first);
+    joint_r3_tick(&mut scheduled_3, &first, &mut Told::default());
     let filter = BiquadClamp { coeff: Biquad { ba: [3.0, -5.0, 2.1, 1.5, -0.5] }, u: 0.0, min: -300.0, max: 300.0 };
     let filter = black_box(&filter);
     let mut filter_state = DirectForm1::default();
@@ -88,6 +102,8 @@ fn main() -> ! {
         let x = &black_box(noise.sample());
         black_box(shipped_tick_2(joint_2, &mut state_2, x));
         black_box(shipped_tick_3(joint_3, &mut state_3, x));
+        black_box(joint_r2_tick_u(&mut scheduled_2, x));
+        black_box(joint_r3_tick_u(&mut scheduled_3, x));
         black_box(naive_2.tick(x));
         black_box(naive_3.tick(x));
         black_box(naive_fast_2.tick(x));
@@ -96,6 +112,8 @@ fn main() -> ! {
         black_box(tuned_3.tick(x));
         black_box(tuned_guarded_2.tick(x));
         black_box(tuned_guarded_3.tick(x));
+        black_box(renamed_2.tick_renamed(x));
+        black_box(renamed_3.tick_renamed(x));
         black_box(idsp_biquad(filter, &mut filter_state, x[0]));
         black_box(pid_step(&mut pid, x[0]));
     }

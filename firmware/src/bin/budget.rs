@@ -21,11 +21,14 @@ use controller_core::drive::{
     Monitored, Motor, MotorDesign, MotorDrive, Position, Speed, Target, sin_cos,
 };
 use controller_core::{
-    Benchmark, Config, ControlLaw, Controller, Exp, FlexibleJoint, Gate, Gated, JointParameters, Libm, Limits,
-    Micromath, Nominal, NominalModel, ObserverGains, Options, Output, ReachingLaw, Reading, SampleLimits, Surface,
-    channels,
+    Benchmark, ControlLaw, Controller, Exp, FlexibleJoint, Gate, Gated, Libm, Limits, Micromath, NominalModel, Output,
+    SampleLimits, channels,
 };
 use cortex_m::asm;
+use firmware::assembly::{
+    NOMINAL, State, Told, config, joint_r2_start, joint_r2_tick, joint_r2_tick_u, joint_r3_start, joint_r3_tick,
+    joint_r3_tick_u,
+};
 use firmware::{clock, log};
 use stm32f4::stm32f405::Peripherals;
 
@@ -190,6 +193,41 @@ sines! {
     sine_libm: libm::sincosf;
 }
 
+/// The same ticks as assembly: the exported function itself is measured. That of the first tick is its sibling, since a
+/// tick after a start or a lost sample is no ordinary one and takes longer.
+macro_rules! assemblies {
+    ($($name:ident: $start:ident, $tick:ident, $tick_u:ident;)*) => {
+        $(mod $name {
+            #[allow(clippy::wildcard_imports)]
+            use super::*;
+
+            pub(super) fn run() {
+                let mut sample = samples();
+                let (mut state, x0) = (State::ZEROS, sample());
+                $start(&mut state, &x0);
+                $tick(&mut state, &x0, &mut Told::default());
+                let overhead = clock::elapsed(|| {});
+                log_costs(stringify!($name), || {
+                    let x = sample();
+                    let (state, x) = (black_box(&mut state), black_box(&x));
+                    clock::elapsed(|| {
+                        black_box($tick_u(state, x));
+                    }) - overhead
+                });
+            }
+        })*
+
+        fn all_assemblies() {
+            $($name::run();)*
+        }
+    };
+}
+
+assemblies! {
+    joint_r2_assembly: joint_r2_start, joint_r2_tick, joint_r2_tick_u;
+    joint_r3_assembly: joint_r3_start, joint_r3_tick, joint_r3_tick_u;
+}
+
 const MOTOR: MotorDesign = MotorDesign::by_rule(
     1e-3,
     Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 },
@@ -226,7 +264,6 @@ instances! {
 type Of<M, const R: usize, const MASK: u8, const O: usize> = Controller<f32, M, 4, R, MASK, O>;
 type OfTwo<E> = Controller<f32, Benchmark<E>, 2, 2, OF_TWO, 2>;
 type Joint = FlexibleJoint<f32>;
-const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
 const JOINT: Joint = Joint::new(&NOMINAL);
 
 /// Wide enough for the samples that are measured.
@@ -256,26 +293,6 @@ impl Exp<f32> for Nothing {
     #[inline]
     fn exp(x: f32) -> f32 {
         x
-    }
-}
-
-/// What all instances have in common.
-const fn config<const N: usize, const R: usize>(mask: u8, nominal: Nominal<N>) -> Config<N, R> {
-    let mut observers = [None; N];
-    let mut i = 0;
-    while i < N {
-        if mask >> i & 1 == 1 {
-            observers[i] = Some(ObserverGains::from_bandwidth::<R>(100.0));
-        }
-        i += 1;
-    }
-    Config {
-        period_s: 1e-4,
-        surface: Surface::from_bandwidth(10.0, 10.0),
-        observers,
-        reaching: ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 },
-        nominal,
-        options: Options::NEUTRAL.with_limits(Limits::symmetric(300.0)).with_sigma_star_bound(10.0),
     }
 }
 
@@ -332,16 +349,19 @@ fn measure<C: ControlLaw, Y>(
     let state = unsafe { place.put(state) };
     // Without its guard a tick does not know what to do at the start.
     controller.tick(state, &x0);
-    let mut cost = |x: C::Sample| {
+    log_costs(name, || {
+        let x = sample();
         let (state, x) = (black_box(&mut *state), black_box(&x));
         clock::elapsed(|| {
             black_box(tick(controller, state, x));
         }) - overhead
-    };
+    });
+}
 
+fn log_costs(name: &str, mut cost: impl FnMut() -> u32) {
     let (mut fewest, mut most, mut sum) = (u32::MAX, 0, 0);
     for _ in 0..TICKS {
-        let took = cost(sample());
+        let took = cost();
         (fewest, most, sum) = (fewest.min(took), most.max(took), sum + took);
     }
     defmt::println!(
@@ -361,6 +381,7 @@ fn main() -> ! {
     let unit = clock::start(core.DCB, core.DWT, chip.TIM2, &chip.RCC);
     defmt::println!("budget in {}", unit);
     all();
+    all_assemblies();
     all_drives();
     all_sines();
     defmt::println!("budget ends");

@@ -26,8 +26,8 @@ pub struct Files {
 pub(super) fn files(exported: &Exported<'_>, prefix: &str, effort: &Effort) -> Result<Files, String> {
     let drift = match &exported.spec.model {
         Model::Linear(_) => Drift::Sparse,
-        Model::BenchmarkLibm | Model::BenchmarkMicromath => Drift::Argument,
-        Model::Formulas { .. } => return Err(super::formulas_stay_here(exported.spec)),
+        Model::Formulas { gain, .. } if gain.varies() => Drift::ArgumentWithGain,
+        Model::BenchmarkLibm | Model::BenchmarkMicromath | Model::Formulas { .. } => Drift::Argument,
     };
     if exported.spec.config.padded.options.samples != SampleLimits::NONE {
         return Err("a gate is not scheduled as assembly: leave out controller.samples, or take --standalone".into());
@@ -44,7 +44,7 @@ pub(super) fn files(exported: &Exported<'_>, prefix: &str, effort: &Effort) -> R
         head(exported, &file, &assembly, drift),
         standalone::defines(exported, &file),
         standalone::types(&file, &state),
-        declarations(&file, &assembly, drift),
+        declarations(exported, &file, &assembly, drift),
     ]
     .concat();
     let mut text = format!("@ The functions of {prefix}.h, exported by version {}.\n", controller_core::VERSION);
@@ -65,7 +65,7 @@ fn head(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Dr
         exported.spec.config.padded.period_s,
         controller_core::VERSION,
     );
-    let given = if drift == Drift::Argument { ", drift" } else { "" };
+    let given = given(drift).map(|name| format!(", {name}")).collect::<String>();
     out += &file
         .c(" *
  *     static @_state state;                              once; zeros are right
@@ -75,7 +75,7 @@ fn head(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Dr
  *     @_report_applied(&state, held);                    only if it holds another u, not a late one
  *
 ")
-        .replace('#', given);
+        .replace('#', &given);
     let _ = write!(
         out,
         " * The bits are those of the Rust tick and of the C file, for every sample. One thing differs: a product of the
@@ -101,13 +101,30 @@ fn head(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Dr
 "
 }
 
-fn declarations(file: &File<'_>, assembly: &Assembly, drift: Drift) -> String {
+/// What the caller computes and hands to a tick.
+fn given(drift: Drift) -> impl Iterator<Item = &'static str> {
+    let names: &[&str] = match drift {
+        Drift::Linear | Drift::Sparse => &[],
+        Drift::Argument => &["drift"],
+        Drift::ArgumentWithGain => &["drift", "gain"],
+    };
+    names.iter().copied()
+}
+
+fn declarations(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Drift) -> String {
     let numbers = assembly.layout.words.len();
-    let argument = if drift == Drift::Argument { ", float drift" } else { "" };
-    let (passed, told) = if drift == Drift::Argument {
-        (", drift", "drift is a(x)/b_0, the nominal model's, which the caller computes. ")
+    let argument: String = given(drift).map(|name| format!(", float {name}")).collect();
+    let passed: String = given(drift).map(|name| format!(", {name}")).collect();
+    let what = match drift {
+        Drift::Linear | Drift::Sparse => "",
+        Drift::Argument => "drift is a(x)/b_0",
+        Drift::ArgumentWithGain => "drift is a(x)/b_0 and gain b(x)/b_0",
+    };
+    let b_0 = exported.spec.config.padded.nominal.input_gain;
+    let told = if what.is_empty() {
+        String::new()
     } else {
-        ("", "")
+        format!("{what}, of the nominal\n * model, at this x, with b_0 = {b_0:?}: the caller computes it. ")
     };
     // Before the prefix, which may be any of these words.
     let text = "
@@ -166,8 +183,8 @@ static inline unsigned @_tick_or_start(@_state *state, const float x[@@_N], @_ou
 #endif
 "
     .replace("NUMBERS", &numbers.to_string())
-    .replace("ARGUMENT", argument)
-    .replace("PASSED", passed)
-    .replace("DRIFT", told);
+    .replace("ARGUMENT", &argument)
+    .replace("PASSED", &passed)
+    .replace("DRIFT", &told);
     file.c(&text)
 }

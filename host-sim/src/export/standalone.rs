@@ -41,11 +41,7 @@ pub(super) fn recorded(spec: &ControllerSpec, download: &Download, drift: Drift)
     let shape = download.shape;
     let numbers: Vec<f64> = download.numbers.iter().copied().map(f64::from).collect();
     let (guess, rest) = numbers.split_at(usize::from(shape.n));
-    let linear = matches!(spec.model, Model::Linear(_));
-    // Another model has no row among its numbers.
-    let (row, coefficients) = rest.split_at(if linear { usize::from(shape.n) } else { 0 });
-    let nothing = vec![0.0; usize::from(shape.n)];
-    let row = if linear { row } else { &nothing };
+    let (row, coefficients) = rest.split_at(usize::from(shape.n));
     let samples = &spec.config.padded.options.samples;
     let samples = (*samples != SampleLimits::NONE).then_some(samples);
     chain(shape, coefficients, drift, row, guess, samples)

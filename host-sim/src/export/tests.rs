@@ -83,7 +83,11 @@ fn assembly_has_the_names_of_the_c_file_and_refuses_what_it_does_not_carry() {
     let gated = two.replace("[5, 1] }", "[5, 1], samples = { min = [-1, -1], max = [1, 1] } }");
     assert!(refused(&gated, &effort).contains("leave out controller.samples"), "{gated}");
     assert!(refused(two, &Effort { steps: 0, ..effort }).contains("no order was found"));
-    assert!(refused(scenario::OWN, &effort).contains("set controller.nominal.a"));
+    // A formula is no number of the design: the caller computes it.
+    let header = asm(scenario::OWN, &effort).expect("exported").header;
+    assert!(header.contains("float left_tick_u(left_state *state, const float x[LEFT_N], float drift);"), "{header}");
+    let double = two.replace("[5, 1] }", "[5, 1], precision = 'f64' }");
+    assert!(refused(&double, &effort).contains("set controller.precision=f32"));
 }
 
 #[test]

@@ -1,0 +1,1132 @@
+@ The functions of joint_r3.h, exported by version 0.1.0.
+@ Design 0xa1a01a6c (CRC-32, the one a target reports).
+@ Changed by --set controller.observer=[{channel=2,bandwidth_rad_s=100,order=3},{channel=4,bandwidth_rad_s=100,order=3}]
+@ Scenario joint.toml (CRC-32 0xadf7d260):
+@
+@     # The joint whose tick is measured everywhere (src/bin/budget.rs): 10 kHz, all poles of the observers at -100, switching
+@     # term and limits in use. Order 2 here, order 3 by `--set`; --paper, since the reading is the paper's.
+@     #     host-sim export joint.toml --paper --asm --prefix joint_r2 -o src/assembly/joint_r2.S --force
+@     #     host-sim export joint.toml --paper --asm --prefix joint_r3 -o src/assembly/joint_r3.S --force \
+@     #         --set 'controller.observer=[{channel=2,bandwidth_rad_s=100,order=3},{channel=4,bandwidth_rad_s=100,order=3}]'
+@     name = "joint"
+@
+@     [plant]
+@     kind = "flexible_joint"
+@     reading = "reconstructed"
+@
+@     [controller]
+@     period_s = 1e-4
+@     surface_bandwidth_rad_s = 10.0
+@     alpha_per_s = 10.0
+@     k_l = 50.0
+@     k_s = 0.5
+@     epsilon = 0.01
+@     limits = { min = -300.0, max = 300.0 }
+@     sigma_star_bound = 10.0
+@
+@     [[controller.observer]]
+@     channel = 2
+@     bandwidth_rad_s = 100.0
+@     order = 2
+@
+@     [[controller.observer]]
+@     channel = 4
+@     bandwidth_rad_s = 100.0
+@     order = 2
+
+	.syntax unified
+	.cpu cortex-m4
+	.fpu fpv4-sp-d16
+	.thumb
+
+	.section .text.joint_r3_tick_u, "ax", %progbits
+	.balign 8
+	.global joint_r3_tick_u
+	.type joint_r3_tick_u, %function
+	.thumb_func
+joint_r3_tick_u:
+	vpush {s16-s19}
+	adr.w r3, .Ljoint_r3_tick_u_table
+	ldrb.w ip, [r0, #48]
+	vldmia r1, {s1-s4}
+	vldmia r0!, {s15-s19}
+	vldmia r3!, {s7-s14}
+	vmul.f32 s0, s7, s4
+	vmul.f32 s5, s8, s3
+	vmul.f32 s9, s9, s1
+	vmul.f32 s1, s10, s1
+	vadd.f32 s15, s16, s15
+	vsub.f32 s17, s2, s17
+	vadd.f32 s16, s9, s5
+	vmul.f32 s11, s11, s2
+	vadd.f32 s0, s16, s0
+	vsub.f32 s19, s4, s19
+	vmul.f32 s17, s17, s12
+	vmul.f32 s12, s19, s13
+	vmul.f32 s14, s14, s0
+	vldmia r0!, {s5-s10}
+	vmov.f32 s19, #0.5
+	vmul.f32 s19, s19, s3
+	vsub.f32 s12, s12, s14
+	vsub.f32 s17, s17, s19
+	vsub.f32 s15, s12, s15
+	vsub.f32 s18, s17, s18
+	vadd.f32 s17, s1, s11
+	cmp.w ip, #0
+	bne.w .Ljoint_r3_tick_u_resume
+.Ljoint_r3_tick_u_observed:
+	vldmia r3!, {s11-s13}
+	vmul.f32 s16, s11, s18
+	vmul.f32 s1, s11, s15
+	vmul.f32 s11, s12, s15
+	vadd.f32 s1, s9, s1
+	vadd.f32 s16, s6, s16
+	vmul.f32 s15, s13, s15
+	vmul.f32 s12, s12, s18
+	vadd.f32 s5, s5, s16
+	vadd.f32 s16, s10, s11
+	vadd.f32 s3, s3, s5
+	vmov.f32 s11, #30.0
+	vmul.f32 s11, s11, s3
+	vmul.f32 s13, s13, s18
+	vadd.f32 s12, s7, s12
+	vadd.f32 s18, s17, s11
+	vadd.f32 s7, s7, s13
+	vadd.f32 s6, s6, s12
+	vldmia r3!, {s12-s13}
+	vmul.f32 s12, s12, s6
+	vadd.f32 s8, s8, s1
+	vldmia r0!, {s11}
+	vadd.f32 s12, s18, s12
+	vmul.f32 s13, s13, s7
+	vadd.f32 s0, s0, s8
+	vadd.f32 s12, s12, s13
+	vadd.f32 s9, s9, s16
+	vadd.f32 s12, s12, s4
+	vadd.f32 s10, s10, s15
+	vsub.f32 s12, s12, s11
+	vsub.f32 s1, s0, s14
+	vldmia r3!, {s13-s18}
+	vmul.f32 s13, s13, s12
+	vmul.f32 s12, s14, s12
+	vcmp.f32 s13, s15
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s13, s15
+	vcmp.f32 s13, s16
+	vmrs APSR_nzcv, fpscr
+	it mi
+	vmovmi.f32 s13, s16
+	vmul.f32 s17, s17, s11
+	vadd.f32 s16, s12, s13
+	vmul.f32 s18, s18, s2
+	vadd.f32 s16, s16, s17
+	vldmia r3!, {s12-s15}
+	vmul.f32 s12, s12, s3
+	vadd.f32 s16, s16, s18
+	vmul.f32 s18, s13, s4
+	vadd.f32 s16, s16, s12
+	vmul.f32 s14, s14, s9
+	vadd.f32 s16, s16, s18
+	vmul.f32 s15, s15, s10
+	vadd.f32 s16, s16, s14
+	vldmia r3!, {s12-s14}
+	vmul.f32 s18, s12, s6
+	vadd.f32 s15, s16, s15
+	vmul.f32 s12, s13, s7
+	vadd.f32 s15, s15, s18
+	vmul.f32 s18, s14, s11
+	vadd.f32 s12, s15, s12
+	vldmia r3!, {s14-s17}
+	vmul.f32 s12, s12, s14
+	vsub.f32 s11, s11, s18
+	vsub.f32 s0, s12, s0
+	vsub.f32 s3, s3, s19
+	vabs.f32 s12, s0
+	vcmp.f32 s12, s15
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_r3_tick_u_beyond
+.Ljoint_r3_tick_u_plausible:
+	vcmp.f32 s0, s16
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s16
+	vcmp.f32 s0, s17
+	vmrs APSR_nzcv, fpscr
+	it mi
+	vmovmi.f32 s0, s17
+	vstmdb r0!, {s0-s11}
+	vpop {s16-s19}
+	bx lr
+.Ljoint_r3_tick_u_resume:
+	vldr s15, [r3, #88]
+	vldr s18, [r3, #88]
+	mov.w ip, #0
+	strb.w ip, [r0, #4]
+	mov.w ip, #1
+	b.w .Ljoint_r3_tick_u_observed
+.Ljoint_r3_tick_u_beyond:
+	push.w {r4-r5}
+	vpush {s16-s19}
+	vabs.f32 s16, s0
+	vldr s17, [r3, #4]
+	vldr s18, [r0, #-4]
+	vmul.f32 s17, s17, s18
+	vabs.f32 s18, s17
+	vcmp.f32 s16, s18
+	vmrs APSR_nzcv, fpscr
+	ite mi
+	movmi.w r4, #1
+	movpl.w r4, #0
+	vsub.f32 s17, s0, s17
+	vabs.f32 s17, s17
+	vldr s18, [r3, #-12]
+	vcmp.f32 s17, s18
+	vmrs APSR_nzcv, fpscr
+	ite gt
+	movgt.w r5, #1
+	movle.w r5, #0
+	and.w r4, r4, r5
+	vldr s17, [r3, #-12]
+	vcmp.f32 s16, s17
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r5, #1
+	movhi.w r5, #0
+	orr.w r4, r4, r5
+	cmp.w r4, #0
+	vpop {s16-s19}
+	pop.w {r4-r5}
+	bne.w .Ljoint_r3_tick_u_plausible
+	vpop {s16-s19}
+	push.w {r4-r5}
+	vldr s1, [r3, #-104]
+	vldr s2, [r3, #-4]
+	vldr s3, [r3, #8]
+	vldr s4, [r0, #-48]
+	vldr s5, [r3, #12]
+	vldr s6, [r0, #-48]
+	vabs.f32 s6, s6
+	vldr s7, [r3, #16]
+	vcmp.f32 s6, s7
+	vmrs APSR_nzcv, fpscr
+	it ls
+	vmovls.f32 s5, s4
+	vmul.f32 s3, s3, s5
+	vldr s4, [r3, #12]
+	vadd.f32 s3, s3, s4
+	vldr s4, [r3, #-4]
+	vcmp.f32 s3, s4
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s4, s3
+	it mi
+	vmovmi.f32 s4, s2
+	vldr s2, [r3, #-104]
+	vcmp.f32 s3, s2
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s4
+	it gt
+	vmovgt.f32 s2, s1
+	vmov.f32 s0, s2
+	vldr s1, [r1, #12]
+	vldr s3, [r3, #20]
+	vldr s4, [r1, #8]
+	vmul.f32 s3, s3, s4
+	vadd.f32 s1, s1, s3
+	vldr s3, [r3, #-104]
+	vldr s4, [r1, #4]
+	vmul.f32 s3, s3, s4
+	vadd.f32 s1, s1, s3
+	vldr s3, [r3, #-108]
+	vldr s4, [r1, #0]
+	vmul.f32 s3, s3, s4
+	vadd.f32 s1, s1, s3
+	vldr s3, [r0, #-4]
+	vabs.f32 s4, s1
+	vldr s5, [r3, #16]
+	vcmp.f32 s4, s5
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r4, #1
+	movhi.w r4, #0
+	vldr s4, [r3, #24]
+	vldr s5, [r3, #28]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s5, s1
+	vldr s6, [r0, #-36]
+	vsub.f32 s6, s5, s6
+	vmul.f32 s4, s4, s6
+	vabs.f32 s4, s4
+	vldr s6, [r3, #-12]
+	vcmp.f32 s4, s6
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r5, #1
+	movhi.w r5, #0
+	and.w r4, r4, r5
+	and.w r4, r4, ip
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s3, s1
+	vldr s1, [r3, #-20]
+	vmul.f32 s1, s1, s3
+	vsub.f32 s1, s3, s1
+	vstr s1, [r0, #-4]
+	vldr s1, [r3, #12]
+	vldr s3, [r0, #-8]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s3, s1
+	vstr s3, [r0, #-8]
+	vldr s1, [r3, #12]
+	vldr s3, [r0, #-12]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s3, s1
+	vstr s3, [r0, #-12]
+	vldr s1, [r3, #12]
+	vldr s3, [r0, #-16]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s3, s1
+	vstr s3, [r0, #-16]
+	vldr s1, [r3, #12]
+	vldr s3, [r0, #-20]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s3, s1
+	vstr s3, [r0, #-20]
+	vldr s1, [r3, #12]
+	vldr s3, [r0, #-24]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s3, s1
+	vstr s3, [r0, #-24]
+	vldr s1, [r3, #12]
+	vldr s3, [r0, #-28]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s3, s1
+	vstr s3, [r0, #-28]
+	vstr s5, [r0, #-36]
+	vstr s2, [r0, #-48]
+	mov.w r4, #1
+	strb.w r4, [r0, #0]
+	pop.w {r4-r5}
+	bx lr
+	.balign 4
+.Ljoint_r3_tick_u_table:
+	.word 0xbf169697 @ -0.5882353
+	.word 0xc29742b0 @ -75.63025
+	.word 0x429742b0 @ 75.63025
+	.word 0x447a0000 @ 1000.0
+	.word 0x43960000 @ 300.0
+	.word 0x461c4000 @ 10000.0
+	.word 0x429c7878 @ 78.23529
+	.word 0x3f002910 @ 0.50062656
+	.word 0x3cf48908 @ 0.029850498
+	.word 0x399bb901 @ 0.00029701742
+	.word 0x3584389d @ 9.851243e-7
+	.word 0x461c0400 @ 9985.0
+	.word 0xc61c1800 @ -9990.0
+	.word 0xf046bcc0 @ -2.4602487e29
+	.word 0xf048bc13 @ -2.4849748e29
+	.word 0x6d00785e @ 2.4849748e27
+	.word 0xed00785e @ -2.4849748e27
+	.word 0xef2081e9 @ -4.9674653e28
+	.word 0xf27b0a1c @ -4.9723494e30
+	.word 0xf196937a @ -1.4912333e30
+	.word 0xefed1ffb @ -1.4677322e29
+	.word 0x6b036f00 @ 1.5889347e26
+	.word 0xea8391da @ -7.952902e25
+	.word 0x6a0908ed @ 4.1416247e25
+	.word 0xe98908ed @ -2.0708124e25
+	.word 0x3a8301a9 @ 0.0009995002
+	.word 0x0e000000 @ 1.5777218e-30
+	.word 0x48160000 @ 153600.0
+	.word 0x43960000 @ 300.0
+	.word 0xc3960000 @ -300.0
+	.word 0x80000000 @ -0.0
+	.word 0x3ea09b98 @ 0.3136871
+	.word 0x3f800000 @ 1.0
+	.word 0x00000000 @ 0.0
+	.word 0x5368d4a5 @ 1000000000000.0
+	.word 0x41f00000 @ 30.0
+	.word 0xbef0dc8d @ -0.47043267
+	.word 0x7e967699 @ 1e38
+	.size joint_r3_tick_u, .-joint_r3_tick_u
+
+	.section .text.joint_r3_tick, "ax", %progbits
+	.balign 8
+	.global joint_r3_tick
+	.type joint_r3_tick, %function
+	.thumb_func
+joint_r3_tick:
+	vpush {s16-s19}
+	adr.w r3, .Ljoint_r3_tick_table
+	ldrb.w ip, [r0, #48]
+	vldmia r1, {s1-s4}
+	vldmia r3!, {s13-s19}
+	vmul.f32 s13, s13, s4
+	vldmia r0!, {s8-s12}
+	vsub.f32 s12, s4, s12
+	vmul.f32 s14, s14, s1
+	vmov.f32 s0, #0.5
+	vmul.f32 s0, s0, s3
+	vmul.f32 s15, s12, s15
+	vsub.f32 s10, s2, s10
+	vmul.f32 s16, s16, s3
+	vmul.f32 s12, s10, s17
+	vadd.f32 s17, s14, s16
+	vsub.f32 s12, s12, s0
+	vadd.f32 s17, s17, s13
+	vmul.f32 s18, s18, s2
+	vadd.f32 s16, s9, s8
+	vmul.f32 s19, s19, s17
+	vldmia r0!, {s5-s10}
+	vsub.f32 s13, s15, s19
+	vsub.f32 s11, s12, s11
+	vsub.f32 s12, s13, s16
+	cmp.w ip, #0
+	bne.w .Ljoint_r3_tick_resume
+.Ljoint_r3_tick_observed:
+	vldmia r3!, {s13-s16}
+	vmul.f32 s1, s13, s1
+	vmul.f32 s13, s14, s12
+	vmul.f32 s14, s14, s11
+	vadd.f32 s1, s1, s18
+	vadd.f32 s18, s7, s14
+	vmul.f32 s14, s15, s11
+	vmul.f32 s15, s15, s12
+	vmul.f32 s11, s16, s11
+	vadd.f32 s14, s6, s14
+	vadd.f32 s6, s6, s18
+	vadd.f32 s13, s10, s13
+	vadd.f32 s5, s5, s14
+	vadd.f32 s14, s9, s15
+	vadd.f32 s9, s9, s13
+	vadd.f32 s18, s3, s5
+	vmov.f32 s15, #30.0
+	vmul.f32 s15, s15, s18
+	vadd.f32 s7, s7, s11
+	vadd.f32 s1, s1, s15
+	vmul.f32 s16, s16, s12
+	vadd.f32 s8, s8, s14
+	vldmia r3!, {s11-s15}
+	vmul.f32 s11, s11, s6
+	vmul.f32 s12, s12, s7
+	vadd.f32 s1, s1, s11
+	vmul.f32 s13, s13, s18
+	vadd.f32 s12, s1, s12
+	vldmia r0!, {s11}
+	vadd.f32 s12, s12, s4
+	vmul.f32 s14, s14, s11
+	vsub.f32 s3, s18, s0
+	vsub.f32 s18, s12, s11
+	vadd.f32 s17, s17, s8
+	vmul.f32 s15, s15, s18
+	vldmia r3!, {s0-s1}
+	vcmp.f32 s15, s0
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s15, s0
+	vcmp.f32 s15, s1
+	vmrs APSR_nzcv, fpscr
+	it mi
+	vmovmi.f32 s15, s1
+	vldmia r3!, {s0-s1}
+	vmul.f32 s0, s0, s18
+	vmul.f32 s1, s1, s2
+	vadd.f32 s15, s0, s15
+	vadd.f32 s14, s15, s14
+	vstr s12, [r2, #4]
+	vadd.f32 s1, s14, s1
+	vadd.f32 s10, s10, s16
+	vadd.f32 s1, s1, s13
+	vldmia r3!, {s12-s16}
+	vmul.f32 s12, s12, s4
+	vmul.f32 s13, s13, s9
+	vadd.f32 s12, s1, s12
+	vsub.f32 s1, s17, s19
+	vadd.f32 s12, s12, s13
+	vmul.f32 s13, s14, s10
+	vmul.f32 s15, s15, s6
+	vadd.f32 s19, s12, s13
+	vmul.f32 s16, s16, s7
+	vadd.f32 s19, s19, s15
+	vstr s18, [r2, #8]
+	vadd.f32 s19, s19, s16
+	vldmia r3!, {s12-s16}
+	vmul.f32 s12, s19, s12
+	vmul.f32 s13, s13, s11
+	vsub.f32 s12, s12, s17
+	vabs.f32 s19, s18
+	vabs.f32 s17, s12
+	vcmp.f32 s17, s14
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_r3_tick_beyond
+.Ljoint_r3_tick_plausible:
+	mov.w r1, #0
+	vmov.f32 s0, s12
+	vcmp.f32 s0, s15
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s15
+	vcmp.f32 s0, s16
+	vmrs APSR_nzcv, fpscr
+	it mi
+	vmovmi.f32 s0, s16
+	vsub.f32 s11, s11, s13
+	vmov.f32 s18, #10.0
+	vcmp.f32 s19, s18
+	vmrs APSR_nzcv, fpscr
+	it gt
+	addgt r1, #4
+	vstr s0, [r2, #0]
+	vcmp.f32 s0, s12
+	vmrs APSR_nzcv, fpscr
+	it ne
+	addne r1, #2
+	vstmdb r0!, {s0-s11}
+	vpop {s16-s19}
+	mov.w r0, r1
+	bx lr
+.Ljoint_r3_tick_resume:
+	vldr s12, [r3, #92]
+	vldr s11, [r3, #92]
+	mov.w ip, #0
+	strb.w ip, [r0, #4]
+	mov.w ip, #1
+	b.w .Ljoint_r3_tick_observed
+.Ljoint_r3_tick_beyond:
+	push.w {r4-r5}
+	vpush {s16-s19}
+	vabs.f32 s16, s12
+	vldr s17, [r3, #4]
+	vldr s18, [r0, #-4]
+	vmul.f32 s17, s17, s18
+	vabs.f32 s18, s17
+	vcmp.f32 s16, s18
+	vmrs APSR_nzcv, fpscr
+	ite mi
+	movmi.w r4, #1
+	movpl.w r4, #0
+	vsub.f32 s17, s12, s17
+	vabs.f32 s17, s17
+	vldr s18, [r3, #-12]
+	vcmp.f32 s17, s18
+	vmrs APSR_nzcv, fpscr
+	ite gt
+	movgt.w r5, #1
+	movle.w r5, #0
+	and.w r4, r4, r5
+	vldr s17, [r3, #-12]
+	vcmp.f32 s16, s17
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r5, #1
+	movhi.w r5, #0
+	orr.w r4, r4, r5
+	cmp.w r4, #0
+	vpop {s16-s19}
+	pop.w {r4-r5}
+	bne.w .Ljoint_r3_tick_plausible
+	vpop {s16-s19}
+	push.w {r4-r5}
+	vldr s0, [r1, #12]
+	vldr s1, [r3, #8]
+	vldr s2, [r1, #8]
+	vmul.f32 s1, s1, s2
+	vadd.f32 s0, s0, s1
+	vldr s1, [r3, #-100]
+	vldr s2, [r1, #4]
+	vmul.f32 s1, s1, s2
+	vadd.f32 s0, s0, s1
+	vldr s1, [r3, #-92]
+	vldr s2, [r1, #0]
+	vmul.f32 s1, s1, s2
+	vadd.f32 s0, s0, s1
+	vldr s1, [r0, #-4]
+	vabs.f32 s2, s0
+	vldr s3, [r3, #12]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r4, #1
+	movhi.w r4, #0
+	vldr s2, [r3, #16]
+	vldr s3, [r3, #20]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s3, s0
+	vldr s4, [r0, #-36]
+	vsub.f32 s4, s3, s4
+	vmul.f32 s2, s2, s4
+	vabs.f32 s2, s2
+	vldr s4, [r3, #-12]
+	vcmp.f32 s2, s4
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r5, #1
+	movhi.w r5, #0
+	and.w r4, r4, r5
+	and.w r4, r4, ip
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vldr s0, [r3, #-16]
+	vmul.f32 s0, s0, s1
+	vsub.f32 s0, s1, s0
+	vstr s0, [r2, #4]
+	vldr s1, [r3, #-100]
+	vldr s2, [r3, #-4]
+	vldr s4, [r3, #24]
+	vldr s5, [r0, #-48]
+	vldr s6, [r3, #28]
+	vldr s7, [r0, #-48]
+	vabs.f32 s7, s7
+	vldr s8, [r3, #12]
+	vcmp.f32 s7, s8
+	vmrs APSR_nzcv, fpscr
+	it ls
+	vmovls.f32 s6, s5
+	vmul.f32 s4, s4, s6
+	vldr s5, [r3, #28]
+	vadd.f32 s4, s4, s5
+	vldr s5, [r3, #-4]
+	vcmp.f32 s4, s5
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s4
+	it mi
+	vmovmi.f32 s5, s2
+	vldr s2, [r3, #-100]
+	vcmp.f32 s4, s2
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s5
+	it gt
+	vmovgt.f32 s2, s1
+	vstr s2, [r2, #0]
+	vldr s1, [r3, #28]
+	vstr s1, [r2, #8]
+	vstr s0, [r0, #-4]
+	vldr s0, [r3, #28]
+	vldr s1, [r0, #-8]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #-8]
+	vldr s0, [r3, #28]
+	vldr s1, [r0, #-12]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #-12]
+	vldr s0, [r3, #28]
+	vldr s1, [r0, #-16]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #-16]
+	vldr s0, [r3, #28]
+	vldr s1, [r0, #-20]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #-20]
+	vldr s0, [r3, #28]
+	vldr s1, [r0, #-24]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #-24]
+	vldr s0, [r3, #28]
+	vldr s1, [r0, #-28]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #-28]
+	vstr s3, [r0, #-36]
+	vstr s2, [r0, #-48]
+	mov.w r4, #1
+	strb.w r4, [r0, #0]
+	mov.w r0, #1
+	pop.w {r4-r5}
+	bx lr
+	.balign 4
+.Ljoint_r3_tick_table:
+	.word 0xbf169697 @ -0.5882353
+	.word 0x429742b0 @ 75.63025
+	.word 0x429c7878 @ 78.23529
+	.word 0xc29742b0 @ -75.63025
+	.word 0x461c4000 @ 10000.0
+	.word 0x43960000 @ 300.0
+	.word 0x3f002910 @ 0.50062656
+	.word 0x447a0000 @ 1000.0
+	.word 0x399bb901 @ 0.00029701742
+	.word 0x3cf48908 @ 0.029850498
+	.word 0x3584389d @ 9.851243e-7
+	.word 0x461c0400 @ 9985.0
+	.word 0xc61c1800 @ -9990.0
+	.word 0xf196937a @ -1.4912333e30
+	.word 0xef2081e9 @ -4.9674653e28
+	.word 0xf046bcc0 @ -2.4602487e29
+	.word 0x6d00785e @ 2.4849748e27
+	.word 0xed00785e @ -2.4849748e27
+	.word 0xf048bc13 @ -2.4849748e29
+	.word 0xf27b0a1c @ -4.9723494e30
+	.word 0xefed1ffb @ -1.4677322e29
+	.word 0x6b036f00 @ 1.5889347e26
+	.word 0xea8391da @ -7.952902e25
+	.word 0x6a0908ed @ 4.1416247e25
+	.word 0xe98908ed @ -2.0708124e25
+	.word 0x0e000000 @ 1.5777218e-30
+	.word 0x3a8301a9 @ 0.0009995002
+	.word 0x48160000 @ 153600.0
+	.word 0x43960000 @ 300.0
+	.word 0xc3960000 @ -300.0
+	.word 0x80000000 @ -0.0
+	.word 0x3ea09b98 @ 0.3136871
+	.word 0x41f00000 @ 30.0
+	.word 0x5368d4a5 @ 1000000000000.0
+	.word 0xbef0dc8d @ -0.47043267
+	.word 0x7e967699 @ 1e38
+	.word 0x3f800000 @ 1.0
+	.word 0x00000000 @ 0.0
+	.size joint_r3_tick, .-joint_r3_tick
+
+	.section .text.joint_r3_start, "ax", %progbits
+	.balign 8
+	.global joint_r3_start
+	.type joint_r3_start, %function
+	.thumb_func
+joint_r3_start:
+	push.w {r4-r5}
+	adr.w r3, .Ljoint_r3_start_table
+	vldr s0, [r1, #12]
+	vabs.f32 s0, s0
+	vldr s1, [r3, #0]
+	vcmp.f32 s0, s1
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r4, #1
+	movhi.w r4, #0
+	vldr s0, [r3, #4]
+	vldr s1, [r1, #0]
+	vmul.f32 s0, s0, s1
+	vldr s1, [r3, #8]
+	vldr s2, [r1, #4]
+	vmul.f32 s1, s1, s2
+	vadd.f32 s0, s0, s1
+	vldr s1, [r3, #12]
+	vldr s2, [r1, #8]
+	vldr s3, [r3, #16]
+	vadd.f32 s2, s2, s3
+	vmul.f32 s1, s1, s2
+	vadd.f32 s0, s0, s1
+	vldr s1, [r3, #16]
+	vadd.f32 s0, s0, s1
+	vldr s1, [r1, #12]
+	vadd.f32 s0, s0, s1
+	vabs.f32 s1, s0
+	vldr s2, [r3, #0]
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r5, #1
+	movhi.w r5, #0
+	and.w r4, r4, r5
+	vldr s1, [r1, #8]
+	vabs.f32 s1, s1
+	vldr s2, [r3, #0]
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r5, #1
+	movhi.w r5, #0
+	and.w r4, r4, r5
+	vldr s1, [r1, #4]
+	vabs.f32 s1, s1
+	vldr s2, [r3, #0]
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r5, #1
+	movhi.w r5, #0
+	and.w r4, r4, r5
+	vldr s1, [r1, #0]
+	vabs.f32 s1, s1
+	vldr s2, [r3, #0]
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r5, #1
+	movhi.w r5, #0
+	and.w r4, r4, r5
+	ldrb.w r5, [r0, #49]
+	orr.w r5, r4, r5
+	strb.w r5, [r0, #49]
+	vldr s1, [r3, #16]
+	vldr s2, [r0, #0]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s2, s1
+	vstr s2, [r0, #0]
+	vldr s1, [r0, #44]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #44]
+	vldr s0, [r3, #16]
+	vldr s1, [r0, #16]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #16]
+	vldr s0, [r3, #16]
+	vldr s1, [r0, #8]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #8]
+	vldr s0, [r3, #16]
+	vldr s1, [r0, #4]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #4]
+	vldr s0, [r3, #16]
+	vldr s1, [r0, #12]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #12]
+	vldr s0, [r3, #16]
+	vldr s1, [r0, #40]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #40]
+	vldr s0, [r3, #16]
+	vldr s1, [r0, #36]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #36]
+	vldr s0, [r3, #16]
+	vldr s1, [r0, #32]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #32]
+	vldr s0, [r3, #16]
+	vldr s1, [r0, #28]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #28]
+	vldr s0, [r3, #16]
+	vldr s1, [r0, #24]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #24]
+	vldr s0, [r3, #16]
+	vldr s1, [r0, #20]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #20]
+	ldrb.w r5, [r0, #48]
+	orr.w r5, r4, r5
+	strb.w r5, [r0, #48]
+	mov.w r0, #0
+	cmp.w r4, #0
+	it ne
+	orrne.w r0, r0, #1
+	pop.w {r4-r5}
+	bx lr
+	.balign 4
+.Ljoint_r3_start_table:
+	.word 0x5368d4a5 @ 1000000000000.0
+	.word 0x447a0000 @ 1000.0
+	.word 0x43960000 @ 300.0
+	.word 0x41f00000 @ 30.0
+	.word 0x00000000 @ 0.0
+	.size joint_r3_start, .-joint_r3_start
+
+	.section .text.joint_r3_not_started, "ax", %progbits
+	.balign 8
+	.global joint_r3_not_started
+	.type joint_r3_not_started, %function
+	.thumb_func
+joint_r3_not_started:
+	adr.w r3, .Ljoint_r3_not_started_table
+	vldr s0, [r3, #0]
+	vstr s0, [r0, #8]
+	vldr s0, [r3, #0]
+	vstr s0, [r0, #4]
+	vldr s0, [r3, #0]
+	vstr s0, [r0, #0]
+	mov.w r0, #1
+	bx lr
+	.balign 4
+.Ljoint_r3_not_started_table:
+	.word 0x00000000 @ 0.0
+	.size joint_r3_not_started, .-joint_r3_not_started
+
+	.section .text.joint_r3_report_applied, "ax", %progbits
+	.balign 8
+	.global joint_r3_report_applied
+	.type joint_r3_report_applied, %function
+	.thumb_func
+joint_r3_report_applied:
+	push.w {r4-r5}
+	adr.w r3, .Ljoint_r3_report_applied_table
+	ldrb.w r4, [r0, #49]
+	vabs.f32 s1, s0
+	vldr s2, [r3, #0]
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r5, #1
+	movhi.w r5, #0
+	and.w r4, r4, r5
+	vldr s1, [r0, #0]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #0]
+	mov.w r0, #0
+	cmp.w r4, #0
+	it ne
+	orrne.w r0, r0, #1
+	pop.w {r4-r5}
+	bx lr
+	.balign 4
+.Ljoint_r3_report_applied_table:
+	.word 0x5368d4a5 @ 1000000000000.0
+	.size joint_r3_report_applied, .-joint_r3_report_applied
+
+	.section .text.joint_r3_estimates, "ax", %progbits
+	.balign 8
+	.global joint_r3_estimates
+	.type joint_r3_estimates, %function
+	.thumb_func
+joint_r3_estimates:
+	push.w {r4-r5}
+	adr.w r3, .Ljoint_r3_estimates_table
+	ldrb.w r4, [r0, #49]
+	cmp.w r4, #0
+	beq.w .Ljoint_r3_estimates_1
+	vldr s0, [r0, #32]
+	vldr s1, [r3, #0]
+	vldr s2, [r0, #36]
+	vldr s3, [r3, #4]
+	vldr s4, [r0, #40]
+	vmul.f32 s3, s3, s4
+	vsub.f32 s2, s2, s3
+	vmul.f32 s1, s1, s2
+	vsub.f32 s0, s0, s1
+	vldr s1, [r3, #8]
+	vldr s3, [r3, #12]
+	vldr s4, [r0, #40]
+	vmul.f32 s3, s3, s4
+	vmul.f32 s1, s1, s3
+	vsub.f32 s0, s0, s1
+	vldr s1, [r3, #16]
+	vmul.f32 s0, s0, s1
+	vstr s0, [r1, #36]
+	vldr s0, [r0, #20]
+	vldr s1, [r3, #12]
+	vldr s3, [r0, #24]
+	vldr s4, [r3, #20]
+	vldr s5, [r0, #28]
+	vmul.f32 s4, s4, s5
+	vsub.f32 s3, s3, s4
+	vmul.f32 s1, s1, s3
+	vsub.f32 s0, s0, s1
+	vldr s1, [r3, #24]
+	vldr s4, [r3, #12]
+	vldr s5, [r0, #28]
+	vmul.f32 s4, s4, s5
+	vmul.f32 s1, s1, s4
+	vsub.f32 s0, s0, s1
+	vldr s1, [r3, #20]
+	vmul.f32 s0, s0, s1
+	vstr s0, [r1, #12]
+	vldr s0, [r3, #16]
+	vmul.f32 s0, s2, s0
+	vldr s1, [r3, #28]
+	vdiv.f32 s0, s0, s1
+	vstr s0, [r1, #40]
+	vldr s0, [r3, #20]
+	vmul.f32 s0, s3, s0
+	vldr s1, [r3, #28]
+	vdiv.f32 s0, s0, s1
+	vstr s0, [r1, #16]
+	vldr s0, [r0, #40]
+	vldr s1, [r3, #16]
+	vmul.f32 s0, s0, s1
+	vldr s1, [r3, #28]
+	vdiv.f32 s0, s0, s1
+	vldr s1, [r3, #28]
+	vdiv.f32 s0, s0, s1
+	vstr s0, [r1, #44]
+	vldr s0, [r0, #28]
+	vldr s1, [r3, #20]
+	vmul.f32 s0, s0, s1
+	vldr s1, [r3, #28]
+	vdiv.f32 s0, s0, s1
+	vldr s1, [r3, #28]
+	vdiv.f32 s0, s0, s1
+	vstr s0, [r1, #20]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #32]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #28]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #24]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #8]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #4]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #0]
+	mov.w r0, #1
+	pop.w {r4-r5}
+	bx lr
+.Ljoint_r3_estimates_1:
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #44]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #40]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #36]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #32]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #28]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #24]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #20]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #16]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #12]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #8]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #4]
+	vldr s0, [r3, #32]
+	vstr s0, [r1, #0]
+	mov.w r0, #0
+	pop.w {r4-r5}
+	bx lr
+	.balign 4
+.Ljoint_r3_estimates_table:
+	.word 0x3f002910 @ 0.50062656
+	.word 0x3f801488 @ 1.0006266
+	.word 0x3eaafcd0 @ 0.33396006
+	.word 0x3f000000 @ 0.5
+	.word 0x42ffa39c @ 127.81955
+	.word 0x3f800000 @ 1.0
+	.word 0x3eaaaaab @ 0.33333334
+	.word 0x38d1b717 @ 0.0001
+	.word 0x00000000 @ 0.0
+	.size joint_r3_estimates, .-joint_r3_estimates
+
+	.section .text.joint_r3_reset, "ax", %progbits
+	.balign 8
+	.global joint_r3_reset
+	.type joint_r3_reset, %function
+	.thumb_func
+joint_r3_reset:
+	push.w {r4-r5}
+	adr.w r3, .Ljoint_r3_reset_table
+	vldr s0, [r3, #0]
+	vldr s1, [r0, #0]
+	ldrb.w r4, [r0, #49]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #0]
+	vldr s0, [r3, #0]
+	vldr s1, [r0, #44]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #44]
+	vldr s0, [r3, #0]
+	vldr s1, [r0, #16]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #16]
+	vldr s0, [r3, #0]
+	vldr s1, [r0, #8]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #8]
+	vldr s0, [r3, #0]
+	vldr s1, [r0, #4]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #4]
+	vldr s0, [r3, #0]
+	vldr s1, [r0, #12]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #12]
+	vldr s0, [r3, #0]
+	vldr s1, [r0, #40]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #40]
+	vldr s0, [r3, #0]
+	vldr s1, [r0, #36]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #36]
+	vldr s0, [r3, #0]
+	vldr s1, [r0, #32]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #32]
+	vldr s0, [r3, #0]
+	vldr s1, [r0, #28]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #28]
+	vldr s0, [r3, #0]
+	vldr s1, [r0, #24]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #24]
+	vldr s0, [r3, #0]
+	vldr s1, [r0, #20]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #20]
+	eor.w r4, r4, #1
+	ldrb.w r5, [r0, #48]
+	and.w r4, r4, r5
+	strb.w r4, [r0, #48]
+	mov.w r4, #0
+	strb.w r4, [r0, #49]
+	pop.w {r4-r5}
+	bx lr
+	.balign 4
+.Ljoint_r3_reset_table:
+	.word 0x00000000 @ 0.0
+	.size joint_r3_reset, .-joint_r3_reset
