@@ -1,5 +1,5 @@
-//! Does the machine code compute what the tick says? `cycle-bound --means` on what is shipped, and on what GCC makes of
-//! the exported C file, against the records of `tick-record`: bound and meaning from one disassembly.
+//! Does the machine code compute what the tick says? `cycle-bound --means` on what is shipped, image and archive, and on
+//! what GCC makes of the exported C file, against the records of `tick-record`: bound and meaning from one disassembly.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::compiler::TARGET;
 use crate::setup::CROSS_C;
 use crate::step::{Failure, Gate, Invocation, Outcome};
-use crate::{budget, firmware};
+use crate::{budget, capi, firmware};
 
 /// Texts, C files and what is linked of them.
 const FOLDER: &str = "target/means";
@@ -51,6 +51,7 @@ const INTERRUPT: &str = "TIM3";
 /// Builds the image, then judges.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     firmware::run(gate)?;
+    capi::run(gate)?;
     judge(gate)
 }
 
@@ -60,7 +61,7 @@ pub(crate) fn judge(gate: &mut Gate) -> Outcome {
         let folder = gate.root.join(FOLDER);
         let failed = |reason: String| Failure { reason, rerun: "cargo xtask means".into() };
         std::fs::create_dir_all(&folder).map_err(|error| failed(format!("{}: {error}", folder.display())))?;
-        of_the_image(gate, &folder.join("image")).map_err(failed)??;
+        of_the_image_and_the_archive(gate, &folder.join("recorded")).map_err(failed)??;
         for (name, scenario) in CONTROLLERS {
             of_the_file(gate, &folder.join(name), name, scenario).map_err(failed)??;
         }
@@ -68,37 +69,66 @@ pub(crate) fn judge(gate: &mut Gate) -> Outcome {
         for (name, why) in WITHOUT {
             println!("  {name:<36} {why}");
         }
+        for (names, why) in WITHOUT_IN_THE_ARCHIVE {
+            println!("  {names:<36} {why}");
+        }
         Ok(())
     })
 }
 
-/// The ticks of the Rust image.
-fn of_the_image(gate: &Gate, folder: &Path) -> Result<Outcome, String> {
+/// The ticks of the Rust image, the functions of the archive.
+fn of_the_image_and_the_archive(gate: &Gate, folder: &Path) -> Result<Outcome, String> {
     let told = |error: std::io::Error| format!("{}: {error}", folder.display());
     // Texts of an older run are none of this one.
     if folder.exists() {
         std::fs::remove_dir_all(folder).map_err(told)?;
     }
-    std::fs::create_dir_all(folder).map_err(told)?;
     let shown = folder.display().to_string();
     if let Err(failure) = Invocation::cargo(&["run", "--quiet", "-p", "tick-record", "--", &shown]).run(gate) {
         return Ok(Err(failure));
     }
-    let entries = std::fs::read_dir(folder).map_err(told)?.collect::<Result<Vec<_>, _>>().map_err(told)?;
-    let mut texts: Vec<String> = entries.iter().map(|entry| entry.path().display().to_string()).collect();
-    texts.sort();
-    let mut known: BTreeSet<String> = WITHOUT.iter().map(|(name, _)| (*name).to_owned()).collect();
-    for text in &texts {
-        let head = std::fs::read_to_string(text).map_err(|error| format!("{text}: {error}"))?;
-        known.extend(head.lines().find_map(|line| line.strip_prefix("function ")).map(str::to_owned));
-    }
+    let (of_image, of_archive) = (Texts::of(&folder.join("image"))?, Texts::of(&folder.join("archive"))?);
     let ceilings = std::fs::read_to_string(gate.root.join(budget::CEILINGS)).map_err(|error| error.to_string())?;
-    let missing: Vec<&str> = symbols(&ceilings).filter(|symbol| !known.contains(*symbol)).collect();
+    let declared = capi::functions(&gate.root)?;
+    let without = |name: &str| WITHOUT_IN_THE_ARCHIVE.iter().any(|(part, _)| name.starts_with(part));
+    let missing: Vec<&str> = symbols(&ceilings)
+        .filter(|symbol| WITHOUT.iter().all(|(name, _)| name != symbol))
+        .chain(declared.iter().map(String::as_str).filter(|name| !without(name)))
+        .filter(|name| !of_image.functions.contains(*name) && !of_archive.functions.contains(*name))
+        .collect();
     if !missing.is_empty() {
         return Err(format!("held to no record, and for no reason: {}", missing.join(", ")));
     }
-    let image = format!("firmware/target/{TARGET}/release/budget");
-    Ok(held(&image, &texts).run(gate))
+    let linked = folder.join("archive.elf").display().to_string();
+    let roots: Vec<String> = of_archive.functions.iter().map(|name| format!("-Wl,-u,{name}")).collect();
+    let roots: Vec<&str> = roots.iter().map(String::as_str).collect();
+    let commands = [
+        held(&format!("firmware/target/{TARGET}/release/budget"), &of_image.files),
+        Invocation::new(CROSS_C, &GCC).with(&roots).with(&[capi::FOR_THE_CHIP, "-o", &linked]),
+        held(&linked, &of_archive.files),
+    ];
+    Ok(commands.iter().try_for_each(|command| command.run(gate)))
+}
+
+/// The texts in a folder, and what they are of.
+struct Texts {
+    files: Vec<String>,
+    functions: BTreeSet<String>,
+}
+
+impl Texts {
+    fn of(folder: &Path) -> Result<Self, String> {
+        let told = |error: std::io::Error| format!("{}: {error}", folder.display());
+        let entries = std::fs::read_dir(folder).map_err(told)?.collect::<Result<Vec<_>, _>>().map_err(told)?;
+        let mut files: Vec<String> = entries.iter().map(|entry| entry.path().display().to_string()).collect();
+        files.sort();
+        let mut functions = BTreeSet::new();
+        for file in &files {
+            let head = std::fs::read_to_string(file).map_err(|error| format!("{file}: {error}"))?;
+            functions.extend(head.lines().find_map(|line| line.strip_prefix("function ")).map(str::to_owned));
+        }
+        Ok(Self { files, functions })
+    }
 }
 
 /// Functions that have a ceiling.

@@ -88,7 +88,7 @@ pub(super) fn means(exported: &Exported<'_>, prefix: &str, function: &str) -> Re
             Role::Between => return None,
         })
     };
-    Ok(tick_record::text::text(&format!("{prefix}_{function}"), record, &place, &place, ""))
+    Ok(tick_record::text::text(&format!("{prefix}_{function}"), record, &place, &|port| place(port).into_iter().collect(), ""))
 }
 
 /// What is said of a constant, by how its name begins; of a longer beginning first.
