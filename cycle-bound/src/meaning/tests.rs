@@ -6,6 +6,12 @@ use super::*;
 const SLEW: (&[u8], &str) = (include_bytes!("../../tests/slew.elf"), include_str!("../../tests/slew.means"));
 /// The tick of a controller for a flexible joint with limits, exported as C and compiled by GCC 12 at -Os.
 const JOINT: (&[u8], &str) = (include_bytes!("../../tests/joint.elf"), include_str!("../../tests/joint.means"));
+/// The same from the archive for C: any design, the start, what a state is not, the status.
+const ARCHIVE: (&[u8], &str) =
+    (include_bytes!("../../tests/archive.elf"), include_str!("../../tests/archive.means"));
+/// The joint's tick of u alone as scheduled assembly: its constants are a table behind the code.
+const SCHEDULED: (&[u8], &str) =
+    (include_bytes!("../../tests/scheduled.elf"), include_str!("../../tests/scheduled.means"));
 
 fn verdict(elf: &[u8], text: &str) -> Verdict {
     // Read where it is aligned.
@@ -91,13 +97,22 @@ fn a_text_that_is_wrong_is_told_by_its_line() {
 
 #[test]
 fn a_tick_of_a_compiler_is_the_recorded_one() {
-    assert_eq!(verdict(JOINT.0, JOINT.1), Verdict::Same);
+    for (elf, text) in [JOINT, ARCHIVE, SCHEDULED] {
+        assert_eq!(verdict(elf, text), Verdict::Same);
+    }
 }
 
-/// Each instruction of the tick of these encodings, changed one at a time.
 #[test]
 fn faults_in_a_tick_are_noticed_wherever_they_are() {
-    let (elf, text) = (JOINT.0.to_vec(), JOINT.1);
+    // Two change nothing: |a - 0| is |a + 0| where it is compared, and the other's sign goes into an absolute value.
+    assert_eq!(missed(JOINT), ["vsub for vadd at 0x150", "the sign of a constant at 0x3da"]);
+    assert_eq!(missed(ARCHIVE), [""; 0]);
+    assert_eq!(missed(SCHEDULED), [""; 0]);
+}
+
+/// Each instruction of these encodings, changed one at a time: what nobody notices.
+fn missed((elf, text): (&[u8], &str)) -> Vec<String> {
+    let elf = elf.to_vec();
     let image = Image::read(&elf).expect("an image");
     let expected = Expected::read(text).expect("a text");
     let tick = image.find(&expected.function).expect("the tick").clone();
@@ -116,6 +131,10 @@ fn faults_in_a_tick_are_noticed_wherever_they_are() {
             "vsub" => faults.push(("vadd for vsub", at, vec![low, high & !0x40])),
             "vmla" => faults.push(("contracted", at, vec![low | 0xa0, high])),
             "vstr" => faults.push(("a lost store", at, vec![0xbf00, 0xbf00])),
+            // Of many, one is left out.
+            "vstmdb" => faults.push(("a lost store", at, vec![low, high - 1])),
+            "b" if !one.condition.is_empty() && size == 2 => faults.push(("the other branch", at, vec![low ^ 0x100])),
+            "b" if !one.condition.is_empty() => faults.push(("the other branch", at, vec![low ^ 0x40, high])),
             _ => {}
         }
         at += size;
@@ -126,7 +145,7 @@ fn faults_in_a_tick_are_noticed_wherever_they_are() {
         faults.push(("the sign of a constant", word + 2, vec![half(word + 2) ^ 0x8000]));
     }
     let kinds: std::collections::BTreeSet<&str> = faults.iter().map(|(kind, ..)| *kind).collect();
-    assert_eq!(kinds.len(), 6, "{kinds:?}");
+    assert!(kinds.len() >= 5, "{kinds:?}");
     let mut missed = Vec::new();
     for (kind, at, halfwords) in &faults {
         let mut elf = elf.clone();
@@ -136,8 +155,7 @@ fn faults_in_a_tick_are_noticed_wherever_they_are() {
             missed.push(format!("{kind} at {at:#x}"));
         }
     }
-    // Two change nothing: |a - 0| is |a + 0| where it is compared, and the other's sign goes into an absolute value.
-    assert_eq!(missed, ["vsub for vadd at 0x150", "the sign of a constant at 0x3da"], "of {} faults", faults.len());
+    missed
 }
 
 /// Bit patterns at random, every third of them of a kind that is rare.
