@@ -216,7 +216,8 @@ mod tests {
             assert!(declared.iter().any(|name| name.contains(part)), "{part}");
         }
         // What a chain does at run time is never among it.
-        let of_a_chain = ["tick", "report_applied", "estimates", "reset"].map(|what| format!("edo_smc_{what}_n4_r2_c24"));
+        let of_a_chain =
+            ["tick", "report_applied", "estimates", "reset"].map(|what| format!("edo_smc_{what}_n4_r2_c24"));
         for name in of_a_chain {
             assert!(declared.contains(&name) && !WITHOUT_IN_THE_ARCHIVE.iter().any(|(part, _)| name.contains(part)));
         }

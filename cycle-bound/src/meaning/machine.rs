@@ -778,7 +778,9 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
                 (*zero, Flags::Known(false, false, false))
             }
             // So is none that is not a whole word.
-            ("and" | "tst", [Word::Address(..) | Word::Aligned, mask]) if known(terms, mask).is_some_and(|m| m <= 3) => {
+            ("and" | "tst", [Word::Address(..) | Word::Aligned, mask])
+                if known(terms, mask).is_some_and(|m| m <= 3) =>
+            {
                 let zero = terms.constant(0);
                 (Word::Term(zero), Flags::Result(zero))
             }

@@ -7,8 +7,7 @@ const SLEW: (&[u8], &str) = (include_bytes!("../../tests/slew.elf"), include_str
 /// The tick of a controller for a flexible joint with limits, exported as C and compiled by GCC 12 at -Os.
 const JOINT: (&[u8], &str) = (include_bytes!("../../tests/joint.elf"), include_str!("../../tests/joint.means"));
 /// The same from the archive for C: any design, the start, what a state is not, the status.
-const ARCHIVE: (&[u8], &str) =
-    (include_bytes!("../../tests/archive.elf"), include_str!("../../tests/archive.means"));
+const ARCHIVE: (&[u8], &str) = (include_bytes!("../../tests/archive.elf"), include_str!("../../tests/archive.means"));
 /// The joint's tick of u alone as scheduled assembly: its constants are a table behind the code.
 const SCHEDULED: (&[u8], &str) =
     (include_bytes!("../../tests/scheduled.elf"), include_str!("../../tests/scheduled.means"));
@@ -106,8 +105,10 @@ fn a_tick_of_a_compiler_is_the_recorded_one() {
 fn faults_in_a_tick_are_noticed_wherever_they_are() {
     // Two change nothing: |a - 0| is |a + 0| where it is compared, and the other's sign goes into an absolute value.
     assert_eq!(missed(JOINT), ["vsub for vadd at 0x150", "the sign of a constant at 0x3da"]);
-    assert_eq!(missed(ARCHIVE), [""; 0]);
-    assert_eq!(missed(SCHEDULED), [""; 0]);
+    // Nor these, on the way of an address that is NULL or not a multiple of 4, which the text has not.
+    assert_eq!(missed(ARCHIVE), ["the other branch at 0x8e", "the other branch at 0x94"]);
+    // Here too: an innovation of -1e-45 in place of -0 is lost in its product, and a sign goes into an absolute value.
+    assert_eq!(missed(SCHEDULED), ["a bit of a constant at 0x3f8", "the sign of a constant at 0x40a"]);
 }
 
 /// Each instruction of these encodings, changed one at a time: what nobody notices.

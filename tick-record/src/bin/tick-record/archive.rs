@@ -132,7 +132,15 @@ fn chain<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &
     state.rotate_left(1);
     let (design_words, state_words) = (design.len(), state.len());
     let waiting = waiting([N as u8, R as u8, MASK, 0]);
-    Layout { name: name.into(), whole, design, design_words, state: state.into_iter().zip(0..).collect(), state_words, waiting }
+    Layout {
+        name: name.into(),
+        whole,
+        design,
+        design_words,
+        state: state.into_iter().zip(0..).collect(),
+        state_words,
+        waiting,
+    }
 }
 
 macro_rules! chains {

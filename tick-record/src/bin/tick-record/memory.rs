@@ -16,4 +16,3 @@ pub(crate) fn words<T: Clone>(value: &T) -> Vec<u32> {
 pub(crate) fn mark(k: usize) -> f32 {
     f32::from_bits(0x4a5e_0000 + k as u32)
 }
-
