@@ -777,20 +777,18 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
             ("cmp", [Word::Address(..), zero]) if known(terms, zero) == Some(0) => {
                 (*zero, Flags::Known(false, false, false))
             }
-            // So is none that is not a whole word.
-            ("and" | "tst", [Word::Address(..) | Word::Aligned, mask])
-                if known(terms, mask).is_some_and(|m| m <= 3) =>
+            // It is a multiple of 4.
+            ("and" | "tst", [address, mask])
+                if is_aligned(address) && known(terms, mask).is_some_and(|mask| mask <= 3) =>
             {
                 let zero = terms.constant(0);
                 (Word::Term(zero), Flags::Result(zero))
             }
-            ("lsl", [Word::Address(..) | Word::Aligned, by]) if known(terms, by) == Some(30) => {
+            ("lsl", [address, by]) if is_aligned(address) && known(terms, by) == Some(30) => {
                 let zero = terms.constant(0);
                 (Word::Term(zero), Flags::Result(zero))
             }
-            ("orr", [Word::Address(..) | Word::Aligned, Word::Address(..) | Word::Aligned]) => {
-                (Word::Aligned, Flags::Unknown)
-            }
+            ("orr", [one, other]) if is_aligned(one) && is_aligned(other) => (Word::Aligned, Flags::Unknown),
             ("cmp" | "sub", [Word::Address(a, x), Word::Address(b, y)]) => {
                 let (a, b) = (terms.address(*a, *x), terms.address(*b, *y));
                 (Word::Term(terms.plus(a, b, u32::MAX)), Flags::Counts(a, b))
@@ -867,6 +865,11 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
         };
         Ok((result, flags))
     }
+}
+
+/// Are the lowest two bits of an address 0?
+fn is_aligned(word: &Word) -> bool {
+    matches!(word, Word::Aligned) || matches!(word, Word::Address(_, offset) if offset % 4 == 0)
 }
 
 /// Bytes of a place in memory.

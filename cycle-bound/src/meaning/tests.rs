@@ -81,6 +81,7 @@ fn a_text_that_is_wrong_is_told_by_its_line() {
     for (from, to, told) in [
         ("means 1", "means 2", "line 1: a text of this format begins with `means 1`"),
         ("in x number s0", "in x number s32", "line 4: `s32` is no place"),
+        ("in x number s0", "in x either s0 1", "line 4: of `either` there are two: where it is true, where it is not"),
         ("in y number r0+0", "in y float r0+0", "line 3: no kind `float`"),
         ("sub x y", "sub x z", "line 9: no value `z` before this line"),
         ("sub x y", "pow x y", "line 9: no operation `pow` of two values"),
@@ -99,6 +100,17 @@ fn a_tick_of_a_compiler_is_the_recorded_one() {
     for (elf, text) in [JOINT, ARCHIVE, SCHEDULED] {
         assert_eq!(verdict(elf, text), Verdict::Same);
     }
+}
+
+#[test]
+fn what_a_call_is_given_is_part_of_the_text() {
+    let (elf, text) = ARCHIVE;
+    // An output of any size may lie in the state, and then the call is refused.
+    let verdict_of = |from: &str, to: &str| verdict(elf, &text.replacen(from, to, 1));
+    assert!(matches!(verdict_of("size r3 16\n", ""), Verdict::Differs(_)));
+    // A state that neither waits nor runs is refused, and so is one of another design.
+    assert!(matches!(verdict_of("in started either r1+4 1173007166", "in started either r1+4 1"), Verdict::Differs(_)));
+    assert_ne!(verdict_of("known r1+0 r0", "known r1+0 8"), Verdict::Same);
 }
 
 #[test]
