@@ -589,10 +589,7 @@ impl<'a> Path<'a> {
         match self.terms.node(a) {
             Node::Constant(bits) => Some((*bits, *bits)),
             Node::Sum(parts, more) => {
-                let (one, other) = match parts[..] {
-                    [(one, 1), (other, u32::MAX)] | [(other, u32::MAX), (one, 1)] => (one, other),
-                    _ => return None,
-                };
+                let ([(one, 1), (other, u32::MAX)] | [(other, u32::MAX), (one, 1)]) = parts[..] else { return None };
                 let (low, high) = *self.apart.get(&(one, other))?;
                 let (low, high) = (low.wrapping_add(*more), high.wrapping_add(*more));
                 (low <= high).then_some((low, high))

@@ -252,16 +252,12 @@ impl<'a> Reader<'a> {
             }
         }
         let body = self.block(outs.len())?;
-        match self.lines.next() {
-            Some((at, _)) => {
-                self.at = at;
-                Err("more text behind the end".into())
-            }
-            None => {
-                let ops = std::mem::take(&mut self.ops);
-                Ok(Expected { function, inputs, known, sizes, pads, outs, ops, body })
-            }
+        if let Some((at, _)) = self.lines.next() {
+            self.at = at;
+            return Err("more text behind the end".into());
         }
+        let ops = std::mem::take(&mut self.ops);
+        Ok(Expected { function, inputs, known, sizes, pads, outs, ops, body })
     }
 
     fn define(&mut self, name: &str, op: Op) -> Result<(), String> {
