@@ -105,11 +105,10 @@ fn a_tick_of_a_compiler_is_the_recorded_one() {
 #[test]
 fn what_a_call_is_given_is_part_of_the_text() {
     let (elf, text) = ARCHIVE;
-    // An output of any size may lie in the state, and then the call is refused.
-    let verdict_of = |from: &str, to: &str| verdict(elf, &text.replacen(from, to, 1));
-    assert!(matches!(verdict_of("size r3 16\n", ""), Verdict::Differs(_)));
+    // An output of any size may lie in the state, and then the call is refused, without an output.
+    assert_ne!(verdict_of("size r3 16\n", ""), Verdict::Same);
     // A state that neither waits nor runs is refused, and so is one of another design.
-    assert!(matches!(verdict_of("in started either r1+4 1173007166", "in started either r1+4 1"), Verdict::Differs(_)));
+    assert_ne!(verdict_of("in started either r1+4 1173007166", "in started either r1+4 1"), Verdict::Same);
     assert_ne!(verdict_of("known r1+0 r0", "known r1+0 8"), Verdict::Same);
 }
 
