@@ -15,7 +15,7 @@
 //!
 //! # What is assumed
 //! Rounding to nearest with subnormal numbers (FPSCR as after reset). Memory behind different addresses does not
-//! overlap, nobody else writes to it meanwhile, and no such address is 0. What is given as a truth is 0 or 1. The sign
+//! overlap, nobody else writes to it meanwhile, and such an address is a multiple of 4 and not 0. What is given as a truth is 0 or 1. The sign
 //! and the payload of a NaN mean nothing. The disassembler is right.
 //!
 //! # The text
@@ -24,7 +24,7 @@
 //! function control::tick           its name in the image, as for --symbol
 //! in x1 number r2+0                an input: name, kind, place
 //! in resuming truth r1+44
-//! known r0+52 18                   a word of memory that is this number (a number of 32 bits, decimal)
+//! known r0+52 18                   a word of memory that is this number, or the address that r2 holds: `known r1+0 r2`
 //! out u number s0                  a result: name, kind, place when the function returns
 //! out x1_prev number r1+24
 //! out saturated truth r0 bit 1
@@ -40,10 +40,10 @@
 //! ```
 //!
 //! A place is a register at the entry or the return (`r0`, `s0`), or memory: `r1+44` is 44 bytes behind the address
-//! that `r1` holds at the entry. Memory behind different registers does not overlap. Kinds are `number` (a float),
-//! `count` (32 bits), `truth` (a byte in memory, 0 or 1), `absent` (a word, 0 where it is true, else 1). Results of
-//! kind truth that have one place are bits of it, all others of which are 0. `pad r1+45 3` names bytes that may hold
-//! anything.
+//! that `r1` holds at the entry. Kinds are `number` (a float), `count` (32 bits), `truth` (a byte in memory, 0 or 1),
+//! `either` (a word, with what it is where it is true and where it is not behind the place: `r2+0 0 1`). Results of the
+//! last two kinds that have one place add up: bits of a health, a status that has two reasons. `pad r1+45 3` names bytes
+//! that may hold anything, `size r1 48` all bytes behind an address, for code that asks whether two places overlap.
 //!
 //! | operation | of | gives |
 //! |---|---|---|
@@ -251,9 +251,12 @@ fn differs(
             Value::Word(term) => term,
             Value::Truth(_) => {
                 // All truths in one place, as one number.
-                let set = |(one, value): (&Port, &Value)| one.place == port.place && *value == Value::Truth(true);
-                let bits = ports().filter(|one| set(*one)).fold(0, |bits, (one, _)| bits | 1 << one.bit);
-                machine.path.terms.constant(bits)
+                let of_truth = |(one, value): (&Port, &Value)| match *value {
+                    Value::Truth(truth) if one.place == port.place => one.word_of(truth),
+                    _ => 0,
+                };
+                let word = ports().map(of_truth).fold(0, u32::wrapping_add);
+                machine.path.terms.constant(word)
             }
         };
         if found != Word::Term(wanted) {

@@ -44,6 +44,8 @@ pub enum Form<'a> {
     Standalone(&'a str),
     /// What a function of the self-contained file, of this prefix and name, is to compute: for `cycle-bound --means`.
     Means(&'a str, &'a str),
+    /// The same of the assembly.
+    MeansOfAssembly(&'a str, &'a str),
     /// C on the archive of `controller-capi`; the name of the design begins with this prefix.
     Archive(&'a str),
     /// Rust on `controller-core`.
@@ -83,6 +85,7 @@ pub fn text(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Res
     match form {
         Form::Standalone(prefix) => standalone::text(&exported, prefix),
         Form::Means(prefix, function) => standalone::means(&exported, prefix, function),
+        Form::MeansOfAssembly(prefix, function) => assembly::means(&exported, prefix, function),
         Form::Archive(prefix) => archive::text(&exported, prefix),
         Form::Rust => rust::text(&exported),
     }

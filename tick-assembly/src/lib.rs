@@ -39,8 +39,8 @@ pub struct Layout {
 
 impl Layout {
     /// u first, since it goes out in the first register; then the sample, as it lies in memory, with words of the
-    /// state where it is not kept; the rest as the record has it, the offset last.
-    fn of(functions: &Functions, n: usize) -> Self {
+    /// state where it is not kept; the rest as the record has it, the offset last. n is the order of the plant.
+    pub fn of(functions: &Functions, n: usize) -> Self {
         let numbers: Vec<&str> =
             functions.state.iter().filter(|word| word.kind == Kind::Number).map(|word| word.name.as_str()).collect();
         let count = numbers.len();
@@ -61,7 +61,9 @@ impl Layout {
         let rest: Vec<&str> = p.into_iter().chain(rest).chain(["offset"]).collect();
         for name in rest {
             if !words.iter().any(|word| word == name) {
-                let free = words.iter().position(String::is_empty).expect("a place for every word");
+                let Some(free) = words.iter().position(String::is_empty) else {
+                    unreachable!("a place for every word")
+                };
                 words[free] = name.into();
             }
         }

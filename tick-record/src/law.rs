@@ -110,6 +110,49 @@ pub fn tick<D: Recorded>(
     })
 }
 
+/// What a running law does, each as a record, with all words of its state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Whole {
+    /// The words of the state, the last one `started`.
+    pub state: Vec<Port>,
+    /// [`Running::tick`]: state, sample -> output, state.
+    pub tick: Record,
+    /// [`Running::report_applied`]: state, `u` -> state, answer.
+    pub report_applied: Record,
+    /// [`ControlLaw::estimates`]: the state of a law that has started -> estimates, and the answer that it knows some.
+    pub estimates: Record,
+    /// [`Running::reset`].
+    pub reset: Record,
+}
+
+/// Records a running law. `design` makes it and its guess of the disturbances, of constants or of
+/// [numbers](Recorder::number) that any design may hold.
+pub fn whole<D: Recorded>(design: &dyn Fn(&Recorder) -> (D, D::Guess)) -> Whole {
+    let law = |recorder: &Recorder| -> Rc<dyn Law> {
+        let (law, guess) = recorder.silently(|| design(recorder));
+        Rc::new(Designed { law, guess })
+    };
+    let words = Words::of(&D::state_names(), &law);
+    Whole {
+        state: words.ports(),
+        tick: running(&law, &words, &|_, running| running.tick(&())),
+        report_applied: report_applied(&law, &words),
+        estimates: recorded(&law, &|recorder, law| {
+            law.estimates(recorder, &words.take(recorder));
+            recorder.put_truth(ANSWER, Role::Answer, true);
+        }),
+        reset: running(&law, &words, &|_, running| running.reset()),
+    }
+}
+
+fn report_applied(design: &dyn Fn(&Recorder) -> Rc<dyn Law>, words: &Words) -> Record {
+    running(design, words, &|recorder, running| {
+        let u = recorder.number("u", Role::Argument);
+        let taken = running.report_applied(u);
+        recorder.put_truth(ANSWER, Role::Answer, taken);
+    })
+}
+
 /// Coefficients that any design may have: inputs with their names, in the order of [`LAYOUT`].
 ///
 /// # Panics
@@ -184,11 +227,7 @@ impl Around {
                 recorder.put_truth(ANSWER, Role::Answer, state.is_some());
             }),
             not_started: recorded(design, &|recorder, law| law.not_started(recorder)),
-            report_applied: running(&|recorder, running| {
-                let u = recorder.number("u", Role::Argument);
-                let taken = running.report_applied(u);
-                recorder.put_truth(ANSWER, Role::Answer, taken);
-            }),
+            report_applied: report_applied(design, words),
             estimates: running(&|recorder, running| {
                 let known = running.estimates().is_some();
                 if !known {

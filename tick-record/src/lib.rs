@@ -12,7 +12,7 @@ mod recorder;
 pub mod text;
 
 #[doc(inline)]
-pub use law::{Drift, Functions, Recorded, chain, coefficients, controller, functions, linear, tick};
+pub use law::{Drift, Functions, Recorded, Whole, chain, coefficients, controller, functions, linear, tick, whole};
 #[doc(inline)]
 pub use record::{Block, End, Id, Kind, Op, Port, Record, Role, Step, Test, Value, Word};
 #[doc(inline)]

@@ -6,13 +6,13 @@ use std::fmt::Write as _;
 
 use crate::record::{Block, End, Id, Kind, Op, Port, Record, Test};
 
-/// The text of a function. `input` and `result` say where a port lies, `r1+44` or `s0`; inputs and results without a
-/// place are left out. `more` are lines of the head that the record does not know: `known`, `pad`.
+/// The text of a function. `input` and `result` say where a port lies, `r1+44` or `s0`, a result maybe in several
+/// places; inputs and results without a place are left out. `more` are lines of the head that the record does not know: `known`, `pad`.
 pub fn text(
     function: &str,
     record: &Record,
     input: &dyn Fn(&Port) -> Option<String>,
-    result: &dyn Fn(&Port) -> Option<String>,
+    result: &dyn Fn(&Port) -> Vec<String>,
     more: &str,
 ) -> String {
     let mut text = Text { record, out: format!("means 1\nfunction {function}\n{more}"), results: Vec::new() };
@@ -22,7 +22,7 @@ pub fn text(
         }
     }
     for (at, port) in record.results.iter().enumerate() {
-        if let Some(place) = result(port) {
+        for place in result(port) {
             text.port("out", port, &place);
             text.results.push(at);
         }
@@ -49,10 +49,10 @@ struct Text<'a> {
 }
 
 impl Text<'_> {
-    /// A place may say its kind itself: `absent r2+0`.
+    /// A place may say its kind itself: `either r2+0 0 1`.
     fn port(&mut self, way: &str, port: &Port, place: &str) {
         let kind = match port.kind {
-            _ if place.starts_with("absent ") => "",
+            _ if place.starts_with("either ") => "",
             Kind::Number => "number ",
             Kind::Count => "count ",
             Kind::Truth => "truth ",

@@ -195,6 +195,14 @@ fn hide(gate: &Gate, names: &[String], tools: &Tools, archive: &Path, folder: &P
     Invocation::new(form.ar(), &["rcsD", &text(&packed), &object]).run(gate)
 }
 
+/// The archive for the chip that is emulated.
+pub(crate) const FOR_THE_CHIP: &str = "controller-capi/target/archive/thumbv7em/libedo_smc.a";
+
+/// Every function that the header declares, by its name.
+pub(crate) fn functions(root: &Path) -> Result<Vec<String>, String> {
+    declared(&root.join(HEADER))
+}
+
 /// The archives as files.
 pub(crate) fn files() -> Vec<String> {
     FORMS.iter().map(|form| format!("{ARCHIVES}/{}/{ARCHIVE}", form.folder)).collect()

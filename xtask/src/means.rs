@@ -1,5 +1,6 @@
-//! Does the machine code compute what the tick says? `cycle-bound --means` on what is shipped, and on what GCC makes of
-//! the exported C file, against the records of `tick-record`: bound and meaning from one disassembly.
+//! Does the machine code compute what the tick says? `cycle-bound --means` on what is shipped, image and archive, on the
+//! exported assembly, and on what GCC makes of the exported C file, against the records of `tick-record`: bound and
+//! meaning from one disassembly.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -7,7 +8,7 @@ use std::path::Path;
 use crate::compiler::TARGET;
 use crate::setup::CROSS_C;
 use crate::step::{Failure, Gate, Invocation, Outcome};
-use crate::{budget, firmware};
+use crate::{budget, capi, firmware};
 
 /// Texts, C files and what is linked of them.
 const FOLDER: &str = "target/means";
@@ -25,14 +26,20 @@ const GCC: [&str; 8] = [
     "-nostdlib",
     "-Wl,-Ttext=0x08000000,-e,0",
 ];
-/// Controllers whose C file is compiled: a name, and what is exported.
-const CONTROLLERS: [(&str, &[&str]); 2] = [
-    ("joint", &["--set", "controller.limits={ min = -300, max = 300 }"]),
+/// What the assembly has beside them.
+const U_ALONE: &str = "tick_u";
+/// Controllers whose C file is compiled, and which are assembled: a name, and what is exported.
+const CONTROLLERS: [(&str, &[&str]); 3] = [
+    ("joint", &["--set", LIMITS]),
+    ("joint_r3", &["--set", LIMITS, "--set", ORDER_3]),
     ("chain", &["scenario/scenarios/chain.toml"]),
 ];
+const LIMITS: &str = "controller.limits={ min = -300, max = 300 }";
+const ORDER_3: &str = "controller.observer=[{ channel = 2, bandwidth_rad_s = 10, order = 3 }, \
+                       { channel = 4, bandwidth_rad_s = 10, order = 3 }]";
 
 /// Instances with a ceiling and without a text, each with its reason. Whoever is in neither list fails.
-const WITHOUT: [(&str, &str); 11] = [
+const WITHOUT: [(&str, &str); 10] = [
     ("budget::benchmark_libm::tick", EXPONENTIAL),
     ("budget::benchmark_micromath::tick", EXPONENTIAL),
     ("budget::sine::tick", "no tick: the sine of a drive's map alone"),
@@ -42,18 +49,34 @@ const WITHOUT: [(&str, &str); 11] = [
     ("budget::joint_measured_held::tick", DRIVE),
     ("joint_r2_tick_u", ASSEMBLY),
     ("joint_r3_tick_u", ASSEMBLY),
-    ("edo_smc_tick_n4_r2_c24", "the archive for C: its checks of a design are not in a record"),
-    ("edo_smc_tick_joint_fast", "the archive for C: its checks of a design are not in a record"),
+    ("edo_smc_tick_joint_fast", DRIVE),
 ];
+/// Functions of the archive without a text, by a part of their names.
+const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 11] = [
+    ("edo_smc_version", SIZE),
+    ("edo_smc_design_size_", SIZE),
+    ("edo_smc_state_size_", SIZE),
+    ("edo_smc_init_", "compares a design with its check"),
+    ("edo_smc_design_", "designs, in f64"),
+    ("edo_smc_by_rule_", "designs, in f64"),
+    ("edo_smc_tune_", "designs, in f64"),
+    ("edo_smc_retune_", "takes a new design over, which is not recorded"),
+    ("edo_smc_plan_", "a planned way, of which parts are recorded"),
+    ("_motor", DRIVE),
+    ("_joint", DRIVE),
+];
+const SIZE: &str = "a constant";
 const EXPONENTIAL: &str = "an exponential of a library, which is not recorded";
-const DRIVE: &str = "a drive with monitors, or over measured states: not recorded";
-const ASSEMBLY: &str = "assembly: beside the Rust tick for a million ticks in the image `assembly`";
+const DRIVE: &str = "a drive with monitors has more ways than are recorded; nor is one over measured states";
+const ASSEMBLY: &str =
+    "assembly of another design than those that are held here; a million ticks in the image `assembly`";
 /// An interrupt is more than its tick: it talks to the chip.
 const INTERRUPT: &str = "TIM3";
 
 /// Builds the image, then judges.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     firmware::run(gate)?;
+    capi::run(gate)?;
     judge(gate)
 }
 
@@ -63,45 +86,74 @@ pub(crate) fn judge(gate: &mut Gate) -> Outcome {
         let folder = gate.root.join(FOLDER);
         let failed = |reason: String| Failure { reason, rerun: "cargo xtask means".into() };
         std::fs::create_dir_all(&folder).map_err(|error| failed(format!("{}: {error}", folder.display())))?;
-        of_the_image(gate, &folder.join("image")).map_err(failed)??;
+        of_the_image_and_the_archive(gate, &folder.join("recorded")).map_err(failed)??;
         for (name, scenario) in CONTROLLERS {
-            of_the_file(gate, &folder.join(name), name, scenario).map_err(failed)??;
+            of_the_files(gate, &folder.join(name), name, scenario).map_err(failed)??;
         }
         println!("\nheld to no record:");
         for (name, why) in WITHOUT {
             println!("  {name:<36} {why}");
         }
+        for (names, why) in WITHOUT_IN_THE_ARCHIVE {
+            println!("  {names:<36} {why}");
+        }
         Ok(())
     })
 }
 
-/// The ticks of the Rust image.
-fn of_the_image(gate: &Gate, folder: &Path) -> Result<Outcome, String> {
+/// The ticks of the Rust image, the functions of the archive.
+fn of_the_image_and_the_archive(gate: &Gate, folder: &Path) -> Result<Outcome, String> {
     let told = |error: std::io::Error| format!("{}: {error}", folder.display());
     // Texts of an older run are none of this one.
     if folder.exists() {
         std::fs::remove_dir_all(folder).map_err(told)?;
     }
-    std::fs::create_dir_all(folder).map_err(told)?;
     let shown = folder.display().to_string();
     if let Err(failure) = Invocation::cargo(&["run", "--quiet", "-p", "tick-record", "--", &shown]).run(gate) {
         return Ok(Err(failure));
     }
-    let entries = std::fs::read_dir(folder).map_err(told)?.collect::<Result<Vec<_>, _>>().map_err(told)?;
-    let mut texts: Vec<String> = entries.iter().map(|entry| entry.path().display().to_string()).collect();
-    texts.sort();
-    let mut known: BTreeSet<String> = WITHOUT.iter().map(|(name, _)| (*name).to_owned()).collect();
-    for text in &texts {
-        let head = std::fs::read_to_string(text).map_err(|error| format!("{text}: {error}"))?;
-        known.extend(head.lines().find_map(|line| line.strip_prefix("function ")).map(str::to_owned));
-    }
+    let (of_image, of_archive) = (Texts::of(&folder.join("image"))?, Texts::of(&folder.join("archive"))?);
     let ceilings = std::fs::read_to_string(gate.root.join(budget::CEILINGS)).map_err(|error| error.to_string())?;
-    let missing: Vec<&str> = symbols(&ceilings).filter(|symbol| !known.contains(*symbol)).collect();
+    let declared = capi::functions(&gate.root)?;
+    let without = |name: &str| WITHOUT_IN_THE_ARCHIVE.iter().any(|(part, _)| name.contains(part));
+    let missing: Vec<&str> = symbols(&ceilings)
+        .filter(|symbol| WITHOUT.iter().all(|(name, _)| name != symbol))
+        .chain(declared.iter().map(String::as_str).filter(|name| !without(name)))
+        .filter(|name| !of_image.functions.contains(*name) && !of_archive.functions.contains(*name))
+        .collect();
     if !missing.is_empty() {
         return Err(format!("held to no record, and for no reason: {}", missing.join(", ")));
     }
-    let image = format!("firmware/target/{TARGET}/release/budget");
-    Ok(held(&image, &texts).run(gate))
+    let linked = folder.join("archive.elf").display().to_string();
+    let roots: Vec<String> = of_archive.functions.iter().map(|name| format!("-Wl,-u,{name}")).collect();
+    let roots: Vec<&str> = roots.iter().map(String::as_str).collect();
+    let commands = [
+        held(&format!("firmware/target/{TARGET}/release/budget"), &of_image.files),
+        Invocation::new(CROSS_C, &GCC).with(&roots).with(&[capi::FOR_THE_CHIP, "-o", &linked]),
+        held(&linked, &of_archive.files),
+    ];
+    Ok(commands.iter().try_for_each(|command| command.run(gate)))
+}
+
+/// The texts in a folder, and what they are of.
+struct Texts {
+    files: Vec<String>,
+    functions: BTreeSet<String>,
+}
+
+impl Texts {
+    fn of(folder: &Path) -> Result<Self, String> {
+        let told = |error: std::io::Error| format!("{}: {error}", folder.display());
+        let entries = std::fs::read_dir(folder).map_err(told)?.collect::<Result<Vec<_>, _>>().map_err(told)?;
+        let mut files: Vec<String> = entries.iter().map(|entry| entry.path().display().to_string()).collect();
+        files.sort();
+        let mut functions = BTreeSet::new();
+        for file in &files {
+            let head = std::fs::read_to_string(file).map_err(|error| format!("{file}: {error}"))?;
+            functions.extend(head.lines().find_map(|line| line.strip_prefix("function ")).map(str::to_owned));
+        }
+        Ok(Self { files, functions })
+    }
 }
 
 /// Functions that have a ceiling.
@@ -110,25 +162,37 @@ fn symbols(ceilings: &str) -> impl Iterator<Item = &str> {
     names.filter(|name| !name.starts_with(INTERRUPT))
 }
 
-/// The functions of an exported C file, by GCC.
-fn of_the_file(gate: &Gate, folder: &Path, name: &str, scenario: &[&str]) -> Result<Outcome, String> {
+/// The functions of an exported C file, by GCC, and of the assembly.
+fn of_the_files(gate: &Gate, folder: &Path, name: &str, scenario: &[&str]) -> Result<Outcome, String> {
     std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    let file = |name: &str| folder.join(name).display().to_string();
-    let export = Invocation::cargo(&["run", "--quiet", "-p", "host-sim", "--", "export", "--paper", "--standalone"])
-        .with(&["--prefix", name, "--force"])
-        .with(scenario);
-    let kept: Vec<String> = FUNCTIONS.iter().map(|function| format!("{name}_{function}")).collect();
-    let main = format!("#include \"{name}.h\"\n__attribute__((used)) void *const kept[] = {{{}}};\n", kept.join(", "));
-    std::fs::write(folder.join("main.c"), main).map_err(|error| format!("{}: {error}", folder.display()))?;
-    let mut commands = vec![export.clone().with(&["-o", &file(&format!("{name}.h"))])];
-    let texts: Vec<String> = FUNCTIONS.iter().map(|function| file(&format!("{function}.means"))).collect();
-    for (function, text) in FUNCTIONS.iter().zip(&texts) {
-        commands.push(export.clone().with(&["--means", function, "-o", text]));
-    }
-    for level in LEVELS {
-        let elf = file(&format!("gcc{level}.elf"));
-        commands.push(Invocation::new(CROSS_C, &GCC).with(&[level, &file("main.c"), "-o", &elf]));
-        commands.push(held(&elf, &texts));
+    let mut commands = Vec::new();
+    for (form, more) in [("--standalone", &[][..]), ("--asm", &[U_ALONE][..])] {
+        let file = |name: &str| folder.join(format!("{}{name}", &form[2..])).display().to_string();
+        let functions: Vec<&str> = FUNCTIONS.iter().chain(more).copied().collect();
+        let export = Invocation::cargo(&["run", "--quiet", "-p", "host-sim", "--", "export", "--paper", form])
+            .with(&["--prefix", name, "--force"])
+            .with(scenario);
+        let kept: Vec<String> = functions.iter().map(|function| format!("{name}_{function}")).collect();
+        let main = format!(
+            "#include \"{}.h\"\n__attribute__((used)) void *const kept[] = {{{}}};\n",
+            &form[2..],
+            kept.join(", ")
+        );
+        std::fs::write(file(".c"), main).map_err(|error| format!("{}: {error}", file(".c")))?;
+        let texts: Vec<String> = functions.iter().map(|function| file(&format!("_{function}.means"))).collect();
+        for (function, text) in functions.iter().zip(&texts) {
+            commands.push(export.clone().with(&["--means", function, "-o", text]));
+        }
+        let assembled = form == "--asm";
+        commands.push(export.with(&["-o", &file(if assembled { ".S" } else { ".h" })]));
+        for level in if assembled { &LEVELS[..1] } else { &LEVELS } {
+            let elf = file(&format!("{level}.elf"));
+            let mut link = Invocation::new(CROSS_C, &GCC).with(&[level, &file(".c"), "-o", &elf]);
+            if assembled {
+                link = link.with(&[&file(".S")]);
+            }
+            commands.extend([link, held(&elf, &texts)]);
+        }
     }
     Ok(commands.iter().try_for_each(|command| command.run(gate)))
 }
@@ -147,6 +211,21 @@ mod tests {
         let text = "symbol = \"a::tick\"\nstate = \"a::STATE\"\nsymbol = \"TIM3\"\nsymbol = \"TIM3_IRQHandler\"\n\
                     symbol = \"b::tick\"\n";
         assert_eq!(symbols(text).collect::<Vec<_>>(), ["a::tick", "b::tick"]);
+    }
+
+    #[test]
+    fn what_is_held_to_no_record_is_in_the_archive() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
+        let declared = capi::functions(root).expect("a header");
+        for (part, _) in WITHOUT_IN_THE_ARCHIVE {
+            assert!(declared.iter().any(|name| name.contains(part)), "{part}");
+        }
+        // What a chain does at run time is never among it.
+        let of_a_chain =
+            ["tick", "report_applied", "estimates", "reset"].map(|what| format!("edo_smc_{what}_n4_r2_c24"));
+        for name in of_a_chain {
+            assert!(declared.contains(&name) && !WITHOUT_IN_THE_ARCHIVE.iter().any(|(part, _)| name.contains(part)));
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@
 use std::rc::Rc;
 
 use super::term::{EQUAL, GREATER, LESS, Mixing, Order, Path, Term, Terms, UNORDERED};
-use super::text::{Expected, Kind, Place, Port};
+use super::text::{Expected, Kind, Known, Place, Port};
 use crate::image::Image;
 use crate::instruction::{Decoder, Instruction, immediate, listed, register};
 
@@ -23,8 +23,10 @@ pub(super) enum Word {
     Term(Term),
     /// An address: behind what this register held at the entry.
     Address(u32, i32),
-    /// An input that is true or false and is not read yet, and whether its bits are the other way round.
-    Truth(usize, bool),
+    /// An input that is true or false and is not read yet.
+    Truth(usize),
+    /// Bits of several addresses, of which the lowest two are 0.
+    Aligned,
     /// Where the function is to return to.
     Return,
 }
@@ -195,14 +197,26 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
         for (k, port) in expected.inputs.iter().enumerate() {
             let word = match port.kind {
                 Kind::Number | Kind::Count => Word::Term(machine.path.terms.input(k)),
-                Kind::Truth => Word::Truth(k, false),
-                Kind::Absent => Word::Truth(k, true),
+                Kind::Truth | Kind::Either(..) => Word::Truth(k),
             };
             machine.begin_with(port.place, word, width(port));
         }
         for (place, value) in &expected.known {
-            let value = machine.path.terms.constant(*value);
-            machine.begin_with(*place, Word::Term(value), 4);
+            let value = match *value {
+                Known::Bits(bits) => Word::Term(machine.path.terms.constant(bits)),
+                Known::Address(register) => {
+                    machine.registers[register as usize] = Word::Address(register, 0);
+                    Word::Address(register, 0)
+                }
+            };
+            machine.begin_with(*place, value, 4);
+        }
+        for (k, &(base, size)) in expected.sizes.iter().enumerate() {
+            machine.registers[base as usize] = Word::Address(base, 0);
+            for &(other, of_other) in &expected.sizes[..k] {
+                let (one, two) = (machine.path.terms.entry(base), machine.path.terms.entry(other));
+                machine.path.are_apart(one, size, two, of_other);
+            }
         }
         for port in &expected.outs {
             if let Place::Memory(base, _) = port.place {
@@ -350,21 +364,14 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
             *byte = found.ok_or_else(|| format!("reads {}, which holds nothing known", shown(base, offset + part)))?;
         }
         let first = bytes[0].0;
-        if bytes.iter().zip(0..).all(|((word, part), k)| *word == first && *part == k) {
-            match first {
-                // A smaller part of a truth is it too.
-                Word::Truth(input, turned) => {
-                    let truth = self.path.truth(input) != turned;
-                    return Ok(Word::Term(self.path.terms.constant(u32::from(truth))));
-                }
-                _ if width == 4 => return Ok(first),
-                _ => {}
-            }
+        let is_whole = width == 4 && bytes.iter().zip(0..).all(|((word, part), k)| *word == first && *part == k);
+        if is_whole && !matches!(first, Word::Truth(_)) {
+            return Ok(first);
         }
         let mut value = 0;
         for &mut (word, part) in bytes.iter_mut().rev() {
             let word = match word {
-                Word::Truth(input, turned) => Some(u32::from(self.path.truth(input) != turned)),
+                Word::Truth(input) => Some(self.expected.inputs[input].word_of(self.path.truth(input))),
                 Word::Term(term) => self.path.terms.bits(term),
                 _ => None,
             };
@@ -770,6 +777,22 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
             ("cmp", [Word::Address(..), zero]) if known(terms, zero) == Some(0) => {
                 (*zero, Flags::Known(false, false, false))
             }
+            // It is a multiple of 4.
+            ("and" | "tst", [address, mask])
+                if is_aligned(address) && known(terms, mask).is_some_and(|mask| mask <= 3) =>
+            {
+                let zero = terms.constant(0);
+                (Word::Term(zero), Flags::Result(zero))
+            }
+            ("lsl", [address, by]) if is_aligned(address) && known(terms, by) == Some(30) => {
+                let zero = terms.constant(0);
+                (Word::Term(zero), Flags::Result(zero))
+            }
+            ("orr", [one, other]) if is_aligned(one) && is_aligned(other) => (Word::Aligned, Flags::Unknown),
+            ("cmp" | "sub", [Word::Address(a, x), Word::Address(b, y)]) => {
+                let (a, b) = (terms.address(*a, *x), terms.address(*b, *y));
+                (Word::Term(terms.plus(a, b, u32::MAX)), Flags::Counts(a, b))
+            }
             ("add" | "sub", [start @ Word::Address(..), Word::Term(by)]) => {
                 (self.moved(*start, *by, if stem == "add" { 1 } else { u32::MAX })?, Flags::Unknown)
             }
@@ -842,6 +865,11 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
         };
         Ok((result, flags))
     }
+}
+
+/// Are the lowest two bits of an address 0?
+fn is_aligned(word: &Word) -> bool {
+    matches!(word, Word::Aligned) || matches!(word, Word::Address(_, offset) if offset % 4 == 0)
 }
 
 /// Bytes of a place in memory.

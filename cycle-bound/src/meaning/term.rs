@@ -123,6 +123,12 @@ impl Terms {
         self.term(Node::Entry(register))
     }
 
+    /// So far behind what a register holds at the entry.
+    pub(super) fn address(&mut self, register: u32, offset: i32) -> Term {
+        let (base, offset) = (self.entry(register), self.constant(offset as u32));
+        self.plus(base, offset, 1)
+    }
+
     fn float(&self, term: Term) -> Option<f32> {
         self.bits(term).map(f32::from_bits)
     }
@@ -382,6 +388,8 @@ pub(super) struct Path<'a> {
     relations: Mixing<Term, Vec<(Term, u8)>>,
     orders: Mixing<(Order, Term, Term), bool>,
     truths: Mixing<usize, bool>,
+    /// How far one address is behind another, modulo 2^32: at least, at most.
+    apart: Mixing<(Term, Term), (u32, u32)>,
     numbers: HashSet<Term>,
     nans: HashSet<Term>,
     /// Is an absolute value one of two, by the sign?
@@ -407,6 +415,7 @@ impl<'a> Path<'a> {
             relations: Mixing::default(),
             orders: Mixing::default(),
             truths: Mixing::default(),
+            apart: Mixing::default(),
             numbers: HashSet::new(),
             nans: HashSet::new(),
             trail: Vec::new(),
@@ -569,6 +578,26 @@ impl<'a> Path<'a> {
         if self.stands(a, LESS, zero) { self.terms.neg(a) } else { self.terms.add(a, zero) }
     }
 
+    /// Memory of these addresses and sizes has no byte in common.
+    pub(super) fn are_apart(&mut self, one: Term, size: u32, other: Term, of_other: u32) {
+        self.apart.insert((one, other), (of_other, size.wrapping_neg()));
+        self.apart.insert((other, one), (size, of_other.wrapping_neg()));
+    }
+
+    /// What a count lies between, if something is known.
+    fn range(&self, a: Term) -> Option<(u32, u32)> {
+        match self.terms.node(a) {
+            Node::Constant(bits) => Some((*bits, *bits)),
+            Node::Sum(parts, more) => {
+                let ([(one, 1), (other, u32::MAX)] | [(other, u32::MAX), (one, 1)]) = parts[..] else { return None };
+                let (low, high) = *self.apart.get(&(one, other))?;
+                let (low, high) = (low.wrapping_add(*more), high.wrapping_add(*more));
+                (low <= high).then_some((low, high))
+            }
+            _ => None,
+        }
+    }
+
     /// Are two counts in this order?
     pub(super) fn ordered(&mut self, order: Order, a: Term, b: Term) -> bool {
         let (a, b) = if order == Order::Equal {
@@ -588,6 +617,14 @@ impl<'a> Path<'a> {
             }
             _ if a == b => return order == Order::Equal,
             _ => {}
+        }
+        if let (Some(a), Some(b), Order::Equal | Order::Below) = (self.range(a), self.range(b), order) {
+            if a.1 < b.0 {
+                return order == Order::Below;
+            }
+            if b.1 < a.0 || (order == Order::Below && b.1 == a.0) {
+                return false;
+            }
         }
         if let Some(known) = self.orders.get(&(order, a, b)) {
             return *known;

@@ -6,6 +6,11 @@ use super::*;
 const SLEW: (&[u8], &str) = (include_bytes!("../../tests/slew.elf"), include_str!("../../tests/slew.means"));
 /// The tick of a controller for a flexible joint with limits, exported as C and compiled by GCC 12 at -Os.
 const JOINT: (&[u8], &str) = (include_bytes!("../../tests/joint.elf"), include_str!("../../tests/joint.means"));
+/// The same from the archive for C: any design, the start, what a state is not, the status.
+const ARCHIVE: (&[u8], &str) = (include_bytes!("../../tests/archive.elf"), include_str!("../../tests/archive.means"));
+/// The joint's tick of u alone as scheduled assembly: its constants are a table behind the code.
+const SCHEDULED: (&[u8], &str) =
+    (include_bytes!("../../tests/scheduled.elf"), include_str!("../../tests/scheduled.means"));
 
 fn verdict(elf: &[u8], text: &str) -> Verdict {
     // Read where it is aligned.
@@ -76,6 +81,7 @@ fn a_text_that_is_wrong_is_told_by_its_line() {
     for (from, to, told) in [
         ("means 1", "means 2", "line 1: a text of this format begins with `means 1`"),
         ("in x number s0", "in x number s32", "line 4: `s32` is no place"),
+        ("in x number s0", "in x either s0 1", "line 4: of `either` there are two: where it is true, where it is not"),
         ("in y number r0+0", "in y float r0+0", "line 3: no kind `float`"),
         ("sub x y", "sub x z", "line 9: no value `z` before this line"),
         ("sub x y", "pow x y", "line 9: no operation `pow` of two values"),
@@ -91,13 +97,38 @@ fn a_text_that_is_wrong_is_told_by_its_line() {
 
 #[test]
 fn a_tick_of_a_compiler_is_the_recorded_one() {
-    assert_eq!(verdict(JOINT.0, JOINT.1), Verdict::Same);
+    for (elf, text) in [JOINT, ARCHIVE, SCHEDULED] {
+        assert_eq!(verdict(elf, text), Verdict::Same);
+    }
 }
 
-/// Each instruction of the tick of these encodings, changed one at a time.
+#[test]
+fn what_a_call_is_given_is_part_of_the_text() {
+    let (elf, text) = ARCHIVE;
+    let with = |from: &str, to: &str| {
+        assert!(text.contains(from), "{from}");
+        verdict(elf, &text.replacen(from, to, 1))
+    };
+    // An output of any size may lie in the state, and then the call is refused, without an output.
+    assert_ne!(with("size r3 16\n", ""), Verdict::Same);
+    // A state that neither waits nor runs is refused, and so is one of another design.
+    assert_ne!(with("in started either r1+4 1173007166", "in started either r1+4 1"), Verdict::Same);
+    assert_ne!(with("known r1+0 r0", "known r1+0 8"), Verdict::Same);
+}
+
 #[test]
 fn faults_in_a_tick_are_noticed_wherever_they_are() {
-    let (elf, text) = (JOINT.0.to_vec(), JOINT.1);
+    // Two change nothing: |a - 0| is |a + 0| where it is compared, and the other's sign goes into an absolute value.
+    assert_eq!(missed(JOINT), ["vsub for vadd at 0x150", "the sign of a constant at 0x3da"]);
+    // Nor these, on the way of an address that is NULL or not a multiple of 4, which the text has not.
+    assert_eq!(missed(ARCHIVE), ["the other branch at 0x8e", "the other branch at 0x94"]);
+    // Here too: an innovation of -1e-45 in place of -0 is lost in its product, and a sign goes into an absolute value.
+    assert_eq!(missed(SCHEDULED), ["a bit of a constant at 0x3f8", "the sign of a constant at 0x40a"]);
+}
+
+/// Each instruction of these encodings, changed one at a time: what nobody notices.
+fn missed((elf, text): (&[u8], &str)) -> Vec<String> {
+    let elf = elf.to_vec();
     let image = Image::read(&elf).expect("an image");
     let expected = Expected::read(text).expect("a text");
     let tick = image.find(&expected.function).expect("the tick").clone();
@@ -116,6 +147,10 @@ fn faults_in_a_tick_are_noticed_wherever_they_are() {
             "vsub" => faults.push(("vadd for vsub", at, vec![low, high & !0x40])),
             "vmla" => faults.push(("contracted", at, vec![low | 0xa0, high])),
             "vstr" => faults.push(("a lost store", at, vec![0xbf00, 0xbf00])),
+            // Of many, one is left out.
+            "vstmdb" => faults.push(("a lost store", at, vec![low, high - 1])),
+            "b" if !one.condition.is_empty() && size == 2 => faults.push(("the other branch", at, vec![low ^ 0x100])),
+            "b" if !one.condition.is_empty() => faults.push(("the other branch", at, vec![low ^ 0x40, high])),
             _ => {}
         }
         at += size;
@@ -126,7 +161,7 @@ fn faults_in_a_tick_are_noticed_wherever_they_are() {
         faults.push(("the sign of a constant", word + 2, vec![half(word + 2) ^ 0x8000]));
     }
     let kinds: std::collections::BTreeSet<&str> = faults.iter().map(|(kind, ..)| *kind).collect();
-    assert_eq!(kinds.len(), 6, "{kinds:?}");
+    assert!(kinds.len() >= 5, "{kinds:?}");
     let mut missed = Vec::new();
     for (kind, at, halfwords) in &faults {
         let mut elf = elf.clone();
@@ -136,8 +171,7 @@ fn faults_in_a_tick_are_noticed_wherever_they_are() {
             missed.push(format!("{kind} at {at:#x}"));
         }
     }
-    // Two change nothing: |a - 0| is |a + 0| where it is compared, and the other's sign goes into an absolute value.
-    assert_eq!(missed, ["vsub for vadd at 0x150", "the sign of a constant at 0x3da"], "of {} faults", faults.len());
+    missed
 }
 
 /// Bit patterns at random, every third of them of a kind that is rare.

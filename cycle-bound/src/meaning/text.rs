@@ -10,10 +10,18 @@ use super::term::{EQUAL, GREATER, LESS, Path, Term, UNORDERED};
 pub(super) enum Kind {
     Number,
     Count,
-    /// A byte in memory.
+    /// A byte in memory, 0 or 1.
     Truth,
-    /// A word in memory, 0 where it is true.
-    Absent,
+    /// A word: the first where it is true, else the second.
+    Either(u32, u32),
+}
+
+/// What a word of memory is known to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Known {
+    Bits(u32),
+    /// The address that this register holds at the entry.
+    Address(u32),
 }
 
 /// Where an input comes from, where a result goes.
@@ -57,7 +65,9 @@ enum Block {
 pub(super) struct Expected {
     pub(super) function: String,
     pub(super) inputs: Vec<Port>,
-    pub(super) known: Vec<(Place, u32)>,
+    pub(super) known: Vec<(Place, Known)>,
+    /// Bytes of the memory behind a register.
+    pub(super) sizes: Vec<(u32, u32)>,
     pub(super) pads: Vec<(Place, u32)>,
     pub(super) outs: Vec<Port>,
     ops: Vec<Op>,
@@ -81,6 +91,22 @@ const COMPARISONS: [(&str, u8); 6] = [
 ];
 const OF_ONE: [&str; 4] = ["neg", "abs", "not", "number_of"];
 const OF_TWO: [&str; 10] = ["add", "sub", "mul", "div", "and", "or", "plus", "since", "times", "quotient"];
+
+impl Port {
+    /// What a truth adds to the word in its place.
+    pub(super) fn word_of(&self, truth: bool) -> u32 {
+        match self.kind {
+            Kind::Either(yes, no) => {
+                if truth {
+                    yes
+                } else {
+                    no
+                }
+            }
+            _ => u32::from(truth) << self.bit,
+        }
+    }
+}
 
 impl Expected {
     /// Reads a text.
@@ -201,35 +227,37 @@ impl<'a> Reader<'a> {
         for truth in [true, false] {
             self.define(if truth { "true" } else { "false" }, Op::Truth(truth))?;
         }
-        let (mut function, mut inputs, mut known, mut pads, mut outs) = Default::default();
+        let (mut function, mut inputs, mut known, mut sizes, mut pads, mut outs) = Default::default();
         loop {
             match self.line()?[..] {
                 ["function", ref words @ ..] => function = words.join(" "),
-                ["in", name, kind, at] => {
-                    let port = port(name, kind, at, "0")?;
+                ["in", name, kind, at, ref more @ ..] => {
+                    let port = port(name, kind, at, more)?;
                     let op = match port.kind {
                         Kind::Number | Kind::Count => Op::Input(Vec::len(&inputs)),
-                        Kind::Truth | Kind::Absent => Op::One("input", inputs.len()),
+                        Kind::Truth | Kind::Either(..) => Op::One("input", inputs.len()),
                     };
                     self.define(name, op)?;
                     inputs.push(port);
                 }
-                ["known", at, value] => Vec::push(&mut known, (place(at)?, bits(value)?)),
+                ["known", at, value] => Vec::push(&mut known, (place(at)?, known_word(value)?)),
+                ["size", base, length] => match (place(base)?, bits(length)?) {
+                    (Place::Register(base @ 0..=13), length @ 1..=0xffff) => Vec::push(&mut sizes, (base, length)),
+                    _ => return Err("a size is that of what a register points to, 1 to 65535 bytes".into()),
+                },
                 ["pad", at, length] => Vec::push(&mut pads, (place(at)?, bits(length)?)),
-                ["out", name, kind, at] => Vec::push(&mut outs, port(name, kind, at, "0")?),
-                ["out", name, kind, at, "bit", bit] => outs.push(port(name, kind, at, bit)?),
+                ["out", name, kind, at, ref more @ ..] => Vec::push(&mut outs, port(name, kind, at, more)?),
                 ["begin"] => break,
-                _ => return Err("neither function, in, known, pad, out nor begin".into()),
+                _ => return Err("neither function, in, known, size, pad, out nor begin".into()),
             }
         }
         let body = self.block(outs.len())?;
-        match self.lines.next() {
-            Some((at, _)) => {
-                self.at = at;
-                Err("more text behind the end".into())
-            }
-            None => Ok(Expected { function, inputs, known, pads, outs, ops: std::mem::take(&mut self.ops), body }),
+        if let Some((at, _)) = self.lines.next() {
+            self.at = at;
+            return Err("more text behind the end".into());
         }
+        let ops = std::mem::take(&mut self.ops);
+        Ok(Expected { function, inputs, known, sizes, pads, outs, ops, body })
     }
 
     fn define(&mut self, name: &str, op: Op) -> Result<(), String> {
@@ -311,19 +339,29 @@ fn bits(text: &str) -> Result<u32, String> {
     number.map_err(|_| format!("`{text}` is no number of 32 bits"))
 }
 
-fn port(name: &str, kind: &str, at: &str, bit: &str) -> Result<Port, String> {
-    let kind = match kind {
-        "number" => Kind::Number,
-        "count" => Kind::Count,
-        "truth" => Kind::Truth,
-        "absent" => Kind::Absent,
+fn port(name: &str, kind: &str, at: &str, more: &[&str]) -> Result<Port, String> {
+    let (kind, bit) = match (kind, more) {
+        ("number", []) => (Kind::Number, 0),
+        ("count", []) => (Kind::Count, 0),
+        ("truth", []) => (Kind::Truth, 0),
+        ("truth", ["bit", bit]) => (Kind::Truth, bits(bit)?),
+        ("either", [yes, no]) => (Kind::Either(bits(yes)?, bits(no)?), 0),
+        ("either", _) => return Err("of `either` there are two: where it is true, where it is not".into()),
+        ("number" | "count" | "truth", _) => return Err("a truth has one of the bits 0 to 31".into()),
         _ => return Err(format!("no kind `{kind}`")),
     };
-    let bit = bits(bit)?;
-    if bit > 31 || (bit > 0 && kind != Kind::Truth) {
+    if bit > 31 {
         return Err("a truth has one of the bits 0 to 31".into());
     }
     Ok(Port { name: name.to_owned(), kind, place: place(at)?, bit })
+}
+
+/// A number, or the register whose address it is.
+fn known_word(text: &str) -> Result<Known, String> {
+    match place(text) {
+        Ok(Place::Register(register @ 0..=13)) => Ok(Known::Address(register)),
+        _ => bits(text).map(Known::Bits),
+    }
 }
 
 fn place(text: &str) -> Result<Place, String> {

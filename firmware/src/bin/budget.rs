@@ -17,11 +17,11 @@ use core::hint::black_box;
 use core::mem::MaybeUninit;
 
 use controller_core::drive::{
-    Aim, DriveLaw, Encoder, FullState, Hold, Joint as JointData, JointDesign, JointDrive, JointModel, Measured,
-    Monitored, Motor, MotorDesign, MotorDrive, Position, Speed, Target, sin_cos,
+    Aim, DriveLaw, FullState, Hold, Joint as JointData, JointDrive, JointModel, Measured, Monitored, MotorDrive, Position, Speed, Target,
+    sin_cos,
 };
 use controller_core::{
-    Benchmark, ControlLaw, Controller, Exp, FlexibleJoint, Gate, Gated, Libm, Limits, Micromath, NominalModel, Output,
+    Benchmark, ControlLaw, Controller, Exp, FlexibleJoint, Gate, Gated, Libm, Micromath, NominalModel, Output,
     SampleLimits, channels,
 };
 use cortex_m::asm;
@@ -31,6 +31,11 @@ use firmware::assembly::{
 };
 use firmware::{clock, log};
 use stm32f4::stm32f405::Peripherals;
+
+// What the texts are designed from that its machine code is held to.
+#[path = "../../../tick-record/src/bin/tick-record/designs.rs"]
+mod designs;
+use designs::{JOINT_DRIVE, MOTOR, Nothing, VaryingGain};
 
 /// Calls of each instance with good samples: enough to see saturation, few enough for a log of every instruction.
 const TICKS: u32 = 200;
@@ -228,15 +233,6 @@ assemblies! {
     joint_r3_assembly: joint_r3_start, joint_r3_tick, joint_r3_tick_u;
 }
 
-const MOTOR: MotorDesign = MotorDesign::by_rule(
-    1e-3,
-    Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 },
-    Encoder::absolute(14),
-    Limits::symmetric(10.0),
-);
-const JOINT_DRIVE: JointDesign =
-    JointDesign::new(1e-3, JointData::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
-
 const DRIVEN: u8 = channels(4, 1, [4]);
 const BOTH: u8 = channels(4, 2, [2, 4]);
 const UPPER: u8 = channels(4, 2, [2, 3, 4]);
@@ -254,7 +250,7 @@ instances! {
     joint_r3_output: Of<Joint, 3, BOTH, 2>, 4 = joint(JOINT), tick -> Output<f32>;
     joint_r2_unguarded: Of<Joint, 2, BOTH, 2>, 4 = joint(JOINT), tick_unguarded.u -> f32;
     joint_r3_unguarded: Of<Joint, 3, BOTH, 2>, 4 = joint(JOINT), tick_unguarded.u -> f32;
-    joint_r2_varying_gain: Of<VaryingGain, 2, BOTH, 2>, 4 = joint(VaryingGain(JOINT)), tick.u -> f32;
+    joint_r2_varying_gain: Of<VaryingGain<f32>, 2, BOTH, 2>, 4 = joint(VaryingGain(JOINT)), tick.u -> f32;
     joint_r2_gated: Gated<Of<Joint, 2, BOTH, 2>, 4>, 4 = Gated::new(joint(JOINT), GATE), tick.u -> f32;
     benchmark_libm: OfTwo<Libm>, 2 = benchmark(Benchmark::new()), tick.u -> f32;
     benchmark_micromath: OfTwo<Micromath>, 2 = benchmark(Benchmark::new()), tick.u -> f32;
@@ -268,33 +264,6 @@ const JOINT: Joint = Joint::new(&NOMINAL);
 
 /// Wide enough for the samples that are measured.
 const GATE: Gate<f32, 4> = Gate::<f32, 4>::new(&SampleLimits { min: [-12.0; 4], max: [12.0; 4], jump: [12.0; 4] });
-
-/// The joint with b(x) = b_0 (1 + x_1²/2): what a varying gain costs.
-#[derive(Clone, Copy)]
-struct VaryingGain(Joint);
-
-impl NominalModel<f32, 4> for VaryingGain {
-    #[inline]
-    fn drift(&self, x: &[f32; 4]) -> f32 {
-        self.0.drift(x)
-    }
-
-    #[inline]
-    fn gain_ratio(&self, x: &[f32; 4]) -> Option<f32> {
-        Some(1.0 + 0.5 * x[0] * x[0])
-    }
-}
-
-/// In place of an exponential: the benchmark with it, less the benchmark without it, is what the exponential costs.
-#[derive(Clone, Copy)]
-struct Nothing;
-
-impl Exp<f32> for Nothing {
-    #[inline]
-    fn exp(x: f32) -> f32 {
-        x
-    }
-}
 
 const fn joint<M: NominalModel<f32, 4> + Copy, const R: usize, const MASK: u8, const O: usize>(
     model: M,

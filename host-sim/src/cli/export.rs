@@ -37,9 +37,9 @@ pub(super) struct ExportOptions {
     /// One self-contained C99 file: tick and coefficients, no library needed; --lang c may stand beside it.
     #[arg(long)]
     standalone: bool,
-    /// Instead of that file, what this function of it is to compute (start, tick, not_started, report_applied,
-    /// estimates, reset): for cycle-bound --means, which holds a compiler's machine code to it.
-    #[arg(long, value_name = "FUNCTION", requires = "standalone")]
+    /// Instead of that file, or of --asm, what this function of it is to compute (start, tick, not_started,
+    /// report_applied, estimates, reset; of --asm tick_u too): for cycle-bound --means, which holds machine code to it.
+    #[arg(long, value_name = "FUNCTION", conflicts_with = "lang")]
     means: Option<String>,
     /// What is proved of that file for every input, written beside it: statements, verdicts, solver, its SHA-256
     /// (docs/proofs.md). Takes a minute or so, and the solver Bitwuzla (pip install bitwuzla).
@@ -98,6 +98,7 @@ impl Console<'_> {
             Some(Language::Rust) => Form::Rust,
             Some(Language::C) if !options.standalone => Form::Archive(&options.prefix),
             _ => match &options.means {
+                Some(function) if options.asm => Form::MeansOfAssembly(&options.prefix, function),
                 Some(function) => Form::Means(&options.prefix, function),
                 None => Form::Standalone(&options.prefix),
             },
@@ -132,7 +133,7 @@ impl Console<'_> {
         let source = Source { file: name.as_deref().unwrap_or(&file), ..source };
         let refused = |why| bad(format!("{file}: {why}"));
         let mut open = Vec::new();
-        let files = match (&options.output, options.asm) {
+        let files = match (&options.output, options.asm && options.means.is_none()) {
             (Some(path), true) => {
                 let header = path.with_extension("h");
                 if header == *path {

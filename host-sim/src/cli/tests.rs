@@ -541,6 +541,12 @@ fn export_goes_to_stdout_or_into_a_file_that_is_not_lost_by_a_slip() {
     // What machine code of the file is held to: u in the first word behind the address of the output.
     let (code, means, _) = spoken(&["export", "--paper", "--standalone", "--means", "tick", "--prefix", "left"]);
     assert!(code == 0 && means.starts_with("means 1\nfunction left_tick\n") && means.contains("\nout u number r2+0\n"));
+    // Of the assembly, in whose state u is the first word.
+    let scheduled = folder.path("tick_u.means");
+    let asked = ["export", "--paper", "--asm", "--means", "tick_u", "--prefix", "left", "-o", &scheduled];
+    assert_eq!(spoken(&asked).0, status::DONE);
+    let means = std::fs::read_to_string(&scheduled).expect("the text");
+    assert!(means.starts_with("means 1\nfunction left_tick_u\n") && means.contains("\nout held number r0+0\n"));
     let limited = ["export", "--paper", "--standalone", "--set", "controller.limits={ min = -300, max = 300 }"];
     assert_eq!(spoken(&limited).2, "");
     assert!(text.starts_with("/* ") && text.contains("edo_smc_tick(") && text.trim_end().ends_with("#endif"), "{text}");
@@ -624,7 +630,7 @@ fn export_says_what_is_wrong_with_its_arguments() {
         (&["export", "--asm", "--standalone", "-o", "it.S"], "cannot be used with"),
         (&["export", "--paper", "--asm", "-o", "it.h"], "name it .S, not .h"),
         (&["export", "--paper", "--standalone", "--means", "tock"], "no function `tock`; there are start, tick, "),
-        (&["export", "--means", "tick", "--lang", "rust"], "--standalone"),
+        (&["export", "--means", "tick", "--lang", "rust"], "cannot be used with"),
         (&["export", "--standalone", "--lang", "rust"], "cannot be used with"),
         (&["export", "--lang", "rusty"], "'rust'"),
         (&["export", "--standalone", "--prefix", "9"], "expected 1 to 32 of a-z, 0-9, `_`, a letter first"),

@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 
 use controller_core::SampleLimits;
 use loop_sim::port::in_process::Model;
-use tick_assembly::{Assembly, Effort};
-use tick_record::{Drift, Kind, Port};
+use tick_assembly::{Assembly, Effort, Layout};
+use tick_record::{Drift, Functions, Kind, Port};
 
 use super::c99::File;
 use super::{Exported, standalone};
@@ -24,15 +24,7 @@ pub struct Files {
 }
 
 pub(super) fn files(exported: &Exported<'_>, prefix: &str, effort: &Effort) -> Result<Files, String> {
-    let drift = match &exported.spec.model {
-        Model::Linear(_) => Drift::Sparse,
-        Model::Formulas { gain, .. } if gain.varies() => Drift::ArgumentWithGain,
-        Model::BenchmarkLibm | Model::BenchmarkMicromath | Model::Formulas { .. } => Drift::Argument,
-    };
-    if exported.spec.config.padded.options.samples != SampleLimits::NONE {
-        return Err("a gate is not scheduled as assembly: leave out controller.samples, or take --standalone".into());
-    }
-    let functions = standalone::recorded(exported.spec, exported.download, drift)?;
+    let (functions, drift) = functions(exported)?;
     let shape = exported.download.shape;
     let assembly = tick_assembly::assembly(&functions, usize::from(shape.n), usize::from(shape.r), prefix, effort)?;
     let file = File::new(prefix);
@@ -55,6 +47,27 @@ pub(super) fn files(exported: &Exported<'_>, prefix: &str, effort: &Effort) -> R
     Ok(Files { assembly: text + "\n" + &assembly.text, header })
 }
 
+/// What one function is to compute, as `cycle-bound --means` reads it: one of the C file, or `tick_u`.
+pub(super) fn means(exported: &Exported<'_>, prefix: &str, function: &str) -> Result<String, String> {
+    let (functions, _) = functions(exported)?;
+    let layout = Layout::of(&functions, usize::from(exported.download.shape.n));
+    let recorded = if function == "tick_u" { "tick" } else { function };
+    standalone::means_of(exported, &functions, &layout.words, &format!("{prefix}_{function}"), recorded)
+}
+
+/// The controller as records, without products with a 0, and where its a(x) comes from.
+fn functions(exported: &Exported<'_>) -> Result<(Functions, Drift), String> {
+    let drift = match &exported.spec.model {
+        Model::Linear(_) => Drift::Sparse,
+        Model::Formulas { gain, .. } if gain.varies() => Drift::ArgumentWithGain,
+        Model::BenchmarkLibm | Model::BenchmarkMicromath | Model::Formulas { .. } => Drift::Argument,
+    };
+    if exported.spec.config.padded.options.samples != SampleLimits::NONE {
+        return Err("a gate is not scheduled as assembly: leave out controller.samples, or take --standalone".into());
+    }
+    Ok((standalone::recorded(exported.spec, exported.download, drift)?, drift))
+}
+
 fn head(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Drift) -> String {
     let mut out = format!(
         "/* Sliding mode control with an extended disturbance observer: {}, f32, T = {:?} s.
@@ -65,7 +78,7 @@ fn head(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Dr
         exported.spec.config.padded.period_s,
         controller_core::VERSION,
     );
-    let given = given(drift).map(|name| format!(", {name}")).collect::<String>();
+    let given = listed(drift, ", ");
     out += &file
         .c(" *
  *     static @_state state;                              once; zeros are right
@@ -102,19 +115,19 @@ fn head(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Dr
 }
 
 /// What the caller computes and hands to a tick.
-fn given(drift: Drift) -> impl Iterator<Item = &'static str> {
+fn listed(drift: Drift, before: &str) -> String {
     let names: &[&str] = match drift {
         Drift::Linear | Drift::Sparse => &[],
         Drift::Argument => &["drift"],
         Drift::ArgumentWithGain => &["drift", "gain"],
     };
-    names.iter().copied()
+    names.iter().flat_map(|name| [before, name]).collect()
 }
 
 fn declarations(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Drift) -> String {
     let numbers = assembly.layout.words.len();
-    let argument: String = given(drift).map(|name| format!(", float {name}")).collect();
-    let passed: String = given(drift).map(|name| format!(", {name}")).collect();
+    let argument = listed(drift, ", float ");
+    let passed = listed(drift, ", ");
     let what = match drift {
         Drift::Linear | Drift::Sparse => "",
         Drift::Argument => "drift is a(x)/b_0",

@@ -23,7 +23,7 @@ pub(super) fn text(drive: &Drive, warnings: &[String], source: &Source<'_>, form
     let exported = Exported { drive, warnings, source, recorded: recorded(drive)?, bounds, thresholds };
     match form {
         Form::Standalone(prefix) => Ok(C { exported: &exported, file: File::new(prefix) }.text()),
-        Form::Means(..) => {
+        Form::Means(..) | Form::MeansOfAssembly(..) => {
             Err("what a drive's machine code is to compute is not written yet; a controller's is".into())
         }
         Form::Archive(_) => Err("the archive for C has no drive: take --lang c --standalone, one file that needs no \

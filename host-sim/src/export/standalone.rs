@@ -48,11 +48,24 @@ pub(super) fn recorded(spec: &ControllerSpec, download: &Download, drift: Drift)
         .ok_or_else(|| format!("there is no tick of {}", shape_text(shape)))
 }
 
-/// What one function of the file is to compute, as `cycle-bound --means` reads it: places are those of the calling
-/// convention of ARM and of the types of the file.
+/// What one function of the file is to compute, as `cycle-bound --means` reads it.
 pub(super) fn means(exported: &Exported<'_>, prefix: &str, function: &str) -> Result<String, String> {
     let file = Standalone::of(exported, prefix)?;
-    let Functions { start, tick, not_started, report_applied, estimates, reset, .. } = &file.functions;
+    let words = file.functions.state.iter().filter(|word| word.kind == Kind::Number);
+    let words: Vec<String> = words.map(|word| word.name.clone()).collect();
+    means_of(exported, &file.functions, &words, &format!("{prefix}_{function}"), function)
+}
+
+/// The same of functions whose state has its numbers in this order. Places are those of the calling convention of ARM
+/// and of the types of the header.
+pub(super) fn means_of(
+    exported: &Exported<'_>,
+    functions: &Functions,
+    words: &[String],
+    symbol: &str,
+    function: &str,
+) -> Result<String, String> {
+    let Functions { start, tick, not_started, report_applied, estimates, reset, .. } = functions;
     // Which register holds the address of the state, of x, of the output, of the estimates.
     let (record, [state, x, output, d_hat]) = match function {
         "start" => (start, [0, 1, 4, 4]),
@@ -67,24 +80,28 @@ pub(super) fn means(exported: &Exported<'_>, prefix: &str, function: &str) -> Re
             ));
         }
     };
-    let words = &file.functions.state;
-    let numbers = words.iter().filter(|word| word.kind == Kind::Number).count();
+    let u_alone = symbol.ends_with("_tick_u");
+    let flags = functions.state.iter().filter(|word| word.kind == Kind::Truth);
+    let flags: Vec<&str> = flags.map(|word| word.name.as_str()).collect();
     let place = |port: &Port| {
         let at = |register: usize, word: usize| format!("r{register}+{}", 4 * word);
-        let among = |kind| words.iter().filter(move |word| word.kind == kind).position(|word| word.name == port.name);
         Some(match port.role {
-            Role::State if port.kind == Kind::Number => at(state, among(Kind::Number)?),
-            Role::State => format!("r{state}+{}", 4 * numbers + among(Kind::Truth)?),
+            Role::State if port.kind == Kind::Number => at(state, words.iter().position(|word| *word == port.name)?),
+            Role::State => {
+                format!("r{state}+{}", 4 * words.len() + flags.iter().position(|word| *word == port.name)?)
+            }
             Role::Sample(j) => at(x, j),
+            Role::Output if u_alone => return (port.name == "u").then(|| "s0".into()),
             Role::Output => at(output, ["u", "sigma", "sigma_star"].iter().position(|name| *name == port.name)?),
             Role::Estimate(i, m) => at(d_hat, i * usize::from(exported.download.shape.r) + m),
+            Role::Flag(_) if u_alone => return None,
             Role::Flag(bit) => format!("r0 bit {bit}"),
             Role::Answer => "r0".into(),
             Role::Argument => "s0".into(),
             Role::Between => return None,
         })
     };
-    Ok(tick_record::text::text(&format!("{prefix}_{function}"), record, &place, &place, ""))
+    Ok(tick_record::text::text(symbol, record, &place, &|port| place(port).into_iter().collect(), ""))
 }
 
 /// What is said of a constant, by how its name begins; of a longer beginning first.

@@ -1,20 +1,16 @@
-//! `tick-record FOLDER`: what the ticks in the image `budget` of the firmware are to compute, a text for each instance,
-//! for `cycle-bound --means`.
+//! What the ticks in the image `budget` of the firmware are to compute, a text for each instance.
 //!
 //! The design is not in them: whatever numbers a controller of this shape holds, the tick is the same function of them.
 //! Places are those of the types, whose fields lie in their order (`repr(C)`).
 
-use std::mem::MaybeUninit;
-use std::process::ExitCode;
-use std::{env, fs, path::Path, slice};
-
-use controller_core::drive::{
-    Encoder, Hold, Joint as JointData, JointDesign, JointDrive, Motor, MotorDesign, MotorDrive, Position, Speed,
-};
+use controller_core::drive::{Hold, JointDrive, MotorDrive, Position, Speed};
 use controller_core::{
-    Benchmark, ControlLaw, Controller, Exp, FlexibleJoint, Gate, Gated, Limits, NominalModel, Output, Real, Words as _,
+    Benchmark, ControlLaw, Controller, FlexibleJoint, Gate, Gated, NominalModel, Output, Words as _,
 };
 use tick_record::{Kind, Port, Record, Recorded, Recorder, Role, Symbol, coefficients, drive, text, tick};
+
+use crate::designs::{JOINT_DRIVE, MOTOR, Nothing, VaryingGain};
+use crate::memory::{mark, words};
 
 /// A model over the recording scalar, of numbers that follow the coefficients in memory.
 trait Model<const N: usize>: NominalModel<Symbol, N> + 'static {
@@ -29,33 +25,10 @@ impl Model<4> for FlexibleJoint<Symbol> {
     }
 }
 
-/// As in the image.
-#[derive(Clone, Copy)]
-struct VaryingGain(FlexibleJoint<Symbol>);
-
-impl NominalModel<Symbol, 4> for VaryingGain {
-    fn drift(&self, x: &[Symbol; 4]) -> Symbol {
-        self.0.drift(x)
-    }
-    fn gain_ratio(&self, x: &[Symbol; 4]) -> Option<Symbol> {
-        Some(Symbol::from_f64(1.0) + Symbol::HALF * x[0] * x[0])
-    }
-}
-
-impl Model<4> for VaryingGain {
+impl Model<4> for VaryingGain<Symbol> {
     const NUMBERS: usize = 3;
     fn of(numbers: &[Symbol]) -> Self {
         Self(FlexibleJoint::of(numbers))
-    }
-}
-
-/// As in the image.
-#[derive(Clone, Copy)]
-struct Nothing;
-
-impl Exp<Symbol> for Nothing {
-    fn exp(x: Symbol) -> Symbol {
-        x
     }
 }
 
@@ -90,14 +63,14 @@ fn written(name: &str, record: &Record, call: Call, law: &[String], state: &[Str
         _ => None,
     };
     let result = |port: &Port| match (call, port.role) {
-        (_, Role::State) => memory(port),
-        (Call::U, Role::Output) if port.name == "u" => Some("s0".into()),
+        (_, Role::State) => memory(port).into_iter().collect(),
+        (Call::U, Role::Output) if port.name == "u" => vec!["s0".into()],
         (Call::Output, Role::Output) => {
-            let word = ["u", "sigma", "sigma_star"].iter().position(|one| *one == port.name)?;
-            Some(format!("r0+{}", 4 * word))
+            let word = ["u", "sigma", "sigma_star"].iter().position(|one| *one == port.name);
+            word.into_iter().map(|word| format!("r0+{}", 4 * word)).collect()
         }
-        (Call::Output, Role::Flag(bit)) => Some(format!("r0+12 bit {bit}")),
-        _ => None,
+        (Call::Output, Role::Flag(bit)) => vec![format!("r0+12 bit {bit}")],
+        _ => vec![],
     };
     text::text(&format!("budget::{name}::tick"), record, &memory, &result, "")
 }
@@ -150,34 +123,10 @@ fn gated<M: Model<N>, const N: usize, const R: usize, const MASK: u8, const O: u
     written(name, &record, Call::U, &law_of(&record), &state_of::<Gated<Chain<M, N, R, MASK, O>, N>>())
 }
 
-/// As in the image: of a drive the counters are those of a design, its numbers any.
-const MOTOR: MotorDesign = MotorDesign::by_rule(
-    1e-3,
-    Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 },
-    Encoder::absolute(14),
-    Limits::symmetric(10.0),
-);
-const JOINT: JointDesign =
-    JointDesign::new(1e-3, JointData::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
-
 const DRIVEN: u8 = 0b1000;
 const BOTH: u8 = 0b1010;
 const ALL: u8 = 0b1111;
 type Joint = FlexibleJoint<Symbol>;
-
-/// The words of a value in memory.
-fn words<T: Clone>(value: &T) -> Vec<u32> {
-    let mut place = Box::new(MaybeUninit::<T>::zeroed());
-    place.write(value.clone());
-    // SAFETY: as many words as the type has, of numbers and flags. What lies between its fields was made zero, and
-    // nothing but what is looked for by its bits is taken from here.
-    unsafe { slice::from_raw_parts(place.as_ptr().cast::<u32>(), size_of::<T>() / 4).to_vec() }
-}
-
-/// The k-th number of those that are looked for in memory: a float that no design holds.
-fn mark(k: usize) -> f32 {
-    f32::from_bits(0x4a5e_0000 + k as u32)
-}
 
 /// The text of a drive's tick. `marked` is the drive with marks in place of the numbers of these names.
 fn driven<L: ControlLaw<Scalar = f32> + Clone>(name: &str, record: &Record, marked: &L, names: &[String]) -> String
@@ -209,7 +158,7 @@ where
         Role::Sample(i) => Some(format!("r2+{}", 8 * i + 4)),
         Role::Argument => {
             if let Some(i) = lost.iter().position(|one| *one == port) {
-                return Some(format!("absent r2+{}", 8 * i));
+                return Some(format!("either r2+{} 0 1", 8 * i));
             }
             if let Some(k) = names.iter().position(|one| *one == port.name) {
                 return Some(format!("r0+{}", 4 * marks(&law_words, k)?));
@@ -225,19 +174,19 @@ where
         _ => None,
     };
     let result = |port: &Port| match port.role {
-        Role::State => memory(port),
-        Role::Output if port.name == "u" => Some("s0".into()),
-        _ => None,
+        Role::State => memory(port).into_iter().collect(),
+        Role::Output if port.name == "u" => vec!["s0".into()],
+        _ => vec![],
     };
     text::text(&format!("budget::{name}::tick"), record, &memory, &result, &known.concat())
 }
 
 /// Every instance with its text.
-fn texts() -> Vec<(&'static str, String)> {
+pub(crate) fn texts() -> Vec<(String, String)> {
     macro_rules! chains {
         ($($name:ident: $model:ty, $n:literal, $r:literal, $mask:expr, $o:literal, $call:ident, $tick:ident;)*) => {
             vec![$((
-                stringify!($name),
+                stringify!($name).into(),
                 chain::<$model, $n, $r, { $mask }, $o>(stringify!($name), Call::$call, Controller::$tick),
             ),)*]
         };
@@ -252,7 +201,7 @@ fn texts() -> Vec<(&'static str, String)> {
         joint_r3_output: Joint, 4, 3, BOTH, 2, Output, tick;
         joint_r2_unguarded: Joint, 4, 2, BOTH, 2, U, tick_unguarded;
         joint_r3_unguarded: Joint, 4, 3, BOTH, 2, U, tick_unguarded;
-        joint_r2_varying_gain: VaryingGain, 4, 2, BOTH, 2, U, tick;
+        joint_r2_varying_gain: VaryingGain<Symbol>, 4, 2, BOTH, 2, U, tick;
         benchmark_without_exponential: Benchmark<Nothing>, 2, 2, 0b11, 2, U, tick;
     };
     macro_rules! drives {
@@ -266,7 +215,7 @@ fn texts() -> Vec<(&'static str, String)> {
                 names.push(name.to_owned());
                 mark(names.len() - 1)
             });
-            all.push((stringify!($name), driven(stringify!($name), &record, &marked, &names)));
+            all.push((stringify!($name).into(), driven(stringify!($name), &record, &marked, &names)));
         })*};
     }
     drives! {
@@ -274,26 +223,11 @@ fn texts() -> Vec<(&'static str, String)> {
         motor_two_sets: MotorDrive<f32, Position, 1>, motor_of, &MOTOR;
         motor_late: MotorDrive<f32, Position, 0, 1>, motor_of, &MOTOR;
         motor_speed: MotorDrive<f32, Speed>, motor_of, &MOTOR;
-        joint_drive: JointDrive, joint_of, &JOINT;
-        joint_drive_held: JointDrive<f32, Hold>, joint_of, &JOINT;
-        joint_drive_two_sets: JointDrive<f32, Position, 1>, joint_of, &JOINT;
-        joint_drive_late: JointDrive<f32, Position, 0, 1>, joint_of, &JOINT;
+        joint_drive: JointDrive, joint_of, &JOINT_DRIVE;
+        joint_drive_held: JointDrive<f32, Hold>, joint_of, &JOINT_DRIVE;
+        joint_drive_two_sets: JointDrive<f32, Position, 1>, joint_of, &JOINT_DRIVE;
+        joint_drive_late: JointDrive<f32, Position, 0, 1>, joint_of, &JOINT_DRIVE;
     }
-    all.push(("joint_r2_gated", gated::<Joint, 4, 2, BOTH, 2>("joint_r2_gated")));
+    all.push(("joint_r2_gated".into(), gated::<Joint, 4, 2, BOTH, 2>("joint_r2_gated")));
     all
-}
-
-fn main() -> ExitCode {
-    let Some(folder) = env::args_os().nth(1).filter(|_| env::args_os().len() == 2) else {
-        eprintln!("usage: tick-record FOLDER");
-        return ExitCode::from(2);
-    };
-    for (name, text) in texts() {
-        let path = Path::new(&folder).join(name).with_extension("means");
-        if let Err(error) = fs::write(&path, text) {
-            eprintln!("{}: {error}", path.display());
-            return ExitCode::FAILURE;
-        }
-    }
-    ExitCode::SUCCESS
 }

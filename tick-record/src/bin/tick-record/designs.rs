@@ -1,0 +1,41 @@
+//! What the instances of the image `budget` are designed from: one file for the image and for the texts that it is held
+//! to. Of a drive the text knows the widths of the counters from here, its numbers may be any.
+
+use controller_core::drive::{Encoder, Joint as JointData, JointDesign, Motor, MotorDesign};
+use controller_core::{Exp, FlexibleJoint, Limits, NominalModel, Real};
+
+pub(crate) const MOTOR: MotorDesign = MotorDesign::by_rule(
+    1e-3,
+    Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 },
+    Encoder::absolute(14),
+    Limits::symmetric(10.0),
+);
+pub(crate) const JOINT_DRIVE: JointDesign =
+    JointDesign::new(1e-3, JointData::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
+
+/// The joint with b(x) = b_0 (1 + x_1²/2): what a varying gain costs.
+#[derive(Clone, Copy)]
+pub(crate) struct VaryingGain<T>(pub(crate) FlexibleJoint<T>);
+
+impl<T: Real> NominalModel<T, 4> for VaryingGain<T> {
+    #[inline]
+    fn drift(&self, x: &[T; 4]) -> T {
+        self.0.drift(x)
+    }
+
+    #[inline]
+    fn gain_ratio(&self, x: &[T; 4]) -> Option<T> {
+        Some(T::from_f64(1.0) + T::HALF * x[0] * x[0])
+    }
+}
+
+/// In place of an exponential: the benchmark with it, less the benchmark without it, is what the exponential costs.
+#[derive(Clone, Copy)]
+pub(crate) struct Nothing;
+
+impl<T: Real> Exp<T> for Nothing {
+    #[inline]
+    fn exp(x: T) -> T {
+        x
+    }
+}
