@@ -60,6 +60,7 @@ mod export;
 mod live;
 mod map;
 mod target;
+mod tune;
 
 use compare::CompareOptions;
 use design::{Design, DesignOptions};
@@ -68,6 +69,7 @@ use export::ExportOptions;
 use live::{LiveOptions, ReplayOptions};
 use map::MapOptions;
 use target::{EmulateOptions, HilOptions, Link, PilOptions};
+use tune::TuneOptions;
 
 /// The exit statuses of the program.
 pub mod status {
@@ -146,6 +148,11 @@ enum Command {
     /// Of a drive: host-sim map mine.toml --x error.torque_percent=-90..300 --y drive.period_s=1e-4..5e-3:log.
     /// Stability is that of the exact matrices of the sampled loop at rest; --simulate asks the plant itself as well.
     Map(MapOptions),
+    /// Find the bandwidths of a drive from what it shall do: table, picture, and the scenario with them.
+    ///
+    /// Of a joint: host-sim tune mine.toml --noise 0.015 --load 5e-3 --uncertain 50. Each figure is that of the worst
+    /// corner. Exit status 1 if something that is asked for was not reached.
+    Tune(TuneOptions),
     /// Tune our drive and its rivals with the same effort, and show what each does: table and figure.
     ///
     /// Rivals: LQG with disturbance states, LQI, ADRC with model, super-twisting, P-PI. docs/comparison.md says how.
@@ -275,6 +282,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         Some(Command::Emulate(options)) => console.emulate(options),
         Some(Command::Design(options)) => console.design(options),
         Some(Command::Map(options)) => console.map(options),
+        Some(Command::Tune(options)) => console.tune(options),
         Some(Command::Compare(options)) => console.compare(options),
         Some(Command::Figures { only, out, json }) => console.figures(only, out, *json),
         Some(Command::Budget(options)) => console.budget(options),

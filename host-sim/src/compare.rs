@@ -44,7 +44,7 @@ mod rival;
 mod task;
 mod tune;
 
-pub use bench::{Bench, Figures};
+pub use bench::{Bench, Figures, Worst};
 pub use linear::{Linear, Sampled};
 pub use task::{Aim, Angles, Model, Task};
 pub use tune::{Entry, Settings, compare};
@@ -134,6 +134,31 @@ impl Design for RivalDesign {
     fn linear(&self) -> Vec<(Linear, f64)> {
         self.linear.iter().map(|linear| (linear.clone(), 0.5)).collect()
     }
+}
+
+/// Our drive with so many gain sets: its knobs, and the drive that they make.
+pub struct Tuned(ours::Ours);
+
+impl Tuned {
+    /// Of a scenario.
+    pub const fn new(bench: &Bench, gain_sets: usize) -> Self {
+        Self(ours::Ours { designed: bench.designed, gain_sets })
+    }
+
+    /// What may be chosen.
+    pub fn knobs(&self) -> Vec<Knob> {
+        self.0.knobs()
+    }
+
+    /// The drive with these values; none where there is none.
+    pub fn designed(&self, knobs: &[f64]) -> Option<DriveDesign> {
+        self.0.designed(knobs)
+    }
+}
+
+/// A drive of ours as something that a [`Bench`] runs; none if it is refused.
+pub fn of_ours(designed: DriveDesign) -> Option<impl Design> {
+    ours::Chosen::new(designed)
 }
 
 /// Ours with two gain sets and with one, and the rivals.

@@ -19,3 +19,4 @@ pub mod margins;
 pub mod remote;
 pub mod report;
 pub mod transport;
+pub mod tune;

@@ -152,10 +152,21 @@ pub struct MotorDriveTable {
     /// encoder's steps and the phase that period, lag and delay cost.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub surface_rad_s: Option<f64>,
-    /// How well inertia and torque constant are known, percent. Up to 20 there are two gain sets, above one. Default
-    /// 20.
+    /// Bandwidth of the observer, rad/s. Default: 1.5 times that of the error.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub observer_rad_s: Option<f64>,
+    /// Gain k_l of the reaching law, 1/s. Default: 8 times the bandwidth of the error, at most one per tick.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub reaching_per_s: Option<f64>,
+    /// How well inertia and torque constant are known, percent. Default 20.
     #[schemars(range(min = 0, max = 50))]
     pub uncertain_percent: f64,
+    /// Gain sets: with 2 a fast one comes in while a load pushes. Default: 2 for uncertain_percent up to 20, else 1.
+    #[schemars(range(min = 1, max = 2))]
+    pub gain_sets: Option<usize>,
+    /// Bandwidth of the observer in the fast set over that in the quiet one. Default 2.
+    #[schemars(range(min = 1, max = 4))]
+    pub fast_ratio: Option<f64>,
     /// Ticks from the computation of a current until it is held. Default 0.
     #[schemars(range(min = 0, max = 1))]
     pub delay_ticks: usize,
@@ -175,7 +186,11 @@ impl Default for MotorDriveTable {
             period_s: 1e-3,
             mode: ModeKey::Position,
             surface_rad_s: None,
+            observer_rad_s: None,
+            reaching_per_s: None,
             uncertain_percent: 20.0,
+            gain_sets: None,
+            fast_ratio: None,
             delay_ticks: 0,
             observer_states: 3,
             lost_ticks: 50,
@@ -522,9 +537,27 @@ pub struct JointDriveTable {
     pub period_s: f64,
     /// Bandwidths. Default: normal if both encoders have 16 bits or more in a turn, else quiet.
     pub tuning: Option<TuningKey>,
-    /// How well the parameters are known, percent. Up to 20 there are two gain sets, above one. Default 20.
+    /// Bandwidth of the error instead, rad/s; the others follow in the proportions of `tuning`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub surface_rad_s: Option<f64>,
+    /// Bandwidth of the link's observer instead, rad/s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub link_rad_s: Option<f64>,
+    /// Bandwidth of the motor's observer instead, rad/s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub motor_rad_s: Option<f64>,
+    /// Gain k_l of the reaching law instead, 1/s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub reaching_per_s: Option<f64>,
+    /// How well the parameters are known, percent. Default 20.
     #[schemars(range(min = 0, max = 50))]
     pub uncertain_percent: f64,
+    /// Gain sets: with 2 a fast one comes in while a load pushes. Default: 2 for uncertain_percent up to 20, else 1.
+    #[schemars(range(min = 1, max = 2))]
+    pub gain_sets: Option<usize>,
+    /// Bandwidths of the observers in the fast set over those in the quiet one, link and motor. Default [3, 1.5].
+    #[schemars(length(min = 2, max = 2), inner(range(min = 1, max = 4)))]
+    pub fast_ratios: Option<Vec<f64>>,
     /// Ticks from the computation of a current until it is held. Default 0.
     #[schemars(range(min = 0, max = 1))]
     pub delay_ticks: usize,
@@ -544,7 +577,13 @@ impl Default for JointDriveTable {
         Self {
             period_s: 1e-3,
             tuning: None,
+            surface_rad_s: None,
+            link_rad_s: None,
+            motor_rad_s: None,
+            reaching_per_s: None,
             uncertain_percent: 20.0,
+            gain_sets: None,
+            fast_ratios: None,
             delay_ticks: 0,
             sudden_load_n_m: None,
             lost_ticks: 50,

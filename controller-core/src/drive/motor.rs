@@ -227,16 +227,22 @@ impl MotorDesign {
 
     /// The same proportions for another w_c, with the gate for them.
     #[must_use]
-    pub const fn with_surface(mut self, surface_rad_s: f64) -> Self {
+    pub const fn with_surface(self, surface_rad_s: f64) -> Self {
         let fastest = 1.0 / self.period_s;
         let reaching = 8.0 * surface_rad_s;
-        self.bandwidths = MotorBandwidths {
+        self.with_bandwidths(MotorBandwidths {
             surface_rad_s,
             observer_rad_s: 1.5 * surface_rad_s,
             reaching_per_s: if reaching < fastest { reaching } else { fastest },
             offset_per_s: 0.5 * surface_rad_s,
-        };
-        let omega = self.bandwidths.observer_rad_s;
+        })
+    }
+
+    /// The same with other bandwidths and the gate for them.
+    #[must_use]
+    pub const fn with_bandwidths(mut self, bandwidths: MotorBandwidths) -> Self {
+        self.bandwidths = bandwidths;
+        let omega = bandwidths.observer_rad_s;
         // What a step D of the disturbance makes of the innovation is at most 0.42 D/w_o².
         self.gate_steps = 1.0 + 0.42 * 1.2 * self.largest_acceleration() / (omega * omega * self.encoder.unit_rad());
         self

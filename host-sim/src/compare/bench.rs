@@ -112,6 +112,25 @@ impl Five {
     }
 }
 
+/// What a controller does at its worst over some plants.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Worst {
+    /// S, rad.
+    pub sine_rad: f64,
+    /// M, rad.
+    pub move_rad: f64,
+    /// Of the load step at rest, rad.
+    pub load_rad: f64,
+    /// Settling of the recovery, s.
+    pub settle_s: f64,
+    /// Corners that were run.
+    pub corners: usize,
+    /// Those whose loop is not strictly stable, with any gain set of its own.
+    pub unstable: usize,
+    /// Largest magnitude of an eigenvalue over all corners and gain sets.
+    pub spectral_radius: f64,
+}
+
 /// A run but for its plant.
 struct Run {
     task: Task,
@@ -143,6 +162,8 @@ pub struct Bench {
     sine: Run,
     moved: Run,
     recovery: Run,
+    /// At rest while the load comes.
+    pushed: Run,
     shown: (Run, Box<dyn Plant>),
     /// Where the recovery starts, rad.
     pub start_rad: f64,
@@ -241,6 +262,7 @@ impl Bench {
         let told_rad = encoders.iter().map(|(_, mounted)| START_SHARE * half_span_rad(mounted.encoder));
         let start_rad = told_rad.fold(START_RAD, f64::min);
         let recovery = run(start_rad, &move_to(0.0, ""), load_s + 0.5 * tau_s)?;
+        let pushed = run(0.0, "reference={kind = \"rest\"}", load_s + 0.5 * tau_s)?;
         let rest = Motion { goal: Goal::Rest { angle_rad: 0.0 }, from_rad: 0.0, start: 0, ticks: 1, period_s: t };
         let rest = Task::new(designed, rest, 1);
 
@@ -281,6 +303,7 @@ impl Bench {
             sine,
             moved,
             recovery,
+            pushed,
             shown: (shown, rubbing),
             load_s,
             rest,
@@ -357,6 +380,49 @@ impl Bench {
         }
     }
 
+    /// At its worst over the nominal plant and the corners of ±20 %, or of ±50 %: over all of them, or over those that
+    /// stand for all. Whether it is stable is asked of all.
+    pub fn worst(&self, design: &dyn Design, is_wide: bool, all: bool) -> Worst {
+        let corners = if is_wide { &self.at_50 } else { &self.at_20 };
+        let run = corners.iter().filter(|corner| all || corner.is_chosen);
+        let of = |corner: &Corner| Five { load: self.pushed_of(design, corner), ..self.five(design, corner) };
+        let five = run.clone().map(of).fold(of(&self.nominal), Five::worse);
+        let laws = design.linear();
+        let radii =
+            corners.iter().map(|corner| laws.iter().map(|(law, _)| law.radius(&corner.sampled)).fold(0.0, f64::max));
+        let radii: Vec<f64> = radii.collect();
+        Worst {
+            sine_rad: five.sine,
+            move_rad: five.moved,
+            load_rad: five.load,
+            settle_s: five.settle,
+            corners: run.count(),
+            unstable: radii.iter().filter(|radius| **radius >= 1.0 - 1e-9).count(),
+            spectral_radius: radii.into_iter().fold(0.0, f64::max),
+        }
+    }
+
+    /// The same with the nominal plant alone.
+    pub fn nominal(&self, design: &dyn Design) -> Worst {
+        let five = Five { load: self.pushed_of(design, &self.nominal), ..self.five(design, &self.nominal) };
+        let of = |(law, _): &(Linear, f64)| law.radius(&self.nominal.sampled);
+        let spectral_radius = design.linear().iter().map(of).fold(0.0, f64::max);
+        Worst {
+            sine_rad: five.sine,
+            move_rad: five.moved,
+            load_rad: five.load,
+            settle_s: five.settle,
+            corners: 0,
+            unstable: usize::from(spectral_radius >= 1.0 - 1e-9),
+            spectral_radius,
+        }
+    }
+
+    /// Rms of u that comes of the encoders' steps, A; infinite if the run comes to nothing.
+    pub fn noise_a(&self, design: &dyn Design) -> f64 {
+        self.noise(design)
+    }
+
     /// A move and a load step with the nominal plant, tick by tick: time (s), y - r (rad), u (A); to where it came.
     pub fn shown(&self, design: &dyn Design) -> Vec<[f64; 3]> {
         let (run, plant) = &self.shown;
@@ -389,6 +455,14 @@ impl Bench {
             self.run(&self.moved, design, &Coarse(corner.free.as_ref(), corner.coarse), &mut |_: &Row, error: f64| {
                 peak = peak.max(error.abs());
             });
+        if ended { peak } else { LOST }
+    }
+
+    /// The largest error when the load comes at rest.
+    fn pushed_of(&self, design: &dyn Design, corner: &Corner) -> f64 {
+        let mut peak = 0.0_f64;
+        let plant = Coarse(corner.loaded.as_ref(), corner.coarse);
+        let ended = self.run(&self.pushed, design, &plant, &mut |_: &Row, error: f64| peak = peak.max(error.abs()));
         if ended { peak } else { LOST }
     }
 

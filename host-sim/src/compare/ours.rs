@@ -19,6 +19,50 @@ const fn knob(name: &'static str, low: f64, high: f64, guess: f64) -> Knob {
     Knob { name, low, high, guess }
 }
 
+impl Ours {
+    /// The drive with these knobs.
+    pub(super) fn designed(&self, knobs: &[f64]) -> Option<DriveDesign> {
+        let gain_sets = self.gain_sets;
+        Some(match self.designed {
+            DriveDesign::Joint { design, form, mounted, monitors, sudden_load_n_m } => {
+                let &[w, link, motor, reaching, ref fast @ ..] = knobs else { return None };
+                let t = design.period_s;
+                let most = if form.delay_ticks == 0 { 0.8 } else { 0.5 } / t;
+                let link_rad_s = (link * w).min(0.25 / t);
+                let bandwidths = JointBandwidths {
+                    surface_rad_s: w,
+                    link_rad_s,
+                    motor_rad_s: (motor * link_rad_s).min(most),
+                    reaching_per_s: (reaching * w).min(0.3 / t),
+                    offset_per_s: 0.5 * w,
+                };
+                let load_n_m = design.limits.max * design.joint.torque_n_m_per_a;
+                let mut design = design.with_bandwidths(bandwidths, load_n_m);
+                if let &[link, motor] = fast {
+                    design.fast_ratios = [link, motor];
+                }
+                DriveDesign::Joint { design, form: Form { gain_sets, ..form }, mounted, monitors, sudden_load_n_m }
+            }
+            DriveDesign::Motor { design, form, mounted, monitors } => {
+                let &[w, observer, reaching, ref fast @ ..] = knobs else { return None };
+                let t = design.period_s;
+                let most = if form.delay_ticks == 0 { 0.8 } else { 0.5 } / t;
+                let observer_rad_s = (observer * w).min(most);
+                let mut design = design.with_bandwidths(MotorBandwidths {
+                    surface_rad_s: w,
+                    observer_rad_s,
+                    reaching_per_s: (reaching * w).min(1.0 / t),
+                    offset_per_s: 0.5 * w,
+                });
+                if let &[ratio] = fast {
+                    design.fast_ratio = ratio;
+                }
+                DriveDesign::Motor { design, form: Form { gain_sets, ..form }, mounted, monitors }
+            }
+        })
+    }
+}
+
 impl Contender for Ours {
     fn name(&self) -> &'static str {
         if self.gain_sets > 1 { "ours, two gain sets" } else { "ours, one gain set" }
@@ -54,53 +98,21 @@ impl Contender for Ours {
     }
 
     fn design(&self, knobs: &[f64]) -> Option<Box<dyn Design>> {
-        let gain_sets = self.gain_sets;
-        let designed = match self.designed {
-            DriveDesign::Joint { design, form, mounted, monitors, sudden_load_n_m } => {
-                let &[w, link, motor, reaching, ref fast @ ..] = knobs else { return None };
-                let t = design.period_s;
-                let most = if form.delay_ticks == 0 { 0.8 } else { 0.5 } / t;
-                let link_rad_s = (link * w).min(0.25 / t);
-                let bandwidths = JointBandwidths {
-                    surface_rad_s: w,
-                    link_rad_s,
-                    motor_rad_s: (motor * link_rad_s).min(most),
-                    reaching_per_s: (reaching * w).min(0.3 / t),
-                    offset_per_s: 0.5 * w,
-                };
-                let load_n_m = design.limits.max * design.joint.torque_n_m_per_a;
-                let mut design = design.with_bandwidths(bandwidths, load_n_m);
-                if let &[link, motor] = fast {
-                    design.fast_ratios = [link, motor];
-                }
-                DriveDesign::Joint { design, form: Form { gain_sets, ..form }, mounted, monitors, sudden_load_n_m }
-            }
-            DriveDesign::Motor { design, form, mounted, monitors } => {
-                let &[w, observer, reaching, ref fast @ ..] = knobs else { return None };
-                let t = design.period_s;
-                let most = if form.delay_ticks == 0 { 0.8 } else { 0.5 } / t;
-                let observer_rad_s = (observer * w).min(most);
-                // The gate goes with the observer, which is 1.5 times as fast as the surface by rule.
-                let mut design = design.with_surface(observer_rad_s / 1.5);
-                design.bandwidths = MotorBandwidths {
-                    surface_rad_s: w,
-                    observer_rad_s,
-                    reaching_per_s: (reaching * w).min(1.0 / t),
-                    offset_per_s: 0.5 * w,
-                };
-                if let &[ratio] = fast {
-                    design.fast_ratio = ratio;
-                }
-                DriveDesign::Motor { design, form: Form { gain_sets, ..form }, mounted, monitors }
-            }
-        };
-        Some(Box::new(Chosen { quiet: Linear::of_ours(&designed)?, designed }))
+        Some(Box::new(Chosen::new(self.designed(knobs)?)?))
     }
 }
 
-struct Chosen {
+/// Our drive with its knobs set.
+pub(super) struct Chosen {
     designed: DriveDesign,
     quiet: Linear,
+}
+
+impl Chosen {
+    /// None for a design that is refused.
+    pub(super) fn new(designed: DriveDesign) -> Option<Self> {
+        Some(Self { quiet: Linear::of_ours(&designed)?, designed })
+    }
 }
 
 impl Design for Chosen {

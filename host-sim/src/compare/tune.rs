@@ -127,7 +127,7 @@ fn tuned(
 
 impl Knob {
     /// Where the guess lies, 0 to 1.
-    fn guessed(&self) -> f64 {
+    pub(crate) fn guessed(&self) -> f64 {
         libm::log(self.guess / self.low) / libm::log(self.high / self.low)
     }
 }

@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use controller_core::drive::{DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorDesign, Mounting};
+use controller_core::drive::{
+    DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorBandwidths, MotorDesign, Mounting,
+};
 use controller_core::{Fallback, Limits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
@@ -14,8 +16,9 @@ use loop_sim::sensor::encoder::{Encoders, Fault, Faulty, Mounted};
 use loop_sim::signal::Signal;
 
 use super::{
-    EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointErrorTable, JointScenario, JointTable,
-    ModeKey, MonitorTable, MotorScenario, ReactionKey, ReferenceKind, ReferenceTable, TuningKey,
+    EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointErrorTable, JointScenario,
+    JointTable, ModeKey, MonitorTable, MotorDriveTable, MotorScenario, ReactionKey, ReferenceKind, ReferenceTable,
+    TuningKey,
 };
 use crate::assemble::{AtRest, Corner, Drive, Experiment, Sensed, ShaftOf, StateName, Twin};
 use crate::error::shown;
@@ -458,8 +461,10 @@ fn design_problem(error: &DriveError, plant: &str, is_given: bool) -> Problem {
         "encoders[1]" => "encoder.motor".into(),
         "encoder" => "encoder".into(),
         field if field.starts_with("motor.") || field.starts_with("joint.") => field.into(),
-        field if field.starts_with("bandwidths.") && plant == "motor" => "drive.surface_rad_s".into(),
+        "bandwidths.offset_per_s" if is_given => "drive.surface_rad_s".into(),
+        field if field.starts_with("bandwidths.") && is_given => field.replace("bandwidths", "drive"),
         field if field.starts_with("bandwidths.") => "drive.period_s".into(),
+        "fast_ratios[0]" | "fast_ratios[1]" => "drive.fast_ratios".into(),
         field if field.starts_with("limits") => format!("{plant}.max_current_a"),
         field => format!("drive.{}", field.split(['[', '.']).next().unwrap_or(field)),
     };
@@ -655,14 +660,19 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     };
     let form = Form {
         follows: if drive.mode == ModeKey::Speed { Follows::Speed } else { Follows::Position },
-        gain_sets: if drive.uncertain_percent > 20.0 { 1 } else { 2 },
+        gain_sets: gain_sets(drive.gain_sets, drive.uncertain_percent),
         delay_ticks: drive.delay_ticks,
         observer_states: drive.observer_states,
     };
     let by_rule = MotorDesign::by_rule(drive.period_s, nominal, mounted.encoder, Limits::symmetric(limit))
         .with_lag(sheet.current_lag_s, drive.delay_ticks as u32);
-    let design = drive.surface_rad_s.map_or(by_rule, |surface_rad_s| by_rule.with_surface(surface_rad_s));
-    let design = MotorDesign { lost_ticks: drive.lost_ticks, fallback: fallback(drive.fallback), ..design };
+    let design = by_rule.with_bandwidths(motor_bandwidths(drive, by_rule.bandwidths));
+    let design = MotorDesign {
+        fast_ratio: drive.fast_ratio.unwrap_or(design.fast_ratio),
+        lost_ticks: drive.lost_ticks,
+        fallback: fallback(drive.fallback),
+        ..design
+    };
 
     let mut warnings = common.warnings();
     let motion = resolved.wanted.planned::<3, 3>(
@@ -672,7 +682,9 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         |jet| nominal.feed_forward(jet),
         &mut warnings,
     );
-    let refused = |error: DriveError| vec![design_problem(&error, "motor", drive.surface_rad_s.is_some())];
+    let given = [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s];
+    let is_given = given.iter().any(Option::is_some);
+    let refused = |error: DriveError| vec![design_problem(&error, "motor", is_given)];
     let monitors = common.monitors(resolved.reaction, [nominal.inertia_kg_m2]);
     let designed = DriveDesign::Motor { design, form, mounted, monitors };
     let port = designed.port(&motion).map_err(refused)?;
@@ -713,6 +725,23 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         warnings,
     };
     Ok(experiment(&common, parts))
+}
+
+/// What the file says of them, and what follows of that.
+fn motor_bandwidths(drive: &MotorDriveTable, by_rule: MotorBandwidths) -> MotorBandwidths {
+    let surface_rad_s = drive.surface_rad_s.unwrap_or(by_rule.surface_rad_s);
+    let fastest = 1.0 / drive.period_s;
+    MotorBandwidths {
+        surface_rad_s,
+        observer_rad_s: drive.observer_rad_s.unwrap_or(1.5 * surface_rad_s),
+        reaching_per_s: drive.reaching_per_s.unwrap_or((8.0 * surface_rad_s).min(fastest)),
+        offset_per_s: 0.5 * surface_rad_s,
+    }
+}
+
+/// Two, where the plant is known well enough for the fast one.
+fn gain_sets(given: Option<usize>, uncertain_percent: f64) -> usize {
+    given.unwrap_or(if uncertain_percent > 20.0 { 1 } else { 2 })
 }
 
 /// Bandwidths and why.
@@ -816,16 +845,20 @@ fn wide_gates(load_n_m: f64, strongest_n_m: f64) -> Option<String> {
 }
 
 /// Bandwidths and why.
-fn joint_in_words(design: &JointDesign, tuning: TuningKey, is_given: bool) -> Vec<String> {
+fn joint_in_words(design: &JointDesign, tuning: TuningKey, drive: &JointDriveTable) -> Vec<String> {
     let (w, [link_steps, motor_steps]) = (design.bandwidths, design.gate_steps);
     let word = match tuning {
         TuningKey::Quiet => "quiet",
         TuningKey::Normal => "normal",
         TuningKey::Firm => "firm",
     };
-    let why = if is_given { "as given" } else { "by the bits of the encoders" };
+    let why = match (drive.surface_rad_s, drive.tuning) {
+        (Some(_), _) => "as given".into(),
+        (None, Some(_)) => format!("tuning {word:?}, as given"),
+        (None, None) => format!("tuning {word:?}, by the bits of the encoders"),
+    };
     vec![
-        format!("error {:.0} rad/s: tuning {word:?}, {why}", w.surface_rad_s),
+        format!("error {:.0} rad/s: {why}", w.surface_rad_s),
         format!(
             "observers {:.0} (link) and {:.0} rad/s (motor), reaching law {:.0} 1/s, gates {link_steps:.0} and \
              {motor_steps:.0} steps",
@@ -876,17 +909,22 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
 
     let form = Form {
         follows: Follows::Position,
-        gain_sets: if drive.uncertain_percent > 20.0 { 1 } else { 2 },
+        gain_sets: gain_sets(drive.gain_sets, drive.uncertain_percent),
         delay_ticks: drive.delay_ticks,
         observer_states: 4,
     };
     let encoders = [link.encoder, motor.encoder];
     let load_n_m = drive.sudden_load_n_m.unwrap_or(limit * nominal.torque_n_m_per_a);
     let tuning = drive.tuning.unwrap_or_else(|| tuning_for(encoders));
-    let bandwidths = bandwidths_of(tuning).within(drive.period_s, drive.delay_ticks);
     let design = JointDesign::new(drive.period_s, nominal, encoders, Limits::symmetric(limit), load_n_m)
-        .with_bandwidths(bandwidths, load_n_m);
-    let design = JointDesign { lost_ticks: drive.lost_ticks, fallback: fallback(drive.fallback), ..design };
+        .with_bandwidths(joint_bandwidths(drive, tuning), load_n_m);
+    let design = JointDesign {
+        fast_ratios: (drive.fast_ratios.as_deref().and_then(|ratios| ratios.try_into().ok()))
+            .unwrap_or(design.fast_ratios),
+        lost_ticks: drive.lost_ticks,
+        fallback: fallback(drive.fallback),
+        ..design
+    };
 
     let mut warnings = common.warnings();
     warnings.extend(wide_gates(load_n_m, limit * nominal.torque_n_m_per_a));
@@ -897,7 +935,9 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
         |jet| nominal.feed_forward(jet),
         &mut warnings,
     );
-    let refused = |error: DriveError| vec![design_problem(&error, "joint", false)];
+    let given = [drive.surface_rad_s, drive.link_rad_s, drive.motor_rad_s, drive.reaching_per_s];
+    let is_given = given.iter().any(Option::is_some);
+    let refused = |error: DriveError| vec![design_problem(&error, "joint", is_given)];
     let inertia = [nominal.link_inertia_kg_m2, nominal.motor_inertia_kg_m2];
     let monitors = common.monitors(resolved.reaction, inertia);
     let designed = DriveDesign::Joint { design, form, mounted: [link, motor], monitors, sudden_load_n_m: load_n_m };
@@ -912,7 +952,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
         at_rest: port::joint_at_rest(&design, form).map_err(refused)?,
         smooth: Box::new(plant::Joint::new(truth, believed, lag, Signal::default())),
         corners: joint_corners(drive.uncertain_percent, &believed, truth.spring_damping_n_m_s, lag),
-        chosen: joint_in_words(&design, tuning, drive.tuning.is_some()),
+        chosen: joint_in_words(&design, tuning, drive),
         shafts: vec![
             ShaftOf { channel: 1, name: "link", inertia_kg_m2: nominal.link_inertia_kg_m2 },
             ShaftOf { channel: 3, name: "motor", inertia_kg_m2: nominal.motor_inertia_kg_m2 },
@@ -931,6 +971,19 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
 fn tuning_for(encoders: [Encoder; 2]) -> TuningKey {
     let is_fine = encoders.iter().all(|encoder| encoder.unit_rad() < 1.5 * Encoder::absolute(16).unit_rad());
     if is_fine { TuningKey::Normal } else { TuningKey::Quiet }
+}
+
+/// Those of a tuning, at what the period bears, and what the file says instead.
+fn joint_bandwidths(drive: &JointDriveTable, tuning: TuningKey) -> JointBandwidths {
+    let of_tuning = bandwidths_of(tuning);
+    let all = drive.surface_rad_s.map_or(of_tuning, |surface_rad_s| of_tuning.with_surface(surface_rad_s));
+    let own = JointBandwidths { link_rad_s: drive.link_rad_s.unwrap_or(all.link_rad_s), ..all };
+    let slowed = own.within(drive.period_s, drive.delay_ticks);
+    JointBandwidths {
+        motor_rad_s: drive.motor_rad_s.unwrap_or(slowed.motor_rad_s),
+        reaching_per_s: drive.reaching_per_s.unwrap_or(slowed.reaching_per_s),
+        ..slowed
+    }
 }
 
 fn bandwidths_of(tuning: TuningKey) -> JointBandwidths {

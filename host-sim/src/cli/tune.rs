@@ -1,0 +1,347 @@
+//! `host-sim tune`: bandwidths from what a drive shall do, written as a scenario.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::{io, thread};
+
+use clap::Args;
+use cycle_bound::table::Table;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use loop_sim::port::drive::DriveDesign;
+use serde::Serialize;
+use toml_edit::{Array, DocumentMut, Item, Value};
+use whole_file::Existing;
+
+use super::{Console, Failure, claim_folder, status, text_of};
+use crate::compare::{Bench, Worst};
+use crate::report::number::significant;
+use crate::report::plot::{Figure, GREY, Panel, Series, Style};
+use crate::tune::{Asked, Entry, Found, Job, cycles, settings, tuned};
+
+#[derive(Args, Debug)]
+pub(super) struct TuneOptions {
+    /// A scenario with [joint] or [motor]; without one that of `new --plant joint`.
+    file: Option<PathBuf>,
+    /// Largest noise of u by the encoders' steps, A rms [default: for a joint 1/1000 of the largest current, for a motor
+    /// 1/100].
+    #[arg(long, value_name = "A")]
+    noise: Option<f64>,
+    /// Longest settling of a planned recovery from 0.1 rad, s, in the worst corner.
+    #[arg(long, value_name = "S")]
+    settling: Option<f64>,
+    /// Largest error on a move of 1 rad, rad, in the worst corner.
+    #[arg(long = "move", value_name = "RAD")]
+    moved: Option<f64>,
+    /// Largest error under a load step of 14 % of the largest torque, rad, in the worst corner.
+    #[arg(long, value_name = "RAD")]
+    load: Option<f64>,
+    /// Most cycles that a tick may take on a Cortex-M4F, as a bound.
+    #[arg(long, value_name = "N")]
+    cycles: Option<u32>,
+    /// How well the plant is known: the corners are those of 20 or 50 percent [default: what covers
+    /// drive.uncertain_percent of the file].
+    #[arg(long, value_name = "PERCENT", value_parser = ["20", "50"])]
+    uncertain: Option<String>,
+    /// Evaluations for each number of gain sets and each noise.
+    #[arg(long, value_name = "N", default_value_t = 150, value_parser = clap::value_parser!(u32).range(3..=100_000))]
+    evaluations: u32,
+    /// Seed of the search.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Override a key of the file, as in --set drive.period_s=5e-4.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// The scenario with what was found; an existing file is never overwritten [default: SCENARIO-tuned.toml].
+    #[arg(long, value_name = "FILE")]
+    to: Option<PathBuf>,
+    /// Folder for pareto.svg and pareto.png [default: out/SCENARIO-tune].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON object instead of the tables.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct TuneJson<'a> {
+    scenario: &'a str,
+    asked: &'a Asked,
+    found: &'a Found,
+    nominal: Worst,
+    cycles: u32,
+    settings: Vec<(&'static str, Vec<f64>)>,
+    missed: Vec<&'static str>,
+    pareto: Vec<ParetoJson<'a>>,
+    /// Where the scenario is, if everything is met.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    written: Option<String>,
+}
+
+#[derive(Serialize)]
+struct ParetoJson<'a> {
+    gain_sets: usize,
+    cycles: u32,
+    #[serde(flatten)]
+    found: &'a Found,
+}
+
+fn bad(message: String) -> Failure {
+    Failure { status: status::BAD_INPUT, message }
+}
+
+/// Noise of the searches around the one that is asked for.
+const AROUND: [f64; 3] = [1.0 / 3.0, 1.0, 3.0];
+
+impl Console<'_> {
+    pub(super) fn tune(&mut self, options: &TuneOptions) -> Result<u8, Failure> {
+        let (name, text) = text_of(options.file.as_deref(), ("joint.toml", scenario::JOINT))?;
+        for (option, value) in
+            [("noise", options.noise), ("settling", options.settling), ("move", options.moved), ("load", options.load)]
+        {
+            if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
+                return Err(bad(format!("--{option} {value}: expected a number above 0")));
+            }
+        }
+        let bench = Bench::new(&name, &text, &options.sets).map_err(bad)?;
+        let percent = scenario::number_at(
+            &scenario::Source { file: &name, text: &text, sets: &options.sets },
+            "drive.uncertain_percent",
+        )?;
+        let is_wide = match options.uncertain.as_deref() {
+            Some(percent) => percent == "50",
+            None => percent.is_some_and(|percent| percent > 20.0),
+        };
+        let asked = Asked {
+            noise_a: options.noise.unwrap_or_else(|| bench.noise_limits_a()[1]),
+            settle_s: options.settling,
+            move_rad: options.moved,
+            load_rad: options.load,
+            is_wide,
+        };
+        let fits = |gain_sets: &usize| {
+            let mut designed = bench.designed;
+            match &mut designed {
+                DriveDesign::Motor { form, .. } | DriveDesign::Joint { form, .. } => form.gain_sets = *gain_sets,
+            }
+            options.cycles.is_none_or(|most| cycles(&designed) <= most)
+        };
+        let forms: Vec<usize> = [2, 1].into_iter().filter(fits).collect();
+        if forms.is_empty() {
+            let mut least = bench.designed;
+            match &mut least {
+                DriveDesign::Motor { form, .. } | DriveDesign::Joint { form, .. } => form.gain_sets = 1,
+            }
+            let message = format!("--cycles: a tick of this drive takes up to {} with one gain set", cycles(&least));
+            return Err(bad(message));
+        }
+        let to = options.to.clone().unwrap_or_else(|| PathBuf::from(format!("{}-tuned.toml", bench.name)));
+        if to.exists() {
+            return Err(bad(format!("{} exists already and is left as it is: give another with --to", to.display())));
+        }
+        let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-tune", bench.name)));
+        let claim = claim_folder(&folder)?;
+        let jobs: Vec<Job> = forms
+            .iter()
+            .flat_map(|&gain_sets| {
+                AROUND.map(|factor| Job { gain_sets, asked: Asked { noise_a: factor * asked.noise_a, ..asked } })
+            })
+            .collect();
+        let Some(entries) = self.searched(&bench, &jobs, options) else { return Ok(status::INTERRUPTED) };
+        let best = entries
+            .iter()
+            .filter(|entry| entry.job.asked == asked)
+            .min_by(|a, b| worth(&asked, &a.found).total_cmp(&worth(&asked, &b.found)))
+            .ok_or_else(|| Failure { status: status::FAILED, message: "no drive was found that runs at all".into() })?;
+
+        // What is told is of the file, with its rounded numbers.
+        let settings = settings(&best.designed);
+        let tuned_text = with_settings(&text, &settings).map_err(bad)?;
+        let experiment = scenario::parse_own(
+            &scenario::Source { file: &to.display().to_string(), text: &tuned_text, sets: &options.sets },
+            &bench.name,
+        )?;
+        let designed = experiment.drive.as_ref().map_or(best.designed, |drive| drive.designed);
+        let failed = || Failure { status: status::FAILED, message: "the drive that was found is refused".into() };
+        let found = Found::of(&bench, designed, is_wide, true).ok_or_else(failed)?;
+        let nominal = crate::compare::of_ours(designed).map(|design| bench.nominal(&design)).ok_or_else(failed)?;
+        let missed = asked.missed(&found);
+
+        let figure = pareto(&bench, &entries, &asked, &found);
+        figure.write(&folder, "pareto").map_err(|error| Failure::writing(folder.join("pareto").display(), &error))?;
+        drop(claim);
+        let is_met = missed.is_empty();
+        if is_met {
+            whole_file::write(&to, Existing::Keep, |out| out.write_all(tuned_text.as_bytes())).map_err(|error| {
+                if error.kind() == io::ErrorKind::AlreadyExists {
+                    bad(format!("{} exists already and is left as it is", to.display()))
+                } else {
+                    Failure::writing(to.display(), &error)
+                }
+            })?;
+        }
+        let written = is_met.then(|| to.display().to_string());
+        if options.json {
+            let pareto = entries.iter().map(|entry| ParetoJson {
+                gain_sets: entry.job.gain_sets,
+                cycles: cycles(&entry.designed),
+                found: &entry.found,
+            });
+            let json = TuneJson {
+                scenario: &bench.name,
+                asked: &asked,
+                found: &found,
+                nominal,
+                cycles: cycles(&designed),
+                settings,
+                missed,
+                pareto: pareto.collect(),
+                written,
+            };
+            self.say_json(serde_json::to_string(&json))?;
+            return Ok(if is_met { status::DONE } else { status::FAILED });
+        }
+        self.say(&format!(
+            "{}: {}: {} searches of {} evaluations, seed {}; the worst of {} corners of ±{} %",
+            bench.name,
+            bench.title,
+            jobs.len(),
+            options.evaluations,
+            options.seed,
+            found.worst.corners,
+            if is_wide { 50 } else { 20 }
+        ))?;
+        self.say(&table(&asked, &found, &nominal, options.cycles, cycles(&designed)).to_string())?;
+        self.say("[drive]")?;
+        for (key, values) in &settings {
+            self.say(&format!("{key} = {}", value_of(key, values)))?;
+        }
+        self.say(&format!("the other searches: {}", folder.join("pareto.png").display()))?;
+        match written {
+            Some(written) => self.say(&format!("wrote {written}"))?,
+            None => {
+                return Err(Failure {
+                    status: status::FAILED,
+                    message: format!(
+                        "not met: {}; nothing is written. Ask for less, let u be noisier, or look for longer \
+                         (--evaluations)",
+                        missed.join(", ")
+                    ),
+                });
+            }
+        }
+        Ok(status::DONE)
+    }
+
+    /// All searches under a progress bar.
+    fn searched(&mut self, bench: &Bench, jobs: &[Job], options: &TuneOptions) -> Option<Vec<Entry>> {
+        let evaluations = options.evaluations as usize;
+        let drawn = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let bar = ProgressBar::with_draw_target(Some((jobs.len() * evaluations) as u64), drawn);
+        if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed} / {eta} left") {
+            bar.set_style(style);
+        }
+        let bar = Mutex::new(bar);
+        let threads = thread::available_parallelism().map_or(1, usize::from);
+        let entries = tuned(bench, jobs, evaluations, options.seed, threads, self.stop, &|| {
+            if let Ok(bar) = bar.lock() {
+                bar.inc(1);
+            }
+        });
+        if let Ok(bar) = bar.lock() {
+            bar.finish_and_clear();
+        }
+        entries
+    }
+}
+
+/// The less, the better: what misses something is worse than all that does not.
+fn worth(asked: &Asked, found: &Found) -> f64 {
+    found.cost() + 100.0 * asked.missed(found).len() as f64
+}
+
+fn value_of(key: &str, values: &[f64]) -> Value {
+    match values {
+        [value] if key == "gain_sets" => (*value as i64).into(),
+        [value] => (*value).into(),
+        values => values.iter().copied().collect::<Array>().into(),
+    }
+}
+
+/// The file with these in its table `drive`, and all else as it was.
+fn with_settings(text: &str, settings: &[(&'static str, Vec<f64>)]) -> Result<String, String> {
+    let mut document = text.parse::<DocumentMut>().map_err(|error| error.to_string())?;
+    let drive = document.entry("drive").or_insert_with(toml_edit::table);
+    let drive = drive.as_table_like_mut().ok_or("drive is no table")?;
+    drive.remove("tuning");
+    for (key, values) in settings {
+        drive.insert(key, Item::Value(value_of(key, values)));
+    }
+    Ok(document.to_string())
+}
+
+fn table(asked: &Asked, found: &Found, nominal: &Worst, most: Option<u32>, cycles: u32) -> Table {
+    let mut table = Table::new(["figure", "asked", "nominal", "worst", ""]);
+    let number = |value: f64| significant(value, 3);
+    let mut row = |name: &str, asked: Option<f64>, nominal: Option<f64>, worst: f64| {
+        let verdict = asked.map_or("", |asked| if worst <= asked { "met" } else { "NOT MET" });
+        let told = |value: Option<f64>| value.map_or_else(String::new, number);
+        table.row([name, &told(asked), &told(nominal), &number(worst), verdict]);
+    };
+    let worst = &found.worst;
+    row("noise of u (A rms)", Some(asked.noise_a), None, found.noise_a);
+    row("settling of a recovery (s)", asked.settle_s, Some(nominal.settle_s), worst.settle_s);
+    row("error on a move of 1 rad (rad)", asked.move_rad, Some(nominal.move_rad), worst.move_rad);
+    row("error under a load step (rad)", asked.load_rad, Some(nominal.load_rad), worst.load_rad);
+    row("error on a sine (rad rms)", None, Some(nominal.sine_rad), worst.sine_rad);
+    let verdict = if worst.unstable == 0 { "met" } else { "NOT MET" };
+    table.row(["unstable corners", "0", &nominal.unstable.to_string(), &worst.unstable.to_string(), verdict]);
+    let most = most.map_or_else(String::new, |most| most.to_string());
+    let verdict = if most.is_empty() { "" } else { "met" };
+    table.row(["cycles of a tick, bound", &most, "", &cycles.to_string(), verdict]);
+    table
+}
+
+/// Noise of u against the worst errors, a curve for each number of gain sets, and what was taken.
+fn pareto(bench: &Bench, entries: &[Entry], asked: &Asked, taken: &Found) -> Figure {
+    let mut forms: Vec<usize> = entries.iter().map(|entry| entry.job.gain_sets).collect();
+    forms.dedup();
+    let panel = |title: &str, asked: Option<f64>, of: fn(&Worst) -> f64| {
+        let mut series: Vec<Series> = forms
+            .iter()
+            .enumerate()
+            .map(|(color, form)| {
+                let of_form = entries.iter().filter(|entry| entry.job.gain_sets == *form);
+                let cycles = of_form.clone().next().map_or(0, |entry| cycles(&entry.designed));
+                let label = format!("{form} gain set{}, {cycles} cycles", if *form > 1 { "s" } else { "" });
+                let mut points: Vec<(f64, f64)> =
+                    of_form.map(|entry| (entry.found.noise_a, of(&entry.found.worst))).collect();
+                points.sort_by(|a, b| a.0.total_cmp(&b.0));
+                Series { has_dots: true, ..Series::solid(label, color, points) }
+            })
+            .collect();
+        series.push(Series { has_dots: true, ..Series::solid("taken", 2, [(taken.noise_a, of(&taken.worst))]) });
+        if let Some(asked) = asked {
+            let ends = entries.iter().map(|entry| entry.found.noise_a);
+            let (low, high) =
+                ends.fold((f64::INFINITY, 0.0_f64), |(low, high), noise| (low.min(noise), high.max(noise)));
+            series.push(Series::solid("asked", GREY, [(low, asked), (high, asked)]).styled(Style::Dashed));
+        }
+        Panel {
+            title: title.into(),
+            x_label: "noise of u (A rms)".into(),
+            y_label: "largest error, worst corner (rad)".into(),
+            series,
+            is_log: true,
+            ..Panel::default()
+        }
+    };
+    Figure {
+        title: format!("{}: what noise of the current buys", bench.title),
+        panels: vec![
+            panel("Load step", asked.load_rad, |worst| worst.load_rad),
+            panel("Move of 1 rad", asked.move_rad, |worst| worst.move_rad),
+        ],
+        columns: 2,
+    }
+}

@@ -1,0 +1,312 @@
+//! From what a drive shall do to its bandwidths.
+//!
+//! The runs are those of [`compare`](crate::compare) ([`Bench`]): a sine, a move of 1 rad, a recovery and a load step, each
+//! with the plant of the data sheet and with it off at the corners of ±20 % or ±50 %. With e the worst of S, M, load and
+//! settling over those, and x the logarithms of the knobs, 0 to 1 over their ranges,
+//!
+//! ```text
+//! min over x:  mean log10 e_i     subject to   noise of u <= its limit,  max |z| < 1 at every corner with every gain set,
+//!                                              each e_i <= what is asked of it,  a design that is accepted
+//! ```
+//!
+//! COBYLA (Powell's linear approximations with constraints) does it from a guess and from random points; the best of all that
+//! were tried is what counts, so that a run which an encoder's steps make rough costs nothing but its time. In the search
+//! the corners that stand for all are run, in the end all of them. The same seed gives the same drive, on any number of
+//! threads.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread;
+
+use cobyla::{Func, RhoBeg, StopTols};
+use loop_sim::port::drive::{DriveDesign, Form};
+use loop_sim::random::Random;
+use serde::Serialize;
+
+use crate::compare::{Bench, Knob, Tuned, Worst, of_ours};
+
+/// Starts of a search.
+const STARTS: usize = 3;
+/// How near the edge of stability a search may go: what is linear is so at rest.
+const LARGEST_RADIUS: f64 = 0.9995;
+/// What counts for a constraint of a design that there is none of.
+const NO_DESIGN: f64 = -3.0;
+
+/// What a drive shall do; what is not asked for is made as small as it gets.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Asked {
+    /// Largest rms of u that the encoders' steps may make, A.
+    pub noise_a: f64,
+    /// Settling of a recovery, s, at worst.
+    pub settle_s: Option<f64>,
+    /// Error on a move of 1 rad, rad, at worst.
+    pub move_rad: Option<f64>,
+    /// Error under a load step of 14 % of the largest torque, rad, at worst.
+    pub load_rad: Option<f64>,
+    /// Is the plant known to 50 % only, and not to 20 %?
+    pub is_wide: bool,
+}
+
+impl Asked {
+    /// The same with something to spare.
+    fn tightened(&self) -> Self {
+        let tight = |asked: Option<f64>| asked.map(|asked| SPARE * asked);
+        Self {
+            noise_a: SPARE * self.noise_a,
+            settle_s: tight(self.settle_s),
+            move_rad: tight(self.move_rad),
+            load_rad: tight(self.load_rad),
+            is_wide: self.is_wide,
+        }
+    }
+
+    /// How far below what is asked each figure is, as a logarithm; negative where it is above.
+    fn margins(&self, found: &Found) -> [f64; 5] {
+        let below = |asked: Option<f64>, got: f64| asked.map_or(1.0, |asked| libm::log10(asked / got));
+        let Worst { move_rad, load_rad, settle_s, spectral_radius, .. } = found.worst;
+        let margins = [
+            below(Some(self.noise_a), found.noise_a),
+            below(self.settle_s, settle_s),
+            below(self.move_rad, move_rad),
+            below(self.load_rad, load_rad),
+            // A thousandth of radius counts as much as a fifth of an error.
+            100.0 * (LARGEST_RADIUS - spectral_radius),
+        ];
+        margins.map(|margin| if margin.is_nan() { NO_DESIGN } else { margin.clamp(NO_DESIGN, 1.0) })
+    }
+
+    /// What is not met, in words.
+    pub fn missed(&self, found: &Found) -> Vec<&'static str> {
+        let names = ["noise", "settling", "move", "load", "stability"];
+        names.into_iter().zip(self.margins(found)).filter(|(_, margin)| *margin < 0.0).map(|(name, _)| name).collect()
+    }
+}
+
+/// Noise is the worst of three drives, with observers that are so many times as fast: where a step falls that calls the fast
+/// gain set is luck, and a search finds all the luck there is.
+const NEAR: [f64; 2] = [0.997, 1.003];
+
+/// The same drive with observers that are so many times as fast.
+const fn nudged(designed: DriveDesign, factor: f64) -> DriveDesign {
+    let mut designed = designed;
+    match &mut designed {
+        DriveDesign::Motor { design, .. } => design.bandwidths.observer_rad_s *= factor,
+        DriveDesign::Joint { design, .. } => {
+            design.bandwidths.link_rad_s *= factor;
+            design.bandwidths.motor_rad_s *= factor;
+        }
+    }
+    designed
+}
+
+/// Within a search everything that is asked must be met with this to spare: numbers are rounded afterwards, and other
+/// corners run.
+const SPARE: f64 = 0.97;
+
+/// What a drive does.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Found {
+    /// Rms of u that the encoders' steps make, A.
+    pub noise_a: f64,
+    /// At its worst.
+    pub worst: Worst,
+}
+
+impl Found {
+    /// Of a drive, over all corners or those that stand for all; none if it is refused.
+    pub fn of(bench: &Bench, designed: DriveDesign, is_wide: bool, all: bool) -> Option<Self> {
+        let design = of_ours(designed)?;
+        let mut noise_a = bench.noise_a(&design);
+        for factor in NEAR {
+            noise_a = noise_a.max(bench.noise_a(&of_ours(nudged(designed, factor))?));
+        }
+        Some(Self { noise_a, worst: bench.worst(&design, is_wide, all) })
+    }
+
+    /// The mean of the logarithms of what is made small.
+    pub fn cost(&self) -> f64 {
+        let Worst { sine_rad, move_rad, load_rad, settle_s, .. } = self.worst;
+        [sine_rad, move_rad, load_rad, settle_s].map(|error| libm::log10(error.max(1e-12))).iter().sum::<f64>() / 4.0
+    }
+}
+
+/// A search: so many gain sets within this noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Job {
+    /// Gain sets.
+    pub gain_sets: usize,
+    /// What is asked.
+    pub asked: Asked,
+}
+
+/// What a search found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// Of what.
+    pub job: Job,
+    /// The drive.
+    pub designed: DriveDesign,
+    /// What it does, over all corners.
+    pub found: Found,
+}
+
+/// All searches, of so many evaluations each, on so many threads; `step` is told of each evaluation. A search that found no
+/// drive at all has no entry. None if it was told to stop.
+pub fn tuned(
+    bench: &Bench,
+    jobs: &[Job],
+    evaluations: usize,
+    seed: u64,
+    threads: usize,
+    stop: &AtomicBool,
+    step: &(dyn Fn() + Sync),
+) -> Option<Vec<Entry>> {
+    // Start by start, so that all threads have work to the end.
+    let each = (evaluations / STARTS).max(1);
+    let (next, done) = (AtomicUsize::new(0), Mutex::new(vec![None; jobs.len() * STARTS]));
+    thread::scope(|scope| {
+        for _ in 0..threads.max(1) {
+            scope.spawn(|| {
+                while let k = next.fetch_add(1, Ordering::SeqCst)
+                    && let Some(job) = jobs.get(k / STARTS)
+                    && !stop.load(Ordering::Relaxed)
+                {
+                    let best = searched(bench, *job, k % STARTS, each, seed, stop, step);
+                    if let Ok(mut done) = done.lock() {
+                        done[k] = best;
+                    }
+                }
+            });
+        }
+    });
+    if stop.load(Ordering::Relaxed) {
+        return None;
+    }
+    let done = done.into_inner().unwrap_or_default();
+    let best = done.chunks(STARTS).zip(jobs).filter_map(|(starts, job)| {
+        let best = starts.iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let designed = Tuned::new(bench, job.gain_sets).designed(&best.1)?;
+        Some(Entry { job: *job, designed, found: Found::of(bench, designed, job.asked.is_wide, true)? })
+    });
+    Some(best.collect())
+}
+
+/// One search: how good the best is, and its knobs.
+fn searched(
+    bench: &Bench,
+    job: Job,
+    start: usize,
+    evaluations: usize,
+    seed: u64,
+    stop: &AtomicBool,
+    step: &(dyn Fn() + Sync),
+) -> Option<(f64, Vec<f64>)> {
+    let tuned = Tuned::new(bench, job.gain_sets);
+    let (knobs, tight) = (tuned.knobs(), job.asked.tightened());
+    let mut random = Random::new(seed, start as u64);
+    let begin: Vec<f64> =
+        knobs.iter().map(|knob| if start == 0 { knob.guessed() } else { 0.15 + 0.7 * random.uniform() }).collect();
+    let search = Rc::new(RefCell::new(Search { last: None, best: None }));
+    let at = |x: &[f64], search: &mut Rc<RefCell<Search>>| -> ([f64; 5], f64) {
+        let mut search = search.borrow_mut();
+        if let Some((last, told)) = &search.last
+            && last == x
+        {
+            return *told;
+        }
+        let values: Vec<f64> = knobs.iter().zip(x).map(|(knob, x)| knob.at(*x)).collect();
+        let found = if stop.load(Ordering::Relaxed) { None } else { tuned.designed(&values) };
+        let found = found.and_then(|designed| Found::of(bench, designed, job.asked.is_wide, false));
+        step();
+        let told = found.map_or(([NO_DESIGN; 5], 3.0), |found| (tight.margins(&found), found.cost()));
+        if found.is_some() {
+            let short: f64 = told.0.iter().map(|margin| margin.min(0.0)).sum();
+            // What misses something is worse than all that does not.
+            let worth = if short < 0.0 { -1e3 + short } else { -told.1 };
+            if search.best.as_ref().is_none_or(|(known, _)| worth > *known) {
+                search.best = Some((worth, values));
+            }
+        }
+        search.last = Some((x.to_vec(), told));
+        told
+    };
+    let constraints: Vec<_> =
+        (0..5).map(|i| move |x: &[f64], search: &mut Rc<RefCell<Search>>| at_margin(at, x, search, i)).collect();
+    let constraints: Vec<&dyn Func<Rc<RefCell<Search>>>> = constraints.iter().map(|it| it as _).collect();
+    let tolerances = StopTols { xtol_abs: vec![1e-3; knobs.len()], ..StopTols::default() };
+    let cost = |x: &[f64], search: &mut Rc<RefCell<Search>>| at(x, search).1;
+    // How it ended says nothing: the best is what was tried.
+    let _ = cobyla::minimize(
+        cost,
+        &begin,
+        &vec![(0.0, 1.0); knobs.len()],
+        &constraints,
+        search.clone(),
+        evaluations,
+        RhoBeg::All(0.15),
+        Some(tolerances),
+    );
+    search.take().best
+}
+
+fn at_margin<S>(at: impl Fn(&[f64], &mut S) -> ([f64; 5], f64), x: &[f64], search: &mut S, i: usize) -> f64 {
+    at(x, search).0[i]
+}
+
+/// What a search knows.
+#[derive(Default)]
+struct Search {
+    /// The last point and what came of it: cost and constraints are asked one by one.
+    last: Option<(Vec<f64>, ([f64; 5], f64))>,
+    /// How good the best is, and its knobs.
+    best: Option<(f64, Vec<f64>)>,
+}
+
+impl Knob {
+    /// The value at a place of its range, 0 to 1.
+    fn at(&self, place: f64) -> f64 {
+        self.low * libm::pow(self.high / self.low, place.clamp(0.0, 1.0))
+    }
+}
+
+/// The keys of a scenario file that make this drive, to four digits.
+pub fn settings(designed: &DriveDesign) -> Vec<(&'static str, Vec<f64>)> {
+    let sets = designed.form().gain_sets;
+    let mut keys = match designed {
+        DriveDesign::Motor { design, .. } => vec![
+            ("surface_rad_s", vec![design.bandwidths.surface_rad_s]),
+            ("observer_rad_s", vec![design.bandwidths.observer_rad_s]),
+            ("reaching_per_s", vec![design.bandwidths.reaching_per_s]),
+            ("fast_ratio", vec![design.fast_ratio]),
+        ],
+        DriveDesign::Joint { design, .. } => vec![
+            ("surface_rad_s", vec![design.bandwidths.surface_rad_s]),
+            ("link_rad_s", vec![design.bandwidths.link_rad_s]),
+            ("motor_rad_s", vec![design.bandwidths.motor_rad_s]),
+            ("reaching_per_s", vec![design.bandwidths.reaching_per_s]),
+            ("fast_ratios", design.fast_ratios.to_vec()),
+        ],
+    };
+    if sets < 2 {
+        keys.pop();
+    }
+    keys.push(("gain_sets", vec![sets as f64]));
+    let rounded = |value: &f64| format!("{value:.3e}").parse().unwrap_or(*value);
+    keys.into_iter().map(|(key, values)| (key, values.iter().map(rounded).collect())).collect()
+}
+
+/// Bound in cycles of a tick of such a drive that follows a position, on a Cortex-M4F: those of firmware/budgets.toml, with
+/// two gain sets and a delay added up.
+pub const fn cycles(designed: &DriveDesign) -> u32 {
+    let Form { gain_sets, delay_ticks, .. } = designed.form();
+    let [tick, fast, late] = match designed {
+        DriveDesign::Motor { .. } => [463, 62, 25],
+        DriveDesign::Joint { .. } => [1081, 116, 88],
+    };
+    tick + if gain_sets > 1 { fast } else { 0 } + if delay_ticks > 0 { late } else { 0 }
+}
+
+#[cfg(test)]
+mod tests;
