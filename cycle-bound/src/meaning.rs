@@ -15,8 +15,8 @@
 //!
 //! # What is assumed
 //! Rounding to nearest with subnormal numbers (FPSCR as after reset). Memory behind different addresses does not
-//! overlap, nobody else writes to it meanwhile, and such an address is a multiple of 4 and not 0. What is given as a truth is 0 or 1. The sign
-//! and the payload of a NaN mean nothing. The disassembler is right.
+//! overlap, nobody else writes to it meanwhile, and such an address is a multiple of 4 and not 0. What is given as a
+//! truth is 0 or 1. The sign and the payload of a NaN mean nothing. The disassembler is right.
 //!
 //! # The text
 //! ```text
@@ -42,8 +42,9 @@
 //! A place is a register at the entry or the return (`r0`, `s0`), or memory: `r1+44` is 44 bytes behind the address
 //! that `r1` holds at the entry. Kinds are `number` (a float), `count` (32 bits), `truth` (a byte in memory, 0 or 1),
 //! `either` (a word, with what it is where it is true and where it is not behind the place: `r2+0 0 1`). Results of the
-//! last two kinds that have one place add up: bits of a health, a status that has two reasons. `pad r1+45 3` names bytes
-//! that may hold anything, `size r1 48` all bytes behind an address, for code that asks whether two places overlap.
+//! last two kinds that have one place add up: bits of a health, a status that has two reasons. `pad r1+45 3` names
+//! bytes that may hold anything, `size r1 48` all bytes behind an address, for code that asks whether two places
+//! overlap.
 //!
 //! | operation | of | gives |
 //! |---|---|---|

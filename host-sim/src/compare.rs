@@ -157,7 +157,7 @@ impl Tuned {
 }
 
 /// A drive of ours as something that a [`Bench`] runs; none if it is refused.
-pub fn of_ours(designed: DriveDesign) -> Option<impl Design> {
+pub fn of_ours(designed: &DriveDesign) -> Option<impl Design + use<>> {
     ours::Chosen::new(designed)
 }
 

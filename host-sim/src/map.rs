@@ -3,12 +3,12 @@
 //! A point is the scenario with two values set. With `z` the eigenvalues of one tick of plant, law and delays at rest
 //! ([`margins`]), the loop is stable where max |z| < 1, and decays with -ln|z|/T of the slowest pole but
 //! the offset's own. With corners, a point is as good as its worst corner: every number of the plant that may be off is
-//! off by so many percent, in all 2^p ways. What a user may promise is the largest rectangle of points that all are good,
-//! around the point that the file has itself.
+//! off by so many percent, in all 2^p ways. What a user may promise is the largest rectangle of points that all are
+//! good, around the point that the file has itself.
 //!
-//! [`grows`] asks the same of the plant as it is, not linear, and of the tick itself, by simulation: an independent way,
-//! for whoever does not trust matrices. A loop near its boundary takes long to show which it is, so the two may differ
-//! where |max |z| - 1| is below a thousandth, and nowhere else.
+//! [`grows`] asks the same of the plant as it is, not linear, and of the tick itself, by simulation: an independent
+//! way, for whoever does not trust matrices. A loop near its boundary takes long to show which it is, so the two may
+//! differ where |max |z| - 1| is below a thousandth, and nowhere else.
 //!
 //! Cost: about a millisecond per point and corner; the simulation of one takes a tenth of a second.
 
@@ -180,7 +180,8 @@ pub fn corners(subject: &Subject<'_>, percent: f64, axes: &[Axis]) -> Result<Vec
         |uncertain: &&&[Uncertain]| uncertain[0].1.iter().all(|key| subject.with(&[format!("{key}=0.01")]).is_ok());
     let uncertain = UNCERTAIN.iter().find(takes).ok_or_else(|| {
         format!(
-            "{}: it has no table of errors: corners are for scenarios with [joint], [motor] or a flexible joint as [plant]",
+            "{}: it has no table of errors: corners are for scenarios with [joint], [motor] or a flexible joint as \
+             [plant]",
             subject.file
         )
     })?;
@@ -410,9 +411,9 @@ pub fn grows(at_rest: &AtRest, period_s: f64) -> Result<bool, SolverError> {
     Ok(end > 0.9 * middle && end > 0.01 * begin)
 }
 
-/// The rectangle of good points around `home` whose sides are furthest from it: the nearest side first, where a side on the
-/// rim of the grid is no limit, then by how many points it has. As its first and last column and row; without a home the
-/// one of most points. None if home is not good, or nothing is.
+/// The rectangle of good points around `home` whose sides are furthest from it: the nearest side first, where a side
+/// on the rim of the grid is no limit, then by how many points it has. As its first and last column and row; without a
+/// home the one of most points. None if home is not good, or nothing is.
 pub fn widest_rectangle(good: &[bool], columns: usize, home: [Option<usize>; 2]) -> Option<[usize; 4]> {
     let rows = good.len() / columns.max(1);
     // From home to the nearer end of a range that is not on the rim.

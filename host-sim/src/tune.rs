@@ -1,18 +1,18 @@
 //! From what a drive shall do to its bandwidths.
 //!
-//! The runs are those of [`compare`](crate::compare) ([`Bench`]): a sine, a move of 1 rad, a recovery and a load step, each
-//! with the plant of the data sheet and with it off at the corners of ±20 % or ±50 %. With e the worst of S, M, load and
-//! settling over those, and x the logarithms of the knobs, 0 to 1 over their ranges,
+//! The runs are those of [`compare`](crate::compare) ([`Bench`]): a sine, a move of 1 rad, a recovery and a load step,
+//! each with the plant of the data sheet and with it off at the corners of ±20 % or ±50 %. With e the worst of S, M,
+//! load and settling over those, and x the logarithms of the knobs, 0 to 1 over their ranges,
 //!
 //! ```text
-//! min over x:  mean log10 e_i     subject to   noise of u <= its limit,  max |z| < 1 at every corner with every gain set,
-//!                                              each e_i <= what is asked of it,  a design that is accepted
+//! min over x: mean log10 e_i subject to noise of u <= its limit, max |z| < 1 at every corner with every gain set,
+//! each e_i <= what is asked of it, a design that is accepted
 //! ```
 //!
-//! COBYLA (Powell's linear approximations with constraints) does it from a guess and from random points; the best of all that
-//! were tried is what counts, so that a run which an encoder's steps make rough costs nothing but its time. In the search
-//! the corners that stand for all are run, in the end all of them. The same seed gives the same drive, on any number of
-//! threads.
+//! COBYLA (Powell's linear approximations with constraints) does it from a guess and from random points; the best of
+//! all that were tried is what counts, so that a run which an encoder's steps make rough costs nothing but its time.
+//! In the search the corners that stand for all are run, in the end all of them. The same seed gives the same drive,
+//! on any number of threads.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -21,6 +21,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
 use cobyla::{Func, RhoBeg, StopTols};
+use controller_core::drive::{JointBandwidths, MotorBandwidths};
 use loop_sim::port::drive::{DriveDesign, Form};
 use loop_sim::random::Random;
 use serde::Serialize;
@@ -30,7 +31,7 @@ use crate::compare::{Bench, Knob, Tuned, Worst, of_ours};
 /// Starts of a search.
 const STARTS: usize = 3;
 /// How near the edge of stability a search may go: what is linear is so at rest.
-const LARGEST_RADIUS: f64 = 0.9995;
+pub const LARGEST_RADIUS: f64 = 0.9995;
 /// What counts for a constraint of a design that there is none of.
 const NO_DESIGN: f64 = -3.0;
 
@@ -84,13 +85,13 @@ impl Asked {
     }
 }
 
-/// Noise is the worst of three drives, with observers that are so many times as fast: where a step falls that calls the fast
-/// gain set is luck, and a search finds all the luck there is.
+/// Noise is the worst of three drives, with observers that are so many times as fast: where a step falls that calls
+/// the fast gain set is luck, and a search finds all the luck there is.
 const NEAR: [f64; 2] = [0.997, 1.003];
 
 /// The same drive with observers that are so many times as fast.
-const fn nudged(designed: DriveDesign, factor: f64) -> DriveDesign {
-    let mut designed = designed;
+const fn nudged(designed: &DriveDesign, factor: f64) -> DriveDesign {
+    let mut designed = *designed;
     match &mut designed {
         DriveDesign::Motor { design, .. } => design.bandwidths.observer_rad_s *= factor,
         DriveDesign::Joint { design, .. } => {
@@ -101,8 +102,7 @@ const fn nudged(designed: DriveDesign, factor: f64) -> DriveDesign {
     designed
 }
 
-/// Within a search everything that is asked must be met with this to spare: numbers are rounded afterwards, and other
-/// corners run.
+/// Within a search everything that is asked must be met with this to spare: in the end other corners are run.
 const SPARE: f64 = 0.97;
 
 /// What a drive does.
@@ -116,11 +116,11 @@ pub struct Found {
 
 impl Found {
     /// Of a drive, over all corners or those that stand for all; none if it is refused.
-    pub fn of(bench: &Bench, designed: DriveDesign, is_wide: bool, all: bool) -> Option<Self> {
+    pub fn of(bench: &Bench, designed: &DriveDesign, is_wide: bool, all: bool) -> Option<Self> {
         let design = of_ours(designed)?;
         let mut noise_a = bench.noise_a(&design);
         for factor in NEAR {
-            noise_a = noise_a.max(bench.noise_a(&of_ours(nudged(designed, factor))?));
+            noise_a = noise_a.max(bench.noise_a(&of_ours(&nudged(designed, factor))?));
         }
         Some(Self { noise_a, worst: bench.worst(&design, is_wide, all) })
     }
@@ -152,8 +152,8 @@ pub struct Entry {
     pub found: Found,
 }
 
-/// All searches, of so many evaluations each, on so many threads; `step` is told of each evaluation. A search that found no
-/// drive at all has no entry. None if it was told to stop.
+/// All searches, of so many evaluations each, on so many threads; `step` is told of each evaluation. A search that
+/// found no drive at all has no entry. None if it was told to stop.
 pub fn tuned(
     bench: &Bench,
     jobs: &[Job],
@@ -187,8 +187,8 @@ pub fn tuned(
     let done = done.into_inner().unwrap_or_default();
     let best = done.chunks(STARTS).zip(jobs).filter_map(|(starts, job)| {
         let best = starts.iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let designed = Tuned::new(bench, job.gain_sets).designed(&best.1)?;
-        Some(Entry { job: *job, designed, found: Found::of(bench, designed, job.asked.is_wide, true)? })
+        let designed = rounded(&Tuned::new(bench, job.gain_sets).designed(&best.1)?);
+        Some(Entry { job: *job, designed, found: Found::of(bench, &designed, job.asked.is_wide, true)? })
     });
     Some(best.collect())
 }
@@ -209,7 +209,7 @@ fn searched(
     let begin: Vec<f64> =
         knobs.iter().map(|knob| if start == 0 { knob.guessed() } else { 0.15 + 0.7 * random.uniform() }).collect();
     let search = Rc::new(RefCell::new(Search { last: None, best: None }));
-    let at = |x: &[f64], search: &mut Rc<RefCell<Search>>| -> ([f64; 5], f64) {
+    let at = |x: &[f64], search: &mut Rc<RefCell<Search>>| -> Judged {
         let mut search = search.borrow_mut();
         if let Some((last, told)) = &search.last
             && last == x
@@ -218,7 +218,8 @@ fn searched(
         }
         let values: Vec<f64> = knobs.iter().zip(x).map(|(knob, x)| knob.at(*x)).collect();
         let found = if stop.load(Ordering::Relaxed) { None } else { tuned.designed(&values) };
-        let found = found.and_then(|designed| Found::of(bench, designed, job.asked.is_wide, false));
+        let found = found.map(|designed| rounded(&designed));
+        let found = found.and_then(|designed| Found::of(bench, &designed, job.asked.is_wide, false));
         step();
         let told = found.map_or(([NO_DESIGN; 5], 3.0), |found| (tight.margins(&found), found.cost()));
         if found.is_some() {
@@ -251,15 +252,51 @@ fn searched(
     search.take().best
 }
 
-fn at_margin<S>(at: impl Fn(&[f64], &mut S) -> ([f64; 5], f64), x: &[f64], search: &mut S, i: usize) -> f64 {
+fn at_margin<S>(at: impl Fn(&[f64], &mut S) -> Judged, x: &[f64], search: &mut S, i: usize) -> f64 {
     at(x, search).0[i]
+}
+
+/// Margins of what is asked, and the cost.
+type Judged = ([f64; 5], f64);
+
+/// With numbers that can be read and typed: a file that has them is the very drive that was judged.
+fn rounded(designed: &DriveDesign) -> DriveDesign {
+    let four = |value: f64| format!("{value:.3e}").parse().unwrap_or(value);
+    let mut designed = *designed;
+    match &mut designed {
+        DriveDesign::Motor { design, .. } => {
+            let w = design.bandwidths;
+            let surface_rad_s = four(w.surface_rad_s);
+            *design = design.with_bandwidths(MotorBandwidths {
+                surface_rad_s,
+                observer_rad_s: four(w.observer_rad_s),
+                reaching_per_s: four(w.reaching_per_s),
+                offset_per_s: 0.5 * surface_rad_s,
+            });
+            design.fast_ratio = four(design.fast_ratio);
+        }
+        DriveDesign::Joint { design, sudden_load_n_m, .. } => {
+            let w = design.bandwidths;
+            let surface_rad_s = four(w.surface_rad_s);
+            let bandwidths = JointBandwidths {
+                surface_rad_s,
+                link_rad_s: four(w.link_rad_s),
+                motor_rad_s: four(w.motor_rad_s),
+                reaching_per_s: four(w.reaching_per_s),
+                offset_per_s: 0.5 * surface_rad_s,
+            };
+            *design = design.with_bandwidths(bandwidths, *sudden_load_n_m);
+            design.fast_ratios = design.fast_ratios.map(four);
+        }
+    }
+    designed
 }
 
 /// What a search knows.
 #[derive(Default)]
 struct Search {
     /// The last point and what came of it: cost and constraints are asked one by one.
-    last: Option<(Vec<f64>, ([f64; 5], f64))>,
+    last: Option<(Vec<f64>, Judged)>,
     /// How good the best is, and its knobs.
     best: Option<(f64, Vec<f64>)>,
 }
@@ -271,7 +308,7 @@ impl Knob {
     }
 }
 
-/// The keys of a scenario file that make this drive, to four digits.
+/// The keys of a scenario file that make this drive.
 pub fn settings(designed: &DriveDesign) -> Vec<(&'static str, Vec<f64>)> {
     let sets = designed.form().gain_sets;
     let mut keys = match designed {
@@ -293,12 +330,11 @@ pub fn settings(designed: &DriveDesign) -> Vec<(&'static str, Vec<f64>)> {
         keys.pop();
     }
     keys.push(("gain_sets", vec![sets as f64]));
-    let rounded = |value: &f64| format!("{value:.3e}").parse().unwrap_or(*value);
-    keys.into_iter().map(|(key, values)| (key, values.iter().map(rounded).collect())).collect()
+    keys
 }
 
-/// Bound in cycles of a tick of such a drive that follows a position, on a Cortex-M4F: those of firmware/budgets.toml, with
-/// two gain sets and a delay added up.
+/// Bound in cycles of a tick of such a drive that follows a position, on a Cortex-M4F: those of firmware/budgets.toml,
+/// with two gain sets and a delay added up.
 pub const fn cycles(designed: &DriveDesign) -> u32 {
     let Form { gain_sets, delay_ticks, .. } = designed.form();
     let [tick, fast, late] = match designed {

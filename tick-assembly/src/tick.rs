@@ -79,8 +79,8 @@ struct Cut {
     twice: bool,
     /// Words of the last tick that do not lie beside the sample are loaded without the estimates.
     apart: bool,
-    /// A word that lies where a sample is loaded is computed elsewhere and moved there: what is still to be made of that
-    /// sample may need the word first.
+    /// A word that lies where a sample is loaded is computed elsewhere and moved there: what is still to be made of
+    /// that sample may need the word first.
     moved: bool,
 }
 

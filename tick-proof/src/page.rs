@@ -50,8 +50,8 @@ mod tests {
     use super::*;
     use crate::statements;
 
-    /// Every instance is there with as many statements as it has, and what must be proved is; an instance that a run has
-    /// not come to says so (what must be proved the gate proves each time).
+    /// Every instance is there with as many statements as it has, and what must be proved is; an instance that a run
+    /// has not come to says so (what must be proved the gate proves each time).
     #[test]
     fn the_page_lists_what_is_shipped() {
         let page = include_str!("../../docs/proofs.md");

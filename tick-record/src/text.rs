@@ -7,7 +7,8 @@ use std::fmt::Write as _;
 use crate::record::{Block, End, Id, Kind, Op, Port, Record, Test};
 
 /// The text of a function. `input` and `result` say where a port lies, `r1+44` or `s0`, a result maybe in several
-/// places; inputs and results without a place are left out. `more` are lines of the head that the record does not know: `known`, `pad`.
+/// places; inputs and results without a place are left out. `more` are lines of the head that the record does not
+/// know: `known`, `pad`.
 pub fn text(
     function: &str,
     record: &Record,

@@ -1,6 +1,6 @@
-//! Does the machine code compute what the tick says? `cycle-bound --means` on what is shipped, image and archive, on the
-//! exported assembly, and on what GCC makes of the exported C file, against the records of `tick-record`: bound and
-//! meaning from one disassembly.
+//! Does the machine code compute what the tick says? `cycle-bound --means` on what is shipped, image and archive, on
+//! the exported assembly, and on what GCC makes of the exported C file, against the records of `tick-record`: bound
+//! and meaning from one disassembly.
 
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -17,8 +17,8 @@ use core::hint::black_box;
 use core::mem::MaybeUninit;
 
 use controller_core::drive::{
-    Aim, DriveLaw, FullState, Hold, Joint as JointData, JointDrive, JointModel, Measured, Monitored, MotorDrive, Position, Speed, Target,
-    sin_cos,
+    Aim, DriveLaw, FullState, Hold, Joint as JointData, JointDrive, JointModel, Measured, Monitored, MotorDrive,
+    Position, Speed, Target, sin_cos,
 };
 use controller_core::{
     Benchmark, ControlLaw, Controller, Exp, FlexibleJoint, Gate, Gated, Libm, Micromath, NominalModel, Output,

@@ -33,8 +33,8 @@ pub(super) struct MapOptions {
     /// stiff it is), corners (all of --corners 50, one by one).
     #[arg(long, value_name = "NAME", value_parser = presets())]
     preset: Option<String>,
-    /// Every number of the plant that is not swept may be so many percent off: a point is as good as the worst of all 2^p
-    /// corners.
+    /// Every number of the plant that is not swept may be so many percent off: a point is as good as the worst of all
+    /// 2^p corners.
     #[arg(long, value_name = "PERCENT")]
     corners: Option<f64>,
     /// Colour this number of run.json, as in metrics.u_peak or design.margins.phase_deg [default: the decay of the
@@ -61,8 +61,8 @@ pub(super) struct MapOptions {
     json: bool,
 }
 
-/// Its name; its axes for one kind of scenario and the next, of which the first whose keys a scenario takes are meant; its
-/// figure.
+/// Its name; its axes for one kind of scenario and the next, of which the first whose keys a scenario takes are meant;
+/// its figure.
 type Preset = (&'static str, &'static [[&'static str; 2]], Option<&'static str>);
 
 const PRESETS: [Preset; 5] = [

@@ -848,3 +848,57 @@ fn what_cannot_be_mapped_is_told_before_anything_is_written() {
     let left: Vec<String> = if folder.0.join("o").exists() { folder.names("o").into_iter().collect() } else { vec![] };
     assert_eq!(left, Vec::<String>::new());
 }
+
+#[test]
+fn a_tuned_drive_is_a_file_that_runs_and_is_never_overwritten() {
+    let folder = Folder::new("tune");
+    let file = folder.file("m.toml", scenario::MOTOR);
+    let (to, out) = (folder.path("t.toml"), folder.path("o"));
+    let args = ["tune", &file, "--evaluations", "12", "--noise", "0.3", "--to", &to, "--out", &out];
+    let (status, told, err) = spoken(&args);
+    assert_eq!((status, err.as_str()), (status::DONE, ""), "{told}");
+    assert!(told.contains("noise of u (A rms)") && told.ends_with(&format!("wrote {to}\n")), "{told}");
+    assert_eq!(folder.names("o"), ["pareto.png", "pareto.svg"].map(String::from).into());
+    let written = std::fs::read_to_string(&to).expect("the file");
+    assert!(["surface_rad_s = ", "\nobserver_rad_s = ", "\ngain_sets = "].iter().all(|key| written.contains(key)));
+    // The rest of the file is as it was, its comments too.
+    assert!(scenario::MOTOR.lines().filter(|line| line.starts_with('[')).all(|line| written.contains(line)));
+    assert_eq!(spoken(&["run", &to, "--no-files"]).0, status::DONE);
+
+    let (status, _, err) = spoken(&args);
+    assert_eq!(status, status::BAD_INPUT);
+    assert!(err.contains("exists already and is left as it is"), "{err}");
+    assert_eq!(std::fs::read_to_string(&to).expect("the file"), written);
+}
+
+#[test]
+fn what_cannot_be_reached_is_told_and_nothing_is_written() {
+    let folder = Folder::new("tune-no");
+    let file = folder.file("m.toml", scenario::MOTOR);
+    let (to, out) = (folder.path("t.toml"), folder.path("o"));
+    let args = ["tune", &file, "--evaluations", "6", "--load", "1e-9", "--to", &to, "--out", &out];
+    let (status, told, err) = spoken(&args);
+    assert_eq!(status, status::FAILED);
+    assert!(told.contains("NOT MET") && err.contains("not met: load"), "{told}{err}");
+    let (status, told, _) = spoken(&[&args[..], &["--json"]].concat());
+    assert_eq!(status, status::FAILED);
+    let json: Json = serde_json::from_str(&told).expect("JSON");
+    assert_eq!((json["missed"][0].as_str(), json["written"].as_str()), (Some("load"), None));
+    assert_eq!(json["pareto"].as_array().map(Vec::len), Some(6));
+    assert!(!folder.0.join("t.toml").exists());
+    for (more, told) in [
+        (["--noise", "0"], "expected a number above 0"),
+        (["--load", "-1"], "expected a number above 0"),
+        (["--cycles", "400"], "a tick of this drive takes up to 463 with one gain set"),
+        (["--uncertain", "30"], "30"),
+        (["--evaluations", "1"], "1"),
+    ] {
+        let (status, _, err) = spoken(&[&["tune", &file, "--to", &to, "--out", &out], &more[..]].concat());
+        assert_eq!(status, status::BAD_INPUT, "{more:?}");
+        assert!(err.contains(told), "{more:?}: {err}");
+    }
+    let chain = folder.file("c.toml", scenario::CHAIN);
+    let (status, _, err) = spoken(&["tune", &chain]);
+    assert_eq!(status, status::BAD_INPUT);
+    assert!(err.contains("neither [joint] nor [motor]"), "{err}");
+}

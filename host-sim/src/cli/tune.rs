@@ -2,28 +2,29 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::{io, thread};
+use std::thread;
 
 use clap::Args;
 use cycle_bound::table::Table;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use loop_sim::port::drive::DriveDesign;
+use scenario::Source;
 use serde::Serialize;
 use toml_edit::{Array, DocumentMut, Item, Value};
 use whole_file::Existing;
 
 use super::{Console, Failure, claim_folder, status, text_of};
-use crate::compare::{Bench, Worst};
+use crate::compare::{Bench, Worst, of_ours};
 use crate::report::number::significant;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
-use crate::tune::{Asked, Entry, Found, Job, cycles, settings, tuned};
+use crate::tune::{Asked, Entry, Found, Job, LARGEST_RADIUS, cycles, settings, tuned};
 
 #[derive(Args, Debug)]
 pub(super) struct TuneOptions {
     /// A scenario with [joint] or [motor]; without one that of `new --plant joint`.
     file: Option<PathBuf>,
-    /// Largest noise of u by the encoders' steps, A rms [default: for a joint 1/1000 of the largest current, for a motor
-    /// 1/100].
+    /// Largest noise of u by the encoders' steps, A rms [default: for a joint 1/1000 of the largest current, for a
+    /// motor 1/100].
     #[arg(long, value_name = "A")]
     noise: Option<f64>,
     /// Longest settling of a planned recovery from 0.1 rad, s, in the worst corner.
@@ -62,28 +63,35 @@ pub(super) struct TuneOptions {
     json: bool,
 }
 
+/// What came of it.
+#[derive(Serialize)]
+struct Answer<'a> {
+    asked: &'a Asked,
+    found: Found,
+    nominal: Worst,
+    cycles: u32,
+    settings: Vec<(&'static str, Vec<f64>)>,
+}
+
 /// What `--json` prints.
 #[derive(Serialize)]
 struct TuneJson<'a> {
     scenario: &'a str,
-    asked: &'a Asked,
-    found: &'a Found,
-    nominal: Worst,
-    cycles: u32,
-    settings: Vec<(&'static str, Vec<f64>)>,
-    missed: Vec<&'static str>,
-    pareto: Vec<ParetoJson<'a>>,
+    #[serde(flatten)]
+    answer: &'a Answer<'a>,
+    missed: &'a [&'static str],
+    pareto: Vec<ParetoJson>,
     /// Where the scenario is, if everything is met.
     #[serde(skip_serializing_if = "Option::is_none")]
     written: Option<String>,
 }
 
 #[derive(Serialize)]
-struct ParetoJson<'a> {
+struct ParetoJson {
     gain_sets: usize,
     cycles: u32,
     #[serde(flatten)]
-    found: &'a Found,
+    found: Found,
 }
 
 fn bad(message: String) -> Failure {
@@ -93,113 +101,109 @@ fn bad(message: String) -> Failure {
 /// Noise of the searches around the one that is asked for.
 const AROUND: [f64; 3] = [1.0 / 3.0, 1.0, 3.0];
 
+/// The same drive with so many gain sets.
+const fn with_sets(designed: &DriveDesign, sets: usize) -> DriveDesign {
+    let mut designed = *designed;
+    match &mut designed {
+        DriveDesign::Motor { form, .. } | DriveDesign::Joint { form, .. } => form.gain_sets = sets,
+    }
+    designed
+}
+
+/// What is asked, from options and file.
+fn asked(options: &TuneOptions, bench: &Bench, source: &Source<'_>) -> Result<Asked, Failure> {
+    let TuneOptions { noise, settling, moved, load, .. } = *options;
+    for (option, value) in [("noise", noise), ("settling", settling), ("move", moved), ("load", load)] {
+        if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
+            return Err(bad(format!("--{option} {value}: expected a number above 0")));
+        }
+    }
+    let percent = scenario::number_at(source, "drive.uncertain_percent")?;
+    Ok(Asked {
+        noise_a: noise.unwrap_or_else(|| bench.noise_limits_a()[1]),
+        settle_s: settling,
+        move_rad: moved,
+        load_rad: load,
+        is_wide: match options.uncertain.as_deref() {
+            Some(percent) => percent == "50",
+            None => percent.is_some_and(|percent| percent > 20.0),
+        },
+    })
+}
+
+/// All searches: every number of gain sets that the cycles allow, at three noises.
+fn jobs(options: &TuneOptions, bench: &Bench, asked: &Asked) -> Result<Vec<Job>, Failure> {
+    let of = |sets: usize| cycles(&with_sets(&bench.designed, sets));
+    let forms = [2, 1].into_iter().filter(|sets| options.cycles.is_none_or(|most| of(*sets) <= most));
+    let jobs: Vec<Job> = forms
+        .flat_map(|gain_sets| {
+            AROUND.map(|factor| Job { gain_sets, asked: Asked { noise_a: factor * asked.noise_a, ..*asked } })
+        })
+        .collect();
+    if jobs.is_empty() {
+        return Err(bad(format!("--cycles: a tick of this drive takes up to {} with one gain set", of(1))));
+    }
+    Ok(jobs)
+}
+
 impl Console<'_> {
     pub(super) fn tune(&mut self, options: &TuneOptions) -> Result<u8, Failure> {
         let (name, text) = text_of(options.file.as_deref(), ("joint.toml", scenario::JOINT))?;
-        for (option, value) in
-            [("noise", options.noise), ("settling", options.settling), ("move", options.moved), ("load", options.load)]
-        {
-            if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
-                return Err(bad(format!("--{option} {value}: expected a number above 0")));
-            }
-        }
         let bench = Bench::new(&name, &text, &options.sets).map_err(bad)?;
-        let percent = scenario::number_at(
-            &scenario::Source { file: &name, text: &text, sets: &options.sets },
-            "drive.uncertain_percent",
-        )?;
-        let is_wide = match options.uncertain.as_deref() {
-            Some(percent) => percent == "50",
-            None => percent.is_some_and(|percent| percent > 20.0),
-        };
-        let asked = Asked {
-            noise_a: options.noise.unwrap_or_else(|| bench.noise_limits_a()[1]),
-            settle_s: options.settling,
-            move_rad: options.moved,
-            load_rad: options.load,
-            is_wide,
-        };
-        let fits = |gain_sets: &usize| {
-            let mut designed = bench.designed;
-            match &mut designed {
-                DriveDesign::Motor { form, .. } | DriveDesign::Joint { form, .. } => form.gain_sets = *gain_sets,
-            }
-            options.cycles.is_none_or(|most| cycles(&designed) <= most)
-        };
-        let forms: Vec<usize> = [2, 1].into_iter().filter(fits).collect();
-        if forms.is_empty() {
-            let mut least = bench.designed;
-            match &mut least {
-                DriveDesign::Motor { form, .. } | DriveDesign::Joint { form, .. } => form.gain_sets = 1,
-            }
-            let message = format!("--cycles: a tick of this drive takes up to {} with one gain set", cycles(&least));
-            return Err(bad(message));
-        }
+        let asked = asked(options, &bench, &Source { file: &name, text: &text, sets: &options.sets })?;
+        let jobs = jobs(options, &bench, &asked)?;
         let to = options.to.clone().unwrap_or_else(|| PathBuf::from(format!("{}-tuned.toml", bench.name)));
         if to.exists() {
             return Err(bad(format!("{} exists already and is left as it is: give another with --to", to.display())));
         }
         let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-tune", bench.name)));
         let claim = claim_folder(&folder)?;
-        let jobs: Vec<Job> = forms
-            .iter()
-            .flat_map(|&gain_sets| {
-                AROUND.map(|factor| Job { gain_sets, asked: Asked { noise_a: factor * asked.noise_a, ..asked } })
-            })
-            .collect();
         let Some(entries) = self.searched(&bench, &jobs, options) else { return Ok(status::INTERRUPTED) };
+        let failed = |message: &str| Failure { status: status::FAILED, message: message.into() };
         let best = entries
             .iter()
             .filter(|entry| entry.job.asked == asked)
             .min_by(|a, b| worth(&asked, &a.found).total_cmp(&worth(&asked, &b.found)))
-            .ok_or_else(|| Failure { status: status::FAILED, message: "no drive was found that runs at all".into() })?;
+            .ok_or_else(|| failed("no drive was found that runs at all"))?;
 
         // What is told is of the file, with its rounded numbers.
         let settings = settings(&best.designed);
         let tuned_text = with_settings(&text, &settings).map_err(bad)?;
-        let experiment = scenario::parse_own(
-            &scenario::Source { file: &to.display().to_string(), text: &tuned_text, sets: &options.sets },
-            &bench.name,
-        )?;
+        let source = Source { file: &to.display().to_string(), text: &tuned_text, sets: &options.sets };
+        let experiment = scenario::parse_own(&source, &bench.name)?;
         let designed = experiment.drive.as_ref().map_or(best.designed, |drive| drive.designed);
-        let failed = || Failure { status: status::FAILED, message: "the drive that was found is refused".into() };
-        let found = Found::of(&bench, designed, is_wide, true).ok_or_else(failed)?;
-        let nominal = crate::compare::of_ours(designed).map(|design| bench.nominal(&design)).ok_or_else(failed)?;
-        let missed = asked.missed(&found);
-
-        let figure = pareto(&bench, &entries, &asked, &found);
+        let refused = || failed("the drive that was found is refused");
+        let design = of_ours(&designed).ok_or_else(refused)?;
+        let answer = Answer {
+            asked: &asked,
+            found: Found::of(&bench, &designed, asked.is_wide, true).ok_or_else(refused)?,
+            nominal: bench.nominal(&design),
+            cycles: cycles(&designed),
+            settings,
+        };
+        let figure = pareto(&bench, &entries, &asked, &answer.found);
         figure.write(&folder, "pareto").map_err(|error| Failure::writing(folder.join("pareto").display(), &error))?;
         drop(claim);
-        let is_met = missed.is_empty();
-        if is_met {
-            whole_file::write(&to, Existing::Keep, |out| out.write_all(tuned_text.as_bytes())).map_err(|error| {
-                if error.kind() == io::ErrorKind::AlreadyExists {
-                    bad(format!("{} exists already and is left as it is", to.display()))
-                } else {
-                    Failure::writing(to.display(), &error)
-                }
-            })?;
+        let missed = asked.missed(&answer.found);
+        if missed.is_empty() {
+            whole_file::write(&to, Existing::Keep, |out| out.write_all(tuned_text.as_bytes()))
+                .map_err(|error| Failure::writing(to.display(), &error))?;
         }
-        let written = is_met.then(|| to.display().to_string());
         if options.json {
-            let pareto = entries.iter().map(|entry| ParetoJson {
+            let of_entry = |entry: &Entry| ParetoJson {
                 gain_sets: entry.job.gain_sets,
                 cycles: cycles(&entry.designed),
-                found: &entry.found,
-            });
+                found: entry.found,
+            };
             let json = TuneJson {
                 scenario: &bench.name,
-                asked: &asked,
-                found: &found,
-                nominal,
-                cycles: cycles(&designed),
-                settings,
-                missed,
-                pareto: pareto.collect(),
-                written,
+                answer: &answer,
+                missed: &missed,
+                pareto: entries.iter().map(of_entry).collect(),
+                written: missed.is_empty().then(|| to.display().to_string()),
             };
             self.say_json(serde_json::to_string(&json))?;
-            return Ok(if is_met { status::DONE } else { status::FAILED });
+            return Ok(if missed.is_empty() { status::DONE } else { status::FAILED });
         }
         self.say(&format!(
             "{}: {}: {} searches of {} evaluations, seed {}; the worst of {} corners of ±{} %",
@@ -208,28 +212,22 @@ impl Console<'_> {
             jobs.len(),
             options.evaluations,
             options.seed,
-            found.worst.corners,
-            if is_wide { 50 } else { 20 }
+            answer.found.worst.corners,
+            if asked.is_wide { 50 } else { 20 }
         ))?;
-        self.say(&table(&asked, &found, &nominal, options.cycles, cycles(&designed)).to_string())?;
+        self.say(&answer.table(options.cycles).to_string())?;
         self.say("[drive]")?;
-        for (key, values) in &settings {
+        for (key, values) in &answer.settings {
             self.say(&format!("{key} = {}", value_of(key, values)))?;
         }
         self.say(&format!("the other searches: {}", folder.join("pareto.png").display()))?;
-        match written {
-            Some(written) => self.say(&format!("wrote {written}"))?,
-            None => {
-                return Err(Failure {
-                    status: status::FAILED,
-                    message: format!(
-                        "not met: {}; nothing is written. Ask for less, let u be noisier, or look for longer \
-                         (--evaluations)",
-                        missed.join(", ")
-                    ),
-                });
-            }
+        if !missed.is_empty() {
+            return Err(failed(&format!(
+                "not met: {}; nothing is written. Ask for less, let u be noisier, or look for longer (--evaluations)",
+                missed.join(", ")
+            )));
         }
+        self.say(&format!("wrote {}", to.display()))?;
         Ok(status::DONE)
     }
 
@@ -280,26 +278,31 @@ fn with_settings(text: &str, settings: &[(&'static str, Vec<f64>)]) -> Result<St
     Ok(document.to_string())
 }
 
-fn table(asked: &Asked, found: &Found, nominal: &Worst, most: Option<u32>, cycles: u32) -> Table {
-    let mut table = Table::new(["figure", "asked", "nominal", "worst", ""]);
-    let number = |value: f64| significant(value, 3);
-    let mut row = |name: &str, asked: Option<f64>, nominal: Option<f64>, worst: f64| {
-        let verdict = asked.map_or("", |asked| if worst <= asked { "met" } else { "NOT MET" });
+impl Answer<'_> {
+    fn table(&self, most_cycles: Option<u32>) -> Table {
+        let Self { asked, found, nominal, cycles, .. } = self;
+        let mut table = Table::new(["figure", "asked", "nominal", "worst", ""]);
+        let number = |value: f64| significant(value, 3);
         let told = |value: Option<f64>| value.map_or_else(String::new, number);
-        table.row([name, &told(asked), &told(nominal), &number(worst), verdict]);
-    };
-    let worst = &found.worst;
-    row("noise of u (A rms)", Some(asked.noise_a), None, found.noise_a);
-    row("settling of a recovery (s)", asked.settle_s, Some(nominal.settle_s), worst.settle_s);
-    row("error on a move of 1 rad (rad)", asked.move_rad, Some(nominal.move_rad), worst.move_rad);
-    row("error under a load step (rad)", asked.load_rad, Some(nominal.load_rad), worst.load_rad);
-    row("error on a sine (rad rms)", None, Some(nominal.sine_rad), worst.sine_rad);
-    let verdict = if worst.unstable == 0 { "met" } else { "NOT MET" };
-    table.row(["unstable corners", "0", &nominal.unstable.to_string(), &worst.unstable.to_string(), verdict]);
-    let most = most.map_or_else(String::new, |most| most.to_string());
-    let verdict = if most.is_empty() { "" } else { "met" };
-    table.row(["cycles of a tick, bound", &most, "", &cycles.to_string(), verdict]);
-    table
+        let mut row = |name: &str, asked: Option<f64>, nominal: Option<f64>, worst: f64| {
+            let verdict = asked.map_or("", |asked| if worst <= asked { "met" } else { "NOT MET" });
+            table.row([name, &told(asked), &told(nominal), &number(worst), verdict]);
+        };
+        let worst = &found.worst;
+        row("noise of u (A rms)", Some(asked.noise_a), None, found.noise_a);
+        row("settling of a recovery (s)", asked.settle_s, Some(nominal.settle_s), worst.settle_s);
+        row("error on a move of 1 rad (rad)", asked.move_rad, Some(nominal.move_rad), worst.move_rad);
+        row("error under a load step (rad)", asked.load_rad, Some(nominal.load_rad), worst.load_rad);
+        row("error on a sine (rad rms)", None, Some(nominal.sine_rad), worst.sine_rad);
+        let radius = |radius: f64| format!("{radius:.5}");
+        let verdict = if worst.spectral_radius <= LARGEST_RADIUS { "met" } else { "NOT MET" };
+        let [asked, nominal, worst] = [LARGEST_RADIUS, nominal.spectral_radius, worst.spectral_radius].map(radius);
+        table.row(["largest |z| of a pole", &asked, &nominal, &worst, verdict]);
+        let most = most_cycles.map_or_else(String::new, |most| most.to_string());
+        let verdict = if most.is_empty() { "" } else { "met" };
+        table.row(["cycles of a tick, bound", &most, "", &cycles.to_string(), verdict]);
+        table
+    }
 }
 
 /// Noise of u against the worst errors, a curve for each number of gain sets, and what was taken.

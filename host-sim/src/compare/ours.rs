@@ -98,7 +98,7 @@ impl Contender for Ours {
     }
 
     fn design(&self, knobs: &[f64]) -> Option<Box<dyn Design>> {
-        Some(Box::new(Chosen::new(self.designed(knobs)?)?))
+        Some(Box::new(Chosen::new(&self.designed(knobs)?)?))
     }
 }
 
@@ -110,8 +110,8 @@ pub(super) struct Chosen {
 
 impl Chosen {
     /// None for a design that is refused.
-    pub(super) fn new(designed: DriveDesign) -> Option<Self> {
-        Some(Self { quiet: Linear::of_ours(&designed)?, designed })
+    pub(super) fn new(designed: &DriveDesign) -> Option<Self> {
+        Some(Self { quiet: Linear::of_ours(designed)?, designed: *designed })
     }
 }
 

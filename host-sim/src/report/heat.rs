@@ -1,8 +1,9 @@
 //! A heat map: one value over two axes, as SVG and PNG.
 //!
-//! Every cell is drawn in the colour of its value, from a scale whose lightness grows evenly (viridis), so that it reads
-//! in grey and by colour-blind eyes. What is unstable and what has no value are told apart from all colours of the scale.
-//! A dark line runs around all that is good, a white frame around what may be promised, a ring where the file is.
+//! Every cell is drawn in the colour of its value, from a scale whose lightness grows evenly (viridis), so that it
+//! reads in grey and by colour-blind eyes. What is unstable and what has no value are told apart from all colours of
+//! the scale. A dark line runs around all that is good, a white frame around what may be promised, a ring where the
+//! file is.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -249,7 +250,8 @@ impl HeatMap {
             let (x, y) = (0.5 * (area.x(column) + area.x(column + 1)), 0.5 * (area.y(row) + area.y(row + 1)));
             for (stroke, width) in [(INK, 4.5), ("#ffffff", 2.5)] {
                 picture.element(&format!(
-                    "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"6\" fill=\"none\" stroke=\"{stroke}\" stroke-width=\"{width}\"/>"
+                    "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"6\" fill=\"none\" stroke=\"{stroke}\" \
+                     stroke-width=\"{width}\"/>"
                 ));
             }
         }

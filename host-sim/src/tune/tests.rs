@@ -1,1 +1,132 @@
+//! That a search keeps to its seed, finds better than the rule, and says what it found.
 
+use super::*;
+use crate::compare::of_ours;
+
+static GO_ON: AtomicBool = AtomicBool::new(false);
+
+fn motor() -> Bench {
+    Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file")
+}
+
+fn asked(noise_a: f64) -> Asked {
+    Asked { noise_a, settle_s: None, move_rad: None, load_rad: None, is_wide: false }
+}
+
+fn found(bench: &Bench, job: Job, evaluations: usize, seed: u64, threads: usize) -> Entry {
+    let steps = AtomicUsize::new(0);
+    let step = || {
+        steps.fetch_add(1, Ordering::Relaxed);
+    };
+    let entries = tuned(bench, &[job], evaluations, seed, threads, &GO_ON, &step).expect("not stopped");
+    assert!((1..=evaluations).contains(&steps.into_inner()));
+    entries.into_iter().next().expect("a drive")
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_and_another_seed_another() {
+    let bench = motor();
+    let job = Job { gain_sets: 1, asked: asked(0.1) };
+    assert_eq!(found(&bench, job, 24, 7, 1), found(&bench, job, 24, 7, 3));
+    // The first start is the guess, whatever the seed.
+    let start = |start: usize, seed: u64| searched(&bench, job, start, 8, seed, &GO_ON, &|| ());
+    assert_eq!(start(0, 7), start(0, 8));
+    assert_ne!(start(1, 7), start(1, 8));
+    assert_ne!(start(1, 7), start(2, 7));
+}
+
+#[test]
+fn a_search_is_within_what_is_asked_and_better_than_the_rule() {
+    let bench = motor();
+    let by_rule = Found::of(&bench, &bench.designed, false, true).expect("a drive");
+    let job = Job { gain_sets: 2, asked: asked(by_rule.noise_a) };
+    let Entry { found: best, designed, .. } = found(&bench, job, 90, 1, 2);
+    assert_eq!(job.asked.missed(&best), [""; 0]);
+    assert!(best.cost() < by_rule.cost() - 0.03, "{} of {}", best.cost(), by_rule.cost());
+    // What is told of it is of that drive.
+    assert_eq!(Found::of(&bench, &designed, false, true), Some(best));
+    let design = of_ours(&designed).expect("a drive");
+    assert!(best.noise_a >= bench.noise_a(&design) && best.worst.corners == 8);
+}
+
+#[test]
+fn what_is_asked_is_met() {
+    let bench = motor();
+    let free = found(&bench, Job { gain_sets: 1, asked: asked(0.1) }, 60, 1, 2).found;
+    let less = Asked { load_rad: Some(0.8 * free.worst.load_rad), ..asked(0.2) };
+    let pushed = found(&bench, Job { gain_sets: 1, asked: less }, 60, 1, 2).found;
+    assert_eq!(less.missed(&pushed), [""; 0]);
+    assert!(free.noise_a <= 0.1 && pushed.worst.load_rad < 0.8 * free.worst.load_rad);
+}
+
+#[test]
+fn what_is_not_met_is_named() {
+    let worst = Worst {
+        sine_rad: 1e-3,
+        move_rad: 1e-2,
+        load_rad: 1e-2,
+        settle_s: 0.2,
+        corners: 8,
+        unstable: 0,
+        spectral_radius: 0.9,
+    };
+    let found = Found { noise_a: 0.1, worst };
+    assert_eq!(asked(0.1).missed(&found), [""; 0]);
+    assert_eq!(asked(0.09).missed(&found), ["noise"]);
+    let all = Asked { settle_s: Some(0.1), move_rad: Some(9e-3), load_rad: Some(9e-3), ..asked(0.09) };
+    assert_eq!(all.missed(&found), ["noise", "settling", "move", "load"]);
+    let unstable = Found { worst: Worst { spectral_radius: 1.0, ..worst }, ..found };
+    assert_eq!(asked(0.1).missed(&unstable), ["stability"]);
+    let lost = Found { noise_a: f64::NAN, worst: Worst { load_rad: f64::NAN, ..worst } };
+    assert_eq!(Asked { load_rad: Some(1.0), ..asked(0.1) }.missed(&lost), ["noise", "load"]);
+}
+
+/// The drive of a file with the settings is the drive that they were taken from.
+#[test]
+fn a_file_with_the_settings_is_that_drive() {
+    for (text, sets) in [(scenario::MOTOR, 1), (scenario::MOTOR, 2), (scenario::JOINT, 1), (scenario::JOINT, 2)] {
+        let bench = Bench::new("test.toml", text, &[]).expect("a file");
+        let knobs: Vec<f64> = Tuned::new(&bench, sets).knobs().iter().map(|knob| 1.0831 * knob.guess).collect();
+        let designed = rounded(&Tuned::new(&bench, sets).designed(&knobs).expect("a drive"));
+        let settings = settings(&designed);
+        let sets: Vec<String> = settings
+            .iter()
+            .map(|(key, values)| match &values[..] {
+                [value] => format!("drive.{key}={value}"),
+                values => format!("drive.{key}={values:?}"),
+            })
+            .collect();
+        let of_file = Bench::new("test.toml", text, &sets).expect("the file").designed;
+        match (of_file, designed) {
+            (DriveDesign::Motor { design: a, .. }, DriveDesign::Motor { design: b, .. }) => {
+                assert_eq!((a.bandwidths, a.gate_steps), (b.bandwidths, b.gate_steps));
+            }
+            (DriveDesign::Joint { design: a, .. }, DriveDesign::Joint { design: b, .. }) => {
+                assert_eq!((a.bandwidths, a.gate_steps), (b.bandwidths, b.gate_steps));
+            }
+            _ => panic!("another plant"),
+        }
+        assert_eq!(super::settings(&of_file), settings);
+    }
+}
+
+/// As the gate counts them.
+#[test]
+fn cycles_are_those_of_the_budgets() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/budgets.toml");
+    let budgets = std::fs::read_to_string(path).expect("the ceilings");
+    let bound = |name: &str| -> u32 {
+        let (_, of) = budgets.split_once(&format!("name = \"{name}\"\n")).expect(name);
+        let (_, bound) = of.split_once("\nbound = ").expect("a bound");
+        bound.lines().next().and_then(|line| line.parse().ok()).expect("a number")
+    };
+    for (text, name) in [(scenario::MOTOR, "motor"), (scenario::JOINT, "joint with two encoders")] {
+        let with = |sets: &str| {
+            let sets: Vec<String> = sets.split(' ').map(Into::into).collect();
+            cycles(&Bench::new("test.toml", text, &sets).expect("a file").designed)
+        };
+        assert_eq!(with("drive.gain_sets=1"), bound(name));
+        assert_eq!(with("drive.gain_sets=2"), bound(&format!("{name}, two sets")));
+        assert_eq!(with("drive.gain_sets=1 drive.delay_ticks=1"), bound(&format!("{name}, late")));
+    }
+}
