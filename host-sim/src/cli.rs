@@ -366,11 +366,10 @@ struct Figures {
 }
 
 impl Figures {
-    fn of(experiment: &mut Experiment, trace: &Trace) -> Self {
-        let metrics = experiment.metrics(trace);
-        let of_shafts = experiment.drive.as_ref().map(|drive| drive::torque_errors(drive, &metrics, trace));
+    fn of(experiment: &mut Experiment, trace: &Trace, metrics: &Metrics) -> Self {
+        let of_shafts = experiment.drive.as_ref().map(|drive| drive::torque_errors(drive, metrics, trace));
         Self {
-            metrics: told(&metrics, experiment),
+            metrics: told(metrics, experiment),
             torque_errors: of_shafts.unwrap_or_default(),
             tracking: experiment.tracking(trace),
             noise: experiment.noise(trace),
@@ -451,7 +450,20 @@ impl Comparison {
     }
 }
 
+/// A bar, how much of it, and how long it takes.
+const LEFT: &str = "{bar:40} {percent:>3} %  {elapsed} / {eta} left";
+
 impl Console<'_> {
+    /// A progress bar of this look, if there is someone to watch it.
+    fn bar(&self, length: u64, template: &str) -> ProgressBar {
+        let drawn = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let bar = ProgressBar::with_draw_target(Some(length), drawn);
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        bar
+    }
+
     /// To stdout. A reader that has gone away (`| head`) is no error.
     fn say(&mut self, text: &str) -> Result<(), Failure> {
         match writeln!(self.out, "{text}").and_then(|()| self.out.flush()) {
@@ -542,7 +554,7 @@ impl Console<'_> {
         }
         let comparison = link.map(|link| compared(&trace, error.as_ref(), &link, started));
         let metrics = experiment.metrics(&trace);
-        let figures = Figures::of(&mut experiment, &trace);
+        let figures = Figures::of(&mut experiment, &trace, &metrics);
         let (tracking, noise) = (figures.tracking, figures.noise);
         let error = error.map(|error| error.to_string());
         let design = Design::of(&experiment).ok();
@@ -664,11 +676,7 @@ impl Console<'_> {
     /// Runs the loop under a progress bar and Ctrl-C, with what the target logs shown as it comes.
     fn watched(&mut self, experiment: &mut Experiment, link: &mut Option<Link>) -> (Trace, Option<LoopError>) {
         let periods = experiment.periods as u64;
-        let drawn = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        let bar = ProgressBar::with_draw_target(Some(periods), drawn);
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed} / {eta} left") {
-            bar.set_style(style);
-        }
+        let bar = self.bar(periods, LEFT);
         let _looking = stop::looking();
         // Drawing is slower than a tick.
         let stride = (periods / 200).max(1);

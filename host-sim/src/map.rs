@@ -270,7 +270,7 @@ pub struct Point {
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives a reference")]
-const fn is_zero(count: &usize) -> bool {
+pub(crate) const fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
@@ -361,7 +361,9 @@ fn poles(experiment: &Experiment) -> Result<(f64, f64), String> {
     let at_rest = experiment.at_rest.as_ref().map_err(ToString::to_string)?;
     let found = Loop::of(at_rest, at_rest.law.as_ref(), experiment.period_s).and_then(|it| {
         let alpha_per_s = margins::offset_per_s(experiment);
-        Ok((it.spectral_radius(1.0)?, margins::decay_per_s(&it.poles_beside(alpha_per_s)?)))
+        let values = it.eigenvalues()?;
+        let radius = values.first().map_or(0.0, |z| libm::hypot(z.re, z.im));
+        Ok((radius, margins::decay_per_s(&it.poles_beside(values, alpha_per_s))))
     });
     found.map_err(|error| error.to_string())
 }

@@ -232,18 +232,14 @@ impl Loop {
         Ok(eigenvalues(scaled)?.first().map_or(0.0, Normed::norm))
     }
 
-    /// Poles without that of the offset, which decays by itself whatever the loop does, the slowest first.
-    ///
-    /// # Errors
-    /// [`MarginsError::NoNumbers`].
-    pub fn poles_beside(&self, offset_per_s: f64) -> Result<Vec<Root>, MarginsError> {
-        let mut values = self.eigenvalues()?;
+    /// Poles of these eigenvalues without that of the offset, which decays by itself whatever the loop does.
+    pub fn poles_beside(&self, mut values: Vec<Complex<f64>>, offset_per_s: f64) -> Vec<Root> {
         let offset = libm::exp(-offset_per_s * self.period_s);
         let away = |k: &usize| libm::hypot(values[*k].re - offset, values[*k].im);
         if let Some(of_offset) = (0..values.len()).min_by(|i, j| away(i).total_cmp(&away(j))) {
             values.remove(of_offset);
         }
-        Ok(values.into_iter().map(|z| self.pole(z)).collect())
+        values.into_iter().map(|z| self.pole(z)).collect()
     }
 
     /// ln z/T.

@@ -5,10 +5,9 @@ use std::sync::Mutex;
 use std::thread;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
-use super::{Console, Failure, claim_folder, status, text_of};
+use super::{Console, Failure, LEFT, claim_folder, status, text_of};
 use crate::compare::{Bench, Contender, Entry, Settings, compare, contenders, report};
 use crate::report::number::significant;
 
@@ -115,11 +114,7 @@ impl Console<'_> {
     /// All of it under a progress bar. There is nothing to keep of a part: a request to stop ends the program at once.
     fn tuned(&mut self, bench: &Bench, contenders: &[Box<dyn Contender>], settings: &Settings) -> Vec<Entry> {
         let all = contenders.len() * settings.noise_a.len() * settings.evaluations;
-        let drawn = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        let bar = ProgressBar::with_draw_target(Some(all as u64), drawn);
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed} / {eta} left") {
-            bar.set_style(style);
-        }
+        let bar = self.bar(all as u64, LEFT);
         let bar = Mutex::new(bar);
         let entries = compare(bench, contenders, settings, &|| {
             if let Ok(bar) = bar.lock() {

@@ -21,6 +21,7 @@ use serde::Serialize;
 
 use super::export::refuse_without_limits;
 use super::{Console, Failure, RunOptions, note_changes, scenario_of, status};
+use crate::map::is_zero;
 use crate::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, offset_per_s, unstable_corners};
 use crate::report::number::significant;
 
@@ -99,11 +100,6 @@ struct Got {
     /// Rms of u per unit of white noise on each sensor.
     #[serde(skip)]
     noise_gains: Vec<f64>,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives a reference")]
-const fn is_zero(count: &usize) -> bool {
-    *count == 0
 }
 
 /// What a sensor does to u.
@@ -190,10 +186,11 @@ impl Got {
     /// Of a loop with this law, whose offset decays with α.
     fn of(at_rest: &AtRest, law: &dyn LawAtRest, period_s: f64, alpha_per_s: f64) -> Result<Self, MarginsError> {
         let it = Loop::of(at_rest, law, period_s)?;
-        let spectral_radius = it.spectral_radius(1.0)?;
+        let values = it.eigenvalues()?;
+        let spectral_radius = values.first().map_or(0.0, |z| libm::hypot(z.re, z.im));
         let (margins, noise_gains) =
             if spectral_radius < 1.0 { (Some(it.margins()?), it.noise_gains()) } else { (None, Vec::new()) };
-        let poles = it.poles_beside(alpha_per_s)?;
+        let poles = it.poles_beside(values, alpha_per_s);
         let decay_per_s = decay_per_s(&poles);
         let unstable_corners = unstable_corners(at_rest, law, period_s)?;
         let corners = at_rest.corners.len();

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{ArgGroup, Args, ValueEnum};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use scenario::{Experiment, Source};
 use tick_assembly::Effort;
 use tick_proof::run::{self, Row};
@@ -185,11 +184,7 @@ impl Console<'_> {
         let bad = |message| Failure { status: status::BAD_INPUT, message };
         let solver = Solver::find(Which::Bitwuzla, python).map_err(bad)?;
         let jobs = run::jobs("", functions);
-        let drawn = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        let bar = ProgressBar::with_draw_target(Some(jobs.len() as u64), drawn);
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos} of {len} statements  {elapsed}  {msg}") {
-            bar.set_style(style);
-        }
+        let bar = self.bar(jobs.len() as u64, "{bar:40} {pos} of {len} statements  {elapsed}  {msg}");
         let rows = run::all(&jobs, &solver, PATIENCE, &|row| {
             bar.set_message(row.statement);
             bar.inc(1);

@@ -7,7 +7,6 @@ use std::thread;
 
 use clap::Args;
 use cycle_bound::table::Table;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use loop_sim::trace::Ending;
 use scenario::Experiment;
 use serde::Serialize;
@@ -171,7 +170,8 @@ fn numbers_of(experiment: &mut Experiment, simulate: bool) -> Result<serde_json:
     if simulate {
         let (trace, _) = experiment.run(&mut |_| ControlFlow::Continue(()));
         if let Ending::Finished = trace.ending
-            && let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(Figures::of(experiment, &trace))
+            && let Ok(serde_json::Value::Object(figures)) =
+                serde_json::to_value(Figures::of(experiment, &trace, &experiment.metrics(&trace)))
         {
             told = figures;
         }
@@ -337,11 +337,7 @@ impl Console<'_> {
         let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-map", experiment.name)));
         let claim = claim_folder(&folder)?;
         let [columns, rows] = question.size();
-        let drawn = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        let bar = ProgressBar::with_draw_target(Some((columns * rows) as u64), drawn);
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {per_sec}  {elapsed} / {eta} left") {
-            bar.set_style(style);
-        }
+        let bar = self.bar((columns * rows) as u64, "{bar:40} {percent:>3} %  {per_sec}  {elapsed} / {eta} left");
         let threads = thread::available_parallelism().map_or(1, usize::from);
         let points = question.answer(threads, self.stop, &mut || bar.inc(1));
         bar.finish_and_clear();

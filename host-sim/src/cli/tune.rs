@@ -6,14 +6,13 @@ use std::thread;
 
 use clap::Args;
 use cycle_bound::table::Table;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use loop_sim::port::drive::DriveDesign;
 use scenario::Source;
 use serde::Serialize;
 use toml_edit::{Array, DocumentMut, Item, Value};
 use whole_file::Existing;
 
-use super::{Console, Failure, claim_folder, status, text_of};
+use super::{Console, Failure, LEFT, claim_folder, status, text_of};
 use crate::compare::{Bench, Worst, of_ours};
 use crate::report::number::significant;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
@@ -234,11 +233,7 @@ impl Console<'_> {
     /// All searches under a progress bar.
     fn searched(&mut self, bench: &Bench, jobs: &[Job], options: &TuneOptions) -> Option<Vec<Entry>> {
         let evaluations = options.evaluations as usize;
-        let drawn = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        let bar = ProgressBar::with_draw_target(Some((jobs.len() * evaluations) as u64), drawn);
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed} / {eta} left") {
-            bar.set_style(style);
-        }
+        let bar = self.bar((jobs.len() * evaluations) as u64, LEFT);
         let bar = Mutex::new(bar);
         let threads = thread::available_parallelism().map_or(1, usize::from);
         let entries = tuned(bench, jobs, evaluations, options.seed, threads, self.stop, &|| {

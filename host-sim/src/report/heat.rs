@@ -13,7 +13,7 @@ use std::path::Path;
 use super::axis::{Axis, drawable};
 use super::number::significant;
 use super::picture::{Anchor, Drawing, Picture, text_width, wrapped};
-use super::write_whole;
+use super::plot::{INK, LABEL_PX, MARGIN_PX, SOFT_INK, TICK_PX, TITLE_PX};
 
 /// Nine colours of viridis, from the lowest value to the highest.
 const SCALE: [[f64; 3]; 9] = [
@@ -30,17 +30,11 @@ const SCALE: [[f64; 3]; 9] = [
 /// Steps of the scale: more are not told apart.
 const STEPS: usize = 64;
 
-const INK: &str = "#222222";
-const SOFT_INK: &str = "#555555";
 const UNSTABLE: &str = "#f3c6ae";
 const NOTHING: &str = "#e4e4e4";
 
 const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 520.0;
-const MARGIN: f64 = 14.0;
-const TITLE_PX: f64 = 17.0;
-const LABEL_PX: f64 = 13.0;
-const TICK_PX: f64 = 12.0;
 const BAR_PX: f64 = 18.0;
 
 /// What a cell says.
@@ -122,10 +116,7 @@ impl HeatMap {
     /// # Errors
     /// When a file cannot be written.
     pub fn write(&self, folder: &Path, stem: &str) -> io::Result<()> {
-        let drawing = self.draw();
-        write_whole(&folder.join(format!("{stem}.svg")), |out| out.write_all(drawing.svg().as_bytes()))?;
-        let png = drawing.png()?;
-        write_whole(&folder.join(format!("{stem}.png")), |out| out.write_all(&png))
+        self.draw().write(folder, stem)
     }
 
     /// The scale over all values: logarithmic if all are above 0 and the largest is a hundred times the least.
@@ -139,14 +130,14 @@ impl HeatMap {
 
     fn draw(&self) -> Drawing {
         let scale = self.scale();
-        let title = wrapped(&self.title, TITLE_PX, WIDTH - 2.0 * MARGIN, 4);
+        let title = wrapped(&self.title, TITLE_PX, WIDTH - 2.0 * MARGIN_PX, 4);
         let ticks = self.y.ticks();
         let widest =
             |texts: &mut dyn Iterator<Item = &String>| texts.map(|text| text_width(text, TICK_PX)).fold(0.0, f64::max);
-        let left = MARGIN + 2.1 * LABEL_PX + widest(&mut ticks.iter().map(|(_, text)| text));
+        let left = MARGIN_PX + 2.1 * LABEL_PX + widest(&mut ticks.iter().map(|(_, text)| text));
         let of_scale = widest(&mut scale.ticks.iter().map(|(_, text)| text).chain([&scale.factor]));
-        let right = MARGIN + 2.1 * LABEL_PX + of_scale + BAR_PX + 34.0;
-        let top = MARGIN + 1.3 * TITLE_PX * title.len() as f64 + 34.0;
+        let right = MARGIN_PX + 2.1 * LABEL_PX + of_scale + BAR_PX + 34.0;
+        let top = MARGIN_PX + 1.3 * TITLE_PX * title.len() as f64 + 34.0;
         let area = Area {
             left,
             top,
@@ -157,7 +148,7 @@ impl HeatMap {
         };
         let mut picture = Picture::new(WIDTH, top + HEIGHT + 58.0, &self.title);
         for (line, text) in title.iter().enumerate() {
-            let base = MARGIN + TITLE_PX * (1.0 + 1.3 * line as f64);
+            let base = MARGIN_PX + TITLE_PX * (1.0 + 1.3 * line as f64);
             picture.text((WIDTH / 2.0, base), TITLE_PX, INK, Anchor::Middle, 0.0, text);
         }
         self.draw_legend(&mut picture, &area);
@@ -276,7 +267,7 @@ impl HeatMap {
              stroke=\"{SOFT_INK}\" stroke-width=\"1\"/>"
         ));
         picture.text((left + 0.5 * width, bottom + 42.0), LABEL_PX, INK, Anchor::Middle, 0.0, &self.x.label);
-        let at = (MARGIN + 0.6 * LABEL_PX, top + 0.5 * height);
+        let at = (MARGIN_PX + 0.6 * LABEL_PX, top + 0.5 * height);
         picture.text(at, LABEL_PX, INK, Anchor::Middle, -90.0, &self.y.label);
     }
 }
@@ -329,7 +320,7 @@ fn draw_bar(picture: &mut Picture, area: &Area, scale: &Axis, label: &str) {
     }
     picture.element(&format!("<path d=\"{marks}\" fill=\"none\" stroke=\"{SOFT_INK}\" stroke-width=\"1\"/>"));
     picture.text((left, area.top - 8.0), TICK_PX, SOFT_INK, Anchor::Start, 0.0, &scale.factor);
-    let at = (WIDTH - MARGIN, area.top + 0.5 * area.height);
+    let at = (WIDTH - MARGIN_PX, area.top + 0.5 * area.height);
     picture.text(at, LABEL_PX, INK, Anchor::Middle, -90.0, label);
 }
 

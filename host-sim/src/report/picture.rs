@@ -6,11 +6,14 @@
 
 use std::fmt::Write;
 use std::io;
+use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::fontdb::Database;
 use resvg::usvg::{Options, Tree};
+
+use super::write_whole;
 
 /// DejaVu Sans cut down to Latin, Greek and the marks of formulas; see `assets/README.md`.
 static FONT: &[u8] = include_bytes!("../../assets/DejaVuSans-subset.ttf");
@@ -102,6 +105,13 @@ impl Drawing {
     /// The SVG file.
     pub(super) fn svg(&self) -> &str {
         &self.source
+    }
+
+    /// Writes `stem.svg` and `stem.png` into the folder, each whole or not at all.
+    pub(super) fn write(&self, folder: &Path, stem: &str) -> io::Result<()> {
+        let png = self.png()?;
+        write_whole(&folder.join(format!("{stem}.svg")), |out| out.write_all(self.svg().as_bytes()))?;
+        write_whole(&folder.join(format!("{stem}.png")), |out| out.write_all(&png))
     }
 
     /// The PNG file.

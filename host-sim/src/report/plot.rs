@@ -32,7 +32,7 @@ use std::path::Path;
 use crate::report::axis::{Axis, drawable};
 use crate::report::number::significant;
 use crate::report::picture::{Anchor, Picture, text_width, wrapped};
-use crate::report::{polyline, write_whole};
+use crate::report::polyline;
 
 /// Colours of Okabe and Ito, told apart by colour-blind readers too (their yellow is lost on white), then grey.
 const PALETTE: [&str; 8] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#808080"];
@@ -41,21 +41,21 @@ pub const BLACK: usize = 6;
 /// Index of grey, for bounds and references.
 pub const GREY: usize = 7;
 
-const INK: &str = "#222222";
-const SOFT_INK: &str = "#555555";
+pub(super) const INK: &str = "#222222";
+pub(super) const SOFT_INK: &str = "#555555";
 const GRID: &str = "#e8e8e8";
 const SHADE: &str = "#f8d2a6";
 
-const TITLE_PX: f64 = 17.0;
+pub(super) const TITLE_PX: f64 = 17.0;
 /// A title that is longer ends in two dots.
 const TITLE_LINES: usize = 4;
-const LABEL_PX: f64 = 13.0;
-const TICK_PX: f64 = 12.0;
+pub(super) const LABEL_PX: f64 = 13.0;
+pub(super) const TICK_PX: f64 = 12.0;
 /// Height of a line of the panel's head.
 const LINE_PX: f64 = 20.0;
 /// Length of the sample of a line in the legend.
 const SAMPLE_PX: f64 = 26.0;
-const MARGIN_PX: f64 = 14.0;
+pub(super) const MARGIN_PX: f64 = 14.0;
 
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -179,10 +179,7 @@ impl Figure {
     /// # Errors
     /// When a file cannot be written, or the figure is too large for memory.
     pub fn write(&self, folder: &Path, stem: &str) -> io::Result<()> {
-        let drawing = self.draw().finish();
-        let png = drawing.png()?;
-        write_whole(&folder.join(format!("{stem}.svg")), |out| out.write_all(drawing.svg().as_bytes()))?;
-        write_whole(&folder.join(format!("{stem}.png")), |out| out.write_all(&png))
+        self.draw().finish().write(folder, stem)
     }
 
     fn plot_height(&self) -> f64 {
