@@ -9,6 +9,9 @@
 //! host-sim replay BLACKBOX [..]     what its black box held, run again, or with another design
 //! host-sim emulate --image FILE     any image in the emulator, with its log
 //! host-sim design [FILE.toml]       poles, margins, noise of its loop, what limits it, what would be better
+//! host-sim map [FILE.toml] ..        where it is stable and how good, over two keys or all corners
+//! host-sim tune [FILE.toml] ..       bandwidths from what a drive shall do
+//! host-sim report [FILE ..]         all of it as one page, of one scenario or of several side by side
 //! host-sim compare [FILE.toml]      our drive beside its rivals, all tuned alike
 //! host-sim figures                  the figures of the paper and its claims
 //! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
@@ -50,6 +53,7 @@ use whole_file::{Claim, Existing, Kind};
 use crate::figures::{CATALOGUE, Case, ClaimRow, PaperFigure};
 use crate::margins;
 use crate::report::number::significant;
+use crate::report::plot::Figure;
 use crate::report::trace_figure::{self, Labels};
 use crate::report::{csv, drive_figure, write_whole};
 
@@ -59,6 +63,7 @@ mod drive;
 mod export;
 mod live;
 mod map;
+mod report;
 mod target;
 mod tune;
 
@@ -68,6 +73,7 @@ use drive::TorqueError;
 use export::ExportOptions;
 use live::{LiveOptions, ReplayOptions};
 use map::MapOptions;
+use report::ReportOptions;
 use target::{EmulateOptions, HilOptions, Link, PilOptions};
 use tune::TuneOptions;
 
@@ -153,6 +159,11 @@ enum Command {
     /// Of a joint: host-sim tune mine.toml --noise 0.015 --load 5e-3 --uncertain 50. Each figure is that of the worst
     /// corner. Exit status 1 if something that is asked for was not reached.
     Tune(TuneOptions),
+    /// Write all that there is to say of a scenario as one page: design, run, map, cost; several stand side by side.
+    ///
+    /// The page needs no network, zooms, prints, and holds its numbers: given to report again, it stands beside a new
+    /// run.
+    Report(ReportOptions),
     /// Tune our drive and its rivals with the same effort, and show what each does: table and figure.
     ///
     /// Rivals: LQG with disturbance states, LQI, ADRC with model, super-twisting, P-PI. docs/comparison.md says how.
@@ -283,6 +294,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         Some(Command::Design(options)) => console.design(options),
         Some(Command::Map(options)) => console.map(options),
         Some(Command::Tune(options)) => console.tune(options),
+        Some(Command::Report(options)) => console.report(options),
         Some(Command::Compare(options)) => console.compare(options),
         Some(Command::Figures { only, out, json }) => console.figures(only, out, *json),
         Some(Command::Budget(options)) => console.budget(options),
@@ -816,19 +828,27 @@ fn write_results(folder: &Path, experiment: &Experiment, trace: &Trace, options:
     let states = experiment.drive.as_ref().map_or(&[][..], |drive| drive.states);
     csv::write(trace, states, options.every.unwrap_or(NonZeroUsize::MIN), &path)
         .map_err(|error| Failure::writing(path.display(), &error))?;
-    let Experiment { title, output_unit, control_unit, .. } = experiment;
-    let labels = Labels { title, output_unit, control_unit, states };
-    let figures = match &experiment.drive {
-        Some(drive) => drive_figure::drive_figures(trace, drive, &labels),
-        None => trace_figure::run_figures(trace, &labels),
-    };
-    let states = options.states.then(|| (String::from("states"), trace_figure::states(trace, &labels)));
-    let figures = figures.into_iter().chain(states);
+    let states = options.states.then(|| (String::from("states"), trace_figure::states(trace, &labels(experiment))));
+    let figures = figures_of(experiment, trace).into_iter().chain(states);
     for (stem, figure) in figures {
         let told = |error| Failure::writing(folder.join(&stem).display(), &error);
         figure.write(folder, &stem).map_err(told)?;
     }
     Ok(())
+}
+
+fn labels(experiment: &Experiment) -> Labels<'_> {
+    let states = experiment.drive.as_ref().map_or(&[][..], |drive| drive.states);
+    let Experiment { title, output_unit, control_unit, .. } = experiment;
+    Labels { title, output_unit, control_unit, states }
+}
+
+/// The standard figures of its run, with the stems of their files.
+fn figures_of(experiment: &Experiment, trace: &Trace) -> Vec<(String, Figure)> {
+    match &experiment.drive {
+        Some(drive) => drive_figure::drive_figures(trace, drive, &labels(experiment)),
+        None => trace_figure::run_figures(trace, &labels(experiment)),
+    }
 }
 
 /// As a word for programs, and as a sentence for people.

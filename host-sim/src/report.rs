@@ -7,6 +7,7 @@
 //! | the standard figures of a run | [`trace_figure`]; where a reference is followed [`drive_figure`] |
 //! | a figure of your own | [`plot`] |
 //! | a number with as many digits as say something | [`number`] |
+//! | all of it in one page for a browser | [`page`] |
 //! | an aligned table on the terminal | [`cycle_bound::table`] |
 //!
 //! Every file appears whole or not at all, see [`write_whole`].
@@ -22,6 +23,7 @@ pub mod csv;
 pub mod drive_figure;
 pub mod heat;
 pub mod number;
+pub mod page;
 mod picture;
 pub mod plot;
 mod polyline;

@@ -22,7 +22,7 @@ use std::thread;
 
 use cobyla::{Func, RhoBeg, StopTols};
 use controller_core::drive::{JointBandwidths, MotorBandwidths};
-use loop_sim::port::drive::{DriveDesign, Form};
+use loop_sim::port::drive::DriveDesign;
 use loop_sim::random::Random;
 use serde::Serialize;
 
@@ -331,17 +331,6 @@ pub fn settings(designed: &DriveDesign) -> Vec<(&'static str, Vec<f64>)> {
     }
     keys.push(("gain_sets", vec![sets as f64]));
     keys
-}
-
-/// Bound in cycles of a tick of such a drive that follows a position, on a Cortex-M4F: those of firmware/budgets.toml,
-/// with two gain sets and a delay added up.
-pub const fn cycles(designed: &DriveDesign) -> u32 {
-    let Form { gain_sets, delay_ticks, .. } = designed.form();
-    let [tick, fast, late] = match designed {
-        DriveDesign::Motor { .. } => [463, 62, 25],
-        DriveDesign::Joint { .. } => [1081, 116, 88],
-    };
-    tick + if gain_sets > 1 { fast } else { 0 } + if delay_ticks > 0 { late } else { 0 }
 }
 
 #[cfg(test)]

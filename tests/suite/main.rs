@@ -26,6 +26,7 @@ mod gate;
 mod golden;
 mod golden_bits;
 mod live;
+mod page;
 mod paper;
 mod precision;
 mod properties;

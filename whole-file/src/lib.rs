@@ -21,6 +21,8 @@ impl Kind {
     pub const IMAGE: Self = Self { name: "an image", longest_mib: 256 };
     /// What an emulator executed, 256 MiB at most: some four million instructions.
     pub const TRACE: Self = Self { name: "a trace", longest_mib: 256 };
+    /// A page with all numbers of its figures, 256 MiB at most.
+    pub const REPORT: Self = Self { name: "a report", longest_mib: 256 };
 }
 
 /// All bytes of a regular file.

@@ -15,6 +15,8 @@ pub(crate) const CROSS_C: &str = "arm-none-eabi-gcc";
 /// Programs for firmware in C, and the packages that bring them.
 const FOR_C: [(&str, &[&str]); 3] =
     [(CROSS_C, &["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"]), ("make", &["make"]), ("cmake", &["cmake"])];
+/// Opens the pages of reports, without a screen.
+const BROWSER: &str = "chromium";
 /// Counts instructions on the host.
 const VALGRIND: &str = "valgrind";
 
@@ -88,6 +90,10 @@ fn missing() -> Vec<Missing> {
     }
     if Invocation::new(wasm::NODE, &["--version"]).answer().is_none() {
         missing.push(Missing { what: format!("no `{}`, which runs WebAssembly", wasm::NODE), packages: &["nodejs"] });
+    }
+    if Invocation::new(BROWSER, &["--version"]).answer().is_none() {
+        let what = format!("no {BROWSER}, in which reports are opened");
+        missing.push(Missing { what, packages: &[BROWSER] });
     }
     if Invocation::new(VALGRIND, &["--version"]).answer().is_none() {
         let what = format!("no {VALGRIND}, which counts instructions on the host");

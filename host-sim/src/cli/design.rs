@@ -3,7 +3,7 @@
 //! The loop is linearised where it stands still, exactly ([`margins`](crate::margins)); nothing is simulated. What is
 //! suggested is put into the same loop before it is said, with what comes of it.
 
-use std::fmt::{self, Write as _};
+use std::fmt;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -290,6 +290,16 @@ impl Design {
             lines.push(format!("suggested: {table} {}: {why}", keys.join(", ")));
         }
         lines
+    }
+
+    /// What is asked for, as poles.
+    pub(super) fn asked_poles(&self) -> impl Iterator<Item = Root> {
+        self.asked.iter().flat_map(|asked| asked.poles.iter().copied())
+    }
+
+    /// Those of the closed loop.
+    pub(super) fn poles(&self) -> impl Iterator<Item = Root> {
+        self.got.poles.iter().copied()
     }
 
     /// Noise of u by the steps of the encoders, A rms; none of a loop that is not stable.
@@ -734,11 +744,14 @@ fn slow(poles: &[Root], period_s: f64) -> String {
 }
 
 fn text(design: &Design, experiment: &Experiment) -> String {
-    let mut text = format!("{}: {}\n", experiment.name, experiment.title);
-    text += &table(design, experiment).to_string();
-    let mut line = |words: String| {
-        let _ = writeln!(text, "{words}");
-    };
+    let head = format!("{}: {}\n{}", experiment.name, experiment.title, table(design, experiment));
+    remarks(design, experiment).into_iter().fold(head, |text, line| text + &line + "\n")
+}
+
+/// What is said under the table, a line each.
+pub(super) fn remarks(design: &Design, experiment: &Experiment) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut line = |words: String| lines.push(words);
     if !design.left_out.is_empty() {
         line(format!("not in these figures: {}", design.left_out.join(", ")));
     }
@@ -774,7 +787,7 @@ fn text(design: &Design, experiment: &Experiment) -> String {
             line(format!("# makes: {}", got.line()));
         }
     }
-    text
+    lines
 }
 
 /// How many unstable corners are told by name.
@@ -794,7 +807,7 @@ fn corners(got: &Got, line: &mut impl FnMut(String)) {
     }
 }
 
-fn table(design: &Design, experiment: &Experiment) -> Table {
+pub(super) fn table(design: &Design, experiment: &Experiment) -> Table {
     let mut table = Table::new(["of the loop", "value", "unit", "meaning"]);
     let mut row = |name: &str, value: String, unit: &str, meaning: &str| table.row([name, &value, unit, meaning]);
     for Asked { name, poles, meaning } in &design.asked {

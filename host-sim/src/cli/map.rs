@@ -13,12 +13,12 @@ use serde::Serialize;
 
 use super::design::Design;
 use super::{Console, Failure, Figures, claim_folder, note_changes, status, text_of};
-use crate::map::{Axis, Corner, Judged, Point, Question, Subject, corners, widest_rectangle};
+use crate::map::{Axis, Judged, Point, Question, Subject, corners, widest_rectangle};
 use crate::report::heat::{Cell, Edge, HeatMap};
 use crate::report::number::significant;
 use crate::report::write_whole;
 
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Default)]
 pub(super) struct MapOptions {
     /// The scenario; without one the default.
     file: Option<PathBuf>,
@@ -104,11 +104,23 @@ const PRESETS: [Preset; 5] = [
     ),
 ];
 /// The preset that has no axes, and what it takes if nothing is said.
-const CORNERS: &str = "corners";
+pub(super) const CORNERS: &str = "corners";
 const CORNERS_PERCENT: f64 = 50.0;
 
 fn presets() -> clap::builder::PossibleValuesParser {
-    PRESETS.iter().map(|(name, ..)| *name).chain([CORNERS]).collect::<Vec<_>>().into()
+    presets_or(CORNERS)
+}
+
+/// Those with axes, or this word.
+pub(super) fn presets_or(word: &'static str) -> clap::builder::PossibleValuesParser {
+    PRESETS.iter().map(|(name, ..)| *name).chain([word]).collect::<Vec<_>>().into()
+}
+
+impl MapOptions {
+    /// One of the presets.
+    pub(super) fn of_preset(file: Option<&Path>, preset: &str, sets: &[String]) -> Self {
+        Self { file: file.map(Path::to_path_buf), preset: Some(preset.into()), sets: sets.to_vec(), ..Self::default() }
+    }
 }
 
 /// What `--json` prints.
@@ -121,7 +133,7 @@ struct MapJson<'a> {
     /// Row by row; `refused` where there is no design.
     points: Vec<PointJson<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    promise: Option<[[&'a str; 2]; 2]>,
+    promise: Option<Promise>,
     #[serde(skip_serializing_if = "Option::is_none")]
     simulated: Option<Simulated>,
 }
@@ -236,6 +248,17 @@ fn axes_of(preset: &str, subject: &Subject<'_>) -> Result<(Vec<Axis>, Option<&'s
 
 impl Console<'_> {
     pub(super) fn map(&mut self, options: &MapOptions) -> Result<u8, Failure> {
+        self.with_view(options, |console, view| {
+            if view.question.axes.is_empty() { console.list_corners(view) } else { console.draw_map(view) }
+        })
+    }
+
+    /// What the options ask for, ready to be answered.
+    pub(super) fn with_view<T>(
+        &mut self,
+        options: &MapOptions,
+        then: impl FnOnce(&mut Self, &View<'_>) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
         let (file, text) = text_of(options.file.as_deref(), ("default.toml", scenario::DEFAULT))?;
         let stem =
             options.file.as_deref().and_then(Path::file_stem).map_or("default".into(), |it| it.to_string_lossy());
@@ -279,52 +302,43 @@ impl Console<'_> {
             simulate: options.simulate,
         };
         note_changes(&mut experiment.title, &options.sets);
-        let view = View { options, question: &question, figure, percent, experiment: &experiment };
-        if question.axes.is_empty() { self.list_corners(&view) } else { self.draw_map(&view) }
+        then(self, &View { options, question: &question, figure, percent, experiment: &experiment })
     }
 
-    /// Each corner by itself, the worst first.
-    fn list_corners(&mut self, view: &View<'_>) -> Result<u8, Failure> {
-        let View { question, figure, percent, experiment, options } = *view;
-        let mut found: Vec<(&Corner, Point)> = Vec::new();
+    /// Each corner by itself, the worst first; none if it was told to stop.
+    pub(super) fn judged_corners(&mut self, view: &View<'_>) -> Result<Option<Vec<(String, Point)>>, Failure> {
+        let question = view.question;
+        let mut found = Vec::new();
         for corner in &question.corners {
             let alone =
                 Question { corners: vec![corner.clone()], axes: Vec::new(), figure: question.figure, ..*question };
-            let Some(points) = alone.answer(1, self.stop, &mut || ()) else { return Ok(status::INTERRUPTED) };
+            let Some(points) = alone.answer(1, self.stop, &mut || ()) else { return Ok(None) };
             for point in points {
-                found.push((corner, point.map_err(|message| bad(format!("{}: {message}", corner.name)))?));
+                let point = point.map_err(|message| bad(format!("{}: {message}", corner.name)))?;
+                found.push((corner.name.clone(), point));
             }
         }
         found.sort_by(|(_, a), (_, b)| b.spectral_radius.total_cmp(&a.spectral_radius));
+        Ok(Some(found))
+    }
+
+    fn list_corners(&mut self, view: &View<'_>) -> Result<u8, Failure> {
+        let View { figure, experiment, options, .. } = *view;
+        let Some(found) = self.judged_corners(view)? else { return Ok(status::INTERRUPTED) };
         let points: Vec<Judged> = found.iter().map(|(_, point)| Ok(point.clone())).collect();
         let simulated = Simulated::of(&points);
         if options.json {
-            let json = MapJson {
-                scenario: &experiment.name,
-                sets: &options.sets,
-                axes: &[],
-                figure: figure.unwrap_or(DECAY),
-                points: points.iter().map(PointJson::of).collect(),
-                promise: None,
-                simulated,
-            };
-            self.say_json(serde_json::to_string(&json))?;
+            self.say_json(serde_json::to_string(&view.json(&points, None)))?;
             return Ok(status::DONE);
         }
-        let unstable = found.iter().filter(|(_, point)| !point.is_stable()).count();
-        self.say(&format!(
-            "{}\n{unstable} of {} corners at {} % are unstable",
-            experiment.headline(),
-            found.len(),
-            percent.unwrap_or_default()
-        ))?;
+        self.say(&format!("{}\n{}", experiment.headline(), view.count(&found)))?;
         let of_figure = figure.iter().copied();
         let mut table = Table::new(["corner", "radius", "decay (1/s)"].into_iter().chain(of_figure));
         for (corner, point) in &found {
             let figure = point.figure.iter().map(|value| number(*value));
             let radius = format!("{:.6}", point.spectral_radius);
             let cells: Vec<String> =
-                [corner.name.clone(), radius, number(point.decay_per_s)].into_iter().chain(figure).collect();
+                [corner.clone(), radius, number(point.decay_per_s)].into_iter().chain(figure).collect();
             table.row(cells.iter().map(String::as_str));
         }
         self.say(&table.to_string())?;
@@ -332,16 +346,15 @@ impl Console<'_> {
         Ok(status::DONE)
     }
 
-    fn draw_map(&mut self, view: &View<'_>) -> Result<u8, Failure> {
-        let View { question, figure, experiment, options, .. } = *view;
-        let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-map", experiment.name)));
-        let claim = claim_folder(&folder)?;
+    /// Every point of the map; none if it was told to stop.
+    pub(super) fn answered(&mut self, view: &View<'_>) -> Result<Option<Answered>, Failure> {
+        let View { question, figure, .. } = *view;
         let [columns, rows] = question.size();
         let bar = self.bar((columns * rows) as u64, "{bar:40} {percent:>3} %  {per_sec}  {elapsed} / {eta} left");
         let threads = thread::available_parallelism().map_or(1, usize::from);
         let points = question.answer(threads, self.stop, &mut || bar.inc(1));
         bar.finish_and_clear();
-        let Some(points) = points else { return Ok(status::INTERRUPTED) };
+        let Some(points) = points else { return Ok(None) };
         if let (true, Some(Err(why))) = (points.iter().all(Result::is_err), points.first()) {
             let why = why.lines().next().unwrap_or_default();
             return Err(bad(format!("no point of the map has a design; of the first: {why}")));
@@ -363,40 +376,55 @@ impl Console<'_> {
             frame,
             mark: home[0].zip(home[1]).map(|(column, row)| [column, row]),
         };
+        let promise = frame.map(|[first, last, low, high]| {
+            let ends = |i: usize, from: usize, to: usize| {
+                let values = &question.axes[i].values;
+                [values[from].clone(), values[to].clone()]
+            };
+            [ends(0, first, last), ends(1, low, high)]
+        });
+        let simulated = Simulated::of(&points);
+        let lines = [census(&points, &map.good), view.promise(promise.as_ref(), home)];
+        let lines = lines.into_iter().chain(simulated.map(Simulated::line)).collect();
+        Ok(Some(Answered { points, map, promise, lines }))
+    }
+
+    fn draw_map(&mut self, view: &View<'_>) -> Result<u8, Failure> {
+        let View { experiment, options, .. } = *view;
+        let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-map", experiment.name)));
+        let claim = claim_folder(&folder)?;
+        let Some(Answered { points, map, promise, lines }) = self.answered(view)? else {
+            return Ok(status::INTERRUPTED);
+        };
         let failed = |error| Failure::writing(folder.join("map").display(), &error);
         map.write(&folder, "map").map_err(failed)?;
         let csv = view.csv(&points);
         write_whole(&folder.join("map.csv"), |out| out.write_all(csv.as_bytes())).map_err(failed)?;
         drop(claim);
-        let promise = frame.map(|[first, last, low, high]| {
-            let ends = |i: usize, from: usize, to: usize| {
-                let values = &question.axes[i].values;
-                [values[from].as_str(), values[to].as_str()]
-            };
-            [ends(0, first, last), ends(1, low, high)]
-        });
-        let simulated = Simulated::of(&points);
         if options.json {
-            let json = MapJson {
-                scenario: &experiment.name,
-                sets: &options.sets,
-                axes: &question.axes,
-                figure: figure.unwrap_or(DECAY),
-                points: points.iter().map(PointJson::of).collect(),
-                promise,
-                simulated,
-            };
-            self.say_json(serde_json::to_string(&json))?;
+            self.say_json(serde_json::to_string(&view.json(&points, promise)))?;
             return Ok(status::DONE);
         }
         self.say(&experiment.headline())?;
-        self.say(&census(&points, &map.good))?;
-        self.say(&view.promise(promise.as_ref(), home))?;
-        simulated.map_or(Ok(()), |simulated| self.say(&simulated.line()))?;
+        for line in &lines {
+            self.say(line)?;
+        }
         self.say(&format!("written to {}", folder.display()))?;
         Ok(status::DONE)
     }
 }
+
+/// A map that is drawn.
+pub(super) struct Answered {
+    points: Vec<Judged>,
+    pub(super) map: HeatMap,
+    promise: Option<Promise>,
+    /// What is said of it.
+    pub(super) lines: Vec<String>,
+}
+
+/// Both ends of both axes.
+type Promise = [[String; 2]; 2];
 
 /// What is coloured if nothing else is asked for.
 const DECAY: &str = "decay_per_s";
@@ -404,7 +432,7 @@ const DECAY_LABEL: &str = "decay of the slowest pole (1/s)";
 
 /// A question and how its answer is told.
 #[derive(Clone, Copy)]
-struct View<'a> {
+pub(super) struct View<'a> {
     options: &'a MapOptions,
     question: &'a Question<'a>,
     figure: Option<&'a str>,
@@ -413,6 +441,25 @@ struct View<'a> {
 }
 
 impl View<'_> {
+    fn json<'a>(&'a self, points: &'a [Judged], promise: Option<Promise>) -> MapJson<'a> {
+        MapJson {
+            scenario: &self.experiment.name,
+            sets: &self.options.sets,
+            axes: &self.question.axes,
+            figure: self.figure.unwrap_or(DECAY),
+            points: points.iter().map(PointJson::of).collect(),
+            promise,
+            simulated: Simulated::of(points),
+        }
+    }
+
+    /// How many corners are unstable.
+    pub(super) fn count(&self, found: &[(String, Point)]) -> String {
+        let unstable = found.iter().filter(|(_, point)| !point.is_stable()).count();
+        let percent = self.percent.unwrap_or_default();
+        format!("{unstable} of {} corners at {percent} % are unstable", found.len())
+    }
+
     /// Stable, and within what was asked of the figure.
     fn is_good(&self, point: &Point) -> bool {
         let value = point.figure.unwrap_or(f64::NAN);
@@ -433,7 +480,7 @@ impl View<'_> {
         format!("{}: {}{worst}{bar}", self.experiment.title, self.figure.unwrap_or("decay of the slowest pole"))
     }
 
-    fn promise(&self, promise: Option<&[[&str; 2]; 2]>, home: [Option<usize>; 2]) -> String {
+    fn promise(&self, promise: Option<&Promise>, home: [Option<usize>; 2]) -> String {
         let [x, y] = [0, 1].map(|i| &self.question.axes[i].key);
         let place = match home {
             [None, None] => "",

@@ -13,10 +13,11 @@ use toml_edit::{Array, DocumentMut, Item, Value};
 use whole_file::Existing;
 
 use super::{Console, Failure, LEFT, claim_folder, status, text_of};
+use crate::chip::cycles;
 use crate::compare::{Bench, Worst, of_ours};
 use crate::report::number::significant;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
-use crate::tune::{Asked, Entry, Found, Job, LARGEST_RADIUS, cycles, settings, tuned};
+use crate::tune::{Asked, Entry, Found, Job, LARGEST_RADIUS, settings, tuned};
 
 #[derive(Args, Debug)]
 pub(super) struct TuneOptions {

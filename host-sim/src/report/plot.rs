@@ -29,13 +29,17 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use crate::report::axis::{Axis, drawable};
 use crate::report::number::significant;
+use crate::report::page::packed;
 use crate::report::picture::{Anchor, Picture, text_width, wrapped};
 use crate::report::polyline;
 
 /// Colours of Okabe and Ito, told apart by colour-blind readers too (their yellow is lost on white), then grey.
-const PALETTE: [&str; 8] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#808080"];
+pub(super) const PALETTE: [&str; 8] =
+    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#808080"];
 /// Index of black, for what is true or given.
 pub const BLACK: usize = 6;
 /// Index of grey, for bounds and references.
@@ -58,7 +62,7 @@ const SAMPLE_PX: f64 = 26.0;
 pub(super) const MARGIN_PX: f64 = 14.0;
 
 /// How a line is drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Style {
     /// ─────
     #[default]
@@ -70,11 +74,12 @@ pub enum Style {
 }
 
 /// One line.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Series {
     /// Text of the legend; an empty one has no entry.
     pub label: String,
     /// (x, y). Joined in their order; a value that is not finite, or beyond 1e100, makes a gap.
+    #[serde(with = "packed")]
     pub points: Vec<(f64, f64)>,
     /// How it is drawn.
     pub style: Style,
@@ -111,7 +116,7 @@ impl Series {
 }
 
 /// Intervals of x set off by a tint, such as the time spent in saturation.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Shade {
     /// Text of the legend.
     pub label: String,
@@ -127,7 +132,7 @@ impl Shade {
 }
 
 /// One pair of axes.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Panel {
     /// Stands above the panel; may be empty.
     pub title: String,
@@ -149,7 +154,7 @@ pub struct Panel {
 }
 
 /// Panels in rows of `columns`.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     /// Stands above all panels; may be empty.
     pub title: String,

@@ -109,24 +109,3 @@ fn a_file_with_the_settings_is_that_drive() {
         assert_eq!(super::settings(&of_file), settings);
     }
 }
-
-/// As the gate counts them.
-#[test]
-fn cycles_are_those_of_the_budgets() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/budgets.toml");
-    let budgets = std::fs::read_to_string(path).expect("the ceilings");
-    let bound = |name: &str| -> u32 {
-        let (_, of) = budgets.split_once(&format!("name = \"{name}\"\n")).expect(name);
-        let (_, bound) = of.split_once("\nbound = ").expect("a bound");
-        bound.lines().next().and_then(|line| line.parse().ok()).expect("a number")
-    };
-    for (text, name) in [(scenario::MOTOR, "motor"), (scenario::JOINT, "joint with two encoders")] {
-        let with = |sets: &str| {
-            let sets: Vec<String> = sets.split(' ').map(Into::into).collect();
-            cycles(&Bench::new("test.toml", text, &sets).expect("a file").designed)
-        };
-        assert_eq!(with("drive.gain_sets=1"), bound(name));
-        assert_eq!(with("drive.gain_sets=2"), bound(&format!("{name}, two sets")));
-        assert_eq!(with("drive.gain_sets=1 drive.delay_ticks=1"), bound(&format!("{name}, late")));
-    }
-}

@@ -1,0 +1,286 @@
+//! `host-sim report`: all that there is to say of a scenario, as one page for a browser, a printer and the next reader.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use cycle_bound::table::Table;
+use loop_sim::trace::Ending;
+use scenario::{Experiment, Source};
+use sha2::{Digest, Sha256};
+use whole_file::Kind;
+
+use super::design::{self, Design};
+use super::map::{self, MapOptions};
+use super::{Console, Failure, Figures, drive, ending, figures_of, note_changes, status, table, text_of};
+use crate::chip::{self, Cost};
+use crate::margins;
+use crate::report::number::significant;
+use crate::report::page::{self, Account, Page, Section};
+use crate::report::plot::{Figure, Panel, Series};
+use crate::report::write_whole;
+
+#[derive(Args, Debug)]
+pub(super) struct ReportOptions {
+    /// Scenarios, or reports made before, to lay side by side; without any the default.
+    files: Vec<PathBuf>,
+    /// Override a key of every scenario, as in --set drive.surface_rad_s=100.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// The page to write [default: out/SCENARIO-report.html].
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// The preset of `map` that is drawn; `none` leaves the map out.
+    #[arg(long, value_name = "PRESET", default_value = "gain", value_parser = map::presets_or(NO_MAP))]
+    map: String,
+    /// The certificate of `export --certificate`, to be attached.
+    #[arg(long, value_name = "FILE")]
+    certificate: Option<PathBuf>,
+}
+
+/// Instead of a preset.
+const NO_MAP: &str = "none";
+/// What ends the name of a report.
+const PAGE: &str = "html";
+/// Clock of the chip that times are told for, Hz.
+const CLOCK_HZ: f64 = 168e6;
+
+fn bad(message: String) -> Failure {
+    Failure { status: status::BAD_INPUT, message }
+}
+
+impl Console<'_> {
+    pub(super) fn report(&mut self, options: &ReportOptions) -> Result<u8, Failure> {
+        let certificate = options.certificate.as_deref().map(|file| text_of(Some(file), ("", ""))).transpose()?;
+        let mut accounts = Vec::new();
+        let files: Vec<Option<&Path>> = if options.files.is_empty() {
+            vec![None]
+        } else {
+            options.files.iter().map(|file| Some(&**file)).collect()
+        };
+        for file in files {
+            match file {
+                Some(file) if file.extension().is_some_and(|end| end == PAGE) => accounts.extend(read_back(file)?),
+                file => match self.account(file, options)? {
+                    Some(account) => accounts.push(account),
+                    None => return Ok(status::INTERRUPTED),
+                },
+            }
+        }
+        if let (Some((name, text)), Some(account)) = (certificate, accounts.first_mut()) {
+            account.sections.push(Section {
+                heading: "Proofs".into(),
+                says: vec!["What holds for every input, state and order of lost samples, and who showed it.".into()],
+                files: vec![(name, text)],
+                ..Section::default()
+            });
+        }
+        told_apart(&mut accounts);
+        let names: Vec<&str> = accounts.iter().map(|account| account.name.as_str()).collect();
+        let title = names.join(" beside ");
+        let page = Page { title: &title, accounts: &accounts };
+        let html = page.html().map_err(|error| Failure::writing("the page", &error.into()))?;
+        let default = || Path::new("out").join(format!("{}-report.{PAGE}", names.join("-")));
+        let output = options.output.clone().unwrap_or_else(default);
+        write_whole(&output, |out| out.write_all(html.as_bytes()))
+            .map_err(|error| Failure::writing(output.display(), &error))?;
+        self.say(&format!("written to {}", output.display()))?;
+        Ok(status::DONE)
+    }
+
+    /// All that is told of one scenario; none if it was told to stop.
+    fn account(&mut self, file: Option<&Path>, options: &ReportOptions) -> Result<Option<Account>, Failure> {
+        let (name, text) = text_of(file, ("default.toml", scenario::DEFAULT))?;
+        let stem = file.and_then(Path::file_stem).map_or("default".into(), |stem| stem.to_string_lossy());
+        let source = Source { file: &name, text: &text, sets: &options.sets };
+        let mut experiment = scenario::parse_own(&source, &stem)?;
+        note_changes(&mut experiment.title, &options.sets);
+        experiment.warnings.extend(margins::warnings(&experiment));
+        let mut sections = vec![about(&experiment, &name, &text, &options.sets)];
+        sections.extend(of_design(&experiment));
+        match self.of_run(&mut experiment)? {
+            Some(section) => sections.push(section),
+            None => return Ok(None),
+        }
+        if options.map != NO_MAP {
+            match self.of_map(file, options) {
+                Some(section) => sections.push(section),
+                None => return Ok(None),
+            }
+        }
+        sections.push(on_chip(&experiment));
+        Ok(Some(Account { name: experiment.name, sections }))
+    }
+
+    fn of_run(&mut self, experiment: &mut Experiment) -> Result<Option<Section>, Failure> {
+        let (trace, error) = self.watched(experiment, &mut None);
+        if let Some(error) = error {
+            return Err(Failure { status: status::FAILED, message: error.to_string() });
+        }
+        if let Ending::Interrupted { .. } = trace.ending {
+            return Ok(None);
+        }
+        let metrics = experiment.metrics(&trace);
+        let Figures { tracking, noise, .. } = Figures::of(experiment, &trace, &metrics);
+        let of_loop_a = Design::of(experiment).ok().as_ref().and_then(Design::noise);
+        let table = match (&experiment.drive, tracking) {
+            (Some(of), Some(tracking)) => {
+                drive::table(experiment, of, &metrics, &tracking, noise.as_ref(), of_loop_a, &trace)
+            }
+            _ => table(experiment, &metrics, &trace),
+        };
+        Ok(Some(Section {
+            heading: "Run".into(),
+            says: vec![ending(&trace, &metrics).1],
+            tables: vec![table],
+            figures: figures_of(experiment, &trace).into_iter().map(|(_, figure)| figure).collect(),
+            ..Section::default()
+        }))
+    }
+
+    /// Where it is stable, and in which corners.
+    fn of_map(&mut self, file: Option<&Path>, options: &ReportOptions) -> Option<Section> {
+        let asked = |preset: &str| MapOptions::of_preset(file, preset, &options.sets);
+        let corners = self.with_view(&asked(map::CORNERS), |console, view| {
+            let found = console.judged_corners(view)?;
+            Ok(found.map(|found| {
+                let worst = found.first().map_or_else(String::new, |(name, point)| {
+                    format!("; the worst, {name}, has spectral radius {:.5}", point.spectral_radius)
+                });
+                view.count(&found) + &worst
+            }))
+        });
+        let mut says = match corners {
+            Ok(Some(line)) => vec![line],
+            Ok(None) => return None,
+            // A law that switches has no matrices: that is told, and no reason for no report.
+            Err(Failure { message, .. }) => vec![format!("no corners: {message}")],
+        };
+        let mut drawings = Vec::new();
+        match self.with_view(&asked(&options.map), Self::answered) {
+            Ok(Some(answered)) => {
+                says.extend(answered.lines);
+                drawings.push(answered.map.svg());
+            }
+            Ok(None) => return None,
+            Err(Failure { message, .. }) => says.push(format!("no map: {message}")),
+        }
+        Some(Section { heading: "Where it is stable".into(), says, drawings, ..Section::default() })
+    }
+}
+
+/// The accounts of a report that was made before.
+fn read_back(file: &Path) -> Result<Vec<Account>, Failure> {
+    let text = whole_file::read_text(file, Kind::REPORT).map_err(|why| bad(format!("{}: {why}", file.display())))?;
+    page::accounts(&text).filter(|accounts| !accounts.is_empty()).ok_or_else(|| {
+        bad(format!("{}: no report that this program made: it has no accounts to read back", file.display()))
+    })
+}
+
+/// No two accounts have one name.
+fn told_apart(accounts: &mut [Account]) {
+    for k in 1..accounts.len() {
+        let (before, rest) = accounts.split_at_mut(k);
+        let name = &mut rest[0].name;
+        let is_taken = |name: &str| before.iter().any(|account| account.name == name);
+        if is_taken(name) {
+            let others = (2..=k + 1).map(|n| format!("{name} ({n})"));
+            *name = others.into_iter().find(|other| !is_taken(other)).unwrap_or_default();
+        }
+    }
+}
+
+/// What it is, and by which numbers it is known again.
+fn about(experiment: &Experiment, file: &str, text: &str, sets: &[String]) -> Section {
+    let mut table = Table::new(["of the scenario", "value"]);
+    table.row(["file", file]);
+    let hash = Sha256::digest(text.as_bytes()).iter().fold(String::new(), |hash, byte| hash + &format!("{byte:02x}"));
+    table.row(["sha256 of the file", &hash]);
+    if !sets.is_empty() {
+        table.row(["set besides", &sets.join(", ")]);
+    }
+    if let Some(hash) = experiment.port.fingerprint() {
+        table.row(["hash of the design", &format!("{hash:08x}")]);
+    }
+    table.row(["period (s)", &significant(experiment.period_s, 6)]);
+    table.row(["span (s)", &significant(experiment.span_s, 6)]);
+    table.row(["made by", concat!("host-sim ", env!("CARGO_PKG_VERSION"))]);
+    let warnings = experiment.warnings.iter().map(|warning| format!("warning: {warning}"));
+    let chosen = experiment.drive.iter().flat_map(|drive| drive.chosen.clone());
+    Section {
+        heading: "Scenario".into(),
+        says: [experiment.headline()].into_iter().chain(chosen).chain(warnings).collect(),
+        tables: vec![table],
+        files: vec![(file.into(), text.into())],
+        ..Section::default()
+    }
+}
+
+/// Its loop at rest; of a law that has none nothing.
+fn of_design(experiment: &Experiment) -> Option<Section> {
+    let design = Design::of(experiment).ok()?;
+    Some(Section {
+        heading: "Design".into(),
+        says: design::remarks(&design, experiment),
+        tables: vec![design::table(&design, experiment)],
+        figures: vec![poles(&design)],
+        ..Section::default()
+    })
+}
+
+/// Poles asked for and got, as far as they are slow enough to be seen.
+fn poles(design: &Design) -> Figure {
+    let asked: Vec<_> = design.asked_poles().collect();
+    let fastest = asked.iter().map(|pole| pole.re.abs()).fold(0.0, f64::max);
+    let dots = |label: &str, color: usize, poles: &mut dyn Iterator<Item = margins::Root>| {
+        // A gap behind each: they are no curve.
+        let points = poles.filter(|pole| pole.re.abs() <= 3.0 * fastest && pole.im.abs() <= 3.0 * fastest);
+        let points = points.flat_map(|pole| [(pole.re, pole.im), (f64::NAN, f64::NAN)]);
+        Series { has_dots: true, ..Series::solid(label, color, points) }
+    };
+    Figure {
+        title: "Poles".into(),
+        panels: vec![Panel {
+            x_label: "real part (rad/s)".into(),
+            y_label: "imaginary part (rad/s)".into(),
+            series: vec![
+                dots("of the closed loop", 0, &mut design.poles()),
+                dots("asked for", 1, &mut asked.iter().copied()),
+            ],
+            ..Panel::default()
+        }],
+        columns: 1,
+    }
+}
+
+/// What the tick costs.
+fn on_chip(experiment: &Experiment) -> Section {
+    let mut says = Vec::new();
+    let mut tables = Vec::new();
+    if let Some(Cost { instance, typical, bound, flash, state, coefficients }) = chip::cost_of(experiment) {
+        says.push(format!("the tick that is shipped as {instance:?} in firmware/budgets.toml, on a Cortex-M4F"));
+        let mut table = Table::new(["of the tick", "value", "unit", "meaning"]);
+        let microseconds =
+            |cycles: u32| format!("{} us at 168 MHz", significant(1e6 * f64::from(cycles) / CLOCK_HZ, 3));
+        let mut row = |name: &str, value: u32, unit: &str, meaning: &str| {
+            table.row([name, &value.to_string(), unit, meaning]);
+        };
+        row("an ordinary tick", typical, "cycles", &microseconds(typical));
+        row("any tick, bound", bound, "cycles", &microseconds(bound));
+        let share = 1e2 * f64::from(bound) / (CLOCK_HZ * experiment.period_s);
+        row("code", flash, "bytes", "flash");
+        row("state", state, "bytes", "memory that changes");
+        row("design", coefficients, "bytes", "flash or memory");
+        says.push(format!("the bound is {} % of the period", significant(share, 2)));
+        tables.push(table);
+    } else if let Some(drive) = &experiment.drive {
+        says.push(format!(
+            "this form of a drive is not measured; its parts add up to a bound of {} cycles a tick on a Cortex-M4F",
+            chip::cycles(&drive.designed)
+        ));
+    } else {
+        says.push(
+            "no tick of this shape is measured; `host-sim budget --elf YOURS --symbol TICK` bounds your own".into(),
+        );
+    }
+    Section { heading: "On the chip".into(), says, tables, ..Section::default() }
+}
