@@ -17,6 +17,7 @@ use std::process::{Command, ExitCode};
 use benches::{Joint, Noise, joint};
 use ceilings::Ceilings;
 use controller_core::ControlLaw;
+use loop_sim::lanes::{Campaign, Judged, LANES, Trial, close_loops};
 use subjects::lanes::{self, L};
 
 /// The file of ceilings, beside the sources.
@@ -38,7 +39,7 @@ struct Subject {
     above_percent: u64,
 }
 
-const SUBJECTS: [Subject; 5] = [
+const SUBJECTS: [Subject; 6] = [
     Subject { what: "one tick, r = 2", function: "counted_tick_2", run: ticks_2, calls: TICKS, above_percent: 0 },
     Subject { what: "one tick, r = 3", function: "counted_tick_3", run: ticks_3, calls: TICKS, above_percent: 0 },
     Subject {
@@ -53,6 +54,13 @@ const SUBJECTS: [Subject; 5] = [
         function: "counted_avx2",
         run: || ticks_of_lanes(counted_avx2),
         calls: TICKS,
+        above_percent: 2,
+    },
+    Subject {
+        what: "64 closed loops, a tick, AVX2",
+        function: "counted_loops",
+        run: closed_loops,
+        calls: LOOP_TICKS as u64,
         above_percent: 2,
     },
     Subject {
@@ -104,6 +112,23 @@ fn ticks_of_lanes(tick: TickAll) {
         tick(&joint, &mut states, &x, &mut u);
         black_box(&u);
     }
+}
+
+/// Ticks of the loops side by side: their start is shared by so many.
+const LOOP_TICKS: usize = 2000;
+
+fn closed_loops() {
+    let experiment = subjects::second();
+    let (campaign, trial) = experiment.beside().expect("a loop that fits");
+    let campaign = Campaign { periods: LOOP_TICKS - 1, window_s: [1.0, 2.0], ..campaign };
+    black_box(counted_loops(&campaign, &[trial; LANES]));
+}
+
+#[inline(never)]
+fn counted_loops(campaign: &Campaign<'_>, trials: &[Trial<'_>]) -> Vec<Option<Judged>> {
+    let judged = close_loops(campaign, trials);
+    assert!(judged.iter().all(Option::is_some), "every loop fits");
+    judged
 }
 
 // Names of their own: callgrind would stop at the next function with the name that it counts in.

@@ -121,8 +121,10 @@ fn run<R: Recorder + ?Sized>(setup: Loop<'_>, recorder: &mut R) -> (Ending, Opti
         if recorder.record(&row).is_break() {
             return (Ending::Interrupted { t_s }, None);
         }
+        let next_s = (k + 1) as f64 * period_s;
         if k < periods
-            && let Err(error) = solver::advance(plant, t_s, (k + 1) as f64 * period_s, u_held, &mut x[..n])
+            && !plant.exact().is_some_and(|exact| exact.advance(t_s, next_s, u_held, &mut x[..n]))
+            && let Err(error) = solver::advance(plant, t_s, next_s, u_held, &mut x[..n])
         {
             return (Ending::BrokenOff { t_s }, Some(LoopError::Solver(error)));
         }

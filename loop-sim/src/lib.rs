@@ -3,7 +3,10 @@
 
 pub mod actuator;
 pub mod closed_loop;
+pub mod exact;
 pub mod expression;
+#[cfg(feature = "lanes")]
+pub mod lanes;
 pub mod linear;
 pub mod metrics;
 pub mod plant;
@@ -11,6 +14,7 @@ pub mod port;
 pub mod random;
 pub mod sensor;
 pub mod signal;
+pub mod sine;
 pub mod solver;
 pub mod trace;
 

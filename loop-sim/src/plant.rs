@@ -28,6 +28,7 @@ pub use motor::{Friction, Imperfections, Motor, Shaft};
 pub use own::Own;
 
 use crate::MAX_ORDER;
+use crate::exact::{Exact, Lumped};
 use crate::signal::Signal;
 
 /// A chain of integrators with disturbances, Eq. (39), as it really is.
@@ -51,6 +52,16 @@ pub trait Plant: Send + Sync {
 
     /// Instants at which the right-hand side jumps, ascending: no solver step straddles one.
     fn jumps_s(&self) -> &[f64];
+
+    /// Its step from tick to tick, if it has one of its own; what that does not cross the solver does.
+    fn exact(&self) -> Option<&Exact> {
+        None
+    }
+
+    /// [`lumped`](Self::lumped) as numbers, if it is of that form.
+    fn lumped_part(&self) -> Option<&Lumped> {
+        None
+    }
 }
 
 /// All jumps of the signals, ascending, each once.

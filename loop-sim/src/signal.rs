@@ -131,6 +131,23 @@ impl Signal {
         Self { terms, jumps_s }
     }
 
+    /// This and so many times another.
+    #[must_use]
+    pub fn plus(&self, factor: f64, other: &Self) -> Self {
+        let scaled = other.terms.iter().map(|term| match *term {
+            Term::Const { amplitude } => Term::Const { amplitude: factor * amplitude },
+            Term::Ramp { slope } => Term::Ramp { slope: factor * slope },
+            Term::Sin { amplitude, omega_rad_s, phase_rad } => {
+                Term::Sin { amplitude: factor * amplitude, omega_rad_s, phase_rad }
+            }
+            Term::Cos { amplitude, omega_rad_s, phase_rad } => {
+                Term::Cos { amplitude: factor * amplitude, omega_rad_s, phase_rad }
+            }
+            Term::Step { amplitude, t0_s } => Term::Step { amplitude: factor * amplitude, t0_s },
+        });
+        Self::new(self.terms.iter().copied().chain(scaled).collect())
+    }
+
     /// The terms whose sum it is.
     pub fn terms(&self) -> &[Term] {
         &self.terms

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use controller_core::{ConfigError, Field, Gate, Remedy, SampleLimits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::closed_loop::{Loop, LoopError, close_loop};
+use loop_sim::lanes::{Campaign, Trial};
 use loop_sim::linear::LawAtRest;
 use loop_sim::metrics::{self, Metrics, Noise, Tracking};
 use loop_sim::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel, Own, Plant};
@@ -70,6 +71,8 @@ pub struct Experiment {
     /// The same loop standing still, or why it has no such form.
     pub at_rest: Result<AtRest, ScenarioError>,
     pub(super) controller: String,
+    /// Does the law see the state itself, and the plant feel what it asks for?
+    pub(super) is_direct: bool,
 }
 
 /// A loop that stands still where its angles or states are 0, in f64, with nothing in it that is random, jumps or
@@ -210,6 +213,15 @@ impl Experiment {
         }
     }
 
+    /// This run as one of many side by side ([`lanes`](loop_sim::lanes)); none if it has anything that those do not
+    /// know: a drive, a sensor, an actuator, a plant without a step of its own.
+    pub fn beside(&self) -> Option<(Campaign<'_>, Trial<'_>)> {
+        let Self { period_s, periods, window_s, settling_band, .. } = *self;
+        let spec = self.spec.as_ref().filter(|_| self.is_direct && self.plant.exact().is_some())?;
+        let campaign = Campaign { spec, period_s, periods, window_s, settling_band };
+        Some((campaign, Trial { plant: self.plant.as_ref(), x0: &self.x0 }))
+    }
+
     /// Figures of merit of a trace of this scenario.
     pub fn metrics(&self, trace: &Trace) -> Metrics {
         metrics::measure(trace, self.window_s, self.settling_band)
@@ -290,12 +302,11 @@ pub(super) fn assemble(
         settling_band: file.settling_band,
         output_unit,
         control_unit,
-        plant: plant_of(plant, &file.plant.error, disturbances).map_err(told)?,
+        plant: plant_of(plant, &file.plant.error, disturbances, Some(period_s)).map_err(told)?,
         sensor: gated(sensor_of(&file.sensor, file.seed), spec.as_ref()),
         actuator: actuator_of(&file.actuator, period_s),
         x0,
         port,
-        spec,
         download,
         report: file.actuator.report,
         warnings,
@@ -304,6 +315,8 @@ pub(super) fn assemble(
             .then(|| file.plant.reading.word()),
         drive: None,
         at_rest,
+        is_direct: is_direct(&file.sensor, &file.actuator, spec.as_ref()),
+        spec,
         controller: match (file.controller.kind, file.controller.precision) {
             (ControllerKind::Baseline, _) => "baseline f64".into(),
             (ControllerKind::Proposed, PrecisionKey::F32) => "f32".into(),
@@ -387,7 +400,7 @@ fn at_rest(
         (actuator.rate_per_s.is_some(), "the rate limit"),
     ];
     Ok(AtRest {
-        plant: plant_of(still, &file.plant.error, vec![Signal::default(); order])?,
+        plant: plant_of(still, &file.plant.error, vec![Signal::default(); order], None)?,
         law,
         sensed: sensed.collect(),
         sensor_delay_ticks: sensor.delay_ticks,
@@ -407,7 +420,13 @@ fn bounds(disturbances: &[Signal], orders: &[usize], span_s: f64) -> Vec<Mu> {
     mu.collect()
 }
 
-fn plant_of(choice: PlantChoice, errors: &ErrorTable, disturbances: Vec<Signal>) -> Result<Box<dyn Plant>, Problem> {
+/// With a period it has its own step, if there is one.
+fn plant_of(
+    choice: PlantChoice,
+    errors: &ErrorTable,
+    disturbances: Vec<Signal>,
+    period_s: Option<f64>,
+) -> Result<Box<dyn Plant>, Problem> {
     let mut given = disturbances.into_iter();
     let mut next = || given.next().unwrap_or_default();
     Ok(match choice {
@@ -415,20 +434,38 @@ fn plant_of(choice: PlantChoice, errors: &ErrorTable, disturbances: Vec<Signal>)
             let ErrorTable { k1, k1_x3, b1, k2_x1, k2_x3, b2, b } = *errors;
             let errors = JointErrors { k1, k1_x3, b1, k2_x1, k2_x3, b2, b };
             let extra = [next(), next(), next(), next()];
-            Box::new(FlexibleJoint::new(chain, errors, Signal::new(input_disturbance), extra))
+            let joint = FlexibleJoint::new(chain, errors, Signal::new(input_disturbance), extra);
+            Box::new(period_s.map_or(joint.clone(), |period_s| joint.sampled(period_s)))
         }
         PlantChoice::Benchmark { state_dependent } => Box::new(Benchmark::new([next(), next()], state_dependent)),
         PlantChoice::Chain { a, b, nominal_a, nominal_b } => {
             let truth = LastChannel { a, b };
             let nominal = LastChannel { a: nominal_a, b: nominal_b };
             let chain = Chain::new(truth, nominal, given.collect());
-            Box::new(chain.map_err(|error| Problem { key: "plant".into(), message: error.to_string() })?)
+            let chain = chain.map_err(|error| Problem { key: "plant".into(), message: error.to_string() })?;
+            Box::new(period_s.map_or(chain.clone(), |period_s| chain.sampled(period_s)))
         }
         PlantChoice::Own(Formulas { rates, drift, gain }) => {
             let own = Own::new(rates, drift, gain, given.collect());
             Box::new(own.map_err(|error| Problem { key: "plant".into(), message: error.to_string() })?)
         }
     })
+}
+
+/// Neither sensor nor actuator nor a gate between plant and law.
+fn is_direct(sensor: &SensorTable, actuator: &ActuatorTable, spec: Option<&ControllerSpec>) -> bool {
+    let ideal = sensor.jitter <= 0.0
+        && sensor.noise.is_none()
+        && sensor.quantum.is_none()
+        && sensor.delay_ticks == 0
+        && sensor.dropout <= 0.0;
+    let free = actuator.rate_per_s.is_none()
+        && actuator.min.is_none()
+        && actuator.max.is_none()
+        && actuator.delay_ticks == 0
+        && actuator.hold_ticks <= 1;
+    let ungated = spec.is_some_and(|spec| spec.config.padded.options.samples == SampleLimits::NONE);
+    ideal && free && ungated
 }
 
 /// From the truth to the sample: jitter, noise, quantisation, delay, dropout.

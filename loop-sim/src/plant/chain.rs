@@ -9,6 +9,7 @@ use core::fmt;
 
 use super::{Plant, companion, fastest_signal_rad_s, merged_jumps_s, spectral_bound};
 use crate::MAX_ORDER;
+use crate::exact::{Exact, LinearPart, Lumped};
 use crate::signal::Signal;
 
 /// a . x + b u.
@@ -68,10 +69,11 @@ impl std::error::Error for ChainError {}
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
     truth: LastChannel,
-    nominal: LastChannel,
+    lumped: Lumped,
     disturbances: Vec<Signal>,
     fastest_rad_s: f64,
     jumps_s: Vec<f64>,
+    exact: Option<Exact>,
 }
 
 impl Chain {
@@ -84,15 +86,39 @@ impl Chain {
         if !(2..=MAX_ORDER).contains(&order) {
             return Err(ChainError::Order { order });
         }
-        if nominal.a.len() != order {
-            return Err(ChainError::NominalOrder { order, nominal: nominal.a.len() });
+        let LastChannel { a: nominal_a, b: nominal_b } = nominal;
+        if nominal_a.len() != order {
+            return Err(ChainError::NominalOrder { order, nominal: nominal_a.len() });
         }
         if disturbances.len() != order {
             return Err(ChainError::Disturbances { order, given: disturbances.len() });
         }
         let fastest_rad_s = spectral_bound(companion(&truth.a)).max(fastest_signal_rad_s(&disturbances));
         let jumps_s = merged_jumps_s(&disturbances);
-        Ok(Self { truth, nominal, disturbances, fastest_rad_s, jumps_s })
+        let mut lumped = Lumped::default();
+        for j in 0..order {
+            lumped.rows[order - 1][j] = truth.a[j] - nominal_a[j];
+        }
+        lumped.of_u[order - 1] = truth.b - nominal_b;
+        lumped.signals = disturbances.iter().enumerate().map(|(i, signal)| (i, 1.0, signal.clone())).collect();
+        Ok(Self { truth, lumped, disturbances, fastest_rad_s, jumps_s, exact: None })
+    }
+
+    /// With its step from tick to tick.
+    #[must_use]
+    pub fn sampled(self, period_s: f64) -> Self {
+        let signals: Vec<(usize, f64, &Signal)> =
+            self.disturbances.iter().enumerate().map(|(i, signal)| (i, 1.0, signal)).collect();
+        let part = LinearPart {
+            a: companion(&self.truth.a),
+            order: self.truth.a.len(),
+            b: self.truth.b,
+            signals: &signals,
+            has_sine: false,
+            fastest_rad_s: self.fastest_rad_s,
+        };
+        let exact = Exact::new(&part, period_s);
+        Self { exact, ..self }
     }
 }
 
@@ -111,14 +137,7 @@ impl Plant for Chain {
     }
 
     fn lumped(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]) {
-        for (d, disturbance) in d.iter_mut().zip(&self.disturbances) {
-            *d = disturbance.value(t_s);
-        }
-        let n = self.order();
-        for j in 0..n {
-            d[n - 1] += (self.truth.a[j] - self.nominal.a[j]) * x[j];
-        }
-        d[n - 1] += (self.truth.b - self.nominal.b) * u;
+        self.lumped.value(t_s, x, u, d);
     }
 
     fn fastest_rad_s(&self, _: f64, _: &[f64], _: f64) -> f64 {
@@ -127,6 +146,14 @@ impl Plant for Chain {
 
     fn jumps_s(&self) -> &[f64] {
         &self.jumps_s
+    }
+
+    fn exact(&self) -> Option<&Exact> {
+        self.exact.as_ref()
+    }
+
+    fn lumped_part(&self) -> Option<&Lumped> {
+        Some(&self.lumped)
     }
 }
 

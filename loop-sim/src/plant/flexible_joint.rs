@@ -19,6 +19,7 @@
 use controller_core::JointChain;
 
 use super::{Plant, companion, fastest_signal_rad_s, merged_jumps_s, spectral_bound};
+use crate::exact::{Exact, LinearPart, Lumped};
 use crate::signal::{Signal, Term};
 
 /// Above this link velocity the solver no longer resolves sin x_1, rad/s: one unresolved step of 50 us then errs by
@@ -54,15 +55,17 @@ impl JointErrors {
 /// The joint with its errors and disturbances.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlexibleJoint {
-    nominal: JointChain,
-    errors: JointErrors,
     /// True coefficients; `x3` is that of x_3 on the link, k_2 that of x_3 on the motor.
     truth: JointChain,
     x3: f64,
+    lumped: Lumped,
     input: Signal,
     extra: [Signal; 4],
+    /// Of the linearised joint alone, and of its signals too.
+    linear_rad_s: f64,
     fastest_rad_s: f64,
     jumps_s: Vec<f64>,
+    exact: Option<Exact>,
 }
 
 impl FlexibleJoint {
@@ -82,9 +85,29 @@ impl FlexibleJoint {
         let mut jacobian = companion(&[truth.a1, 0.0, -truth.k2, -truth.b2]);
         jacobian[1][..3].copy_from_slice(&[-truth.k1 - 1.0, -truth.b1, x3]);
         let signals = || extra.iter().chain([&input]);
-        let fastest_rad_s = spectral_bound(jacobian).max(fastest_signal_rad_s(signals()));
+        let linear_rad_s = spectral_bound(jacobian);
+        let fastest_rad_s = linear_rad_s.max(fastest_signal_rad_s(signals()));
         let jumps_s = merged_jumps_s(signals());
-        Self { nominal, errors, truth, x3, input, extra, fastest_rad_s, jumps_s }
+        let lumped = lumped(&nominal, &errors, &input, &extra);
+        Self { truth, x3, lumped, input, extra, linear_rad_s, fastest_rad_s, jumps_s, exact: None }
+    }
+
+    /// With its step from tick to tick.
+    #[must_use]
+    pub fn sampled(self, period_s: f64) -> Self {
+        let JointChain { k1, b1, k2, b2, b, a1 } = self.truth;
+        let mut a = companion(&[a1, 0.0, -k2, -b2]);
+        a[1][..3].copy_from_slice(&[-k1, -b1, self.x3]);
+        let [w1, w2, w3, w4] = &self.extra;
+        let part = LinearPart {
+            a,
+            order: 4,
+            b,
+            signals: &[(0, 1.0, w1), (1, 1.0, w2), (2, 1.0, w3), (3, 1.0, w4), (3, b, &self.input)],
+            has_sine: true,
+            fastest_rad_s: self.linear_rad_s,
+        };
+        Self { exact: Exact::new(&part, period_s), ..self }
     }
 
     /// The joint of the paper: no errors, v = 1 + sin 2t, no extra disturbance.
@@ -99,6 +122,18 @@ impl FlexibleJoint {
             Term::Sin { amplitude: 1.0, omega_rad_s: 2.0, phase_rad: 0.0 },
         ])
     }
+}
+
+/// What the nominal chain does not have, from the errors.
+fn lumped(nominal: &JointChain, errors: &JointErrors, input: &Signal, extra: &[Signal; 4]) -> Lumped {
+    let JointChain { k1, b1, k2, b2, b, a1 } = *nominal;
+    let mut lumped = Lumped { has_sine: true, ..Lumped::default() };
+    lumped.rows[1][..3].copy_from_slice(&[-k1 - errors.k1 * k1, -b1 - errors.b1 * b1, errors.k1_x3]);
+    lumped.rows[3][..4].copy_from_slice(&[errors.k2_x1 * a1, 0.0, -errors.k2_x3 * k2, -errors.b2 * b2]);
+    lumped.of_u[3] = errors.b * b;
+    lumped.signals = extra.iter().enumerate().map(|(i, signal)| (i, 1.0, signal.clone())).collect();
+    lumped.signals.push((3, (1.0 + errors.b) * b, input.clone()));
+    lumped
 }
 
 impl Plant for FlexibleJoint {
@@ -116,16 +151,7 @@ impl Plant for FlexibleJoint {
     }
 
     fn lumped(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]) {
-        let JointChain { k1, b1, k2, b2, b, a1 } = self.nominal;
-        let error = &self.errors;
-        for (d, extra) in d.iter_mut().zip(&self.extra) {
-            *d = extra.value(t_s);
-        }
-        d[1] +=
-            -k1 * x[0] - b1 * x[1] - libm::sin(x[0]) + error.k1_x3 * x[2] - error.k1 * k1 * x[0] - error.b1 * b1 * x[1];
-        d[3] += error.k2_x1 * a1 * x[0] - error.k2_x3 * k2 * x[2] - error.b2 * b2 * x[3]
-            + error.b * b * u
-            + (1.0 + error.b) * b * self.input.value(t_s);
+        self.lumped.value(t_s, x, u, d);
     }
 
     /// That of the linearised joint and of the signals; and sin x_1 of a spinning link varies at the link's velocity.
@@ -135,6 +161,14 @@ impl Plant for FlexibleJoint {
 
     fn jumps_s(&self) -> &[f64] {
         &self.jumps_s
+    }
+
+    fn exact(&self) -> Option<&Exact> {
+        self.exact.as_ref()
+    }
+
+    fn lumped_part(&self) -> Option<&Lumped> {
+        Some(&self.lumped)
     }
 }
 

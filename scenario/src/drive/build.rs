@@ -578,7 +578,6 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         port,
         share: finer.map(|finer| finer.share()),
     });
-    let sets = if form.gain_sets > 1 { "2 gain sets" } else { "1 gain set" };
     Experiment {
         name,
         title,
@@ -613,7 +612,8 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
             twin,
         }),
         at_rest: Ok(at_rest),
-        controller: format!("drive in f32, {sets}"),
+        controller: format!("drive in f32, {}", ["1 gain set", "2 gain sets"][usize::from(form.gain_sets > 1)]),
+        is_direct: false,
     }
 }
 

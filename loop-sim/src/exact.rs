@@ -1,0 +1,416 @@
+//! The step of a plant that is linear but for a sine: from one tick to the next without substeps.
+//!
+//! $$ \dot x = A x + e_n b u + \sum_i e_i w_i(t) - e_2 \sin x_1 $$
+//!
+//! with u held. Everything linear is exact: $x^+ = \Phi x + \gamma u$ and the share of each term of a signal, constants,
+//! ramps and sinusoids alike, come of one matrix exponential. Along the solution $g = -\sin x_1$ is taken as its
+//! polynomial of degree 3 about the beginning of the step,
+//!
+//! $$ \sum_{j \le 3} g^{(j)} G_j, \quad G_j = h^{j+1} \varphi_{j+1}(A h) e_2, \qquad
+//!    \dot g = -\cos x_1 \dot x_1, \quad \ddot g = \sin x_1 \dot x_1^2 - \cos x_1 \ddot x_1, \quad
+//!    \dddot g = \cos x_1 \dot x_1^3 + 3 \sin x_1 \dot x_1 \ddot x_1 - \cos x_1 \dddot x_1 $$
+//!
+//! whose derivatives of $x_1$ are known from the equation. The step h is the tick, or an equal part of it such that
+//! $h \omega \le 0.15$ with ω the fastest rate of the plant; a plant without sine crosses any tick at once. Against the
+//! solver of order 10 ([`solver`](crate::solver)), which is the oracle of this, states differ by less than 1e-9 of
+//! their largest (tests below).
+//!
+//! What it does not cross is left to that solver: a tick with a jump inside, a link that turns so fast that the
+//! polynomial is too short, a state that ran away. Whether it does depends on that tick of that plant alone.
+//!
+//! Only `+ - * /` and comparisons per step, so that many plants side by side (module `lanes`) have the bits of
+//! each alone; two functions of `libm` for each frequency and tick.
+
+mod augmented;
+
+use augmented::Augmented;
+
+use crate::MAX_ORDER;
+use crate::signal::{Signal, Term};
+use crate::sine::{self, sin_cos};
+use crate::solver::RUNAWAY;
+
+/// Most frequencies and most jumps of a plant's signals together.
+const MOST: usize = 8;
+/// Terms of the polynomial of the sine.
+pub(crate) const TERMS: usize = 4;
+/// Largest h ω of a step of a plant with a sine.
+const STEP_ANGLE: f64 = 0.15;
+/// More steps of a tick than this are left to the solver, which takes fewer.
+const MOST_STEPS: usize = 100;
+/// Largest turn of the angle in one step, rad.
+const TURN: f64 = 0.05;
+/// Beyond this angle its sine is not reduced exactly, rad.
+const ANGLE: f64 = 1000.0;
+
+pub(crate) type Row = [f64; MAX_ORDER];
+
+/// A plant's coefficients.
+#[derive(Clone, Copy, Debug)]
+pub struct LinearPart<'a> {
+    /// A, row by row; its order is the number of rows that are used.
+    pub a: [Row; MAX_ORDER],
+    /// n.
+    pub order: usize,
+    /// b.
+    pub b: f64,
+    /// w_1 .. w_n; at the input b v belongs to w_n.
+    pub signals: &'a [(usize, f64, &'a Signal)],
+    /// Is there -sin x_1 in the second row?
+    pub has_sine: bool,
+    /// Its fastest rate, rad/s.
+    pub fastest_rad_s: f64,
+}
+
+/// Response to a sinusoid of one frequency: what multiplies its sine and its cosine.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Wave {
+    pub(crate) omega_rad_s: f64,
+    pub(crate) sin: Row,
+    pub(crate) cos: Row,
+}
+
+/// Response to a step from its instant on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Jump {
+    pub(crate) at_s: f64,
+    pub(crate) share: Row,
+}
+
+/// What the signals of the first two rows are at an instant, with the derivatives that the sine asks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Moved {
+    pub(crate) w: [f64; 3],
+    pub(crate) dw: [f64; 2],
+    pub(crate) ddw: f64,
+}
+
+/// The numbers of a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Share<const N: usize> {
+    pub(crate) phi: [[f64; N]; N],
+    pub(crate) gamma: [f64; N],
+    pub(crate) g: [[f64; N]; TERMS],
+    /// Row 2 of A, its first three entries.
+    pub(crate) row: [f64; 3],
+}
+
+/// The lumped disturbances of such a plant, Eq. (39): what the nominal chain does not have,
+///
+/// $$ d_i = w_i(t) + \sum_j D_{ij} x_j + D_{iu} u \ (- \sin x_1 \text{ in } d_2) $$
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Lumped {
+    /// D, row by row.
+    pub rows: [Row; MAX_ORDER],
+    /// What u adds.
+    pub of_u: Row,
+    /// Channel, factor, signal.
+    pub signals: Vec<(usize, f64, Signal)>,
+    /// Is the sine in d_2?
+    pub has_sine: bool,
+}
+
+impl Lumped {
+    /// d_1 .. d_n.
+    pub fn value(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]) {
+        for (i, d) in d.iter_mut().enumerate() {
+            *d = 0.0;
+            for (_, factor, signal) in self.signals.iter().filter(|(channel, ..)| *channel == i) {
+                *d += factor * signal.value(t_s);
+            }
+            for (row, x) in self.rows[i].iter().zip(x) {
+                *d += row * x;
+            }
+            *d += self.of_u[i] * u;
+            if self.has_sine && i == 1 {
+                *d -= sine::sin(x[0]);
+            }
+        }
+    }
+}
+
+/// The step of one plant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exact {
+    pub(crate) order: usize,
+    pub(crate) period_s: f64,
+    pub(crate) steps: usize,
+    pub(crate) has_sine: bool,
+    pub(crate) phi: [Row; MAX_ORDER],
+    pub(crate) gamma: Row,
+    pub(crate) g: [Row; TERMS],
+    pub(crate) row: [f64; 3],
+    pub(crate) constant: Row,
+    pub(crate) ramp: Row,
+    pub(crate) has_ramp: bool,
+    pub(crate) waves: [Wave; MOST],
+    pub(crate) frequencies: usize,
+    pub(crate) jumps: [Jump; MOST],
+    pub(crate) falls: usize,
+    /// The signals of the first three rows, for their derivatives.
+    first: [Signal; 3],
+}
+
+impl Exact {
+    /// Of such a plant at this period; none if it has more frequencies or jumps than there is room for, or is so fast
+    /// that the solver takes fewer steps.
+    pub fn new(plant: &LinearPart<'_>, period_s: f64) -> Option<Self> {
+        let n = plant.order;
+        let steps = if plant.has_sine { (period_s * plant.fastest_rad_s / STEP_ANGLE).ceil().max(1.0) } else { 1.0 };
+        if !(steps <= MOST_STEPS as f64 && period_s > 0.0) {
+            return None;
+        }
+        let steps = steps as usize;
+        let h_s = period_s / steps as f64;
+        let augmented = Augmented::new(plant, h_s)?;
+        let mut first = <[Signal; 3]>::default();
+        for (channel, factor, signal) in plant.signals {
+            if let Some(of_row) = first.get_mut(*channel).filter(|_| plant.has_sine) {
+                *of_row = of_row.plus(*factor, signal);
+            }
+        }
+        let mut this = Self {
+            order: n,
+            period_s,
+            steps,
+            has_sine: plant.has_sine,
+            phi: augmented.phi(),
+            gamma: augmented.constant(n - 1).map(|share| plant.b * share),
+            g: std::array::from_fn(|j| augmented.column(n + TERMS - 1 - j)),
+            row: [plant.a[1][0], plant.a[1][1], plant.a[1][2]],
+            constant: [0.0; MAX_ORDER],
+            ramp: [0.0; MAX_ORDER],
+            has_ramp: false,
+            waves: [Wave::default(); MOST],
+            frequencies: 0,
+            jumps: [Jump::default(); MOST],
+            falls: 0,
+            first,
+        };
+        for (channel, factor, signal) in plant.signals {
+            for term in signal.terms() {
+                this.add(&augmented, *channel, *factor, term)?;
+            }
+        }
+        Some(this)
+    }
+
+    /// The share of a term in a channel.
+    fn add(&mut self, augmented: &Augmented, channel: usize, factor: f64, term: &Term) -> Option<()> {
+        let plus = |to: &mut Row, by: f64, share: Row| {
+            for (to, share) in to.iter_mut().zip(share) {
+                *to += by * share;
+            }
+        };
+        let (amplitude, omega_rad_s, phase_rad) = match *term {
+            Term::Const { amplitude } => {
+                plus(&mut self.constant, factor * amplitude, augmented.constant(channel));
+                return Some(());
+            }
+            Term::Ramp { slope } => {
+                self.has_ramp = true;
+                // s (t + τ) over the step: s t like a constant, s τ by the next of the chain.
+                plus(&mut self.ramp, factor * slope, augmented.constant(channel));
+                plus(&mut self.constant, factor * slope, augmented.ramp(channel));
+                return Some(());
+            }
+            Term::Step { amplitude, t0_s } => {
+                // One that never comes.
+                if t0_s.is_nan() || t0_s == f64::INFINITY {
+                    return Some(());
+                }
+                let known = self.jumps[..self.falls].iter().position(|jump| jump.at_s == t0_s);
+                let at = known.unwrap_or(self.falls);
+                let jump = self.jumps.get_mut(at)?;
+                self.falls = self.falls.max(at + 1);
+                jump.at_s = t0_s;
+                plus(&mut jump.share, factor * amplitude, augmented.constant(channel));
+                return Some(());
+            }
+            Term::Sin { amplitude, omega_rad_s, phase_rad } => (amplitude, omega_rad_s, phase_rad),
+            Term::Cos { amplitude, omega_rad_s, phase_rad } => {
+                (amplitude, omega_rad_s, phase_rad + core::f64::consts::FRAC_PI_2)
+            }
+        };
+        let (sin, cos) = augmented.wave(channel, omega_rad_s)?;
+        let known = self.waves[..self.frequencies].iter().position(|wave| wave.omega_rad_s == omega_rad_s);
+        let at = known.unwrap_or(self.frequencies);
+        let wave = self.waves.get_mut(at)?;
+        self.frequencies = self.frequencies.max(at + 1);
+        wave.omega_rad_s = omega_rad_s;
+        // A sin(ω t + φ) = A cos φ sin ω t + A sin φ cos ω t; the response to the cosine is that to the sine turned.
+        let (a, b) = (factor * amplitude * libm::cos(phase_rad), factor * amplitude * libm::sin(phase_rad));
+        plus(&mut wave.sin, a, sin);
+        plus(&mut wave.cos, a, cos);
+        plus(&mut wave.cos, b, sin);
+        plus(&mut wave.sin, -b, cos);
+        Some(())
+    }
+
+    /// From `from_s` over a tick with `u` held; false, and nothing has changed, if this tick is for the solver.
+    pub fn advance(&self, from_s: f64, to_s: f64, u: f64, x: &mut [f64]) -> bool {
+        match x.len() {
+            2 => self.cross::<2>(from_s, to_s, u, x),
+            3 => self.cross::<3>(from_s, to_s, u, x),
+            4 => self.cross::<4>(from_s, to_s, u, x),
+            5 => self.cross::<5>(from_s, to_s, u, x),
+            6 => self.cross::<6>(from_s, to_s, u, x),
+            _ => false,
+        }
+    }
+
+    fn cross<const N: usize>(&self, from_s: f64, to_s: f64, u: f64, x: &mut [f64]) -> bool {
+        let Ok(mut now) = <[f64; N]>::try_from(&*x) else { return false };
+        // A tick of another length is another step.
+        let is_of_period = (to_s - from_s - self.period_s).abs() <= 1e-9 * self.period_s;
+        if !is_of_period || self.jumps_between(from_s, to_s) {
+            return false;
+        }
+        let share = self.share::<N>();
+        for step in 0..self.steps {
+            let t_s = self.at(from_s, step);
+            let moved = self.moved(t_s);
+            let h_s = self.period_s / self.steps as f64;
+            let forced = self.forced::<N>(t_s);
+            let (next, is_within) = if self.has_sine {
+                (share.step::<true>(&now, u, &forced, &moved), Self::is_within::<N, true>(&now, &moved, h_s))
+            } else {
+                (share.step::<false>(&now, u, &forced, &moved), Self::is_within::<N, false>(&now, &moved, h_s))
+            };
+            if !is_within {
+                return false;
+            }
+            now = next;
+        }
+        x.copy_from_slice(&now);
+        true
+    }
+
+    /// Where a step of a tick begins.
+    pub(crate) fn at(&self, from_s: f64, step: usize) -> f64 {
+        if step == 0 { from_s } else { from_s + step as f64 * (self.period_s / self.steps as f64) }
+    }
+
+    /// Does a signal jump inside?
+    pub(crate) fn jumps_between(&self, from_s: f64, to_s: f64) -> bool {
+        self.jumps[..self.falls].iter().any(|jump| jump.at_s > from_s && jump.at_s < to_s)
+    }
+
+    /// Is a step from here what the polynomial of the sine is long enough for, and the state one?
+    #[inline(always)]
+    pub(crate) fn is_within<const N: usize, const SINE: bool>(x: &[f64; N], moved: &Moved, h_s: f64) -> bool {
+        let turn = (x[1] + moved.w[0]) * h_s;
+        let mut is_within = !SINE | ((turn.abs() <= TURN) & (x[0].abs() <= ANGLE));
+        for x in x {
+            is_within &= x.abs() <= RUNAWAY;
+        }
+        is_within
+    }
+
+    /// The frequencies of its signals.
+    #[cfg(feature = "lanes")]
+    pub(crate) fn waves(&self) -> &[Wave] {
+        &self.waves[..self.frequencies]
+    }
+
+    /// Their jumps.
+    #[cfg(feature = "lanes")]
+    pub(crate) fn falls(&self) -> &[Jump] {
+        &self.jumps[..self.falls]
+    }
+
+    /// Have the first rows signals that the sine must know of?
+    pub(crate) fn is_moved(&self) -> bool {
+        self.has_sine && self.first.iter().any(|signal| !signal.terms().is_empty())
+    }
+
+    pub(crate) fn share<const N: usize>(&self) -> Share<N> {
+        let first = |row: &Row| -> [f64; N] { std::array::from_fn(|i| row[i]) };
+        Share {
+            phi: std::array::from_fn(|i| first(&self.phi[i])),
+            gamma: first(&self.gamma),
+            g: self.g.map(|g| first(&g)),
+            row: self.row,
+        }
+    }
+
+    /// What the signals add over a step from `t_s` on.
+    pub(crate) fn forced<const N: usize>(&self, t_s: f64) -> [f64; N] {
+        let mut forced: [f64; N] = std::array::from_fn(|i| self.constant[i]);
+        if self.has_ramp {
+            for (forced, ramp) in forced.iter_mut().zip(self.ramp) {
+                *forced += ramp * t_s;
+            }
+        }
+        for jump in self.jumps[..self.falls].iter().filter(|jump| t_s >= jump.at_s) {
+            for (forced, share) in forced.iter_mut().zip(jump.share) {
+                *forced += share;
+            }
+        }
+        for wave in &self.waves[..self.frequencies] {
+            let angle = wave.omega_rad_s * t_s;
+            let (sin, cos) = (libm::sin(angle), libm::cos(angle));
+            for (i, forced) in forced.iter_mut().enumerate() {
+                *forced += wave.sin[i] * sin + wave.cos[i] * cos;
+            }
+        }
+        forced
+    }
+
+    /// What the sine has to know of the signals.
+    pub(crate) fn moved(&self, t_s: f64) -> Moved {
+        let [first, second, third] = &self.first;
+        if !self.is_moved() {
+            return Moved::default();
+        }
+        Moved {
+            w: [first.value(t_s), second.value(t_s), third.value(t_s)],
+            dw: [first.derivative(t_s, 1), second.derivative(t_s, 1)],
+            ddw: first.derivative(t_s, 2),
+        }
+    }
+
+    /// Has the sine to know the same of both?
+    #[cfg(feature = "lanes")]
+    pub(crate) fn is_moved_as(&self, other: &Self) -> bool {
+        self.first == other.first
+    }
+}
+
+impl<const N: usize> Share<N> {
+    /// One step.
+    #[inline(always)]
+    pub(crate) fn step<const SINE: bool>(&self, x: &[f64; N], u: f64, forced: &[f64; N], moved: &Moved) -> [f64; N] {
+        let mut next = [0.0; N];
+        for i in 0..N {
+            let mut sum = self.phi[i][0] * x[0];
+            for j in 1..N {
+                sum += self.phi[i][j] * x[j];
+            }
+            next[i] = sum + (self.gamma[i] * u + forced[i]);
+        }
+        if SINE {
+            let Moved { w, dw, ddw } = *moved;
+            let [k1, b1, x3] = self.row;
+            let (s, c) = sin_cos(x[0]);
+            // Of x_1: x_2 + w_1, and so on; x_2' is v2, x_2'' v3.
+            let d1 = x[1] + w[0];
+            let third = if N > 2 { x3 * x[2.min(N - 1)] } else { 0.0 };
+            let v2 = third + k1 * x[0] + b1 * x[1] - s + w[1];
+            let d2 = v2 + dw[0];
+            let g1 = -(c * d1);
+            let fourth = if N > 3 { x3 * (x[3.min(N - 1)] + w[2]) } else { 0.0 };
+            let v3 = fourth + k1 * d1 + b1 * v2 + g1 + dw[1];
+            let d3 = v3 + ddw;
+            let g2 = s * (d1 * d1) - c * d2;
+            let g3 = c * (d1 * d1 * d1) + 3.0 * (s * (d1 * d2)) - c * d3;
+            for i in 0..N {
+                next[i] += (self.g[1][i] * g1 - self.g[0][i] * s) + (self.g[2][i] * g2 + self.g[3][i] * g3);
+            }
+        }
+        next
+    }
+}
+
+#[cfg(test)]
+mod tests;

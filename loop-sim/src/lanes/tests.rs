@@ -1,0 +1,192 @@
+use super::*;
+use crate::actuator;
+use crate::closed_loop::{Loop, close_loop};
+use crate::metrics::measure;
+use crate::plant::{Chain, FlexibleJoint, JointErrors, LastChannel};
+use crate::port::in_process;
+use crate::random::Random;
+use crate::sensor;
+use crate::signal::{Signal, Term};
+use controller_core::{
+    AnyConfig, Config, JointParameters, Limits, ObserverGains, Options, ReachingLaw, Reading, Surface,
+};
+
+const PERIOD_S: f64 = 1e-3;
+
+fn joint_law<const R: usize>(reading: Reading, k_l: f64) -> ControllerSpec {
+    let nominal = JointParameters::TABLE_I.chain(reading).nominal();
+    let gains = Some(ObserverGains::from_bandwidth::<R>(40.0));
+    let config = Config::<4, R> {
+        period_s: PERIOD_S,
+        surface: Surface::from_bandwidth(5.0, 1.0),
+        observers: [None, gains, None, gains],
+        reaching: ReachingLaw { k_l, k_s: 0.5, epsilon: 0.01 },
+        nominal,
+        options: Options::NEUTRAL.with_limits(Limits::symmetric(100.0)).with_sigma_star_bound(1.0),
+    };
+    ControllerSpec {
+        precision: Precision::F32,
+        model: Model::Linear(nominal.gradient.to_vec()),
+        config: AnyConfig::from(config),
+    }
+}
+
+fn joints(reading: Reading, spread: f64, has_own_signals: bool) -> Vec<(Box<dyn Plant>, Vec<f64>)> {
+    let mut random = Random::new(7, 0);
+    let mut off = |size: f64| size * (2.0 * random.uniform() - 1.0);
+    (0..LANES)
+        .map(|_| {
+            let [k1, k1_x3, b1, k2_x1, k2_x3, b2, b] = [(); 7].map(|()| off(spread));
+            let errors = JointErrors { k1, k1_x3, b1, k2_x1, k2_x3, b2, b };
+            let amplitude = if has_own_signals { 1.0 + off(0.5) } else { 1.0 };
+            let input = Signal::new(vec![
+                Term::Const { amplitude },
+                Term::Sin { amplitude, omega_rad_s: 2.0, phase_rad: 0.3 },
+                Term::Step { amplitude: 0.5, t0_s: 0.300_2 },
+                Term::Step { amplitude: 0.5, t0_s: 0.4 },
+            ]);
+            let mismatched = Signal::new(vec![Term::Cos { amplitude: 0.2, omega_rad_s: 5.0, phase_rad: 0.0 }]);
+            let extra = [Signal::default(), mismatched, Signal::default(), Signal::default()];
+            let plant =
+                FlexibleJoint::new(JointParameters::TABLE_I.chain(reading), errors, input, extra).sampled(PERIOD_S);
+            (Box::new(plant) as Box<dyn Plant>, vec![off(1.0), off(0.2), 0.0, 0.0])
+        })
+        .collect()
+}
+
+/// The run alone.
+fn alone(campaign: &Campaign<'_>, plant: &dyn Plant, x0: &[f64]) -> (Metrics, Vec<usize>, bool) {
+    let mut port = in_process::build(campaign.spec).expect("a design").port;
+    let (mut sensor, mut actuator) = (sensor::Ideal, actuator::Ideal);
+    let Campaign { period_s, periods, window_s, settling_band, .. } = *campaign;
+    let setup = Loop {
+        plant,
+        sensor: &mut sensor,
+        port: port.as_mut(),
+        actuator: &mut actuator,
+        report: true,
+        x0,
+        period_s,
+        periods,
+    };
+    let mut trace = setup.trace();
+    let ending = close_loop(setup, &mut trace).expect("a run");
+    let with = |flag: usize| trace.rows.iter().filter(|row| row.health.bits() >> flag & 1 == 1).count();
+    let is_whole = ending == crate::trace::Ending::Finished;
+    (measure(&trace, window_s, settling_band), (0..TROUBLES).map(with).collect(), is_whole)
+}
+
+/// To the bit, NaN included.
+fn bits(metrics: &Metrics) -> Vec<u64> {
+    let Metrics { sigma_star_ultimate, y_ultimate, u_peak, u_total_variation_per_s, .. } = *metrics;
+    let numbers = [sigma_star_ultimate, y_ultimate, u_peak, u_total_variation_per_s];
+    let errors = metrics.estimation_error_ultimate.iter().map(|error| error.error);
+    let settled = metrics.settling_time_s.map_or(u64::MAX, f64::to_bits);
+    numbers.into_iter().chain(errors).map(f64::to_bits).chain([settled, u64::from(metrics.bounded)]).collect()
+}
+
+/// How many lanes were run side by side; each of them as alone.
+fn held(campaign: &Campaign<'_>, trials: &[(Box<dyn Plant>, Vec<f64>)]) -> usize {
+    let trials: Vec<Trial<'_>> = trials.iter().map(|(plant, x0)| Trial { plant: plant.as_ref(), x0 }).collect();
+    let found = close_loops(campaign, &trials);
+    let mut ran = 0;
+    for (l, (trial, found)) in trials.iter().zip(&found).enumerate() {
+        let (metrics, ticks_with, is_whole) = alone(campaign, trial.plant, trial.x0);
+        let Some(found) = found else { continue };
+        ran += 1;
+        assert!(is_whole, "lane {l} did not go to its end alone");
+        assert_eq!(bits(&found.metrics), bits(&metrics), "lane {l}: {found:?}, alone {metrics:?}");
+        let counted: Vec<usize> = found.ticks_with.iter().map(|count| *count as usize).collect();
+        assert_eq!(counted, ticks_with, "lane {l}");
+    }
+    ran
+}
+
+#[test]
+fn every_lane_has_the_bits_of_its_run_alone() {
+    for reading in [Reading::Reconstructed, Reading::Physical] {
+        for spread in [0.1, 0.6] {
+            for has_own_signals in [false, true] {
+                let trials = joints(reading, spread, has_own_signals);
+                for spec in [joint_law::<2>(reading, 10.0), joint_law::<3>(reading, 50.0)] {
+                    let campaign = Campaign {
+                        spec: &spec,
+                        period_s: PERIOD_S,
+                        periods: 800,
+                        window_s: [0.35, 0.75],
+                        settling_band: 0.01,
+                    };
+                    let ran = held(&campaign, &trials);
+                    assert!(ran >= LANES - 24, "{reading:?}, {spread}: {ran} lanes");
+                    assert_eq!(held(&campaign, &trials[..5]).min(5), held(&campaign, &trials[..5]));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn chains_side_by_side_too() {
+    let config = Config::<3, 2> {
+        period_s: PERIOD_S,
+        surface: Surface::from_bandwidth(8.0, 4.0),
+        observers: [
+            None,
+            Some(ObserverGains::from_bandwidth::<2>(60.0)),
+            Some(ObserverGains::from_bandwidth::<2>(90.0)),
+        ],
+        reaching: ReachingLaw { k_l: 30.0, k_s: 0.0, epsilon: 0.01 },
+        nominal: Nominal { gradient: [-10.0, -20.0, -5.0], input_gain: 3.0 },
+        options: Options::NEUTRAL.with_limits(Limits::symmetric(50.0)),
+    };
+    let spec = ControllerSpec {
+        precision: Precision::F32,
+        model: Model::Linear(vec![-10.0, -20.0, -5.0]),
+        config: AnyConfig::from(config),
+    };
+    let nominal = LastChannel { a: vec![-10.0, -20.0, -5.0], b: 3.0 };
+    let mut random = Random::new(3, 0);
+    let mut off = |size: f64| size * (2.0 * random.uniform() - 1.0);
+    let trials: Vec<(Box<dyn Plant>, Vec<f64>)> = (0..LANES)
+        .map(|_| {
+            let truth = LastChannel {
+                a: nominal.a.iter().map(|a| a * (1.0 + off(0.4))).collect(),
+                b: nominal.b * (1.0 + off(0.4)),
+            };
+            let ramp = Signal::new(vec![
+                Term::Ramp { slope: 0.4 },
+                Term::Sin { amplitude: 1.0, omega_rad_s: 9.0, phase_rad: 0.0 },
+            ]);
+            let plant =
+                Chain::new(truth, nominal.clone(), vec![Signal::default(), ramp.clone(), ramp]).expect("a chain");
+            (Box::new(plant.sampled(PERIOD_S)) as Box<dyn Plant>, vec![off(1.0), 0.0, 0.0])
+        })
+        .collect();
+    let campaign =
+        Campaign { spec: &spec, period_s: PERIOD_S, periods: 1000, window_s: [0.5, 1.0], settling_band: 0.01 };
+    assert_eq!(held(&campaign, &trials), LANES);
+}
+
+#[test]
+fn what_does_not_fit_is_left_to_the_run_alone() {
+    let spec = joint_law::<2>(Reading::Reconstructed, 10.0);
+    let campaign =
+        Campaign { spec: &spec, period_s: PERIOD_S, periods: 100, window_s: [0.05, 0.1], settling_band: 0.01 };
+    let mut trials = joints(Reading::Reconstructed, 0.1, false);
+    // A link that spins, a state that is none: only they.
+    trials[3].1 = vec![0.1, 200.0, 0.0, 0.0];
+    trials[9].1 = vec![0.1, 0.0, 3e9, 0.0];
+    let all: Vec<Trial<'_>> = trials.iter().map(|(plant, x0)| Trial { plant: plant.as_ref(), x0 }).collect();
+    let found = close_loops(&campaign, &all);
+    let left: Vec<usize> = (0..LANES).filter(|l| found[*l].is_none()).collect();
+    assert_eq!(left, [3, 9]);
+    // Another law, another precision, a plant without a step: all.
+    let double = ControllerSpec { precision: Precision::F64, ..spec.clone() };
+    let slower = Campaign { period_s: 2.0 * PERIOD_S, ..campaign };
+    assert!(close_loops(&Campaign { spec: &double, ..campaign }, &all).iter().all(Option::is_none));
+    assert!(close_loops(&slower, &all).iter().all(Option::is_none));
+    let plain = FlexibleJoint::of_the_paper(JointParameters::TABLE_I.chain(Reading::Reconstructed));
+    let one = [Trial { plant: &plain, x0: &[0.1, 0.0, 0.0, 0.0] }];
+    assert_eq!(close_loops(&campaign, &one), [None]);
+    assert_eq!(close_loops(&campaign, &[]), []);
+}
