@@ -9,6 +9,7 @@
 //! host-sim replay BLACKBOX [..]     what its black box held, run again, or with another design
 //! host-sim emulate --image FILE     any image in the emulator, with its log
 //! host-sim design [FILE.toml]       poles, margins, noise of its loop, what limits it, what would be better
+//! host-sim bounds [FILE.toml]       how large sigma*, the errors and y can be, why, and which gain lowers it
 //! host-sim compare [FILE.toml]      our drive beside its rivals, all tuned alike
 //! host-sim figures                  the figures of the paper and its claims
 //! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
@@ -53,6 +54,7 @@ use crate::report::number::significant;
 use crate::report::trace_figure::{self, Labels};
 use crate::report::{csv, drive_figure, write_whole};
 
+mod bounds;
 mod compare;
 mod design;
 mod drive;
@@ -62,6 +64,7 @@ mod map;
 mod target;
 mod tune;
 
+use bounds::BoundsOptions;
 use compare::CompareOptions;
 use design::{Design, DesignOptions};
 use drive::TorqueError;
@@ -142,6 +145,11 @@ enum Command {
     ///
     /// Nothing is simulated: the loop is linearised where it stands still. A loop that is unstable is a result.
     Design(DesignOptions),
+    /// Say how large sigma*, the errors of the estimates, y and u can be: by what, how tight, and which gain lowers it.
+    ///
+    /// Bounds of the sampled loop, held against a run of it: table and figure. Exit status 1 if the loop is not stable,
+    /// which has no bound.
+    Bounds(BoundsOptions),
     /// Sweep two keys, or all corners of the plant: where is the loop stable, how good, what may be promised? Table and
     /// figure.
     ///
@@ -281,6 +289,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         Some(Command::Replay(options)) => console.replay(options),
         Some(Command::Emulate(options)) => console.emulate(options),
         Some(Command::Design(options)) => console.design(options),
+        Some(Command::Bounds(options)) => console.bounds(options),
         Some(Command::Map(options)) => console.map(options),
         Some(Command::Tune(options)) => console.tune(options),
         Some(Command::Compare(options)) => console.compare(options),
