@@ -288,7 +288,7 @@ fn steps_of_a_sensor_make_what_the_known_loop_says() {
     assert!(matches!(refused, Err(NoBounds::Unstable(radius)) if (radius - 1.01).abs() < 1e-9), "{refused:?}");
 }
 
-/// Against the sum over every tick, with poles from 0.5 to 100 /s, so that strides are up to 256 ticks.
+/// Against the sum over every tick, with poles down to 0.5 /s, so that strides are up to 64 ticks.
 #[test]
 fn strides_lose_less_than_the_bounds_are_rounded_up() {
     let sets = ["controller.observer=[{channel=2,poles=[[-0.5,0],[-60,0]]},{channel=3,poles=[[-2,9],[-2,-9]]}]"];
