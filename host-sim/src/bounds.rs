@@ -17,8 +17,8 @@
 //!
 //! $$ |z| \le \sum_{j<m} |C_j| \mu_j + \mu_m \int_0^\infty |h_m(\tau)|\thinspace d\tau, \qquad |w^{(j)}| \le \mu_j $$
 //!
-//! at every tick. This holds for every m; the least of them is the bound. $C_j = 0$ for j < r where an observer of order
-//! r sees to it (of an estimate; of σ\* and y the law takes away a constant only). For one m with $C_j = 0$ it is
+//! at every tick. This holds for every m; the least of them is the bound. $C_j = 0$ for j < r where an observer of
+//! order r sees to it (of an estimate; of σ\* and y the law takes away a constant only). For one m with $C_j = 0$ it is
 //! *attained*: by $w^{(m)} = \mu_m\thinspace\mathrm{sign}\thinspace h_m$, run backwards (test
 //! `a_disturbance_built_of_the_kernel_attains_the_bound`). Where w jumps by J, $J \max|h_1|$ comes on top for m > 0.
 //! What sets in at t = 0 jumps there, in each derivative that is not 0; of that the tail of $h_1, h_2, \ldots$ is left.
@@ -27,8 +27,9 @@
 //! An error η of a sensor of at most half a quantum, any from tick to tick, makes at most
 //! $\frac{q}{2} \big(|D_\eta| + \sum_k |C A^k B_\eta|\big)$: that is the bound of quantisation, for any signal.
 //!
-//! Cost: some milliseconds for a kernel, whatever the period and the slowest pole are: the sums over ticks take longer strides as
-//! soon as the fast modes have died (error below 2e-5, test `strides_lose_less_than_the_bounds_are_rounded_up`).
+//! Cost: some milliseconds for a kernel, whatever the period and the slowest pole are: the sums over ticks take longer
+//! strides as soon as the fast modes have died (error below 2e-5, test
+//! `strides_lose_less_than_the_bounds_are_rounded_up`).
 
 use std::fmt;
 
