@@ -12,6 +12,7 @@
 //! host-sim map [FILE.toml] ..        where it is stable and how good, over two keys or all corners
 //! host-sim tune [FILE.toml] ..       bandwidths from what a drive shall do
 //! host-sim report [FILE ..]         all of it as one page, of one scenario or of several side by side
+//! host-sim bounds [FILE.toml]       how large sigma*, the errors and y can be, why, and which gain lowers it
 //! host-sim compare [FILE.toml]      our drive beside its rivals, all tuned alike
 //! host-sim figures                  the figures of the paper and its claims
 //! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
@@ -57,6 +58,7 @@ use crate::report::plot::Figure;
 use crate::report::trace_figure::{self, Labels};
 use crate::report::{csv, drive_figure, write_whole};
 
+mod bounds;
 mod compare;
 mod design;
 mod drive;
@@ -67,6 +69,7 @@ mod report;
 mod target;
 mod tune;
 
+use bounds::BoundsOptions;
 use compare::CompareOptions;
 use design::{Design, DesignOptions};
 use drive::TorqueError;
@@ -148,6 +151,11 @@ enum Command {
     ///
     /// Nothing is simulated: the loop is linearised where it stands still. A loop that is unstable is a result.
     Design(DesignOptions),
+    /// Say how large sigma*, the errors of the estimates, y and u can be: by what, how tight, and which gain lowers it.
+    ///
+    /// Bounds of the sampled loop, held against a run of it: table and figure. Exit status 1 if the loop is not stable,
+    /// which has no bound.
+    Bounds(BoundsOptions),
     /// Sweep two keys, or all corners of the plant: where is the loop stable, how good, what may be promised? Table and
     /// figure.
     ///
@@ -292,6 +300,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         Some(Command::Replay(options)) => console.replay(options),
         Some(Command::Emulate(options)) => console.emulate(options),
         Some(Command::Design(options)) => console.design(options),
+        Some(Command::Bounds(options)) => console.bounds(options),
         Some(Command::Map(options)) => console.map(options),
         Some(Command::Tune(options)) => console.tune(options),
         Some(Command::Report(options)) => console.report(options),

@@ -9,6 +9,7 @@
 //! over a [`transport`], compared bit for bit. A scenario file with its seed reproduces a run bit for bit.
 
 pub mod black_box;
+pub mod bounds;
 pub mod chip;
 pub mod cli;
 pub mod compare;

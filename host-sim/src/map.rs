@@ -17,6 +17,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
+use loop_sim::linear::Ticked;
 use loop_sim::solver::{self, SolverError};
 use scenario::{AtRest, Experiment, ScenarioError, Source};
 use serde::Serialize;
@@ -394,11 +395,11 @@ pub fn grows(at_rest: &AtRest, period_s: f64) -> Result<bool, SolverError> {
         for _ in 0..THIRD {
             samples.push_back(seen(&x));
             let sample = samples.pop_front().unwrap_or_default();
-            let (mut next, asked) = law.tick(&memory, &sample, None);
+            let Ticked { memory: mut next, u: asked, .. } = law.tick(&memory, &sample, None);
             demands.push_back(asked);
             let held = demands.pop_front().unwrap_or(asked);
             if at_rest.report {
-                (next, _) = law.tick(&memory, &sample, Some(held));
+                next = law.tick(&memory, &sample, Some(held)).memory;
             }
             memory = next;
             solver::advance(plant, 0.0, period_s, held, &mut x)?;

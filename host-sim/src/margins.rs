@@ -96,7 +96,7 @@ impl fmt::Display for MarginsError {
 impl std::error::Error for MarginsError {}
 
 /// What a tick is a map of, in this order in one vector.
-struct Tick<'a> {
+pub(crate) struct Tick<'a> {
     plant: &'a LinearPlant,
     law: &'a LinearTick,
     sensed: Vec<usize>,
@@ -106,19 +106,40 @@ struct Tick<'a> {
     angles: usize,
 }
 
+/// What a tick makes.
+pub(crate) struct Stepped {
+    pub(crate) next: Vec<f64>,
+    /// u that the law asks for, and that the actuator holds.
+    pub(crate) asked: f64,
+    pub(crate) held: f64,
+    /// What else the law tells: [`Ticked::told`](loop_sim::linear::Ticked::told).
+    pub(crate) told: Vec<f64>,
+}
+
 /// Σ row[j] x[j].
 fn dot(row: &[f64], x: &[f64]) -> f64 {
     row.iter().zip(x).map(|(a, b)| a * b).sum()
 }
 
-impl Tick<'_> {
-    fn order(&self) -> usize {
+impl<'a> Tick<'a> {
+    pub(crate) fn of(at_rest: &AtRest, plant: &'a LinearPlant, law: &'a LinearTick, is_by_count: bool) -> Self {
+        let sensed: Vec<usize> = at_rest.sensed.iter().map(|sensed| sensed.state).collect();
+        Self {
+            plant,
+            law,
+            angles: if is_by_count { sensed.len() } else { 0 },
+            sensed,
+            sensor_delay: at_rest.sensor_delay_ticks,
+            actuator_delay: at_rest.actuator_delay_ticks,
+        }
+    }
+
+    pub(crate) fn order(&self) -> usize {
         self.plant.gamma.len() + self.law.c.len() + self.sensed.len() * self.sensor_delay + self.actuator_delay
     }
 
-    /// The next state, what the law asks for and what the actuator holds. `v` is felt by the plant instead of what is
-    /// held, or, in a closed loop, on top of it.
-    fn step(&self, state: &[f64], v: f64, noise: &[f64], is_closed: bool) -> (Vec<f64>, f64, f64) {
+    /// One tick. `v` is felt by the plant instead of what is held, or, in a closed loop, on top of it.
+    pub(crate) fn step(&self, state: &[f64], v: f64, noise: &[f64], is_closed: bool) -> Stepped {
         let (x, rest) = state.split_at(self.plant.gamma.len());
         let (memory, rest) = rest.split_at(self.law.c.len());
         let (samples, demands) = rest.split_at(self.sensed.len() * self.sensor_delay);
@@ -129,7 +150,9 @@ impl Tick<'_> {
         }
         let mut samples: Vec<f64> = samples.iter().chain(&now).copied().collect();
         let sample: Vec<f64> = samples.drain(..now.len()).collect();
-        let asked = dot(&self.law.c, &memory) + dot(&self.law.d, &sample);
+        let of_tick = |c: &[f64], d: &[f64]| dot(c, &memory) + dot(d, &sample);
+        let asked = of_tick(&self.law.c, &self.law.d);
+        let told = self.law.told.iter().map(|[c, d]| of_tick(c, d)).collect();
         let mut demands: Vec<f64> = demands.iter().copied().chain([asked]).collect();
         let held = demands.remove(0);
         let mut next: Vec<f64> = (0..memory.len())
@@ -140,7 +163,7 @@ impl Tick<'_> {
         for (last, &i) in next.iter_mut().zip(&self.sensed).take(self.angles) {
             *last = x[i] - *last;
         }
-        (x.into_iter().chain(next).chain(samples).chain(demands).collect(), asked, held)
+        Stepped { next: x.into_iter().chain(next).chain(samples).chain(demands).collect(), asked, held, told }
     }
 }
 
@@ -158,15 +181,7 @@ impl Loop {
         let is_by_count = law.steps().iter().any(|step| *step > 0.0);
         let law = LinearTick::of(law, at_rest.report);
         let plant = LinearPlant::of(plant, law.u, period_s).map_err(MarginsError::Solver)?;
-        let sensed: Vec<usize> = at_rest.sensed.iter().map(|sensed| sensed.state).collect();
-        let tick = Tick {
-            plant: &plant,
-            law: &law,
-            angles: if is_by_count { sensed.len() } else { 0 },
-            sensed,
-            sensor_delay: at_rest.sensor_delay_ticks,
-            actuator_delay: at_rest.actuator_delay_ticks,
-        };
+        let tick = Tick::of(at_rest, &plant, &law, is_by_count);
         Self::assembled(&tick, period_s)
     }
 
@@ -176,40 +191,30 @@ impl Loop {
             (0..n).map(|i| if at == Some(i) { 1.0 } else { 0.0 }).collect()
         };
         let quiet = unit(sensors, None);
-        let columns: Vec<[(Vec<f64>, f64, f64); 2]> = (0..order)
+        let columns: Vec<[Stepped; 2]> = (0..order)
             .map(|j| [true, false].map(|is_closed| tick.step(&unit(order, Some(j)), 0.0, &quiet, is_closed)))
             .collect();
-        // What u hears of, from u backwards.
-        let mut has_part: Vec<bool> =
-            columns.iter().map(|[(_, asked, held), _]| *asked != 0.0 || *held != 0.0).collect();
-        loop {
-            let heard = |j: usize| columns[j][0].0.iter().zip(&has_part).any(|(entry, is_in)| *is_in && *entry != 0.0);
-            let more: Vec<bool> = (0..order).map(|j| has_part[j] || heard(j)).collect();
-            if more == has_part {
-                break;
-            }
-            has_part = more;
-        }
-        let kept: Vec<usize> = (0..order).filter(|&j| has_part[j]).collect();
+        let is_heard = |j: usize| columns[j][0].asked != 0.0 || columns[j][0].held != 0.0;
+        let kept = heard(order, is_heard, |i, j| columns[j][0].next[i]);
         let n = kept.len();
-        let matrix = |form: usize| DMatrix::from_fn(n, n, |i, j| columns[kept[j]][form].0[kept[i]]);
+        let matrix = |form: usize| DMatrix::from_fn(n, n, |i, j| columns[kept[j]][form].next[kept[i]]);
         let column = |state: &[f64]| DVector::from_iterator(n, kept.iter().map(|&i| state[i]));
         let noise = (0..sensors).map(|i| {
-            let (state, asked, _) = tick.step(&unit(order, None), 0.0, &unit(sensors, Some(i)), true);
-            (column(&state), asked)
+            let Stepped { next, asked, .. } = tick.step(&unit(order, None), 0.0, &unit(sensors, Some(i)), true);
+            (column(&next), asked)
         });
         let (closed, open) = (matrix(0), matrix(1));
         if !closed.iter().chain(&open).all(|entry| entry.is_finite()) {
             return Err(MarginsError::NoNumbers);
         }
-        let input = column(&tick.step(&unit(order, None), 1.0, &quiet, true).0);
-        let held = DVector::from_iterator(n, kept.iter().map(|&j| columns[j][0].2));
+        let input = column(&tick.step(&unit(order, None), 1.0, &quiet, true).next);
+        let held = DVector::from_iterator(n, kept.iter().map(|&j| columns[j][0].held));
         Ok(Self {
             period_s,
             closed,
             open: Response::of(open, &input, &held),
             noise: noise.collect(),
-            asked: DVector::from_iterator(n, kept.iter().map(|&j| columns[j][0].1)),
+            asked: DVector::from_iterator(n, kept.iter().map(|&j| columns[j][0].asked)),
             input,
             held,
         })
@@ -491,6 +496,20 @@ impl Response {
         }
         // On a pole, of an integrator at ω = 0 say.
         if sum.re.is_finite() && sum.im.is_finite() { sum } else { Complex::new(f64::INFINITY, 0.0) }
+    }
+}
+
+/// The numbers of a state of which something is heard: at once, or by way of others, whose next values have these
+/// entries of a matrix.
+pub(crate) fn heard(order: usize, at_once: impl Fn(usize) -> bool, entry: impl Fn(usize, usize) -> f64) -> Vec<usize> {
+    let mut has_part: Vec<bool> = (0..order).map(at_once).collect();
+    loop {
+        let reaches = |j: usize| (0..order).any(|i| has_part[i] && entry(i, j) != 0.0);
+        let more: Vec<bool> = (0..order).map(|j| has_part[j] || reaches(j)).collect();
+        if more == has_part {
+            return (0..order).filter(|&j| has_part[j]).collect();
+        }
+        has_part = more;
     }
 }
 

@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 use host_sim::cli::{Console, status};
 use host_sim::margins::{Loop, Margins};
 use loop_sim::closed_loop::{Loop as Setup, close_loop};
-use loop_sim::linear::{LawAtRest, LinearTick};
+use loop_sim::linear::{LawAtRest, LinearTick, Ticked};
 use loop_sim::plant::{Chain, LastChannel, Plant};
 use loop_sim::signal::Signal;
 use loop_sim::trace::Row;
@@ -40,8 +40,9 @@ impl<const N: usize> LawAtRest for Feedback<N> {
     fn rest(&self) -> (Vec<f64>, f64) {
         (Vec::new(), 0.0)
     }
-    fn tick(&self, _: &[f64], sample: &[f64], _: Option<f64>) -> (Vec<f64>, f64) {
-        (Vec::new(), -self.0.iter().zip(sample).map(|(k, x)| k * x).sum::<f64>())
+    fn tick(&self, _: &[f64], sample: &[f64], _: Option<f64>) -> Ticked {
+        let u = -self.0.iter().zip(sample).map(|(k, x)| k * x).sum::<f64>();
+        Ticked { u, ..Ticked::default() }
     }
 }
 
@@ -52,7 +53,7 @@ fn by_hand<const N: usize>(a: [f64; N], k: [f64; N], delay_ticks: usize) -> AtRe
         corners: Vec::new(),
         plant: Box::new(plant),
         law: Box::new(Feedback(k)),
-        sensed: (0..N).map(|state| Sensed { state, name: String::new(), unit: "", rms: 0.0 }).collect(),
+        sensed: (0..N).map(|state| Sensed { state, name: String::new(), unit: "", rms: 0.0, quantum: 0.0 }).collect(),
         sensor_delay_ticks: 0,
         actuator_delay_ticks: delay_ticks,
         report: true,

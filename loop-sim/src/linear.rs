@@ -5,6 +5,9 @@
 //!
 //! $$ s^+ = A s + B y + E h, \qquad u = C s + D y, \qquad x^+ = \Phi x + \Gamma v $$
 //!
+//! What a law tells beside u, σ\* and its estimates, is a row like that of u. Within a tick a plant obeys
+//! $\dot x = F x + G v$, which [`slopes`] has of its right-hand side.
+//!
 //! No formula of a law or of a plant is written here. [`LinearTick`] is the very tick, in f64, with every number a
 //! little up and a little down, and half of the difference; [`LinearPlant`] likewise is the plant under the solver of
 //! the runs. A count can only change by whole steps: the encoder is taken so fine that one step is small. At a rest of
@@ -23,6 +26,17 @@ const TINY: f64 = 1.0 / (1_u64 << 36) as f64;
 /// About any other rest: half of the digits for the change, half for what it does.
 const SMALL: f64 = 1.0 / (1_u64 << 20) as f64;
 
+/// What a tick of a law at rest makes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Ticked {
+    /// What it remembers then.
+    pub memory: Vec<f64>,
+    /// What it asks for.
+    pub u: f64,
+    /// σ\*, then the estimates of d_1, d_2, .., 0 where there is no observer; nothing of a law without them.
+    pub told: Vec<f64>,
+}
+
 /// A law in f64 that stands at rest, as a map of numbers. A sample is states, or angles in rad where there are
 /// encoders.
 pub trait LawAtRest: Send {
@@ -32,8 +46,8 @@ pub trait LawAtRest: Send {
     /// What it remembers, and u.
     fn rest(&self) -> (Vec<f64>, f64);
 
-    /// One tick, from a memory to the next, and u. `held` is what it is told that the actuator holds, if it is told.
-    fn tick(&self, memory: &[f64], sample: &[f64], held: Option<f64>) -> (Vec<f64>, f64);
+    /// One tick from a memory. `held` is what it is told that the actuator holds, if it is told.
+    fn tick(&self, memory: &[f64], sample: &[f64], held: Option<f64>) -> Ticked;
 }
 
 /// Any [`ControlLaw`] in f64 as such a map.
@@ -47,12 +61,20 @@ pub struct Still<L: ControlLaw, S> {
     whole: Vec<u32>,
     numbers: Vec<f64>,
     u: f64,
+    d_hat: fn(L::Estimates) -> Vec<f64>,
 }
 
 impl<L: ControlLaw<Scalar = f64, Output = Output<f64>>, S: Fn(&[f64]) -> L::Sample> Still<L, S> {
     /// A law that has ticked at rest with a sample of zeros. `sample` makes one of numbers: of `inputs` states, or of
-    /// the counts of encoders, one for each entry of `units_rad`. `None` if it does not start there.
-    pub fn new(law: L, inputs: usize, units_rad: Vec<f64>, sample: S) -> Option<Self> {
+    /// the counts of encoders, one for each entry of `units_rad`. `d_hat` has the estimates of d_1, d_2, .. . `None` if
+    /// it does not start there.
+    pub fn new(
+        law: L,
+        inputs: usize,
+        units_rad: Vec<f64>,
+        sample: S,
+        d_hat: fn(L::Estimates) -> Vec<f64>,
+    ) -> Option<Self> {
         let zeros = vec![0.0; inputs];
         let mut state = law.start(&sample(&zeros))?;
         let mut u = 0.0;
@@ -66,7 +88,7 @@ impl<L: ControlLaw<Scalar = f64, Output = Output<f64>>, S: Fn(&[f64]) -> L::Samp
         let words: Vec<u32> = state.words().collect();
         let (whole, rest) = words.split_at(flags);
         let numbers = rest.chunks_exact(2).map(|pair| f64::from_words([pair[0], pair[1]])).collect();
-        Some(Self { sample, inputs, whole: whole.to_vec(), numbers, u, law, units_rad })
+        Some(Self { sample, inputs, whole: whole.to_vec(), numbers, u, law, units_rad, d_hat })
     }
 }
 
@@ -85,7 +107,7 @@ where
         (self.units_rad.iter().map(|_| 0.0).chain(self.numbers.iter().copied()).collect(), self.u)
     }
 
-    fn tick(&self, memory: &[f64], sample: &[f64], held: Option<f64>) -> (Vec<f64>, f64) {
+    fn tick(&self, memory: &[f64], sample: &[f64], held: Option<f64>) -> Ticked {
         let encoders = self.units_rad.len();
         let counts = |angles: &[f64]| -> Vec<f64> {
             angles.iter().zip(&self.units_rad).map(|(angle, unit)| libm::round(angle / unit)).collect()
@@ -101,14 +123,17 @@ where
             unreachable!("finite numbers in the order of the words of a state are a state");
         };
         let counted = counts(sample);
-        let u = self.law.tick(&mut state, &(self.sample)(if encoders > 0 { &counted } else { sample })).u;
+        let Output { u, sigma_star, .. } =
+            self.law.tick(&mut state, &(self.sample)(if encoders > 0 { &counted } else { sample }));
+        let d_hat = (self.d_hat)(self.law.estimates(&state));
         if let Some(held) = held {
             L::report_applied(&mut state, held);
         }
         let words: Vec<u32> = state.words().collect();
         let last = self.units_rad.iter().enumerate().map(|(i, unit)| f64::from(words[1 + i] as i32) * unit);
         let pairs = words[self.whole.len()..].chunks_exact(2);
-        (last.chain(pairs.map(|pair| f64::from_words([pair[0], pair[1]]))).collect(), u)
+        let memory = last.chain(pairs.map(|pair| f64::from_words([pair[0], pair[1]]))).collect();
+        Ticked { memory, u, told: iter::once(sigma_star).chain(d_hat).collect() }
     }
 }
 
@@ -128,6 +153,8 @@ pub struct LinearTick {
     pub d: Vec<f64>,
     /// E; zeros for a law that is not told.
     pub e: Vec<f64>,
+    /// Of each number that it tells, as C and D are of u.
+    pub told: Vec<[Vec<f64>; 2]>,
     /// u at rest.
     pub u: f64,
 }
@@ -140,7 +167,7 @@ impl LinearTick {
         let inputs = steps.len() - order;
         let sample = vec![0.0; inputs];
         let free = if u == 0.0 && rest.iter().all(|number| *number == 0.0) { TINY } else { SMALL };
-        let column = |j: usize| -> (Vec<f64>, f64) {
+        let column = |j: usize| -> Ticked {
             let step = steps.get(j).copied().filter(|step| *step > 0.0).unwrap_or(free);
             let moved = |step: f64| {
                 let (mut memory, mut sample, mut held) = (rest.clone(), sample.clone(), u);
@@ -151,17 +178,25 @@ impl LinearTick {
                 }
                 law.tick(&memory, &sample, is_told.then_some(held))
             };
-            let ((up, u_up), (down, u_down)) = (moved(step), moved(-step));
+            let (up, down) = (moved(step), moved(-step));
             let slope = |up: f64, down: f64| (up - down) / (2.0 * step);
-            (up.iter().zip(&down).map(|(up, down)| slope(*up, *down)).collect(), slope(u_up, u_down))
+            let slopes = |up: &[f64], down: &[f64]| up.iter().zip(down).map(|(up, down)| slope(*up, *down)).collect();
+            Ticked {
+                memory: slopes(&up.memory, &down.memory),
+                u: slope(up.u, down.u),
+                told: slopes(&up.told, &down.told),
+            }
         };
         let columns: Vec<_> = (0..=order + inputs).map(column).collect();
         let rows = |range: std::ops::Range<usize>| {
-            (0..order).map(|i| columns[range.clone()].iter().map(|(column, _)| column[i]).collect()).collect()
+            (0..order).map(|i| columns[range.clone()].iter().map(|column| column.memory[i]).collect()).collect()
         };
-        let of_u = |range: std::ops::Range<usize>| columns[range].iter().map(|(_, u)| *u).collect();
-        let e = if is_told { columns[order + inputs].0.clone() } else { vec![0.0; order] };
+        let of_u = |range: std::ops::Range<usize>| columns[range].iter().map(|column| column.u).collect();
+        let e = if is_told { columns[order + inputs].memory.clone() } else { vec![0.0; order] };
+        let of_told = |i: usize, range: std::ops::Range<usize>| columns[range].iter().map(|it| it.told[i]).collect();
+        let told = 0..columns.first().map_or(0, |column| column.told.len());
         Self {
+            told: told.map(|i| [of_told(i, 0..order), of_told(i, order..order + inputs)]).collect(),
             a: rows(0..order),
             b: rows(order..order + inputs),
             c: of_u(0..order),
@@ -203,4 +238,21 @@ impl LinearPlant {
         let phi = (0..n).map(|i| columns[..n].iter().map(|column| column[i]).collect()).collect();
         Ok(Self { phi, gamma: columns[n].clone() })
     }
+}
+
+/// What a small change of each state, and then of the input, makes of each number of a plant at x = 0 under u, row by
+/// row: of its right-hand side F and G of the module's head, of its lumped disturbances what a wrong model makes.
+pub fn slopes(order: usize, u: f64, of: impl Fn(&[f64], f64, &mut [f64])) -> Matrix {
+    let column = |j: usize| {
+        let moved = |step: f64| {
+            let (mut x, mut u, mut found) = (vec![0.0; order], u, vec![0.0; order]);
+            *x.get_mut(j).unwrap_or(&mut u) += step;
+            of(&x, u, &mut found);
+            found
+        };
+        let (up, down) = (moved(SMALL), moved(-SMALL));
+        up.iter().zip(down).map(|(up, down)| (up - down) / (2.0 * SMALL)).collect::<Vec<_>>()
+    };
+    let columns: Vec<_> = (0..=order).map(column).collect();
+    (0..order).map(|i| columns.iter().map(|column| column[i]).collect()).collect()
 }

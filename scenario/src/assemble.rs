@@ -15,7 +15,7 @@ use loop_sim::port::compared::Compared;
 use loop_sim::port::drive::{DriveDesign, Motion};
 use loop_sim::port::in_process::{self, ControllerSpec, Designed, Download, Precision};
 use loop_sim::sensor::{self, Sensor};
-use loop_sim::signal::Signal;
+use loop_sim::signal::{Signal, Term};
 use loop_sim::trace::{Row, Trace};
 use serde::Serialize;
 
@@ -115,6 +115,8 @@ pub struct Sensed {
     pub unit: &'static str,
     /// Rms of what its steps and its noise add.
     pub rms: f64,
+    /// Largest step of what it tells: its error is half of it at most. 0 for none.
+    pub quantum: f64,
 }
 
 /// What a drive has to tell beside its trace.
@@ -173,6 +175,8 @@ pub struct Mu {
     pub mu: f64,
     /// Bounds of |d_i|, |d_i'|, .. up to the order r of the channel's observer; a step's derivative counts 0.
     pub by_order: Vec<f64>,
+    /// Sum of the sizes of its steps within the span.
+    pub jumps: f64,
 }
 
 impl Experiment {
@@ -388,6 +392,7 @@ fn at_rest(
         name: format!("x_{}", state + 1),
         unit: rates.get(state).copied().unwrap_or(""),
         rms: (of(&sensor.noise, state).powi(2) + of(&sensor.quantum, state).powi(2) / 12.0).sqrt(),
+        quantum: of(&sensor.quantum, state),
     });
     let left_out = [
         (
@@ -415,7 +420,11 @@ fn bounds(disturbances: &[Signal], orders: &[usize], span_s: f64) -> Vec<Mu> {
     let channels = disturbances.iter().zip(orders).enumerate();
     let mu = channels.map(|(i, (signal, &order))| {
         let by_order: Vec<f64> = (0..=order as u32).map(|j| signal.bound(j, span_s)).collect();
-        Mu { channel: i + 1, mu: by_order.iter().copied().fold(0.0, f64::max), by_order }
+        let jumps = signal.terms().iter().map(|term| match *term {
+            Term::Step { amplitude, t0_s } if t0_s > 0.0 && t0_s < span_s => amplitude.abs(),
+            _ => 0.0,
+        });
+        Mu { channel: i + 1, mu: by_order.iter().copied().fold(0.0, f64::max), by_order, jumps: jumps.sum() }
     });
     mu.collect()
 }

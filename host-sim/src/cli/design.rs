@@ -16,7 +16,7 @@ use loop_sim::linear::LawAtRest;
 use loop_sim::port::drive::DriveDesign;
 use loop_sim::port::drive::{Follows, Form, joint_at_rest, motor_at_rest};
 use loop_sim::port::in_process::{self, ControllerSpec};
-use scenario::{AtRest, Experiment, Mu};
+use scenario::{AtRest, Experiment};
 use serde::Serialize;
 
 use super::export::refuse_without_limits;
@@ -393,18 +393,19 @@ fn asked(experiment: &Experiment) -> Vec<Asked> {
     lines
 }
 
-/// λ_2 and λ_3 of a configuration under disturbances of these bounds, if there are any.
-fn ultimates(config: &AnyConfig, mu: &[Mu]) -> Option<[f64; 2]> {
+/// λ_2, λ_3, and of each channel δ_i0, of a configuration under disturbances with these bounds μ_i^(k), if there are
+/// any.
+pub(super) fn ultimates(config: &AnyConfig, mu: &[Vec<f64>]) -> Option<(f64, f64, Vec<f64>)> {
     macro_rules! by_order {
         ($($n:literal $r:literal,)*) => {
             match (config.n, usize::from(config.shape().r)) {
                 $(($n, $r) => {
-                    let row = |i: usize| mu.get(i).map_or(&[][..], |mu| &mu.by_order[..]);
+                    let row = |i: usize| mu.get(i).map_or(&[][..], |mu| &mu[..]);
                     let mu = core::array::from_fn(|i| {
                         core::array::from_fn(|k| row(i).get(k).copied().unwrap_or(f64::INFINITY))
                     });
                     let found = ultimate(&config.fixed::<$n, $r>()?, &DisturbanceBounds::<$n, 4> { mu }).ok()?;
-                    Some([found.sigma_star, found.y])
+                    Some((found.sigma_star, found.y, found.delta.iter().map(|delta| delta[0]).collect()))
                 })*
                 _ => None,
             }
@@ -439,9 +440,10 @@ fn bounds(experiment: &Experiment) -> Vec<Bound> {
         let sigma = one("|sigma*|, lambda_2", drive.sigma_star_bound, unit, "for innovations of one step each at most");
         return gates.chain([sigma]).collect();
     }
-    let found = experiment.spec.as_ref().and_then(|spec| ultimates(&spec.config, &experiment.mu));
-    let found = found.filter(|bounds| bounds.iter().all(|bound| bound.is_finite()));
-    found.map_or_else(Vec::new, |[sigma_star, y]| {
+    let mu: Vec<Vec<f64>> = experiment.mu.iter().map(|mu| mu.by_order.clone()).collect();
+    let found = experiment.spec.as_ref().and_then(|spec| ultimates(&spec.config, &mu));
+    let found = found.filter(|(sigma_star, y, _)| sigma_star.is_finite() && y.is_finite());
+    found.map_or_else(Vec::new, |(sigma_star, y, _)| {
         let meaning = "in the end, by the file's disturbances; what a wrong model adds is not in it";
         vec![one("|sigma*|, lambda_2", sigma_star, "", meaning), one("|y|, lambda_3", y, "", meaning)]
     })

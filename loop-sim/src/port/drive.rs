@@ -770,7 +770,9 @@ where
     let units_rad = coarse.map(|encoder| finest(encoder).unit_rad());
     let steps = std::array::from_fn(|i| coarse[i].unit_rad() / units_rad[i]);
     let sigma_star_bound = law.sigma_star_bound(steps);
-    let Some(still) = Still::new(law, E, units_rad.into(), sample) else { unreachable!("a drive starts at angle 0") };
+    // The channels of the angles have no disturbance.
+    let still = Still::new(law, E, units_rad.into(), sample, |known| known.disturbance.map(|d| [0.0, d]).concat());
+    let Some(still) = still else { unreachable!("a drive starts at angle 0") };
     DriveAtRest { law: Box::new(still), sigma_star_bound }
 }
 

@@ -128,7 +128,8 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     // At a limit that is 0 a small change would be cut on one side.
     let unlimited = Config { options: config.options.with_limits(Limits::NONE), ..config };
     let at_rest = Controller::<f64, _, N, R, MASK, O>::try_design(&unlimited, exact)?;
-    let Some(at_rest) = Still::new(at_rest, N, Vec::new(), padded::<N>) else {
+    let d_hat = |known: [[f64; R]; N]| known.map(|channel| channel[0]).into();
+    let Some(at_rest) = Still::new(at_rest, N, Vec::new(), padded::<N>, d_hat) else {
         unreachable!("a controller starts at x = 0")
     };
     let (port, download): (Box<dyn ControllerPort>, _) = match spec.precision {

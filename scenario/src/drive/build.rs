@@ -534,11 +534,9 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         }
     }
     let has_faults = !faults.is_empty();
-    let sensed = mounted.iter().zip(&shafts).map(|((state, mounted), shaft)| Sensed {
-        state: *state,
-        name: shaft.name.into(),
-        unit: "rad",
-        rms: mounted.encoder.unit_rad() / f64::sqrt(12.0),
+    let sensed = mounted.iter().zip(&shafts).map(|((state, mounted), shaft)| {
+        let quantum = mounted.encoder.unit_rad();
+        Sensed { state: *state, name: shaft.name.into(), unit: "rad", rms: quantum / f64::sqrt(12.0), quantum }
     });
     let mut left_out = vec!["friction, cogging and load"];
     if form.gain_sets > 1 {

@@ -1,0 +1,580 @@
+//! `bounds`: how large σ\*, the errors, the output and u can be, by what, how tight that is, and which gain lowers it.
+//!
+//! The bounds are those of [`crate::bounds`]. What acts on the loop at rest from outside is what of the lumped
+//! disturbance its matrices do not have already: of a chain the signals of the file, of any other plant what a run of
+//! it shows, with its derivatives by differences over the window. The run is also what the bounds are held against.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use cycle_bound::table::Table;
+use loop_sim::linear::LawAtRest;
+use loop_sim::metrics;
+use loop_sim::port::in_process::Precision;
+use loop_sim::trace::{Ending, Row, Trace};
+use scenario::{AtRest, Experiment};
+use serde::Serialize;
+
+mod gain;
+
+use gain::Gain;
+
+use super::design::ultimates;
+use super::{Console, Failure, claim_folder, note_changes, status, text_of};
+use crate::bounds::{Known, NoBounds, Quantity, SampledLoop};
+use crate::map::Subject;
+use crate::margins::Loop;
+use crate::report::number::significant;
+use crate::report::plot::{Figure, GREY, Panel, Series, Style};
+
+#[derive(Args, Debug)]
+pub(super) struct BoundsOptions {
+    /// The scenario; without one the default.
+    file: Option<PathBuf>,
+    /// Override a key, as in --set controller.k_l=100.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// Folder for bounds.svg and bounds.png [default: out/SCENARIO-bounds].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON object instead of the tables.
+    #[arg(long)]
+    json: bool,
+}
+
+/// A gain is raised and lowered by this for its elasticity.
+const NUDGE: f64 = 0.01;
+/// Derivatives of a disturbance that are taken from a run; an observer has order 3 at most.
+const DERIVATIVES: usize = 3;
+/// What lowers a bound by less is not worth a word.
+const LITTLE: f64 = 0.01;
+/// What of a loop at rest is left out of its figures, and is in the bounds.
+const IN_BOUNDS: &str = "friction, cogging and load";
+
+/// What makes a part of a bound.
+#[derive(Serialize)]
+struct Part {
+    name: String,
+    /// Of each quantity.
+    bounds: Vec<f64>,
+    /// Of a disturbance the derivative that each is bounded by.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    derivatives: Vec<usize>,
+    /// What it is known by.
+    known: String,
+}
+
+/// What a gain does: d ln(bound)/d ln(gain) of each quantity, and of the noise of u.
+#[derive(Serialize)]
+struct Knob {
+    name: String,
+    elasticities: Vec<f64>,
+    noise_of_u: f64,
+}
+
+#[derive(Serialize)]
+struct BoundsJson<'a> {
+    scenario: &'a str,
+    window_s: [f64; 2],
+    quantities: &'a [String],
+    parts: &'a [Part],
+    bounds: &'a [f64],
+    simulated: &'a [f64],
+    /// Of the continuous loop, `null` where there is none.
+    continuous: &'a [Option<f64>],
+    gains: &'a [Knob],
+    remarks: &'a [String],
+}
+
+fn bad(message: String) -> Failure {
+    Failure { status: status::BAD_INPUT, message }
+}
+
+fn failed(error: &NoBounds) -> Failure {
+    Failure { status: status::FAILED, message: error.to_string() }
+}
+
+/// What is asked of one scenario.
+struct Asked<'a> {
+    experiment: &'a Experiment,
+    at_rest: &'a AtRest,
+    trace: &'a Trace,
+}
+
+/// The loop of an experiment with this law.
+fn sampled(
+    experiment: &Experiment,
+    at_rest: &AtRest,
+    law: &dyn LawAtRest,
+    period_s: f64,
+) -> Result<SampledLoop, NoBounds> {
+    let port = experiment.port.as_ref();
+    SampledLoop::of(at_rest, law, period_s, port.follows().unwrap_or(0), port.observed())
+}
+
+impl Asked<'_> {
+    /// A quantity in a row of the run.
+    fn value(&self, quantity: Quantity, rest: f64, row: &Row) -> f64 {
+        match quantity {
+            Quantity::SigmaStar => row.sigma_star,
+            Quantity::Output => self.trace.error(row),
+            Quantity::Control => row.u - rest,
+            Quantity::EstimationError(i) => row.d[i] - row.d_hat[i],
+        }
+    }
+
+    /// ` (rad/s^2)`, where units are known.
+    fn unit(&self, quantity: Quantity) -> String {
+        let Experiment { output_unit, control_unit, drive, .. } = self.experiment;
+        let order = match (quantity, drive) {
+            (Quantity::Output | Quantity::Control, _) => 0,
+            // Of a motor, whose current is no state of the chain, and of a joint.
+            (Quantity::SigmaStar, Some(drive)) => 2 * drive.shafts.len() - 1,
+            (Quantity::SigmaStar, None) => self.trace.order - 1,
+            (Quantity::EstimationError(_), Some(_)) => 2,
+            (Quantity::EstimationError(i), None) => i + 1,
+        };
+        match (quantity, *output_unit, order) {
+            (Quantity::Control, ..) if !control_unit.is_empty() => format!(" ({control_unit})"),
+            (Quantity::Control, ..) | (_, "", _) => String::new(),
+            (Quantity::Output, unit, _) => format!(" ({unit})"),
+            (.., 1) => " (rad/s)".into(),
+            (.., order) => format!(" (rad/s^{order})"),
+        }
+    }
+
+    fn name(&self, quantity: Quantity, rest: f64) -> String {
+        match quantity {
+            Quantity::SigmaStar => "sigma*".into(),
+            Quantity::Output if self.trace.follows.is_some() => "y - r".into(),
+            Quantity::Output => "y".into(),
+            Quantity::Control if rest == 0.0 => "u".into(),
+            Quantity::Control => format!("u - ({})", significant(rest, 3)),
+            Quantity::EstimationError(i) => format!("d_{0} - d_hat_{0}", i + 1),
+        }
+    }
+
+    /// Something as the run shows it: its largest differences over the window, per T^k, between the jumps of the plant,
+    /// and the sum of the differences over those.
+    fn seen_in_run(&self, of: impl Fn(&Row) -> f64) -> Known {
+        let Self { experiment, trace, .. } = *self;
+        let ([from, to], slack) = (experiment.window_s, 0.5 * trace.period_s);
+        let jumps_s = experiment.plant.jumps_s();
+        let mut known = Known { mu: vec![0.0; DERIVATIVES + 1], jumps: 0.0 };
+        let pieces: Vec<&[Row]> =
+            trace.rows.chunk_by(|row, next| !jumps_s.iter().any(|at| row.t_s < *at && *at <= next.t_s)).collect();
+        for pair in pieces.windows(2) {
+            if let (Some(before), Some(after)) = (pair[0].last(), pair[1].first()) {
+                known.jumps += (of(after) - of(before)).abs();
+            }
+        }
+        for piece in pieces {
+            let within = piece.iter().filter(|row| row.t_s >= from - slack && row.t_s <= to + slack);
+            let mut values: Vec<f64> = within.map(&of).collect();
+            for mu in &mut known.mu {
+                *mu = values.iter().fold(*mu, |largest, value| largest.max(value.abs()));
+                values = values.windows(2).map(|pair| (pair[1] - pair[0]) / trace.period_s).collect();
+            }
+        }
+        known
+    }
+
+    /// What acts on the loop from outside, by channel, and what that is known by.
+    fn disturbances(&self, sampled: &SampledLoop) -> Vec<(usize, Known, &'static str)> {
+        if !self.experiment.mu.is_empty() {
+            let of_file = self.experiment.mu.iter().filter(|mu| mu.mu > 0.0 || mu.jumps > 0.0);
+            let known = of_file.map(|mu| {
+                (mu.channel - 1, Known { mu: mu.by_order.clone(), jumps: mu.jumps }, "by the terms of the file")
+            });
+            return known.collect();
+        }
+        let channels = (0..self.trace.order).map(|i| {
+            let outside = |row: &Row| sampled.outside(i, row.d[i], &row.x[..self.trace.order], row.u_held);
+            (i, self.seen_in_run(outside), "taken from the run")
+        });
+        channels.filter(|(_, known, _)| known.mu[0] > 0.0).collect()
+    }
+
+    /// The bounds of every quantity, part by part.
+    fn parts(&self, sampled: &SampledLoop, known: &[(usize, Known, &'static str)]) -> Result<Vec<Part>, NoBounds> {
+        let mut parts = Vec::new();
+        for (channel, known, by) in known {
+            let bounds = sampled.of_disturbance(*channel, known, self.experiment.window_s[0])?;
+            let mu: Vec<String> = known.mu.iter().map(|mu| significant(*mu, 3)).collect();
+            let jumps = significant(known.jumps, 3);
+            let jumps = if known.jumps > 0.0 { format!(", jumps {jumps}") } else { String::new() };
+            parts.push(Part {
+                name: format!("d_{}", channel + 1),
+                bounds: bounds.iter().map(|bound| bound.value).collect(),
+                derivatives: bounds.iter().map(|bound| bound.derivative).collect(),
+                known: format!("{by}: |d|, |d'|, .. up to {}{jumps}", mu.join(", ")),
+            });
+        }
+        for (i, sensed) in self.at_rest.sensed.iter().enumerate().filter(|(_, sensed)| sensed.quantum > 0.0) {
+            parts.push(Part {
+                name: format!("steps of {}", sensed.name),
+                bounds: sampled.of_sensor(i, 0.5 * sensed.quantum),
+                derivatives: Vec::new(),
+                known: format!("half of {} {} in each tick, of any sign", significant(sensed.quantum, 3), sensed.unit),
+            });
+        }
+        Ok(parts)
+    }
+
+    fn continuous(&self, quantities: &[Quantity], sampled: &SampledLoop) -> Vec<Option<f64>> {
+        let none = || vec![None; quantities.len()];
+        let Some(spec) = &self.experiment.spec else { return none() };
+        let mu: Vec<Vec<f64>> = (0..spec.config.n)
+            .map(|i| match self.experiment.mu.get(i) {
+                Some(mu) if sampled.is_outside(i) => mu.by_order.clone(),
+                _ => self.seen_in_run(|row| row.d[i]).mu,
+            })
+            .collect();
+        let Some((sigma_star, y, delta)) = ultimates(&spec.config, &mu) else { return none() };
+        let of = |quantity: &Quantity| match *quantity {
+            Quantity::SigmaStar => Some(sigma_star),
+            Quantity::Output => Some(y),
+            Quantity::Control => None,
+            Quantity::EstimationError(i) => delta.get(i).copied(),
+        };
+        quantities.iter().map(|quantity| of(quantity).filter(|value| value.is_finite())).collect()
+    }
+
+    /// What the gains do to the sums of all parts.
+    fn knobs(&self, known: &[(usize, Known, &'static str)]) -> Result<Vec<Knob>, NoBounds> {
+        let of = |law: &dyn LawAtRest, period_s: f64| -> Result<(Vec<f64>, Vec<f64>), NoBounds> {
+            let sampled = sampled(self.experiment, self.at_rest, law, period_s)?;
+            let noise = Loop::of(self.at_rest, law, period_s).map_err(NoBounds::Loop)?.noise_gains();
+            Ok((sums(&self.parts(&sampled, known)?, sampled.quantities().len()), noise))
+        };
+        // Of sensors that add nothing in this file each counts alike.
+        let (bounds, noise) = of(self.at_rest.law.as_ref(), self.experiment.period_s)?;
+        let is_quiet = self.at_rest.sensed.iter().all(|sensed| sensed.rms == 0.0);
+        let weights: Vec<f64> = noise
+            .iter()
+            .zip(&self.at_rest.sensed)
+            .map(|(gain, sensed)| if is_quiet && *gain > 0.0 { 1.0 / gain } else { sensed.rms })
+            .collect();
+        let rms = |gains: &[f64]| gains.iter().zip(&weights).map(|(gain, by)| (gain * by).powi(2)).sum::<f64>().sqrt();
+        let base = (bounds, noise);
+        let mut knobs = Vec::new();
+        for gain in Gain::all(self.experiment) {
+            // At the edge of what a design may be there is one side only.
+            let at = |by: f64| {
+                let (law, period_s) = gain.law(self.experiment, by)?;
+                of(law.as_ref(), period_s).ok()
+            };
+            let (low, high) = (at(1.0 - NUDGE), at(1.0 + NUDGE));
+            let sides = f64::from(u8::from(low.is_some()) + u8::from(high.is_some()));
+            let ((low, low_noise), (high, high_noise)) =
+                (low.as_ref().unwrap_or(&base), high.as_ref().unwrap_or(&base));
+            let slope = |low: f64, high: f64| libm::log(high / low) / (sides * NUDGE);
+            if sides > 0.0 {
+                knobs.push(Knob {
+                    name: gain.name(self.experiment),
+                    elasticities: low.iter().zip(high).map(|(low, high)| slope(*low, *high)).collect(),
+                    noise_of_u: slope(rms(low_noise), rms(high_noise)),
+                });
+            }
+        }
+        Ok(knobs)
+    }
+}
+
+/// Of each quantity the sum of all parts.
+fn sums(parts: &[Part], quantities: usize) -> Vec<f64> {
+    (0..quantities).map(|i| parts.iter().map(|part| part.bounds[i]).sum()).collect()
+}
+
+/// The largest of each quantity over the window, of `run`, or of how far it is apart from another.
+fn largest(asked: &Asked<'_>, quantities: &[Quantity], rest: f64, run: &Trace, other: Option<&Trace>) -> Vec<f64> {
+    let value = |quantity: Quantity, trace: &Trace, row: &Row| Asked { trace, ..*asked }.value(quantity, rest, row);
+    let of = |quantity: &Quantity| {
+        metrics::ultimate(run, asked.experiment.window_s, |row| {
+            let k = (row.t_s / run.period_s).round() as usize;
+            let other = other.map_or(Some(0.0), |other| Some(value(*quantity, other, other.rows.get(k)?)));
+            value(*quantity, run, row) - other.unwrap_or(f64::NAN)
+        })
+    };
+    quantities.iter().map(of).collect()
+}
+
+/// What is measured and not bounded: what the start and the reference make, by the run without any disturbance, and
+/// what rounding to f32 makes, against the run in f64; sensors do not round there. A drive has no twin in f64, and its
+/// encoders stay as they are.
+fn measured(asked: &Asked<'_>, quantities: &[Quantity], rest: f64, subject: &Subject<'_>) -> Vec<Part> {
+    let Asked { experiment, at_rest, .. } = *asked;
+    let spec = experiment.spec.as_ref();
+    let exact = |precision: &str| {
+        let mut sets: Vec<String> = Vec::new();
+        if let Some(spec) = spec {
+            sets.push(format!("controller.precision=\"{precision}\""));
+            if at_rest.sensed.iter().any(|sensed| sensed.quantum > 0.0) {
+                sets.push(format!("sensor.quantum={:?}", vec![0.0; spec.config.n]));
+            }
+        }
+        subject.with(&sets).ok()
+    };
+    let run = |mut experiment: Experiment, is_undisturbed: bool| {
+        if is_undisturbed {
+            std::mem::swap(&mut experiment.plant, &mut experiment.at_rest.as_mut().ok()?.plant);
+        }
+        let (trace, error) = experiment.run(&mut |_| ControlFlow::Continue(()));
+        (error.is_none() && trace.ending == Ending::Finished).then_some(trace)
+    };
+    let mut parts = Vec::new();
+    let mut part = |name: &str, bounds, known: &str| {
+        parts.push(Part { name: name.into(), bounds, derivatives: Vec::new(), known: known.into() });
+    };
+    if let Some(alone) = exact("f64").and_then(|it| run(it, true)) {
+        let name = if asked.trace.follows.is_some() { "start and reference" } else { "start" };
+        part(name, largest(asked, quantities, rest, &alone, None), "measured: the run without disturbances");
+    }
+    if spec.is_some_and(|spec| spec.precision == Precision::F32)
+        && let (Some(f32), Some(f64)) =
+            (exact("f32").and_then(|it| run(it, false)), exact("f64").and_then(|it| run(it, false)))
+    {
+        let apart = largest(asked, quantities, rest, &f32, Some(&f64));
+        part("rounding to f32", apart, "measured: the run in f32 against that in f64");
+    }
+    parts
+}
+
+/// All that is said.
+struct Answer<'a> {
+    asked: &'a Asked<'a>,
+    names: Vec<String>,
+    quantities: Vec<Quantity>,
+    rest: f64,
+    parts: Vec<Part>,
+    bounds: Vec<f64>,
+    simulated: Vec<f64>,
+    continuous: Vec<Option<f64>>,
+    knobs: Vec<Knob>,
+    remarks: Vec<String>,
+}
+
+impl<'a> Answer<'a> {
+    fn of(asked: &'a Asked<'a>, sampled: &SampledLoop, subject: &Subject<'_>) -> Result<Self, Failure> {
+        let (quantities, rest) = (sampled.quantities().to_vec(), sampled.rest());
+        let known = asked.disturbances(sampled);
+        let mut parts = asked.parts(sampled, &known).map_err(|error| failed(&error))?;
+        let knobs = asked.knobs(&known).map_err(|error| failed(&error))?;
+        parts.extend(measured(asked, &quantities, rest, subject));
+        let mut answer = Self {
+            asked,
+            names: quantities.iter().map(|quantity| asked.name(*quantity, rest)).collect(),
+            bounds: sums(&parts, quantities.len()),
+            simulated: largest(asked, &quantities, rest, asked.trace, None),
+            continuous: asked.continuous(&quantities, sampled),
+            parts,
+            knobs,
+            remarks: Vec::new(),
+            quantities,
+            rest,
+        };
+        answer.remarks = answer.remarks();
+        Ok(answer)
+    }
+
+    /// What the bounds do not cover here.
+    fn remarks(&self) -> Vec<String> {
+        let Asked { experiment, at_rest, trace } = *self.asked;
+        let mut remarks = Vec::new();
+        let [from, to] = experiment.window_s;
+        let within = trace.rows.iter().filter(|row| row.t_s >= from && row.t_s <= to);
+        let limited = within.filter(|row| row.health.contains(controller_core::Health::SATURATED)).count();
+        if limited > 0 {
+            remarks.push(format!("u was at its limit in {limited} ticks of the window, and the bounds know no limit"));
+        }
+        if let Some(spec) = &experiment.spec {
+            let reaching = spec.config.padded.reaching;
+            let t = experiment.period_s;
+            let layer = (reaching.epsilon + reaching.k_s * t) / (1.0 - (reaching.k_l * t).min(1.0));
+            if reaching.k_s > 0.0 && self.bounds.first().is_some_and(|bound| *bound > layer) {
+                remarks.push(format!(
+                    "sigma* may leave the boundary layer of k_s, {}: beyond it these are no bounds",
+                    significant(layer, 3)
+                ));
+            }
+        }
+        if at_rest.sensed.iter().any(|it| it.rms > it.quantum / f64::sqrt(12.0) * 1.001) {
+            remarks.push("white noise has no bound and is not in them; `host-sim design` has its rms in u".into());
+        }
+        let left_out: Vec<&str> = at_rest.left_out.iter().copied().filter(|what| *what != IN_BOUNDS).collect();
+        if !left_out.is_empty() {
+            remarks.push(format!("not in them: {}", left_out.join(", ")));
+        }
+        for (i, name) in self.names.iter().enumerate().filter(|(i, _)| self.simulated[*i] > self.bounds[*i]) {
+            remarks.push(format!(
+                "EXCEEDED: |{name}| came to {}, beyond the bound of {}, by what is not in it",
+                significant(self.simulated[i], 4),
+                significant(self.bounds[i], 4)
+            ));
+        }
+        remarks
+    }
+
+    fn table(&self) -> Table {
+        let [from, to] = self.asked.experiment.window_s;
+        let names = self.names.iter().zip(&self.quantities);
+        let names = names.map(|(name, quantity)| format!("|{name}|{}", self.asked.unit(*quantity)));
+        let header = ["bound of".to_owned()].into_iter().chain(names).chain(["by".into()]);
+        let mut table = Table::new(header);
+        let number = |value: f64| if value.is_nan() { "-".into() } else { significant(value, 4) };
+        let mut row = |name: &str, cells: Vec<String>, by: &str| {
+            table.row([name.to_owned()].into_iter().chain(cells).chain([by.to_owned()]));
+        };
+        for part in &self.parts {
+            row(&part.name, part.bounds.iter().map(|bound| number(*bound)).collect(), &part.known);
+        }
+        row("all together", self.bounds.iter().map(|bound| number(*bound)).collect(), "of the sampled loop");
+        let run = format!("largest over [{from}, {to}] s of the run");
+        row("simulated", self.simulated.iter().map(|value| number(*value)).collect(), &run);
+        let ratio =
+            |(bound, value): (&f64, &f64)| if *value > 0.0 { significant(bound / value, 3) } else { "-".into() };
+        row("bound / simulated", self.bounds.iter().zip(&self.simulated).map(ratio).collect(), "how conservative");
+        if self.continuous.iter().any(Option::is_some) {
+            let cells = self.continuous.iter().map(|value| value.map_or("-".into(), number)).collect();
+            row("continuous", cells, "of the paper's loop, without period, steps and rounding");
+        }
+        table
+    }
+
+    fn gains(&self) -> Table {
+        let names = self.names.iter().map(|name| format!("|{name}|"));
+        let header = ["gain".to_owned()].into_iter().chain(names).chain(["noise of u".into()]);
+        let mut table = Table::new(header);
+        let cell = |value: f64| if value.is_finite() { format!("{:+.2}", value + 0.0) } else { "-".into() };
+        for Knob { name, elasticities, noise_of_u } in &self.knobs {
+            let cells = elasticities.iter().chain([noise_of_u]).map(|value| cell(*value));
+            table.row([name.clone()].into_iter().chain(cells));
+        }
+        table
+    }
+
+    /// `|sigma*|: 83 % from d_2 ..; k_l +10 % lowers it by 9 %, noise of u +4 %`.
+    fn sentences(&self) -> Vec<String> {
+        let percent = |share: f64| significant(100.0 * share, 2);
+        let grown = |elasticity: f64, by: f64| libm::pow(1.0 + by, elasticity) - 1.0;
+        let sentence = |i: usize| {
+            let part = self.parts.iter().max_by(|a, b| a.bounds[i].total_cmp(&b.bounds[i]))?;
+            let by = match part.derivatives.get(i) {
+                Some(0) => ", by its size".to_owned(),
+                Some(m) => format!(", by its derivative {m}"),
+                None => String::new(),
+            };
+            let words =
+                format!("|{}|: {} % from {}{by}", self.names[i], percent(part.bounds[i] / self.bounds[i]), part.name);
+            // What the step of 10 % makes of the bound; the way that lowers it.
+            let step = |knob: &Knob| if knob.elasticities[i] > 0.0 { -0.1 } else { 0.1 };
+            let lowers = |knob: &Knob| -grown(knob.elasticities[i], step(knob));
+            let knobs = self.knobs.iter().filter(|knob| knob.elasticities[i].is_finite());
+            let Some(knob) = knobs.max_by(|a, b| lowers(a).total_cmp(&lowers(b))) else { return Some(words) };
+            let noise = grown(knob.noise_of_u, step(knob));
+            Some(
+                words
+                    + &if lowers(knob) < LITTLE {
+                        "; no gain lowers it by 1 % with 10 % of its own".to_owned()
+                    } else {
+                        format!(
+                            "; {} {:+.0} % lowers it by {} %, with {} % {} noise of u",
+                            knob.name,
+                            100.0 * step(knob),
+                            percent(lowers(knob)),
+                            percent(noise.abs()),
+                            if noise > 0.0 { "more" } else { "less" }
+                        )
+                    },
+            )
+        };
+        (0..self.names.len()).filter_map(sentence).collect()
+    }
+
+    fn figure(&self) -> Figure {
+        let Asked { experiment, trace, .. } = self.asked;
+        let [from, to] = experiment.window_s;
+        let panels = self.quantities.iter().enumerate().map(|(i, quantity)| {
+            let name = &self.names[i];
+            let rows = trace.rows.iter().filter(|row| row.t_s >= from && row.t_s <= to);
+            let run = rows.map(|row| (row.t_s, self.asked.value(*quantity, self.rest, row)));
+            let line = |value: f64| [(from, value), (to, value)];
+            let bound = self.bounds[i];
+            Panel {
+                title: format!(
+                    "{name}: bound {}, {} times the largest",
+                    significant(bound, 3),
+                    significant(bound / self.simulated[i], 3)
+                ),
+                x_label: "t (s)".into(),
+                y_label: format!("{name}{}", self.asked.unit(*quantity)),
+                series: vec![
+                    Series::solid("bound", GREY, line(bound)).styled(Style::Dashed),
+                    Series::solid("", GREY, line(-bound)).styled(Style::Dashed),
+                    Series::solid("run", 0, run),
+                ],
+                ..Panel::default()
+            }
+        });
+        Figure { title: experiment.title.clone(), panels: panels.collect(), columns: 2 }
+    }
+}
+
+impl Console<'_> {
+    pub(super) fn bounds(&mut self, options: &BoundsOptions) -> Result<u8, Failure> {
+        let (file, text) = text_of(options.file.as_deref(), ("default.toml", scenario::DEFAULT))?;
+        let stem =
+            options.file.as_deref().and_then(Path::file_stem).map_or("default".into(), |it| it.to_string_lossy());
+        let subject = Subject { file: &file, text: &text, name: &stem, sets: &options.sets };
+        let mut experiment = subject.with(&[])?;
+        note_changes(&mut experiment.title, &options.sets);
+        // Before the run: a loop that grows, or has no matrices, has no bounds.
+        let at_rest = experiment.at_rest.as_ref().map_err(|error| bad(error.to_string()))?;
+        let sampled = sampled(&experiment, at_rest, at_rest.law.as_ref(), experiment.period_s);
+        let sampled = sampled.map_err(|error| failed(&error))?;
+        let folder =
+            options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-bounds", experiment.name)));
+        let claim = claim_folder(&folder)?;
+        let (trace, error) = self.watched(&mut experiment, &mut None);
+        match trace.ending {
+            Ending::Interrupted { .. } => return Ok(status::INTERRUPTED),
+            Ending::Finished => {}
+            Ending::Diverged { t_s } | Ending::BrokenOff { t_s } => {
+                let why = error.map_or("the state ran away".into(), |error| error.to_string());
+                let message = format!("the run ended at t = {} s: {why}; no bound holds", significant(t_s, 4));
+                return Err(Failure { status: status::FAILED, message });
+            }
+        }
+        let at_rest = experiment.at_rest.as_ref().map_err(|error| bad(error.to_string()))?;
+        let asked = Asked { experiment: &experiment, at_rest, trace: &trace };
+        let answer = Answer::of(&asked, &sampled, &subject)?;
+        let told = |error| Failure::writing(folder.join("bounds").display(), &error);
+        answer.figure().write(&folder, "bounds").map_err(told)?;
+        drop(claim);
+        if options.json {
+            let json = BoundsJson {
+                scenario: &experiment.name,
+                window_s: experiment.window_s,
+                quantities: &answer.names,
+                parts: &answer.parts,
+                bounds: &answer.bounds,
+                simulated: &answer.simulated,
+                continuous: &answer.continuous,
+                gains: &answer.knobs,
+                remarks: &answer.remarks,
+            };
+            self.say_json(serde_json::to_string(&json))?;
+            return Ok(status::DONE);
+        }
+        self.say(&experiment.headline())?;
+        self.say(&answer.table().to_string())?;
+        self.say("d ln(bound)/d ln(gain), the disturbances as they are:")?;
+        self.say(&answer.gains().to_string())?;
+        for line in answer.sentences().iter().chain(&answer.remarks) {
+            self.say(line)?;
+        }
+        self.say(&format!("written to {}", folder.display()))?;
+        Ok(status::DONE)
+    }
+}

@@ -1,0 +1,103 @@
+//! The gains of a design, and the same design with more or less of one.
+
+use controller_core::ObserverGains;
+use loop_sim::linear::LawAtRest;
+use loop_sim::port::drive::{DriveDesign, joint_at_rest, motor_at_rest};
+use loop_sim::port::in_process;
+use scenario::Experiment;
+
+/// One that a bound depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Gain {
+    /// k_l.
+    Reaching,
+    /// k_s.
+    Switching,
+    /// Bandwidth of the sliding motion: c_i goes with its (n - i)-th power.
+    Surface,
+    /// Bandwidth of the observer of a channel, of a drive of a shaft, from 0: l_j goes with its j-th power.
+    Observer(usize),
+    /// T.
+    Period,
+}
+
+impl Gain {
+    /// Those of a design.
+    pub(super) fn all(experiment: &Experiment) -> Vec<Self> {
+        let (observers, switches): (Vec<usize>, bool) = match (&experiment.drive, &experiment.spec) {
+            (Some(drive), _) => ((0..drive.shafts.len()).collect(), false),
+            (None, Some(spec)) => (experiment.port.observed().to_vec(), spec.config.padded.reaching.k_s > 0.0),
+            (None, None) => return Vec::new(),
+        };
+        let observers = observers.into_iter().map(Self::Observer);
+        let switching = switches.then_some(Self::Switching);
+        [Self::Reaching]
+            .into_iter()
+            .chain(switching)
+            .chain([Self::Surface])
+            .chain(observers)
+            .chain([Self::Period])
+            .collect()
+    }
+
+    pub(super) fn name(self, experiment: &Experiment) -> String {
+        match (self, &experiment.drive) {
+            (Self::Reaching, _) => "k_l".into(),
+            (Self::Switching, _) => "k_s".into(),
+            (Self::Surface, _) => "surface".into(),
+            (Self::Observer(i), Some(drive)) => format!("observer of the {}", drive.shafts[i].name),
+            (Self::Observer(i), None) => format!("observer of d_{}", i + 1),
+            (Self::Period, _) => "period".into(),
+        }
+    }
+
+    /// The law with so many times as much of it, and its period; none where that design is refused.
+    pub(super) fn law(self, experiment: &Experiment, by: f64) -> Option<(Box<dyn LawAtRest>, f64)> {
+        match (experiment.drive.as_ref().map(|drive| drive.designed), &experiment.spec) {
+            (Some(DriveDesign::Motor { mut design, form, .. }), _) => {
+                *match self {
+                    Self::Reaching | Self::Switching => &mut design.bandwidths.reaching_per_s,
+                    Self::Surface => &mut design.bandwidths.surface_rad_s,
+                    Self::Observer(_) => &mut design.bandwidths.observer_rad_s,
+                    Self::Period => &mut design.period_s,
+                } *= by;
+                Some((motor_at_rest(&design, form).ok()?.law, design.period_s))
+            }
+            (Some(DriveDesign::Joint { mut design, form, .. }), _) => {
+                *match self {
+                    Self::Reaching | Self::Switching => &mut design.bandwidths.reaching_per_s,
+                    Self::Surface => &mut design.bandwidths.surface_rad_s,
+                    Self::Observer(0) => &mut design.bandwidths.link_rad_s,
+                    Self::Observer(_) => &mut design.bandwidths.motor_rad_s,
+                    Self::Period => &mut design.period_s,
+                } *= by;
+                Some((joint_at_rest(&design, form).ok()?.law, design.period_s))
+            }
+            (None, Some(spec)) => {
+                let mut spec = spec.clone();
+                let (n, config) = (spec.config.n, &mut spec.config.padded);
+                match self {
+                    Self::Reaching => config.reaching.k_l *= by,
+                    Self::Switching => config.reaching.k_s *= by,
+                    Self::Surface => {
+                        for (i, c) in config.surface.c.iter_mut().take(n).enumerate() {
+                            *c *= libm::pow(by, (n - 1 - i) as f64);
+                        }
+                    }
+                    Self::Observer(i) => {
+                        let gains = config.observers[i].as_mut()?;
+                        let mut l = [0.0; 3];
+                        for (j, (to, from)) in (1..).zip(l.iter_mut().zip(gains.l())) {
+                            *to = from * libm::pow(by, f64::from(j));
+                        }
+                        *gains = ObserverGains::new(gains.order(), l).ok()?;
+                    }
+                    Self::Period => config.period_s *= by,
+                }
+                let period_s = config.period_s;
+                Some((in_process::build(&spec).ok()?.at_rest, period_s))
+            }
+            (None, None) => None,
+        }
+    }
+}
