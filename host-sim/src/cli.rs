@@ -152,7 +152,7 @@ enum Command {
     /// Of a drive: host-sim map mine.toml --x error.torque_percent=-90..300 --y drive.period_s=1e-4..5e-3:log.
     /// Stability is that of the exact matrices of the sampled loop at rest; --simulate asks the plant itself as well.
     Map(MapOptions),
-    /// Run a scenario many times with keys drawn anew each time: percentiles, failure rate, the worst. Table and figures.
+    /// Run a scenario many times, its keys drawn anew each time: percentiles, failure rate, the worst. Table and figures.
     ///
     /// Of a motor: host-sim monte-carlo mine.toml --uncertain 50 --trials 10000. Trials are kept chunk by chunk; a run
     /// that was ended goes on with --resume. The same seed gives the same bytes on any threads, shards and machines.

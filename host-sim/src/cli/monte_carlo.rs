@@ -162,7 +162,7 @@ impl<'a> Campaign<'a> {
         let header = Header {
             program: format!("host-sim {}", env!("CARGO_PKG_VERSION")),
             scenario: name.into(),
-            scenario_sha256: Sha256::digest(subject.text).iter().map(|byte| format!("{byte:02x}")).collect(),
+            scenario_sha256: store::hex(&Sha256::digest(subject.text)),
             sets: subject.sets.to_vec(),
             vary: plan.vary.iter().map(|vary| vary.text.clone()).collect(),
             seed: options.seed,
@@ -181,17 +181,14 @@ impl<'a> Campaign<'a> {
         let row = |i: u64| {
             let mut row = self.plan.drawn(i);
             let experiment = if stop.load(Ordering::Relaxed) { return None } else { self.of_trial(i) };
-            let outcome = match experiment {
-                Ok(mut experiment) => {
-                    let Trial { outcome, ended_at_s, told } = trial(&mut experiment, stop)?;
-                    row.push(ended_at_s);
-                    row.extend(self.figures.iter().map(|path| number_in(&told, path)));
-                    outcome
-                }
-                Err(_) => {
-                    row.resize(self.header.columns.len(), f64::NAN);
-                    Outcome::Refused
-                }
+            let outcome = if let Ok(mut experiment) = experiment {
+                let Trial { outcome, ended_at_s, told } = trial(&mut experiment, stop)?;
+                row.push(ended_at_s);
+                row.extend(self.figures.iter().map(|path| number_in(&told, path)));
+                outcome
+            } else {
+                row.resize(self.header.columns.len(), f64::NAN);
+                Outcome::Refused
             };
             done();
             Some((outcome, row))
@@ -228,7 +225,11 @@ fn shard_of(text: &str, chunks: u64) -> Result<[u64; 2], String> {
 /// An argument as a shell reads it.
 fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./=,:+%".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) { word.into() } else { format!("'{}'", word.replace('\'', r"'\''")) }
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.into()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
 }
 
 fn unreadable(why: String) -> Failure {
@@ -240,6 +241,9 @@ impl Console<'_> {
         let (file, text) = text_of(options.file.as_deref(), ("default.toml", scenario::DEFAULT))?;
         let stem =
             options.file.as_deref().and_then(Path::file_stem).map_or("default".into(), |it| it.to_string_lossy());
+        // The default has no name on a command line.
+        let named =
+            options.file.as_ref().map_or_else(String::new, |file| format!(" {}", quoted(&file.to_string_lossy())));
         let (mut sets, mut vary) = (options.sets.clone(), options.vary.clone());
         let bare = Subject { file: &file, text: &text, name: &stem, sets: &options.sets };
         let mut experiment = bare.with(&[])?;
@@ -251,7 +255,7 @@ impl Console<'_> {
         let subject = Subject { sets: &sets, ..bare };
         let plan = Plan::new(&subject, &vary, options.seed).map_err(bad)?;
         if let Some(index) = options.replay {
-            return self.replay_trial(&subject, &plan, index, &options.report);
+            return self.replay_trial(&subject, &plan, (index, &named), &options.report);
         }
         if vary.is_empty() {
             return Err(bad("what is to vary? Give --uncertain 50, or --vary KEY=uniform(LOW,HIGH)".into()));
@@ -293,7 +297,7 @@ impl Console<'_> {
             self.say(&format!("trials {first} to {} are in {}", end - 1, file.display()))?;
             return Ok(status::DONE);
         }
-        self.report(&trials, &question, &folder, &file, options.report.json)?;
+        self.report(&trials, &question, &folder, &named, options.report.json)?;
         Ok(status::DONE)
     }
 
@@ -322,7 +326,8 @@ impl Console<'_> {
         let there: Vec<u64> = (first..end).filter(is_there).collect();
         if !there.is_empty() && !resume {
             let message = format!(
-                "{} holds {} of {} chunks of a run that was ended: --resume goes on, --out gives this one another folder",
+                "{} holds {} of {} chunks of a run that was ended: --resume goes on, --out gives this one another \
+                 folder",
                 parts.display(),
                 there.len(),
                 end - first
@@ -330,9 +335,13 @@ impl Console<'_> {
             return Err(bad(message));
         }
         for chunk in &there {
-            of_plan(&path(*chunk), header, header.range(*chunk))?;
+            of_plan(&path(*chunk), header, header.range(*chunk)).map_err(|Failure { status, message }| Failure {
+                status,
+                message: message + "; without it --resume computes this chunk again",
+            })?;
         }
-        let bar = self.bar(range[1] - range[0], "{bar:40} {percent:>3} %  {pos} of {len} trials  {per_sec}  {eta} left");
+        let bar =
+            self.bar(range[1] - range[0], "{bar:40} {percent:>3} %  {pos} of {len} trials  {per_sec}  {eta} left");
         let guards = (stop::keeping(), stop::looking());
         for chunk in first..end {
             let trials = header.range(chunk);
@@ -373,15 +382,16 @@ impl Console<'_> {
         &mut self,
         subject: &Subject<'_>,
         plan: &Plan,
-        trial: u64,
+        (trial, file): (u64, &str),
         options: &ReportOptions,
     ) -> Result<u8, Failure> {
         let settings = plan.settings(trial);
         let experiment = subject.with(&settings)?;
         let out = options.folder(&experiment.name).join(format!("trial-{trial}"));
         let sets: Vec<String> = subject.sets.iter().cloned().chain(settings).collect();
-        let words: String = sets.iter().map(|set| format!(" --set {}", quoted(set))).collect();
-        self.note(&format!("trial {trial} is: host-sim run {}{words}", quoted(subject.file)));
+        let words = sets.iter().map(|set| format!(" --set {}", quoted(set))).collect::<Vec<_>>().concat();
+        let run = if file.is_empty() { "" } else { " run" };
+        self.note(&format!("trial {trial} is: host-sim{run}{file}{words}"));
         let options = RunOptions { sets, out: Some(out), json: options.json, ..RunOptions::default() };
         self.run(experiment, &options, "", None)
     }
@@ -406,7 +416,11 @@ impl Console<'_> {
                 return Err(bad(format!("trials {next} to {} are in no shard", first - 1)));
             }
             if first < next {
-                return Err(bad(format!("{}: its trials {first} to {} are in another too", path.display(), end.min(next) - 1)));
+                return Err(bad(format!(
+                    "{}: its trials {first} to {} are in another too",
+                    path.display(),
+                    end.min(next) - 1
+                )));
             }
             next = end;
         }
@@ -424,7 +438,7 @@ impl Console<'_> {
         store::write(&whole, &header, [0, header.trials], all)
             .map_err(|error| Failure::writing(whole.display(), &error))?;
         let trials = of_plan(&whole, &header, [0, header.trials])?;
-        let file = format!("{}.toml", header.scenario);
+        let file = format!(" {}.toml", header.scenario);
         self.report(&trials, &question, &folder, &file, options.report.json)?;
         Ok(status::DONE)
     }

@@ -1,8 +1,8 @@
 //! Trials in files: Parquet, which pyarrow, polars and DuckDB read.
 //!
 //! A file holds trials `first .. first + count` of a plan, a row group for each chunk of them, uncompressed: column
-//! `trial`, column `outcome`, then a column of f64 for each name of the [`Header`]; what is no number is NaN. The header
-//! stands in the file's metadata as JSON, with the range and the SHA-256 of all values. The same trials are the same
+//! `trial`, column `outcome`, then a column of f64 for each name of the [`Header`]; what is no number is NaN. It stands
+//! in the file's metadata as JSON, with the range and the SHA-256 of all values. The same trials are the same
 //! bytes, whoever computed them: nothing in a file tells of its time, machine or shard.
 //!
 //! A file is written whole or not at all. One that was damaged since, or is of another plan or version, is told from
@@ -125,6 +125,12 @@ impl Chunk {
     }
 }
 
+/// Bytes as digits.
+pub fn hex(bytes: &[u8]) -> String {
+    let digits = bytes.iter().flat_map(|byte| [byte >> 4, byte & 15]);
+    digits.filter_map(|digit| char::from_digit(digit.into(), 16)).collect()
+}
+
 const HEADER: &str = "host-sim monte-carlo";
 const FIRST: &str = "first";
 const COUNT: &str = "count";
@@ -190,7 +196,7 @@ pub fn write(
         if next != end {
             return Err(io::Error::other(format!("trials {next} to {end} are missing")));
         }
-        let hex: String = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        let hex = hex(&hash.finalize());
         let json = serde_json::to_string(header)?;
         for (key, value) in
             [(HEADER, json), (FIRST, first.to_string()), (COUNT, (end - first).to_string()), (SHA256, hex)]
@@ -219,7 +225,8 @@ impl Trials {
     pub fn open(path: &Path) -> Result<Self, String> {
         let file = whole_file::open(path).map_err(|why| format!("{}: {why}", path.display()))?;
         let trials = guarded(|| {
-            let reader = SerializedFileReader::new(file).map_err(|error| format!("not a readable Parquet file: {error}"))?;
+            let reader =
+                SerializedFileReader::new(file).map_err(|error| format!("not a readable Parquet file: {error}"))?;
             let pairs = reader.metadata().file_metadata().key_value_metadata().cloned().unwrap_or_default();
             let value = |key: &str| {
                 let pair = pairs.iter().find(|pair| pair.key == key);
@@ -242,7 +249,7 @@ impl Trials {
                 next += chunk.outcomes.len() as u64;
                 chunk.hash(&mut hash);
             }
-            let hex: String = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+            let hex = hex(&hash.finalize());
             if next != trials.range[1] || hex != value(SHA256)? {
                 return Err("damaged: its values are not those that were written".into());
             }

@@ -157,9 +157,4 @@ impl Vary {
             if is_whole { format!("{key}={value:.0}") } else { format!("{key}={value:?}") }
         })
     }
-
-    /// Do the draws follow one another evenly, and not by chance?
-    pub const fn is_sobol(&self) -> bool {
-        matches!(self.distribution, Distribution::Sobol { .. })
-    }
 }

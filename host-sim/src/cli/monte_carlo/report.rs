@@ -19,7 +19,7 @@ const CONFIDENCE: f64 = 0.95;
 /// So many of the worst trials are told.
 const WORST: usize = 10;
 /// Dots of a scatter picture: more hide each other.
-const DOTS: usize = 1500;
+const DOTS: usize = 800;
 const BINS: usize = 50;
 /// Panels of a picture.
 const PANELS: usize = 9;
@@ -66,7 +66,7 @@ struct Failures {
 struct Percentiles {
     of_file: Option<f64>,
     #[serde(flatten)]
-    percentiles: BTreeMap<&'static str, f64>,
+    ranks: BTreeMap<&'static str, f64>,
     least: f64,
     no_number: usize,
 }
@@ -117,7 +117,8 @@ impl Console<'_> {
         }
         let figure = column(question.worst)?;
         let mut order: Vec<usize> = (0..figure.len()).collect();
-        let badness = |k: usize| (outcomes[k] != Outcome::Finished, if figure[k].is_nan() { f64::INFINITY } else { figure[k] });
+        let badness =
+            |k: usize| (outcomes[k] != Outcome::Finished, if figure[k].is_nan() { f64::INFINITY } else { figure[k] });
         let worse = |a: &usize, b: &usize| {
             let (a_failed, a_value) = badness(*a);
             let (b_failed, b_value) = badness(*b);
@@ -160,11 +161,11 @@ impl Console<'_> {
             let of = NAMES.into_iter().zip(PER_MILLE.map(|p| statistics::percentile(&values, p))).collect();
             let least = values.first().copied().unwrap_or(f64::NAN);
             let of_file = header.of_file.get(name).and_then(|text| text.parse().ok());
-            percentiles.insert(name.as_str(), Percentiles { of_file, percentiles: of, least, no_number });
+            percentiles.insert(name.as_str(), Percentiles { of_file, ranks: of, least, no_number });
         }
 
         let count = failed.iter().filter(|failed| **failed).count() as u64;
-        let is_random = !header.vary.iter().any(|text| text.contains("=sobol(") || text.contains("= sobol("));
+        let is_random = !header.vary.iter().any(|text| text.contains("sobol("));
         let report = Report {
             header,
             outcomes: Outcome::ALL
@@ -186,10 +187,11 @@ impl Console<'_> {
         let text = json.as_deref().unwrap_or_default();
         write_whole(&folder.join("monte-carlo.json"), |out| writeln!(out, "{text}"))
             .map_err(|error| failed_to("monte-carlo.json", &error))?;
-        let title = |what: &str| format!("{}: {what} of {} trials, seed {}", header.scenario, header.trials, header.seed);
-        for (stem, title, panels) in
-            [("histograms", title("figures of merit"), bars), ("scatter", title(&format!("{by} over what was drawn")), dots)]
-        {
+        let title = |what: &str| format!("{}: {what}, {} trials, seed {}", header.scenario, header.trials, header.seed);
+        for (stem, title, panels) in [
+            ("histograms", title("figures of merit"), bars),
+            ("scatter", title(&format!("{by} over what was drawn")), dots),
+        ] {
             let columns = panels.len().min(3);
             if columns > 0 {
                 let figure = Figure { title, panels, columns };
@@ -216,11 +218,11 @@ impl Console<'_> {
         let mut table = Table::new(["figure", "file"].into_iter().chain(NAMES));
         for name in &header.columns[drawn + 1..] {
             let Some(of) = percentiles.get(name.as_str()) else { continue };
-            let most = of.percentiles["max"];
+            let most = of.ranks["max"];
             // What is the same in all of them says nothing, and what none of them has.
             let is_told = of.no_number < header.trials as usize && of.least != most;
             if is_told || name == worst_by {
-                let values = NAMES.iter().map(|name| number(of.percentiles[name]));
+                let values = NAMES.iter().map(|name| number(of.ranks[name]));
                 let of_file = number(of.of_file.unwrap_or(f64::NAN));
                 table.row([name.clone(), of_file].into_iter().chain(values));
             }
@@ -235,11 +237,10 @@ impl Console<'_> {
         }
         self.say(&format!("the worst:\n{table}"))?;
         let words = header.sets.iter().map(|set| ("--set", set)).chain(header.vary.iter().map(|vary| ("--vary", vary)));
-        let words: String = words.map(|(option, word)| format!(" {option} {}", quoted(word))).collect();
+        let words = words.map(|(option, word)| format!(" {option} {}", quoted(word))).collect::<Vec<_>>().concat();
         let trial = worst.first().map_or(0, |worst| worst.trial);
         self.say(&format!(
-            "a trial alone, with figures: host-sim monte-carlo {} --seed {}{words} --replay {trial}",
-            quoted(file),
+            "a trial alone, with figures: host-sim monte-carlo{file} --seed {}{words} --replay {trial}",
             header.seed
         ))
     }
@@ -247,9 +248,10 @@ impl Console<'_> {
 
 /// Steps over the range of sorted values; of more than two decades over their logarithms.
 fn histogram(name: &str, sorted: &[f64]) -> Option<Panel> {
-    let finite = sorted.iter().filter(|value| value.is_finite());
-    let is_log = finite.clone().next()? > &0.0 && finite.clone().last()? > &(100.0 * finite.clone().next()?);
-    let values: Vec<f64> = finite.map(|value| if is_log { libm::log10(*value) } else { *value }).collect();
+    let finite: Vec<f64> = sorted.iter().copied().filter(|value| value.is_finite()).collect();
+    let (least, most) = (*finite.first()?, *finite.last()?);
+    let is_log = least > 0.0 && most > 100.0 * least;
+    let values: Vec<f64> = finite.iter().map(|value| if is_log { libm::log10(*value) } else { *value }).collect();
     let (bins, width) = statistics::histogram(&values, BINS)?;
     let end = bins.last().map(|(left, _)| (left + width, 0.0));
     let begin = bins.first().map(|(left, _)| (*left, 0.0));

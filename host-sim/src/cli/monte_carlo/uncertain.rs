@@ -30,9 +30,8 @@ pub(super) fn of_plant(subject: &Subject<'_>, text: &str) -> Result<OfPlant, Str
         });
         return Ok(OfPlant { vary: vary.collect(), sets: Vec::new() });
     }
-    let relative = |key: &str| {
-        format!("{key}={name}({}x,{}x)", typed(1.0 - 0.01 * percent, 15), typed(1.0 + 0.01 * percent, 15))
-    };
+    let relative =
+        |key: &str| format!("{key}={name}({}x,{}x)", typed(1.0 - 0.01 * percent, 15), typed(1.0 + 0.01 * percent, 15));
     // Read before: it is TOML.
     let file: DocumentMut = subject.text.parse().map_err(|error| format!("{}: {error}", subject.file))?;
     let number = |key: &str| subject.number_at(key).filter(|value| *value != 0.0);
@@ -63,7 +62,10 @@ pub(super) fn of_plant(subject: &Subject<'_>, text: &str) -> Result<OfPlant, Str
         }
     }
     if of.vary.is_empty() {
-        return Err(format!("--uncertain: {} has no number of a plant that is known to vary: give --vary", subject.file));
+        return Err(format!(
+            "--uncertain: {} has no number of a plant that is known to vary: give --vary",
+            subject.file
+        ));
     }
     Ok(of)
 }
