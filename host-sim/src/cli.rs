@@ -13,6 +13,8 @@
 //! host-sim tune [FILE.toml] ..       bandwidths from what a drive shall do
 //! host-sim report [FILE ..]         all of it as one page, of one scenario or of several side by side
 //! host-sim bounds [FILE.toml]       how large sigma*, the errors and y can be, why, and which gain lowers it
+//! host-sim monte-carlo [FILE.toml]  many runs with keys drawn anew: percentiles, failure rate, the worst
+//! host-sim merge SHARD..            shards of such runs made one
 //! host-sim compare [FILE.toml]      our drive beside its rivals, all tuned alike
 //! host-sim figures                  the figures of the paper and its claims
 //! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
@@ -65,6 +67,7 @@ mod drive;
 mod export;
 mod live;
 mod map;
+mod monte_carlo;
 mod report;
 mod target;
 mod tune;
@@ -76,6 +79,7 @@ use drive::TorqueError;
 use export::ExportOptions;
 use live::{LiveOptions, ReplayOptions};
 use map::MapOptions;
+use monte_carlo::{MergeOptions, MonteCarloOptions};
 use report::ReportOptions;
 use target::{EmulateOptions, HilOptions, Link, PilOptions};
 use tune::TuneOptions;
@@ -162,6 +166,13 @@ enum Command {
     /// Of a drive: host-sim map mine.toml --x error.torque_percent=-90..300 --y drive.period_s=1e-4..5e-3:log.
     /// Stability is that of the exact matrices of the sampled loop at rest; --simulate asks the plant itself as well.
     Map(MapOptions),
+    /// Run a scenario many times, its keys drawn anew each time: percentiles, failure rate, the worst. Table and figures.
+    ///
+    /// Of a motor: host-sim monte-carlo mine.toml --uncertain 50 --trials 10000. Trials are kept chunk by chunk; a run
+    /// that was ended goes on with --resume. The same seed gives the same bytes on any threads, shards and machines.
+    MonteCarlo(MonteCarloOptions),
+    /// Make one of all shards of a Monte Carlo run, and report it.
+    Merge(MergeOptions),
     /// Find the bandwidths of a drive from what it shall do: table, picture, and the scenario with them.
     ///
     /// Of a joint: host-sim tune mine.toml --noise 0.015 --load 5e-3 --uncertain 50. Each figure is that of the worst
@@ -273,7 +284,7 @@ pub fn main() -> u8 {
 pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -> u8 {
     let args: Vec<OsString> = args.into_iter().collect();
     let program = args.first().map_or("host-sim".into(), |name| name.to_string_lossy().into_owned());
-    let cli = match Cli::try_parse_from(args) {
+    let cli = match Cli::try_parse_from(&args) {
         Ok(cli) => cli,
         Err(usage) => {
             let text = usage.render();
@@ -302,6 +313,8 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         Some(Command::Design(options)) => console.design(options),
         Some(Command::Bounds(options)) => console.bounds(options),
         Some(Command::Map(options)) => console.map(options),
+        Some(Command::MonteCarlo(options)) => console.monte_carlo(options, &args),
+        Some(Command::Merge(options)) => console.merge(options),
         Some(Command::Tune(options)) => console.tune(options),
         Some(Command::Report(options)) => console.report(options),
         Some(Command::Compare(options)) => console.compare(options),

@@ -18,6 +18,7 @@ pub mod figures;
 pub mod live;
 pub mod map;
 pub mod margins;
+pub mod monte_carlo;
 pub mod remote;
 pub mod report;
 pub mod transport;

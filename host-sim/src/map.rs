@@ -137,7 +137,7 @@ fn listed(text: &str) -> Vec<String> {
 }
 
 /// What of a plant may be off: a name and its keys, and what one percent is of the unit of those.
-type Uncertain = (&'static str, &'static [&'static str], f64);
+pub(crate) type Uncertain = (&'static str, &'static [&'static str], f64);
 
 /// Those of the kinds of scenario: the first whose keys a scenario takes is its own.
 const UNCERTAIN: [&[Uncertain]; 3] = [
@@ -162,6 +162,13 @@ const UNCERTAIN: [&[Uncertain]; 3] = [
     ],
 ];
 
+/// What of the plant of a scenario may be off, if it has a table of errors.
+pub(crate) fn uncertain(subject: &Subject<'_>) -> Option<&'static [Uncertain]> {
+    let takes =
+        |uncertain: &&&[Uncertain]| uncertain[0].1.iter().all(|key| subject.with(&[format!("{key}=0.01")]).is_ok());
+    UNCERTAIN.iter().find(takes).copied()
+}
+
 /// A way in which the plant may be off.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Corner {
@@ -177,9 +184,7 @@ pub struct Corner {
 /// The scenario's own mistakes; or none of its numbers can be said to be off.
 pub fn corners(subject: &Subject<'_>, percent: f64, axes: &[Axis]) -> Result<Vec<Corner>, String> {
     subject.with(&[]).map_err(|error| error.to_string())?;
-    let takes =
-        |uncertain: &&&[Uncertain]| uncertain[0].1.iter().all(|key| subject.with(&[format!("{key}=0.01")]).is_ok());
-    let uncertain = UNCERTAIN.iter().find(takes).ok_or_else(|| {
+    let uncertain = uncertain(subject).ok_or_else(|| {
         format!(
             "{}: it has no table of errors: corners are for scenarios with [joint], [motor] or a flexible joint as \
              [plant]",

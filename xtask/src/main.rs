@@ -7,6 +7,7 @@ mod attack;
 mod bench;
 mod budget;
 mod capi;
+mod cluster;
 mod compiler;
 mod docs;
 mod evidence;
@@ -35,7 +36,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 20] = [
+const ACTIONS: [Action; 21] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -76,6 +77,11 @@ const ACTIONS: [Action; 20] = [
         name: "wasm",
         help: "the closed loop in WebAssembly: builds, and has the bits of this machine",
         run: wasm::run,
+    },
+    Action {
+        name: "cluster",
+        help: "shards of a Monte Carlo run on two Dask workers, one of them killed: the bytes of an undisturbed run",
+        run: cluster::run,
     },
     Action {
         name: "prove",

@@ -3,8 +3,8 @@
 
 use crate::step::{Gate, Invocation, Outcome};
 use crate::{
-    attack, bench, budget, capi, docs, evidence, firmware, fuzz, means, mutate, paper_map, prove, sbom, scan, setup,
-    thumb, wasm,
+    attack, bench, budget, capi, cluster, docs, evidence, firmware, fuzz, means, mutate, paper_map, prove, sbom, scan,
+    setup, thumb, wasm,
 };
 
 /// Features of controller-core; every combination must build and be free of warnings.
@@ -28,7 +28,7 @@ enum Quick {
 
 use Quick::{Less, No, Same};
 
-const GATE: [Part; 22] = [
+const GATE: [Part; 23] = [
     Part { run: setup::run, quick: No("the look for tools") },
     Part { run: format, quick: Same },
     Part { run: scan, quick: Same },
@@ -44,6 +44,7 @@ const GATE: [Part; 22] = [
     Part { run: sbom::run, quick: No("bills of materials") },
     Part { run: evidence::run, quick: No("exported C before analysers and MISRA's addon") },
     Part { run: test, quick: Less(test_quickly, LEFT_OUT) },
+    Part { run: cluster::run, quick: No("shards of a Monte Carlo run on two workers, one of them killed") },
     Part { run: prove::run, quick: No("the proofs for every input") },
     Part { run: mutate::run, quick: No("equations broken on purpose") },
     Part { run: attack::minute, quick: No("a minute of random campaigns") },

@@ -172,7 +172,7 @@ impl Simulated {
     }
 }
 
-fn bad(message: String) -> Failure {
+pub(super) fn bad(message: String) -> Failure {
     Failure { status: status::BAD_INPUT, message }
 }
 
@@ -197,30 +197,37 @@ fn numbers_of(experiment: &mut Experiment, simulate: bool) -> Result<serde_json:
 /// One of them; no number where the run did not come to its end, or the loop has no such margin.
 fn number_of(path: &str, experiment: &mut Experiment) -> Result<f64, String> {
     let told = numbers_of(experiment, !path.starts_with("design."))?;
-    Ok(told.pointer(&format!("/{}", path.replace('.', "/"))).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN))
+    Ok(number_in(&told, path))
 }
 
 /// All that [`number_of`] knows, by the paths to them.
 fn known_numbers(experiment: &mut Experiment) -> Result<Vec<String>, String> {
-    fn collect(value: &serde_json::Value, path: &str, known: &mut Vec<String>) {
-        let below = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
-        match value {
-            serde_json::Value::Object(object) => {
-                object.iter().for_each(|(key, value)| collect(value, &below(key), known));
-            }
-            serde_json::Value::Array(list) => {
-                list.iter().enumerate().for_each(|(k, value)| collect(value, &below(&k.to_string()), known));
-            }
-            // A margin that there is none of, in this design.
-            serde_json::Value::Number(_) | serde_json::Value::Null => known.push(path.into()),
-            _ => {}
-        }
-    }
     let mut known = Vec::new();
     for simulate in [true, false] {
         collect(&numbers_of(experiment, simulate)?, "", &mut known);
     }
     Ok(known)
+}
+
+/// The paths to all numbers of what run.json has, and to those that this run has none of.
+pub(super) fn collect(value: &serde_json::Value, path: &str, known: &mut Vec<String>) {
+    let below = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    match value {
+        serde_json::Value::Object(object) => {
+            object.iter().for_each(|(key, value)| collect(value, &below(key), known));
+        }
+        serde_json::Value::Array(list) => {
+            list.iter().enumerate().for_each(|(k, value)| collect(value, &below(&k.to_string()), known));
+        }
+        // A margin that there is none of, in this design.
+        serde_json::Value::Number(_) | serde_json::Value::Null => known.push(path.into()),
+        _ => {}
+    }
+}
+
+/// The number at a path; NaN where there is none.
+pub(super) fn number_in(told: &serde_json::Value, path: &str) -> f64 {
+    told.pointer(&format!("/{}", path.replace('.', "/"))).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN)
 }
 
 /// The axes of a preset, and its figure.

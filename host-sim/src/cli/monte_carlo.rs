@@ -1,0 +1,466 @@
+//! `host-sim monte-carlo`: a scenario run many times with some of its keys drawn anew each time; `host-sim merge`:
+//! shards of it made one.
+//!
+//! ```text
+//! plan -> trials of a chunk on all cores -> FOLDER/trials.chunks/N.parquet .. -> FOLDER/trials.parquet -> report
+//! ```
+//!
+//! A trial is what `host-sim run` does, with the same figures as in its run.json. One that runs away, or has no design,
+//! is a result.
+
+use std::ffi::OsString;
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::Args;
+use cycle_bound::stop;
+use loop_sim::trace::Ending;
+use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use scenario::Experiment;
+use serde_json::Value as Json;
+use sha2::{Digest, Sha256};
+
+use super::map::{bad, collect, number_in};
+use super::{Console, Failure, Figures, RunOptions, claim_folder, status, text_of};
+use crate::map::Subject;
+use crate::monte_carlo::Plan;
+use crate::monte_carlo::store::{self, Chunk, Header, Outcome, Trials};
+
+mod report;
+mod uncertain;
+
+#[derive(Args, Debug)]
+pub(super) struct MonteCarloOptions {
+    /// The scenario; without one the default.
+    file: Option<PathBuf>,
+    /// A key and how it is drawn: KEY=uniform(LOW,HIGH), normal(MEAN,DEVIATION), corners(LOW,HIGH), list(A,B,..) or
+    /// sobol(LOW,HIGH); 0.5x is half of what the file has. May be given several times.
+    #[arg(long = "vary", value_name = "KEY=DISTRIBUTION")]
+    vary: Vec<String>,
+    /// Every number of the plant is off by up to so many percent: 50, or 50:corners, 50:sobol.
+    #[arg(long, value_name = "PERCENT")]
+    uncertain: Option<String>,
+    /// How many trials.
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    trials: u64,
+    /// Master seed: what trial i draws depends on it and i alone.
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    seed: u64,
+    /// Trials of a chunk: what is lost at most when the program is ended.
+    #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    chunk: u64,
+    /// Only this part, into shard-I-of-N.parquet of the folder; `host-sim merge` makes one of all.
+    #[arg(long, value_name = "I/N", conflicts_with = "replay")]
+    shard: Option<String>,
+    /// Go on where a run of the same was ended.
+    #[arg(long)]
+    resume: bool,
+    /// Run one trial alone, with its figures, as `host-sim run` does.
+    #[arg(long, value_name = "TRIAL")]
+    replay: Option<u64>,
+    /// Threads [default: one for each core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Override a key for all trials, as in --set drive.period_s=5e-4.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    #[command(flatten)]
+    report: ReportOptions,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct MergeOptions {
+    /// The shards, all of one plan.
+    #[arg(required = true, value_name = "SHARD")]
+    shards: Vec<PathBuf>,
+    #[command(flatten)]
+    report: ReportOptions,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct ReportOptions {
+    /// The number of run.json by which trials are the worst [default: metrics.error_ultimate or metrics.y_ultimate].
+    #[arg(long, value_name = "FIGURE")]
+    worst: Option<String>,
+    /// A trial whose figure is above this has failed, as one has that ran away. May be given several times.
+    #[arg(long = "at-most", value_name = "FIGURE=VALUE")]
+    at_most: Vec<String>,
+    /// Folder for trials.parquet and the figures [default: out/SCENARIO-monte-carlo].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON object instead of the text.
+    #[arg(long)]
+    json: bool,
+}
+
+impl ReportOptions {
+    fn folder(&self, scenario: &str) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{scenario}-monte-carlo")))
+    }
+}
+
+const TRIALS: &str = "trials.parquet";
+/// The column behind those that were drawn.
+const ENDED: &str = "ended_at_s";
+
+/// What one trial came to: how it went, when it ended, and the numbers of its run.json.
+struct Trial {
+    outcome: Outcome,
+    ended_at_s: f64,
+    told: Json,
+}
+
+/// The trial of an experiment; none if it was told to stop.
+fn trial(experiment: &mut Experiment, stop: &AtomicBool) -> Option<Trial> {
+    let (trace, _) = experiment.run(&mut |_| {
+        if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    let metrics = experiment.metrics(&trace);
+    let outcome = match trace.ending {
+        Ending::Interrupted { .. } => return None,
+        Ending::Diverged { .. } => Outcome::Diverged,
+        Ending::BrokenOff { .. } => Outcome::BrokenOff,
+        Ending::Finished if metrics.bounded => Outcome::Finished,
+        Ending::Finished => Outcome::Unbounded,
+    };
+    let ended_at_s = trace.rows.last().map_or(0.0, |row| row.t_s);
+    let told = serde_json::to_value(Figures::of(experiment, &trace, &metrics)).unwrap_or_default();
+    Some(Trial { outcome, ended_at_s, told })
+}
+
+/// A plan, what it is of, and its columns.
+struct Campaign<'a> {
+    subject: Subject<'a>,
+    plan: Plan,
+    header: Header,
+    /// The columns that are numbers of run.json.
+    figures: Vec<String>,
+    pool: ThreadPool,
+}
+
+impl<'a> Campaign<'a> {
+    /// `of_file` is the scenario with nothing drawn: what it has are the columns.
+    fn new(
+        options: &MonteCarloOptions,
+        subject: Subject<'a>,
+        plan: Plan,
+        name: &str,
+        of_file: &Trial,
+    ) -> Result<Self, Failure> {
+        let mut figures = Vec::new();
+        collect(&of_file.told, "", &mut figures);
+        // What says over what a figure is taken, and of which channel.
+        figures.retain(|path| !path.starts_with("metrics.window_s") && !path.ends_with(".channel"));
+        let names = plan.vary.iter().map(|vary| vary.name().to_owned());
+        let columns = names.chain([ENDED.into()]).chain(figures.iter().cloned()).collect();
+        let known = figures.iter().map(|path| (path.clone(), number_in(&of_file.told, path)));
+        let drawn = plan.vary.iter().filter_map(|vary| Some((vary.name().to_owned(), subject.number_at(vary.name())?)));
+        let of_file = known.chain(drawn).filter(|(_, value)| value.is_finite());
+        let header = Header {
+            program: format!("host-sim {}", env!("CARGO_PKG_VERSION")),
+            scenario: name.into(),
+            scenario_sha256: store::hex(&Sha256::digest(subject.text)),
+            sets: subject.sets.to_vec(),
+            vary: plan.vary.iter().map(|vary| vary.text.clone()).collect(),
+            seed: options.seed,
+            trials: options.trials,
+            chunk: options.chunk,
+            columns,
+            of_file: of_file.map(|(name, value)| (name, format!("{value:?}"))).collect(),
+        };
+        let pool = ThreadPoolBuilder::new().num_threads(options.threads.map_or(0, usize::from)).build();
+        let pool = pool.map_err(|error| Failure { status: status::FAILED, message: format!("threads: {error}") })?;
+        Ok(Self { subject, plan, header, figures, pool })
+    }
+
+    /// Some trials, one after the other; none if told to stop.
+    fn chunk(&self, [first, end]: [u64; 2], stop: &AtomicBool, done: &(dyn Fn() + Sync)) -> Option<Chunk> {
+        let row = |i: u64| {
+            let mut row = self.plan.drawn(i);
+            let experiment = if stop.load(Ordering::Relaxed) { return None } else { self.of_trial(i) };
+            let outcome = if let Ok(mut experiment) = experiment {
+                let Trial { outcome, ended_at_s, told } = trial(&mut experiment, stop)?;
+                row.push(ended_at_s);
+                row.extend(self.figures.iter().map(|path| number_in(&told, path)));
+                outcome
+            } else {
+                row.resize(self.header.columns.len(), f64::NAN);
+                Outcome::Refused
+            };
+            done();
+            Some((outcome, row))
+        };
+        let rows: Option<Vec<(Outcome, Vec<f64>)>> =
+            self.pool.install(|| (first..end).into_par_iter().map(row).collect());
+        let rows = rows?;
+        let column = |k: usize| rows.iter().map(|(_, row)| row[k]).collect();
+        Some(Chunk {
+            first,
+            outcomes: rows.iter().map(|(outcome, _)| *outcome).collect(),
+            numbers: (0..self.header.columns.len()).map(column).collect(),
+        })
+    }
+
+    fn of_trial(&self, trial: u64) -> Result<Experiment, scenario::ScenarioError> {
+        self.subject.with(&self.plan.settings(trial))
+    }
+}
+
+/// `3/8`: the third of eight.
+fn shard_of(text: &str, chunks: u64) -> Result<[u64; 2], String> {
+    let parts = text.split_once('/').and_then(|(i, n)| Some([i.trim().parse().ok()?, n.trim().parse::<u64>().ok()?]));
+    match parts {
+        Some([i, n]) if (1..=n).contains(&i) && n <= chunks => Ok([i, n]),
+        Some([i, n]) if (1..=n).contains(&i) => Err(format!(
+            "--shard {text}: the plan has {chunks} chunks, and a shard at least one: {chunks} shards at most (or a \
+             smaller --chunk)"
+        )),
+        _ => Err(format!("--shard {text}: expected I/N with I from 1 to N, as in 3/8")),
+    }
+}
+
+/// An argument as a shell reads it.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./=,:+%".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.into()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+fn unreadable(why: String) -> Failure {
+    Failure { status: status::BAD_INPUT, message: why }
+}
+
+impl Console<'_> {
+    pub(super) fn monte_carlo(&mut self, options: &MonteCarloOptions, args: &[OsString]) -> Result<u8, Failure> {
+        let (file, text) = text_of(options.file.as_deref(), ("default.toml", scenario::DEFAULT))?;
+        let stem =
+            options.file.as_deref().and_then(Path::file_stem).map_or("default".into(), |it| it.to_string_lossy());
+        // The default has no name on a command line.
+        let named =
+            options.file.as_ref().map_or_else(String::new, |file| format!(" {}", quoted(&file.to_string_lossy())));
+        let (mut sets, mut vary) = (options.sets.clone(), options.vary.clone());
+        let bare = Subject { file: &file, text: &text, name: &stem, sets: &options.sets };
+        let mut experiment = bare.with(&[])?;
+        if let Some(uncertain) = &options.uncertain {
+            let of_plant = uncertain::of_plant(&bare, uncertain).map_err(bad)?;
+            vary.splice(0..0, of_plant.vary);
+            sets.extend(of_plant.sets);
+        }
+        let subject = Subject { sets: &sets, ..bare };
+        let plan = Plan::new(&subject, &vary, options.seed).map_err(bad)?;
+        if let Some(index) = options.replay {
+            return self.replay_trial(&subject, &plan, (index, &named), &options.report);
+        }
+        if vary.is_empty() {
+            return Err(bad("what is to vary? Give --uncertain 50, or --vary KEY=uniform(LOW,HIGH)".into()));
+        }
+        let (headline, name) = (experiment.headline(), experiment.name.clone());
+        let Some(of_file) = trial(&mut experiment, self.stop) else { return Ok(status::INTERRUPTED) };
+        let campaign = Campaign::new(options, subject, plan, &name, &of_file)?;
+        let question = report::Question::new(&campaign.header, &options.report).map_err(bad)?;
+        let folder = options.report.folder(&name);
+        let chunks = options.trials.div_ceil(options.chunk);
+        let (stem, [first, end]) = match &options.shard {
+            None => ("trials".to_owned(), [0, chunks]),
+            Some(text) => {
+                let [i, n] = shard_of(text, chunks).map_err(bad)?;
+                // A product of two that may be 2^40 each.
+                let at = |i: u64| (u128::from(chunks) * u128::from(i) / u128::from(n)) as u64;
+                (format!("shard-{i}-of-{n}"), [at(i - 1), at(i)])
+            }
+        };
+        if options.report.json {
+            self.note(&headline);
+        } else {
+            self.say(&headline)?;
+        }
+        let work = Work { folder: &folder, stem: &stem, chunks: [first, end], resume: options.resume };
+        let Some(trials) = self.computed(&campaign, &work)? else {
+            let program = args.first().map_or("host-sim".into(), |it| it.to_string_lossy());
+            let words = args.iter().skip(1).map(|it| it.to_string_lossy()).filter(|word| word != "--resume");
+            let words: String = words.map(|word| quoted(&word) + " ").collect();
+            self.note(&format!(
+                "stopped on request; all chunks that were done are in {}; go on with: {program} {words}--resume",
+                folder.display()
+            ));
+            return Ok(status::INTERRUPTED);
+        };
+        if options.shard.is_some() {
+            let [first, end] = trials.range;
+            let file = folder.join(format!("{stem}.parquet"));
+            self.say(&format!("trials {first} to {} are in {}", end - 1, file.display()))?;
+            return Ok(status::DONE);
+        }
+        self.report(&trials, &question, &folder, &named, options.report.json)?;
+        Ok(status::DONE)
+    }
+
+    /// The file of all trials that are asked for: what is there already stays, the rest is computed. None if told to
+    /// stop.
+    fn computed(&mut self, campaign: &Campaign<'_>, work: &Work<'_>) -> Result<Option<Trials>, Failure> {
+        let Work { folder, stem, chunks: [first, end], resume } = *work;
+        let Campaign { header, .. } = campaign;
+        let whole = folder.join(format!("{stem}.parquet"));
+        let range = [header.range(first)[0], header.range(end - 1)[1]];
+        if fs::symlink_metadata(&whole).is_ok() {
+            if !resume {
+                let message = format!(
+                    "{} is there already: --resume takes what it has, --out gives this run another folder",
+                    whole.display()
+                );
+                return Err(bad(message));
+            }
+            let trials = of_plan(&whole, header, range)?;
+            return Ok(Some(trials));
+        }
+        let parts = folder.join(format!("{stem}.chunks"));
+        let claim = claim_folder(&parts)?;
+        let path = |chunk: u64| parts.join(format!("{chunk}.parquet"));
+        let is_there = |chunk: &u64| fs::symlink_metadata(path(*chunk)).is_ok();
+        let there: Vec<u64> = (first..end).filter(is_there).collect();
+        if !there.is_empty() && !resume {
+            let message = format!(
+                "{} holds {} of {} chunks of a run that was ended: --resume goes on, --out gives this one another \
+                 folder",
+                parts.display(),
+                there.len(),
+                end - first
+            );
+            return Err(bad(message));
+        }
+        for chunk in &there {
+            of_plan(&path(*chunk), header, header.range(*chunk)).map_err(|Failure { status, message }| Failure {
+                status,
+                message: message + "; without it --resume computes this chunk again",
+            })?;
+        }
+        let bar =
+            self.bar(range[1] - range[0], "{bar:40} {percent:>3} %  {pos} of {len} trials  {per_sec}  {eta} left");
+        let guards = (stop::keeping(), stop::looking());
+        for chunk in first..end {
+            let trials = header.range(chunk);
+            if there.binary_search(&chunk).is_ok() {
+                bar.inc(trials[1] - trials[0]);
+                // What was done before says nothing of how fast this goes.
+                bar.reset_eta();
+                continue;
+            }
+            let Some(computed) = campaign.chunk(trials, self.stop, &|| bar.inc(1)) else {
+                bar.finish_and_clear();
+                return Ok(None);
+            };
+            store::write(&path(chunk), header, trials, [Ok(computed)]).map_err(|error| {
+                let Failure { status, message } = Failure::writing(path(chunk).display(), &error);
+                Failure { status, message: message + "; what was done before is kept for --resume" }
+            })?;
+        }
+        bar.finish_and_clear();
+        // One chunk in memory at a time.
+        let all = (first..end).flat_map(|chunk| match Trials::open(&path(chunk)) {
+            Ok(trials) => trials.chunks().collect::<Vec<_>>(),
+            Err(why) => vec![Err(std::io::Error::other(why))],
+        });
+        store::write(&whole, header, range, all).map_err(|error| Failure::writing(whole.display(), &error))?;
+        let trials = of_plan(&whole, header, range)?;
+        for chunk in first..end {
+            // What cannot be removed is only in the way.
+            let _ = fs::remove_file(path(chunk));
+        }
+        let _ = fs::remove_dir(&parts);
+        drop((guards, claim));
+        Ok(Some(trials))
+    }
+
+    /// One trial as `host-sim run` does it.
+    fn replay_trial(
+        &mut self,
+        subject: &Subject<'_>,
+        plan: &Plan,
+        (trial, file): (u64, &str),
+        options: &ReportOptions,
+    ) -> Result<u8, Failure> {
+        let settings = plan.settings(trial);
+        let experiment = subject.with(&settings)?;
+        let out = options.folder(&experiment.name).join(format!("trial-{trial}"));
+        let sets: Vec<String> = subject.sets.iter().cloned().chain(settings).collect();
+        let words = sets.iter().map(|set| format!(" --set {}", quoted(set))).collect::<Vec<_>>().concat();
+        let run = if file.is_empty() { "" } else { " run" };
+        self.note(&format!("trial {trial} is: host-sim{run}{file}{words}"));
+        let options = RunOptions { sets, out: Some(out), json: options.json, ..RunOptions::default() };
+        self.run(experiment, &options, "", None)
+    }
+
+    pub(super) fn merge(&mut self, options: &MergeOptions) -> Result<u8, Failure> {
+        let mut shards = Vec::new();
+        for path in &options.shards {
+            shards.push((Trials::open(path).map_err(unreadable)?, path));
+        }
+        shards.sort_by_key(|(trials, _)| trials.range);
+        let Some(((of_first, _), _)) = shards.split_first() else { return Err(bad("no shards".into())) };
+        let header = of_first.header.clone();
+        if let Some((differs, path)) =
+            shards.iter().find_map(|(trials, path)| Some((header.difference(&trials.header)?, path)))
+        {
+            return Err(bad(format!("{}: a shard of another plan: {differs}", path.display())));
+        }
+        let mut next = 0;
+        for (trials, path) in &shards {
+            let [first, end] = trials.range;
+            if first > next {
+                return Err(bad(format!("trials {next} to {} are in no shard", first - 1)));
+            }
+            if first < next {
+                return Err(bad(format!(
+                    "{}: its trials {first} to {} are in another too",
+                    path.display(),
+                    end.min(next) - 1
+                )));
+            }
+            next = end;
+        }
+        if next < header.trials {
+            return Err(bad(format!("trials {next} to {} are in no shard", header.trials - 1)));
+        }
+        let question = report::Question::new(&header, &options.report).map_err(bad)?;
+        let folder = options.report.folder(&header.scenario);
+        let _claim = claim_folder(&folder)?;
+        let whole = folder.join(TRIALS);
+        if fs::symlink_metadata(&whole).is_ok() {
+            return Err(bad(format!("{} is there already: --out gives this one another folder", whole.display())));
+        }
+        let all = shards.iter().flat_map(|(trials, _)| trials.chunks());
+        store::write(&whole, &header, [0, header.trials], all)
+            .map_err(|error| Failure::writing(whole.display(), &error))?;
+        let trials = of_plan(&whole, &header, [0, header.trials])?;
+        let file = format!(" {}.toml", header.scenario);
+        self.report(&trials, &question, &folder, &file, options.report.json)?;
+        Ok(status::DONE)
+    }
+}
+
+/// What of a plan is computed, and where.
+struct Work<'a> {
+    folder: &'a Path,
+    stem: &'a str,
+    /// The first chunk, and the one after the last.
+    chunks: [u64; 2],
+    resume: bool,
+}
+
+/// A file of this plan and no other.
+fn of_plan(path: &Path, header: &Header, range: [u64; 2]) -> Result<Trials, Failure> {
+    let trials = Trials::open(path).map_err(unreadable)?;
+    if let Some(differs) = header.difference(&trials.header) {
+        return Err(bad(format!("{}: trials of another plan: {differs}", path.display())));
+    }
+    if trials.range != range {
+        return Err(bad(format!("{}: it has trials {:?}, expected {range:?}", path.display(), trials.range)));
+    }
+    Ok(trials)
+}

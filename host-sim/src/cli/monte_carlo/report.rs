@@ -1,0 +1,284 @@
+//! What many trials came to: percentiles, failures and their bound, the worst, as text, JSON and pictures.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use cycle_bound::table::Table;
+use serde::Serialize;
+
+use super::{ENDED, ReportOptions, quoted, unreadable};
+use crate::cli::{Console, Failure};
+use crate::monte_carlo::statistics::{self, NAMES, PER_MILLE};
+use crate::monte_carlo::store::{Header, Outcome, Trials};
+use crate::report::number::significant;
+use crate::report::plot::{Figure, GREY, Panel, Series};
+use crate::report::write_whole;
+
+/// How sure a bound of a failure rate is.
+const CONFIDENCE: f64 = 0.95;
+/// So many of the worst trials are told.
+const WORST: usize = 10;
+/// Dots of a scatter picture: more hide each other.
+const DOTS: usize = 800;
+const BINS: usize = 50;
+/// Panels of a picture.
+const PANELS: usize = 9;
+
+/// What is asked of the trials.
+pub(super) struct Question {
+    /// The column by which trials are the worst.
+    worst: usize,
+    /// Columns and what they must not exceed.
+    at_most: Vec<(usize, f64)>,
+}
+
+impl Question {
+    pub(super) fn new(header: &Header, options: &ReportOptions) -> Result<Self, String> {
+        let column = |what: &str, name: &str| {
+            header.columns.iter().position(|known| known == name).ok_or_else(|| {
+                let nearest = header.columns.iter().min_by_key(|known| strsim::damerau_levenshtein(known, name));
+                format!("{what} {name}: a trial has no such figure; nearest is {}", nearest.map_or("", String::as_str))
+            })
+        };
+        let usual = ["metrics.error_ultimate", "metrics.y_ultimate"];
+        let usual = usual.into_iter().find(|name| header.columns.iter().any(|known| known == name));
+        let worst = column("--worst", options.worst.as_deref().or(usual).unwrap_or(ENDED))?;
+        let at_most = options.at_most.iter().map(|text| {
+            let pair = text.split_once('=').and_then(|(name, value)| Some((name.trim(), value.trim().parse().ok()?)));
+            let (name, value) = pair.ok_or_else(|| format!("--at-most {text}: expected FIGURE=VALUE"))?;
+            Ok((column("--at-most", name)?, value))
+        });
+        Ok(Self { worst, at_most: at_most.collect::<Result<_, String>>()? })
+    }
+}
+
+#[derive(Serialize)]
+struct Failures {
+    count: u64,
+    rate: f64,
+    /// The true rate is below this, with 95 % confidence; none of draws that are not random.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rate_below: Option<f64>,
+}
+
+/// Of a column; no number where a trial did not get as far.
+#[derive(Serialize)]
+struct Percentiles {
+    of_file: Option<f64>,
+    #[serde(flatten)]
+    ranks: BTreeMap<&'static str, f64>,
+    least: f64,
+    no_number: usize,
+}
+
+#[derive(Serialize)]
+struct WorstTrial {
+    trial: u64,
+    outcome: &'static str,
+    figure: f64,
+    drawn: BTreeMap<String, f64>,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    #[serde(flatten)]
+    header: &'a Header,
+    outcomes: BTreeMap<&'static str, usize>,
+    failures: Failures,
+    percentiles: BTreeMap<&'a str, Percentiles>,
+    worst_by: &'a str,
+    worst: Vec<WorstTrial>,
+}
+
+fn number(value: f64) -> String {
+    if value.is_nan() { "-".into() } else { significant(value, 4) }
+}
+
+impl Console<'_> {
+    pub(super) fn report(
+        &mut self,
+        trials: &Trials,
+        question: &Question,
+        folder: &Path,
+        file: &str,
+        is_json: bool,
+    ) -> Result<(), Failure> {
+        let header = &trials.header;
+        let outcomes = trials.outcomes().map_err(unreadable)?;
+        let drawn = header.columns.iter().position(|name| name == ENDED).unwrap_or(0);
+        let column = |k: usize| trials.column(k).map_err(unreadable);
+
+        let mut failed: Vec<bool> = outcomes.iter().map(|outcome| *outcome != Outcome::Finished).collect();
+        for (k, limit) in &question.at_most {
+            for (failed, value) in failed.iter_mut().zip(column(*k)?) {
+                // What is no number was not kept below anything.
+                *failed |= value.is_nan() || value > *limit;
+            }
+        }
+        let figure = column(question.worst)?;
+        let mut order: Vec<usize> = (0..figure.len()).collect();
+        let badness =
+            |k: usize| (outcomes[k] != Outcome::Finished, if figure[k].is_nan() { f64::INFINITY } else { figure[k] });
+        let worse = |a: &usize, b: &usize| {
+            let (a_failed, a_value) = badness(*a);
+            let (b_failed, b_value) = badness(*b);
+            b_failed.cmp(&a_failed).then(b_value.total_cmp(&a_value)).then(a.cmp(b))
+        };
+        let count = WORST.min(order.len());
+        if count < order.len() {
+            order.select_nth_unstable_by(count, worse);
+        }
+        order.truncate(count);
+        order.sort_by(worse);
+
+        let mut percentiles = BTreeMap::new();
+        let mut worst: Vec<WorstTrial> = order
+            .iter()
+            .map(|&k| WorstTrial {
+                trial: k as u64,
+                outcome: outcomes[k].word(),
+                figure: figure[k],
+                drawn: BTreeMap::new(),
+            })
+            .collect();
+        let (mut bars, mut dots) = (Vec::new(), Vec::new());
+        let by = &header.columns[question.worst];
+        for (k, name) in header.columns.iter().enumerate() {
+            let mut values = column(k)?;
+            if k < drawn {
+                for (worst, row) in worst.iter_mut().zip(&order) {
+                    worst.drawn.insert(name.clone(), values[*row]);
+                }
+                if dots.len() < PANELS {
+                    dots.push(scatter(name, by, &values, &figure, &outcomes, &order));
+                }
+            }
+            statistics::sort(&mut values);
+            if k > drawn && bars.len() < PANELS {
+                bars.extend(histogram(name, &values));
+            }
+            let no_number = values.iter().filter(|value| value.is_nan()).count();
+            let of = NAMES.into_iter().zip(PER_MILLE.map(|p| statistics::percentile(&values, p))).collect();
+            let least = values.first().copied().unwrap_or(f64::NAN);
+            let of_file = header.of_file.get(name).and_then(|text| text.parse().ok());
+            percentiles.insert(name.as_str(), Percentiles { of_file, ranks: of, least, no_number });
+        }
+
+        let count = failed.iter().filter(|failed| **failed).count() as u64;
+        let is_random = !header.vary.iter().any(|text| text.contains("sobol("));
+        let report = Report {
+            header,
+            outcomes: Outcome::ALL
+                .map(|outcome| (outcome.word(), outcomes.iter().filter(|of| **of == outcome).count()))
+                .into_iter()
+                .filter(|(_, count)| *count > 0)
+                .collect(),
+            failures: Failures {
+                count,
+                rate: count as f64 / header.trials as f64,
+                rate_below: is_random.then(|| statistics::largest_rate(count, header.trials, CONFIDENCE)),
+            },
+            percentiles,
+            worst_by: by,
+            worst,
+        };
+        let json = serde_json::to_string(&report);
+        let failed_to = |name: &str, error: &std::io::Error| Failure::writing(folder.join(name).display(), error);
+        let text = json.as_deref().unwrap_or_default();
+        write_whole(&folder.join("monte-carlo.json"), |out| writeln!(out, "{text}"))
+            .map_err(|error| failed_to("monte-carlo.json", &error))?;
+        let title = |what: &str| format!("{}: {what}, {} trials, seed {}", header.scenario, header.trials, header.seed);
+        for (stem, title, panels) in [
+            ("histograms", title("figures of merit"), bars),
+            ("scatter", title(&format!("{by} over what was drawn")), dots),
+        ] {
+            let columns = panels.len().min(3);
+            if columns > 0 {
+                let figure = Figure { title, panels, columns };
+                figure.write(folder, stem).map_err(|error| failed_to(stem, &error))?;
+            }
+        }
+        if is_json {
+            return self.say_json(json);
+        }
+        self.tell(&report, drawn, file)?;
+        self.say(&format!("written to {}", folder.display()))
+    }
+
+    fn tell(&mut self, report: &Report<'_>, drawn: usize, file: &str) -> Result<(), Failure> {
+        let Report { header, outcomes, failures, percentiles, worst_by, worst } = report;
+        let outcomes: Vec<String> = outcomes.iter().map(|(word, count)| format!("{count} {word}")).collect();
+        self.say(&format!("{} trials, seed {}: {}", header.trials, header.seed, outcomes.join(", ")))?;
+        let below = failures.rate_below.map_or_else(
+            || "; no bound of the true rate: a Sobol sequence is no chance".into(),
+            |below| format!("; the true rate is below {} % with 95 % confidence", significant(100.0 * below, 3)),
+        );
+        let Failures { count, rate, .. } = failures;
+        self.say(&format!("failures: {count}, {} %{below}", significant(100.0 * rate, 3)))?;
+        let mut table = Table::new(["figure", "file"].into_iter().chain(NAMES));
+        for name in &header.columns[drawn + 1..] {
+            let Some(of) = percentiles.get(name.as_str()) else { continue };
+            let most = of.ranks["max"];
+            // What is the same in all of them says nothing, and what none of them has.
+            let is_told = of.no_number < header.trials as usize && of.least != most;
+            if is_told || name == worst_by {
+                let values = NAMES.iter().map(|name| number(of.ranks[name]));
+                let of_file = number(of.of_file.unwrap_or(f64::NAN));
+                table.row([name.clone(), of_file].into_iter().chain(values));
+            }
+        }
+        self.say(&table.to_string())?;
+        let names = &header.columns[..drawn];
+        let mut table = Table::new(["trial", "outcome", worst_by].into_iter().chain(names.iter().map(String::as_str)));
+        for trial in worst {
+            let values = names.iter().map(|name| number(trial.drawn.get(name).copied().unwrap_or(f64::NAN)));
+            let head = [trial.trial.to_string(), trial.outcome.to_owned(), number(trial.figure)];
+            table.row(head.into_iter().chain(values));
+        }
+        self.say(&format!("the worst:\n{table}"))?;
+        let words = header.sets.iter().map(|set| ("--set", set)).chain(header.vary.iter().map(|vary| ("--vary", vary)));
+        let words = words.map(|(option, word)| format!(" {option} {}", quoted(word))).collect::<Vec<_>>().concat();
+        let trial = worst.first().map_or(0, |worst| worst.trial);
+        self.say(&format!(
+            "a trial alone, with figures: host-sim monte-carlo{file} --seed {}{words} --replay {trial}",
+            header.seed
+        ))
+    }
+}
+
+/// Steps over the range of sorted values; of more than two decades over their logarithms.
+fn histogram(name: &str, sorted: &[f64]) -> Option<Panel> {
+    let finite: Vec<f64> = sorted.iter().copied().filter(|value| value.is_finite()).collect();
+    let (least, most) = (*finite.first()?, *finite.last()?);
+    let is_log = least > 0.0 && most > 100.0 * least;
+    let values: Vec<f64> = finite.iter().map(|value| if is_log { libm::log10(*value) } else { *value }).collect();
+    let (bins, width) = statistics::histogram(&values, BINS)?;
+    let end = bins.last().map(|(left, _)| (left + width, 0.0));
+    let begin = bins.first().map(|(left, _)| (*left, 0.0));
+    let points = begin.into_iter().chain(bins.iter().map(|(left, count)| (*left, *count as f64))).chain(end);
+    Some(Panel {
+        x_label: if is_log { format!("log10 of {name}") } else { name.into() },
+        y_label: "trials".into(),
+        series: vec![Series { is_held: true, ..Series::solid("", 0, points) }],
+        ..Panel::default()
+    })
+}
+
+/// Dots: some of the trials spread over all, those that failed at the top, and the worst.
+fn scatter(name: &str, by: &str, x: &[f64], y: &[f64], outcomes: &[Outcome], worst: &[usize]) -> Panel {
+    let stride = x.len().div_ceil(DOTS).max(1);
+    let top = y.iter().copied().filter(|y| y.is_finite()).fold(0.0, f64::max);
+    // A gap behind each keeps them apart.
+    let dotted = |label: &str, color: usize, of: &mut dyn Iterator<Item = usize>| {
+        let place = |k: usize| (x[k], if y[k].is_finite() { y[k] } else { top });
+        let points = of.flat_map(|k| [place(k), (f64::NAN, f64::NAN)]).collect();
+        Series { label: label.into(), color, points, has_dots: true, ..Series::default() }
+    };
+    let failed = |k: &usize| outcomes[*k] != Outcome::Finished;
+    let mut series = vec![dotted("finished", GREY, &mut (0..x.len()).step_by(stride).filter(|k| !failed(k)))];
+    if outcomes.iter().any(|outcome| *outcome != Outcome::Finished) {
+        series.push(dotted("failed", 1, &mut (0..x.len()).filter(failed).take(DOTS)));
+    }
+    series.push(dotted("the worst", 0, &mut worst.iter().copied()));
+    Panel { x_label: name.into(), y_label: by.into(), series, ..Panel::default() }
+}

@@ -1,0 +1,67 @@
+//! Monte Carlo: a scenario run many times, with some of its keys drawn anew each time.
+//!
+//! Trial i is the run of the scenario with `KEY=VALUE` set for each parameter p, the value a function of (master seed,
+//! i, p) alone ([`philox`]), or point i of a Sobol sequence ([`sobol`]); the seed of its noise likewise. Nothing else
+//! has a say: threads, shards, order, a run that was killed and resumed give the same bytes ([`store`]), and any trial
+//! can be run again alone, with `host-sim run` and those settings.
+//!
+//! Trials are computed in chunks on all cores; a chunk that is done is a file. What they come to: percentiles by exact
+//! rank, and the largest failure rate that the trials leave open ([`statistics`]).
+
+use crate::map::Subject;
+
+pub mod philox;
+pub mod sobol;
+pub mod statistics;
+pub mod store;
+pub mod vary;
+
+use vary::Vary;
+
+/// The parameter number of the seed of a trial's noise.
+const NOISE: u32 = u32::MAX;
+
+/// What is drawn for which trial.
+pub struct Plan {
+    /// What differs from trial to trial.
+    pub vary: Vec<Vary>,
+    /// Master seed.
+    pub seed: u64,
+    /// Does every trial have a noise seed of its own?
+    has_noise: bool,
+}
+
+impl Plan {
+    /// Reads what is to vary.
+    ///
+    /// # Errors
+    /// What is wrong with it: the text, or a key, or two that draw the same key.
+    pub fn new(subject: &Subject<'_>, vary: &[String], seed: u64) -> Result<Self, String> {
+        let mut dimension = 0;
+        let vary: Vec<Vary> =
+            vary.iter().map(|text| Vary::parse(text, subject, &mut dimension)).collect::<Result<_, _>>()?;
+        let keys: Vec<&str> = vary.iter().flat_map(Vary::keys).collect();
+        if let Some((_, twice)) = keys.iter().enumerate().find(|(k, key)| keys[..*k].contains(key)) {
+            return Err(format!("--vary: {twice} is drawn twice"));
+        }
+        let has_noise = !keys.contains(&"seed") && subject.with(&["seed=1".into()]).is_ok();
+        Ok(Self { vary, seed, has_noise })
+    }
+
+    /// The draw of each parameter.
+    fn draws(&self, trial: u64) -> impl Iterator<Item = (&Vary, f64)> {
+        (0..).zip(&self.vary).map(move |(p, vary)| (vary, vary.draw(self.seed, trial, p)))
+    }
+
+    /// What a trial's parameters are.
+    pub fn drawn(&self, trial: u64) -> Vec<f64> {
+        self.draws(trial).map(|(vary, draw)| vary.value(draw)).collect()
+    }
+
+    /// `KEY=VALUE` that make the trial of the scenario.
+    pub fn settings(&self, trial: u64) -> Vec<String> {
+        // A seed of 53 bits is a number to every reader of TOML and JSON.
+        let noise = self.has_noise.then(|| format!("seed={}", philox::draw(self.seed, trial, NOISE)[0] >> 11));
+        self.draws(trial).flat_map(|(vary, draw)| vary.settings(draw)).chain(noise).collect()
+    }
+}

@@ -1,0 +1,160 @@
+//! What differs from trial to trial: keys of a scenario, each with a distribution.
+//!
+//! ```text
+//! KEY=uniform(LOW,HIGH)  KEY=normal(MEAN,DEVIATION)  KEY=corners(LOW,HIGH)  KEY=list(A,B,..)  KEY=sobol(LOW,HIGH)
+//! ```
+//!
+//! A number with an `x` behind it is times what the scenario has itself: `uniform(0.5x,1.5x)` is ±50 %. Several keys
+//! with commas between share one draw. Every draw is independent of all others, but for those of `sobol`, which are the
+//! coordinates of one sequence of points that fill their box evenly.
+
+use super::philox;
+use super::sobol::{DIMENSIONS, POINTS, Sobol};
+use crate::map::Subject;
+
+/// Keys that share a draw, and how they are drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Vary {
+    /// As it was written.
+    pub text: String,
+    /// As in `--set`, with what each value is in units of.
+    keys: Vec<(String, f64)>,
+    distribution: Distribution,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Distribution {
+    Uniform { low: f64, high: f64 },
+    Normal { mean: f64, deviation: f64 },
+    OneOf(Vec<f64>),
+    Sobol { low: f64, high: f64, sequence: Sobol },
+}
+
+const FORM: &str = "expected KEY=uniform(LOW,HIGH), KEY=normal(MEAN,DEVIATION), KEY=corners(LOW,HIGH), \
+                    KEY=list(A,B,..) or KEY=sobol(LOW,HIGH); an x behind a number is times the file's own";
+const NAMES: [&str; 5] = ["uniform", "normal", "corners", "list", "sobol"];
+
+impl Vary {
+    /// One of them; `dimension` is the next of the Sobol sequence, and goes on if this takes it.
+    ///
+    /// # Errors
+    /// What is wrong with the text, or with a key of the scenario.
+    pub fn parse(text: &str, subject: &Subject<'_>, dimension: &mut usize) -> Result<Self, String> {
+        let bad = |why: String| format!("--vary {text:?}: {why}");
+        let (keys, rest) = text.split_once('=').ok_or_else(|| bad(FORM.into()))?;
+        let call = rest.trim().strip_suffix(')').and_then(|rest| rest.split_once('('));
+        let (name, arguments) = call.ok_or_else(|| bad(FORM.into()))?;
+        let mut is_relative = None;
+        let mut numbers = Vec::new();
+        for word in arguments.split(',').map(str::trim) {
+            let (number, relative) = word.strip_suffix('x').map_or((word, false), |number| (number.trim(), true));
+            let number = number.parse::<f64>().ok().filter(|number| number.is_finite());
+            numbers.push(number.ok_or_else(|| bad(format!("{word:?} is no finite number; {FORM}")))?);
+            if *is_relative.get_or_insert(relative) != relative {
+                return Err(bad("either all of its numbers are times the file's own (x), or none".into()));
+            }
+        }
+        let pair = |what: &str| match numbers[..] {
+            [a, b] => Ok([a, b]),
+            _ => Err(bad(format!("{} has two numbers, {what}", name.trim()))),
+        };
+        let range = |what: &str| {
+            let [low, high] = pair(what)?;
+            let is_range = low < high && (high - low).is_finite();
+            if is_range { Ok([low, high]) } else { Err(bad("the second number must be above the first".into())) }
+        };
+        let distribution = match name.trim() {
+            "uniform" => range("LOW and HIGH").map(|[low, high]| Distribution::Uniform { low, high })?,
+            "corners" => range("LOW and HIGH").map(|ends| Distribution::OneOf(ends.into()))?,
+            "list" => Distribution::OneOf(numbers.clone()),
+            "normal" => match pair("MEAN and DEVIATION")? {
+                [mean, deviation] if deviation > 0.0 => Distribution::Normal { mean, deviation },
+                _ => return Err(bad("a standard deviation is above 0".into())),
+            },
+            "sobol" => {
+                let [low, high] = range("LOW and HIGH")?;
+                let sequence = Sobol::new(*dimension)
+                    .ok_or_else(|| bad(format!("a Sobol sequence has at most {DIMENSIONS} dimensions here")))?;
+                *dimension += 1;
+                Distribution::Sobol { low, high, sequence }
+            }
+            other => {
+                let nearest = NAMES.iter().min_by_key(|name| strsim::damerau_levenshtein(name, other));
+                let nearest = nearest.copied().unwrap_or_default();
+                return Err(bad(format!("there is no distribution {other:?}; did you mean {nearest}?")));
+            }
+        };
+        let mut vary = Self { text: text.to_owned(), keys: Vec::new(), distribution };
+        for key in keys.split(',').map(str::trim) {
+            let unit = if is_relative == Some(true) {
+                let own = subject.number_at(key);
+                // A key that there is not is told with the nearest one.
+                let unknown = || subject.with(&[format!("{key}=1")]).err().map(|error| error.to_string());
+                let none = || format!("{} has no number at {key}: leave the x away", subject.file);
+                own.ok_or_else(|| bad(unknown().unwrap_or_else(none)))?
+            } else {
+                1.0
+            };
+            vary.keys.push((key.to_owned(), unit));
+        }
+        vary.tried(subject).map_err(bad)?;
+        Ok(vary)
+    }
+
+    /// Does the scenario take some value of it? What it refuses of the others is for the trials to tell.
+    fn tried(&self, subject: &Subject<'_>) -> Result<(), String> {
+        let some = match &self.distribution {
+            Distribution::Uniform { low, high } | Distribution::Sobol { low, high, .. } => {
+                vec![0.5 * (low + high), *low, *high]
+            }
+            Distribution::Normal { mean, deviation } => vec![*mean, mean - deviation, mean + deviation],
+            Distribution::OneOf(all) => all.clone(),
+        };
+        let mut first = None;
+        for value in some {
+            let sets: Vec<String> = self.settings(value).collect();
+            match subject.with(&sets) {
+                Ok(_) => return Ok(()),
+                Err(error) => _ = first.get_or_insert(error.to_string()),
+            }
+        }
+        Err(format!("the scenario takes none of its values; of one of them: {}", first.unwrap_or_default()))
+    }
+
+    /// The draw of a trial, for the parameter of this number.
+    pub fn draw(&self, seed: u64, trial: u64, parameter: u32) -> f64 {
+        let words = philox::draw(seed, trial, parameter);
+        match &self.distribution {
+            Distribution::Uniform { low, high } => low + (high - low) * philox::uniform(words[0]),
+            Distribution::Normal { mean, deviation } => mean + deviation * philox::gaussian(words),
+            Distribution::OneOf(all) => all[(philox::uniform(words[0]) * all.len() as f64) as usize],
+            Distribution::Sobol { low, high, sequence } => low + (high - low) * sequence.at(trial % POINTS),
+        }
+    }
+
+    /// The first of its keys: the name of its column.
+    pub fn name(&self) -> &str {
+        self.keys.first().map_or("", |(key, _)| key)
+    }
+
+    /// All of its keys.
+    pub fn keys(&self) -> impl Iterator<Item = &str> {
+        self.keys.iter().map(|(key, _)| key.as_str())
+    }
+
+    /// What the first key is set to for a draw.
+    pub fn value(&self, draw: f64) -> f64 {
+        self.keys.first().map_or(draw, |(_, unit)| unit * draw)
+    }
+
+    /// `KEY=VALUE` of each of its keys for a draw, in as many digits as make the very number.
+    pub fn settings(&self, draw: f64) -> impl Iterator<Item = String> {
+        // What is chosen from a few may be for a key that takes whole numbers only.
+        let may_be_whole = matches!(self.distribution, Distribution::OneOf(_));
+        self.keys.iter().map(move |(key, unit)| {
+            let value = unit * draw;
+            let is_whole = may_be_whole && value == value.trunc() && value.abs() < 1e15;
+            if is_whole { format!("{key}={value:.0}") } else { format!("{key}={value:?}") }
+        })
+    }
+}

@@ -1,0 +1,382 @@
+//! `host-sim monte-carlo` as its user meets it: the same bytes whoever computed them, also after a kill; a trial that
+//! is the run; files that are damaged, foreign, or too many for the disk. Unix only, as signals and limits are.
+#![cfg(unix)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use host_sim::monte_carlo::store::Trials;
+use serde_json::Value as Json;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_host-sim");
+/// Nothing here takes so long.
+const HANGS: Duration = Duration::from_mins(2);
+
+/// A folder of one test, gone when the test is over.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("host-sim-monte-carlo-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).expect("temporary folder");
+        Self(path)
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.join(name).display().to_string()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn command(args: &[&str]) -> Command {
+    let mut command = Command::new(PROGRAM);
+    command.arg("monte-carlo").args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// Exit status, stdout and stderr.
+fn told(output: &Output) -> (i32, String, String) {
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code().unwrap_or(-1), text(&output.stdout), text(&output.stderr))
+}
+
+fn spoken(args: &[&str]) -> (i32, String, String) {
+    told(&command(args).output().expect("the program"))
+}
+
+fn merged(args: &[&str]) -> (i32, String, String) {
+    told(&Command::new(PROGRAM).arg("merge").args(args).output().expect("the program"))
+}
+
+/// What must go well.
+fn done(args: &[&str]) -> String {
+    let (status, out, err) = spoken(args);
+    assert_eq!(status, 0, "{args:?}: {err}");
+    out
+}
+
+fn json(text: &str) -> Json {
+    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+/// The joint of the paper for a twentieth of a second, everything random that it has.
+const PLAN: [&str; 12] = [
+    "--set",
+    "span_s=0.05",
+    "--set",
+    "window_s=[0.02, 0.05]",
+    "--set",
+    "sensor.noise=[1e-4, 0, 0, 0]",
+    "--uncertain",
+    "50",
+    "--vary",
+    "sensor.jitter=uniform(0,0.5)",
+    "--trials",
+    "460",
+];
+
+fn with<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    PLAN.iter().chain(&["--chunk", "50"]).chain(more).copied().collect()
+}
+
+fn bytes(folder: &str) -> Vec<u8> {
+    fs::read(Path::new(folder).join("trials.parquet")).expect("trials")
+}
+
+/// Waits for a file of a process that writes it.
+fn await_file(path: &Path) {
+    let until = Instant::now() + HANGS;
+    while !path.exists() {
+        assert!(Instant::now() < until, "{} does not come", path.display());
+        sleep(Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn threads_shards_an_end_by_signal_and_a_kill_leave_the_same_bytes() {
+    let folder = Folder::new("same");
+    let [one, two, parts, all, killed] = ["one", "two", "parts", "all", "killed"].map(|name| folder.path(name));
+    done(&with(&["--threads", "1", "--out", &one]));
+    done(&with(&["--threads", "2", "--out", &two]));
+    assert!(bytes(&one) == bytes(&two), "threads");
+
+    let shards = ["1/3", "2/3", "3/3"];
+    for shard in shards {
+        done(&with(&["--shard", shard, "--out", &parts]));
+    }
+    let files = [3, 1, 2].map(|i| format!("{parts}/shard-{i}-of-3.parquet"));
+    let (status, out, err) = merged(&[&files[0], &files[1], &files[2], "--out", &all]);
+    assert_eq!(status, 0, "{err}");
+    assert!(bytes(&one) == bytes(&all), "shards");
+    // A shard that is there is taken as it is.
+    let before = fs::metadata(&files[0]).and_then(|about| about.modified()).expect("a file");
+    done(&with(&["--shard", "3/3", "--out", &parts, "--resume"]));
+    assert_eq!(fs::metadata(&files[0]).and_then(|about| about.modified()).expect("a file"), before);
+    assert!(out.starts_with("460 trials, seed 1: "), "{out}");
+
+    // Killed once, told to end once.
+    for signal in ["KILL", "INT"] {
+        let mut child = command(&with(&["--threads", "1", "--resume", "--out", &killed])).spawn().expect("a child");
+        let chunks = Path::new(&killed).join("trials.chunks");
+        await_file(&chunks.join(if signal == "KILL" { "1.parquet" } else { "4.parquet" }));
+        let sent = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status();
+        assert!(sent.expect("kill").success());
+        if signal == "KILL" {
+            child.wait().expect("a child");
+        } else {
+            let (status, _, err) = told(&child.wait_with_output().expect("a child"));
+            assert_eq!(status, 130, "{err}");
+            assert!(err.contains("go on with: ") && err.trim_end().ends_with(" --resume"), "{err}");
+        }
+        assert!(!Path::new(&killed).join("trials.parquet").exists(), "it was too late for {signal}");
+    }
+    let (status, _, err) = spoken(&with(&["--out", &killed]));
+    assert!(status == 2 && err.contains("--resume goes on"), "{err}");
+    done(&with(&["--resume", "--out", &killed]));
+    assert!(bytes(&one) == bytes(&killed), "resumed");
+    assert!(!Path::new(&killed).join("trials.chunks").exists());
+}
+
+/// The number behind a key, to the bit.
+fn number(json: &str, key: &str) -> f64 {
+    let text = json.split(&format!("\"{key}\":")).nth(1).unwrap_or_else(|| panic!("no {key}: {json}"));
+    let text = text.split([',', '}']).next().expect("a number");
+    if text == "null" { f64::NAN } else { text.parse().expect(text) }
+}
+
+#[test]
+fn a_trial_alone_is_the_trial_to_the_bit_and_so_is_the_run_that_is_told() {
+    let folder = Folder::new("alone");
+    for plant in ["paper", "motor", "joint", "chain", "own"] {
+        let out = folder.path(plant);
+        let file = folder.path(&format!("{plant}.toml"));
+        let text = scenario::template(plant, plant).expect("a file to start from");
+        fs::write(&file, text).expect("a file");
+        let drive = ["metrics.error_ultimate", "tracking.error_rms", "noise.at_rest"];
+        let figures = match plant {
+            "motor" | "joint" => &drive[..],
+            _ => &["metrics.y_ultimate", "metrics.sigma_star_ultimate"],
+        };
+        let noise = if plant == "own" { "sensor.noise=[1e-3,1e-2]" } else { "title=Noisy" };
+        let plan = [&file, "--uncertain", "50", "--set", noise, "--trials", "6", "--seed", "9", "--out", &out];
+        done(&plan);
+        let trials = Trials::open(&Path::new(&out).join("trials.parquet")).expect("trials");
+        for trial in [0, 5] {
+            let index = trial.to_string();
+            let (status, alone, err) = spoken(&[&plan[..], &["--json", "--replay", &index]].concat());
+            assert_eq!(status, 0, "{err}");
+            assert!(Path::new(&out).join(format!("trial-{trial}/run.json")).exists());
+            let run = err.lines().find_map(|line| line.split_once(" is: host-sim ")).expect("a command").1;
+            let by_hand = Command::new("sh").args(["-c", &format!("{PROGRAM} {run} --json --no-files")]).output();
+            let (_, by_hand, _) = told(&by_hand.expect("sh"));
+            for figure in figures.iter().chain(&["metrics.u_peak", "metrics.settling_time_s"]) {
+                let k = trials.header.columns.iter().position(|name| name == figure).expect(figure);
+                let ours = trials.column(k).expect("a column")[trial];
+                let key = figure.rsplit('.').next().expect("a key");
+                for told in [&alone, &by_hand] {
+                    let value = number(told, key);
+                    let same = value.to_bits() == ours.to_bits() || (value.is_nan() && ours.is_nan());
+                    assert!(same, "{plant}, trial {trial}, {figure}: {ours:?} and {value:?}");
+                }
+            }
+        }
+    }
+}
+
+/// A tenth of the time of [`PLAN`], for whoever looks at what was drawn.
+const BRIEF: [&str; 4] = ["--set", "span_s=0.004", "--set", "window_s=[0.002, 0.004]"];
+
+#[test]
+fn percentiles_of_what_was_drawn_are_those_of_the_law() {
+    let folder = Folder::new("law");
+    let args = [
+        &BRIEF[..],
+        &["--set", "plant.x0=[0.1, 0, 0, 0]", "--vary", "plant.x0[1]=uniform(0.1,0.3)", "--vary"],
+        &["controller.k_l=normal(1x,0.05x)", "--vary", "plant.error.k1,plant.error.k1_x3=sobol(-0.5,0.5)", "--vary"],
+        &["actuator.delay_ticks=list(0,1,2,3)", "--trials", "2000", "--json", "--out"],
+        &[&folder.path("out")],
+    ];
+    let told = json(&done(&args.concat()));
+    let of = |name: &str, p: &str| told["percentiles"][name][p].as_f64().expect(name);
+    // Four standard deviations of a quantile, sqrt(p(1 - p)/n)/density: at the middle of a box of 0.2 it is 0.0022, at
+    // that of a normal law 0.028 of its deviation, at its 95 % point 0.047.
+    assert!((of("plant.x0[1]", "p50") - 0.2).abs() < 4.0 * 0.0022);
+    assert!((of("plant.x0[1]", "p95") - 0.29).abs() < 4.0 * 0.001);
+    let k_l = told["of_file"]["controller.k_l"].as_str().and_then(|text| text.parse::<f64>().ok()).expect("k_l");
+    assert!((of("controller.k_l", "p50") / k_l - 1.0).abs() < 4.0 * 0.028 * 0.05);
+    assert!((of("controller.k_l", "p95") / k_l - 1.0 - 1.644_854 * 0.05).abs() < 4.0 * 0.047 * 0.05);
+    // The points of Sobol are even to some two of 2000.
+    assert!((of("plant.error.k1", "p5") + 0.45).abs() < 1e-3 && (of("plant.error.k1", "p95") - 0.45).abs() < 1e-3);
+    assert_eq!([of("actuator.delay_ticks", "p1"), of("actuator.delay_ticks", "max")], [0.0, 3.0]);
+    // No chance, no bound.
+    assert!(told["failures"]["rate_below"].is_null());
+}
+
+#[test]
+fn trials_that_run_away_and_those_without_a_design_are_counted_and_told_first() {
+    let folder = Folder::new("away");
+    // Two weak springs: the linear gain of 10 is too low for the strong motor, 100 is not.
+    let args = [
+        &[
+            "--set",
+            "span_s=2",
+            "--set",
+            "window_s=[1, 2]",
+            "--set",
+            "controller.k_l=10",
+            "--set",
+            "plant.error.k2_x1=-0.5",
+        ][..],
+        &["--set", "plant.error.k2_x3=-0.5", "--vary", "controller.k_l=list(10,100)", "--vary"],
+        &["controller.period_s=list(1e-3,1e-3,1e-3,0.5)", "--trials", "40", "--json", "--out"],
+        &[&folder.path("out")],
+    ];
+    let told = json(&done(&args.concat()));
+    let trials = Trials::open(&folder.0.join("out/trials.parquet")).expect("trials");
+    let column = |name: &str| {
+        trials.column(trials.header.columns.iter().position(|known| known == name).expect(name)).expect("a column")
+    };
+    let (k_l, period, ended) = (column("controller.k_l"), column("controller.period_s"), column("ended_at_s"));
+    let outcomes = trials.outcomes().expect("outcomes");
+    let (mut away, mut refused) = (0, 0);
+    for k in 0..40 {
+        let expected = match (k_l[k], period[k]) {
+            (_, 0.5) => "refused",
+            (10.0, _) => "diverged",
+            _ => "finished",
+        };
+        assert_eq!(outcomes[k].word(), expected, "trial {k}");
+        assert!(expected != "diverged" || ended[k] < 2.0);
+        assert_eq!(expected == "refused", ended[k].is_nan());
+        away += u64::from(expected == "diverged");
+        refused += u64::from(expected == "refused");
+    }
+    assert!(away > 5 && refused > 3 && away + refused < 35, "{away} and {refused}");
+    assert_eq!(told["outcomes"]["diverged"], away);
+    assert_eq!(told["failures"]["count"], away + refused);
+    assert!(told["failures"]["rate_below"].as_f64() > told["failures"]["rate"].as_f64());
+    assert!(told["worst"].as_array().expect("a list").iter().all(|worst| worst["outcome"] != "finished"));
+    // What is above a limit has failed too.
+    let limit = ["--at-most", "metrics.y_ultimate=0"];
+    let all = json(&done(&[&args.concat()[..], &limit, &["--resume"]].concat()));
+    assert_eq!(all["failures"]["count"], 40);
+}
+
+#[test]
+fn a_damaged_a_foreign_a_missing_and_a_double_shard_are_told_by_name() {
+    let folder = Folder::new("shards");
+    let out = folder.path("out");
+    let brief = [&BRIEF[..], &["--vary", "sensor.jitter=uniform(0,0.5)", "--trials", "40", "--chunk", "10"]].concat();
+    let shard = |i: &str, seed: &str, out: &str| {
+        done(&[&brief[..], &["--shard", i, "--seed", seed, "--out", out]].concat());
+    };
+    for i in ["1/3", "2/3", "3/3"] {
+        shard(i, "1", &out);
+    }
+    shard("2/3", "7", &folder.path("foreign"));
+    let [one, two, three] = [1, 2, 3].map(|i| format!("{out}/shard-{i}-of-3.parquet"));
+    let foreign = folder.path("foreign/shard-2-of-3.parquet");
+    let refused = |files: &[&str], expected: &str| {
+        let (status, _, err) = merged(&[files, &["--out", &folder.path("all")]].concat());
+        assert_eq!(status, 2, "{err}");
+        assert!(err.starts_with(&format!("error: {expected}")), "{err}, expected {expected}");
+    };
+    refused(&[&one, &three], "trials 10 to 19 are in no shard");
+    refused(&[&one, &two], "trials 20 to 39 are in no shard");
+    refused(&[&one, &two, &two, &three], &format!("{two}: its trials 10 to 19 are in another too"));
+    refused(&[&one, &foreign, &three], &format!("{foreign}: a shard of another plan: its seed is 7, expected 1"));
+    refused(&[&one, "nothing.parquet"], "nothing.parquet: there is no such file");
+    let other = folder.path("other.parquet");
+    fs::write(&other, "not at all").expect("a file");
+    refused(&[&other], &format!("{other}: not a readable Parquet file: "));
+
+    // Whatever byte is another: told, or nothing that counts.
+    let whole = fs::read(&two).expect("a shard");
+    let header = Trials::open(Path::new(&two)).expect("a shard").header;
+    let values = |trials: &Trials| -> Vec<u64> {
+        let columns = (0..header.columns.len()).map(|k| trials.column(k).expect("a column"));
+        columns.flatten().map(f64::to_bits).collect()
+    };
+    let right = values(&Trials::open(Path::new(&two)).expect("a shard"));
+    let mut undetected = 0;
+    for place in 0..whole.len() {
+        let mut damaged = whole.clone();
+        damaged[place] ^= 1 << (place % 8);
+        fs::write(&other, damaged).expect("a file");
+        if let Ok(trials) = Trials::open(Path::new(&other)) {
+            let same = trials.header == header && values(&trials) == right && trials.range == [10, 20];
+            let differs = header.difference(&trials.header).is_some() || trials.range != [10, 20];
+            assert!(same || differs, "byte {place} of {}", whole.len());
+            undetected += usize::from(same);
+        }
+    }
+    // Those that no value is made from.
+    assert!(undetected * 3 < whole.len(), "{undetected} of {}", whole.len());
+    for end in [0, 4, 12, whole.len() / 2, whole.len() - 1] {
+        fs::write(&other, &whole[..end]).expect("a file");
+        assert!(Trials::open(Path::new(&other)).is_err(), "cut at {end}");
+    }
+    // A run does not go on with what is not its own.
+    let (status, _, err) =
+        spoken(&[&brief[..], &["--shard", "2/3", "--seed", "7", "--out", &out, "--resume"]].concat());
+    assert!(status == 2 && err.contains(&format!("{two}: trials of another plan: its seed is 1, expected 7")), "{err}");
+}
+
+#[test]
+fn a_full_disk_is_told_and_loses_nothing_that_was_written() {
+    let folder = Folder::new("full");
+    let out = folder.path("out");
+    let brief = [&BRIEF[..], &["--vary", "sensor.jitter=uniform(0,0.5)", "--trials", "800", "--chunk", "100"]].concat();
+    // No file may grow beyond 64 kB: a chunk does not, all of them together do.
+    let limited = r#"trap '' XFSZ; ulimit -f 128; exec "$0" "$@""#;
+    let mut full = Command::new("sh");
+    full.args(["-c", limited, PROGRAM, "monte-carlo"]).args(&brief).args(["--out", &out]);
+    let (status, _, err) = told(&full.output().expect("sh"));
+    assert_eq!(status, 1, "{err}");
+    assert!(err.contains("trials.parquet cannot be written: File too large"), "{err}");
+    let chunks = fs::read_dir(Path::new(&out).join("trials.chunks")).expect("a folder").count();
+    assert_eq!(chunks, 8);
+    done(&[&brief[..], &["--resume", "--out", &out]].concat());
+    let undisturbed = folder.path("undisturbed");
+    done(&[&brief[..], &["--out", &undisturbed]].concat());
+    assert!(bytes(&out) == bytes(&undisturbed));
+}
+
+#[test]
+fn bad_input_is_told_with_what_was_expected_and_nothing_is_written() {
+    let folder = Folder::new("bad");
+    let out = folder.path("out");
+    let cases: [(&[&str], &str); 14] = [
+        (&[], "what is to vary? Give --uncertain 50"),
+        (&["--vary", "controller.k_l"], r#"--vary "controller.k_l": expected KEY=uniform(LOW,HIGH)"#),
+        (&["--vary", "controller.k_l=unifrom(1,2)"], r#"there is no distribution "unifrom"; did you mean uniform?"#),
+        (&["--vary", "controller.k_l=uniform(1)"], "uniform has two numbers, LOW and HIGH"),
+        (&["--vary", "controller.k_l=uniform(2,1)"], "the second number must be above the first"),
+        (&["--vary", "controller.k_l=uniform(1,y)"], r#""y" is no finite number"#),
+        (
+            &["--vary", "controller.k_l=uniform(0.5x,200)"],
+            "either all of its numbers are times the file's own (x), or none",
+        ),
+        (&["--vary", "controller.k_l=normal(1,0)"], "a standard deviation is above 0"),
+        (&["--vary", "controller.kl=uniform(1,2)"], "unknown key `controller.kl`; did you mean `k_l`?"),
+        (&["--vary", "controller.kl=uniform(0.5x,2x)"], "unknown key `controller.kl`; did you mean `k_l`?"),
+        (&["--uncertain", "120"], "--uncertain 120: expected a number above 0 and below 100"),
+        (&["--uncertain", "50", "--vary", "plant.error.b=uniform(0,1)"], "--vary: plant.error.b is drawn twice"),
+        (&["--uncertain", "50", "--shard", "4/3"], "--shard 4/3: expected I/N with I from 1 to N"),
+        (&["--uncertain", "50", "--worst", "metrics.u_pek"], "nearest is metrics.u_peak"),
+    ];
+    for (args, expected) in cases {
+        let (status, _, err) = spoken(&[args, &["--out", &out]].concat());
+        assert!(status == 2 && err.contains(expected), "{args:?}: {err}");
+    }
+    assert!(!Path::new(&out).exists());
+}
