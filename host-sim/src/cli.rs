@@ -9,6 +9,8 @@
 //! host-sim replay BLACKBOX [..]     what its black box held, run again, or with another design
 //! host-sim emulate --image FILE     any image in the emulator, with its log
 //! host-sim design [FILE.toml]       poles, margins, noise of its loop, what limits it, what would be better
+//! host-sim identify DATA.csv [..]   what a joint or motor really is, from a record; the scenario with it
+//! host-sim commission [FILE.toml]   a drive that records, identifies, is re-tuned and verified, in simulation
 //! host-sim compare [FILE.toml]      our drive beside its rivals, all tuned alike
 //! host-sim figures                  the figures of the paper and its claims
 //! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
@@ -57,6 +59,7 @@ mod compare;
 mod design;
 mod drive;
 mod export;
+mod identify;
 mod live;
 mod map;
 mod target;
@@ -66,6 +69,7 @@ use compare::CompareOptions;
 use design::{Design, DesignOptions};
 use drive::TorqueError;
 use export::ExportOptions;
+use identify::{CommissionOptions, IdentifyOptions};
 use live::{LiveOptions, ReplayOptions};
 use map::MapOptions;
 use target::{EmulateOptions, HilOptions, Link, PilOptions};
@@ -153,6 +157,16 @@ enum Command {
     /// Of a joint: host-sim tune mine.toml --noise 0.015 --load 5e-3 --uncertain 50. Each figure is that of the worst
     /// corner. Exit status 1 if something that is asked for was not reached.
     Tune(TuneOptions),
+    /// From a record of counts and current to the data sheet of the plant: stiffness, damping, torque constant, friction.
+    ///
+    /// Prints each parameter with an interval and what changed, writes the scenario with it, and a figure of what is
+    /// left. A record that says too little is refused with the reason (exit status 2). docs/commissioning.md is the way.
+    Identify(IdentifyOptions),
+    /// Let a drive commission itself in simulation: record, identify, swap the gains at rest, verify, keep or go back.
+    ///
+    /// Of a joint whose stiffness is 40 % off: host-sim commission mine.toml --set error.stiffness_percent=-40. Exit
+    /// status 1 if the record was refused or the old gains are back.
+    Commission(CommissionOptions),
     /// Tune our drive and its rivals with the same effort, and show what each does: table and figure.
     ///
     /// Rivals: LQG with disturbance states, LQI, ADRC with model, super-twisting, P-PI. docs/comparison.md says how.
@@ -283,6 +297,8 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         Some(Command::Design(options)) => console.design(options),
         Some(Command::Map(options)) => console.map(options),
         Some(Command::Tune(options)) => console.tune(options),
+        Some(Command::Identify(options)) => console.identify(options),
+        Some(Command::Commission(options)) => console.commission(options),
         Some(Command::Compare(options)) => console.compare(options),
         Some(Command::Figures { only, out, json }) => console.figures(only, out, *json),
         Some(Command::Budget(options)) => console.budget(options),

@@ -10,9 +10,11 @@
 
 pub mod black_box;
 pub mod cli;
+pub mod commission;
 pub mod compare;
 pub mod export;
 pub mod figures;
+pub mod identify;
 pub mod live;
 pub mod map;
 pub mod margins;
