@@ -453,10 +453,48 @@ impl<'a> Rig<'a> {
         Ok([jump.abs(), self.peaks(at, self.now())[0]])
     }
 
+    /// Moves to and fro under the multisine, up to when the swap may be.
+    fn make_record(&mut self, plan: &Plan, sheet: &Sheet, share: f64) -> Result<Record, Stopped> {
+        let resonance = match sheet {
+            Sheet::Joint(joint) => libm::sqrt(
+                joint.stiffness_n_m / joint.motor_inertia_kg_m2 + joint.stiffness_n_m / joint.link_inertia_kg_m2,
+            ),
+            Sheet::Motor(_) => 0.0,
+        };
+        self.run(self.ticks(REST_S))?;
+        let there = self.motion(sheet, plan.way_rad, plan.move_s, share)?;
+        let [from, rest] = [SHAKE_AFTER_S, 2.0 * REST_S - SHAKE_AFTER_S].map(|seconds| self.ticks(seconds));
+        let ticks = rest + 2 * there.ticks as usize;
+        self.port.wave = (from, multisine(plan.peak_a, ticks, self.period_s, resonance, plan.seed));
+        self.go(&there, REST_S)?;
+        let back = self.motion(sheet, -plan.way_rad, plan.move_s, share)?;
+        self.go(&back, REST_S)?;
+        let record = self.record(0, self.now())?;
+        // A drive that refused its counts held something else.
+        if self.port.health.intersects(ALARMS | Health::INPUT_REJECTED) {
+            return Err(Stopped::Alarm(self.port.health));
+        }
+        self.run((from + ticks + self.ticks(CALM_S)).saturating_sub(self.now()))?;
+        Ok(record)
+    }
+
+    /// The move that verifies, planned with what was found.
+    fn verify(&mut self, plan: &Plan, identified: &Identified, u_max: f64, bar_rad: f64) -> Result<Verified, Stopped> {
+        let from = self.now();
+        let motion = self.motion(&identified.sheet, plan.verify_rad, 1.0, u_max)?;
+        self.go(&motion, AFTER_S)?;
+        let [peak_rad, true_peak_rad] = self.peaks(from, self.now());
+        // Where a count was lost nothing is explained.
+        let record = self.record(from, self.now());
+        let residual_steps = record.map_or(Some(f64::INFINITY), |record| identified.left_over(&record));
+        let move_s = f64::from(motion.ticks) * self.period_s;
+        Ok(Verified { move_s, peak_rad, true_peak_rad, bar_rad, residual_steps })
+    }
+
     /// The whole sequence. `design` makes a drive of what was found; the form must stay.
     ///
     /// # Errors
-    /// Why it ended early; the old gains are still in force then.
+    /// Why it ended early.
     pub fn commission(
         mut self,
         plan: &Plan,
@@ -465,77 +503,38 @@ impl<'a> Rig<'a> {
     ) -> Result<Report, Stopped> {
         let (old, limit) = (self.designed, limit_a(&self.designed));
         let (sheet, home_rad) = (sheet_of(&old), self.at_rad);
-
-        let resonance = match &sheet {
-            Sheet::Joint(joint) => libm::sqrt(
-                joint.stiffness_n_m / joint.motor_inertia_kg_m2 + joint.stiffness_n_m / joint.link_inertia_kg_m2,
-            ),
-            Sheet::Motor(_) => 0.0,
-        };
         // A data sheet that is off by half in each number asks for a third of what is needed.
         let share = (limit - plan.peak_a).max(0.1 * limit) / 3.0;
-        self.run(self.ticks(REST_S))?;
-        let there = self.motion(&sheet, plan.way_rad, plan.move_s, share)?;
-        let [shake_from, shake_for] = [SHAKE_AFTER_S, 2.0 * REST_S - SHAKE_AFTER_S].map(|seconds| self.ticks(seconds));
-        let ticks = shake_for + 2 * there.ticks as usize;
-        self.port.wave = (
-            self.now() - self.ticks(REST_S) + shake_from,
-            multisine(plan.peak_a, ticks, self.period_s, resonance, plan.seed),
-        );
-        self.go(&there, REST_S)?;
-        let back = self.motion(&sheet, -plan.way_rad, plan.move_s, share)?;
-        self.go(&back, REST_S)?;
-        let recorded = self.now();
-        let record = self.record(0, recorded)?;
-        // A drive that refused its counts held something else.
-        if self.port.health.intersects(ALARMS | Health::INPUT_REJECTED) {
-            return Err(Stopped::Alarm(self.port.health));
-        }
-        let recorded_peak_rad = self.peaks(0, recorded)[0];
+        let record = self.make_record(plan, &sheet, share)?;
+        let recorded_peak_rad = self.peaks(0, record.held_a.len())[0];
         let mut identified = identify(&record, &sheet, known).map_err(Stopped::Refused)?;
         let designed = design(&mut identified).map_err(Stopped::Design)?;
-        self.run((shake_from + ticks + self.ticks(CALM_S)).saturating_sub(recorded))?;
 
-        let at_rest = self.port.held.len() - self.ticks(SETTLE_S / 2.0).min(self.port.held.len());
-        let resting = &self.port.held[at_rest..];
+        let resting = &self.port.held[self.now() - self.ticks(SETTLE_S / 2.0).min(self.now())..];
         let load = (resting.iter().sum::<f64>() / resting.len() as f64).abs();
         let swapped = self.now();
         let [jump_a, settling_rad] = self.swap(&designed)?;
 
         let verify_from = self.now();
         let u_max = (CURRENT * limit - load).max(LEAST_CURRENT * limit);
-        let motion = self.motion(&identified.sheet, plan.verify_rad, 1.0, u_max)?;
-        self.go(&motion, AFTER_S)?;
-        let [peak_rad, true_peak_rad] = self.peaks(verify_from, self.now());
-        let verification = self.record(verify_from, self.now())?;
-        let residual_steps = identified.left_over(&verification);
-        let step_rad = record.link.as_ref().map_or(record.motor.step_rad, |link| link.step_rad);
-        let bar_rad = match sheet {
-            Sheet::Joint(_) => BAR.0 + BAR.1 * step_rad,
-            Sheet::Motor(_) => recorded_peak_rad,
+        let bar_rad = match &record.link {
+            Some(link) => BAR.0 + BAR.1 * link.step_rad,
+            None => recorded_peak_rad,
         };
-        let verified = Verified {
-            move_s: f64::from(motion.ticks) * self.period_s,
-            peak_rad,
-            true_peak_rad,
-            bar_rad,
-            residual_steps,
-        };
-        let explains = residual_steps.is_none_or(|steps| steps <= MOST_RESIDUAL_STEPS + known.noise_steps);
-        let outcome = match (peak_rad <= bar_rad && peak_rad <= recorded_peak_rad, explains) {
-            (true, true) => Outcome::Accepted,
-            (false, _) => Outcome::BackForTheMove,
-            (true, false) => Outcome::BackForTheLink,
-        };
+        let verified = self.verify(plan, &identified, u_max, bar_rad)?;
+        let most = MOST_RESIDUAL_STEPS + known.noise_steps;
+        let explains = verified.residual_steps.is_none_or(|steps| steps <= most);
+        let is_good = verified.peak_rad <= bar_rad.min(recorded_peak_rad);
         // With the old gains as carefully as the record was made.
-        let of_home = if outcome == Outcome::Accepted {
-            (identified.sheet, 1.0, u_max)
+        let (outcome, of_home, least_s, current) = if is_good && explains {
+            (Outcome::Accepted, identified.sheet, 1.0, u_max)
         } else {
             self.swap(&old)?;
-            (sheet, plan.move_s, share)
+            let outcome = if is_good { Outcome::BackForTheLink } else { Outcome::BackForTheMove };
+            (outcome, sheet, plan.move_s, share)
         };
         let home_from = self.now();
-        let home = self.motion(&of_home.0, home_rad - self.at_rad, of_home.1, of_home.2)?;
+        let home = self.motion(&of_home, home_rad - self.at_rad, least_s, current)?;
         self.go(&home, AFTER_S)?;
         let home_peak_rad = self.peaks(home_from, self.now())[0];
         let angles = self.angles();

@@ -211,7 +211,7 @@ pub enum Refusal {
 
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let because = |cause: &Option<&str>| cause.map_or_else(String::new, |cause| format!(": {cause}"));
+        let because = |cause: Option<&str>| cause.map_or_else(String::new, |cause| format!(": {cause}"));
         match self {
             Self::Still { shaft, steps } => write!(
                 f,
@@ -237,7 +237,7 @@ impl fmt::Display for Refusal {
                 write!(
                     f,
                     "what the link does is not explained ({residual_steps:.2} steps rms are left){}",
-                    because(cause)
+                    because(*cause)
                 )
             }
             Self::Unsolved { equation } => write!(
@@ -245,7 +245,7 @@ impl fmt::Display for Refusal {
                 "least squares for the {equation} found no end in {MOST_STEPS} steps: no record of such a plant"
             ),
             Self::NotPositive { name, value, cause } => {
-                write!(f, "{name} = {value:.4} is not above 0{}", because(cause))
+                write!(f, "{name} = {value:.4} is not above 0{}", because(*cause))
             }
             Self::OutOfTolerance { name, change, tolerance } => write!(
                 f,

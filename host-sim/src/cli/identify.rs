@@ -180,6 +180,9 @@ struct CommissionedJson<'a> {
     home_rad: f64,
 }
 
+/// A figure of a plant that was tried.
+type Told = fn(&Tried) -> f64;
+
 impl Console<'_> {
     pub(super) fn identify(&mut self, options: &IdentifyOptions) -> Result<u8, Failure> {
         let common = &options.common;
@@ -251,7 +254,7 @@ impl Console<'_> {
         let report = match done {
             Ok(report) => report,
             Err(Stopped::Interrupted) => return Ok(status::INTERRUPTED),
-            Err(stopped) => return Err(failed(format!("{stopped}; nothing is written, the old gains stay"))),
+            Err(stopped) => return Err(failed(format!("{stopped}; nothing is written"))),
         };
         let title = subject.experiment.title.clone();
         for (stem, figure) in [
@@ -386,7 +389,7 @@ impl Console<'_> {
         let title = &subject.experiment.title;
         self.say(&format!("{}: {title}: plants within {percent} % of the data sheet", subject.experiment.name))?;
         let mut table = Table::new(["figure", "corners: worst", "median", "random: worst", "median"]);
-        let figures: [(&str, fn(&Tried) -> f64); 9] = [
+        let figures: [(&str, Told); 9] = [
             ("k_1, relative error", |it| it.off[0]),
             ("b_1", |it| it.off[1]),
             ("k_2", |it| it.off[2]),
@@ -413,7 +416,7 @@ impl Console<'_> {
             match it {
                 Ok(it) if it.report.outcome == Outcome::Accepted => accepted += 1,
                 Ok(it) => {
-                    self.say(&format!("plant {k}: swapped back ({:?}): {:?}", it.report.outcome, it.report.verified))?
+                    self.say(&format!("plant {k}: swapped back ({:?}): {:?}", it.report.outcome, it.report.verified))?;
                 }
                 Err(why) => self.say(&format!("plant {k}: {why}"))?,
             }

@@ -54,15 +54,12 @@ impl Retuned {
             let entry = document.entry(table).or_insert_with(toml_edit::table);
             let entry = entry.as_table_like_mut().ok_or_else(|| format!("{table} is no table"))?;
             // What is beside a key stays there.
-            match entry.get_mut(key).and_then(Item::as_value_mut) {
-                Some(value_there) => {
-                    let decor = value_there.decor().clone();
-                    *value_there = Value::from(rounded(value));
-                    *value_there.decor_mut() = decor;
-                }
-                None => {
-                    entry.insert(key, toml_edit::value(rounded(value)));
-                }
+            if let Some(there) = entry.get_mut(key).and_then(Item::as_value_mut) {
+                let decor = there.decor().clone();
+                *there = Value::from(rounded(value));
+                *there.decor_mut() = decor;
+            } else {
+                entry.insert(key, toml_edit::value(rounded(value)));
             }
             Ok(())
         };

@@ -29,6 +29,11 @@ const SKIP_S: f64 = 0.15;
 /// Over which innovations are alike, s.
 const ALIKE_S: f64 = 0.06;
 
+/// Savitzky and Golay: slope of a cubic over 7 points, of those after the middle.
+const SLOPE: [f64; 3] = [58.0 / 252.0, 67.0 / 252.0, -22.0 / 252.0];
+/// Instants of a tick over which friction is averaged.
+const POINTS: u32 = 10;
+
 /// What is recorded, and how it is looked at.
 pub(super) struct Recorded<'a> {
     /// Angle of the link, rad; none for a rigid load.
@@ -102,9 +107,7 @@ fn speed(q: &[f64], period_s: f64) -> Vec<f64> {
             k => q[k as usize],
         }
     };
-    // Savitzky-Golay, first derivative of a cubic over 7 points.
-    const WEIGHTS: [f64; 3] = [58.0 / 252.0, 67.0 / 252.0, -22.0 / 252.0];
-    let slope = |k: isize| (1..=3).map(|j| WEIGHTS[j as usize - 1] * (at(k + j) - at(k - j))).sum::<f64>();
+    let slope = |k: isize| (1..=3).map(|j| SLOPE[j as usize - 1] * (at(k + j) - at(k - j))).sum::<f64>();
     (0..n).map(|k| slope(k) / period_s).collect()
 }
 
@@ -112,7 +115,6 @@ impl Recorded<'_> {
     /// What each amplitude of F is multiplied with in each tick: friction, then sine and cosine of the cogging.
     fn shapes(&self) -> Vec<Vec<f64>> {
         let v = speed(self.motor, self.period_s);
-        const POINTS: u32 = 10;
         let rubs = |pair: &[f64]| {
             let at = |i: u32| (f64::from(i) + 0.5) / f64::from(POINTS);
             let tanh = |i: u32| libm::tanh(((1.0 - at(i)) * pair[0] + at(i) * pair[1]) / SMOOTH_RAD_S);

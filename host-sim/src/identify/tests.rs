@@ -134,14 +134,14 @@ fn a_synthetic_link_is_found_within_ten_deviations() {
 #[test]
 fn mistakes_in_a_file_are_told_with_their_place() {
     let head = "tick,count_link,count_motor,u_held_a\n";
-    let rows = |count: u32| (0..count).map(|k| format!("{k},{k},{k},0.5\n")).collect::<String>();
+    let rows = |count: u32| (0..count).map(|k| format!("{k},{k},{k},0.5\n")).collect::<Vec<_>>().concat();
     let told = |text: &str| {
         let found = record::read(text, 1e-3, &[Mounted::new(Encoder::absolute(20)); 2]);
         found.map_err(|it| format!("{}:{}: {}", it.line, it.column, it.message))
     };
     assert!(told(&format!("{head}{}", rows(1200))).is_ok());
     // In seconds, in another order, with a column of no use and blanks.
-    let other = (0..1200).map(|k| format!("0.5, {k}, x, {k}, {}\n", f64::from(k) * 1e-3)).collect::<String>();
+    let other = (0..1200).map(|k| format!("0.5, {k}, x, {k}, {}\n", f64::from(k) * 1e-3)).collect::<Vec<_>>().concat();
     assert_eq!(
         told(&format!("u_held_a, count_motor, note, count_link, t_s\n{other}")),
         told(&format!("{head}{}", rows(1200)))
