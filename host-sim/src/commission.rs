@@ -461,11 +461,13 @@ impl<'a> Rig<'a> {
             ),
             Sheet::Motor(_) => 0.0,
         };
+        // How long a way takes is known before it begins, and the multisine begins before.
+        let move_ticks = self.motion(sheet, plan.way_rad, plan.move_s, share)?.ticks as usize;
+        let [from, rest] = [SHAKE_AFTER_S, 2.0 * REST_S - SHAKE_AFTER_S].map(|seconds| self.ticks(seconds));
+        let ticks = rest + 2 * move_ticks;
+        self.port.wave = (from, multisine(plan.peak_a, ticks, self.period_s, resonance, plan.seed));
         self.run(self.ticks(REST_S))?;
         let there = self.motion(sheet, plan.way_rad, plan.move_s, share)?;
-        let [from, rest] = [SHAKE_AFTER_S, 2.0 * REST_S - SHAKE_AFTER_S].map(|seconds| self.ticks(seconds));
-        let ticks = rest + 2 * there.ticks as usize;
-        self.port.wave = (from, multisine(plan.peak_a, ticks, self.period_s, resonance, plan.seed));
         self.go(&there, REST_S)?;
         let back = self.motion(sheet, -plan.way_rad, plan.move_s, share)?;
         self.go(&back, REST_S)?;

@@ -233,12 +233,8 @@ impl fmt::Display for Refusal {
                 "what the link does is not explained: {residual_steps:.2} steps rms are left, at most {most:.2}: an \
                  end stop, slip, play or friction at the link, or a noisy encoder (--noise-steps)"
             ),
-            Self::NotTheJoint { residual_steps, cause, .. } => {
-                write!(
-                    f,
-                    "what the link does is not explained ({residual_steps:.2} steps rms are left){}",
-                    because(*cause)
-                )
+            Self::NotTheJoint { cause, .. } => {
+                write!(f, "what the link does is not explained{}", because(*cause))
             }
             Self::Unsolved { equation } => write!(
                 f,

@@ -501,7 +501,7 @@ fn sequence(title: &str, report: &Report, period_s: f64) -> Figure {
             ),
             panel(String::new(), "y - r (rad)", vec![Series::solid("", 0, error)], None),
             panel(
-                "From the swap on".into(),
+                "From the verification on".into(),
                 "y - r (rad)",
                 vec![off, Series { label: "bar of the verification".into(), ..above }, below],
                 Some((verified, end)),
