@@ -15,6 +15,8 @@
 //! host-sim bounds [FILE.toml]       how large sigma*, the errors and y can be, why, and which gain lowers it
 //! host-sim monte-carlo [FILE.toml]  many runs with keys drawn anew: percentiles, failure rate, the worst
 //! host-sim merge SHARD..            shards of such runs made one
+//! host-sim identify DATA.csv [..]   what a joint or motor really is, from a record; the scenario with it
+//! host-sim commission [FILE.toml]   a drive that records, identifies, is re-tuned and verified, in simulation
 //! host-sim compare [FILE.toml]      our drive beside its rivals, all tuned alike
 //! host-sim figures                  the figures of the paper and its claims
 //! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
@@ -65,6 +67,7 @@ mod compare;
 mod design;
 mod drive;
 mod export;
+mod identify;
 mod live;
 mod map;
 mod monte_carlo;
@@ -77,6 +80,7 @@ use compare::CompareOptions;
 use design::{Design, DesignOptions};
 use drive::TorqueError;
 use export::ExportOptions;
+use identify::{CommissionOptions, IdentifyOptions};
 use live::{LiveOptions, ReplayOptions};
 use map::MapOptions;
 use monte_carlo::{MergeOptions, MonteCarloOptions};
@@ -178,6 +182,16 @@ enum Command {
     /// Of a joint: host-sim tune mine.toml --noise 0.015 --load 5e-3 --uncertain 50. Each figure is that of the worst
     /// corner. Exit status 1 if something that is asked for was not reached.
     Tune(TuneOptions),
+    /// From a record of counts and current to the data sheet of the plant: stiffness, damping, torque constant, friction.
+    ///
+    /// Prints each parameter with an interval and what changed, writes the scenario with it, and a figure of what is
+    /// left. A record that says too little is refused with the reason (exit status 2). docs/commissioning.md is the way.
+    Identify(IdentifyOptions),
+    /// Let a drive commission itself in simulation: record, identify, swap the gains at rest, verify, keep or go back.
+    ///
+    /// Of a joint whose stiffness is 40 % off: host-sim commission mine.toml --set error.stiffness_percent=-40. Exit
+    /// status 1 if the record was refused or the old gains are back.
+    Commission(CommissionOptions),
     /// Write all that there is to say of a scenario as one page: design, run, map, cost; several stand side by side.
     ///
     /// The page needs no network, zooms, prints, and holds its numbers: given to report again, it stands beside a new
@@ -317,6 +331,8 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         Some(Command::Merge(options)) => console.merge(options),
         Some(Command::Tune(options)) => console.tune(options),
         Some(Command::Report(options)) => console.report(options),
+        Some(Command::Identify(options)) => console.identify(options),
+        Some(Command::Commission(options)) => console.commission(options),
         Some(Command::Compare(options)) => console.compare(options),
         Some(Command::Figures { only, out, json }) => console.figures(only, out, *json),
         Some(Command::Budget(options)) => console.budget(options),

@@ -37,7 +37,7 @@ use loop_sim::port::drive::DriveDesign;
 
 mod bench;
 mod linear;
-mod matrix;
+pub(crate) mod matrix;
 mod ours;
 pub mod report;
 mod rival;

@@ -297,7 +297,7 @@ impl Console<'_> {
             self.say(&format!("trials {first} to {} are in {}", end - 1, file.display()))?;
             return Ok(status::DONE);
         }
-        self.report(&trials, &question, &folder, &named, options.report.json)?;
+        self.tell_trials(&trials, &question, &folder, &named, options.report.json)?;
         Ok(status::DONE)
     }
 
@@ -439,7 +439,7 @@ impl Console<'_> {
             .map_err(|error| Failure::writing(whole.display(), &error))?;
         let trials = of_plan(&whole, &header, [0, header.trials])?;
         let file = format!(" {}.toml", header.scenario);
-        self.report(&trials, &question, &folder, &file, options.report.json)?;
+        self.tell_trials(&trials, &question, &folder, &file, options.report.json)?;
         Ok(status::DONE)
     }
 }

@@ -902,3 +902,68 @@ fn what_cannot_be_reached_is_told_and_nothing_is_written() {
     assert_eq!(status, status::BAD_INPUT);
     assert!(err.contains("neither [joint] nor [motor]"), "{err}");
 }
+
+#[test]
+fn a_record_becomes_a_scenario_that_runs() {
+    let folder = Folder::new("identify");
+    let file = folder.file("j.toml", scenario::JOINT);
+    let text = include_str!("../../../tests/data/identify_joint_20bit.csv");
+    let data = folder.file("r.csv", text);
+    let (to, out) = (folder.path("t.toml"), folder.path("o"));
+    let args =
+        ["identify", &data, &file, "--set", "joint.current_lag_s=0", "--cogging", "24", "-o", &to, "--out", &out];
+    let (status, told, err) = spoken(&args);
+    assert_eq!((status, err.as_str()), (status::DONE, ""), "{told}");
+    assert!(told.contains("stiffness / link inertia") && told.ends_with(&format!("wrote {to}\n")), "{told}");
+    assert_eq!(folder.names("o"), ["identified.png", "identified.svg"].map(String::from).into());
+    let written = std::fs::read_to_string(&to).expect("the file");
+    // Half of 9 N m/rad; friction of 1 A.
+    assert!(written.contains("\nstiffness_n_m = 4.5000") && written.contains("coulomb_n_m = 0.0"), "{written}");
+    assert_eq!(spoken(&["run", &to, "--no-files"]).0, status::DONE);
+    let (status, _, err) = spoken(&args);
+    assert_eq!(status, status::BAD_INPUT);
+    assert!(err.contains("exists already and is left as it is"), "{err}");
+
+    let other = folder.path("u.toml");
+    let spoilt = folder.file("s.csv", &text.replacen("\n200,", "\n", 1));
+    let strict = ["--tolerance", "40"];
+    for (data, more, told) in [
+        (&data, &strict[..], "k_1 is -50 % from the data sheet, at most 40 %"),
+        (&data, &["--cogging", "0"], "--cogging 0"),
+        (&spoilt, &[], ":202:"),
+        (&file, &[], ":1:1: no column tick"),
+    ] {
+        let (status, told_too, err) = spoken(&[&["identify", data, &file, "-o", &other, "--out", &out], more].concat());
+        assert_eq!(status, status::BAD_INPUT, "{more:?} {told_too}");
+        assert!(err.contains(told), "{more:?}: {err}");
+    }
+    assert!(!folder.0.join("u.toml").exists());
+}
+
+#[test]
+fn a_joint_commissions_itself_and_tells_each_step() {
+    let folder = Folder::new("commission");
+    let file = folder.file("j.toml", scenario::JOINT);
+    let (to, out) = (folder.path("t.toml"), folder.path("o"));
+    let error = "error={stiffness_percent = -40, torque_percent = 20}";
+    let args = ["commission", &file, "--set", error, "--set", "load=[]", "-o", &to, "--out", &out];
+    let (status, told, err) = spoken(&args);
+    assert_eq!((status, err.as_str()), (status::DONE, ""), "{told}");
+    for step in ["record ", "identify", "swap ", "verify ", "accepted", "home "] {
+        assert!(told.lines().any(|line| line.starts_with(step)), "{step}: {told}");
+    }
+    let written = std::fs::read_to_string(&to).expect("the file");
+    let spring =
+        written.lines().find_map(|line| line.strip_prefix("stiffness_n_m = ")?.split(' ').next()?.parse().ok());
+    assert!((spring.unwrap_or(0.0) / 5.4 - 1.0_f64).abs() < 1e-4, "{written}");
+    assert_eq!(folder.names("o").len(), 4);
+    // Lost counts: refused, and nothing is written.
+    let other = folder.path("u.toml");
+    let lost = "fault=[{kind = \"lost\", at_s = 1.0, for_s = 0.003}]";
+    let (status, _, err) = spoken(&["commission", &file, "--set", lost, "-o", &other, "--out", &out]);
+    assert_eq!(status, status::FAILED);
+    assert!(err.contains("a count was lost at 1.0") && !folder.0.join("u.toml").exists(), "{err}");
+    let (status, _, err) = spoken(&["commission", &folder.file("c.toml", scenario::CHAIN)]);
+    assert_eq!(status, status::BAD_INPUT);
+    assert!(err.contains("neither [joint] nor [motor]"), "{err}");
+}

@@ -41,6 +41,7 @@ use serde::Serialize;
 use super::linear::Sampled;
 use super::task::{Task, max_current_a};
 use super::{Design, Linear};
+use crate::commission::plants::joint_error;
 
 /// What a run that came to nothing counts, rad or s.
 pub(super) const LOST: f64 = 100.0;
@@ -608,18 +609,10 @@ fn signs<const N: usize>(p: f64) -> impl Iterator<Item = [f64; N]> {
 }
 
 fn joint_corners(p: f64) -> Vec<(String, bool)> {
-    let keys = ["stiffness", "link_damping", "motor_inertia", "motor_damping", "torque"];
-    let of = |[k_1, b_1, k_2, b_2, b]: [f64; 5]| {
-        // J_l stays: K is off as k_1, J_m as K/k_2, the others as their quotients.
-        let motor = (1.0 + k_1) / (1.0 + k_2);
-        let factors = [1.0 + k_1, 1.0 + b_1, motor, motor * (1.0 + b_2), motor * (1.0 + b)];
-        let error: Vec<String> = keys
-            .iter()
-            .zip(factors)
-            .map(|(key, factor)| format!("{key}_percent = {}", 100.0 * (factor - 1.0)))
-            .collect();
+    let of = |off: [f64; 5]| {
+        let [k_1, b_1, k_2, b_2, _] = off;
         let others_agree = [b_1, k_2, b_2].iter().all(|other| *other == k_1);
-        (format!("error={{{}}}", error.join(", ")), others_agree)
+        (joint_error(off.map(|off| 1.0 + off)), others_agree)
     };
     signs::<5>(p).map(of).collect()
 }

@@ -12,10 +12,10 @@ use nalgebra::{DMatrix, Normed};
 
 use crate::margins::eigenvalues;
 
-pub(super) type Matrix = DMatrix<f64>;
+pub(crate) type Matrix = DMatrix<f64>;
 
 /// e^A, by its series on A/2^k.
-pub(super) fn exp(a: &Matrix) -> Matrix {
+pub(crate) fn exp(a: &Matrix) -> Matrix {
     let norm = a.iter().fold(0.0_f64, |norm, entry| norm.max(entry.abs())) * a.nrows() as f64;
     let halvings = libm::ceil(libm::log2(4.0 * norm.max(0.25))) as u32;
     let a = a / libm::exp2(f64::from(halvings));

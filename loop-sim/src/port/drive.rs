@@ -18,6 +18,7 @@
 //! It is played in f32 for the law and in f64 for whoever records the run. Estimates are the disturbance of each shaft
 //! (rad/s²), in the channel of its speed.
 
+use std::any::Any;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -342,6 +343,14 @@ pub trait Law<const E: usize, const N: usize>: Send {
 
     /// Tells one design from another; none if that is not known here.
     fn fingerprint(&self) -> Option<u32>;
+
+    /// Another law of the same type takes over, before the tick with this sample.
+    ///
+    /// # Errors
+    /// When it is of another type or cannot take over; the old one goes on then.
+    fn take(&mut self, _: Box<dyn Any>, _: &Sample<i32, Target<f32, i32, N>, E>) -> Result<(), PortError> {
+        Err(PortError::Refused("this law runs elsewhere: it is re-tuned there".into()))
+    }
 }
 
 /// Output of a tick, and the disturbance of each shaft, rad/s² (0 before the start).
@@ -349,7 +358,7 @@ pub type Ticked<const E: usize> = (Output<f32>, [f32; E]);
 
 impl<L, const E: usize, const N: usize> Law<E, N> for Running<Monitored<L, E>>
 where
-    L: Watched<E> + DriveLaw<E, N> + Send,
+    L: Watched<E> + DriveLaw<E, N> + Send + 'static,
     L::State: Send,
 {
     fn tick(&mut self, sample: &Sample<i32, Target<f32, i32, N>, E>) -> Result<Ticked<E>, PortError> {
@@ -370,6 +379,27 @@ where
     fn fingerprint(&self) -> Option<u32> {
         Some(self.design().fingerprint())
     }
+
+    fn take(&mut self, other: Box<dyn Any>, sample: &Sample<i32, Target<f32, i32, N>, E>) -> Result<(), PortError> {
+        let other = other.downcast::<Monitored<L, E>>().map_err(|_| {
+            PortError::Refused("the other design is of another form: drive, gain sets, delay, states, aim".into())
+        })?;
+        let Sample { counts, begin, end } = sample;
+        self.retune(*other, &L::sample(*counts, begin, end)).map_err(|error| PortError::Refused(error.to_string()))
+    }
+}
+
+/// A drive that is moved and re-tuned while it runs.
+pub trait LivePort: ControllerPort {
+    /// Another motion, from the coming tick on: it waits where this one rests.
+    fn play(&mut self, motion: &Motion);
+
+    /// Before the coming tick another design of the same form takes over, without a jump of u; or, `at_rest`, without
+    /// an offset W ([`EncoderForm::at_rest`]). Where that cannot be, that tick says so.
+    ///
+    /// # Errors
+    /// Those of the design.
+    fn retune(&mut self, to: &DriveDesign, at_rest: bool) -> Result<(), DriveError>;
 }
 
 /// The law with its encoders and its reference. The plan takes over `P` derivatives, r included.
@@ -385,6 +415,8 @@ struct Drive<'a, const E: usize, const N: usize, const P: usize> {
     /// Ticks of a joined stop after an alarm, and the one that is under way.
     stop_ticks: Option<u32>,
     stopping: Option<Plan<f64, P>>,
+    /// What takes over with the coming tick.
+    successor: Option<Box<dyn Any + Send>>,
     tick: u32,
     r: f64,
 }
@@ -408,6 +440,7 @@ impl<'a, const E: usize, const N: usize, const P: usize> Drive<'a, E, N, P> {
             exact: motion.plan(),
             stop_ticks: if let Reaction::JoinedStop { ticks } = reaction { Some(ticks) } else { None },
             stopping: None,
+            successor: None,
             tick: 0,
             r: 0.0,
         }
@@ -428,7 +461,11 @@ impl<const E: usize, const N: usize, const P: usize> ControllerPort for Drive<'_
         let count = |i: usize| sample.get(i).and_then(|&count| self.mounted[i].upright(count));
         let counts = std::array::from_fn(count);
         let [begin, end] = self.player.next_tick();
-        let (output, disturbance) = self.law.tick(&Sample { counts, begin, end })?;
+        let sample = Sample { counts, begin, end };
+        if let Some(successor) = self.successor.take() {
+            self.law.take(successor, &sample)?;
+        }
+        let (output, disturbance) = self.law.tick(&sample)?;
         let Output { u, sigma, sigma_star, health } = output;
         let plan = self.stopping.as_ref().filter(|plan| self.tick >= plan.start).unwrap_or(&self.exact);
         let target: Target<f64, i32, 2> = plan.at(self.tick);
@@ -475,6 +512,18 @@ impl<const E: usize, const N: usize, const P: usize> ControllerPort for Drive<'_
     }
 }
 
+impl<const E: usize, const N: usize, const P: usize> LivePort for Drive<'_, E, N, P> {
+    fn play(&mut self, motion: &Motion) {
+        self.player.play(motion.plan());
+        (self.motion, self.exact, self.stopping) = (motion.clone(), motion.plan(), None);
+    }
+
+    fn retune(&mut self, to: &DriveDesign, at_rest: bool) -> Result<(), DriveError> {
+        self.successor = Some(to.successor(at_rest)?);
+        Ok(())
+    }
+}
+
 /// What monitors compare with in every tick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thresholds {
@@ -489,6 +538,8 @@ pub struct Thresholds {
 /// What is done with a law of any of the types that a drive may have.
 trait Use<const E: usize, const N: usize> {
     type Out;
+    /// Does the law leave no offset when it takes over?
+    const AT_REST: bool = false;
 
     fn of<L>(self, law: L, bounds: &Bounds<E>) -> Self::Out
     where
@@ -508,6 +559,22 @@ impl<const E: usize, const N: usize> Use<E, N> for Run {
         L::State: Send,
     {
         Box::new(Running::new(Monitored::new(law, bounds).stopping_at(self.0.stops_at())))
+    }
+}
+
+/// It takes over from another.
+struct Succeed<const AT_REST: bool>(Reaction);
+
+impl<const E: usize, const N: usize, const AT_REST: bool> Use<E, N> for Succeed<AT_REST> {
+    type Out = Box<dyn Any + Send>;
+    const AT_REST: bool = AT_REST;
+
+    fn of<L>(self, law: L, bounds: &Bounds<E>) -> Self::Out
+    where
+        L: Watched<E> + DriveLaw<E, N> + Send + 'static,
+        L::State: Send,
+    {
+        Box::new(Monitored::new(law, bounds).stopping_at(self.0.stops_at()))
     }
 }
 
@@ -558,6 +625,14 @@ impl DriveDesign {
     /// # Errors
     /// Those of the design.
     pub fn port(&self, motion: &Motion) -> Result<Box<dyn ControllerPort>, DriveError> {
+        Ok(self.live(motion)?)
+    }
+
+    /// The same, to be moved and re-tuned while it runs.
+    ///
+    /// # Errors
+    /// Those of the design.
+    pub fn live(&self, motion: &Motion) -> Result<Box<dyn LivePort>, DriveError> {
         Ok(match self {
             Self::Motor { design, form, mounted, monitors } => {
                 let law = motor(design, *form, monitors, Run(monitors.reaction))?;
@@ -568,6 +643,23 @@ impl DriveDesign {
                 Box::new(Drive::<2, 4, 4>::new(law, *mounted, *form, monitors.reaction, motion))
             }
         })
+    }
+
+    /// The law alone, to take over from one of the same form.
+    fn successor(&self, at_rest: bool) -> Result<Box<dyn Any + Send>, DriveError> {
+        let reaction = self.reaction();
+        match self {
+            Self::Motor { design, form, monitors, .. } if at_rest => {
+                motor(design, *form, monitors, Succeed::<true>(reaction))
+            }
+            Self::Motor { design, form, monitors, .. } => motor(design, *form, monitors, Succeed::<false>(reaction)),
+            Self::Joint { design, form, monitors, sudden_load_n_m: load, .. } if at_rest => {
+                joint(design, *form, monitors, *load, Succeed::<true>(reaction))
+            }
+            Self::Joint { design, form, monitors, sudden_load_n_m: load, .. } => {
+                joint(design, *form, monitors, *load, Succeed::<false>(reaction))
+            }
+        }
     }
 
     /// The same with a law that runs elsewhere.
@@ -656,6 +748,7 @@ fn motor<U: Use<1, 2>>(
     macro_rules! built {
         ($aim:ty, $fast:literal, $late:literal, $states:literal) => {{
             let law = MotorDrive::<f32, $aim, $fast, $late, $states>::try_design(design)?;
+            let law = if U::AT_REST { law.at_rest() } else { law };
             let bounds = monitors.bounds(&design.bounds(&law, monitors.uncertain));
             Ok(user.of(law, &bounds))
         }};
@@ -691,6 +784,7 @@ fn joint<U: Use<2, 4>>(
     macro_rules! built {
         ($fast:literal, $late:literal) => {{
             let law = JointDrive::<f32, Position, $fast, $late>::try_design(design)?;
+            let law = if U::AT_REST { law.at_rest() } else { law };
             let bounds = monitors.bounds(&design.bounds(&law, sudden_load_n_m, monitors.uncertain));
             Ok(user.of(law, &bounds))
         }};

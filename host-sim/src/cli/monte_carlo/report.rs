@@ -95,7 +95,7 @@ fn number(value: f64) -> String {
 }
 
 impl Console<'_> {
-    pub(super) fn report(
+    pub(super) fn tell_trials(
         &mut self,
         trials: &Trials,
         question: &Question,

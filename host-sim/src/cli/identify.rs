@@ -1,0 +1,518 @@
+//! `host-sim identify` and `host-sim commission`: what a joint or motor really is, and the drive for it.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::Ordering;
+
+use clap::Args;
+use cycle_bound::table::Table;
+use loop_sim::port::drive::{DriveDesign, Follows};
+use loop_sim::sensor::encoder::Mounted;
+use loop_sim::signal::Signal;
+use scenario::{Experiment, Source};
+use serde::Serialize;
+use whole_file::{Existing, Kind};
+
+use super::{Console, Failure, LEFT, claim_folder, status, text_of};
+use crate::commission::plants::{Campaign, Tried, try_all};
+use crate::commission::{Outcome, Plan, Report, Retuned, Rig, Stopped, Verified, sheet_of};
+use crate::identify::{Identified, Known, Parameter, Quality, Record, identify, record};
+use crate::report::number::significant;
+use crate::report::plot::{Figure, GREY, Panel, Series, Style};
+
+/// What both commands are told.
+#[derive(Args, Debug)]
+struct Common {
+    /// Override a key of the scenario, as in --set joint.stiffness_n_m=12.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// Periods of the motor's cogging in a turn of its shaft, if they are known: errors of k_2, b_2, B_0 halve.
+    #[arg(long, value_name = "N")]
+    cogging: Option<f64>,
+    /// How far the data sheet may be off: a parameter farther off is refused.
+    #[arg(long, value_name = "PERCENT", default_value_t = 60.0)]
+    tolerance: f64,
+    /// Noise of the link's encoder besides its rounding, steps rms.
+    #[arg(long, value_name = "STEPS", default_value_t = 0.0)]
+    noise_steps: f64,
+    /// The scenario with what was found; an existing file is never overwritten [default: SCENARIO-identified.toml].
+    #[arg(long, short = 'o', value_name = "FILE")]
+    to: Option<PathBuf>,
+    /// Folder for the figure [default: out/SCENARIO-identify or -commission].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON object instead of the tables.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct IdentifyOptions {
+    /// The record: tick or t_s, count_link (of a joint), count_motor, u_held_a, a row per period.
+    data: PathBuf,
+    /// The scenario with the data sheet, encoders and period; without one that of `new --plant joint`.
+    file: Option<PathBuf>,
+    #[command(flatten)]
+    common: Common,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct CommissionOptions {
+    /// A scenario with [joint] or [motor]; without one that of `new --plant joint`.
+    file: Option<PathBuf>,
+    #[command(flatten)]
+    common: Common,
+    /// Way of the recorded moves, rad [default: 0.6 of a joint, 3 of a motor].
+    #[arg(long, value_name = "RAD")]
+    way: Option<f64>,
+    /// Peak of the multisine, A: at least five times the friction [default: 27 % of the limit; of a motor 90 %].
+    #[arg(long, value_name = "A")]
+    peak: Option<f64>,
+    /// Seed of its phases, and of random plants.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Way of the move that verifies, rad.
+    #[arg(long, value_name = "RAD", default_value_t = 1.0)]
+    verify: f64,
+    /// Instead of the plant of the file: all 32 corners and random ones within so many percent of its data sheet, with
+    /// friction, cogging, ripple, load and a current that nobody knows of; a joint only.
+    #[arg(long, value_name = "PERCENT")]
+    within: Option<f64>,
+    /// Random plants of --within.
+    #[arg(long, value_name = "N", default_value_t = 30, requires = "within")]
+    random: usize,
+}
+
+fn bad(message: impl Into<String>) -> Failure {
+    Failure { status: status::BAD_INPUT, message: message.into() }
+}
+
+fn failed(message: impl Into<String>) -> Failure {
+    Failure { status: status::FAILED, message: message.into() }
+}
+
+/// A scenario of a drive that follows a position.
+struct Subject {
+    name: String,
+    text: String,
+    experiment: Experiment,
+    designed: DriveDesign,
+    known: Known,
+    to: PathBuf,
+    folder: PathBuf,
+}
+
+impl Subject {
+    fn of(file: Option<&Path>, common: &Common, what: &str) -> Result<Self, Failure> {
+        for (option, value, least) in [
+            ("tolerance", Some(common.tolerance), 0.0),
+            ("noise-steps", Some(common.noise_steps), 0.0),
+            ("cogging", common.cogging, 1.0),
+        ] {
+            if let Some(value) = value.filter(|value| !(*value >= least && value.is_finite())) {
+                return Err(bad(format!("--{option} {value}: expected a number from {least} on")));
+            }
+        }
+        let (name, text) = text_of(file, ("joint.toml", scenario::JOINT))?;
+        let source = Source { file: &name, text: &text, sets: &common.sets };
+        let stem = file.and_then(Path::file_stem).map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        let experiment = scenario::parse_own(&source, &stem)?;
+        let Some(drive) = &experiment.drive else {
+            return Err(bad(format!("{name}: nothing to identify: the file has neither [joint] nor [motor]")));
+        };
+        let designed = drive.designed;
+        if designed.form().follows == Follows::Speed {
+            return Err(bad(format!("{name}: drive.mode is \"speed\": a drive is identified that follows a position")));
+        }
+        let known = Known {
+            cogging_per_turn: common.cogging.map(|per_turn| per_turn * gear(&designed)),
+            tolerance: common.tolerance / 100.0,
+            noise_steps: common.noise_steps,
+            ..Known::with_lag(drive.current_lag_s)
+        };
+        let to = common.to.clone().unwrap_or_else(|| PathBuf::from(format!("{}-identified.toml", experiment.name)));
+        if to.exists() {
+            return Err(bad(format!("{} exists already and is left as it is: give another with --to", to.display())));
+        }
+        let folder = common.out.clone();
+        let folder = folder.unwrap_or_else(|| Path::new("out").join(format!("{}-{what}", experiment.name)));
+        Ok(Self { name, text, experiment, designed, known, to, folder })
+    }
+
+    fn source<'a>(&'a self, common: &'a Common) -> Source<'a> {
+        Source { file: &self.name, text: &self.text, sets: &common.sets }
+    }
+}
+
+/// Turns of the motor in one behind its gear, as its encoder has it.
+fn gear(designed: &DriveDesign) -> f64 {
+    let encoder = match designed {
+        DriveDesign::Motor { mounted, .. } => mounted.encoder,
+        DriveDesign::Joint { mounted: [_, motor], .. } => motor.encoder,
+    };
+    f64::from(encoder.gear_num) / f64::from(encoder.gear_den)
+}
+
+/// What `--json` prints of a record.
+#[derive(Serialize)]
+struct IdentifiedJson<'a> {
+    scenario: &'a str,
+    parameters: &'a [Parameter],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    link: Option<Quality>,
+    motor: Quality,
+    /// Where the scenario is; nowhere if the old gains are back.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    written: Option<String>,
+}
+
+/// What `--json` prints of a commissioning.
+#[derive(Serialize)]
+struct CommissionedJson<'a> {
+    #[serde(flatten)]
+    identified: IdentifiedJson<'a>,
+    recorded_peak_rad: f64,
+    jump_a: f64,
+    settling_rad: f64,
+    verified: Verified,
+    outcome: Outcome,
+    home_rad: f64,
+}
+
+/// A figure of a plant that was tried.
+type Told = fn(&Tried) -> f64;
+
+impl Console<'_> {
+    pub(super) fn identify(&mut self, options: &IdentifyOptions) -> Result<u8, Failure> {
+        let common = &options.common;
+        let subject = Subject::of(options.file.as_deref(), common, "identify")?;
+        let data = options.data.display().to_string();
+        let text = whole_file::read_text(&options.data, Kind::TRACE).map_err(|why| bad(format!("{data}: {why}")))?;
+        let mounted: Vec<Mounted> = subject.designed.encoders().into_iter().map(|(_, mounted)| mounted).collect();
+        let record = record::read(&text, subject.experiment.period_s, &mounted)
+            .map_err(|it| bad(format!("{data}:{}:{}: {}", it.line, it.column, it.message)))?;
+        let old = sheet_of(&subject.designed);
+        let found = identify(&record, &old, &subject.known).map_err(|refusal| bad(format!("{data}: {refusal}")))?;
+        let retuned = Retuned::of(&subject.source(common), &old, &found).map_err(failed)?;
+        let to = subject.to.display().to_string();
+        retuned.designed(&to).map_err(|why| failed(format!("no drive can be made of what was found: {why}")))?;
+        let claim = claim_folder(&subject.folder)?;
+        figure(&subject.experiment.title, &record, &found)
+            .write(&subject.folder, "identified")
+            .map_err(|error| Failure::writing(subject.folder.join("identified").display(), &error))?;
+        drop(claim);
+        keep(&subject, &retuned)?;
+        if common.json {
+            self.say_json(serde_json::to_string(&json(&subject, &found)))?;
+            return Ok(status::DONE);
+        }
+        let seconds = record.held_a.len() as f64 * record.period_s;
+        self.say(&format!("{data}: {seconds:.2} s of {}", subject.experiment.title))?;
+        self.found(&found)?;
+        self.say(&format!("figure: {}", subject.folder.join("identified.png").display()))?;
+        self.say(&format!("wrote {to}"))?;
+        Ok(status::DONE)
+    }
+
+    pub(super) fn commission(&mut self, options: &CommissionOptions) -> Result<u8, Failure> {
+        let common = &options.common;
+        for (option, value) in [("way", options.way), ("peak", options.peak), ("verify", Some(options.verify))] {
+            if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
+                return Err(bad(format!("--{option} {value}: expected a number above 0")));
+            }
+        }
+        let mut subject = Subject::of(options.file.as_deref(), common, "commission")?;
+        let plan = Plan::of(&subject.designed);
+        let plan = Plan {
+            way_rad: options.way.unwrap_or(plan.way_rad),
+            peak_a: options.peak.unwrap_or(plan.peak_a),
+            seed: options.seed,
+            verify_rad: options.verify,
+            ..plan
+        };
+        if let Some(percent) = options.within {
+            return self.commission_all(options, &subject, &plan, percent);
+        }
+        let claim = claim_folder(&subject.folder)?;
+        let old = sheet_of(&subject.designed);
+        let (name, text, to) = (subject.name.clone(), subject.text.clone(), subject.to.display().to_string());
+        let source = Source { file: &name, text: &text, sets: &common.sets };
+        let mut retuned = None;
+        let (stop, bar) = (self.stop, self.bar((12.0 / subject.experiment.period_s) as u64, LEFT));
+        let mut watch = || {
+            bar.inc(1);
+            if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let done = Rig::new(&mut subject.experiment, Signal::default(), &mut watch).and_then(|rig| {
+            rig.commission(&plan, &subject.known, |found| {
+                let text = retuned.insert(Retuned::of(&source, &old, found)?);
+                text.designed(&to)
+            })
+        });
+        bar.finish_and_clear();
+        let report = match done {
+            Ok(report) => report,
+            Err(Stopped::Interrupted) => return Ok(status::INTERRUPTED),
+            Err(stopped) => return Err(failed(format!("{stopped}; nothing is written"))),
+        };
+        let title = subject.experiment.title.clone();
+        for (stem, figure) in [
+            ("identified", figure(&title, &report.record, &report.identified)),
+            ("commissioned", sequence(&title, &report, subject.experiment.period_s)),
+        ] {
+            figure
+                .write(&subject.folder, stem)
+                .map_err(|error| Failure::writing(subject.folder.join(stem).display(), &error))?;
+        }
+        drop(claim);
+        let is_accepted = report.outcome == Outcome::Accepted;
+        if let Some(retuned) = retuned.filter(|_| is_accepted) {
+            keep(&subject, &retuned)?;
+        }
+        if common.json {
+            let identified = json(&subject, &report.identified);
+            let json = CommissionedJson {
+                identified: IdentifiedJson { written: identified.written.filter(|_| is_accepted), ..identified },
+                recorded_peak_rad: report.recorded_peak_rad,
+                jump_a: report.jump_a,
+                settling_rad: report.settling_rad,
+                verified: report.verified,
+                outcome: report.outcome,
+                home_rad: report.home_rad,
+            };
+            self.say_json(serde_json::to_string(&json))?;
+        } else {
+            self.told(&subject, &plan, &report)?;
+        }
+        Ok(if is_accepted { status::DONE } else { status::FAILED })
+    }
+
+    /// What was found, as tables.
+    fn found(&mut self, found: &Identified) -> Result<(), Failure> {
+        let mut table = Table::new(["parameter", "", "unit", "found", "+-", "data sheet", "change %"]);
+        for it in &found.parameters {
+            let sheet = it.sheet.map_or_else(String::new, |sheet| significant(sheet, 5));
+            let change = it.sheet.filter(|sheet| *sheet != 0.0).map(|sheet| 100.0 * (it.value / sheet - 1.0));
+            let change = change.map_or_else(String::new, |change| format!("{change:+.1}"));
+            // As many digits as the interval leaves, and one more.
+            let digits = libm::log10((it.value / it.interval).abs().max(1.0)) as usize + 2;
+            let [value, interval] =
+                [(it.value, digits.min(8)), (it.interval, 2)].map(|(it, digits)| significant(it, digits));
+            table.row([it.name, it.meaning, it.unit, &value, &interval, &sheet, &change]);
+        }
+        self.say(&table.to_string())?;
+        let mut table = Table::new(["equation", "residual (steps rms)", "condition", "Gauss-Newton steps"]);
+        for (name, quality) in found.link.iter().map(|link| ("link", link)).chain([("motor", &found.motor)]) {
+            let [residual, condition] = [quality.residual_steps, quality.condition].map(|it| significant(it, 3));
+            table.row([name, &residual, &condition, &quality.steps.to_string()]);
+        }
+        self.say(&table.to_string())
+    }
+
+    /// What happened, step by step.
+    fn told(&mut self, subject: &Subject, plan: &Plan, report: &Report) -> Result<(), Failure> {
+        let three = |value: f64| significant(value, 3);
+        self.say(&format!("{}: {}", subject.experiment.name, subject.experiment.title))?;
+        self.say(&format!(
+            "record    {:.2} s, {} rad to and fro, shaken by up to {} A: |y - r| <= {} rad",
+            report.record.held_a.len() as f64 * report.record.period_s,
+            plan.way_rad,
+            three(plan.peak_a),
+            three(report.recorded_peak_rad)
+        ))?;
+        self.say("identify")?;
+        self.found(&report.identified)?;
+        self.say(&format!(
+            "swap      at rest, W = 0: u jumps by {} A, then |y - r| <= {} rad",
+            three(report.jump_a),
+            three(report.settling_rad)
+        ))?;
+        let Verified { move_s, peak_rad, bar_rad, residual_steps, .. } = report.verified;
+        let residual = residual_steps.map_or_else(String::new, |steps| {
+            format!(
+                "; {} steps rms of the link are left (at most {})",
+                three(steps),
+                crate::identify::MOST_RESIDUAL_STEPS
+            )
+        });
+        self.say(&format!(
+            "verify    {} rad in {move_s:.3} s: |y - r| <= {} rad (at most {}){residual}",
+            plan.verify_rad,
+            three(peak_rad),
+            three(bar_rad)
+        ))?;
+        self.say(match report.outcome {
+            Outcome::Accepted => "accepted",
+            Outcome::BackForTheMove => "SWAPPED BACK: the move is not good enough",
+            Outcome::BackForTheLink => "SWAPPED BACK: the link is not as it was found",
+        })?;
+        self.say(&format!("home      |y - r| <= {} rad", three(report.home_rad)))?;
+        self.say(&format!("figures: {}", subject.folder.display()))?;
+        if report.outcome == Outcome::Accepted {
+            self.say(&format!("wrote {}", subject.to.display()))?;
+        }
+        Ok(())
+    }
+
+    /// All plants within what the data sheet may be off.
+    fn commission_all(
+        &mut self,
+        options: &CommissionOptions,
+        subject: &Subject,
+        plan: &Plan,
+        percent: f64,
+    ) -> Result<u8, Failure> {
+        if !(percent > 0.0 && percent <= 50.0) {
+            return Err(bad(format!("--within {percent}: expected 0 to 50 percent, without 0")));
+        }
+        let campaign = Campaign {
+            file: &subject.name,
+            text: &subject.text,
+            sets: &options.common.sets,
+            share: percent / 100.0,
+            random: options.random,
+            plan: *plan,
+            known: subject.known,
+        };
+        let bar = Mutex::new(self.bar(32 + options.random as u64, LEFT));
+        let tried = try_all(&campaign, self.stop, &|| {
+            if let Ok(bar) = bar.lock() {
+                bar.inc(1);
+            }
+        });
+        if let Ok(bar) = bar.lock() {
+            bar.finish_and_clear();
+        }
+        let Some(tried) = tried.map_err(bad)? else { return Ok(status::INTERRUPTED) };
+        let (corners, between) = tried.split_at(tried.len().min(32));
+        let title = &subject.experiment.title;
+        self.say(&format!("{}: {title}: plants within {percent} % of the data sheet", subject.experiment.name))?;
+        let mut table = Table::new(["figure", "corners: worst", "median", "random: worst", "median"]);
+        let figures: [(&str, Told); 9] = [
+            ("k_1, relative error", |it| it.off[0]),
+            ("b_1", |it| it.off[1]),
+            ("k_2", |it| it.off[2]),
+            ("b_2", |it| it.off[3]),
+            ("B_0", |it| it.off[4]),
+            ("largest error over stated interval", |it| it.over_interval),
+            ("condition", |it| it.report.identified.motor.condition),
+            ("jump of u at the swap (A)", |it| it.report.jump_a),
+            ("move after the swap, true |y - r| (rad)", |it| it.report.verified.true_peak_rad),
+        ];
+        for (name, of) in figures {
+            let cells = [corners, between].map(|some| {
+                let mut values: Vec<f64> = some.iter().filter_map(|it| it.as_ref().ok()).map(of).collect();
+                values.sort_by(f64::total_cmp);
+                let at = |k: usize| values.get(k).map_or_else(|| "-".into(), |value| significant(*value, 2));
+                [at(values.len().saturating_sub(1)), at(values.len() / 2)]
+            });
+            let [[a, b], [c, d]] = cells;
+            table.row([name.to_owned(), a, b, c, d]);
+        }
+        self.say(&table.to_string())?;
+        let mut accepted = 0;
+        for (k, it) in tried.iter().enumerate() {
+            match it {
+                Ok(it) if it.report.outcome == Outcome::Accepted => accepted += 1,
+                Ok(it) => {
+                    self.say(&format!("plant {k}: swapped back ({:?}): {:?}", it.report.outcome, it.report.verified))?;
+                }
+                Err(why) => self.say(&format!("plant {k}: {why}"))?,
+            }
+        }
+        self.say(&format!("accepted: {accepted} of {}", tried.len()))?;
+        Ok(if accepted == tried.len() { status::DONE } else { status::FAILED })
+    }
+}
+
+fn json<'a>(subject: &'a Subject, found: &'a Identified) -> IdentifiedJson<'a> {
+    IdentifiedJson {
+        scenario: &subject.experiment.name,
+        parameters: &found.parameters,
+        link: found.link,
+        motor: found.motor,
+        written: Some(subject.to.display().to_string()),
+    }
+}
+
+fn keep(subject: &Subject, retuned: &Retuned) -> Result<(), Failure> {
+    whole_file::write(&subject.to, Existing::Keep, |out| out.write_all(retuned.text.as_bytes()))
+        .map_err(|error| Failure::writing(subject.to.display(), &error))
+}
+
+/// The record, and what the equations leave of it.
+fn figure(title: &str, record: &Record, found: &Identified) -> Figure {
+    let timed = |values: &[f64]| -> Vec<(f64, f64)> {
+        values.iter().enumerate().map(|(k, value)| (k as f64 * record.period_s, *value)).collect()
+    };
+    let panel = |title: &str, y_label: &str, series: Vec<Series>| Panel {
+        title: title.into(),
+        x_label: "t (s)".into(),
+        y_label: y_label.into(),
+        series,
+        ..Panel::default()
+    };
+    let mut angles = vec![Series::solid("motor", 1, timed(&record.motor.rad))];
+    if let Some(link) = &record.link {
+        angles.push(Series::solid("link", 0, timed(&link.rad)));
+    }
+    let held = Series { is_held: true, ..Series::solid("", 2, timed(&record.held_a)) };
+    let mut panels = vec![panel("Record", "angle (rad)", angles), panel("", "current (A)", vec![held])];
+    let names: &[&str] = if found.link.is_some() { &["Link", "Motor"] } else { &["Motor"] };
+    for (k, (name, residual)) in names.iter().zip(&found.residuals).enumerate() {
+        let heading = format!("{name}: what its equation leaves");
+        panels.push(panel(&heading, "residual (steps)", vec![Series::solid("", k, residual.iter().copied())]));
+    }
+    Figure { title: format!("{title}: identified"), panels, columns: 1 }
+}
+
+/// All of a commissioning: where the link was, how far off, the current.
+fn sequence(title: &str, report: &Report, period_s: f64) -> Figure {
+    let at = |f: &dyn Fn(&[f64; 3]) -> f64| -> Vec<(f64, f64)> {
+        report.ticks.iter().enumerate().map(|(k, tick)| (k as f64 * period_s, f(tick))).collect()
+    };
+    let [swapped, verified, home] = report.marks.map(|tick| tick as f64 * period_s);
+    let end = report.ticks.len() as f64 * period_s;
+    let bar = report.verified.bar_rad;
+    let panel = |title: String, y_label: &str, series: Vec<Series>, x_range| Panel {
+        title,
+        x_label: "t (s)".into(),
+        y_label: y_label.into(),
+        series,
+        x_range,
+        ..Panel::default()
+    };
+    let error = at(&|tick| tick[0] - tick[1]);
+    let bars = [bar, -bar].map(|bar| Series::solid("", GREY, [(verified, bar), (home, bar)]).styled(Style::Dashed));
+    let off = Series::solid("y - r", 0, error.clone());
+    let [above, below] = bars;
+    Figure {
+        title: format!("{title}: commissioned"),
+        panels: vec![
+            panel(
+                format!("Swap at {swapped:.2} s, verification from {verified:.2} s, home from {home:.2} s"),
+                "angle (rad)",
+                vec![
+                    Series::solid("y", 0, at(&|tick| tick[0])),
+                    Series::solid("r", 1, at(&|tick| tick[1])).styled(Style::Dashed),
+                ],
+                None,
+            ),
+            panel(String::new(), "y - r (rad)", vec![Series::solid("", 0, error)], None),
+            panel(
+                "From the verification on".into(),
+                "y - r (rad)",
+                vec![off, Series { label: "bar of the verification".into(), ..above }, below],
+                Some((verified, end)),
+            ),
+            panel(
+                String::new(),
+                "current (A)",
+                vec![Series { is_held: true, ..Series::solid("", 2, at(&|tick| tick[2])) }],
+                None,
+            ),
+        ],
+        columns: 1,
+    }
+}

@@ -1,0 +1,202 @@
+//! A drive commissions itself on plants that are up to 50 % off, with friction, cogging, ripple, load and a current
+//! that
+//! nobody knows of; and does not where it should not. All 62 plants: `host-sim commission --within 50`.
+
+use controller_core::drive::Joint;
+use scenario::Source;
+
+use super::plants::{Campaign, Tried, Variant};
+use super::*;
+
+/// Corners in k_1, b_1, k_2, b_2, B_0, a bit each, among them the worst of all for the move (measured with all), then
+/// two random plants.
+const SOME: [usize; 6] = [0, 13, 22, 31, 35, 50];
+
+fn campaign<'a>(text: &'a str, sets: &'a [String]) -> Campaign<'a> {
+    let experiment = scenario::parse(&Source { file: "joint.toml", text, sets }, "x").expect("a file");
+    let designed = experiment.drive.as_ref().expect("a drive").designed;
+    let known = Known::with_lag(0.0);
+    Campaign { file: "joint.toml", text, sets, share: 0.5, random: 30, plan: Plan::of(&designed), known }
+}
+
+fn sets(of: &[&str]) -> Vec<String> {
+    of.iter().map(ToString::to_string).collect()
+}
+
+fn all(campaign: &Campaign<'_>, some: &[usize]) -> Vec<(usize, Tried)> {
+    let variants = campaign.variants().expect("a joint");
+    let tried = |&k: &usize| (k, campaign.tried(&variants[k], |_| ()).unwrap_or_else(|why| panic!("plant {k}: {why}")));
+    some.iter().map(tried).collect()
+}
+
+#[test]
+fn joints_that_are_off_by_half_commission_themselves_at_20_bits() {
+    let sets = sets(&["joint.current_lag_s=0"]);
+    for (k, Tried { off, over_interval, report }) in all(&campaign(scenario::JOINT, &sets), &SOME) {
+        let Verified { peak_rad, true_peak_rad, residual_steps, .. } = report.verified;
+        println!("{k}: {off:?} {over_interval:.2} move {peak_rad:.1e} {true_peak_rad:.1e} left {residual_steps:?}");
+        assert_eq!(report.outcome, Outcome::Accepted, "plant {k}");
+        assert!(true_peak_rad <= 1e-4, "plant {k}: {true_peak_rad:e}");
+        assert!(over_interval <= 1.0, "plant {k}: {over_interval}");
+        for (off, bar) in off.iter().zip([5e-5, 1e-3, 0.1, 0.2, 0.1]) {
+            assert!(*off <= bar, "plant {k}: {off}");
+        }
+    }
+}
+
+#[test]
+fn joints_with_encoders_of_14_bits_commission_themselves() {
+    let sets =
+        sets(&["joint.current_lag_s=0", "encoder.link.bits=14", "encoder.motor.bits=14", "drive.tuning=\"normal\""]);
+    for (k, Tried { off, report, .. }) in all(&campaign(scenario::JOINT, &sets), &SOME[..3]) {
+        println!("{k}: {off:?} move {:.1e}", report.verified.true_peak_rad);
+        assert!(report.outcome == Outcome::Accepted && report.verified.true_peak_rad <= 1e-3, "plant {k}");
+        for (off, bar) in off.iter().zip([3e-3, 2e-2, 0.15, 0.3, 0.15]) {
+            assert!(*off <= bar, "plant {k}: {off}");
+        }
+    }
+}
+
+/// What the identified link is made wrong by before the swap, and how often that is seen, by the move and by the
+/// residual of its record.
+#[test]
+fn a_wrong_link_is_seen_and_the_old_gains_are_back() {
+    let sets = sets(&["joint.current_lag_s=0"]);
+    let campaign = campaign(scenario::JOINT, &sets);
+    let variants = campaign.variants().expect("a joint");
+    for (k, factor) in [(0, 1.5), (13, 0.7), (22, 1.2), (35, 1.2)] {
+        let wrong = |found: &mut Identified| {
+            if let Sheet::Joint(joint) = &mut found.sheet {
+                // K and J_m: k_1 and B_0 k_1 alone are wrong.
+                let Joint { stiffness_n_m, motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a, .. } = joint;
+                for number in [stiffness_n_m, motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a] {
+                    *number *= factor;
+                }
+            }
+        };
+        let Tried { report, .. } = campaign.tried(&variants[k], wrong).unwrap_or_else(|why| panic!("plant {k}: {why}"));
+        let Verified { peak_rad, residual_steps, .. } = report.verified;
+        println!(
+            "{k}, k_1 times {factor}: {:?} {peak_rad:.1e} {residual_steps:?}; home {:.1e}",
+            report.outcome, report.home_rad
+        );
+        assert_ne!(report.outcome, Outcome::Accepted, "plant {k}");
+        assert!(residual_steps.expect("a link") > 10.0 * MOST_RESIDUAL_STEPS, "plant {k}: {residual_steps:?}");
+        // On the way home the old gains do what they can.
+        assert!(report.home_rad < 2e-2, "plant {k}: {}", report.home_rad);
+    }
+}
+
+fn stopped(sets: &[String], change: impl Fn(&mut Plan)) -> Stopped {
+    let source = Source { file: "joint.toml", text: scenario::JOINT, sets };
+    let mut experiment = scenario::parse(&source, "x").expect("a file");
+    let designed = experiment.drive.as_ref().expect("a drive").designed;
+    let mut plan = Plan::of(&designed);
+    change(&mut plan);
+    let mut on = || ControlFlow::Continue(());
+    let rig = Rig::new(&mut experiment, Signal::default(), &mut on).expect("a drive");
+    let done = rig.commission(&plan, &Known::with_lag(0.0), |_| Err("nothing is to be designed".into()));
+    done.expect_err("a record that is refused")
+}
+
+/// Behind lost samples nothing is believed.
+#[test]
+fn a_record_that_says_too_little_is_refused() {
+    let lag = "joint.current_lag_s=0";
+    let lost = "fault=[{kind=\"lost\",at_s=1.0,for_s=0.003}]";
+    let refused = stopped(&sets(&[lag, "load=[]", lost]), |_| ());
+    assert!(matches!(refused, Stopped::Lost { at_s } if (at_s - 1.0).abs() < 0.01), "{refused}");
+    let refused = stopped(&sets(&[lag, "load=[]", "error.stiffness_percent=100"]), |_| ());
+    println!("{refused}");
+    assert!(matches!(refused, Stopped::Refused(Refusal::OutOfTolerance { name: "k_1", .. })), "{refused}");
+    let refused = stopped(&sets(&[lag, "load=[]"]), |plan| plan.way_rad = 4000.0);
+    assert!(matches!(refused, Stopped::TooFar { .. }), "{refused}");
+    let refused = stopped(&sets(&[lag, "load=[]"]), |_| ());
+    assert!(matches!(refused, Stopped::Design(_)), "{refused}");
+}
+
+/// With friction a move alone says nothing of the motor, and a multisine as large as the friction too little.
+#[test]
+fn without_enough_of_the_multisine_the_record_is_refused() {
+    let sets = sets(&["joint.current_lag_s=0"]);
+    let quiet = campaign(scenario::JOINT, &sets);
+    let variants = quiet.variants().expect("a joint");
+    for (peak_a, some) in [(1e-6, [0, 1, 33]), (1.0, [0, 32, 35])] {
+        let campaign = Campaign { plan: Plan { peak_a, ..quiet.plan }, ..quiet };
+        for k in some {
+            let refused = campaign.tried(&variants[k], |_| ()).expect_err("a record that says too little");
+            println!("plant {k}, {peak_a} A: {refused}");
+            assert!(matches!(refused, Stopped::Refused(_)), "{refused}");
+        }
+    }
+}
+
+/// A motor with a rigid load, friction and cogging in its file, J and K_t off by half: b and f_c, and a move that is no
+/// worse than the recorded ones.
+#[test]
+fn motors_that_are_off_by_half_commission_themselves() {
+    for (inertia, torque) in [(0.0, 0.0), (50.0, -50.0), (-50.0, 50.0), (50.0, 50.0)] {
+        let error = format!("error={{inertia_percent = {inertia}, torque_percent = {torque}}}");
+        let sets = sets(&[&error, "drive.uncertain_percent=50"]);
+        let source = Source { file: "motor.toml", text: scenario::MOTOR, sets: &sets };
+        let mut experiment = scenario::parse(&source, "x").expect("a file");
+        let drive = experiment.drive.as_ref().expect("a drive");
+        let known = Known { tolerance: 2.5, ..Known::with_lag(drive.current_lag_s) };
+        let (plan, old) = (Plan::of(&drive.designed), sheet_of(&drive.designed));
+        let mut on = || ControlFlow::Continue(());
+        let rig = Rig::new(&mut experiment, Signal::default(), &mut on).expect("a drive");
+        let design = |found: &mut Identified| Retuned::of(&source, &old, found)?.designed("x");
+        let report = rig.commission(&plan, &known, design).unwrap_or_else(|why| panic!("{error}: {why}"));
+        let share = (1.0 + torque / 100.0) / (1.0 + inertia / 100.0);
+        // 0.005 N m of friction.
+        let truth = [0.05 / 2e-4 * share, 0.1 / (1.0 + torque / 100.0)];
+        for (name, truth) in ["b", "f_c"].into_iter().zip(truth) {
+            let it = report.identified.parameter(name).expect("a parameter");
+            println!("{error} {name}: {} for {truth}, +- {}", it.value, it.interval);
+            assert!((it.value - truth).abs() <= it.interval, "{error}: {it:?} for {truth}");
+        }
+        assert_eq!(report.outcome, Outcome::Accepted, "{error}");
+    }
+}
+
+/// What was found stands in the file in the numbers of its own shafts; all else stays, what it was wrong by goes.
+#[test]
+fn the_file_has_what_was_found() {
+    let sets = sets(&["joint.stiffness_n_m=8", "joint.gear=[2, 1]", "span_s=2.5"]);
+    let text =
+        scenario::JOINT.replace("# [error]", "[error]").replace("# link_inertia_percent", "link_inertia_percent");
+    let source = Source { file: "joint.toml", text: &text, sets: &sets };
+    let experiment = scenario::parse(&source, "x").expect("a file");
+    let old = sheet_of(&experiment.drive.as_ref().expect("a drive").designed);
+    let Sheet::Joint(mut joint) = old else { panic!("a joint") };
+    joint.stiffness_n_m = 6.0;
+    joint.motor_inertia_kg_m2 *= 1.25;
+    joint.torque_n_m_per_a *= 0.75;
+    joint.motor_damping_n_m_s = 0.0;
+    let angle = Angle { rad: Vec::new(), step_rad: 1.0 };
+    let record = Record { period_s: 1e-3, link: None, motor: angle, held_a: Vec::new() };
+    assert!(identify(&record, &old, &Known::with_lag(0.0)).is_err());
+    let found = Identified::for_test(Sheet::Joint(joint));
+    let retuned = Retuned::of(&source, &old, &found).expect("a file");
+    assert_eq!(retuned.sets, ["joint.gear=[2, 1]", "span_s=2.5"]);
+    let Ok(DriveDesign::Joint { design, .. }) = retuned.designed("x") else { panic!("a drive: {}", retuned.text) };
+    assert_eq!(design.joint.stiffness_n_m, 6.0);
+    let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-5;
+    assert!(near(design.joint.motor_inertia_kg_m2, joint.motor_inertia_kg_m2), "{:?}", design.joint);
+    assert!(near(design.joint.torque_n_m_per_a, joint.torque_n_m_per_a));
+    assert_eq!(design.joint.motor_damping_n_m_s, 0.0);
+    assert!(!retuned.text.contains("[error]") && retuned.text.contains("motor_inertia_kg_m2 = 0.00116375"));
+    // Its comments are still there.
+    assert!(retuned.text.contains("# at its own shaft"), "{}", retuned.text);
+}
+
+#[test]
+fn corners_are_off_as_they_say() {
+    let sets = sets(&[]);
+    let variants = campaign(scenario::JOINT, &sets).variants().expect("a joint");
+    assert_eq!(variants.len(), 62);
+    let distinct: Vec<&Variant> =
+        variants.iter().take(32).filter(|it| it.factors.iter().all(|it| (it - 1.0).abs() == 0.5)).collect();
+    assert_eq!(distinct.len(), 32);
+    assert!(variants[32..].iter().flat_map(|it| it.factors).all(|it| (0.5..=1.5).contains(&it)));
+}

@@ -1,0 +1,519 @@
+//! What a flexible joint or a motor really is, from one record of its counts and its current.
+//!
+//! Link $\ddot q = k_1 (q_m - q) - b_1 \dot q - g \sin q + c$, motor $\ddot q_m = k_2 (q - q_m) - b_2 \dot q_m +
+//! B_0 (u - F) + d$. Both have *measured* inputs, so they are found one by one: the link (module `link`) sees no
+//! current
+//! and no friction, the motor (module `motor`) no gravity. A motor with a rigid load is the second alone, without k_2.
+//!
+//! | parameter | unit | is | measured error (`commission`, 62 plants at ±50 %) |
+//! |---|---|---|---|
+//! | k_1, b_1, g | 1/s², 1/s, 1/s² | K/J_l, B_l/J_l, W/J_l | see docs/commissioning.md |
+//! | k_2, b_2, B_0 | 1/s², 1/s, rad/(s² A) | K/J_m, B_m/J_m, K_t/J_m | |
+//! | f_c | A | Coulomb friction over K_t | |
+//!
+//! Only ratios can be found, and only they are in the law: the inertia of the link (of a motor: its whole inertia)
+//! stays as the data sheet has it, all else follows.
+//!
+//! *Intervals* are not those of a textbook, which do not hold: rounding is no noise, and what is not in the equation
+//! (Stribeck, ripple) is a bias. Of the link ten standard deviations are stated, of the motor at least what friction
+//! and
+//! ripple did in the measured plants: 10 % of k_2 and B_0, 20 % of b_2, 15 % of f_c.
+//!
+//! *Refused*, with a reason, is what no drive should be designed from ([`Refusal`]). A cause that is found by trying
+//! (columns swapped, a sign reversed) is named.
+
+use std::fmt;
+
+use controller_core::drive::{Joint, Motor};
+use serde::Serialize;
+
+mod fit;
+mod link;
+mod motor;
+pub mod record;
+
+use fit::Fit;
+
+/// Above this condition two parameters cannot be told apart.
+pub const MOST_CONDITION: f64 = 30.0;
+/// Residual of the link, steps rms, beyond which its equation is another. Rounding alone leaves 0.289.
+pub const MOST_RESIDUAL_STEPS: f64 = 0.6;
+/// Gauss-Newton steps of a good record: 2 to 5.
+pub const MOST_STEPS: usize = 15;
+/// Rms of the fast part of the current over friction: with less, k_2 and B_0 were up to 18 % off, b_2 32 %.
+const LEAST_SHAKEN: f64 = 2.0;
+/// What is slower is of the move, s.
+const SLOW_S: f64 = 0.2;
+/// A shaft that moves by less says nothing, steps.
+const LEAST_TRAVEL_STEPS: f64 = 200.0;
+/// Stated over computed deviation.
+const WIDENED: f64 = 10.0;
+/// What friction and ripple do to parameters of the motor, as shares: k_2, B_0; b_2; f_c.
+const BIAS: [f64; 3] = [0.1, 0.2, 0.15];
+/// At the start of a record the drive itself starts, s.
+const SETTLED_S: f64 = 0.1;
+
+/// Angle of a shaft.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Angle {
+    /// In each tick, rad, on the link's side of a gear.
+    pub rad: Vec<f64>,
+    /// One step of its encoder, rad.
+    pub step_rad: f64,
+}
+
+/// A record: sample k of each angle, and the current that is held from then on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Record {
+    /// Period, s.
+    pub period_s: f64,
+    /// The link; none for a motor with a rigid load.
+    pub link: Option<Angle>,
+    /// The motor.
+    pub motor: Angle,
+    /// Current, A.
+    pub held_a: Vec<f64>,
+}
+
+/// What is believed before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sheet {
+    /// Of a flexible joint.
+    Joint(Joint),
+    /// Of a motor with a rigid load.
+    Motor(Motor),
+}
+
+/// What else is known of the plant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Known {
+    /// Time constant of the current loop, s.
+    pub lag_s: f64,
+    /// Periods of the cogging in a turn behind the gear; none where it is not known.
+    pub cogging_per_turn: Option<f64>,
+    /// How far k_1, k_2 and B_0 may be from the data sheet, as a share.
+    pub tolerance: f64,
+    /// Noise of the link's encoder besides its rounding, steps rms.
+    pub noise_steps: f64,
+}
+
+impl Known {
+    /// A tolerance of 60 %, cogging unknown, no noise.
+    pub const fn with_lag(lag_s: f64) -> Self {
+        Self { lag_s, cogging_per_turn: None, tolerance: 0.6, noise_steps: 0.0 }
+    }
+}
+
+/// A parameter that was found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Parameter {
+    /// Its letter.
+    pub name: &'static str,
+    /// What it is.
+    pub meaning: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Found.
+    pub value: f64,
+    /// The true one is within this of it, as far as could be measured.
+    pub interval: f64,
+    /// Of the data sheet; none where that says nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sheet: Option<f64>,
+}
+
+/// How well an equation fits the record.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Quality {
+    /// Condition of the scaled Jacobian.
+    pub condition: f64,
+    /// Rms of what is left, steps of the encoder.
+    pub residual_steps: f64,
+    /// Gauss-Newton steps.
+    pub steps: usize,
+}
+
+/// What a record says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identified {
+    /// Parameters with their intervals.
+    pub parameters: Vec<Parameter>,
+    /// Of the link's equation.
+    pub link: Option<Quality>,
+    /// Of the motor's equation.
+    pub motor: Quality,
+    /// The data sheet as it should be.
+    pub sheet: Sheet,
+    /// Residuals for a figure: seconds and steps, link (if there is one) and motor.
+    pub residuals: Vec<Vec<(f64, f64)>>,
+    /// Constant torque of a load and offset of the encoders, c, rad/s².
+    constant: f64,
+}
+
+/// Why nothing is to be designed from a record.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// A shaft hardly moves.
+    Still {
+        /// Which.
+        shaft: &'static str,
+        /// How far, steps.
+        steps: f64,
+    },
+    /// Two parameters look alike.
+    Alike {
+        /// Of link or motor.
+        equation: &'static str,
+        /// Condition.
+        condition: f64,
+    },
+    /// Friction is not small beside what shakes the motor.
+    Weak {
+        /// Rms of the current around its mean over 0.2 s, A.
+        shaken_a: f64,
+        /// f_c, A.
+        friction_a: f64,
+    },
+    /// The link's equation is another.
+    NotTheJoint {
+        /// Rms of what is left, steps.
+        residual_steps: f64,
+        /// Largest that is taken.
+        most: f64,
+        /// What would explain it.
+        cause: Option<&'static str>,
+    },
+    /// Least squares did not come to an end.
+    Unsolved {
+        /// Of link or motor.
+        equation: &'static str,
+    },
+    /// No plant has such a parameter.
+    NotPositive {
+        /// Which.
+        name: &'static str,
+        /// Found.
+        value: f64,
+        /// What would explain it.
+        cause: Option<&'static str>,
+    },
+    /// Farther from the data sheet than it can be.
+    OutOfTolerance {
+        /// Which.
+        name: &'static str,
+        /// Found over the data sheet, less 1.
+        change: f64,
+        /// Largest that is taken, as a share.
+        tolerance: f64,
+    },
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let because = |cause: Option<&str>| cause.map_or_else(String::new, |cause| format!(": {cause}"));
+        match self {
+            Self::Still { shaft, steps } => write!(
+                f,
+                "the {shaft} moves by {steps:.0} steps of its encoder, at least {LEAST_TRAVEL_STEPS} are needed: \
+                 record moves, or is it another column?"
+            ),
+            Self::Alike { equation, condition } => write!(
+                f,
+                "parameters of the {equation} cannot be told apart (condition {condition:.0}, at most \
+                 {MOST_CONDITION}): a move alone does not do, add the multisine of `host-sim commission` to the current"
+            ),
+            Self::Weak { shaken_a, friction_a } => write!(
+                f,
+                "the current shakes the motor by {shaken_a:.2} A rms, and friction takes {friction_a:.2} A of it: at \
+                 least {LEAST_SHAKEN} times the friction are needed, give the multisine a larger peak"
+            ),
+            Self::NotTheJoint { residual_steps, most, cause: None } => write!(
+                f,
+                "what the link does is not explained: {residual_steps:.2} steps rms are left, at most {most:.2}: an \
+                 end stop, slip, play or friction at the link, or a noisy encoder (--noise-steps)"
+            ),
+            Self::NotTheJoint { cause, .. } => {
+                write!(f, "what the link does is not explained{}", because(*cause))
+            }
+            Self::Unsolved { equation } => write!(
+                f,
+                "least squares for the {equation} found no end in {MOST_STEPS} steps: no record of such a plant"
+            ),
+            Self::NotPositive { name, value, cause } => {
+                write!(f, "{name} = {value:.4} is not above 0{}", because(*cause))
+            }
+            Self::OutOfTolerance { name, change, tolerance } => write!(
+                f,
+                "{name} is {:+.0} % from the data sheet, at most {:.0} % are declared: correct the file, or \
+                 declare more with --tolerance",
+                100.0 * change,
+                100.0 * tolerance
+            ),
+        }
+    }
+}
+
+impl std::error::Error for Refusal {}
+
+/// The parameters of a record, of a joint if it has a link.
+///
+/// # Errors
+/// Why nothing is to be designed from it.
+pub fn identify(record: &Record, sheet: &Sheet, known: &Known) -> Result<Identified, Refusal> {
+    let travel = |angle: &Angle| {
+        let (low, high) = angle
+            .rad
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &rad| (rad.min(low), rad.max(high)));
+        (high - low).max(0.0) / angle.step_rad
+    };
+    let shafts = record.link.iter().map(|link| ("link", link)).chain([("motor", &record.motor)]);
+    for (shaft, angle) in shafts {
+        let steps = travel(angle);
+        if steps < LEAST_TRAVEL_STEPS {
+            return Err(Refusal::Still { shaft, steps });
+        }
+    }
+    match (sheet, &record.link) {
+        (Sheet::Joint(joint), Some(link)) => of_joint(record, link, joint, known),
+        (Sheet::Joint(_), None) => Err(Refusal::Still { shaft: "link", steps: 0.0 }),
+        (Sheet::Motor(motor), _) => of_motor(record, motor, known),
+    }
+}
+
+/// Is a fit one?
+fn judged(fit: Option<Fit>, equation: &'static str, step_rad: f64) -> Result<(Fit, Quality), Refusal> {
+    let fit = fit.ok_or(Refusal::Unsolved { equation })?;
+    let quality = Quality { condition: fit.condition(), residual_steps: fit.rms() / step_rad, steps: fit.steps };
+    if quality.steps > MOST_STEPS {
+        return Err(Refusal::Unsolved { equation });
+    }
+    Ok((fit, quality))
+}
+
+/// The link alone: start, output error.
+fn link_of(q: &[f64], motor: &[f64], period_s: f64) -> Option<Fit> {
+    link::fit(q, motor, period_s, &link::start(q, motor, period_s)?)
+}
+
+/// Without the start of the drive.
+fn settled(record: &Record, angle: &Angle) -> Vec<f64> {
+    let first = (SETTLED_S / record.period_s).round() as usize;
+    angle.rad.get(first..).unwrap_or_default().to_vec()
+}
+
+/// What is done wrong most easily, if it explains the link.
+fn cause(record: &Record, link: &Angle, most: f64) -> Option<&'static str> {
+    let (q, motor) = (settled(record, link), settled(record, &record.motor));
+    let against: Vec<f64> = motor.iter().map(|angle| -angle).collect();
+    let explains = |q: &[f64], motor: &[f64], step_rad: f64| {
+        link_of(q, motor, record.period_s)
+            .is_some_and(|fit| fit.steps <= MOST_STEPS && fit.values[0] > 0.0 && fit.rms() <= most * step_rad)
+    };
+    if explains(&motor, &q, record.motor.step_rad) {
+        Some("the columns of link and motor are swapped")
+    } else if explains(&q, &against, link.step_rad) {
+        Some("one of the two encoders is reversed (encoder.link.reversed, encoder.motor.reversed)")
+    } else {
+        None
+    }
+}
+
+const REVERSED_CURRENT: &str = "the current has the other sign, or both encoders count down";
+
+fn of_joint(record: &Record, link: &Angle, joint: &Joint, known: &Known) -> Result<Identified, Refusal> {
+    let period_s = record.period_s;
+    let (q, motor) = (settled(record, link), settled(record, &record.motor));
+    let most = MOST_RESIDUAL_STEPS + known.noise_steps;
+    let not_the_joint =
+        |residual_steps: f64| Refusal::NotTheJoint { residual_steps, most, cause: cause(record, link, most) };
+    let found = judged(link_of(&q, &motor, period_s), "link", link.step_rad);
+    let (link_fit, of_link) = found.map_err(|refusal| match cause(record, link, most) {
+        Some(_) => not_the_joint(f64::INFINITY),
+        None => refusal,
+    })?;
+    if of_link.residual_steps > most {
+        return Err(not_the_joint(of_link.residual_steps));
+    }
+    let &[k1, b1, g, c, ..] = link_fit.values.as_slice() else { return Err(Refusal::Unsolved { equation: "link" }) };
+    if of_link.condition > MOST_CONDITION {
+        return Err(Refusal::Alike { equation: "link", condition: of_link.condition });
+    }
+
+    let [sheet_1, sheet_2] = [joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2].map(|it| joint.stiffness_n_m / it);
+    let damping = joint.motor_damping_n_m_s / joint.motor_inertia_kg_m2;
+    let gain = joint.torque_n_m_per_a / joint.motor_inertia_kg_m2;
+    let recorded = motor::Recorded {
+        link: Some(&link.rad),
+        motor: &record.motor.rad,
+        current: motor::behind_lag(&record.held_a, period_s, known.lag_s),
+        period_s,
+        cogging_per_turn: known.cogging_per_turn,
+    };
+    let (motor_fit, of_motor) = judged(recorded.fit([sheet_2, damping, gain]), "motor", record.motor.step_rad)?;
+    let &[k2, b2, b0, friction, ..] = motor_fit.values.as_slice() else {
+        return Err(Refusal::Unsolved { equation: "motor" });
+    };
+    for (name, value, cause) in [("k_1", k1, None), ("k_2", k2, None), ("B_0", b0, Some(REVERSED_CURRENT))] {
+        // A sign is told before anything else is.
+        if value.is_nan() || value <= 0.0 {
+            return Err(Refusal::NotPositive { name, value, cause });
+        }
+    }
+    if of_motor.condition > MOST_CONDITION {
+        return Err(Refusal::Alike { equation: "motor", condition: of_motor.condition });
+    }
+    shaken(record, friction)?;
+    for (name, value, sheet) in [("k_1", k1, sheet_1), ("k_2", k2, sheet_2), ("B_0", b0, gain)] {
+        within(name, value, sheet, known)?;
+    }
+
+    let of_link_10 = link_fit.deviations(link::lags(period_s)).into_iter().map(|deviation| WIDENED * deviation);
+    let of_motor_10: Vec<f64> = motor_fit.deviations(recorded.lags()).iter().map(|it| WIDENED * it).collect();
+    let of_link_10: Vec<f64> = of_link_10.collect();
+    let inertia = joint.link_inertia_kg_m2;
+    let biased = |share: usize, value: f64, deviation: f64| (BIAS[share] * value.abs()).max(deviation);
+    let parameter =
+        |name, meaning, unit, value, interval, sheet| Parameter { name, meaning, unit, value, interval, sheet };
+    let parameters = vec![
+        parameter("k_1", "stiffness / link inertia", "1/s^2", k1, of_link_10[0], Some(sheet_1)),
+        parameter("b_1", "damping / link inertia", "1/s", b1, of_link_10[1], Some(joint.link_damping_n_m_s / inertia)),
+        parameter("g", "weight / link inertia", "1/s^2", g, of_link_10[2], Some(joint.weight_n_m / inertia)),
+        parameter("c", "load / link inertia, and offset", "rad/s^2", c, of_link_10[3], None),
+        parameter("k_2", "stiffness / motor inertia", "1/s^2", k2, biased(0, k2, of_motor_10[0]), Some(sheet_2)),
+        parameter("b_2", "damping / motor inertia", "1/s", b2, biased(1, b2, of_motor_10[1]), Some(damping)),
+        parameter("B_0", "torque constant / motor inertia", "rad/s^2/A", b0, biased(0, b0, of_motor_10[2]), Some(gain)),
+        parameter("f_c", "Coulomb friction", "A", friction, biased(2, friction, of_motor_10[3]), None),
+    ];
+    let motor_inertia_kg_m2 = k1 * inertia / k2;
+    let sheet = Sheet::Joint(Joint {
+        link_inertia_kg_m2: inertia,
+        // What is nothing may come out a little below.
+        link_damping_n_m_s: b1.max(0.0) * inertia,
+        weight_n_m: g.max(0.0) * inertia,
+        stiffness_n_m: k1 * inertia,
+        motor_inertia_kg_m2,
+        motor_damping_n_m_s: b2.max(0.0) * motor_inertia_kg_m2,
+        torque_n_m_per_a: b0 * motor_inertia_kg_m2,
+    });
+    let residuals = vec![
+        timed(&link_fit, record, link.rad.len(), link.step_rad, link::STRIDE),
+        timed(&motor_fit, record, record.motor.rad.len(), record.motor.step_rad, 1),
+    ];
+    Ok(Identified { parameters, link: Some(of_link), motor: of_motor, sheet, residuals, constant: c })
+}
+
+fn of_motor(record: &Record, motor: &Motor, known: &Known) -> Result<Identified, Refusal> {
+    let [damping, gain] = [motor.damping_n_m_s, motor.torque_n_m_per_a].map(|it| it / motor.inertia_kg_m2);
+    let recorded = motor::Recorded {
+        link: None,
+        motor: &record.motor.rad,
+        current: motor::behind_lag(&record.held_a, record.period_s, known.lag_s),
+        period_s: record.period_s,
+        cogging_per_turn: known.cogging_per_turn,
+    };
+    let (fit, quality) = judged(recorded.fit([0.0, damping, gain]), "motor", record.motor.step_rad)?;
+    let &[_, b, friction, ..] = fit.values.as_slice() else { return Err(Refusal::Unsolved { equation: "motor" }) };
+    if b.is_nan() || b <= 0.0 {
+        return Err(Refusal::NotPositive { name: "b", value: b, cause: Some(REVERSED_CURRENT) });
+    }
+    if quality.condition > MOST_CONDITION {
+        return Err(Refusal::Alike { equation: "motor", condition: quality.condition });
+    }
+    shaken(record, friction)?;
+    within("b", b, gain, known)?;
+    let deviations = fit.deviations(recorded.lags());
+    let stated = |share: usize, value: f64, j: usize| (BIAS[share] * value.abs()).max(WIDENED * deviations[j]);
+    let parameters = vec![
+        Parameter {
+            name: "b",
+            meaning: "torque constant / inertia",
+            unit: "rad/s^2/A",
+            value: b,
+            interval: stated(0, b, 1),
+            sheet: Some(gain),
+        },
+        Parameter {
+            name: "f_c",
+            meaning: "Coulomb friction",
+            unit: "A",
+            value: friction,
+            interval: stated(2, friction, 2),
+            sheet: None,
+        },
+    ];
+    let sheet = Sheet::Motor(Motor { torque_n_m_per_a: b * motor.inertia_kg_m2, ..*motor });
+    let residuals = vec![timed(&fit, record, record.motor.rad.len(), record.motor.step_rad, 1)];
+    Ok(Identified { parameters, link: None, motor: quality, sheet, residuals, constant: 0.0 })
+}
+
+/// Is there enough in the current beside friction?
+fn shaken(record: &Record, friction_a: f64) -> Result<(), Refusal> {
+    let half = ((0.5 * SLOW_S / record.period_s).round() as usize).max(1);
+    let held = &record.held_a;
+    let mut sums = vec![0.0];
+    for u in held {
+        sums.push(sums[sums.len() - 1] + u);
+    }
+    let fast = (half..held.len().saturating_sub(half)).map(|k| {
+        let slow = (sums[k + half] - sums[k - half]) / (2 * half) as f64;
+        (held[k] - slow) * (held[k] - slow)
+    });
+    let count = held.len().saturating_sub(2 * half).max(1);
+    let shaken_a = libm::sqrt(fast.sum::<f64>() / count as f64);
+    if shaken_a >= LEAST_SHAKEN * friction_a {
+        return Ok(());
+    }
+    Err(Refusal::Weak { shaken_a, friction_a })
+}
+
+fn within(name: &'static str, value: f64, sheet: f64, known: &Known) -> Result<(), Refusal> {
+    let change = value / sheet - 1.0;
+    if change.abs() <= known.tolerance {
+        return Ok(());
+    }
+    Err(Refusal::OutOfTolerance { name, change, tolerance: known.tolerance })
+}
+
+/// Residuals as time and steps; the last of them is of the last sample.
+fn timed(fit: &Fit, record: &Record, samples: usize, step_rad: f64, stride: usize) -> Vec<(f64, f64)> {
+    let first = samples.saturating_sub(fit.residuals.len() * stride);
+    let at = |k: usize| (first + k * stride) as f64 * record.period_s;
+    fit.residuals.iter().enumerate().map(|(k, residual)| (at(k), residual / step_rad)).collect()
+}
+
+impl Identified {
+    /// A parameter by its letter.
+    pub fn parameter(&self, name: &str) -> Option<&Parameter> {
+        self.parameters.iter().find(|parameter| parameter.name == name)
+    }
+
+    /// What the link's equation leaves of another record with these parameters, steps rms: load and offset of the
+    /// encoders alone are taken anew. `None` without a link.
+    pub fn left_over(&self, record: &Record) -> Option<f64> {
+        let (Sheet::Joint(joint), Some(link)) = (&self.sheet, &record.link) else { return None };
+        left_over(record, link, joint, self.constant)
+    }
+}
+
+#[cfg(test)]
+impl Identified {
+    /// As if a record had said so.
+    pub(crate) fn for_test(sheet: Sheet) -> Self {
+        let motor = Quality { condition: 1.0, residual_steps: 0.3, steps: 3 };
+        Self { parameters: Vec::new(), link: None, motor, sheet, residuals: Vec::new(), constant: 0.0 }
+    }
+}
+
+/// The same of a data sheet.
+fn left_over(record: &Record, link: &Angle, joint: &Joint, constant: f64) -> Option<f64> {
+    let inertia = joint.link_inertia_kg_m2;
+    let of = [joint.stiffness_n_m, joint.link_damping_n_m_s, joint.weight_n_m].map(|it| it / inertia);
+    let (q, motor) = (settled(record, link), settled(record, &record.motor));
+    let left = link::left_over(&q, &motor, record.period_s, &[of[0], of[1], of[2], constant]);
+    left.map(|rad| rad / link.step_rad)
+}
+
+#[cfg(test)]
+mod tests;

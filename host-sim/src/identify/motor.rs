@@ -1,0 +1,198 @@
+//! The motor: what current and spring do to it. Its other input, the link's angle, is measured.
+//!
+//! $$ \ddot q_m = k_2 (q - q_m) - b_2 \dot q_m + B_0 (u - F) + d, \qquad
+//!    F = f_c \thinspace s(\dot q_m) - a \sin N q_m - b \cos N q_m $$
+//!
+//! d is whatever varies slowly: load, offsets, a disturbance. A motor with a rigid load is the same with $k_2 = 0$.
+//!
+//! *Prediction error*: the innovations of an observer of (p, v, d, d') on the motor's count, Bessel poles at ω, are
+//! made
+//! small over (k_2, b_2, B_0, f_c, a, b). The observer takes what is slower than ω for a disturbance: ω is the border
+//! below which nothing is believed, and quantisation decides above it. The start is the data sheet; from ±50 % no wrong
+//! minimum was met.
+//!
+//! s is the mean over the tick of tanh(q_m'/0.02 rad/s), with the speed by a cubic through seven counts.
+
+use controller_core::drive::bessel_poles;
+use nalgebra::{Matrix4, RowVector4, Vector4};
+
+use super::fit::Fit;
+use crate::compare::matrix::{Matrix, exp};
+
+/// ω over the joint's resonance with a free link, and what it is at least, rad/s.
+const OVER_RESONANCE: f64 = 1.2;
+const LEAST_RAD_S: f64 = 120.0;
+/// Speed at which friction is all there, rad/s.
+const SMOOTH_RAD_S: f64 = 0.02;
+/// Of the observer's transient at the start of the record nothing is used, s.
+const SKIP_S: f64 = 0.15;
+/// Over which innovations are alike, s.
+const ALIKE_S: f64 = 0.06;
+
+/// Savitzky and Golay: slope of a cubic over 7 points, of those after the middle.
+const SLOPE: [f64; 3] = [58.0 / 252.0, 67.0 / 252.0, -22.0 / 252.0];
+/// Instants of a tick over which friction is averaged.
+const POINTS: u32 = 10;
+
+/// What is recorded, and how it is looked at.
+pub(super) struct Recorded<'a> {
+    /// Angle of the link, rad; none for a rigid load.
+    pub(super) link: Option<&'a [f64]>,
+    /// Angle of the motor, rad.
+    pub(super) motor: &'a [f64],
+    /// Mean current of each tick, A.
+    pub(super) current: Vec<f64>,
+    /// Period, s.
+    pub(super) period_s: f64,
+    /// N; none where it is not known.
+    pub(super) cogging_per_turn: Option<f64>,
+}
+
+/// The mean over each tick of the current behind a lag, from what is held; at rest before.
+pub(super) fn behind_lag(held: &[f64], period_s: f64, lag_s: f64) -> Vec<f64> {
+    if lag_s <= 0.0 {
+        return held.to_vec();
+    }
+    let left = libm::exp(-period_s / lag_s);
+    let share = lag_s / period_s * (1.0 - left);
+    let mut current = held.first().copied().unwrap_or(0.0);
+    let mean = |&u: &f64| {
+        let begin = current;
+        current = u + (begin - u) * left;
+        u + (begin - u) * share
+    };
+    held.iter().map(mean).collect()
+}
+
+/// ω for a joint with this k_1 + k_2, or a rigid load with 0.
+pub(super) fn bandwidth_rad_s(stiffness: f64) -> f64 {
+    (OVER_RESONANCE * libm::sqrt(stiffness.max(0.0))).max(LEAST_RAD_S)
+}
+
+/// The block of one tick: Φ of (p, v, d, d'), and the gains with which the innovation corrects it.
+fn block(k2: f64, b2: f64, period_s: f64, omega: f64) -> Option<(Matrix4<f64>, Vector4<f64>)> {
+    let mut a = Matrix::zeros(4, 4);
+    (a[(0, 1)], a[(1, 2)], a[(2, 3)]) = (1.0, 1.0, 1.0);
+    (a[(1, 0)], a[(1, 1)]) = (-k2, -b2);
+    let phi = Matrix4::from_column_slice(exp(&(a * period_s)).as_slice());
+    // In units of a tick, where no digit is lost.
+    let t = period_s;
+    let units = Vector4::new(1.0, t, t * t, t * t * t);
+    let scaled = Matrix4::from_fn(|i, j| units[i] * phi[(i, j)] / units[j]);
+    let (mut polynomial, one) = (Matrix4::identity(), Matrix4::identity());
+    for pole in bessel_poles(4) {
+        let size = libm::exp(pole.re * omega * t);
+        let [twice, squared] = [2.0 * size * libm::cos(pole.im * omega * t), size * size];
+        polynomial *= scaled * scaled - scaled * twice + one * squared;
+    }
+    let mut rows = [RowVector4::zeros(); 4];
+    rows[0] = scaled.row(0).into();
+    for i in 1..4 {
+        rows[i] = rows[i - 1] * scaled;
+    }
+    // The correction comes before the next prediction: p(Φ) (h Φ; ..)^-1 e_4.
+    let gains = polynomial * Matrix4::from_rows(&rows).try_inverse()?.column(3);
+    Some((phi, gains.component_div(&units)))
+}
+
+/// q' at every sample, by a cubic through seven of them.
+fn speed(q: &[f64], period_s: f64) -> Vec<f64> {
+    let n = q.len() as isize;
+    // Beyond the ends it goes on as it did.
+    let at = |k: isize| -> f64 {
+        let [first, last] = [0, n as usize - 1];
+        match k {
+            k if k < 0 => q[first] + (q[first + 1] - q[first]) * k as f64,
+            k if k >= n => q[last] + (q[last] - q[last - 1]) * (k - n + 1) as f64,
+            k => q[k as usize],
+        }
+    };
+    let slope = |k: isize| (1..=3).map(|j| SLOPE[j as usize - 1] * (at(k + j) - at(k - j))).sum::<f64>();
+    (0..n).map(|k| slope(k) / period_s).collect()
+}
+
+impl Recorded<'_> {
+    /// What each amplitude of F is multiplied with in each tick: friction, then sine and cosine of the cogging.
+    fn shapes(&self) -> Vec<Vec<f64>> {
+        let v = speed(self.motor, self.period_s);
+        let rubs = |pair: &[f64]| {
+            let at = |i: u32| (f64::from(i) + 0.5) / f64::from(POINTS);
+            let tanh = |i: u32| libm::tanh(((1.0 - at(i)) * pair[0] + at(i) * pair[1]) / SMOOTH_RAD_S);
+            -(0..POINTS).map(tanh).sum::<f64>() / f64::from(POINTS)
+        };
+        let mut shapes = vec![v.windows(2).map(rubs).collect()];
+        if let Some(n) = self.cogging_per_turn {
+            for wave in [libm::sin, libm::cos] {
+                shapes.push(self.motor.windows(2).map(|pair| wave(n * 0.5 * (pair[0] + pair[1]))).collect());
+            }
+        }
+        shapes
+    }
+
+    /// By prediction error from this k_2, b_2, B_0: those three and the amplitudes of F in A. Of a rigid load b_2, B_0
+    /// and the amplitudes.
+    pub(super) fn fit(&self, sheet: [f64; 3]) -> Option<Fit> {
+        let shapes = self.shapes();
+        let is_rigid = self.link.is_none();
+        let omega = bandwidth_rad_s(if is_rigid { 0.0 } else { sheet[0] });
+        let skip = (SKIP_S / self.period_s).round() as usize;
+        if self.motor.len() < skip + 100 {
+            return None;
+        }
+        let residuals = |p: &[f64]| {
+            let (k2, p) = if is_rigid { (0.0, p) } else { (p[0], &p[1..]) };
+            self.innovations([k2, p[0], p[1]], &p[2..], &shapes, omega, skip)
+        };
+        let [k2, b2, b0] = sheet;
+        // A damping of a fifth of the critical one, or what the observer takes for one.
+        let damping = if is_rigid { 0.2 * omega } else { 0.2 * libm::sqrt(k2) };
+        let amplitudes = shapes.len();
+        let (mut start, mut scale) = (vec![b2, b0, 0.5], vec![b2.max(damping), b0, 1.0]);
+        start.resize(2 + amplitudes, 0.0);
+        scale.resize(2 + amplitudes, 1.0);
+        if !is_rigid {
+            start.insert(0, k2);
+            scale.insert(0, k2);
+        }
+        Fit::of(residuals, &start, &scale)
+    }
+
+    /// Innovations of the observer, rad, from tick `skip` on.
+    fn innovations(
+        &self,
+        [k2, b2, b0]: [f64; 3],
+        amplitudes: &[f64],
+        shapes: &[Vec<f64>],
+        omega: f64,
+        skip: usize,
+    ) -> Vec<f64> {
+        let n = self.motor.len();
+        let Some((phi, gains)) = block(k2, b2, self.period_s, omega) else { return vec![f64::NAN; n - skip] };
+        let (g1, g2) = (phi[(0, 2)], phi[(1, 2)]);
+        let mut x = Vector4::new(self.motor[0], 0.0, 0.0, 0.0);
+        let mut out = Vec::with_capacity(n - skip);
+        for i in 0..n - 1 {
+            let mut current = self.current[i];
+            for (amplitude, shape) in amplitudes.iter().zip(shapes) {
+                current += amplitude * shape[i];
+            }
+            let mut push = b0 * current;
+            if let Some(link) = self.link {
+                push += k2 * 0.5 * (link[i] + link[i + 1]);
+            }
+            x = phi * x;
+            (x[0], x[1]) = (x[0] + g1 * push, x[1] + g2 * push);
+            let e = self.motor[i + 1] - x[0];
+            x += gains * e;
+            if i + 1 >= skip {
+                out.push(e);
+            }
+        }
+        out
+    }
+
+    /// Lags over which the innovations are alike.
+    pub(super) fn lags(&self) -> usize {
+        (ALIKE_S / self.period_s).round() as usize
+    }
+}

@@ -1,0 +1,152 @@
+//! A record as a file.
+//!
+//! ```text
+//! tick,count_link,count_motor,u_held_a
+//! 0,0,-7417,-2.752381
+//! 1,0,-7415,-2.690998
+//! ```
+//!
+//! | column | is |
+//! |---|---|
+//! | `tick` or `t_s` | number of the tick, or its time in s: one row per period of the scenario, none left out |
+//! | `count_link` | count of the link's encoder as the counter has it; a joint only |
+//! | `count_motor` | count of the motor's encoder (a motor: also `count`) |
+//! | `u_held_a` | current that is held from this tick to the next, A: after every limit |
+//!
+//! In any order; other columns are not read. Counts may wrap; sign, offset, bits and gear are those of the scenario. A
+//! sample that was lost (no row, or an empty cell) is an error: the equations are integrated over the whole record.
+
+use loop_sim::sensor::encoder::Mounted;
+
+use super::{Angle, Record};
+
+/// Longest record that is read, ticks.
+const LONGEST: usize = 1_000_000;
+
+/// A mistake in a file, with its place from 1.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Misread {
+    /// Line.
+    pub line: usize,
+    /// Column, in characters.
+    pub column: usize,
+    /// What is wrong.
+    pub message: String,
+}
+
+/// Cells of a line with their columns.
+fn cells(line: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut at = 1;
+    line.split(',').map(move |cell| {
+        let begin = at + cell.chars().take_while(|c| c.is_whitespace()).count();
+        at += cell.chars().count() + 1;
+        (begin, cell.trim())
+    })
+}
+
+/// The angle of an encoder from its counts, without the wraps of its counter.
+pub fn unwrapped(counts: impl IntoIterator<Item = f64>, mounted: &Mounted) -> Angle {
+    let unread = 32 - mounted.encoder.bits;
+    let signed = |count: i32| i64::from(count << unread >> unread);
+    let (mut last, mut at) = (None, 0_i64);
+    let step_rad = mounted.encoder.unit_rad();
+    let angle = |count: f64| {
+        let count = mounted.upright(count).unwrap_or_default();
+        at += signed(last.map_or(count, |last| count.wrapping_sub(last)));
+        last = Some(count);
+        at as f64 * step_rad
+    };
+    Angle { rad: counts.into_iter().map(angle).collect(), step_rad }
+}
+
+/// A record of a drive with these encoders: motor, or link and motor.
+///
+/// # Errors
+/// The first mistake and its place.
+pub fn read(text: &str, period_s: f64, encoders: &[Mounted]) -> Result<Record, Misread> {
+    let at = |line: usize, column: usize, message: String| Misread { line, column, message };
+    let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+    let Some((head_at, head)) = lines.next() else {
+        return Err(at(1, 1, "the file is empty: expected tick,count_link,count_motor,u_held_a".into()));
+    };
+    let heads: Vec<(usize, &str)> = cells(head).collect();
+    let place = |names: &[&str]| heads.iter().position(|(_, head)| names.contains(head));
+    let needed = |names: &[&str]| {
+        place(names).ok_or_else(|| {
+            let have: Vec<&str> = heads.iter().map(|(_, head)| *head).collect();
+            let near = have.iter().find(|have| strsim::jaro_winkler(have, names[0]) > 0.8);
+            let near = near.map_or_else(String::new, |near| format!(" ({near:?} is near)"));
+            at(head_at + 1, 1, format!("no column {}{near}: there are {}", names.join(" or "), have.join(", ")))
+        })
+    };
+    let is_joint = encoders.len() > 1;
+    let clock = needed(&["tick", "t_s"])?;
+    let per_period = if heads[clock].1 == "tick" { 1.0 } else { period_s };
+    let motor: &[&str] = if is_joint { &["count_motor"] } else { &["count_motor", "count"] };
+    let mut columns = vec![clock, needed(&["u_held_a"])?];
+    if is_joint {
+        columns.push(needed(&["count_link"])?);
+    }
+    columns.push(needed(motor)?);
+
+    let mut rows: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
+    for (k, line) in lines {
+        let found: Vec<(usize, &str)> = cells(line).collect();
+        for (row, &column) in rows.iter_mut().zip(&columns) {
+            let name = heads[column].1;
+            let Some(&(begin, cell)) = found.get(column) else {
+                return Err(at(k + 1, line.chars().count() + 1, format!("the line ends before {name}")));
+            };
+            let lost = || {
+                format!(
+                    "{name} is empty: a sample was lost. Cut the record before or after it if 2 s with moves to and \
+                     fro remain, or record again"
+                )
+            };
+            if cell.is_empty() {
+                return Err(at(k + 1, begin, lost()));
+            }
+            let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
+            let Some(value) = value else {
+                return Err(at(k + 1, begin, format!("{name}: expected a number, found {cell:?}")));
+            };
+            if name.starts_with("count") && (value.fract() != 0.0 || value.abs() > 4_294_967_296.0) {
+                return Err(at(k + 1, begin, format!("{name}: expected a whole count, found {cell}")));
+            }
+            row.push(value);
+        }
+        let times = &rows[0];
+        if let [.., before, now] = times.as_slice() {
+            let periods = (now - before) / per_period;
+            if (periods - 1.0).abs() > 0.1 {
+                let message = if periods > 1.0 && (periods - periods.round()).abs() <= 0.1 {
+                    format!("{:.0} ticks were lost before this one: record again without a gap", periods.round() - 1.0)
+                } else {
+                    format!(
+                        "{} = {now} after {before} is {periods:.3} periods of {period_s} s, expected 1: is \
+                         drive.period_s of the scenario that of the record?",
+                        heads[clock].1
+                    )
+                };
+                return Err(at(k + 1, found[clock].0, message));
+            }
+        }
+        if times.len() > LONGEST {
+            return Err(at(k + 1, 1, format!("more than {LONGEST} ticks: some seconds are enough")));
+        }
+    }
+    let mut rows = rows.into_iter().skip(1);
+    let held_a = rows.next().unwrap_or_default();
+    let seconds = held_a.len() as f64 * period_s;
+    if seconds < 1.0 {
+        let rows = held_a.len();
+        return Err(at(
+            text.lines().count().max(1),
+            1,
+            format!("{rows} ticks are {seconds} s: at least 1 s is needed"),
+        ));
+    }
+    let mut angles = rows.zip(encoders).map(|(counts, mounted)| unwrapped(counts, mounted));
+    let link = if is_joint { angles.next() } else { None };
+    Ok(Record { period_s, link, motor: angles.next().unwrap_or_default(), held_a })
+}
