@@ -83,8 +83,11 @@ impl Axis {
                 _ => return Err(format!("{text:?}: {word:?} is neither `log` nor a number of points; {form}")),
             }
         }
-        if from >= to || !(to - from).is_finite() {
+        if from >= to {
             return Err(format!("{text:?}: the second end must be above the first"));
+        }
+        if !(to - from).is_finite() || (is_log && !(to / from).is_finite()) {
+            return Err(format!("{text:?}: the ends are too far apart for f64"));
         }
         if is_log && from <= 0.0 {
             return Err(format!("{text:?}: a logarithmic axis begins above 0"));
@@ -197,7 +200,12 @@ pub fn corners(subject: &Subject<'_>, percent: f64, axes: &[Axis]) -> Result<Vec
         let mut sets = Vec::new();
         let name = uncertain.iter().enumerate().map(|(i, (name, keys, unit))| {
             let percent = if corner >> i & 1 == 1 { percent } else { -percent };
-            sets.extend(keys.iter().map(|key| format!("{key}={}", typed(percent * unit, DIGITS))));
+            // On top of what the file, or who asks, says that it is off.
+            let around = |key: &str| {
+                let own = subject.number_at(key).unwrap_or(0.0) / unit;
+                own + percent * (1.0 + 0.01 * own)
+            };
+            sets.extend(keys.iter().map(|key| format!("{key}={}", typed(around(key) * unit, DIGITS))));
             format!("{name} {percent:+} %")
         });
         let name = name.collect::<Vec<_>>().join(", ");
@@ -374,49 +382,82 @@ fn poles(experiment: &Experiment) -> Result<(f64, f64), String> {
     found.map_err(|error| error.to_string())
 }
 
-/// How far from rest a simulation begins, rad or unit of the first state; and from where on nobody would call it near.
+/// How far from rest a simulation begins, rad or unit of the first state, or how many steps of its encoders if that is
+/// more; and how many times as far nobody would call near.
 const START: f64 = 1e-6;
-const AWAY: f64 = 1e4 * START;
+const START_STEPS: f64 = 10.0;
+/// So many steps are the grain of a loop with an encoder.
+const GRAIN_STEPS: f64 = 3.0;
+const AWAY: f64 = 1e4;
 /// Ticks of a third of it.
 const THIRD: usize = 10_000;
 
 /// Does the loop at rest, once disturbed a little, go on growing? The plant is the one of the scenario, not linear, and
-/// the law the very tick in f64, over 30 000 ticks. Stable is what in the last third is smaller than in the second, or
-/// a hundred times smaller than in the first: down there is only the grain of the counts.
+/// the law the very tick in f64, over 30 000 ticks, beside another such loop that was not disturbed: what moves both is
+/// no growth. Stable is what in the last third is smaller than in the second, or a hundred times smaller than in the
+/// first, or the grain of the counts.
 ///
 /// # Errors
 /// When the plant could not be integrated.
 pub fn grows(at_rest: &AtRest, period_s: f64) -> Result<bool, SolverError> {
-    let (plant, law) = (at_rest.plant.as_ref(), at_rest.law.as_ref());
-    let (mut memory, rest) = law.rest();
-    let mut x = vec![0.0; plant.order()];
-    let seen = |x: &[f64]| -> Vec<f64> { at_rest.sensed.iter().map(|sensed| x[sensed.state]).collect() };
-    let mut samples = VecDeque::from(vec![seen(&x); at_rest.sensor_delay_ticks]);
-    let mut demands = VecDeque::from(vec![rest; at_rest.actuator_delay_ticks]);
+    let grain = at_rest.law.steps().into_iter().fold(0.0, f64::max);
+    let start = START.max(START_STEPS * grain);
     let first = at_rest.sensed.first().map_or(0, |sensed| sensed.state);
-    x[first] = START;
-    let mut peaks = [0.0_f64; 3];
+    let (mut moved, mut still) = (Simulated::new(at_rest), Simulated::new(at_rest));
+    moved.x[first] = start;
+    let (mut peaks, mut is_still) = ([0.0_f64; 3], false);
     for peak in &mut peaks {
         for _ in 0..THIRD {
-            samples.push_back(seen(&x));
-            let sample = samples.pop_front().unwrap_or_default();
-            let Ticked { memory: mut next, u: asked, .. } = law.tick(&memory, &sample, None);
-            demands.push_back(asked);
-            let held = demands.pop_front().unwrap_or(asked);
-            if at_rest.report {
-                next = law.tick(&memory, &sample, Some(held)).memory;
+            moved.tick(at_rest, period_s)?;
+            if !is_still {
+                still.tick(at_rest, period_s)?;
+                // A loop that was not moved by one tick is moved by none.
+                is_still = still == Simulated::new(at_rest);
             }
-            memory = next;
-            solver::advance(plant, 0.0, period_s, held, &mut x)?;
-            let size = x[first].abs();
-            if size.is_nan() || size > AWAY {
+            let size = (moved.x[first] - still.x[first]).abs();
+            if size.is_nan() || size > AWAY * start {
                 return Ok(true);
             }
             *peak = peak.max(size);
         }
     }
     let [begin, middle, end] = peaks;
-    Ok(end > 0.9 * middle && end > 0.01 * begin)
+    Ok(end > 0.9 * middle && end > (0.01 * begin).max(GRAIN_STEPS * grain))
+}
+
+/// A loop at rest that is run.
+#[derive(PartialEq)]
+struct Simulated {
+    x: Vec<f64>,
+    memory: Vec<f64>,
+    samples: VecDeque<Vec<f64>>,
+    demands: VecDeque<f64>,
+}
+
+impl Simulated {
+    fn new(at_rest: &AtRest) -> Self {
+        let (memory, rest) = at_rest.law.rest();
+        let x = vec![0.0; at_rest.plant.order()];
+        let samples = VecDeque::from(vec![seen(at_rest, &x); at_rest.sensor_delay_ticks]);
+        Self { samples, x, memory, demands: VecDeque::from(vec![rest; at_rest.actuator_delay_ticks]) }
+    }
+
+    fn tick(&mut self, at_rest: &AtRest, period_s: f64) -> Result<(), SolverError> {
+        self.samples.push_back(seen(at_rest, &self.x));
+        let sample = self.samples.pop_front().unwrap_or_default();
+        let Ticked { memory: mut next, u: asked, .. } = at_rest.law.tick(&self.memory, &sample, None);
+        self.demands.push_back(asked);
+        let held = self.demands.pop_front().unwrap_or(asked);
+        if at_rest.report {
+            next = at_rest.law.tick(&self.memory, &sample, Some(held)).memory;
+        }
+        self.memory = next;
+        solver::advance(at_rest.plant.as_ref(), 0.0, period_s, held, &mut self.x)
+    }
+}
+
+fn seen(at_rest: &AtRest, x: &[f64]) -> Vec<f64> {
+    at_rest.sensed.iter().map(|sensed| x[sensed.state]).collect()
 }
 
 /// The rectangle of good points around `home` whose sides are furthest from it: the nearest side first, where a side

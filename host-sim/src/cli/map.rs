@@ -291,6 +291,14 @@ impl Console<'_> {
         };
         let corners = percent.map_or(Ok(Vec::new()), |percent| corners(&subject, percent, &axes)).map_err(bad)?;
         let figure = options.figure.as_deref().or(of_preset);
+        for (name, bar) in [("--at-most", options.at_most), ("--at-least", options.at_least)] {
+            if let Some(bar) = bar.filter(|bar| !bar.is_finite()) {
+                return Err(bad(format!("{name} {bar}: expected a finite number")));
+            }
+            if bar.is_some() && axes.is_empty() {
+                return Err(bad(format!("{name} is for a map: corners are listed as they are")));
+            }
+        }
         if let Some(figure) = &options.figure {
             let known = known_numbers(&mut experiment).map_err(bad)?;
             if !known.contains(figure) {
@@ -391,7 +399,17 @@ impl Console<'_> {
             [ends(0, first, last), ends(1, low, high)]
         });
         let simulated = Simulated::of(&points);
-        let lines = [census(&points, &map.good), view.promise(promise.as_ref(), home)];
+        let unseen = view.unseen(&points);
+        let promised = match &unseen[..] {
+            [] => view.promise(promise.as_ref()),
+            keys => format!(
+                "nothing is promised: no pole of the loop at rest moves with {}; judge it by --figure with a bar",
+                keys.join(" or ")
+            ),
+        };
+        let (promise, frame) = if unseen.is_empty() { (promise, map.frame) } else { (None, None) };
+        let map = HeatMap { frame, ..map };
+        let lines = [census(&points, &map.good), promised];
         let lines = lines.into_iter().chain(simulated.map(Simulated::line)).collect();
         Ok(Some(Answered { points, map, promise, lines }))
     }
@@ -487,18 +505,51 @@ impl View<'_> {
         format!("{}: {}{worst}{bar}", self.experiment.title, self.figure.unwrap_or("decay of the slowest pole"))
     }
 
-    fn promise(&self, promise: Option<&Promise>, home: [Option<usize>; 2]) -> String {
-        let [x, y] = [0, 1].map(|i| &self.question.axes[i].key);
-        let place = match home {
-            [None, None] => "",
-            _ => " around the file's own values",
+    /// The keys along which no pole moves and nothing else is asked that might.
+    fn unseen(&self, points: &[Judged]) -> Vec<&str> {
+        let is_asked = self.options.at_most.is_some() || self.options.at_least.is_some();
+        let [columns, rows] = self.question.size();
+        let poles = |column: usize, row: usize| {
+            let point = points[row * columns + column].as_ref().ok()?;
+            Some([point.spectral_radius, point.decay_per_s].map(f64::to_bits))
         };
-        promise.map_or_else(
-            || format!("nothing may be promised: no point{place} is good"),
-            |[[left, right], [low, high]]| {
-                format!("may be promised{place}: {x} from {left} to {right} with {y} from {low} to {high}")
-            },
-        )
+        let moves = [
+            (0..rows).any(|row| (1..columns).any(|column| poles(column, row) != poles(0, row))),
+            (0..columns).any(|column| (1..rows).any(|row| poles(column, row) != poles(column, 0))),
+        ];
+        let axes = self.question.axes.iter().zip(moves);
+        axes.filter(|(_, moves)| !moves && !is_asked).map(|(axis, _)| axis.key.as_str()).collect()
+    }
+
+    fn promise(&self, promise: Option<&Promise>) -> String {
+        let axes = [0, 1].map(|i| &self.question.axes[i]);
+        let own = axes.map(|axis| self.question.subject.number_at(&axis.key));
+        let Some(ends) = promise else {
+            return String::from("nothing may be promised: no point is good");
+        };
+        let is_within = |k: usize| {
+            let number = |text: &str| text.parse::<f64>().ok();
+            Some((number(&ends[k][0])?..=number(&ends[k][1])?).contains(&own[k]?))
+        };
+        let outside: Vec<String> = (0..2)
+            .filter(|k| is_within(*k) == Some(false))
+            .map(|k| format!("{} = {}", axes[k].key, number(own[k].unwrap_or(f64::NAN))))
+            .collect();
+        let place = match (is_within(0), is_within(1)) {
+            (Some(true), Some(true)) => " around the file's own values",
+            _ => "",
+        };
+        let range = |k: usize| match &ends[k] {
+            [only, same] if only == same => format!("{} = {only} alone", axes[k].key),
+            // Words have no order but that in which they were given.
+            _ if axes[k].numbers.is_none() => {
+                let at = |text: &str| axes[k].values.iter().position(|value| value == text).unwrap_or(0);
+                format!("{} any of {}", axes[k].key, axes[k].values[at(&ends[k][0])..=at(&ends[k][1])].join(", "))
+            }
+            [from, to] => format!("{} from {from} to {to}", axes[k].key),
+        };
+        let told = format!("may be promised{place}: {} with {}", range(0), range(1));
+        if outside.is_empty() { told } else { format!("{told}; the file's own {} is not in it", outside.join(", ")) }
     }
 
     fn csv(&self, points: &[Judged]) -> String {

@@ -50,6 +50,9 @@ fn bad(message: String) -> Failure {
 
 impl Console<'_> {
     pub(super) fn report(&mut self, options: &ReportOptions) -> Result<u8, Failure> {
+        if let Some(output) = &options.output {
+            may_be_written(output, options)?;
+        }
         let certificate = options.certificate.as_deref().map(|file| text_of(Some(file), ("", ""))).transpose()?;
         let mut accounts = Vec::new();
         let files: Vec<Option<&Path>> = if options.files.is_empty() {
@@ -81,6 +84,7 @@ impl Console<'_> {
         let html = page.html().map_err(|error| Failure::writing("the page", &error.into()))?;
         let default = || Path::new("out").join(format!("{}-report.{PAGE}", names.join("-")));
         let output = options.output.clone().unwrap_or_else(default);
+        may_be_written(&output, options)?;
         write_whole(&output, |out| out.write_all(html.as_bytes()))
             .map_err(|error| Failure::writing(output.display(), &error))?;
         self.say(&format!("written to {}", output.display()))?;
@@ -168,6 +172,21 @@ impl Console<'_> {
     }
 }
 
+/// Not over what was read, nor over anything but an earlier report.
+fn may_be_written(output: &Path, options: &ReportOptions) -> Result<(), Failure> {
+    let Ok(place) = output.canonicalize() else { return Ok(()) };
+    let read = options.files.iter().chain(&options.certificate);
+    if let Some(file) = read.into_iter().find(|file| file.canonicalize().is_ok_and(|file| file == place)) {
+        return Err(bad(format!("{} is read: give the page another place with --output", file.display())));
+    }
+    let is_report = || whole_file::read_text(output, Kind::REPORT).is_ok_and(|text| page::accounts(&text).is_some());
+    if place.is_file() && !is_report() {
+        let message = format!("{} is no report of this program and is left as it is: give another --output", output.display());
+        return Err(bad(message));
+    }
+    Ok(())
+}
+
 /// The accounts of a report that was made before.
 fn read_back(file: &Path) -> Result<Vec<Account>, Failure> {
     let text = whole_file::read_text(file, Kind::REPORT).map_err(|why| bad(format!("{}: {why}", file.display())))?;
@@ -194,7 +213,7 @@ fn about(experiment: &Experiment, file: &str, text: &str, sets: &[String]) -> Se
     let mut table = Table::new(["of the scenario", "value"]);
     table.row(["file", file]);
     let hash = Sha256::digest(text.as_bytes()).iter().fold(String::new(), |hash, byte| hash + &format!("{byte:02x}"));
-    table.row(["sha256 of the file", &hash]);
+    table.row(["sha256 of the file, its first half", &hash[..32]]);
     if !sets.is_empty() {
         table.row(["set besides", &sets.join(", ")]);
     }

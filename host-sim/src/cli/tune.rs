@@ -9,7 +9,7 @@ use cycle_bound::table::Table;
 use loop_sim::port::drive::DriveDesign;
 use scenario::Source;
 use serde::Serialize;
-use toml_edit::{Array, DocumentMut, Item, Value};
+use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
 use whole_file::Existing;
 
 use super::{Console, Failure, LEFT, claim_folder, status, text_of};
@@ -156,6 +156,10 @@ impl Console<'_> {
         if to.exists() {
             return Err(bad(format!("{} exists already and is left as it is: give another with --to", to.display())));
         }
+        if let Some(parent) = to.parent().filter(|parent| !parent.as_os_str().is_empty() && !parent.is_dir()) {
+            return Err(bad(format!("--to {}: there is no folder {}", to.display(), parent.display())));
+        }
+        let text = written_into(&text, &options.sets).map_err(bad)?;
         let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-tune", bench.name)));
         let claim = claim_folder(&folder)?;
         let Some(entries) = self.searched(&bench, &jobs, options) else { return Ok(status::INTERRUPTED) };
@@ -169,7 +173,7 @@ impl Console<'_> {
         // What is told is of the file, with its rounded numbers.
         let settings = settings(&best.designed);
         let tuned_text = with_settings(&text, &settings).map_err(bad)?;
-        let source = Source { file: &to.display().to_string(), text: &tuned_text, sets: &options.sets };
+        let source = Source { file: &to.display().to_string(), text: &tuned_text, sets: &[] };
         let experiment = scenario::parse_own(&source, &bench.name)?;
         let designed = experiment.drive.as_ref().map_or(best.designed, |drive| drive.designed);
         let refused = || failed("the drive that was found is refused");
@@ -260,6 +264,27 @@ fn value_of(key: &str, values: &[f64]) -> Value {
         [value] => (*value).into(),
         values => values.iter().copied().collect::<Array>().into(),
     }
+}
+
+/// The file with what was set besides, so that what is written is the drive that was judged.
+fn written_into(text: &str, sets: &[String]) -> Result<String, String> {
+    let mut document = text.parse::<DocumentMut>().map_err(|error| error.to_string())?;
+    for set in sets {
+        let (path, value) = set.split_once('=').ok_or_else(|| format!("--set {set}: expected KEY=VALUE"))?;
+        let mut keys: Vec<&str> = path.trim().split('.').map(str::trim).collect();
+        if path.contains('[') {
+            return Err(format!("--set {set}: an entry of a list is not written into a file: change it there"));
+        }
+        let Some(last) = keys.pop() else { continue };
+        let mut table: &mut dyn TableLike = document.as_table_mut();
+        for key in keys {
+            let inner = table.entry(key).or_insert_with(toml_edit::table);
+            table = inner.as_table_like_mut().ok_or_else(|| format!("--set {set}: {key} is no table of the file"))?;
+        }
+        let value = value.trim();
+        table.insert(last, Item::Value(value.parse::<Value>().unwrap_or_else(|_| value.into())));
+    }
+    Ok(document.to_string())
 }
 
 /// The file with these in its table `drive`, and all else as it was.

@@ -467,9 +467,11 @@ impl Bench {
         if ended { peak } else { LOST }
     }
 
-    /// Load, ultimate error, settling.
+    /// Load, ultimate error, settling. What has not settled when the load comes has not settled; a load whose error
+    /// still grows by a tenth in the last fifth of its time has not shown its worst.
     fn load_of(&self, design: &dyn Design, corner: &Corner) -> (f64, f64, f64) {
         let (mut load, mut ultimate, mut settle) = (0.0_f64, 0.0_f64, 0.0);
+        let (mut before, late_s) = (0.0_f64, self.load_s + 0.4 * self.tau_s);
         let last_s = self.load_s + 0.45 * self.tau_s;
         let ended = self.run(
             &self.recovery,
@@ -478,6 +480,9 @@ impl Bench {
             &mut |row: &Row, error: f64| {
                 if row.t_s > self.load_s {
                     load = load.max(error.abs());
+                    if row.t_s <= late_s {
+                        before = load;
+                    }
                 } else if row.x[0].abs() > SETTLED * self.start_rad {
                     settle = row.t_s + self.rest.model.period_s;
                 }
@@ -486,7 +491,12 @@ impl Bench {
                 }
             },
         );
-        if ended { (load, ultimate, settle) } else { (LOST, LOST, LOST) }
+        if !ended {
+            return (LOST, LOST, LOST);
+        }
+        let is_settled = settle < self.load_s - 0.5 * self.rest.model.period_s;
+        let is_over = load <= 1.1 * before;
+        (if is_over { load } else { LOST }, ultimate, if is_settled { settle } else { LOST })
     }
 
     /// One run, of which `see` is shown every row and y - r; did it come to its end?
