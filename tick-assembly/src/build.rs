@@ -20,12 +20,7 @@ pub(crate) struct Build<'a> {
 
 impl<'a> Build<'a> {
     pub(crate) fn new(graph: &'a Graph, registers: usize) -> Self {
-        Self {
-            graph,
-            line: Line { registers, ..Line::default() },
-            known: HashMap::new(),
-            producer: Vec::new(),
-        }
+        Self { graph, line: Line { registers, ..Line::default() }, known: HashMap::new(), producer: Vec::new() }
     }
 
     pub(crate) fn value(&mut self, constant: Option<u32>) -> V {
@@ -142,7 +137,12 @@ impl<'a> Build<'a> {
     pub(crate) fn is_number(&self, n: N) -> bool {
         matches!(
             self.graph.nodes[n],
-            Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Div(..) | Node::Neg(..) | Node::Abs(..)
+            Node::Add(..)
+                | Node::Sub(..)
+                | Node::Mul(..)
+                | Node::Div(..)
+                | Node::Neg(..)
+                | Node::Abs(..)
                 | Node::NumberOf(_)
                 | Node::Select(..)
         )
@@ -228,7 +228,8 @@ pub(crate) fn operation(kind: Kind, d: u8, sources: &[u8], health: &str) -> Stri
             if s(0) != d {
                 put!("vmov.f32 s{d}, s{}", s(0));
             }
-            for (limit, condition) in sources[1..].iter().zip(if kind == Kind::Max { ["mi"; 2] } else { ["gt", "mi"] }) {
+            for (limit, condition) in sources[1..].iter().zip(if kind == Kind::Max { ["mi"; 2] } else { ["gt", "mi"] })
+            {
                 put!("vcmp.f32 s{d}, s{limit}\n\tvmrs APSR_nzcv, fpscr");
                 put!("it {condition}\n\tvmov{condition}.f32 s{d}, s{limit}");
             }

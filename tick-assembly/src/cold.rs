@@ -186,27 +186,26 @@ impl<'a> Cold<'a> {
     fn free(&mut self, kind: usize, holder: N) -> Result<usize, String> {
         self.clock += 1;
         let file = &self.files[kind];
-        let at = match (file.first..file.held.len()).find(|at| file.held[*at].is_none()) {
-            Some(at) => at,
-            None => {
-                let may_go = |at: &usize| {
-                    file.held[*at].is_some_and(|holder| holder < PASSING) && !self.pinned.contains(&(kind, *at))
-                };
-                let at = (file.first..file.held.len()).filter(may_go).min_by_key(|at| file.asked[*at]).ok_or(CROWDED)?;
-                let holder = file.held[at].ok_or(CROWDED)?;
-                if !self.slots.contains(&Some(holder)) {
-                    let slot = self.slots.iter().position(Option::is_none).unwrap_or_else(|| {
-                        self.slots.push(None);
-                        self.slots.len() - 1
-                    });
-                    self.slots[slot] = Some(holder);
-                    match kind {
-                        FLOATS => line!(self, "vstr s{at}, [sp, #{}]", 4 * slot),
-                        _ => line!(self, "str.w {}, [sp, #{}]", core(at), 4 * slot),
-                    }
+        let at = if let Some(at) = (file.first..file.held.len()).find(|at| file.held[*at].is_none()) {
+            at
+        } else {
+            let may_go = |at: &usize| {
+                file.held[*at].is_some_and(|holder| holder < PASSING) && !self.pinned.contains(&(kind, *at))
+            };
+            let at = (file.first..file.held.len()).filter(may_go).min_by_key(|at| file.asked[*at]).ok_or(CROWDED)?;
+            let holder = file.held[at].ok_or(CROWDED)?;
+            if !self.slots.contains(&Some(holder)) {
+                let slot = self.slots.iter().position(Option::is_none).unwrap_or_else(|| {
+                    self.slots.push(None);
+                    self.slots.len() - 1
+                });
+                self.slots[slot] = Some(holder);
+                match kind {
+                    FLOATS => line!(self, "vstr s{at}, [sp, #{}]", 4 * slot),
+                    _ => line!(self, "str.w {}, [sp, #{}]", core(at), 4 * slot),
                 }
-                at
             }
+            at
         };
         let file = &mut self.files[kind];
         file.held[at] = Some(holder);
@@ -284,7 +283,9 @@ impl<'a> Cold<'a> {
             registers.push(core(register));
         }
         self.pinned.truncate(pinned);
-        all.iter().for_each(|n| self.used(*n));
+        for n in all {
+            self.used(*n);
+        }
         Ok(registers)
     }
 
@@ -436,7 +437,9 @@ impl<'a> Cold<'a> {
                 self.pinned.truncate(pinned);
                 let (at_, yes, no) = (core(at), core(yes), core(no));
                 line!(self, "mov.w {at_}, {no}\n\tit {holds}\n\tmov{holds}.w {at_}, {yes}");
-                [a, b, c].into_iter().for_each(|n| self.used(n));
+                for n in [a, b, c] {
+                    self.used(n);
+                }
                 at
             }
             other => return Err(format!("{other:?} is no count and no truth to compute")),
@@ -622,7 +625,9 @@ impl<'a> Cold<'a> {
         }
         if only_here {
             self.files[FLOATS].held[register] = None;
-            held.into_iter().for_each(|holder| self.gone(holder));
+            if let Some(holder) = held {
+                self.gone(holder);
+            }
         }
         self.used(n);
         Ok(())

@@ -1,14 +1,14 @@
 //! The counts of an ordinary tick, in core registers: what is to be there at all, differences of counts and turns, and
-//! their way into the FPU. Loads stand together, where each behind the first is one cycle cheaper, and two words go over
-//! at once.
+//! their way into the FPU. Loads stand together, where each behind the first is one cycle cheaper, and two words go
+//! over at once.
 
 use std::fmt::Write as _;
 
 use tick_record::{Kind, Role};
 
-use crate::drive::Ordinary;
 use crate::graph::{N, Node};
 use crate::layout::{DriveLayout, Pointers};
+use crate::ordinary::Ordinary;
 
 /// The beginning of a tick, and what it leaves for the end.
 pub(crate) struct Counts {
@@ -19,8 +19,10 @@ pub(crate) struct Counts {
     code: Vec<Line>,
     /// Counts that go over into the FPU, into registers in a row; they hold the bits of a count.
     pub(crate) moved: Vec<N>,
-    /// Stores of the words that have become others.
-    stores: String,
+    /// Words of the state that have become others, and in which registers they are.
+    stores: Vec<(&'static str, i32)>,
+    /// Words that become 0.
+    cleared: Vec<i32>,
     /// Where the table and the health are from here on.
     pub(crate) table: &'static str,
     pub(crate) health: &'static str,
@@ -54,6 +56,7 @@ struct Writer<'a> {
 const BOTH: Pointers = Pointers { state: Some("r0"), sample: Some("r1"), between: None, output: None };
 
 impl Counts {
+    #[allow(clippy::too_many_lines, reason = "one text, from its first line to its last")]
     pub(crate) fn of(ordinary: &Ordinary<'_>, layout: &DriveLayout, whole: bool) -> Result<Self, String> {
         let names = if whole {
             vec!["ip", "r3", "r4", "r5", "r6", "r7", "r8", "r9"]
@@ -75,21 +78,26 @@ impl Counts {
         let mut roots = moved.clone();
         roots.extend(kept.iter().map(|(_, n)| *n));
         roots.extend(ordinary.equal.iter().flat_map(|(a, b)| [*a, *b]));
-        roots.iter().for_each(|n| writer.expect(*n));
-        // Each encoder, then the turns.
+        for n in &roots {
+            writer.expect(*n);
+        }
+        // The turns, then each encoder.
         let mut groups: Vec<Vec<N>> = Vec::new();
-        let shaft = |n: N| ordinary.cone(n).find_map(|input| match ordinary.inputs[input].role {
-            Role::Sample(i) => Some(i),
-            _ => None,
-        });
+        let shaft = |n: N| {
+            ordinary.cone(n).find_map(|input| match ordinary.inputs[input].role {
+                Role::Sample(i) => Some(i),
+                _ => None,
+            })
+        };
         let shafts = ordinary.inputs.iter().filter(|port| matches!(port.role, Role::Sample(_))).count();
-        for i in (0..shafts).map(Some).chain([None]) {
+        for i in [None].into_iter().chain((0..shafts).map(Some)) {
             groups.push(moved.iter().copied().filter(|n| shaft(*n) == i).collect());
         }
         let mut order = Vec::new();
         for (i, group) in groups.iter().enumerate() {
-            let turns = i == shafts;
-            let also: Vec<N> = if turns { ordinary.equal.iter().flat_map(|(a, b)| [*a, *b]).collect() } else { Vec::new() };
+            let turns = i == 0;
+            let also: Vec<N> =
+                if turns { ordinary.equal.iter().flat_map(|(a, b)| [*a, *b]).collect() } else { Vec::new() };
             for n in group.iter().chain(&also) {
                 writer.load_inputs(*n)?;
             }
@@ -99,7 +107,9 @@ impl Counts {
                     writer.put(1, format!("cmp.w {one}, {other}"));
                     writer.code.push(Line::Leave);
                     writer.cycles += 1;
-                    [a, b].into_iter().for_each(|n| writer.used(*n));
+                    for n in [a, b] {
+                        writer.used(*n);
+                    }
                 }
             }
             let mut ready = Vec::new();
@@ -111,22 +121,30 @@ impl Counts {
                 writer.cycles += 2;
                 writer.loaded = false;
             }
-            group.iter().for_each(|n| writer.used(*n));
+            for n in group {
+                writer.used(*n);
+            }
             order.extend(group);
         }
         let sample_at = layout.targets_at();
         writer.put(1, format!("add.w r1, r1, #{sample_at}"));
-        let mut stores = String::new();
+        let mut stores = Vec::new();
         for (port, n) in &kept {
             let register = writer.value(*n)?;
             let (_, at) = layout.place(port, &BOTH, &[]).ok_or("a word of the state")?;
-            let _ = writeln!(stores, "\tstr.w {register}, [r0, #{at}]");
+            stores.push((register, at));
+        }
+        let mut cleared = Vec::new();
+        for name in &layout.cleared {
+            let port = tick_record::Port { name: name.clone(), role: Role::State, kind: Kind::Number };
+            let (_, at) = layout.place(&port, &BOTH, &[]).ok_or("a word of the state")?;
+            cleared.push(at);
         }
         let table = writer.free(N::MAX)?;
         let health = if whole { writer.free(N::MAX)? } else { "r1" };
         let scratch = writer.names.iter().position(|name| *name == "r4").unwrap_or_default();
         let (mut push, mut pop) = (String::new(), String::new());
-        let mut cycles = writer.cycles + kept.len() as u32;
+        let mut cycles = writer.cycles + (kept.len() + 1 + layout.cleared.len()) as u32;
         if writer.used > scratch {
             let last = 3 + (writer.used - scratch).next_multiple_of(2);
             let _ = writeln!(push, "\tpush.w {{r4-r{last}}}");
@@ -142,6 +160,7 @@ impl Counts {
             code: writer.code,
             moved: order,
             stores,
+            cleared,
             table,
             health,
             sample_at,
@@ -168,8 +187,15 @@ impl Counts {
         text
     }
 
-    pub(crate) fn stores(&self) -> &str {
-        &self.stores
+    /// Their stores, where r0 points so far behind the state.
+    pub(crate) fn stores(&self, state: i32) -> String {
+        let store = |register: &str, at: i32| format!("\tstr.w {register}, [r0, #{}]\n", at - state);
+        let mut text: String = self.stores.iter().map(|(register, at)| store(register, *at)).collect();
+        if let Some((zero, _)) = self.stores.first() {
+            let _ = writeln!(text, "\tmov.w {zero}, #0");
+            text.extend(self.cleared.iter().map(|at| store(zero, *at)));
+        }
+        text
     }
 }
 
@@ -189,7 +215,9 @@ impl Writer<'_> {
         self.left[n] += 1;
         if self.left[n] == 1 {
             let operands: Vec<N> = self.ordinary.graph.nodes[n].operands().collect();
-            operands.into_iter().for_each(|n| self.expect(n));
+            for n in operands {
+                self.expect(n);
+            }
         }
     }
 
@@ -249,7 +277,9 @@ impl Writer<'_> {
             }
             Node::CountSince(a, b) | Node::CountPlus(a, b) => {
                 let (one, other) = (self.value(a)?, self.value(b)?);
-                [a, b].into_iter().for_each(|n| self.used(n));
+                for n in [a, b] {
+                    self.used(n);
+                }
                 let to = self.free(n)?;
                 let name = if matches!(node, Node::CountPlus(..)) { "add.w" } else { "sub.w" };
                 self.put(1, format!("{name} {to}, {one}, {other}"));

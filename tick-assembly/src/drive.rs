@@ -1,289 +1,24 @@
-//! The tick of a drive: its ordinary way as a straight line, all else as the parts that it was recorded in.
+//! The ordinary way of a drive's tick as a straight line: how its loads and stores are cut, its search, and its text
+//! with the ways that leave it.
 //!
-//! On the ordinary way every count is there and believed, the base stays, the reference stays within its turn, and the
-//! demand is plausible. What is assumed is what the way needs, no more, and each assumption is tested on it. Nothing is
-//! stored before all are: where one fails the tick begins anew out of line, in the parts, which give any tick the same
-//! bits. Counts come first, in core registers; from there on all is numbers.
+//! Nothing is stored before the tests have passed: where one fails the tick begins anew out of line, in the parts. Of
+//! two encoders what the observers know is stored before the demand is known, and the law goes on as a part.
 
-use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use tick_record::drive::DriveFunctions;
-use tick_record::{Block, End, Id, Kind as Of, Op, Port, Record, Role, Test};
+use tick_record::Kind as Of;
 
-use crate::build::{Build, Mirror, clamped, operation};
+use crate::build::{Build, Mirror, operation};
 use crate::cold::{row, words};
 use crate::counts::Counts;
-use crate::graph::{Graph, N, Node};
+use crate::graph::{N, Node};
 use crate::layout::DriveLayout;
+use crate::ordinary::Ordinary;
 use crate::schedule::{Event, Found, Kind, Line, V, search};
 use crate::{Effort, Emitted};
 
 /// Cycles of `adr` and of the return: DDI 0439D, a pipeline refill of 2.
 const AROUND: u32 = 1 + 3;
-
-/// The ordinary way.
-pub(crate) struct Ordinary<'a> {
-    pub(crate) graph: Graph,
-    pub(crate) inputs: Vec<Port>,
-    functions: &'a DriveFunctions,
-    /// Words of the state that change, and what they become.
-    state: Vec<(String, N)>,
-    output: HashMap<String, N>,
-    flags: Vec<(u8, N)>,
-    /// A size and its limit.
-    sizes: Vec<(N, N)>,
-    /// Counts that must be equal.
-    pub(crate) equal: Vec<(N, N)>,
-    /// Values in the order of the records.
-    order: Vec<N>,
-}
-
-/// What is taken for granted of a value of a record.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Assumed {
-    in_law: bool,
-    at: usize,
-    truth: bool,
-}
-
-/// What comes of assumptions: results of both parts, and their values.
-struct Resolved {
-    observed: Vec<N>,
-    asked: Vec<N>,
-    of_observe: Vec<N>,
-    of_law: Vec<N>,
-}
-
-impl<'a> Ordinary<'a> {
-    pub(crate) fn of(functions: &'a DriveFunctions) -> Result<Self, String> {
-        let DriveFunctions { observe, law, .. } = functions;
-        let mut inputs: Vec<Port> = Vec::new();
-        for port in observe.inputs.iter().chain(&law.inputs) {
-            if port.role != Role::Between && !inputs.contains(port) {
-                inputs.push(port.clone());
-            }
-        }
-        let mut graph = Graph::default();
-        let candidates = |record: &Record, in_law| -> Vec<Assumed> {
-            let op = |id: Id| record.value(id).op;
-            let assumed = |at: usize| match record.values[at].op {
-                Op::Compare(Test::LessOrEqual, size, _) if matches!(op(size), Op::Abs(_)) => Some(true),
-                Op::Compare(Test::NotEqual, moved, _) if matches!(op(moved), Op::NumberOf(_)) => Some(false),
-                _ => None,
-            };
-            let all = (0..record.values.len()).filter_map(|at| assumed(at).map(|truth| Assumed { in_law, at, truth }));
-            all.collect()
-        };
-        let mut assumed = [candidates(observe, false), candidates(law, true)].concat();
-        let resolve = |graph: &mut Graph, assumed: &[Assumed]| resolved(graph, functions, &inputs, assumed);
-        let all = resolve(&mut graph, &assumed).ok_or("this tick decides more than what is assumed of an ordinary one")?;
-        let mut at = 0;
-        while at < assumed.len() {
-            let mut fewer = assumed.clone();
-            fewer.remove(at);
-            let same = resolve(&mut graph, &fewer)
-                .is_some_and(|fewer| fewer.observed == all.observed && fewer.asked == all.asked);
-            if same {
-                assumed = fewer;
-            } else {
-                at += 1;
-            }
-        }
-        let (mut sizes, mut equal) = (Vec::new(), Vec::new());
-        for Assumed { in_law, at, .. } in assumed {
-            let (record, values) = if in_law { (law, &all.of_law) } else { (observe, &all.of_observe) };
-            let of = |id: Id| values[id.index()];
-            match record.values[at].op {
-                Op::Compare(Test::LessOrEqual, size, limit) => sizes.push((of(size), of(limit))),
-                Op::Compare(_, moved, _) => match graph.nodes[of(moved)] {
-                    Node::NumberOf(moved) => match graph.nodes[moved] {
-                        Node::CountSince(a, b) => equal.push((a, b)),
-                        other => return Err(format!("{other:?} is no difference of counts")),
-                    },
-                    other => return Err(format!("{other:?} is no count")),
-                },
-                _ => {}
-            }
-        }
-        let answer = observe.results.iter().position(|port| port.role == Role::Answer).ok_or("an answer")?;
-        if graph.nodes[all.observed[answer]] != Node::Truth(true) {
-            return Err("an ordinary tick that gives up".into());
-        }
-        let (mut state, mut output, mut flags) = (Vec::new(), HashMap::new(), Vec::new());
-        for word in &functions.state {
-            let of = |record: &Record, results: &[N]| {
-                record.results.iter().position(|port| port == word).map(|at| results[at])
-            };
-            let Some(n) = of(law, &all.asked).or_else(|| of(observe, &all.observed)) else { continue };
-            let stays = matches!(graph.nodes[n], Node::Input(at) if inputs[at] == *word);
-            if !stays {
-                state.push((word.name.clone(), n));
-            }
-        }
-        for (port, n) in law.results.iter().zip(&all.asked) {
-            match port.role {
-                Role::Output => {
-                    output.insert(port.name.clone(), *n);
-                }
-                Role::Flag(bit) => match graph.nodes[*n] {
-                    Node::Truth(false) => {}
-                    Node::Compare(Test::NotEqual, ..) => flags.push((bit, *n)),
-                    other => return Err(format!("{other:?} tells the health of an ordinary tick")),
-                },
-                _ => {}
-            }
-        }
-        let order = all.of_observe.into_iter().chain(all.of_law).collect();
-        let ordinary = Self { graph, inputs, functions, state, output, flags, sizes, equal, order };
-        ordinary.checked()
-    }
-
-    /// Is all that is needed of it computed by the operations there are?
-    fn checked(self) -> Result<Self, String> {
-        for n in self.needed(true) {
-            let good = match self.graph.nodes[n] {
-                Node::Select(c, yes, no) => {
-                    clamped(&self.graph, n).is_some()
-                        || self.graph.nodes[c] == Node::Compare(Test::Greater, yes, no)
-                        || Mirror::of(&self.graph, c).is_some_and(|mirror| n == mirror.angle || n == mirror.constant)
-                }
-                Node::Compare(..) | Node::And(..) | Node::Or(..) | Node::Not(_) => false,
-                _ => true,
-            };
-            if !good {
-                return Err(format!("{:?} is no number of an ordinary tick", self.graph.nodes[n]));
-            }
-        }
-        Ok(self)
-    }
-
-    /// What is not made of anything but numbers, and that.
-    fn operands(&self, n: N) -> Vec<N> {
-        let mirror = |c: N| Mirror::of(&self.graph, c);
-        match self.graph.nodes[n] {
-            Node::NumberOf(_) => Vec::new(),
-            Node::Select(c, yes, no) => match (clamped(&self.graph, n), mirror(c)) {
-                (Some((x, high, low)), _) => vec![x, high, low],
-                (None, Some(mirror)) => vec![mirror.x, mirror.size, mirror.limit],
-                (None, None) => vec![yes, no],
-            },
-            node => node.operands().collect(),
-        }
-    }
-
-    /// Numbers that results and tests need, in the order of the records.
-    fn needed(&self, whole: bool) -> Vec<N> {
-        let mut open: Vec<N> = self.state.iter().map(|(_, n)| *n).filter(|n| self.is_number(*n)).collect();
-        open.extend(self.sizes.iter().flat_map(|(size, limit)| [*size, *limit]));
-        let told = |name: &str| whole || name == "u";
-        open.extend(self.output.iter().filter(|(name, _)| told(name)).map(|(_, n)| *n));
-        let mut seen = vec![false; self.graph.nodes.len()];
-        while let Some(n) = open.pop() {
-            if !std::mem::replace(&mut seen[n], true) {
-                open.extend(self.operands(n));
-            }
-        }
-        let mut order = Vec::new();
-        for n in &self.order {
-            if std::mem::replace(&mut seen[*n], false) {
-                order.push(*n);
-            }
-        }
-        order
-    }
-
-    fn is_number(&self, n: N) -> bool {
-        match self.graph.nodes[n] {
-            Node::Input(at) => self.inputs[at].kind == Of::Number,
-            Node::Select(_, yes, _) => self.is_number(yes),
-            Node::Count(_) | Node::CountSince(..) | Node::CountPlus(..) | Node::CountSigned(..) | Node::CountWhole(..) => false,
-            Node::Truth(_) => false,
-            _ => true,
-        }
-    }
-
-    /// Counts that become numbers.
-    pub(crate) fn counts(&self, whole: bool) -> Vec<N> {
-        let of = |n: &N| if let Node::NumberOf(count) = self.graph.nodes[*n] { Some(count) } else { None };
-        self.needed(whole).iter().filter_map(of).collect()
-    }
-
-    /// Words of the state that are counts, and what they become.
-    pub(crate) fn counts_of_state(&self) -> Vec<(&Port, N)> {
-        let words = self.functions.state.iter().filter(|word| word.kind == Of::Count);
-        words.filter_map(|word| self.state.iter().find(|(name, _)| *name == word.name).map(|(_, n)| (word, *n))).collect()
-    }
-
-    /// The inputs that a value is made of.
-    pub(crate) fn cone(&self, n: N) -> impl Iterator<Item = usize> {
-        let (mut open, mut inputs) = (vec![n], Vec::new());
-        while let Some(n) = open.pop() {
-            if let Node::Input(at) = self.graph.nodes[n] {
-                inputs.push(at);
-            }
-            open.extend(self.graph.nodes[n].operands());
-        }
-        inputs.into_iter()
-    }
-
-    pub(crate) fn functions_inputs(&self) -> impl Iterator<Item = &Port> {
-        self.functions.observe.inputs.iter()
-    }
-
-    fn input(&self, name: &str) -> Option<N> {
-        let at = self.inputs.iter().position(|port| port.name == name)?;
-        self.graph.nodes.iter().position(|node| *node == Node::Input(at))
-    }
-}
-
-/// The results under assumptions; `None` where a decision is left.
-fn resolved(
-    graph: &mut Graph,
-    functions: &DriveFunctions,
-    inputs: &[Port],
-    assumed: &[Assumed],
-) -> Option<Resolved> {
-    let DriveFunctions { observe, law, .. } = functions;
-    let mut part = |record: &Record, in_law: bool, before: &dyn Fn(&Port) -> Option<N>| {
-        let mut given = HashMap::new();
-        for (at, value) in record.values.iter().enumerate() {
-            if let Op::Input(port) = value.op {
-                let port = &record.inputs[port];
-                let known = before(port).unwrap_or_else(|| {
-                    // A sample that is lost is not ordinary.
-                    let lost = port.kind == Of::Truth && port.role == Role::Argument;
-                    let own = inputs.iter().position(|input| input == port).unwrap_or_default();
-                    graph.add(if lost { Node::Truth(false) } else { Node::Input(own) })
-                });
-                given.insert(at, known);
-            }
-        }
-        for one in assumed.iter().filter(|one| one.in_law == in_law) {
-            given.insert(one.at, graph.add(Node::Truth(one.truth)));
-        }
-        let values = graph.values(record, &given);
-        let mut block: &Block = &record.body;
-        loop {
-            match &block.end {
-                End::Return(results) => {
-                    let results: Vec<N> = results.iter().map(|id| values[id.index()]).collect();
-                    return Some((values, results));
-                }
-                End::Branch { condition, yes, no } => match graph.nodes[values[condition.index()]] {
-                    Node::Truth(truth) => block = if truth { yes } else { no },
-                    _ => return None,
-                },
-            }
-        }
-    };
-    let (of_observe, observed) = part(observe, false, &|_| None)?;
-    let handed = |port: &Port| {
-        observe.results.iter().position(|result| result.name == port.name && result.role == port.role).map(|at| observed[at])
-    };
-    let (of_law, asked) = part(law, true, &handed)?;
-    Some(Resolved { observed, asked, of_observe, of_law })
-}
 
 /// How the loads are cut.
 #[derive(Clone, Debug)]
@@ -306,22 +41,41 @@ pub(crate) fn tick(
 ) -> Result<Emitted, String> {
     let name = format!("{prefix}_{}", if whole { "tick" } else { "tick_u" });
     let counts = Counts::of(ordinary, layout, whole)?;
-    let short = Effort { rounds: 1, steps: effort.steps.div_ceil(4), ..*effort };
+    let is_cleared = |word: &String| {
+        ordinary.state.iter().any(|(name, n)| name == word && ordinary.graph.nodes[*n] == Node::Number(0))
+    };
+    if let Some(word) = layout.cleared.iter().find(|word| !is_cleared(word)) {
+        return Err(format!("{name}: an ordinary tick does not set `{word}` to 0"));
+    }
+    // A short look at every way to cut the loads, and a long one at the best. Of two encoders all registers are needed
+    // in any case, and one long search finds more than several.
+    let few = layout.groups.len() == 1;
+    let Effort { rounds, steps, seed } = *effort;
+    let (short, long) = if few {
+        (Effort { rounds: 1, steps: steps.div_ceil(4), seed }, *effort)
+    } else {
+        (Effort { rounds: 1, steps, seed }, Effort { rounds: 1, steps: rounds * steps, seed })
+    };
     let mut best: Option<(u32, Line, Found)> = None;
-    for registers in [16, 20, 24, 28, 32] {
+    let mut look = |registers: usize, effort: &Effort| {
         for cut in cuts(layout) {
             let line = ordinary.line(layout, &counts, registers, &cut, whole);
-            let Some(found) = search(&line, &short) else { continue };
+            let Some(found) = search(&line, effort) else { continue };
             let cycles = found.cycles + kept(&found);
             if best.as_ref().is_none_or(|(least, ..)| cycles < *least) {
                 best = Some((cycles, line, found));
             }
         }
-    }
+        best.is_some()
+    };
+    // Registers that the caller keeps cost two cycles each: where there are enough others they are left alone.
+    let enough: &[usize] = if few { &[16, 20, 24, 28, 32] } else { &[32] };
+    // What a short look has not found a long one may.
+    let _ = enough.iter().any(|registers| look(*registers, &short)) || look(32, &long);
     let Some((cycles, line, mut found)) = best else {
         return Err(format!("{name}: no order was found in which its numbers fit into the registers"));
     };
-    if let Some(better) = search(&line, effort).filter(|better| better.cycles + kept(better) < cycles) {
+    if let Some(better) = search(&line, &long).filter(|better| better.cycles + kept(better) < cycles) {
         found = better;
     }
     Ok(ordinary.emit(layout, prefix, &name, &counts, &line, &found, whole))
@@ -338,9 +92,15 @@ fn kept(found: &Found) -> u32 {
 fn cuts(layout: &DriveLayout) -> Vec<Cut> {
     let all = layout.numbers.len();
     let mut cuts = Vec::new();
-    for state in [vec![all], vec![all - 1, all], vec![1, all], vec![1, all - 1, all]] {
+    let one_encoder = layout.groups.len() == 1;
+    let states = if one_encoder {
+        vec![vec![all], vec![all - 1, all], vec![1, all], vec![1, all - 1, all]]
+    } else {
+        vec![layout.groups.clone()]
+    };
+    for state in states {
         for apart in [false, true] {
-            for at_home in [false, true] {
+            for at_home in [false, true].into_iter().filter(|at_home| one_encoder || !at_home) {
                 cuts.push(Cut { state: state.clone(), apart, at_home });
             }
         }
@@ -375,8 +135,11 @@ impl Ordinary<'_> {
             from = end;
         }
         // The targets, with what lies between them.
-        let of_sample: Vec<(Option<N>, V)> =
-            layout.targets.iter().map(|name| (name.as_deref().and_then(|name| self.input(name)), build.value(None))).collect();
+        let of_sample: Vec<(Option<N>, V)> = layout
+            .targets
+            .iter()
+            .map(|name| (name.as_deref().and_then(|name| self.input(name)), build.value(None)))
+            .collect();
         for (n, v) in &of_sample {
             build.known.extend(n.map(|n| (n, *v)));
         }
@@ -392,28 +155,49 @@ impl Ordinary<'_> {
                 loaded = Some(load);
             }
         }
-        for n in &needed {
-            if build.is_number(*n) {
-                build.need(*n);
-            }
-        }
-        // What goes out.
+        let (late, early): (Vec<_>, Vec<_>) = self.sizes.iter().partition(|(size, _)| self.is_asked(*size));
+        let becomes = |name: &String| self.state.iter().find(|(word, _)| word == name).map(|(_, n)| *n);
         let mut finals: Vec<V> = Vec::new();
-        for (at, name) in layout.numbers.iter().enumerate() {
-            let becomes = self.state.iter().find(|(word, _)| word == name).map(|(_, n)| *n);
-            let mut v = becomes.map_or(words[at], |n| build.need(n));
+        let mut stays = |build: &mut Build<'_>, at: usize| {
+            let mut v = becomes(&layout.numbers[at]).map_or(words[at], |n| build.need(n));
             let taken = build.line.constants[v].is_some() || finals.contains(&v) || words.contains(&v);
-            let sampled = of_sample.iter().any(|(_, of)| *of == v);
-            if taken || sampled {
+            if taken || of_sample.iter().any(|(_, of)| *of == v) {
                 v = build.computed(Kind::Copy, vec![v]);
             }
             build.line.home[v] = Some(at as u8);
             finals.push(v);
+            v
+        };
+        // First all that is stored before the demand is known, and what must be known before.
+        let mut leaves = Vec::new();
+        for n in needed.iter().filter(|n| layout.groups.len() > 1 && !self.is_asked(**n)) {
+            build.need(*n);
         }
-        build.line.finals = finals;
-        for (k, (size, limit)) in self.sizes.iter().enumerate() {
+        for (k, (size, limit)) in early.iter().enumerate() {
             let sources = vec![build.need(*size), build.need(*limit)];
-            build.item(Kind::Leave(k), sources, vec![]);
+            leaves.push(build.item(Kind::Leave(k), sources, vec![]));
+        }
+        let mut stored = loads.last().copied();
+        for group in layout.groups.windows(2).rev() {
+            let sources: Vec<V> = (group[0]..group[1]).map(|at| stays(&mut build, at)).collect();
+            let save = build.item(Kind::Save, sources, vec![]);
+            build.line.before[save].extend(leaves.iter().chain(&stored).copied());
+            stored = Some(save);
+        }
+        for n in &needed {
+            build.need(*n);
+        }
+        // What goes out.
+        build.line.finals = (0..layout.stored_last()).map(|at| stays(&mut build, at)).collect();
+        for (k, (size, limit)) in late.iter().enumerate() {
+            let mut sources = vec![build.need(*size), build.need(*limit)];
+            if layout.groups.len() > 1 {
+                sources.extend(self.handed_on(layout).map(|(n, _)| build.need(n)));
+            }
+            let leave = build.item(Kind::Leave(early.len() + k), sources, vec![]);
+            if layout.groups.len() > 1 {
+                build.line.before[leave].extend(stored);
+            }
         }
         if whole {
             for (at, name) in ["u", "sigma", "sigma_star"].into_iter().enumerate() {
@@ -429,6 +213,54 @@ impl Ordinary<'_> {
         }
         build.orders(None, &[]);
         build.line
+    }
+
+    fn is_late(&self, layout: &DriveLayout, leave: usize) -> bool {
+        let early = self.sizes.iter().filter(|(size, _)| !self.is_asked(*size)).count();
+        layout.groups.len() > 1 && leave >= early
+    }
+
+    /// The demand is not plausible, and what the observers know is stored already: the part `law` goes on from there.
+    #[allow(clippy::too_many_arguments, reason = "all of one text")]
+    fn go_on_by_law(
+        &self,
+        layout: &DriveLayout,
+        prefix: &str,
+        name: &str,
+        pop: &str,
+        (state, sample): (i32, i32),
+        handed: &[u8],
+        whole: bool,
+        text: &mut String,
+    ) {
+        macro_rules! put {
+            ($($text:tt)*) => {{ let _ = writeln!(text, "\t{}", format_args!($($text)*)); }};
+        }
+        let bytes = layout.between_bytes();
+        let all = bytes + 16;
+        let _ = writeln!(text, ".L{name}_law:");
+        put!("sub.w r0, r0, #{state}\n\tsub.w r1, r1, #{sample}\n\tpush.w {{r4, lr}}\n\tsub.w sp, sp, #{all}");
+        for ((_, at), register) in self.handed_on(layout).zip(handed) {
+            put!("vstr s{register}, [sp, #{at}]");
+        }
+        put!("mov.w ip, #0");
+        for (port, at) in layout.handed().filter(|(port, _)| port.kind == Of::Truth) {
+            // Of an ordinary tick none is true.
+            debug_assert_eq!(self.graph.nodes[self.handed[&port.name]], Node::Truth(false));
+            put!("strb.w ip, [sp, #{at}]");
+        }
+        if whole {
+            put!("mov r3, r2");
+        } else {
+            put!("add.w r3, sp, #{bytes}");
+        }
+        put!("mov r2, sp\n\tbl {prefix}_law");
+        if !whole {
+            put!("vldr s0, [sp, #{bytes}]");
+        }
+        put!("add.w sp, sp, #{all}\n\tpop.w {{r4, lr}}");
+        *text += pop;
+        put!("bx lr");
     }
 
     fn mirror_constants(&self) -> Option<[u32; 2]> {
@@ -476,6 +308,7 @@ impl Ordinary<'_> {
         let (mut state, mut sample, mut constants) = (0, counts.sample_at, 0_usize);
         let mut away: Vec<(i32, i32)> = if counts.leaves { vec![(0, 0)] } else { Vec::new() };
         let mut mirrored = None;
+        let mut by_law = None;
         for event in &found.events {
             match event {
                 Event::Immediate { value, register } => {
@@ -498,10 +331,22 @@ impl Ordinary<'_> {
                             put!("vldmia r0!, {}", row(d, results.len()));
                             state += bytes(results.len());
                         }
-                        Kind::Leave(_) => {
+                        Kind::Leave(k) => {
                             put!("vcmp.f32 s{}, s{}\n\tvmrs APSR_nzcv, fpscr", s(0), s(1));
-                            put!("bhi.w .L{name}_away_{state}_{sample}");
-                            away.push((state, sample));
+                            if self.is_late(layout, k) {
+                                put!("bhi.w .L{name}_law");
+                                by_law = Some((state, sample, sources[2..].to_vec()));
+                            } else {
+                                put!("bhi.w .L{name}_away_{state}_{sample}");
+                                away.push((state, sample));
+                            }
+                        }
+                        Kind::Save => {
+                            put!("vstmdb r0!, {}", row(s(0), sources.len()));
+                            state -= bytes(sources.len());
+                            if state == bytes(layout.stored_last()) {
+                                text += &counts.stores(state);
+                            }
                         }
                         Kind::Mirror => {
                             if s(0) != d {
@@ -516,8 +361,10 @@ impl Ordinary<'_> {
                 }
             }
         }
-        put!("vstmdb r0!, {}", row(0, layout.numbers.len()));
-        text += counts.stores();
+        put!("vstmdb r0!, {}", row(0, layout.stored_last()));
+        if layout.groups.len() == 1 {
+            text += &counts.stores(0);
+        }
         if whole {
             put!("mov.w r0, {health}");
         }
@@ -536,6 +383,9 @@ impl Ordinary<'_> {
             put!("vldr s{t}, [{tab}, #{pi}]\n\tvsub.f32 s{d}, s{t}, s{size}");
             put!("vldr s{t}, [{tab}, #{rest}]\n\tvadd.f32 s{d}, s{d}, s{t}\n\tit mi\n\tvnegmi.f32 s{d}, s{d}");
             put!("vneg.f32 s{constant}, s{constant}\n\tvpop {{s{t}}}\n\tb.w .L{name}_turned");
+        }
+        if let Some((state, sample, handed)) = by_law {
+            self.go_on_by_law(layout, prefix, name, &pop, (state, sample), &handed, whole, &mut text);
         }
         // Anew, from where it began.
         away.sort_unstable();

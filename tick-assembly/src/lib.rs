@@ -7,6 +7,7 @@ mod counts;
 mod drive;
 mod graph;
 mod layout;
+mod ordinary;
 mod parts;
 mod schedule;
 mod tick;
@@ -96,7 +97,12 @@ impl Layout {
 
     /// Where things are in memory, with the state at r0 less so many bytes; `output` points at the output, and what is
     /// estimated has so many words in a row.
-    fn places(&self, state_at: i32, output: &'static str, columns: usize) -> impl Fn(&Port) -> Option<(&'static str, i32)> {
+    fn places(
+        &self,
+        state_at: i32,
+        output: &'static str,
+        columns: usize,
+    ) -> impl Fn(&Port) -> Option<(&'static str, i32)> {
         move |port| {
             let word = |at: usize| 4 * at as i32;
             match (port.role, port.name.as_str()) {
@@ -169,16 +175,16 @@ impl Text {
 /// What is not scheduled, and why.
 pub fn drive_assembly(functions: &DriveFunctions, prefix: &str, effort: &Effort) -> Result<DriveAssembly, String> {
     let layout = DriveLayout::of(functions);
-    let ordinary = drive::Ordinary::of(functions)?;
+    let ordinary = ordinary::Ordinary::of(functions)?;
     let mut text = Text::new();
     let u = drive::tick(&ordinary, &layout, prefix, false, effort)?;
     text.function(&format!("{prefix}_tick_u"), &u.text);
     let whole = drive::tick(&ordinary, &layout, prefix, true, effort)?;
     text.function(&format!("{prefix}_tick"), &whole.text);
     text.function(&format!("{prefix}_rest"), &parts::rest(&layout, prefix)?);
-    for (what, record, pointers) in parts::all(functions) {
+    for (what, record) in parts::all(functions) {
         let name = format!("{prefix}_{what}");
-        text.function(&name, &parts::part(record, &pointers, &layout, &name)?);
+        text.function(&name, &parts::part(what, record, &layout, &name)?);
     }
     Ok(DriveAssembly { text: text.0, layout, cycles: u.cycles, cycles_whole: whole.cycles })
 }

@@ -11,30 +11,28 @@ use crate::cold::{Cold, Places, words};
 use crate::graph::{Graph, Node};
 use crate::layout::{DriveLayout, Pointers};
 
-/// Every part by its name, where its arguments are.
-pub(crate) fn all(functions: &DriveFunctions) -> [(&'static str, &Record, Pointers); 10] {
-    let state = Pointers { state: Some("r0"), ..Pointers::default() };
-    let sample = Pointers { sample: Some("r1"), ..state };
-    let between = Pointers { between: Some("r2"), ..sample };
+/// Every part by its name.
+pub(crate) fn all(functions: &DriveFunctions) -> [(&'static str, &Record); 10] {
     [
-        ("begin", &functions.begin, between),
-        ("observe", &functions.observe, between),
-        ("law", &functions.law, Pointers { output: Some("r3"), ..between }),
-        ("give_up", &functions.give_up, Pointers { output: Some("r2"), ..sample }),
-        ("refuse", &functions.refuse, Pointers { output: Some("r1"), ..state }),
-        ("start", &functions.start, sample),
-        ("not_started", &functions.not_started, Pointers { output: Some("r0"), ..Pointers::default() }),
-        ("report_applied", &functions.report_applied, state),
-        ("estimates", &functions.estimates, Pointers { output: Some("r1"), ..state }),
-        ("reset", &functions.reset, state),
+        ("begin", &functions.begin),
+        ("observe", &functions.observe),
+        ("law", &functions.law),
+        ("give_up", &functions.give_up),
+        ("refuse", &functions.refuse),
+        ("start", &functions.start),
+        ("not_started", &functions.not_started),
+        ("report_applied", &functions.report_applied),
+        ("estimates", &functions.estimates),
+        ("reset", &functions.reset),
     ]
 }
 
 /// One of them.
-pub(crate) fn part(record: &Record, pointers: &Pointers, layout: &DriveLayout, name: &str) -> Result<String, String> {
+pub(crate) fn part(what: &str, record: &Record, layout: &DriveLayout, name: &str) -> Result<String, String> {
+    let pointers = Pointers::of(what).ok_or("a part")?;
     let mut graph = Graph::default();
     let values = graph.values(record, &HashMap::new());
-    let place = |port: &Port| layout.place(port, pointers, &record.results);
+    let place = |port: &Port| layout.place(port, &pointers, &record.results);
     let given = |(at, port): (usize, &Port)| {
         let node = graph.nodes.iter().position(|node| *node == Node::Input(at))?;
         (port.role == Role::Argument && pointers.sample.is_none()).then_some((node, 0_u8))

@@ -48,6 +48,8 @@ pub(crate) enum Kind {
     /// Away if the first is greater than the second, or no number; the rest is what is needed there. The number tells
     /// one from another.
     Leave(usize),
+    /// Words in a row to memory, in front of those that were stored before.
+    Save,
     /// This bit of the health, if the sources are not equal (`false`), or if the first is greater (`true`).
     Flag(u8, bool),
 }
@@ -304,6 +306,12 @@ impl<'a> Simulation<'a> {
                 Kind::Flag(..) | Kind::Max => 4 + waits(all),
                 Kind::Mirror => 3 + waits(0..3),
                 Kind::Leave(_) => 3 + waits(0..2),
+                Kind::Save => {
+                    if (1..item.sources.len()).any(|k| place(k) != place(0) + k) {
+                        return never;
+                    }
+                    1 + item.sources.len() as u32 + waits(all)
+                }
             };
             fresh = usize::MAX;
             let first = item.sources.first().map(|v| usize::from(self.place[*v]));

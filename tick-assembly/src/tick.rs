@@ -9,8 +9,8 @@ use std::fmt::Write as _;
 
 use tick_record::{Block, End, Id, Op, Port, Record, Role, Test};
 
-use crate::cold::{Cold, Places, row, words};
 use crate::build::{Build, clamped, operation};
+use crate::cold::{Cold, Places, row, words};
 use crate::graph::{Graph, N, Node};
 use crate::schedule::{Event, Found, Kind, Line, V, search};
 use crate::{Effort, Emitted, Layout};
