@@ -48,6 +48,7 @@ use cycle_bound::table::Table;
 use cycle_bound::{Reply, stop};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use loop_sim::closed_loop::LoopError;
+use loop_sim::lanes::Judged;
 use loop_sim::metrics::{FAR, Metrics, Noise, Tracking};
 use loop_sim::port::{ControllerPort, PortError};
 use loop_sim::trace::{Ending, Trace};
@@ -424,6 +425,19 @@ impl Figures {
             tracking: experiment.tracking(trace),
             noise: experiment.noise(trace),
             ticks_with: TROUBLES.map(|(flag, name)| (name, ticks_with(trace, flag))).into(),
+        }
+    }
+}
+
+impl Figures {
+    /// Of a run that was made beside others.
+    fn of_lane(experiment: &Experiment, judged: &Judged) -> Self {
+        Self {
+            metrics: told(&judged.metrics, experiment),
+            torque_errors: Vec::new(),
+            tracking: None,
+            noise: None,
+            ticks_with: TROUBLES.map(|(flag, name)| (name, judged.ticks_with(flag))).into(),
         }
     }
 }

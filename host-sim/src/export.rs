@@ -97,8 +97,8 @@ pub fn text(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Res
 /// # Errors
 /// What cannot be exported, and what to change.
 pub fn assembly(experiment: &Experiment, source: &Source<'_>, prefix: &str, effort: &Effort) -> Result<Files, String> {
-    if experiment.drive.is_some() {
-        return Err("a drive is not scheduled as assembly; take --standalone".into());
+    if let Some(drive) = &experiment.drive {
+        return drive::files(drive, &warnings(experiment), source, prefix, effort);
     }
     let of_formulas = |spec: &&ControllerSpec| matches!(spec.model, Model::Formulas { .. });
     let Some(spec) = experiment.spec.as_ref().filter(of_formulas) else {

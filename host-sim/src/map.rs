@@ -86,7 +86,7 @@ impl Axis {
         if from >= to {
             return Err(format!("{text:?}: the second end must be above the first"));
         }
-        if !(to - from).is_finite() || (is_log && !(to / from).is_finite()) {
+        if !(to - from).is_finite() || (is_log && from > 0.0 && !(to / from).is_finite()) {
             return Err(format!("{text:?}: the ends are too far apart for f64"));
         }
         if is_log && from <= 0.0 {

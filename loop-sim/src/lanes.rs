@@ -61,6 +61,22 @@ pub struct Campaign<'a> {
     pub settling_band: f64,
 }
 
+/// What makes two campaigns one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Kind {
+    spec: ControllerSpec,
+    times: [f64; 4],
+    periods: usize,
+}
+
+impl Campaign<'_> {
+    /// What trials must have in common to go side by side; whether their plants fit is for [`close_loops`].
+    pub fn kind(&self) -> Kind {
+        let Self { spec, period_s, periods, window_s: [from_s, to_s], settling_band } = *self;
+        Kind { spec: spec.clone(), times: [period_s, from_s, to_s, settling_band], periods }
+    }
+}
+
 /// A trial.
 #[derive(Clone, Copy)]
 pub struct Trial<'a> {

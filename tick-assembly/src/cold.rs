@@ -1,7 +1,8 @@
 //! Code for what is seldom executed: in the order in which results are asked for, numbers loaded where they are used.
 //!
-//! Numbers take registers of the FPU from the first that is free, truths r4 to r7 as 0 or 1. A word of the state is
-//! stored as soon as no result that is still to come reads what it was.
+//! Numbers take registers of the FPU from the first that is free, counts and truths, as 0 or 1, r4 to r11. Where there
+//! is none, what was not asked for longest waits on the stack. A word of the state is stored as soon as no result that
+//! is still to come reads what it was.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
@@ -12,23 +13,50 @@ use crate::graph::{Graph, N, Node};
 
 /// Where a function finds things.
 pub(crate) struct Places<'a> {
-    /// Of a word of the state, its place in bytes.
-    pub(crate) word: &'a dyn Fn(&Port) -> i32,
-    /// What r0 points at, from the state on.
-    pub(crate) state_at: i32,
-    /// The core register with the sample, or with the estimates.
-    pub(crate) other: &'static str,
-    /// The core register with the output; without one u goes out in s0.
-    pub(crate) output: Option<&'static str>,
-    /// Words in a row of the estimates.
-    pub(crate) columns: usize,
-    /// Where r3 points in the table.
+    /// Of what is in memory, the core register that points there, and how far behind it is.
+    pub(crate) place: &'a dyn Fn(&Port) -> Option<(&'static str, i32)>,
+    /// Is u all that goes out, in s0?
+    pub(crate) u_alone: bool,
+    /// The core register that points at the table, and where.
+    pub(crate) table: &'static str,
     pub(crate) table_at: usize,
     /// Inputs that are in registers of the FPU.
     pub(crate) arguments: HashMap<N, u8>,
     /// A truth that is in `ip`.
     pub(crate) flag: Option<N>,
 }
+
+/// Registers of one kind, and whose value is in each.
+#[derive(Clone)]
+struct Registers {
+    held: Vec<Option<N>>,
+    /// When each was last asked for.
+    asked: Vec<usize>,
+    /// Those below belong to another way.
+    first: usize,
+    /// One more than the highest that was written.
+    used: usize,
+}
+
+/// Reserved for another way.
+const OTHERS: N = N::MAX;
+/// What is in a register for one instruction.
+const PASSING: N = N::MAX - 1;
+
+impl Registers {
+    fn new(count: usize, first: usize) -> Self {
+        let held = (0..count).map(|at| (at < first).then_some(OTHERS)).collect();
+        Self { held, asked: vec![0; count], first, used: 0 }
+    }
+
+    fn of(&self, holder: N) -> Option<usize> {
+        self.held.iter().position(|held| *held == Some(holder))
+    }
+}
+
+/// Kinds of registers.
+const FLOATS: usize = 0;
+const CORES: usize = 1;
 
 /// Code, and what it uses.
 pub(crate) struct Cold<'a> {
@@ -40,22 +68,31 @@ pub(crate) struct Cold<'a> {
     label: &'a str,
     labels: usize,
     pub(crate) code: String,
-    numbers: [Option<N>; 32],
-    first_number: usize,
-    truths: [Option<N>; 4],
+    files: [Registers; 2],
+    /// Values that wait on the stack, each in its word.
+    slots: Vec<Option<N>>,
     left: HashMap<N, usize>,
-    pub(crate) numbers_used: usize,
-    pub(crate) truths_used: usize,
+    /// Registers that the instruction to come reads.
+    pinned: Vec<(usize, usize)>,
+    clock: usize,
 }
 
 /// Not enough registers: what to say of it.
-const CROWDED: &str = "more numbers live at once than there are registers";
+const CROWDED: &str = "one instruction needs more values than there are registers";
 
 macro_rules! line {
     ($cold:expr, $($text:tt)*) => {{
         let _ = writeln!($cold.code, "\t{}", format_args!($($text)*));
     }};
 }
+
+/// A core register by its place.
+fn core(at: usize) -> String {
+    if at == FLAG { "ip".into() } else { format!("r{}", 4 + at) }
+}
+
+/// The place of `ip`.
+const FLAG: usize = usize::MAX;
 
 impl<'a> Cold<'a> {
     pub(crate) fn new(
@@ -66,11 +103,9 @@ impl<'a> Cold<'a> {
         label: &'a str,
         first_number: usize,
     ) -> Self {
-        let mut numbers = [None; 32];
-        // Those below belong to another way.
-        numbers[..first_number].fill(Some(N::MAX));
+        let mut numbers = Registers::new(32, first_number);
         for (n, register) in &places.arguments {
-            numbers[usize::from(*register)] = Some(*n);
+            numbers.held[usize::from(*register)] = Some(*n);
         }
         Self {
             graph,
@@ -80,20 +115,24 @@ impl<'a> Cold<'a> {
             label,
             labels: 0,
             code: String::new(),
-            numbers,
-            first_number,
-            truths: [None; 4],
+            files: [numbers, Registers::new(8, 0)],
+            slots: Vec::new(),
             left: HashMap::new(),
-            numbers_used: 0,
-            truths_used: 0,
+            pinned: Vec::new(),
+            clock: 0,
         }
+    }
+
+    /// Instructions that keep what the caller needs, and bring it back.
+    pub(crate) fn saved(&self) -> (String, String) {
+        saved(self.files[FLOATS].used, self.files[CORES].used, self.slots.len())
     }
 
     fn node(&self, n: N) -> Node {
         self.graph.nodes[n]
     }
 
-    /// The place of a constant from r3 on.
+    /// The place of a constant from the table's register on.
     fn constant(&mut self, bits: u32) -> i32 {
         let at = self.table.iter().position(|entry| *entry == bits).unwrap_or_else(|| {
             self.table.push(bits);
@@ -113,61 +152,104 @@ impl<'a> Cold<'a> {
                 open.extend(self.node(n).operands());
             }
         }
-        let wanted = |held: &Option<N>| held.filter(|n| *n == N::MAX || self.left.contains_key(n));
-        self.numbers = self.numbers.each_ref().map(wanted);
-        self.truths = self.truths.each_ref().map(wanted);
+        for file in &mut self.files {
+            for held in &mut file.held {
+                *held = held.filter(|n| *n == OTHERS || self.left.contains_key(n));
+            }
+        }
+        for slot in &mut self.slots {
+            *slot = slot.filter(|n| self.left.contains_key(n));
+        }
     }
 
     fn is_held(&self, n: N) -> bool {
-        self.numbers.contains(&Some(n)) || self.truths.contains(&Some(n)) || self.places.flag == Some(n)
+        self.files.iter().any(|file| file.of(n).is_some())
+            || self.slots.contains(&Some(n))
+            || self.places.flag == Some(n)
     }
 
     fn used(&mut self, n: N) {
         let left = self.left.entry(n).or_default();
         *left = left.saturating_sub(1);
         if *left == 0 {
-            let gone = |held: &mut Option<N>| *held = held.filter(|held| *held != n);
-            self.numbers.iter_mut().for_each(gone);
-            self.truths.iter_mut().for_each(gone);
+            self.gone(n);
         }
     }
 
-    fn free_number(&mut self, holder: N) -> Result<usize, String> {
-        let free = self.numbers[self.first_number..].iter().position(Option::is_none).ok_or(CROWDED)?;
-        let at = self.first_number + free;
-        self.numbers[at] = Some(holder);
-        self.numbers_used = self.numbers_used.max(at + 1);
+    fn gone(&mut self, holder: N) {
+        let gone = |held: &mut Option<N>| *held = held.filter(|held| *held != holder);
+        self.files.iter_mut().flat_map(|file| &mut file.held).for_each(gone);
+        self.slots.iter_mut().for_each(gone);
+    }
+
+    /// A register for a value: a free one, or the one that was not asked for longest, whose value goes to the stack.
+    fn free(&mut self, kind: usize, holder: N) -> Result<usize, String> {
+        self.clock += 1;
+        let file = &self.files[kind];
+        let at = if let Some(at) = (file.first..file.held.len()).find(|at| file.held[*at].is_none()) {
+            at
+        } else {
+            let may_go = |at: &usize| {
+                file.held[*at].is_some_and(|holder| holder < PASSING) && !self.pinned.contains(&(kind, *at))
+            };
+            let at = (file.first..file.held.len()).filter(may_go).min_by_key(|at| file.asked[*at]).ok_or(CROWDED)?;
+            let holder = file.held[at].ok_or(CROWDED)?;
+            if !self.slots.contains(&Some(holder)) {
+                let slot = self.slots.iter().position(Option::is_none).unwrap_or_else(|| {
+                    self.slots.push(None);
+                    self.slots.len() - 1
+                });
+                self.slots[slot] = Some(holder);
+                match kind {
+                    FLOATS => line!(self, "vstr s{at}, [sp, #{}]", 4 * slot),
+                    _ => line!(self, "str.w {}, [sp, #{}]", core(at), 4 * slot),
+                }
+            }
+            at
+        };
+        let file = &mut self.files[kind];
+        file.held[at] = Some(holder);
+        file.asked[at] = self.clock;
+        file.used = file.used.max(at + 1);
         Ok(at)
     }
 
-    fn free_truth(&mut self, holder: N) -> Result<usize, String> {
-        let at = self.truths.iter().position(Option::is_none).ok_or("more truths live at once than registers")?;
-        self.truths[at] = Some(holder);
-        self.truths_used = self.truths_used.max(at + 1);
-        Ok(at)
+    /// Where a value is that was computed before; back from the stack if it is there.
+    fn found(&mut self, kind: usize, holder: N) -> Result<Option<usize>, String> {
+        self.clock += 1;
+        if let Some(at) = self.files[kind].of(holder) {
+            self.files[kind].asked[at] = self.clock;
+            return Ok(Some(at));
+        }
+        let Some(slot) = self.slots.iter().position(|slot| *slot == Some(holder)) else { return Ok(None) };
+        let at = self.free(kind, holder)?;
+        match kind {
+            FLOATS => line!(self, "vldr s{at}, [sp, #{}]", 4 * slot),
+            _ => line!(self, "ldr.w {}, [sp, #{}]", core(at), 4 * slot),
+        }
+        Ok(Some(at))
+    }
+
+    fn place(&self, port: &Port) -> Result<(&'static str, i32), String> {
+        (self.places.place)(port).ok_or_else(|| format!("`{}` is in no register and has no place", port.name))
     }
 
     /// A number in a register; one that is loaded for this use alone is let go by the caller.
     fn number(&mut self, n: N) -> Result<(usize, bool), String> {
-        if let Some(at) = self.numbers.iter().position(|held| *held == Some(n)) {
+        if let Some(at) = self.found(FLOATS, n)? {
             return Ok((at, false));
         }
         match self.node(n) {
             Node::Input(port) => {
-                let port = &self.inputs[port];
-                let (base, at) = match port.role {
-                    Role::Sample(j) => (self.places.other, 4 * j as i32),
-                    Role::State => ("r0", (self.places.word)(port) - self.places.state_at),
-                    _ => return Err(format!("`{}` is in no register", port.name)),
-                };
-                let register = self.free_number(N::MAX - 1)?;
+                let (base, at) = self.place(&self.inputs[port])?;
+                let register = self.free(FLOATS, PASSING)?;
                 line!(self, "vldr s{register}, [{base}, #{at}]");
                 Ok((register, true))
             }
             Node::Number(bits) => {
                 let at = self.constant(bits);
-                let register = self.free_number(N::MAX - 1)?;
-                line!(self, "vldr s{register}, [r3, #{at}]");
+                let register = self.free(FLOATS, PASSING)?;
+                line!(self, "vldr s{register}, [{}, #{at}]", self.places.table);
                 Ok((register, true))
             }
             _ => self.computed(n).map(|register| (register, false)),
@@ -176,18 +258,35 @@ impl<'a> Cold<'a> {
 
     /// The operands in registers, for an operation that is then written; afterwards what nobody needs is let go.
     fn operands(&mut self, all: &[N]) -> Result<Vec<usize>, String> {
-        let mut loaded = Vec::new();
+        let (pinned, mut loaded) = (self.pinned.len(), Vec::new());
         for n in all {
             let (register, only_here) = self.number(*n)?;
+            self.pinned.push((FLOATS, register));
             loaded.push((register, only_here));
         }
+        self.pinned.truncate(pinned);
         for (n, (register, only_here)) in all.iter().zip(&loaded) {
             if *only_here {
-                self.numbers[*register] = None;
+                self.files[FLOATS].held[*register] = None;
             }
             self.used(*n);
         }
         Ok(loaded.into_iter().map(|(register, _)| register).collect())
+    }
+
+    /// The same of counts and truths.
+    fn core_operands(&mut self, all: &[N]) -> Result<Vec<String>, String> {
+        let (pinned, mut registers) = (self.pinned.len(), Vec::new());
+        for n in all {
+            let register = self.core_value(*n)?;
+            self.pinned.push((CORES, register));
+            registers.push(core(register));
+        }
+        self.pinned.truncate(pinned);
+        for n in all {
+            self.used(*n);
+        }
+        Ok(registers)
     }
 
     fn computed(&mut self, n: N) -> Result<usize, String> {
@@ -200,43 +299,58 @@ impl<'a> Cold<'a> {
             Node::Mul(a, b) => two("vmul", a, b),
             Node::Div(a, b) => two("vdiv", a, b),
             Node::Select(c, a, b) => return self.selected(n, c, a, b),
+            Node::NumberOf(a) => {
+                let source = self.core_operands(&[a])?;
+                let register = self.free(FLOATS, n)?;
+                line!(self, "vmov s{register}, {}\n\tvcvt.f32.s32 s{register}, s{register}", source[0]);
+                return Ok(register);
+            }
             other => return Err(format!("{other:?} is no number to compute")),
         };
         let sources = self.operands(&operands)?;
-        let register = self.free_number(n)?;
+        let register = self.free(FLOATS, n)?;
         let sources: Vec<String> = sources.iter().map(|at| format!("s{at}")).collect();
         line!(self, "{name}.f32 s{register}, {}", sources.join(", "));
         Ok(register)
     }
 
-    fn selected(&mut self, n: N, c: N, a: N, b: N) -> Result<usize, String> {
-        // All before the flags are set.
-        let (yes, yes_only) = self.number(a)?;
-        let (no, no_only) = self.number(b)?;
+    /// Under which condition of the flags, now set, a truth holds.
+    fn flags(&mut self, c: N) -> Result<&'static str, String> {
         // A comparison for this alone stays in the flags.
-        let holds = match self.node(c) {
+        match self.node(c) {
             Node::Compare(test, x, limit) if self.left.get(&c) == Some(&1) && !self.is_held(c) => {
                 let sources = self.operands(&[x, limit])?;
                 line!(self, "vcmp.f32 s{}, s{}\n\tvmrs APSR_nzcv, fpscr", sources[0], sources[1]);
-                condition(test).0
+                Ok(condition(test).0)
             }
             _ => {
-                let truth = self.truth(c)?;
-                line!(self, "cmp.w {truth}, #0");
-                "ne"
+                let truth = self.core_value(c)?;
+                line!(self, "cmp.w {}, #0", core(truth));
+                Ok("ne")
             }
-        };
+        }
+    }
+
+    fn selected(&mut self, n: N, c: N, a: N, b: N) -> Result<usize, String> {
+        // All before the flags are set.
+        let pinned = self.pinned.len();
+        let (yes, yes_only) = self.number(a)?;
+        self.pinned.push((FLOATS, yes));
+        let (no, no_only) = self.number(b)?;
+        self.pinned.push((FLOATS, no));
+        let holds = self.flags(c)?;
         let register = if no_only {
-            self.numbers[no] = Some(n);
+            self.files[FLOATS].held[no] = Some(n);
             no
         } else {
-            let register = self.free_number(n)?;
+            let register = self.free(FLOATS, n)?;
             line!(self, "vmov.f32 s{register}, s{no}");
             register
         };
+        self.pinned.truncate(pinned);
         line!(self, "it {holds}\n\tvmov{holds}.f32 s{register}, s{yes}");
         if yes_only {
-            self.numbers[yes] = None;
+            self.files[FLOATS].held[yes] = None;
         }
         for n in [a, b, c] {
             self.used(n);
@@ -244,63 +358,116 @@ impl<'a> Cold<'a> {
         Ok(register)
     }
 
-    /// A truth in a core register, as 0 or 1.
-    fn truth(&mut self, n: N) -> Result<String, String> {
+    /// A count, or a truth as 0 or 1, in a core register.
+    fn core_value(&mut self, n: N) -> Result<usize, String> {
         if self.places.flag == Some(n) {
-            return Ok("ip".into());
+            return Ok(FLAG);
         }
-        let name = |at: usize| format!("r{}", 4 + at);
-        if let Some(at) = self.truths.iter().position(|held| *held == Some(n)) {
-            return Ok(name(at));
+        if let Some(at) = self.found(CORES, n)? {
+            return Ok(at);
         }
         let at = match self.node(n) {
             Node::Truth(truth) => {
-                let at = self.free_truth(n)?;
-                line!(self, "mov.w {}, #{}", name(at), u8::from(truth));
+                let at = self.free(CORES, n)?;
+                line!(self, "mov.w {}, #{}", core(at), u8::from(truth));
+                at
+            }
+            Node::Count(bits) => {
+                let from = self.constant(bits);
+                let at = self.free(CORES, n)?;
+                line!(self, "ldr.w {}, [{}, #{from}]", core(at), self.places.table);
                 at
             }
             Node::Input(port) => {
-                let from = (self.places.word)(&self.inputs[port]) - self.places.state_at;
-                let at = self.free_truth(n)?;
-                line!(self, "ldrb.w {}, [r0, #{from}]", name(at));
+                let port = &self.inputs[port];
+                let (base, from) = self.place(port)?;
+                let at = self.free(CORES, n)?;
+                let load = if port.kind == tick_record::Kind::Truth { "ldrb.w" } else { "ldr.w" };
+                line!(self, "{load} {}, [{base}, #{from}]", core(at));
                 at
             }
             Node::Compare(test, a, b) => {
                 let sources = self.operands(&[a, b])?;
-                let at = self.free_truth(n)?;
+                let at = self.free(CORES, n)?;
                 let (yes, no) = condition(test);
                 line!(self, "vcmp.f32 s{}, s{}\n\tvmrs APSR_nzcv, fpscr", sources[0], sources[1]);
-                line!(self, "ite {yes}\n\tmov{yes}.w {r}, #1\n\tmov{no}.w {r}, #0", r = name(at));
+                line!(self, "ite {yes}\n\tmov{yes}.w {r}, #1\n\tmov{no}.w {r}, #0", r = core(at));
                 at
             }
             Node::And(a, b) | Node::Or(a, b) => {
                 // A chain from its end, so that it holds two at a time.
                 let (a, b) = if matches!(self.node(b), Node::And(..) | Node::Or(..)) { (b, a) } else { (a, b) };
-                let (one, other) = (self.truth(a)?, self.truth(b)?);
-                self.used(a);
-                self.used(b);
-                let at = self.free_truth(n)?;
-                let name_of = if matches!(self.node(n), Node::And(..)) { "and" } else { "orr" };
-                line!(self, "{name_of}.w {}, {one}, {other}", name(at));
-                at
+                let name = if matches!(self.node(n), Node::And(..)) { "and.w" } else { "orr.w" };
+                self.of_two(n, name, a, b)?
             }
             Node::Not(a) => {
-                let one = self.truth(a)?;
-                self.used(a);
-                let at = self.free_truth(n)?;
-                line!(self, "eor.w {}, {one}, #1", name(at));
+                let one = self.core_operands(&[a])?;
+                let at = self.free(CORES, n)?;
+                line!(self, "eor.w {}, {}, #1", core(at), one[0]);
                 at
             }
-            other => return Err(format!("{other:?} is no truth to compute")),
+            Node::CountSince(a, b) => self.of_two(n, "sub.w", a, b)?,
+            Node::CountPlus(a, b) => self.of_two(n, "add.w", a, b)?,
+            Node::CountSigned(a, bits) => {
+                let one = self.core_operands(&[a])?;
+                let at = self.free(CORES, n)?;
+                line!(self, "sbfx {}, {}, #0, #{bits}", core(at), one[0]);
+                at
+            }
+            Node::CountWhole(a, of, each) => {
+                let one = self.core_operands(&[a])?;
+                let at = self.free(CORES, n)?;
+                let whole = self.passing(of)?;
+                line!(self, "sdiv {}, {}, {}", core(at), one[0], core(whole));
+                if each != 1 {
+                    let each = self.passing(each)?;
+                    line!(self, "mul {}, {}, {}", core(at), core(at), core(each));
+                }
+                at
+            }
+            Node::Select(c, a, b) => {
+                let pinned = self.pinned.len();
+                let yes = self.core_value(a)?;
+                self.pinned.push((CORES, yes));
+                let no = self.core_value(b)?;
+                self.pinned.push((CORES, no));
+                let at = self.free(CORES, n)?;
+                self.pinned.push((CORES, at));
+                let holds = self.flags(c)?;
+                self.pinned.truncate(pinned);
+                let (at_, yes, no) = (core(at), core(yes), core(no));
+                line!(self, "mov.w {at_}, {no}\n\tit {holds}\n\tmov{holds}.w {at_}, {yes}");
+                for n in [a, b, c] {
+                    self.used(n);
+                }
+                at
+            }
+            other => return Err(format!("{other:?} is no count and no truth to compute")),
         };
-        Ok(name(at))
+        Ok(at)
     }
 
-    /// The truth of one value, in the flags: `ne` if it holds.
-    pub(crate) fn decide(&mut self, n: N) -> Result<(), String> {
-        self.expect(&[n]);
-        let truth = self.truth(n)?;
-        line!(self, "cmp.w {truth}, #0");
+    fn of_two(&mut self, n: N, name: &str, a: N, b: N) -> Result<usize, String> {
+        let of = self.core_operands(&[a, b])?;
+        let at = self.free(CORES, n)?;
+        line!(self, "{name} {}, {}, {}", core(at), of[0], of[1]);
+        Ok(at)
+    }
+
+    /// A number in a core register, for the next instruction alone.
+    fn passing(&mut self, bits: u32) -> Result<usize, String> {
+        let from = self.constant(bits);
+        let at = self.free(CORES, PASSING)?;
+        self.files[CORES].held[at] = None;
+        line!(self, "ldr.w {}, [{}, #{from}]", core(at), self.places.table);
+        Ok(at)
+    }
+
+    /// The truth of one value, in the flags: `ne` if it holds. What `later` needs is kept.
+    pub(crate) fn decide(&mut self, n: N, later: &[N]) -> Result<(), String> {
+        self.expect(&[&[n], later].concat());
+        let truth = self.core_value(n)?;
+        line!(self, "cmp.w {}, #0", core(truth));
         Ok(())
     }
 
@@ -313,13 +480,23 @@ impl<'a> Cold<'a> {
             }
             End::Branch { condition, yes, no } => {
                 let condition = values[condition.index()];
-                self.decide(condition)?;
+                if let Node::Truth(truth) = self.node(condition) {
+                    return self.block(record, if truth { yes } else { no }, values, leave);
+                }
+                let mut later = Vec::new();
+                wanted(yes, values, &mut later);
+                wanted(no, values, &mut later);
+                self.decide(condition, &later)?;
                 self.labels += 1;
                 let label = format!(".L{}_{}", self.label, self.labels);
                 line!(self, "beq.w {label}");
-                let (numbers, truths) = (self.numbers, self.truths);
+                let before = (self.files.clone(), self.slots.clone());
                 self.block(record, yes, values, leave)?;
-                (self.numbers, self.truths) = (numbers, truths);
+                let [numbers, cores] = [FLOATS, CORES].map(|kind| self.files[kind].used);
+                let slots = self.slots.len();
+                (self.files, self.slots) = before;
+                (self.files[FLOATS].used, self.files[CORES].used) = (numbers, cores);
+                self.slots.resize(slots, None);
                 let _ = writeln!(self.code, "{label}:");
                 self.block(record, no, values, leave)
             }
@@ -333,7 +510,7 @@ impl<'a> Cold<'a> {
         };
         let last = |role: Role| matches!(role, Role::Flag(_) | Role::Answer);
         let mut open: Vec<(&Port, N)> = record.results.iter().zip(results.iter().copied()).collect();
-        open.retain(|(port, n)| !stays(port, *n) && (self.places.output.is_some() || is_told(port)));
+        open.retain(|(port, n)| !stays(port, *n) && (!self.places.u_alone || is_told(port)));
         // What other words are made of is overwritten last.
         let reads: Vec<HashSet<N>> = open.iter().map(|(_, n)| self.inputs_of(*n)).collect();
         let own = |port: &Port| self.inputs.iter().position(|input| input.name == port.name && input.role == port.role);
@@ -355,23 +532,23 @@ impl<'a> Cold<'a> {
         // Truths that are told stay in their registers; they are few.
         for k in flags.iter().copied() {
             if !matches!(self.node(open[k].1), Node::Truth(_)) {
-                self.truth(open[k].1)?;
+                self.core_value(open[k].1)?;
             }
             computed[k] = true;
         }
-        let mut held: HashMap<usize, usize> = HashMap::new();
+        // What waits in a register or on the stack, and under which name.
+        let mut held: HashMap<usize, N> = HashMap::new();
         for k in order {
             let (port, n) = open[k];
             if waits_for(k, &computed) {
                 // It is computed now and stored later.
-                if port.kind == tick_record::Kind::Truth {
-                    self.truth(n)?;
-                } else {
+                if port.kind == tick_record::Kind::Number {
                     let (register, only_here) = self.number(n)?;
-                    if only_here {
-                        self.numbers[register] = Some(N::MAX - 2 - k);
-                    }
-                    held.insert(k, register);
+                    let holder = if only_here { PASSING - 1 - k } else { n };
+                    self.files[FLOATS].held[register] = Some(holder);
+                    held.insert(k, holder);
+                } else {
+                    self.core_value(n)?;
                 }
                 computed[k] = true;
             } else {
@@ -382,12 +559,7 @@ impl<'a> Cold<'a> {
             for j in 0..open.len() {
                 if computed[j] && !stored[j] && !last(open[j].0.role) && !waits_for(j, &computed) {
                     let (port, n) = open[j];
-                    self.store(port, n, held.get(&j).copied())?;
-                    if let Some(register) = held.remove(&j)
-                        && self.numbers[register] == Some(N::MAX - 2 - j)
-                    {
-                        self.numbers[register] = None;
-                    }
+                    self.store(port, n, held.remove(&j))?;
                     stored[j] = true;
                 }
             }
@@ -401,7 +573,7 @@ impl<'a> Cold<'a> {
             for k in flags {
                 let (port, n) = open[k];
                 if constant(n).is_none() {
-                    let truth = self.truth(n)?;
+                    let truth = core(self.core_value(n)?);
                     line!(self, "cmp.w {truth}, #0\n\tit ne\n\torrne.w r0, r0, #{}", bit(port.role));
                 }
             }
@@ -427,39 +599,50 @@ impl<'a> Cold<'a> {
         inputs
     }
 
-    fn store(&mut self, port: &Port, n: N, held: Option<usize>) -> Result<(), String> {
-        if port.kind == tick_record::Kind::Truth {
-            let at = (self.places.word)(port) - self.places.state_at;
-            let truth = self.truth(n)?;
-            line!(self, "strb.w {truth}, [r0, #{at}]");
+    /// Stores a result; `held` is the name under which it waits, if it does.
+    fn store(&mut self, port: &Port, n: N, held: Option<N>) -> Result<(), String> {
+        if port.kind != tick_record::Kind::Number {
+            let (base, at) = self.place(port)?;
+            let value = core(self.core_value(n)?);
+            let store = if port.kind == tick_record::Kind::Truth { "strb.w" } else { "str.w" };
+            line!(self, "{store} {value}, [{base}, #{at}]");
             self.used(n);
             return Ok(());
         }
-        let (register, only_here) = match held {
-            Some(register) => (register, false),
+        let waiting = match held {
+            Some(holder) => self.found(FLOATS, holder)?,
+            None => None,
+        };
+        let (register, only_here) = match waiting {
+            Some(register) => (register, held != Some(n)),
             None => self.number(n)?,
         };
-        match (port.role, self.places.output) {
-            (Role::State, _) => {
-                line!(self, "vstr s{register}, [r0, #{}]", (self.places.word)(port) - self.places.state_at);
-            }
-            (Role::Output, Some(output)) => {
-                let at = ["u", "sigma", "sigma_star"].iter().position(|name| *name == port.name).ok_or("an output")?;
-                line!(self, "vstr s{register}, [{output}, #{}]", 4 * at);
-            }
-            (Role::Output, None) => {
-                line!(self, "vmov.f32 s0, s{register}");
-            }
-            (Role::Estimate(i, m), _) => {
-                line!(self, "vstr s{register}, [{}, #{}]", self.places.other, 4 * (i * self.places.columns + m));
-            }
-            (role, _) => return Err(format!("{role:?} has no place")),
+        if self.places.u_alone && port.role == Role::Output {
+            line!(self, "vmov.f32 s0, s{register}");
+        } else {
+            let (base, at) = self.place(port)?;
+            line!(self, "vstr s{register}, [{base}, #{at}]");
         }
         if only_here {
-            self.numbers[register] = None;
+            self.files[FLOATS].held[register] = None;
+            if let Some(holder) = held {
+                self.gone(holder);
+            }
         }
         self.used(n);
         Ok(())
+    }
+}
+
+/// All that a block and what follows it decide and return.
+fn wanted(block: &Block, values: &[N], all: &mut Vec<N>) {
+    match &block.end {
+        End::Return(results) => all.extend(results.iter().map(|id| values[id.index()])),
+        End::Branch { condition, yes, no } => {
+            all.push(values[condition.index()]);
+            wanted(yes, values, all);
+            wanted(no, values, all);
+        }
     }
 }
 
@@ -482,4 +665,40 @@ fn condition(test: Test) -> (&'static str, &'static str) {
         Test::Equal => ("eq", "ne"),
         Test::NotEqual => ("ne", "eq"),
     }
+}
+
+/// Instructions that keep what the caller needs and make room on the stack, and those that undo it.
+pub(crate) fn saved(numbers: usize, cores: usize, slots: usize) -> (String, String) {
+    let (mut push, mut pop) = (String::new(), String::new());
+    if cores > 0 {
+        // An even number, so that the stack stays aligned.
+        let last = 3 + cores.next_multiple_of(2);
+        let _ = writeln!(push, "\tpush.w {{r4-r{last}}}");
+        let _ = writeln!(pop, "\tpop.w {{r4-r{last}}}");
+    }
+    if numbers > 16 {
+        let count = (numbers - 16).next_multiple_of(2);
+        let _ = writeln!(push, "\tvpush {}", row(16, count));
+        pop = format!("\tvpop {}\n{pop}", row(16, count));
+    }
+    if slots > 0 {
+        let bytes = 4 * slots.next_multiple_of(2);
+        let _ = writeln!(push, "\tsub.w sp, sp, #{bytes}");
+        pop = format!("\tadd.w sp, sp, #{bytes}\n{pop}");
+    }
+    (push, pop)
+}
+
+/// Registers `first`, ...
+pub(crate) fn row(first: u8, count: usize) -> String {
+    if count == 1 { format!("{{s{first}}}") } else { format!("{{s{first}-s{}}}", usize::from(first) + count - 1) }
+}
+
+/// A table behind the code.
+pub(crate) fn words(name: &str, table: &[u32]) -> String {
+    let mut text = format!("\t.balign 4\n.L{name}_table:\n");
+    for bits in table {
+        let _ = writeln!(text, "\t.word {bits:#010x} @ {:?}", f32::from_bits(*bits));
+    }
+    text
 }

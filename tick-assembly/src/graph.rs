@@ -3,11 +3,11 @@
 //!
 //! A simplification is one of numbers as the chip has them, single precision: every bit is that of the record, for
 //! every input. Numbers are folded by the same operation in the same precision; beyond that only x + (-0) = x and
-//! x - 0 = x are used.
+//! x - 0 = x are used, and x + 0 = x of a count times a positive number, which is never -0.
 
 use std::collections::HashMap;
 
-use tick_record::{Id, Kind, Op, Record, Test};
+use tick_record::{Id, Op, Record, Test};
 
 /// A value of a [`Graph`], by its place there.
 pub(crate) type N = usize;
@@ -31,20 +31,36 @@ pub(crate) enum Node {
     Or(N, N),
     Not(N),
     Select(N, N, N),
+    /// 32 bits that wrap.
+    Count(u32),
+    CountSince(N, N),
+    CountPlus(N, N),
+    /// Its low bits with their sign.
+    CountSigned(N, u32),
+    /// Whole ones of the first number in it, times the second.
+    CountWhole(N, u32, u32),
+    NumberOf(N),
 }
 
 impl Node {
     pub(crate) fn operands(self) -> impl Iterator<Item = N> {
         let all = match self {
-            Self::Input(_) | Self::Number(_) | Self::Truth(_) => [None; 3],
-            Self::Neg(a) | Self::Abs(a) | Self::Not(a) => [Some(a), None, None],
+            Self::Input(_) | Self::Number(_) | Self::Truth(_) | Self::Count(_) => [None; 3],
+            Self::Neg(a)
+            | Self::Abs(a)
+            | Self::Not(a)
+            | Self::CountSigned(a, _)
+            | Self::CountWhole(a, ..)
+            | Self::NumberOf(a) => [Some(a), None, None],
             Self::Add(a, b)
             | Self::Sub(a, b)
             | Self::Mul(a, b)
             | Self::Div(a, b)
             | Self::Compare(_, a, b)
             | Self::And(a, b)
-            | Self::Or(a, b) => [Some(a), Some(b), None],
+            | Self::Or(a, b)
+            | Self::CountSince(a, b)
+            | Self::CountPlus(a, b) => [Some(a), Some(b), None],
             Self::Select(a, b, c) => [Some(a), Some(b), Some(c)],
         };
         all.into_iter().flatten()
@@ -60,15 +76,12 @@ pub(crate) struct Graph {
 
 impl Graph {
     /// All values of a record, by their [`Id::index`]; `given` stands for the values that it names.
-    ///
-    /// # Errors
-    /// A value that is neither number nor truth.
-    pub(crate) fn values(&mut self, record: &Record, given: &HashMap<usize, N>) -> Result<Vec<N>, String> {
+    pub(crate) fn values(&mut self, record: &Record, given: &HashMap<usize, N>) -> Vec<N> {
         let mut values: Vec<N> = Vec::with_capacity(record.values.len());
         for (at, value) in record.values.iter().enumerate() {
             let of = |id: Id| values[id.index()];
             let node = match value.op {
-                Op::Input(port) if record.inputs[port].kind != Kind::Count => Node::Input(port),
+                Op::Input(port) => Node::Input(port),
                 Op::Constant(number) => Node::Number((number as f32).to_bits()),
                 Op::Truth(truth) => Node::Truth(truth),
                 Op::Neg(a) => Node::Neg(of(a)),
@@ -82,12 +95,28 @@ impl Graph {
                 Op::Or(a, b) => Node::Or(of(a), of(b)),
                 Op::Not(a) => Node::Not(of(a)),
                 Op::Select(c, a, b) => Node::Select(of(c), of(a), of(b)),
-                _ => return Err("counts: they are not scheduled".into()),
+                Op::CountOf(count) => Node::Count(count),
+                Op::CountSince(a, b) => Node::CountSince(of(a), of(b)),
+                Op::CountPlus(a, b) => Node::CountPlus(of(a), of(b)),
+                Op::CountSigned(a, bits) => Node::CountSigned(of(a), bits),
+                Op::CountWhole(a, of_each, each) => Node::CountWhole(of(a), of_each, each),
+                Op::NumberOf(a) => Node::NumberOf(of(a)),
             };
             let value = given.get(&at).copied().unwrap_or_else(|| self.add(node));
             values.push(value);
         }
-        Ok(values)
+        values
+    }
+
+    /// Is this surely not -0? A count is no -0, and times at least the smallest normal number it is no smaller.
+    fn is_no_negative_zero(&self, n: N) -> bool {
+        let is_count = |n: N| matches!(self.nodes[n], Node::NumberOf(_));
+        let scales = |n: N| self.number(n).is_some_and(|number| number >= f32::MIN_POSITIVE);
+        match self.nodes[n] {
+            Node::NumberOf(_) => true,
+            Node::Mul(a, b) => (scales(a) && is_count(b)) || (scales(b) && is_count(a)),
+            _ => false,
+        }
     }
 
     fn number(&self, n: N) -> Option<f32> {
@@ -109,6 +138,8 @@ impl Graph {
             Node::Add(a, b) if is_zero(b, -1.0) => return a,
             Node::Add(a, b) if is_zero(a, -1.0) => return b,
             Node::Sub(a, b) if is_zero(b, 1.0) => return a,
+            Node::Add(a, b) if is_zero(b, 1.0) && self.is_no_negative_zero(a) => return a,
+            Node::CountSigned(a, 32) => return a,
             Node::Add(a, b) => two(a, b, |a, b| a + b),
             Node::Sub(a, b) => two(a, b, |a, b| a - b),
             Node::Mul(a, b) => two(a, b, |a, b| a * b),

@@ -1,8 +1,14 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+mod build;
 mod cold;
+mod counts;
+mod drive;
 mod graph;
+mod layout;
+mod ordinary;
+mod parts;
 mod schedule;
 mod tick;
 
@@ -11,8 +17,13 @@ use std::fmt::Write as _;
 
 use tick_record::{Functions, Kind, Port, Record, Role};
 
+use tick_record::drive::DriveFunctions;
+
 use cold::{Cold, Places};
 use graph::Graph;
+
+#[doc(inline)]
+pub use layout::DriveLayout;
 
 /// How long is searched. The same effort gives the same text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,11 +95,27 @@ impl Layout {
         4 * self.words.len() as i32
     }
 
-    fn place(&self, name: &str) -> i32 {
-        match name {
-            "resuming" => self.resuming(),
-            "started" => self.resuming() + 1,
-            _ => 4 * self.word(name).unwrap_or_default() as i32,
+    /// Where things are in memory, with the state at r0 less so many bytes; `output` points at the output, and what is
+    /// estimated has so many words in a row.
+    fn places(
+        &self,
+        state_at: i32,
+        output: &'static str,
+        columns: usize,
+    ) -> impl Fn(&Port) -> Option<(&'static str, i32)> {
+        move |port| {
+            let word = |at: usize| 4 * at as i32;
+            match (port.role, port.name.as_str()) {
+                (Role::State, "resuming") => Some(("r0", self.resuming() - state_at)),
+                (Role::State, "started") => Some(("r0", self.resuming() + 1 - state_at)),
+                (Role::State, name) => self.word(name).map(|at| ("r0", word(at) - state_at)),
+                (Role::Sample(j), _) => Some(("r1", word(j))),
+                (Role::Output, name) => {
+                    ["u", "sigma", "sigma_star"].iter().position(|one| *one == name).map(|at| (output, word(at)))
+                }
+                (Role::Estimate(i, m), _) => Some(("r1", word(i * columns + m))),
+                _ => None,
+            }
         }
     }
 }
@@ -106,25 +133,74 @@ pub struct Assembly {
     pub cycles_whole: u32,
 }
 
+/// The code of a tick, and what the search says that its ordinary way takes.
+struct Emitted {
+    text: String,
+    cycles: u32,
+}
+
+/// The functions of a drive as text for the GNU assembler, and what a caller must know of them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DriveAssembly {
+    /// The functions.
+    pub text: String,
+    /// Where the words of the state are.
+    pub layout: DriveLayout,
+    /// Typical cycles of an ordinary tick whose u alone is read, by the cost that was searched for, return included.
+    pub cycles: u32,
+    /// The same with the whole output.
+    pub cycles_whole: u32,
+}
+
+/// Text of functions, each in a section of its own.
+struct Text(String);
+
+impl Text {
+    fn new() -> Self {
+        Self("\t.syntax unified\n\t.cpu cortex-m4\n\t.fpu fpv4-sp-d16\n\t.thumb\n".into())
+    }
+
+    fn function(&mut self, name: &str, code: &str) {
+        let _ = write!(
+            self.0,
+            "\n\t.section .text.{name}, \"ax\", %progbits\n\t.balign 8\n\t.global {name}\n\t.type {name}, %function\n\
+             \t.thumb_func\n{name}:\n{code}\t.size {name}, .-{name}\n"
+        );
+    }
+}
+
+/// Writes the functions of a drive. All names begin with `prefix`.
+///
+/// # Errors
+/// What is not scheduled, and why.
+pub fn drive_assembly(functions: &DriveFunctions, prefix: &str, effort: &Effort) -> Result<DriveAssembly, String> {
+    let layout = DriveLayout::of(functions);
+    let ordinary = ordinary::Ordinary::of(functions)?;
+    let mut text = Text::new();
+    let u = drive::tick(&ordinary, &layout, prefix, false, effort)?;
+    text.function(&format!("{prefix}_tick_u"), &u.text);
+    let whole = drive::tick(&ordinary, &layout, prefix, true, effort)?;
+    text.function(&format!("{prefix}_tick"), &whole.text);
+    text.function(&format!("{prefix}_rest"), &parts::rest(&layout, prefix)?);
+    for (what, record) in parts::all(functions) {
+        let name = format!("{prefix}_{what}");
+        text.function(&name, &parts::part(what, record, &layout, &name)?);
+    }
+    Ok(DriveAssembly { text: text.0, layout, cycles: u.cycles, cycles_whole: whole.cycles })
+}
+
 /// Writes the functions of a controller of plant order n and highest observer order r. All names begin with `prefix`.
 ///
 /// # Errors
 /// What is not scheduled, and why.
 pub fn assembly(functions: &Functions, n: usize, r: usize, prefix: &str, effort: &Effort) -> Result<Assembly, String> {
     let layout = Layout::of(functions, n);
-    let mut text = String::from("\t.syntax unified\n\t.cpu cortex-m4\n\t.fpu fpv4-sp-d16\n\t.thumb\n");
-    let mut function = |name: &str, code: &str| {
-        let _ = write!(
-            text,
-            "\n\t.section .text.{name}, \"ax\", %progbits\n\t.balign 8\n\t.global {name}\n\t.type {name}, %function\n\
-             \t.thumb_func\n{name}:\n{code}\t.size {name}, .-{name}\n"
-        );
-    };
+    let mut text = Text::new();
     let name = |what: &str| format!("{prefix}_{what}");
     let u = tick::tick(&functions.tick, &layout, &name("tick_u"), false, effort)?;
-    function(&name("tick_u"), &u.text);
+    text.function(&name("tick_u"), &u.text);
     let whole = tick::tick(&functions.tick, &layout, &name("tick"), true, effort)?;
-    function(&name("tick"), &whole.text);
+    text.function(&name("tick"), &whole.text);
     for (what, record) in [
         ("start", &functions.start),
         ("not_started", &functions.not_started),
@@ -133,28 +209,26 @@ pub fn assembly(functions: &Functions, n: usize, r: usize, prefix: &str, effort:
         ("reset", &functions.reset),
     ] {
         let code = plain(record, &layout, &name(what), r)?;
-        function(&name(what), &code);
+        text.function(&name(what), &code);
     }
-    Ok(Assembly { text, layout, cycles: u.cycles, cycles_whole: whole.cycles })
+    Ok(Assembly { text: text.0, layout, cycles: u.cycles, cycles_whole: whole.cycles })
 }
 
 /// A function in the order of its results.
 fn plain(record: &Record, layout: &Layout, name: &str, r: usize) -> Result<String, String> {
     let mut graph = Graph::default();
-    let values = graph.values(record, &HashMap::new())?;
-    let word = |port: &Port| layout.place(&port.name);
+    let values = graph.values(record, &HashMap::new());
     let argument = |(at, port): (usize, &Port)| {
         let node = graph.nodes.iter().position(|node| *node == graph::Node::Input(at))?;
         (port.role == Role::Argument).then_some((node, 0_u8))
     };
     let has_state = record.inputs.iter().chain(&record.results).any(|port| port.role == Role::State);
+    // What fills an output and nothing else has it first.
+    let place = layout.places(0, if has_state { "r2" } else { "r0" }, r);
     let places = Places {
-        word: &word,
-        state_at: 0,
-        other: "r1",
-        // What fills an output and nothing else has it first.
-        output: Some(if has_state { "r2" } else { "r0" }),
-        columns: r,
+        place: &place,
+        u_alone: false,
+        table: "r3",
         table_at: 0,
         arguments: record.inputs.iter().enumerate().filter_map(argument).collect(),
         flag: None,
@@ -162,9 +236,9 @@ fn plain(record: &Record, layout: &Layout, name: &str, r: usize) -> Result<Strin
     let mut table = Vec::new();
     let mut cold = Cold::new(&graph, &record.inputs, &places, &mut table, name, 0);
     cold.block(record, &record.body, &values, "\tb.w @leave\n")?;
-    let (push, pop) = tick::saved(cold.numbers_used, cold.truths_used);
+    let (push, pop) = cold.saved();
     let leave = format!("{pop}\tbx lr\n");
     let code = cold.code.replace("\tb.w @leave\n", &leave);
     let adr = if table.is_empty() { String::new() } else { format!("\tadr.w r3, .L{name}_table\n") };
-    Ok(format!("{push}{adr}{code}{}", tick::words(name, &table)))
+    Ok(format!("{push}{adr}{code}{}", cold::words(name, &table)))
 }

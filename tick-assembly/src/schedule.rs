@@ -29,6 +29,13 @@ pub(crate) enum Kind {
     Copy,
     /// Source, upper, lower limit.
     Clamp,
+    /// The second if it is greater, else the first.
+    Max,
+    /// A count, as it lies there, as a number.
+    Number,
+    /// An angle, its size, a limit, and a constant: beyond the limit the angle is mirrored and the constant changes its
+    /// sign, out of line.
+    Mirror,
     /// Words in a row, behind one another in memory and in registers: of the sample, or of the state.
     LoadSample,
     LoadState,
@@ -38,6 +45,11 @@ pub(crate) enum Kind {
     Resume,
     /// So many pairs of a size and its limit; then what the way beyond needs in registers.
     Guard(usize),
+    /// Away if the first is greater than the second, or no number; the rest is what is needed there. The number tells
+    /// one from another.
+    Leave(usize),
+    /// Words in a row to memory, in front of those that were stored before.
+    Save,
     /// This bit of the health, if the sources are not equal (`false`), or if the first is greater (`true`).
     Flag(u8, bool),
 }
@@ -125,6 +137,8 @@ struct Simulation<'a> {
     left: Vec<u16>,
     stream: Vec<u16>,
     loaded: Vec<bool>,
+    /// Of each value: may it, as a constant, be loaded for each use anew?
+    may_repeat: Vec<bool>,
 }
 
 impl<'a> Simulation<'a> {
@@ -142,8 +156,14 @@ impl<'a> Simulation<'a> {
                 ahead[i * items + j] = true;
             }
         }
+        let mut may_repeat: Vec<bool> = (0..values).map(|v| line.constants[v].is_some() && uses[v] > 1).collect();
+        for item in line.items.iter().filter(|item| item.kind == Kind::Mirror) {
+            // It changes where it lies.
+            may_repeat[item.sources[3]] = false;
+        }
         Self {
             line,
+            may_repeat,
             uses,
             is_final,
             is_home,
@@ -273,16 +293,25 @@ impl<'a> Simulation<'a> {
             let place = |k: usize| usize::from(self.place[item.sources[k]]);
             let waits = |range: std::ops::Range<usize>| u32::from(range.into_iter().any(|k| place(k) == fresh));
             let all = 0..item.sources.len();
-            let arithmetic = matches!(item.kind, Kind::Add | Kind::Sub | Kind::Mul | Kind::Div);
+            let arithmetic = matches!(item.kind, Kind::Add | Kind::Sub | Kind::Mul | Kind::Div | Kind::Number);
+            let in_place = matches!(item.kind, Kind::Clamp | Kind::Max | Kind::Mirror);
             cycles += match item.kind {
-                Kind::Add | Kind::Sub | Kind::Mul | Kind::Abs | Kind::Neg | Kind::Copy => 1 + waits(all),
+                Kind::Add | Kind::Sub | Kind::Mul | Kind::Abs | Kind::Neg | Kind::Copy | Kind::Number => 1 + waits(all),
                 Kind::Div => 14 + waits(all),
                 Kind::Clamp => 8 + waits(0..1),
                 Kind::LoadSample | Kind::LoadState => 1 + item.results.len() as u32,
                 Kind::Store(_) => 2 + waits(all),
                 Kind::Resume => 2,
                 Kind::Guard(tests) => 3 * tests as u32 + waits(0..2),
-                Kind::Flag(..) => 4 + waits(all),
+                Kind::Flag(..) | Kind::Max => 4 + waits(all),
+                Kind::Mirror => 3 + waits(0..3),
+                Kind::Leave(_) => 3 + waits(0..2),
+                Kind::Save => {
+                    if (1..item.sources.len()).any(|k| place(k) != place(0) + k) {
+                        return never;
+                    }
+                    1 + item.sources.len() as u32 + waits(all)
+                }
             };
             fresh = usize::MAX;
             let first = item.sources.first().map(|v| usize::from(self.place[*v]));
@@ -297,6 +326,7 @@ impl<'a> Simulation<'a> {
                         (Some(home), _) => free(Some(usize::from(home))),
                         // Compared and then replaced, where it stands.
                         (None, Kind::Clamp) => free(first),
+                        (None, Kind::Max | Kind::Mirror) => free(first).or_else(|| self.row(1)),
                         (None, _) => {
                             let operand = match choice {
                                 0 => free(first).or(free(second)),
@@ -317,7 +347,7 @@ impl<'a> Simulation<'a> {
                         }
                     };
                     let Some(chosen) = chosen else { return never };
-                    if item.kind == Kind::Clamp && first != Some(chosen) {
+                    if in_place && first != Some(chosen) {
                         // It is copied first, and must not go where a limit is.
                         if item.sources[1..].iter().any(|v| usize::from(self.place[*v]) == chosen) {
                             return never;
@@ -427,6 +457,18 @@ pub(crate) struct Found {
     pub(crate) table: Vec<u32>,
 }
 
+impl Found {
+    /// One more than the highest register that is written.
+    pub(crate) fn used_above(&self) -> usize {
+        let highest = self.events.iter().map(|event| match event {
+            Event::Immediate { register, .. } => usize::from(*register) + 1,
+            Event::Constants { first, count } => usize::from(first + count),
+            Event::Item { results, .. } => results.iter().map(|at| usize::from(*at) + 1).max().unwrap_or(0),
+        });
+        highest.max().unwrap_or(0)
+    }
+}
+
 /// The cheapest way that some rounds of annealing find; `None` if none can be executed.
 pub(crate) fn search(line: &Line, effort: &Effort) -> Option<Found> {
     let Effort { rounds, steps, seed } = *effort;
@@ -474,7 +516,7 @@ pub(crate) fn search(line: &Line, effort: &Effort) -> Option<Found> {
                 }
                 _ => {
                     let at = luck.below(values);
-                    trial.again[at] = !trial.again[at] && line.constants[at].is_some() && simulation.uses[at] > 1;
+                    trial.again[at] = !trial.again[at] && simulation.may_repeat[at];
                 }
             }
             let costs = simulation.run(&trial, None);

@@ -9,10 +9,11 @@ use std::fmt::Write as _;
 
 use tick_record::{Block, End, Id, Op, Port, Record, Role, Test};
 
-use crate::cold::{Cold, Places};
+use crate::build::{Build, clamped, operation};
+use crate::cold::{Cold, Places, row, words};
 use crate::graph::{Graph, N, Node};
-use crate::schedule::{Event, Found, Item, Kind, Line, V, search};
-use crate::{Effort, Layout};
+use crate::schedule::{Event, Found, Kind, Line, V, search};
+use crate::{Effort, Emitted, Layout};
 
 /// Cycles of `adr` and of the return: DDI 0439D, a pipeline refill of 2.
 const AROUND: u32 = 1 + 3;
@@ -20,12 +21,6 @@ const AROUND: u32 = 1 + 3;
 const FLAG: u32 = 2;
 /// An innovation that changes no estimate: -0.
 const NOTHING: u32 = 0x8000_0000;
-
-/// The code of a tick, and what the search says that its ordinary way takes.
-pub(crate) struct Emitted {
-    pub(crate) text: String,
-    pub(crate) cycles: u32,
-}
 
 /// A tick that returns u, or one that fills the output and returns the health.
 pub(crate) fn tick(
@@ -130,7 +125,7 @@ impl<'a> Straight<'a> {
                 .into());
         }
         let mut graph = Graph::default();
-        let values = graph.values(record, &HashMap::new())?;
+        let values = graph.values(record, &HashMap::new());
         // What is assumed of a value stands for it everywhere.
         let with = |graph: &mut Graph, op: &dyn Fn(&Op) -> bool, node: Node| {
             let node = graph.add(node);
@@ -141,8 +136,8 @@ impl<'a> Straight<'a> {
         let is_flag = |op: &Op| *op == Op::Input(resuming);
         let (good_sample, lost) =
             (with(&mut graph, &is_flag, Node::Truth(false)), with(&mut graph, &is_flag, Node::Truth(true)));
-        let ordinary = graph.values(record, &good_sample)?;
-        let resumed = graph.values(record, &lost)?;
+        let ordinary = graph.values(record, &good_sample);
+        let resumed = graph.values(record, &lost);
         let named = |letter: char| {
             let is = move |name: &String| {
                 name.strip_prefix(letter)
@@ -159,7 +154,7 @@ impl<'a> Straight<'a> {
             innovations.push(ordinary[at]);
             nothing.insert(at, zero);
         }
-        let coasting = graph.values(record, &nothing)?;
+        let coasting = graph.values(record, &nothing);
         if yes.iter().any(|id| coasting[id.index()] != resumed[id.index()]) {
             return Err("after a lost sample this tick is not the ordinary one with innovations of -0".into());
         }
@@ -181,14 +176,8 @@ impl<'a> Straight<'a> {
     }
 
     fn line(&self, layout: &Layout, registers: usize, cut: Cut) -> Line {
-        let mut build = Build {
-            straight: self,
-            line: Line { registers, ..Line::default() },
-            known: HashMap::new(),
-            producer: Vec::new(),
-            twice: cut.twice,
-        };
-        build.all(layout, cut);
+        let mut build = Build::new(&self.graph, registers);
+        self.all(&mut build, layout, cut);
         build.line
     }
 }
@@ -235,79 +224,10 @@ fn sufficient(graph: &Graph, condition: N, tests: &mut Vec<(N, N)>) -> Result<()
     }
 }
 
-struct Build<'a, 'b> {
-    straight: &'b Straight<'a>,
-    line: Line,
-    known: HashMap<N, V>,
-    /// Which item makes a value.
-    producer: Vec<Option<usize>>,
-    twice: bool,
-}
-
-impl Build<'_, '_> {
-    fn value(&mut self, constant: Option<u32>) -> V {
-        self.line.constants.push(constant);
-        self.line.home.push(None);
-        self.producer.push(None);
-        self.line.constants.len() - 1
-    }
-
-    fn item(&mut self, kind: Kind, sources: Vec<V>, results: Vec<V>) -> usize {
-        let at = self.line.items.len();
-        for v in &results {
-            self.producer[*v] = Some(at);
-        }
-        let before = sources.iter().filter_map(|v| self.producer[*v]).collect();
-        self.line.before.push(before);
-        self.line.items.push(Item { kind, sources, results });
-        at
-    }
-
-    fn computed(&mut self, kind: Kind, sources: Vec<V>) -> V {
-        let result = self.value(None);
-        self.item(kind, sources, vec![result]);
-        result
-    }
-
-    fn need(&mut self, n: N) -> V {
-        if let Some(v) = self.known.get(&n) {
-            return *v;
-        }
-        let graph = &self.straight.graph;
-        let node = graph.nodes[n];
-        let v = match node {
-            Node::Number(bits) => self.value(Some(bits)),
-            Node::Add(a, b) => self.two(Kind::Add, a, b),
-            Node::Sub(a, b) => self.two(Kind::Sub, a, b),
-            Node::Mul(a, b) => self.two(Kind::Mul, a, b),
-            Node::Div(a, b) => self.two(Kind::Div, a, b),
-            Node::Neg(a) => {
-                let a = self.need(a);
-                self.computed(Kind::Neg, vec![a])
-            }
-            Node::Abs(a) => {
-                let a = self.need(a);
-                self.computed(Kind::Abs, vec![a])
-            }
-            Node::Select(..) => {
-                let (x, high, low) = clamped(graph, n).expect("checked before");
-                let [x, high, low] = [x, high, low].map(|n| self.need(n));
-                self.computed(Kind::Clamp, vec![x, high, low])
-            }
-            other => unreachable!("{other:?} is no number of an ordinary tick"),
-        };
-        self.known.insert(n, v);
-        v
-    }
-
-    fn two(&mut self, kind: Kind, a: N, b: N) -> V {
-        let (a, b) = (self.need(a), self.need(b));
-        self.computed(kind, vec![a, b])
-    }
-
+impl Straight<'_> {
     #[allow(clippy::too_many_lines, reason = "what comes in, what goes out, and what is between")]
-    fn all(&mut self, layout: &Layout, cut: Cut) {
-        let straight = self.straight;
+    fn all(&self, build: &mut Build<'_>, layout: &Layout, cut: Cut) {
+        let straight = self;
         let record = straight.record;
         // What comes in.
         let mut samples = Vec::new();
@@ -316,31 +236,31 @@ impl Build<'_, '_> {
             let Some(n) = straight.graph.nodes.iter().position(|node| *node == Node::Input(at)) else { continue };
             let v = match port.role {
                 Role::Sample(j) => {
-                    let v = self.value(None);
+                    let v = build.value(None);
                     samples.push((j, v));
                     v
                 }
                 Role::State => {
                     let Some(word) = layout.word(&port.name) else { continue };
-                    let v = self.value(None);
+                    let v = build.value(None);
                     words[word] = Some(v);
                     v
                 }
                 _ => {
-                    let v = self.value(None);
-                    let register = self.line.given.len() as u8;
-                    self.line.given.push((v, register));
+                    let v = build.value(None);
+                    let register = build.line.given.len() as u8;
+                    build.line.given.push((v, register));
                     // The first stays where u will go; another makes room for the sample.
-                    if register == 0 { v } else { self.computed(Kind::Copy, vec![v]) }
+                    if register == 0 { v } else { build.computed(Kind::Copy, vec![v]) }
                 }
             };
-            self.known.insert(n, v);
+            build.known.insert(n, v);
         }
         samples.sort_by_key(|(j, _)| *j);
         for (j, v) in &samples {
-            self.line.home[*v] = Some(1 + *j as u8);
+            build.line.home[*v] = Some(1 + *j as u8);
         }
-        let words: Vec<V> = words.into_iter().map(|word| word.unwrap_or_else(|| self.value(None))).collect();
+        let words: Vec<V> = words.into_iter().map(|word| word.unwrap_or_else(|| build.value(None))).collect();
         // The first words lie where the sample will: they pass through other registers.
         let beside = (1 + samples.len()).min(words.len());
         let mut ends = vec![beside];
@@ -352,71 +272,71 @@ impl Build<'_, '_> {
         for end in ends {
             if from < end {
                 if from >= beside {
-                    (from..end).for_each(|at| self.line.home[words[at]] = Some(at as u8));
+                    (from..end).for_each(|at| build.line.home[words[at]] = Some(at as u8));
                 }
-                let load = self.item(Kind::LoadState, vec![], words[from..end].to_vec());
+                let load = build.item(Kind::LoadState, vec![], words[from..end].to_vec());
                 if let Some(before) = loads.last() {
-                    self.line.before[load].push(*before);
+                    build.line.before[load].push(*before);
                 }
                 loads.push(load);
             }
             from = end;
         }
-        self.item(Kind::LoadSample, vec![], samples.iter().map(|(_, v)| *v).collect());
+        build.item(Kind::LoadSample, vec![], samples.iter().map(|(_, v)| *v).collect());
 
         // What goes out, in the order of the record.
         let good = |name: &str| straight.result(name).expect("a result of the tick");
-        if self.twice {
+        if cut.twice {
             // Each use of what is foreseen by a value of its own: innovations first.
             for n in &straight.innovations {
-                self.need(*n);
+                build.need(*n);
             }
             for n in &straight.foreseen {
-                self.known.remove(n);
+                build.known.remove(n);
             }
         }
-        let innovations: Vec<V> = straight.innovations.iter().map(|n| self.need(*n)).collect();
+        let innovations: Vec<V> = straight.innovations.iter().map(|n| build.need(*n)).collect();
         let mut resume = None;
         if !innovations.is_empty() {
-            resume = Some(self.item(Kind::Resume, innovations.clone(), vec![]));
+            resume = Some(build.item(Kind::Resume, innovations.clone(), vec![]));
         }
         let roots: Vec<N> = {
             let order = straight.values_in_order();
-            order.into_iter().filter(|n| self.is_number(*n)).collect()
+            order.into_iter().filter(|n| build.is_number(*n)).collect()
         };
         for n in roots {
-            self.need(n);
+            build.need(n);
         }
         let finals: Vec<N> = layout.words.iter().map(|word| good(word)).collect();
         let mut final_values: Vec<V> = Vec::new();
         for (at, n) in finals.iter().enumerate() {
-            let mut v = self.need(*n);
-            let elsewhere = self.line.home[v].is_some_and(|home| usize::from(home) != at);
+            let mut v = build.need(*n);
+            let elsewhere = build.line.home[v].is_some_and(|home| usize::from(home) != at);
             let came =
                 matches!(straight.graph.nodes[*n], Node::Input(port) if record.inputs[port].role == Role::Argument);
-            let in_the_way = cut.moved && (1..=samples.len()).contains(&at) && self.line.home[v].is_none();
-            let taken = self.line.constants[v].is_some() || final_values.contains(&v) || words[at] == v;
+            let in_the_way = cut.moved && (1..=samples.len()).contains(&at) && build.line.home[v].is_none();
+            let taken = build.line.constants[v].is_some() || final_values.contains(&v) || words[at] == v;
             if elsewhere || came || in_the_way || taken {
-                v = self.computed(Kind::Copy, vec![v]);
+                v = build.computed(Kind::Copy, vec![v]);
             }
-            self.line.home[v] = Some(at as u8);
+            build.line.home[v] = Some(at as u8);
             final_values.push(v);
         }
-        self.line.finals = final_values;
+        build.line.finals = final_values;
 
         let tests: Vec<(V, V)> =
-            straight.ordinary_tests.iter().map(|(size, limit)| (self.need(*size), self.need(*limit))).collect();
+            straight.ordinary_tests.iter().map(|(size, limit)| (build.need(*size), build.need(*limit))).collect();
         let mut sources: Vec<V> = tests.iter().flat_map(|(size, limit)| [*size, *limit]).collect();
         for n in straight.demands() {
-            sources.push(self.need(n));
+            sources.push(build.need(n));
         }
-        let guard = self.item(Kind::Guard(tests.len()), sources, vec![]);
-        let held = self.producer[self.line.finals[0]].expect("u is computed");
-        self.line.before[held].push(guard);
+        let guard = build.item(Kind::Guard(tests.len()), sources, vec![]);
+        let held = build.producer[build.line.finals[0]].expect("u is computed");
+        build.line.before[held].push(guard);
         if straight.whole {
             for (at, name) in ["u", "sigma", "sigma_star"].into_iter().enumerate() {
-                let v = self.need(good(name));
-                self.item(Kind::Store(at), vec![v], vec![]);
+                let v = build.need(good(name));
+                build.item(Kind::Store(at), vec![v], vec![]);
             }
             for (port, n) in record.results.iter().zip(&straight.good) {
                 let Role::Flag(bit) = port.role else { continue };
@@ -426,50 +346,14 @@ impl Build<'_, '_> {
                     _ => None,
                 };
                 if let Some((greater, a, b)) = flag {
-                    let sources = vec![self.need(a), self.need(b)];
-                    let item = self.item(Kind::Flag(bit, greater), sources, vec![]);
-                    self.line.before[item].push(guard);
+                    let sources = vec![build.need(a), build.need(b)];
+                    let item = build.item(Kind::Flag(bit, greater), sources, vec![]);
+                    build.line.before[item].push(guard);
                 }
             }
         }
-        self.line.before[guard].extend(loads);
-        self.orders(resume, &innovations);
-    }
-
-    /// Orders that are not those of operands.
-    fn orders(&mut self, resume: Option<usize>, innovations: &[V]) {
-        let readers = |line: &Line, v: V| -> Vec<usize> {
-            (0..line.items.len()).filter(|i| line.items[*i].sources.contains(&v)).collect()
-        };
-        if let Some(resume) = resume {
-            for v in innovations {
-                for reader in readers(&self.line, *v) {
-                    if reader != resume {
-                        self.line.before[reader].push(resume);
-                    }
-                }
-            }
-        }
-        // What will be overwritten must have been read.
-        for at in 0..self.line.finals.len() {
-            let last = self.line.finals[at];
-            let Some(writer) = self.producer[last] else { continue };
-            for old in 0..self.line.home.len() {
-                if old != last && self.line.home[old] == Some(at as u8) {
-                    let mut first = readers(&self.line, old);
-                    first.extend(self.producer[old]);
-                    first.retain(|i| *i != writer);
-                    self.line.before[writer].extend(first);
-                }
-            }
-        }
-    }
-
-    fn is_number(&self, n: N) -> bool {
-        matches!(
-            self.straight.graph.nodes[n],
-            Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Div(..) | Node::Neg(..) | Node::Abs(..)
-        ) || clamped(&self.straight.graph, n).is_some()
+        build.line.before[guard].extend(loads);
+        build.orders(resume, &innovations);
     }
 }
 
@@ -511,29 +395,13 @@ impl Straight<'_> {
     }
 }
 
-/// x, upper and lower limit, if that is what a value is: the comparison with the upper limit decides first, and the
-/// limits are constants in their order, so that one after the other is the same.
-fn clamped(graph: &Graph, n: N) -> Option<(N, N, N)> {
-    let Node::Select(above, high, inner) = graph.nodes[n] else { return None };
-    let Node::Select(below, low, x) = graph.nodes[inner] else { return None };
-    let number = |n: N| if let Node::Number(bits) = graph.nodes[n] { Some(f32::from_bits(bits)) } else { None };
-    let is = |c: N, test: Test, limit: N| graph.nodes[c] == Node::Compare(test, x, limit);
-    let ordered = number(low)? <= number(high)?;
-    (ordered && is(above, Test::Greater, high) && is(below, Test::Less, low)).then_some((x, high, low))
-}
-
-/// Registers `first`, ...
-fn row(first: u8, count: usize) -> String {
-    if count == 1 { format!("{{s{first}}}") } else { format!("{{s{first}-s{}}}", usize::from(first) + count - 1) }
-}
-
 impl Straight<'_> {
     #[allow(clippy::too_many_lines, reason = "one text, from its first line to its last")]
     fn emit(&self, layout: &Layout, name: &str, line: &Line, found: &Found) -> Result<Emitted, String> {
         let mut text = String::new();
         let mut table = found.table.clone();
         let bytes = |words: usize| 4 * words as i32;
-        let kept = used_above(found);
+        let kept = found.used_above();
         macro_rules! put {
             ($($text:tt)*) => {{ let _ = writeln!(text, "\t{}", format_args!($($text)*)); }};
         }
@@ -561,28 +429,11 @@ impl Straight<'_> {
                     let s = |k: usize| sources[k];
                     let d = results.first().copied().unwrap_or_default();
                     match line.items[*item].kind {
-                        Kind::Add => put!("vadd.f32 s{d}, s{}, s{}", s(0), s(1)),
-                        Kind::Sub => put!("vsub.f32 s{d}, s{}, s{}", s(0), s(1)),
-                        Kind::Mul => put!("vmul.f32 s{d}, s{}, s{}", s(0), s(1)),
-                        Kind::Div => put!("vdiv.f32 s{d}, s{}, s{}", s(0), s(1)),
-                        Kind::Abs => put!("vabs.f32 s{d}, s{}", s(0)),
-                        Kind::Neg => put!("vneg.f32 s{d}, s{}", s(0)),
-                        Kind::Copy => put!("vmov.f32 s{d}, s{}", s(0)),
-                        Kind::Clamp => {
-                            if s(0) != d {
-                                put!("vmov.f32 s{d}, s{}", s(0));
-                            }
-                            for (limit, condition) in [(s(1), "gt"), (s(2), "mi")] {
-                                put!("vcmp.f32 s{d}, s{limit}\n\tvmrs APSR_nzcv, fpscr");
-                                put!("it {condition}\n\tvmov{condition}.f32 s{d}, s{limit}");
-                            }
-                        }
                         Kind::LoadSample => put!("vldmia r1, {}", row(d, results.len())),
                         Kind::LoadState => {
                             put!("vldmia r0!, {}", row(d, results.len()));
                             state += results.len();
                         }
-                        Kind::Store(at) => put!("vstr s{}, [r2, #{}]", s(0), 4 * at),
                         Kind::Resume => {
                             put!("cmp.w ip, #0\n\tbne.w .L{name}_resume");
                             let _ = writeln!(text, ".L{name}_observed:");
@@ -602,11 +453,7 @@ impl Straight<'_> {
                             }
                             at_guard = Some((state, constants, sources[2 * tests..].to_vec()));
                         }
-                        Kind::Flag(bit, greater) => {
-                            let condition = if greater { "gt" } else { "ne" };
-                            put!("vcmp.f32 s{}, s{}\n\tvmrs APSR_nzcv, fpscr", s(0), s(1));
-                            put!("it {condition}\n\tadd{condition} r1, #{}", 1 << bit);
-                        }
+                        kind => text += &operation(kind, d, sources, "r1"),
                     }
                 }
             }
@@ -630,26 +477,22 @@ impl Straight<'_> {
             put!("b.w .L{name}_observed");
         }
         let (state, constants, demands) = at_guard.ok_or("a guard")?;
-        let word = |port: &Port| layout.place(&port.name);
+        let place = layout.places(bytes(state), "r2", 0);
         // Beyond what is plausible: the whole condition.
         let _ = writeln!(text, ".L{name}_beyond:");
-        let arguments: HashMap<N, u8> = self.demands().zip(demands).collect();
         let mut places = Places {
-            word: &word,
-            state_at: bytes(state),
-            other: "r1",
-            output: self.whole.then_some("r2"),
-            columns: 0,
+            place: &place,
+            u_alone: !self.whole,
+            table: "r3",
             table_at: constants,
-            arguments,
+            arguments: self.demands().zip(demands).collect(),
             flag: None,
         };
         let label = format!("{name}_again");
         let mut again = Cold::new(&self.graph, &self.record.inputs, &places, &mut table, &label, 16);
-        again.decide(self.condition)?;
-        let (numbers, truths, code) = (again.numbers_used, again.truths_used, again.code);
-        let (push, pop) = saved(numbers, truths);
-        text += &(push + &code + &pop);
+        again.decide(self.condition, &[])?;
+        let (push, pop) = again.saved();
+        text += &(push + &again.code + &pop);
         put!("bne.w .L{name}_plausible");
         text += &leave;
         // Rejected: all anew.
@@ -661,49 +504,12 @@ impl Straight<'_> {
         let mut rejected =
             Cold::new(&self.graph, &self.record.inputs, &places, &mut table, &label, usize::from(!self.whole));
         rejected.give(self.record, &self.bad, "")?;
-        let (numbers, truths, code) = (rejected.numbers_used, rejected.truths_used, rejected.code);
-        let (push, pop) = saved(numbers, truths);
-        text += &(push + &code + &pop);
+        let (push, pop) = rejected.saved();
+        text += &(push + &rejected.code + &pop);
         put!("bx lr");
         text += &words(name, &table);
         let pushes = if kept > 16 { 2 * (1 + (kept as u32 - 16)) } else { 0 };
         let cycles = found.cycles + AROUND + FLAG + pushes + if self.whole { 2 } else { 0 };
         Ok(Emitted { text, cycles })
     }
-}
-
-/// One more than the highest register that a plan writes.
-fn used_above(found: &Found) -> usize {
-    let highest = found.events.iter().map(|event| match event {
-        Event::Immediate { register, .. } => usize::from(*register) + 1,
-        Event::Constants { first, count } => usize::from(first + count),
-        Event::Item { results, .. } => results.iter().map(|at| usize::from(*at) + 1).max().unwrap_or(0),
-    });
-    highest.max().unwrap_or(0)
-}
-
-/// Instructions that store what the caller keeps, and bring it back.
-pub(crate) fn saved(numbers: usize, truths: usize) -> (String, String) {
-    let (mut push, mut pop) = (String::new(), String::new());
-    if truths > 0 {
-        // An even number, so that the stack stays aligned.
-        let last = 3 + truths.next_multiple_of(2);
-        let _ = writeln!(push, "\tpush.w {{r4-r{last}}}");
-        let _ = writeln!(pop, "\tpop.w {{r4-r{last}}}");
-    }
-    if numbers > 16 {
-        let count = (numbers - 16).next_multiple_of(2);
-        let _ = writeln!(push, "\tvpush {}", row(16, count));
-        pop = format!("\tvpop {}\n{pop}", row(16, count));
-    }
-    (push, pop)
-}
-
-/// A table behind the code.
-pub(crate) fn words(name: &str, table: &[u32]) -> String {
-    let mut text = format!("\t.balign 4\n.L{name}_table:\n");
-    for bits in table {
-        let _ = writeln!(text, "\t.word {bits:#010x} @ {:?}", f32::from_bits(*bits));
-    }
-    text
 }

@@ -335,7 +335,18 @@ where
     M: NamedModel<E, N>,
     A: NamedAim<N>,
 {
-    let mounted = |recorder: &Recorder| Mounted { law: design(recorder), mounting: [Mounting::UPRIGHT; E] };
+    mounted_tick(design, [Mounting::UPRIGHT; E])
+}
+
+fn mounted_tick<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
+    design: &dyn Fn(&Recorder) -> EncoderForm<Symbol, M, A, E, N, S, FAST, LATE>,
+    mounting: [Mounting; E],
+) -> Record
+where
+    M: NamedModel<E, N>,
+    A: NamedAim<N>,
+{
+    let mounted = |recorder: &Recorder| Mounted { law: design(recorder), mounting };
     crate::tick::<Mounted<M, A, E, N, S, FAST, LATE>>(&mounted, Mounted::tick)
 }
 
@@ -357,7 +368,7 @@ pub fn joint_of<U: Real, A: Aim<f32, 4>, const FAST: usize, const LATE: usize>(
     drive.converted(model, &mut |name, _| number(&full_name::<JointModel<Symbol>, 2, 4>(name)))
 }
 
-/// Records the drive of a motor in f32.
+/// The parts of the drive of a motor in f32.
 ///
 /// # Errors
 /// Those of the design.
@@ -369,14 +380,33 @@ where
     A: NamedAim<2> + Aim<f32, 2> + Aim<f64, 2>,
 {
     let drive = MotorDrive::<f32, A, FAST, LATE, S>::try_design(design)?;
-    let symbols = |recorder: &Recorder| {
-        let model = drive.model().converted(&mut |name, number| recorder.constant(name, f64::from(number)));
-        drive.converted(model, &mut |name, number| named::<MotorModel<Symbol>, 1, 2>(recorder, name, number))
-    };
-    Ok(self::drive(&symbols, [mounting]))
+    Ok(self::drive(&|recorder| motor_of_constants(&drive, recorder), [mounting]))
 }
 
-/// Records the drive of a joint in f32.
+/// One tick of the drive of a motor in f32, as a whole.
+///
+/// # Errors
+/// Those of the design.
+pub fn motor_tick<A, const FAST: usize, const LATE: usize, const S: usize>(
+    design: &MotorDesign,
+    mounting: Mounting,
+) -> Result<Record, DriveError>
+where
+    A: NamedAim<2> + Aim<f32, 2> + Aim<f64, 2>,
+{
+    let drive = MotorDrive::<f32, A, FAST, LATE, S>::try_design(design)?;
+    Ok(mounted_tick(&|recorder| recorder.silently(|| motor_of_constants(&drive, recorder)), [mounting]))
+}
+
+fn motor_of_constants<A: Aim<f32, 2> + Aim<Symbol, 2>, const FAST: usize, const LATE: usize, const S: usize>(
+    drive: &MotorDrive<f32, A, FAST, LATE, S>,
+    recorder: &Recorder,
+) -> MotorDrive<Symbol, A, FAST, LATE, S> {
+    let model = drive.model().converted(&mut |name, number| recorder.constant(name, f64::from(number)));
+    drive.converted(model, &mut |name, number| named::<MotorModel<Symbol>, 1, 2>(recorder, name, number))
+}
+
+/// The parts of the drive of a joint in f32.
 ///
 /// # Errors
 /// Those of the design.
@@ -388,11 +418,30 @@ where
     A: NamedAim<4> + Aim<f32, 4> + Aim<f64, 4>,
 {
     let drive = JointDrive::<f32, A, FAST, LATE>::try_design(design)?;
-    let symbols = |recorder: &Recorder| {
-        let model = drive.model().converted(&mut |name, number| recorder.constant(name, f64::from(number)));
-        drive.converted(model, &mut |name, number| named::<JointModel<Symbol>, 2, 4>(recorder, name, number))
-    };
-    Ok(self::drive(&symbols, mounting))
+    Ok(self::drive(&|recorder| joint_of_constants(&drive, recorder), mounting))
+}
+
+/// One tick of the drive of a joint in f32, as a whole.
+///
+/// # Errors
+/// Those of the design.
+pub fn joint_tick<A, const FAST: usize, const LATE: usize>(
+    design: &JointDesign,
+    mounting: [Mounting; 2],
+) -> Result<Record, DriveError>
+where
+    A: NamedAim<4> + Aim<f32, 4> + Aim<f64, 4>,
+{
+    let drive = JointDrive::<f32, A, FAST, LATE>::try_design(design)?;
+    Ok(mounted_tick(&|recorder| recorder.silently(|| joint_of_constants(&drive, recorder)), mounting))
+}
+
+fn joint_of_constants<A: Aim<f32, 4> + Aim<Symbol, 4>, const FAST: usize, const LATE: usize>(
+    drive: &JointDrive<f32, A, FAST, LATE>,
+    recorder: &Recorder,
+) -> JointDrive<Symbol, A, FAST, LATE> {
+    let model = drive.model().converted(&mut |name, number| recorder.constant(name, f64::from(number)));
+    drive.converted(model, &mut |name, number| named::<JointModel<Symbol>, 2, 4>(recorder, name, number))
 }
 
 impl<M, A, const E: usize, const N: usize, const R: usize, const MASK: u8, const O: usize> Recorded

@@ -16,6 +16,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use cycle_bound::stop;
+use loop_sim::lanes;
 use loop_sim::trace::Ending;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -106,6 +107,9 @@ const TRIALS: &str = "trials.parquet";
 /// The column behind those that were drawn.
 const ENDED: &str = "ended_at_s";
 
+/// How trials went, and their numbers.
+type Rows = Vec<(Outcome, Vec<f64>)>;
+
 /// What one trial came to: how it went, when it ended, and the numbers of its run.json.
 struct Trial {
     outcome: Outcome,
@@ -129,6 +133,30 @@ fn trial(experiment: &mut Experiment, stop: &AtomicBool) -> Option<Trial> {
     let ended_at_s = trace.rows.last().map_or(0.0, |row| row.t_s);
     let told = serde_json::to_value(Figures::of(experiment, &trace, &metrics)).unwrap_or_default();
     Some(Trial { outcome, ended_at_s, told })
+}
+
+/// Of trials that fit each other what they come to, side by side ([`lanes`]): the bits of each alone. None for one that
+/// is to be run alone.
+fn side_by_side(experiments: &[Option<Experiment>]) -> Vec<Option<Trial>> {
+    let mut found: Vec<Option<Trial>> = experiments.iter().map(|_| None).collect();
+    let of = |experiment: &Option<Experiment>| experiment.as_ref().and_then(|it| it.beside().map(|(of, _)| of.kind()));
+    let Some(first) = experiments.iter().find_map(of) else { return found };
+    let fit: Vec<usize> = (0..experiments.len()).filter(|k| of(&experiments[*k]).as_ref() == Some(&first)).collect();
+    for group in fit.chunks(lanes::LANES) {
+        let members: Vec<_> =
+            group.iter().filter_map(|k| experiments[*k].as_ref().and_then(Experiment::beside)).collect();
+        let Some((campaign, _)) = members.first() else { continue };
+        let trials: Vec<_> = members.iter().map(|(_, trial)| *trial).collect();
+        let judged = lanes::close_loops(campaign, &trials);
+        for (k, judged) in group.iter().zip(judged) {
+            let (Some(judged), Some(experiment)) = (judged, experiments[*k].as_ref()) else { continue };
+            let told = serde_json::to_value(Figures::of_lane(experiment, &judged)).unwrap_or_default();
+            let outcome = if judged.metrics.bounded { Outcome::Finished } else { Outcome::Unbounded };
+            let ended_at_s = experiment.periods as f64 * experiment.period_s;
+            found[*k] = Some(Trial { outcome, ended_at_s, told });
+        }
+    }
+    found
 }
 
 /// A plan, what it is of, and its columns.
@@ -178,11 +206,14 @@ impl<'a> Campaign<'a> {
 
     /// Some trials, one after the other; none if told to stop.
     fn chunk(&self, [first, end]: [u64; 2], stop: &AtomicBool, done: &(dyn Fn() + Sync)) -> Option<Chunk> {
-        let row = |i: u64| {
+        let row = |i: u64, found: Option<Trial>, experiment: Option<Experiment>| {
             let mut row = self.plan.drawn(i);
-            let experiment = if stop.load(Ordering::Relaxed) { return None } else { self.of_trial(i) };
-            let outcome = if let Ok(mut experiment) = experiment {
-                let Trial { outcome, ended_at_s, told } = trial(&mut experiment, stop)?;
+            let found = match (found, experiment) {
+                (Some(found), _) => Some(found),
+                (None, Some(mut experiment)) => Some(trial(&mut experiment, stop)?),
+                (None, None) => None,
+            };
+            let outcome = if let Some(Trial { outcome, ended_at_s, told }) = found {
                 row.push(ended_at_s);
                 row.extend(self.figures.iter().map(|path| number_in(&told, path)));
                 outcome
@@ -193,8 +224,21 @@ impl<'a> Campaign<'a> {
             done();
             Some((outcome, row))
         };
-        let rows: Option<Vec<(Outcome, Vec<f64>)>> =
-            self.pool.install(|| (first..end).into_par_iter().map(row).collect());
+        let group = |start: u64| -> Option<Rows> {
+            let trials = start..end.min(start + lanes::LANES as u64);
+            let mut experiments = Vec::new();
+            for i in trials.clone() {
+                if stop.load(Ordering::Relaxed) {
+                    return None;
+                }
+                experiments.push(self.of_trial(i).ok());
+            }
+            let found = side_by_side(&experiments);
+            trials.zip(found).zip(experiments).map(|((i, found), experiment)| row(i, found, experiment)).collect()
+        };
+        let starts: Vec<u64> = (first..end).step_by(lanes::LANES).collect();
+        let rows: Option<Vec<Rows>> = self.pool.install(|| starts.into_par_iter().map(group).collect());
+        let rows = rows.map(|groups| groups.concat());
         let rows = rows?;
         let column = |k: usize| rows.iter().map(|(_, row)| row[k]).collect();
         Some(Chunk {

@@ -181,7 +181,8 @@ fn may_be_written(output: &Path, options: &ReportOptions) -> Result<(), Failure>
     }
     let is_report = || whole_file::read_text(output, Kind::REPORT).is_ok_and(|text| page::accounts(&text).is_some());
     if place.is_file() && !is_report() {
-        let message = format!("{} is no report of this program and is left as it is: give another --output", output.display());
+        let message =
+            format!("{} is no report of this program and is left as it is: give another --output", output.display());
         return Err(bad(message));
     }
     Ok(())

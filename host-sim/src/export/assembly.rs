@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use controller_core::SampleLimits;
 use loop_sim::port::in_process::Model;
 use tick_assembly::{Assembly, Effort, Layout};
-use tick_record::{Drift, Functions, Kind, Port};
+use tick_record::{Drift, Functions, Kind, Port, Record};
 
 use super::c99::File;
 use super::{Exported, standalone};
@@ -36,15 +36,20 @@ pub(super) fn files(exported: &Exported<'_>, prefix: &str, effort: &Effort) -> R
         head(exported, &file, &assembly, drift),
         standalone::defines(exported, &file),
         standalone::types(&file, &state),
-        declarations(exported, &file, &assembly, drift),
+        declarations(exported, &file, &functions, &assembly, drift),
     ]
     .concat();
+    Ok(Files { assembly: text(prefix, &exported.origin(), &assembly.text), header })
+}
+
+/// The file for the assembler: where it comes from, and its functions.
+pub(super) fn text(prefix: &str, origin: &str, functions: &str) -> String {
     let mut text = format!("@ The functions of {prefix}.h, exported by version {}.\n", controller_core::VERSION);
-    for line in exported.origin().lines() {
+    for line in origin.lines() {
         text.push_str(format!("@ {line}").trim_end());
         text.push('\n');
     }
-    Ok(Files { assembly: text + "\n" + &assembly.text, header })
+    text + "\n" + functions
 }
 
 /// What one function is to compute, as `cycle-bound --means` reads it: one of the C file, or `tick_u`.
@@ -124,10 +129,14 @@ fn listed(drift: Drift, before: &str) -> String {
     names.iter().flat_map(|name| [before, name]).collect()
 }
 
-fn declarations(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Drift) -> String {
+fn declarations(
+    exported: &Exported<'_>,
+    file: &File<'_>,
+    functions: &Functions,
+    assembly: &Assembly,
+    drift: Drift,
+) -> String {
     let numbers = assembly.layout.words.len();
-    let argument = listed(drift, ", float ");
-    let passed = listed(drift, ", ");
     let what = match drift {
         Drift::Linear | Drift::Sparse => "",
         Drift::Argument => "drift is a(x)/b_0",
@@ -139,65 +148,33 @@ fn declarations(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, d
     } else {
         format!("{what}, of the nominal\n * model, at this x, with b_0 = {b_0:?}: the caller computes it. ")
     };
-    // Before the prefix, which may be any of these words.
-    let text = "
+    let declared = listed(drift, ", float ");
+    let tick_u = format!(
+        "
+/* The same tick, for a caller that reads u alone: returns it. */
+float @_tick_u(@_state *state, const float x[@@_N]{declared});
+"
+    );
+    let given = standalone::Given { declared, passed: listed(drift, ", "), told };
+    let write = |meaning: &str, head: &str, _: &Record| file.declaration(meaning, head);
+    let text = format!(
+        "
 /* The state as the assembly has it: a compiler that lays it out otherwise stops here. */
 typedef char @_state_is_laid_out[
-    sizeof(@_state) == 4 * NUMBERS + 4 && offsetof(@_state, resuming) == 4 * NUMBERS
-    && offsetof(@_state, started) == 4 * NUMBERS + 1 && sizeof(bool) == 1 && sizeof(@_output) == 12 ? 1 : -1];
+    sizeof(@_state) == 4 * {numbers} + 4 && offsetof(@_state, resuming) == 4 * {numbers}
+    && offsetof(@_state, started) == 4 * {numbers} + 1 && sizeof(bool) == 1 && sizeof(@_output) == 12 ? 1 : -1];
 
 #ifdef __cplusplus
-extern \"C\" {
-#endif
-
-/* The state before the first tick, from the sample that the first tick gets too. False, and the state as
- * it was, if the sample is not good enough: try the next one. */
-bool @_start(@_state *state, const float x[@@_N]);
-
-/* What goes out as long as there has been no good sample. */
-unsigned @_not_started(@_output *output);
-
-/* One tick: observers, sigma*, law, clamp. Call it once per period with the newest sample x, in chain
- * coordinates. DRIFTReturns the health; output->u is good whatever x was. */
-unsigned @_tick(@_state *state, const float x[@@_N], @_output *outputARGUMENT);
-
-/* The same tick, for a caller that reads u alone: returns it. */
-float @_tick_u(@_state *state, const float x[@@_N]ARGUMENT);
-
-/* Tells what the actuator really holds since the last tick, where that is not the u of the tick: the only
- * anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not taken,
- * nor any before the start, and the answer is false. */
-bool @_report_applied(@_state *state, float u);
-
-/* Estimates at the instant of the last tick: d_hat[i][m] is the m-th derivative of the estimate in
- * channel i + 1, in the unit of x_(i+1) per second and per second^m; zeros where there is no observer, or beyond its
- * order. False, and zeros, before the start. */
-bool @_estimates(const @_state *state, float d_hat[@@_N][@@_R]);
-
-/* Forgets all but the design: the next good sample starts again. For the end of a fault. */
-void @_reset(@_state *state);
-
-/* The tick of a controller that need not have started: the first good sample starts it; until then the fallback goes
- * out. Needs a state of zeros the first time. */
-static inline unsigned @_tick_or_start(@_state *state, const float x[@@_N], @_output *outputARGUMENT)
-{
-    unsigned health;
-    if (state->started || @_start(state, x)) {
-        health = @_tick(state, x, outputPASSED);
-    } else {
-        health = @_not_started(output);
-    }
-    return health;
-}
-
-#ifdef __cplusplus
-}
-#endif
+extern \"C\" {{
 #endif
 "
-    .replace("NUMBERS", &numbers.to_string())
-    .replace("ARGUMENT", &argument)
-    .replace("PASSED", &passed)
-    .replace("DRIFT", &told);
-    file.c(&text)
+    );
+    let close = "
+#ifdef __cplusplus
+}
+#endif
+#endif
+";
+    let all = standalone::interface(file, functions, &given, &tick_u, &write);
+    [&file.c(&text), &all, close].concat()
 }

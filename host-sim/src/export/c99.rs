@@ -26,7 +26,14 @@ impl<'a> File<'a> {
     }
 
     /// What compilers must not do, where the file comes from, and what keeps them from it.
-    pub(super) fn head(&self, title: &str, usage: &str, origin: &str, hash: u32, includes: &str) -> String {
+    pub(super) fn head(
+        &self,
+        title: &str,
+        usage: &str,
+        origin: &str,
+        (form, hash): (&str, u32),
+        includes: &str,
+    ) -> String {
         let version = controller_core::VERSION;
         let mut out = format!(
             "/* {title}\n * Exported by version {version} of the library; do not edit, export it again. C99 and C++11, \
@@ -48,7 +55,7 @@ impl<'a> File<'a> {
             out.push('\n');
         }
         out.push_str(" */\n");
-        out += &self.guard(&format!("{}_STANDALONE", self.capitals), hash);
+        out += &self.guard(&format!("{}_{form}", self.capitals), hash);
         out + "
 #include <float.h>
 #include <stdbool.h>
@@ -89,6 +96,11 @@ impl<'a> File<'a> {
 #define {guard} {hash}
 "
         )
+    }
+
+    /// A function that is elsewhere.
+    pub(super) fn declaration(&self, meaning: &str, head: &str) -> String {
+        self.c(&format!("\n/* {meaning} */\n{head};\n"))
     }
 
     /// A function in float that does what was recorded.

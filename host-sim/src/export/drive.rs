@@ -1,4 +1,5 @@
-//! The drive of a motor or of a joint as a source file: C99 of its recorded parts, or Rust of its design.
+//! The drive of a motor or of a joint as a source file: C99 of its recorded parts, the same as assembly with a header,
+//! or Rust of its design.
 //!
 //! In C every part of the tick is recorded ([`tick_record::drive`]); what stands here is types, what is said of each
 //! function, and who calls whom: `tick`, `tick_or_start` and `lost` have no operation on numbers.
@@ -12,25 +13,76 @@ use controller_core::drive::{
 use loop_sim::port::drive::{DriveDesign, Follows, Form as DriveForm, Reaction, Thresholds};
 use loop_sim::sensor::encoder::Mounted;
 use scenario::{Drive, Source};
-use tick_record::drive::{DriveFunctions, JET, joint, motor};
+use tick_assembly::{DriveAssembly, DriveLayout, Effort, drive_assembly};
+use tick_record::drive::{DriveFunctions, JET, joint, joint_tick, motor, motor_tick};
 use tick_record::{Kind, Port, Record, Role, c};
 
 use super::c99::{File, Meanings};
-use super::{Form, origin, plan, rust};
+use super::{Files, Form, assembly, origin, plan, rust};
 
 pub(super) fn text(drive: &Drive, warnings: &[String], source: &Source<'_>, form: Form<'_>) -> Result<String, String> {
     let (bounds, thresholds) = drive.designed.thresholds().map_err(|error| error.to_string())?;
     let exported = Exported { drive, warnings, source, recorded: recorded(drive)?, bounds, thresholds };
     match form {
-        Form::Standalone(prefix) => Ok(C { exported: &exported, file: File::new(prefix) }.text()),
-        Form::Means(..) | Form::MeansOfAssembly(..) => {
-            Err("what a drive's machine code is to compute is not written yet; a controller's is".into())
+        Form::Standalone(prefix) => Ok(C { exported: &exported, file: File::new(prefix), assembly: None }.text()),
+        Form::Means(..) => {
+            Err("what the machine code of a drive's C file is to compute is not written yet; that of its \
+                                assembly is: take --asm"
+                .into())
         }
+        Form::MeansOfAssembly(prefix, function) => means(drive, &exported.recorded.functions, prefix, function),
         Form::Archive(_) => Err("the archive for C has no drive: take --lang c --standalone, one file that needs no \
                                  library, or --lang rust"
             .into()),
         Form::Rust => Ok(rust::drive(&exported)),
     }
+}
+
+/// The functions as assembly, and their header: that of the C file, with declarations where that has functions.
+pub(super) fn files(
+    drive: &Drive,
+    warnings: &[String],
+    source: &Source<'_>,
+    prefix: &str,
+    effort: &Effort,
+) -> Result<Files, String> {
+    let (bounds, thresholds) = drive.designed.thresholds().map_err(|error| error.to_string())?;
+    let exported = Exported { drive, warnings, source, recorded: recorded(drive)?, bounds, thresholds };
+    let assembly = drive_assembly(&exported.recorded.functions, prefix, effort)?;
+    let header = C { exported: &exported, file: File::new(prefix), assembly: Some(&assembly) }.text();
+    Ok(Files { assembly: assembly::text(prefix, &exported.origin(), &assembly.text), header })
+}
+
+/// What one function of the assembly is to compute, as `cycle-bound --means` reads it.
+fn means(drive: &Drive, functions: &DriveFunctions, prefix: &str, function: &str) -> Result<String, String> {
+    let DriveFunctions { begin, observe, law, give_up, refuse, start, not_started, report_applied, .. } = functions;
+    let whole;
+    let record = match function {
+        "begin" => begin,
+        "observe" => observe,
+        "law" => law,
+        "give_up" => give_up,
+        "refuse" => refuse,
+        "start" => start,
+        "not_started" => not_started,
+        "report_applied" => report_applied,
+        "estimates" => &functions.estimates,
+        "reset" => &functions.reset,
+        "tick" | "tick_u" => {
+            whole = tick(drive)?;
+            &whole
+        }
+        _ => {
+            return Err(format!(
+                "no function `{function}`; there are tick, tick_u, begin, observe, law, give_up, refuse, start, \
+                 not_started, report_applied, estimates, reset"
+            ));
+        }
+    };
+    let layout = DriveLayout::of(functions);
+    let place = |port: &Port| layout.means(function, port, &record.results);
+    let symbol = format!("{prefix}_{function}");
+    Ok(tick_record::text::text(&symbol, record, &place, &|port| place(port).into_iter().collect(), ""))
 }
 
 pub(super) struct Exported<'a> {
@@ -54,54 +106,70 @@ pub(super) fn functions(drive: &Drive) -> Result<DriveFunctions, String> {
     recorded(drive).map(|recorded| recorded.functions)
 }
 
+/// Does something for the type of a drive: aim, fast gain sets, ticks of delay, and of a motor states of its observer.
+macro_rules! of_its_type {
+    ($drive:expr, $of_motor:ident, $of_joint:ident) => {{
+        let DriveForm { follows, gain_sets, delay_ticks, observer_states } = $drive.designed.form();
+        macro_rules! following {
+            ($design:expr, $mounting:expr, $aim:ty) => {
+                match (gain_sets > 1, delay_ticks > 0, observer_states > 3) {
+                    (false, false, false) => $of_motor!($design, $mounting, $aim, 0, 0, 3),
+                    (false, false, true) => $of_motor!($design, $mounting, $aim, 0, 0, 4),
+                    (false, true, false) => $of_motor!($design, $mounting, $aim, 0, 1, 3),
+                    (false, true, true) => $of_motor!($design, $mounting, $aim, 0, 1, 4),
+                    (true, false, false) => $of_motor!($design, $mounting, $aim, 1, 0, 3),
+                    (true, false, true) => $of_motor!($design, $mounting, $aim, 1, 0, 4),
+                    (true, true, false) => $of_motor!($design, $mounting, $aim, 1, 1, 3),
+                    (true, true, true) => $of_motor!($design, $mounting, $aim, 1, 1, 4),
+                }
+            };
+        }
+        let made = match &$drive.designed {
+            DriveDesign::Motor { design, mounted: Mounted { mounting, .. }, .. } => match follows {
+                Follows::Position => following!(design, *mounting, Position),
+                Follows::Speed => following!(design, *mounting, Speed),
+            },
+            DriveDesign::Joint { design, mounted, .. } => {
+                let mounting = mounted.map(|mounted| mounted.mounting);
+                match (gain_sets > 1, delay_ticks > 0) {
+                    (false, false) => $of_joint!(design, mounting, Position, 0, 0),
+                    (false, true) => $of_joint!(design, mounting, Position, 0, 1),
+                    (true, false) => $of_joint!(design, mounting, Position, 1, 0),
+                    (true, true) => $of_joint!(design, mounting, Position, 1, 1),
+                }
+            }
+        };
+        made.map_err(|error| error.to_string())
+    }};
+}
+
 fn recorded(drive: &Drive) -> Result<Recorded, String> {
-    let DriveForm { follows, gain_sets, delay_ticks, observer_states } = drive.designed.form();
     macro_rules! of_motor {
-        ($design:expr, $mounting:expr, $aim:ty, $fast:literal, $late:literal, $states:literal) => {
-            motor::<$aim, $fast, $late, $states>($design, $mounting).and_then(|functions| {
-                let hash = MotorDrive::<f32, $aim, $fast, $late, $states>::try_design($design)?.fingerprint();
-                Ok(Recorded { functions, hash })
+        ($design:expr, $mounting:expr, $($of:tt)*) => {
+            motor::<$($of)*>($design, $mounting).and_then(|functions| {
+                Ok(Recorded { functions, hash: MotorDrive::<f32, $($of)*>::try_design($design)?.fingerprint() })
             })
         };
     }
     macro_rules! of_joint {
-        ($design:expr, $mounting:expr, $fast:literal, $late:literal) => {
-            joint::<Position, $fast, $late>($design, $mounting).and_then(|functions| {
-                let hash = JointDrive::<f32, Position, $fast, $late>::try_design($design)?.fingerprint();
-                Ok(Recorded { functions, hash })
+        ($design:expr, $mounting:expr, $($of:tt)*) => {
+            joint::<$($of)*>($design, $mounting).and_then(|functions| {
+                Ok(Recorded { functions, hash: JointDrive::<f32, $($of)*>::try_design($design)?.fingerprint() })
             })
         };
     }
-    macro_rules! following {
-        ($design:expr, $mounting:expr, $aim:ty) => {
-            match (gain_sets > 1, delay_ticks > 0, observer_states > 3) {
-                (false, false, false) => of_motor!($design, $mounting, $aim, 0, 0, 3),
-                (false, false, true) => of_motor!($design, $mounting, $aim, 0, 0, 4),
-                (false, true, false) => of_motor!($design, $mounting, $aim, 0, 1, 3),
-                (false, true, true) => of_motor!($design, $mounting, $aim, 0, 1, 4),
-                (true, false, false) => of_motor!($design, $mounting, $aim, 1, 0, 3),
-                (true, false, true) => of_motor!($design, $mounting, $aim, 1, 0, 4),
-                (true, true, false) => of_motor!($design, $mounting, $aim, 1, 1, 3),
-                (true, true, true) => of_motor!($design, $mounting, $aim, 1, 1, 4),
-            }
-        };
+    of_its_type!(drive, of_motor, of_joint)
+}
+
+/// One tick as a whole.
+fn tick(drive: &Drive) -> Result<Record, String> {
+    macro_rules! of_motor {
+        ($design:expr, $mounting:expr, $($of:tt)*) => { motor_tick::<$($of)*>($design, $mounting) };
     }
-    let recorded = match &drive.designed {
-        DriveDesign::Motor { design, mounted: Mounted { mounting, .. }, .. } => match follows {
-            Follows::Position => following!(design, *mounting, Position),
-            Follows::Speed => following!(design, *mounting, Speed),
-        },
-        DriveDesign::Joint { design, mounted, .. } => {
-            let mounting = mounted.map(|mounted| mounted.mounting);
-            match (gain_sets > 1, delay_ticks > 0) {
-                (false, false) => of_joint!(design, mounting, 0, 0),
-                (false, true) => of_joint!(design, mounting, 0, 1),
-                (true, false) => of_joint!(design, mounting, 1, 0),
-                (true, true) => of_joint!(design, mounting, 1, 1),
-            }
-        }
-    };
-    recorded.map_err(|error| error.to_string())
+    macro_rules! of_joint {
+        ($design:expr, $mounting:expr, $($of:tt)*) => { joint_tick::<$($of)*>($design, $mounting) };
+    }
+    of_its_type!(drive, of_motor, of_joint)
 }
 
 impl Exported<'_> {
@@ -233,15 +301,35 @@ fn said(of: &Meanings, name: &str) -> &'static str {
     of.iter().find(|(beginning, _)| name.starts_with(beginning)).map_or("", |(_, meaning)| meaning)
 }
 
+/// What is to be known of the assembly.
+fn told(assembly: &DriveAssembly) -> String {
+    format!(
+        " *
+ * The functions are in the file for the assembler beside this one, for a Cortex-M4F with arguments in float registers
+ * (-mfloat-abi=hard). Their bits are those of the Rust tick and of the C file; the state has an order of its own.
+ * State, sample and output must not overlap. An ordinary tick, every count there and believed, takes {} cycles with
+ * @_tick_u and {} with @_tick, return included: counted from ARM's table of a Cortex-M4 (DDI 0439D), on no chip.
+",
+        assembly.cycles, assembly.cycles_whole,
+    )
+}
+
 struct C<'a> {
     exported: &'a Exported<'a>,
     file: File<'a>,
+    /// Where the functions are, if this is their header.
+    assembly: Option<&'a DriveAssembly>,
 }
 
 impl C<'_> {
     fn text(&self) -> String {
-        [self.head(), self.types(), self.parts(), self.functions(), self.monitors(), self.plans(), self.file.tail()]
-            .concat()
+        let [open, close] = match self.assembly {
+            Some(_) => ["\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n", "\n#ifdef __cplusplus\n}\n#endif\n"],
+            None => [""; 2],
+        };
+        let [head, types, parts, functions] = [self.head(), self.types(), self.parts(), self.functions()];
+        let rest = [self.monitors(), self.plans(), self.file.tail()].concat();
+        [head, types, open.into(), parts, functions, close.into(), rest].concat()
     }
 
     fn follows_position(&self) -> bool {
@@ -287,8 +375,16 @@ impl C<'_> {
  *     @_report_applied(&state, held);                    only if it holds another current, not a late one
 "
         );
-        let includes = "#include <stdint.h>\n";
-        let mut out = self.file.head(&exported.title(), &usage, &exported.origin(), exported.hash(), includes);
+        let includes = match self.assembly {
+            Some(_) => "#include <stddef.h>\n#include <stdint.h>\n",
+            None => "#include <stdint.h>\n",
+        };
+        let (usage, form) = match self.assembly {
+            Some(assembly) => (usage + &told(assembly), "ASSEMBLY"),
+            None => (usage, "STANDALONE"),
+        };
+        let (title, origin) = (exported.title(), exported.origin());
+        let mut out = self.file.head(&title, &usage, &origin, (form, exported.hash()), includes);
         let capitals = &self.file.capitals;
         let limit = exported.drive.max_current_a;
         let _ = write!(
@@ -404,7 +500,7 @@ typedef struct {
         out += "} @_estimates_of;\n\n/* What the drive remembers between two ticks. Zeros before the start. */\n";
         out += "typedef struct {\n";
         let functions = &self.exported.recorded.functions;
-        for word in &functions.state {
+        for word in self.state() {
             out += &Self::member(word);
         }
         out += "} @_state;\n\n/* What one part of a tick tells the next. */\ntypedef struct {\n";
@@ -412,7 +508,30 @@ typedef struct {
             out += &Self::member(word);
         }
         out += "} @_between;\n";
+        if let Some(assembly) = self.assembly {
+            let fresh = assembly.layout.words().count();
+            let _ = write!(
+                out,
+                "
+/* The state as the assembly has it: a compiler that lays it out otherwise stops here. */
+typedef char @_state_is_laid_out[
+    sizeof(@_state) == {} && offsetof(@_state, fresh) == {} && offsetof(@_state, started) == {} && sizeof(bool) == 1
+    && offsetof(@_sample, end) + sizeof(((@_sample *)0)->end) == sizeof(@_sample) ? 1 : -1];
+",
+                4 * fresh + 4,
+                4 * fresh,
+                4 * fresh + 1,
+            );
+        }
         self.file.c(&out)
+    }
+
+    /// The words of the state in the order that they have in memory.
+    fn state(&self) -> Vec<&Port> {
+        let words = &self.exported.recorded.functions.state;
+        let Some(assembly) = self.assembly else { return words.iter().collect() };
+        let placed = assembly.layout.words().filter_map(|name| words.iter().find(|word| word.name == *name));
+        placed.chain(words.iter().filter(|word| word.kind == Kind::Truth)).collect()
     }
 
     fn member(word: &Port) -> String {
@@ -427,6 +546,9 @@ typedef struct {
     }
 
     fn function(&self, meaning: &str, head: &str, record: &Record, result: &str) -> String {
+        if self.assembly.is_some() {
+            return self.file.declaration(meaning, head);
+        }
         let place = |port: &Port| {
             let name = &port.name;
             match (port.role, name.split_once('_')) {
@@ -626,7 +748,15 @@ static inline void @_watched_reset(@_monitor *monitor, @_state *state)
             self.file.c("
 /* One tick: counts and targets in, current out. Call it once per period, with the counts read at its beginning. Returns
  * the health; output->u is good whatever the sample was. */
-static inline unsigned @_tick(@_state *state, const @_sample *sample, @_output *output)
+"),
+            self.file.c(if self.assembly.is_some() {
+                "unsigned @_tick(@_state *state, const @_sample *sample, @_output *output);
+
+/* The same tick, for a caller that reads u alone: returns it. */
+float @_tick_u(@_state *state, const @_sample *sample);
+"
+            } else {
+                "static inline unsigned @_tick(@_state *state, const @_sample *sample, @_output *output)
 {
     @_between between;
     if (state->fresh) {
@@ -638,7 +768,9 @@ static inline unsigned @_tick(@_state *state, const @_sample *sample, @_output *
     }
     return @_law(state, sample, &between, output);
 }
-
+"
+            }),
+            self.file.c("
 /* The tick of a drive that need not have started: the first good sample starts it; until then the fallback goes out.
  * Needs a state of zeros the first time. */
 static inline unsigned @_tick_or_start(@_state *state, const @_sample *sample, @_output *output)

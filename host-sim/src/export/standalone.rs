@@ -199,6 +199,88 @@ typedef struct {
     file.c(&out)
 }
 
+/// What the caller computes and hands to a tick.
+#[derive(Default)]
+pub(super) struct Given {
+    /// Behind the arguments of a tick, where it is declared and where it is called.
+    pub(super) declared: String,
+    pub(super) passed: String,
+    /// What it is.
+    pub(super) told: String,
+}
+
+/// Every function of a controller, each by `write` from what is said of it, its head and its record; `more` comes
+/// behind the tick.
+pub(super) fn interface(
+    file: &File<'_>,
+    functions: &Functions,
+    given: &Given,
+    more: &str,
+    write: &dyn Fn(&str, &str, &Record) -> String,
+) -> String {
+    let Functions { start, tick, not_started, report_applied, estimates, reset, .. } = functions;
+    let Given { declared, passed, told } = given;
+    let functions = [
+        write(
+            "The state before the first tick, from the sample that the first tick gets too. False, and the state as
+ * it was, if the sample is not good enough: try the next one.",
+            "bool @_start(@_state *state, const float x[@@_N])",
+            start,
+        ),
+        write(
+            "What goes out as long as there has been no good sample.",
+            "unsigned @_not_started(@_output *output)",
+            not_started,
+        ),
+        write(
+            &format!(
+                "One tick: observers, sigma*, law, clamp. Call it once per period with the newest sample x, in chain
+ * coordinates. {told}Returns the health; output->u is good whatever x was. Whatever was wrong with x or a sum on the
+ * way ends up in what the law demands: one comparison guards them all."
+            ),
+            &format!("unsigned @_tick(@_state *state, const float x[@@_N], @_output *output{declared})"),
+            tick,
+        ),
+        file.c(more),
+        file.c(&format!(
+            "
+/* The tick of a controller that need not have started: the first good sample starts it; until then the fallback goes
+ * out. Needs a state of zeros the first time. */
+static inline unsigned @_tick_or_start(@_state *state, const float x[@@_N], @_output *output{declared})
+{{
+    unsigned health;
+    if (state->started || @_start(state, x)) {{
+        health = @_tick(state, x, output{passed});
+    }} else {{
+        health = @_not_started(output);
+    }}
+    return health;
+}}
+"
+        )),
+        write(
+            "Tells what the actuator really holds since the last tick, where that is not the u of the tick: the only
+ * anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not taken,
+ * nor any before the start, and the answer is false.",
+            "bool @_report_applied(@_state *state, float u)",
+            report_applied,
+        ),
+        write(
+            "Estimates at the instant of the last tick: d_hat[i][m] is the m-th derivative of the estimate in
+ * channel i + 1, in the unit of x_(i+1) per second and per second^m; zeros where there is no observer, or beyond its
+ * order. False, and zeros, before the start.",
+            "bool @_estimates(const @_state *state, float d_hat[@@_N][@@_R])",
+            estimates,
+        ),
+        write(
+            "Forgets all but the design: the next good sample starts again. For the end of a fault.",
+            "void @_reset(@_state *state)",
+            reset,
+        ),
+    ];
+    functions.concat()
+}
+
 struct Standalone<'a> {
     exported: &'a Exported<'a>,
     file: File<'a>,
@@ -227,65 +309,13 @@ impl<'a> Standalone<'a> {
  *     @_report_applied(&state, held);                    only if it holds another u, not a late one
 ";
         let hash = self.exported.design_hash();
-        self.file.head(&title, usage, &self.exported.origin(), hash, "") + &defines(self.exported, &self.file)
+        self.file.head(&title, usage, &self.exported.origin(), ("STANDALONE", hash), "")
+            + &defines(self.exported, &self.file)
     }
 
     fn functions(&self) -> String {
-        let Functions { start, tick, not_started, report_applied, estimates, reset, .. } = &self.functions;
-        let functions = [
-            self.function(
-                "The state before the first tick, from the sample that the first tick gets too. False, and the state as
- * it was, if the sample is not good enough: try the next one.",
-                "bool @_start(@_state *state, const float x[@@_N])",
-                start,
-            ),
-            self.function(
-                "What goes out as long as there has been no good sample.",
-                "unsigned @_not_started(@_output *output)",
-                not_started,
-            ),
-            self.function(
-                "One tick: observers, sigma*, law, clamp. Call it once per period with the newest sample x, in chain
- * coordinates. Returns the health; output->u is good whatever x was. Whatever was wrong with x or a sum on the way ends
- * up in what the law demands: one comparison guards them all.",
-                "unsigned @_tick(@_state *state, const float x[@@_N], @_output *output)",
-                tick,
-            ),
-            self.file.c("
-/* The tick of a controller that need not have started: the first good sample starts it; until then the fallback goes
- * out. Needs a state of zeros the first time. */
-static inline unsigned @_tick_or_start(@_state *state, const float x[@@_N], @_output *output)
-{
-    unsigned health;
-    if (state->started || @_start(state, x)) {
-        health = @_tick(state, x, output);
-    } else {
-        health = @_not_started(output);
-    }
-    return health;
-}
-"),
-            self.function(
-                "Tells what the actuator really holds since the last tick, where that is not the u of the tick: the only
- * anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not taken,
- * nor any before the start, and the answer is false.",
-                "bool @_report_applied(@_state *state, float u)",
-                report_applied,
-            ),
-            self.function(
-                "Estimates at the instant of the last tick: d_hat[i][m] is the m-th derivative of the estimate in
- * channel i + 1, in the unit of x_(i+1) per second and per second^m; zeros where there is no observer, or beyond its
- * order. False, and zeros, before the start.",
-                "bool @_estimates(const @_state *state, float d_hat[@@_N][@@_R])",
-                estimates,
-            ),
-            self.function(
-                "Forgets all but the design: the next good sample starts again. For the end of a fault.",
-                "void @_reset(@_state *state)",
-                reset,
-            ),
-        ];
-        functions.concat()
+        let write = |meaning: &str, head: &str, record: &Record| self.function(meaning, head, record);
+        interface(&self.file, &self.functions, &Given::default(), "", &write)
     }
 
     fn function(&self, meaning: &str, head: &str, record: &Record) -> String {

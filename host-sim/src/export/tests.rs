@@ -91,6 +91,33 @@ fn assembly_has_the_names_of_the_c_file_and_refuses_what_it_does_not_carry() {
 }
 
 #[test]
+fn assembly_of_a_drive_has_the_names_of_its_c_file() {
+    let text = include_str!("../../../firmware/motor.toml");
+    let source = Source { file: "motor.toml", text, sets: &["drive.gain_sets=1".into()] };
+    let experiment = parse(&source, "motor").expect("a good scenario");
+    let effort = Effort { rounds: 1, steps: 20_000, seed: 1 };
+    let Files { assembly: code, header } = assembly(&experiment, &source, "left", &effort).expect("exported");
+    let c = super::text(&experiment, &source, Form::Standalone("left")).expect("exported");
+    let names = |text: &str| -> Vec<String> {
+        let calls = text.split("left_").skip(1).filter_map(|rest| rest.split_once('('));
+        let mut names: Vec<String> = calls.map(|(name, _)| name.to_owned()).collect();
+        names.retain(|name| !name.is_empty() && name.chars().all(|c| c.is_ascii_lowercase() || c == '_'));
+        names.sort();
+        names.dedup();
+        names
+    };
+    let missing: Vec<String> = names(&c).into_iter().filter(|name| !names(&header).contains(name)).collect();
+    assert_eq!(missing, Vec::<String>::new());
+    for name in ["tick", "tick_u", "observe", "law", "start", "report_applied", "estimates", "reset"] {
+        assert!(code.contains(&format!(".global left_{name}\n")), "{name}");
+        let means = super::text(&experiment, &source, Form::MeansOfAssembly("left", name)).expect("recorded");
+        assert!(means.starts_with(&format!("means 1\nfunction left_{name}\n")), "{means}");
+    }
+    let unknown = super::text(&experiment, &source, Form::MeansOfAssembly("left", "fly"));
+    assert!(unknown.is_err_and(|told| told.contains("no function `fly`")));
+}
+
+#[test]
 fn numbers_get_the_names_of_the_layout() {
     let numbers: Vec<f32> = (0..60).map(|k| k as f32).collect();
     let named = named(4, 2, 2, &numbers);

@@ -331,7 +331,11 @@ fn beside(tables: &[&Table], names: &[&str], value: usize) -> Table {
         let all = |k: usize| {
             let texts: Vec<&str> = rows.iter().filter_map(|row| row.get(k)).map(String::as_str).collect();
             // In the order of the scenarios, once where all say the same.
-            if texts.windows(2).all(|pair| pair[0] == pair[1]) { texts[..texts.len().min(1)].concat() } else { texts.join(" | ") }
+            if texts.windows(2).all(|pair| pair[0] == pair[1]) {
+                texts[..texts.len().min(1)].concat()
+            } else {
+                texts.join(" | ")
+            }
         };
         (1..header.len()).filter(|k| *k != value).map(all).collect()
     };

@@ -5,6 +5,8 @@
 //! in a row; restarts, and controls that the actuator held instead. Compared is every bit of u, sigma, sigma*, health,
 //! estimates and state, after every tick, of the tick that returns u too.
 
+mod drive;
+
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -104,6 +106,8 @@ fn program(functions: &Functions, assembly: &Assembly, n: usize, r: usize, ticks
     let arguments = arguments(functions);
     let given = arguments.replace(" float", "");
     PROGRAM
+        .replace("@help", HELP)
+        .replace("@ending", ENDING)
         .replace("@reference", &reference(functions, n, r))
         .replace("@words", &words)
         .replace("@same", &same)
@@ -130,61 +134,7 @@ extern unsigned s_not_started(output *output);
 extern bool s_report_applied(s_state *state, float u);
 extern bool s_estimates(const s_state *state, float d_hat[@n][@r]);
 extern void s_reset(s_state *state);
-void *memset(void *to, int value, size_t bytes);
-void *memset(void *to, int value, size_t bytes)
-{
-    for (size_t k = 0; k < bytes; k++) {
-        ((volatile char *)to)[k] = (char)value;
-    }
-    return to;
-}
-static bool same(float a, float b)
-{
-    union { float f; uint32_t u; } x, y;
-    x.f = a;
-    y.f = b;
-    return x.u == y.u;
-}
-static uint32_t luck = 2463534242u;
-static uint32_t any(void)
-{
-    luck ^= luck << 13;
-    luck ^= luck >> 17;
-    luck ^= luck << 5;
-    return luck;
-}
-static float within(float size) { return size * ((float)(any() >> 8) * (1.0f / 8388608.0f) - 1.0f); }
-static float odd(void)
-{
-    static const uint32_t edges[] = { 0x7fc00000, 0x7f800000, 0xff800000, 0, 0x80000000, 1, 0x80000001, 0x7f7fffff,
-        0xff7fffff, 0x5368d4a5, 0xd368d4a6, 0x71c9f2ca, 0x60ad78ec, 0x4e6e6b28, 0xc7c35000, 0x3f800000 };
-    union { uint32_t u; float f; } x;
-    x.u = any() % 2u != 0u ? any() : edges[any() % 16u];
-    return x.f;
-}
-static uintptr_t ask_emulator(uintptr_t what, const void *with)
-{
-    register uintptr_t r0 __asm__("r0") = what;
-    register const void *r1 __asm__("r1") = with;
-    __asm__ volatile("bkpt 0xab" : "+r"(r0) : "r"(r1) : "memory");
-    return r0;
-}
-static void say(const char *text) { (void)ask_emulator(4, text); }
-static void number(const char *what, uint32_t value)
-{
-    char text[12];
-    int at = 11;
-    text[at] = 0;
-    do {
-        text[--at] = (char)('0' + value % 10u);
-        value /= 10u;
-    } while (value != 0u);
-    say(what);
-    say(" ");
-    say(text + at);
-    say("\n");
-}
-static c_state c;
+@helpstatic c_state c;
 static s_state s, t;
 __attribute__((noinline)) static int run(void)
 {
@@ -275,7 +225,67 @@ __attribute__((noinline)) static int run(void)
     number("resumed", again);
     return 0;
 }
-void reset(void);
+@ending"#;
+
+/// Luck, and what is said through the emulator.
+const HELP: &str = r#"void *memset(void *to, int value, size_t bytes);
+void *memset(void *to, int value, size_t bytes)
+{
+    for (size_t k = 0; k < bytes; k++) {
+        ((volatile char *)to)[k] = (char)value;
+    }
+    return to;
+}
+static bool same(float a, float b)
+{
+    union { float f; uint32_t u; } x, y;
+    x.f = a;
+    y.f = b;
+    return x.u == y.u;
+}
+static uint32_t luck = 2463534242u;
+static uint32_t any(void)
+{
+    luck ^= luck << 13;
+    luck ^= luck >> 17;
+    luck ^= luck << 5;
+    return luck;
+}
+static float within(float size) { return size * ((float)(any() >> 8) * (1.0f / 8388608.0f) - 1.0f); }
+static float odd(void)
+{
+    static const uint32_t edges[] = { 0x7fc00000, 0x7f800000, 0xff800000, 0, 0x80000000, 1, 0x80000001, 0x7f7fffff,
+        0xff7fffff, 0x5368d4a5, 0xd368d4a6, 0x71c9f2ca, 0x60ad78ec, 0x4e6e6b28, 0xc7c35000, 0x3f800000 };
+    union { uint32_t u; float f; } x;
+    x.u = any() % 2u != 0u ? any() : edges[any() % 16u];
+    return x.f;
+}
+static uintptr_t ask_emulator(uintptr_t what, const void *with)
+{
+    register uintptr_t r0 __asm__("r0") = what;
+    register const void *r1 __asm__("r1") = with;
+    __asm__ volatile("bkpt 0xab" : "+r"(r0) : "r"(r1) : "memory");
+    return r0;
+}
+static void say(const char *text) { (void)ask_emulator(4, text); }
+static void number(const char *what, uint32_t value)
+{
+    char text[12];
+    int at = 11;
+    text[at] = 0;
+    do {
+        text[--at] = (char)('0' + value % 10u);
+        value /= 10u;
+    } while (value != 0u);
+    say(what);
+    say(" ");
+    say(text + at);
+    say("\n");
+}
+"#;
+
+/// From reset to the end of the run.
+const ENDING: &str = r#"void reset(void);
 void reset(void)
 {
     *(volatile uint32_t *)0xE000ED88u |= 0xFu << 20;

@@ -1,0 +1,99 @@
+//! The functions of a drive beside its ordinary tick: the parts of any tick, in which nothing is in a hurry, and what
+//! calls them one after the other where a tick is not ordinary.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+
+use tick_record::drive::DriveFunctions;
+use tick_record::{Port, Record, Role};
+
+use crate::cold::{Cold, Places, words};
+use crate::graph::{Graph, Node};
+use crate::layout::{DriveLayout, Pointers};
+
+/// Every part by its name.
+pub(crate) fn all(functions: &DriveFunctions) -> [(&'static str, &Record); 10] {
+    [
+        ("begin", &functions.begin),
+        ("observe", &functions.observe),
+        ("law", &functions.law),
+        ("give_up", &functions.give_up),
+        ("refuse", &functions.refuse),
+        ("start", &functions.start),
+        ("not_started", &functions.not_started),
+        ("report_applied", &functions.report_applied),
+        ("estimates", &functions.estimates),
+        ("reset", &functions.reset),
+    ]
+}
+
+/// One of them.
+pub(crate) fn part(what: &str, record: &Record, layout: &DriveLayout, name: &str) -> Result<String, String> {
+    let pointers = Pointers::of(what).ok_or("a part")?;
+    let mut graph = Graph::default();
+    let values = graph.values(record, &HashMap::new());
+    let place = |port: &Port| layout.place(port, &pointers, &record.results);
+    let given = |(at, port): (usize, &Port)| {
+        let node = graph.nodes.iter().position(|node| *node == Node::Input(at))?;
+        (port.role == Role::Argument && pointers.sample.is_none()).then_some((node, 0_u8))
+    };
+    let places = Places {
+        place: &place,
+        u_alone: false,
+        table: "ip",
+        table_at: 0,
+        arguments: record.inputs.iter().enumerate().filter_map(given).collect(),
+        flag: None,
+    };
+    let mut table = Vec::new();
+    let mut cold = Cold::new(&graph, &record.inputs, &places, &mut table, name, 0);
+    cold.block(record, &record.body, &values, "\tb.w @leave\n")?;
+    let (push, pop) = cold.saved();
+    let code = cold.code.replace("\tb.w @leave\n", &format!("{pop}\tbx lr\n"));
+    let adr = if table.is_empty() { String::new() } else { format!("\tadr.w ip, .L{name}_table\n") };
+    Ok(format!("{push}{adr}{code}{}", words(name, &table)))
+}
+
+/// Any tick, of the parts: the same arguments and the same answer as `tick`.
+pub(crate) fn rest(layout: &DriveLayout, prefix: &str) -> Result<String, String> {
+    let fresh = Port { name: "fresh".into(), role: Role::State, kind: tick_record::Kind::Truth };
+    let pointers = Pointers { state: Some("r0"), ..Pointers::default() };
+    let (_, fresh) = layout.place(&fresh, &pointers, &[]).ok_or("a flag `fresh`")?;
+    let bytes = layout.between_bytes();
+    let mut text = String::new();
+    let _ = write!(
+        text,
+        "\tpush.w {{r4-r6, lr}}
+\tsub.w sp, sp, #{bytes}
+\tmov r4, r0
+\tmov r5, r1
+\tmov r6, r2
+\tmov r2, sp
+\tldrb.w ip, [r0, #{fresh}]
+\tcmp.w ip, #0
+\tbeq.w .L{prefix}_goes_on
+\tbl {prefix}_begin
+\tb.w .L{prefix}_known
+.L{prefix}_goes_on:
+\tbl {prefix}_observe
+\tcmp.w r0, #0
+\tbeq.w .L{prefix}_unknown
+.L{prefix}_known:
+\tmov r0, r4
+\tmov r1, r5
+\tmov r2, sp
+\tmov r3, r6
+\tbl {prefix}_law
+\tb.w .L{prefix}_done
+.L{prefix}_unknown:
+\tmov r0, r4
+\tmov r1, r5
+\tmov r2, r6
+\tbl {prefix}_give_up
+.L{prefix}_done:
+\tadd.w sp, sp, #{bytes}
+\tpop.w {{r4-r6, pc}}
+"
+    );
+    Ok(text)
+}
