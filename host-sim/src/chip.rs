@@ -1,5 +1,5 @@
-//! What the tick of a scenario's law costs on a Cortex-M4F: the figures of `firmware/budgets.toml` for the instances that
-//! are measured there, which a test of the suite holds together.
+//! What the tick of a scenario's law costs on a Cortex-M4F: the figures of `firmware/budgets.toml` for the instances
+//! that are measured there, which a test of the suite holds together.
 //!
 //! Cycles are a bound for every input, and what an ordinary tick takes, flash and memory without wait states
 //! (`cycle-bound`). The cost is one of the shape, not of the numbers in it.

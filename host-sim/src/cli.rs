@@ -171,7 +171,8 @@ enum Command {
     /// Of a drive: host-sim map mine.toml --x error.torque_percent=-90..300 --y drive.period_s=1e-4..5e-3:log.
     /// Stability is that of the exact matrices of the sampled loop at rest; --simulate asks the plant itself as well.
     Map(MapOptions),
-    /// Run a scenario many times, its keys drawn anew each time: percentiles, failure rate, the worst. Table and figures.
+    /// Run a scenario many times, its keys drawn anew each time: percentiles, failure rate, the worst. Table and
+    /// figures.
     ///
     /// Of a motor: host-sim monte-carlo mine.toml --uncertain 50 --trials 10000. Trials are kept chunk by chunk; a run
     /// that was ended goes on with --resume. The same seed gives the same bytes on any threads, shards and machines.
@@ -183,10 +184,12 @@ enum Command {
     /// Of a joint: host-sim tune mine.toml --noise 0.015 --load 5e-3 --uncertain 50. Each figure is that of the worst
     /// corner. Exit status 1 if something that is asked for was not reached.
     Tune(TuneOptions),
-    /// From a record of counts and current to the data sheet of the plant: stiffness, damping, torque constant, friction.
+    /// From a record of counts and current to the data sheet of the plant: stiffness, damping, torque constant,
+    /// friction.
     ///
     /// Prints each parameter with an interval and what changed, writes the scenario with it, and a figure of what is
-    /// left. A record that says too little is refused with the reason (exit status 2). docs/commissioning.md is the way.
+    /// left. A record that says too little is refused with the reason (exit status 2). docs/commissioning.md is the
+    /// way.
     Identify(IdentifyOptions),
     /// Let a drive commission itself in simulation: record, identify, swap the gains at rest, verify, keep or go back.
     ///

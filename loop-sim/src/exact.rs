@@ -2,9 +2,9 @@
 //!
 //! $$ \dot x = A x + e_n b u + \sum_i e_i w_i(t) - e_2 \sin x_1 $$
 //!
-//! with u held. Everything linear is exact: $x^+ = \Phi x + \gamma u$ and the share of each term of a signal, constants,
-//! ramps and sinusoids alike, come of one matrix exponential. Along the solution $g = -\sin x_1$ is taken as its
-//! polynomial of degree 3 about the beginning of the step,
+//! with u held. Everything linear is exact: $x^+ = \Phi x + \gamma u$ and the share of each term of a signal,
+//! constants, ramps and sinusoids alike, come of one matrix exponential. Along the solution $g = -\sin x_1$ is taken
+//! as its polynomial of degree 3 about the beginning of the step,
 //!
 //! $$ \sum_{j \le 3} g^{(j)} G_j, \quad G_j = h^{j+1} \varphi_{j+1}(A h) e_2, \qquad
 //!    \dot g = -\cos x_1 \dot x_1, \quad \ddot g = \sin x_1 \dot x_1^2 - \cos x_1 \ddot x_1, \quad

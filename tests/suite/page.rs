@@ -1,6 +1,7 @@
 //! Does a report work in a browser: nothing complained of, every chart drawn, zoomed by the mouse, its text selected?
 //!
-//! A real one, without a screen. It is asked by a script that is put behind the page and leaves its answer in the title.
+//! A real one, without a screen. It is asked by a script that is put behind the page and leaves its answer in the
+//! title.
 
 use integration_tests::program::{Folder, host_sim};
 use serde_json::Value;

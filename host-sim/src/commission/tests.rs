@@ -132,8 +132,8 @@ fn without_enough_of_the_multisine_the_record_is_refused() {
 }
 
 /// A motor with a rigid load, friction and cogging in its file, J and K_t off by half: b and f_c, and a move that is no
-/// worse than the recorded ones. Three times the gain that the drive was designed for throws its counts beyond its gate:
-/// no record comes of that, and it is refused.
+/// worse than the recorded ones. Three times the gain that the drive was designed for throws its counts beyond its
+/// gate: no record comes of that, and it is refused.
 #[test]
 fn motors_that_are_off_by_half_commission_themselves() {
     for (inertia, torque) in [(0.0, 0.0), (50.0, -50.0), (-50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)] {

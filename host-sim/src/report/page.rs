@@ -3,8 +3,9 @@
 //! An [`Account`] is what is told of one scenario, section by section. A [`Page`] puts accounts side by side: of tables
 //! that have a column `value` each account gets a column, of panels with the same title and axis each gets its curves.
 //!
-//! * On a screen a figure over time is drawn by uPlot from the numbers in the file: drag to zoom, all charts of a figure
-//!   together, double click to go back. In print, and where no script runs, it is the drawing that [`Figure::svg`] makes.
+//! * On a screen a figure over time is drawn by uPlot from the numbers in the file: drag to zoom, all charts of a
+//!   figure together, double click to go back. In print, and where no script runs, it is the drawing that
+//!   [`Figure::svg`] makes.
 //! * The file holds its accounts as JSON. [`accounts`] reads them back, so that a report can be laid beside a new run
 //!   long after what made it is gone. Curves are kept in f32 (7 digits), times of ticks as they were.
 //!

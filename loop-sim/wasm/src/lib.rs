@@ -15,8 +15,8 @@ use loop_sim::port::in_process::{ControllerSpec, Model, Precision, build};
 use loop_sim::sensor::{self, Dropout, Noise};
 use loop_sim::trace::{Ending, Recorder, Row};
 
-/// Numbers that [`bits`] takes: the joint under a law in f32, through the solver; under one in f64, by its own step; Eq.
-/// (59) in f32.
+/// Numbers that [`bits`] takes: the joint under a law in f32, through the solver; under one in f64, by its own step;
+/// Eq. (59) in f32.
 pub const CASES: u32 = 3;
 
 const PERIOD_S: f64 = 1e-3;

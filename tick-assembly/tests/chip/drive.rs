@@ -131,7 +131,8 @@ fn program(functions: &DriveFunctions, layout: &DriveLayout, plant: &Plant, tick
         let rest = each(&jet[2..], |name| format!("    at.{name} = 0.0f;\n"));
         format!(
             "static target aim(float goal, float way)\n{{\n    target at;\n    \
-             at.turn = (int32_t)(goal / 6.2831853f);\n    at.r = goal - 6.2831853f * (float)at.turn;\n    at.r_dot = way;\n{rest}    return at;\n}}\n"
+             at.turn = (int32_t)(goal / 6.2831853f);\n    at.r = goal - 6.2831853f * (float)at.turn;\n    \
+             at.r_dot = way;\n{rest}    return at;\n}}\n"
         )
     } else {
         String::new()
