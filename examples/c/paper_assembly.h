@@ -112,24 +112,12 @@ bool paper_start(paper_state *state, const float x[PAPER_N]);
 unsigned paper_not_started(paper_output *output);
 
 /* One tick: observers, sigma*, law, clamp. Call it once per period with the newest sample x, in chain
- * coordinates. Returns the health; output->u is good whatever x was. */
+ * coordinates. Returns the health; output->u is good whatever x was. Whatever was wrong with x or a sum on the
+ * way ends up in what the law demands: one comparison guards them all. */
 unsigned paper_tick(paper_state *state, const float x[PAPER_N], paper_output *output);
 
 /* The same tick, for a caller that reads u alone: returns it. */
 float paper_tick_u(paper_state *state, const float x[PAPER_N]);
-
-/* Tells what the actuator really holds since the last tick, where that is not the u of the tick: the only
- * anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not taken,
- * nor any before the start, and the answer is false. */
-bool paper_report_applied(paper_state *state, float u);
-
-/* Estimates at the instant of the last tick: d_hat[i][m] is the m-th derivative of the estimate in
- * channel i + 1, in the unit of x_(i+1) per second and per second^m; zeros where there is no observer, or beyond its
- * order. False, and zeros, before the start. */
-bool paper_estimates(const paper_state *state, float d_hat[PAPER_N][PAPER_R]);
-
-/* Forgets all but the design: the next good sample starts again. For the end of a fault. */
-void paper_reset(paper_state *state);
 
 /* The tick of a controller that need not have started: the first good sample starts it; until then the fallback goes
  * out. Needs a state of zeros the first time. */
@@ -143,6 +131,19 @@ static inline unsigned paper_tick_or_start(paper_state *state, const float x[PAP
     }
     return health;
 }
+
+/* Tells what the actuator really holds since the last tick, where that is not the u of the tick: the only
+ * anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not taken,
+ * nor any before the start, and the answer is false. */
+bool paper_report_applied(paper_state *state, float u);
+
+/* Estimates at the instant of the last tick: d_hat[i][m] is the m-th derivative of the estimate in
+ * channel i + 1, in the unit of x_(i+1) per second and per second^m; zeros where there is no observer, or beyond its
+ * order. False, and zeros, before the start. */
+bool paper_estimates(const paper_state *state, float d_hat[PAPER_N][PAPER_R]);
+
+/* Forgets all but the design: the next good sample starts again. For the end of a fault. */
+void paper_reset(paper_state *state);
 
 #ifdef __cplusplus
 }

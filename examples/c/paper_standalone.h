@@ -172,8 +172,8 @@ static inline unsigned paper_not_started(paper_output *output)
 }
 
 /* One tick: observers, sigma*, law, clamp. Call it once per period with the newest sample x, in chain
- * coordinates. Returns the health; output->u is good whatever x was. Whatever was wrong with x or a sum on the way ends
- * up in what the law demands: one comparison guards them all. */
+ * coordinates. Returns the health; output->u is good whatever x was. Whatever was wrong with x or a sum on the
+ * way ends up in what the law demands: one comparison guards them all. */
 static inline unsigned paper_tick(paper_state *state, const float x[PAPER_N], paper_output *output)
 {
     PAPER_AS_WRITTEN
