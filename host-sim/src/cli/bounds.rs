@@ -26,6 +26,7 @@ use crate::bounds::{Known, NoBounds, Quantity, SampledLoop};
 use crate::map::Subject;
 use crate::margins::Loop;
 use crate::report::number::significant;
+use crate::report::page::Section;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
 
 #[derive(Args, Debug)]
@@ -519,6 +520,28 @@ impl<'a> Answer<'a> {
         });
         Figure { title: experiment.title.clone(), panels: panels.collect(), columns: 2 }
     }
+}
+
+/// The section of a report on a run that is over; why there are none, where there are none.
+pub(super) fn section(experiment: &Experiment, trace: &Trace, subject: &Subject<'_>) -> Section {
+    let found = || -> Result<Section, String> {
+        let at_rest = experiment.at_rest.as_ref().map_err(ToString::to_string)?;
+        let sampled = sampled(experiment, at_rest, at_rest.law.as_ref(), experiment.period_s);
+        let sampled = sampled.map_err(|error| error.to_string())?;
+        if trace.ending != Ending::Finished {
+            return Err("no bound holds of a run that did not come to its end".into());
+        }
+        let asked = Asked { experiment, at_rest, trace };
+        let answer = Answer::of(&asked, &sampled, subject).map_err(|failure| failure.message)?;
+        Ok(Section {
+            says: answer.sentences().into_iter().chain(answer.remarks.clone()).collect(),
+            tables: vec![answer.table(), answer.gains()],
+            figures: vec![answer.figure()],
+            ..Section::default()
+        })
+    };
+    let found = found().unwrap_or_else(|why| Section { says: vec![why], ..Section::default() });
+    Section { heading: "Bounds".into(), ..found }
 }
 
 impl Console<'_> {

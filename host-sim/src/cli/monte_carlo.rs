@@ -31,6 +31,9 @@ use crate::monte_carlo::Plan;
 use crate::monte_carlo::store::{self, Chunk, Header, Outcome, Trials};
 
 mod report;
+
+pub(super) use report::section;
+
 mod uncertain;
 
 #[derive(Args, Debug)]

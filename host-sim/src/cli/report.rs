@@ -4,15 +4,18 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use cycle_bound::table::Table;
-use loop_sim::trace::Ending;
+use loop_sim::trace::{Ending, Trace};
 use scenario::{Experiment, Source};
 use sha2::{Digest, Sha256};
 use whole_file::Kind;
 
 use super::design::{self, Design};
 use super::map::{self, MapOptions};
-use super::{Console, Failure, Figures, drive, ending, figures_of, note_changes, status, table, text_of};
+use super::{
+    Console, Failure, Figures, bounds, drive, ending, figures_of, monte_carlo, note_changes, status, table, text_of,
+};
 use crate::chip::{self, Cost};
+use crate::map::Subject;
 use crate::margins;
 use crate::report::number::significant;
 use crate::report::page::{self, Account, Page, Section};
@@ -32,6 +35,9 @@ pub(super) struct ReportOptions {
     /// The preset of `map` that is drawn; `none` leaves the map out.
     #[arg(long, value_name = "PRESET", default_value = "gain", value_parser = map::presets_or(NO_MAP))]
     map: String,
+    /// The folder that `monte-carlo` of one of the scenarios wrote.
+    #[arg(long, value_name = "DIR")]
+    trials: Option<PathBuf>,
     /// The certificate of `export --certificate`, to be attached.
     #[arg(long, value_name = "FILE")]
     certificate: Option<PathBuf>,
@@ -54,6 +60,7 @@ impl Console<'_> {
             may_be_written(output, options)?;
         }
         let certificate = options.certificate.as_deref().map(|file| text_of(Some(file), ("", ""))).transpose()?;
+        let trials = options.trials.as_deref().map(monte_carlo::section).transpose()?;
         let mut accounts = Vec::new();
         let files: Vec<Option<&Path>> = if options.files.is_empty() {
             vec![None]
@@ -68,6 +75,11 @@ impl Console<'_> {
                     None => return Ok(status::INTERRUPTED),
                 },
             }
+        }
+        if let Some((scenario, section)) = trials {
+            let of = accounts.iter_mut().find(|account| account.name == scenario);
+            let of = of.ok_or_else(|| bad(format!("--trials: its scenario is {scenario:?}, and that is not here")))?;
+            of.sections.push(section);
         }
         if let (Some((name, text)), Some(account)) = (certificate, accounts.first_mut()) {
             account.sections.push(Section {
@@ -101,10 +113,10 @@ impl Console<'_> {
         experiment.warnings.extend(margins::warnings(&experiment));
         let mut sections = vec![about(&experiment, &name, &text, &options.sets)];
         sections.extend(of_design(&experiment));
-        match self.of_run(&mut experiment)? {
-            Some(section) => sections.push(section),
-            None => return Ok(None),
-        }
+        let Some((section, trace)) = self.of_run(&mut experiment)? else { return Ok(None) };
+        sections.push(section);
+        let subject = Subject { file: &name, text: &text, name: &stem, sets: &options.sets };
+        sections.push(bounds::section(&experiment, &trace, &subject));
         if options.map != NO_MAP {
             match self.of_map(file, options) {
                 Some(section) => sections.push(section),
@@ -115,7 +127,7 @@ impl Console<'_> {
         Ok(Some(Account { name: experiment.name, sections }))
     }
 
-    fn of_run(&mut self, experiment: &mut Experiment) -> Result<Option<Section>, Failure> {
+    fn of_run(&mut self, experiment: &mut Experiment) -> Result<Option<(Section, Trace)>, Failure> {
         let (trace, error) = self.watched(experiment, &mut None);
         if let Some(error) = error {
             return Err(Failure { status: status::FAILED, message: error.to_string() });
@@ -132,13 +144,14 @@ impl Console<'_> {
             }
             _ => table(experiment, &metrics, &trace),
         };
-        Ok(Some(Section {
+        let section = Section {
             heading: "Run".into(),
             says: vec![ending(&trace, &metrics).1],
             tables: vec![table],
             figures: figures_of(experiment, &trace).into_iter().map(|(_, figure)| figure).collect(),
             ..Section::default()
-        }))
+        };
+        Ok(Some((section, trace)))
     }
 
     /// Where it is stable, and in which corners.

@@ -178,7 +178,8 @@ impl Page<'_> {
         self.tables(&parts, &whose, body);
         self.figures(&parts, body, charts)?;
         for (a, _, section) in &parts {
-            for svg in &section.drawings {
+            for (k, svg) in section.drawings.iter().enumerate() {
+                let svg = alone(svg, &format!("d{a}-{k}-{}", charts.len()));
                 let _ = writeln!(body, "<figure>{}{svg}</figure>", whose(*a));
             }
             for (name, text) in &section.files {
@@ -232,10 +233,7 @@ impl Page<'_> {
                 panels: merged.iter().map(|merged| merged.panel.clone()).collect(),
                 columns: first.map_or(1, |figure| figure.columns),
             };
-            // Two drawings in one file may not name two clips alike.
-            let drawing = charts.len();
-            let still = figure.svg().replace("\"panel", &format!("\"c{drawing}-{f}-panel"));
-            let still = still.replace("#panel", &format!("#c{drawing}-{f}-panel"));
+            let still = alone(&figure.svg(), &format!("c{}-{f}", charts.len()));
             let zooms = merged.iter().all(|merged| merged.panel.series.iter().all(is_over_time));
             if !zooms {
                 let _ = writeln!(body, "<figure>{still}</figure>");
@@ -323,6 +321,11 @@ impl<'a> Chart<'a> {
 /// From left to right, so that one can zoom into it.
 fn is_over_time(series: &Series) -> bool {
     series.points.iter().all(|(x, _)| x.is_finite()) && series.points.is_sorted_by(|(a, _), (b, _)| a < b)
+}
+
+/// A drawing beside others: two in one file may not name two clips alike.
+fn alone(svg: &str, name: &str) -> String {
+    svg.replace("\"panel", &format!("\"{name}-panel")).replace("#panel", &format!("#{name}-panel"))
 }
 
 /// One table of several with the same header: rows by their first cell, a value of each; of two the quotient too.

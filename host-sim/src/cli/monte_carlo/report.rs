@@ -5,12 +5,15 @@ use std::path::Path;
 
 use cycle_bound::table::Table;
 use serde::Serialize;
+use serde_json::Value as Json;
+use whole_file::Kind;
 
 use super::{ENDED, ReportOptions, quoted, unreadable};
 use crate::cli::{Console, Failure};
 use crate::monte_carlo::statistics::{self, NAMES, PER_MILLE};
 use crate::monte_carlo::store::{Header, Outcome, Trials};
 use crate::report::number::significant;
+use crate::report::page::Section;
 use crate::report::plot::{Figure, GREY, Panel, Series};
 use crate::report::write_whole;
 
@@ -244,6 +247,46 @@ impl Console<'_> {
             header.seed
         ))
     }
+}
+
+/// The section of a report, of a folder that was written; and the scenario it is of.
+pub(in crate::cli) fn section(folder: &Path) -> Result<(String, Section), Failure> {
+    let file = folder.join("monte-carlo.json");
+    let read = |name: &str| {
+        let path = folder.join(name);
+        whole_file::read_text(&path, Kind::REPORT).map_err(|why| unreadable(format!("{}: {why}", path.display())))
+    };
+    let json: Json = serde_json::from_str(&read("monte-carlo.json")?)
+        .map_err(|error| unreadable(format!("{}: {error}", file.display())))?;
+    let none = || unreadable(format!("{}: not what `monte-carlo` writes", file.display()));
+    let scenario = json["scenario"].as_str().ok_or_else(none)?.to_owned();
+    let percentiles = json["percentiles"].as_object().ok_or_else(none)?;
+    let of = |value: &Json| number(value.as_f64().unwrap_or(f64::NAN));
+    let mut table = Table::new(["figure", "file"].into_iter().chain(NAMES));
+    for (name, of_figure) in percentiles.iter().filter(|(_, of_figure)| of_figure["least"] != of_figure["max"]) {
+        let values = NAMES.iter().map(|rank| of(&of_figure[*rank]));
+        table.row([name.clone(), of(&of_figure["of_file"])].into_iter().chain(values));
+    }
+    let outcomes = json["outcomes"].as_object().ok_or_else(none)?.iter().map(|(word, count)| format!("{count} {word}"));
+    let mut says =
+        vec![format!("{} trials, seed {}: {}", json["trials"], json["seed"], outcomes.collect::<Vec<_>>().join(", "))];
+    let failures = &json["failures"];
+    let below = failures["rate_below"].as_f64();
+    let below = below.map_or_else(String::new, |rate| {
+        format!("; the true rate is below {} % with 95 % confidence", significant(100.0 * rate, 3))
+    });
+    says.push(format!("failures: {}{below}", failures["count"]));
+    let vary = json["vary"].as_array().into_iter().flatten().filter_map(Json::as_str);
+    says.push(format!("drawn: {}", vary.collect::<Vec<_>>().join("; ")));
+    let drawings = ["histograms.svg", "scatter.svg"].into_iter().filter_map(|name| read(name).ok());
+    let section = Section {
+        heading: "Monte Carlo".into(),
+        says,
+        tables: vec![table],
+        drawings: drawings.collect(),
+        ..Section::default()
+    };
+    Ok((scenario, section))
 }
 
 /// Steps over the range of sorted values; of more than two decades over their logarithms.
