@@ -54,10 +54,13 @@ use loop_sim::port::{ControllerPort, PortError};
 use loop_sim::trace::{Ending, Trace};
 use scenario::{Drive, Experiment, Mu, ScenarioError, Source};
 use serde::Serialize;
+use sha2::{Digest, Sha256};
 use whole_file::{Claim, Existing, Kind};
 
 use crate::figures::{CATALOGUE, Case, ClaimRow, PaperFigure};
+use crate::map::Subject;
 use crate::margins;
+use crate::monte_carlo::store;
 use crate::report::number::significant;
 use crate::report::plot::Figure;
 use crate::report::trace_figure::{self, Labels};
@@ -368,14 +371,44 @@ fn scenario_of(file: Option<&Path>, options: &RunOptions) -> Result<Experiment, 
     }
 }
 
-/// What messages call a scenario, and its text; without a file one that is built in.
-fn text_of(file: Option<&Path>, (built_in, text): (&str, &str)) -> Result<(String, String), Failure> {
-    let Some(file) = file else { return Ok((format!("built-in {built_in}"), text.to_owned())) };
-    let name = file.display().to_string();
-    match whole_file::read_text(file, Kind::SETTINGS) {
-        Ok(text) => Ok((name, text)),
-        Err(why) => Err(Failure { status: status::BAD_INPUT, message: format!("{name}: {why}") }),
+/// The text of a scenario that more is to be done with than to run it.
+struct ScenarioText {
+    /// What messages call its file.
+    file: String,
+    text: String,
+    /// Its name if it gives none.
+    stem: String,
+}
+
+/// Scenarios that are there without a file: what ends their names, and their texts.
+const DEFAULT: (&str, &str) = ("default", scenario::DEFAULT);
+const JOINT: (&str, &str) = ("joint", scenario::JOINT);
+
+impl ScenarioText {
+    /// Of a file; without one, one that is built in.
+    fn read(file: Option<&Path>, (stem, text): (&str, &str)) -> Result<Self, Failure> {
+        let Some(file) = file else {
+            return Ok(Self { file: format!("built-in {stem}.toml"), text: text.into(), stem: stem.into() });
+        };
+        let stem = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        Ok(Self { file: file.display().to_string(), text: read_text(file, Kind::SETTINGS)?, stem })
     }
+
+    fn source<'a>(&'a self, sets: &'a [String]) -> Source<'a> {
+        Source { file: &self.file, text: &self.text, sets }
+    }
+
+    fn subject<'a>(&'a self, sets: &'a [String]) -> Subject<'a> {
+        Subject { file: &self.file, text: &self.text, name: &self.stem, sets }
+    }
+}
+
+fn read_text(file: &Path, kind: Kind) -> Result<String, Failure> {
+    whole_file::read_text(file, kind).map_err(|why| bad(format!("{}: {why}", file.display())))
+}
+
+fn hex_sha256(data: impl AsRef<[u8]>) -> String {
+    store::hex(&Sha256::digest(data))
 }
 
 /// Why a command ended early, a line for each thing that is wrong, and the exit status.
@@ -384,9 +417,19 @@ struct Failure {
     message: String,
 }
 
+/// What the user can mend.
+fn bad(message: impl Into<String>) -> Failure {
+    Failure { status: status::BAD_INPUT, message: message.into() }
+}
+
+/// What went wrong on the way.
+fn failed(message: impl Into<String>) -> Failure {
+    Failure { status: status::FAILED, message: message.into() }
+}
+
 impl From<ScenarioError> for Failure {
     fn from(error: ScenarioError) -> Self {
-        Self { status: status::BAD_INPUT, message: error.to_string() }
+        bad(error.to_string())
     }
 }
 
@@ -550,7 +593,6 @@ impl Console<'_> {
     }
 
     fn budget(&mut self, options: &cycle_bound::Options) -> Result<u8, Failure> {
-        let bad = |message| Failure { status: status::BAD_INPUT, message };
         options.elf.as_deref().map_or(Ok(()), |elf| target::present(elf, "--elf")).map_err(bad)?;
         let Reply { text, remarks, status } = cycle_bound::run(options, self.stop).map_err(bad)?;
         self.say(&text)?;
@@ -575,7 +617,6 @@ impl Console<'_> {
     /// `program` is what the user called.
     fn new_scenario(&mut self, name: &str, plant: &str, folder: &Path, program: &str) -> Result<u8, Failure> {
         let name = name.strip_suffix(".toml").unwrap_or(name);
-        let bad = |message: String| Failure { status: status::BAD_INPUT, message };
         let text = scenario::template(name, plant).ok_or_else(|| {
             bad(format!("{name:?} cannot name a scenario: use 1 to 64 letters, digits, `_`, `-`, `.`"))
         })?;
@@ -622,7 +663,6 @@ impl Console<'_> {
         let comparison = link.map(|link| compared(&trace, error.as_ref(), &link, started));
         let metrics = experiment.metrics(&trace);
         let figures = Figures::of(&mut experiment, &trace, &metrics);
-        let (tracking, noise) = (figures.tracking, figures.noise);
         let error = error.map(|error| error.to_string());
         let design = Design::of(&experiment).ok();
         let json = RunJson {
@@ -638,10 +678,10 @@ impl Console<'_> {
             mu: &experiment.mu,
             target: comparison.as_ref(),
         };
-        let json = serde_json::to_string(&json);
+        let told = serde_json::to_string(&json);
         if claim.is_some() {
             write_results(&folder, &experiment, &trace, options)?;
-            let text = json.as_deref().unwrap_or_default();
+            let text = told.as_deref().unwrap_or_default();
             let path = folder.join(RUN_JSON);
             write_whole(&path, |out| writeln!(out, "{text}"))
                 .map_err(|error| Failure::writing(path.display(), &error))?;
@@ -649,18 +689,12 @@ impl Console<'_> {
         drop((kept, claim));
 
         if options.json {
-            self.say_json(json)?;
+            self.say_json(told)?;
         } else {
             for line in experiment.drive.iter().flat_map(|drive| &drive.chosen) {
                 self.say(line)?;
             }
-            let table = match (&experiment.drive, tracking) {
-                (Some(drive), Some(tracking)) => {
-                    let of_loop_a = design.as_ref().and_then(Design::noise);
-                    drive::table(&experiment, drive, &metrics, &tracking, noise.as_ref(), of_loop_a, &trace)
-                }
-                _ => table(&experiment, &metrics, &trace),
-            };
+            let table = table(&experiment, &metrics, &json.figures, design.as_ref(), &trace);
             self.say(&table.to_string())?;
             for line in design.iter().flat_map(Design::short) {
                 self.say(&line)?;
@@ -677,7 +711,7 @@ impl Console<'_> {
             }
         }
         match error {
-            Some(message) => Err(Failure { status: status::FAILED, message }),
+            Some(message) => Err(failed(message)),
             None if matches!(trace.ending, Ending::Interrupted { .. }) => {
                 let kept = if options.no_files { "is not kept".into() } else { format!("is in {}", folder.display()) };
                 self.note(&format!("stopped on request; what was recorded {kept}"));
@@ -700,7 +734,7 @@ impl Console<'_> {
                 self.note(&format!("{}: {label}", figure.id));
                 let (trace, error) = self.watched(&mut experiment, &mut None);
                 if let Some(error) = error {
-                    return Err(Failure { status: status::FAILED, message: format!("{}: {error}", figure.id) });
+                    return Err(failed(format!("{}: {error}", figure.id)));
                 }
                 if matches!(trace.ending, Ending::Interrupted { .. }) {
                     self.note(&format!(
@@ -734,10 +768,7 @@ impl Console<'_> {
         if lost.is_empty() {
             return Ok(status::DONE);
         }
-        Err(Failure {
-            status: status::FAILED,
-            message: format!("reproduced before, no longer does: {}", lost.join("; ")),
-        })
+        Err(failed(format!("reproduced before, no longer does: {}", lost.join("; "))))
     }
 
     /// Runs the loop under a progress bar and Ctrl-C, with what the target logs shown as it comes.
@@ -817,9 +848,7 @@ fn chosen_figures(only: &[String]) -> Result<Vec<&'static PaperFigure>, Failure>
         CATALOGUE.iter().find(|figure| figure.id == name).ok_or_else(|| {
             let distance = |figure: &&PaperFigure| strsim::damerau_levenshtein(figure.id, name);
             let nearest = CATALOGUE.iter().min_by_key(distance).map_or("", |figure| figure.id);
-            let message =
-                format!("--only {name}: there is no such figure; expected fig01 .. fig10, nearest is {nearest}");
-            Failure { status: status::BAD_INPUT, message }
+            bad(format!("--only {name}: there is no such figure; expected fig01 .. fig10, nearest is {nearest}"))
         })
     };
     only.iter().map(find).collect()
@@ -859,7 +888,7 @@ fn prepare_folder(folder: &Path, name: &str) -> Result<Claim, Failure> {
                  or remove it",
                 folder.display()
             );
-            Err(Failure { status: status::BAD_INPUT, message })
+            Err(bad(message))
         }
         _ => claim_folder(folder),
     }
@@ -874,7 +903,7 @@ fn claim_folder(folder: &Path) -> Result<Claim, Failure> {
             }
             _ => format!("cannot be written: {error}"),
         };
-        Failure { status: status::BAD_INPUT, message: format!("output folder {}: {why}", folder.display()) }
+        bad(format!("output folder {}: {why}", folder.display()))
     })
 }
 
@@ -941,7 +970,18 @@ fn ticks_with(trace: &Trace, flag: Health) -> usize {
     trace.rows.iter().filter(|row| row.health.contains(flag)).count()
 }
 
-fn table(experiment: &Experiment, metrics: &Metrics, trace: &Trace) -> Table {
+/// What a run came to, for people.
+fn table(
+    experiment: &Experiment,
+    metrics: &Metrics,
+    figures: &Figures,
+    design: Option<&Design>,
+    trace: &Trace,
+) -> Table {
+    if let (Some(drive), Some(tracking)) = (&experiment.drive, &figures.tracking) {
+        let of_loop_a = design.and_then(Design::noise);
+        return drive::table(experiment, drive, metrics, tracking, figures.noise.as_ref(), of_loop_a, trace);
+    }
     let [from, to] = metrics.window_s;
     // Nothing is said of a window that the run did not go through.
     let spoken = !metrics.sigma_star_ultimate.is_nan();

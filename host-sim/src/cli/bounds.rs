@@ -21,7 +21,7 @@ mod gain;
 use gain::Gain;
 
 use super::design::ultimates;
-use super::{Console, Failure, claim_folder, note_changes, status, text_of};
+use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, failed, note_changes, status};
 use crate::bounds::{Known, NoBounds, Quantity, SampledLoop};
 use crate::map::Subject;
 use crate::margins::Loop;
@@ -88,12 +88,10 @@ struct BoundsJson<'a> {
     remarks: &'a [String],
 }
 
-fn bad(message: String) -> Failure {
-    Failure { status: status::BAD_INPUT, message }
-}
-
-fn failed(error: &NoBounds) -> Failure {
-    Failure { status: status::FAILED, message: error.to_string() }
+impl From<NoBounds> for Failure {
+    fn from(error: NoBounds) -> Self {
+        failed(error.to_string())
+    }
 }
 
 /// What is asked of one scenario.
@@ -360,8 +358,8 @@ impl<'a> Answer<'a> {
     fn of(asked: &'a Asked<'a>, sampled: &SampledLoop, subject: &Subject<'_>) -> Result<Self, Failure> {
         let (quantities, rest) = (sampled.quantities().to_vec(), sampled.rest());
         let known = asked.disturbances(sampled);
-        let mut parts = asked.parts(sampled, &known).map_err(|error| failed(&error))?;
-        let knobs = asked.knobs(&known).map_err(|error| failed(&error))?;
+        let mut parts = asked.parts(sampled, &known).map_err(Failure::from)?;
+        let knobs = asked.knobs(&known).map_err(Failure::from)?;
         parts.extend(measured(asked, &quantities, rest, subject));
         let mut answer = Self {
             asked,
@@ -546,16 +544,14 @@ pub(super) fn section(experiment: &Experiment, trace: &Trace, subject: &Subject<
 
 impl Console<'_> {
     pub(super) fn bounds(&mut self, options: &BoundsOptions) -> Result<u8, Failure> {
-        let (file, text) = text_of(options.file.as_deref(), ("default.toml", scenario::DEFAULT))?;
-        let stem =
-            options.file.as_deref().and_then(Path::file_stem).map_or("default".into(), |it| it.to_string_lossy());
-        let subject = Subject { file: &file, text: &text, name: &stem, sets: &options.sets };
+        let text = ScenarioText::read(options.file.as_deref(), DEFAULT)?;
+        let subject = text.subject(&options.sets);
         let mut experiment = subject.with(&[])?;
         note_changes(&mut experiment.title, &options.sets);
         // Before the run: a loop that grows, or has no matrices, has no bounds.
         let at_rest = experiment.at_rest.as_ref().map_err(|error| bad(error.to_string()))?;
         let sampled = sampled(&experiment, at_rest, at_rest.law.as_ref(), experiment.period_s);
-        let sampled = sampled.map_err(|error| failed(&error))?;
+        let sampled = sampled.map_err(Failure::from)?;
         let folder =
             options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-bounds", experiment.name)));
         let claim = claim_folder(&folder)?;
@@ -566,7 +562,7 @@ impl Console<'_> {
             Ending::Diverged { t_s } | Ending::BrokenOff { t_s } => {
                 let why = error.map_or("the state ran away".into(), |error| error.to_string());
                 let message = format!("the run ended at t = {} s: {why}; no bound holds", significant(t_s, 4));
-                return Err(Failure { status: status::FAILED, message });
+                return Err(failed(message));
             }
         }
         let at_rest = experiment.at_rest.as_ref().map_err(|error| bad(error.to_string()))?;

@@ -7,7 +7,7 @@ use std::thread;
 use clap::Args;
 use serde::Serialize;
 
-use super::{Console, Failure, LEFT, claim_folder, status, text_of};
+use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, status};
 use crate::compare::{Bench, Contender, Entry, Settings, compare, contenders, report};
 use crate::report::number::significant;
 
@@ -52,12 +52,11 @@ struct CompareJson<'a> {
 
 impl Console<'_> {
     pub(super) fn compare(&mut self, options: &CompareOptions) -> Result<u8, Failure> {
-        let bad = |message: String| Failure { status: status::BAD_INPUT, message };
-        let (name, text) = text_of(options.file.as_deref(), ("joint.toml", scenario::JOINT))?;
+        let scenario = ScenarioText::read(options.file.as_deref(), JOINT)?;
         if let Some(limit) = options.noise.iter().find(|limit| !(**limit > 0.0 && limit.is_finite())) {
             return Err(bad(format!("--noise {limit}: a limit is above 0")));
         }
-        let bench = Bench::new(&name, &text, &options.sets).map_err(bad)?;
+        let bench = Bench::new(&scenario.file, &scenario.text, &options.sets).map_err(bad)?;
         let settings = Settings {
             evaluations: options.evaluations as usize,
             seed: options.seed,

@@ -20,7 +20,7 @@ use scenario::{AtRest, Experiment};
 use serde::Serialize;
 
 use super::export::refuse_without_limits;
-use super::{Console, Failure, RunOptions, note_changes, scenario_of, status};
+use super::{Console, Failure, RunOptions, bad, failed, note_changes, scenario_of, status};
 use crate::map::is_zero;
 use crate::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, offset_per_s, unstable_corners};
 use crate::report::number::significant;
@@ -241,8 +241,7 @@ impl Got {
 impl Design {
     /// Of a scenario.
     pub(super) fn of(experiment: &Experiment) -> Result<Self, Failure> {
-        let bad = |message: String| Failure { status: status::BAD_INPUT, message };
-        let failed = |error: MarginsError| Failure { status: status::FAILED, message: error.to_string() };
+        let failed = |error: MarginsError| failed(error.to_string());
         let at_rest = experiment.at_rest.as_ref().map_err(|error| bad(error.to_string()))?;
         let asked = asked(experiment);
         let got =

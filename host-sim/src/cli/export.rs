@@ -10,9 +10,9 @@ use tick_assembly::Effort;
 use tick_proof::run::{self, Row};
 use tick_proof::solver::{Solver, Which};
 use tick_proof::{Functions, certificate};
-use whole_file::{Existing, Kind};
+use whole_file::Existing;
 
-use super::{Console, Failure, status};
+use super::{Console, DEFAULT, Failure, ScenarioText, bad, failed, status};
 use crate::export::{self, Form, PREFIX};
 
 /// Languages that link a library of this project.
@@ -86,13 +86,12 @@ fn prefix(text: &str) -> Result<String, String> {
 
 impl Console<'_> {
     pub(super) fn export(&mut self, options: &ExportOptions) -> Result<u8, Failure> {
-        let bad = |message| Failure { status: status::BAD_INPUT, message };
         let form = match options.lang {
             Some(Language::Rust) if options.prefix != PREFIX => {
-                return Err(bad("--prefix is for C: in Rust the module is the prefix".into()));
+                return Err(bad("--prefix is for C: in Rust the module is the prefix"));
             }
             Some(Language::Rust) if options.standalone => {
-                return Err(bad("--standalone is a file of C and cannot be used with --lang rust".into()));
+                return Err(bad("--standalone is a file of C and cannot be used with --lang rust"));
             }
             Some(Language::Rust) => Form::Rust,
             Some(Language::C) if !options.standalone => Form::Archive(&options.prefix),
@@ -102,21 +101,11 @@ impl Console<'_> {
                 None => Form::Standalone(&options.prefix),
             },
         };
-        let sets = &options.sets;
-        let (file, text, stem) = match &options.scenario {
-            Some(path) => {
-                let file = path.display().to_string();
-                let text =
-                    whole_file::read_text(path, Kind::SETTINGS).map_err(|message| bad(format!("{file}: {message}")))?;
-                let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-                (file, text, stem)
-            }
-            None => ("built-in default.toml".into(), scenario::DEFAULT.into(), "default".into()),
-        };
-        let source = Source { file: &file, text: &text, sets };
+        let text = ScenarioText::read(options.scenario.as_deref(), DEFAULT)?;
+        let (file, source) = (&text.file, text.source(&options.sets));
         let experiment = match &options.scenario {
-            Some(_) => scenario::parse_own(&source, &stem)?,
-            None => scenario::parse(&source, &stem)?,
+            Some(_) => scenario::parse_own(&source, &text.stem)?,
+            None => scenario::parse(&source, &text.stem)?,
         };
         if let (Some(reading), false) = (experiment.figures_only, options.paper) {
             return Err(bad(format!(
@@ -125,18 +114,18 @@ impl Console<'_> {
             )));
         }
         if !(options.paper || options.no_limits) {
-            refuse_without_limits(&experiment, &file)?;
+            refuse_without_limits(&experiment, file)?;
         }
         // The path of a file is of this machine only; what is exported is the same everywhere.
         let name = options.scenario.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy());
-        let source = Source { file: name.as_deref().unwrap_or(&file), ..source };
+        let source = Source { file: name.as_deref().unwrap_or(file), ..source };
         let refused = |why| bad(format!("{file}: {why}"));
         let mut open = Vec::new();
         let files = match (&options.output, options.asm && options.means.is_none()) {
             (Some(path), true) => {
                 let header = path.with_extension("h");
                 if header == *path {
-                    return Err(bad("--asm writes a header beside the file: name it .S, not .h".into()));
+                    return Err(bad("--asm writes a header beside the file: name it .S, not .h"));
                 }
                 let files = export::assembly(&experiment, &source, &options.prefix, &Effort::FULL).map_err(refused)?;
                 vec![(path.clone(), files.assembly), (header, files.header)]
@@ -151,7 +140,7 @@ impl Console<'_> {
                 let mut files = vec![(path.clone(), text)];
                 if let Some(certificate) = &options.certificate {
                     if certificate == path {
-                        return Err(bad("--certificate is a file of its own, beside that of --output".into()));
+                        return Err(bad("--certificate is a file of its own, beside that of --output"));
                     }
                     for file in [path, certificate] {
                         free(file, options.force)?;
@@ -175,13 +164,12 @@ impl Console<'_> {
             return Ok(status::DONE);
         }
         let open: Vec<String> = open.iter().map(|row| format!("{}: {}", row.verdict, row.statement)).collect();
-        Err(Failure { status: status::FAILED, message: format!("not all is proved\n{}", open.join("\n")) })
+        Err(failed(format!("not all is proved\n{}", open.join("\n"))))
     }
 
     /// Everything that is claimed of these records, asked under a progress bar, and the solver that was. There is
     /// nothing to keep of a part: a request to stop ends the program at once.
     fn proved(&self, functions: &Functions, python: Option<&Path>) -> Result<(Vec<Row>, String), Failure> {
-        let bad = |message| Failure { status: status::BAD_INPUT, message };
         let solver = Solver::find(Which::Bitwuzla, python).map_err(bad)?;
         let jobs = run::jobs("", functions);
         let bar = self.bar(jobs.len() as u64, "{bar:40} {pos} of {len} statements  {elapsed}  {msg}");
@@ -190,7 +178,6 @@ impl Console<'_> {
             bar.inc(1);
         });
         bar.finish_and_clear();
-        let failed = |message| Failure { status: status::FAILED, message };
         Ok((rows.map_err(failed)?, solver.name().into()))
     }
 
@@ -204,7 +191,7 @@ impl Console<'_> {
 /// What drives a motor must know how far it may go.
 pub(super) fn refuse_without_limits(experiment: &Experiment, file: &str) -> Result<(), Failure> {
     match export::without_limits(experiment) {
-        Some(why) => Err(Failure { status: status::BAD_INPUT, message: format!("{file}: {why}, or say --no-limits") }),
+        Some(why) => Err(bad(format!("{file}: {why}, or say --no-limits"))),
         None => Ok(()),
     }
 }
@@ -224,8 +211,5 @@ fn free(path: &Path, force: bool) -> Result<(), Failure> {
 }
 
 fn exists(path: &Path) -> Failure {
-    Failure {
-        status: status::BAD_INPUT,
-        message: format!("{} exists already and is left as it is; --force overwrites it", path.display()),
-    }
+    bad(format!("{} exists already and is left as it is; --force overwrites it", path.display()))
 }

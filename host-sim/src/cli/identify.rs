@@ -14,7 +14,7 @@ use scenario::{Experiment, Source};
 use serde::Serialize;
 use whole_file::{Existing, Kind};
 
-use super::{Console, Failure, LEFT, claim_folder, status, text_of};
+use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, status};
 use crate::commission::plants::{Campaign, Tried, try_all};
 use crate::commission::{Outcome, Plan, Report, Retuned, Rig, Stopped, Verified, sheet_of};
 use crate::identify::{Identified, Known, Parameter, Quality, Record, identify, record};
@@ -84,14 +84,6 @@ pub(super) struct CommissionOptions {
     random: usize,
 }
 
-fn bad(message: impl Into<String>) -> Failure {
-    Failure { status: status::BAD_INPUT, message: message.into() }
-}
-
-fn failed(message: impl Into<String>) -> Failure {
-    Failure { status: status::FAILED, message: message.into() }
-}
-
 /// A scenario of a drive that follows a position.
 struct Subject {
     name: String,
@@ -114,10 +106,9 @@ impl Subject {
                 return Err(bad(format!("--{option} {value}: expected a number from {least} on")));
             }
         }
-        let (name, text) = text_of(file, ("joint.toml", scenario::JOINT))?;
-        let source = Source { file: &name, text: &text, sets: &common.sets };
-        let stem = file.and_then(Path::file_stem).map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        let experiment = scenario::parse_own(&source, &stem)?;
+        let scenario = ScenarioText::read(file, JOINT)?;
+        let experiment = scenario::parse_own(&scenario.source(&common.sets), &scenario.stem)?;
+        let ScenarioText { file: name, text, .. } = scenario;
         let Some(drive) = &experiment.drive else {
             return Err(bad(format!("{name}: nothing to identify: the file has neither [joint] nor [motor]")));
         };

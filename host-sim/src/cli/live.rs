@@ -17,8 +17,8 @@ use pil_wire::{Disturbance, Model, Observed, Order, REPLY_LEN, REQUEST_LEN, Swap
 use scenario::Source;
 use whole_file::Kind;
 
-use super::target::{failed, present, rate};
-use super::{Console, Failure, status};
+use super::target::{present, rate};
+use super::{Console, Failure, bad, failed, status};
 use crate::black_box::{Again, BlackBox};
 use crate::live::LiveDrive;
 use crate::remote::{Loadable, for_target};
@@ -123,10 +123,6 @@ struct Session<'a> {
 struct Page {
     file: PathBuf,
     due: Instant,
-}
-
-fn bad(message: impl Into<String>) -> Failure {
-    Failure { status: status::BAD_INPUT, message: message.into() }
 }
 
 impl From<PortError> for Failure {

@@ -12,7 +12,7 @@ use scenario::Experiment;
 use serde::Serialize;
 
 use super::design::Design;
-use super::{Console, Failure, Figures, claim_folder, note_changes, status, text_of};
+use super::{Console, DEFAULT, Failure, Figures, ScenarioText, bad, claim_folder, note_changes, status};
 use crate::map::{Axis, Judged, Point, Question, Subject, corners, widest_rectangle};
 use crate::report::heat::{Cell, Edge, HeatMap};
 use crate::report::number::significant;
@@ -172,10 +172,6 @@ impl Simulated {
     }
 }
 
-pub(super) fn bad(message: String) -> Failure {
-    Failure { status: status::BAD_INPUT, message }
-}
-
 /// The numbers of run.json that a run has, and its design.
 fn numbers_of(experiment: &mut Experiment, simulate: bool) -> Result<serde_json::Value, String> {
     let mut told = serde_json::Map::new();
@@ -266,16 +262,14 @@ impl Console<'_> {
         options: &MapOptions,
         then: impl FnOnce(&mut Self, &View<'_>) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        let (file, text) = text_of(options.file.as_deref(), ("default.toml", scenario::DEFAULT))?;
-        let stem =
-            options.file.as_deref().and_then(Path::file_stem).map_or("default".into(), |it| it.to_string_lossy());
-        let subject = Subject { file: &file, text: &text, name: &stem, sets: &options.sets };
+        let text = ScenarioText::read(options.file.as_deref(), DEFAULT)?;
+        let subject = text.subject(&options.sets);
         let mut experiment = subject.with(&[])?;
         let (axes, of_preset) = match (&options.preset, &options.x, &options.y) {
             (Some(preset), ..) => axes_of(preset, &subject)?,
             (None, Some(x), Some(y)) => (vec![Axis::parse(x).map_err(bad)?, Axis::parse(y).map_err(bad)?], None),
             _ if options.corners.is_some() => (Vec::new(), None),
-            _ => return Err(bad("what is to be swept? Give --x and --y, --preset NAME, or --corners PERCENT".into())),
+            _ => return Err(bad("what is to be swept? Give --x and --y, --preset NAME, or --corners PERCENT")),
         };
         if let [x, y] = &axes[..]
             && x.key == y.key

@@ -22,10 +22,11 @@ use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use scenario::Experiment;
 use serde_json::Value as Json;
-use sha2::{Digest, Sha256};
 
-use super::map::{bad, collect, number_in};
-use super::{Console, Failure, Figures, RunOptions, claim_folder, status, text_of};
+use super::map::{collect, number_in};
+use super::{
+    Console, DEFAULT, Failure, Figures, RunOptions, ScenarioText, bad, claim_folder, failed, hex_sha256, status,
+};
 use crate::map::Subject;
 use crate::monte_carlo::Plan;
 use crate::monte_carlo::store::{self, Chunk, Header, Outcome, Trials};
@@ -193,7 +194,7 @@ impl<'a> Campaign<'a> {
         let header = Header {
             program: format!("host-sim {}", env!("CARGO_PKG_VERSION")),
             scenario: name.into(),
-            scenario_sha256: store::hex(&Sha256::digest(subject.text)),
+            scenario_sha256: hex_sha256(subject.text),
             sets: subject.sets.to_vec(),
             vary: plan.vary.iter().map(|vary| vary.text.clone()).collect(),
             seed: options.seed,
@@ -203,7 +204,7 @@ impl<'a> Campaign<'a> {
             of_file: of_file.map(|(name, value)| (name, format!("{value:?}"))).collect(),
         };
         let pool = ThreadPoolBuilder::new().num_threads(options.threads.map_or(0, usize::from)).build();
-        let pool = pool.map_err(|error| Failure { status: status::FAILED, message: format!("threads: {error}") })?;
+        let pool = pool.map_err(|error| failed(format!("threads: {error}")))?;
         Ok(Self { subject, plan, header, figures, pool })
     }
 
@@ -279,20 +280,14 @@ fn quoted(word: &str) -> String {
     }
 }
 
-fn unreadable(why: String) -> Failure {
-    Failure { status: status::BAD_INPUT, message: why }
-}
-
 impl Console<'_> {
     pub(super) fn monte_carlo(&mut self, options: &MonteCarloOptions, args: &[OsString]) -> Result<u8, Failure> {
-        let (file, text) = text_of(options.file.as_deref(), ("default.toml", scenario::DEFAULT))?;
-        let stem =
-            options.file.as_deref().and_then(Path::file_stem).map_or("default".into(), |it| it.to_string_lossy());
+        let text = ScenarioText::read(options.file.as_deref(), DEFAULT)?;
         // The default has no name on a command line.
         let named =
             options.file.as_ref().map_or_else(String::new, |file| format!(" {}", quoted(&file.to_string_lossy())));
         let (mut sets, mut vary) = (options.sets.clone(), options.vary.clone());
-        let bare = Subject { file: &file, text: &text, name: &stem, sets: &options.sets };
+        let bare = text.subject(&options.sets);
         let mut experiment = bare.with(&[])?;
         if let Some(uncertain) = &options.uncertain {
             let of_plant = uncertain::of_plant(&bare, uncertain).map_err(bad)?;
@@ -305,7 +300,7 @@ impl Console<'_> {
             return self.replay_trial(&subject, &plan, (index, &named), &options.report);
         }
         if vary.is_empty() {
-            return Err(bad("what is to vary? Give --uncertain 50, or --vary KEY=uniform(LOW,HIGH)".into()));
+            return Err(bad("what is to vary? Give --uncertain 50, or --vary KEY=uniform(LOW,HIGH)"));
         }
         let (headline, name) = (experiment.headline(), experiment.name.clone());
         let Some(of_file) = trial(&mut experiment, self.stop) else { return Ok(status::INTERRUPTED) };
@@ -446,10 +441,10 @@ impl Console<'_> {
     pub(super) fn merge(&mut self, options: &MergeOptions) -> Result<u8, Failure> {
         let mut shards = Vec::new();
         for path in &options.shards {
-            shards.push((Trials::open(path).map_err(unreadable)?, path));
+            shards.push((Trials::open(path).map_err(bad)?, path));
         }
         shards.sort_by_key(|(trials, _)| trials.range);
-        let Some(((of_first, _), _)) = shards.split_first() else { return Err(bad("no shards".into())) };
+        let Some(((of_first, _), _)) = shards.split_first() else { return Err(bad("no shards")) };
         let header = of_first.header.clone();
         if let Some((differs, path)) =
             shards.iter().find_map(|(trials, path)| Some((header.difference(&trials.header)?, path)))
@@ -502,7 +497,7 @@ struct Work<'a> {
 
 /// A file of this plan and no other.
 fn of_plan(path: &Path, header: &Header, range: [u64; 2]) -> Result<Trials, Failure> {
-    let trials = Trials::open(path).map_err(unreadable)?;
+    let trials = Trials::open(path).map_err(bad)?;
     if let Some(differs) = header.difference(&trials.header) {
         return Err(bad(format!("{}: trials of another plan: {differs}", path.display())));
     }

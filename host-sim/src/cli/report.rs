@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use cycle_bound::table::Table;
 use loop_sim::trace::{Ending, Trace};
-use scenario::{Experiment, Source};
-use sha2::{Digest, Sha256};
+use scenario::Experiment;
 use whole_file::Kind;
 
 use super::design::{self, Design};
 use super::map::{self, MapOptions};
 use super::{
-    Console, Failure, Figures, bounds, drive, ending, figures_of, monte_carlo, note_changes, status, table, text_of,
+    Console, DEFAULT, Failure, Figures, ScenarioText, bad, bounds, ending, failed, figures_of, hex_sha256, monte_carlo,
+    note_changes, read_text, status, table,
 };
 use crate::chip::{self, Cost};
 use crate::map::Subject;
@@ -50,16 +50,16 @@ const PAGE: &str = "html";
 /// Clock of the chip that times are told for, Hz.
 const CLOCK_HZ: f64 = 168e6;
 
-fn bad(message: String) -> Failure {
-    Failure { status: status::BAD_INPUT, message }
-}
-
 impl Console<'_> {
     pub(super) fn report(&mut self, options: &ReportOptions) -> Result<u8, Failure> {
         if let Some(output) = &options.output {
+            // Told before minutes of work.
             may_be_written(output, options)?;
         }
-        let certificate = options.certificate.as_deref().map(|file| text_of(Some(file), ("", ""))).transpose()?;
+        let certificate = match &options.certificate {
+            Some(file) => Some((file.display().to_string(), read_text(file, Kind::SETTINGS)?)),
+            None => None,
+        };
         let trials = options.trials.as_deref().map(monte_carlo::section).transpose()?;
         let mut accounts = Vec::new();
         let files: Vec<Option<&Path>> = if options.files.is_empty() {
@@ -105,17 +105,16 @@ impl Console<'_> {
 
     /// All that is told of one scenario; none if it was told to stop.
     fn account(&mut self, file: Option<&Path>, options: &ReportOptions) -> Result<Option<Account>, Failure> {
-        let (name, text) = text_of(file, ("default.toml", scenario::DEFAULT))?;
-        let stem = file.and_then(Path::file_stem).map_or("default".into(), |stem| stem.to_string_lossy());
-        let source = Source { file: &name, text: &text, sets: &options.sets };
-        let mut experiment = scenario::parse_own(&source, &stem)?;
+        let text = ScenarioText::read(file, DEFAULT)?;
+        let subject = text.subject(&options.sets);
+        let mut experiment = subject.with(&[])?;
         note_changes(&mut experiment.title, &options.sets);
         experiment.warnings.extend(margins::warnings(&experiment));
-        let mut sections = vec![about(&experiment, &name, &text, &options.sets)];
-        sections.extend(of_design(&experiment));
-        let Some((section, trace)) = self.of_run(&mut experiment)? else { return Ok(None) };
+        let mut sections = vec![about(&experiment, &subject)];
+        let design = Design::of(&experiment).ok();
+        sections.extend(design.iter().map(|design| of_design(design, &experiment)));
+        let Some((section, trace)) = self.of_run(&mut experiment, design.as_ref())? else { return Ok(None) };
         sections.push(section);
-        let subject = Subject { file: &name, text: &text, name: &stem, sets: &options.sets };
         sections.push(bounds::section(&experiment, &trace, &subject));
         if options.map != NO_MAP {
             match self.of_map(file, options) {
@@ -127,23 +126,21 @@ impl Console<'_> {
         Ok(Some(Account { name: experiment.name, sections }))
     }
 
-    fn of_run(&mut self, experiment: &mut Experiment) -> Result<Option<(Section, Trace)>, Failure> {
+    fn of_run(
+        &mut self,
+        experiment: &mut Experiment,
+        design: Option<&Design>,
+    ) -> Result<Option<(Section, Trace)>, Failure> {
         let (trace, error) = self.watched(experiment, &mut None);
         if let Some(error) = error {
-            return Err(Failure { status: status::FAILED, message: error.to_string() });
+            return Err(failed(error.to_string()));
         }
         if let Ending::Interrupted { .. } = trace.ending {
             return Ok(None);
         }
         let metrics = experiment.metrics(&trace);
-        let Figures { tracking, noise, .. } = Figures::of(experiment, &trace, &metrics);
-        let of_loop_a = Design::of(experiment).ok().as_ref().and_then(Design::noise);
-        let table = match (&experiment.drive, tracking) {
-            (Some(of), Some(tracking)) => {
-                drive::table(experiment, of, &metrics, &tracking, noise.as_ref(), of_loop_a, &trace)
-            }
-            _ => table(experiment, &metrics, &trace),
-        };
+        let figures = Figures::of(experiment, &trace, &metrics);
+        let table = table(experiment, &metrics, &figures, design, &trace);
         let section = Section {
             heading: "Run".into(),
             says: vec![ending(&trace, &metrics).1],
@@ -203,7 +200,7 @@ fn may_be_written(output: &Path, options: &ReportOptions) -> Result<(), Failure>
 
 /// The accounts of a report that was made before.
 fn read_back(file: &Path) -> Result<Vec<Account>, Failure> {
-    let text = whole_file::read_text(file, Kind::REPORT).map_err(|why| bad(format!("{}: {why}", file.display())))?;
+    let text = read_text(file, Kind::REPORT)?;
     page::accounts(&text).filter(|accounts| !accounts.is_empty()).ok_or_else(|| {
         bad(format!("{}: no report that this program made: it has no accounts to read back", file.display()))
     })
@@ -223,11 +220,11 @@ fn told_apart(accounts: &mut [Account]) {
 }
 
 /// What it is, and by which numbers it is known again.
-fn about(experiment: &Experiment, file: &str, text: &str, sets: &[String]) -> Section {
+fn about(experiment: &Experiment, subject: &Subject<'_>) -> Section {
+    let Subject { file, text, sets, .. } = *subject;
     let mut table = Table::new(["of the scenario", "value"]);
     table.row(["file", file]);
-    let hash = Sha256::digest(text.as_bytes()).iter().fold(String::new(), |hash, byte| hash + &format!("{byte:02x}"));
-    table.row(["sha256 of the file, its first half", &hash[..32]]);
+    table.row(["sha256 of the file, its first half", &hex_sha256(text)[..32]]);
     if !sets.is_empty() {
         table.row(["set besides", &sets.join(", ")]);
     }
@@ -248,16 +245,15 @@ fn about(experiment: &Experiment, file: &str, text: &str, sets: &[String]) -> Se
     }
 }
 
-/// Its loop at rest; of a law that has none nothing.
-fn of_design(experiment: &Experiment) -> Option<Section> {
-    let design = Design::of(experiment).ok()?;
-    Some(Section {
+/// Its loop at rest.
+fn of_design(design: &Design, experiment: &Experiment) -> Section {
+    Section {
         heading: "Design".into(),
-        says: design::remarks(&design, experiment),
-        tables: vec![design::table(&design, experiment)],
-        figures: vec![poles(&design)],
+        says: design::remarks(design, experiment),
+        tables: vec![design::table(design, experiment)],
+        figures: vec![poles(design)],
         ..Section::default()
-    })
+    }
 }
 
 /// Poles asked for and got, as far as they are slow enough to be seen.

@@ -13,7 +13,7 @@ use loop_sim::port::PortError;
 use pil_wire::{REPLY_LEN, REQUEST_LEN};
 use scenario::Experiment;
 
-use super::{Console, Failure, status};
+use super::{Console, Failure, bad, failed, status};
 use crate::remote::{self, Loadable, Remote};
 use crate::transport::faulty::Rates;
 use crate::transport::serial::BAUD;
@@ -99,12 +99,8 @@ pub(super) fn present(image: &Path, option: &str) -> Result<(), String> {
     }
 }
 
-pub(super) fn failed(message: String) -> Failure {
-    Failure { status: status::FAILED, message }
-}
-
 fn design(experiment: &Experiment) -> Result<Loadable, Failure> {
-    remote::for_target(experiment).map_err(|message| Failure { status: status::BAD_INPUT, message })
+    remote::for_target(experiment).map_err(bad)
 }
 
 impl<'a> Console<'a> {

@@ -12,7 +12,7 @@ use serde::Serialize;
 use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
 use whole_file::Existing;
 
-use super::{Console, Failure, LEFT, claim_folder, status, text_of};
+use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, status};
 use crate::chip::cycles;
 use crate::compare::{Bench, Worst, of_ours};
 use crate::report::number::significant;
@@ -94,10 +94,6 @@ struct ParetoJson {
     found: Found,
 }
 
-fn bad(message: String) -> Failure {
-    Failure { status: status::BAD_INPUT, message }
-}
-
 /// Noise of the searches around the one that is asked for.
 const AROUND: [f64; 3] = [1.0 / 3.0, 1.0, 3.0];
 
@@ -148,9 +144,9 @@ fn jobs(options: &TuneOptions, bench: &Bench, asked: &Asked) -> Result<Vec<Job>,
 
 impl Console<'_> {
     pub(super) fn tune(&mut self, options: &TuneOptions) -> Result<u8, Failure> {
-        let (name, text) = text_of(options.file.as_deref(), ("joint.toml", scenario::JOINT))?;
-        let bench = Bench::new(&name, &text, &options.sets).map_err(bad)?;
-        let asked = asked(options, &bench, &Source { file: &name, text: &text, sets: &options.sets })?;
+        let scenario = ScenarioText::read(options.file.as_deref(), JOINT)?;
+        let bench = Bench::new(&scenario.file, &scenario.text, &options.sets).map_err(bad)?;
+        let asked = asked(options, &bench, &scenario.source(&options.sets))?;
         let jobs = jobs(options, &bench, &asked)?;
         let to = options.to.clone().unwrap_or_else(|| PathBuf::from(format!("{}-tuned.toml", bench.name)));
         if to.exists() {
@@ -159,11 +155,10 @@ impl Console<'_> {
         if let Some(parent) = to.parent().filter(|parent| !parent.as_os_str().is_empty() && !parent.is_dir()) {
             return Err(bad(format!("--to {}: there is no folder {}", to.display(), parent.display())));
         }
-        let text = written_into(&text, &options.sets).map_err(bad)?;
+        let text = written_into(&scenario.text, &options.sets).map_err(bad)?;
         let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-tune", bench.name)));
         let claim = claim_folder(&folder)?;
         let Some(entries) = self.searched(&bench, &jobs, options) else { return Ok(status::INTERRUPTED) };
-        let failed = |message: &str| Failure { status: status::FAILED, message: message.into() };
         let best = entries
             .iter()
             .filter(|entry| entry.job.asked == asked)
@@ -226,7 +221,7 @@ impl Console<'_> {
         }
         self.say(&format!("the other searches: {}", folder.join("pareto.png").display()))?;
         if !missed.is_empty() {
-            return Err(failed(&format!(
+            return Err(failed(format!(
                 "not met: {}; nothing is written. Ask for less, let u be noisier, or look for longer (--evaluations)",
                 missed.join(", ")
             )));

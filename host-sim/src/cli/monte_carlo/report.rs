@@ -8,8 +8,8 @@ use serde::Serialize;
 use serde_json::Value as Json;
 use whole_file::Kind;
 
-use super::{ENDED, ReportOptions, quoted, unreadable};
-use crate::cli::{Console, Failure};
+use super::{ENDED, ReportOptions, quoted};
+use crate::cli::{Console, Failure, bad};
 use crate::monte_carlo::statistics::{self, NAMES, PER_MILLE};
 use crate::monte_carlo::store::{Header, Outcome, Trials};
 use crate::report::number::significant;
@@ -107,9 +107,9 @@ impl Console<'_> {
         is_json: bool,
     ) -> Result<(), Failure> {
         let header = &trials.header;
-        let outcomes = trials.outcomes().map_err(unreadable)?;
+        let outcomes = trials.outcomes().map_err(bad)?;
         let drawn = header.columns.iter().position(|name| name == ENDED).unwrap_or(0);
-        let column = |k: usize| trials.column(k).map_err(unreadable);
+        let column = |k: usize| trials.column(k).map_err(bad);
 
         let mut failed: Vec<bool> = outcomes.iter().map(|outcome| *outcome != Outcome::Finished).collect();
         for (k, limit) in &question.at_most {
@@ -254,11 +254,11 @@ pub(in crate::cli) fn section(folder: &Path) -> Result<(String, Section), Failur
     let file = folder.join("monte-carlo.json");
     let read = |name: &str| {
         let path = folder.join(name);
-        whole_file::read_text(&path, Kind::REPORT).map_err(|why| unreadable(format!("{}: {why}", path.display())))
+        whole_file::read_text(&path, Kind::REPORT).map_err(|why| bad(format!("{}: {why}", path.display())))
     };
     let json: Json = serde_json::from_str(&read("monte-carlo.json")?)
-        .map_err(|error| unreadable(format!("{}: {error}", file.display())))?;
-    let none = || unreadable(format!("{}: not what `monte-carlo` writes", file.display()));
+        .map_err(|error| bad(format!("{}: {error}", file.display())))?;
+    let none = || bad(format!("{}: not what `monte-carlo` writes", file.display()));
     let scenario = json["scenario"].as_str().ok_or_else(none)?.to_owned();
     let percentiles = json["percentiles"].as_object().ok_or_else(none)?;
     let of = |value: &Json| number(value.as_f64().unwrap_or(f64::NAN));
