@@ -11,6 +11,7 @@
 //! keys go with which kind is one table in `resolve`.
 
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -547,11 +548,15 @@ impl Default for ActuatorTable {
 }
 
 /// The JSON schema of the scenario files of one of [`STARTS`]; those of a motor and of a joint have their own.
-pub fn schema(plant: &str) -> serde_json::Value {
+pub fn schema(plant: &str) -> &'static serde_json::Value {
+    // Made once: a campaign reads a million scenarios, and making it takes longer than to read one.
+    static PAPER: LazyLock<serde_json::Value> = LazyLock::new(|| schemars::schema_for!(Scenario).to_value());
+    static MOTOR: LazyLock<serde_json::Value> = LazyLock::new(|| schemars::schema_for!(MotorScenario).to_value());
+    static JOINT: LazyLock<serde_json::Value> = LazyLock::new(|| schemars::schema_for!(JointScenario).to_value());
     match plant {
-        "motor" => schemars::schema_for!(MotorScenario).to_value(),
-        "joint" => schemars::schema_for!(JointScenario).to_value(),
-        _ => schemars::schema_for!(Scenario).to_value(),
+        "motor" => &MOTOR,
+        "joint" => &JOINT,
+        _ => &PAPER,
     }
 }
 
@@ -585,10 +590,11 @@ pub fn load(path: &std::path::Path, sets: &[String]) -> Result<Experiment, Scena
 /// # Errors
 /// All that is wrong, with its places.
 pub fn parse_own(source: &Source<'_>, default_name: &str) -> Result<Experiment, ScenarioError> {
-    let parsed = parse(source, default_name);
     let tree = document::read(source)?;
     let is_there = |name: &&str| KeyPath::parse(name).is_some_and(|path| tree.get(&path).is_some());
-    if ["plant", "motor", "joint"].iter().any(is_there) {
+    let says_what = ["plant", "motor", "joint"].iter().any(is_there);
+    let parsed = built(source, tree, default_name);
+    if says_what {
         return parsed;
     }
     let message = "nothing is said of what is controlled: a file has a table `motor`, `joint` or `plant`; `host-sim \
@@ -602,7 +608,10 @@ pub fn parse_own(source: &Source<'_>, default_name: &str) -> Result<Experiment, 
 /// # Errors
 /// All that is wrong, with its places.
 pub fn parse(source: &Source<'_>, default_name: &str) -> Result<Experiment, ScenarioError> {
-    let tree = document::read(source)?;
+    built(source, document::read(source)?, default_name)
+}
+
+fn built(source: &Source<'_>, tree: document::Node, default_name: &str) -> Result<Experiment, ScenarioError> {
     let table = |name: &str| KeyPath::parse(name).and_then(|path| Some(tree.get(&path)?.origin));
     let [motor, joint] = ["motor", "joint"].map(table);
     if let (Some(motor), Some(joint)) = (motor, joint) {
@@ -611,17 +620,17 @@ pub fn parse(source: &Source<'_>, default_name: &str) -> Result<Experiment, Scen
     }
     if motor.is_some() {
         let judge = |file: MotorScenario, _: &Located, is_whole| drive::motor(&file, default_name, is_whole);
-        return Located::judged(source, tree, &schema("motor"), judge).map(|(experiment, _)| experiment);
+        return Located::judged(source, tree, schema("motor"), judge).map(|(experiment, _)| experiment);
     }
     if joint.is_some() {
         let judge = |file: JointScenario, _: &Located, is_whole| drive::joint(&file, default_name, is_whole);
-        return Located::judged(source, tree, &schema("joint"), judge).map(|(experiment, _)| experiment);
+        return Located::judged(source, tree, schema("joint"), judge).map(|(experiment, _)| experiment);
     }
     let judge = |scenario: Scenario, file: &Located, _| {
         let foreign = resolve::foreign_keys(&scenario, &|key| file.origin_of(key).is_some(), &|key| file.is_set(key));
         resolve::resolve(scenario, default_name, foreign).map_err(|problems| problems.0)
     };
-    let (resolved, file) = Located::judged(source, tree, &schema("paper"), judge)?;
+    let (resolved, file) = Located::judged(source, tree, schema("paper"), judge)?;
     assemble::assemble(resolved, &|problem| source.errors(file.located(vec![problem])))
 }
 
@@ -635,7 +644,7 @@ pub fn number_at(source: &Source<'_>, key: &str) -> Result<Option<f64>, Scenario
     let is_there = |name: &&str| KeyPath::parse(name).is_some_and(|path| tree.get(&path).is_some());
     let kind = ["motor", "joint"].into_iter().find(is_there).unwrap_or("paper");
     let Some(path) = KeyPath::parse(key) else { return Ok(None) };
-    Ok(tree.get(&path).map_or_else(|| check::default_of(&schema(kind), &path), |node| node.json().as_f64()))
+    Ok(tree.get(&path).map_or_else(|| check::default_of(schema(kind), &path), |node| node.json().as_f64()))
 }
 
 /// Keys that other keys are judged by: with one of them wrong nothing more is said of those.

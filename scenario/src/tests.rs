@@ -754,11 +754,11 @@ fn every_key_of_a_schema_stands_in_its_file_to_start_from_and_no_other() {
     for (plant, text, elsewhere) in elsewhere {
         let text = uncommented(text);
         let tree = document::read(&Source { file: "a.toml", text: &text, sets: &[] }).unwrap_or_else(|e| panic!("{e}"));
-        let faults = check::check(&schema(plant), &tree);
+        let faults = check::check(schema(plant), &tree);
         assert!(faults.is_empty(), "{faults:?}");
         let mut shown = BTreeSet::new();
         keys_of(&tree, "", &mut shown);
-        let known: BTreeSet<String> = check::all_keys(&schema(plant)).into_iter().collect();
+        let known: BTreeSet<String> = check::all_keys(schema(plant)).into_iter().collect();
         let own = |keys: &BTreeSet<String>| -> Vec<String> {
             keys.iter().filter(|key| !elsewhere.iter().any(|other| key.starts_with(other))).cloned().collect()
         };
@@ -806,7 +806,7 @@ fn the_schema_uses_only_the_words_that_the_check_understands() {
         }
     }
     for (plant, _) in STARTS {
-        walk(&schema(plant));
+        walk(schema(plant));
     }
 }
 
@@ -1011,7 +1011,7 @@ fn settable_keys(plant: &str) -> Vec<String> {
             key.replace(list, &one)
         })
     };
-    check::all_keys(&schema(plant)).into_iter().map(positioned).collect()
+    check::all_keys(schema(plant)).into_iter().map(positioned).collect()
 }
 
 #[test]
