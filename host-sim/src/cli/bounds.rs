@@ -21,7 +21,8 @@ mod gain;
 use gain::Gain;
 
 use super::design::ultimates;
-use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, failed, note_changes, status};
+use super::run::note_changes;
+use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, failed, status};
 use crate::bounds::{Known, NoBounds, Quantity, SampledLoop};
 use crate::map::Subject;
 use crate::margins::Loop;

@@ -20,7 +20,8 @@ use scenario::{AtRest, Experiment};
 use serde::Serialize;
 
 use super::export::refuse_without_limits;
-use super::{Console, Failure, RunOptions, bad, failed, note_changes, scenario_of, status};
+use super::run::note_changes;
+use super::{Console, Failure, RunOptions, bad, failed, scenario_of, status};
 use crate::map::is_zero;
 use crate::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, offset_per_s, unstable_corners};
 use crate::report::number::significant;

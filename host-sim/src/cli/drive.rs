@@ -8,7 +8,7 @@ use loop_sim::trace::{Ending, Trace};
 use scenario::{Drive, Experiment, ShaftOf};
 use serde::Serialize;
 
-use super::how_it_went;
+use super::run::how_it_went;
 use crate::report::number::{significant, typed};
 
 /// How far the estimate of a torque is off, load and friction together.

@@ -12,7 +12,8 @@ use scenario::Experiment;
 use serde::Serialize;
 
 use super::design::Design;
-use super::{Console, DEFAULT, Failure, Figures, ScenarioText, bad, claim_folder, note_changes, status};
+use super::run::{Figures, note_changes};
+use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, status};
 use crate::map::{Axis, Judged, Point, Question, Subject, corners, widest_rectangle};
 use crate::report::heat::{Cell, Edge, HeatMap};
 use crate::report::number::significant;
@@ -60,48 +61,56 @@ pub(super) struct MapOptions {
     json: bool,
 }
 
-/// Its name; its axes for one kind of scenario and the next, of which the first whose keys a scenario takes are meant;
-/// its figure.
-type Preset = (&'static str, &'static [[&'static str; 2]], Option<&'static str>);
+/// Axes that many ask for.
+struct Preset {
+    name: &'static str,
+    /// Of what has no encoder, of a motor, of a joint.
+    axes: [Option<[&'static str; 2]>; 3],
+    figure: Option<&'static str>,
+}
 
 const PRESETS: [Preset; 5] = [
-    (
-        "gain",
-        &[
-            ["plant.error.b=-0.9..5:48", "controller.k_l=5..1000:log:48"],
-            ["error.torque_percent=-90..500:48", "drive.surface_rad_s=5..500:log:40"],
-            ["error.torque_percent=-90..500:48", "drive.period_s=1e-4..4e-3:log:32"],
+    Preset {
+        name: "gain",
+        axes: [
+            Some(["plant.error.b=-0.9..5:48", "controller.k_l=5..1000:log:48"]),
+            Some(["error.torque_percent=-90..500:48", "drive.surface_rad_s=5..500:log:40"]),
+            Some(["error.torque_percent=-90..500:48", "drive.period_s=1e-4..4e-3:log:32"]),
         ],
-        None,
-    ),
-    (
-        "rate",
-        &[
-            ["controller.period_s=1e-4..2e-2:log:40", "controller.surface_bandwidth_rad_s=1..100:log:40"],
-            ["drive.period_s=1e-4..1e-2:log:40", "drive.surface_rad_s=5..500:log:40"],
-            ["drive.period_s=1e-4..1e-2:log:40", "drive.tuning=quiet,normal,firm"],
+        figure: None,
+    },
+    Preset {
+        name: "rate",
+        axes: [
+            Some(["controller.period_s=1e-4..2e-2:log:40", "controller.surface_bandwidth_rad_s=1..100:log:40"]),
+            Some(["drive.period_s=1e-4..1e-2:log:40", "drive.surface_rad_s=5..500:log:40"]),
+            Some(["drive.period_s=1e-4..4e-3:log:40", "drive.tuning=quiet,normal,firm"]),
         ],
-        None,
-    ),
-    (
-        "delay",
-        &[
-            ["actuator.delay_ticks=0,1,2,3,4,5,6,8,10,12,14,16,20", "controller.k_l=5..1000:log:40"],
-            ["motor.current_lag_s=1e-4..1e-2:log:40", "drive.surface_rad_s=5..500:log:40"],
-            ["joint.current_lag_s=1e-4..1e-2:log:40", "drive.period_s=1e-4..4e-3:log:32"],
+        figure: None,
+    },
+    Preset {
+        name: "delay",
+        axes: [
+            Some(["actuator.delay_ticks=0,1,2,3,4,5,6,8,10,12,14,16,20", "controller.k_l=5..1000:log:40"]),
+            Some(["motor.current_lag_s=1e-4..1e-2:log:40", "drive.surface_rad_s=5..500:log:40"]),
+            Some(["joint.current_lag_s=1e-4..1e-2:log:40", "drive.period_s=1e-4..4e-3:log:32"]),
         ],
-        None,
-    ),
-    ("jitter", &[["sensor.jitter=0..1:17", "controller.k_l=5..500:log:17"]], Some("metrics.u_total_variation_per_s")),
-    (
-        "plant",
-        &[
-            ["error.link_inertia_percent=-80..300:48", "error.stiffness_percent=-80..300:48"],
-            ["error.inertia_percent=-80..500:48", "error.torque_percent=-80..500:48"],
-            ["plant.error.b=-0.9..4:48", "plant.error.k1=-0.9..4:48"],
+        figure: None,
+    },
+    Preset {
+        name: "jitter",
+        axes: [Some(["sensor.jitter=0..1:17", "controller.k_l=5..500:log:17"]), None, None],
+        figure: Some("metrics.u_total_variation_per_s"),
+    },
+    Preset {
+        name: "plant",
+        axes: [
+            Some(["plant.error.b=-0.9..4:48", "plant.error.k1=-0.9..4:48"]),
+            Some(["error.inertia_percent=-80..500:48", "error.torque_percent=-80..500:48"]),
+            Some(["error.link_inertia_percent=-80..300:48", "error.stiffness_percent=-80..300:48"]),
         ],
-        None,
-    ),
+        figure: None,
+    },
 ];
 /// The preset that has no axes, and what it takes if nothing is said.
 pub(super) const CORNERS: &str = "corners";
@@ -113,7 +122,7 @@ fn presets() -> clap::builder::PossibleValuesParser {
 
 /// Those with axes, or this word.
 pub(super) fn presets_or(word: &'static str) -> clap::builder::PossibleValuesParser {
-    PRESETS.iter().map(|(name, ..)| *name).chain([word]).collect::<Vec<_>>().into()
+    PRESETS.iter().map(|preset| preset.name).chain([word]).collect::<Vec<_>>().into()
 }
 
 impl MapOptions {
@@ -227,26 +236,31 @@ pub(super) fn number_in(told: &serde_json::Value, path: &str) -> f64 {
 }
 
 /// The axes of a preset, and its figure.
-fn axes_of(preset: &str, subject: &Subject<'_>) -> Result<(Vec<Axis>, Option<&'static str>), Failure> {
-    let Some((_, kinds, figure)) = PRESETS.iter().find(|(name, ..)| *name == preset) else {
+fn axes_of(
+    preset: &str,
+    subject: &Subject<'_>,
+    experiment: &Experiment,
+) -> Result<(Vec<Axis>, Option<&'static str>), Failure> {
+    let Some(Preset { axes, figure, .. }) = PRESETS.iter().find(|it| it.name == preset) else {
         return Ok((Vec::new(), None));
     };
-    for kind in *kinds {
-        let axes = kind.iter().map(|axis| Axis::parse(axis)).collect::<Result<Vec<_>, _>>().map_err(bad)?;
-        let takes = |axis: &Axis| {
-            let middle = axis.values.len() / 2;
-            subject.with(&[format!("{}={}", axis.key, axis.values[middle])]).is_ok()
-        };
-        if axes.iter().all(takes) {
-            return Ok((axes, *figure));
+    let kind = match &experiment.drive {
+        None => 0,
+        Some(drive) => drive.shafts.len(),
+    };
+    let Some(axes) = axes[kind] else {
+        return Err(bad(format!("--preset {preset}: nothing of a drive is swept by it: give --x and --y")));
+    };
+    let parsed = axes.iter().map(|axis| Axis::parse(axis)).collect::<Result<Vec<_>, _>>().map_err(bad)?;
+    for axis in &parsed {
+        let middle = axis.values.len() / 2;
+        if let Err(why) = subject.with(&[format!("{}={}", axis.key, axis.values[middle])]) {
+            let why = why.to_string();
+            let why = why.lines().next().unwrap_or_default();
+            return Err(bad(format!("--preset {preset}: it sweeps {}, and {why}: give --x and --y", axis.key)));
         }
     }
-    let keys: Vec<&str> = kinds.iter().flatten().filter_map(|axis| axis.split('=').next()).collect();
-    Err(bad(format!(
-        "--preset {preset}: {} takes none of its pairs of keys ({}): give --x and --y",
-        subject.file,
-        keys.join(", ")
-    )))
+    Ok((parsed, *figure))
 }
 
 impl Console<'_> {
@@ -266,7 +280,7 @@ impl Console<'_> {
         let subject = text.subject(&options.sets);
         let mut experiment = subject.with(&[])?;
         let (axes, of_preset) = match (&options.preset, &options.x, &options.y) {
-            (Some(preset), ..) => axes_of(preset, &subject)?,
+            (Some(preset), ..) => axes_of(preset, &subject, &experiment)?,
             (None, Some(x), Some(y)) => (vec![Axis::parse(x).map_err(bad)?, Axis::parse(y).map_err(bad)?], None),
             _ if options.corners.is_some() => (Vec::new(), None),
             _ => return Err(bad("what is to be swept? Give --x and --y, --preset NAME, or --corners PERCENT")),

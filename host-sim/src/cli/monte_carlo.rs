@@ -24,9 +24,8 @@ use scenario::Experiment;
 use serde_json::Value as Json;
 
 use super::map::{collect, number_in};
-use super::{
-    Console, DEFAULT, Failure, Figures, RunOptions, ScenarioText, bad, claim_folder, failed, hex_sha256, status,
-};
+use super::run::Figures;
+use super::{Console, DEFAULT, Failure, RunOptions, ScenarioText, bad, claim_folder, failed, hex_sha256, status};
 use crate::map::Subject;
 use crate::monte_carlo::Plan;
 use crate::monte_carlo::store::{self, Chunk, Header, Outcome, Trials};

@@ -10,10 +10,8 @@ use whole_file::Kind;
 
 use super::design::{self, Design};
 use super::map::{self, MapOptions};
-use super::{
-    Console, DEFAULT, Failure, Figures, ScenarioText, bad, bounds, ending, failed, figures_of, hex_sha256, monte_carlo,
-    note_changes, read_text, status, table,
-};
+use super::run::{Figures, ending, figures_of, note_changes, table};
+use super::{Console, DEFAULT, Failure, ScenarioText, bad, bounds, failed, hex_sha256, monte_carlo, read_text, status};
 use crate::chip::{self, Cost};
 use crate::map::Subject;
 use crate::margins;
@@ -67,9 +65,12 @@ impl Console<'_> {
         } else {
             options.files.iter().map(|file| Some(&**file)).collect()
         };
+        if !options.sets.is_empty() && files.iter().all(|file| file.is_some_and(is_page)) {
+            return Err(bad("--set is for scenarios: a report that was made says what it says"));
+        }
         for file in files {
             match file {
-                Some(file) if file.extension().is_some_and(|end| end == PAGE) => accounts.extend(read_back(file)?),
+                Some(file) if is_page(file) => accounts.extend(read_back(file)?),
                 file => match self.account(file, options)? {
                     Some(account) => accounts.push(account),
                     None => return Ok(status::INTERRUPTED),
@@ -180,6 +181,11 @@ impl Console<'_> {
         }
         Some(Section { heading: "Where it is stable".into(), says, drawings, ..Section::default() })
     }
+}
+
+/// Is it a report, by its name?
+fn is_page(file: &Path) -> bool {
+    file.extension().is_some_and(|end| [PAGE, "htm"].iter().any(|page| end.eq_ignore_ascii_case(page)))
 }
 
 /// Not over what was read, nor over anything but an earlier report.

@@ -1,10 +1,12 @@
 //! The program as its user meets it: what stands on stdout, on stderr, on the disk, and the exit status.
 
 use std::collections::BTreeSet;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use serde_json::Value as Json;
 
+use super::run::{TROUBLES, note_changes};
 use super::*;
 use crate::remote::for_target;
 use crate::transport::{Loopback, Transport, TransportError};
@@ -838,7 +840,8 @@ fn what_cannot_be_mapped_is_told_before_anything_is_written() {
         (vec![&motor, "--corners", "100"], "above 0 and below 100"),
         (vec![&motor, "--corners", "nan"], "above 0 and below 100"),
         (vec![&chain, "--corners", "20"], "no table of errors"),
-        (vec![&chain, "--preset", "gain"], "takes none of its pairs of keys"),
+        (vec![&chain, "--preset", "gain"], "it sweeps plant.error.b, and"),
+        (vec![&motor, "--preset", "jitter"], "nothing of a drive is swept by it"),
         (vec!["nowhere.toml", "--preset", "gain"], "nowhere.toml"),
         (vec![&motor, "--at-most", "1"], "--figure"),
         ([&[&*motor], &axes[..], &["--figure", "tracking.error"]].concat(), "nearest is tracking.error_rms"),
@@ -851,6 +854,24 @@ fn what_cannot_be_mapped_is_told_before_anything_is_written() {
     assert_eq!(status, status::INTERRUPTED);
     let left: Vec<String> = if folder.0.join("o").exists() { folder.names("o").into_iter().collect() } else { vec![] };
     assert_eq!(left, Vec::<String>::new());
+}
+
+#[test]
+fn a_preset_sweeps_what_its_kind_of_plant_is_tuned_by() {
+    let folder = Folder::new("map-kinds");
+    for (text, preset, keys) in [
+        (scenario::DEFAULT, "gain", ["plant.error.b", "controller.k_l"]),
+        (scenario::MOTOR, "gain", ["error.torque_percent", "drive.surface_rad_s"]),
+        (scenario::JOINT, "gain", ["error.torque_percent", "drive.period_s"]),
+        (scenario::JOINT, "rate", ["drive.period_s", "drive.tuning"]),
+        (scenario::JOINT, "plant", ["error.link_inertia_percent", "error.stiffness_percent"]),
+    ] {
+        let file = folder.file("it.toml", text);
+        let (status, told, err) = spoken(&["map", &file, "--preset", preset, "--json", "--out", &folder.path("o")]);
+        assert_eq!(status, status::DONE, "{err}");
+        let json: Json = serde_json::from_str(&told).expect("JSON");
+        assert_eq!([0, 1].map(|k| json["axes"][k]["key"].as_str()), keys.map(Some), "{preset}");
+    }
 }
 
 #[test]

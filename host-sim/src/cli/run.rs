@@ -1,0 +1,458 @@
+//! `host-sim run`: a scenario once through its loop, as table, trace and figures; and what other commands tell of a run.
+use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use controller_core::Health;
+use cycle_bound::log::Log;
+use cycle_bound::stop;
+use cycle_bound::table::Table;
+use loop_sim::closed_loop::LoopError;
+use loop_sim::lanes::Judged;
+use loop_sim::metrics::{FAR, Metrics, Noise, Tracking};
+use loop_sim::port::{ControllerPort, PortError};
+use loop_sim::trace::{Ending, Trace};
+use scenario::{Drive, Experiment, Mu};
+use serde::Serialize;
+use whole_file::Claim;
+
+use super::design::Design;
+use super::drive::{self, TorqueError};
+use super::target::{self, Link};
+use super::{Console, Failure, LEFT, RunOptions, bad, claim_folder, failed, status};
+use crate::margins;
+use crate::report::number::significant;
+use crate::report::plot::Figure;
+use crate::report::trace_figure::{self, Labels};
+use crate::report::{csv, drive_figure, write_whole};
+
+/// What a run came to, in numbers.
+#[derive(Serialize)]
+pub(super) struct Figures {
+    metrics: serde_json::Value,
+    /// How far the estimates of the torques on the shafts of a drive are off.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    torque_errors: Vec<TorqueError>,
+    /// How the reference was followed, if there was one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tracking: Option<Tracking>,
+    /// Noise of u by the steps of the encoders of a drive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    noise: Option<Noise>,
+    /// Ticks in which the controller told of this trouble.
+    ticks_with: BTreeMap<&'static str, usize>,
+}
+
+impl Figures {
+    pub(super) fn of(experiment: &mut Experiment, trace: &Trace, metrics: &Metrics) -> Self {
+        let of_shafts = experiment.drive.as_ref().map(|drive| drive::torque_errors(drive, metrics, trace));
+        Self {
+            metrics: told(metrics, experiment),
+            torque_errors: of_shafts.unwrap_or_default(),
+            tracking: experiment.tracking(trace),
+            noise: experiment.noise(trace),
+            ticks_with: TROUBLES.map(|(flag, name)| (name, ticks_with(trace, flag))).into(),
+        }
+    }
+
+    /// Of a run that was made beside others.
+    pub(super) fn of_lane(experiment: &Experiment, judged: &Judged) -> Self {
+        Self {
+            metrics: told(&judged.metrics, experiment),
+            torque_errors: Vec::new(),
+            tracking: None,
+            noise: None,
+            ticks_with: TROUBLES.map(|(flag, name)| (name, judged.ticks_with(flag))).into(),
+        }
+    }
+}
+
+/// What `--json` prints of a run.
+#[derive(Serialize)]
+struct RunJson<'a> {
+    scenario: &'a str,
+    /// What was set besides the file.
+    sets: &'a [String],
+    /// Hash of the design that ran, as `Running::fingerprint` tells it; none of a law that has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    design_hash: Option<String>,
+    #[serde(flatten)]
+    figures: Figures,
+    ending: &'static str,
+    /// Time of the last recorded tick, s.
+    ended_at_s: f64,
+    /// Why the run broke off, if not by divergence or on request.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<String>,
+    warnings: &'a [String],
+    /// Poles, margins and noise of the loop at rest; none for a law that switches.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    design: Option<&'a Design>,
+    /// Bounds of the external disturbances, Eq. (40); chain plants only.
+    #[serde(skip_serializing_if = "<[Mu]>::is_empty")]
+    mu: &'a [Mu],
+    /// How the target did, if there was one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    target: Option<&'a Comparison>,
+}
+
+/// Figures of merit as JSON: of a run along a reference |y - r| is no y, and a number has its unit.
+fn told(metrics: &Metrics, experiment: &Experiment) -> serde_json::Value {
+    let mut told = serde_json::to_value(metrics).unwrap_or_default();
+    if let (Some(_), Some(error)) = (&experiment.drive, told.get("y_ultimate").cloned()) {
+        told["error_ultimate"] = error;
+        told.as_object_mut().and_then(|told| told.remove("y_ultimate"));
+    }
+    for error in told["estimation_error_ultimate"].as_array_mut().into_iter().flatten() {
+        // A drive's are those of its shafts; the paper's of a chain in which each state is the slope of the one before.
+        let order = if experiment.drive.is_some() { 2 } else { error["channel"].as_u64().unwrap_or_default() };
+        match (experiment.output_unit, order) {
+            ("", _) => {}
+            (_, 1) => error["unit"] = "rad/s".into(),
+            (_, order) => error["unit"] = format!("rad/s^{order}").into(),
+        }
+    }
+    told
+}
+
+/// The controller on a target against the one here.
+#[derive(Serialize)]
+struct Comparison {
+    /// How many ticks were compared.
+    ticks: u64,
+    /// Bits that differ in the first output that does.
+    bits_differ: u32,
+    round_trips_per_s: f64,
+    /// Requests that had to be sent again.
+    repeated: u64,
+}
+
+impl Comparison {
+    fn line(&self) -> String {
+        let Self { ticks, bits_differ, round_trips_per_s, repeated } = self;
+        let repeated = match repeated {
+            0 => String::new(),
+            1 => ", 1 request sent again".into(),
+            many => format!(", {many} requests sent again"),
+        };
+        format!("{ticks} ticks, {bits_differ} bits differ ({round_trips_per_s:.0} round trips/s{repeated})")
+    }
+}
+
+impl Console<'_> {
+    /// One run, in this process or on a target too; `place` ends the name of its folder.
+    pub(super) fn run(
+        &mut self,
+        mut experiment: Experiment,
+        options: &RunOptions,
+        place: &str,
+        mut link: Option<Link<'_>>,
+    ) -> Result<u8, Failure> {
+        note_changes(&mut experiment.title, &options.sets);
+        let unstable = margins::warnings(&experiment);
+        experiment.warnings.extend(unstable);
+        let folder = options.out.clone().unwrap_or_else(|| target::folder(&experiment, place));
+        let claim = if options.no_files { None } else { Some(prepare_folder(&folder, &experiment.name)?) };
+        let design_hash = experiment.port.fingerprint().map(|hash| format!("{hash:08x}"));
+        let head = experiment.headline();
+        if options.json {
+            self.note(&head);
+        } else {
+            self.say(&head)?;
+        }
+
+        let kept = stop::keeping();
+        let started = Instant::now();
+        let (mut trace, mut error) = self.watched(&mut experiment, &mut link);
+        if let Ending::BrokenOff { t_s } = trace.ending
+            && self.stop.load(Ordering::Relaxed)
+        {
+            // A target that says nothing was waited for no longer.
+            (trace.ending, error) = (Ending::Interrupted { t_s }, None);
+        }
+        let comparison = link.map(|link| compared(&trace, error.as_ref(), &link, started));
+        let metrics = experiment.metrics(&trace);
+        let figures = Figures::of(&mut experiment, &trace, &metrics);
+        let error = error.map(|error| error.to_string());
+        let design = Design::of(&experiment).ok();
+        let json = RunJson {
+            scenario: &experiment.name,
+            sets: &options.sets,
+            design_hash,
+            figures,
+            ending: ending(&trace, &metrics).0,
+            ended_at_s: trace.rows.last().map_or(0.0, |row| row.t_s),
+            error: error.clone(),
+            warnings: &experiment.warnings,
+            design: design.as_ref(),
+            mu: &experiment.mu,
+            target: comparison.as_ref(),
+        };
+        let told = serde_json::to_string(&json);
+        if claim.is_some() {
+            write_results(&folder, &experiment, &trace, options)?;
+            let text = told.as_deref().unwrap_or_default();
+            let path = folder.join(RUN_JSON);
+            write_whole(&path, |out| writeln!(out, "{text}"))
+                .map_err(|error| Failure::writing(path.display(), &error))?;
+        }
+        drop((kept, claim));
+
+        if options.json {
+            self.say_json(told)?;
+        } else {
+            for line in experiment.drive.iter().flat_map(|drive| &drive.chosen) {
+                self.say(line)?;
+            }
+            let table = table(&experiment, &metrics, &json.figures, design.as_ref(), &trace);
+            self.say(&table.to_string())?;
+            for line in design.iter().flat_map(Design::short) {
+                self.say(&line)?;
+            }
+            for warning in &experiment.warnings {
+                self.say(&format!("warning: {warning}"))?;
+            }
+            self.say(ending(&trace, &metrics).1.as_str())?;
+            if let Some(comparison) = comparison {
+                self.say(&comparison.line())?;
+            }
+            if !options.no_files {
+                self.say(&format!("written to {}", folder.display()))?;
+            }
+        }
+        match error {
+            Some(message) => Err(failed(message)),
+            None if matches!(trace.ending, Ending::Interrupted { .. }) => {
+                let kept = if options.no_files { "is not kept".into() } else { format!("is in {}", folder.display()) };
+                self.note(&format!("stopped on request; what was recorded {kept}"));
+                Ok(status::INTERRUPTED)
+            }
+            None => Ok(status::DONE),
+        }
+    }
+
+    /// Runs the loop under a progress bar and Ctrl-C, with what the target logs shown as it comes.
+    pub(super) fn watched(
+        &mut self,
+        experiment: &mut Experiment,
+        link: &mut Option<Link>,
+    ) -> (Trace, Option<LoopError>) {
+        let periods = experiment.periods as u64;
+        let bar = self.bar(periods, LEFT);
+        let _looking = stop::looking();
+        // Drawing is slower than a tick.
+        let stride = (periods / 200).max(1);
+        let mut ticks = 0;
+        let mut drive;
+        let (remote, log) = match link {
+            Some(Link { remote, log }) => {
+                let port: &mut dyn ControllerPort = match &experiment.drive {
+                    Some(Drive { designed, motion, .. }) => {
+                        drive = designed.port_to(remote, motion);
+                        drive.as_mut()
+                    }
+                    None => remote,
+                };
+                (Some(port), log.as_ref())
+            }
+            None => (None, None),
+        };
+        let result = experiment.run_beside(remote, &mut |_| {
+            ticks += 1;
+            if ticks % stride == 0 {
+                bar.set_position(ticks);
+            }
+            while let Some(line) = log.and_then(Log::next) {
+                bar.suspend(|| self.note(&format!("log: {line}")));
+            }
+            if self.stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        bar.finish_and_clear();
+        if let Some(log) = log {
+            self.rest_of(log);
+        }
+        result
+    }
+}
+
+/// How a target did in a run that took this long.
+fn compared(trace: &Trace, error: Option<&LoopError>, link: &Link, started: Instant) -> Comparison {
+    let traffic = link.remote.traffic();
+    let bits_differ = match error {
+        Some(LoopError::Port(PortError::Differs(difference))) => difference.bits(),
+        _ => 0,
+    };
+    Comparison {
+        ticks: trace.rows.len() as u64 + u64::from(bits_differ > 0),
+        bits_differ,
+        round_trips_per_s: trace.rows.len() as f64 / started.elapsed().as_secs_f64(),
+        repeated: traffic.repeated,
+    }
+}
+
+/// A title speaks of its file: what `--set` changed is told beside it, here and in the figures, on the same line.
+pub(super) fn note_changes(title: &mut String, sets: &[String]) {
+    let is_label = |set: &String| matches!(set.split('=').next().map(str::trim), Some("title" | "name"));
+    let on_a_line = |set: &String| {
+        let words: Vec<&str> = set.split(|c: char| c.is_whitespace() || c.is_control()).collect();
+        words.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
+    };
+    let changes: Vec<String> = sets.iter().filter(|set| !is_label(set)).map(on_a_line).collect();
+    if !changes.is_empty() {
+        title.push_str("; set ");
+        title.push_str(&changes.join(", "));
+    }
+}
+
+/// What a run leaves in its folder beside trace and figures.
+const RUN_JSON: &str = "run.json";
+
+/// [`claim_folder`], unless the results of another scenario are there.
+fn prepare_folder(folder: &Path, name: &str) -> Result<Claim, Failure> {
+    let left = std::fs::read_to_string(folder.join(RUN_JSON)).unwrap_or_default();
+    let left = serde_json::from_str::<serde_json::Value>(&left).unwrap_or_default();
+    match left["scenario"].as_str() {
+        Some(other) if other != name => {
+            let message = format!(
+                "output folder {} holds the results of scenario {other:?}: give those of {name:?} another with --out, \
+                 or remove it",
+                folder.display()
+            );
+            Err(bad(message))
+        }
+        _ => claim_folder(folder),
+    }
+}
+
+fn write_results(folder: &Path, experiment: &Experiment, trace: &Trace, options: &RunOptions) -> Result<(), Failure> {
+    let path = folder.join("trace.csv");
+    let states = experiment.drive.as_ref().map_or(&[][..], |drive| drive.states);
+    csv::write(trace, states, options.every.unwrap_or(NonZeroUsize::MIN), &path)
+        .map_err(|error| Failure::writing(path.display(), &error))?;
+    let states = options.states.then(|| (String::from("states"), trace_figure::states(trace, &labels(experiment))));
+    let figures = figures_of(experiment, trace).into_iter().chain(states);
+    for (stem, figure) in figures {
+        let told = |error| Failure::writing(folder.join(&stem).display(), &error);
+        figure.write(folder, &stem).map_err(told)?;
+    }
+    Ok(())
+}
+
+pub(super) fn labels(experiment: &Experiment) -> Labels<'_> {
+    let states = experiment.drive.as_ref().map_or(&[][..], |drive| drive.states);
+    let Experiment { title, output_unit, control_unit, .. } = experiment;
+    Labels { title, output_unit, control_unit, states }
+}
+
+/// The standard figures of its run, with the stems of their files.
+pub(super) fn figures_of(experiment: &Experiment, trace: &Trace) -> Vec<(String, Figure)> {
+    match &experiment.drive {
+        Some(drive) => drive_figure::drive_figures(trace, drive, &labels(experiment)),
+        None => trace_figure::run_figures(trace, &labels(experiment)),
+    }
+}
+
+/// As a word for programs, and as a sentence for people.
+pub(super) fn ending(trace: &Trace, metrics: &Metrics) -> (&'static str, String) {
+    match trace.ending {
+        Ending::Finished if !metrics.bounded => {
+            ("finished", format!("NOT BOUNDED: |y| went beyond {FAR} times where it began and the settling band"))
+        }
+        Ending::Finished => ("finished", "the state stayed bounded to the end".into()),
+        Ending::Diverged { t_s } => (
+            "diverged",
+            format!("NOT BOUNDED: the state ran away at t = {} s and the run ended there", significant(t_s, 4)),
+        ),
+        Ending::BrokenOff { t_s } => {
+            ("broken off", format!("BROKEN OFF: the run could not go on at t = {} s", significant(t_s, 4)))
+        }
+        Ending::Interrupted { t_s } => {
+            ("interrupted", format!("INCOMPLETE: the run ended at t = {} s", significant(t_s, 4)))
+        }
+    }
+}
+
+/// What a controller can tell, and its name in JSON.
+pub(super) const TROUBLES: [(Health, &str); 7] = [
+    (Health::INPUT_REJECTED, "input_rejected"),
+    (Health::SATURATED, "saturated"),
+    (Health::SIGMA_STAR_OVER_BOUND, "sigma_star_over_bound"),
+    (Health::SAMPLE_LOST, "sample_lost"),
+    (Health::DISTURBANCE_OVER_BOUND, "disturbance_over_bound"),
+    (Health::STUCK_AT_LIMIT, "stuck_at_limit"),
+    (Health::STOPPED, "stopped"),
+];
+
+pub(super) fn ticks_with(trace: &Trace, flag: Health) -> usize {
+    trace.rows.iter().filter(|row| row.health.contains(flag)).count()
+}
+
+/// What a run came to, for people.
+pub(super) fn table(
+    experiment: &Experiment,
+    metrics: &Metrics,
+    figures: &Figures,
+    design: Option<&Design>,
+    trace: &Trace,
+) -> Table {
+    if let (Some(drive), Some(tracking)) = (&experiment.drive, &figures.tracking) {
+        let of_loop_a = design.and_then(Design::noise);
+        return drive::table(experiment, drive, metrics, tracking, figures.noise.as_ref(), of_loop_a, trace);
+    }
+    let [from, to] = metrics.window_s;
+    // Nothing is said of a window that the run did not go through.
+    let spoken = !metrics.sigma_star_ultimate.is_nan();
+    let window = if spoken { format!("largest over [{from}, {to}] s") } else { format!("the run ended before {to} s") };
+    let mut table = Table::new(["metric", "value", "meaning"]);
+    let mut row = |name: &str, value: String, meaning: &str| table.row([name, &value, meaning]);
+    let number = |value: f64| if value.is_nan() { "-".into() } else { significant(value, 4) };
+    let unit = |unit: &str, per: &str| if unit.is_empty() { String::new() } else { format!(" ({unit}{per})") };
+    let Experiment { output_unit, control_unit, .. } = experiment;
+    let rate = |order: usize| if order > 1 { format!("/s^{order}") } else { "/s".into() };
+    let sigma_unit = unit(output_unit, &rate(trace.order - 1));
+    row(&format!("|sigma*| ultimate{sigma_unit}"), number(metrics.sigma_star_ultimate), &window);
+    row(&format!("|y| ultimate{}", unit(output_unit, "")), number(metrics.y_ultimate), &window);
+    for error in &metrics.estimation_error_ultimate {
+        let unit = unit(output_unit, &rate(error.channel));
+        row(&format!("|d_{0} - d_hat_{0}| ultimate{unit}", error.channel), number(error.error), &window);
+    }
+    row(&format!("|u| peak{}", unit(control_unit, "")), number(metrics.u_peak), "over the whole run");
+    let period = format!("total variation per s, T = {} s", experiment.period_s);
+    row(&format!("u variation{}", unit(control_unit, "/s")), number(metrics.u_total_variation_per_s), &period);
+    let unsettled = if trace.ending == Ending::Finished { "never" } else { "-" };
+    let settled = metrics.settling_time_s.map_or_else(|| unsettled.into(), number);
+    row("settling time (s)", settled, &format!("|y| within {} from then on", experiment.settling_band));
+    how_it_went(experiment, metrics, trace, &mut row);
+    for mu in experiment.mu.iter().filter(|mu| mu.mu > 0.0) {
+        let by_order: Vec<String> = mu.by_order.iter().map(|bound| number(*bound)).collect();
+        let meaning = format!("bounds of d_{}, its derivatives: {}", mu.channel, by_order.join(", "));
+        row(&format!("mu_{} of Eq. (40)", mu.channel), number(mu.mu), &meaning);
+    }
+    table
+}
+
+/// The rows that every run has.
+pub(super) fn how_it_went(
+    experiment: &Experiment,
+    metrics: &Metrics,
+    trace: &Trace,
+    row: &mut impl FnMut(&str, String, &str),
+) {
+    let ticks = format!("{} of {} ticks", trace.rows.len(), experiment.periods + 1);
+    // A run that could not go on says nothing of it.
+    let bounded = match trace.ending {
+        Ending::BrokenOff { .. } => "-",
+        _ if metrics.bounded => "yes",
+        _ => "NO",
+    };
+    row("bounded", bounded.into(), &ticks);
+    for (flag, _) in TROUBLES {
+        let count = ticks_with(trace, flag);
+        if count > 0 {
+            row(&format!("ticks with {flag}"), count.to_string(), "told by the controller");
+        }
+    }
+}
