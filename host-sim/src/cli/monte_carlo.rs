@@ -24,7 +24,7 @@ use scenario::Experiment;
 use serde_json::Value as Json;
 
 use super::map::{collect, number_in};
-use super::run::Figures;
+use super::run::{Figures, unit_of};
 use super::{Console, DEFAULT, Failure, RunOptions, ScenarioText, bad, claim_folder, failed, hex_sha256, status};
 use crate::map::Subject;
 use crate::monte_carlo::Plan;
@@ -178,7 +178,7 @@ impl<'a> Campaign<'a> {
         options: &MonteCarloOptions,
         subject: Subject<'a>,
         plan: Plan,
-        name: &str,
+        experiment: &Experiment,
         of_file: &Trial,
     ) -> Result<Self, Failure> {
         let mut figures = Vec::new();
@@ -189,10 +189,18 @@ impl<'a> Campaign<'a> {
         let columns = names.chain([ENDED.into()]).chain(figures.iter().cloned()).collect();
         let known = figures.iter().map(|path| (path.clone(), number_in(&of_file.told, path)));
         let drawn = plan.vary.iter().filter_map(|vary| Some((vary.name().to_owned(), subject.number_at(vary.name())?)));
+        let units = figures.iter().map(String::as_str).chain([ENDED]).filter_map(|path| {
+            // An error of an estimate tells its own, which depends on its channel.
+            let own = path.strip_suffix(".error").map(|of| format!("/{}/unit", of.replace('.', "/")));
+            let own = own.and_then(|at| of_file.told.pointer(&at)?.as_str()).map(ToOwned::to_owned);
+            let unit = own.unwrap_or_else(|| unit_of(path, experiment));
+            (!unit.is_empty()).then(|| (path.to_owned(), unit))
+        });
+        let units = units.collect();
         let of_file = known.chain(drawn).filter(|(_, value)| value.is_finite());
         let header = Header {
             program: format!("host-sim {}", env!("CARGO_PKG_VERSION")),
-            scenario: name.into(),
+            scenario: experiment.name.clone(),
             scenario_sha256: hex_sha256(subject.text),
             sets: subject.sets.to_vec(),
             vary: plan.vary.iter().map(|vary| vary.text.clone()).collect(),
@@ -200,6 +208,7 @@ impl<'a> Campaign<'a> {
             trials: options.trials,
             chunk: options.chunk,
             columns,
+            units,
             of_file: of_file.map(|(name, value)| (name, format!("{value:?}"))).collect(),
         };
         let pool = ThreadPoolBuilder::new().num_threads(options.threads.map_or(0, usize::from)).build();
@@ -301,11 +310,11 @@ impl Console<'_> {
         if vary.is_empty() {
             return Err(bad("what is to vary? Give --uncertain 50, or --vary KEY=uniform(LOW,HIGH)"));
         }
-        let (headline, name) = (experiment.headline(), experiment.name.clone());
+        let headline = experiment.headline();
         let Some(of_file) = trial(&mut experiment, self.stop) else { return Ok(status::INTERRUPTED) };
-        let campaign = Campaign::new(options, subject, plan, &name, &of_file)?;
+        let campaign = Campaign::new(options, subject, plan, &experiment, &of_file)?;
         let question = report::Question::new(&campaign.header, &options.report).map_err(bad)?;
-        let folder = options.report.folder(&name);
+        let folder = options.report.folder(&experiment.name);
         let chunks = options.trials.div_ceil(options.chunk);
         let (stem, [first, end]) = match &options.shard {
             None => ("trials".to_owned(), [0, chunks]),

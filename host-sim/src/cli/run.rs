@@ -118,6 +118,32 @@ fn told(metrics: &Metrics, experiment: &Experiment) -> serde_json::Value {
     told
 }
 
+/// The unit of a number of run.json, by its path; empty where it has none or the scenario names none.
+pub(super) fn unit_of(path: &str, experiment: &Experiment) -> String {
+    let Experiment { output_unit: output, control_unit: control, .. } = *experiment;
+    let per_s = |unit: &str, order: usize| match (unit, order) {
+        ("", _) => String::new(),
+        (unit, 0) => unit.into(),
+        (unit, 1) => format!("{unit}/s"),
+        (unit, order) => format!("{unit}/s^{order}"),
+    };
+    let last = path.rsplit('.').next().unwrap_or_default();
+    match (path.split('.').next(), last) {
+        (Some("ticks_with"), _) => "ticks".into(),
+        (Some("noise"), _) => format!("{control} rms").trim_start().into(),
+        (_, "sigma_star_ultimate") => {
+            let order = experiment.drive.as_ref().map_or(experiment.plant.order(), |drive| 2 * drive.shafts.len());
+            per_s(output, order - 1)
+        }
+        (_, "y_ultimate" | "error_ultimate" | "error_rms") => output.into(),
+        (_, "u_peak") => control.into(),
+        (_, "u_total_variation_per_s") => per_s(control, 1),
+        (_, "rms_n_m") => "N m".into(),
+        (_, last) if last.ends_with("_s") => "s".into(),
+        _ => String::new(),
+    }
+}
+
 /// The controller on a target against the one here.
 #[derive(Serialize)]
 struct Comparison {

@@ -49,6 +49,9 @@ pub struct Header {
     pub chunk: u64,
     /// Names of the columns of numbers: what was drawn, then what came out.
     pub columns: Vec<String>,
+    /// Units of the columns that have one.
+    #[serde(default)]
+    pub units: BTreeMap<String, String>,
     /// What the scenario comes to with nothing drawn, per column that has it; as text, which a reader cannot round.
     pub of_file: BTreeMap<String, String>,
 }
@@ -60,6 +63,11 @@ impl Header {
         let (key, ours) = ours.as_object()?.iter().find(|(key, value)| theirs.get(*key) != Some(value))?;
         let theirs = theirs.get(key).map(ToString::to_string).unwrap_or_default();
         Some(format!("its {key} is {}, expected {}", shortened(&theirs), shortened(&ours.to_string())))
+    }
+
+    /// The name of a column and its unit.
+    pub fn label(&self, name: &str) -> String {
+        self.units.get(name).map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"))
     }
 
     /// Trials of a chunk.

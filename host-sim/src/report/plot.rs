@@ -107,6 +107,14 @@ impl Series {
         pairs.fold((0, 0), |(on, all), ((_, a), (_, b))| (on + usize::from((a - b).abs() <= near), all + 1))
     }
 
+    /// What stands for it in the legend; where every point is alone there is no line.
+    fn sample(&self) -> Sample {
+        let is_seen = |(x, y): &(f64, f64)| drawable(*x) && drawable(*y);
+        let is_line = self.points.windows(2).any(|pair| pair.iter().all(is_seen));
+        let Self { style, color, has_dots, .. } = *self;
+        Sample::Curve { line: (is_line || !has_dots).then_some(style), has_dots, color }
+    }
+
     /// The same line in another style.
     #[must_use]
     pub fn styled(mut self, style: Style) -> Self {
@@ -352,7 +360,12 @@ struct Head {
 /// What stands before the text of an entry of the legend.
 #[derive(Clone, Copy)]
 enum Sample {
-    Line(Style, usize),
+    /// A line, or dots, or both.
+    Curve {
+        line: Option<Style>,
+        has_dots: bool,
+        color: usize,
+    },
     Shade,
     None,
 }
@@ -360,8 +373,7 @@ enum Sample {
 impl Head {
     fn new(panel: &Panel, scales: &Scales, width: f64) -> Self {
         let lines = panel.series.iter().filter(|series| !series.label.is_empty());
-        let mut entries: Vec<(Sample, String)> =
-            lines.map(|series| (Sample::Line(series.style, series.color), series.label.clone())).collect();
+        let mut entries: Vec<(Sample, String)> = lines.map(|series| (series.sample(), series.label.clone())).collect();
         let shades = panel.shade.iter().filter(|shade| shade.seen(&scales.x).next().is_some());
         entries.extend(shades.map(|shade| (Sample::Shade, shade.label.clone())));
         entries.extend(scales.off_scale.map(|value| {
@@ -417,8 +429,13 @@ impl Head {
                 let middle = y - 0.35 * TICK_PX;
                 let end = x + SAMPLE_PX;
                 match *sample {
-                    Sample::Line(style, color) => {
-                        picture.element(&stroke(&format!("M{x:.2} {middle:.2}H{end:.2}"), style, color, 2.0));
+                    Sample::Curve { line, has_dots, color } => {
+                        if let Some(style) = line {
+                            picture.element(&stroke(&format!("M{x:.2} {middle:.2}H{end:.2}"), style, color, 2.0));
+                        }
+                        if has_dots {
+                            picture.element(&dot((0.5 * (x + end), middle), color));
+                        }
                     }
                     Sample::Shade => picture.element(&format!(
                         "<rect x=\"{x:.2}\" y=\"{:.2}\" width=\"{SAMPLE_PX}\" height=\"11\" fill=\"{SHADE}\"/>",
@@ -431,6 +448,10 @@ impl Head {
             }
         }
     }
+}
+
+fn dot((x, y): (f64, f64), color: usize) -> String {
+    format!("<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"4\" fill=\"{}\"/>", PALETTE[color % PALETTE.len()])
 }
 
 /// A line in the style of a series.
@@ -499,8 +520,7 @@ fn draw_panel(picture: &mut Picture, area: &PlotBox, panel: &Panel, scales: &Sca
         }
         let dots = series.points.iter().filter(|(x, y)| series.has_dots && drawable(*x) && drawable(*y));
         for (x, y) in dots {
-            let color = PALETTE[series.color % PALETTE.len()];
-            let _ = write!(lines, "<circle cx=\"{:.2}\" cy=\"{:.2}\" r=\"4\" fill=\"{color}\"/>", to_x(*x), to_y(*y));
+            lines += &dot((to_x(*x), to_y(*y)), series.color);
         }
     }
     if scales.hides {
@@ -680,9 +700,26 @@ mod tests {
     }
 
     #[test]
+    fn the_legend_shows_a_dot_for_what_is_drawn_as_dots_alone() {
+        let strokes = |points: &[(f64, f64)], has_dots: bool| {
+            let mut panel = panel(points.to_vec());
+            panel.series[0].has_dots = has_dots;
+            let svg = figure(vec![panel]).svg();
+            ["stroke-width=\"2\"", "<circle"].map(|word| svg.matches(word).count())
+        };
+        let alone = [(0.0, 1.0), (f64::NAN, f64::NAN), (1.0, 2.0)];
+        // Of the sample a line or none; dots of the curve, and one of the sample.
+        assert_eq!(strokes(&alone, true), [0, 3]);
+        assert_eq!(strokes(&[(0.0, 1.0), (1.0, 2.0)], true), [1, 3]);
+        assert_eq!(strokes(&alone, false), [1, 0]);
+    }
+
+    #[test]
     fn a_power_law_is_a_straight_line_on_logarithmic_axes() {
         let mut panel = panel([1.0, 10.0, 100.0, -1.0, 0.0].map(|x| (x, 1e-3 / (x * x))).to_vec());
         (panel.is_log, panel.series[0].has_dots) = (true, true);
+        // Its dot in the legend is none of the curve.
+        panel.series[0].label.clear();
         let svg = figure(vec![panel]).svg();
         let number = |text: &str, name: &str| -> f64 {
             text.split(&format!("{name}=\"")).nth(1).and_then(|rest| rest.split('"').next()).unwrap().parse().unwrap()

@@ -153,12 +153,12 @@ impl Console<'_> {
                     worst.drawn.insert(name.clone(), values[*row]);
                 }
                 if dots.len() < PANELS {
-                    dots.push(scatter(name, by, &values, &figure, &outcomes, &order));
+                    dots.push(scatter([name, &header.label(by)], &values, &figure, &outcomes, &order));
                 }
             }
             statistics::sort(&mut values);
             if k > drawn && bars.len() < PANELS {
-                bars.extend(histogram(name, &values));
+                bars.extend(histogram(name, header.units.get(name), &values));
             }
             let no_number = values.iter().filter(|value| value.is_nan()).count();
             let of = NAMES.into_iter().zip(PER_MILLE.map(|p| statistics::percentile(&values, p))).collect();
@@ -227,12 +227,13 @@ impl Console<'_> {
             if is_told || name == worst_by {
                 let values = NAMES.iter().map(|name| number(of.ranks[name]));
                 let of_file = number(of.of_file.unwrap_or(f64::NAN));
-                table.row([name.clone(), of_file].into_iter().chain(values));
+                table.row([header.label(name), of_file].into_iter().chain(values));
             }
         }
         self.say(&table.to_string())?;
         let names = &header.columns[..drawn];
-        let mut table = Table::new(["trial", "outcome", worst_by].into_iter().chain(names.iter().map(String::as_str)));
+        let by = header.label(worst_by);
+        let mut table = Table::new(["trial", "outcome", &by].into_iter().chain(names.iter().map(String::as_str)));
         for trial in worst {
             let values = names.iter().map(|name| number(trial.drawn.get(name).copied().unwrap_or(f64::NAN)));
             let head = [trial.trial.to_string(), trial.outcome.to_owned(), number(trial.figure)];
@@ -265,7 +266,8 @@ pub(in crate::cli) fn section(folder: &Path) -> Result<(String, Section), Failur
     let mut table = Table::new(["figure", "file"].into_iter().chain(NAMES));
     for (name, of_figure) in percentiles.iter().filter(|(_, of_figure)| of_figure["least"] != of_figure["max"]) {
         let values = NAMES.iter().map(|rank| of(&of_figure[*rank]));
-        table.row([name.clone(), of(&of_figure["of_file"])].into_iter().chain(values));
+        let unit = json["units"][name].as_str().map_or_else(String::new, |unit| format!(" ({unit})"));
+        table.row([format!("{name}{unit}"), of(&of_figure["of_file"])].into_iter().chain(values));
     }
     let outcomes = json["outcomes"].as_object().ok_or_else(none)?.iter().map(|(word, count)| format!("{count} {word}"));
     let mut says =
@@ -290,7 +292,7 @@ pub(in crate::cli) fn section(folder: &Path) -> Result<(String, Section), Failur
 }
 
 /// Steps over the range of sorted values; of more than two decades over their logarithms.
-fn histogram(name: &str, sorted: &[f64]) -> Option<Panel> {
+fn histogram(name: &str, unit: Option<&String>, sorted: &[f64]) -> Option<Panel> {
     let finite: Vec<f64> = sorted.iter().copied().filter(|value| value.is_finite()).collect();
     let (least, most) = (*finite.first()?, *finite.last()?);
     let is_log = least > 0.0 && most > 100.0 * least;
@@ -300,7 +302,12 @@ fn histogram(name: &str, sorted: &[f64]) -> Option<Panel> {
     let begin = bins.first().map(|(left, _)| (*left, 0.0));
     let points = begin.into_iter().chain(bins.iter().map(|(left, count)| (*left, *count as f64))).chain(end);
     Some(Panel {
-        x_label: if is_log { format!("log10 of {name}") } else { name.into() },
+        x_label: match (is_log, unit) {
+            (false, None) => name.into(),
+            (false, Some(unit)) => format!("{name} ({unit})"),
+            (true, None) => format!("log10 of {name}"),
+            (true, Some(unit)) => format!("log10 of {name} in {unit}"),
+        },
         y_label: "trials".into(),
         series: vec![Series { is_held: true, ..Series::solid("", 0, points) }],
         ..Panel::default()
@@ -308,7 +315,7 @@ fn histogram(name: &str, sorted: &[f64]) -> Option<Panel> {
 }
 
 /// Dots: some of the trials spread over all, those that failed at the top, and the worst.
-fn scatter(name: &str, by: &str, x: &[f64], y: &[f64], outcomes: &[Outcome], worst: &[usize]) -> Panel {
+fn scatter([name, by]: [&str; 2], x: &[f64], y: &[f64], outcomes: &[Outcome], worst: &[usize]) -> Panel {
     let stride = x.len().div_ceil(DOTS).max(1);
     let top = y.iter().copied().filter(|y| y.is_finite()).fold(0.0, f64::max);
     // A gap behind each keeps them apart.
