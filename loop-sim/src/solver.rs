@@ -10,6 +10,9 @@
 //! controller's 6e-8:
 //! `a_linear_chain_agrees_with_the_matrix_exponential`, `half_the_step_changes_nothing`.
 //!
+//! The friction of a motor is steep about rest alone: there it asks for its fine steps, and while the shaft turns for
+//! steps within which it does not come to rest.
+//!
 //! A plant that knows its rate of the moment only ([`Plant::is_checked`]) has each step checked: without the row of 10
 //! substeps the order is 8, and where both differ by more than 1e-9 the step is halved.
 //!
@@ -26,7 +29,7 @@ use crate::MAX_ORDER;
 use crate::plant::Plant;
 
 /// Largest h ω of one step.
-const STEP_ANGLE: f64 = 0.5;
+pub(crate) const STEP_ANGLE: f64 = 0.5;
 /// Most steps in one tick: 5000 rad of the fastest mode.
 pub const MAX_STEPS: usize = 10_000;
 /// A state beyond this magnitude is a diverged run.

@@ -16,6 +16,7 @@ use super::motor::{Imperfections, Shaft};
 use super::{Plant, fastest_signal_rad_s, merged_jumps_s, spectral_bound};
 use crate::MAX_ORDER;
 use crate::signal::Signal;
+use crate::solver::STEP_ANGLE;
 
 /// Above this speed of the link the solver no longer resolves sin q, rad/s.
 const SPINNING_RAD_S: f64 = 1e4;
@@ -54,7 +55,8 @@ pub struct Joint {
     nominal: JointBody,
     imperfections: Imperfections,
     load: Signal,
-    fastest_rad_s: f64,
+    /// Without friction, and where that is steepest.
+    rates_rad_s: [f64; 2],
     jumps_s: Vec<f64>,
 }
 
@@ -62,18 +64,20 @@ impl Joint {
     /// A joint that is `truth`, of which the controller believes `nominal`; `load` on the link in N m.
     pub fn new(truth: JointBody, nominal: JointBody, imperfections: Imperfections, load: Signal) -> Self {
         let JointBody { link_inertia_kg_m2: link, stiffness_n_m: k, spring_damping_n_m_s: d, motor, .. } = truth;
-        let held = motor.damping_n_m_s + imperfections.damping_n_m_s();
-        let mut jacobian = [[0.0; MAX_ORDER]; MAX_ORDER];
-        (jacobian[0][1], jacobian[2][3]) = (1.0, 1.0);
-        let of_link = [-k - truth.weight_n_m, -d - truth.link_damping_n_m_s, k, d];
-        let of_motor = [k, d, -k, -d - held];
-        for j in 0..4 {
-            jacobian[1][j] = of_link[j] / link;
-            jacobian[3][j] = of_motor[j] / motor.inertia_kg_m2;
-        }
-        let fastest_rad_s = spectral_bound(jacobian).max(fastest_signal_rad_s([&load]));
+        let rates_rad_s = [0.0, imperfections.damping_n_m_s()].map(|friction| {
+            let held = motor.damping_n_m_s + friction;
+            let mut jacobian = [[0.0; MAX_ORDER]; MAX_ORDER];
+            (jacobian[0][1], jacobian[2][3]) = (1.0, 1.0);
+            let of_link = [-k - truth.weight_n_m, -d - truth.link_damping_n_m_s, k, d];
+            let of_motor = [k, d, -k, -d - held];
+            for j in 0..4 {
+                jacobian[1][j] = of_link[j] / link;
+                jacobian[3][j] = of_motor[j] / motor.inertia_kg_m2;
+            }
+            spectral_bound(jacobian).max(fastest_signal_rad_s([&load]))
+        });
         let jumps_s = merged_jumps_s([&load]);
-        Self { truth, nominal, imperfections, load, fastest_rad_s, jumps_s }
+        Self { truth, nominal, imperfections, load, rates_rad_s, jumps_s }
     }
 
     fn accelerations(&self, t_s: f64, x: &[f64], current: f64) -> [f64; 2] {
@@ -106,9 +110,19 @@ impl Plant for Joint {
         (d[1], d[3]) = (truth[0] - believed[0], truth[1] - believed[1]);
     }
 
-    fn fastest_rad_s(&self, _: f64, x: &[f64], _: f64) -> f64 {
-        let motor = self.imperfections.fastest_rad_s(self.truth.motor.inertia_kg_m2, x[3]);
-        self.fastest_rad_s.max(motor).max(x[1].abs().min(SPINNING_RAD_S))
+    fn fastest_rad_s(&self, _: f64, x: &[f64], u: f64) -> f64 {
+        let JointBody { stiffness_n_m, spring_damping_n_m_s, motor, .. } = self.truth;
+        let current = self.imperfections.current(x, u).abs().max(u.abs());
+        // The spring winds up by what the shafts turn in a step.
+        let wound = (x[2] - x[0]).abs() + STEP_ANGLE * (x[1].abs() + x[3].abs()) / self.rates_rad_s[0];
+        let torque = self.imperfections.largest_n_m(motor.torque_n_m_per_a, current)
+            + stiffness_n_m * wound
+            + spring_damping_n_m_s * (x[3] - x[1]).abs()
+            + (motor.damping_n_m_s * x[3]).abs();
+        let others = self.imperfections.fastest_rad_s(motor.inertia_kg_m2, x[3]).max(x[1].abs().min(SPINNING_RAD_S));
+        // Twice: all of it grows within the step.
+        let acceleration = 2.0 * torque / motor.inertia_kg_m2;
+        self.imperfections.friction.fastest_rad_s(self.rates_rad_s, x[3], acceleration).max(others)
     }
 
     fn jumps_s(&self) -> &[f64] {
