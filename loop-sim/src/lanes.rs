@@ -127,7 +127,7 @@ pub fn close_loops_with(
                     instructions,
                     campaign,
                     trials,
-                    |config, nominal| Law::<f32, $n, $r, $mask, $o>::try_design(config, Linear::<f32, $n>::new(nominal)),
+                    |config, nominal| Law::<f32, $n, $r, $mask, $o>::try_design(config, Linear::new(nominal)),
                 ),)*
                 _ => None,
             }

@@ -45,18 +45,19 @@ pub const fn block(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
 
 /// Two words of 64 bits for a trial's parameter, under a master seed.
 pub const fn draw(seed: u64, trial: u64, parameter: u32) -> [u64; 2] {
-    words(block([trial as u32, (trial >> 32) as u32, parameter, 0], key(seed)))
+    words(block([trial as u32, (trial >> 32) as u32, parameter, 0], halves(seed)))
 }
 
-/// Two words of 64 bits for a tick of a run; of noise for the pair of channels of this number, from 0.
+/// Two words of 64 bits for a tick of a run of this seed; of noise for the pair of channels of this number, from 0.
+///
+/// The seed is in the counter, so that many runs side by side share the keys of the rounds.
 #[inline(always)]
-pub const fn noise(key: [u32; 2], tick: u64, purpose: Purpose, pair: u32) -> [u64; 2] {
-    // The last word keeps it apart from the draws of trials.
-    words(block([tick as u32, (tick >> 32) as u32, purpose as u32, 1 + pair], key))
+pub const fn noise(seed: [u32; 2], tick: u64, purpose: Purpose, pair: u32) -> [u64; 2] {
+    words(block([tick as u32, pair, seed[0], seed[1]], [(tick >> 32) as u32, purpose as u32]))
 }
 
-/// The key of a seed.
-pub const fn key(seed: u64) -> [u32; 2] {
+/// The two halves of a seed.
+pub const fn halves(seed: u64) -> [u32; 2] {
     [seed as u32, (seed >> 32) as u32]
 }
 

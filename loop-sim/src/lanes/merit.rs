@@ -148,7 +148,7 @@ vectorised! {
     fn note_troubles[;](lately: &mut [Wide<u8>; TROUBLES], health: &Wide<u8>,) {
         for (flag, counts) in lately.iter_mut().enumerate() {
             for l in 0..LANES {
-                counts[l] += health[l] >> flag & 1;
+                counts[l] = counts[l].wrapping_add(health[l] >> flag & 1);
             }
         }
     }

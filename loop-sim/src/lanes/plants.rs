@@ -178,6 +178,7 @@ impl<const N: usize> Plants<N> {
 impl<const N: usize> Numbers<N> {
     /// One lane's step, and whether it is one.
     #[inline(always)]
+    #[allow(clippy::too_many_arguments)]
     fn step<const SINE: bool>(
         &self,
         l: usize,

@@ -4,7 +4,7 @@ use std::ops::{Index, IndexMut};
 
 use super::LANES;
 
-/// One number of each loop, at an address from which vectors of any width are loaded whole: off it the widest cost twice.
+/// One number of each loop, at an address from which vectors of any width are loaded whole.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(super) struct Wide<T = f64>(pub(super) [T; LANES]);
