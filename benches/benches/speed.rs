@@ -9,6 +9,8 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use controller_core::ControlLaw;
+use loop_sim::lanes::{Campaign, Instructions, LANES, Trial, close_loops, close_loops_with};
+use loop_sim::sensor::Sensing;
 use subjects::lanes::{self, L};
 
 use benches::{Joint, Noise, Tuned, joint, joint_f64};
@@ -99,9 +101,46 @@ fn plants() {
     }
 }
 
+/// Ticks per second of 64 closed loops, plant and figures of merit included (the last quarter in the window), with each
+/// set of instructions in turn and with two threads, the best of several: ratios within one run.
+fn loops() {
+    const PERIODS: usize = 2000;
+    let experiment = subjects::second();
+    let (ideal, trial) = experiment.beside().expect("a loop that fits");
+    let noise = Sensing { noise: vec![1e-5; 4], ..Sensing::IDEAL };
+    let ideal = Campaign { periods: PERIODS, window_s: [1.5, 2.0], ..ideal };
+    let noisy = Campaign { sensing: &noise, ..ideal };
+    let trials: Vec<Trial<'_>> = (0..LANES as u64).map(|seed| Trial { seed, ..trial }).collect();
+    let best = |run: &dyn Fn()| {
+        let timed = |_| {
+            let began = Instant::now();
+            run();
+            began.elapsed().as_secs_f64()
+        };
+        1e-6 * (PERIODS * LANES) as f64 / (0..100).map(timed).fold(f64::INFINITY, f64::min)
+    };
+    println!("{LANES} closed loops of the joint, r = 2, f32   M ticks/s   with four noises a tick");
+    let sets = [Instructions::Baseline, Instructions::Avx2, Instructions::Avx512];
+    for (set, name) in sets.into_iter().zip(["SSE2", "AVX2", "AVX-512"]) {
+        let [ideal, noisy] =
+            [&ideal, &noisy].map(|campaign| best(&|| _ = black_box(close_loops_with(set, campaign, &trials))));
+        println!("  {name:<37} {ideal:>10.1} {noisy:>25.1}");
+    }
+    let one = || _ = black_box(close_loops(&ideal, &trials));
+    let both = || {
+        std::thread::scope(|scope| {
+            scope.spawn(one);
+            scope.spawn(one);
+        });
+    };
+    let (alone, both) = (best(&one), 2.0 * best(&both));
+    println!("  two threads over one {:>27.2}", both / alone);
+}
+
 fn main() {
     if std::env::args().any(|argument| argument == "lanes") {
-        return plants();
+        plants();
+        return loops();
     }
     let length = Duration::from_secs(2);
     let mut criterion =

@@ -78,6 +78,7 @@ impl Health {
     }
 
     /// The flags as bits, for logs and frames.
+    #[inline]
     pub const fn bits(self) -> u8 {
         self.0
     }

@@ -8,9 +8,10 @@
 //! Trials are computed in chunks on all cores; a chunk that is done is a file. What they come to: percentiles by exact
 //! rank, and the largest failure rate that the trials leave open ([`statistics`]).
 
+use loop_sim::philox;
+
 use crate::map::Subject;
 
-pub mod philox;
 pub mod sobol;
 pub mod statistics;
 pub mod store;

@@ -19,7 +19,7 @@
 //! polynomial is too short, a state that ran away. Whether it does depends on that tick of that plant alone.
 //!
 //! Only `+ - * /` and comparisons per step, so that many plants side by side (module `lanes`) have the bits of
-//! each alone; two functions of `libm` for each frequency and tick.
+//! each alone; one sine and cosine more for each frequency.
 
 mod augmented;
 
@@ -54,8 +54,8 @@ pub struct LinearPart<'a> {
     pub order: usize,
     /// b.
     pub b: f64,
-    /// w_1 .. w_n; at the input b v belongs to w_n.
-    pub signals: &'a [(usize, f64, &'a Signal)],
+    /// Channel from 0, factor and signal; b v at the input belongs to channel n.
+    pub signals: &'a [(usize, f64, Signal)],
     /// Is there -sin x_1 in the second row?
     pub has_sine: bool,
     /// Its fastest rate, rad/s.
@@ -63,7 +63,7 @@ pub struct LinearPart<'a> {
 }
 
 /// Response to a sinusoid of one frequency: what multiplies its sine and its cosine.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Wave {
     pub(crate) omega_rad_s: f64,
     pub(crate) sin: Row,
@@ -71,7 +71,7 @@ pub(crate) struct Wave {
 }
 
 /// Response to a step from its instant on.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Jump {
     pub(crate) at_s: f64,
     pub(crate) share: Row,
@@ -135,18 +135,17 @@ pub struct Exact {
     pub(crate) order: usize,
     pub(crate) period_s: f64,
     pub(crate) steps: usize,
+    /// Of one of them.
+    pub(crate) h_s: f64,
     pub(crate) has_sine: bool,
     pub(crate) phi: [Row; MAX_ORDER],
     pub(crate) gamma: Row,
     pub(crate) g: [Row; TERMS],
     pub(crate) row: [f64; 3],
     pub(crate) constant: Row,
-    pub(crate) ramp: Row,
-    pub(crate) has_ramp: bool,
-    pub(crate) waves: [Wave; MOST],
-    pub(crate) frequencies: usize,
-    pub(crate) jumps: [Jump; MOST],
-    pub(crate) falls: usize,
+    pub(crate) ramp: Option<Row>,
+    pub(crate) waves: Vec<Wave>,
+    pub(crate) jumps: Vec<Jump>,
     /// The signals of the first three rows, for their derivatives.
     first: [Signal; 3],
 }
@@ -173,18 +172,16 @@ impl Exact {
             order: n,
             period_s,
             steps,
+            h_s,
             has_sine: plant.has_sine,
             phi: augmented.phi(),
             gamma: augmented.constant(n - 1).map(|share| plant.b * share),
             g: std::array::from_fn(|j| augmented.column(n + TERMS - 1 - j)),
             row: [plant.a[1][0], plant.a[1][1], plant.a[1][2]],
             constant: [0.0; MAX_ORDER],
-            ramp: [0.0; MAX_ORDER],
-            has_ramp: false,
-            waves: [Wave::default(); MOST],
-            frequencies: 0,
-            jumps: [Jump::default(); MOST],
-            falls: 0,
+            ramp: None,
+            waves: Vec::new(),
+            jumps: Vec::new(),
             first,
         };
         for (channel, factor, signal) in plant.signals {
@@ -208,9 +205,8 @@ impl Exact {
                 return Some(());
             }
             Term::Ramp { slope } => {
-                self.has_ramp = true;
                 // s (t + τ) over the step: s t like a constant, s τ by the next of the chain.
-                plus(&mut self.ramp, factor * slope, augmented.constant(channel));
+                plus(self.ramp.get_or_insert([0.0; MAX_ORDER]), factor * slope, augmented.constant(channel));
                 plus(&mut self.constant, factor * slope, augmented.ramp(channel));
                 return Some(());
             }
@@ -219,12 +215,15 @@ impl Exact {
                 if t0_s.is_nan() || t0_s == f64::INFINITY {
                     return Some(());
                 }
-                let known = self.jumps[..self.falls].iter().position(|jump| jump.at_s == t0_s);
-                let at = known.unwrap_or(self.falls);
-                let jump = self.jumps.get_mut(at)?;
-                self.falls = self.falls.max(at + 1);
-                jump.at_s = t0_s;
-                plus(&mut jump.share, factor * amplitude, augmented.constant(channel));
+                let known = self.jumps.iter().position(|jump| jump.at_s == t0_s);
+                let at = known.unwrap_or(self.jumps.len());
+                if known.is_none() {
+                    if at == MOST {
+                        return None;
+                    }
+                    self.jumps.push(Jump { at_s: t0_s, share: [0.0; MAX_ORDER] });
+                }
+                plus(&mut self.jumps[at].share, factor * amplitude, augmented.constant(channel));
                 return Some(());
             }
             Term::Sin { amplitude, omega_rad_s, phase_rad } => (amplitude, omega_rad_s, phase_rad),
@@ -233,11 +232,13 @@ impl Exact {
             }
         };
         let (sin, cos) = augmented.wave(channel, omega_rad_s)?;
-        let known = self.waves[..self.frequencies].iter().position(|wave| wave.omega_rad_s == omega_rad_s);
-        let at = known.unwrap_or(self.frequencies);
-        let wave = self.waves.get_mut(at)?;
-        self.frequencies = self.frequencies.max(at + 1);
-        wave.omega_rad_s = omega_rad_s;
+        // No more than `MOST`: the matrix has no room for others.
+        let known = self.waves.iter().position(|wave| wave.omega_rad_s == omega_rad_s);
+        let at = known.unwrap_or(self.waves.len());
+        if known.is_none() {
+            self.waves.push(Wave { omega_rad_s, sin: [0.0; MAX_ORDER], cos: [0.0; MAX_ORDER] });
+        }
+        let wave = &mut self.waves[at];
         // A sin(ω t + φ) = A cos φ sin ω t + A sin φ cos ω t; the response to the cosine is that to the sine turned.
         let (a, b) = (factor * amplitude * libm::cos(phase_rad), factor * amplitude * libm::sin(phase_rad));
         plus(&mut wave.sin, a, sin);
@@ -270,12 +271,12 @@ impl Exact {
         for step in 0..self.steps {
             let t_s = self.at(from_s, step);
             let moved = self.moved(t_s);
-            let h_s = self.period_s / self.steps as f64;
             let forced = self.forced::<N>(t_s);
             let (next, is_within) = if self.has_sine {
-                (share.step::<true>(&now, u, &forced, &moved), Self::is_within::<N, true>(&now, &moved, h_s))
+                let (s, c) = sin_cos(now[0]);
+                (share.step::<true>(&now, u, &forced, &moved, [s, c]), is_within::<N, true>(&now, &moved, self.h_s))
             } else {
-                (share.step::<false>(&now, u, &forced, &moved), Self::is_within::<N, false>(&now, &moved, h_s))
+                (share.step::<false>(&now, u, &forced, &moved, [0.0; 2]), is_within::<N, false>(&now, &moved, self.h_s))
             };
             if !is_within {
                 return false;
@@ -288,35 +289,12 @@ impl Exact {
 
     /// Where a step of a tick begins.
     pub(crate) fn at(&self, from_s: f64, step: usize) -> f64 {
-        if step == 0 { from_s } else { from_s + step as f64 * (self.period_s / self.steps as f64) }
+        if step == 0 { from_s } else { from_s + step as f64 * self.h_s }
     }
 
     /// Does a signal jump inside?
     pub(crate) fn jumps_between(&self, from_s: f64, to_s: f64) -> bool {
-        self.jumps[..self.falls].iter().any(|jump| jump.at_s > from_s && jump.at_s < to_s)
-    }
-
-    /// Is a step from here what the polynomial of the sine is long enough for, and the state one?
-    #[inline(always)]
-    pub(crate) fn is_within<const N: usize, const SINE: bool>(x: &[f64; N], moved: &Moved, h_s: f64) -> bool {
-        let turn = (x[1] + moved.w[0]) * h_s;
-        let mut is_within = !SINE | ((turn.abs() <= TURN) & (x[0].abs() <= ANGLE));
-        for x in x {
-            is_within &= x.abs() <= RUNAWAY;
-        }
-        is_within
-    }
-
-    /// The frequencies of its signals.
-    #[cfg(feature = "lanes")]
-    pub(crate) fn waves(&self) -> &[Wave] {
-        &self.waves[..self.frequencies]
-    }
-
-    /// Their jumps.
-    #[cfg(feature = "lanes")]
-    pub(crate) fn falls(&self) -> &[Jump] {
-        &self.jumps[..self.falls]
+        self.jumps.iter().any(|jump| jump.at_s > from_s && jump.at_s < to_s)
     }
 
     /// Have the first rows signals that the sine must know of?
@@ -337,19 +315,18 @@ impl Exact {
     /// What the signals add over a step from `t_s` on.
     pub(crate) fn forced<const N: usize>(&self, t_s: f64) -> [f64; N] {
         let mut forced: [f64; N] = std::array::from_fn(|i| self.constant[i]);
-        if self.has_ramp {
-            for (forced, ramp) in forced.iter_mut().zip(self.ramp) {
+        if let Some(ramp) = self.ramp {
+            for (forced, ramp) in forced.iter_mut().zip(ramp) {
                 *forced += ramp * t_s;
             }
         }
-        for jump in self.jumps[..self.falls].iter().filter(|jump| t_s >= jump.at_s) {
+        for jump in self.jumps.iter().filter(|jump| t_s >= jump.at_s) {
             for (forced, share) in forced.iter_mut().zip(jump.share) {
                 *forced += share;
             }
         }
-        for wave in &self.waves[..self.frequencies] {
-            let angle = wave.omega_rad_s * t_s;
-            let (sin, cos) = (libm::sin(angle), libm::cos(angle));
+        for wave in &self.waves {
+            let [sin, cos] = wave.at(t_s);
             for (i, forced) in forced.iter_mut().enumerate() {
                 *forced += wave.sin[i] * sin + wave.cos[i] * cos;
             }
@@ -370,17 +347,47 @@ impl Exact {
         }
     }
 
-    /// Has the sine to know the same of both?
+    /// Has it the functions of time of the other, and as many steps? Their amplitudes and the plant itself may differ.
     #[cfg(feature = "lanes")]
-    pub(crate) fn is_moved_as(&self, other: &Self) -> bool {
-        self.first == other.first
+    pub(crate) fn is_alike(&self, other: &Self) -> bool {
+        let times = |exact: &Self| -> Vec<u64> {
+            let waves = exact.waves.iter().map(|wave| wave.omega_rad_s);
+            waves.chain(exact.jumps.iter().map(|jump| jump.at_s)).chain([exact.period_s]).map(f64::to_bits).collect()
+        };
+        let kind = |exact: &Self| (exact.order, exact.steps, exact.has_sine, exact.ramp.is_some(), exact.waves.len());
+        kind(self) == kind(other) && times(self) == times(other) && self.first == other.first
     }
 }
 
+impl Wave {
+    /// Its sine and cosine.
+    pub(crate) fn at(&self, t_s: f64) -> [f64; 2] {
+        sine::sin_and_cos(self.omega_rad_s * t_s)
+    }
+}
+
+/// Is a step from here what the polynomial of the sine is long enough for, and the state one?
+#[inline(always)]
+pub(crate) fn is_within<const N: usize, const SINE: bool>(x: &[f64; N], moved: &Moved, h_s: f64) -> bool {
+    let turn = (x[1] + moved.w[0]) * h_s;
+    let mut is_within = !SINE | ((turn.abs() <= TURN) & (x[0].abs() <= ANGLE));
+    for x in x {
+        is_within &= x.abs() <= RUNAWAY;
+    }
+    is_within
+}
+
 impl<const N: usize> Share<N> {
-    /// One step.
+    /// One step; s and c are sine and cosine of x_1.
     #[inline(always)]
-    pub(crate) fn step<const SINE: bool>(&self, x: &[f64; N], u: f64, forced: &[f64; N], moved: &Moved) -> [f64; N] {
+    pub(crate) fn step<const SINE: bool>(
+        &self,
+        x: &[f64; N],
+        u: f64,
+        forced: &[f64; N],
+        moved: &Moved,
+        [s, c]: [f64; 2],
+    ) -> [f64; N] {
         let mut next = [0.0; N];
         for i in 0..N {
             let mut sum = self.phi[i][0] * x[0];
@@ -392,7 +399,6 @@ impl<const N: usize> Share<N> {
         if SINE {
             let Moved { w, dw, ddw } = *moved;
             let [k1, b1, x3] = self.row;
-            let (s, c) = sin_cos(x[0]);
             // Of x_1: x_2 + w_1, and so on; x_2' is v2, x_2'' v3.
             let d1 = x[1] + w[0];
             let third = if N > 2 { x3 * x[2.min(N - 1)] } else { 0.0 };

@@ -10,39 +10,33 @@
 //! ([`Exact`]), a lane whose plant leaves the range of that step, a law of another kind. What a lane keeps is its
 //! figures of merit, no trace.
 
-use controller_core::{ControlLaw, Controller, Guessing, Health, Lanes, Linear, Nominal, Shape, shapes};
+use controller_core::{
+    Config, ConfigError, ControlLaw, Controller, Guessing, Health, Lanes, Linear, Nominal, Real, Shape, shapes,
+};
 
 use crate::exact::{Exact, Lumped};
 use crate::metrics::Metrics;
 use crate::plant::Plant;
 use crate::port::in_process::{ControllerSpec, Model, Precision, padded};
+use crate::sensor::Sensing;
 use crate::solver;
 
-/// Functions with a loop over lanes, compiled for what a machine may have: chosen when they are called.
-macro_rules! vectorised {
-    ($(#[$about:meta])* $visible:vis fn $($function:tt)*) => {
-        $(#[$about])*
-        #[multiversion::multiversion(
-            targets(
-                "x86_64+avx512f+avx512vl+avx512dq+avx512bw+avx2+fma+bmi1+bmi2",
-                "x86_64+avx2+fma+bmi1+bmi2"
-            ),
-            dispatcher = "direct"
-        )]
-        $visible fn $($function)*
-    };
-}
+#[macro_use]
+mod wide;
 
 mod merit;
 mod plants;
+mod sensors;
+
+pub use wide::Instructions;
 
 use merit::Merit;
 use plants::Plants;
+use sensors::Sensors;
+use wide::{Aligned, Wide};
 
 /// Loops side by side.
 pub const LANES: usize = 64;
-/// One number of each.
-type Wide = [f64; LANES];
 /// Troubles that are counted: the bits of [`Health`].
 const TROUBLES: usize = 8;
 
@@ -51,6 +45,8 @@ const TROUBLES: usize = 8;
 pub struct Campaign<'a> {
     /// The law.
     pub spec: &'a ControllerSpec,
+    /// Between state and sample.
+    pub sensing: &'a Sensing,
     /// T, s.
     pub period_s: f64,
     /// Number of periods.
@@ -65,6 +61,7 @@ pub struct Campaign<'a> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kind {
     spec: ControllerSpec,
+    sensing: Sensing,
     times: [f64; 4],
     periods: usize,
 }
@@ -72,8 +69,8 @@ pub struct Kind {
 impl Campaign<'_> {
     /// What trials must have in common to go side by side; whether their plants fit is for [`close_loops`].
     pub fn kind(&self) -> Kind {
-        let Self { spec, period_s, periods, window_s: [from_s, to_s], settling_band } = *self;
-        Kind { spec: spec.clone(), times: [period_s, from_s, to_s, settling_band], periods }
+        let Self { spec, sensing, period_s, periods, window_s: [from_s, to_s], settling_band } = *self;
+        Kind { spec: spec.clone(), sensing: sensing.clone(), times: [period_s, from_s, to_s, settling_band], periods }
     }
 }
 
@@ -84,6 +81,8 @@ pub struct Trial<'a> {
     pub plant: &'a dyn Plant,
     /// Its state at t = 0.
     pub x0: &'a [f64],
+    /// Of what is random in its measuring chain.
+    pub seed: u64,
 }
 
 /// What a trial came to that went through to its end.
@@ -107,12 +106,29 @@ impl Judged {
 /// # Panics
 /// If there are more.
 pub fn close_loops(campaign: &Campaign<'_>, trials: &[Trial<'_>]) -> Vec<Option<Judged>> {
+    close_loops_with(Instructions::Avx512, campaign, trials)
+}
+
+/// The same with at most these instructions: the bits do not depend on them.
+///
+/// # Panics
+/// If there are more than [`LANES`].
+pub fn close_loops_with(
+    instructions: Instructions,
+    campaign: &Campaign<'_>,
+    trials: &[Trial<'_>],
+) -> Vec<Option<Judged>> {
     assert!(trials.len() <= LANES, "{} trials in {LANES} lanes", trials.len());
     let Shape { n, r, mask } = campaign.spec.config.shape();
     macro_rules! instance {
         ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
-            match (n, r, mask) {
-                $(($n, $r, $mask) => run::<$n, $r, $mask, $o>(campaign, trials),)*
+            match (n, r, mask, campaign.spec.precision) {
+                $(($n, $r, $mask, Precision::F32) => run::<f32, $n, $r, $mask, $o>(
+                    instructions,
+                    campaign,
+                    trials,
+                    |config, nominal| Law::<f32, $n, $r, $mask, $o>::try_design(config, Linear::<f32, $n>::new(nominal)),
+                ),)*
                 _ => None,
             }
         };
@@ -121,86 +137,86 @@ pub fn close_loops(campaign: &Campaign<'_>, trials: &[Trial<'_>]) -> Vec<Option<
     found.unwrap_or_else(|| vec![None; trials.len()])
 }
 
-/// Has every lane the law, the times and the functions of time of the first?
-fn is_alike(parts: &[(&Exact, &Lumped)]) -> bool {
-    let Some(((exact, lumped), rest)) = parts.split_first() else { return false };
-    rest.iter().all(|(other, of_other)| {
-        let waves = |exact: &Exact| exact.waves().iter().map(|wave| wave.omega_rad_s.to_bits()).collect::<Vec<_>>();
-        let falls = |exact: &Exact| exact.falls().iter().map(|jump| jump.at_s.to_bits()).collect::<Vec<_>>();
-        (exact.order, exact.steps, exact.has_sine, exact.has_ramp)
-            == (other.order, other.steps, other.has_sine, other.has_ramp)
-            && exact.period_s.to_bits() == other.period_s.to_bits()
-            && waves(exact) == waves(other)
-            && falls(exact) == falls(other)
-            && exact.is_moved_as(other)
-            && lumped.signals.len() == of_other.signals.len()
-    })
-}
+type Law<T, const N: usize, const R: usize, const MASK: u8, const O: usize> =
+    Controller<T, Linear<T, N>, N, R, MASK, O>;
+type States<T, const N: usize, const R: usize, const MASK: u8, const O: usize> =
+    Lanes<T, Linear<T, N>, N, R, MASK, O, LANES>;
 
-fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(
+fn run<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize>(
+    instructions: Instructions,
     campaign: &Campaign<'_>,
     trials: &[Trial<'_>],
+    design: impl Fn(&Config<N, R>, &Nominal<N>) -> Result<Law<T, N, R, MASK, O>, ConfigError>,
 ) -> Option<Vec<Option<Judged>>> {
-    let Campaign { spec, period_s, periods, window_s, settling_band } = *campaign;
-    let (Precision::F32, Model::Linear(row)) = (spec.precision, &spec.model) else { return None };
+    let Campaign { spec, sensing, period_s, periods, window_s, settling_band } = *campaign;
+    let Model::Linear(row) = &spec.model else { return None };
     let config = spec.config.fixed::<N, R>()?;
     let input_gain = config.nominal.input_gain;
-    let model = Linear::<f32, N>::new(&Nominal { gradient: padded(row), input_gain });
-    let law = Controller::<f32, _, N, R, MASK, O>::try_design(&config, model).ok()?;
-    let guess = config.options.initial_estimates.map(|guess| guess as f32);
-    let start = Guessing::new(law, guess);
+    let law = design(&config, &Nominal { gradient: padded(row), input_gain }).ok()?;
+    let start = Guessing::new(law, config.options.initial_estimates.map(T::from_f64));
     let parts: Vec<(&Exact, &Lumped)> =
         trials.iter().map(|trial| Some((trial.plant.exact()?, trial.plant.lumped_part()?))).collect::<Option<_>>()?;
-    if !is_alike(&parts) || parts[0].0.order != N || parts[0].0.period_s.to_bits() != period_s.to_bits() {
+    let (first, first_lumped) = *parts.first()?;
+    let is_alike = |(exact, lumped): &(&Exact, &Lumped)| {
+        exact.is_alike(first) && lumped.signals.len() == first_lumped.signals.len()
+    };
+    if !parts.iter().all(is_alike) || first.order != N || first.period_s.to_bits() != period_s.to_bits() {
         return None;
     }
-    let mut x = Box::new([[0.0; LANES]; N]);
-    for (l, trial) in trials.iter().enumerate() {
-        let x0 = <[f64; N]>::try_from(trial.x0).ok()?;
+    let mut x = Box::new([Wide::of_all(0.0); N]);
+    for l in 0..LANES {
+        // A lane that no trial has is like the first.
+        let x0 = <[f64; N]>::try_from(trials.get(l).unwrap_or(&trials[0]).x0).ok()?;
         for (x, x0) in x.iter_mut().zip(x0) {
             x[l] = x0;
         }
     }
-    let single = |x: &[[f64; LANES]; N], l: usize| std::array::from_fn(|i| x[i][l] as f32);
-    // A lane that no trial has is like the first.
-    for l in trials.len()..LANES {
-        for x in x.iter_mut() {
-            x[l] = x[0];
+    let mut sensors = Sensors::<N>::new(instructions, sensing, trials);
+    let mut sensed = x.clone();
+    if !sensors.is_ideal() {
+        sensors.measure(&x, &mut sensed);
+    }
+    let started = |l: usize| start.start(&std::array::from_fn(|i| T::from_f64(sensed[i][l])));
+    let mut states = Box::new(Aligned((0..trials.len()).find_map(started)?.lanes::<LANES>()));
+    let mut lost = Box::new(Wide::of_all(0));
+    for l in 0..trials.len() {
+        match started(l) {
+            Some(state) => states.0.set(l, &state),
+            // It does not begin with its first sample.
+            None => lost[l] = 1,
         }
     }
-    let first = start.start(&single(&x, 0))?;
-    let mut states: Box<Lanes<f32, Linear<f32, N>, N, R, MASK, O, LANES>> = Box::new(first.lanes());
-    for l in 0..trials.len() {
-        states.set(l, &start.start(&single(&x, l))?);
-    }
-    let mut plants = Plants::<N>::new(&parts);
-    let channels = Controller::<f32, Linear<f32, N>, N, R, MASK, O>::CHANNELS;
-    let (mut samples, mut u) = (Box::new([[0.0_f32; LANES]; N]), [0.0_f32; LANES]);
-    let mut told = Box::new(Told::default());
-    let mut merit = Box::new(Merit::new(window_s, period_s, settling_band));
-    let mut d_hat = Box::new([[0.0; LANES]; O]);
-    let mut d = Box::new([0.0; LANES]);
-    let mut lost = [0_u64; LANES];
+    let mut plants = Plants::<N>::new(instructions, &parts);
+    let channels = Law::<T, N, R, MASK, O>::CHANNELS;
+    let mut samples = Box::new([Wide::of_all(T::ZERO); N]);
+    let mut told = Box::new(Told::<T>::new());
+    let mut merit = Box::new(Merit::new(instructions, window_s, period_s, settling_band));
+    let mut d_hat = Box::new([Wide::of_all(0.0); O]);
     for k in 0..=periods {
         let t_s = k as f64 * period_s;
-        for (sample, x) in samples.iter_mut().zip(x.iter()) {
-            single_all(sample, x);
+        if k > 0 && !sensors.is_ideal() {
+            sensors.measure(&x, &mut sensed);
         }
-        tick_all(&law, &mut states, &samples, &mut u, &mut told.sigma_star, &mut told.health);
-        drive_all(&mut told.u, &u);
+        let seen = if sensors.is_ideal() { &x } else { &sensed };
+        for (sample, seen) in samples.iter_mut().zip(seen.iter()) {
+            round_all(instructions, sample, seen);
+        }
+        let Told { demand, u, sigma_star, health } = &mut *told;
+        tick_all(instructions, &law, &mut states.0, &samples, demand, sigma_star, health);
+        drive_all(instructions, demand, u);
         merit.note(k, t_s, &x[0], &told);
+        plants.turn(&x);
         if merit.is_inside(t_s) {
-            estimated(&law, &states, &mut d_hat);
+            estimated(instructions, &law, &states.0, &mut d_hat);
             for (s, channel) in channels.into_iter().enumerate() {
-                plants.lumped(channel, t_s, &x, &told.u, &mut d);
-                merit.note_estimate(s, &d, &d_hat[s]);
+                plants.note_estimate(channel, t_s, &x, &told.u, &d_hat[s], &mut merit.estimation[s]);
             }
         }
         if k == periods {
             break;
         }
         let next_s = (k + 1) as f64 * period_s;
-        if parts[0].0.jumps_between(t_s, next_s) {
+        if first.jumps_between(t_s, next_s) {
             for (l, trial) in trials.iter().enumerate() {
                 let mut alone: [f64; N] = std::array::from_fn(|i| x[i][l]);
                 if solver::advance(trial.plant, t_s, next_s, told.u[l], &mut alone).is_err() {
@@ -214,6 +230,7 @@ fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(
         }
         plants.advance(t_s, &mut x, &told.u, &mut lost);
     }
+    merit.sum_up();
     // What ended beyond the range is for the run alone to tell.
     let judged = (0..trials.len()).map(|l| {
         let is_sound = x.iter().all(|x| x[l].abs() <= solver::RUNAWAY);
@@ -222,32 +239,38 @@ fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     Some(judged.collect())
 }
 
-/// What a tick of every lane says.
-struct Told {
+/// What a tick of every lane says, and what the plants feel of it.
+struct Told<T> {
+    demand: Wide<T>,
     u: Wide,
-    sigma_star: [f32; LANES],
-    health: [u8; LANES],
+    sigma_star: Wide<T>,
+    health: Wide<u8>,
 }
 
-impl Default for Told {
-    fn default() -> Self {
-        Self { u: [0.0; LANES], sigma_star: [0.0; LANES], health: [0; LANES] }
+impl<T: Real> Told<T> {
+    fn new() -> Self {
+        let none = Wide::of_all(T::ZERO);
+        Self { demand: none, u: Wide::of_all(0.0), sigma_star: none, health: Wide::of_all(0) }
     }
 }
 
-type Law<const N: usize, const R: usize, const MASK: u8, const O: usize> =
-    Controller<f32, Linear<f32, N>, N, R, MASK, O>;
-type States<const N: usize, const R: usize, const MASK: u8, const O: usize> =
-    Lanes<f32, Linear<f32, N>, N, R, MASK, O, LANES>;
+vectorised! {
+    /// To the precision of the law: apart from the tick, which is twice as fast with numbers of one width.
+    fn round_all[T; T: Real](sample: &mut Wide<T>, x: &Wide,) {
+        for l in 0..LANES {
+            sample[l] = T::from_f64(x[l]);
+        }
+    }
+}
 
 vectorised! {
-    fn tick_all<const N: usize, const R: usize, const MASK: u8, const O: usize>(
-        law: &Law<N, R, MASK, O>,
-        states: &mut States<N, R, MASK, O>,
-        samples: &[[f32; LANES]; N],
-        u: &mut [f32; LANES],
-        sigma_star: &mut [f32; LANES],
-        health: &mut [u8; LANES],
+    fn tick_all[T, N, R, MASK, O; T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize](
+        law: &Law<T, N, R, MASK, O>,
+        states: &mut States<T, N, R, MASK, O>,
+        samples: &[Wide<T>; N],
+        u: &mut Wide<T>,
+        sigma_star: &mut Wide<T>,
+        health: &mut Wide<u8>,
     ) {
         for l in 0..LANES {
             let output = law.tick_lane(states, l, &std::array::from_fn(|i| samples[i][l]));
@@ -259,32 +282,25 @@ vectorised! {
 }
 
 vectorised! {
-    fn single_all(samples: &mut [f32; LANES], x: &Wide) {
-        for l in 0..LANES {
-            samples[l] = x[l] as f32;
-        }
-    }
-}
-
-vectorised! {
     /// An actuator that is told nonsense switches off.
-    fn drive_all(held: &mut Wide, u: &[f32; LANES]) {
+    fn drive_all[T; T: Real](demand: &Wide<T>, held: &mut Wide,) {
         for l in 0..LANES {
-            held[l] = if u[l].abs() <= f32::MAX { f64::from(u[l]) } else { 0.0 };
+            let u = demand[l].to_f64();
+            held[l] = if u.abs() < f64::INFINITY { u } else { 0.0 };
         }
     }
 }
 
 vectorised! {
-    fn estimated<const N: usize, const R: usize, const MASK: u8, const O: usize>(
-        law: &Law<N, R, MASK, O>,
-        states: &States<N, R, MASK, O>,
+    fn estimated[T, N, R, MASK, O; T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize](
+        law: &Law<T, N, R, MASK, O>,
+        states: &States<T, N, R, MASK, O>,
         d_hat: &mut [Wide; O],
     ) {
         for l in 0..LANES {
             let estimates = law.estimates(&states.lane(l));
-            for (s, channel) in Law::<N, R, MASK, O>::CHANNELS.into_iter().enumerate() {
-                d_hat[s][l] = f64::from(estimates[channel][0]);
+            for (s, channel) in Law::<T, N, R, MASK, O>::CHANNELS.into_iter().enumerate() {
+                d_hat[s][l] = estimates[channel][0].to_f64();
             }
         }
     }

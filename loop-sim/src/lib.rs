@@ -9,6 +9,7 @@ pub mod expression;
 pub mod lanes;
 pub mod linear;
 pub mod metrics;
+pub mod philox;
 pub mod plant;
 pub mod port;
 pub mod random;

@@ -7,7 +7,7 @@
 //! ```
 //! use loop_sim::sensor::{Ideal, Noise, Quantised, Sensor};
 //! // Noise on the line before the converter: the sample is a multiple of 0.01.
-//! let mut sensor = Quantised::new(Noise::new(Ideal, vec![0.1], 7), vec![0.01]);
+//! let mut sensor = Quantised::new(Noise::new(Ideal, &[0.1], 7), vec![0.01]);
 //! let mut sample = [0.0];
 //! sensor.measure(&[0.5], &mut sample);
 //! assert!((sample[0] * 100.0 - (sample[0] * 100.0).round()).abs() < 1e-9);
@@ -15,15 +15,16 @@
 //!
 //! A list of links of a scenario is stacked at run time as `Box<dyn Sensor>`, which is a sensor too.
 //!
-//! Jitter, noise and dropout draw from different streams of the same seed ([`Random`]); two links of the same kind need
-//! two seeds.
+//! Jitter, noise and dropout of one seed are independent: what each draws is a function of seed, tick and purpose
+//! ([`philox`]); two links of the same kind need two seeds. [`Sensing`] is the usual chain as numbers.
 
 use std::collections::VecDeque;
 
 use controller_core::{Gate, Real};
 
 use crate::MAX_ORDER;
-use crate::random::Random;
+use crate::philox::{self, Purpose};
+use crate::port::in_process::padded;
 
 pub mod encoder;
 
@@ -48,26 +49,91 @@ impl Sensor for Ideal {
     }
 }
 
+/// A measuring chain as numbers: the truth, then jitter, noise, quantisation, delay, dropout, each with none as 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensing {
+    /// Of [`Jittered`].
+    pub jitter: f64,
+    /// Of [`Noise`].
+    pub noise: Vec<f64>,
+    /// Of [`Quantised`].
+    pub quantum: Vec<f64>,
+    /// Of [`Delayed`].
+    pub delay_ticks: usize,
+    /// Of [`Dropout`].
+    pub dropout: f64,
+}
+
+impl Sensing {
+    /// [`Ideal`].
+    pub const IDEAL: Self = Self { jitter: 0.0, noise: Vec::new(), quantum: Vec::new(), delay_ticks: 0, dropout: 0.0 };
+
+    /// The chain.
+    pub fn sensor(&self, seed: u64) -> Box<dyn Sensor> {
+        let Self { jitter, noise, quantum, delay_ticks, dropout } = self;
+        let mut chain: Box<dyn Sensor> = Box::new(Ideal);
+        if *jitter > 0.0 {
+            chain = Box::new(Jittered::new(chain, *jitter, seed));
+        }
+        if !noise.is_empty() {
+            chain = Box::new(Noise::new(chain, noise, seed));
+        }
+        if !quantum.is_empty() {
+            chain = Box::new(Quantised::new(chain, quantum.clone()));
+        }
+        if *delay_ticks > 0 {
+            chain = Box::new(Delayed::new(chain, *delay_ticks));
+        }
+        if *dropout > 0.0 {
+            chain = Box::new(Dropout::new(chain, *dropout, seed));
+        }
+        chain
+    }
+}
+
+/// Random numbers of one link, tick by tick.
+struct Ticks {
+    seed: [u32; 2],
+    tick: u64,
+}
+
+impl Ticks {
+    fn new(seed: u64) -> Self {
+        Self { seed: philox::halves(seed), tick: 0 }
+    }
+
+    /// Those of the next tick, pair by pair.
+    fn next(&mut self, purpose: Purpose) -> impl Fn(u32) -> [u64; 2] + use<> {
+        let (seed, tick) = (self.seed, self.tick);
+        self.tick += 1;
+        move |pair| philox::noise(seed, tick, purpose, pair)
+    }
+}
+
 /// Adds white Gaussian noise, independent from tick to tick and from channel to channel.
 pub struct Noise<S> {
     inner: S,
-    sigma: Vec<f64>,
-    random: Random,
+    sigma: [f64; MAX_ORDER],
+    ticks: Ticks,
 }
 
 impl<S> Noise<S> {
     /// `sigma`: standard deviation of each channel, in its unit; channels beyond the list have none.
-    pub fn new(inner: S, sigma: Vec<f64>, seed: u64) -> Self {
-        Self { inner, sigma, random: Random::new(seed, 1) }
+    pub fn new(inner: S, sigma: &[f64], seed: u64) -> Self {
+        Self { inner, sigma: padded(sigma), ticks: Ticks::new(seed) }
     }
 }
 
 impl<S: Sensor> Sensor for Noise<S> {
     fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
         self.inner.measure(x, sample);
-        // A number is drawn for a quiet channel too: the others keep theirs when its sigma changes.
-        for (value, sigma) in sample.iter_mut().zip(&self.sigma) {
-            *value += sigma * self.random.gaussian();
+        // A channel has its numbers whatever the sigma of another is.
+        let words = self.ticks.next(Purpose::Noise);
+        for (pair, (values, sigma)) in (0..).zip(sample.chunks_mut(2).zip(self.sigma.chunks(2))) {
+            let gaussians = philox::gaussians(words(pair));
+            for ((value, sigma), gaussian) in values.iter_mut().zip(sigma).zip(gaussians) {
+                *value += sigma * gaussian;
+            }
         }
     }
 }
@@ -127,14 +193,14 @@ impl<S: Sensor> Sensor for Delayed<S> {
 pub struct Jittered<S> {
     inner: S,
     share: f64,
-    random: Random,
+    ticks: Ticks,
     last: Option<[f64; MAX_ORDER]>,
 }
 
 impl<S> Jittered<S> {
     /// `share` of the period, 0 (none) to 1, is the largest age.
     pub fn new(inner: S, share: f64, seed: u64) -> Self {
-        Self { inner, share, random: Random::new(seed, 3), last: None }
+        Self { inner, share, ticks: Ticks::new(seed), last: None }
     }
 }
 
@@ -143,7 +209,7 @@ impl<S: Sensor> Sensor for Jittered<S> {
         self.inner.measure(x, sample);
         let mut now = [0.0; MAX_ORDER];
         now[..sample.len()].copy_from_slice(sample);
-        let age = self.share * self.random.uniform();
+        let age = self.share * philox::uniform(self.ticks.next(Purpose::Jitter)(0)[0]);
         let last = self.last.replace(now).unwrap_or(now);
         for (value, last) in sample.iter_mut().zip(last) {
             *value -= age * (*value - last);
@@ -155,13 +221,13 @@ impl<S: Sensor> Sensor for Jittered<S> {
 pub struct Dropout<S> {
     inner: S,
     probability: f64,
-    random: Random,
+    ticks: Ticks,
 }
 
 impl<S> Dropout<S> {
     /// Each sample is lost with `probability`, 0 (none) to 1 (all), independent of the others.
     pub fn new(inner: S, probability: f64, seed: u64) -> Self {
-        Self { inner, probability, random: Random::new(seed, 2) }
+        Self { inner, probability, ticks: Ticks::new(seed) }
     }
 }
 
@@ -169,7 +235,7 @@ impl<S: Sensor> Sensor for Dropout<S> {
     fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
         // The sensor measures all the same; its sample is lost on the way.
         self.inner.measure(x, sample);
-        if self.random.uniform() <= self.probability {
+        if philox::uniform(self.ticks.next(Purpose::Dropout)(0)[0]) < self.probability {
             sample.fill(f64::NAN);
         }
     }
@@ -219,7 +285,7 @@ mod tests {
     #[test]
     fn noise_has_the_stated_deviation_and_is_white_and_independent() {
         let ticks = 40_000;
-        let mut sensor = Noise::new(Ideal, vec![0.5, 0.0, 2.0], 11);
+        let mut sensor = Noise::new(Ideal, &[0.5, 0.0, 2.0], 11);
         let mut rows = Vec::new();
         for _ in 0..ticks {
             let mut sample = [0.0; 4];
@@ -241,23 +307,23 @@ mod tests {
 
     #[test]
     fn a_seed_means_the_same_numbers_for_ever() {
-        // Computed apart from this code, from the published cipher and formula: a change here breaks every recorded
-        // run.
-        let mut sensor = Noise::new(Ideal, vec![1.0], 1);
+        // Computed apart from this code, from the published generator and formula with another logarithm and cosine: a
+        // change here breaks every recorded run.
+        let mut sensor = Noise::new(Ideal, &[1.0], 1);
         let bits = [(); 2].map(|()| measured(&mut sensor, 0.0).to_bits());
-        assert_eq!(bits, [4_606_123_208_137_838_108, 13_825_034_481_056_793_288]);
-        let mut other = Noise::new(Ideal, vec![1.0], 2);
+        assert_eq!(bits, [4_599_461_192_487_880_948, 13_831_421_787_269_264_396]);
+        let mut other = Noise::new(Ideal, &[1.0], 2);
         assert_ne!(measured(&mut other, 0.0).to_bits(), bits[0]);
         let mut dropout = Dropout::new(Ideal, 0.5, 1);
         let lost: String = (0..16).map(|_| if measured(&mut dropout, 0.0).is_nan() { 'x' } else { '.' }).collect();
-        assert_eq!(lost, "xxxx..x......x..");
+        assert_eq!(lost, "x..xxxx.xx..xxxx");
     }
 
     #[test]
     fn one_channel_s_noise_does_not_depend_on_another_s_sigma() {
         let sample = |sigma: [f64; 2]| {
             let mut sample = [0.0; 2];
-            Noise::new(Ideal, sigma.to_vec(), 3).measure(&[0.0; 2], &mut sample);
+            Noise::new(Ideal, &sigma, 3).measure(&[0.0; 2], &mut sample);
             sample
         };
         assert_eq!(sample([0.0, 1.0])[1], sample([5.0, 1.0])[1]);
@@ -323,8 +389,8 @@ mod tests {
     fn the_outer_link_acts_last() {
         // Noise before the converter leaves multiples of the quantum, after it does not.
         let off_grid = |x: f64| (x / 0.25 - (x / 0.25).round()).abs();
-        let mut converted = Quantised::new(Noise::new(Ideal, vec![0.3], 1), vec![0.25]);
-        let mut noisy = Noise::new(Quantised::new(Ideal, vec![0.25]), vec![0.3], 1);
+        let mut converted = Quantised::new(Noise::new(Ideal, &[0.3], 1), vec![0.25]);
+        let mut noisy = Noise::new(Quantised::new(Ideal, vec![0.25]), &[0.3], 1);
         assert_eq!(off_grid(measured(&mut converted, 1.1)), 0.0);
         assert!(off_grid(measured(&mut noisy, 1.1)) > 1e-3);
     }

@@ -8,6 +8,16 @@ pub fn sin(x: f64) -> f64 {
     if x.abs() <= 1000.0 { sin_cos(x).0 } else { libm::sin(x) }
 }
 
+/// sin x and cos x, of any x.
+pub fn sin_and_cos(x: f64) -> [f64; 2] {
+    if x.abs() <= 1000.0 {
+        let (sin, cos) = sin_cos(x);
+        [sin, cos]
+    } else {
+        [libm::sin(x), libm::cos(x)]
+    }
+}
+
 /// sin x and cos x; |x| up to 1000.
 #[inline(always)]
 #[allow(clippy::excessive_precision)]

@@ -74,7 +74,7 @@ impl Stages {
     /// With every fault that there is on the way.
     fn of(plant: impl Plant + 'static, port: Box<dyn ControllerPort>) -> Self {
         let n = plant.order();
-        let sensor = sensor::Noise::new(sensor::Ideal, vec![1e-4; n], 3);
+        let sensor = sensor::Noise::new(sensor::Ideal, &vec![1e-4; n], 3);
         let sensor = sensor::Quantised::new(sensor, vec![1e-5; n]);
         let sensor = sensor::Dropout::new(sensor::Delayed::new(sensor, 2), 0.1, 3);
         let actuator = actuator::Limited::new(actuator::RateLimited::new(actuator::Ideal, 1e6, 1e-3), -100.0, 100.0);

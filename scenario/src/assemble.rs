@@ -14,7 +14,7 @@ use loop_sim::port::baseline::Baseline;
 use loop_sim::port::compared::Compared;
 use loop_sim::port::drive::{DriveDesign, Motion};
 use loop_sim::port::in_process::{self, ControllerSpec, Designed, Download, Precision};
-use loop_sim::sensor::{self, Sensor};
+use loop_sim::sensor::{self, Sensing, Sensor};
 use loop_sim::signal::{Signal, Term};
 use loop_sim::trace::{Row, Trace};
 use serde::Serialize;
@@ -71,8 +71,8 @@ pub struct Experiment {
     /// The same loop standing still, or why it has no such form.
     pub at_rest: Result<AtRest, ScenarioError>,
     pub(super) controller: String,
-    /// Does the law see the state itself, and the plant feel what it asks for?
-    pub(super) is_direct: bool,
+    /// The measuring chain with its seed, if it is all that is between plant and law.
+    pub(super) sensing: Option<(Sensing, u64)>,
 }
 
 /// A loop that stands still where its angles or states are 0, in f64, with nothing in it that is random, jumps or
@@ -218,12 +218,13 @@ impl Experiment {
     }
 
     /// This run as one of many side by side ([`lanes`](loop_sim::lanes)); none if it has anything that those do not
-    /// know: a drive, a sensor, an actuator, a plant without a step of its own.
+    /// know: a drive, an actuator, a gate, a plant without a step of its own.
     pub fn beside(&self) -> Option<(Campaign<'_>, Trial<'_>)> {
         let Self { period_s, periods, window_s, settling_band, .. } = *self;
-        let spec = self.spec.as_ref().filter(|_| self.is_direct && self.plant.exact().is_some())?;
-        let campaign = Campaign { spec, period_s, periods, window_s, settling_band };
-        Some((campaign, Trial { plant: self.plant.as_ref(), x0: &self.x0 }))
+        let spec = self.spec.as_ref().filter(|_| self.plant.exact().is_some())?;
+        let (sensing, seed) = self.sensing.as_ref()?;
+        let campaign = Campaign { spec, sensing, period_s, periods, window_s, settling_band };
+        Some((campaign, Trial { plant: self.plant.as_ref(), x0: &self.x0, seed: *seed }))
     }
 
     /// Figures of merit of a trace of this scenario.
@@ -294,6 +295,7 @@ pub(super) fn assemble(
         };
     let warnings = warnings.into_iter().chain(late_steps(&file)).collect();
     let at_rest = at_rest(&plant, law, output_unit, &file).map_err(told);
+    let sensing = sensing_of(&file.sensor);
     let mu = if is_chain { bounds(&disturbances, &orders, span_s) } else { Vec::new() };
 
     Ok(Experiment {
@@ -307,7 +309,7 @@ pub(super) fn assemble(
         output_unit,
         control_unit,
         plant: plant_of(plant, &file.plant.error, disturbances, Some(period_s)).map_err(told)?,
-        sensor: gated(sensor_of(&file.sensor, file.seed), spec.as_ref()),
+        sensor: gated(sensing.sensor(file.seed), spec.as_ref()),
         actuator: actuator_of(&file.actuator, period_s),
         x0,
         port,
@@ -319,7 +321,7 @@ pub(super) fn assemble(
             .then(|| file.plant.reading.word()),
         drive: None,
         at_rest,
-        is_direct: is_direct(&file.sensor, &file.actuator, spec.as_ref()),
+        sensing: is_direct(&file.actuator, spec.as_ref()).then_some((sensing, file.seed)),
         spec,
         controller: match (file.controller.kind, file.controller.precision) {
             (ControllerKind::Baseline, _) => "baseline f64".into(),
@@ -444,7 +446,10 @@ fn plant_of(
             let errors = JointErrors { k1, k1_x3, b1, k2_x1, k2_x3, b2, b };
             let extra = [next(), next(), next(), next()];
             let joint = FlexibleJoint::new(chain, errors, Signal::new(input_disturbance), extra);
-            Box::new(period_s.map_or(joint.clone(), |period_s| joint.sampled(period_s)))
+            Box::new(match period_s {
+                Some(period_s) => joint.sampled(period_s),
+                None => joint,
+            })
         }
         PlantChoice::Benchmark { state_dependent } => Box::new(Benchmark::new([next(), next()], state_dependent)),
         PlantChoice::Chain { a, b, nominal_a, nominal_b } => {
@@ -452,7 +457,10 @@ fn plant_of(
             let nominal = LastChannel { a: nominal_a, b: nominal_b };
             let chain = Chain::new(truth, nominal, given.collect());
             let chain = chain.map_err(|error| Problem { key: "plant".into(), message: error.to_string() })?;
-            Box::new(period_s.map_or(chain.clone(), |period_s| chain.sampled(period_s)))
+            Box::new(match period_s {
+                Some(period_s) => chain.sampled(period_s),
+                None => chain,
+            })
         }
         PlantChoice::Own(Formulas { rates, drift, gain }) => {
             let own = Own::new(rates, drift, gain, given.collect());
@@ -461,41 +469,21 @@ fn plant_of(
     })
 }
 
-/// Neither sensor nor actuator nor a gate between plant and law.
-fn is_direct(sensor: &SensorTable, actuator: &ActuatorTable, spec: Option<&ControllerSpec>) -> bool {
-    let ideal = sensor.jitter <= 0.0
-        && sensor.noise.is_none()
-        && sensor.quantum.is_none()
-        && sensor.delay_ticks == 0
-        && sensor.dropout <= 0.0;
+/// Neither actuator nor gate between law and plant.
+fn is_direct(actuator: &ActuatorTable, spec: Option<&ControllerSpec>) -> bool {
     let free = actuator.rate_per_s.is_none()
         && actuator.min.is_none()
         && actuator.max.is_none()
         && actuator.delay_ticks == 0
         && actuator.hold_ticks <= 1;
-    let ungated = spec.is_some_and(|spec| spec.config.padded.options.samples == SampleLimits::NONE);
-    ideal && free && ungated
+    free && spec.is_some_and(|spec| spec.config.padded.options.samples == SampleLimits::NONE)
 }
 
-/// From the truth to the sample: jitter, noise, quantisation, delay, dropout.
-fn sensor_of(table: &SensorTable, seed: u64) -> Box<dyn Sensor> {
-    let mut chain: Box<dyn Sensor> = Box::new(sensor::Ideal);
-    if table.jitter > 0.0 {
-        chain = Box::new(sensor::Jittered::new(chain, table.jitter, seed));
-    }
-    if let Some(noise) = &table.noise {
-        chain = Box::new(sensor::Noise::new(chain, noise.clone(), seed));
-    }
-    if let Some(quantum) = &table.quantum {
-        chain = Box::new(sensor::Quantised::new(chain, quantum.clone()));
-    }
-    if table.delay_ticks > 0 {
-        chain = Box::new(sensor::Delayed::new(chain, table.delay_ticks));
-    }
-    if table.dropout > 0.0 {
-        chain = Box::new(sensor::Dropout::new(chain, table.dropout, seed));
-    }
-    chain
+/// From the truth to the sample.
+fn sensing_of(table: &SensorTable) -> Sensing {
+    let SensorTable { jitter, noise, quantum, delay_ticks, dropout } = table.clone();
+    let (noise, quantum) = (noise.unwrap_or_default(), quantum.unwrap_or_default());
+    Sensing { jitter, noise, quantum, delay_ticks, dropout }
 }
 
 /// Before a controller that keeps limits of its samples, its gate.

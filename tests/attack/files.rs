@@ -52,7 +52,7 @@ static KEYS: LazyLock<Vec<String>> = LazyLock::new(|| {
     }
     let mut keys = Vec::new();
     for (plant, _) in scenario::STARTS {
-        collect(&scenario::schema(plant), &mut keys);
+        collect(scenario::schema(plant), &mut keys);
     }
     keys
 });

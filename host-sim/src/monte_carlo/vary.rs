@@ -8,7 +8,8 @@
 //! with commas between share one draw. Every draw is independent of all others, but for those of `sobol`, which are the
 //! coordinates of one sequence of points that fill their box evenly.
 
-use super::philox;
+use loop_sim::philox;
+
 use super::sobol::{DIMENSIONS, POINTS, Sobol};
 use crate::map::Subject;
 
@@ -126,7 +127,7 @@ impl Vary {
         let words = philox::draw(seed, trial, parameter);
         match &self.distribution {
             Distribution::Uniform { low, high } => low + (high - low) * philox::uniform(words[0]),
-            Distribution::Normal { mean, deviation } => mean + deviation * philox::gaussian(words),
+            Distribution::Normal { mean, deviation } => mean + deviation * philox::gaussians(words)[0],
             Distribution::OneOf(all) => all[(philox::uniform(words[0]) * all.len() as f64) as usize],
             Distribution::Sobol { low, high, sequence } => low + (high - low) * sequence.at(trial % POINTS),
         }

@@ -1,11 +1,15 @@
 //! Figures of merit on the way, as [`measure`](crate::metrics::measure) has them of a trace.
 
-use super::{Judged, LANES, TROUBLES, Told, Wide};
+use super::wide::Wide;
+use super::{Instructions, Judged, LANES, TROUBLES, Told};
+use controller_core::Real;
+
 use crate::MAX_ORDER;
 use crate::metrics::{ChannelError, FAR, Metrics};
 
 /// Of all lanes.
 pub(super) struct Merit {
+    instructions: Instructions,
     window_s: [f64; 2],
     period_s: f64,
     band: f64,
@@ -16,18 +20,23 @@ pub(super) struct Merit {
     u_peak: Wide,
     u_last: Wide,
     variation: Wide,
-    estimation: [Wide; MAX_ORDER],
+    /// Of each observed channel, max |d - d_hat|.
+    pub(super) estimation: [Wide; MAX_ORDER],
     began: Wide,
     farthest: Wide,
     /// The last tick outside of the band, from 1; 0 for none.
     outside: Wide,
-    ticks_with: [[u32; LANES]; TROUBLES],
+    ticks_with: [Wide<u32>; TROUBLES],
+    /// Of them those of late, as long as a byte holds them, and of how many ticks.
+    lately: [Wide<u8>; TROUBLES],
+    late_ticks: u8,
 }
 
 impl Merit {
-    pub(super) fn new(window_s: [f64; 2], period_s: f64, band: f64) -> Self {
-        let none = [0.0; LANES];
+    pub(super) fn new(instructions: Instructions, window_s: [f64; 2], period_s: f64, band: f64) -> Self {
+        let none = Wide::of_all(0.0);
         Self {
+            instructions,
             window_s,
             period_s,
             band,
@@ -41,7 +50,9 @@ impl Merit {
             began: none,
             farthest: none,
             outside: none,
-            ticks_with: [[0; LANES]; TROUBLES],
+            ticks_with: [Wide::of_all(0); TROUBLES],
+            lately: [Wide::of_all(0); TROUBLES],
+            late_ticks: 0,
         }
     }
 
@@ -51,19 +62,34 @@ impl Merit {
         t_s >= self.window_s[0] - slack && t_s <= self.window_s[1] + slack
     }
 
-    pub(super) fn note(&mut self, k: usize, t_s: f64, y: &Wide, told: &Told) {
+    pub(super) fn note<T: Real>(&mut self, k: usize, t_s: f64, y: &Wide, told: &Told<T>) {
         if k == 0 {
-            self.began = y.map(f64::abs);
+            self.began = Wide(y.0.map(f64::abs));
         }
-        let is_inside = self.is_inside(t_s);
-        let is_next = is_inside && self.inside > 0;
-        self.inside += usize::from(is_inside);
-        let factor = |is_so: bool| if is_so { 1.0 } else { 0.0 };
-        note_all(self, (k + 1) as f64, [factor(is_inside), factor(is_next)], y, told);
+        note_all(self.instructions, self, (k + 1) as f64, y, &told.u);
+        if told.health.0.iter().fold(0, |all, health| all | health) != 0 {
+            note_troubles(self.instructions, &mut self.lately, &told.health);
+            self.late_ticks += 1;
+            if self.late_ticks == u8::MAX {
+                self.sum_up();
+            }
+        }
+        if self.is_inside(t_s) {
+            let factor = if self.inside > 0 { 1.0 } else { 0.0 };
+            self.inside += 1;
+            note_inside(self.instructions, self, factor, y, &told.u, &told.sigma_star);
+        }
     }
 
-    pub(super) fn note_estimate(&mut self, s: usize, d: &Wide, d_hat: &Wide) {
-        largest_all(&mut self.estimation[s], d, d_hat);
+    /// To be called before they are judged.
+    pub(super) fn sum_up(&mut self) {
+        for (counts, lately) in self.ticks_with.iter_mut().zip(&mut self.lately) {
+            for l in 0..LANES {
+                counts[l] += u32::from(lately[l]);
+            }
+            *lately = Wide::of_all(0);
+        }
+        self.late_ticks = 0;
     }
 
     pub(super) fn judged(&self, l: usize, periods: usize, channels: &[usize]) -> Judged {
@@ -91,33 +117,39 @@ impl Merit {
     }
 }
 
+#[inline(always)]
+fn larger(most: f64, value: f64) -> f64 {
+    if value > most { value } else { most }
+}
+
 vectorised! {
-    fn note_all(merit: &mut Merit, tick: f64, [inside, next]: [f64; 2], y: &Wide, told: &Told) {
-        let larger = |most: f64, value: f64| if value > most { value } else { most };
+    fn note_all[;](merit: &mut Merit, tick: f64, y: &Wide, u: &Wide,) {
         for l in 0..LANES {
             merit.farthest[l] = larger(merit.farthest[l], y[l].abs());
             merit.outside[l] = if y[l].abs() > merit.band { tick } else { merit.outside[l] };
-            merit.u_peak[l] = larger(merit.u_peak[l], told.u[l].abs());
-        }
-        for l in 0..LANES {
-            merit.y[l] = larger(merit.y[l], y[l].abs() * inside);
-            merit.sigma_star[l] = larger(merit.sigma_star[l], f64::from(told.sigma_star[l]).abs() * inside);
-            merit.variation[l] += (told.u[l] - merit.u_last[l]).abs() * next;
-            merit.u_last[l] = told.u[l];
-        }
-        for (flag, counts) in merit.ticks_with.iter_mut().enumerate() {
-            for l in 0..LANES {
-                counts[l] += u32::from(told.health[l] >> flag & 1);
-            }
+            merit.u_peak[l] = larger(merit.u_peak[l], u[l].abs());
         }
     }
 }
 
 vectorised! {
-    fn largest_all(most: &mut Wide, d: &Wide, d_hat: &Wide) {
+    /// `next` is 0 in the first tick of the window, which has none to compare with.
+    fn note_inside[T; T: Real](merit: &mut Merit, next: f64, y: &Wide, u: &Wide, sigma_star: &Wide<T>,) {
         for l in 0..LANES {
-            let error = (d[l] - d_hat[l]).abs();
-            most[l] = if error > most[l] { error } else { most[l] };
+            merit.y[l] = larger(merit.y[l], y[l].abs());
+            merit.sigma_star[l] = larger(merit.sigma_star[l], sigma_star[l].to_f64().abs());
+            merit.variation[l] += (u[l] - merit.u_last[l]).abs() * next;
+            merit.u_last[l] = u[l];
+        }
+    }
+}
+
+vectorised! {
+    fn note_troubles[;](lately: &mut [Wide<u8>; TROUBLES], health: &Wide<u8>,) {
+        for (flag, counts) in lately.iter_mut().enumerate() {
+            for l in 0..LANES {
+                counts[l] = counts[l].wrapping_add(health[l] >> flag & 1);
+            }
         }
     }
 }

@@ -1,81 +1,87 @@
 //! Many plants as numbers side by side, and their step: what [`Exact`] does, lane by lane.
 
-use super::{LANES, Wide};
-use crate::MAX_ORDER;
-use crate::exact::{Exact, Lumped, Moved, Share, TERMS, Wave};
+use super::wide::Wide;
+use super::{Instructions, LANES};
+use crate::exact::{Exact, Lumped, Moved, Row, Share, TERMS, Wave, is_within};
 use crate::signal::Signal;
-
-fn sine_and_cosine(angle: f64) -> [f64; 2] {
-    [libm::sin(angle), libm::cos(angle)]
-}
+use crate::sine;
 
 /// The plants, number by number.
 pub(super) struct Plants<const N: usize> {
-    steps: usize,
-    has_sine: bool,
-    h_s: f64,
-    phi: [[Wide; N]; N],
-    gamma: [Wide; N],
-    g: [[Wide; N]; TERMS],
-    row: [Wide; 3],
+    instructions: Instructions,
+    numbers: Numbers<N>,
+    /// Sine and cosine of x_1. They are a loop of their own: as a part of the step their long chain of dependent
+    /// operations, and not their number, would decide how long it takes.
+    turned: [Wide; 2],
     constant: [Wide; N],
     /// With ramp and jumps; how many jumps are in it.
     forced: [Wide; N],
     fallen: Option<usize>,
     ramp: Option<Box<[Wide; N]>>,
     jumps: Vec<(f64, Box<[Wide; N]>)>,
-    waves: Vec<(f64, Box<[[Wide; N]; 2]>)>,
+    waves: Vec<(Wave, Box<[[Wide; N]; 2]>)>,
     /// Of d_i: what x_j adds, what u adds.
     d: [[Wide; N]; N],
     d_u: [Wide; N],
     /// Channel of each signal, its factor, and the signal itself, one for all lanes or one of each.
-    signals: Vec<(usize, Wide, Vec<Signal>)>,
+    signals: Vec<(usize, Box<Wide>, Vec<Signal>)>,
+    /// The first plant: of one kind are they all.
     exact: Exact,
 }
 
-/// The same for lanes beyond the last.
-fn of_lanes(parts: &[(&Exact, &Lumped)], of: impl Fn(&Exact, &Lumped) -> f64) -> Wide {
-    std::array::from_fn(|l| {
-        let (exact, lumped) = parts.get(l).unwrap_or(&parts[0]);
-        of(exact, lumped)
-    })
+/// Of [`Share`], lane by lane.
+struct Numbers<const N: usize> {
+    phi: [[Wide; N]; N],
+    gamma: [Wide; N],
+    g: [[Wide; N]; TERMS],
+    row: [Wide; 3],
 }
 
 impl<const N: usize> Plants<N> {
-    pub(super) fn new(parts: &[(&Exact, &Lumped)]) -> Box<Self> {
+    pub(super) fn new(instructions: Instructions, parts: &[(&Exact, &Lumped)]) -> Box<Self> {
         let (exact, lumped) = parts[0];
-        let of = |of: &dyn Fn(&Exact, &Lumped) -> f64| of_lanes(parts, of);
-        let wave = |k: usize, which: fn(&Wave) -> &[f64; MAX_ORDER]| -> [Wide; N] {
-            std::array::from_fn(|i| of(&|exact, _| which(&exact.waves()[k])[i]))
+        // Lanes beyond the last are like the first.
+        let of = |number: &dyn Fn(&Exact, &Lumped) -> f64| {
+            Wide(std::array::from_fn(|l| {
+                let (exact, lumped) = parts.get(l).unwrap_or(&parts[0]);
+                number(exact, lumped)
+            }))
         };
-        let signals = lumped.signals.iter().enumerate().map(|(p, (channel, ..))| {
-            let each: Vec<Signal> = parts.iter().map(|(_, lumped)| lumped.signals[p].2.clone()).collect();
-            let is_one = each.iter().all(|signal| *signal == each[0]);
-            let each = if is_one { vec![each[0].clone()] } else { each };
-            (*channel, of(&|_, lumped| lumped.signals[p].1), each)
+        let row = |row: &dyn for<'a> Fn(&'a Exact) -> &'a Row| -> [Wide; N] {
+            std::array::from_fn(|i| of(&|exact, _| row(exact)[i]))
+        };
+        // One without terms adds nothing.
+        let told = lumped
+            .signals
+            .iter()
+            .enumerate()
+            .filter(|(p, _)| parts.iter().any(|(_, lumped)| !lumped.signals[*p].2.terms().is_empty()));
+        let signals = told.map(|(p, (channel, ..))| {
+            let mut each: Vec<Signal> = parts.iter().map(|(_, lumped)| lumped.signals[p].2.clone()).collect();
+            if each.iter().all(|signal| *signal == each[0]) {
+                each.truncate(1);
+            }
+            (*channel, Box::new(of(&|_, lumped| lumped.signals[p].1)), each)
         });
+        let jumps = exact.jumps.iter().enumerate();
+        let waves = exact.waves.iter().enumerate();
         Box::new(Self {
-            steps: exact.steps,
-            has_sine: exact.has_sine,
-            h_s: exact.period_s / exact.steps as f64,
-            phi: std::array::from_fn(|i| std::array::from_fn(|j| of(&|exact, _| exact.phi[i][j]))),
-            gamma: std::array::from_fn(|i| of(&|exact, _| exact.gamma[i])),
-            g: std::array::from_fn(|j| std::array::from_fn(|i| of(&|exact, _| exact.g[j][i]))),
-            row: std::array::from_fn(|i| of(&|exact, _| exact.row[i])),
-            constant: std::array::from_fn(|i| of(&|exact, _| exact.constant[i])),
-            forced: [[0.0; LANES]; N],
+            instructions,
+            numbers: Numbers {
+                phi: std::array::from_fn(|i| row(&|exact| &exact.phi[i])),
+                gamma: row(&|exact| &exact.gamma),
+                g: std::array::from_fn(|j| row(&|exact| &exact.g[j])),
+                row: std::array::from_fn(|i| of(&|exact, _| exact.row[i])),
+            },
+            turned: [Wide::of_all(0.0); 2],
+            constant: row(&|exact| &exact.constant),
+            forced: [Wide::of_all(0.0); N],
             fallen: None,
-            ramp: exact.has_ramp.then(|| Box::new(std::array::from_fn(|i| of(&|exact, _| exact.ramp[i])))),
-            jumps: (0..exact.falls().len())
-                .map(|k| {
-                    let share = std::array::from_fn(|i| of(&|exact, _| exact.falls()[k].share[i]));
-                    (exact.falls()[k].at_s, Box::new(share))
-                })
-                .collect(),
-            waves: (0..exact.waves().len())
-                .map(|k| {
-                    let pair = [wave(k, |wave| &wave.sin), wave(k, |wave| &wave.cos)];
-                    (exact.waves()[k].omega_rad_s, Box::new(pair))
+            ramp: exact.ramp.map(|_| Box::new(row(&|exact| exact.ramp.as_ref().unwrap_or(&exact.constant)))),
+            jumps: jumps.map(|(k, jump)| (jump.at_s, Box::new(row(&|exact| &exact.jumps[k].share)))).collect(),
+            waves: waves
+                .map(|(k, wave)| {
+                    (*wave, Box::new([row(&|exact| &exact.waves[k].sin), row(&|exact| &exact.waves[k].cos)]))
                 })
                 .collect(),
             d: std::array::from_fn(|i| std::array::from_fn(|j| of(&|_, lumped| lumped.rows[i][j]))),
@@ -85,33 +91,40 @@ impl<const N: usize> Plants<N> {
         })
     }
 
+    /// To be called with every x before what follows is asked of it.
+    pub(super) fn turn(&mut self, x: &[Wide; N]) {
+        if self.exact.has_sine {
+            turn_all(self.instructions, &x[0], &mut self.turned);
+        }
+    }
+
     /// All over a tick; a lane that leaves the range of the step is marked.
-    pub(super) fn advance(&mut self, from_s: f64, x: &mut [Wide; N], u: &Wide, lost: &mut [u64; LANES]) {
-        for step in 0..self.steps {
+    pub(super) fn advance(&mut self, from_s: f64, x: &mut [Wide; N], u: &Wide, lost: &mut Wide<u64>) {
+        for step in 0..self.exact.steps {
             let t_s = self.exact.at(from_s, step);
+            if step > 0 {
+                self.turn(x);
+            }
             self.force(t_s);
-            let moved = self.moved(t_s);
-            match (&self.waves[..], self.has_sine) {
-                ([], true) => step_all::<N, true>(self, x, u, &self.forced, &moved, lost),
-                ([], false) => step_all::<N, false>(self, x, u, &self.forced, &moved, lost),
-                ([(omega_rad_s, pair)], has_sine) => {
-                    let at = sine_and_cosine(omega_rad_s * t_s);
-                    if has_sine {
-                        step_on_wave::<N, true>(self, x, u, pair, at, &moved, lost);
-                    } else {
-                        step_on_wave::<N, false>(self, x, u, pair, at, &moved, lost);
+            let moved = self.exact.moved(t_s);
+            let Self { instructions, ref numbers, ref turned, ref forced, ref waves, ref exact, .. } = *self;
+            let (h_s, last) = (exact.h_s, waves.split_last());
+            match (last, exact.has_sine) {
+                (None, true) => step_all::<N, true>(instructions, numbers, x, u, turned, forced, &moved, h_s, lost),
+                (None, false) => step_all::<N, false>(instructions, numbers, x, u, turned, forced, &moved, h_s, lost),
+                (Some(((wave, pair), before)), has_sine) => {
+                    let mut with_waves;
+                    let mut forced = forced;
+                    if !before.is_empty() {
+                        with_waves = *forced;
+                        for (wave, [sin, cos]) in before.iter().map(|(wave, pair)| (wave, &**pair)) {
+                            wave_all(instructions, &mut with_waves, sin, cos, wave.at(t_s));
+                        }
+                        forced = &with_waves;
                     }
-                }
-                (waves, has_sine) => {
-                    let mut forced = self.forced;
-                    for (omega_rad_s, pair) in waves {
-                        wave_all(&mut forced, pair, sine_and_cosine(omega_rad_s * t_s));
-                    }
-                    if has_sine {
-                        step_all::<N, true>(self, x, u, &forced, &moved, lost);
-                    } else {
-                        step_all::<N, false>(self, x, u, &forced, &moved, lost);
-                    }
+                    let at = wave.at(t_s);
+                    let step = if has_sine { step_on_wave::<N, true> } else { step_on_wave::<N, false> };
+                    step(instructions, numbers, x, u, turned, forced, pair, at, &moved, h_s, lost);
                 }
             }
         }
@@ -126,42 +139,24 @@ impl<const N: usize> Plants<N> {
         self.fallen = Some(fallen);
         self.forced = self.constant;
         if let Some(ramp) = &self.ramp {
-            add_all(&mut self.forced, ramp, t_s);
+            add_all(self.instructions, &mut self.forced, ramp, t_s);
         }
         for (_, share) in self.jumps.iter().filter(|(at_s, _)| t_s >= *at_s) {
-            add_all(&mut self.forced, share, 1.0);
+            add_all(self.instructions, &mut self.forced, share, 1.0);
         }
     }
 
-    /// One lane's step, and whether it is one.
-    #[inline(always)]
-    fn step<const SINE: bool>(
+    /// The largest |d - d_hat| of a channel so far.
+    pub(super) fn note_estimate(
         &self,
-        l: usize,
+        channel: usize,
+        t_s: f64,
         x: &[Wide; N],
-        u: f64,
-        forced: [f64; N],
-        moved: &Moved,
-    ) -> ([f64; N], bool) {
-        let now: [f64; N] = std::array::from_fn(|i| x[i][l]);
-        let share = Share {
-            phi: std::array::from_fn(|i| std::array::from_fn(|j| self.phi[i][j][l])),
-            gamma: std::array::from_fn(|i| self.gamma[i][l]),
-            g: std::array::from_fn(|j| std::array::from_fn(|i| self.g[j][i][l])),
-            row: std::array::from_fn(|i| self.row[i][l]),
-        };
-        (share.step::<SINE>(&now, u, &forced, moved), Exact::is_within::<N, SINE>(&now, moved, self.h_s))
-    }
-
-    /// The same in every lane, or none: signals of the first rows differ from lane to lane only in campaigns that are
-    /// not run here.
-    fn moved(&self, t_s: f64) -> Moved {
-        self.exact.moved(t_s)
-    }
-
-    /// d of a channel.
-    pub(super) fn lumped(&self, channel: usize, t_s: f64, x: &[Wide; N], u: &Wide, d: &mut Wide) {
-        *d = [0.0; LANES];
+        u: &Wide,
+        d_hat: &Wide,
+        most: &mut Wide,
+    ) {
+        let mut d = Wide::of_all(0.0);
         for (_, factor, each) in self.signals.iter().filter(|(of, ..)| *of == channel) {
             if let [signal] = &each[..] {
                 let value = signal.value(t_s);
@@ -174,21 +169,62 @@ impl<const N: usize> Plants<N> {
                 }
             }
         }
-        lumped_all(&self.d[channel], &self.d_u[channel], self.has_sine && channel == 1, x, u, d);
+        let has_sine = self.exact.has_sine && channel == 1;
+        let note = if has_sine { note_all::<N, true> } else { note_all::<N, false> };
+        note(self.instructions, &self.d[channel], &self.d_u[channel], &d, x, u, &self.turned[0], d_hat, most);
+    }
+}
+
+impl<const N: usize> Numbers<N> {
+    /// One lane's step, and whether it is one.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments)]
+    fn step<const SINE: bool>(
+        &self,
+        l: usize,
+        x: &[Wide; N],
+        u: f64,
+        turned: &[Wide; 2],
+        forced: [f64; N],
+        moved: &Moved,
+        h_s: f64,
+    ) -> ([f64; N], bool) {
+        let now: [f64; N] = std::array::from_fn(|i| x[i][l]);
+        let share = Share {
+            phi: std::array::from_fn(|i| std::array::from_fn(|j| self.phi[i][j][l])),
+            gamma: std::array::from_fn(|i| self.gamma[i][l]),
+            g: std::array::from_fn(|j| std::array::from_fn(|i| self.g[j][i][l])),
+            row: std::array::from_fn(|i| self.row[i][l]),
+        };
+        let turned = [turned[0][l], turned[1][l]];
+        (share.step::<SINE>(&now, u, &forced, moved, turned), is_within::<N, SINE>(&now, moved, h_s))
     }
 }
 
 vectorised! {
-    fn step_all<const N: usize, const SINE: bool>(
-        plants: &Plants<N>,
+    fn turn_all[;](x: &Wide, turned: &mut [Wide; 2],) {
+        for l in 0..LANES {
+            let (sin, cos) = sine::sin_cos(x[l]);
+            turned[0][l] = sin;
+            turned[1][l] = cos;
+        }
+    }
+}
+
+vectorised! {
+    fn step_all[N, SINE; const N: usize, const SINE: bool](
+        numbers: &Numbers<N>,
         x: &mut [Wide; N],
         u: &Wide,
+        turned: &[Wide; 2],
         forced: &[Wide; N],
         moved: &Moved,
-        lost: &mut [u64; LANES],
+        h_s: f64,
+        lost: &mut Wide<u64>,
     ) {
         for l in 0..LANES {
-            let (next, is_crossed) = plants.step::<SINE>(l, x, u[l], std::array::from_fn(|i| forced[i][l]), moved);
+            let forced = std::array::from_fn(|i| forced[i][l]);
+            let (next, is_crossed) = numbers.step::<SINE>(l, x, u[l], turned, forced, moved, h_s);
             lost[l] |= u64::from(!is_crossed);
             for i in 0..N {
                 x[i][l] = next[i];
@@ -199,18 +235,21 @@ vectorised! {
 
 vectorised! {
     /// The same under one sinusoid: its sine and cosine are those at the beginning of the step.
-    fn step_on_wave<const N: usize, const SINE: bool>(
-        plants: &Plants<N>,
+    fn step_on_wave[N, SINE; const N: usize, const SINE: bool](
+        numbers: &Numbers<N>,
         x: &mut [Wide; N],
         u: &Wide,
+        turned: &[Wide; 2],
+        forced: &[Wide; N],
         wave: &[[Wide; N]; 2],
-        [sin, cos]: [f64; 2],
+        at: [f64; 2],
         moved: &Moved,
-        lost: &mut [u64; LANES],
+        h_s: f64,
+        lost: &mut Wide<u64>,
     ) {
         for l in 0..LANES {
-            let forced = std::array::from_fn(|i| plants.forced[i][l] + (wave[0][i][l] * sin + wave[1][i][l] * cos));
-            let (next, is_crossed) = plants.step::<SINE>(l, x, u[l], forced, moved);
+            let forced = std::array::from_fn(|i| forced[i][l] + (wave[0][i][l] * at[0] + wave[1][i][l] * at[1]));
+            let (next, is_crossed) = numbers.step::<SINE>(l, x, u[l], turned, forced, moved, h_s);
             lost[l] |= u64::from(!is_crossed);
             for i in 0..N {
                 x[i][l] = next[i];
@@ -220,7 +259,7 @@ vectorised! {
 }
 
 vectorised! {
-    fn add_all<const N: usize>(forced: &mut [Wide; N], share: &[Wide; N], factor: f64) {
+    fn add_all[N; const N: usize](forced: &mut [Wide; N], share: &[Wide; N], factor: f64,) {
         for i in 0..N {
             for l in 0..LANES {
                 forced[i][l] += share[i][l] * factor;
@@ -230,29 +269,38 @@ vectorised! {
 }
 
 vectorised! {
-    fn wave_all<const N: usize>(forced: &mut [Wide; N], pair: &[[Wide; N]; 2], [sin, cos]: [f64; 2]) {
+    fn wave_all[N; const N: usize](forced: &mut [Wide; N], sin: &[Wide; N], cos: &[Wide; N], at: [f64; 2],) {
         for i in 0..N {
             for l in 0..LANES {
-                forced[i][l] += pair[0][i][l] * sin + pair[1][i][l] * cos;
+                forced[i][l] += sin[i][l] * at[0] + cos[i][l] * at[1];
             }
         }
     }
 }
 
 vectorised! {
-    fn lumped_all<const N: usize>(row: &[Wide; N], of_u: &Wide, has_sine: bool, x: &[Wide; N], u: &Wide, d: &mut Wide) {
-        for j in 0..N {
-            for l in 0..LANES {
-                d[l] += row[j][l] * x[j][l];
-            }
-        }
+    /// As [`Lumped::value`] adds them up.
+    fn note_all[N, SINE; const N: usize, const SINE: bool](
+        row: &[Wide; N],
+        of_u: &Wide,
+        signals: &Wide,
+        x: &[Wide; N],
+        u: &Wide,
+        sin: &Wide,
+        d_hat: &Wide,
+        most: &mut Wide,
+    ) {
         for l in 0..LANES {
-            d[l] += of_u[l] * u[l];
-        }
-        if has_sine {
-            for l in 0..LANES {
-                d[l] -= crate::sine::sin_cos(x[0][l]).0;
+            let mut d = signals[l];
+            for j in 0..N {
+                d += row[j][l] * x[j][l];
             }
+            d += of_u[l] * u[l];
+            if SINE {
+                d -= sin[l];
+            }
+            let error = (d - d_hat[l]).abs();
+            most[l] = if error > most[l] { error } else { most[l] };
         }
     }
 }

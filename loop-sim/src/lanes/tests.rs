@@ -5,13 +5,13 @@ use crate::metrics::measure;
 use crate::plant::{Chain, FlexibleJoint, JointErrors, LastChannel};
 use crate::port::in_process;
 use crate::random::Random;
-use crate::sensor;
 use crate::signal::{Signal, Term};
 use controller_core::{
     AnyConfig, Config, JointParameters, Limits, ObserverGains, Options, ReachingLaw, Reading, Surface,
 };
 
 const PERIOD_S: f64 = 1e-3;
+static IDEAL: Sensing = Sensing::IDEAL;
 
 fn joint_law<const R: usize>(reading: Reading, k_l: f64) -> ControllerSpec {
     let nominal = JointParameters::TABLE_I.chain(reading).nominal();
@@ -55,13 +55,13 @@ fn joints(reading: Reading, spread: f64, has_own_signals: bool) -> Vec<(Box<dyn 
 }
 
 /// The run alone.
-fn alone(campaign: &Campaign<'_>, plant: &dyn Plant, x0: &[f64]) -> (Metrics, Vec<usize>, bool) {
+fn alone(campaign: &Campaign<'_>, Trial { plant, x0, seed }: Trial<'_>) -> (Metrics, Vec<usize>, bool) {
     let mut port = in_process::build(campaign.spec).expect("a design").port;
-    let (mut sensor, mut actuator) = (sensor::Ideal, actuator::Ideal);
+    let (mut sensor, mut actuator) = (campaign.sensing.sensor(seed), actuator::Ideal);
     let Campaign { period_s, periods, window_s, settling_band, .. } = *campaign;
     let setup = Loop {
         plant,
-        sensor: &mut sensor,
+        sensor: sensor.as_mut(),
         port: port.as_mut(),
         actuator: &mut actuator,
         report: true,
@@ -85,13 +85,20 @@ fn bits(metrics: &Metrics) -> Vec<u64> {
     numbers.into_iter().chain(errors).map(f64::to_bits).chain([settled, u64::from(metrics.bounded)]).collect()
 }
 
+fn all(trials: &[(Box<dyn Plant>, Vec<f64>)]) -> Vec<Trial<'_>> {
+    (1..).zip(trials).map(|(seed, (plant, x0))| Trial { plant: plant.as_ref(), x0, seed }).collect()
+}
+
 /// How many lanes were run side by side; each of them as alone.
 fn held(campaign: &Campaign<'_>, trials: &[(Box<dyn Plant>, Vec<f64>)]) -> usize {
-    let trials: Vec<Trial<'_>> = trials.iter().map(|(plant, x0)| Trial { plant: plant.as_ref(), x0 }).collect();
+    let trials = all(trials);
     let found = close_loops(campaign, &trials);
+    for instructions in [Instructions::Baseline, Instructions::Avx2] {
+        assert!(close_loops_with(instructions, campaign, &trials) == found, "{instructions:?}");
+    }
     let mut ran = 0;
     for (l, (trial, found)) in trials.iter().zip(&found).enumerate() {
-        let (metrics, ticks_with, is_whole) = alone(campaign, trial.plant, trial.x0);
+        let (metrics, ticks_with, is_whole) = alone(campaign, *trial);
         let Some(found) = found else { continue };
         ran += 1;
         assert!(is_whole, "lane {l} did not go to its end alone");
@@ -111,6 +118,7 @@ fn every_lane_has_the_bits_of_its_run_alone() {
                 for spec in [joint_law::<2>(reading, 10.0), joint_law::<3>(reading, 50.0)] {
                     let campaign = Campaign {
                         spec: &spec,
+                        sensing: &IDEAL,
                         period_s: PERIOD_S,
                         periods: 800,
                         window_s: [0.35, 0.75],
@@ -162,21 +170,66 @@ fn chains_side_by_side_too() {
             (Box::new(plant.sampled(PERIOD_S)) as Box<dyn Plant>, vec![off(1.0), 0.0, 0.0])
         })
         .collect();
-    let campaign =
-        Campaign { spec: &spec, period_s: PERIOD_S, periods: 1000, window_s: [0.5, 1.0], settling_band: 0.01 };
+    let campaign = Campaign {
+        spec: &spec,
+        sensing: &IDEAL,
+        period_s: PERIOD_S,
+        periods: 1000,
+        window_s: [0.5, 1.0],
+        settling_band: 0.01,
+    };
     assert_eq!(held(&campaign, &trials), LANES);
+}
+
+#[test]
+fn every_link_of_a_measuring_chain_too() {
+    let spec = joint_law::<2>(Reading::Reconstructed, 10.0);
+    let trials = joints(Reading::Reconstructed, 0.1, false);
+    let noise = vec![1e-4, 1e-3, 0.0, 1e-2];
+    let quantum = vec![1e-3, 0.0, 1e-2];
+    let mut seen = Vec::new();
+    for (sensing, at_least) in [
+        (Sensing { noise: noise.clone(), ..Sensing::IDEAL }, LANES),
+        (Sensing { jitter: 0.5, ..Sensing::IDEAL }, LANES),
+        (Sensing { quantum: quantum.clone(), ..Sensing::IDEAL }, LANES),
+        (Sensing { delay_ticks: 2, ..Sensing::IDEAL }, LANES),
+        // A tenth of the trials loses the first sample.
+        (Sensing { dropout: 0.1, ..Sensing::IDEAL }, LANES - 16),
+        (Sensing { jitter: 0.2, noise, quantum, delay_ticks: 1, dropout: 0.01 }, LANES - 6),
+    ] {
+        let campaign = Campaign {
+            spec: &spec,
+            sensing: &sensing,
+            period_s: PERIOD_S,
+            periods: 400,
+            window_s: [0.1, 0.4],
+            settling_band: 0.01,
+        };
+        let ran = held(&campaign, &trials);
+        assert!(ran >= at_least && (ran < LANES) == (sensing.dropout > 0.0), "{sensing:?}: {ran} lanes");
+        seen.push(format!("{:?}", close_loops(&campaign, &all(&trials))[5]));
+    }
+    seen.sort();
+    seen.dedup();
+    assert_eq!(seen.len(), 6, "every link does something");
 }
 
 #[test]
 fn what_does_not_fit_is_left_to_the_run_alone() {
     let spec = joint_law::<2>(Reading::Reconstructed, 10.0);
-    let campaign =
-        Campaign { spec: &spec, period_s: PERIOD_S, periods: 100, window_s: [0.05, 0.1], settling_band: 0.01 };
+    let campaign = Campaign {
+        spec: &spec,
+        sensing: &IDEAL,
+        period_s: PERIOD_S,
+        periods: 100,
+        window_s: [0.05, 0.1],
+        settling_band: 0.01,
+    };
     let mut trials = joints(Reading::Reconstructed, 0.1, false);
     // A link that spins, a state that is none: only they.
     trials[3].1 = vec![0.1, 200.0, 0.0, 0.0];
     trials[9].1 = vec![0.1, 0.0, 3e9, 0.0];
-    let all: Vec<Trial<'_>> = trials.iter().map(|(plant, x0)| Trial { plant: plant.as_ref(), x0 }).collect();
+    let all = all(&trials);
     let found = close_loops(&campaign, &all);
     let left: Vec<usize> = (0..LANES).filter(|l| found[*l].is_none()).collect();
     assert_eq!(left, [3, 9]);
@@ -186,7 +239,7 @@ fn what_does_not_fit_is_left_to_the_run_alone() {
     assert!(close_loops(&Campaign { spec: &double, ..campaign }, &all).iter().all(Option::is_none));
     assert!(close_loops(&slower, &all).iter().all(Option::is_none));
     let plain = FlexibleJoint::of_the_paper(JointParameters::TABLE_I.chain(Reading::Reconstructed));
-    let one = [Trial { plant: &plain, x0: &[0.1, 0.0, 0.0, 0.0] }];
+    let one = [Trial { plant: &plain, x0: &[0.1, 0.0, 0.0, 0.0], seed: 0 }];
     assert_eq!(close_loops(&campaign, &one), [None]);
     assert_eq!(close_loops(&campaign, &[]), []);
 }

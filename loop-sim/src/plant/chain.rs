@@ -107,14 +107,12 @@ impl Chain {
     /// With its step from tick to tick.
     #[must_use]
     pub fn sampled(self, period_s: f64) -> Self {
-        let signals: Vec<(usize, f64, &Signal)> =
-            self.disturbances.iter().enumerate().map(|(i, signal)| (i, 1.0, signal)).collect();
         let part = LinearPart {
             a: companion(&self.truth.a),
             order: self.truth.a.len(),
             b: self.truth.b,
-            signals: &signals,
-            has_sine: false,
+            signals: &self.lumped.signals,
+            has_sine: self.lumped.has_sine,
             fastest_rad_s: self.fastest_rad_s,
         };
         let exact = Exact::new(&part, period_s);

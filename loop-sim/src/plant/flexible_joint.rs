@@ -98,13 +98,12 @@ impl FlexibleJoint {
         let JointChain { k1, b1, k2, b2, b, a1 } = self.truth;
         let mut a = companion(&[a1, 0.0, -k2, -b2]);
         a[1][..3].copy_from_slice(&[-k1, -b1, self.x3]);
-        let [w1, w2, w3, w4] = &self.extra;
         let part = LinearPart {
             a,
             order: 4,
             b,
-            signals: &[(0, 1.0, w1), (1, 1.0, w2), (2, 1.0, w3), (3, 1.0, w4), (3, b, &self.input)],
-            has_sine: true,
+            signals: &self.lumped.signals,
+            has_sine: self.lumped.has_sine,
             fastest_rad_s: self.linear_rad_s,
         };
         Self { exact: Exact::new(&part, period_s), ..self }

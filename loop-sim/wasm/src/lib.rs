@@ -77,7 +77,7 @@ fn run(case: u32) -> Option<u64> {
     };
     let n = plant.order();
     let mut port = build(&ControllerSpec { precision, model, config }).ok()?.port;
-    let mut sensor = Dropout::new(Noise::new(sensor::Ideal, vec![1e-6; n], 1), 0.01, 1);
+    let mut sensor = Dropout::new(Noise::new(sensor::Ideal, &vec![1e-6; n], 1), 0.01, 1);
     let mut actuator = Limited::new(actuator::Ideal, -20.0, 20.0);
     let setup = Loop {
         plant: plant.as_ref(),

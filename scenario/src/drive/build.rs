@@ -611,7 +611,7 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         }),
         at_rest: Ok(at_rest),
         controller: format!("drive in f32, {}", ["1 gain set", "2 gain sets"][usize::from(form.gain_sets > 1)]),
-        is_direct: false,
+        sensing: None,
     }
 }
 

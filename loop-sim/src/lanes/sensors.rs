@@ -1,0 +1,115 @@
+//! A measuring chain over lanes: what the links of [`sensor`](crate::sensor) do, each lane with a seed of its own.
+
+use std::collections::VecDeque;
+
+use super::wide::Wide;
+use super::{Instructions, LANES, Trial};
+use crate::MAX_ORDER;
+use crate::philox::{self, Purpose};
+use crate::port::in_process::padded;
+use crate::sensor::Sensing;
+
+/// The chain.
+pub(super) struct Sensors<'a, const N: usize> {
+    instructions: Instructions,
+    sensing: &'a Sensing,
+    /// Half by half.
+    seeds: [Wide<u32>; 2],
+    tick: u64,
+    /// What jitter looks back to.
+    last: Option<Box<[Wide; N]>>,
+    under_way: VecDeque<Box<[Wide; N]>>,
+}
+
+impl<'a, const N: usize> Sensors<'a, N> {
+    pub(super) fn new(instructions: Instructions, sensing: &'a Sensing, trials: &[Trial<'_>]) -> Self {
+        // Lanes beyond the last are like the first.
+        let halves = |l: usize| philox::halves(trials.get(l).unwrap_or(&trials[0]).seed);
+        let seeds = [0, 1].map(|half| Wide(std::array::from_fn(|l| halves(l)[half])));
+        Self { instructions, sensing, seeds, tick: 0, last: None, under_way: VecDeque::new() }
+    }
+
+    /// Does the law see the state itself?
+    pub(super) fn is_ideal(&self) -> bool {
+        *self.sensing == Sensing::IDEAL
+    }
+
+    /// To be called once a tick.
+    pub(super) fn measure(&mut self, x: &[Wide; N], sample: &mut Box<[Wide; N]>) {
+        let Self { instructions, sensing, ref seeds, tick, .. } = *self;
+        **sample = *x;
+        self.tick += 1;
+        if sensing.jitter > 0.0 {
+            let mut word = Wide::of_all(0);
+            words_all(instructions, seeds, tick, Purpose::Jitter, &mut word);
+            let now = sample.clone();
+            let last = self.last.replace(now).unwrap_or_else(|| sample.clone());
+            for l in 0..LANES {
+                let age = sensing.jitter * philox::uniform(word[l]);
+                for (sample, last) in sample.iter_mut().zip(last.iter()) {
+                    sample[l] -= age * (sample[l] - last[l]);
+                }
+            }
+        }
+        let sigma: [f64; MAX_ORDER] = padded(&sensing.noise);
+        let mut beyond = Wide::of_all(0.0);
+        for (pair, (samples, sigma)) in (0..).zip(sample.chunks_mut(2).zip(sigma.chunks(2))) {
+            if sensing.noise.is_empty() {
+                break;
+            }
+            let (first, second) = match samples {
+                [first, second] => (first, second),
+                [first, ..] => (first, &mut beyond),
+                [] => break,
+            };
+            noise_all(instructions, seeds, tick, pair, [sigma[0], sigma[1]], first, second);
+        }
+        for (sample, &quantum) in sample.iter_mut().zip(&sensing.quantum).filter(|(_, quantum)| **quantum > 0.0) {
+            for l in 0..LANES {
+                sample[l] = quantum * libm::round(sample[l] / quantum);
+            }
+        }
+        if sensing.delay_ticks > 0 {
+            self.under_way.push_back(sample.clone());
+            let oldest = if self.under_way.len() > sensing.delay_ticks { self.under_way.pop_front() } else { None };
+            if let Some(arrived) = oldest.or_else(|| self.under_way.front().cloned()) {
+                *sample = arrived;
+            }
+        }
+        if sensing.dropout > 0.0 {
+            let mut word = Wide::of_all(0);
+            words_all(instructions, seeds, tick, Purpose::Dropout, &mut word);
+            for l in 0..LANES {
+                if philox::uniform(word[l]) < sensing.dropout {
+                    sample.iter_mut().for_each(|sample| sample[l] = f64::NAN);
+                }
+            }
+        }
+    }
+}
+
+vectorised! {
+    fn words_all[;](seeds: &[Wide<u32>; 2], tick: u64, purpose: Purpose, word: &mut Wide<u64>,) {
+        for l in 0..LANES {
+            word[l] = philox::noise([seeds[0][l], seeds[1][l]], tick, purpose, 0)[0];
+        }
+    }
+}
+
+vectorised! {
+    fn noise_all[;](
+        seeds: &[Wide<u32>; 2],
+        tick: u64,
+        pair: u32,
+        sigma: [f64; 2],
+        first: &mut Wide,
+        second: &mut Wide,
+    ) {
+        for l in 0..LANES {
+            let words = philox::noise([seeds[0][l], seeds[1][l]], tick, Purpose::Noise, pair);
+            let gaussians = philox::gaussians(words);
+            first[l] += sigma[0] * gaussians[0];
+            second[l] += sigma[1] * gaussians[1];
+        }
+    }
+}
