@@ -39,6 +39,8 @@ use wide::{Aligned, Wide};
 pub const LANES: usize = 64;
 /// Troubles that are counted: the bits of [`Health`].
 const TROUBLES: usize = 8;
+/// Longest delay of a sensor: 3 kB are kept of each tick.
+const MOST_DELAY_TICKS: usize = 1000;
 
 /// What all trials of a batch have in common.
 #[derive(Clone, Copy, Debug)]
@@ -127,7 +129,10 @@ pub fn close_loops_with(
                     instructions,
                     campaign,
                     trials,
-                    |config, nominal| Law::<f32, $n, $r, $mask, $o>::try_design(config, Linear::<f32, $n>::new(nominal)),
+                    |config, nominal| {
+                        let model = Linear::<f32, $n>::new(nominal);
+                        Law::<f32, $n, $r, $mask, $o>::try_design(config, model)
+                    },
                 ),)*
                 _ => None,
             }
@@ -150,6 +155,9 @@ fn run<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize>(
 ) -> Option<Vec<Option<Judged>>> {
     let Campaign { spec, sensing, period_s, periods, window_s, settling_band } = *campaign;
     let Model::Linear(row) = &spec.model else { return None };
+    if sensing.delay_ticks > MOST_DELAY_TICKS {
+        return None;
+    }
     let config = spec.config.fixed::<N, R>()?;
     let input_gain = config.nominal.input_gain;
     let law = design(&config, &Nominal { gradient: padded(row), input_gain }).ok()?;
