@@ -63,6 +63,8 @@ pub enum Clock {
     Host,
     /// The instructions: one counts one, in every run alike; waiting takes no time.
     Instructions,
+    /// The same, but waiting takes as long as it does: for whoever has to keep up with the chip.
+    Paced,
 }
 
 /// A running emulator; ends when dropped.
@@ -85,8 +87,10 @@ impl Process {
         let told = |error: &io::Error| format!("no connection to the emulator: {error}");
         let mut command = Command::new(PROGRAM);
         command.args(["-M", "netduinoplus2", "-nographic", "-monitor", "none", "-kernel"]).arg(image);
-        if clock == Clock::Instructions {
-            command.args(["-icount", "shift=0,sleep=off"]);
+        match clock {
+            Clock::Host => {}
+            Clock::Instructions => _ = command.args(["-icount", "shift=0,sleep=off"]),
+            Clock::Paced => _ = command.args(["-icount", "shift=0,sleep=on"]),
         }
         if let Some(Trace { ranges, file }) = trace {
             let ranges: Vec<String> = ranges.iter().map(|(at, length)| format!("{at:#x}+{length:#x}")).collect();

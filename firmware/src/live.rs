@@ -3,7 +3,7 @@
 //! | who | at | does |
 //! |---|---|---|
 //! | TIM3 | the tick, highest priority | [`Drive::tick`]: counts, plan, law, monitors, black box, current |
-//! | EXTI0 | the same priority | [`Drive::change`]: a tick in which a law starts, or another takes over |
+//! | EXTI0 | the same priority | [`Drive::change`]: a tick in which a law starts, another takes over, or is recorded |
 //! | USART1 | below | keeps a byte ([`line`](crate::line)) |
 //! | main loop | the rest | [`serve`]: requests, designs, plans ([`pil_wire::Live`]) |
 //!
@@ -15,11 +15,16 @@ use controller_core::drive::Stretch;
 use cortex_m::asm;
 use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
-use pil_wire::{Disturbance, Event, Live, Machine, Open, Refusal, Seat, Tuned};
+use pil_wire::{Disturbance, Event, Live, Machine, Open, Plant, Refusal, Row, Seat, Tuned};
 use stm32f4::stm32f405::Interrupt;
 
 use crate::line::Line;
 use crate::{clock, stand_in, ticker};
+
+/// Memory of a record: 4.6 s of 1 kHz, and two for the plans and for whoever asks for them.
+pub type Rows = [Row; 6656];
+/// With nothing in it.
+pub const NO_ROWS: Rows = [[0; _]; _];
 
 /// What interrupt and main loop share.
 pub struct Drive<L: Tuned<E, N> + 'static, const E: usize, const N: usize>(Shared<L, E, N>);
@@ -102,6 +107,11 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Machine<L, E, N> for &Drive
     fn disturb(&mut self, disturbance: &Disturbance) -> bool {
         stand_in::disturb(disturbance);
         true
+    }
+
+    /// BOARD: goes.
+    fn replace(&mut self, plant: &Plant) -> bool {
+        stand_in::replace(plant)
     }
 }
 

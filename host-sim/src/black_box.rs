@@ -284,6 +284,10 @@ impl BlackBox {
         }
         let mut done = Vec::new();
         for (k, half) in self.halves.iter().enumerate() {
+            // The state of a half has been told what was held before its first tick.
+            if let Some(first) = half.frames.first().filter(|_| other.is_none()) {
+                running.report_applied(first.counts.applied);
+            }
             let words: Vec<u32> = running.words().collect();
             // Between its head and its sum.
             let led_to = words.get(2..words.len() - 1);

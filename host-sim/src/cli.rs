@@ -16,7 +16,7 @@
 //! host-sim monte-carlo [FILE.toml]  many runs with keys drawn anew: percentiles, failure rate, the worst
 //! host-sim merge SHARD..            shards of such runs made one
 //! host-sim identify DATA.csv [..]   what a joint or motor really is, from a record; the scenario with it
-//! host-sim commission [FILE.toml]   a drive that records, identifies, is re-tuned and verified, in simulation
+//! host-sim commission [FILE.toml]   a drive that records, identifies, is re-tuned and verified: simulated, or itself
 //! host-sim compare [FILE.toml]      our drive beside its rivals, all tuned alike
 //! host-sim figures                  the figures of the paper and its claims
 //! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
@@ -177,8 +177,9 @@ enum Command {
     /// left. A record that says too little is refused with the reason (exit status 2). docs/commissioning.md is the
     /// way.
     Identify(IdentifyOptions),
-    /// Let a drive commission itself in simulation: record, identify, swap the gains at rest, verify, keep or go back.
+    /// Let a drive commission itself: record, identify, swap the gains at rest, verify, keep or go back.
     ///
+    /// In simulation, or with --port on a board, with --image on the emulated chip, whose image is `drive` or `motor`.
     /// Of a joint whose stiffness is 40 % off: host-sim commission mine.toml --set error.stiffness_percent=-40. Exit
     /// status 1 if the record was refused or the old gains are back.
     Commission(CommissionOptions),

@@ -1,14 +1,17 @@
 //! A drive that runs by itself, at the end of a wire: an image `drive` or `motor`, emulated or on a board.
 //!
 //! Every call is one request that the target carries out once, however often it must be repeated. What it refuses has
-//! changed nothing there, and is told in words.
+//! changed nothing there, and is told in words. A record is made in the memory of the chip and read when it has ended.
 
 use std::f64::consts::TAU;
 use std::time::Duration;
 
 use controller_core::drive::Rest;
 use loop_sim::port::PortError;
-use pil_wire::{Disturbance, Instance, Observed, Order, Part, REMEMBERED, Reply, Request, Swapped};
+use pil_wire::{
+    Disturbance, Instance, LOAD, MAX_E, Observed, Order, Part, Plant, REMEMBERED, ROWS, Reply, Request, Swapped,
+    Tracked,
+};
 
 use crate::black_box::{BlackBox, Half, Remembered, is_drive};
 use crate::remote::{Loadable, Traffic, Wire, not_that};
@@ -116,13 +119,25 @@ impl<T: Transport> LiveDrive<T> {
         }
     }
 
-    /// Another design takes over between two ticks.
+    /// Another design takes over between two ticks, without a jump of u.
     ///
     /// # Errors
     /// When it is refused; then the old one goes on.
     pub fn swap(&mut self, design: &Loadable) -> Result<Swapped, PortError> {
+        self.take(design, false)
+    }
+
+    /// The same at rest, without an offset W: for a loop that swings a little as its model is far off. u may jump.
+    ///
+    /// # Errors
+    /// When it is refused, such as in motion; then the old one goes on.
+    pub fn swap_at_rest(&mut self, design: &Loadable) -> Result<Swapped, PortError> {
+        self.take(design, true)
+    }
+
+    fn take(&mut self, design: &Loadable, at_rest: bool) -> Result<Swapped, PortError> {
         self.wire.open(design)?;
-        match self.wire.ask(&Request::Swap, "the change")? {
+        match self.wire.ask(&Request::Swap { at_rest }, "the change")? {
             Reply::Swapped(swapped) => {
                 (self.design, self.fingerprint) = (design.clone(), swapped.fingerprint);
                 Ok(swapped)
@@ -145,6 +160,60 @@ impl<T: Transport> LiveDrive<T> {
     /// When it is refused.
     pub fn disturb(&mut self, disturbance: Disturbance) -> Result<(), PortError> {
         self.wire.done(&Request::Disturb(disturbance), "the disturbance", self.design.instance)
+    }
+
+    /// Another plant stands in; refused by a board.
+    ///
+    /// # Errors
+    /// When it is refused.
+    pub fn replace(&mut self, plant: Plant) -> Result<(), PortError> {
+        self.wire.done(&Request::Plant(plant), "the plant", self.design.instance)
+    }
+
+    /// Records from now on: so many ticks to a row, a row for each of these currents, which are on top of u.
+    ///
+    /// # Errors
+    /// When it is refused: another record goes on, too many rows, or a current beyond the limits.
+    pub fn record(&mut self, every: u32, shake: &[f32]) -> Result<(), PortError> {
+        let instance = self.design.instance;
+        self.wire.done(&Request::Prepare { rows: shake.len() as u32, every }, "the record", instance)?;
+        for (k, chunk) in shake.chunks(LOAD).enumerate().filter(|(_, chunk)| chunk.iter().any(|it| *it != 0.0)) {
+            let mut currents = [0.0; LOAD];
+            currents[..chunk.len()].copy_from_slice(chunk);
+            self.wire.done(&Request::Shake { offset: (k * LOAD) as u32, currents }, "the currents", instance)?;
+        }
+        self.order(Order::Record)
+    }
+
+    /// How is the record?
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn tracked(&mut self) -> Result<Tracked, PortError> {
+        let words = self.recall(Part::Track)?;
+        Tracked::from_words(&words).ok_or_else(|| PortError::Refused("its record makes no sense".into()))
+    }
+
+    /// Counts of link and motor (of a motor: its own, and 0) and mean current of each row of a record that has ended;
+    /// `step` is told of every few.
+    ///
+    /// # Errors
+    /// When it has not.
+    pub fn rows(&mut self, mut step: impl FnMut(u64)) -> Result<Vec<([i32; MAX_E], f32)>, PortError> {
+        let count = self.tracked()?.rows;
+        let mut rows = Vec::new();
+        while rows.len() < count as usize {
+            let words = self.recall(Part::Rows(rows.len() as u32))?;
+            let some = (count as usize - rows.len()).min(ROWS);
+            rows.extend(
+                words
+                    .chunks_exact(MAX_E + 1)
+                    .take(some)
+                    .map(|row| (std::array::from_fn(|i| row[i] as i32), f32::from_bits(row[MAX_E]))),
+            );
+            step(some as u64);
+        }
+        Ok(rows)
     }
 
     /// What its black box holds; it must stand still.

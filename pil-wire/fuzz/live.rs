@@ -1,15 +1,18 @@
 //! libFuzzer against a [`Live`] drive: whatever is asked of it, whatever its encoder says meanwhile, u stays within its
-//! limits, every answer can be read, and in the end it can be started, moved and tuned.
+//! limits, shaken or not, every answer can be read, and in the end it can be started, moved, tuned and recorded.
 //!
 //! The input is a script as in `target.rs`; an opcode may also let ticks pass, whose counts move, jump or do not come.
 
 #![no_main]
 
+use std::cell::Cell;
+
 use controller_core::drive::{ALARMS, Bounds, Encoder, Motor, MotorDesign, MotorDrive, Position, Rest};
 use controller_core::{Health, Limits};
 use libfuzzer_sys::fuzz_target;
 use pil_wire::{
-    Disturbance, Instance, LOAD, Live, Machine, Model, Open, Order, Part, REQUEST_LEN, Reply, Request, Seat, halves,
+    Disturbance, Instance, LOAD, Live, Machine, Model, Open, Order, Part, REQUEST_LEN, Reply, Request, Row, Seat,
+    halves,
 };
 
 type Law = MotorDrive<f32, Position, 1>;
@@ -20,6 +23,14 @@ const DESIGN: MotorDesign = {
     MotorDesign::by_rule(1e-3, motor, Encoder::absolute(14), Limits::symmetric(LIMIT_A as f64))
 };
 const BOUNDS: Bounds<1> = Bounds { disturbance: [1e4], sigma_star: 1e6, stuck_ticks: 200 };
+
+/// Rows of its memory.
+const ROWS: usize = 40;
+
+thread_local! {
+    /// For one script after the other.
+    static MEMORY: Cell<Option<&'static mut [Row]>> = const { Cell::new(None) };
+}
 
 /// The interrupt, and an encoder that says what the script wants.
 struct Chip {
@@ -66,6 +77,8 @@ impl Host {
     fn new(words: &[u32]) -> Self {
         let (live, law) = Live::new(words.iter().copied()).expect("a good design");
         let chip = Chip { seat: Seat::new(law), count: 0, step: 0, is_lost: false };
+        let rows = MEMORY.take().unwrap_or_else(|| vec![Row::default(); ROWS].leak());
+        let live = live.recording_in(rows);
         Self { live, chip, sequence: 0 }
     }
 
@@ -123,20 +136,21 @@ fuzz_target!(|script: &[u8]| {
             }
             1 => {
                 host.load(if more == 0 { &good } else { &changed });
-                host.send(&Request::Swap, 1);
+                host.send(&Request::Swap { at_rest: more == 1 }, 1);
             }
             2 => {
                 let goal = (more != 0).then(|| Rest { turn: word() as i32, angle: f32::from_bits(word()) });
                 host.send(&Request::Move { goal, ticks: word() >> (8 * more) }, step);
             }
             3 => {
-                let order = [Order::Freeze, Order::Release, Order::Reset, Order::Reset][usize::from(more)];
-                host.send(&Request::Order(order), step);
+                let orders = [Order::Freeze, Order::Release, Order::Reset, Order::Record, Order::EndRecord];
+                host.send(&Request::Order(orders[word() as usize % 5]), step);
             }
             4 => {
                 let (half, at) = (word(), word());
-                let part = [Part::Half(half), Part::State(half, at), Part::Frame(half, at), Part::DesignWords(at)];
-                host.send(&Request::Recall(part[usize::from(more)]), step);
+                let part = [Part::Half(half), Part::State(half, at), Part::Frame(half, at), Part::Rows(at)];
+                let part = if half & 0x100 > 0 { Part::DesignWords(at) } else { part[usize::from(more)] };
+                host.send(&Request::Recall(if half & 0x200 > 0 { Part::Track } else { part }), step);
             }
             5 => {
                 let word = word();
@@ -147,7 +161,15 @@ fuzz_target!(|script: &[u8]| {
             6 => {
                 let request = match more {
                     0 => Request::Observe,
-                    1 => Request::Swap,
+                    1 => match word() & 3 {
+                        0 => Request::Swap { at_rest: false },
+                        1 => Request::Prepare { rows: word() & 0x3f, every: word() & 7 },
+                        2 => Request::Prepare { rows: word(), every: word() },
+                        _ => {
+                            let offset = word() & 0x3f;
+                            Request::Shake { offset, currents: [(); LOAD].map(|()| f32::from_bits(word())) }
+                        }
+                    },
                     2 => Request::Load { offset: word(), words: [(); LOAD].map(|()| word()) },
                     _ => Request::Open(Open { count: word(), ..Open::new(INSTANCE, &changed) }),
                 };
@@ -174,7 +196,8 @@ fuzz_target!(|script: &[u8]| {
     // A design may have been taken that stops at nothing; the good one sees that the shaft does not follow, and stops.
     host.send(&Request::Order(Order::Release), 1);
     host.load(&good);
-    let swapped = host.send(&Request::Swap, 1);
+    host.send(&Request::Order(Order::EndRecord), 1);
+    let swapped = host.send(&Request::Swap { at_rest: false }, 1);
     (0..1000).for_each(|_| host.chip.tick());
     if host.chip.seat.newest().health.contains(Health::STOPPED) {
         assert!(matches!(host.send(&Request::Order(Order::Reset), 1), Some(Reply::Done)), "no way back");
@@ -187,4 +210,10 @@ fuzz_target!(|script: &[u8]| {
     let here = Rest { turn: seen.turn, angle: seen.estimates[0][0] };
     let moved = host.send(&Request::Move { goal: Some(here), ticks: 1000 }, 1);
     assert!(matches!(moved, Some(Reply::Planned { .. })) || seen.turn.unsigned_abs() > 9999, "{moved:?} at {seen:?}");
+    assert!(matches!(host.send(&Request::Prepare { rows: 7, every: 3 }, 1), Some(Reply::Done)));
+    assert!(matches!(host.send(&Request::Order(Order::Record), 1), Some(Reply::Done)));
+    (0..30).for_each(|_| host.chip.tick());
+    let Some(Reply::Recalled(is)) = host.send(&Request::Recall(Part::Track), 1) else { panic!("no record") };
+    assert!(is[0] == 0 && is[2] == 7, "{is:?}");
+    MEMORY.set(host.live.into_rows());
 });

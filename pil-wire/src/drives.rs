@@ -129,7 +129,18 @@ pub trait Tuned<const E: usize, const N: usize>: DriveLaw<E, N> + Watched<E> + C
     ///
     /// # Errors
     /// When they are too few or too many, or no design.
-    fn read(words: &[u32]) -> Result<(Self::Design, Monitored<Self, E>), Refusal>;
+    fn read(words: &[u32]) -> Result<(Self::Design, Monitored<Self, E>), Refusal> {
+        Self::read_as(words, false)
+    }
+
+    /// The same; `at_rest` for a law that leaves no offset W when it takes over.
+    ///
+    /// # Errors
+    /// As above.
+    fn read_as(words: &[u32], at_rest: bool) -> Result<(Self::Design, Monitored<Self, E>), Refusal>;
+
+    /// Between what its current stays.
+    fn limits(design: &Self::Design) -> Limits;
 
     /// At rest.
     fn rest(goal: Rest<f32>) -> Self::Plan;
@@ -159,11 +170,16 @@ impl<const S: usize, const FAST: usize, const LATE: usize> Tuned<1, 2>
     type Design = MotorDesign;
     type Plan = Joined<f32, Rest<f32>, 3>;
 
-    fn read(words: &[u32]) -> Result<(MotorDesign, Monitored<Self, 1>), Refusal> {
+    fn read_as(words: &[u32], at_rest: bool) -> Result<(MotorDesign, Monitored<Self, 1>), Refusal> {
         let (numbers, bounds, stops_at) = read(words)?;
         let design = MotorDesign::from_numbers(&numbers);
         let law = Self::try_design(&design).map_err(|_| Refusal::of(Reason::Coefficients))?;
+        let law = if at_rest { law.at_rest() } else { law };
         Ok((design, watched(law, &bounds, stops_at)?))
+    }
+
+    fn limits(design: &MotorDesign) -> Limits {
+        design.limits
     }
 
     fn rest(goal: Rest<f32>) -> Self::Plan {
@@ -194,11 +210,16 @@ impl<const FAST: usize, const LATE: usize> Tuned<2, 4>
     type Design = JointDesign;
     type Plan = Joined<f32, Rest<f32>, 4>;
 
-    fn read(words: &[u32]) -> Result<(JointDesign, Monitored<Self, 2>), Refusal> {
+    fn read_as(words: &[u32], at_rest: bool) -> Result<(JointDesign, Monitored<Self, 2>), Refusal> {
         let (numbers, bounds, stops_at) = read(words)?;
         let design = JointDesign::from_numbers(&numbers);
         let law = Self::try_design(&design).map_err(|_| Refusal::of(Reason::Coefficients))?;
+        let law = if at_rest { law.at_rest() } else { law };
         Ok((design, watched(law, &bounds, stops_at)?))
+    }
+
+    fn limits(design: &JointDesign) -> Limits {
+        design.limits
     }
 
     fn rest(goal: Rest<f32>) -> Self::Plan {

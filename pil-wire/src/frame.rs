@@ -109,14 +109,38 @@ pub enum Request {
         ticks: u32,
     },
     /// The loaded design takes over between two ticks of it.
-    Swap,
+    Swap {
+        /// Without an offset W, for a loop at rest under a model that was far off; u may jump.
+        at_rest: bool,
+    },
     /// What its axis is to do.
     Order(Order),
     /// A part of what its black box holds, or of the design that it is of.
     Recall(Part),
     /// Something happens to the stand-in of a plant; the image of a board knows no such request.
     Disturb(Disturbance),
+    /// The next record: so many rows of so many ticks, and nothing that shakes.
+    Prepare {
+        /// Rows.
+        rows: u32,
+        /// Ticks of a row.
+        every: u32,
+    },
+    /// What is on top of u in the ticks of these rows of it, A.
+    Shake {
+        /// The first row.
+        offset: u32,
+        /// Currents; those beyond the last row are not read.
+        currents: [f32; LOAD],
+    },
+    /// Another plant stands in; the image of a board knows no such request.
+    Plant(Plant),
 }
+
+/// A plant that stands in: link inertia (kg m²), link damping (N m s), weight (N m), stiffness (N m), motor inertia,
+/// motor damping, torque constant (N m/A), friction (N m), cogging (N m, 24 periods a turn). A motor has no link: its
+/// first four are not read.
+pub type Plant = [f32; REQUEST_WORDS];
 
 /// What the axis of a drive is to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,9 +151,13 @@ pub enum Order {
     Release,
     /// After a stop: the law starts anew, at rest where the counts are, and the black box goes on.
     Reset,
+    /// The record that was prepared begins.
+    Record,
+    /// It ends.
+    EndRecord,
 }
 
-const ORDERS: [Order; 3] = [Order::Freeze, Order::Release, Order::Reset];
+const ORDERS: [Order; 5] = [Order::Freeze, Order::Release, Order::Reset, Order::Record, Order::EndRecord];
 
 /// A part of a black box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,13 +173,19 @@ pub enum Part {
     State(u32, u32),
     /// One of its frames: [`Counts`] as in Drive, u, health.
     Frame(u32, u32),
+    /// Of the record: how it is ([`Tracked`]).
+    Track,
+    /// Five rows of it, from this one on.
+    Rows(u32),
 }
 
 /// What happens to the stand-in of a plant.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Disturbance {
     /// Which encoders stick.
     pub stuck: [bool; MAX_E],
+    /// Which of them give no count.
+    pub lost: [bool; MAX_E],
     /// Torque against the load's side, N m.
     pub load_n_m: f32,
 }
@@ -402,13 +436,23 @@ pub enum Reason {
     Period,
     /// The black box stands still, and another design would empty it: release it or reset the drive first.
     Frozen,
+    /// A record is being made: end it first.
+    Recording,
+    /// No record was prepared, or none was made.
+    NotPrepared,
+    /// A current that is no number, or beyond the limits.
+    Current,
+    /// At rest is what the drive is not.
+    Moving,
+    /// More rows than the memory has, or the record; or none, or rows of too many ticks.
+    Rows,
 }
 
 /// Why a design cannot take over, in the order of the wire.
 pub const RETUNE_ERRORS: [RetuneError; 4] =
     [RetuneError::Sample, RetuneError::GainNearDecay, RetuneError::OffsetOutOfRange, RetuneError::OtherEncoder];
 
-const REASONS: [Reason; 20] = [
+const REASONS: [Reason; 25] = [
     Reason::Version,
     Reason::Layout,
     Reason::CoreVersion,
@@ -429,6 +473,11 @@ const REASONS: [Reason; 20] = [
     Reason::Late,
     Reason::Period,
     Reason::Frozen,
+    Reason::Recording,
+    Reason::NotPrepared,
+    Reason::Current,
+    Reason::Moving,
+    Reason::Rows,
 ];
 
 const IDENTIFY: u8 = 1;
@@ -480,7 +529,10 @@ impl Request {
                 words[3] = ticks;
                 11
             }
-            Self::Swap => 12,
+            Self::Swap { at_rest } => {
+                words[0] = u32::from(at_rest);
+                12
+            }
             Self::Order(order) => {
                 words[0] = order as u32;
                 13
@@ -492,12 +544,28 @@ impl Request {
                     Part::Half(half) => [2, half, 0],
                     Part::State(half, from) => [3, half, from],
                     Part::Frame(half, index) => [4, half, index],
+                    Part::Track => [5, 0, 0],
+                    Part::Rows(from) => [6, 0, from],
                 });
                 14
             }
-            Self::Disturb(Disturbance { stuck: [a, b], load_n_m }) => {
-                words[..2].copy_from_slice(&[u32::from(a) | u32::from(b) << 1, load_n_m.to_bits()]);
+            Self::Disturb(Disturbance { stuck: [a, b], lost: [c, d], load_n_m }) => {
+                let bits = [a, b, c, d].into_iter().zip(0..).fold(0, |bits, (is, bit)| bits | u32::from(is) << bit);
+                words[..2].copy_from_slice(&[bits, load_n_m.to_bits()]);
                 15
+            }
+            Self::Prepare { rows, every } => {
+                words[..2].copy_from_slice(&[rows, every]);
+                16
+            }
+            Self::Shake { offset, currents } => {
+                words[0] = offset;
+                words[1..].copy_from_slice(&currents.map(f32::to_bits));
+                17
+            }
+            Self::Plant(plant) => {
+                words = plant.map(f32::to_bits);
+                18
             }
         };
         framed(REQUEST_MARK, kind, sequence, &words)
@@ -534,17 +602,22 @@ impl Request {
                 let goal = Rest { turn: turn as i32, angle: f32::from_bits(angle) };
                 Ok(Self::Move { goal: (has_goal == 1).then_some(goal), ticks })
             }
-            (12, _) => Ok(Self::Swap),
-            (13, [order @ 0..=2, ..]) => Ok(Self::Order(ORDERS[order as usize])),
+            (12, [at_rest @ 0..=1, ..]) => Ok(Self::Swap { at_rest: at_rest == 1 }),
+            (13, [order @ 0..=4, ..]) => Ok(Self::Order(ORDERS[order as usize])),
             (14, [0, ..]) => Ok(Self::Recall(Part::Design)),
             (14, [1, _, from, ..]) => Ok(Self::Recall(Part::DesignWords(from))),
             (14, [2, half, ..]) => Ok(Self::Recall(Part::Half(half))),
             (14, [3, half, from, ..]) => Ok(Self::Recall(Part::State(half, from))),
             (14, [4, half, index, ..]) => Ok(Self::Recall(Part::Frame(half, index))),
-            (15, [stuck, load, ..]) => Ok(Self::Disturb(Disturbance {
-                stuck: [stuck & 1 == 1, stuck & 2 == 2],
-                load_n_m: f32::from_bits(load),
-            })),
+            (14, [5, ..]) => Ok(Self::Recall(Part::Track)),
+            (14, [6, _, from, ..]) => Ok(Self::Recall(Part::Rows(from))),
+            (15, [bits, load, ..]) => {
+                let [a, b, c, d] = [0, 1, 2, 3].map(|bit| bits >> bit & 1 == 1);
+                Ok(Self::Disturb(Disturbance { stuck: [a, b], lost: [c, d], load_n_m: f32::from_bits(load) }))
+            }
+            (16, [rows, every, ..]) => Ok(Self::Prepare { rows, every }),
+            (17, [offset, currents @ ..]) => Ok(Self::Shake { offset, currents: currents.map(f32::from_bits) }),
+            (18, plant) => Ok(Self::Plant(plant.map(f32::from_bits))),
             _ => refused(Reason::Kind, 0, u32::from(kind)),
         };
         (sequence, request)

@@ -26,10 +26,13 @@
 //! | Retune | 9 | the same, of a tick before which the loaded design takes over | Driven |
 //! | Observe | 10 | | Observed |
 //! | Move | 11 | to a goal (1) or to rest on its way (0), turn, angle, ticks | Planned |
-//! | Swap | 12 | | Swapped |
-//! | Order | 13 | freeze (0), release (1), reset (2) | Done |
+//! | Swap | 12 | in motion, without a jump of u (0), or at rest, without an offset W (1) | Swapped |
+//! | Order | 13 | freeze (0), release (1), reset (2), record (3), end the record (4) | Done |
 //! | Recall | 14 | what (below), half, from where on | Recalled |
-//! | Disturb | 15 | encoders that stick (bits 0, 1), load (N m) | Done |
+//! | Disturb | 15 | encoders that stick (bits 0, 1), that give no count (bits 2, 3); load (N m) | Done |
+//! | Prepare | 16 | rows of the next record, ticks of a row | Done |
+//! | Shake | 17 | the first of eight rows; a current on top of u in each of them, A | Done |
+//! | Plant | 18 | nine numbers of another stand-in | Done |
 //!
 //! | reply | kind | words |
 //! |---|---|---|
@@ -57,9 +60,9 @@
 //! refuses to start another design. What runs goes on until another design has started or taken over.
 //!
 //! # A drive that runs by itself
-//! Requests 1 to 9 are for a target that ticks when it is told to ([`Target`]), 1 to 3 and 10 to 15 for a drive whose
-//! interrupt ticks ([`Live`]): it is observed, moved, and given another design while it goes on. Flags of Observed:
-//! bit 8 the black box stands still, 9 the law has started, 10 the plan is on its way. What Recall gives:
+//! Requests 1 to 9 are for a target that ticks when it is told to ([`Target`]), 1 to 3 and 10 to 18 for a drive whose
+//! interrupt ticks ([`Live`]): it is observed, moved, recorded, and given another design while it goes on. Flags of
+//! Observed: bit 8 the black box stands still, 9 the law has started, 10 the plan is on its way. What Recall gives:
 //!
 //! | what | half | from | words |
 //! |---|---|---|---|
@@ -68,8 +71,14 @@
 //! | 2 | 0 older, 1 newer | | first tick; number of frames, of words of the state; turn, r .. r''' at its beginning |
 //! | 3 | the same | word | sixteen words of the state before the first tick |
 //! | 4 | the same | frame | nine words as in Drive, u, health |
+//! | 5 | | | of the record: flags (bit 0 it goes on, 1 a count was lost), first tick, rows that are whole, rows asked |
+//! | | | | for, ticks of a row, health, late ticks, rows of the memory |
+//! | 6 | | row | five rows of it: counts, mean of the current that was held |
 //!
-//! 2 to 4 are answered while the black box stands still: after an alarm, or after Order 0.
+//! 2 to 4 are answered while the black box stands still: after an alarm, or after Order 0; 6 when the record has ended.
+//!
+//! A record is prepared (16), given what shakes the drive (17; nothing where nothing is given), begun and read: it is
+//! in the memory of the chip, and so no line is too slow for it and none that loses frames leaves a gap in it.
 //!
 //! # Garbage
 //! [`Receiver`] takes any bytes. Whatever stands before a frame with the right mark and checksum is skipped; a frame
@@ -88,21 +97,23 @@ mod receiver;
 mod running;
 mod session;
 mod target;
+mod track;
 
 pub use drives::Tuned;
 pub use frame::{
-    Counts, Disturbance, Driven, Identity, Instance, Model, Observed, Open, Order, Part, RETUNE_ERRORS, Reason,
+    Counts, Disturbance, Driven, Identity, Instance, Model, Observed, Open, Order, Part, Plant, RETUNE_ERRORS, Reason,
     Refusal, Reply, Request, Swapped, Ticked,
 };
 pub use live::{Live, Machine, REMEMBERED, Seat};
 pub use receiver::Receiver;
 pub use target::{Event, Target};
+pub use track::{Row, Tracked};
 
 use controller_core::{LAYOUT, drive};
 use crc::{CRC_32_ISO_HDLC, Crc};
 
 /// Of the tables in this page. Every change of them is a new version.
-pub const VERSION: u8 = 3;
+pub const VERSION: u8 = 4;
 /// Bytes of a request.
 pub const REQUEST_LEN: usize = 12 + 4 * REQUEST_WORDS;
 /// Bytes of a reply.
@@ -119,6 +130,8 @@ pub const LAYOUT_ID: u32 = CRC.checksum(LAYOUT.as_bytes()) ^ CRC.checksum(drive:
 
 const REQUEST_WORDS: usize = 9;
 const REPLY_WORDS: usize = 16;
+/// Rows of a record that one reply carries.
+pub const ROWS: usize = REPLY_WORDS / (MAX_E + 1);
 /// Words that one Load carries.
 pub const LOAD: usize = REQUEST_WORDS - 1;
 const MARK: u8 = 0x5A;

@@ -15,7 +15,9 @@
 //!   three times as long as others; it has a function of its own ([`Seat::change`]), so that another interrupt can do
 //!   it.
 //! * **Reset**: after an alarm has stopped the drive; the plan is then to rest where the counts are.
-//! * **Recall**: the black box, as soon as it stands still.
+//! * **Record**: counts and current of some seconds in a memory that the main program gives, and what shakes the drive
+//!   meanwhile ([`Tracked`]). It has its ticks in [`Seat::change`] too.
+//! * **Recall**: the black box, as soon as it stands still; the record, as soon as it has ended.
 //!
 //! All of it runs in the tests without a chip.
 
@@ -24,10 +26,11 @@ use controller_core::{ControlLaw, Health, Output, RetuneError, Words};
 
 use crate::drives::{MOST_DRIVE_WORDS, Tuned};
 use crate::frame::{
-    Counts, Disturbance, Observed, Open, Order, Part, RETUNE_ERRORS, Reason, Refusal, Reply, Request, Swapped,
+    Counts, Disturbance, Observed, Open, Order, Part, Plant, RETUNE_ERRORS, Reason, Refusal, Reply, Request, Swapped,
 };
 use crate::session::{Heard, Loading, Session, agree};
 use crate::target::Event;
+use crate::track::{Row, Shelf, Track};
 use crate::{MAX_E, MAX_N, REPLY_LEN, REPLY_WORDS};
 
 /// Ticks of one half of the black box: at least so many stand before an alarm.
@@ -48,6 +51,10 @@ pub struct Seat<L: Tuned<E, N>, const E: usize, const N: usize> {
     /// A law that waits for its first tick, and what came of it: u before, u after.
     next: Option<Monitored<L, E>>,
     changed: Option<Result<[f32; 2], RetuneError>>,
+    /// A record that is being made, or has ended.
+    track: Option<Track>,
+    /// Is there a law that waits, or a record that goes on?
+    waits: bool,
     /// Nobody wants what the black box has, though an alarm that lasts may have stopped it again.
     let_go: bool,
     /// The longest that the interrupt took, and ticks that came late: the interrupt's to tell.
@@ -65,6 +72,8 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Seat<L, E, N> {
             newest: Output { u: 0.0, sigma: 0.0, sigma_star: 0.0, health: Health::OK },
             next: None,
             changed: None,
+            track: None,
+            waits: false,
             let_go: false,
             worst: 0,
             missed: 0,
@@ -79,16 +88,20 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Seat<L, E, N> {
         self.newest
     }
 
-    /// Is the coming tick the first of a law? Then it is [`change`](Self::change).
+    /// Is the coming tick the first of a law, or one that is recorded? Then it is [`change`](Self::change).
     #[inline(always)]
     pub const fn is_to_change(&self) -> bool {
-        self.next.is_some() || !self.axis.running().is_started()
+        self.waits || !self.axis.running().is_started()
     }
 
-    /// A tick in which a law starts, or the one that waits takes over, if it can; else it is one of the old law.
+    /// A tick in which a law starts, or the one that waits takes over, if it can (else it is one of the old law), or
+    /// that is recorded: then u is what is to be held, with what shakes.
     #[inline(never)]
     pub fn change(&mut self, counts: [Option<i32>; E], applied: Option<f32>) -> Output<f32> {
         let before = self.newest.u;
+        // Whoever knows better what was held says so.
+        let held = self.track.as_ref().filter(|track| track.is.goes_on).map(|track| track.held(L::LATE));
+        let applied = applied.or(held);
         // An alarm may have come up since the request was looked at.
         let next = self.next.take().filter(|_| !self.keeps());
         let retuned = next.map(|law| self.axis.retune(law, counts));
@@ -98,7 +111,17 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Seat<L, E, N> {
             self.let_go &= retuned.is_err();
             self.changed = Some(retuned.map(|()| [before, self.newest.u]));
         }
+        if let (Some(held), Some(track)) = (applied, self.track.as_mut().filter(|track| track.is.goes_on)) {
+            self.newest.u = track.ticked(&counts, held, &self.newest, L::LATE);
+            track.is.missed = self.missed.wrapping_sub(track.missed_before);
+        }
+        self.waits = self.next.is_some() || self.is_recording();
         self.newest
+    }
+
+    /// Is a record being made?
+    fn is_recording(&self) -> bool {
+        self.track.as_ref().is_some_and(|track| track.is.goes_on)
     }
 
     /// Is there a black box that stands still, and that a change of the design would begin anew?
@@ -120,6 +143,9 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Seat<L, E, N> {
 
     /// All but law and plan begins anew.
     fn reset(&mut self) {
+        if let Some(track) = &mut self.track {
+            track.end();
+        }
         self.axis.reset();
         self.let_go = false;
     }
@@ -152,6 +178,11 @@ pub trait Machine<L: Tuned<E, N>, const E: usize, const N: usize> {
     fn disturb(&mut self, _: &Disturbance) -> bool {
         false
     }
+
+    /// Puts another plant in its place; `false` where there is none, as on a board.
+    fn replace(&mut self, _: &Plant) -> bool {
+        false
+    }
 }
 
 /// The background's side of a drive that runs by itself.
@@ -164,6 +195,7 @@ pub struct Live<L: Tuned<E, N>, const E: usize, const N: usize> {
     words: [u32; MOST_DRIVE_WORDS],
     count: usize,
     fingerprint: u32,
+    shelf: Shelf,
     event: Option<Event>,
 }
 
@@ -187,9 +219,22 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
             words,
             count,
             fingerprint: law.fingerprint(),
+            shelf: Shelf::NONE,
             event: None,
         };
         Ok((live, law))
+    }
+
+    /// The same, with a memory for records: as many rows as it has.
+    #[must_use]
+    pub fn recording_in(mut self, rows: &'static mut [Row]) -> Self {
+        self.shelf = Shelf::of(rows);
+        self
+    }
+
+    /// That memory again, when no record is being made in it.
+    pub fn into_rows(self) -> Option<&'static mut [Row]> {
+        self.shelf.into_rows()
     }
 
     /// What to send before the first request.
@@ -227,12 +272,24 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
             Request::Load { offset, words } => self.loading.load(offset, words)?,
             Request::Observe => return Ok(observed(machine)),
             Request::Move { goal, ticks } => return self.plan(goal, ticks, machine),
-            Request::Swap => return self.swap(machine),
+            Request::Swap { at_rest } => return self.swap(at_rest, machine),
             Request::Order(Order::Freeze) => machine.between(Seat::freeze),
             Request::Order(Order::Release) => machine.between(Seat::release),
             Request::Order(Order::Reset) => reset(machine)?,
+            Request::Order(Order::Record) => self.record(machine)?,
+            Request::Order(Order::EndRecord) => {
+                machine.between(|seat| seat.track.iter_mut().for_each(Track::end));
+                until(machine, |seat| !seat.is_recording());
+            }
+            Request::Prepare { rows, every } => {
+                self.fetch(machine);
+                self.shelf.prepare([rows, every])?;
+            }
+            Request::Shake { offset, currents } => self.shelf.shake(offset, currents, L::limits(&self.design))?,
             Request::Recall(part) => return self.recall(part, machine).map(Reply::Recalled),
             Request::Disturb(disturbance) if disturbance.load_n_m.is_finite() && machine.disturb(&disturbance) => {}
+            Request::Plant(plant) if plant.iter().all(|it| *it >= 0.0 && it.is_finite()) && machine.replace(&plant) => {
+            }
             _ => return Err(Refusal::of_kind(request)),
         }
         Ok(Reply::Done)
@@ -279,21 +336,52 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
         Err(Refusal::of(Reason::Late))
     }
 
-    fn swap(&mut self, machine: &mut impl Machine<L, E, N>) -> Result<Reply, Refusal> {
+    /// Takes back a record that has ended by itself.
+    fn fetch(&mut self, machine: &mut impl Machine<L, E, N>) {
+        if self.shelf.is_lent()
+            && let Some(track) = machine.between(|seat| if seat.is_recording() { None } else { seat.track.take() })
+        {
+            self.shelf = track.ended();
+        }
+    }
+
+    fn record(&mut self, machine: &mut impl Machine<L, E, N>) -> Result<(), Refusal> {
+        let (is_started, health) = machine.between(|seat| (seat.axis.running().is_started(), seat.newest.health));
+        if health.contains(Health::STOPPED) || !is_started {
+            return Err(Refusal::of(Reason::Stopped));
+        }
+        let (rows, wanted) = self.shelf.lend()?;
+        let limits = L::limits(&self.design);
+        machine.between(|seat| {
+            let begin = [seat.axis.tick_number(), seat.missed];
+            seat.track = Some(Track::new(rows, wanted, limits, begin, seat.newest.u));
+            seat.waits = true;
+        });
+        Ok(())
+    }
+
+    fn swap(&mut self, at_rest: bool, machine: &mut impl Machine<L, E, N>) -> Result<Reply, Refusal> {
         let (open, words) = self.loading.loaded()?;
         if open.instance != L::INSTANCE {
             return Err(Refusal { reason: Reason::Instance, target: 0, request: open.instance.word() });
         }
         // Nothing but the timer of the chip knows how often it ticks.
         agree(Reason::Period, nanoseconds(self.period_s), nanoseconds(number(words)))?;
-        if machine.between(|seat| seat.keeps()) {
-            return Err(Refusal::of(Reason::Frozen));
+        let (keeps, is_recording, is_moving) = machine.between(|seat| {
+            (seat.keeps(), seat.is_recording(), L::left(seat.axis.plan(), seat.axis.tick_number()) > 0)
+        });
+        for (is, reason) in
+            [(keeps, Reason::Frozen), (is_recording, Reason::Recording), (at_rest && is_moving, Reason::Moving)]
+        {
+            if is {
+                return Err(Refusal::of(reason));
+            }
         }
         let (began, first) = (machine.now(), machine.between(|seat| seat.axis.tick_number()));
-        let (design, law) = L::read(words)?;
+        let (design, law) = L::read_as(words, at_rest)?;
         let (fingerprint, time) = (law.fingerprint(), machine.now().wrapping_sub(began));
         let last = machine.between(|seat| {
-            seat.next = Some(law);
+            (seat.next, seat.waits) = (Some(law), true);
             seat.axis.tick_number()
         });
         until(machine, |seat| seat.next.is_none());
@@ -313,7 +401,8 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
         Ok(Reply::Swapped(Swapped { tick, ticks: last.wrapping_sub(first), time, u, fingerprint }))
     }
 
-    fn recall(&self, part: Part, machine: &mut impl Machine<L, E, N>) -> Result<[u32; REPLY_WORDS], Refusal> {
+    fn recall(&mut self, part: Part, machine: &mut impl Machine<L, E, N>) -> Result<[u32; REPLY_WORDS], Refusal> {
+        self.fetch(machine);
         let words = &self.words[..self.count];
         let (half, part) = match part {
             Part::Design => {
@@ -321,6 +410,11 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
                 return Ok(filled([open.instance.word(), open.count, open.design, self.fingerprint]));
             }
             Part::DesignWords(from) => return Ok(filled(words.iter().copied().skip(from as usize))),
+            Part::Track => {
+                let now = machine.between(|seat| seat.track.as_ref().map(|track| track.is));
+                return Ok(filled(self.shelf.is(now).words()));
+            }
+            Part::Rows(from) => return Ok(filled(self.shelf.rows(from)?.iter().flatten().copied())),
             Part::Half(half) | Part::State(half, _) | Part::Frame(half, _) => (half, part),
         };
         machine.between(|seat| {

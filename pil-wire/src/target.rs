@@ -105,10 +105,13 @@ impl Target {
             // For a drive that runs by itself.
             Request::Observe
             | Request::Move { .. }
-            | Request::Swap
+            | Request::Swap { .. }
             | Request::Order(_)
             | Request::Recall(_)
-            | Request::Disturb(_) => return Err(Refusal::of_kind(&request)),
+            | Request::Disturb(_)
+            | Request::Prepare { .. }
+            | Request::Shake { .. }
+            | Request::Plant(_) => return Err(Refusal::of_kind(&request)),
         }
         Ok(Reply::Done)
     }

@@ -23,6 +23,7 @@ mod drive;
 mod error;
 mod own;
 mod resolve;
+mod rewrite;
 
 pub use assemble::{AtRest, Corner, Drive, Experiment, Mu, Sensed, ShaftOf, StateName};
 pub use drive::{
@@ -31,6 +32,7 @@ pub use drive::{
     ReferenceKind, ReferenceTable, TuningKey,
 };
 pub use error::{ScenarioError, Source};
+pub use rewrite::rewritten;
 
 use document::KeyPath;
 use error::Origin;

@@ -9,7 +9,7 @@ use controller_core::Limits;
 use controller_core::drive::{ALARMS, Encoder, Motor, MotorDesign, MotorDrive, Position};
 use host_sim::remote::Loadable;
 use host_sim::transport::{Transport, TransportError};
-use pil_wire::{Disturbance, Instance, Live, Machine, Model, Seat, halves};
+use pil_wire::{Disturbance, Instance, Live, Machine, Model, Row, Seat, halves};
 
 /// The law of it.
 pub type Law = MotorDrive<f32, Position, 1>;
@@ -18,6 +18,8 @@ pub const PERIOD_S: f64 = 1e-3;
 const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
 /// What it begins with.
 pub const DESIGN: MotorDesign = MotorDesign::by_rule(PERIOD_S, MOTOR, Encoder::absolute(20), Limits::symmetric(10.0));
+/// Rows of its memory.
+const ROWS: usize = 4000;
 /// Ticks that pass while the host waits for a reply.
 const PASSING: usize = 7;
 
@@ -41,6 +43,8 @@ pub struct Chip {
     disturbance: Disturbance,
     /// u of every tick.
     pub u: Vec<f32>,
+    /// Its counts, if they were lost too.
+    pub counts: Vec<i32>,
     /// Is there a stand-in that can be disturbed?
     pub is_stand_in: bool,
     /// Ticks that pass whenever the background comes to the seat.
@@ -52,10 +56,11 @@ impl Chip {
         if !self.disturbance.stuck[0] {
             self.count = (self.x[0] / TAU * 1_048_576.0).floor() as i32;
         }
-        let counts = [Some(self.count)];
+        let counts = [Some(self.count).filter(|_| !self.disturbance.lost[0])];
         let is_to_change = self.seat.is_to_change();
         let output = if is_to_change { self.seat.change(counts, None) } else { self.seat.tick(counts, None) };
         self.u.push(output.u);
+        self.counts.push(self.count);
         let torque = MOTOR.torque_n_m_per_a * f64::from(output.u) - f64::from(self.disturbance.load_n_m);
         let friction = 0.005 * (self.x[1] / 0.005).tanh();
         // Ten steps a tick: the friction is steep.
@@ -102,13 +107,16 @@ impl Bench {
     /// Never: it is a good design.
     pub fn new() -> Self {
         let (live, law) = Live::new(loadable(&DESIGN).words).expect("a good design");
-        let disturbance = Disturbance { stuck: [false; 2], load_n_m: 0.0 };
+        // As a chip's memory: there as long as the program.
+        let live = live.recording_in(vec![Row::default(); ROWS].leak());
+        let disturbance = Disturbance::default();
         let chip = Chip {
             seat: Seat::new(law),
             x: [0.0; 2],
             count: 0,
             disturbance,
             u: Vec::new(),
+            counts: Vec::new(),
             is_stand_in: true,
             ticks_between: 0,
         };

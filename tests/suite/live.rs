@@ -81,7 +81,7 @@ fn a_bandwidth_and_a_goal_sent_in_flight_leave_no_jump_on_a_bad_wire_too() {
 fn tripped<T: Transport>(drive: &mut LiveDrive<T>) -> BlackBox {
     drive.move_to(0.4, 0).unwrap_or_else(|error| panic!("{error}"));
     arrive(drive);
-    let stuck = Disturbance { stuck: [true, false], load_n_m: 0.02 };
+    let stuck = Disturbance { stuck: [true, false], load_n_m: 0.02, ..Disturbance::default() };
     drive.disturb(stuck).unwrap_or_else(|error| panic!("{error}"));
     let began = drive.observe().unwrap_or_else(|error| panic!("{error}")).tick;
     loop {
@@ -107,7 +107,7 @@ fn a_count_that_sticks_in_motion_stops_the_drive_as_soon_as_its_monitors_do() {
                 break seen.tick;
             }
         };
-        let stuck = Disturbance { stuck: [true, false], load_n_m: 0.0 };
+        let stuck = Disturbance { stuck: [true, false], load_n_m: 0.0, ..Disturbance::default() };
         drive.disturb(stuck).unwrap_or_else(|error| panic!("{error}"));
         while !drive.observe().unwrap_or_else(|error| panic!("{error}")).frozen {}
         let remembered = drive.black_box().unwrap_or_else(|error| panic!("{error}"));
@@ -251,7 +251,7 @@ fn a_drive_that_has_stopped_starts_again_where_it_is() {
     tripped(&mut drive);
     assert!(told(drive.move_to(0.0, 0)).contains("reset it first"));
     assert!(told(drive.swap(&loadable(&DESIGN))).contains("would empty it"));
-    drive.disturb(Disturbance { stuck: [false; 2], load_n_m: 0.0 }).unwrap_or_else(|error| panic!("{error}"));
+    drive.disturb(Disturbance::default()).unwrap_or_else(|error| panic!("{error}"));
     // It has run away behind the stuck count, and friction alone brakes it.
     let still = (0..20_000).any(|_| {
         let before = drive.transport().chip.angle_rad();
@@ -295,7 +295,7 @@ fn an_alarm_in_the_midst_of_a_swap_keeps_its_black_box() {
         let mut drive = connect(bench);
         drive.move_to(0.4, 0).unwrap_or_else(|error| panic!("{error}"));
         arrive(&mut drive);
-        let stuck = Disturbance { stuck: [true, false], load_n_m: 0.02 };
+        let stuck = Disturbance { stuck: [true, false], load_n_m: 0.02, ..Disturbance::default() };
         drive.disturb(stuck).unwrap_or_else(|error| panic!("{error}"));
         for _ in 0..early {
             drive.observe().unwrap_or_else(|error| panic!("{error}"));
@@ -331,7 +331,9 @@ fn an_alarm_that_lasts_and_stops_nothing_does_not_keep_out_a_better_design() {
     }
     let mut drive = connect(Bench::new());
     drive.move_to(0.5, 0).unwrap_or_else(|error| panic!("{error}"));
-    drive.disturb(Disturbance { stuck: [false; 2], load_n_m: 0.02 }).unwrap_or_else(|error| panic!("{error}"));
+    drive
+        .disturb(Disturbance { stuck: [false; 2], load_n_m: 0.02, ..Disturbance::default() })
+        .unwrap_or_else(|error| panic!("{error}"));
     drive.swap(&anxious).unwrap_or_else(|error| panic!("{error}"));
     let seen = loop {
         let seen = drive.observe().unwrap_or_else(|error| panic!("{error}"));

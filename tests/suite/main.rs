@@ -4,6 +4,7 @@ mod budget;
 mod capi;
 mod capi_drive;
 mod cases;
+mod commission;
 mod comparison;
 mod compile;
 mod convergence;

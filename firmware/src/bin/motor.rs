@@ -73,6 +73,7 @@ fn PendSV() {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     static mut SEAT: MaybeUninit<Seat<Law, 1, 2>> = MaybeUninit::uninit();
+    static mut ROWS: live::Rows = live::NO_ROWS;
 
     let (Some(core), Some(chip)) = (cortex_m::Peripherals::take(), Peripherals::take()) else { unreachable!() };
     fault::respond_with(fault::Response { switch_off, last_words: || DRIVE.last_words() });
@@ -89,5 +90,5 @@ fn main() -> ! {
     live::unmask(core.NVIC);
     let period = ticker::start(chip.TIM3, &chip.RCC, TICK_HZ);
     defmt::println!("motor: {=u32} Hz, time in {}", TICK_HZ, unit);
-    live::serve(&DRIVE, live, line, Clock { unit, period, tick_hz: TICK_HZ })
+    live::serve(&DRIVE, live.recording_in(ROWS), line, Clock { unit, period, tick_hz: TICK_HZ })
 }

@@ -14,12 +14,14 @@ use scenario::{Experiment, Source};
 use serde::Serialize;
 use whole_file::{Existing, Kind};
 
+use super::live::Reach;
 use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, status};
-use crate::commission::plants::{Campaign, Tried, try_all};
-use crate::commission::{Outcome, Plan, Report, Retuned, Rig, Stopped, Verified, sheet_of};
+use crate::commission::plants::{Plants, Tried, try_all};
+use crate::commission::{Outcome, Plan, Report, Retuned, Rig, Stopped, Swap, Verified, Wired, commission, sheet_of};
 use crate::identify::{Identified, Known, Parameter, Quality, Record, identify, record};
 use crate::report::number::significant;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
+use crate::transport::Emulator;
 
 /// What both commands are told.
 #[derive(Args, Debug)]
@@ -75,9 +77,17 @@ pub(super) struct CommissionOptions {
     /// Way of the move that verifies, rad.
     #[arg(long, value_name = "RAD", default_value_t = 1.0)]
     verify: f64,
+    /// The drive itself instead of a simulation: the emulated chip with this image, `drive` or `motor`.
+    #[arg(long, value_name = "FILE", conflicts_with = "port")]
+    image: Option<PathBuf>,
+    #[command(flatten)]
+    reach: Reach,
+    /// How the new gains take over; the others show what `at-rest` is better than.
+    #[arg(long, value_enum, value_name = "HOW", default_value = "at-rest")]
+    swap: Swap,
     /// Instead of the plant of the file: all 32 corners and random ones within so many percent of its data sheet, with
     /// friction, cogging, ripple, load and a current that nobody knows of; a joint only.
-    #[arg(long, value_name = "PERCENT")]
+    #[arg(long, value_name = "PERCENT", conflicts_with_all = ["image", "port"])]
     within: Option<f64>,
     /// Random plants of --within.
     #[arg(long, value_name = "N", default_value_t = 30, requires = "within")]
@@ -220,6 +230,7 @@ impl Console<'_> {
             peak_a: options.peak.unwrap_or(plan.peak_a),
             seed: options.seed,
             verify_rad: options.verify,
+            swap: options.swap,
             ..plan
         };
         if let Some(percent) = options.within {
@@ -230,17 +241,32 @@ impl Console<'_> {
         let (name, text, to) = (subject.name.clone(), subject.text.clone(), subject.to.display().to_string());
         let source = Source { file: &name, text: &text, sets: &common.sets };
         let mut retuned = None;
-        let (stop, bar) = (self.stop, self.bar((12.0 / subject.experiment.period_s) as u64, LEFT));
-        let mut watch = || {
-            bar.inc(1);
+        let design = |found: &mut Identified| {
+            let text = retuned.insert(Retuned::of(&source, &old, found)?);
+            text.designed(&to)
+        };
+        let drive = match &options.image {
+            Some(image) => Some(self.reached(image, &options.reach, options.seed, Emulator::paced)?),
+            // The port is asked first.
+            None if options.reach.is_port() => {
+                Some(self.reached(Path::new(""), &options.reach, options.seed, Emulator::paced)?)
+            }
+            None => None,
+        };
+        // Over a wire every row is made, and then read.
+        let ticks = if drive.is_some() { 20.0 } else { 12.0 } / subject.experiment.period_s;
+        let (stop, bar) = (self.stop, self.bar(ticks as u64, LEFT));
+        let mut watch = |ticks| {
+            bar.inc(ticks);
             if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let done = Rig::new(&mut subject.experiment, Signal::default(), &mut watch).and_then(|rig| {
-            rig.commission(&plan, &subject.known, |found| {
-                let text = retuned.insert(Retuned::of(&source, &old, found)?);
-                text.designed(&to)
-            })
-        });
+        let known = &subject.known;
+        let done = match drive {
+            Some(drive) => Wired::new(drive, subject.designed, &mut watch)
+                .and_then(|mut wired| commission(&mut wired, &plan, known, design)),
+            None => Rig::new(&mut subject.experiment, Signal::default(), &mut watch)
+                .and_then(|mut rig| commission(&mut rig, &plan, known, design)),
+        };
         bar.finish_and_clear();
         let report = match done {
             Ok(report) => report,
@@ -250,7 +276,7 @@ impl Console<'_> {
         let title = subject.experiment.title.clone();
         for (stem, figure) in [
             ("identified", figure(&title, &report.record, &report.identified)),
-            ("commissioned", sequence(&title, &report, subject.experiment.period_s)),
+            ("commissioned", sequence(&title, &report)),
         ] {
             figure
                 .write(&subject.folder, stem)
@@ -357,7 +383,7 @@ impl Console<'_> {
         if !(percent > 0.0 && percent <= 50.0) {
             return Err(bad(format!("--within {percent}: expected 0 to 50 percent, without 0")));
         }
-        let campaign = Campaign {
+        let plants = Plants {
             file: &subject.name,
             text: &subject.text,
             sets: &options.common.sets,
@@ -367,7 +393,7 @@ impl Console<'_> {
             known: subject.known,
         };
         let bar = Mutex::new(self.bar(32 + options.random as u64, LEFT));
-        let tried = try_all(&campaign, self.stop, &|| {
+        let tried = try_all(&plants, self.stop, &|| {
             if let Ok(bar) = bar.lock() {
                 bar.inc(1);
             }
@@ -389,7 +415,7 @@ impl Console<'_> {
             ("largest error over stated interval", |it| it.over_interval),
             ("condition", |it| it.report.identified.motor.condition),
             ("jump of u at the swap (A)", |it| it.report.jump_a),
-            ("move after the swap, true |y - r| (rad)", |it| it.report.verified.true_peak_rad),
+            ("move after the swap, true |y - r| (rad)", |it| it.report.verified.true_peak_rad.unwrap_or(f64::NAN)),
         ];
         for (name, of) in figures {
             let cells = [corners, between].map(|some| {
@@ -459,12 +485,12 @@ fn figure(title: &str, record: &Record, found: &Identified) -> Figure {
 }
 
 /// All of a commissioning: where the link was, how far off, the current.
-fn sequence(title: &str, report: &Report, period_s: f64) -> Figure {
+fn sequence(title: &str, report: &Report) -> Figure {
     let at = |f: &dyn Fn(&[f64; 3]) -> f64| -> Vec<(f64, f64)> {
-        report.ticks.iter().enumerate().map(|(k, tick)| (k as f64 * period_s, f(tick))).collect()
+        report.ticks.iter().map(|[t, rest @ ..]| (*t, f(rest))).collect()
     };
-    let [swapped, verified, home] = report.marks.map(|tick| tick as f64 * period_s);
-    let end = report.ticks.len() as f64 * period_s;
+    let [swapped, verified, home] = report.marks;
+    let end = report.ticks.last().map_or(home, |[t, ..]| *t);
     let bar = report.verified.bar_rad;
     let panel = |title: String, y_label: &str, series: Vec<Series>, x_range| Panel {
         title,

@@ -27,7 +27,7 @@ use crate::report::plot::{BLACK, Figure, Panel, Series, Style};
 use crate::report::write_whole;
 use crate::transport::faulty::Rates;
 use crate::transport::serial::BAUD;
-use crate::transport::{Emulator, Faulty, Serial, Stoppable, Transport};
+use crate::transport::{Emulator, Faulty, Serial, Stoppable, Transport, TransportError};
 
 /// Where `cargo xtask firmware` leaves the image, from the root of the repository.
 const IMAGE: &str = "firmware/target/thumbv7em-none-eabihf/release/drive";
@@ -67,13 +67,8 @@ pub(super) struct LiveOptions {
     /// The image to emulate, `drive` or `motor`.
     #[arg(long, value_name = "FILE", default_value = IMAGE, conflicts_with = "port")]
     image: PathBuf,
-    /// Serial port of a board instead, such as /dev/ttyUSB0.
-    #[arg(long, value_name = "DEV")]
-    port: Option<PathBuf>,
-    /// Speed of the port, bits per second.
-    #[arg(long, value_name = "N", default_value_t = BAUD, requires = "port")]
-    #[arg(value_parser = clap::value_parser!(u32).range(9600..=12_000_000))]
-    baud: u32,
+    #[command(flatten)]
+    reach: Reach,
     /// Commands from this file instead of stdin; the first that fails ends it.
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
@@ -83,12 +78,31 @@ pub(super) struct LiveOptions {
     /// Keep a picture of the last 10 seconds in this HTML file while it runs; a browser shows it anew by itself.
     #[arg(long, value_name = "FILE")]
     page: Option<PathBuf>,
-    /// Drop, corrupt, truncate, duplicate and delay frames, each with this probability in each direction (0 .. 0.1).
-    #[arg(long, value_name = "RATE", value_parser = rate)]
-    faults: Option<f64>,
     /// Seed of the faults.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "faults")]
     seed: u64,
+}
+
+/// The way to a drive that runs by itself.
+#[derive(Args, Debug)]
+pub(super) struct Reach {
+    /// Serial port of a board instead, such as /dev/ttyUSB0.
+    #[arg(long, value_name = "DEV")]
+    port: Option<PathBuf>,
+    /// Speed of the port, bits per second.
+    #[arg(long, value_name = "N", default_value_t = BAUD, requires = "port")]
+    #[arg(value_parser = clap::value_parser!(u32).range(9600..=12_000_000))]
+    baud: u32,
+    /// Drop, corrupt, truncate, duplicate and delay frames, each with this probability in each direction (0 .. 0.1).
+    #[arg(long, value_name = "RATE", value_parser = rate)]
+    faults: Option<f64>,
+}
+
+impl Reach {
+    /// Is it a board?
+    pub(super) const fn is_port(&self) -> bool {
+        self.port.is_some()
+    }
 }
 
 #[derive(Args, Debug)]
@@ -106,7 +120,9 @@ pub(super) struct ReplayOptions {
     out: Option<PathBuf>,
 }
 
-type Line<'a> = Stoppable<'a, Box<dyn Transport>>;
+/// How an image is booted in the emulator.
+pub(super) type Boot = fn(&Path) -> Result<Emulator, TransportError>;
+pub(super) type Line<'a> = Stoppable<'a, Box<dyn Transport>>;
 
 /// What happens while commands come.
 struct Session<'a> {
@@ -154,10 +170,8 @@ impl<'a> Console<'a> {
             None => None,
             Some(file) => Some(whole_file::read_text(file, Kind::SETTINGS).map_err(|why| bad(named(file, &why)))?),
         };
-        let (transport, within, question) = way(options)?;
-        let drive = LiveDrive::connect(Stoppable::new(transport, self.stop), within)
-            .map_err(|error| if self.is_stopped() { told_to_stop() } else { failed(format!("{error}; {question}")) })?;
-        let disturbance = Disturbance { stuck: [false; 2], load_n_m: 0.0 };
+        let drive = self.reached(&options.image, &options.reach, options.seed, Emulator::counting)?;
+        let disturbance = Disturbance::default();
         let page = options.page.as_ref().map(|file| Page { file: file.clone(), due: Instant::now() });
         let mut session = Session { drive, scenario, seen: Vec::new(), disturbance, stopped: false, page };
         self.greet(&session)?;
@@ -183,6 +197,19 @@ impl<'a> Console<'a> {
         let traffic = session.drive.traffic();
         self.note(&format!("{} requests, {} sent again", traffic.answered, traffic.repeated));
         done.map(|()| status::DONE)
+    }
+
+    /// A drive that runs by itself: the image in the emulator, or a board.
+    pub(super) fn reached(
+        &mut self,
+        image: &Path,
+        to: &Reach,
+        seed: u64,
+        boot: Boot,
+    ) -> Result<LiveDrive<Line<'a>>, Failure> {
+        let (transport, within, question) = way(image, to, seed, boot)?;
+        LiveDrive::connect(Stoppable::new(transport, self.stop), within)
+            .map_err(|error| if self.is_stopped() { told_to_stop() } else { failed(format!("{error}; {question}")) })
     }
 
     fn is_stopped(&self) -> bool {
@@ -466,8 +493,8 @@ fn next_line(typed: &mut impl BufRead) -> Option<Result<String, String>> {
 }
 
 /// The way to the drive, how long a round trip may take, and what to ask when nothing answers.
-fn way(options: &LiveOptions) -> Result<(Box<dyn Transport>, Duration, String), Failure> {
-    let LiveOptions { image, port, baud, faults, seed, .. } = options;
+fn way(image: &Path, to: &Reach, seed: u64, boot: Boot) -> Result<(Box<dyn Transport>, Duration, String), Failure> {
+    let Reach { port, baud, faults } = to;
     let (transport, within, question): (Box<dyn Transport>, _, _) = if let Some(port) = port {
         let transport = Serial::open(port, *baud).map_err(|error| failed(error.0))?;
         // 10 bits a byte there and back, twice for what stands in the way (a USB adapter gathers bytes for 16 ms).
@@ -479,12 +506,12 @@ fn way(options: &LiveOptions) -> Result<(Box<dyn Transport>, Duration, String), 
         (Box::new(transport), Duration::from_millis(50) + 2 * line, question)
     } else {
         present(image, "--image").map_err(failed)?;
-        let transport = Emulator::counting(image).map_err(|error| failed(error.0))?;
+        let transport = boot(image).map_err(|error| failed(error.0))?;
         let question = format!("is {} the image `drive` or `motor`, and of this version?", image.display());
         (Box::new(transport), Duration::from_millis(100), question)
     };
     Ok(match faults {
-        Some(rate) => (Box::new(Faulty::new(transport, Rates::all(*rate), *seed)), Duration::from_millis(20), question),
+        Some(rate) => (Box::new(Faulty::new(transport, Rates::all(*rate), seed)), Duration::from_millis(20), question),
         None => (transport, within, question),
     })
 }

@@ -9,7 +9,6 @@ use cycle_bound::table::Table;
 use loop_sim::port::drive::DriveDesign;
 use scenario::Source;
 use serde::Serialize;
-use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
 use whole_file::Existing;
 
 use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, status};
@@ -253,45 +252,32 @@ fn worth(asked: &Asked, found: &Found) -> f64 {
     found.cost() + 100.0 * asked.missed(found).len() as f64
 }
 
-fn value_of(key: &str, values: &[f64]) -> Value {
+fn value_of(key: &str, values: &[f64]) -> String {
     match values {
-        [value] if key == "gain_sets" => (*value as i64).into(),
-        [value] => (*value).into(),
-        values => values.iter().copied().collect::<Array>().into(),
+        [value] if key == "gain_sets" => (*value as i64).to_string(),
+        [value] => format!("{value:?}"),
+        values => format!("{values:?}"),
     }
 }
 
 /// The file with what was set besides, so that what is written is the drive that was judged.
 fn written_into(text: &str, sets: &[String]) -> Result<String, String> {
-    let mut document = text.parse::<DocumentMut>().map_err(|error| error.to_string())?;
-    for set in sets {
-        let (path, value) = set.split_once('=').ok_or_else(|| format!("--set {set}: expected KEY=VALUE"))?;
-        let mut keys: Vec<&str> = path.trim().split('.').map(str::trim).collect();
-        if path.contains('[') {
-            return Err(format!("--set {set}: an entry of a list is not written into a file: change it there"));
-        }
-        let Some(last) = keys.pop() else { continue };
-        let mut table: &mut dyn TableLike = document.as_table_mut();
-        for key in keys {
-            let inner = table.entry(key).or_insert_with(toml_edit::table);
-            table = inner.as_table_like_mut().ok_or_else(|| format!("--set {set}: {key} is no table of the file"))?;
-        }
-        let value = value.trim();
-        table.insert(last, Item::Value(value.parse::<Value>().unwrap_or_else(|_| value.into())));
-    }
-    Ok(document.to_string())
+    let changes: Result<Vec<_>, String> = sets
+        .iter()
+        .map(|set| {
+            let (key, value) = set.split_once('=').ok_or_else(|| format!("--set {set}: expected KEY=VALUE"))?;
+            Ok((key, Some(value)))
+        })
+        .collect();
+    scenario::rewritten(text, changes?)
 }
 
 /// The file with these in its table `drive`, and all else as it was.
 fn with_settings(text: &str, settings: &[(&'static str, Vec<f64>)]) -> Result<String, String> {
-    let mut document = text.parse::<DocumentMut>().map_err(|error| error.to_string())?;
-    let drive = document.entry("drive").or_insert_with(toml_edit::table);
-    let drive = drive.as_table_like_mut().ok_or("drive is no table")?;
-    drive.remove("tuning");
-    for (key, values) in settings {
-        drive.insert(key, Item::Value(value_of(key, values)));
-    }
-    Ok(document.to_string())
+    let settings: Vec<(String, String)> =
+        settings.iter().map(|(key, values)| (format!("drive.{key}"), value_of(key, values))).collect();
+    let settings = settings.iter().map(|(key, value)| (key.as_str(), Some(value.as_str())));
+    scenario::rewritten(text, std::iter::once(("drive.tuning", None)).chain(settings))
 }
 
 impl Answer<'_> {

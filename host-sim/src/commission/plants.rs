@@ -15,7 +15,7 @@ use loop_sim::random::Random;
 use loop_sim::signal::{Signal, Term};
 use scenario::Source;
 
-use super::{Plan, Report, Retuned, Rig, Stopped, limit_a, sheet_of};
+use super::{Plan, Report, Retuned, Rig, Stopped, commission, limit_a, sheet_of};
 use crate::identify::{Identified, Known, Sheet};
 
 /// Periods of the cogging in a turn.
@@ -79,7 +79,7 @@ pub fn unknown_current(limit_a: f64) -> Signal {
 
 /// All plants within what a data sheet may be off, each commissioned.
 #[derive(Clone, Copy, Debug)]
-pub struct Campaign<'a> {
+pub struct Plants<'a> {
     /// What messages call the scenario.
     pub file: &'a str,
     /// The scenario.
@@ -119,7 +119,7 @@ pub fn ratios(joint: &Joint) -> [f64; 5] {
     ]
 }
 
-impl Campaign<'_> {
+impl Plants<'_> {
     /// The plants.
     ///
     /// # Errors
@@ -147,10 +147,10 @@ impl Campaign<'_> {
         let designed = drive.designed;
         let old = sheet_of(&designed);
         let known = Known { cogging_per_turn: Some(COGGING_PER_TURN), lag_s: drive.current_lag_s, ..self.known };
-        let (more, mut on) = (unknown_current(limit_a(&designed)), || ControlFlow::Continue(()));
-        let rig = Rig::new(&mut experiment, more, &mut on)?;
+        let (more, mut on) = (unknown_current(limit_a(&designed)), |_| ControlFlow::Continue(()));
+        let mut rig = Rig::new(&mut experiment, more, &mut on)?;
         let mut found = None;
-        let report = rig.commission(&self.plan, &known, |identified| {
+        let report = commission(&mut rig, &self.plan, &known, |identified| {
             found = Some(identified.clone());
             change(identified);
             Retuned::of(&source, &old, identified)?.designed(self.file)
@@ -174,11 +174,11 @@ impl Campaign<'_> {
 /// # Errors
 /// When the scenario is of no joint.
 pub fn try_all(
-    campaign: &Campaign<'_>,
+    plants: &Plants<'_>,
     stop: &AtomicBool,
     step: &(dyn Fn() + Sync),
 ) -> Result<Option<Vec<Result<Tried, Stopped>>>, String> {
-    let variants = campaign.variants()?;
+    let variants = plants.variants()?;
     let (next, done) = (AtomicUsize::new(0), Mutex::new(vec![None; variants.len()]));
     let threads = thread::available_parallelism().map_or(1, usize::from);
     thread::scope(|scope| {
@@ -188,7 +188,7 @@ pub fn try_all(
                     && let Some(variant) = variants.get(k)
                     && !stop.load(Ordering::Relaxed)
                 {
-                    let tried = campaign.tried(variant, |_| ());
+                    let tried = plants.tried(variant, |_| ());
                     step();
                     if let Ok(mut done) = done.lock() {
                         done[k] = Some(tried);

@@ -6,7 +6,6 @@
 use controller_core::drive::{Joint, Motor};
 use loop_sim::port::drive::DriveDesign;
 use scenario::Source;
-use toml_edit::{DocumentMut, Item, Value};
 
 use crate::identify::{Identified, Sheet};
 use crate::report::number::significant;
@@ -43,44 +42,30 @@ impl Retuned {
             (Sheet::Joint(old), Sheet::Joint(new)) => ("joint", joint_keys(old, new, number)?),
             (Sheet::Motor(old), Sheet::Motor(new)) => {
                 let torque = number("motor.torque_n_m_per_a")?;
-                ("motor", vec![("torque_n_m_per_a", torque * new.torque_n_m_per_a / old.torque_n_m_per_a)])
+                ("motor", vec![("motor.torque_n_m_per_a", torque * new.torque_n_m_per_a / old.torque_n_m_per_a)])
             }
             _ => return Err(format!("{}: the record is of another kind of drive", source.file)),
         };
-        let mut document = source.text.parse::<DocumentMut>().map_err(|error| error.to_string())?;
-        document.remove("error");
-        let rounded = |value: f64| significant(value, 6).parse::<f64>().unwrap_or(value);
-        let mut insert = |table: &str, key: &str, value: f64| -> Result<(), String> {
-            let entry = document.entry(table).or_insert_with(toml_edit::table);
-            let entry = entry.as_table_like_mut().ok_or_else(|| format!("{table} is no table"))?;
-            // What is beside a key stays there.
-            if let Some(there) = entry.get_mut(key).and_then(Item::as_value_mut) {
-                let decor = there.decor().clone();
-                *there = Value::from(rounded(value));
-                *there.decor_mut() = decor;
-            } else {
-                entry.insert(key, toml_edit::value(rounded(value)));
-            }
-            Ok(())
-        };
-        for (key, value) in &keys {
-            insert(table, key, *value)?;
-        }
         if let Some(friction_a) = friction {
             let torque = match &found.sheet {
                 Sheet::Joint(Joint { torque_n_m_per_a, .. }) | Sheet::Motor(Motor { torque_n_m_per_a, .. }) => {
                     *torque_n_m_per_a
                 }
             };
-            insert("friction", "coulomb_n_m", friction_a * torque)?;
-            keys.push(("coulomb_n_m", friction_a));
+            keys.push(("friction.coulomb_n_m", friction_a * torque));
         }
+        let keys: Vec<(&str, String)> = keys
+            .into_iter()
+            .map(|(key, value)| (key, format!("{:?}", significant(value, 6).parse().unwrap_or(value))))
+            .collect();
+        let changes = keys.iter().map(|(key, value)| (*key, Some(value.as_str())));
+        let text = scenario::rewritten(source.text, changes.chain([("error", None)]))?;
         let is_found = |set: &&String| {
             let key = set.split('=').next().unwrap_or_default().trim();
-            keys.iter().any(|(name, _)| key.ends_with(name)) || key.starts_with("error") || key == table
+            keys.iter().any(|(path, _)| *path == key) || key.starts_with("error") || key == table
         };
         let sets = source.sets.iter().filter(|set| !is_found(set)).cloned().collect();
-        Ok(Self { text: document.to_string(), sets })
+        Ok(Self { text, sets })
     }
 
     /// The drive of it.
@@ -104,11 +89,11 @@ fn joint_keys(
     let own_inertia = inertia / old.motor_inertia_kg_m2;
     let torque = number("joint.torque_n_m_per_a")?;
     Ok(vec![
-        ("stiffness_n_m", new.stiffness_n_m),
-        ("link_damping_n_m_s", new.link_damping_n_m_s),
-        ("weight_n_m", new.weight_n_m),
-        ("motor_inertia_kg_m2", own_inertia * new.motor_inertia_kg_m2),
-        ("motor_damping_n_m_s", own_inertia * new.motor_damping_n_m_s),
-        ("torque_n_m_per_a", torque / old.torque_n_m_per_a * new.torque_n_m_per_a),
+        ("joint.stiffness_n_m", new.stiffness_n_m),
+        ("joint.link_damping_n_m_s", new.link_damping_n_m_s),
+        ("joint.weight_n_m", new.weight_n_m),
+        ("joint.motor_inertia_kg_m2", own_inertia * new.motor_inertia_kg_m2),
+        ("joint.motor_damping_n_m_s", own_inertia * new.motor_damping_n_m_s),
+        ("joint.torque_n_m_per_a", torque / old.torque_n_m_per_a * new.torque_n_m_per_a),
     ])
 }

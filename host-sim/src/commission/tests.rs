@@ -1,39 +1,41 @@
 //! A drive commissions itself on plants that are up to 50 % off, with friction, cogging, ripple, load and a current
-//! that
-//! nobody knows of; and does not where it should not. All 62 plants: `host-sim commission --within 50`.
+//! that nobody knows of; and does not where it should not. All 62 plants: `host-sim commission --within 50`.
 
 use controller_core::drive::Joint;
+use loop_sim::signal::Signal;
 use scenario::Source;
 
-use super::plants::{Campaign, Tried, Variant};
+use super::plants::{Plants, Tried, Variant};
 use super::*;
+use crate::identify::Angle;
 
 /// Corners in k_1, b_1, k_2, b_2, B_0, a bit each, among them the worst of all for the move (measured with all), then
 /// two random plants.
 const SOME: [usize; 6] = [0, 13, 22, 31, 35, 50];
 
-fn campaign<'a>(text: &'a str, sets: &'a [String]) -> Campaign<'a> {
+fn plants<'a>(text: &'a str, sets: &'a [String]) -> Plants<'a> {
     let experiment = scenario::parse(&Source { file: "joint.toml", text, sets }, "x").expect("a file");
     let designed = experiment.drive.as_ref().expect("a drive").designed;
     let known = Known::with_lag(0.0);
-    Campaign { file: "joint.toml", text, sets, share: 0.5, random: 30, plan: Plan::of(&designed), known }
+    Plants { file: "joint.toml", text, sets, share: 0.5, random: 30, plan: Plan::of(&designed), known }
 }
 
 fn sets(of: &[&str]) -> Vec<String> {
     of.iter().map(ToString::to_string).collect()
 }
 
-fn all(campaign: &Campaign<'_>, some: &[usize]) -> Vec<(usize, Tried)> {
-    let variants = campaign.variants().expect("a joint");
-    let tried = |&k: &usize| (k, campaign.tried(&variants[k], |_| ()).unwrap_or_else(|why| panic!("plant {k}: {why}")));
+fn all(plants: &Plants<'_>, some: &[usize]) -> Vec<(usize, Tried)> {
+    let variants = plants.variants().expect("a joint");
+    let tried = |&k: &usize| (k, plants.tried(&variants[k], |_| ()).unwrap_or_else(|why| panic!("plant {k}: {why}")));
     some.iter().map(tried).collect()
 }
 
 #[test]
 fn joints_that_are_off_by_half_commission_themselves_at_20_bits() {
     let sets = sets(&["joint.current_lag_s=0"]);
-    for (k, Tried { off, over_interval, report }) in all(&campaign(scenario::JOINT, &sets), &SOME) {
+    for (k, Tried { off, over_interval, report }) in all(&plants(scenario::JOINT, &sets), &SOME) {
         let Verified { peak_rad, true_peak_rad, residual_steps, .. } = report.verified;
+        let true_peak_rad = true_peak_rad.expect("a simulation");
         println!("{k}: {off:?} {over_interval:.2} move {peak_rad:.1e} {true_peak_rad:.1e} left {residual_steps:?}");
         assert_eq!(report.outcome, Outcome::Accepted, "plant {k}");
         assert!(true_peak_rad <= 1e-4, "plant {k}: {true_peak_rad:e}");
@@ -48,9 +50,10 @@ fn joints_that_are_off_by_half_commission_themselves_at_20_bits() {
 fn joints_with_encoders_of_14_bits_commission_themselves() {
     let sets =
         sets(&["joint.current_lag_s=0", "encoder.link.bits=14", "encoder.motor.bits=14", "drive.tuning=\"normal\""]);
-    for (k, Tried { off, report, .. }) in all(&campaign(scenario::JOINT, &sets), &SOME[..3]) {
-        println!("{k}: {off:?} move {:.1e}", report.verified.true_peak_rad);
-        assert!(report.outcome == Outcome::Accepted && report.verified.true_peak_rad <= 1e-3, "plant {k}");
+    for (k, Tried { off, report, .. }) in all(&plants(scenario::JOINT, &sets), &SOME[..3]) {
+        let peak_rad = report.verified.true_peak_rad.expect("a simulation");
+        println!("{k}: {off:?} move {peak_rad:.1e}");
+        assert!(report.outcome == Outcome::Accepted && peak_rad <= 1e-3, "plant {k}");
         for (off, bar) in off.iter().zip([3e-3, 2e-2, 0.15, 0.3, 0.15]) {
             assert!(*off <= bar, "plant {k}: {off}");
         }
@@ -62,8 +65,8 @@ fn joints_with_encoders_of_14_bits_commission_themselves() {
 #[test]
 fn a_wrong_link_is_seen_and_the_old_gains_are_back() {
     let sets = sets(&["joint.current_lag_s=0"]);
-    let campaign = campaign(scenario::JOINT, &sets);
-    let variants = campaign.variants().expect("a joint");
+    let plants = plants(scenario::JOINT, &sets);
+    let variants = plants.variants().expect("a joint");
     for (k, factor) in [(0, 1.5), (13, 0.7), (22, 1.2), (35, 1.2)] {
         let wrong = |found: &mut Identified| {
             if let Sheet::Joint(joint) = &mut found.sheet {
@@ -74,7 +77,7 @@ fn a_wrong_link_is_seen_and_the_old_gains_are_back() {
                 }
             }
         };
-        let Tried { report, .. } = campaign.tried(&variants[k], wrong).unwrap_or_else(|why| panic!("plant {k}: {why}"));
+        let Tried { report, .. } = plants.tried(&variants[k], wrong).unwrap_or_else(|why| panic!("plant {k}: {why}"));
         let Verified { peak_rad, residual_steps, .. } = report.verified;
         println!(
             "{k}, k_1 times {factor}: {:?} {peak_rad:.1e} {residual_steps:?}; home {:.1e}",
@@ -93,9 +96,9 @@ fn stopped(sets: &[String], change: impl Fn(&mut Plan)) -> Stopped {
     let designed = experiment.drive.as_ref().expect("a drive").designed;
     let mut plan = Plan::of(&designed);
     change(&mut plan);
-    let mut on = || ControlFlow::Continue(());
-    let rig = Rig::new(&mut experiment, Signal::default(), &mut on).expect("a drive");
-    let done = rig.commission(&plan, &Known::with_lag(0.0), |_| Err("nothing is to be designed".into()));
+    let mut on = |_| ControlFlow::Continue(());
+    let mut rig = Rig::new(&mut experiment, Signal::default(), &mut on).expect("a drive");
+    let done = commission(&mut rig, &plan, &Known::with_lag(0.0), |_| Err("nothing is to be designed".into()));
     done.expect_err("a record that is refused")
 }
 
@@ -119,12 +122,12 @@ fn a_record_that_says_too_little_is_refused() {
 #[test]
 fn without_enough_of_the_multisine_the_record_is_refused() {
     let sets = sets(&["joint.current_lag_s=0"]);
-    let quiet = campaign(scenario::JOINT, &sets);
+    let quiet = plants(scenario::JOINT, &sets);
     let variants = quiet.variants().expect("a joint");
     for (peak_a, some) in [(1e-6, [0, 1, 33]), (1.0, [0, 32, 35])] {
-        let campaign = Campaign { plan: Plan { peak_a, ..quiet.plan }, ..quiet };
+        let plants = Plants { plan: Plan { peak_a, ..quiet.plan }, ..quiet };
         for k in some {
-            let refused = campaign.tried(&variants[k], |_| ()).expect_err("a record that says too little");
+            let refused = plants.tried(&variants[k], |_| ()).expect_err("a record that says too little");
             println!("plant {k}, {peak_a} A: {refused}");
             assert!(matches!(refused, Stopped::Refused(_)), "{refused}");
         }
@@ -144,11 +147,11 @@ fn motors_that_are_off_by_half_commission_themselves() {
         let drive = experiment.drive.as_ref().expect("a drive");
         let known = Known { tolerance: 2.5, ..Known::with_lag(drive.current_lag_s) };
         let (plan, old) = (Plan::of(&drive.designed), sheet_of(&drive.designed));
-        let mut on = || ControlFlow::Continue(());
-        let rig = Rig::new(&mut experiment, Signal::default(), &mut on).expect("a drive");
+        let mut on = |_| ControlFlow::Continue(());
+        let mut rig = Rig::new(&mut experiment, Signal::default(), &mut on).expect("a drive");
         let design = |found: &mut Identified| Retuned::of(&source, &old, found)?.designed("x");
         let share = (1.0 + torque / 100.0) / (1.0 + inertia / 100.0);
-        let report = rig.commission(&plan, &known, design);
+        let report = commission(&mut rig, &plan, &known, design);
         if share > 2.9 {
             assert!(matches!(report, Err(Stopped::Refused(_))), "{error}");
             continue;
@@ -199,10 +202,106 @@ fn the_file_has_what_was_found() {
 #[test]
 fn corners_are_off_as_they_say() {
     let sets = sets(&[]);
-    let variants = campaign(scenario::JOINT, &sets).variants().expect("a joint");
+    let variants = plants(scenario::JOINT, &sets).variants().expect("a joint");
     assert_eq!(variants.len(), 62);
     let distinct: Vec<&Variant> =
         variants.iter().take(32).filter(|it| it.factors.iter().all(|it| (it - 1.0).abs() == 0.5)).collect();
     assert_eq!(distinct.len(), 32);
     assert!(variants[32..].iter().flat_map(|it| it.factors).all(|it| (0.5..=1.5).contains(&it)));
+}
+
+/// Ways in which a record is spoilt, each by a number in 0..1 of a seed.
+type Spoilt = fn(&mut Record, f64);
+const SPOILT: [(&str, Spoilt); 12] = [
+    ("encoders swapped", |it, _| {
+        if let Some(link) = &mut it.link {
+            std::mem::swap(link, &mut it.motor);
+        }
+    }),
+    ("link reversed", |it, _| it.link.iter_mut().flat_map(|link| &mut link.rad).for_each(|angle| *angle = -*angle)),
+    ("motor reversed", |it, _| it.motor.rad.iter_mut().for_each(|angle| *angle = -*angle)),
+    ("current of the other sign", |it, _| it.held_a.iter_mut().for_each(|held| *held = -*held)),
+    ("current three times as large", |it, _| it.held_a.iter_mut().for_each(|held| *held *= 3.0)),
+    ("current late by 5 to 15 ms", |it, x| {
+        let late = 5 + (10.0 * x) as usize;
+        it.held_a.rotate_right(late);
+    }),
+    ("3 to 30 rows left out", |it, x| {
+        let (at, count) = ((0.2 + 0.6 * x) * it.held_a.len() as f64, 3 + (27.0 * x) as usize);
+        let gone = at as usize..at as usize + count;
+        it.held_a.drain(gone.clone());
+        it.motor.rad.drain(gone.clone());
+        it.link.iter_mut().for_each(|link| drop(link.rad.drain(gone.clone())));
+    }),
+    ("link's count sticks for 20 to 100 ms", |it, x| {
+        let at = ((0.1 + 0.2 * x) * it.held_a.len() as f64) as usize;
+        if let Some(link) = &mut it.link {
+            let stuck = link.rad[at];
+            link.rad[at..at + 20 + (80.0 * x) as usize].fill(stuck);
+        }
+    }),
+    ("motor's count sticks for 20 to 100 ms", |it, x| {
+        let at = ((0.1 + 0.2 * x) * it.held_a.len() as f64) as usize;
+        let stuck = it.motor.rad[at];
+        it.motor.rad[at..at + 20 + (80.0 * x) as usize].fill(stuck);
+    }),
+    ("link's count jumps by 10 to 100 steps", |it, x| {
+        let at = ((0.2 + 0.6 * x) * it.held_a.len() as f64) as usize;
+        if let Some(link) = &mut it.link {
+            let jump = (10.0 + 90.0 * x) * link.step_rad;
+            link.rad[at..].iter_mut().for_each(|angle| *angle += jump);
+        }
+    }),
+    ("motor's count jumps by 100 to 1000 steps", |it, x| {
+        let at = ((0.2 + 0.6 * x) * it.held_a.len() as f64) as usize;
+        let jump = (100.0 + 900.0 * x) * it.motor.step_rad;
+        it.motor.rad[at..].iter_mut().for_each(|angle| *angle += jump);
+    }),
+    ("play of 5 to 50 steps at the link", |it, x| {
+        if let Some(link) = &mut it.link {
+            let (play, mut at) = ((5.0 + 45.0 * x) * link.step_rad, link.rad[0]);
+            for angle in &mut link.rad {
+                at = at.clamp(*angle - play, *angle + play);
+                *angle = at;
+            }
+        }
+    }),
+];
+
+/// How often what is spoilt is refused: each kind on each of some plants. What is let through must do no harm: its link
+/// is right, which is what a move needs.
+#[test]
+fn records_that_are_spoilt_are_refused_or_do_no_harm() {
+    let sets = sets(&["joint.current_lag_s=0"]);
+    let (plants, mut random) = (plants(scenario::JOINT, &sets), loop_sim::random::Random::new(11, 0));
+    let old = Sheet::Joint(Joint::TABLE_I);
+    let known = Known { cogging_per_turn: Some(super::plants::COGGING_PER_TURN), ..plants.known };
+    let records = all(&plants, &SOME);
+    let mut refused_of_all = 0;
+    for (kind, spoil) in SPOILT {
+        let mut refused = 0;
+        for (k, Tried { report, .. }) in &records {
+            let mut record = report.record.clone();
+            spoil(&mut record, random.uniform());
+            match identify(&record, &old, &known) {
+                Err(_) => refused += 1,
+                Ok(found) => {
+                    let off = |name| {
+                        let [it, was] = [&found, &report.identified].map(|it| it.parameter(name).expect(name).value);
+                        (it / was - 1.0).abs()
+                    };
+                    println!(
+                        "{kind}, plant {k}: let through, k_1 off by {:.1e}, B_0 by {:.1e}",
+                        off("k_1"),
+                        off("B_0")
+                    );
+                    assert!(off("k_1") < 1e-4, "{kind}, plant {k}");
+                }
+            }
+        }
+        println!("{kind}: {refused} of {} refused", records.len());
+        refused_of_all += refused;
+    }
+    println!("{refused_of_all} of {}", records.len() * SPOILT.len());
+    assert!(10 * refused_of_all >= 7 * records.len() * SPOILT.len(), "{refused_of_all}");
 }

@@ -32,6 +32,14 @@ impl Emulator {
         Self::boot(image, false, Clock::Instructions).map(|(emulator, _)| emulator)
     }
 
+    /// The same, where whoever asks must keep up: while the chip waits no more time passes there than here.
+    ///
+    /// # Errors
+    /// Those of [`Process::start`].
+    pub fn paced(image: &Path) -> Result<Self, TransportError> {
+        Self::boot(image, false, Clock::Paced).map(|(emulator, _)| emulator)
+    }
+
     fn boot(image: &Path, log: bool, clock: Clock) -> Result<(Self, Option<TcpStream>), TransportError> {
         match Process::start(image, [true, log], clock, None).map_err(TransportError)? {
             (process, [Some(line), log]) => Ok((Self { line, process }, log)),

@@ -1,0 +1,333 @@
+//! Does a drive on a chip commission itself: is what it records what went in and out, to the bit, whatever the wire
+//! loses; are its new gains better; and are the old ones back where the new ones are wrong?
+//!
+//! First in this process, where every tick can be seen; then the image `drive` on the emulated chip, which stands in
+//! for three joints that its data sheet is wrong about. Moves and times are those of a user.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Duration;
+
+use controller_core::drive::Joint;
+use host_sim::commission::{
+    Leg, Outcome, Plan, Report, Retuned, Shake, Stand, Stopped, Verified, Wired, commission, sheet_of,
+};
+use host_sim::identify::{Identified, Known, MOST_RESIDUAL_STEPS, Sheet};
+use host_sim::live::LiveDrive;
+use host_sim::transport::faulty::Rates;
+use host_sim::transport::{Emulator, Faulty, Transport};
+use integration_tests::data::path;
+use integration_tests::live::{Bench, DESIGN, loadable};
+use loop_sim::port::PortError;
+use loop_sim::port::drive::DriveDesign;
+use pil_wire::{Disturbance, Order, Plant};
+use scenario::Source;
+
+fn good<V>(result: Result<V, PortError>) -> V {
+    result.unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn told<V: std::fmt::Debug>(result: Result<V, PortError>) -> String {
+    match result {
+        Err(PortError::Refused(why)) => why,
+        other => panic!("not refused: {other:?}"),
+    }
+}
+
+fn connect<T: Transport>(wire: T) -> LiveDrive<T> {
+    good(LiveDrive::connect(wire, Duration::from_millis(50)))
+}
+
+fn bench(seed: Option<u64>) -> LiveDrive<Faulty<Bench>> {
+    connect(Faulty::new(Bench::new(), Rates::all(if seed.is_some() { 0.05 } else { 0.0 }), seed.unwrap_or(0)))
+}
+
+/// A current for each row that is nothing but different.
+fn shake(rows: usize, peak_a: f32) -> Vec<f32> {
+    (0..rows).map(|k| peak_a * ((k * 37 % 101) as f32 / 50.0 - 1.0)).collect()
+}
+
+/// Until the record has ended by itself.
+fn ended<T: Transport>(drive: &mut LiveDrive<T>) {
+    while good(drive.tracked()).goes_on {}
+}
+
+#[test]
+fn a_record_is_what_went_in_and_out_to_the_bit_whatever_the_wire_loses() {
+    for (seed, every, peak_a) in [(None, 1, 1.0), (None, 3, 2.0), (Some(3), 5, 1.5)] {
+        let mut drive = bench(seed);
+        let mut wave = shake(200, peak_a);
+        // More than the limit: what is held is within it.
+        wave[100..102].copy_from_slice(&[20.0, -20.0]);
+        good(drive.record(every, &wave));
+        good(drive.move_to(1.0, 300));
+        ended(&mut drive);
+        let is = good(drive.tracked());
+        let rows = good(drive.rows(|_| ()));
+        assert!((is.rows, is.of, is.every) == (200, 200, every) && rows.len() == 200, "{is:?}");
+        assert!(!is.lost && is.missed == 0, "{is:?}");
+        let chip = &drive.transport().inner().chip;
+        for (k, (counts, held)) in rows.iter().enumerate() {
+            let first = (is.first as usize) + k * every as usize;
+            assert_eq!(counts, &[chip.counts[first], 0], "row {k}");
+            let sent = &chip.u[first..first + every as usize];
+            let mean = sent.iter().fold(0.0_f32, |sum, u| sum + u) / every as f32;
+            assert_eq!(held.to_bits(), mean.to_bits(), "row {k}: {sent:?}");
+            assert!(sent.iter().all(|u| u.abs() <= 10.0), "row {k}: {sent:?}");
+        }
+        // It shook, and the law did not know: a still drive holds next to nothing.
+        let largest = rows.iter().fold(0.0_f32, |most, (_, held)| most.max(held.abs()));
+        assert!(largest == 10.0, "{largest} A");
+    }
+}
+
+/// The black box runs again to the bit while something shakes: the observers were told what was held.
+#[test]
+fn what_shakes_is_known_to_the_observers_to_the_bit() {
+    let mut drive = bench(None);
+    good(drive.record(2, &shake(1000, 3.0)));
+    for _ in 0..60 {
+        good(drive.observe());
+    }
+    good(drive.order(Order::Freeze));
+    let again = good(drive.black_box()).replay().unwrap_or_else(|error| panic!("{error}"));
+    assert!(again.len() > 256 && again.iter().all(host_sim::black_box::Again::is_same));
+    assert!(again.iter().any(|it| (it.then.counts.applied - it.then.u).abs() > 1.0), "nothing shook");
+}
+
+#[test]
+fn a_record_ends_where_a_count_is_lost_and_so_does_what_shakes() {
+    let mut drive = bench(None);
+    good(drive.record(1, &shake(1000, 2.0)));
+    for _ in 0..10 {
+        good(drive.observe());
+    }
+    good(drive.disturb(Disturbance { lost: [true, false], ..Disturbance::default() }));
+    ended(&mut drive);
+    let is = good(drive.tracked());
+    assert!(is.lost && is.rows > 50 && is.rows < 300, "{is:?}");
+    good(drive.disturb(Disturbance::default()));
+    assert_eq!(good(drive.rows(|_| ())).len(), is.rows as usize);
+    // All is as before.
+    good(drive.move_to(0.5, 0));
+    while good(drive.observe()).moving {}
+    assert!((drive.transport().inner().chip.angle_rad() - 0.5).abs() < 5e-3);
+}
+
+#[test]
+fn what_no_record_can_be_is_refused_and_changes_nothing() {
+    let mut drive = bench(None);
+    assert!(
+        told(drive.rows(|_| ()).and_then(|rows| if rows.is_empty() { drive.order(Order::Record) } else { Ok(()) }))
+            .contains("no record")
+    );
+    for (every, rows) in [(0, 10), (1001, 10), (1, 0), (1, 1 << 20)] {
+        assert!(told(drive.record(every, &vec![0.0; rows])).contains("rows of a record"), "{every} {rows}");
+    }
+    for current in [f32::NAN, f32::INFINITY, -20.1] {
+        assert!(told(drive.record(1, &[0.0, current])).contains("on top"), "{current}");
+    }
+    good(drive.record(1, &shake(2000, 0.5)));
+    assert!(told(drive.record(1, &[0.0])).contains("it ends first"));
+    assert!(told(drive.rows(|_| ())).contains("it ends first"));
+    assert!(told(drive.swap(&loadable(&DESIGN))).contains("it ends first"));
+    good(drive.order(Order::EndRecord));
+    let is = good(drive.tracked());
+    assert!(!is.goes_on && is.rows < 2000, "{is:?}");
+    good(drive.move_to(1.0, 1000));
+    assert!(told(drive.swap_at_rest(&loadable(&DESIGN))).contains("must be at rest"));
+    while good(drive.observe()).moving {}
+    good(drive.swap_at_rest(&loadable(&DESIGN.with_surface(0.8 * DESIGN.bandwidths.surface_rad_s))));
+}
+
+/// An image of the firmware.
+fn image(name: &str) -> LiveDrive<Emulator> {
+    let file = path("../firmware/target/thumbv7em-none-eabihf/release").join(name);
+    assert!(file.exists(), "{}: there is no such image: `cargo xtask firmware` builds it", file.display());
+    connect(Emulator::paced(&file).unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// A joint that stands in.
+#[derive(Clone, Copy)]
+struct Case {
+    /// True over believed k_1, b_1, k_2, b_2, B_0.
+    factors: [f64; 5],
+    /// Of the motor's torque at 30 A.
+    friction: f64,
+    cogging: f64,
+    load_n_m: f32,
+}
+
+impl Case {
+    fn plant(&self) -> Plant {
+        let [k_1, b_1, k_2, b_2, b] = self.factors;
+        let Joint { link_inertia_kg_m2: link, stiffness_n_m, .. } = Joint::TABLE_I;
+        let motor = k_1 / k_2;
+        let torque = Joint::TABLE_I.torque_n_m_per_a * motor * b;
+        let most = 30.0 * torque;
+        [
+            link,
+            Joint::TABLE_I.link_damping_n_m_s * b_1,
+            Joint::TABLE_I.weight_n_m,
+            stiffness_n_m * k_1,
+            Joint::TABLE_I.motor_inertia_kg_m2 * motor,
+            Joint::TABLE_I.motor_damping_n_m_s * motor * b_2,
+            torque,
+            self.friction * most,
+            self.cogging * most,
+        ]
+        .map(|number| number as f32)
+    }
+}
+
+const NOMINAL: Case = Case { factors: [1.0; 5], friction: 1.0 / 30.0, cogging: 0.0, load_n_m: 0.0 };
+const CORNER: Case = Case { factors: [0.5, 1.5, 1.5, 0.5, 0.5], ..NOMINAL };
+/// Drawn once within 50 %.
+const RANDOM: Case =
+    Case { factors: [1.21, 0.68, 0.83, 1.34, 1.42], friction: 1.0 / 30.0, cogging: 0.01, load_n_m: 0.2 };
+
+type Commissioned = (Result<Report, Stopped>, LiveDrive<Emulator>);
+
+/// The same drive, whose link gives no count for a moment on the way back.
+struct Losing<'a>(Wired<'a, Emulator>, usize);
+
+impl Stand for Losing<'_> {
+    fn designed(&self) -> DriveDesign {
+        self.0.designed()
+    }
+    fn period_s(&self) -> f64 {
+        self.0.period_s()
+    }
+    fn at_rad(&self) -> f64 {
+        self.0.at_rad()
+    }
+    fn begin(&mut self, shake: Option<&Shake>, most_s: f64) -> Result<(), Stopped> {
+        self.0.begin(shake, most_s)
+    }
+    fn end(&mut self) -> Result<Leg, Stopped> {
+        self.0.end()
+    }
+    fn rest(&mut self, seconds: f64) -> Result<(), Stopped> {
+        self.0.rest(seconds)
+    }
+    fn go(&mut self, to_rad: f64, ticks: u32) -> Result<(), Stopped> {
+        self.1 += 1;
+        if self.1 == 2 {
+            good(self.0.drive_mut().disturb(Disturbance { lost: [true, false], ..Disturbance::default() }));
+            good(self.0.drive_mut().disturb(Disturbance::default()));
+        }
+        self.0.go(to_rad, ticks)
+    }
+    fn swap(&mut self, to: &DriveDesign, at_rest: bool) -> Result<f64, Stopped> {
+        self.0.swap(to, at_rest)
+    }
+    fn give_up(&mut self) {
+        self.0.give_up();
+    }
+}
+
+/// The image `drive` with this joint, commissioned from firmware/drive.toml; `change` is made to what was found.
+fn commissioned(case: Case, change: impl Fn(&mut Identified), is_losing: bool) -> Commissioned {
+    let text = std::fs::read_to_string(Path::new(&path("../firmware/drive.toml"))).expect("the scenario");
+    let sets = ["drive.uncertain_percent=50", "drive.gain_sets=2", "joint.current_lag_s=0"].map(str::to_owned);
+    let source = Source { file: "drive.toml", text: &text, sets: &sets };
+    let experiment = scenario::parse(&source, "drive").unwrap_or_else(|error| panic!("{error}"));
+    let designed = experiment.drive.expect("a drive").designed;
+    let (plan, old) = (Plan::of(&designed), sheet_of(&designed));
+    let known = Known { cogging_per_turn: (case.cogging > 0.0).then_some(24.0), ..Known::with_lag(0.0) };
+    let mut drive = image("drive");
+    good(drive.replace(case.plant()));
+    good(drive.disturb(Disturbance { load_n_m: case.load_n_m, ..Disturbance::default() }));
+    let mut on = |_| ControlFlow::Continue(());
+    let wired = Wired::new(drive, designed, &mut on).unwrap_or_else(|error| panic!("{error}"));
+    let design = |found: &mut Identified| {
+        change(found);
+        Retuned::of(&source, &old, found)?.designed("drive.toml")
+    };
+    if is_losing {
+        let mut losing = Losing(wired, 0);
+        return (commission(&mut losing, &plan, &known, design), losing.0.into_drive());
+    }
+    let mut wired = wired;
+    (commission(&mut wired, &plan, &known, design), wired.into_drive())
+}
+
+/// Relative errors of k_1, b_1, k_2, b_2, B_0.
+fn off(case: &Case, found: &Identified) -> [f64; 5] {
+    let believed = host_sim::commission::plants::ratios(&Joint::TABLE_I);
+    let names = ["k_1", "b_1", "k_2", "b_2", "B_0"];
+    std::array::from_fn(|i| found.parameter(names[i]).expect(names[i]).value / (believed[i] * case.factors[i]) - 1.0)
+}
+
+/// Its last ticks run again here to the bit, with the design that stayed.
+fn assert_same_bits(drive: &mut LiveDrive<Emulator>, stays: &DriveDesign) {
+    assert_eq!(*drive.design(), host_sim::remote::Loadable::try_from(stays).expect("a design"));
+    good(drive.order(Order::Freeze));
+    let again = good(drive.black_box()).replay().unwrap_or_else(|error| panic!("{error}"));
+    assert!(again.len() >= 256 && again.iter().all(host_sim::black_box::Again::is_same));
+}
+
+#[test]
+fn the_emulated_chip_commissions_itself_on_three_joints() {
+    let cases = [("nominal", NOMINAL), ("corner", CORNER), ("random", RANDOM)];
+    let done = std::thread::scope(|scope| {
+        let running = cases.map(|(name, case)| (name, case, scope.spawn(move || commissioned(case, |_| (), false))));
+        running.map(|(name, case, thread)| (name, case, thread.join().expect("no panic")))
+    });
+    for (name, case, (report, mut drive)) in done {
+        let report = report.unwrap_or_else(|why| panic!("{name}: {why}"));
+        let Verified { peak_rad, residual_steps, move_s, .. } = report.verified;
+        let off = off(&case, &report.identified);
+        println!(
+            "{name}: off {:?}; residuals {:.2} {residual_steps:.2?}; u jumps {:.2} A; record {:.1e}, settling {:.1e}, \
+             move in {move_s:.2} s {peak_rad:.1e}, home {:.1e} rad; {:?}",
+            off.map(|off| format!("{off:.1e}")),
+            report.identified.link.expect("a link").residual_steps,
+            report.jump_a,
+            report.recorded_peak_rad,
+            report.settling_rad,
+            report.home_rad,
+            drive.traffic()
+        );
+        assert_eq!(report.outcome, Outcome::Accepted, "{name}");
+        for (off, bar) in off.iter().zip([5e-5, 1e-3, 0.1, 0.2, 0.1]) {
+            assert!(off.abs() <= bar, "{name}: {off:e} of {bar:e}");
+        }
+        assert!(peak_rad <= 1e-4, "{name}: {peak_rad:e}");
+        assert_same_bits(&mut drive, &report.designed);
+    }
+}
+
+/// A spring that is not as stiff as the new gains say.
+#[test]
+fn the_emulated_chip_sees_a_wrong_link_and_has_its_old_gains_back() {
+    let wrong = |found: &mut Identified| {
+        let Sheet::Joint(joint) = &mut found.sheet else { panic!("a joint") };
+        let Joint { stiffness_n_m, motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a, .. } = joint;
+        for number in [stiffness_n_m, motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a] {
+            *number *= 1.5;
+        }
+    };
+    let (report, mut drive) = commissioned(NOMINAL, wrong, false);
+    let report = report.unwrap_or_else(|why| panic!("{why}"));
+    let Verified { peak_rad, residual_steps, .. } = report.verified;
+    println!("{:?}: {peak_rad:.1e} rad, {residual_steps:?} steps; home {:.1e} rad", report.outcome, report.home_rad);
+    assert_ne!(report.outcome, Outcome::Accepted);
+    assert!(residual_steps.expect("a link") > 10.0 * MOST_RESIDUAL_STEPS, "{residual_steps:?}");
+    assert!(report.home_rad < 2e-2, "{}", report.home_rad);
+    let text = std::fs::read_to_string(Path::new(&path("../firmware/drive.toml"))).expect("the scenario");
+    let sets = ["drive.uncertain_percent=50", "drive.gain_sets=2"].map(str::to_owned);
+    let source = Source { file: "drive.toml", text: &text, sets: &sets };
+    let old = scenario::parse(&source, "drive").unwrap_or_else(|error| panic!("{error}")).drive.expect("a drive");
+    assert_same_bits(&mut drive, &old.designed);
+}
+
+#[test]
+fn the_emulated_chip_refuses_a_record_with_a_lost_stretch_and_is_as_before() {
+    let (report, mut drive) = commissioned(NOMINAL, |_| panic!("nothing is to be found"), true);
+    let why = report.expect_err("a refusal");
+    println!("{why}");
+    assert!(matches!(why, Stopped::Lost { .. }), "{why}");
+    let seen = good(drive.observe());
+    assert!(seen.health.is_ok() && !seen.moving && !good(drive.tracked()).goes_on, "{seen:?}");
+}
