@@ -21,8 +21,8 @@ use stm32f4::stm32f405::Interrupt;
 use crate::line::Line;
 use crate::{clock, stand_in, ticker};
 
-/// Memory of a record: 4.6 s of 1 kHz, and two for the plans and for whoever asks for them.
-pub type Rows = [Row; 6656];
+/// Memory of a record: 6.1 s in rows of 1.2 ms. The stack has the rest of the RAM, and needs 27 KB while a seat is made.
+pub type Rows = [Row; 5120];
 /// With nothing in it.
 pub const NO_ROWS: Rows = [[0; _]; _];
 

@@ -173,7 +173,7 @@ pub enum Part {
     State(u32, u32),
     /// One of its frames: [`Counts`] as in Drive, u, health.
     Frame(u32, u32),
-    /// Of the record: how it is ([`Tracked`]).
+    /// Of the record: how it is ([`Tracked`](crate::Tracked)).
     Track,
     /// Five rows of it, from this one on.
     Rows(u32),

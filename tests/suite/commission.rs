@@ -2,7 +2,7 @@
 //! loses; are its new gains better; and are the old ones back where the new ones are wrong?
 //!
 //! First in this process, where every tick can be seen; then the image `drive` on the emulated chip, which stands in
-//! for three joints that its data sheet is wrong about. Moves and times are those of a user.
+//! for two joints, one of which its data sheet is wrong about. Moves and times are those of a user.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -182,9 +182,6 @@ impl Case {
 
 const NOMINAL: Case = Case { factors: [1.0; 5], friction: 1.0 / 30.0, cogging: 0.0, load_n_m: 0.0 };
 const CORNER: Case = Case { factors: [0.5, 1.5, 1.5, 0.5, 0.5], ..NOMINAL };
-/// Drawn once within 50 %.
-const RANDOM: Case =
-    Case { factors: [1.21, 0.68, 0.83, 1.34, 1.42], friction: 1.0 / 30.0, cogging: 0.01, load_n_m: 0.2 };
 
 type Commissioned = (Result<Report, Stopped>, LiveDrive<Emulator>);
 
@@ -268,8 +265,8 @@ fn assert_same_bits(drive: &mut LiveDrive<Emulator>, stays: &DriveDesign) {
 }
 
 #[test]
-fn the_emulated_chip_commissions_itself_on_three_joints() {
-    let cases = [("nominal", NOMINAL), ("corner", CORNER), ("random", RANDOM)];
+fn the_emulated_chip_commissions_itself_on_two_joints() {
+    let cases = [("nominal", NOMINAL), ("corner", CORNER)];
     let done = std::thread::scope(|scope| {
         let running = cases.map(|(name, case)| (name, case, scope.spawn(move || commissioned(case, |_| (), false))));
         running.map(|(name, case, thread)| (name, case, thread.join().expect("no panic")))

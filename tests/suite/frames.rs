@@ -108,8 +108,7 @@ fn every_frame_with_a_right_checksum_reads_back_as_it_was() {
             match kind {
                 2 => words[0] = words[0] & 0x00FF_FFFF | ((words[0] >> 24) % 5) << 24,
                 6 => words[0] = 0xFA17_FA17,
-                11 => words[0] %= 2,
-                12 => words[0] %= 2,
+                11 | 12 => words[0] %= 2,
                 13 => words[0] %= 5,
                 14 => words[0] %= 7,
                 _ => {}
