@@ -188,14 +188,14 @@ fn every_link_of_a_measuring_chain_too() {
     let noise = vec![1e-4, 1e-3, 0.0, 1e-2];
     let quantum = vec![1e-3, 0.0, 1e-2];
     let mut seen = Vec::new();
-    for (sensing, at_least) in [
-        (Sensing { noise: noise.clone(), ..Sensing::IDEAL }, LANES),
-        (Sensing { jitter: 0.5, ..Sensing::IDEAL }, LANES),
-        (Sensing { quantum: quantum.clone(), ..Sensing::IDEAL }, LANES),
-        (Sensing { delay_ticks: 2, ..Sensing::IDEAL }, LANES),
-        // A tenth of the trials loses the first sample.
-        (Sensing { dropout: 0.1, ..Sensing::IDEAL }, LANES - 16),
-        (Sensing { jitter: 0.2, noise, quantum, delay_ticks: 1, dropout: 0.01 }, LANES - 6),
+    for (sensing, late) in [
+        (Sensing { noise: noise.clone(), ..Sensing::IDEAL }, 0),
+        (Sensing { jitter: 0.5, ..Sensing::IDEAL }, 0),
+        (Sensing { quantum: quantum.clone(), ..Sensing::IDEAL }, 0),
+        (Sensing { delay_ticks: 2, ..Sensing::IDEAL }, 0),
+        // So many of the seeds 1 to 64 lose the first sample, computed apart from this code.
+        (Sensing { dropout: 0.1, ..Sensing::IDEAL }, 8),
+        (Sensing { jitter: 0.2, noise, quantum, delay_ticks: 1, dropout: 0.05 }, 4),
     ] {
         let campaign = Campaign {
             spec: &spec,
@@ -206,7 +206,7 @@ fn every_link_of_a_measuring_chain_too() {
             settling_band: 0.01,
         };
         let ran = held(&campaign, &trials);
-        assert!(ran >= at_least && (ran < LANES) == (sensing.dropout > 0.0), "{sensing:?}: {ran} lanes");
+        assert_eq!(ran, LANES - late, "{sensing:?}");
         seen.push(format!("{:?}", close_loops(&campaign, &all(&trials))[5]));
     }
     seen.sort();
