@@ -10,7 +10,7 @@
 //!    $P_2 q = k_1 P_0 (q_m - q) - b_1 P_1 q - g P_0 \sin q + c P_0 1$: linear, from nowhere.
 //!    Within 1e-4 at 20 bits.
 //! 2. *Output error* ([`fit`]): the equation integrated over the whole record (Runge-Kutta of order 4 over two ticks,
-//!    the motor's angle between samples by a cubic) from unknown q(0) and q'(0). What is left is the encoder's
+//!    in whose middle there is a sample of the motor's angle) from unknown q(0) and q'(0). What is left is the encoder's
 //!    rounding, 0.289 steps rms, or the equation is not the joint's.
 
 use nalgebra::{DMatrix, DVector};
@@ -19,8 +19,9 @@ use super::fit::Fit;
 
 /// Half the width of the modulating function, s.
 const HALF_S: f64 = 0.1;
-/// Ticks from one equation of the start to the next, and from one sample of the fit to the next.
+/// Ticks from one equation of the start to the next.
 const EVERY: usize = 5;
+/// Ticks from one sample of the fit to the next: a step, with a sample in its middle.
 pub(super) const STRIDE: usize = 2;
 /// Over which residuals of the fit are alike, s.
 const ALIKE_S: f64 = 0.2;
@@ -73,24 +74,14 @@ pub(super) fn start(q: &[f64], motor: &[f64], period_s: f64) -> Option<Link> {
     link.iter().all(|value| value.is_finite()).then_some(link)
 }
 
-/// Between samples: the cubic through four of them.
-fn between(motor: &[f64], i: usize) -> f64 {
-    if i == 0 || i + 2 >= motor.len() {
-        return 0.5 * (motor[i] + motor[i + 1]);
-    }
-    (9.0 * (motor[i] + motor[i + 1]) - motor[i - 1] - motor[i + 2]) / 16.0
-}
-
-/// The link's angle under these angles of the motor, `step_s` apart; p = k_1, b_1, g, c, q(0), q'(0).
-pub(super) fn simulated(p: &[f64], motor: &[f64], step_s: f64) -> Vec<f64> {
+/// The link's angle at every second of these angles of the motor, `period_s` apart; p = k_1, b_1, g, c, q(0), q'(0).
+pub(super) fn simulated(p: &[f64], motor: &[f64], period_s: f64) -> Vec<f64> {
     let &[k, b, g, c, mut x, mut v] = p else { return Vec::new() };
-    let h = step_s;
+    let h = period_s * STRIDE as f64;
     let pull = |motor: f64, x: f64, v: f64| k * (motor - x) - b * v - g * libm::sin(x) + c;
-    let mut out = Vec::with_capacity(motor.len());
-    for i in 0..motor.len() {
-        out.push(x);
-        let Some(&end) = motor.get(i + 1) else { break };
-        let (begin, middle) = (motor[i], between(motor, i));
+    let mut out = vec![x];
+    for motor in motor.windows(STRIDE + 1).step_by(STRIDE) {
+        let &[begin, middle, end] = motor else { break };
         let a1 = pull(begin, x, v);
         let (xa, va) = (x + 0.5 * h * v, v + 0.5 * h * a1);
         let a2 = pull(middle, xa, va);
@@ -100,34 +91,32 @@ pub(super) fn simulated(p: &[f64], motor: &[f64], step_s: f64) -> Vec<f64> {
         let a4 = pull(end, xc, vc);
         x += h / 6.0 * (v + 2.0 * va + 2.0 * vb + vc);
         v += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+        out.push(x);
     }
     out
 }
 
-/// Every `STRIDE`-th sample.
+/// Every second sample.
 pub(super) fn thinned(signal: &[f64]) -> Vec<f64> {
     signal.iter().step_by(STRIDE).copied().collect()
 }
 
 /// By output error, from a start that is near: parameters k_1, b_1, g, c, q(0), q'(0).
 pub(super) fn fit(q: &[f64], motor: &[f64], period_s: f64, from: &Link) -> Option<Fit> {
-    let (q, motor) = (thinned(q), thinned(motor));
-    let step_s = period_s * STRIDE as f64;
+    let q = thinned(q);
     let [k, b, g, c] = *from;
     let scale = [k.abs(), b.max(0.3), 1.0, 1.0, 0.01, 0.1];
-    let residuals = |p: &[f64]| simulated(p, &motor, step_s).iter().zip(&q).map(|(model, q)| model - q).collect();
+    let residuals = |p: &[f64]| simulated(p, motor, period_s).iter().zip(&q).map(|(model, q)| model - q).collect();
     Fit::of(residuals, &[k, b.max(0.05), g, c, q[0], 0.0], &scale)
 }
 
 /// What is left of a record with these parameters of the link, rms in rad: only load and offset of the encoders, q(0)
-/// and
-/// q'(0) are its own.
+/// and q'(0) are its own.
 pub(super) fn left_over(q: &[f64], motor: &[f64], period_s: f64, of: &Link) -> Option<f64> {
-    let (q, motor) = (thinned(q), thinned(motor));
-    let step_s = period_s * STRIDE as f64;
+    let q = thinned(q);
     let [k, b, g, c] = *of;
     let residuals = |p: &[f64]| {
-        let link = simulated(&[k, b, g, p[0], p[1], p[2]], &motor, step_s);
+        let link = simulated(&[k, b, g, p[0], p[1], p[2]], motor, period_s);
         link.iter().zip(&q).map(|(model, q)| model - q).collect()
     };
     Fit::of(residuals, &[c, q[0], 0.0], &[1.0, 0.01, 0.1]).map(|fit| fit.rms())

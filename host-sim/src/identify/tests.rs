@@ -115,11 +115,12 @@ fn a_synthetic_link_is_found_within_ten_deviations() {
     let (period_s, step) = (1e-3, std::f64::consts::TAU / f64::from(1 << 20));
     let rounded = |angles: Vec<f64>| angles.into_iter().map(|angle| (angle / step).round() * step).collect::<Vec<_>>();
     let at = |k: i32| 1e-3 * f64::from(k);
-    let motor: Vec<f64> = (0..3000).map(|k| 0.4 * (1.0 - (2.0 * at(k)).cos()) + 0.05 * (40.0 * at(k)).sin()).collect();
+    let angle = |t_s: f64| 0.4 * (1.0 - (2.0 * t_s).cos()) + 0.05 * (40.0 * t_s).sin();
+    // Not with the steps of the fit, but with those of a period: from samples at half of it.
+    let halves: Vec<f64> = (0..6000).map(|k| angle(0.5 * at(k))).collect();
     let truth = [30.0, 0.4, 1.2, 0.3, 0.01, 0.2];
-    // Not with the steps of the fit.
-    let q = rounded(link::simulated(&truth, &motor, period_s));
-    let motor = rounded(motor);
+    let q = rounded(link::simulated(&truth, &halves, 0.5 * period_s));
+    let motor = rounded((0..3000).map(|k| angle(at(k))).collect());
     let start = link::start(&q, &motor, period_s).expect("a start");
     let fit = link::fit(&q, &motor, period_s, &start).expect("numbers");
     let deviations = fit.deviations(link::lags(period_s));
