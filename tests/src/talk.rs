@@ -17,7 +17,7 @@ pub fn crc32(bytes: &[u8]) -> u32 {
 
 /// A frame put together by hand, from the tables of the crate's page.
 pub fn by_hand(mark: u8, kind: u8, sequence: u32, words: &[u32]) -> Vec<u8> {
-    let mut bytes = vec![0x5A, mark, 3, kind];
+    let mut bytes = vec![0x5A, mark, 4, kind];
     bytes.extend(sequence.to_le_bytes());
     bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
     bytes.extend(crc32(&bytes).to_le_bytes());

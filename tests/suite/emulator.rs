@@ -156,7 +156,7 @@ fn a_run_on_the_chip_speaks_as_a_run_here_and_ends_with_the_comparison_and_shows
     let comparison = there.out.lines().find(|line| line.contains(" round trips/s")).expect("a line");
     assert!(comparison.starts_with("201 ticks, 0 bits differ ("), "{comparison}");
     assert_eq!(there.out.replace(&format!("{comparison}\n"), ""), here.out);
-    assert!(there.err.lines().any(|line| line.starts_with("log: info  hello: wire 3, ")), "{}", there.err);
+    assert!(there.err.lines().any(|line| line.starts_with("log: info  hello: wire 4, ")), "{}", there.err);
     assert!(there.err.contains("n: 4, r: 2, mask: 10"), "{}", there.err);
 }
 

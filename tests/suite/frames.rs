@@ -256,7 +256,7 @@ fn identify_changes_nothing_and_tells_where_the_talk_stands() {
     let (sequence, reply) = Reply::from_frame(&replies[0]);
     assert_eq!(sequence, 12345);
     let Some(Reply::Identity(identity)) = reply else { panic!("{reply:?}") };
-    assert_eq!((identity.version, identity.layout), (3, LAYOUT_ID));
+    assert_eq!((identity.version, identity.layout), (4, LAYOUT_ID));
     assert_eq!((identity.core_version, identity.last_sequence), (CORE_VERSION, host.sequence));
     host.tick([0.1, 0.0, 0.0, 0.0], f32::NAN);
 }

@@ -239,7 +239,7 @@ fn host_and_target_of_different_make_refuse_each_other_and_say_which_differs() {
     assert!(told.contains(&ours), "{told}");
 
     let told = refusal(OtherVersion(Loopback::new()), |_| {});
-    assert!(told.starts_with("the target speaks version 9 of the wire, this program 3; "), "{told}");
+    assert!(told.starts_with("the target speaks version 9 of the wire, this program 4; "), "{told}");
 }
 
 /// A target of another version of the wire: it can still say who it is.

@@ -80,7 +80,6 @@ fn PendSV() {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     static mut SEAT: MaybeUninit<Seat<Law, 2, 4>> = MaybeUninit::uninit();
-    static mut ROWS: live::Rows = live::NO_ROWS;
 
     let (Some(core), Some(chip)) = (cortex_m::Peripherals::take(), Peripherals::take()) else { unreachable!() };
     fault::respond_with(fault::Response { switch_off, last_words: || DRIVE.last_words() });
@@ -92,10 +91,10 @@ fn main() -> ! {
     let bounds = DESIGN.bounds(&LAW, SUDDEN_LOAD_N_M, UNCERTAIN);
     let numbers = DESIGN.to_numbers().into_iter().chain(bounds.to_numbers()).chain([f64::from(ALARMS.bits())]);
     let Ok((live, law)) = Live::new(numbers.flat_map(halves)) else { unreachable!() };
-    DRIVE.begin(SEAT.write(Seat::new(law)));
+    DRIVE.begin(live::seat(SEAT, law));
 
     live::unmask(core.NVIC);
     let period = ticker::start(chip.TIM3, &chip.RCC, TICK_HZ);
     defmt::println!("drive: {=u32} Hz, time in {}", TICK_HZ, unit);
-    live::serve(&DRIVE, live.recording_in(ROWS), line, Clock { unit, period, tick_hz: TICK_HZ })
+    live::serve(&DRIVE, live, line, Clock { unit, period, tick_hz: TICK_HZ })
 }
