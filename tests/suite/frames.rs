@@ -318,7 +318,7 @@ fn a_design_that_is_not_the_hosts_is_refused_with_what_differs() {
     let checksum = crc32(&bytes[..body]).to_le_bytes();
     bytes[body..].copy_from_slice(&checksum);
     let replies = host.send(&bytes);
-    let refusal = Refusal { reason: Reason::Version, target: 3, request: 9 };
+    let refusal = Refusal { reason: Reason::Version, target: 4, request: 9 };
     assert!(matches!(Reply::from_frame(&replies[0]), (_, Some(Reply::Refused(told))) if told == refusal));
 
     host.start(&good);
