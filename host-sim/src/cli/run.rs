@@ -1,4 +1,4 @@
-//! `host-sim run`: a scenario once through its loop, as table, trace and figures; and what other commands tell of a run.
+//! `host-sim run`: a scenario once through its loop, as table, trace and figures; and what others tell of a run.
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;

@@ -29,7 +29,7 @@ use crate::transport::Transport;
 
 /// A row of a record has so much time, or one tick of a drive that is slower, or more where the memory is short.
 const ROW_S: f64 = 1e-3;
-/// What a record lasts longer than its moves at least: a plan takes the chip some time, and so does whoever asks for it.
+/// What a record lasts longer than its moves at least: a plan takes the chip some time, and so does who asks for it.
 const SPARE_S: f64 = 1.5;
 /// A tick that does not go on for so long does not go on at all.
 const STANDS_STILL: Duration = Duration::from_secs(5);

@@ -10,8 +10,8 @@
 //!    $P_2 q = k_1 P_0 (q_m - q) - b_1 P_1 q - g P_0 \sin q + c P_0 1$: linear, from nowhere.
 //!    Within 1e-4 at 20 bits.
 //! 2. *Output error* ([`fit`]): the equation integrated over the whole record (Runge-Kutta of order 4 over two ticks,
-//!    in whose middle there is a sample of the motor's angle) from unknown q(0) and q'(0). What is left is the encoder's
-//!    rounding, 0.289 steps rms, or the equation is not the joint's.
+//!    in whose middle there is a sample of the motor's angle) from unknown q(0) and q'(0). What is left is the
+//!    encoder's rounding, 0.289 steps rms, or the equation is not the joint's.
 
 use nalgebra::{DMatrix, DVector};
 
