@@ -136,6 +136,7 @@ pub fn unmask(mut nvic: NVIC) {
 
 /// The main loop, with a memory for records.
 #[inline(never)]
+#[expect(clippy::large_stack_arrays, reason = "the RAM has room for it there and nowhere else")]
 pub fn serve<L: Tuned<E, N>, const E: usize, const N: usize>(
     mut drive: &Drive<L, E, N>,
     live: Live<L, E, N>,
