@@ -43,7 +43,7 @@ pub const COSTS: [Cost; 12] = [
     cost("motor, speed", [176, 425, 1784, 44, 180]),
     cost("joint with two encoders", [587, 1081, 4980, 92, 324]),
     cost("joint with two encoders, two sets", [711, 1197, 5632, 108, 388]),
-    cost("joint with two encoders, late", [647, 1169, 5582, 96, 324]),
+    cost("joint with two encoders, late", [647, 1174, 5582, 96, 324]),
 ];
 
 /// Of the tick of a scenario, if its shape is one of those.

@@ -943,7 +943,7 @@ fn a_record_becomes_a_scenario_that_runs() {
     assert_eq!(folder.names("o"), ["identified.png", "identified.svg"].map(String::from).into());
     let written = std::fs::read_to_string(&to).expect("the file");
     // Half of 9 N m/rad; friction of 1 A.
-    assert!(written.contains("\nstiffness_n_m = 4.5000") && written.contains("coulomb_n_m = 0.0"), "{written}");
+    assert!(written.contains("\nstiffness_n_m = 4.5 ") && written.contains("coulomb_n_m = 0.0"), "{written}");
     assert_eq!(spoken(&["run", &to, "--no-files"]).0, status::DONE);
     let (status, _, err) = spoken(&args);
     assert_eq!(status, status::BAD_INPUT);
