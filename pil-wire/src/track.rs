@@ -155,9 +155,7 @@ impl Track {
         self.sent = [self.sent[1], u];
         u
     }
-}
 
-impl Track {
     /// Its memory is the background's again.
     pub(crate) fn ended(self) -> Shelf {
         Shelf(On::Ended(self.rows, self.is))

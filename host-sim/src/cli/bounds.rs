@@ -21,7 +21,7 @@ mod gain;
 use gain::Gain;
 
 use super::design::ultimates;
-use super::run::note_changes;
+use super::run::{note_changes, order_of_sigma, rad_per_s};
 use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, failed, status};
 use crate::bounds::{Known, NoBounds, Quantity, SampledLoop};
 use crate::map::Subject;
@@ -129,9 +129,7 @@ impl Asked<'_> {
         let Experiment { output_unit, control_unit, drive, .. } = self.experiment;
         let order = match (quantity, drive) {
             (Quantity::Output | Quantity::Control, _) => 0,
-            // Of a motor, whose current is no state of the chain, and of a joint.
-            (Quantity::SigmaStar, Some(drive)) => 2 * drive.shafts.len() - 1,
-            (Quantity::SigmaStar, None) => self.trace.order - 1,
+            (Quantity::SigmaStar, _) => order_of_sigma(self.experiment),
             (Quantity::EstimationError(_), Some(_)) => 2,
             (Quantity::EstimationError(i), None) => i + 1,
         };
@@ -139,8 +137,7 @@ impl Asked<'_> {
             (Quantity::Control, ..) if !control_unit.is_empty() => format!(" ({control_unit})"),
             (Quantity::Control, ..) | (_, "", _) => String::new(),
             (Quantity::Output, unit, _) => format!(" ({unit})"),
-            (.., 1) => " (rad/s)".into(),
-            (.., order) => format!(" (rad/s^{order})"),
+            (.., order) => format!(" ({})", rad_per_s(order)),
         }
     }
 

@@ -15,7 +15,7 @@ use serde::Serialize;
 use whole_file::{Existing, Kind};
 
 use super::live::Reach;
-use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, status};
+use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, read_text, status};
 use crate::commission::plants::{Plants, Tried, try_all};
 use crate::commission::{Outcome, Plan, Report, Retuned, Rig, Stopped, Swap, Verified, Wired, commission, sheet_of};
 use crate::identify::{Identified, Known, Parameter, Quality, Record, identify, record};
@@ -189,7 +189,7 @@ impl Console<'_> {
         let common = &options.common;
         let subject = Subject::of(options.file.as_deref(), common, "identify")?;
         let data = options.data.display().to_string();
-        let text = whole_file::read_text(&options.data, Kind::TRACE).map_err(|why| bad(format!("{data}: {why}")))?;
+        let text = read_text(&options.data, Kind::TRACE)?;
         let mounted: Vec<Mounted> = subject.designed.encoders().into_iter().map(|(_, mounted)| mounted).collect();
         let record = record::read(&text, subject.experiment.period_s, &mounted)
             .map_err(|it| bad(format!("{data}:{}:{}: {}", it.line, it.column, it.message)))?;

@@ -18,7 +18,7 @@ use scenario::Source;
 use whole_file::Kind;
 
 use super::target::{present, rate};
-use super::{Console, Failure, bad, failed, status};
+use super::{Console, Failure, bad, failed, read_text, status};
 use crate::black_box::{Again, BlackBox};
 use crate::live::LiveDrive;
 use crate::remote::{Loadable, for_target};
@@ -161,14 +161,14 @@ impl<'a> Console<'a> {
         let scenario = match &options.file {
             None => None,
             Some(file) => {
-                let text = whole_file::read_text(file, Kind::SETTINGS).map_err(|why| bad(named(file, &why)))?;
+                let text = read_text(file, Kind::SETTINGS)?;
                 designed(&file.display().to_string(), &text, &[])?;
                 Some((file.display().to_string(), text, Vec::new()))
             }
         };
         let script = match &options.script {
             None => None,
-            Some(file) => Some(whole_file::read_text(file, Kind::SETTINGS).map_err(|why| bad(named(file, &why)))?),
+            Some(file) => Some(read_text(file, Kind::SETTINGS)?),
         };
         let drive = self.reached(&options.image, &options.reach, options.seed, Emulator::counting)?;
         let disturbance = Disturbance::default();
@@ -424,7 +424,7 @@ impl<'a> Console<'a> {
 
     pub(super) fn replay(&mut self, options: &ReplayOptions) -> Result<u8, Failure> {
         let ReplayOptions { file, sets, scenario, out } = options;
-        let text = whole_file::read_text(file, Kind::TRACE).map_err(|why| bad(named(file, &why)))?;
+        let text = read_text(file, Kind::TRACE)?;
         let black_box = BlackBox::from_text(&text).map_err(|why| bad(named(file, &why)))?;
         let again = black_box.replay().map_err(|why| bad(named(file, &why)))?;
         let differ = again.iter().filter(|again| !again.is_same()).count();
@@ -441,7 +441,7 @@ impl<'a> Console<'a> {
         } else {
             let (name, text) = match scenario {
                 Some(path) => {
-                    let text = whole_file::read_text(path, Kind::SETTINGS).map_err(|why| bad(named(path, &why)))?;
+                    let text = read_text(path, Kind::SETTINGS)?;
                     (path.display().to_string(), text)
                 }
                 None if black_box.scenario.is_empty() => {

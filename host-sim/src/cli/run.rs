@@ -109,35 +109,40 @@ fn told(metrics: &Metrics, experiment: &Experiment) -> serde_json::Value {
     for error in told["estimation_error_ultimate"].as_array_mut().into_iter().flatten() {
         // A drive's are those of its shafts; the paper's of a chain in which each state is the slope of the one before.
         let order = if experiment.drive.is_some() { 2 } else { error["channel"].as_u64().unwrap_or_default() };
-        match (experiment.output_unit, order) {
-            ("", _) => {}
-            (_, 1) => error["unit"] = "rad/s".into(),
-            (_, order) => error["unit"] = format!("rad/s^{order}").into(),
+        if !experiment.output_unit.is_empty() {
+            error["unit"] = rad_per_s(order as usize).into();
         }
     }
     told
 }
 
+/// rad, rad/s, rad/s^2, ..
+pub(super) fn rad_per_s(order: usize) -> String {
+    match order {
+        0 => "rad".into(),
+        1 => "rad/s".into(),
+        order => format!("rad/s^{order}"),
+    }
+}
+
+/// So many times is sigma* an angle per second: of a motor, whose current is no state of the chain, and of a joint, and
+/// of a plant of order n.
+pub(super) fn order_of_sigma(experiment: &Experiment) -> usize {
+    experiment.drive.as_ref().map_or(experiment.plant.order(), |drive| 2 * drive.shafts.len()) - 1
+}
+
 /// The unit of a number of run.json, by its path; empty where it has none or the scenario names none.
 pub(super) fn unit_of(path: &str, experiment: &Experiment) -> String {
     let Experiment { output_unit: output, control_unit: control, .. } = *experiment;
-    let per_s = |unit: &str, order: usize| match (unit, order) {
-        ("", _) => String::new(),
-        (unit, 0) => unit.into(),
-        (unit, 1) => format!("{unit}/s"),
-        (unit, order) => format!("{unit}/s^{order}"),
-    };
     let last = path.rsplit('.').next().unwrap_or_default();
     match (path.split('.').next(), last) {
         (Some("ticks_with"), _) => "ticks".into(),
         (Some("noise"), _) => format!("{control} rms").trim_start().into(),
-        (_, "sigma_star_ultimate") => {
-            let order = experiment.drive.as_ref().map_or(experiment.plant.order(), |drive| 2 * drive.shafts.len());
-            per_s(output, order - 1)
-        }
+        (_, "sigma_star_ultimate") if !output.is_empty() => rad_per_s(order_of_sigma(experiment)),
         (_, "y_ultimate" | "error_ultimate" | "error_rms") => output.into(),
         (_, "u_peak") => control.into(),
-        (_, "u_total_variation_per_s") => per_s(control, 1),
+        (_, "u_total_variation_per_s") if !control.is_empty() => format!("{control}/s"),
+        (_, "u_total_variation_per_s") => String::new(),
         (_, "rms_n_m") => "N m".into(),
         (_, last) if last.ends_with("_s") => "s".into(),
         _ => String::new(),

@@ -9,7 +9,7 @@ use serde_json::Value as Json;
 use whole_file::Kind;
 
 use super::{ENDED, ReportOptions, quoted};
-use crate::cli::{Console, Failure, bad};
+use crate::cli::{Console, Failure, bad, read_text};
 use crate::monte_carlo::statistics::{self, NAMES, PER_MILLE};
 use crate::monte_carlo::store::{Header, Outcome, Trials};
 use crate::report::number::significant;
@@ -253,10 +253,7 @@ impl Console<'_> {
 /// The section of a report, of a folder that was written; and the scenario it is of.
 pub(in crate::cli) fn section(folder: &Path) -> Result<(String, Section), Failure> {
     let file = folder.join("monte-carlo.json");
-    let read = |name: &str| {
-        let path = folder.join(name);
-        whole_file::read_text(&path, Kind::REPORT).map_err(|why| bad(format!("{}: {why}", path.display())))
-    };
+    let read = |name: &str| read_text(&folder.join(name), Kind::REPORT);
     let json: Json = serde_json::from_str(&read("monte-carlo.json")?)
         .map_err(|error| bad(format!("{}: {error}", file.display())))?;
     let none = || bad(format!("{}: not what `monte-carlo` writes", file.display()));
