@@ -328,12 +328,7 @@ fn with_file(name: &str, text: &str) -> (std::path::PathBuf, String) {
 fn bounds_hold_for_every_file_to_start_from() {
     for (plant, text) in scenario::STARTS {
         let (folder, file) = with_file(plant, text);
-        // The fast gain set is no part of the loop at rest.
-        let sets: &[&str] = if ["motor", "joint"].contains(&plant) { &["--set", "drive.gain_sets=1"] } else { &[] };
-        let folder_name = folder.display().to_string();
-        let args: Vec<&str> =
-            [&file, "--json", "--out", &folder_name].into_iter().chain(sets.iter().copied()).collect();
-        let (done, out, err) = told(&args);
+        let (done, out, err) = told(&[&file, "--json", "--out", &folder.display().to_string()]);
         assert_eq!(done, status::DONE, "{plant}: {err}");
         let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
         let row = |key: &str| -> Vec<f64> {
