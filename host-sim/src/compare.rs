@@ -44,6 +44,7 @@ mod rival;
 mod task;
 mod tune;
 
+pub(crate) use bench::LOST;
 pub use bench::{Bench, Figures, Worst};
 pub use linear::{Linear, Sampled};
 pub use task::{Aim, Angles, Model, Task};

@@ -905,6 +905,12 @@ fn what_cannot_be_reached_is_told_and_nothing_is_written() {
     let (status, told, err) = spoken(&args);
     assert_eq!(status, status::FAILED);
     assert!(told.contains("NOT MET") && err.contains("not met: load"), "{told}{err}");
+    // What is offered instead can be had.
+    let offered = err.split("--load ").nth(1).and_then(|it| it.split(". Ask").next()?.parse::<f64>().ok());
+    let load = format!("{}", 1.05 * offered.expect("an offer"));
+    let to_offered = folder.path("offered.toml");
+    let again = ["tune", &file, "--evaluations", "6", "--load", &load, "--to", &to_offered, "--out", &out];
+    assert_eq!(spoken(&again).0, status::DONE, "--load {load} of {err}");
     let (status, told, _) = spoken(&[&args[..], &["--json"]].concat());
     assert_eq!(status, status::FAILED);
     let json: Json = serde_json::from_str(&told).expect("JSON");

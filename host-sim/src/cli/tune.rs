@@ -13,7 +13,7 @@ use whole_file::Existing;
 
 use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, status};
 use crate::chip::cycles;
-use crate::compare::{Bench, Worst, of_ours};
+use crate::compare::{Bench, LOST, Worst, of_ours};
 use crate::report::number::significant;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
 use crate::tune::{Asked, Entry, Found, Job, LARGEST_RADIUS, settings, tuned};
@@ -126,19 +126,21 @@ fn asked(options: &TuneOptions, bench: &Bench, source: &Source<'_>) -> Result<As
     })
 }
 
-/// All searches: every number of gain sets that the cycles allow, at three noises.
-fn jobs(options: &TuneOptions, bench: &Bench, asked: &Asked) -> Result<Vec<Job>, Failure> {
+/// Searches for each of these: with every number of gain sets that the cycles allow.
+fn jobs(options: &TuneOptions, bench: &Bench, asked: &[Asked]) -> Result<Vec<Job>, Failure> {
     let of = |sets: usize| cycles(&with_sets(&bench.designed, sets));
     let forms = [2, 1].into_iter().filter(|sets| options.cycles.is_none_or(|most| of(*sets) <= most));
-    let jobs: Vec<Job> = forms
-        .flat_map(|gain_sets| {
-            AROUND.map(|factor| Job { gain_sets, asked: Asked { noise_a: factor * asked.noise_a, ..*asked } })
-        })
-        .collect();
+    let jobs: Vec<Job> = forms.flat_map(|gain_sets| asked.iter().map(move |&asked| Job { gain_sets, asked })).collect();
     if jobs.is_empty() {
         return Err(bad(format!("--cycles: a tick of this drive takes up to {} with one gain set", of(1))));
     }
     Ok(jobs)
+}
+
+/// Of these searches the best for what is asked.
+fn best<'a>(entries: &'a [Entry], asked: &Asked) -> Option<&'a Entry> {
+    let of_asked = entries.iter().filter(|entry| entry.job.asked == *asked);
+    of_asked.min_by(|a, b| worth(asked, &a.found).total_cmp(&worth(asked, &b.found)))
 }
 
 impl Console<'_> {
@@ -146,7 +148,8 @@ impl Console<'_> {
         let scenario = ScenarioText::read(options.file.as_deref(), JOINT)?;
         let bench = Bench::new(&scenario.file, &scenario.text, &options.sets).map_err(bad)?;
         let asked = asked(options, &bench, &scenario.source(&options.sets))?;
-        let jobs = jobs(options, &bench, &asked)?;
+        let around = AROUND.map(|factor| Asked { noise_a: factor * asked.noise_a, ..asked });
+        let searches = jobs(options, &bench, &around)?;
         let to = options.to.clone().unwrap_or_else(|| PathBuf::from(format!("{}-tuned.toml", bench.name)));
         if to.exists() {
             return Err(bad(format!("{} exists already and is left as it is: give another with --to", to.display())));
@@ -157,12 +160,8 @@ impl Console<'_> {
         let text = written_into(&scenario.text, &options.sets).map_err(bad)?;
         let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-tune", bench.name)));
         let claim = claim_folder(&folder)?;
-        let Some(entries) = self.searched(&bench, &jobs, options) else { return Ok(status::INTERRUPTED) };
-        let best = entries
-            .iter()
-            .filter(|entry| entry.job.asked == asked)
-            .min_by(|a, b| worth(&asked, &a.found).total_cmp(&worth(&asked, &b.found)))
-            .ok_or_else(|| failed("no drive was found that runs at all"))?;
+        let Some(entries) = self.searched(&bench, &searches, options) else { return Ok(status::INTERRUPTED) };
+        let best = best(&entries, &asked).ok_or_else(|| failed("no drive was found that runs at all"))?;
 
         // What is told is of the file, with its rounded numbers.
         let settings = settings(&best.designed);
@@ -207,7 +206,7 @@ impl Console<'_> {
             "{}: {}: {} searches of {} evaluations, seed {}; the worst of {} corners of ±{} %",
             bench.name,
             bench.title,
-            jobs.len(),
+            searches.len(),
             options.evaluations,
             options.seed,
             answer.found.worst.corners,
@@ -220,13 +219,33 @@ impl Console<'_> {
         }
         self.say(&format!("the other searches: {}", folder.join("pareto.png").display()))?;
         if !missed.is_empty() {
+            let within = self.within_noise(&bench, &asked, options)?;
             return Err(failed(format!(
-                "not met: {}; nothing is written. Ask for less, let u be noisier, or look for longer (--evaluations)",
+                "not met: {}; nothing is written. {within}Ask for less, let u be noisier, or look for longer \
+                 (--evaluations)",
                 missed.join(", ")
             )));
         }
         self.say(&format!("wrote {}", to.display()))?;
         Ok(status::DONE)
+    }
+
+    /// What can be had within the noise that is asked for, where nothing else is: that is what to ask for instead.
+    fn within_noise(&mut self, bench: &Bench, asked: &Asked, options: &TuneOptions) -> Result<String, Failure> {
+        let alone = Asked { settle_s: None, move_rad: None, load_rad: None, ..*asked };
+        if alone == *asked {
+            return Ok(String::new());
+        }
+        let entries = self.searched(bench, &jobs(options, bench, &[alone])?, options).unwrap_or_default();
+        Ok(best(&entries, &alone).filter(|entry| alone.missed(&entry.found).is_empty()).map_or_else(
+            String::new,
+            |Entry { found: Found { noise_a, worst }, .. }| {
+                let options = [("settling", worst.settle_s), ("move", worst.move_rad), ("load", worst.load_rad)];
+                let had = options.iter().filter(|(_, value)| *value < LOST);
+                let had: Vec<String> = had.map(|(name, value)| format!("--{name} {}", number(*value))).collect();
+                format!("With a noise of {} there is {}. ", number(*noise_a), had.join(" "))
+            },
+        ))
     }
 
     /// All searches under a progress bar.
@@ -245,6 +264,11 @@ impl Console<'_> {
         }
         entries
     }
+}
+
+/// An error or a time; a run that came to nothing has none.
+fn number(value: f64) -> String {
+    if value < LOST { significant(value, 3) } else { "lost".into() }
 }
 
 /// The less, the better: what misses something is worse than all that does not.
@@ -284,7 +308,6 @@ impl Answer<'_> {
     fn table(&self, most_cycles: Option<u32>) -> Table {
         let Self { asked, found, nominal, cycles, .. } = self;
         let mut table = Table::new(["figure", "asked", "nominal", "worst", ""]);
-        let number = |value: f64| significant(value, 3);
         let told = |value: Option<f64>| value.map_or_else(String::new, number);
         let mut row = |name: &str, asked: Option<f64>, nominal: Option<f64>, worst: f64| {
             let verdict = asked.map_or("", |asked| if worst <= asked { "met" } else { "NOT MET" });
