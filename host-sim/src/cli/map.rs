@@ -389,15 +389,21 @@ impl Console<'_> {
             question.subject.number_at(&axis.key).and_then(|value| axis.at(value))
         });
         let frame = widest_rectangle(&good, columns, home);
+        let [x, y] = [0, 1].map(|i| edge(&question.axes[i]));
+        let place = |edge: &Edge, i: usize| {
+            let number = question.subject.number_at(&question.axes[i].key);
+            home[i].map(|cell| number.and_then(|value| edge.place(value)).unwrap_or_else(|| edge.middle(cell)))
+        };
+        let mark = place(&x, 0).zip(place(&y, 1)).map(<[f64; 2]>::from);
         let map = HeatMap {
             title: view.title(),
             label: figure.map_or_else(|| DECAY_LABEL.into(), ToOwned::to_owned),
-            x: edge(&question.axes[0]),
-            y: edge(&question.axes[1]),
+            x,
+            y,
             cells: points.iter().map(cell).collect(),
             good,
             frame,
-            mark: home[0].zip(home[1]).map(|(column, row)| [column, row]),
+            mark,
         };
         let promise = frame.map(|[first, last, low, high]| {
             let ends = |i: usize, from: usize, to: usize| {

@@ -52,7 +52,7 @@ pub(super) struct TuneOptions {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
     /// The scenario with what was found; an existing file is never overwritten [default: SCENARIO-tuned.toml].
-    #[arg(long, value_name = "FILE")]
+    #[arg(short = 'o', long, value_name = "FILE")]
     to: Option<PathBuf>,
     /// Folder for pareto.svg and pareto.png [default: out/SCENARIO-tune].
     #[arg(long, value_name = "DIR")]

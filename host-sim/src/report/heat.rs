@@ -76,10 +76,10 @@ pub struct HeatMap {
     pub cells: Vec<Cell>,
     /// Which are good: a line runs around them.
     pub good: Vec<bool>,
-    /// First and last column and row of a frame.
+    /// First and last column and row of a frame, which runs through the middles of their cells.
     pub frame: Option<[usize; 4]>,
-    /// Column and row of a ring.
-    pub mark: Option<[usize; 2]>,
+    /// Where a ring stands along both edges, 0 to 1 ([`Edge::place`]).
+    pub mark: Option<[f64; 2]>,
 }
 
 /// The area of the cells, px.
@@ -228,17 +228,17 @@ impl HeatMap {
             ));
         }
         if let Some([first, last, low, high]) = self.frame {
-            let (x, y) = (area.x(first) + 3.0, area.y(high + 1) + 3.0);
-            let (width, height) = (area.x(last + 1) - x - 3.0, area.y(low) - y - 3.0);
+            let [left, right] = [first, last].map(|column| f64::midpoint(area.x(column), area.x(column + 1)));
+            let [top, bottom] = [high, low].map(|row| f64::midpoint(area.y(row), area.y(row + 1)));
             picture.element(&format!(
-                "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{:.2}\" height=\"{:.2}\" fill=\"none\" stroke=\"#ffffff\" \
-                 stroke-width=\"2.5\" stroke-dasharray=\"9 5\"/>",
-                width.max(1.0),
-                height.max(1.0)
+                "<rect x=\"{left:.2}\" y=\"{top:.2}\" width=\"{:.2}\" height=\"{:.2}\" fill=\"none\" \
+                 stroke=\"#ffffff\" stroke-width=\"2.5\" stroke-dasharray=\"9 5\"/>",
+                (right - left).max(1.0),
+                (bottom - top).max(1.0)
             ));
         }
-        if let Some([column, row]) = self.mark {
-            let (x, y) = (0.5 * (area.x(column) + area.x(column + 1)), 0.5 * (area.y(row) + area.y(row + 1)));
+        if let Some([x, y]) = self.mark {
+            let (x, y) = (area.left + area.width * x, area.top + area.height * (1.0 - y));
             for (stroke, width) in [(INK, 4.5), ("#ffffff", 2.5)] {
                 picture.element(&format!(
                     "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"6\" fill=\"none\" stroke=\"{stroke}\" \
@@ -273,30 +273,46 @@ impl HeatMap {
 }
 
 impl Edge {
-    /// Where a tick stands along the edge, 0 to 1, and what it says.
+    /// The scale of numbers; none of words, or of one cell.
+    fn axis(&self) -> Option<Axis> {
+        let [first, .., last] = self.numbers.as_deref()? else { return None };
+        let (first, last) = (*first, *last);
+        Some(if self.is_log { Axis::logarithmic([first, last]) } else { Axis::new(Some((first, last)), [], 0.0, 8) })
+    }
+
+    /// Where a number stands along the edge, 0 to 1: one that a cell has in the middle of it. None outside.
+    pub fn place(&self, value: f64) -> Option<f64> {
+        let [first, .., last] = self.numbers.as_deref()? else { return None };
+        let (axis, count) = (self.axis()?, self.texts.len());
+        let [begin, end] = [first, last].map(|value| axis.place(*value));
+        let place = ((axis.place(value) - begin) / (end - begin) * (count - 1) as f64 + 0.5) / count as f64;
+        (0.0..=1.0).contains(&place).then_some(place)
+    }
+
+    /// Where the middle of a cell stands.
+    pub fn middle(&self, cell: usize) -> f64 {
+        (cell as f64 + 0.5) / self.texts.len() as f64
+    }
+
+    /// Where a tick stands, and what it says.
     fn ticks(&self) -> Vec<(f64, String)> {
-        let count = self.texts.len();
-        let middle = |k: usize| (k as f64 + 0.5) / count as f64;
-        let (Some(numbers), true) = (&self.numbers, count > 1) else {
+        let Some(axis) = self.axis() else {
             // Words, as many as there is room for.
-            let every = count.div_ceil(12).max(1);
-            return (0..count).step_by(every).map(|k| (middle(k), self.texts[k].clone())).collect();
-        };
-        let (first, last) = (numbers[0], numbers[count - 1]);
-        let axis =
-            if self.is_log { Axis::logarithmic([first, last]) } else { Axis::new(Some((first, last)), [], 0.0, 8) };
-        // From the middle of the first cell to that of the last.
-        let [begin, end] = [first, last].map(|value| axis.place(value));
-        let place = |value: f64| {
-            let share = (axis.place(value) - begin) / (end - begin);
-            (share * (count - 1) as f64 + 0.5) / count as f64
+            let every = self.texts.len().div_ceil(12).max(1);
+            return self
+                .texts
+                .iter()
+                .enumerate()
+                .step_by(every)
+                .map(|(k, text)| (self.middle(k), text.clone()))
+                .collect();
         };
         let plain = |(value, text): &(f64, String)| {
             // A factor beside an axis is one thing more to overlook.
             let text = if axis.factor.is_empty() { text.clone() } else { significant(*value, 2) };
-            (place(*value), text)
+            Some((self.place(*value)?, text))
         };
-        axis.ticks.iter().map(plain).filter(|(place, _)| (0.0..=1.0).contains(place)).collect()
+        axis.ticks.iter().filter_map(plain).collect()
     }
 }
 
@@ -359,7 +375,7 @@ mod tests {
             cells,
             good,
             frame: Some([0, 2, 0, 2]),
-            mark: Some([1, 1]),
+            mark: Some([0.5, 0.5]),
         }
     }
 
@@ -399,6 +415,21 @@ mod tests {
         let bare = HeatMap { frame: None, mark: None, cells: vec![Cell::Nothing; 12], good: vec![false; 12], ..map() };
         let bare = bare.svg();
         assert!(bare.contains(">no design<") && !bare.contains(">may be promised<") && !bare.contains(">the file<"));
+    }
+
+    #[test]
+    fn a_frame_runs_through_the_values_of_its_ends_and_a_ring_stands_at_a_value_between_two() {
+        assert_eq!(edge(4).place(1.5), Some(0.5));
+        assert_eq!(edge(4).place(3.6), None);
+        let svg = HeatMap { mark: edge(4).place(0.25).map(|x| [x, 0.5]), ..map() }.svg();
+        let number = |shape: &str, name: &str| -> f64 {
+            let shape = svg.lines().find(|line| line.contains(shape)).expect("a shape");
+            let text = shape.split(&format!(" {name}=\"")).nth(1).and_then(|rest| rest.split('"').next());
+            text.and_then(|text| text.parse().ok()).expect("a number")
+        };
+        // Of four columns the frame takes three, from the middle of the first to that of the last.
+        let (left, width) = (number("dasharray=\"9 5\"", "x"), number("dasharray=\"9 5\"", "width"));
+        assert!((number("r=\"6\"", "cx") - (left + 0.125 * width)).abs() < 0.02, "{svg}");
     }
 
     #[test]
