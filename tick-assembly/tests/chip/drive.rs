@@ -359,7 +359,7 @@ fn motor_plant() -> Plant {
 fn the_drive_of_a_motor_is_its_parts_to_the_bit() {
     let functions = motor::<Position, 0, 0, 3>(&motor_design(), Mounting::UPRIGHT).expect("a design");
     let motor = holds("motor", &functions, &motor_plant(), &QUICK, 1_000_000);
-    assert!(motor.cycles <= 148, "{}", motor.cycles);
+    assert!((motor.floor..=143).contains(&motor.cycles), "{} of {}", motor.cycles, motor.floor);
 }
 
 /// Two encoders, and a sine: more numbers than registers at once, so that what the observers know is stored early.
@@ -370,6 +370,14 @@ fn the_drive_of_a_joint_is_its_parts_to_the_bit() {
     let effort = Effort { steps: 300_000, ..QUICK };
     let joint = holds("joint", &functions, &joint_plant(), &effort, 1_000_000);
     assert!(joint.cycles <= 450, "{}", joint.cycles);
+}
+
+/// The most numbers at once of all drives.
+#[test]
+fn the_drive_of_a_joint_with_two_gain_sets_is_its_parts_to_the_bit() {
+    let design = JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
+    let functions = joint::<Position, 1, 0>(&design, [Mounting::UPRIGHT; 2]).expect("a design");
+    holds("joint_two_sets", &functions, &joint_plant(), &Effort { steps: 100_000, ..QUICK }, 100_000);
 }
 
 #[test]
