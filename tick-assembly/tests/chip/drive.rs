@@ -372,14 +372,6 @@ fn the_drive_of_a_joint_is_its_parts_to_the_bit() {
     assert!(joint.cycles <= 450, "{}", joint.cycles);
 }
 
-/// The most numbers at once of all drives.
-#[test]
-fn the_drive_of_a_joint_with_two_gain_sets_is_its_parts_to_the_bit() {
-    let design = JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
-    let functions = joint::<Position, 1, 0>(&design, [Mounting::UPRIGHT; 2]).expect("a design");
-    holds("joint_two_sets", &functions, &joint_plant(), &Effort { steps: 100_000, ..QUICK }, 100_000);
-}
-
 #[test]
 fn drives_of_every_kind_are_their_parts_to_the_bit() {
     let design = motor_design();
