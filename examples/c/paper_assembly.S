@@ -333,124 +333,122 @@ paper_tick_u:
 paper_tick:
 	adr.w r3, .Lpaper_tick_table
 	ldrb.w ip, [r0, #40]
-	vldmia r1, {s1-s4}
 	vldmia r0!, {s11-s15}
+	vadd.f32 s11, s12, s11
+	vldmia r1, {s1-s4}
 	vldmia r3!, {s5-s10}
-	vmul.f32 s5, s5, s2
-	vmul.f32 s6, s6, s3
-	vsub.f32 s13, s2, s13
-	vadd.f32 s12, s12, s11
-	vmov.f32 s11, #0.5
-	vmul.f32 s11, s11, s3
-	vmul.f32 s7, s7, s1
+	vmul.f32 s12, s5, s1
 	vsub.f32 s15, s4, s15
-	vmul.f32 s13, s13, s8
-	vadd.f32 s0, s7, s6
-	vmul.f32 s9, s9, s4
-	vmul.f32 s10, s15, s10
-	vadd.f32 s0, s0, s9
-	vsub.f32 s13, s13, s11
-	vldmia r3!, {s6-s9}
-	vmul.f32 s15, s6, s0
-	vmul.f32 s7, s7, s1
-	vsub.f32 s14, s13, s14
-	vsub.f32 s13, s10, s15
-	vadd.f32 s10, s7, s5
-	vsub.f32 s13, s13, s12
+	vmul.f32 s0, s6, s3
+	vsub.f32 s13, s2, s13
+	vadd.f32 s0, s12, s0
+	vmul.f32 s7, s7, s4
+	vmul.f32 s12, s8, s1
+	vadd.f32 s0, s0, s7
+	vmul.f32 s15, s15, s9
+	vmov.f32 s1, #0.5
+	vmul.f32 s1, s1, s3
+	vmul.f32 s10, s10, s0
+	vldmia r3!, {s5-s9}
+	vmul.f32 s5, s13, s5
+	vsub.f32 s15, s15, s10
+	vsub.f32 s13, s5, s1
+	vsub.f32 s11, s15, s11
+	vmul.f32 s15, s6, s2
+	vsub.f32 s13, s13, s14
 	cmp.w ip, #0
 	bne.w .Lpaper_tick_resume
 .Lpaper_tick_observed:
-	vmul.f32 s12, s8, s13
-	vmul.f32 s1, s8, s14
-	vldmia r0!, {s5-s8}
-	vmul.f32 s13, s9, s13
-	vmul.f32 s9, s9, s14
-	vadd.f32 s1, s6, s1
-	vadd.f32 s12, s8, s12
-	vadd.f32 s5, s5, s1
-	vadd.f32 s6, s6, s9
-	vadd.f32 s3, s3, s5
-	vmov.f32 s14, #30.0
-	vmul.f32 s14, s14, s3
-	vadd.f32 s7, s7, s12
-	vadd.f32 s10, s10, s14
-	vldmia r3!, {s14}
-	vmul.f32 s14, s14, s6
-	vadd.f32 s8, s8, s13
-	vadd.f32 s14, s10, s14
-	vadd.f32 s0, s0, s7
-	vadd.f32 s14, s14, s4
-	vldmia r0!, {s9}
-	vsub.f32 s10, s14, s9
-	vldmia r3!, {s12-s13}
-	vmul.f32 s1, s12, s10
-	vstr s14, [r2, #4]
+	vmul.f32 s14, s7, s13
+	vmul.f32 s13, s8, s13
+	vldmia r0!, {s5-s6}
+	vadd.f32 s14, s6, s14
+	vadd.f32 s12, s12, s15
+	vadd.f32 s5, s5, s14
+	vadd.f32 s6, s6, s13
+	vadd.f32 s15, s3, s5
+	vmov.f32 s3, #30.0
+	vmul.f32 s13, s3, s15
+	vsub.f32 s3, s15, s1
+	vmul.f32 s14, s8, s11
+	vadd.f32 s13, s12, s13
+	vmul.f32 s12, s9, s6
+	vmul.f32 s11, s7, s11
+	vadd.f32 s12, s13, s12
+	vldmia r0!, {s7-s9}
+	vadd.f32 s13, s8, s11
+	vadd.f32 s12, s12, s4
+	vadd.f32 s8, s8, s14
+	vstr s12, [r2, #4]
+	vadd.f32 s7, s7, s13
+	vsub.f32 s11, s12, s9
+	vldmia r3!, {s12-s14}
+	vmul.f32 s1, s12, s11
+	vmul.f32 s13, s13, s11
 	vcmp.f32 s1, s12
 	vmrs APSR_nzcv, fpscr
 	it gt
 	vmovgt.f32 s1, s12
-	vcmp.f32 s1, s13
+	vcmp.f32 s1, s14
 	vmrs APSR_nzcv, fpscr
 	it mi
-	vmovmi.f32 s1, s13
+	vmovmi.f32 s1, s14
+	vadd.f32 s1, s13, s1
 	vldmia r3!, {s12-s14}
-	vmul.f32 s12, s12, s10
+	vmul.f32 s12, s12, s9
 	vmul.f32 s13, s13, s2
-	vmul.f32 s14, s14, s9
-	vadd.f32 s12, s12, s1
-	vstr s10, [r2, #8]
-	vadd.f32 s14, s12, s14
-	vldmia r3!, {s12}
-	vmul.f32 s12, s12, s3
-	vadd.f32 s14, s14, s13
-	vsub.f32 s1, s0, s15
-	vadd.f32 s12, s14, s12
+	vadd.f32 s1, s1, s12
+	vadd.f32 s0, s0, s7
+	vmul.f32 s12, s14, s15
+	vadd.f32 s15, s1, s13
+	vsub.f32 s1, s0, s10
+	vadd.f32 s12, s15, s12
+	vstr s11, [r2, #8]
 	vldmia r3!, {s13-s15}
 	vmul.f32 s13, s13, s4
 	vmul.f32 s14, s14, s8
+	vadd.f32 s13, s12, s13
 	vmul.f32 s15, s15, s6
-	vadd.f32 s12, s12, s13
-	vsub.f32 s3, s3, s11
-	vadd.f32 s11, s12, s14
-	vabs.f32 s14, s10
-	vadd.f32 s15, s11, s15
-	vldmia r3!, {s10-s13}
-	vmul.f32 s10, s15, s10
-	vmul.f32 s15, s11, s9
-	vsub.f32 s10, s10, s0
-	vsub.f32 s9, s9, s15
-	vabs.f32 s15, s10
-	vcmp.f32 s15, s12
+	vadd.f32 s13, s13, s14
+	vabs.f32 s11, s11
+	vadd.f32 s10, s13, s15
+	vldmia r3!, {s12-s15}
+	vmul.f32 s12, s10, s12
+	vmul.f32 s10, s13, s9
+	vsub.f32 s12, s12, s0
+	vsub.f32 s9, s9, s10
+	vabs.f32 s10, s12
+	vcmp.f32 s10, s14
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Lpaper_tick_beyond
 .Lpaper_tick_plausible:
 	mov.w r1, #0
-	vmov.f32 s15, #30.0
-	vmov.f32 s0, s10
+	vmov.f32 s10, #30.0
+	vmov.f32 s0, s12
+	vcmp.f32 s0, s10
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s10
 	vcmp.f32 s0, s15
 	vmrs APSR_nzcv, fpscr
-	it gt
-	vmovgt.f32 s0, s15
-	vcmp.f32 s0, s13
-	vmrs APSR_nzcv, fpscr
 	it mi
-	vmovmi.f32 s0, s13
-	vmov.f32 s15, #10.0
-	vcmp.f32 s14, s15
-	vmrs APSR_nzcv, fpscr
-	it gt
-	addgt r1, #4
-	vcmp.f32 s0, s10
+	vmovmi.f32 s0, s15
+	vcmp.f32 s0, s12
 	vmrs APSR_nzcv, fpscr
 	it ne
 	addne r1, #2
+	vmov.f32 s10, #10.0
+	vcmp.f32 s11, s10
+	vmrs APSR_nzcv, fpscr
+	it gt
+	addgt r1, #4
 	vstr s0, [r2, #0]
 	vstmdb r0!, {s0-s9}
 	mov.w r0, r1
 	bx lr
 .Lpaper_tick_resume:
-	vldr s13, [r3, #56]
-	vldr s14, [r3, #56]
+	vldr s11, [r3, #52]
+	vldr s13, [r3, #52]
 	mov.w ip, #0
 	strb.w ip, [r0, #20]
 	mov.w ip, #1
@@ -458,7 +456,7 @@ paper_tick:
 .Lpaper_tick_beyond:
 	push.w {r4-r5}
 	vpush {s16-s19}
-	vabs.f32 s16, s10
+	vabs.f32 s16, s12
 	vldr s17, [r3, #4]
 	vldr s18, [r0, #-4]
 	vmul.f32 s17, s17, s18
@@ -468,7 +466,7 @@ paper_tick:
 	ite mi
 	movmi.w r4, #1
 	movpl.w r4, #0
-	vsub.f32 s17, s10, s17
+	vsub.f32 s17, s12, s17
 	vabs.f32 s17, s17
 	vldr s18, [r3, #-8]
 	vcmp.f32 s17, s18
@@ -494,11 +492,11 @@ paper_tick:
 	vldr s2, [r1, #8]
 	vmul.f32 s1, s1, s2
 	vadd.f32 s0, s0, s1
-	vldr s1, [r3, #-96]
+	vldr s1, [r3, #-68]
 	vldr s2, [r1, #4]
 	vmul.f32 s1, s1, s2
 	vadd.f32 s0, s0, s1
-	vldr s1, [r3, #-68]
+	vldr s1, [r3, #-84]
 	vldr s2, [r1, #0]
 	vmul.f32 s1, s1, s2
 	vadd.f32 s0, s0, s1
@@ -598,22 +596,22 @@ paper_tick:
 	bx lr
 	.balign 4
 .Lpaper_tick_table:
-	.word 0x43960000 @ 300.0
-	.word 0xbff7651c @ -1.9327731
 	.word 0x429742b0 @ 75.63025
-	.word 0x461c4000 @ 10000.0
+	.word 0xbff7651c @ -1.9327731
 	.word 0xbc764ba1 @ -0.01503268
+	.word 0x447a0000 @ 1000.0
 	.word 0x3fffea95 @ 1.9993464
 	.word 0x3f002910 @ 0.50062656
-	.word 0x447a0000 @ 1000.0
+	.word 0x461c4000 @ 10000.0
+	.word 0x43960000 @ 300.0
 	.word 0x3ca30606 @ 0.019900333
 	.word 0x38cfa157 @ 9.900581e-5
 	.word 0x461c0400 @ 9985.0
 	.word 0x00000000 @ 0.0
-	.word 0x80000000 @ -0.0
 	.word 0xefa42806 @ -1.0160785e29
-	.word 0xf1d11293 @ -2.0705543e30
+	.word 0x80000000 @ -0.0
 	.word 0xee83426a @ -2.0311413e28
+	.word 0xf1d11293 @ -2.0705543e30
 	.word 0xf0f6468b @ -6.0974875e29
 	.word 0xef41ea5e @ -6.001394e28
 	.word 0x6d036f00 @ 2.5422954e27

@@ -1,5 +1,5 @@
-//! The tick as assembly in a program of Rust: files that `host-sim export --asm` wrote of `firmware/joint.toml`, and
-//! the design that they were written of.
+//! The tick as assembly in a program of Rust: files that `host-sim export --asm` wrote of `firmware/joint.toml` and
+//! `firmware/motor.toml`, and the designs that they were written of.
 //!
 //! One line takes such a file, a block declares what is called of it, and a struct is its state as the exported header
 //! has it: numbers in their order, then two flags. A reference says what the header asks for: no two places overlap.
@@ -7,13 +7,15 @@
 
 use core::arch::global_asm;
 
+use controller_core::drive::{Encoder, Motor, MotorDesign, Sample, Target};
 use controller_core::{
-    Config, Controller, FlexibleJoint, JointParameters, Limits, Nominal, ObserverGains, Options, ReachingLaw, Reading,
-    Surface, channels,
+    Config, Controller, Fallback, FlexibleJoint, JointParameters, Limits, Nominal, ObserverGains, Options, ReachingLaw,
+    Reading, Surface, channels,
 };
 
 global_asm!(include_str!("assembly/joint_r2.S"), options(raw));
 global_asm!(include_str!("assembly/joint_r3.S"), options(raw));
+global_asm!(include_str!("assembly/motor.S"), options(raw));
 
 /// What a tick of assembly remembers; the first good sample fills it.
 #[repr(C)]
@@ -46,6 +48,54 @@ pub type State2 = State<10>;
 /// The state with observers of order 3.
 pub type State3 = State<12>;
 
+/// What the drive of a motor remembers; zeros before the start.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct MotorState {
+    numbers: [f32; 6],
+    counts: [u32; 3],
+    missed: f32,
+    fresh: bool,
+    started: bool,
+}
+
+impl MotorState {
+    /// Before the start.
+    pub const ZEROS: Self = Self { numbers: [0.0; 6], counts: [0; 3], missed: 0.0, fresh: false, started: false };
+}
+
+/// Where a motor should be at one instant.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct MotorTarget {
+    turn: i32,
+    jet: [f32; 2],
+}
+
+/// What comes in once per tick of a motor's drive.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct MotorSample {
+    count: u32,
+    lost: bool,
+    begin: MotorTarget,
+    end: MotorTarget,
+}
+
+/// A sample of the Rust drive as the exported header has it.
+impl From<&Sample<i32, Target<f32, i32, 2>, 1>> for MotorSample {
+    fn from(sample: &Sample<i32, Target<f32, i32, 2>, 1>) -> Self {
+        let target = |of: &Target<f32, i32, 2>| MotorTarget { turn: of.turn, jet: of.jet };
+        let [count] = sample.counts;
+        Self {
+            count: count.unwrap_or_default() as u32,
+            lost: count.is_none(),
+            begin: target(&sample.begin),
+            end: target(&sample.end),
+        }
+    }
+}
+
 // SAFETY: names, arguments and answers are those of the exported headers, which `global_asm!` has just assembled.
 unsafe extern "C" {
     /// Before the first tick, from its sample; false if that is not good enough.
@@ -64,6 +114,14 @@ unsafe extern "C" {
     pub safe fn joint_r3_tick(state: &mut State3, x: &[f32; 4], told: &mut Told) -> u32;
     /// The same of order 3.
     pub safe fn joint_r3_report_applied(state: &mut State3, u: f32) -> bool;
+    /// The same of a motor's drive.
+    pub safe fn motor_start(state: &mut MotorState, sample: &MotorSample) -> bool;
+    /// The same of a motor's drive.
+    pub safe fn motor_tick_u(state: &mut MotorState, sample: &MotorSample) -> f32;
+    /// The same of a motor's drive.
+    pub safe fn motor_tick(state: &mut MotorState, sample: &MotorSample, told: &mut Told) -> u32;
+    /// The same of a motor's drive.
+    pub safe fn motor_report_applied(state: &mut MotorState, u: f32) -> bool;
 }
 
 /// The controller that the files were exported of, observers of order R in channels 2 and 4.
@@ -76,6 +134,17 @@ pub const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstr
 pub const fn joint<const R: usize>() -> Joint<R> {
     Joint::<R>::design(&config(channels(4, 2, [2, 4]), NOMINAL), FlexibleJoint::<f32>::new(&NOMINAL))
 }
+
+/// What the drive of `motor.S` is designed from: as `firmware/motor.toml`, but for period and gain sets.
+pub const MOTOR: MotorDesign = MotorDesign {
+    fallback: Fallback::Safe(0.0),
+    ..MotorDesign::by_rule(
+        1e-3,
+        Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 },
+        Encoder::absolute(14),
+        Limits::symmetric(10.0),
+    )
+};
 
 /// What all ticks that are measured have in common; one observer for each bit of the mask.
 pub const fn config<const N: usize, const R: usize>(mask: u8, nominal: Nominal<N>) -> Config<N, R> {

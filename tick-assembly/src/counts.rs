@@ -30,7 +30,10 @@ pub(crate) struct Counts {
     pub(crate) sample_at: i32,
     /// Is there a way away before it has moved?
     pub(crate) leaves: bool,
+    /// What is saved aside.
     pub(crate) cycles: u32,
+    /// Cycles to keep what the caller needs, and bring it back.
+    pub(crate) saved: u32,
 }
 
 enum Line {
@@ -144,12 +147,13 @@ impl Counts {
         let health = if whole { writer.free(N::MAX)? } else { "r1" };
         let scratch = writer.names.iter().position(|name| *name == "r4").unwrap_or_default();
         let (mut push, mut pop) = (String::new(), String::new());
-        let mut cycles = writer.cycles + (kept.len() + 1 + layout.cleared.len()) as u32;
+        let mut saved = 0;
+        let cycles = writer.cycles + (kept.len() + 1 + layout.cleared.len()) as u32;
         if writer.used > scratch {
             let last = 3 + (writer.used - scratch).next_multiple_of(2);
             let _ = writeln!(push, "\tpush.w {{r4-r{last}}}");
             let _ = writeln!(pop, "\tpop.w {{r4-r{last}}}");
-            cycles += 2 * (1 + last as u32 - 3);
+            saved = 2 * (1 + last as u32 - 3);
         }
         let (flags, of_flags) = flags(ordinary, layout, shafts)?;
         Ok(Self {
@@ -165,6 +169,7 @@ impl Counts {
             health,
             sample_at,
             cycles: cycles + of_flags,
+            saved,
         })
     }
 

@@ -15,10 +15,8 @@ use crate::graph::{N, Node};
 use crate::layout::DriveLayout;
 use crate::ordinary::Ordinary;
 use crate::schedule::{Event, Found, Kind, Line, V, search};
+use crate::tick::{RETURN, TABLE};
 use crate::{Effort, Emitted};
-
-/// Cycles of `adr` and of the return: DDI 0439D, a pipeline refill of 2.
-const AROUND: u32 = 1 + 3;
 
 /// How the loads are cut.
 #[derive(Clone, Debug)]
@@ -29,6 +27,8 @@ struct Cut {
     apart: bool,
     /// Do words of the state come to where they will be stored from?
     at_home: bool,
+    /// Does the search say how many words of the state are loaded at once? Then groups are not.
+    streamed: bool,
 }
 
 /// A tick that returns u, or one that fills the output and returns the health.
@@ -56,37 +56,26 @@ pub(crate) fn tick(
     } else {
         (Effort { rounds: 1, steps, seed }, Effort { rounds: 1, steps: rounds * steps, seed })
     };
-    let mut best: Option<(u32, Line, Found)> = None;
-    let mut look = |registers: usize, effort: &Effort| {
-        for cut in cuts(layout) {
-            let line = ordinary.line(layout, &counts, registers, &cut, whole);
-            let Some(found) = search(&line, effort) else { continue };
-            let cycles = found.cycles + kept(&found);
-            if best.as_ref().is_none_or(|(least, ..)| cycles < *least) {
-                best = Some((cycles, line, found));
-            }
-        }
-        best.is_some()
-    };
     // Registers that the caller keeps cost two cycles each: where there are enough others they are left alone.
-    let enough: &[usize] = if few { &[16, 20, 24, 28, 32] } else { &[32] };
-    // What a short look has not found a long one may.
-    let _ = enough.iter().any(|registers| look(*registers, &short)) || look(32, &long);
-    let Some((cycles, line, mut found)) = best else {
+    let enough: &[usize] = if few { &[16, 18, 20, 24, 28, 32] } else { &[32] };
+    let of = |streamed: bool| {
+        let look = |registers: usize, effort: &Effort| {
+            let cuts = cuts(layout).into_iter().filter(|cut| cut.streamed == streamed);
+            let lines = cuts.map(|cut| ordinary.line(layout, &counts, registers, &cut, whole));
+            let found = lines.filter_map(|line| search(&line, effort).map(|found| (line, found)));
+            found.min_by_key(|(_, found)| found.cycles)
+        };
+        // What a short look has not found a long one may.
+        let first = enough.iter().find_map(|registers| look(*registers, &short));
+        let (line, found) = first.or_else(|| if streamed { None } else { look(32, &long) })?;
+        let better = search(&line, &long).filter(|better| better.cycles < found.cycles);
+        Some((line, better.unwrap_or(found)))
+    };
+    let found = [of(false), of(true)].into_iter().flatten().min_by_key(|(_, found)| found.cycles);
+    let Some((line, found)) = found else {
         return Err(format!("{name}: no order was found in which its numbers fit into the registers"));
     };
-    if let Some(better) = search(&line, &long).filter(|better| better.cycles + kept(better) < cycles) {
-        found = better;
-    }
     Ok(ordinary.emit(layout, prefix, &name, &counts, &line, &found, whole))
-}
-
-/// Cycles to keep what the caller needs, and bring it back.
-fn kept(found: &Found) -> u32 {
-    match found.used_above() {
-        above if above > 16 => 2 * (1 + (above as u32 - 16)),
-        _ => 0,
-    }
 }
 
 fn cuts(layout: &DriveLayout) -> Vec<Cut> {
@@ -101,8 +90,14 @@ fn cuts(layout: &DriveLayout) -> Vec<Cut> {
     for state in states {
         for apart in [false, true] {
             for at_home in [false, true].into_iter().filter(|at_home| one_encoder || !at_home) {
-                cuts.push(Cut { state: state.clone(), apart, at_home });
+                cuts.push(Cut { state: state.clone(), apart, at_home, streamed: false });
             }
+        }
+    }
+    // Of two encoders the groups that are stored early are the better ones to load.
+    for apart in [false, true].into_iter().filter(|_| one_encoder) {
+        for at_home in [false, true] {
+            cuts.push(Cut { state: vec![all], apart, at_home, streamed: true });
         }
     }
     cuts
@@ -126,6 +121,10 @@ impl Ordinary<'_> {
         for &end in &cut.state {
             if cut.at_home {
                 (from..end).for_each(|at| build.line.home[words[at]] = Some(at as u8));
+            }
+            if cut.streamed {
+                build.line.state.clone_from(&words);
+                break;
             }
             let load = build.item(Kind::LoadState, vec![], words[from..end].to_vec());
             if let Some(before) = loads.last() {
@@ -288,7 +287,7 @@ impl Ordinary<'_> {
         macro_rules! put {
             ($($text:tt)*) => {{ let _ = writeln!(text, "\t{}", format_args!($($text)*)); }};
         }
-        let above = found.used_above();
+        let above = found.above;
         let (mut push, mut pop) = (counts.push.clone(), counts.pop.clone());
         if above > 16 {
             let _ = writeln!(push, "\tvpush {}", row(16, above - 16));
@@ -318,6 +317,10 @@ impl Ordinary<'_> {
                 Event::Constants { first, count } => {
                     put!("vldmia {tab}!, {}", row(*first, usize::from(*count)));
                     constants += usize::from(*count);
+                }
+                Event::Words { first, count } => {
+                    put!("vldmia r0!, {}", row(*first, usize::from(*count)));
+                    state += bytes(usize::from(*count));
                 }
                 Event::Item { item, sources, results } => {
                     let s = |k: usize| sources[k];
@@ -409,7 +412,9 @@ impl Ordinary<'_> {
             put!("vldr s0, [sp]\n\tadd.w sp, sp, #16\n\tpop {{r4, pc}}");
         }
         text += &words(name, &table);
-        let cycles = found.cycles + kept(found) + counts.cycles + AROUND + if whole { 2 } else { 0 };
-        Emitted { text, cycles }
+        let around = counts.cycles + RETURN + if whole { 2 } else { 0 };
+        let cycles = found.cycles + TABLE + around + counts.saved;
+        let floor = line.floor() + around;
+        Emitted { text, cycles, floor }
     }
 }

@@ -131,12 +131,17 @@ pub struct Assembly {
     pub cycles: u32,
     /// The same with the whole output.
     pub cycles_whole: u32,
+    /// What no order takes less than: each operation and each word of memory once, with nothing waited for or saved.
+    pub floor: u32,
+    /// The same with the whole output.
+    pub floor_whole: u32,
 }
 
 /// The code of a tick, and what the search says that its ordinary way takes.
 struct Emitted {
     text: String,
     cycles: u32,
+    floor: u32,
 }
 
 /// The functions of a drive as text for the GNU assembler, and what a caller must know of them.
@@ -150,6 +155,10 @@ pub struct DriveAssembly {
     pub cycles: u32,
     /// The same with the whole output.
     pub cycles_whole: u32,
+    /// What no order takes less than: each operation and each word of memory once, with nothing waited for or saved.
+    pub floor: u32,
+    /// The same with the whole output.
+    pub floor_whole: u32,
 }
 
 /// Text of functions, each in a section of its own.
@@ -186,7 +195,8 @@ pub fn drive_assembly(functions: &DriveFunctions, prefix: &str, effort: &Effort)
         let name = format!("{prefix}_{what}");
         text.function(&name, &parts::part(what, record, &layout, &name)?);
     }
-    Ok(DriveAssembly { text: text.0, layout, cycles: u.cycles, cycles_whole: whole.cycles })
+    let (cycles, cycles_whole) = (u.cycles, whole.cycles);
+    Ok(DriveAssembly { text: text.0, layout, cycles, cycles_whole, floor: u.floor, floor_whole: whole.floor })
 }
 
 /// Writes the functions of a controller of plant order n and highest observer order r. All names begin with `prefix`.
@@ -211,7 +221,8 @@ pub fn assembly(functions: &Functions, n: usize, r: usize, prefix: &str, effort:
         let code = plain(record, &layout, &name(what), r)?;
         text.function(&name(what), &code);
     }
-    Ok(Assembly { text: text.0, layout, cycles: u.cycles, cycles_whole: whole.cycles })
+    let (cycles, cycles_whole) = (u.cycles, whole.cycles);
+    Ok(Assembly { text: text.0, layout, cycles, cycles_whole, floor: u.floor, floor_whole: whole.floor })
 }
 
 /// A function in the order of its results.

@@ -4,12 +4,16 @@
 //! groups in which constants are loaded, is simulated on the registers of the FPU and costs what DDI 0439D says of it:
 //!
 //! * an operation 1, a division 14, a load or store of N words 1 + N,
-//! * 1 more where an instruction reads what the arithmetic just before it has computed.
+//! * 1 more where an instruction reads what the arithmetic just before it has computed,
+//! * 2 for each register that the caller keeps, and 2 for the first.
 //!
 //! Constants lie in a table in the order of their use and are loaded as they are needed, several at a time, into
 //! registers in a row. Results that the state keeps have a register each, that of their word in memory, so that one
 //! instruction stores them all. An order for which there is no register, or that reads what is not there, is worth
 //! nothing. Annealing moves items by up to eight places: from there on it is luck, and luck has a seed.
+//!
+//! Words of the state are loaded by items of a size that whoever makes the line has chosen, or, as constants are, when
+//! the first of them is needed and as many at a time as the search finds best ([`Line::state`]).
 
 use crate::Effort;
 
@@ -77,6 +81,58 @@ pub(crate) struct Line {
     pub(crate) before: Vec<Vec<usize>>,
     /// How many registers there are.
     pub(crate) registers: usize,
+    /// Words of the state in the order of memory that no item loads: they come when they are needed.
+    pub(crate) state: Vec<V>,
+}
+
+/// Registers of the FPU that a function need not keep for its caller: the most words of a group for which nothing is
+/// saved.
+const FREE: usize = 16;
+
+impl Line {
+    /// Cycles that no order of it takes less than, with nothing saved: each operation once, each word in or out in
+    /// groups as long as there are registers, an equal constant once, no result waited for, no number copied.
+    ///
+    /// With saved registers it holds too: one costs two cycles, and makes groups longer by one word.
+    pub(crate) fn floor(&self) -> u32 {
+        let moved = |words: usize| (words + words.div_ceil(FREE)) as u32;
+        let (mut state, mut sample, mut stored) = (self.state.len(), 0, self.finals.len());
+        let mut used = vec![false; self.constants.len()];
+        let mut cycles = 0;
+        for item in &self.items {
+            item.sources.iter().for_each(|v| used[*v] = true);
+            match item.kind {
+                Kind::LoadSample => sample += item.results.len(),
+                Kind::LoadState => state += item.results.len(),
+                Kind::Save => stored += item.sources.len(),
+                Kind::Copy => {}
+                // CBZ compares and branches.
+                Kind::Resume => cycles += 1,
+                kind => cycles += kind.cycles(item),
+            }
+        }
+        let constants = (0..self.constants.len()).filter_map(|v| self.constants[v].filter(|_| used[v]));
+        let (immediate, loaded): (Vec<u32>, Vec<u32>) = constants.partition(|bits| is_immediate(*bits));
+        let loads: u32 = [state, sample, loaded.len(), stored].map(moved).iter().sum();
+        cycles + immediate.len() as u32 + loads
+    }
+}
+
+impl Kind {
+    /// Cycles of an item whose operands are there: DDI 0439D.
+    fn cycles(self, item: &Item) -> u32 {
+        match self {
+            Self::Add | Self::Sub | Self::Mul | Self::Abs | Self::Neg | Self::Copy | Self::Number => 1,
+            Self::Div => 14,
+            Self::Clamp => 8,
+            Self::LoadSample | Self::LoadState => 1 + item.results.len() as u32,
+            Self::Store(_) | Self::Resume => 2,
+            Self::Guard(tests) => 3 * tests as u32,
+            Self::Flag(..) | Self::Max => 4,
+            Self::Mirror | Self::Leave(_) => 3,
+            Self::Save => 1 + item.sources.len() as u32,
+        }
+    }
 }
 
 /// What is emitted.
@@ -86,6 +142,8 @@ pub(crate) enum Event {
     Immediate { value: V, register: u8 },
     /// Constants, from this register on.
     Constants { first: u8, count: u8 },
+    /// Words of the state, from this register on.
+    Words { first: u8, count: u8 },
     /// An item, with the registers of its sources and results.
     Item { item: usize, sources: Vec<u8>, results: Vec<u8> },
 }
@@ -96,6 +154,8 @@ pub(crate) struct Plan {
     order: Vec<u16>,
     /// Of each group of constants the most words.
     groups: Vec<u8>,
+    /// Of each group of words of the state.
+    words: Vec<u8>,
     /// Of each item where its result goes if it is free to choose.
     choice: Vec<u8>,
     /// Of each value: is it, as a constant, loaded for each use anew?
@@ -104,8 +164,10 @@ pub(crate) struct Plan {
     immediate: Vec<bool>,
 }
 
-/// Cycles of an order that cannot be executed: more, the sooner it ends.
+/// Cycles of an order that cannot be executed: more, the sooner it ends, by so many for each item that it misses. Few
+/// enough for the search to go back now and then.
 const NEVER: u32 = 1_000_000;
+const SOONER: u32 = 5;
 const NONE: u16 = u16::MAX;
 
 /// SplitMix64.
@@ -139,6 +201,8 @@ struct Simulation<'a> {
     loaded: Vec<bool>,
     /// Of each value: may it, as a constant, be loaded for each use anew?
     may_repeat: Vec<bool>,
+    /// One more than the highest register that anything was put into.
+    above: usize,
 }
 
 impl<'a> Simulation<'a> {
@@ -164,6 +228,7 @@ impl<'a> Simulation<'a> {
         Self {
             line,
             may_repeat,
+            above: 0,
             uses,
             is_final,
             is_home,
@@ -179,6 +244,7 @@ impl<'a> Simulation<'a> {
     fn put(&mut self, v: V, register: usize) {
         self.register[register] = v as u16;
         self.place[v] = register as u8;
+        self.above = self.above.max(register + 1);
     }
 
     fn holds(&self, v: V) -> bool {
@@ -216,12 +282,27 @@ impl<'a> Simulation<'a> {
         best.map(|(_, first)| first)
     }
 
+    /// Where words of the state go from this one on, and how many at once: at most so many, and as many as there is
+    /// room for.
+    fn word_row(&self, from: usize, most: usize) -> Option<(usize, usize)> {
+        let words = &self.line.state[from..];
+        let home = |word: &V| self.line.home[*word].map(usize::from);
+        if let Some(first) = home(&words[0]) {
+            let fits = |k: &usize| home(&words[*k]) == Some(first + k) && self.register[first + k] == NONE;
+            let count = (0..most.min(words.len())).take_while(fits).count();
+            return (count > 0).then_some((first, count));
+        }
+        let free = words.iter().take(most).take_while(|word| home(word).is_none()).count();
+        (1..=free).rev().find_map(|count| self.row(count).map(|first| (first, count)))
+    }
+
     /// Cycles of a plan, and the table that it reads.
     #[allow(clippy::too_many_lines, reason = "one pass over an order, in which all depends on the registers")]
     fn run(&mut self, plan: &Plan, mut events: Option<&mut Vec<Event>>) -> u32 {
         let line = self.line;
         let items = &line.items;
         self.register = [NONE; 32];
+        self.above = 0;
         self.left.copy_from_slice(&self.uses);
         for &(v, register) in &line.given {
             self.put(v, usize::from(register));
@@ -238,17 +319,39 @@ impl<'a> Simulation<'a> {
             }
         }
         let (mut next, mut group, mut cycles) = (0, 0, 0_u32);
+        let (mut words, mut word_group) = (0, 0);
         // The register that the arithmetic just before has written.
         let mut fresh = usize::MAX;
         for (at, &i) in plan.order.iter().enumerate() {
-            let never = NEVER - 100 * at as u32;
+            let never = NEVER - SOONER * at as u32;
             let item = &items[usize::from(i)];
             for &v in &item.sources {
                 if self.holds(v) {
                     continue;
                 }
                 if line.constants[v].is_none() {
-                    return never;
+                    // A word that is not loaded yet, with those before it.
+                    let Some(to) = line.state[words..].iter().position(|word| *word == v) else { return never };
+                    let to = words + to;
+                    while words <= to {
+                        let most = usize::from(plan.words[word_group % plan.words.len()]);
+                        let Some((first, count)) = self.word_row(words, most) else { return never };
+                        for k in 0..count {
+                            let word = line.state[words + k];
+                            self.put(word, first + k);
+                            if self.uses[word] == 0 && !self.is_final[word] {
+                                self.release(word);
+                            }
+                        }
+                        words += count;
+                        word_group += 1;
+                        cycles += 1 + count as u32;
+                        fresh = usize::MAX;
+                        if let Some(events) = events.as_mut() {
+                            events.push(Event::Words { first: first as u8, count: count as u8 });
+                        }
+                    }
+                    continue;
                 }
                 if plan.immediate[v] {
                     let Some(register) = self.row(1) else { return never };
@@ -295,23 +398,21 @@ impl<'a> Simulation<'a> {
             let all = 0..item.sources.len();
             let arithmetic = matches!(item.kind, Kind::Add | Kind::Sub | Kind::Mul | Kind::Div | Kind::Number);
             let in_place = matches!(item.kind, Kind::Clamp | Kind::Max | Kind::Mirror);
+            cycles += item.kind.cycles(item);
             cycles += match item.kind {
-                Kind::Add | Kind::Sub | Kind::Mul | Kind::Abs | Kind::Neg | Kind::Copy | Kind::Number => 1 + waits(all),
-                Kind::Div => 14 + waits(all),
-                Kind::Clamp => 8 + waits(0..1),
-                Kind::LoadSample | Kind::LoadState => 1 + item.results.len() as u32,
-                Kind::Store(_) => 2 + waits(all),
-                Kind::Resume => 2,
-                Kind::Guard(tests) => 3 * tests as u32 + waits(0..2),
-                Kind::Flag(..) | Kind::Max => 4 + waits(all),
-                Kind::Mirror => 3 + waits(0..3),
-                Kind::Leave(_) => 3 + waits(0..2),
+                Kind::Clamp => waits(0..1),
+                Kind::Guard(_) | Kind::Leave(_) => waits(0..2),
+                Kind::Mirror => waits(0..3),
+                Kind::LoadSample | Kind::LoadState | Kind::Resume => 0,
                 Kind::Save => {
-                    if (1..item.sources.len()).any(|k| place(k) != place(0) + k) {
+                    // It stores what is behind the last word that was read.
+                    let apart = (1..item.sources.len()).any(|k| place(k) != place(0) + k);
+                    if apart || words < line.state.len() {
                         return never;
                     }
-                    1 + item.sources.len() as u32 + waits(all)
+                    waits(all)
                 }
+                _ => waits(all),
             };
             fresh = usize::MAX;
             let first = item.sources.first().map(|v| usize::from(self.place[*v]));
@@ -383,10 +484,10 @@ impl<'a> Simulation<'a> {
             }
         }
         let stored = line.finals.iter().enumerate().all(|(at, v)| self.register[at] == *v as u16);
-        if !stored || next != self.stream.len() {
+        if !stored || next != self.stream.len() || words < line.state.len() {
             return NEVER;
         }
-        cycles + 1 + line.finals.len() as u32 + u32::from(fresh < line.finals.len())
+        cycles + 1 + line.finals.len() as u32 + u32::from(fresh < line.finals.len()) + kept(self.above)
     }
 
     /// Moves what stands at one place to another, if the order allows that.
@@ -439,6 +540,11 @@ fn is_immediate(bits: u32) -> bool {
     bits.trailing_zeros() >= 19 && (124..=131).contains(&exponent)
 }
 
+/// Cycles to keep what the caller has in registers from 16 up to here, and bring it back.
+fn kept(above: usize) -> u32 {
+    if above > FREE { 2 * (1 + (above - FREE)) as u32 } else { 0 }
+}
+
 /// e^x for x <= 0, to a few percent: the same bits on every machine, which those of a platform are not.
 fn exp(x: f64) -> f64 {
     let mut power = (1.0 + x / 64.0).max(0.0);
@@ -455,18 +561,8 @@ pub(crate) struct Found {
     pub(crate) events: Vec<Event>,
     /// The constants in the order in which they are loaded.
     pub(crate) table: Vec<u32>,
-}
-
-impl Found {
-    /// One more than the highest register that is written.
-    pub(crate) fn used_above(&self) -> usize {
-        let highest = self.events.iter().map(|event| match event {
-            Event::Immediate { register, .. } => usize::from(*register) + 1,
-            Event::Constants { first, count } => usize::from(first + count),
-            Event::Item { results, .. } => results.iter().map(|at| usize::from(*at) + 1).max().unwrap_or(0),
-        });
-        highest.max().unwrap_or(0)
-    }
+    /// One more than the highest register that anything is put into.
+    pub(crate) above: usize,
 }
 
 /// The cheapest way that some rounds of annealing find; `None` if none can be executed.
@@ -484,6 +580,7 @@ pub(crate) fn search(line: &Line, effort: &Effort) -> Option<Found> {
             choice: (0..items).map(|_| [0, 0, 1, 2, 3][luck.below(5)]).collect(),
             again: vec![false; values],
             immediate: line.constants.iter().map(|bits| bits.is_some_and(is_immediate)).collect(),
+            words: if line.state.is_empty() { vec![0] } else { (0..16).map(|_| 1 + luck.below(8) as u8).collect() },
         };
         let mut cost = simulation.run(&now, None);
         let mut trial = now.clone();
@@ -501,6 +598,10 @@ pub(crate) fn search(line: &Line, effort: &Effort) -> Option<Found> {
                     if !legal {
                         continue;
                     }
+                }
+                24..28 if !line.state.is_empty() && luck.below(2) == 0 => {
+                    let at = luck.below(trial.words.len());
+                    trial.words[at] = 1 + luck.below(16) as u8;
                 }
                 24..28 => {
                     let at = luck.below(trial.groups.len());
@@ -534,5 +635,5 @@ pub(crate) fn search(line: &Line, effort: &Effort) -> Option<Found> {
     let mut events = Vec::new();
     simulation.run(&plan, Some(&mut events));
     let table = simulation.stream.iter().filter_map(|v| line.constants[usize::from(*v)]).collect();
-    Some(Found { cycles, events, table })
+    Some(Found { cycles, events, table, above: simulation.above })
 }

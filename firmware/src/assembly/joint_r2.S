@@ -46,89 +46,87 @@
 joint_r2_tick_u:
 	adr.w r3, .Ljoint_r2_tick_u_table
 	ldrb.w ip, [r0, #40]
-	vldmia r1, {s1-s4}
 	vldmia r0!, {s11-s15}
-	vldmia r3!, {s5-s10}
-	vmul.f32 s5, s5, s1
-	vmul.f32 s0, s6, s1
-	vmul.f32 s7, s7, s4
+	vadd.f32 s11, s12, s11
+	vldmia r1, {s1-s4}
 	vsub.f32 s15, s4, s15
+	vldmia r3!, {s5-s10}
+	vmul.f32 s12, s5, s1
+	vmul.f32 s6, s6, s3
+	vmul.f32 s7, s7, s1
 	vsub.f32 s13, s2, s13
-	vmul.f32 s8, s8, s3
-	vmul.f32 s13, s13, s9
-	vadd.f32 s0, s0, s8
-	vmul.f32 s10, s10, s2
-	vadd.f32 s0, s0, s7
-	vldmia r3!, {s6-s9}
-	vmul.f32 s1, s6, s3
-	vmul.f32 s7, s15, s7
-	vmul.f32 s15, s8, s0
-	vsub.f32 s13, s13, s1
-	vadd.f32 s10, s5, s10
-	vsub.f32 s14, s13, s14
-	vsub.f32 s13, s7, s15
-	vadd.f32 s12, s12, s11
-	vldmia r0!, {s5-s8}
-	vsub.f32 s11, s13, s12
+	vadd.f32 s7, s7, s6
+	vmul.f32 s15, s15, s8
+	vmul.f32 s9, s9, s4
+	vmul.f32 s10, s10, s3
+	vadd.f32 s0, s7, s9
+	vldmia r3!, {s5-s9}
+	vmul.f32 s13, s13, s5
+	vmul.f32 s1, s6, s0
+	vsub.f32 s13, s13, s10
+	vsub.f32 s15, s15, s1
+	vsub.f32 s13, s13, s14
+	vsub.f32 s15, s15, s11
+	vmul.f32 s14, s7, s2
 	cmp.w ip, #0
 	bne.w .Ljoint_r2_tick_u_resume
 .Ljoint_r2_tick_u_observed:
-	vmul.f32 s12, s9, s14
-	vmul.f32 s9, s9, s11
-	vadd.f32 s12, s6, s12
-	vadd.f32 s9, s8, s9
-	vadd.f32 s5, s5, s12
-	vldmia r3!, {s12-s13}
-	vmul.f32 s14, s12, s14
-	vadd.f32 s3, s3, s5
+	vmul.f32 s11, s8, s15
+	vmul.f32 s15, s9, s15
+	vadd.f32 s12, s12, s14
+	vmul.f32 s14, s9, s13
+	vmul.f32 s13, s8, s13
+	vldmia r0!, {s5-s9}
+	vadd.f32 s13, s6, s13
 	vadd.f32 s6, s6, s14
-	vmul.f32 s11, s12, s11
-	vmul.f32 s13, s13, s6
-	vmov.f32 s14, #30.0
-	vmul.f32 s14, s14, s3
-	vadd.f32 s8, s8, s11
-	vadd.f32 s14, s10, s14
-	vadd.f32 s7, s7, s9
-	vadd.f32 s10, s14, s13
-	vldmia r0!, {s9}
-	vadd.f32 s10, s10, s4
+	vadd.f32 s5, s5, s13
+	vadd.f32 s11, s8, s11
+	vadd.f32 s3, s3, s5
+	vldmia r3!, {s13-s14}
+	vmul.f32 s13, s13, s3
+	vmul.f32 s14, s14, s6
+	vadd.f32 s12, s12, s13
+	vadd.f32 s7, s7, s11
+	vadd.f32 s11, s12, s14
 	vadd.f32 s0, s0, s7
-	vsub.f32 s10, s10, s9
-	vldmia r3!, {s11-s14}
-	vmul.f32 s11, s11, s10
-	vmul.f32 s12, s12, s10
-	vcmp.f32 s11, s13
+	vadd.f32 s11, s11, s4
+	vadd.f32 s8, s8, s15
+	vsub.f32 s11, s11, s9
+	vldmia r3!, {s12-s15}
+	vmul.f32 s12, s12, s11
+	vmul.f32 s13, s13, s11
+	vcmp.f32 s12, s14
 	vmrs APSR_nzcv, fpscr
 	it gt
-	vmovgt.f32 s11, s13
-	vcmp.f32 s11, s14
+	vmovgt.f32 s12, s14
+	vcmp.f32 s12, s15
 	vmrs APSR_nzcv, fpscr
 	it mi
-	vmovmi.f32 s11, s14
-	vadd.f32 s14, s12, s11
-	vldmia r3!, {s10-s13}
-	vmul.f32 s10, s10, s3
+	vmovmi.f32 s12, s15
+	vadd.f32 s15, s13, s12
+	vldmia r3!, {s11-s14}
 	vmul.f32 s11, s11, s9
 	vmul.f32 s12, s12, s2
-	vadd.f32 s14, s14, s11
-	vmul.f32 s13, s13, s4
-	vadd.f32 s14, s14, s12
-	vldmia r3!, {s11-s12}
+	vadd.f32 s11, s15, s11
+	vmul.f32 s13, s13, s3
+	vadd.f32 s12, s11, s12
+	vmul.f32 s14, s14, s4
+	vadd.f32 s15, s12, s13
+	vldmia r3!, {s11-s13}
 	vmul.f32 s11, s11, s8
-	vadd.f32 s14, s14, s10
+	vadd.f32 s14, s15, s14
 	vmul.f32 s12, s12, s6
-	vadd.f32 s14, s14, s13
-	vsub.f32 s3, s3, s1
+	vmul.f32 s13, s13, s9
 	vadd.f32 s11, s14, s11
-	vsub.f32 s1, s0, s15
-	vadd.f32 s10, s11, s12
-	vldmia r3!, {s11-s15}
-	vmul.f32 s11, s10, s11
-	vmul.f32 s12, s12, s9
+	vsub.f32 s9, s9, s13
+	vadd.f32 s11, s11, s12
+	vldmia r3!, {s12-s15}
+	vmul.f32 s11, s11, s12
+	vsub.f32 s1, s0, s1
 	vsub.f32 s0, s11, s0
-	vsub.f32 s9, s9, s12
-	vabs.f32 s10, s0
-	vcmp.f32 s10, s13
+	vsub.f32 s3, s3, s10
+	vabs.f32 s12, s0
+	vcmp.f32 s12, s13
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Ljoint_r2_tick_u_beyond
 .Ljoint_r2_tick_u_plausible:
@@ -143,10 +141,10 @@ joint_r2_tick_u:
 	vstmdb r0!, {s0-s9}
 	bx lr
 .Ljoint_r2_tick_u_resume:
-	vldr s11, [r3, #68]
-	vldr s14, [r3, #68]
+	vldr s15, [r3, #68]
+	vldr s13, [r3, #68]
 	mov.w ip, #0
-	strb.w ip, [r0, #4]
+	strb.w ip, [r0, #20]
 	mov.w ip, #1
 	b.w .Ljoint_r2_tick_u_observed
 .Ljoint_r2_tick_u_beyond:
@@ -183,7 +181,7 @@ joint_r2_tick_u:
 	pop.w {r4-r5}
 	bne.w .Ljoint_r2_tick_u_plausible
 	push.w {r4-r5}
-	vldr s1, [r3, #-88]
+	vldr s1, [r3, #-80]
 	vldr s2, [r3, #-4]
 	vldr s3, [r3, #8]
 	vldr s4, [r0, #-40]
@@ -204,7 +202,7 @@ joint_r2_tick_u:
 	vmov.f32 s4, s3
 	it mi
 	vmovmi.f32 s4, s2
-	vldr s2, [r3, #-88]
+	vldr s2, [r3, #-80]
 	vcmp.f32 s3, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s2, s4
@@ -212,15 +210,15 @@ joint_r2_tick_u:
 	vmovgt.f32 s2, s1
 	vmov.f32 s0, s2
 	vldr s1, [r1, #12]
-	vldr s3, [r3, #20]
+	vldr s3, [r3, #-68]
 	vldr s4, [r1, #8]
 	vmul.f32 s3, s3, s4
 	vadd.f32 s1, s1, s3
-	vldr s3, [r3, #-88]
+	vldr s3, [r3, #-80]
 	vldr s4, [r1, #4]
 	vmul.f32 s3, s3, s4
 	vadd.f32 s1, s1, s3
-	vldr s3, [r3, #-108]
+	vldr s3, [r3, #-112]
 	vldr s4, [r1, #0]
 	vmul.f32 s3, s3, s4
 	vadd.f32 s1, s1, s3
@@ -232,8 +230,8 @@ joint_r2_tick_u:
 	ite ls
 	movls.w r4, #1
 	movhi.w r4, #0
-	vldr s4, [r3, #24]
-	vldr s5, [r3, #28]
+	vldr s4, [r3, #20]
+	vldr s5, [r3, #24]
 	cmp.w r4, #0
 	it ne
 	vmovne.f32 s5, s1
@@ -252,7 +250,7 @@ joint_r2_tick_u:
 	cmp.w r4, #0
 	it ne
 	vmovne.f32 s3, s1
-	vldr s1, [r3, #-16]
+	vldr s1, [r3, #-20]
 	vmul.f32 s1, s1, s3
 	vsub.f32 s1, s3, s1
 	vstr s1, [r0, #-4]
@@ -289,29 +287,30 @@ joint_r2_tick_u:
 	.balign 4
 .Ljoint_r2_tick_u_table:
 	.word 0x447a0000 @ 1000.0
-	.word 0x429742b0 @ 75.63025
-	.word 0xbf169697 @ -0.5882353
 	.word 0xc29742b0 @ -75.63025
-	.word 0x461c4000 @ 10000.0
-	.word 0x43960000 @ 300.0
-	.word 0x3f000000 @ 0.5
+	.word 0x429742b0 @ 75.63025
 	.word 0x429c7878 @ 78.23529
+	.word 0xbf169697 @ -0.5882353
+	.word 0x3f000000 @ 0.5
+	.word 0x461c4000 @ 10000.0
 	.word 0x3f002910 @ 0.50062656
+	.word 0x43960000 @ 300.0
 	.word 0x3ca30606 @ 0.019900333
 	.word 0x38cfa157 @ 9.900581e-5
+	.word 0x41f00000 @ 30.0
 	.word 0x461c0400 @ 9985.0
 	.word 0xf046bcc0 @ -2.4602487e29
 	.word 0xf048bc13 @ -2.4849748e29
 	.word 0x6d00785e @ 2.4849748e27
 	.word 0xed00785e @ -2.4849748e27
-	.word 0xf196937a @ -1.4912333e30
 	.word 0xef2081e9 @ -4.9674653e28
 	.word 0xf27b0a1c @ -4.9723494e30
+	.word 0xf196937a @ -1.4912333e30
 	.word 0xefed1ffb @ -1.4677322e29
 	.word 0x6b036f00 @ 1.5889347e26
 	.word 0x6a0908ed @ 4.1416247e25
-	.word 0x0e000000 @ 1.5777218e-30
 	.word 0x3a8301a9 @ 0.0009995002
+	.word 0x0e000000 @ 1.5777218e-30
 	.word 0x48160000 @ 153600.0
 	.word 0x43960000 @ 300.0
 	.word 0xc3960000 @ -300.0
@@ -320,7 +319,6 @@ joint_r2_tick_u:
 	.word 0x3f800000 @ 1.0
 	.word 0x00000000 @ 0.0
 	.word 0x5368d4a5 @ 1000000000000.0
-	.word 0x41f00000 @ 30.0
 	.word 0xbef0dc8d @ -0.47043267
 	.word 0x7e967699 @ 1e38
 	.size joint_r2_tick_u, .-joint_r2_tick_u
@@ -335,110 +333,110 @@ joint_r2_tick:
 	ldrb.w ip, [r0, #40]
 	vldmia r1, {s1-s4}
 	vldmia r0!, {s11-s15}
-	vsub.f32 s10, s4, s15
-	vldmia r3!, {s5-s9}
-	vmul.f32 s5, s5, s3
+	vldmia r3!, {s6-s10}
 	vmul.f32 s6, s6, s1
+	vsub.f32 s15, s4, s15
+	vmul.f32 s7, s7, s3
 	vsub.f32 s13, s2, s13
 	vadd.f32 s11, s12, s11
-	vmul.f32 s7, s7, s4
-	vmul.f32 s15, s8, s1
 	vmov.f32 s12, #0.5
 	vmul.f32 s12, s12, s3
-	vadd.f32 s5, s6, s5
-	vmul.f32 s13, s13, s9
-	vadd.f32 s0, s5, s7
+	vmul.f32 s13, s13, s8
+	vadd.f32 s0, s6, s7
+	vmul.f32 s5, s9, s4
+	vmul.f32 s10, s10, s1
+	vadd.f32 s0, s0, s5
 	vldmia r3!, {s5-s9}
 	vmul.f32 s1, s5, s0
-	vmul.f32 s10, s10, s6
+	vmul.f32 s5, s6, s2
+	vmul.f32 s15, s15, s7
 	vsub.f32 s13, s13, s12
-	vsub.f32 s10, s10, s1
+	vsub.f32 s15, s15, s1
 	vsub.f32 s13, s13, s14
-	vsub.f32 s10, s10, s11
+	vadd.f32 s14, s10, s5
+	vsub.f32 s15, s15, s11
 	cmp.w ip, #0
 	bne.w .Ljoint_r2_tick_resume
 .Ljoint_r2_tick_observed:
-	vmul.f32 s11, s7, s10
-	vmul.f32 s14, s8, s13
-	vmul.f32 s10, s8, s10
-	vmul.f32 s9, s9, s2
-	vmul.f32 s13, s7, s13
+	vmul.f32 s10, s8, s15
+	vmul.f32 s11, s8, s13
 	vldmia r0!, {s5-s8}
-	vadd.f32 s10, s8, s10
-	vadd.f32 s14, s6, s14
-	vadd.f32 s6, s6, s13
-	vadd.f32 s5, s5, s14
-	vadd.f32 s9, s15, s9
-	vadd.f32 s15, s3, s5
-	vmov.f32 s3, #30.0
-	vmul.f32 s3, s3, s15
-	vadd.f32 s7, s7, s10
-	vadd.f32 s10, s9, s3
-	vldmia r0!, {s9}
-	vldmia r3!, {s13-s14}
+	vmul.f32 s13, s9, s13
+	vmul.f32 s15, s9, s15
+	vadd.f32 s13, s6, s13
+	vadd.f32 s6, s6, s11
+	vadd.f32 s5, s5, s13
+	vldmia r3!, {s13}
 	vmul.f32 s13, s13, s6
-	vadd.f32 s8, s8, s11
-	vsub.f32 s3, s15, s12
-	vadd.f32 s13, s10, s13
-	vadd.f32 s0, s0, s7
-	vadd.f32 s13, s13, s4
-	vmul.f32 s15, s14, s15
-	vstr s13, [r2, #4]
-	vsub.f32 s14, s13, s9
-	vldmia r3!, {s10-s13}
-	vmul.f32 s10, s10, s14
-	vmul.f32 s11, s11, s14
-	vcmp.f32 s10, s12
+	vadd.f32 s11, s3, s5
+	vmov.f32 s9, #30.0
+	vmul.f32 s3, s9, s11
+	vadd.f32 s15, s8, s15
+	vadd.f32 s14, s14, s3
+	vadd.f32 s8, s8, s10
+	vadd.f32 s14, s14, s13
+	vldmia r0!, {s9}
+	vadd.f32 s14, s14, s4
+	vadd.f32 s7, s7, s15
+	vsub.f32 s10, s14, s9
+	vsub.f32 s3, s11, s12
+	vstr s14, [r2, #4]
+	vldmia r3!, {s12-s15}
+	vmul.f32 s12, s12, s10
+	vmul.f32 s13, s13, s10
+	vcmp.f32 s12, s14
 	vmrs APSR_nzcv, fpscr
 	it gt
-	vmovgt.f32 s10, s12
-	vcmp.f32 s10, s13
+	vmovgt.f32 s12, s14
+	vcmp.f32 s12, s15
 	vmrs APSR_nzcv, fpscr
 	it mi
-	vmovmi.f32 s10, s13
-	vadd.f32 s13, s11, s10
-	vldmia r3!, {s10-s12}
-	vmul.f32 s10, s10, s9
-	vmul.f32 s11, s11, s2
-	vadd.f32 s13, s13, s10
-	vstr s14, [r2, #8]
-	vadd.f32 s13, s13, s11
-	vmul.f32 s10, s12, s4
-	vadd.f32 s15, s13, s15
-	vldmia r3!, {s11-s13}
-	vmul.f32 s11, s11, s8
-	vadd.f32 s15, s15, s10
-	vmul.f32 s12, s12, s6
-	vadd.f32 s11, s15, s11
-	vabs.f32 s15, s14
-	vadd.f32 s10, s11, s12
+	vmovmi.f32 s12, s15
+	vadd.f32 s12, s13, s12
+	vldmia r3!, {s13-s15}
+	vmul.f32 s13, s13, s9
+	vadd.f32 s0, s0, s7
+	vadd.f32 s13, s12, s13
+	vmul.f32 s12, s14, s2
+	vmul.f32 s15, s15, s11
+	vadd.f32 s14, s13, s12
+	vstr s10, [r2, #8]
+	vadd.f32 s11, s14, s15
+	vldmia r3!, {s12-s15}
+	vmul.f32 s12, s12, s4
+	vmul.f32 s13, s13, s8
+	vadd.f32 s11, s11, s12
+	vmul.f32 s14, s14, s6
+	vadd.f32 s13, s11, s13
 	vsub.f32 s1, s0, s1
-	vmul.f32 s10, s10, s13
-	vldmia r3!, {s11-s14}
-	vmul.f32 s11, s11, s9
-	vsub.f32 s10, s10, s0
-	vsub.f32 s9, s9, s11
-	vabs.f32 s11, s10
-	vcmp.f32 s11, s12
+	vadd.f32 s13, s13, s14
+	vabs.f32 s10, s10
+	vmul.f32 s11, s13, s15
+	vldmia r3!, {s12-s15}
+	vmul.f32 s12, s12, s9
+	vsub.f32 s11, s11, s0
+	vsub.f32 s9, s9, s12
+	vabs.f32 s12, s11
+	vcmp.f32 s12, s13
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Ljoint_r2_tick_beyond
 .Ljoint_r2_tick_plausible:
 	mov.w r1, #0
-	vmov.f32 s0, s10
-	vcmp.f32 s0, s13
-	vmrs APSR_nzcv, fpscr
-	it gt
-	vmovgt.f32 s0, s13
-	vcmp.f32 s0, s14
-	vmrs APSR_nzcv, fpscr
-	it mi
-	vmovmi.f32 s0, s14
-	vmov.f32 s14, #10.0
-	vcmp.f32 s15, s14
+	vmov.f32 s0, #10.0
+	vcmp.f32 s10, s0
 	vmrs APSR_nzcv, fpscr
 	it gt
 	addgt r1, #4
-	vcmp.f32 s0, s10
+	vmov.f32 s0, s11
+	vcmp.f32 s0, s14
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s14
+	vcmp.f32 s0, s15
+	vmrs APSR_nzcv, fpscr
+	it mi
+	vmovmi.f32 s0, s15
+	vcmp.f32 s0, s11
 	vmrs APSR_nzcv, fpscr
 	it ne
 	addne r1, #2
@@ -447,7 +445,7 @@ joint_r2_tick:
 	mov.w r0, r1
 	bx lr
 .Ljoint_r2_tick_resume:
-	vldr s10, [r3, #64]
+	vldr s15, [r3, #64]
 	vldr s13, [r3, #64]
 	mov.w ip, #0
 	strb.w ip, [r0, #20]
@@ -456,7 +454,7 @@ joint_r2_tick:
 .Ljoint_r2_tick_beyond:
 	push.w {r4-r5}
 	vpush {s16-s19}
-	vabs.f32 s16, s10
+	vabs.f32 s16, s11
 	vldr s17, [r3, #4]
 	vldr s18, [r0, #-4]
 	vmul.f32 s17, s17, s18
@@ -466,7 +464,7 @@ joint_r2_tick:
 	ite mi
 	movmi.w r4, #1
 	movpl.w r4, #0
-	vsub.f32 s17, s10, s17
+	vsub.f32 s17, s11, s17
 	vabs.f32 s17, s17
 	vldr s18, [r3, #-12]
 	vcmp.f32 s17, s18
@@ -492,11 +490,11 @@ joint_r2_tick:
 	vldr s2, [r1, #8]
 	vmul.f32 s1, s1, s2
 	vadd.f32 s0, s0, s1
-	vldr s1, [r3, #-68]
+	vldr s1, [r3, #-80]
 	vldr s2, [r1, #4]
 	vmul.f32 s1, s1, s2
 	vadd.f32 s0, s0, s1
-	vldr s1, [r3, #-92]
+	vldr s1, [r3, #-88]
 	vldr s2, [r1, #0]
 	vmul.f32 s1, s1, s2
 	vadd.f32 s0, s0, s1
@@ -532,7 +530,7 @@ joint_r2_tick:
 	vmul.f32 s0, s0, s1
 	vsub.f32 s0, s1, s0
 	vstr s0, [r2, #4]
-	vldr s1, [r3, #-68]
+	vldr s1, [r3, #-80]
 	vldr s2, [r3, #-4]
 	vldr s4, [r3, #24]
 	vldr s5, [r0, #-40]
@@ -553,7 +551,7 @@ joint_r2_tick:
 	vmov.f32 s5, s4
 	it mi
 	vmovmi.f32 s5, s2
-	vldr s2, [r3, #-68]
+	vldr s2, [r3, #-80]
 	vcmp.f32 s4, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s2, s5
@@ -596,24 +594,24 @@ joint_r2_tick:
 	bx lr
 	.balign 4
 .Ljoint_r2_tick_table:
-	.word 0xc29742b0 @ -75.63025
 	.word 0x429742b0 @ 75.63025
+	.word 0xc29742b0 @ -75.63025
+	.word 0x461c4000 @ 10000.0
 	.word 0xbf169697 @ -0.5882353
 	.word 0x447a0000 @ 1000.0
-	.word 0x461c4000 @ 10000.0
 	.word 0x3f002910 @ 0.50062656
+	.word 0x43960000 @ 300.0
 	.word 0x429c7878 @ 78.23529
 	.word 0x38cfa157 @ 9.900581e-5
 	.word 0x3ca30606 @ 0.019900333
-	.word 0x43960000 @ 300.0
 	.word 0x461c0400 @ 9985.0
-	.word 0xf196937a @ -1.4912333e30
 	.word 0xf046bcc0 @ -2.4602487e29
 	.word 0xf048bc13 @ -2.4849748e29
 	.word 0x6d00785e @ 2.4849748e27
 	.word 0xed00785e @ -2.4849748e27
 	.word 0xef2081e9 @ -4.9674653e28
 	.word 0xf27b0a1c @ -4.9723494e30
+	.word 0xf196937a @ -1.4912333e30
 	.word 0xefed1ffb @ -1.4677322e29
 	.word 0x6b036f00 @ 1.5889347e26
 	.word 0x6a0908ed @ 4.1416247e25

@@ -45,124 +45,124 @@
 	.type joint_r3_tick_u, %function
 	.thumb_func
 joint_r3_tick_u:
-	vpush {s16-s19}
+	vpush {s16-s17}
 	adr.w r3, .Ljoint_r3_tick_u_table
 	ldrb.w ip, [r0, #48]
 	vldmia r1, {s1-s4}
-	vldmia r0!, {s15-s19}
-	vldmia r3!, {s7-s14}
-	vmul.f32 s0, s7, s4
+	vldmia r0!, {s13-s17}
+	vadd.f32 s14, s14, s13
+	vsub.f32 s15, s2, s15
+	vldmia r3!, {s6-s13}
+	vmul.f32 s15, s15, s6
+	vmul.f32 s0, s7, s1
 	vmul.f32 s5, s8, s3
 	vmul.f32 s9, s9, s1
-	vmul.f32 s1, s10, s1
-	vadd.f32 s15, s16, s15
-	vsub.f32 s17, s2, s17
-	vadd.f32 s16, s9, s5
-	vmul.f32 s11, s11, s2
-	vadd.f32 s0, s16, s0
-	vsub.f32 s19, s4, s19
-	vmul.f32 s17, s17, s12
-	vmul.f32 s12, s19, s13
-	vmul.f32 s14, s14, s0
-	vldmia r0!, {s5-s10}
-	vmov.f32 s19, #0.5
-	vmul.f32 s19, s19, s3
-	vsub.f32 s12, s12, s14
-	vsub.f32 s17, s17, s19
-	vsub.f32 s15, s12, s15
-	vsub.f32 s18, s17, s18
-	vadd.f32 s17, s1, s11
+	vadd.f32 s0, s0, s5
+	vsub.f32 s17, s4, s17
+	vmul.f32 s10, s10, s4
+	vmov.f32 s1, #0.5
+	vmul.f32 s1, s1, s3
+	vadd.f32 s0, s0, s10
+	vsub.f32 s15, s15, s1
+	vmul.f32 s17, s17, s11
+	vmul.f32 s12, s12, s0
+	vmul.f32 s13, s13, s2
+	vsub.f32 s17, s17, s12
+	vadd.f32 s13, s9, s13
+	vsub.f32 s16, s15, s16
+	vsub.f32 s14, s17, s14
 	cmp.w ip, #0
 	bne.w .Ljoint_r3_tick_u_resume
 .Ljoint_r3_tick_u_observed:
-	vldmia r3!, {s11-s13}
-	vmul.f32 s16, s11, s18
-	vmul.f32 s1, s11, s15
-	vmul.f32 s11, s12, s15
-	vadd.f32 s1, s9, s1
-	vadd.f32 s16, s6, s16
-	vmul.f32 s15, s13, s15
-	vmul.f32 s12, s12, s18
-	vadd.f32 s5, s5, s16
-	vadd.f32 s16, s10, s11
+	vldmia r3!, {s8-s11}
+	vmul.f32 s15, s8, s16
+	vmul.f32 s9, s9, s16
+	vldmia r0!, {s5-s7}
+	vadd.f32 s15, s6, s15
+	vmul.f32 s17, s10, s16
+	vadd.f32 s5, s5, s15
+	vmul.f32 s15, s8, s14
+	vadd.f32 s16, s7, s17
 	vadd.f32 s3, s3, s5
-	vmov.f32 s11, #30.0
-	vmul.f32 s11, s11, s3
-	vmul.f32 s13, s13, s18
-	vadd.f32 s12, s7, s12
-	vadd.f32 s18, s17, s11
-	vadd.f32 s7, s7, s13
-	vadd.f32 s6, s6, s12
-	vldmia r3!, {s12-s13}
-	vmul.f32 s12, s12, s6
-	vadd.f32 s8, s8, s1
-	vldmia r0!, {s11}
-	vadd.f32 s12, s18, s12
-	vmul.f32 s13, s13, s7
+	vmul.f32 s17, s10, s14
+	vadd.f32 s6, s6, s16
+	vmov.f32 s16, #30.0
+	vmul.f32 s16, s16, s3
+	vadd.f32 s7, s7, s9
+	vadd.f32 s13, s13, s16
+	vmul.f32 s16, s11, s6
+	vldmia r0!, {s8-s11}
+	vadd.f32 s15, s9, s15
+	vadd.f32 s13, s13, s16
+	vadd.f32 s8, s8, s15
+	vldmia r3!, {s15-s16}
+	vmul.f32 s14, s15, s14
+	vmul.f32 s15, s16, s7
+	vadd.f32 s17, s10, s17
+	vadd.f32 s13, s13, s15
+	vadd.f32 s10, s10, s14
+	vadd.f32 s13, s13, s4
+	vadd.f32 s9, s9, s17
+	vsub.f32 s17, s13, s11
+	vldmia r3!, {s13-s16}
+	vmul.f32 s13, s13, s17
+	vmul.f32 s14, s14, s17
 	vadd.f32 s0, s0, s8
-	vadd.f32 s12, s12, s13
-	vadd.f32 s9, s9, s16
-	vadd.f32 s12, s12, s4
-	vadd.f32 s10, s10, s15
-	vsub.f32 s12, s12, s11
-	vsub.f32 s1, s0, s14
-	vldmia r3!, {s13-s18}
-	vmul.f32 s13, s13, s12
-	vmul.f32 s12, s14, s12
-	vcmp.f32 s13, s15
+	vcmp.f32 s14, s15
 	vmrs APSR_nzcv, fpscr
 	it gt
-	vmovgt.f32 s13, s15
-	vcmp.f32 s13, s16
+	vmovgt.f32 s14, s15
+	vcmp.f32 s14, s16
 	vmrs APSR_nzcv, fpscr
 	it mi
-	vmovmi.f32 s13, s16
-	vmul.f32 s17, s17, s11
-	vadd.f32 s16, s12, s13
-	vmul.f32 s18, s18, s2
-	vadd.f32 s16, s16, s17
-	vldmia r3!, {s12-s15}
-	vmul.f32 s12, s12, s3
-	vadd.f32 s16, s16, s18
-	vmul.f32 s18, s13, s4
-	vadd.f32 s16, s16, s12
-	vmul.f32 s14, s14, s9
-	vadd.f32 s16, s16, s18
-	vmul.f32 s15, s15, s10
-	vadd.f32 s16, s16, s14
-	vldmia r3!, {s12-s14}
-	vmul.f32 s18, s12, s6
-	vadd.f32 s15, s16, s15
-	vmul.f32 s12, s13, s7
-	vadd.f32 s15, s15, s18
-	vmul.f32 s18, s14, s11
-	vadd.f32 s12, s15, s12
+	vmovmi.f32 s14, s16
+	vadd.f32 s13, s13, s14
 	vldmia r3!, {s14-s17}
-	vmul.f32 s12, s12, s14
-	vsub.f32 s11, s11, s18
+	vmul.f32 s14, s14, s3
+	vmul.f32 s15, s15, s11
+	vmul.f32 s16, s16, s2
+	vadd.f32 s15, s13, s15
+	vsub.f32 s3, s3, s1
+	vadd.f32 s16, s15, s16
+	vsub.f32 s1, s0, s12
+	vadd.f32 s16, s16, s14
+	vmul.f32 s17, s17, s4
+	vldmia r3!, {s12-s15}
+	vmul.f32 s12, s12, s9
+	vadd.f32 s16, s16, s17
+	vmul.f32 s13, s13, s10
+	vadd.f32 s16, s16, s12
+	vmul.f32 s17, s14, s6
+	vadd.f32 s16, s16, s13
+	vmul.f32 s12, s15, s7
+	vadd.f32 s17, s16, s17
+	vadd.f32 s17, s17, s12
+	vldmia r3!, {s12-s16}
+	vmul.f32 s12, s17, s12
+	vmul.f32 s13, s13, s11
 	vsub.f32 s0, s12, s0
-	vsub.f32 s3, s3, s19
+	vsub.f32 s11, s11, s13
 	vabs.f32 s12, s0
-	vcmp.f32 s12, s15
+	vcmp.f32 s12, s14
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Ljoint_r3_tick_u_beyond
 .Ljoint_r3_tick_u_plausible:
-	vcmp.f32 s0, s16
+	vcmp.f32 s0, s15
 	vmrs APSR_nzcv, fpscr
 	it gt
-	vmovgt.f32 s0, s16
-	vcmp.f32 s0, s17
+	vmovgt.f32 s0, s15
+	vcmp.f32 s0, s16
 	vmrs APSR_nzcv, fpscr
 	it mi
-	vmovmi.f32 s0, s17
+	vmovmi.f32 s0, s16
 	vstmdb r0!, {s0-s11}
-	vpop {s16-s19}
+	vpop {s16-s17}
 	bx lr
 .Ljoint_r3_tick_u_resume:
-	vldr s15, [r3, #88]
-	vldr s18, [r3, #88]
+	vldr s14, [r3, #92]
+	vldr s16, [r3, #92]
 	mov.w ip, #0
-	strb.w ip, [r0, #4]
+	strb.w ip, [r0, #28]
 	mov.w ip, #1
 	b.w .Ljoint_r3_tick_u_observed
 .Ljoint_r3_tick_u_beyond:
@@ -198,9 +198,9 @@ joint_r3_tick_u:
 	vpop {s16-s19}
 	pop.w {r4-r5}
 	bne.w .Ljoint_r3_tick_u_plausible
-	vpop {s16-s19}
+	vpop {s16-s17}
 	push.w {r4-r5}
-	vldr s1, [r3, #-104]
+	vldr s1, [r3, #-96]
 	vldr s2, [r3, #-4]
 	vldr s3, [r3, #8]
 	vldr s4, [r0, #-48]
@@ -221,7 +221,7 @@ joint_r3_tick_u:
 	vmov.f32 s4, s3
 	it mi
 	vmovmi.f32 s4, s2
-	vldr s2, [r3, #-104]
+	vldr s2, [r3, #-96]
 	vcmp.f32 s3, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s2, s4
@@ -233,11 +233,11 @@ joint_r3_tick_u:
 	vldr s4, [r1, #8]
 	vmul.f32 s3, s3, s4
 	vadd.f32 s1, s1, s3
-	vldr s3, [r3, #-104]
+	vldr s3, [r3, #-96]
 	vldr s4, [r1, #4]
 	vmul.f32 s3, s3, s4
 	vadd.f32 s1, s1, s3
-	vldr s3, [r3, #-108]
+	vldr s3, [r3, #-112]
 	vldr s4, [r1, #0]
 	vmul.f32 s3, s3, s4
 	vadd.f32 s1, s1, s3
@@ -269,7 +269,7 @@ joint_r3_tick_u:
 	cmp.w r4, #0
 	it ne
 	vmovne.f32 s3, s1
-	vldr s1, [r3, #-20]
+	vldr s1, [r3, #-16]
 	vmul.f32 s1, s1, s3
 	vsub.f32 s1, s3, s1
 	vstr s1, [r0, #-4]
@@ -317,33 +317,34 @@ joint_r3_tick_u:
 	bx lr
 	.balign 4
 .Ljoint_r3_tick_u_table:
-	.word 0xbf169697 @ -0.5882353
-	.word 0xc29742b0 @ -75.63025
-	.word 0x429742b0 @ 75.63025
-	.word 0x447a0000 @ 1000.0
-	.word 0x43960000 @ 300.0
 	.word 0x461c4000 @ 10000.0
+	.word 0x429742b0 @ 75.63025
+	.word 0xc29742b0 @ -75.63025
+	.word 0x447a0000 @ 1000.0
+	.word 0xbf169697 @ -0.5882353
 	.word 0x429c7878 @ 78.23529
 	.word 0x3f002910 @ 0.50062656
+	.word 0x43960000 @ 300.0
 	.word 0x3cf48908 @ 0.029850498
-	.word 0x399bb901 @ 0.00029701742
 	.word 0x3584389d @ 9.851243e-7
+	.word 0x399bb901 @ 0.00029701742
 	.word 0x461c0400 @ 9985.0
+	.word 0x3584389d @ 9.851243e-7
 	.word 0xc61c1800 @ -9990.0
-	.word 0xf046bcc0 @ -2.4602487e29
 	.word 0xf048bc13 @ -2.4849748e29
+	.word 0xf046bcc0 @ -2.4602487e29
 	.word 0x6d00785e @ 2.4849748e27
 	.word 0xed00785e @ -2.4849748e27
+	.word 0xf196937a @ -1.4912333e30
 	.word 0xef2081e9 @ -4.9674653e28
 	.word 0xf27b0a1c @ -4.9723494e30
-	.word 0xf196937a @ -1.4912333e30
 	.word 0xefed1ffb @ -1.4677322e29
 	.word 0x6b036f00 @ 1.5889347e26
 	.word 0xea8391da @ -7.952902e25
 	.word 0x6a0908ed @ 4.1416247e25
 	.word 0xe98908ed @ -2.0708124e25
-	.word 0x3a8301a9 @ 0.0009995002
 	.word 0x0e000000 @ 1.5777218e-30
+	.word 0x3a8301a9 @ 0.0009995002
 	.word 0x48160000 @ 153600.0
 	.word 0x43960000 @ 300.0
 	.word 0xc3960000 @ -300.0
@@ -363,140 +364,141 @@ joint_r3_tick_u:
 	.type joint_r3_tick, %function
 	.thumb_func
 joint_r3_tick:
-	vpush {s16-s19}
+	vpush {s16-s17}
 	adr.w r3, .Ljoint_r3_tick_table
 	ldrb.w ip, [r0, #48]
 	vldmia r1, {s1-s4}
-	vldmia r3!, {s13-s19}
-	vmul.f32 s13, s13, s4
-	vldmia r0!, {s8-s12}
-	vsub.f32 s12, s4, s12
-	vmul.f32 s14, s14, s1
-	vmov.f32 s0, #0.5
-	vmul.f32 s0, s0, s3
-	vmul.f32 s15, s12, s15
-	vsub.f32 s10, s2, s10
-	vmul.f32 s16, s16, s3
-	vmul.f32 s12, s10, s17
-	vadd.f32 s17, s14, s16
-	vsub.f32 s12, s12, s0
-	vadd.f32 s17, s17, s13
-	vmul.f32 s18, s18, s2
-	vadd.f32 s16, s9, s8
-	vmul.f32 s19, s19, s17
-	vldmia r0!, {s5-s10}
-	vsub.f32 s13, s15, s19
-	vsub.f32 s11, s12, s11
-	vsub.f32 s12, s13, s16
+	vldmia r0!, {s13-s17}
+	vsub.f32 s12, s2, s15
+	vldmia r3!, {s8-s11}
+	vmul.f32 s8, s8, s3
+	vmul.f32 s9, s9, s1
+	vmov.f32 s15, #0.5
+	vmul.f32 s15, s15, s3
+	vsub.f32 s17, s4, s17
+	vadd.f32 s9, s9, s8
+	vmul.f32 s12, s12, s10
+	vmul.f32 s0, s11, s4
+	vsub.f32 s12, s12, s15
+	vadd.f32 s14, s14, s13
+	vadd.f32 s0, s9, s0
+	vldmia r3!, {s5-s11}
+	vmul.f32 s13, s5, s1
+	vmul.f32 s1, s6, s0
+	vmul.f32 s17, s17, s7
+	vmul.f32 s8, s8, s2
+	vsub.f32 s17, s17, s1
+	vsub.f32 s12, s12, s16
+	vsub.f32 s14, s17, s14
 	cmp.w ip, #0
 	bne.w .Ljoint_r3_tick_resume
 .Ljoint_r3_tick_observed:
-	vldmia r3!, {s13-s16}
-	vmul.f32 s1, s13, s1
-	vmul.f32 s13, s14, s12
-	vmul.f32 s14, s14, s11
-	vadd.f32 s1, s1, s18
-	vadd.f32 s18, s7, s14
-	vmul.f32 s14, s15, s11
-	vmul.f32 s15, s15, s12
-	vmul.f32 s11, s16, s11
-	vadd.f32 s14, s6, s14
-	vadd.f32 s6, s6, s18
+	vmul.f32 s16, s9, s12
+	vmul.f32 s17, s10, s12
+	vadd.f32 s13, s13, s8
+	vldmia r0!, {s5-s7}
+	vadd.f32 s16, s6, s16
+	vadd.f32 s17, s7, s17
+	vmul.f32 s12, s11, s12
+	vadd.f32 s5, s5, s16
+	vadd.f32 s6, s6, s17
+	vadd.f32 s7, s7, s12
+	vadd.f32 s12, s3, s5
+	vldmia r3!, {s16-s17}
+	vmul.f32 s16, s16, s7
+	vmul.f32 s3, s9, s14
+	vmov.f32 s9, #30.0
+	vmul.f32 s9, s9, s12
+	vmul.f32 s17, s17, s6
+	vadd.f32 s9, s13, s9
+	vmul.f32 s13, s10, s14
+	vmul.f32 s14, s11, s14
+	vadd.f32 s17, s9, s17
+	vldmia r0!, {s8-s11}
+	vadd.f32 s3, s9, s3
 	vadd.f32 s13, s10, s13
-	vadd.f32 s5, s5, s14
-	vadd.f32 s14, s9, s15
+	vadd.f32 s10, s10, s14
+	vadd.f32 s17, s17, s16
+	vadd.f32 s8, s8, s3
+	vadd.f32 s17, s17, s4
 	vadd.f32 s9, s9, s13
-	vadd.f32 s18, s3, s5
-	vmov.f32 s15, #30.0
-	vmul.f32 s15, s15, s18
-	vadd.f32 s7, s7, s11
-	vadd.f32 s1, s1, s15
-	vmul.f32 s16, s16, s12
-	vadd.f32 s8, s8, s14
-	vldmia r3!, {s11-s15}
-	vmul.f32 s11, s11, s6
-	vmul.f32 s12, s12, s7
-	vadd.f32 s1, s1, s11
-	vmul.f32 s13, s13, s18
-	vadd.f32 s12, s1, s12
-	vldmia r0!, {s11}
-	vadd.f32 s12, s12, s4
-	vmul.f32 s14, s14, s11
-	vsub.f32 s3, s18, s0
-	vsub.f32 s18, s12, s11
-	vadd.f32 s17, s17, s8
-	vmul.f32 s15, s15, s18
-	vldmia r3!, {s0-s1}
-	vcmp.f32 s15, s0
+	vstr s17, [r2, #4]
+	vsub.f32 s3, s12, s15
+	vsub.f32 s17, s17, s11
+	vldmia r3!, {s13-s16}
+	vmul.f32 s13, s13, s17
+	vmul.f32 s14, s14, s17
+	vcmp.f32 s13, s15
 	vmrs APSR_nzcv, fpscr
 	it gt
-	vmovgt.f32 s15, s0
-	vcmp.f32 s15, s1
+	vmovgt.f32 s13, s15
+	vcmp.f32 s13, s16
 	vmrs APSR_nzcv, fpscr
 	it mi
-	vmovmi.f32 s15, s1
-	vldmia r3!, {s0-s1}
-	vmul.f32 s0, s0, s18
-	vmul.f32 s1, s1, s2
-	vadd.f32 s15, s0, s15
-	vadd.f32 s14, s15, s14
-	vstr s12, [r2, #4]
-	vadd.f32 s1, s14, s1
-	vadd.f32 s10, s10, s16
-	vadd.f32 s1, s1, s13
-	vldmia r3!, {s12-s16}
-	vmul.f32 s12, s12, s4
-	vmul.f32 s13, s13, s9
-	vadd.f32 s12, s1, s12
-	vsub.f32 s1, s17, s19
-	vadd.f32 s12, s12, s13
-	vmul.f32 s13, s14, s10
-	vmul.f32 s15, s15, s6
-	vadd.f32 s19, s12, s13
-	vmul.f32 s16, s16, s7
-	vadd.f32 s19, s19, s15
-	vstr s18, [r2, #8]
-	vadd.f32 s19, s19, s16
-	vldmia r3!, {s12-s16}
-	vmul.f32 s12, s19, s12
-	vmul.f32 s13, s13, s11
-	vsub.f32 s12, s12, s17
-	vabs.f32 s19, s18
-	vabs.f32 s17, s12
-	vcmp.f32 s17, s14
+	vmovmi.f32 s13, s16
+	vldmia r3!, {s15-s16}
+	vmul.f32 s15, s15, s11
+	vadd.f32 s14, s14, s13
+	vmul.f32 s12, s16, s12
+	vadd.f32 s16, s14, s15
+	vldmia r3!, {s13-s15}
+	vmul.f32 s13, s13, s2
+	vadd.f32 s0, s0, s8
+	vadd.f32 s16, s16, s13
+	vmul.f32 s13, s14, s4
+	vadd.f32 s16, s16, s12
+	vmul.f32 s12, s15, s9
+	vadd.f32 s16, s16, s13
+	vstr s17, [r2, #8]
+	vadd.f32 s16, s16, s12
+	vldmia r3!, {s12-s15}
+	vmul.f32 s12, s12, s10
+	vmul.f32 s13, s13, s6
+	vadd.f32 s16, s16, s12
+	vmul.f32 s14, s14, s7
+	vadd.f32 s12, s16, s13
+	vmul.f32 s15, s15, s11
+	vadd.f32 s16, s12, s14
+	vsub.f32 s11, s11, s15
+	vldmia r3!, {s12-s15}
+	vmul.f32 s12, s16, s12
+	vabs.f32 s17, s17
+	vsub.f32 s12, s12, s0
+	vsub.f32 s1, s0, s1
+	vabs.f32 s16, s12
+	vcmp.f32 s16, s13
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Ljoint_r3_tick_beyond
 .Ljoint_r3_tick_plausible:
 	mov.w r1, #0
 	vmov.f32 s0, s12
+	vcmp.f32 s0, s14
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s14
 	vcmp.f32 s0, s15
 	vmrs APSR_nzcv, fpscr
-	it gt
-	vmovgt.f32 s0, s15
-	vcmp.f32 s0, s16
-	vmrs APSR_nzcv, fpscr
 	it mi
-	vmovmi.f32 s0, s16
-	vsub.f32 s11, s11, s13
-	vmov.f32 s18, #10.0
-	vcmp.f32 s19, s18
-	vmrs APSR_nzcv, fpscr
-	it gt
-	addgt r1, #4
+	vmovmi.f32 s0, s15
 	vstr s0, [r2, #0]
 	vcmp.f32 s0, s12
 	vmrs APSR_nzcv, fpscr
 	it ne
 	addne r1, #2
+	vmov.f32 s16, #10.0
+	vcmp.f32 s17, s16
+	vmrs APSR_nzcv, fpscr
+	it gt
+	addgt r1, #4
 	vstmdb r0!, {s0-s11}
-	vpop {s16-s19}
+	vpop {s16-s17}
 	mov.w r0, r1
 	bx lr
 .Ljoint_r3_tick_resume:
-	vldr s12, [r3, #92]
-	vldr s11, [r3, #92]
+	vldr s14, [r3, #76]
+	vldr s12, [r3, #76]
 	mov.w ip, #0
-	strb.w ip, [r0, #4]
+	strb.w ip, [r0, #28]
 	mov.w ip, #1
 	b.w .Ljoint_r3_tick_observed
 .Ljoint_r3_tick_beyond:
@@ -532,18 +534,18 @@ joint_r3_tick:
 	vpop {s16-s19}
 	pop.w {r4-r5}
 	bne.w .Ljoint_r3_tick_plausible
-	vpop {s16-s19}
+	vpop {s16-s17}
 	push.w {r4-r5}
 	vldr s0, [r1, #12]
 	vldr s1, [r3, #8]
 	vldr s2, [r1, #8]
 	vmul.f32 s1, s1, s2
 	vadd.f32 s0, s0, s1
-	vldr s1, [r3, #-100]
+	vldr s1, [r3, #-92]
 	vldr s2, [r1, #4]
 	vmul.f32 s1, s1, s2
 	vadd.f32 s0, s0, s1
-	vldr s1, [r3, #-92]
+	vldr s1, [r3, #-104]
 	vldr s2, [r1, #0]
 	vmul.f32 s1, s1, s2
 	vadd.f32 s0, s0, s1
@@ -575,11 +577,11 @@ joint_r3_tick:
 	cmp.w r4, #0
 	it ne
 	vmovne.f32 s1, s0
-	vldr s0, [r3, #-16]
+	vldr s0, [r3, #-20]
 	vmul.f32 s0, s0, s1
 	vsub.f32 s0, s1, s0
 	vstr s0, [r2, #4]
-	vldr s1, [r3, #-100]
+	vldr s1, [r3, #-92]
 	vldr s2, [r3, #-4]
 	vldr s4, [r3, #24]
 	vldr s5, [r0, #-48]
@@ -600,7 +602,7 @@ joint_r3_tick:
 	vmov.f32 s5, s4
 	it mi
 	vmovmi.f32 s5, s2
-	vldr s2, [r3, #-100]
+	vldr s2, [r3, #-92]
 	vcmp.f32 s4, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s2, s5
@@ -655,33 +657,33 @@ joint_r3_tick:
 	bx lr
 	.balign 4
 .Ljoint_r3_tick_table:
-	.word 0xbf169697 @ -0.5882353
-	.word 0x429742b0 @ 75.63025
-	.word 0x429c7878 @ 78.23529
 	.word 0xc29742b0 @ -75.63025
+	.word 0x429742b0 @ 75.63025
 	.word 0x461c4000 @ 10000.0
-	.word 0x43960000 @ 300.0
-	.word 0x3f002910 @ 0.50062656
+	.word 0xbf169697 @ -0.5882353
 	.word 0x447a0000 @ 1000.0
-	.word 0x399bb901 @ 0.00029701742
+	.word 0x3f002910 @ 0.50062656
+	.word 0x429c7878 @ 78.23529
+	.word 0x43960000 @ 300.0
 	.word 0x3cf48908 @ 0.029850498
+	.word 0x399bb901 @ 0.00029701742
 	.word 0x3584389d @ 9.851243e-7
-	.word 0x461c0400 @ 9985.0
 	.word 0xc61c1800 @ -9990.0
-	.word 0xf196937a @ -1.4912333e30
-	.word 0xef2081e9 @ -4.9674653e28
+	.word 0x461c0400 @ 9985.0
 	.word 0xf046bcc0 @ -2.4602487e29
+	.word 0xf048bc13 @ -2.4849748e29
 	.word 0x6d00785e @ 2.4849748e27
 	.word 0xed00785e @ -2.4849748e27
-	.word 0xf048bc13 @ -2.4849748e29
+	.word 0xef2081e9 @ -4.9674653e28
+	.word 0xf196937a @ -1.4912333e30
 	.word 0xf27b0a1c @ -4.9723494e30
 	.word 0xefed1ffb @ -1.4677322e29
 	.word 0x6b036f00 @ 1.5889347e26
 	.word 0xea8391da @ -7.952902e25
 	.word 0x6a0908ed @ 4.1416247e25
 	.word 0xe98908ed @ -2.0708124e25
-	.word 0x0e000000 @ 1.5777218e-30
 	.word 0x3a8301a9 @ 0.0009995002
+	.word 0x0e000000 @ 1.5777218e-30
 	.word 0x48160000 @ 153600.0
 	.word 0x43960000 @ 300.0
 	.word 0xc3960000 @ -300.0

@@ -1,16 +1,20 @@
-//! Does the tick as assembly give the bits of the Rust tick, side by side? A million ticks each of orders 2 and 3.
+//! Does the tick as assembly give the bits of the Rust tick, side by side? A million ticks each of a joint with order 2
+//! and 3, and of a motor's drive.
 //!
 //! Samples near rest and far from it, one in thirty of them bad, several in a row: NaN, infinities, numbers too large,
-//! subnormal ones, any bits at all. Now and then the actuator held something else, and now and then it starts
-//! again. Compared is every bit of u from `tick_u`, and of u, sigma, sigma* and health from `tick`.
+//! subnormal ones, any bits at all. The motor moves under u over whole turns; counts are lost or jump, targets are no
+//! numbers. Now and then the actuator held something else, and now and then it starts again. Compared is every bit of u
+//! from `tick_u`, and of u, sigma, sigma* and health from `tick`.
 #![no_std]
 #![no_main]
 
-use controller_core::{ControlLaw, Health};
+use controller_core::drive::{MotorDrive, Sample, Target};
+use controller_core::{ControlLaw, Health, Output};
 use cortex_m::asm;
 use firmware::assembly::{
-    Joint, State, Told, joint, joint_r2_report_applied, joint_r2_start, joint_r2_tick, joint_r2_tick_u,
-    joint_r3_report_applied, joint_r3_start, joint_r3_tick, joint_r3_tick_u,
+    Joint, MOTOR, MotorSample, MotorState, State, Told, joint, joint_r2_report_applied, joint_r2_start, joint_r2_tick,
+    joint_r2_tick_u, joint_r3_report_applied, joint_r3_start, joint_r3_tick, joint_r3_tick_u, motor_report_applied,
+    motor_start, motor_tick, motor_tick_u,
 };
 use firmware::log;
 use stm32f4::stm32f405::Peripherals;
@@ -19,6 +23,7 @@ const TICKS: u32 = 1_000_000;
 
 static JOINT_2: Joint<2> = joint();
 static JOINT_3: Joint<3> = joint();
+static DRIVE: MotorDrive = <MotorDrive>::design(&MOTOR);
 
 /// The functions of one file.
 struct Exported<const NUMBERS: usize> {
@@ -54,11 +59,52 @@ impl Luck {
     }
 }
 
-fn compare<const R: usize, const NUMBERS: usize>(law: &Joint<R>, exported: &Exported<NUMBERS>) {
+/// What has been seen of one law.
+#[derive(Default)]
+struct Seen {
+    differ: u32,
+    rejected: u32,
+    saturated: u32,
+    starts: u32,
+}
+
+impl Seen {
+    /// Both ticks as assembly against the Rust tick.
+    fn compare(&mut self, output: &Output<f32>, u: f32, told: Told, health: u32) {
+        let alike = |one: f32, other: f32| one.to_bits() == other.to_bits();
+        let same = alike(output.u, u)
+            && alike(output.u, told.u)
+            && alike(output.sigma, told.sigma)
+            && alike(output.sigma_star, told.sigma_star)
+            && u32::from(output.health.bits()) == health;
+        self.differ += u32::from(!same);
+        self.rejected += u32::from(output.health.contains(Health::INPUT_REJECTED));
+        self.saturated += u32::from(output.health.contains(Health::SATURATED));
+    }
+
+    /// Did both do the same where assembly and Rust answer yes or no?
+    fn agree(&mut self, rust: bool, assembly: [bool; 2]) {
+        self.differ += u32::from(assembly != [rust; 2]);
+    }
+
+    fn tell(&self, name: &str) {
+        defmt::println!(
+            "{=str}: {=u32} ticks, {=u32} differ; {=u32} rejected, {=u32} saturated, {=u32} starts",
+            name,
+            TICKS,
+            self.differ,
+            self.rejected,
+            self.saturated,
+            self.starts,
+        );
+    }
+}
+
+fn compare<const R: usize, const NUMBERS: usize>(name: &str, law: &Joint<R>, exported: &Exported<NUMBERS>) {
     let mut luck = Luck(2_463_534_242);
     let (mut of_u, mut of_all) = (State::ZEROS, State::ZEROS);
     let (mut state, mut bad, mut size) = (None, 0, 0.1);
-    let (mut differ, mut rejected, mut saturated, mut starts) = (0_u32, 0_u32, 0_u32, 0_u32);
+    let mut seen = Seen::default();
     let mut done = 0;
     while done < TICKS {
         if luck.one_in(100) {
@@ -74,42 +120,112 @@ fn compare<const R: usize, const NUMBERS: usize>(law: &Joint<R>, exported: &Expo
         }
         if state.is_none() || luck.one_in(500) {
             let started = law.start(&x);
-            differ += u32::from((exported.start)(&mut of_u, &x) != started.is_some());
-            differ += u32::from((exported.start)(&mut of_all, &x) != started.is_some());
-            starts += u32::from(started.is_some());
+            seen.agree(started.is_some(), [&mut of_u, &mut of_all].map(|of| (exported.start)(of, &x)));
+            seen.starts += u32::from(started.is_some());
             state = started.or(state);
         }
         let Some(state) = &mut state else { continue };
         if luck.one_in(10) {
             let held = if luck.one_in(10) { luck.bad() } else { luck.within(300.0) };
             let taken = Joint::<R>::report_applied(state, held);
-            differ += u32::from((exported.report_applied)(&mut of_u, held) != taken);
-            differ += u32::from((exported.report_applied)(&mut of_all, held) != taken);
+            seen.agree(taken, [&mut of_u, &mut of_all].map(|of| (exported.report_applied)(of, held)));
         }
         let output = law.tick(state, &x);
         let mut told = Told::default();
         let u = (exported.tick_u)(&mut of_u, &x);
         let health = (exported.tick)(&mut of_all, &x, &mut told);
-        let alike = |one: f32, other: f32| one.to_bits() == other.to_bits();
-        let same = alike(output.u, u)
-            && alike(output.u, told.u)
-            && alike(output.sigma, told.sigma)
-            && alike(output.sigma_star, told.sigma_star)
-            && u32::from(output.health.bits()) == health;
-        differ += u32::from(!same);
-        rejected += u32::from(output.health.contains(Health::INPUT_REJECTED));
-        saturated += u32::from(output.health.contains(Health::SATURATED));
+        seen.compare(&output, u, told, health);
         done += 1;
     }
-    defmt::println!(
-        "order {=usize}: {=u32} ticks, {=u32} differ; {=u32} rejected, {=u32} saturated, {=u32} starts",
-        R,
-        TICKS,
-        differ,
-        rejected,
-        saturated,
-        starts,
-    );
+    seen.tell(name);
+}
+
+/// A motor without friction: J w' = K_t u - B w in steps of a tick, counted by an encoder of 14 bits.
+#[derive(Default)]
+struct Shaft {
+    angle: f32,
+    speed: f32,
+}
+
+impl Shaft {
+    fn goes_on(&mut self, u: f32) {
+        self.speed += 1e-3 * (250.0 * u - 0.05 * self.speed);
+        self.angle += 1e-3 * self.speed;
+    }
+
+    fn count(&self) -> i32 {
+        (self.angle * (16384.0 / TURN)) as i32
+    }
+}
+
+const TURN: f32 = core::f32::consts::TAU;
+
+/// Whole turns and the rest of an angle.
+fn target(angle: f32, speed: f32) -> Target<f32, i32, 2> {
+    let turn = (angle / TURN) as i32;
+    Target { turn, jet: [angle - TURN * turn as f32, speed] }
+}
+
+fn compare_motor(name: &str) {
+    let mut luck = Luck(2_463_534_242);
+    let (mut of_u, mut of_all) = (MotorState::ZEROS, MotorState::ZEROS);
+    let (mut state, mut bad, mut shaft) = (None, 0, Shaft::default());
+    let (mut goal, mut speed, mut u) = (0.0, 0.0, 0.0);
+    let mut seen = Seen::default();
+    let mut end = target(goal, speed);
+    let mut done = 0;
+    while done < TICKS {
+        if luck.one_in(2000) {
+            speed = luck.within(20.0);
+        }
+        if luck.one_in(20_000) {
+            goal += luck.within(9.0);
+        }
+        shaft.goes_on(u);
+        goal += 1e-3 * speed;
+        let begin = core::mem::replace(&mut end, target(goal, speed));
+        let mut sample = Sample { counts: [Some(shaft.count())], begin, end };
+        if luck.one_in(300) {
+            bad = 1 + luck.next() % if luck.one_in(20) { 80 } else { 5 };
+        }
+        if bad > 0 {
+            bad -= 1;
+            if luck.one_in(4) {
+                sample.counts = [Some(luck.next() as i32)];
+            }
+            if luck.one_in(3) {
+                sample.counts = [None];
+            }
+            if luck.one_in(20) {
+                (sample.begin.jet[1], sample.end.jet[0]) = (luck.bad(), luck.bad());
+            }
+        }
+        let given = MotorSample::from(&sample);
+        if state.is_none() || luck.one_in(10_000) {
+            let started = DRIVE.start(&sample);
+            seen.agree(started.is_some(), [&mut of_u, &mut of_all].map(|of| motor_start(of, &given)));
+            seen.starts += u32::from(started.is_some());
+            if started.is_some() {
+                // It has no turns yet, and neither have the shaft and where it should be.
+                let back = TURN * (shaft.angle / TURN) as i32 as f32;
+                (shaft.angle, goal) = (shaft.angle - back, goal - back);
+            }
+            state = started.or(state);
+        }
+        let Some(state) = &mut state else { continue };
+        if luck.one_in(100) {
+            let held = if luck.one_in(5) { luck.bad() } else { luck.within(10.0) };
+            let taken = MotorDrive::<f32>::report_applied(state, held);
+            seen.agree(taken, [&mut of_u, &mut of_all].map(|of| motor_report_applied(of, held)));
+        }
+        let output = DRIVE.tick(state, &sample);
+        let mut told = Told::default();
+        u = motor_tick_u(&mut of_u, &given);
+        let health = motor_tick(&mut of_all, &given, &mut told);
+        seen.compare(&output, u, told, health);
+        done += 1;
+    }
+    seen.tell(name);
 }
 
 #[cortex_m_rt::entry]
@@ -117,6 +233,7 @@ fn main() -> ! {
     let Some(chip) = Peripherals::take() else { unreachable!() };
     log::start(chip.USART2, &chip.RCC, &chip.GPIOA);
     compare(
+        "order 2",
         &JOINT_2,
         &Exported {
             start: joint_r2_start,
@@ -126,6 +243,7 @@ fn main() -> ! {
         },
     );
     compare(
+        "order 3",
         &JOINT_3,
         &Exported {
             start: joint_r3_start,
@@ -134,6 +252,7 @@ fn main() -> ! {
             report_applied: joint_r3_report_applied,
         },
     );
+    compare_motor("motor");
     defmt::println!("assembly ends");
     loop {
         asm::wfi();

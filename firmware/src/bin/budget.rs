@@ -26,8 +26,8 @@ use controller_core::{
 };
 use cortex_m::asm;
 use firmware::assembly::{
-    NOMINAL, State, Told, config, joint_r2_start, joint_r2_tick, joint_r2_tick_u, joint_r3_start, joint_r3_tick,
-    joint_r3_tick_u,
+    MotorSample, MotorState, NOMINAL, State, Told, config, joint_r2_start, joint_r2_tick, joint_r2_tick_u,
+    joint_r3_start, joint_r3_tick, joint_r3_tick_u, motor_start, motor_tick, motor_tick_u,
 };
 use firmware::{clock, log};
 use stm32f4::stm32f405::Peripherals;
@@ -201,22 +201,22 @@ sines! {
 /// The same ticks as assembly: the exported function itself is measured. That of the first tick is its sibling, since a
 /// tick after a start or a lost sample is no ordinary one and takes longer.
 macro_rules! assemblies {
-    ($($name:ident: $start:ident, $tick:ident, $tick_u:ident;)*) => {
+    ($($name:ident: $state:expr, $samples:expr, $start:ident, $tick:ident, $tick_u:ident;)*) => {
         $(mod $name {
             #[allow(clippy::wildcard_imports)]
             use super::*;
 
             pub(super) fn run() {
-                let mut sample = samples();
-                let (mut state, x0) = (State::ZEROS, sample());
-                $start(&mut state, &x0);
-                $tick(&mut state, &x0, &mut Told::default());
+                let mut sample = $samples;
+                let (mut state, first) = ($state, sample());
+                $start(&mut state, &first);
+                $tick(&mut state, &first, &mut Told::default());
                 let overhead = clock::elapsed(|| {});
                 log_costs(stringify!($name), || {
-                    let x = sample();
-                    let (state, x) = (black_box(&mut state), black_box(&x));
+                    let sample = sample();
+                    let (state, sample) = (black_box(&mut state), black_box(&sample));
                     clock::elapsed(|| {
-                        black_box($tick_u(state, x));
+                        black_box($tick_u(state, sample));
                     }) - overhead
                 });
             }
@@ -229,8 +229,15 @@ macro_rules! assemblies {
 }
 
 assemblies! {
-    joint_r2_assembly: joint_r2_start, joint_r2_tick, joint_r2_tick_u;
-    joint_r3_assembly: joint_r3_start, joint_r3_tick, joint_r3_tick_u;
+    joint_r2_assembly: State::ZEROS, samples(), joint_r2_start, joint_r2_tick, joint_r2_tick_u;
+    joint_r3_assembly: State::ZEROS, samples(), joint_r3_start, joint_r3_tick, joint_r3_tick_u;
+    motor_assembly: MotorState::ZEROS, motor_samples(), motor_start, motor_tick, motor_tick_u;
+}
+
+/// Those of the row `motor`.
+fn motor_samples() -> impl FnMut() -> MotorSample {
+    let mut sample = counts::<MotorDrive, 1, 2>();
+    move || MotorSample::from(&sample())
 }
 
 const DRIVEN: u8 = channels(4, 1, [4]);

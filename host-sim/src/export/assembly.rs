@@ -101,10 +101,11 @@ fn head(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Dr
  * order of its own. x, state and output must not overlap.
  *
  * A good sample takes {} cycles with tick_u and {} with tick, return included: counted from ARM's table of a Cortex-M4
- * (DDI 0439D), measured on no chip.
+ * (DDI 0439D), measured on no chip. No order of these operations takes less than {} and {}, the floor of
+ * docs/cycles.md.
  *
 ",
-        assembly.cycles, assembly.cycles_whole,
+        assembly.cycles, assembly.cycles_whole, assembly.floor, assembly.floor_whole,
     );
     for line in exported.origin().lines() {
         out.push_str(format!(" * {line}").trim_end());

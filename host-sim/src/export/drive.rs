@@ -308,9 +308,10 @@ fn told(assembly: &DriveAssembly) -> String {
  * The functions are in the file for the assembler beside this one, for a Cortex-M4F with arguments in float registers
  * (-mfloat-abi=hard). Their bits are those of the Rust tick and of the C file; the state has an order of its own.
  * State, sample and output must not overlap. An ordinary tick, every count there and believed, takes {} cycles with
- * @_tick_u and {} with @_tick, return included: counted from ARM's table of a Cortex-M4 (DDI 0439D), on no chip.
+ * @_tick_u and {} with @_tick, return included: counted from ARM's table of a Cortex-M4 (DDI 0439D), on no chip. No
+ * order of these operations takes less than {} and {}: the floor of docs/cycles.md.
 ",
-        assembly.cycles, assembly.cycles_whole,
+        assembly.cycles, assembly.cycles_whole, assembly.floor, assembly.floor_whole,
     )
 }
 

@@ -351,9 +351,12 @@ fn holds(name: &str, functions: &Functions, (n, r): (usize, usize), effort: &Eff
 #[test]
 fn the_joint_is_the_record_to_the_bit_within_its_cycles() {
     let joint = holds("joint_r2", &functions!(4, 2, [2, 4], Drift::Sparse), (4, 2), &Effort::FULL, 1_000_000);
-    assert!(joint.cycles <= 152, "{}", joint.cycles);
+    assert!((joint.floor..=152).contains(&joint.cycles), "{} of {}", joint.cycles, joint.floor);
     let joint = holds("joint_r3", &functions!(4, 3, [2, 4], Drift::Sparse), (4, 3), &Effort::FULL, 1_000_000);
-    assert!(joint.cycles <= 183, "{}", joint.cycles);
+    assert!((joint.floor..=182).contains(&joint.cycles), "{} of {}", joint.cycles, joint.floor);
+    // By the table of docs/cycles.md, written out by hand: 71 operations, clamps, sample, state, 33 coefficients in
+    // three groups and two in instructions, guard, return.
+    assert_eq!(joint.floor, 71 + 16 + 5 + 13 + 13 + (33 + 3) + 2 + 6 + 3);
 }
 
 #[test]
