@@ -139,7 +139,7 @@ fn means_of_c(drive: &Drive, functions: &DriveFunctions, prefix: &str, function:
 /// Where the members of a type in C lie that is made of these: words, and flags of a byte each.
 fn places(members: &[Port]) -> Vec<(&str, usize)> {
     let mut end = 0_usize;
-    let place = |port: &'_ Port| {
+    let place = |port: &Port| {
         let size = if port.kind == Kind::Truth { 1 } else { 4 };
         let at = end.next_multiple_of(size);
         end = at + size;
