@@ -11,7 +11,9 @@
 //! nearest: `a - b = a + (-b)`, `a + b = b + a`, `a b = b a`, `a + (-0) = a`, `1 a = a`, `2 a = a + a`, `a / 1 = a`,
 //! signs of products and quotients, `-(-a) = a`, `|-a| = |a|`, and that `|a|` is `-a` if `a < 0`, else `a + 0`. Of
 //! comparisons, what follows from those before: through constants, and that a comparison which holds is not of NaN.
-//! Counts are sums modulo 2^32 in a normal form. `VMLA` rounds its product and is followed, `VFMA` does not and is not.
+//! A count as a number, or so many times one above 0, is neither a NaN nor -0, so that `a + 0 = a`. Counts are sums
+//! modulo 2^32 in a normal form, with their low bits and `2^k (a >> k)` as a less its low bits; a quotient by 2^k is
+//! the bits above, by the sign. `VMLA` rounds its product and is followed, `VFMA` does not and is not.
 //!
 //! # What is assumed
 //! Rounding to nearest with subnormal numbers (FPSCR as after reset). Memory behind different addresses does not
@@ -75,7 +77,7 @@ use crate::table::Table;
 use crate::{Answer, Options, image_file};
 
 use machine::{Machine, Program, Word};
-use term::{Path as Way, Terms};
+use term::{Path as Way, Signs, Terms};
 use text::{Expected, Port, Value};
 
 mod machine;
@@ -199,17 +201,22 @@ struct Found {
     verdict: Verdict,
 }
 
-/// An absolute value as it stands is cheap; by its sign it parts each path in two, and is what C makes of it.
+/// An absolute value as it stands is cheap; what C makes of it parts paths, and is asked if that is not enough.
 fn held(image: &Image, function: &Function, expected: &Expected, stop: &AtomicBool) -> Result<Found, String> {
-    let found = compare(image, function, expected, false, stop)?;
-    if found.verdict == Verdict::Same { Ok(found) } else { compare(image, function, expected, true, stop) }
+    let mut found = compare(image, function, expected, Signs::Whole, stop)?;
+    for signs in [Signs::Known, Signs::Asked] {
+        if found.verdict != Verdict::Same {
+            found = compare(image, function, expected, signs, stop)?;
+        }
+    }
+    Ok(found)
 }
 
 fn compare(
     image: &Image,
     function: &Function,
     expected: &Expected,
-    by_sign: bool,
+    signs: Signs,
     stop: &AtomicBool,
 ) -> Result<Found, String> {
     let image = &*image.while_runs(function);
@@ -227,7 +234,7 @@ fn compare(
             return Err("stopped".into());
         }
         paths += 1;
-        let mut machine = Machine::new(&mut program, Way::new(&mut terms, &answers, by_sign), expected);
+        let mut machine = Machine::new(&mut program, Way::new(&mut terms, &answers, signs), expected);
         verdict = match machine.run(function.start).and_then(|()| differs(&mut machine, expected, &names)) {
             Ok(None) => Verdict::Same,
             Ok(Some(what)) => Verdict::Differs(what),

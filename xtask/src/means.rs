@@ -1,5 +1,5 @@
 //! Does the machine code compute what the tick says? `cycle-bound --means` on what is shipped, image and archive, on
-//! the exported assembly, and on what GCC makes of the exported C file, against the records of `tick-record`: bound
+//! the exported assembly, and on what GCC makes of the exported C files, against the records of `tick-record`: bound
 //! and meaning from one disassembly.
 
 use std::collections::BTreeSet;
@@ -12,8 +12,25 @@ use crate::{budget, capi, firmware};
 
 /// Texts, C files and what is linked of them.
 const FOLDER: &str = "target/means";
-/// What the exported C file of a controller holds, each a function of its own.
-const FUNCTIONS: [&str; 6] = ["start", "tick", "not_started", "report_applied", "estimates", "reset"];
+/// What the exported C file of a controller or a drive holds, each a function of its own.
+const FUNCTIONS: [&str; 6] = ["tick", "start", "not_started", "report_applied", "estimates", "reset"];
+const ALL_BUT_THE_TICK: &[&str] = FUNCTIONS.split_at(1).1;
+/// What the assembly holds: with a tick of u alone, of a drive also the parts of its tick.
+const ASSEMBLED: [&str; 7] = ["tick_u", "tick", "start", "not_started", "report_applied", "estimates", "reset"];
+const ASSEMBLED_DRIVE: [&str; 12] = [
+    "tick_u",
+    "tick",
+    "begin",
+    "observe",
+    "law",
+    "give_up",
+    "refuse",
+    "start",
+    "not_started",
+    "report_applied",
+    "estimates",
+    "reset",
+];
 /// GCC's ways to compile it.
 const LEVELS: [&str; 4] = ["-O1", "-O2", "-O3", "-Os"];
 const GCC: [&str; 8] = [
@@ -26,13 +43,31 @@ const GCC: [&str; 8] = [
     "-nostdlib",
     "-Wl,-Ttext=0x08000000,-e,0",
 ];
-/// What the assembly has beside them.
-const U_ALONE: &str = "tick_u";
-/// Controllers whose C file is compiled, and which are assembled: a name, and what is exported.
-const CONTROLLERS: [(&str, &[&str]); 3] = [
-    ("joint", &["--set", LIMITS]),
-    ("joint_r3", &["--set", LIMITS, "--set", ORDER_3]),
-    ("chain", &["scenario/scenarios/chain.toml"]),
+
+/// What is exported, and which functions of it are held.
+struct Exported {
+    name: &'static str,
+    scenario: &'static [&'static str],
+    in_c: &'static [&'static str],
+    in_assembly: &'static [&'static str],
+}
+
+const EXPORTED: [Exported; 5] = [
+    Exported { name: "joint", scenario: &["--set", LIMITS], in_c: &FUNCTIONS, in_assembly: &ASSEMBLED },
+    Exported {
+        name: "joint_r3",
+        scenario: &["--set", LIMITS, "--set", ORDER_3],
+        in_c: &FUNCTIONS,
+        in_assembly: &ASSEMBLED,
+    },
+    Exported { name: "chain", scenario: &["scenario/scenarios/chain.toml"], in_c: &FUNCTIONS, in_assembly: &ASSEMBLED },
+    Exported {
+        name: "motor",
+        scenario: &["scenario/scenarios/motor.toml"],
+        in_c: &FUNCTIONS,
+        in_assembly: &ASSEMBLED_DRIVE,
+    },
+    Exported { name: "joint_drive", scenario: &["examples/c/drive.toml"], in_c: ALL_BUT_THE_TICK, in_assembly: &[] },
 ];
 const LIMITS: &str = "controller.limits={ min = -300, max = 300 }";
 const ORDER_3: &str = "controller.observer=[{ channel = 2, bandwidth_rad_s = 10, order = 3 }, \
@@ -69,6 +104,7 @@ const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 11] = [
 const SIZE: &str = "a constant";
 const EXPONENTIAL: &str = "an exponential of a library, which is not recorded";
 const DRIVE: &str = "a drive with monitors has more ways than are recorded; nor is one over measured states";
+const TWO_ENCODERS: &str = "the C of a drive with two encoders, of more ways than there is time for";
 const ASSEMBLY: &str =
     "assembly of another design than those that are held here; a million ticks in the image `assembly`";
 /// An interrupt is more than its tick: it talks to the chip.
@@ -88,8 +124,8 @@ pub(crate) fn judge(gate: &mut Gate) -> Outcome {
         let failed = |reason: String| Failure { reason, rerun: "cargo xtask means".into() };
         std::fs::create_dir_all(&folder).map_err(|error| failed(format!("{}: {error}", folder.display())))?;
         of_the_image_and_the_archive(gate, &folder.join("recorded")).map_err(failed)??;
-        for (name, scenario) in CONTROLLERS {
-            of_the_files(gate, &folder.join(name), name, scenario).map_err(failed)??;
+        for exported in &EXPORTED {
+            of_the_files(gate, &folder.join(exported.name), exported).map_err(failed)??;
         }
         println!("\nheld to no record:");
         for (name, why) in WITHOUT {
@@ -98,6 +134,7 @@ pub(crate) fn judge(gate: &mut Gate) -> Outcome {
         for (names, why) in WITHOUT_IN_THE_ARCHIVE {
             println!("  {names:<36} {why}");
         }
+        println!("  {:<36} {TWO_ENCODERS}", "joint_drive_tick");
         Ok(())
     })
 }
@@ -164,12 +201,15 @@ fn symbols(ceilings: &str) -> impl Iterator<Item = &str> {
 }
 
 /// The functions of an exported C file, by GCC, and of the assembly.
-fn of_the_files(gate: &Gate, folder: &Path, name: &str, scenario: &[&str]) -> Result<Outcome, String> {
+fn of_the_files(gate: &Gate, folder: &Path, exported: &Exported) -> Result<Outcome, String> {
+    let &Exported { name, scenario, in_c, in_assembly } = exported;
     std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let mut commands = Vec::new();
-    for (form, more) in [("--standalone", &[][..]), ("--asm", &[U_ALONE][..])] {
+    for (form, functions) in [("--standalone", in_c), ("--asm", in_assembly)] {
+        if functions.is_empty() {
+            continue;
+        }
         let file = |name: &str| folder.join(format!("{}{name}", &form[2..])).display().to_string();
-        let functions: Vec<&str> = FUNCTIONS.iter().chain(more).copied().collect();
         let export = Invocation::cargo(&["run", "--quiet", "-p", "host-sim", "--", "export", "--paper", form])
             .with(&["--prefix", name, "--force"])
             .with(scenario);

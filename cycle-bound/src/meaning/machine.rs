@@ -433,6 +433,11 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
                     _ => Err(format!("condition {condition} of flags that are not known")),
                 }
             }
+            // The sign of the difference, which may have wrapped.
+            Flags::Counts(a, b) if ["mi", "pl"].contains(&condition) => {
+                let (difference, zero) = (self.path.terms.plus(a, b, u32::MAX), self.path.terms.constant(0));
+                Ok(self.path.ordered(Order::Less, difference, zero) == (condition == "mi"))
+            }
             Flags::Counts(..) | Flags::Known(..) => {
                 let flags = self.flags;
                 let mut is = |order: Order, turned: bool| match flags {
@@ -755,7 +760,7 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
             ("asr", Some(by)) => Ok(terms.shifted_right(a, by)),
             ("lsr", Some(by)) => {
                 let by = terms.constant(by);
-                Ok(terms.bitwise("lsr", a, by))
+                Ok(self.path.bitwise("lsr", a, by))
             }
             _ => Err("a shift that is not followed".into()),
         }
@@ -823,15 +828,15 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
                         (sum, Some(Flags::Counts(a, turned)))
                     }
                     "add" => (terms.plus(a, b, 1), None),
-                    "and" | "tst" => (terms.bitwise("and", a, b), None),
-                    "orr" => (terms.bitwise("orr", a, b), None),
-                    "eor" => (terms.bitwise("eor", a, b), None),
+                    "and" | "tst" => (self.path.bitwise("and", a, b), None),
+                    "orr" => (self.path.bitwise("orr", a, b), None),
+                    "eor" => (self.path.bitwise("eor", a, b), None),
                     "mul" => (terms.times(a, b), None),
-                    "sdiv" => (terms.bitwise("quotient", a, b), None),
+                    "sdiv" => (self.path.quotient(a, b), None),
                     "bic" => {
                         let mask = !terms.bits(b).ok_or("bits that are not known")?;
                         let mask = terms.constant(mask);
-                        (terms.bitwise("and", a, mask), None)
+                        (self.path.bitwise("and", a, mask), None)
                     }
                     "movt" => {
                         let (low, high) = (terms.bits(a), terms.bits(b).unwrap_or(0));
@@ -853,8 +858,8 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
                     Some(width @ 1..=31) => terms.constant((1 << width) - 1),
                     _ => return Err("is not followed".into()),
                 };
-                let shifted = terms.bitwise("lsr", *a, *from);
-                let result = terms.bitwise("and", shifted, mask);
+                let shifted = self.path.bitwise("lsr", *a, *from);
+                let result = self.path.bitwise("and", shifted, mask);
                 (Word::Term(result), Flags::Unknown)
             }
             ("sbfx", [Word::Term(a), from, width]) => match (known(terms, from), known(terms, width)) {

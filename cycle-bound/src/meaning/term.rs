@@ -4,7 +4,8 @@
 //! are; only identities are used that hold for every bit pattern when one rounds to nearest: `a - b = a + (-b)`,
 //! `a + b = b + a`, `a b = b a`, `a + (-0) = a`, `1 a = a`, `2 a = a + a`, signs of products and quotients,
 //! `-(-a) = a`, `|-a| = |a|`, and where a text or a compiler has no absolute value, `|a|` is `-a` if `a < 0`, else
-//! `a + 0`. The sign and payload of a NaN mean nothing. Counts are sums modulo 2^32 in a normal form.
+//! `a + 0`. The sign and payload of a NaN mean nothing. Counts are sums modulo 2^32 in a normal form; as a number a
+//! count is neither a NaN nor -0.
 //!
 //! Comparisons are decided: each one that does not follow from those before it parts the path in two.
 
@@ -79,8 +80,12 @@ pub(super) const LESS: u8 = 1;
 pub(super) const EQUAL: u8 = 2;
 pub(super) const GREATER: u8 = 4;
 pub(super) const UNORDERED: u8 = 8;
+/// Sums within sums that are looked into.
+const SEEN: usize = 4;
 const ALL: [u8; 4] = [LESS, EQUAL, GREATER, UNORDERED];
 const ANY: u8 = LESS | EQUAL | GREATER | UNORDERED;
+const LESS_EQUAL: u8 = LESS | EQUAL;
+const GREATER_EQUAL: u8 = GREATER | EQUAL;
 
 /// All terms, each once.
 #[derive(Default)]
@@ -146,7 +151,37 @@ impl Terms {
             (Some(MINUS_ZERO), _) => b,
             (_, Some(MINUS_ZERO)) => a,
             (Some(a), Some(b)) => self.constant((f32::from_bits(a) + f32::from_bits(b)).to_bits()),
+            (Some(0), _) if self.is_never_minus_zero(b, SEEN) => b,
+            (_, Some(0)) if self.is_never_minus_zero(a, SEEN) => a,
             _ => self.term(Node::Add(a.min(b), a.max(b))),
+        }
+    }
+
+    /// A count as a number, or times a number that is not infinite: never a NaN.
+    fn is_of_count(&self, a: Term) -> bool {
+        match *self.node(a) {
+            Node::FromCount(_) => true,
+            Node::Mul(one, other) => [(one, other), (other, one)].into_iter().any(|(factor, count)| {
+                self.float(factor).is_some_and(f32::is_finite) && matches!(self.node(count), Node::FromCount(_))
+            }),
+            _ => false,
+        }
+    }
+
+    /// Is it -0 for no input? A count is +0 or at least 1, and so many times a number above 0; of a sum both parts
+    /// must be -0. Looks so many sums deep.
+    fn is_never_minus_zero(&self, a: Term, deep: usize) -> bool {
+        match *self.node(a) {
+            Node::Constant(bits) => bits != MINUS_ZERO,
+            Node::FromCount(_) | Node::Abs(_) => true,
+            Node::Mul(one, other) => {
+                let above = |factor: Term| self.float(factor).is_some_and(|factor| factor > 0.0);
+                self.is_of_count(a) && (above(one) || above(other))
+            }
+            Node::Add(one, other) if deep > 0 => {
+                self.is_never_minus_zero(one, deep - 1) || self.is_never_minus_zero(other, deep - 1)
+            }
+            _ => false,
         }
     }
 
@@ -199,50 +234,122 @@ impl Terms {
         }
     }
 
-    /// As a sum of multiples and a constant.
-    fn parts(&self, a: Term) -> (Vec<(Term, u32)>, u32) {
-        match self.node(a) {
-            Node::Constant(bits) => (Vec::new(), *bits),
-            Node::Sum(parts, constant) => (parts.clone(), *constant),
-            _ => (vec![(a, 1)], 0),
-        }
-    }
-
     /// `a + factor b`, modulo 2^32.
     pub(super) fn plus(&mut self, a: Term, b: Term, factor: u32) -> Term {
-        let ((mut parts, constant), (others, more)) = (self.parts(a), self.parts(b));
-        parts.extend(others.into_iter().map(|(term, times)| (term, times.wrapping_mul(factor))));
-        let constant = constant.wrapping_add(more.wrapping_mul(factor));
-        parts.sort_unstable();
-        parts.dedup_by(|next, before| {
-            let same = next.0 == before.0;
-            before.1 = before.1.wrapping_add(if same { next.1 } else { 0 });
-            same
-        });
-        parts.retain(|(_, times)| *times != 0);
+        let (mut open, mut parts, mut constant) = (vec![(a, 1), (b, factor)], Vec::new(), 0_u32);
+        while !open.is_empty() {
+            while let Some((term, times)) = open.pop() {
+                match self.node(term) {
+                    Node::Constant(bits) => constant = constant.wrapping_add(bits.wrapping_mul(times)),
+                    Node::Sum(inner, more) => {
+                        constant = constant.wrapping_add(more.wrapping_mul(times));
+                        open.extend(inner.iter().map(|(term, inner)| (*term, inner.wrapping_mul(times))));
+                    }
+                    _ => parts.push((term, times)),
+                }
+            }
+            parts.sort_unstable();
+            parts.dedup_by(|next, before| {
+                let same = next.0 == before.0;
+                before.1 = before.1.wrapping_add(if same { next.1 } else { 0 });
+                same
+            });
+            parts.retain(|(_, times)| *times != 0);
+            let other = parts.iter().position(|&(term, times)| self.multiple(term, times).is_some());
+            if let Some((term, times)) = other.map(|at| parts.swap_remove(at)) {
+                open.extend(self.multiple(term, times).into_iter().flat_map(|(a, times, less)| match less {
+                    Some(bits) => {
+                        let low = self.low_mask_of(bits);
+                        vec![(a, times), (self.bitwise("and", a, low), times.wrapping_neg())]
+                    }
+                    None => vec![(a, times)],
+                }));
+            }
+        }
         match (&parts[..], constant) {
             ([], _) => self.constant(constant),
             ([(term, 1)], 0) => *term,
-            // ((a & (2 s - 1)) ^ s) - s: the low bits of a with their sign.
-            (&[(term, 1)], _) => match *self.node(term) {
-                Node::Bits("eor", a, b) if self.bits(b).map(u32::wrapping_neg) == Some(constant) => self
-                    .of_low_bits(a, constant.wrapping_neg())
-                    .unwrap_or_else(|| self.term(Node::Sum(parts, constant))),
-                _ => self.term(Node::Sum(parts, constant)),
-            },
             _ => self.term(Node::Sum(parts, constant)),
         }
     }
 
+    /// A multiple that is one of another count: `2^k (a >> k)` is a less its k low bits, and of bits that a multiple
+    /// shifts out none counts. That count, how often it is there, and how many of its low bits are not.
+    fn multiple(&self, term: Term, times: u32) -> Option<(Term, u32, Option<u32>)> {
+        match *self.node(term) {
+            Node::Bits("lsr", a, by) => {
+                let by = self.bits(by).filter(|by| (1..32).contains(by) && *by <= times.trailing_zeros())?;
+                Some((a, ((times as i32) >> by) as u32, Some(by)))
+            }
+            Node::Bits("and", a, mask) => {
+                let low = self.low_bits_of_mask(mask)?;
+                (low + times.trailing_zeros() >= 32).then_some((a, times, None))
+            }
+            _ => None,
+        }
+    }
+
+    /// How many low bits this mask leaves, if it leaves them alone.
+    fn low_bits_of_mask(&self, mask: Term) -> Option<u32> {
+        let mask = self.bits(mask)?;
+        (mask != 0 && mask.wrapping_add(1).is_power_of_two()).then(|| mask.trailing_ones())
+    }
+
+    fn low_mask_of(&mut self, bits: u32) -> Term {
+        self.constant((1 << bits) - 1)
+    }
+
+    /// What low bits of a count lie between, with their sign or without, and such bits less a constant.
+    fn span(&self, a: Term) -> Option<(i64, i64)> {
+        let (of, times, more) = match self.node(a) {
+            Node::Sum(parts, more) => match parts[..] {
+                [(of, times @ (1 | u32::MAX))] => (of, i64::from(times as i32), i64::from(*more as i32)),
+                _ => return None,
+            },
+            _ => (a, 1, 0),
+        };
+        let (low, high) = match *self.node(of) {
+            Node::Bits("and", _, mask) => (0, i64::from(self.bits(mask).filter(|mask| *mask < 1 << 31)?)),
+            Node::ShiftedRight(_, by) if by > 0 => (-(1 << (31 - by)), (1 << (31 - by)) - 1),
+            _ => return None,
+        };
+        let ends = [low, high].map(|end| more + times * end);
+        Some((ends[0].min(ends[1]), ends[0].max(ends[1])))
+    }
+
     /// The number with a sign whose bits up to `sign` are those of `masked`.
     fn of_low_bits(&mut self, masked: Term, sign: u32) -> Option<Term> {
+        let wanted = sign.wrapping_mul(2).wrapping_sub(1);
+        let (masked, is_turned) = match self.node(masked) {
+            Node::Sum(parts, more) => match parts[..] {
+                [(of, u32::MAX)] if *more == wanted => (of, true),
+                _ => return None,
+            },
+            _ => (masked, false),
+        };
         let Node::Bits("and", a, mask) = *self.node(masked) else { return None };
-        let fits = sign.is_power_of_two() && self.bits(mask) == Some(sign.wrapping_mul(2).wrapping_sub(1));
-        fits.then(|| self.low_bits(a, sign.trailing_zeros() + 1))
+        if !sign.is_power_of_two() || self.bits(mask) != Some(wanted) {
+            return None;
+        }
+        // The bits that -1 - a has not.
+        let all = self.constant(u32::MAX);
+        let a = if is_turned { self.plus(all, a, u32::MAX) } else { a };
+        Some(self.low_bits(a, sign.trailing_zeros() + 1))
     }
 
     /// The lowest bits, 1..=32 of them, with the highest of them in all bits above.
     pub(super) fn low_bits(&mut self, a: Term, bits: u32) -> Term {
+        // No bit above those counts, of a constant neither.
+        let (half, above) = (1_i64 << (bits - 1), 32 - bits);
+        let more = match self.node(a) {
+            Node::Sum(_, more) => *more,
+            _ => 0,
+        };
+        let reduced = self.constant((((more << above) as i32 >> above) as u32).wrapping_sub(more));
+        let a = self.plus(a, reduced, 1);
+        if self.span(a).is_some_and(|(low, high)| low >= -half && high < half) {
+            return a;
+        }
         let shifted = self.shifted_left(a, 32 - bits);
         self.shifted_right(shifted, 32 - bits)
     }
@@ -282,10 +389,77 @@ impl Terms {
             ("quotient", Some(_), Some(0)) | ("and", _, Some(0)) => self.constant(0),
             ("quotient", Some(a), Some(b)) => self.constant((a as i32).wrapping_div(b as i32) as u32),
             ("and", _, Some(u32::MAX)) | ("orr" | "eor" | "lsr", _, Some(0)) => a,
+            ("and", None, Some(mask)) if self.masked(a).is_some() => {
+                let (a, other) = self.masked(a).unwrap_or((a, u32::MAX));
+                let both = self.constant(mask & other);
+                self.bitwise("and", a, both)
+            }
+            // ((a & (2 s - 1)) ^ s) - s: the low bits of a with their sign.
+            ("eor", None, Some(sign)) if self.of_low_bits(a, sign).is_some() => {
+                let low = self.of_low_bits(a, sign).unwrap_or(a);
+                self.plus(low, b, 1)
+            }
+            // No bit of both.
+            ("eor" | "orr", _, Some(bit))
+                if bit.is_power_of_two() && self.span(a).is_some_and(|(low, high)| low >= 0 && high < bit.into()) =>
+            {
+                self.plus(a, b, 1)
+            }
+            ("and", _, Some(mask)) if mask.wrapping_neg().is_power_of_two() => {
+                let low = self.constant(!mask);
+                let low = self.bitwise("and", a, low);
+                self.plus(a, low, u32::MAX)
+            }
+            ("and", _, Some(mask)) if mask.wrapping_add(1).is_power_of_two() => self.low_bits_alone(a, mask, true),
             // The highest bit has no carry.
             ("eor", _, Some(MINUS_ZERO)) => self.plus(a, b, 1),
             _ => self.term(Node::Bits(name, a, b)),
         }
+    }
+
+    fn masked(&self, a: Term) -> Option<(Term, u32)> {
+        match *self.node(a) {
+            Node::Bits("and", a, mask) => Some((a, self.bits(mask)?)),
+            _ => None,
+        }
+    }
+
+    /// The bits of a mask that are the lowest ones: of a sum no others are looked at in its parts.
+    fn low_bits_alone(&mut self, a: Term, mask: u32, may_turn: bool) -> Term {
+        let above = mask.leading_zeros();
+        let (mut sum, mut constant) = (Vec::new(), 0);
+        match self.node(a) {
+            Node::Sum(parts, more) => (sum, constant) = (parts.clone(), *more),
+            _ => sum.push((a, 1)),
+        }
+        let mut reduced = self.constant(constant & mask);
+        for (term, times) in sum {
+            let inner = match *self.node(term) {
+                Node::Bits("and", inner, other) if self.bits(other).is_some_and(|other| other & mask == mask) => inner,
+                _ => term,
+            };
+            reduced = self.plus(reduced, inner, ((times << above) as i32 >> above) as u32);
+        }
+        let constant = match self.node(reduced) {
+            Node::Sum(_, more) => *more,
+            _ => 0,
+        };
+        let more = self.constant((constant & mask).wrapping_sub(constant));
+        let reduced = self.plus(reduced, more, 1);
+        let of_mask = self.constant(mask);
+        let is_turned = match self.node(reduced) {
+            Node::Constant(bits) => return self.constant(bits & mask),
+            Node::Sum(parts, _) => may_turn && (parts[0].1 as i32) < 0,
+            _ => false,
+        };
+        if is_turned {
+            // The bits of -1 - a are those that a has not.
+            let all = self.constant(u32::MAX);
+            let others = self.plus(all, reduced, u32::MAX);
+            let others = self.low_bits_alone(others, mask, false);
+            return self.plus(of_mask, others, u32::MAX);
+        }
+        self.term(Node::Bits("and", reduced, of_mask))
     }
 
     /// For people, a few levels deep.
@@ -317,6 +491,36 @@ impl Terms {
             }
             Node::ShiftedRight(a, by) => format!("({} >> {by})", of(a)),
             Node::Bits(name, a, b) => format!("{name}({}, {})", of(a), of(b)),
+        }
+    }
+}
+
+#[cfg(test)]
+impl Terms {
+    /// The word that a term is of these inputs.
+    pub(super) fn value(&self, term: Term, inputs: &[u32]) -> u32 {
+        let of = |term: &Term| self.value(*term, inputs);
+        let float = |term: &Term| f32::from_bits(of(term));
+        match self.node(term) {
+            Node::Constant(bits) => *bits,
+            Node::Input(at) => inputs[*at],
+            Node::Entry(register) => panic!("register {register} is no input"),
+            Node::Add(a, b) => (float(a) + float(b)).to_bits(),
+            Node::Mul(a, b) => (float(a) * float(b)).to_bits(),
+            Node::Div(a, b) => (float(a) / float(b)).to_bits(),
+            Node::Neg(a) => of(a) ^ MINUS_ZERO,
+            Node::Abs(a) => of(a) & !MINUS_ZERO,
+            Node::FromCount(a) => (of(a) as i32 as f32).to_bits(),
+            Node::Sum(parts, constant) => {
+                parts.iter().fold(*constant, |sum, (term, times)| sum.wrapping_add(of(term).wrapping_mul(*times)))
+            }
+            Node::ShiftedRight(a, by) => (of(a) as i32 >> by) as u32,
+            Node::Bits("and", a, b) => of(a) & of(b),
+            Node::Bits("orr", a, b) => of(a) | of(b),
+            Node::Bits("eor", a, b) => of(a) ^ of(b),
+            Node::Bits("lsr", a, b) => of(a).checked_shr(of(b)).unwrap_or(0),
+            Node::Bits("mul", a, b) => of(a).wrapping_mul(of(b)),
+            Node::Bits(name, ..) => panic!("{name} has no value here"),
         }
     }
 }
@@ -379,6 +583,17 @@ pub(super) enum Order {
     Below,
 }
 
+/// What an absolute value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Signs {
+    /// An operation of its own: cheap.
+    Whole,
+    /// By its sign where that has been asked; compared, from both sides: `|a| <= b` is `a >= -b` and `a <= b`.
+    Known,
+    /// By its sign, which is asked: parts each path in two.
+    Asked,
+}
+
 /// One way through: the answers that are still to be given, and what those that were given have taught.
 pub(super) struct Path<'a> {
     pub(super) terms: &'a mut Terms,
@@ -392,8 +607,7 @@ pub(super) struct Path<'a> {
     apart: Mixing<(Term, Term), (u32, u32)>,
     numbers: HashSet<Term>,
     nans: HashSet<Term>,
-    /// Is an absolute value one of two, by the sign?
-    by_sign: bool,
+    signs: Signs,
     /// What was decided, for people.
     trail: Vec<(Trail, bool)>,
 }
@@ -406,11 +620,11 @@ enum Trail {
 }
 
 impl<'a> Path<'a> {
-    pub(super) fn new(terms: &'a mut Terms, script: &'a [bool], by_sign: bool) -> Self {
+    pub(super) fn new(terms: &'a mut Terms, script: &'a [bool], signs: Signs) -> Self {
         Self {
             terms,
             script,
-            by_sign,
+            signs,
             given: Vec::new(),
             relations: Mixing::default(),
             orders: Mixing::default(),
@@ -471,19 +685,10 @@ impl<'a> Path<'a> {
 
     /// Does the first number stand to the second in one of these ways?
     pub(super) fn stands(&mut self, a: Term, set: u8, b: Term) -> bool {
-        let ((mut a, mut of_a), (mut b, mut of_b), mut set) = (self.magnitude(a), self.magnitude(b), set);
-        if let (Some(a), Some(b)) = (self.terms.float(a), self.terms.float(b)) {
-            return between(a, b) & set != 0;
-        }
-        if self.terms.bits(a).is_some() || (self.terms.bits(b).is_none() && a > b) {
-            (a, of_a, b, of_b, set) = (b, of_b, a, of_a, turned(set));
-        }
-        if of_a {
-            (of_b, set) = (!of_b, turned(set));
-        }
-        let bare = b;
-        b = self.terms.signed(b, of_b);
-        let b = if self.terms.bits(b) == Some(MINUS_ZERO) { self.terms.constant(0) } else { b };
+        let (a, set, b, bare) = match self.compared(a, set, b) {
+            Ok(answer) => return answer,
+            Err(asked) => asked,
+        };
         if let (&Node::FromCount(count), Some(0)) = (self.terms.node(a), self.terms.bits(b)) {
             // A count is 0 if its float is.
             let zero = self.terms.constant(0);
@@ -515,8 +720,38 @@ impl<'a> Path<'a> {
         answer
     }
 
+    /// The answer, if it follows from those before.
+    fn follows_of(&mut self, a: Term, set: u8, b: Term) -> Option<bool> {
+        let (a, set, b, bare) = match self.compared(a, set, b) {
+            Ok(answer) => return Some(answer),
+            Err(asked) => asked,
+        };
+        let may = self.may_stand(a, b, bare);
+        (may & !set == 0 || may & set == 0).then_some(may & !set == 0)
+    }
+
+    /// A comparison in its normal form, with the second number without its sign too; or the answer, of constants.
+    fn compared(&mut self, a: Term, set: u8, b: Term) -> Result<bool, (Term, u8, Term, Term)> {
+        let ((mut a, mut of_a), (mut b, mut of_b), mut set) = (self.magnitude(a), self.magnitude(b), set);
+        if let (Some(a), Some(b)) = (self.terms.float(a), self.terms.float(b)) {
+            return Ok(between(a, b) & set != 0);
+        }
+        if self.terms.bits(a).is_some() || (self.terms.bits(b).is_none() && a > b) {
+            (a, of_a, b, of_b, set) = (b, of_b, a, of_a, turned(set));
+        }
+        if of_a {
+            (of_b, set) = (!of_b, turned(set));
+        }
+        let bare = b;
+        b = self.terms.signed(b, of_b);
+        let b = if self.terms.bits(b) == Some(MINUS_ZERO) { self.terms.constant(0) } else { b };
+        Err((a, set, b, bare))
+    }
+
     fn is_number(&self, a: Term) -> bool {
-        self.numbers.contains(&a) || self.terms.float(a).is_some_and(|number| !number.is_nan())
+        self.numbers.contains(&a) || self.terms.float(a).is_some_and(|number| !number.is_nan()) || {
+            self.terms.is_of_count(a)
+        }
     }
 
     /// All ways in which they may stand; `bare` is the second without its sign.
@@ -568,14 +803,38 @@ impl<'a> Path<'a> {
     }
 
     pub(super) fn abs(&mut self, a: Term) -> Term {
-        if !self.by_sign {
-            return match self.terms.unsigned(a).0 {
-                a if self.terms.bits(a).is_some() => a,
-                a => self.terms.term(Node::Abs(a)),
-            };
-        }
         let zero = self.terms.constant(0);
-        if self.stands(a, LESS, zero) { self.terms.neg(a) } else { self.terms.add(a, zero) }
+        let asked = match self.signs {
+            Signs::Whole => false,
+            Signs::Known => self.follows_of(a, LESS, zero).is_some(),
+            Signs::Asked => true,
+        };
+        if asked {
+            return if self.stands(a, LESS, zero) { self.terms.neg(a) } else { self.terms.add(a, zero) };
+        }
+        match self.terms.unsigned(a).0 {
+            a if self.terms.bits(a).is_some() => a,
+            a => self.terms.term(Node::Abs(a)),
+        }
+    }
+
+    /// Does |a| stand to b in one of these ways? Nothing if that is to be asked of the absolute value as it is.
+    pub(super) fn magnitude_stands(&mut self, a: Term, set: u8, b: Term) -> Option<bool> {
+        if self.signs != Signs::Known {
+            return None;
+        }
+        // A NaN is in the sets that are the others' complements.
+        let (within, holds) = match set {
+            LESS | LESS_EQUAL => (set, true),
+            _ if set == ANY & !LESS || set == ANY & !LESS_EQUAL => (ANY & !set, false),
+            GREATER | GREATER_EQUAL => {
+                let beyond = self.terms.neg(b);
+                return Some(self.stands(a, turned(set), beyond) || self.stands(a, set, b));
+            }
+            _ => return None,
+        };
+        let below = self.terms.neg(b);
+        Some((self.stands(a, turned(within), below) && self.stands(a, within, b)) == holds)
     }
 
     /// Memory of these addresses and sizes has no byte in common.
@@ -595,6 +854,60 @@ impl<'a> Path<'a> {
                 (low <= high).then_some((low, high))
             }
             _ => None,
+        }
+    }
+
+    /// An operation on bits, with what is known of the first: of a number from 0 on that has no more bits than those
+    /// that a mask leaves or a shift drops, all are left or none.
+    pub(super) fn bitwise(&mut self, name: &'static str, a: Term, b: Term) -> Term {
+        if let (Some((inner, one)), Some(other), "and") = (self.terms.masked(a), self.terms.bits(b), name) {
+            let both = self.terms.constant(one & other);
+            return self.bitwise("and", inner, both);
+        }
+        if let (Some((low, high)), Some(with)) = (self.terms.span(a), self.terms.bits(b))
+            && (low >= 0 || self.is_not_negative(a))
+        {
+            let below = |bits: u32| high < 1_i64 << bits.min(32);
+            match name {
+                "and" if with.wrapping_add(1).is_power_of_two() && below(with.trailing_ones()) => return a,
+                "and" if with.wrapping_neg().is_power_of_two() && below(with.trailing_zeros()) => {
+                    return self.terms.constant(0);
+                }
+                "lsr" if below(with) => return self.terms.constant(0),
+                "eor" | "orr" if with.is_power_of_two() && below(with.trailing_zeros()) => {
+                    return self.terms.plus(a, b, 1);
+                }
+                _ => {}
+            }
+        }
+        self.terms.bitwise(name, a, b)
+    }
+
+    /// Is it known not to be below 0, of a count that has a span?
+    fn is_not_negative(&mut self, a: Term) -> bool {
+        let zero = self.terms.constant(0);
+        let turned = self.terms.plus(zero, a, u32::MAX);
+        self.orders.get(&(Order::Less, a, zero)) == Some(&false)
+            || self.orders.get(&(Order::Less, turned, zero)) == Some(&true)
+    }
+
+    /// Quotient of counts with a sign, towards 0. By a power of two it is the bits above, of the count or of what is
+    /// below 0 of it.
+    pub(super) fn quotient(&mut self, a: Term, b: Term) -> Term {
+        if let (Some((low, high)), Some(by)) = (self.terms.span(a), self.terms.bits(b))
+            && (low.abs().max(high) < i64::from(by) && by < 1 << 31 && self.signs != Signs::Whole)
+        {
+            return self.terms.constant(0);
+        }
+        let by = self.terms.bits(b).filter(|of| of.is_power_of_two() && *of < 1 << 31 && self.signs != Signs::Whole);
+        let Some(by) = by.map(u32::trailing_zeros) else { return self.terms.bitwise("quotient", a, b) };
+        let (zero, by) = (self.terms.constant(0), self.terms.constant(by));
+        if self.ordered(Order::Less, a, zero) {
+            let turned = self.terms.plus(zero, a, u32::MAX);
+            let quotient = self.terms.bitwise("lsr", turned, by);
+            self.terms.plus(zero, quotient, u32::MAX)
+        } else {
+            self.terms.bitwise("lsr", a, by)
         }
     }
 

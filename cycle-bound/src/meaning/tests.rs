@@ -12,6 +12,9 @@ const ARCHIVE: (&[u8], &str) = (include_bytes!("../../tests/archive.elf"), inclu
 const SCHEDULED: (&[u8], &str) =
     (include_bytes!("../../tests/scheduled.elf"), include_str!("../../tests/scheduled.means"));
 
+/// The start of a motor's drive in C, by GCC 12 at -O1: counts, their bits, and what follows from their signs.
+const MOTOR: (&[u8], &str) = (include_bytes!("../../tests/motor.elf"), include_str!("../../tests/motor.means"));
+
 fn verdict(elf: &[u8], text: &str) -> Verdict {
     // Read where it is aligned.
     let aligned = elf.to_vec();
@@ -97,7 +100,7 @@ fn a_text_that_is_wrong_is_told_by_its_line() {
 
 #[test]
 fn a_tick_of_a_compiler_is_the_recorded_one() {
-    for (elf, text) in [JOINT, ARCHIVE, SCHEDULED] {
+    for (elf, text) in [JOINT, ARCHIVE, SCHEDULED, MOTOR] {
         assert_eq!(verdict(elf, text), Verdict::Same);
     }
 }
@@ -124,6 +127,8 @@ fn faults_in_a_tick_are_noticed_wherever_they_are() {
     assert_eq!(missed(ARCHIVE), ["the other branch at 0x8e", "the other branch at 0x94"]);
     // Here too: an innovation of -1e-45 in place of -0 is lost in its product, and a sign goes into an absolute value.
     assert_eq!(missed(SCHEDULED), ["a bit of a constant at 0x3f8", "the sign of a constant at 0x40a"]);
+    // Of 14 bits with a sign that is known no more than 13 are left, and no turn; a count is no -0, added or taken off.
+    assert_eq!(missed(MOTOR), ["another width at 0x1a", "vsub for vadd at 0x48", "shifted by another at 0xda"]);
 }
 
 /// Each instruction of these encodings, changed one at a time: what nobody notices.
@@ -146,6 +151,9 @@ fn missed((elf, text): (&[u8], &str)) -> Vec<String> {
             "vadd" => faults.push(("vsub for vadd", at, vec![low, high | 0x40])),
             "vsub" => faults.push(("vadd for vsub", at, vec![low, high & !0x40])),
             "vmla" => faults.push(("contracted", at, vec![low | 0xa0, high])),
+            "ubfx" => faults.push(("another width", at, vec![low, high ^ 1])),
+            "lsrs" if size == 2 => faults.push(("shifted by another", at, vec![low ^ 0x40])),
+            "str" if size == 2 => faults.push(("a lost store", at, vec![0xbf00])),
             "vstr" => faults.push(("a lost store", at, vec![0xbf00, 0xbf00])),
             // Of many, one is left out.
             "vstmdb" => faults.push(("a lost store", at, vec![low, high - 1])),
@@ -214,7 +222,7 @@ fn what_follows_from_a_comparison_is_so() {
                 // What is learnt of x and one constant is asked of another one, and of the other sign of both.
                 let mut terms = Terms::default();
                 let script = [true];
-                let mut path = Way::new(&mut terms, &script, false);
+                let mut path = Way::new(&mut terms, &script, Signs::Whole);
                 let (input, first, second) =
                     (path.terms.input(0), path.terms.constant(known.to_bits()), path.terms.constant(to.to_bits()));
                 assert!(path.stands(input, stands(x, known), first));
@@ -225,6 +233,134 @@ fn what_follows_from_a_comparison_is_so() {
                 // Where the answer follows it is the true one; where it does not, the path asks, and is told "yes".
                 assert!(path.stands(minus_input, turned, minus_second), "{x:?} {known:?} {to:?}");
                 assert!(path.answers().len() <= asked + 1);
+            }
+        }
+    }
+}
+
+/// Numbers at random, the same ones every time.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, end: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % end
+    }
+
+    fn of<T: Copy>(&mut self, from: &[T]) -> T {
+        from[self.below(from.len())]
+    }
+}
+
+/// Operations one upon the other, and what they give of some inputs: whatever the terms have been simplified to has the
+/// same bits.
+#[test]
+fn what_a_term_is_simplified_to_has_its_value() {
+    let patterns = patterns();
+    let mut random = Random(1);
+    let masks = [1, 0x3f, 0x3fff, 0x1_ffff, !0x3f, !0x3fff, !0x3fc0, 0x8000_0000, 0x2000, 0x1_0000, u32::MAX];
+    for _ in 0..2000 {
+        let mut terms = Terms::default();
+        let inputs: Vec<[u32; 4]> = (0..12).map(|_| std::array::from_fn(|_| random.of(&patterns))).collect();
+        let values = |value: &dyn Fn(&[u32; 4]) -> u32| inputs.iter().map(value).collect::<Vec<u32>>();
+        // Two counts, two floats.
+        let mut counts: Vec<_> = (0..2).map(|k| (terms.input(k), values(&|inputs| inputs[k]))).collect();
+        let mut floats: Vec<_> = (2..4).map(|k| (terms.input(k), values(&|inputs| inputs[k]))).collect();
+        for _ in 0..12 {
+            let (a, of_a) = counts[random.below(counts.len())].clone();
+            let (b, of_b) = counts[random.below(counts.len())].clone();
+            let zip = |f: &dyn Fn(u32, u32) -> u32| of_a.iter().zip(&of_b).map(|(a, b)| f(*a, *b)).collect::<Vec<_>>();
+            let (with, by) = (random.of(&masks), random.below(32) as u32);
+            let (mask, of_by) = (terms.constant(with), terms.constant(by));
+            counts.push(match random.below(9) {
+                0 => (terms.plus(a, b, 1), zip(&|a, b| a.wrapping_add(b))),
+                1 => (terms.plus(a, b, u32::MAX), zip(&|a, b| a.wrapping_sub(b))),
+                2 => (terms.plus(a, mask, 1), zip(&|a, _| a.wrapping_add(with))),
+                3 => (terms.bitwise("and", a, mask), zip(&|a, _| a & with)),
+                4 => (terms.bitwise("eor", a, mask), zip(&|a, _| a ^ with)),
+                5 => (terms.bitwise("lsr", a, of_by), zip(&|a, _| a >> by)),
+                6 => (terms.shifted_left(a, by), zip(&|a, _| a << by)),
+                7 => (terms.low_bits(a, 32 - by), zip(&|a, _| ((a << by) as i32 >> by) as u32)),
+                _ => (terms.bitwise("orr", a, mask), zip(&|a, _| a | with)),
+            });
+            let (a, of_a) = floats[random.below(floats.len())].clone();
+            let (b, of_b) = floats[random.below(floats.len())].clone();
+            let (count, of_count) = counts[random.below(counts.len())].clone();
+            let zip = |f: &dyn Fn(f32, f32) -> f32| {
+                let pairs = of_a.iter().zip(&of_b).map(|(a, b)| (f32::from_bits(*a), f32::from_bits(*b)));
+                pairs.map(|(a, b)| f(a, b).to_bits()).collect::<Vec<_>>()
+            };
+            let (one, times) = (terms.constant(random.of(&patterns)), random.below(4));
+            let factor = f32::from_bits(terms.bits(one).expect("a constant"));
+            let zero = terms.constant(0);
+            floats.push(match times + random.below(5) {
+                0 => (terms.add(a, b), zip(&|a, b| a + b)),
+                1 => (terms.sub(a, b), zip(&|a, b| a - b)),
+                2 => (terms.mul(a, b), zip(&|a, b| a * b)),
+                3 => (terms.mul(a, one), zip(&|a, _| a * factor)),
+                4 => (terms.add(a, zero), zip(&|a, _| a + 0.0)),
+                5 => (terms.neg(a), zip(&|a, _| -a)),
+                _ => (terms.number_of(count), of_count.iter().map(|bits| (*bits as i32 as f32).to_bits()).collect()),
+            });
+        }
+        for (inputs, at) in inputs.iter().zip(0..) {
+            for (term, values) in &counts {
+                assert_eq!(terms.value(*term, inputs), values[at], "{}", terms.shown(*term, &names(), 9));
+            }
+            for (term, values) in &floats {
+                let (found, wanted) = (terms.value(*term, inputs), values[at]);
+                let nan = |bits| f32::from_bits(bits).is_nan();
+                assert!(found == wanted || nan(found) && nan(wanted), "{}", terms.shown(*term, &names(), 9));
+            }
+        }
+    }
+}
+
+fn names() -> Vec<String> {
+    (0..4).map(|k| format!("in{k}")).collect()
+}
+
+/// What a quotient, a mask and a shift are once it is known on which side of 0 a count is.
+#[test]
+fn counts_whose_sign_is_known_have_their_values() {
+    let mut random = Random(2);
+    let patterns = patterns();
+    for width in [32, 14, 20, 5] {
+        for by in [0, 4, 5, 13, 14, 20, 30] {
+            for below in [false, true] {
+                let (mut terms, script) = (Terms::default(), [below]);
+                let mut path = Way::new(&mut terms, &script, Signs::Known);
+                let (input, zero) = (path.terms.input(0), path.terms.constant(0));
+                let count = path.terms.low_bits(input, width);
+                assert_eq!(path.ordered(term::Order::Less, count, zero), below);
+                let of = |path: &mut Way<'_>, bits: u32| path.terms.constant(bits);
+                let (divisor, shift) = (of(&mut path, 1 << by), of(&mut path, by));
+                let (low, high) = (of(&mut path, (1 << by) - 1), of(&mut path, u32::MAX << by));
+                let turned = path.terms.plus(zero, count, u32::MAX);
+                let sized = if below { turned } else { count };
+                let found = [
+                    path.quotient(count, divisor),
+                    path.bitwise("lsr", sized, shift),
+                    path.bitwise("and", sized, low),
+                    path.bitwise("and", sized, high),
+                    path.bitwise("eor", sized, divisor),
+                ];
+                for _ in 0..200 {
+                    let input = random.of(&patterns);
+                    let count = (input << (32 - width)) as i32 >> (32 - width);
+                    if (count < 0) != below {
+                        continue;
+                    }
+                    let sized = count.unsigned_abs();
+                    let wanted = [
+                        (count / (1 << by)) as u32,
+                        sized >> by,
+                        sized & ((1 << by) - 1),
+                        sized & u32::MAX << by,
+                        sized ^ 1 << by,
+                    ];
+                    assert_eq!(found.map(|term| terms.value(term, &[input])), wanted, "{count}, {width} bits, {by}");
+                }
             }
         }
     }

@@ -173,11 +173,17 @@ impl Run<'_> {
                     "div" => path.terms.div(a, b),
                     "plus" => path.terms.plus(a, b, 1),
                     "times" => path.terms.times(a, b),
-                    "quotient" => path.terms.bitwise("quotient", a, b),
+                    "quotient" => path.quotient(a, b),
                     _ => path.terms.plus(a, b, u32::MAX),
                 })
             }
             Op::Compare(set, a, b) => {
+                if let Op::One("abs", of) = self.ops[a] {
+                    let (a, b) = (self.word(of, path), self.word(b, path));
+                    if let Some(answer) = path.magnitude_stands(a, set, b) {
+                        return self.known(at, Value::Truth(answer));
+                    }
+                }
                 let (a, b) = (self.word(a, path), self.word(b, path));
                 Value::Truth(path.stands(a, set, b))
             }
@@ -190,6 +196,10 @@ impl Run<'_> {
                 Value::Word(path.terms.low_bits(a, bits))
             }
         };
+        self.known(at, value)
+    }
+
+    fn known(&mut self, at: usize, value: Value) -> Value {
         self.values[at] = Some(value);
         value
     }

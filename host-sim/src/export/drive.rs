@@ -25,11 +25,7 @@ pub(super) fn text(drive: &Drive, warnings: &[String], source: &Source<'_>, form
     let exported = Exported { drive, warnings, source, recorded: recorded(drive)?, bounds, thresholds };
     match form {
         Form::Standalone(prefix) => Ok(C { exported: &exported, file: File::new(prefix), assembly: None }.text()),
-        Form::Means(..) => {
-            Err("what the machine code of a drive's C file is to compute is not written yet; that of its \
-                                assembly is: take --asm"
-                .into())
-        }
+        Form::Means(prefix, function) => means_of_c(drive, &exported.recorded.functions, prefix, function),
         Form::MeansOfAssembly(prefix, function) => means(drive, &exported.recorded.functions, prefix, function),
         Form::Archive(_) => Err("the archive for C has no drive: take --lang c --standalone, one file that needs no \
                                  library, or --lang rust"
@@ -55,34 +51,102 @@ pub(super) fn files(
 
 /// What one function of the assembly is to compute, as `cycle-bound --means` reads it.
 fn means(drive: &Drive, functions: &DriveFunctions, prefix: &str, function: &str) -> Result<String, String> {
-    let DriveFunctions { begin, observe, law, give_up, refuse, start, not_started, report_applied, .. } = functions;
-    let whole;
-    let record = match function {
-        "begin" => begin,
-        "observe" => observe,
-        "law" => law,
-        "give_up" => give_up,
-        "refuse" => refuse,
-        "start" => start,
-        "not_started" => not_started,
-        "report_applied" => report_applied,
-        "estimates" => &functions.estimates,
-        "reset" => &functions.reset,
-        "tick" | "tick_u" => {
-            whole = tick(drive)?;
-            &whole
-        }
-        _ => {
-            return Err(format!(
-                "no function `{function}`; there are tick, tick_u, begin, observe, law, give_up, refuse, start, \
-                 not_started, report_applied, estimates, reset"
-            ));
-        }
+    let part = match function {
+        "begin" => Some(&functions.begin),
+        "observe" => Some(&functions.observe),
+        "law" => Some(&functions.law),
+        "give_up" => Some(&functions.give_up),
+        "refuse" => Some(&functions.refuse),
+        _ => None,
+    };
+    let record = match (part, function) {
+        (Some(part), _) => part.clone(),
+        (None, "tick_u") => tick(drive)?,
+        _ => recorded_function(drive, functions, function, "tick_u, begin, observe, law, give_up, refuse, ")?,
     };
     let layout = DriveLayout::of(functions);
     let place = |port: &Port| layout.means(function, port, &record.results);
     let symbol = format!("{prefix}_{function}");
-    Ok(tick_record::text::text(&symbol, record, &place, &|port| place(port).into_iter().collect(), ""))
+    Ok(tick_record::text::text(&symbol, &record, &place, &|port| place(port).into_iter().collect(), ""))
+}
+
+/// One function that C and assembly have; `more` are those that this one has too.
+fn recorded_function(drive: &Drive, functions: &DriveFunctions, function: &str, more: &str) -> Result<Record, String> {
+    Ok(match function {
+        "start" => functions.start.clone(),
+        "tick" => tick(drive)?,
+        "not_started" => functions.not_started.clone(),
+        "report_applied" => functions.report_applied.clone(),
+        "estimates" => functions.estimates.clone(),
+        "reset" => functions.reset.clone(),
+        _ => {
+            return Err(format!(
+                "no function `{function}`; there are start, tick, {more}not_started, report_applied, estimates, reset"
+            ));
+        }
+    })
+}
+
+/// The same of a function of the C file. Places are those of the calling convention of ARM and of the types of the
+/// file: words, and flags of a byte each.
+fn means_of_c(drive: &Drive, functions: &DriveFunctions, prefix: &str, function: &str) -> Result<String, String> {
+    let record = recorded_function(drive, functions, function, "")?;
+    // Which register holds the address of the state, of the sample, of what goes out.
+    let [state, sample, output] = match function {
+        "start" => [0, 1, 4],
+        "tick" => [0, 1, 2],
+        "not_started" => [4, 4, 0],
+        "estimates" => [0, 4, 1],
+        _ => [0, 4, 4],
+    };
+    let shafts = functions.state.iter().filter(|word| word.name.starts_with("last")).count();
+    let inputs = || functions.start.inputs.iter().chain(&functions.law.inputs);
+    let of_sample = |name: &str| {
+        let lost = || inputs().filter(|port| port.name.starts_with("lost"));
+        if let Some(i) = lost().position(|port| port.name == name) {
+            return Some(4 * shafts + i);
+        }
+        let (when, of) = name.split_once('_')?;
+        let order: Vec<&str> = ["turn", "speed"].into_iter().chain(JET.into_iter().take(2 * shafts)).collect();
+        let has =
+            |one: &&str| inputs().any(|port| port.name == format!("end_{one}") || port.name == format!("begin_{one}"));
+        let target: Vec<&str> = order.into_iter().filter(has).collect();
+        let at = target.iter().position(|one| *one == of)? + if when == "end" { target.len() } else { 0 };
+        Some(4 * shafts + 4 + 4 * at)
+    };
+    let place = |port: &Port| {
+        Some(match port.role {
+            Role::State => {
+                let at = places(&functions.state).into_iter().find(|(name, _)| *name == port.name)?.1;
+                format!("r{state}+{at}")
+            }
+            Role::Sample(i) => format!("r{sample}+{}", 4 * i),
+            Role::Argument if port.name == "u" => "s0".into(),
+            Role::Argument => format!("r{sample}+{}", of_sample(&port.name)?),
+            Role::Output => {
+                let all = record.results.iter().filter(|port| port.role == Role::Output);
+                format!("r{output}+{}", 4 * all.map(|port| &port.name).position(|name| *name == port.name)?)
+            }
+            Role::Flag(bit) => format!("r0 bit {bit}"),
+            Role::Answer => "r0".into(),
+            Role::Between | Role::Estimate(..) => return None,
+        })
+    };
+    let symbol = format!("{prefix}_{function}");
+    Ok(tick_record::text::text(&symbol, &record, &place, &|port| place(port).into_iter().collect(), ""))
+}
+
+/// Where the members of a type in C lie that is made of these: words, and flags of a byte each.
+fn places(members: &[Port]) -> Vec<(&str, usize)> {
+    let mut end = 0_usize;
+    let place = |port: &Port| {
+        let size = if port.kind == Kind::Truth { 1 } else { 4 };
+        let at = end.next_multiple_of(size);
+        end = at + size;
+        at
+    };
+    let at: Vec<usize> = members.iter().map(place).collect();
+    members.iter().map(|port| port.name.as_str()).zip(at).collect()
 }
 
 pub(super) struct Exported<'a> {

@@ -113,8 +113,25 @@ fn assembly_of_a_drive_has_the_names_of_its_c_file() {
         let means = super::text(&experiment, &source, Form::MeansOfAssembly("left", name)).expect("recorded");
         assert!(means.starts_with(&format!("means 1\nfunction left_{name}\n")), "{means}");
     }
-    let unknown = super::text(&experiment, &source, Form::MeansOfAssembly("left", "fly"));
-    assert!(unknown.is_err_and(|told| told.contains("no function `fly`")));
+    // The types of the C file: flags of a byte before and behind the words, the turn before the angle.
+    let means = super::text(&experiment, &source, Form::Means("left", "tick")).expect("recorded");
+    for line in [
+        "function left_tick",
+        "in fresh truth r0+0",
+        "in last count r0+4",
+        "in lost truth r1+4",
+        "in begin_turn count r1+8",
+        "in begin_r number r1+12",
+        "in end_r_dot number r1+28",
+        "out u number r2+0",
+        "out sample_lost truth r0 bit 3",
+    ] {
+        assert!(means.contains(&format!("\n{line}\n")), "{line}: {means}");
+    }
+    for form in [Form::MeansOfAssembly("left", "fly"), Form::Means("left", "law")] {
+        let unknown = super::text(&experiment, &source, form);
+        assert!(unknown.is_err_and(|told| told.contains("no function `")));
+    }
 }
 
 #[test]
