@@ -78,13 +78,29 @@ pub const fn uniform(word: u64) -> f64 {
 
 /// Two independent numbers of mean 0 and standard deviation 1, of two words: Box and Muller.
 #[inline(always)]
-pub fn gaussians([radius, angle]: [u64; 2]) -> [f64; 2] {
-    // 52 bits as the fraction of a number in [1, 2): no conversion of integers, which not every vector unit has.
-    let one_to_two = |word: u64| f64::from_bits(word >> 12 | 0x3ff0_0000_0000_0000);
-    // From (0, 1], which has a logarithm.
-    let radius = (-2.0 * log(2.0 - one_to_two(radius))).sqrt();
-    let (sin, cos) = sin_cos(core::f64::consts::TAU * (one_to_two(angle) - 1.0));
+pub fn gaussians(words: [u64; 2]) -> [f64; 2] {
+    let radius = radius(words[0]);
+    let (sin, cos) = direction(words[1]);
     [radius * cos, radius * sin]
+}
+
+/// How far from 0 the two of [`gaussians`] are.
+#[inline(always)]
+pub(crate) fn radius(word: u64) -> f64 {
+    // From (0, 1], which has a logarithm.
+    (-2.0 * log(2.0 - one_to_two(word))).sqrt()
+}
+
+/// In which direction: sine and cosine.
+#[inline(always)]
+pub(crate) fn direction(word: u64) -> (f64, f64) {
+    sin_cos(core::f64::consts::TAU * (one_to_two(word) - 1.0))
+}
+
+/// 52 bits as the fraction of a number in [1, 2): no conversion of integers, which not every vector unit has.
+#[inline(always)]
+fn one_to_two(word: u64) -> f64 {
+    f64::from_bits(word >> 12 | 0x3ff0_0000_0000_0000)
 }
 
 /// log x of a number from 2^-52 to 1, by the kernel of fdlibm: within 1.2e-16 of its size (test below).

@@ -3,17 +3,14 @@
 //! Cody and Waite's reduction by π/2 in three parts, then the kernels of fdlibm: within 2.3e-16 of the true value for
 //! |x| up to 1000 (test below). Not the bits of `libm`, which reduces as the angle asks for.
 
-/// Up to this |x| the reduction is exact enough.
-pub(crate) const REDUCED: f64 = 1000.0;
-
 /// sin x, of any x.
 pub fn sin(x: f64) -> f64 {
-    if x.abs() <= REDUCED { sin_cos(x).0 } else { libm::sin(x) }
+    if x.abs() <= 1000.0 { sin_cos(x).0 } else { libm::sin(x) }
 }
 
 /// sin x and cos x, of any x.
 pub fn sin_and_cos(x: f64) -> [f64; 2] {
-    if x.abs() <= REDUCED {
+    if x.abs() <= 1000.0 {
         let (sin, cos) = sin_cos(x);
         [sin, cos]
     } else {
