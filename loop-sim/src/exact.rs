@@ -40,7 +40,7 @@ const STEP_ANGLE: f64 = 0.15;
 const MOST_STEPS: usize = 100;
 /// Largest turn of the angle in one step, rad.
 const TURN: f64 = 0.05;
-/// Beyond this angle its sine is not reduced exactly, rad.
+/// Beyond this angle its sine is not reduced exactly, rad; far below [`RUNAWAY`].
 const ANGLE: f64 = 1000.0;
 
 pub(crate) type Row = [f64; MAX_ORDER];
@@ -370,8 +370,8 @@ impl Wave {
 #[inline(always)]
 pub(crate) fn is_within<const N: usize, const SINE: bool>(x: &[f64; N], moved: &Moved, h_s: f64) -> bool {
     let turn = (x[1] + moved.w[0]) * h_s;
-    let mut is_within = !SINE | ((turn.abs() <= TURN) & (x[0].abs() <= ANGLE));
-    for x in x {
+    let mut is_within = if SINE { (turn.abs() <= TURN) & (x[0].abs() <= ANGLE) } else { x[0].abs() <= RUNAWAY };
+    for x in &x[1..] {
         is_within &= x.abs() <= RUNAWAY;
     }
     is_within

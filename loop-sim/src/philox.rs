@@ -30,17 +30,22 @@ pub enum Purpose {
 }
 
 /// The block of a counter under a key.
+///
+/// Words stand in the low halves of 64 bits, with anything above them: only the low half is multiplied, which vector
+/// units do for nothing, while to narrow and to widen again would cost as much as the rest of a round.
 #[inline(always)]
 pub const fn block(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
-    let ([mut c0, mut c1, mut c2, mut c3], [mut k0, mut k1]) = (counter, key);
+    const LOW: u64 = u32::MAX as u64;
+    let [mut c0, mut c1, mut c2, mut c3] = [counter[0] as u64, counter[1] as u64, counter[2] as u64, counter[3] as u64];
+    let [mut k0, mut k1] = key;
     let mut round = 0;
     while round < 10 {
-        let (a, b) = (M[0] as u64 * c0 as u64, M[1] as u64 * c2 as u64);
-        (c0, c1, c2, c3) = ((b >> 32) as u32 ^ c1 ^ k0, b as u32, (a >> 32) as u32 ^ c3 ^ k1, a as u32);
+        let (a, b) = (M[0] as u64 * (c0 & LOW), M[1] as u64 * (c2 & LOW));
+        (c0, c1, c2, c3) = (b >> 32 ^ c1 ^ k0 as u64, b, a >> 32 ^ c3 ^ k1 as u64, a);
         (k0, k1) = (k0.wrapping_add(W[0]), k1.wrapping_add(W[1]));
         round += 1;
     }
-    [c0, c1, c2, c3]
+    [c0 as u32, c1 as u32, c2 as u32, c3 as u32]
 }
 
 /// Two words of 64 bits for a trial's parameter, under a master seed.
@@ -73,13 +78,29 @@ pub const fn uniform(word: u64) -> f64 {
 
 /// Two independent numbers of mean 0 and standard deviation 1, of two words: Box and Muller.
 #[inline(always)]
-pub fn gaussians([radius, angle]: [u64; 2]) -> [f64; 2] {
-    // 52 bits as the fraction of a number in [1, 2): no conversion of integers, which not every vector unit has.
-    let one_to_two = |word: u64| f64::from_bits(word >> 12 | 0x3ff0_0000_0000_0000);
-    // From (0, 1], which has a logarithm.
-    let radius = (-2.0 * log(2.0 - one_to_two(radius))).sqrt();
-    let (sin, cos) = sin_cos(core::f64::consts::TAU * (one_to_two(angle) - 1.0));
+pub fn gaussians(words: [u64; 2]) -> [f64; 2] {
+    let radius = radius(words[0]);
+    let (sin, cos) = direction(words[1]);
     [radius * cos, radius * sin]
+}
+
+/// How far from 0 the two of [`gaussians`] are.
+#[inline(always)]
+pub(crate) fn radius(word: u64) -> f64 {
+    // From (0, 1], which has a logarithm.
+    (-2.0 * log(2.0 - one_to_two(word))).sqrt()
+}
+
+/// In which direction: sine and cosine.
+#[inline(always)]
+pub(crate) fn direction(word: u64) -> (f64, f64) {
+    sin_cos(core::f64::consts::TAU * (one_to_two(word) - 1.0))
+}
+
+/// 52 bits as the fraction of a number in [1, 2): no conversion of integers, which not every vector unit has.
+#[inline(always)]
+fn one_to_two(word: u64) -> f64 {
+    f64::from_bits(word >> 12 | 0x3ff0_0000_0000_0000)
 }
 
 /// log x of a number from 2^-52 to 1, by the kernel of fdlibm: within 1.2e-16 of its size (test below).

@@ -24,6 +24,7 @@ pub fn sin_and_cos(x: f64) -> [f64; 2] {
 pub fn sin_cos(x: f64) -> (f64, f64) {
     // 1.5 * 2^52: what is added to it is rounded to a whole number, in the lowest bits.
     const WHOLE: f64 = 6_755_399_441_055_744.0;
+    const SIGN: u64 = 1 << 63;
     let shifted = x * core::f64::consts::FRAC_2_PI + WHOLE;
     let turns = shifted - WHOLE;
     let quarter = shifted.to_bits();
@@ -37,10 +38,11 @@ pub fn sin_cos(x: f64) -> (f64, f64) {
     let of_cos = 2.480_158_728_947_673e-5
         + z * (-2.755_731_435_139_066_3e-7 + z * (2.087_572_321_298_175e-9 + z * -1.135_964_755_778_819_5e-11));
     let cos = 1.0 - 0.5 * z + z * z * (4.166_666_666_666_66e-2 + z * (-1.388_888_888_887_411e-3 + z * of_cos));
-    let is_odd = quarter & 1 != 0;
-    let (sine, cosine) = if is_odd { (cos, sin) } else { (sin, cos) };
-    let sine = if quarter & 2 != 0 { -sine } else { sine };
-    let cosine = if quarter.wrapping_add(1) & 2 != 0 { -cosine } else { cosine };
+    // The quarter's last two bits, each where the sign of a number is: one swaps the two, the other turns signs.
+    let (odd, half) = (quarter << 63, quarter << 62);
+    let (sine, cosine) = if (odd as i64) < 0 { (cos, sin) } else { (sin, cos) };
+    let sine = f64::from_bits(sine.to_bits() ^ half & SIGN);
+    let cosine = f64::from_bits(cosine.to_bits() ^ (half ^ odd) & SIGN);
     (sine, cosine)
 }
 

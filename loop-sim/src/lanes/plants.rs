@@ -159,10 +159,7 @@ impl<const N: usize> Plants<N> {
         let mut d = Wide::of_all(0.0);
         for (_, factor, each) in self.signals.iter().filter(|(of, ..)| *of == channel) {
             if let [signal] = &each[..] {
-                let value = signal.value(t_s);
-                for l in 0..LANES {
-                    d[l] += factor[l] * value;
-                }
+                weigh_all(self.instructions, &mut d, factor, signal.value(t_s));
             } else {
                 for (l, signal) in each.iter().enumerate() {
                     d[l] += factor[l] * signal.value(t_s);
@@ -264,6 +261,14 @@ vectorised! {
             for l in 0..LANES {
                 forced[i][l] += share[i][l] * factor;
             }
+        }
+    }
+}
+
+vectorised! {
+    fn weigh_all[;](sum: &mut Wide, factor: &Wide, value: f64,) {
+        for l in 0..LANES {
+            sum[l] += factor[l] * value;
         }
     }
 }

@@ -16,6 +16,10 @@ pub(super) struct Sensors<'a, const N: usize> {
     /// Half by half.
     seeds: [Wide<u32>; 2],
     tick: u64,
+    /// Of the link at work: two random words, a radius, and noise of a channel that there is not.
+    words: [Wide<u64>; 2],
+    radius: Wide,
+    beyond: Wide,
     /// What jitter looks back to.
     last: Option<Box<[Wide; N]>>,
     under_way: VecDeque<Box<[Wide; N]>>,
@@ -26,7 +30,17 @@ impl<'a, const N: usize> Sensors<'a, N> {
         // Lanes beyond the last are like the first.
         let halves = |l: usize| philox::halves(trials.get(l).unwrap_or(&trials[0]).seed);
         let seeds = [0, 1].map(|half| Wide(std::array::from_fn(|l| halves(l)[half])));
-        Self { instructions, sensing, seeds, tick: 0, last: None, under_way: VecDeque::new() }
+        Self {
+            instructions,
+            sensing,
+            seeds,
+            tick: 0,
+            words: [Wide::of_all(0); 2],
+            radius: Wide::of_all(0.0),
+            beyond: Wide::of_all(0.0),
+            last: None,
+            under_way: VecDeque::new(),
+        }
     }
 
     /// Does the law see the state itself?
@@ -37,11 +51,11 @@ impl<'a, const N: usize> Sensors<'a, N> {
     /// To be called once a tick.
     pub(super) fn measure(&mut self, x: &[Wide; N], sample: &mut Box<[Wide; N]>) {
         let Self { instructions, sensing, ref seeds, tick, .. } = *self;
+        let Self { words: [word, other], radius, beyond, .. } = self;
         **sample = *x;
         self.tick += 1;
         if sensing.jitter > 0.0 {
-            let mut word = Wide::of_all(0);
-            words_all(instructions, seeds, tick, Purpose::Jitter, &mut word);
+            words_all(instructions, seeds, tick, Purpose::Jitter, 0, word, other);
             let now = sample.clone();
             let last = self.last.replace(now).unwrap_or_else(|| sample.clone());
             for l in 0..LANES {
@@ -52,17 +66,18 @@ impl<'a, const N: usize> Sensors<'a, N> {
             }
         }
         let sigma: [f64; MAX_ORDER] = padded(&sensing.noise);
-        let mut beyond = Wide::of_all(0.0);
         for (pair, (samples, sigma)) in (0..).zip(sample.chunks_mut(2).zip(sigma.chunks(2))) {
             if sensing.noise.is_empty() {
                 break;
             }
             let (first, second) = match samples {
                 [first, second] => (first, second),
-                [first, ..] => (first, &mut beyond),
+                [first, ..] => (first, &mut *beyond),
                 [] => break,
             };
-            noise_all(instructions, seeds, tick, pair, [sigma[0], sigma[1]], first, second);
+            words_all(instructions, seeds, tick, Purpose::Noise, pair, word, other);
+            radius_all(instructions, word, radius);
+            noise_all(instructions, radius, other, [sigma[0], sigma[1]], first, second);
         }
         for (sample, &quantum) in sample.iter_mut().zip(&sensing.quantum).filter(|(_, quantum)| **quantum > 0.0) {
             for l in 0..LANES {
@@ -77,8 +92,7 @@ impl<'a, const N: usize> Sensors<'a, N> {
             }
         }
         if sensing.dropout > 0.0 {
-            let mut word = Wide::of_all(0);
-            words_all(instructions, seeds, tick, Purpose::Dropout, &mut word);
+            words_all(instructions, seeds, tick, Purpose::Dropout, 0, word, other);
             for l in 0..LANES {
                 if philox::uniform(word[l]) < sensing.dropout {
                     sample.iter_mut().for_each(|sample| sample[l] = f64::NAN);
@@ -89,27 +103,39 @@ impl<'a, const N: usize> Sensors<'a, N> {
 }
 
 vectorised! {
-    fn words_all[;](seeds: &[Wide<u32>; 2], tick: u64, purpose: Purpose, word: &mut Wide<u64>,) {
+    fn words_all[;](
+        seeds: &[Wide<u32>; 2],
+        tick: u64,
+        purpose: Purpose,
+        pair: u32,
+        first: &mut Wide<u64>,
+        second: &mut Wide<u64>,
+    ) {
         for l in 0..LANES {
-            word[l] = philox::noise([seeds[0][l], seeds[1][l]], tick, purpose, 0)[0];
+            let words = philox::noise([seeds[0][l], seeds[1][l]], tick, purpose, pair);
+            first[l] = words[0];
+            second[l] = words[1];
+        }
+    }
+}
+
+// Noise is three loops, words, radius and direction: in one the chain of dependent operations is so long that a
+// processor sees no second lane to fill its pauses with, and its constants have no room in registers.
+vectorised! {
+    fn radius_all[;](word: &Wide<u64>, radius: &mut Wide,) {
+        for l in 0..LANES {
+            radius[l] = philox::radius(word[l]);
         }
     }
 }
 
 vectorised! {
-    fn noise_all[;](
-        seeds: &[Wide<u32>; 2],
-        tick: u64,
-        pair: u32,
-        sigma: [f64; 2],
-        first: &mut Wide,
-        second: &mut Wide,
-    ) {
+    /// As [`philox::gaussians`] makes them.
+    fn noise_all[;](radius: &Wide, word: &Wide<u64>, sigma: [f64; 2], first: &mut Wide, second: &mut Wide,) {
         for l in 0..LANES {
-            let words = philox::noise([seeds[0][l], seeds[1][l]], tick, Purpose::Noise, pair);
-            let gaussians = philox::gaussians(words);
-            first[l] += sigma[0] * gaussians[0];
-            second[l] += sigma[1] * gaussians[1];
+            let (sin, cos) = philox::direction(word[l]);
+            first[l] += sigma[0] * (radius[l] * cos);
+            second[l] += sigma[1] * (radius[l] * sin);
         }
     }
 }
