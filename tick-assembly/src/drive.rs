@@ -104,6 +104,7 @@ fn cuts(layout: &DriveLayout) -> Vec<Cut> {
 }
 
 impl Ordinary<'_> {
+    #[allow(clippy::too_many_lines, reason = "what comes in, what goes out, and what is between")]
     fn line(&self, layout: &DriveLayout, counts: &Counts, registers: usize, cut: &Cut, whole: bool) -> Line {
         let mut build = Build::new(&self.graph, registers);
         // Counts come in registers of their own.
