@@ -18,7 +18,7 @@ pub use joint::Joint;
 pub use motor::Motor;
 
 static COUNTS: [AtomicI32; 2] = [AtomicI32::new(0), AtomicI32::new(0)];
-/// Which encoders stick: bits 0, 1; which give no count: bits 2, 3.
+/// Which encoders stick, and which give no count ([`Disturbance::bits`]).
 static STUCK: AtomicU32 = AtomicU32::new(0);
 /// What is to stand in from the next period on.
 static NEXT: Mutex<Cell<Option<pil_wire::Plant>>> = Mutex::new(Cell::new(None));
@@ -67,10 +67,8 @@ pub fn advance<const E: usize>(plant: &mut impl Plant<E>, period_s: f32) {
 
 /// What a test does to it.
 pub fn disturb(disturbance: &Disturbance) {
-    let Disturbance { stuck: [a, b], lost: [c, d], load_n_m } = *disturbance;
-    let bits = [a, b, c, d].into_iter().zip(0..).fold(0, |bits, (is, bit)| bits | u32::from(is) << bit);
-    STUCK.store(bits, Relaxed);
-    LOAD.store(load_n_m.to_bits(), Relaxed);
+    STUCK.store(disturbance.bits(), Relaxed);
+    LOAD.store(disturbance.load_n_m.to_bits(), Relaxed);
 }
 
 /// Another plant stands in from the next period on. One without an inertia does not.

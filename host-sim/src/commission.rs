@@ -85,7 +85,8 @@ pub enum Swap {
 }
 
 impl Plan {
-    /// For a joint 0.6 rad in 2 s with 27 % of the current, for a motor 3 rad in 0.6 s with 90 %.
+    /// For a joint 0.6 rad in 2 s with 27 % of the current. For a motor 3 rad in 0.6 s with all of it: its loop takes
+    /// most of that back, the more the larger its gain is, so that little is left beside friction.
     pub fn of(designed: &DriveDesign) -> Self {
         let (limit, swap) = (limit_a(designed), Swap::AtRest);
         match designed {
@@ -93,7 +94,7 @@ impl Plan {
                 Self { way_rad: 0.6, move_s: 2.0, peak_a: 0.27 * limit, seed: 1, verify_rad: 1.0, swap }
             }
             DriveDesign::Motor { .. } => {
-                Self { way_rad: 3.0, move_s: 0.6, peak_a: 0.9 * limit, seed: 1, verify_rad: 1.0, swap }
+                Self { way_rad: 3.0, move_s: 0.6, peak_a: limit, seed: 1, verify_rad: 1.0, swap }
             }
         }
     }
@@ -137,6 +138,13 @@ pub enum Stopped {
     Broken(String),
     /// On request.
     Interrupted,
+    /// Any of these, and the drive could not be given back what it had.
+    Left {
+        /// Why it came to no end.
+        stopped: Box<Stopped>,
+        /// Why what was there before is not back.
+        why: Box<Stopped>,
+    },
 }
 
 impl fmt::Display for Stopped {
@@ -151,7 +159,8 @@ impl fmt::Display for Stopped {
             ),
             Self::Alarm(health) => write!(
                 f,
-                "an alarm while the record was made ({health:?}): look for what pushes, or say more in [monitor]"
+                "an alarm ({health:?}){}: look for what pushes, or say more in [monitor]",
+                if health.contains(Health::STOPPED) { " has stopped the drive, reset it (host-sim live)" } else { "" }
             ),
             Self::TooFar { way_rad } => {
                 write!(f, "no move of {way_rad} rad stays within the current: take a shorter way")
@@ -159,6 +168,9 @@ impl fmt::Display for Stopped {
             Self::Design(why) => write!(f, "no drive can be made of what was found: {why}"),
             Self::Broken(why) => f.write_str(why),
             Self::Interrupted => f.write_str("stopped on request"),
+            Self::Left { stopped, why } => {
+                write!(f, "{stopped}; AND THE GAINS OF BEFORE ARE NOT BACK: {why}; see what runs there (host-sim live)")
+            }
         }
     }
 }
@@ -331,7 +343,12 @@ pub trait Stand {
     fn swap(&mut self, to: &DriveDesign, at_rest: bool) -> Result<f64, Stopped>;
 
     /// After a sequence that came to no end: nothing shakes, and what was there before is back.
-    fn give_up(&mut self) {}
+    ///
+    /// # Errors
+    /// Why it is not.
+    fn give_up(&mut self) -> Result<(), Stopped> {
+        Ok(())
+    }
 }
 
 /// The fewest ticks of a motion from rest within this current, and no fewer than of `least_s`.
@@ -404,18 +421,17 @@ fn moved(stand: &mut dyn Stand, to_rad: f64, ticks: u32) -> Result<Leg, Stopped>
 /// The whole sequence. `design` makes a drive of what was found; the form must stay.
 ///
 /// # Errors
-/// Why it ended early; the drive has its old gains then.
+/// Why it ended early; the drive has the gains of before then, or it is [said](Stopped::Left) why not.
 pub fn commission(
     stand: &mut dyn Stand,
     plan: &Plan,
     known: &Known,
     design: impl FnOnce(&mut Identified) -> Result<DriveDesign, String>,
 ) -> Result<Report, Stopped> {
-    let done = sequence(stand, plan, known, design);
-    if done.is_err() {
-        stand.give_up();
-    }
-    done
+    sequence(stand, plan, known, design).map_err(|stopped| match stand.give_up() {
+        Ok(()) => stopped,
+        Err(why) => Stopped::Left { stopped: Box::new(stopped), why: Box::new(why) },
+    })
 }
 
 fn sequence(

@@ -175,14 +175,31 @@ impl<T: Transport> LiveDrive<T> {
     /// # Errors
     /// When it is refused: another record goes on, too many rows, or a current beyond the limits.
     pub fn record(&mut self, every: u32, shake: &[f32]) -> Result<(), PortError> {
+        self.record_while(every, shake, || true).map(|_| ())
+    }
+
+    /// The same; it does not begin once `goes_on` says so, which is asked again and again. Did it?
+    ///
+    /// # Errors
+    /// As above.
+    pub fn record_while(
+        &mut self,
+        every: u32,
+        shake: &[f32],
+        mut goes_on: impl FnMut() -> bool,
+    ) -> Result<bool, PortError> {
         let instance = self.design.instance;
         self.wire.done(&Request::Prepare { rows: shake.len() as u32, every }, "the record", instance)?;
         for (k, chunk) in shake.chunks(LOAD).enumerate().filter(|(_, chunk)| chunk.iter().any(|it| *it != 0.0)) {
+            if !goes_on() {
+                return Ok(false);
+            }
             let mut currents = [0.0; LOAD];
             currents[..chunk.len()].copy_from_slice(chunk);
             self.wire.done(&Request::Shake { offset: (k * LOAD) as u32, currents }, "the currents", instance)?;
         }
-        self.order(Order::Record)
+        self.order(Order::Record)?;
+        Ok(true)
     }
 
     /// How is the record?

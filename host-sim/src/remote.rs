@@ -347,12 +347,14 @@ pub(crate) fn in_words(refusal: &Refusal, instance: Instance) -> String {
         Reason::Absent => "there is no such part, or no good count to start from".into(),
         Reason::Late => "the chip has no time left to plan: its interrupt takes too much".into(),
         Reason::Recording => "a record is being made: it ends first".into(),
-        Reason::NotPrepared => "no record was made since the drive was switched on".into(),
+        Reason::NotPrepared => "no record was prepared, or none was made since".into(),
         Reason::Current => {
             let [most, asked] = [target, request].map(f32::from_bits);
-            format!("a current of {asked} A on top is no number, or beyond {most} A, from limit to limit")
+            format!("a current of {asked} A on top is no number, or beyond {most} A, which the drive can take back")
         }
-        Reason::Rows => format!("{request} rows of a record: the target has {target}, of 1 to 1000 ticks"),
+        Reason::Rows => format!(
+            "{request} rows of a record: expected 1 to {target} of so many ticks, of 1 to 1000, for 60 s at most"
+        ),
         Reason::Moving => "the drive is on its way: it must be at rest".into(),
         Reason::Period => format!("the drive ticks every {target} ns, the design is for {request} ns"),
     }

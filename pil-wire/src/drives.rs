@@ -4,8 +4,8 @@
 //! as it does the shapes of the other ticks.
 
 use controller_core::drive::{
-    Bounds, DriveLaw, Encoder, EncoderForm, Joined, JointDesign, JointDrive, JointModel, Monitored, MotorDesign,
-    MotorDrive, MotorModel, Position, Reference, Rest, Speed, Target, Watched, gap, shortest, stop,
+    Bounds, DriveError, DriveLaw, Encoder, EncoderForm, Joined, JointDesign, JointDrive, JointModel, Monitored,
+    MotorDesign, MotorDrive, MotorModel, Position, Reference, Rest, Speed, Target, Watched, gap, shortest, stop,
 };
 use controller_core::{Health, Limits, Output, Running};
 
@@ -107,13 +107,18 @@ fn read<const L: usize, const E: usize>(words: &[u32]) -> Result<([f64; L], Boun
     Ok((design, bounds, next()))
 }
 
-fn watched<L: Watched<E>, const E: usize>(
-    law: L,
-    bounds: &Bounds<E>,
-    stops_at: f64,
-) -> Result<Monitored<L, E>, Refusal> {
+/// Design and law of words, by how this drive is described and designed.
+fn made<D, L: Watched<E>, const NUMBERS: usize, const E: usize>(
+    words: &[u32],
+    described: impl Fn(&[f64; NUMBERS]) -> D,
+    designed: impl Fn(&D) -> Result<L, DriveError>,
+) -> Result<(D, Monitored<L, E>), Refusal> {
+    let (numbers, bounds, stops_at) = read(words)?;
+    let design = described(&numbers);
+    let law = designed(&design).map_err(|_| Refusal::of(Reason::Coefficients))?;
     let alarms = Health::from_bits(stops_at as u8).filter(|alarms| f64::from(alarms.bits()) == stops_at);
-    Ok(Monitored::new(law, bounds).stopping_at(alarms.ok_or(Refusal::of(Reason::Coefficients))?))
+    let alarms = alarms.ok_or(Refusal::of(Reason::Coefficients))?;
+    Ok((design, Monitored::new(law, &bounds).stopping_at(alarms)))
 }
 
 /// A drive whose design and plans can be changed while it runs: that of a motor or a joint that follows a position.
@@ -171,11 +176,9 @@ impl<const S: usize, const FAST: usize, const LATE: usize> Tuned<1, 2>
     type Plan = Joined<f32, Rest<f32>, 3>;
 
     fn read_as(words: &[u32], at_rest: bool) -> Result<(MotorDesign, Monitored<Self, 1>), Refusal> {
-        let (numbers, bounds, stops_at) = read(words)?;
-        let design = MotorDesign::from_numbers(&numbers);
-        let law = Self::try_design(&design).map_err(|_| Refusal::of(Reason::Coefficients))?;
-        let law = if at_rest { law.at_rest() } else { law };
-        Ok((design, watched(law, &bounds, stops_at)?))
+        made(words, MotorDesign::from_numbers, |design| {
+            Self::try_design(design).map(|law| if at_rest { law.at_rest() } else { law })
+        })
     }
 
     fn limits(design: &MotorDesign) -> Limits {
@@ -211,11 +214,9 @@ impl<const FAST: usize, const LATE: usize> Tuned<2, 4>
     type Plan = Joined<f32, Rest<f32>, 4>;
 
     fn read_as(words: &[u32], at_rest: bool) -> Result<(JointDesign, Monitored<Self, 2>), Refusal> {
-        let (numbers, bounds, stops_at) = read(words)?;
-        let design = JointDesign::from_numbers(&numbers);
-        let law = Self::try_design(&design).map_err(|_| Refusal::of(Reason::Coefficients))?;
-        let law = if at_rest { law.at_rest() } else { law };
-        Ok((design, watched(law, &bounds, stops_at)?))
+        made(words, JointDesign::from_numbers, |design| {
+            Self::try_design(design).map(|law| if at_rest { law.at_rest() } else { law })
+        })
     }
 
     fn limits(design: &JointDesign) -> Limits {
@@ -340,12 +341,9 @@ macro_rules! drives {
             }
         }
     };
-    (law $design:ident $drive:ident<$($of:tt),*>; $words:ident) => {{
-        let (numbers, bounds, stops_at) = read($words)?;
-        let law = $drive::<f32, $($of),*>::try_design(&$design::from_numbers(&numbers))
-            .map_err(|_| Refusal::of(Reason::Coefficients))?;
-        watched(law, &bounds, stops_at)?
-    }};
+    (law $design:ident $drive:ident<$($of:tt),*>; $words:ident) => {
+        made($words, $design::from_numbers, $drive::<f32, $($of),*>::try_design)?.1
+    };
 }
 
 const fn none(instance: Instance) -> Refusal {

@@ -190,6 +190,19 @@ pub struct Disturbance {
     pub load_n_m: f32,
 }
 
+impl Disturbance {
+    /// Which encoders stick (bits 0, 1) and which give no count (bits 2, 3).
+    pub fn bits(&self) -> u32 {
+        self.stuck.into_iter().chain(self.lost).zip(0..).fold(0, |bits, (is, bit)| bits | u32::from(is) << bit)
+    }
+
+    /// Of these bits.
+    fn from_bits(bits: u32, load_n_m: f32) -> Self {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|bit| bits >> bit & 1 == 1);
+        Self { stuck: [a, b], lost: [c, d], load_n_m }
+    }
+}
+
 /// What a drive is given for one tick. What its order does not need is not read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Counts {
@@ -549,9 +562,8 @@ impl Request {
                 });
                 14
             }
-            Self::Disturb(Disturbance { stuck: [a, b], lost: [c, d], load_n_m }) => {
-                let bits = [a, b, c, d].into_iter().zip(0..).fold(0, |bits, (is, bit)| bits | u32::from(is) << bit);
-                words[..2].copy_from_slice(&[bits, load_n_m.to_bits()]);
+            Self::Disturb(disturbance) => {
+                words[..2].copy_from_slice(&[disturbance.bits(), disturbance.load_n_m.to_bits()]);
                 15
             }
             Self::Prepare { rows, every } => {
@@ -611,10 +623,7 @@ impl Request {
             (14, [4, half, index, ..]) => Ok(Self::Recall(Part::Frame(half, index))),
             (14, [5, ..]) => Ok(Self::Recall(Part::Track)),
             (14, [6, _, from, ..]) => Ok(Self::Recall(Part::Rows(from))),
-            (15, [bits, load, ..]) => {
-                let [a, b, c, d] = [0, 1, 2, 3].map(|bit| bits >> bit & 1 == 1);
-                Ok(Self::Disturb(Disturbance { stuck: [a, b], lost: [c, d], load_n_m: f32::from_bits(load) }))
-            }
+            (15, [bits, load, ..]) => Ok(Self::Disturb(Disturbance::from_bits(bits, f32::from_bits(load)))),
             (16, [rows, every, ..]) => Ok(Self::Prepare { rows, every }),
             (17, [offset, currents @ ..]) => Ok(Self::Shake { offset, currents: currents.map(f32::from_bits) }),
             (18, plant) => Ok(Self::Plant(plant.map(f32::from_bits))),

@@ -47,10 +47,11 @@
 //! | Refused | 132 | [`Reason`], what the target has, what the request has |
 //!
 //! # Lock step
-//! A request is *new* if its sequence number is one more than that of the last one, a *repeat* if it is the same:
-//! then the reply was lost, and is sent again from memory without a second tick. An older one is a straggler and is
-//! dropped; a later one is refused, for the target must have restarted. Identify and Identity have the same form in
-//! every version, change nothing and may come at any time; a target sends one Identity unasked when it starts up.
+//! A request is *new* if its sequence number is one more than that of the last one, a *repeat* if it is the last one to
+//! the byte: then the reply was lost, and is sent again from memory without a second tick. An older one is a straggler
+//! and is dropped. A later one is refused, for the target must have restarted; and so is another one with the number
+//! of the last, for two programs talk to it. Identify and Identity have the same form in every version, change nothing
+//! and may come at any time; a target sends one Identity unasked when it starts up.
 //!
 //! A design is loaded as plain numbers, a word each: d_hat_1..n at the start, the n entries of a linear a(x)/b_0 (zeros
 //! for another model), and the coefficients in the order of [`controller_core::LAYOUT`]. A drive is designed by the
@@ -78,7 +79,8 @@
 //! 2 to 4 are answered while the black box stands still: after an alarm, or after Order 0; 6 when the record has ended.
 //!
 //! A record is prepared (16), given what shakes the drive (17; nothing where nothing is given), begun and read: it is
-//! in the memory of the chip, and so no line is too slow for it and none that loses frames leaves a gap in it.
+//! in the memory of the chip, and so no line is too slow for it and none that loses frames leaves a gap in it. It lasts
+//! a minute at most, and no current shakes more than the drive itself can take back: whoever sent it may be gone.
 //!
 //! # Garbage
 //! [`Receiver`] takes any bytes. Whatever stands before a frame with the right mark and checksum is skipped; a frame

@@ -283,7 +283,7 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
             }
             Request::Prepare { rows, every } => {
                 self.fetch(machine);
-                self.shelf.prepare([rows, every])?;
+                self.shelf.prepare([rows, every], self.period_s)?;
             }
             Request::Shake { offset, currents } => self.shelf.shake(offset, currents, L::limits(&self.design))?,
             Request::Recall(part) => return self.recall(part, machine).map(Reply::Recalled),

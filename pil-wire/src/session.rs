@@ -17,15 +17,16 @@ pub(crate) enum Heard {
 /// One request, one reply; a request is carried out once, however often it comes.
 pub(crate) struct Session {
     receiver: Receiver<REQUEST_LEN>,
-    /// Sequence number of the last new request.
+    /// Sequence number of the last new request, and its checksum: another program may count as this one does.
     last: u32,
+    checksum: [u8; 4],
     /// The reply to it.
     reply: Option<[u8; REPLY_LEN]>,
 }
 
 impl Session {
     pub(crate) const fn new() -> Self {
-        Self { receiver: Receiver::of_requests(), last: 0, reply: None }
+        Self { receiver: Receiver::of_requests(), last: 0, checksum: [0; 4], reply: None }
     }
 
     pub(crate) const fn identity(&self) -> Identity {
@@ -39,12 +40,14 @@ impl Session {
         if let Ok(Request::Identify) = request {
             return Some(Heard::Answer(Reply::Identity(self.identity()).to_frame(sequence)));
         }
+        let [.., a, b, c, d] = frame;
+        let is_the_last = self.checksum == [a, b, c, d];
         // How far it is ahead of the last one, on the circle of sequence numbers.
         match sequence.wrapping_sub(self.last) as i32 {
             ..0 => None,
-            0 => self.reply.map(Heard::Answer),
+            0 if is_the_last || self.reply.is_none() => self.reply.map(Heard::Answer),
             1 => {
-                self.last = sequence;
+                (self.last, self.checksum) = (sequence, [a, b, c, d]);
                 Some(Heard::New(request))
             }
             _ => {

@@ -23,6 +23,8 @@ use crate::{LOAD, MAX_E};
 
 /// No row has more ticks: their sum is exact to some 1e-5 of a current.
 const MOST_EVERY: u32 = 1000;
+/// No record is longer, s: it goes on when whoever wanted it is gone.
+const LONGEST_S: f64 = 60.0;
 
 /// Counts, and a current by its bits.
 pub type Row = [u32; MAX_E + 1];
@@ -196,23 +198,24 @@ impl Shelf {
         matches!(self.0, On::Lent)
     }
 
-    /// So many rows of so many ticks, and nothing that shakes.
-    pub(crate) fn prepare(&mut self, wanted: [u32; 2]) -> Result<(), Refusal> {
-        let rows = match core::mem::replace(&mut self.0, On::Nothing) {
+    /// So many rows of so many ticks, and nothing that shakes. What is refused leaves the record that there is.
+    pub(crate) fn prepare(&mut self, wanted: [u32; 2], period_s: f64) -> Result<(), Refusal> {
+        let rows = match &mut self.0 {
             On::Nothing => return Err(Refusal::of(Reason::Absent)),
-            On::Lent => {
-                self.0 = On::Lent;
-                return Err(Refusal::of(Reason::Recording));
-            }
+            On::Lent => return Err(Refusal::of(Reason::Recording)),
             On::Empty(rows) | On::Prepared(rows, _) | On::Ended(rows, _) => rows,
         };
-        let ([count, every], most) = (wanted, rows.len() as u32);
-        let is_good = (1..=most).contains(&count) && (1..=MOST_EVERY).contains(&every);
+        let [count, every] = wanted;
+        let most = (rows.len() as u32).min((LONGEST_S / (period_s * f64::from(every.max(1)))) as u32);
+        if !(1..=most).contains(&count) || !(1..=MOST_EVERY).contains(&every) {
+            return Err(Refusal { reason: Reason::Rows, target: most, request: count });
+        }
+        let rows = core::mem::take(rows);
         for row in rows.iter_mut() {
             row[CURRENT] = 0;
         }
-        self.0 = if is_good { On::Prepared(rows, wanted) } else { On::Empty(rows) };
-        if is_good { Ok(()) } else { Err(Refusal { reason: Reason::Rows, target: most, request: count }) }
+        self.0 = On::Prepared(rows, wanted);
+        Ok(())
     }
 
     /// What shakes in these rows.
@@ -220,7 +223,8 @@ impl Shelf {
         let On::Prepared(rows, [count, _]) = &mut self.0 else { return Err(Refusal::of(Reason::NotPrepared)) };
         agree(Reason::Rows, offset.min(*count - 1), offset)?;
         let rows = rows.iter_mut().take(*count as usize).skip(offset as usize);
-        let most = (limits.max - limits.min) as f32;
+        // What the law itself can take back: what shakes never drives a shaft against it.
+        let most = limits.max.min(-limits.min) as f32;
         // A NaN is within no bound.
         let is_good = |current: &f32| current.abs() <= most;
         if let Some(wild) = currents.iter().take(rows.len()).find(|current| !is_good(current)) {
@@ -238,7 +242,7 @@ impl Shelf {
             On::Prepared(rows, wanted) => Ok((rows, wanted)),
             other => {
                 self.0 = other;
-                Err(Refusal::of(Reason::NotPrepared))
+                Err(Refusal::of(if self.is_lent() { Reason::Recording } else { Reason::NotPrepared }))
             }
         }
     }

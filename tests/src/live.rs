@@ -3,6 +3,7 @@
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use controller_core::Limits;
@@ -73,6 +74,16 @@ impl Chip {
     /// True angle, rad.
     pub const fn angle_rad(&self) -> f64 {
         self.x[0]
+    }
+
+    /// True speed, rad/s.
+    pub const fn speed_rad_s(&self) -> f64 {
+        self.x[1]
+    }
+
+    /// So many ticks pass, whoever asks.
+    pub fn pass(&mut self, ticks: usize) {
+        (0..ticks).for_each(|_| self.tick());
     }
 }
 
@@ -145,5 +156,29 @@ impl Transport for Bench {
             *to = from;
         }
         Ok(count)
+    }
+}
+
+/// One chip at the end of several wires.
+#[derive(Clone, Default)]
+pub struct Shared(Arc<Mutex<Bench>>);
+
+impl Shared {
+    /// Does something with it.
+    ///
+    /// # Panics
+    /// When another has panicked with it.
+    pub fn with<R>(&self, work: impl FnOnce(&mut Bench) -> R) -> R {
+        work(&mut self.0.lock().expect("no holder panics"))
+    }
+}
+
+impl Transport for Shared {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), TransportError> {
+        self.with(|bench| bench.send(bytes))
+    }
+
+    fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, TransportError> {
+        self.with(|bench| bench.receive(into, within))
     }
 }

@@ -8,16 +8,19 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Duration;
 
+use controller_core::Health;
 use controller_core::drive::Joint;
 use host_sim::commission::{
     Leg, Outcome, Plan, Report, Retuned, Shake, Stand, Stopped, Verified, Wired, commission, sheet_of,
 };
 use host_sim::identify::{Identified, Known, MOST_RESIDUAL_STEPS, Sheet};
 use host_sim::live::LiveDrive;
+use host_sim::transport::TransportError;
 use host_sim::transport::faulty::Rates;
 use host_sim::transport::{Emulator, Faulty, Transport};
 use integration_tests::data::path;
-use integration_tests::live::{Bench, DESIGN, loadable};
+use integration_tests::live::{Bench, DESIGN, Shared, loadable};
+use integration_tests::strategy::Rng;
 use loop_sim::port::PortError;
 use loop_sim::port::drive::DriveDesign;
 use pil_wire::{Disturbance, Order, Plant};
@@ -57,8 +60,8 @@ fn a_record_is_what_went_in_and_out_to_the_bit_whatever_the_wire_loses() {
     for (seed, every, peak_a) in [(None, 1, 1.0), (None, 3, 2.0), (Some(3), 5, 1.5)] {
         let mut drive = bench(seed);
         let mut wave = shake(200, peak_a);
-        // More than the limit: what is held is within it.
-        wave[100..102].copy_from_slice(&[20.0, -20.0]);
+        // With that of the law more than the limit: what is held is within it.
+        wave[100..102].copy_from_slice(&[10.0, -10.0]);
         good(drive.record(every, &wave));
         good(drive.move_to(1.0, 300));
         ended(&mut drive);
@@ -77,7 +80,7 @@ fn a_record_is_what_went_in_and_out_to_the_bit_whatever_the_wire_loses() {
         }
         // It shook, and the law did not know: a still drive holds next to nothing.
         let largest = rows.iter().fold(0.0_f32, |most, (_, held)| most.max(held.abs()));
-        assert!(largest == 10.0, "{largest} A");
+        assert!(largest > 3.0, "{largest} A");
     }
 }
 
@@ -121,10 +124,11 @@ fn what_no_record_can_be_is_refused_and_changes_nothing() {
         told(drive.rows(|_| ()).and_then(|rows| if rows.is_empty() { drive.order(Order::Record) } else { Ok(()) }))
             .contains("no record")
     );
-    for (every, rows) in [(0, 10), (1001, 10), (1, 0), (1, 1 << 20)] {
+    // The last is 61 s.
+    for (every, rows) in [(0, 10), (1001, 10), (1, 0), (1, 1 << 20), (1000, 61)] {
         assert!(told(drive.record(every, &vec![0.0; rows])).contains("rows of a record"), "{every} {rows}");
     }
-    for current in [f32::NAN, f32::INFINITY, -20.1] {
+    for current in [f32::NAN, f32::INFINITY, -10.1] {
         assert!(told(drive.record(1, &[0.0, current])).contains("on top"), "{current}");
     }
     good(drive.record(1, &shake(2000, 0.5)));
@@ -138,6 +142,226 @@ fn what_no_record_can_be_is_refused_and_changes_nothing() {
     assert!(told(drive.swap_at_rest(&loadable(&DESIGN))).contains("must be at rest"));
     while good(drive.observe()).moving {}
     good(drive.swap_at_rest(&loadable(&DESIGN.with_surface(0.8 * DESIGN.bandwidths.surface_rad_s))));
+}
+
+/// A `Prepare` that is refused leaves the record that was made.
+#[test]
+fn a_record_that_nobody_has_read_stays_when_another_is_refused() {
+    let mut drive = bench(None);
+    good(drive.record(1, &shake(200, 1.0)));
+    ended(&mut drive);
+    let rows = good(drive.rows(|_| ()));
+    assert!(told(drive.record(0, &[0.0; 10])).contains("rows of a record"));
+    assert_eq!(good(drive.rows(|_| ())), rows);
+    // Prepared and refused: the first of them begins.
+    good(drive.record_while(2, &[1.0; 40], || false).map(|has_begun| assert!(!has_begun)));
+    assert!(told(drive.record(1, &vec![0.0; 1 << 20])).contains("rows of a record"));
+    good(drive.order(Order::Record));
+    assert!(told(drive.order(Order::Record)).contains("it ends first"));
+    ended(&mut drive);
+    let is = good(drive.tracked());
+    assert_eq!((is.rows, is.every), (40, 2));
+}
+
+/// The later of two programs is heard, and the earlier not; and where they count alike neither is told that its request
+/// was done when it was the other's.
+#[test]
+fn a_drive_that_two_programs_talk_to_does_not_take_one_for_the_other() {
+    let shared = Shared::default();
+    let [mut one, mut other] = [(); 2].map(|()| connect(shared.clone()));
+    let why = loop {
+        match one.observe() {
+            Err(PortError::Silent { .. }) => {}
+            Err(error) => break error.to_string(),
+            Ok(seen) => panic!("it was heard: {seen:?}"),
+        }
+    };
+    assert!(why.contains("another program"), "{why}");
+    good(one.order(Order::Freeze));
+    assert!(told(other.order(Order::Release)).contains("another program"));
+    assert!(good(one.observe()).frozen);
+}
+
+/// What a host can ask of a drive that runs, in any order, twice, with numbers that nobody would send, on a wire that
+/// loses, damages, doubles and delays: u stays within its limits, nothing runs away, and at the end the drive can be
+/// had back, with the gains that it had.
+#[test]
+fn no_order_of_requests_makes_a_drive_run_away_or_lose_its_gains() {
+    let (mut fastest, mut trips, mut done, mut refused) = (0.0_f64, 0, [0; 8], 0);
+    for seed in 0..40 {
+        let shared = Shared::default();
+        let mut rng = Rng::new(seed);
+        let rates = Rates::all(if seed % 2 == 0 { 0.0 } else { 0.05 });
+        let mut drive = connect(Faulty::new(shared.clone(), rates, seed));
+        let other = loadable(&DESIGN.with_surface(0.8 * DESIGN.bandwidths.surface_rad_s));
+        for _ in 0..60 {
+            let kind = rng.integer(0, 7);
+            let rows = *rng.one_of(&[0, 1, 7, 300, 2000, 4000, 4001, 1 << 20]);
+            let asked = match kind {
+                0 | 1 => {
+                    let every = *rng.one_of(&[0, 1, 3, 20, 1000, 1001]) as u32;
+                    // One sign all the time, all that is allowed; as fast as it goes; as much as a user would.
+                    let most = *rng.one_of(&[10.0_f32, -10.0, 2.0, 11.0, f32::NAN]);
+                    let swings = rng.chance(0.5);
+                    let count = rows.min(4001);
+                    let wave: Vec<f32> = (0..count).map(|k| if swings && k % 2 == 0 { -most } else { most }).collect();
+                    let most_of_it = rng.chance(0.8);
+                    drive.record_while(every, &wave, || most_of_it).map(|_| ())
+                }
+                2 => drive.order(*rng.one_of(&[Order::Record, Order::EndRecord, Order::Freeze])),
+                3 => drive.order(*rng.one_of(&[Order::Release, Order::Reset, Order::Record])),
+                4 => drive.move_to(rng.within(-6.0, 6.0), *rng.one_of(&[0, 5, 300])).map(|_| ()),
+                5 => drive.swap(rng.one_of(&[other.clone(), loadable(&DESIGN)])).map(|_| ()),
+                6 => drive.swap_at_rest(&other).map(|_| ()),
+                _ => drive.rows(|_| ()).map(|_| ()).or(drive.stop(0).map(|_| ())),
+            };
+            match asked {
+                Ok(()) => done[kind] += 1,
+                Err(PortError::Refused(_)) => refused += 1,
+                Err(error) => panic!("seed {seed}: {error}"),
+            }
+            shared.with(|bench| {
+                for _ in 0..rng.integer(0, 10) {
+                    bench.chip.pass(20);
+                    fastest = fastest.max(bench.chip.speed_rad_s().abs());
+                }
+                assert!(bench.chip.u.iter().all(|u| u.abs() <= 10.0), "seed {seed}");
+                bench.chip.u.clear();
+            });
+        }
+        // As a person would have it back.
+        good(drive.order(Order::EndRecord));
+        if !good(drive.observe()).health.is_ok() {
+            trips += 1;
+            // Without a current friction ends it.
+            let coasted = shared.with(|bench| {
+                (0..300)
+                    .take_while(|_| {
+                        bench.chip.pass(100);
+                        bench.chip.speed_rad_s().abs() > 0.1
+                    })
+                    .count()
+            });
+            assert!(coasted < 300, "seed {seed}: it runs");
+            if good(drive.observe()).health.contains(Health::STOPPED) {
+                good(drive.order(Order::Reset));
+            }
+        }
+        good(drive.stop(0));
+        while good(drive.observe()).moving {}
+        good(drive.order(Order::Release));
+        good(drive.swap_at_rest(&loadable(&DESIGN)));
+        drop(drive);
+        assert_as_before(&shared, &format!("seed {seed}"));
+    }
+    println!("fastest {fastest:.0} rad/s, {trips} of 40 tripped; done {done:?}, refused {refused}");
+    assert!(done.iter().all(|done| *done > 20) && refused > 100, "{done:?} {refused}");
+}
+
+/// The motor of the bench as a scenario, whose data sheet is 25 % off.
+const MOTOR: [&str; 6] = [
+    "encoder.bits=20",
+    "drive.gain_sets=2",
+    "drive.uncertain_percent=50",
+    "motor.current_lag_s=0",
+    "motor.damping_n_m_s=1e-5",
+    "motor.torque_n_m_per_a=0.0625",
+];
+
+/// The bench commissioned over this wire, told to stop at a look (of all that there are) by `watch`.
+fn motor_commissioned<T: Transport>(wire: T, watch: &mut dyn FnMut() -> bool) -> Result<Report, Stopped> {
+    let sets = MOTOR.map(str::to_owned);
+    let source = Source { file: "motor.toml", text: scenario::MOTOR, sets: &sets };
+    let experiment = scenario::parse(&source, "motor").unwrap_or_else(|error| panic!("{error}"));
+    let designed = experiment.drive.expect("a drive").designed;
+    let (plan, old) = (Plan::of(&designed), sheet_of(&designed));
+    let mut watch = |_| if watch() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) };
+    let mut wired = Wired::new(connect(wire), designed, &mut watch)?;
+    commission(&mut wired, &plan, &Known::with_lag(0.0), |found| {
+        Retuned::of(&source, &old, found)?.designed("motor.toml")
+    })
+}
+
+/// What a commissioning must never leave behind: anything but a drive at rest, with these gains, that moves.
+fn assert_as_before(shared: &Shared, label: &str) {
+    let mut drive = connect(shared.clone());
+    assert_eq!(*drive.design(), loadable(&DESIGN), "{label}");
+    assert!(!good(drive.tracked()).goes_on, "{label}");
+    let seen = good(drive.observe());
+    assert!(seen.health.is_ok() && !seen.moving, "{label}: {seen:?}");
+    let still = shared.with(|bench| {
+        let from = bench.chip.u.len();
+        bench.chip.pass(400);
+        bench.chip.u[from..].iter().fold(0.0_f32, |most, u| most.max(u.abs()))
+    });
+    assert!(still < 1.0, "{label}: it is still shaken, by {still} A");
+    good(drive.move_to(0.5, 0));
+    while good(drive.observe()).moving {}
+    // Its counter knows no whole turns: those that it coasted while it was stopped are gone.
+    let off = shared.with(|bench| bench.chip.angle_rad() - 0.5);
+    let off = off - std::f64::consts::TAU * (off / std::f64::consts::TAU).round();
+    assert!(off.abs() < 5e-3, "{label}: {off} rad");
+}
+
+#[test]
+fn a_motor_commissions_itself_over_a_wire_and_whoever_ends_that_early_has_the_old_gains_back() {
+    let mut looks = 0_usize;
+    let report = motor_commissioned(Shared::default(), &mut || {
+        looks += 1;
+        true
+    });
+    let report = report.unwrap_or_else(|why| panic!("{why}"));
+    let b = report.identified.parameter("b").expect("a parameter");
+    println!("{:?} {b:?} {:?}; {looks} looks", report.outcome, report.verified);
+    assert_eq!(report.outcome, Outcome::Accepted);
+    assert!((b.value / (0.05 / 2e-4) - 1.0).abs() < 0.05, "{b:?}");
+    // Everywhere: sending the table, shaking, reading, after the swap, while it verifies, on the way home.
+    for part in 0..12 {
+        let (end, mut seen) = (looks * part / 12 + 1, 0);
+        let shared = Shared::default();
+        let stopped = motor_commissioned(shared.clone(), &mut || {
+            seen += 1;
+            seen < end
+        });
+        let label = format!("look {end} of {looks}");
+        assert!(matches!(stopped, Err(Stopped::Interrupted)), "{label}: {stopped:?}");
+        assert_as_before(&shared, &label);
+    }
+}
+
+/// A wire that is gone after so many frames.
+struct Unplugged<T>(T, usize);
+
+impl<T: Transport> Transport for Unplugged<T> {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), TransportError> {
+        let Some(left) = self.1.checked_sub(1) else { return Err(TransportError("unplugged".into())) };
+        self.1 = left;
+        self.0.send(bytes)
+    }
+
+    fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, TransportError> {
+        if self.1 == 0 { Err(TransportError("unplugged".into())) } else { self.0.receive(into, within) }
+    }
+}
+
+/// Wherever the wire breaks: the shaking ends by itself, the drive is well, and the user is told what runs there.
+#[test]
+fn a_drive_whose_wire_is_unplugged_comes_to_rest_by_itself() {
+    for frames in [40, 300, 700, 1200, 1600] {
+        let shared = Shared::default();
+        let stopped = motor_commissioned(Unplugged(shared.clone(), frames), &mut || true);
+        let told = match stopped {
+            Err(stopped @ Stopped::Left { .. }) => stopped.to_string(),
+            other => panic!("{frames} frames: {:?}", other.map(|report| report.outcome)),
+        };
+        assert!(told.contains("unplugged") && told.contains("NOT BACK"), "{told}");
+        shared.with(|bench| bench.chip.pass(8000));
+        let mut drive = connect(shared.clone());
+        let seen = good(drive.observe());
+        assert!(seen.health.is_ok() && !seen.moving && !good(drive.tracked()).goes_on, "{frames}: {seen:?}");
+        good(drive.swap_at_rest(&loadable(&DESIGN)));
+        assert_as_before(&shared, &format!("{frames} frames"));
+    }
 }
 
 /// An image of the firmware.
@@ -222,8 +446,8 @@ impl Stand for Losing<'_> {
     fn swap(&mut self, to: &DriveDesign, at_rest: bool) -> Result<f64, Stopped> {
         self.0.swap(to, at_rest)
     }
-    fn give_up(&mut self) {
-        self.0.give_up();
+    fn give_up(&mut self) -> Result<(), Stopped> {
+        self.0.give_up()
     }
 }
 

@@ -230,7 +230,7 @@ fn a_request_repeated_after_a_lost_reply_is_answered_and_not_ticked_again() {
     let mut host = Host::new();
     host.start(&(&joint()).into());
     let first = host.tick([0.1, 0.0, 0.0, 0.0], f32::NAN);
-    let repeat = Request::Tick { x: [0.7, 0.0, 0.0, 0.0], applied: 5.0 }.to_frame(host.sequence);
+    let repeat = Request::Tick { x: [0.1, 0.0, 0.0, 0.0], applied: f32::NAN }.to_frame(host.sequence);
     for _ in 0..3 {
         let replies = host.send(&repeat);
         let (sequence, reply) = Reply::from_frame(&replies[0]);
@@ -239,6 +239,10 @@ fn a_request_repeated_after_a_lost_reply_is_answered_and_not_ticked_again() {
     }
     assert_eq!(host.target.black_box().oldest_first().count(), 1);
 
+    // Another request with the same number is another program's: it is not told that it was done.
+    let replies = host.send(&Request::Tick { x: [0.7, 0.0, 0.0, 0.0], applied: 5.0 }.to_frame(host.sequence));
+    let refusal = Refusal { reason: Reason::OutOfStep, target: host.sequence, request: host.sequence };
+    assert!(matches!(Reply::from_frame(&replies[0]), (_, Some(Reply::Refused(told))) if told == refusal));
     // A straggler is dropped, a leap refused, and neither counts.
     assert!(host.send(&Request::Start.to_frame(host.sequence - 1)).is_empty());
     let replies = host.send(&Request::Start.to_frame(host.sequence + 2));

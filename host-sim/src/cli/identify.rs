@@ -6,6 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
+use cycle_bound::stop;
 use cycle_bound::table::Table;
 use loop_sim::port::drive::{DriveDesign, Follows};
 use loop_sim::sensor::encoder::Mounted;
@@ -14,11 +15,12 @@ use scenario::{Experiment, Source};
 use serde::Serialize;
 use whole_file::{Existing, Kind};
 
-use super::live::Reach;
+use super::live::{Reach, way};
 use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, read_text, status};
 use crate::commission::plants::{Plants, Tried, try_all};
 use crate::commission::{Outcome, Plan, Report, Retuned, Rig, Stopped, Swap, Verified, Wired, commission, sheet_of};
 use crate::identify::{Identified, Known, Parameter, Quality, Record, identify, record};
+use crate::live::LiveDrive;
 use crate::report::number::significant;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
 use crate::transport::Emulator;
@@ -68,7 +70,7 @@ pub(super) struct CommissionOptions {
     /// Way of the recorded moves, rad [default: 0.6 of a joint, 3 of a motor].
     #[arg(long, value_name = "RAD")]
     way: Option<f64>,
-    /// Peak of the multisine, A: at least five times the friction [default: 27 % of the limit; of a motor 90 %].
+    /// Peak of the multisine, A: at least five times the friction [default: 27 % of the limit; of a motor all of it].
     #[arg(long, value_name = "A")]
     peak: Option<f64>,
     /// Seed of its phases, and of random plants.
@@ -92,6 +94,9 @@ pub(super) struct CommissionOptions {
     /// Random plants of --within.
     #[arg(long, value_name = "N", default_value_t = 30, requires = "within")]
     random: usize,
+    /// Factors of k_1 and b_1 once they are found: shows with --within what the verification sees.
+    #[arg(long, value_name = "K_1,B_1", value_parser = factors, requires = "within")]
+    wrong: Option<[f64; 2]>,
 }
 
 /// A scenario of a drive that follows a position.
@@ -181,6 +186,13 @@ struct CommissionedJson<'a> {
     home_rad: f64,
 }
 
+/// Two factors of a command line.
+fn factors(text: &str) -> Result<[f64; 2], String> {
+    let factors = text.split(',').map(|factor| factor.trim().parse::<f64>());
+    let factors: Vec<f64> = factors.filter_map(Result::ok).filter(|it| *it > 0.0 && it.is_finite()).collect();
+    factors.try_into().map_err(|_| "expected two factors above 0, as in 1.05,1".into())
+}
+
 /// A figure of a plant that was tried.
 type Told = fn(&Tried) -> f64;
 
@@ -245,14 +257,17 @@ impl Console<'_> {
             let text = retuned.insert(Retuned::of(&source, &old, found)?);
             text.designed(&to)
         };
-        let drive = match &options.image {
-            Some(image) => Some(self.reached(image, &options.reach, options.seed, Emulator::paced)?),
-            // The port is asked first.
-            None if options.reach.is_port() => {
-                Some(self.reached(Path::new(""), &options.reach, options.seed, Emulator::paced)?)
-            }
-            None => None,
+        let drive = if options.image.is_some() || options.reach.is_port() {
+            // A port is asked first.
+            let image = options.image.as_deref().unwrap_or(Path::new(""));
+            let (transport, within, question) = way(image, &options.reach, options.seed, Emulator::paced)?;
+            let connected = LiveDrive::connect(transport, within);
+            Some(connected.map_err(|error| failed(format!("{error}; {question}")))?)
+        } else {
+            None
         };
+        // Whoever ends this early waits for the old gains: the wire itself does not end before they are back.
+        let kept = drive.is_some().then(stop::keeping);
         // Over a wire every row is made, and then read.
         let ticks = if drive.is_some() { 20.0 } else { 12.0 } / subject.experiment.period_s;
         let (stop, bar) = (self.stop, self.bar(ticks as u64, LEFT));
@@ -270,7 +285,12 @@ impl Console<'_> {
         bar.finish_and_clear();
         let report = match done {
             Ok(report) => report,
-            Err(Stopped::Interrupted) => return Ok(status::INTERRUPTED),
+            Err(Stopped::Interrupted) => {
+                if kept.is_some() {
+                    self.note("stopped on request: the drive rests, with the gains of before; nothing is written");
+                }
+                return Ok(status::INTERRUPTED);
+            }
             Err(stopped) => return Err(failed(format!("{stopped}; nothing is written"))),
         };
         let title = subject.experiment.title.clone();
@@ -391,6 +411,7 @@ impl Console<'_> {
             random: options.random,
             plan: *plan,
             known: subject.known,
+            wrong: options.wrong.unwrap_or([1.0; 2]),
         };
         let bar = Mutex::new(self.bar(32 + options.random as u64, LEFT));
         let tried = try_all(&plants, self.stop, &|| {
@@ -406,7 +427,7 @@ impl Console<'_> {
         let title = &subject.experiment.title;
         self.say(&format!("{}: {title}: plants within {percent} % of the data sheet", subject.experiment.name))?;
         let mut table = Table::new(["figure", "corners: worst", "median", "random: worst", "median"]);
-        let figures: [(&str, Told); 9] = [
+        let figures: [(&str, Told); 11] = [
             ("k_1, relative error", |it| it.off[0]),
             ("b_1", |it| it.off[1]),
             ("k_2", |it| it.off[2]),
@@ -415,6 +436,8 @@ impl Console<'_> {
             ("largest error over stated interval", |it| it.over_interval),
             ("condition", |it| it.report.identified.motor.condition),
             ("jump of u at the swap (A)", |it| it.report.jump_a),
+            ("moves of the record, |y - r| (rad)", |it| it.report.recorded_peak_rad),
+            ("residual of the verification (steps rms)", |it| it.report.verified.residual_steps.unwrap_or(f64::NAN)),
             ("move after the swap, true |y - r| (rad)", |it| it.report.verified.true_peak_rad.unwrap_or(f64::NAN)),
         ];
         for (name, of) in figures {

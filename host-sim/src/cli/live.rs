@@ -122,7 +122,7 @@ pub(super) struct ReplayOptions {
 
 /// How an image is booted in the emulator.
 pub(super) type Boot = fn(&Path) -> Result<Emulator, TransportError>;
-pub(super) type Line<'a> = Stoppable<'a, Box<dyn Transport>>;
+type Line<'a> = Stoppable<'a, Box<dyn Transport>>;
 
 /// What happens while commands come.
 struct Session<'a> {
@@ -170,7 +170,7 @@ impl<'a> Console<'a> {
             None => None,
             Some(file) => Some(read_text(file, Kind::SETTINGS)?),
         };
-        let drive = self.reached(&options.image, &options.reach, options.seed, Emulator::counting)?;
+        let drive = self.reached(options)?;
         let disturbance = Disturbance::default();
         let page = options.page.as_ref().map(|file| Page { file: file.clone(), due: Instant::now() });
         let mut session = Session { drive, scenario, seen: Vec::new(), disturbance, stopped: false, page };
@@ -200,14 +200,9 @@ impl<'a> Console<'a> {
     }
 
     /// A drive that runs by itself: the image in the emulator, or a board.
-    pub(super) fn reached(
-        &mut self,
-        image: &Path,
-        to: &Reach,
-        seed: u64,
-        boot: Boot,
-    ) -> Result<LiveDrive<Line<'a>>, Failure> {
-        let (transport, within, question) = way(image, to, seed, boot)?;
+    fn reached(&self, options: &LiveOptions) -> Result<LiveDrive<Line<'a>>, Failure> {
+        let LiveOptions { image, reach, seed, .. } = options;
+        let (transport, within, question) = way(image, reach, *seed, Emulator::counting)?;
         LiveDrive::connect(Stoppable::new(transport, self.stop), within)
             .map_err(|error| if self.is_stopped() { told_to_stop() } else { failed(format!("{error}; {question}")) })
     }
@@ -493,7 +488,13 @@ fn next_line(typed: &mut impl BufRead) -> Option<Result<String, String>> {
 }
 
 /// The way to the drive, how long a round trip may take, and what to ask when nothing answers.
-fn way(image: &Path, to: &Reach, seed: u64, boot: Boot) -> Result<(Box<dyn Transport>, Duration, String), Failure> {
+/// The way there, how soon it answers, and what to ask whoever finds nobody there.
+pub(super) fn way(
+    image: &Path,
+    to: &Reach,
+    seed: u64,
+    boot: Boot,
+) -> Result<(Box<dyn Transport>, Duration, String), Failure> {
     let Reach { port, baud, faults } = to;
     let (transport, within, question): (Box<dyn Transport>, _, _) = if let Some(port) = port {
         let transport = Serial::open(port, *baud).map_err(|error| failed(error.0))?;

@@ -94,6 +94,8 @@ pub struct Plants<'a> {
     pub plan: Plan,
     /// What is known; the cogging is that of these plants.
     pub known: Known,
+    /// What k_1 and b_1 are multiplied by once they are found: 1, or what the verification is to see.
+    pub wrong: [f64; 2],
 }
 
 /// One of them.
@@ -119,6 +121,18 @@ pub fn ratios(joint: &Joint) -> [f64; 5] {
     ]
 }
 
+/// k_1 and b_1 of what was found times these; k_2, b_2 and B_0 stay.
+pub fn made_wrong(found: &mut Identified, [k_1, b_1]: [f64; 2]) {
+    if let Sheet::Joint(joint) = &mut found.sheet {
+        // K, and with it all of the motor.
+        let Joint { stiffness_n_m, motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a, .. } = joint;
+        for number in [stiffness_n_m, motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a] {
+            *number *= k_1;
+        }
+        joint.link_damping_n_m_s *= b_1;
+    }
+}
+
 impl Plants<'_> {
     /// The plants.
     ///
@@ -134,11 +148,11 @@ impl Plants<'_> {
         Ok(within(self.share, self.random, torque, limit, self.plan.seed))
     }
 
-    /// One of them commissioned, with what `change` makes of what was found.
+    /// One of them commissioned.
     ///
     /// # Errors
     /// Why that came to no end.
-    pub fn tried(&self, variant: &Variant, change: impl Fn(&mut Identified)) -> Result<Tried, Stopped> {
+    pub fn tried(&self, variant: &Variant) -> Result<Tried, Stopped> {
         let sets: Vec<String> = self.sets.iter().chain(&variant.sets).cloned().collect();
         let source = Source { file: self.file, text: self.text, sets: &sets };
         let mut experiment =
@@ -152,7 +166,7 @@ impl Plants<'_> {
         let mut found = None;
         let report = commission(&mut rig, &self.plan, &known, |identified| {
             found = Some(identified.clone());
-            change(identified);
+            made_wrong(identified, self.wrong);
             Retuned::of(&source, &old, identified)?.designed(self.file)
         })?;
         let (mut off, mut over_interval) = ([f64::NAN; 5], 0.0_f64);
@@ -188,7 +202,7 @@ pub fn try_all(
                     && let Some(variant) = variants.get(k)
                     && !stop.load(Ordering::Relaxed)
                 {
-                    let tried = plants.tried(variant, |_| ());
+                    let tried = plants.tried(variant);
                     step();
                     if let Ok(mut done) = done.lock() {
                         done[k] = Some(tried);

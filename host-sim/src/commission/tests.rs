@@ -1,7 +1,6 @@
 //! A drive commissions itself on plants that are up to 50 % off, with friction, cogging, ripple, load and a current
 //! that nobody knows of; and does not where it should not. All 62 plants: `host-sim commission --within 50`.
 
-use controller_core::drive::Joint;
 use loop_sim::signal::Signal;
 use scenario::Source;
 
@@ -17,7 +16,8 @@ fn plants<'a>(text: &'a str, sets: &'a [String]) -> Plants<'a> {
     let experiment = scenario::parse(&Source { file: "joint.toml", text, sets }, "x").expect("a file");
     let designed = experiment.drive.as_ref().expect("a drive").designed;
     let known = Known::with_lag(0.0);
-    Plants { file: "joint.toml", text, sets, share: 0.5, random: 30, plan: Plan::of(&designed), known }
+    let plan = Plan::of(&designed);
+    Plants { file: "joint.toml", text, sets, share: 0.5, random: 30, plan, known, wrong: [1.0; 2] }
 }
 
 fn sets(of: &[&str]) -> Vec<String> {
@@ -26,7 +26,7 @@ fn sets(of: &[&str]) -> Vec<String> {
 
 fn all(plants: &Plants<'_>, some: &[usize]) -> Vec<(usize, Tried)> {
     let variants = plants.variants().expect("a joint");
-    let tried = |&k: &usize| (k, plants.tried(&variants[k], |_| ()).unwrap_or_else(|why| panic!("plant {k}: {why}")));
+    let tried = |&k: &usize| (k, plants.tried(&variants[k]).unwrap_or_else(|why| panic!("plant {k}: {why}")));
     some.iter().map(tried).collect()
 }
 
@@ -60,24 +60,35 @@ fn joints_with_encoders_of_14_bits_commission_themselves() {
     }
 }
 
+/// The swap at rest against none at all, and against the rule for swaps in motion, which freezes a moment of the old
+/// loop's swinging into W. Two corners: the one that no swap is worst at, and the one that the other rule is.
+#[test]
+fn a_swap_at_rest_is_better_than_none_and_than_that_of_a_drive_in_motion() {
+    let sets = sets(&["joint.current_lag_s=0"]);
+    let right = plants(scenario::JOINT, &sets);
+    let variants = right.variants().expect("a joint");
+    for k in [18, 27] {
+        let [at_rest, in_motion, none] = [Swap::AtRest, Swap::InMotion, Swap::None].map(|swap| {
+            let plants = Plants { plan: Plan { swap, ..right.plan }, ..right };
+            let tried = plants.tried(&variants[k]).unwrap_or_else(|why| panic!("plant {k}: {why}"));
+            tried.report.verified.true_peak_rad.expect("a simulation")
+        });
+        println!("{k}: at rest {at_rest:.1e}, in motion {in_motion:.1e}, none {none:.1e} rad");
+        assert!(at_rest <= 1e-4 && none >= 10.0 * at_rest, "plant {k}: {none:e} without, {at_rest:e} with");
+        assert!(k != 27 || in_motion >= 1e-3, "plant {k}: {in_motion:e}");
+    }
+}
+
 /// What the identified link is made wrong by before the swap, and how often that is seen, by the move and by the
 /// residual of its record.
 #[test]
 fn a_wrong_link_is_seen_and_the_old_gains_are_back() {
     let sets = sets(&["joint.current_lag_s=0"]);
-    let plants = plants(scenario::JOINT, &sets);
-    let variants = plants.variants().expect("a joint");
+    let right = plants(scenario::JOINT, &sets);
+    let variants = right.variants().expect("a joint");
     for (k, factor) in [(0, 1.5), (13, 0.7), (22, 1.2), (35, 1.2)] {
-        let wrong = |found: &mut Identified| {
-            if let Sheet::Joint(joint) = &mut found.sheet {
-                // K and J_m: k_1 and B_0 k_1 alone are wrong.
-                let Joint { stiffness_n_m, motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a, .. } = joint;
-                for number in [stiffness_n_m, motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a] {
-                    *number *= factor;
-                }
-            }
-        };
-        let Tried { report, .. } = plants.tried(&variants[k], wrong).unwrap_or_else(|why| panic!("plant {k}: {why}"));
+        let plants = Plants { wrong: [factor, 1.0], ..right };
+        let Tried { report, .. } = plants.tried(&variants[k]).unwrap_or_else(|why| panic!("plant {k}: {why}"));
         let Verified { peak_rad, residual_steps, .. } = report.verified;
         println!(
             "{k}, k_1 times {factor}: {:?} {peak_rad:.1e} {residual_steps:?}; home {:.1e}",
@@ -127,7 +138,7 @@ fn without_enough_of_the_multisine_the_record_is_refused() {
     for (peak_a, some) in [(1e-6, [0, 1, 33]), (1.0, [0, 32, 35])] {
         let plants = Plants { plan: Plan { peak_a, ..quiet.plan }, ..quiet };
         for k in some {
-            let refused = plants.tried(&variants[k], |_| ()).expect_err("a record that says too little");
+            let refused = plants.tried(&variants[k]).expect_err("a record that says too little");
             println!("plant {k}, {peak_a} A: {refused}");
             assert!(matches!(refused, Stopped::Refused(_)), "{refused}");
         }
@@ -135,8 +146,8 @@ fn without_enough_of_the_multisine_the_record_is_refused() {
 }
 
 /// A motor with a rigid load, friction and cogging in its file, J and K_t off by half: b and f_c, and a move that is no
-/// worse than the recorded ones. Three times the gain that the drive was designed for throws its counts beyond its
-/// gate: no record comes of that, and it is refused.
+/// worse than the recorded ones. At three times the gain that it was designed for the loop takes so much of the
+/// multisine back that nine tenths of the current are refused.
 #[test]
 fn motors_that_are_off_by_half_commission_themselves() {
     for (inertia, torque) in [(0.0, 0.0), (50.0, -50.0), (-50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)] {
@@ -152,10 +163,6 @@ fn motors_that_are_off_by_half_commission_themselves() {
         let design = |found: &mut Identified| Retuned::of(&source, &old, found)?.designed("x");
         let share = (1.0 + torque / 100.0) / (1.0 + inertia / 100.0);
         let report = commission(&mut rig, &plan, &known, design);
-        if share > 2.9 {
-            assert!(matches!(report, Err(Stopped::Refused(_))), "{error}");
-            continue;
-        }
         let report = report.unwrap_or_else(|why| panic!("{error}: {why}"));
         // 0.005 N m of friction.
         let truth = [0.05 / 2e-4 * share, 0.1 / (1.0 + torque / 100.0)];

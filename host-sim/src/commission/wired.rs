@@ -18,7 +18,7 @@ use controller_core::Health;
 use loop_sim::port::PortError;
 use loop_sim::port::drive::{DriveDesign, Goal, Motion};
 use loop_sim::sensor::encoder::Mounted;
-use pil_wire::{Observed, Order, Tracked};
+use pil_wire::{Order, Tracked};
 
 use super::{Leg, Shake, Stand, Stopped, Watch, rest, turned};
 use crate::identify::Record;
@@ -33,6 +33,8 @@ const ROW_S: f64 = 1e-3;
 const SPARE_S: f64 = 1.5;
 /// A tick that does not go on for so long does not go on at all.
 const STANDS_STILL: Duration = Duration::from_secs(5);
+/// A stop takes no longer.
+const COMES_TO_REST: Duration = Duration::from_secs(20);
 /// Between two looks at a drive that rests.
 const GLANCE: Duration = Duration::from_millis(1);
 
@@ -47,8 +49,10 @@ pub struct Wired<'a, T> {
     /// Its tick when it was found.
     origin: u32,
     motions: Vec<Motion>,
-    /// Does it run another design than that which it began with?
-    is_swapped: bool,
+    /// What ran there before.
+    before: Loadable,
+    /// Was another design sent? What came of a reply that was lost nobody knows.
+    is_touched: bool,
     watch: &'a mut Watch<'a>,
 }
 
@@ -75,7 +79,9 @@ impl<'a, T: Transport> Wired<'a, T> {
         }
         let at_rad = f64::from(seen.turn) * TAU + f64::from(seen.reference);
         let design = loadable(&designed)?;
-        if *drive.design() != design {
+        let before = drive.design().clone();
+        let is_touched = before != design;
+        if is_touched {
             drive.swap(&design)?;
         }
         let encoders = designed.encoders().into_iter().map(|(_, mounted)| Mounted::new(mounted.encoder)).collect();
@@ -88,7 +94,8 @@ impl<'a, T: Transport> Wired<'a, T> {
             at_rad,
             origin: seen.tick,
             motions: vec![rest(at_rad, period_s)],
-            is_swapped: false,
+            before,
+            is_touched,
             watch,
         })
     }
@@ -171,7 +178,9 @@ impl<T: Transport> Stand for Wired<'_, T> {
         let (rows, row_s) = (memory as usize, f64::from(every) * self.period_s);
         let wave = shake.map_or_else(|| vec![0.0; rows], |shake| shake.wave(rows, row_s));
         let wave: Vec<f32> = wave.into_iter().map(|current| current as f32).collect();
-        Ok(self.drive.record(every, &wave)?)
+        let watch = &mut *self.watch;
+        let has_begun = self.drive.record_while(every, &wave, || watch(0).is_continue())?;
+        if has_begun { Ok(()) } else { Err(Stopped::Interrupted) }
     }
 
     fn end(&mut self) -> Result<Leg, Stopped> {
@@ -223,25 +232,38 @@ impl<T: Transport> Stand for Wired<'_, T> {
 
     fn swap(&mut self, to: &DriveDesign, at_rest: bool) -> Result<f64, Stopped> {
         let design = loadable(to)?;
+        self.is_touched = true;
         let swapped = if at_rest { self.drive.swap_at_rest(&design)? } else { self.drive.swap(&design)? };
-        self.is_swapped = *to != self.designed;
         let [before, after] = swapped.u.map(f64::from);
         Ok((after - before).abs())
     }
 
-    /// What is refused now was so before: there is nobody left to tell.
-    fn give_up(&mut self) {
-        let _ = self.drive.order(Order::EndRecord);
-        let _ = self.drive.stop(self.ticks(0.2));
-        let began = Instant::now();
-        let moves = |seen: &Observed| seen.moving && began.elapsed() < STANDS_STILL;
-        while self.drive.observe().as_ref().is_ok_and(moves) {
-            sleep(GLANCE);
+    /// A drive that an alarm has stopped gets them too, for whoever resets it; its black box is emptied by that.
+    fn give_up(&mut self) -> Result<(), Stopped> {
+        self.drive.order(Order::EndRecord)?;
+        let mut seen = self.drive.observe()?;
+        let is_stopped = seen.health.contains(Health::STOPPED);
+        if !is_stopped {
+            self.drive.stop(self.ticks(0.2))?;
+            seen = self.drive.observe()?;
+            let began = Instant::now();
+            while seen.moving {
+                if began.elapsed() > COMES_TO_REST {
+                    return Err(Stopped::Broken("the drive does not come to rest".into()));
+                }
+                sleep(GLANCE);
+                seen = self.drive.observe()?;
+            }
         }
-        if self.is_swapped
-            && let Ok(design) = loadable(&self.designed)
-        {
-            let _ = self.drive.swap_at_rest(&design);
+        if !self.is_touched {
+            return Ok(());
         }
+        if seen.frozen {
+            self.drive.order(Order::Release)?;
+        }
+        let before = self.before.clone();
+        let swapped = if is_stopped { self.drive.swap(&before) } else { self.drive.swap_at_rest(&before) };
+        self.is_touched = swapped.is_err();
+        swapped.map(|_| ()).map_err(Into::into)
     }
 }
