@@ -10,7 +10,6 @@
 //! `host-sim live` speaks to it.
 
 use core::cell::RefCell;
-
 use core::mem::MaybeUninit;
 
 use controller_core::drive::{Monitored, Stretch};

@@ -488,7 +488,6 @@ fn next_line(typed: &mut impl BufRead) -> Option<Result<String, String>> {
 }
 
 /// The way to the drive, how long a round trip may take, and what to ask when nothing answers.
-/// The way there, how soon it answers, and what to ask whoever finds nobody there.
 pub(super) fn way(
     image: &Path,
     to: &Reach,
