@@ -193,6 +193,15 @@ fn factors(text: &str) -> Result<[f64; 2], String> {
     factors.try_into().map_err(|_| "expected two factors above 0, as in 1.05,1".into())
 }
 
+/// What follows from the verification, in words.
+const fn told(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Accepted => "accepted",
+        Outcome::BackForTheMove => "SWAPPED BACK: the move is not good enough",
+        Outcome::BackForTheLink => "SWAPPED BACK: the link is not as it was found",
+    }
+}
+
 /// A figure of a plant that was tried.
 type Told = fn(&Tried) -> f64;
 
@@ -379,11 +388,7 @@ impl Console<'_> {
             three(peak_rad),
             three(bar_rad)
         ))?;
-        self.say(match report.outcome {
-            Outcome::Accepted => "accepted",
-            Outcome::BackForTheMove => "SWAPPED BACK: the move is not good enough",
-            Outcome::BackForTheLink => "SWAPPED BACK: the link is not as it was found",
-        })?;
+        self.say(told(report.outcome))?;
         self.say(&format!("home      |y - r| <= {} rad", three(report.home_rad)))?;
         self.say(&format!("figures: {}", subject.folder.display()))?;
         if report.outcome == Outcome::Accepted {
@@ -455,8 +460,16 @@ impl Console<'_> {
         for (k, it) in tried.iter().enumerate() {
             match it {
                 Ok(it) if it.report.outcome == Outcome::Accepted => accepted += 1,
-                Ok(it) => {
-                    self.say(&format!("plant {k}: swapped back ({:?}): {:?}", it.report.outcome, it.report.verified))?;
+                Ok(Tried { report: Report { outcome, verified, .. }, .. }) => {
+                    let residual =
+                        verified.residual_steps.map(|steps| format!(", residual {} steps", significant(steps, 3)));
+                    self.say(&format!(
+                        "plant {k}: {}: |y - r| <= {} rad (at most {}){}",
+                        told(*outcome),
+                        significant(verified.peak_rad, 3),
+                        significant(verified.bar_rad, 3),
+                        residual.unwrap_or_default()
+                    ))?;
                 }
                 Err(why) => self.say(&format!("plant {k}: {why}"))?,
             }
