@@ -84,7 +84,7 @@ const WITHOUT: [(&str, &str); 11] = [
     ("budget::joint_measured_held::tick", DRIVE),
     ("joint_r2_tick_u", ASSEMBLY),
     ("joint_r3_tick_u", ASSEMBLY),
-    ("motor_tick_u", "assembly of a drive; a million ticks in the image `assembly`"),
+    ("motor_tick_u", ASSEMBLY),
     ("edo_smc_tick_joint_fast", DRIVE),
 ];
 /// Functions of the archive without a text, by a part of their names.

@@ -384,16 +384,11 @@ impl Console<'_> {
         }
         let good: Vec<bool> =
             points.iter().map(|point| point.as_ref().is_ok_and(|point| view.is_good(point))).collect();
-        let home = [0, 1].map(|i| {
-            let axis = &question.axes[i];
-            question.subject.number_at(&axis.key).and_then(|value| axis.at(value))
-        });
+        let own = [0, 1].map(|i| question.subject.number_at(&question.axes[i].key));
+        let home = [0, 1].map(|i| question.axes[i].at(own[i]?));
         let frame = widest_rectangle(&good, columns, home);
         let [x, y] = [0, 1].map(|i| edge(&question.axes[i]));
-        let place = |edge: &Edge, i: usize| {
-            let number = question.subject.number_at(&question.axes[i].key);
-            home[i].map(|cell| number.and_then(|value| edge.place(value)).unwrap_or_else(|| edge.middle(cell)))
-        };
+        let place = |edge: &Edge, i: usize| Some(edge.place(own[i]?).unwrap_or(edge.middle(home[i]?)));
         let mark = place(&x, 0).zip(place(&y, 1)).map(<[f64; 2]>::from);
         let map = HeatMap {
             title: view.title(),
