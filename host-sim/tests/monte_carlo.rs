@@ -294,6 +294,20 @@ fn a_damaged_a_foreign_a_missing_and_a_double_shard_are_told_by_name() {
     refused(&[&one, &two], "trials 20 to 39 are in no shard");
     refused(&[&one, &two, &two, &three], &format!("{two}: its trials 10 to 19 are in another too"));
     refused(&[&one, &foreign, &three], &format!("{foreign}: a shard of another plan: its seed is 7, expected 1"));
+    // The same trials as another version of the program would have written them.
+    let mut bytes = fs::read(&two).expect("a shard");
+    let ours = concat!("host-sim ", env!("CARGO_PKG_VERSION"));
+    let theirs = ours.replace('.', "_");
+    let places: Vec<usize> =
+        (0..bytes.len() - ours.len()).filter(|&at| bytes[at..].starts_with(ours.as_bytes())).collect();
+    assert!(!places.is_empty(), "no version in a shard");
+    for at in places {
+        bytes[at..at + ours.len()].copy_from_slice(theirs.as_bytes());
+    }
+    let later = folder.path("later.parquet");
+    fs::write(&later, bytes).expect("a file");
+    let expected = format!("its program is \"{theirs}\", expected \"{ours}\"");
+    refused(&[&one, &later, &three], &format!("{later}: a shard of another plan: {expected}"));
     refused(&[&one, "nothing.parquet"], "nothing.parquet: there is no such file");
     let other = folder.path("other.parquet");
     fs::write(&other, "not at all").expect("a file");

@@ -3,9 +3,7 @@
 //! Those of the image `budget` (`firmware/budgets.toml`) have its names and designs; the drives among them are those of
 //! the files to start from, too. A scenario's own C file is proved by `host-sim export --certificate`.
 
-use controller_core::drive::{
-    Aim, Encoder, FullState, Hold, Joint, JointDesign, JointModel, Motor, MotorDesign, Mounting, Position, Speed,
-};
+use controller_core::drive::{Aim, FullState, Hold, Joint, JointModel, Mounting, Position, Speed};
 use controller_core::{
     Benchmark, Config, Controller, JointParameters, Libm, Limits, Linear, MAX_N, Nominal, ObserverGains, Options,
     ReachingLaw, Reading, SampleLimits, Shape, Surface, channels,
@@ -15,6 +13,11 @@ use tick_record::drive::{self, NamedAim};
 use tick_record::monitor::monitor;
 
 use crate::Functions;
+use designs::{JOINT_DRIVE, MOTOR};
+
+#[path = "../../tick-record/src/bin/tick-record/designs.rs"]
+#[allow(dead_code, reason = "what is proved of any b(x) and of any exponential needs none of them")]
+mod designs;
 
 /// A tick with a name.
 #[derive(Clone, Copy)]
@@ -128,22 +131,14 @@ fn motor<A, const FAST: usize, const LATE: usize, const S: usize>() -> Functions
 where
     A: NamedAim<2> + Aim<f32, 2> + Aim<f64, 2>,
 {
-    let design = MotorDesign::by_rule(
-        1e-3,
-        Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 },
-        Encoder::absolute(14),
-        Limits::symmetric(10.0),
-    );
-    Functions::Drive(drive::motor::<A, FAST, LATE, S>(&design, Mounting::UPRIGHT).expect("a good design"))
+    Functions::Drive(drive::motor::<A, FAST, LATE, S>(&MOTOR, Mounting::UPRIGHT).expect("a good design"))
 }
 
 fn joint_drive<A, const FAST: usize, const LATE: usize>() -> Functions
 where
     A: NamedAim<4> + Aim<f32, 4> + Aim<f64, 4>,
 {
-    let encoders = [Encoder::absolute(20); 2];
-    let design = JointDesign::new(1e-3, Joint::TABLE_I, encoders, Limits::symmetric(30.0), 1.3);
-    Functions::Drive(drive::joint::<A, FAST, LATE>(&design, [Mounting::UPRIGHT; 2]).expect("a good design"))
+    Functions::Drive(drive::joint::<A, FAST, LATE>(&JOINT_DRIVE, [Mounting::UPRIGHT; 2]).expect("a good design"))
 }
 
 fn monitors<const E: usize>() -> Functions {

@@ -40,7 +40,7 @@ const ACTIONS: [Action; 21] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
-        help: "setup, then format, lints, docs, paper map, images, tests, budgets, fuzzing, attack, thumb, WebAssembly",
+        help: "setup, then all that must pass: lints, docs, images, tests, budgets, proofs, evidence, campaigns, WebAssembly",
         run: test::run,
     },
     Action {

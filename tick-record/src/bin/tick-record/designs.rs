@@ -1,5 +1,5 @@
-//! What the instances of the image `budget` are designed from: one file for the image and for the texts that it is held
-//! to. Of a drive the text knows the widths of the counters from here, its numbers may be any.
+//! What the instances of the image `budget` are designed from: one file for the image, for the texts that it is held
+//! to, and for the proofs. Of a drive the text knows the widths of the counters from here, its numbers may be any.
 
 use controller_core::drive::{Encoder, Joint as JointData, JointDesign, Motor, MotorDesign};
 use controller_core::{Exp, FlexibleJoint, Limits, NominalModel, Real};
