@@ -1,5 +1,6 @@
-//! Compiles the C versions of the law: for the host with its C compiler, for the Cortex-M4F with arm-none-eabi-gcc. And
-//! tells the program by which Rust compiler it was made: counts of instructions are its work.
+//! Compiles the C versions of the law: for the host with its C compiler, for the Cortex-M4F with arm-none-eabi-gcc; for
+//! the host closed loops too. And tells the program by which Rust compiler it was made: counts of instructions are its
+//! work.
 
 use std::env;
 use std::process::Command;
@@ -12,6 +13,15 @@ const VERSIONS: [(&str, &str, &[&str]); 5] = [
     ("tuned_guarded_tick_", "c/tuned.c", &["-O2", "-ffp-contract=off", "-DGUARD"]),
     ("tuned_renamed_tick_", "c/tuned.c", &["-O2", "-ffp-contract=off", "-DGUARD", RENAMED]),
 ];
+/// Closed loops for the host: name, source, flags. Vector code by what GCC makes of it.
+const LOOPS: [(&str, &str, &[&str]); 5] = [
+    ("closed_loop_alone", "c/loop.c", &[]),
+    ("closed_loops_sse2", "c/plants.c", &[]),
+    ("closed_loops_avx2", "c/plants.c", &["-mavx2", "-mfma"]),
+    ("closed_loops_avx512", "c/plants.c", &AVX512),
+    ("closed_loops_fast", "c/plants.c", &["-ffast-math", AVX512[0], AVX512[1], AVX512[2], AVX512[3], AVX512[4]]),
+];
+const AVX512: [&str; 5] = ["-mavx512f", "-mavx512dq", "-mavx512vl", "-mfma", "-mprefer-vector-width=512"];
 /// GCC's, for the chip only: another compiler of the host need not have it.
 const RENAMED: &str = "-frename-registers";
 
@@ -21,6 +31,21 @@ fn main() {
     let compiler = env::var("RUSTC").expect("cargo sets the compiler");
     let version = Command::new(compiler).arg("--version").output().expect("it has just compiled this program");
     println!("cargo::rustc-env=COMPILER={} for {target}", String::from_utf8_lossy(&version.stdout).trim());
+    // Before the ticks: a linker takes what is called from the libraries that follow.
+    if !target.starts_with("thumbv7em") {
+        for (name, source, flags) in LOOPS {
+            if target.starts_with("x86_64") || source == "c/loop.c" {
+                let mut build = cc::Build::new();
+                build.no_default_flags(true).warnings(true).extra_warnings(true).warnings_into_errors(true);
+                build.flag("-std=gnu11").flag("-O3").flag("-fPIC").define("NAME", name).define("R", "2");
+                for flag in flags {
+                    build.flag(flag);
+                }
+                build.file(source).compile(name);
+            }
+        }
+        println!("cargo::rustc-link-lib=m");
+    }
     for (name, source, flags) in VERSIONS {
         for order in ["2", "3"] {
             let mut build = cc::Build::new();

@@ -8,7 +8,10 @@
 //! then writes its counts down instead.
 
 mod ceilings;
-mod subjects;
+#[path = "subjects/lanes.rs"]
+mod lanes;
+#[path = "subjects/second.rs"]
+mod second;
 
 use std::fs;
 use std::hint::black_box;
@@ -17,8 +20,8 @@ use std::process::{Command, ExitCode};
 use benches::{Joint, Noise, joint};
 use ceilings::Ceilings;
 use controller_core::ControlLaw;
+use lanes::L;
 use loop_sim::lanes::{Campaign, Judged, LANES, Trial, close_loops};
-use subjects::lanes::{self, L};
 
 /// The file of ceilings, beside the sources.
 const CEILINGS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/counts.toml");
@@ -67,7 +70,7 @@ const SUBJECTS: [Subject; 6] = [
         what: "one closed-loop second",
         function: "closed_loop_second",
         run: || {
-            black_box(subjects::closed_loop_second(&mut subjects::second()));
+            black_box(second::closed_loop_second(&mut second::second()));
         },
         calls: 1,
         above_percent: 2,
@@ -118,7 +121,7 @@ fn ticks_of_lanes(tick: TickAll) {
 const LOOP_TICKS: usize = 2000;
 
 fn closed_loops() {
-    let experiment = subjects::second();
+    let experiment = second::second();
     let (campaign, trial) = experiment.beside().expect("a loop that fits");
     let campaign = Campaign { periods: LOOP_TICKS - 1, window_s: [1.0, 2.0], ..campaign };
     black_box(counted_loops(&campaign, &[trial; LANES]));

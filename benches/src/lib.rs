@@ -5,11 +5,14 @@
 //! | [`Joint`] | the shipped tick, observers of order R in channels 2 and 4 |
 //! | [`Naive`] | `c/naive.c`: the equations in loops, with an exponential and a division; `FAST`: at -O3 -ffast-math |
 //! | [`Tuned`] | `c/tuned.c`: the folded equations written out; `GUARDED`: bad samples kept out as in our tick |
+//! | [`loops`] | `c/loop.c`, `c/plants.c`: that tick in a loop with the joint, one and 32 side by side, on the host |
 //!
 //! All compute the same law from one design: the coefficients of the C versions are the shipped ones
 //! ([`Coefficients::numbers`]), for the naive version unfolded again, so that they differ in rounding only (test
 //! `yardsticks` of the suite). It is `no_std`: the image `chip` measures the same code on the target.
 #![no_std]
+
+pub mod loops;
 
 use core::ffi::c_void;
 
@@ -202,7 +205,11 @@ pub struct Tuned<const R: usize, const GUARDED: bool> {
 impl<const R: usize, const GUARDED: bool> Tuned<R, GUARDED> {
     /// Before its first tick, which is to get the same sample.
     pub fn start(x0: &[f32; 4]) -> Self {
-        let joint = joint::<R>();
+        Self::of(&joint::<R>(), x0)
+    }
+
+    /// The same of another design.
+    pub fn of(joint: &Joint<f32, R>, x0: &[f32; 4]) -> Self {
         let k = TunedDesign::of(joint.coefficients(), joint.model());
         let k = if GUARDED { k } else { k.in_u() };
         let drift = k.row[0] * x0[0] + k.row[1] * x0[2] + k.row[2] * x0[3];

@@ -241,6 +241,28 @@ where
         output
     }
 
+    /// The estimate of d itself in the observed channel of slot `s` (see [`CHANNELS`](Self::CHANNELS)), in lane `l`:
+    /// the bits of [`estimates`](ControlLaw::estimates), as vector code in a loop over the lanes.
+    ///
+    /// # Panics
+    /// If there is no such lane or slot.
+    #[inline(always)]
+    pub fn estimate_lane<const L: usize>(&self, lanes: &Lanes<T, M, N, R, MASK, O, L>, l: usize, s: usize) -> T {
+        self.physical(&core::array::from_fn(|m| lanes.z[s][m][l]), s)[0]
+    }
+
+    /// A, B, C of slot `s` undone: S_0, S_1, S_2, then S_m -> d_hat^(m) = m! S_m / T^(m+1).
+    #[inline(always)]
+    fn physical(&self, z: &[T; R], s: usize) -> [T; 3] {
+        let period = self.coefficients.period;
+        let (theta, mu2, unit) = self.folding(s);
+        let [a, b, c] = core::array::from_fn(|m| if m < R { z[m] } else { T::ZERO });
+        let s2 = T::HALF * c;
+        let s1 = b - (theta + T::HALF) * c;
+        let s0 = a - theta * s1 - mu2 * s2;
+        [s0 * unit, s1 * unit / period, c * unit / period / period]
+    }
+
     /// [`tick`](ControlLaw::tick) without the guard: once a first `tick` has been made, the same bits for good samples,
     /// and NaN for ever after one that is not. It is there so that the guard can be priced; firmware has no use for it.
     #[doc(hidden)]
@@ -644,17 +666,9 @@ where
     }
 
     fn estimates(&self, state: &Self::State) -> [[T; R]; N] {
-        let k = &self.coefficients;
         let mut estimates = [[T::ZERO; R]; N];
         for s in 0..O {
-            // Undo the folding: A, B, C -> S_0, S_1, S_2, then S_m -> d_hat^(m) = m! S_m / T^(m+1).
-            let (theta, mu2, unit) = self.folding(s);
-            let [a, b, c] = core::array::from_fn(|m| if m < R { state.z[s][m] } else { T::ZERO });
-            let s2 = T::HALF * c;
-            let s1 = b - (theta + T::HALF) * c;
-            let s0 = a - theta * s1 - mu2 * s2;
-            let physical = [s0 * unit, s1 * unit / k.period, c * unit / k.period / k.period];
-            estimates[Self::CHANNELS[s]].copy_from_slice(&physical[..R]);
+            estimates[Self::CHANNELS[s]].copy_from_slice(&self.physical(&state.z[s], s)[..R]);
         }
         estimates
     }

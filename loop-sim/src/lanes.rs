@@ -305,10 +305,9 @@ vectorised! {
         states: &States<T, N, R, MASK, O>,
         d_hat: &mut [Wide; O],
     ) {
-        for l in 0..LANES {
-            let estimates = law.estimates(&states.lane(l));
-            for (s, channel) in Law::<T, N, R, MASK, O>::CHANNELS.into_iter().enumerate() {
-                d_hat[s][l] = estimates[channel][0].to_f64();
+        for (s, d_hat) in d_hat.iter_mut().enumerate() {
+            for l in 0..LANES {
+                d_hat[l] = law.estimate_lane(states, l, s).to_f64();
             }
         }
     }

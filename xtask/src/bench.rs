@@ -12,12 +12,19 @@ use object::{Object, ObjectSymbol};
 use serde_json::Value;
 
 use crate::compiler::{self, TARGET};
+use crate::python::Environment;
 use crate::setup::CROSS_C;
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
 /// The manifest of the image, a workspace of its own.
 const MANIFEST: &str = "benches/chip/Cargo.toml";
 const RERUN: &str = "cargo xtask bench";
+/// What one would simulate many loops with instead (BSD-3-Clause, BSD-2-Clause).
+const RIVALS: Environment = Environment {
+    folder: "target/rivals",
+    packages: &["numba==0.68.1", "numpy==2.4.6", "scipy==1.17.1"],
+    rerun: "cargo xtask bench lanes",
+};
 
 struct Yardstick {
     symbol: &'static str,
@@ -71,6 +78,15 @@ pub(crate) fn count_on_host(gate: &mut Gate) -> Outcome {
     // As `cargo test --workspace` does, so that nothing is compiled twice.
     let counts = Invocation::cargo(&["bench", "--workspace", "--profile", "dev", "--bench", "counts"]);
     gate.commands("instructions on the host, by callgrind", &[counts])
+}
+
+/// Closed loops on the host: ours beside SciPy, numba and C.
+pub(crate) fn lanes(gate: &mut Gate) -> Outcome {
+    gate.step("SciPy and numba, to be compared with", |gate| RIVALS.ready(gate))?;
+    let bench = Invocation::cargo(&["bench", "-p", "benches", "--bench", "lanes", "--"]);
+    // A bench runs in the folder of its package.
+    let python = gate.root.join(RIVALS.program("python"));
+    gate.commands("million ticks a second", &[bench.with(&["--python", &python.display().to_string()])])
 }
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {

@@ -17,6 +17,7 @@ mod means;
 mod mutate;
 mod paper_map;
 mod prove;
+mod python;
 mod sbom;
 mod scan;
 mod setup;
@@ -36,11 +37,11 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 21] = [
+const ACTIONS: [Action; 22] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
-        help: "setup, then all that must pass: lints, docs, images, tests, budgets, proofs, evidence, campaigns, WebAssembly",
+        help: "setup, then all that must pass: lints, docs, images, tests, budgets, proofs, evidence, campaigns",
         run: test::run,
     },
     Action {
@@ -50,6 +51,11 @@ const ACTIONS: [Action; 21] = [
     },
     Action { name: "firmware", help: "build the images for the chip and say how large they are", run: firmware::run },
     Action { name: "bench", help: "what a tick costs on the chip beside other code, as a table", run: bench::run },
+    Action {
+        name: "bench lanes",
+        help: "how fast many closed loops are on this machine, beside SciPy, numba and C, as a table",
+        run: bench::lanes,
+    },
     Action {
         name: "budget",
         help: "build the images and hold what each instance costs to firmware/budgets.toml",

@@ -11,20 +11,22 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use crate::compiler::{Compiler, TARGET};
+use crate::python::Environment;
 use crate::step::{Failure, Gate, Invocation, Outcome};
 use crate::{capi, firmware};
 
 const RERUN: &str = "cargo xtask sbom";
 const FOLDER: &str = "target/sbom";
-/// The validator: package and version from PyPI, and the folder that it is put into.
-const CHECKER: &str = "spdx-tools==0.8.5";
-const CHECKER_IN: &str = "target/spdx-tools";
+/// The validator.
+const CHECKER: Environment =
+    Environment { folder: "target/spdx-tools", packages: &["spdx-tools==0.8.5"], rerun: RERUN };
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.step("bills of materials of images and archives", |gate| {
         let failed = |reason: String| Failure { reason, rerun: RERUN.into() };
         fs::create_dir_all(gate.root.join(FOLDER)).map_err(|error| failed(format!("{FOLDER}: {error}")))?;
-        let checker = checker(gate)?;
+        CHECKER.ready(gate)?;
+        let checker = CHECKER.program("pyspdxtools");
         for (name, manifest, files) in
             [("images", firmware::MANIFEST, firmware::files()), ("archives", capi::MANIFEST, capi::files())]
         {
@@ -44,16 +46,6 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         }
         Ok(())
     })
-}
-
-/// The program that checks, put into a folder of its own the first time.
-fn checker(gate: &Gate) -> Result<String, Failure> {
-    let program = format!("{CHECKER_IN}/bin/pyspdxtools");
-    if !gate.root.join(&program).exists() {
-        Invocation::new("python3", &["-m", "venv", CHECKER_IN]).run(gate)?;
-        Invocation::new(&format!("{CHECKER_IN}/bin/pip"), &["install", "--quiet", CHECKER]).run(gate)?;
-    }
-    Ok(gate.root.join(program).display().to_string())
 }
 
 /// All that is linked into these files.

@@ -75,7 +75,7 @@ fn missing() -> Vec<Missing> {
         }
     }
     if Invocation::new("python3", &["-m", "venv", "--help"]).answer().is_none() {
-        let what = String::from("no `python3 -m venv`, into which the checker of bills of materials goes");
+        let what = String::from("no `python3 -m venv`, for the solver and other programs of Python");
         missing.push(Missing { what, packages: &["python3-venv"] });
     }
     // A file that it does not find it names without a folder.

@@ -1,6 +1,4 @@
-//! What both benchmarks of the host run.
-
-pub(crate) mod lanes;
+//! A second of the default scenario, which is counted and timed.
 
 use std::ops::ControlFlow;
 
