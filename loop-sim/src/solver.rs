@@ -92,6 +92,25 @@ impl std::error::Error for SolverError {}
 /// # Errors
 /// [`SolverError`].
 pub fn advance(plant: &dyn Plant, from_s: f64, to_s: f64, u: f64, x: &mut [f64]) -> Result<(), SolverError> {
+    // Loops over a number of states that the compiler knows take a fifth of the instructions.
+    macro_rules! of_order {
+        ($($n:literal)*) => {
+            match x.len() {
+                $($n => advance_all::<$n>(plant, from_s, to_s, u, x.try_into().unwrap_or(&mut [0.0; $n])),)*
+                order => unreachable!("a plant of order {order}, beyond {MAX_ORDER}"),
+            }
+        };
+    }
+    of_order!(0 1 2 3 4 5 6)
+}
+
+fn advance_all<const N: usize>(
+    plant: &dyn Plant,
+    from_s: f64,
+    to_s: f64,
+    u: f64,
+    x: &mut [f64; N],
+) -> Result<(), SolverError> {
     let mut t_s = from_s;
     let mut steps = 0;
     while t_s < to_s {
@@ -100,8 +119,8 @@ pub fn advance(plant: &dyn Plant, from_s: f64, to_s: f64, u: f64, x: &mut [f64])
         }
         let end_s =
             plant.jumps_s().iter().copied().find(|&jump_s| jump_s > t_s).map_or(to_s, |jump_s| jump_s.min(to_s));
-        let mut first = [0.0; MAX_ORDER];
-        plant.rhs(t_s, x, u, &mut first[..x.len()]);
+        let mut first = [0.0; N];
+        plant.rhs(t_s, x, u, &mut first);
         if let Some(at) = first.iter().position(|rate| !rate.is_finite()) {
             return Err(SolverError::NoRate { t_s, channel: at + 1, rate: first[at] });
         }
@@ -152,9 +171,16 @@ const fn weights(rows: usize) -> [f64; ROWS] {
 
 /// Increment of x over `h_s`, with the slope `first` at t; and the largest difference, as a share of how far a state is
 /// from 0 or moves, to what comes out without the last row.
-fn step(plant: &dyn Plant, t_s: f64, h_s: f64, u: f64, x: &[f64], first: &[f64; MAX_ORDER]) -> ([f64; MAX_ORDER], f64) {
+fn step<const N: usize>(
+    plant: &dyn Plant,
+    t_s: f64,
+    h_s: f64,
+    u: f64,
+    x: &[f64; N],
+    first: &[f64; N],
+) -> ([f64; N], f64) {
     // Increments are combined, not states: the weights (up to 6) then amplify no rounding of x.
-    let (mut increment, mut less) = ([0.0; MAX_ORDER], [0.0; MAX_ORDER]);
+    let (mut increment, mut less) = ([0.0; N], [0.0; N]);
     for (row, (weight, without)) in WEIGHTS.iter().zip(WITHOUT_LAST).enumerate() {
         let across = midpoint(plant, t_s, h_s, u, x, first, 2 * (row + 1));
         for ((sum, less), across) in increment.iter_mut().zip(&mut less).zip(across) {
@@ -162,7 +188,7 @@ fn step(plant: &dyn Plant, t_s: f64, h_s: f64, u: f64, x: &[f64], first: &[f64; 
             *less += without * across;
         }
     }
-    let shares = (0..x.len()).map(|i| {
+    let shares = (0..N).map(|i| {
         let size = x[i].abs() + increment[i].abs() + (h_s * first[i]).abs();
         (increment[i] - less[i]).abs() / if size > 0.0 { size } else { 1.0 }
     });
@@ -170,27 +196,23 @@ fn step(plant: &dyn Plant, t_s: f64, h_s: f64, u: f64, x: &[f64], first: &[f64; 
 }
 
 /// Increment of x over `h_s` by `substeps` (even) of the midpoint rule, the first by Euler; `first` is the slope at t.
-fn midpoint(
+fn midpoint<const N: usize>(
     plant: &dyn Plant,
     t_s: f64,
     h_s: f64,
     u: f64,
-    x: &[f64],
-    first: &[f64; MAX_ORDER],
+    x: &[f64; N],
+    first: &[f64; N],
     substeps: usize,
-) -> [f64; MAX_ORDER] {
-    let n = x.len();
+) -> [f64; N] {
     let s = h_s / substeps as f64;
-    let mut before = [0.0; MAX_ORDER];
+    let mut before = [0.0; N];
     let mut now = first.map(|slope| s * slope);
     for k in 1..substeps {
-        let mut at = [0.0; MAX_ORDER];
-        for i in 0..n {
-            at[i] = x[i] + now[i];
-        }
-        let mut slope = [0.0; MAX_ORDER];
-        plant.rhs(t_s + k as f64 * s, &at[..n], u, &mut slope[..n]);
-        for i in 0..n {
+        let at: [f64; N] = core::array::from_fn(|i| x[i] + now[i]);
+        let mut slope = [0.0; N];
+        plant.rhs(t_s + k as f64 * s, &at, u, &mut slope);
+        for i in 0..N {
             let next = before[i] + 2.0 * s * slope[i];
             before[i] = now[i];
             now[i] = next;

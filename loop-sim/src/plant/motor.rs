@@ -55,6 +55,12 @@ impl Friction {
         if self.static_n_m == 0.0 && self.coulomb_n_m == 0.0 {
             return 0.0;
         }
+        // What stands below is this then, to the bit: tanh is 1, and nothing is left of the bell beside F_c.
+        if speed_rad_s.abs() > (7.0 * self.stribeck_rad_s).max(22.0 * self.smooth_rad_s)
+            && self.coulomb_n_m > 1e-3 * self.static_n_m
+        {
+            return self.coulomb_n_m.copysign(speed_rad_s);
+        }
         let bell = speed_rad_s / self.stribeck_rad_s;
         let size = self.coulomb_n_m + (self.static_n_m - self.coulomb_n_m) * libm::exp(-bell * bell);
         size * libm::tanh(speed_rad_s / self.smooth_rad_s)
@@ -252,6 +258,25 @@ mod tests {
         assert!((found[2] - 3.0 * (1.0 - left)).abs() < 1e-9, "{found:?}");
         let speed = 250.0 * 3.0 * (1e-3 - 2e-4 * (1.0 - left));
         assert!((found[1] - speed).abs() < 1e-9 * speed, "{found:?}");
+    }
+
+    /// Where friction is taken as level it has the bits of its formula, from just above that speed on.
+    #[test]
+    fn level_friction_has_the_bits_of_the_formula() {
+        for (static_n_m, coulomb_n_m) in [(0.008, 0.005), (0.005, 0.005), (3.0, 0.0031), (1e-9, 2.0)] {
+            for (stribeck_rad_s, smooth_rad_s) in [(0.1, 0.005), (0.02, 0.4), (1e-3, 1e-3)] {
+                let friction = Friction { static_n_m, coulomb_n_m, stribeck_rad_s, smooth_rad_s };
+                let level = (7.0 * stribeck_rad_s).max(22.0 * smooth_rad_s);
+                for factor in [1.0_f64.next_up(), 1.01, 1.3, 2.0, 17.0, 1e6] {
+                    for speed in [level * factor, -level * factor] {
+                        let bell = speed / stribeck_rad_s;
+                        let size = coulomb_n_m + (static_n_m - coulomb_n_m) * libm::exp(-bell * bell);
+                        let torque = size * libm::tanh(speed / smooth_rad_s);
+                        assert_eq!(friction.torque_n_m(speed).to_bits(), torque.to_bits(), "{friction:?} at {speed}");
+                    }
+                }
+            }
+        }
     }
 
     /// What the current puts in is kinetic energy, heat of both frictions, work against the load and cogging's
