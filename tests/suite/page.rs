@@ -5,7 +5,7 @@
 
 use integration_tests::program::{Folder, host_sim};
 use serde_json::Value;
-use std::process::Command;
+use std::process::{Command, Output};
 
 const BROWSER: &str = "chromium";
 
@@ -50,18 +50,30 @@ const ASKED: &str = r#"<script>
   }, 100));
 </script>"#;
 
+fn browser(folder: &Folder) -> Command {
+    let mut browser = Command::new(BROWSER);
+    browser
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"])
+        .args(["--disable-background-networking", "--disable-component-update", "--disable-sync"])
+        .arg(format!("--user-data-dir={}", folder.path("profile")));
+    browser
+}
+
+fn of_browser(command: &mut Command) -> Output {
+    command
+        .output()
+        .unwrap_or_else(|error| panic!("{BROWSER} does not start ({error}): `cargo xtask setup` installs it"))
+}
+
 /// What the browser complained of, and the page as it stood at the end.
 fn opened(folder: &Folder, html: &str) -> (Vec<String>, String) {
     let file = folder.path("asked.html");
     std::fs::write(&file, html).expect("room for a page");
-    let output = Command::new(BROWSER)
-        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"])
-        .args(["--disable-background-networking", "--disable-component-update", "--disable-sync"])
-        .args(["--window-size=1280,1000", "--virtual-time-budget=20000", "--enable-logging=stderr", "--dump-dom"])
-        .arg(format!("--user-data-dir={}", folder.path("profile")))
-        .arg(format!("file://{file}"))
-        .output()
-        .unwrap_or_else(|error| panic!("{BROWSER} does not start ({error}): `cargo xtask setup` installs it"));
+    let output = of_browser(
+        browser(folder)
+            .args(["--window-size=1280,1000", "--virtual-time-budget=20000", "--enable-logging=stderr", "--dump-dom"])
+            .arg(format!("file://{file}")),
+    );
     let words = String::from_utf8_lossy(&output.stderr);
     let told = words.lines().filter(|line| line.contains(":CONSOLE")).map(Into::into).collect();
     (told, String::from_utf8_lossy(&output.stdout).into_owned())
@@ -110,6 +122,42 @@ fn a_report_of_two_drives_is_drawn_zoomed_and_read() {
     // Where no script runs the drawings stand there, and a complaint is heard.
     let (told, _) = opened(&folder, "<script>undefined_function()</script>");
     assert_eq!(told.len(), 1, "{told:?}");
+}
+
+/// With map, trials and certificate; on paper the drawings stand for the charts, and what is folded is unfolded.
+#[test]
+fn a_report_with_all_its_parts_is_read_and_printed() {
+    let folder = Folder::new("page-print");
+    let [file, trials, certificate, page, paper] =
+        ["my-motor.toml", "trials", "my-motor.txt", "page.html", "page.pdf"].map(|name| folder.path(name));
+    std::fs::write(&file, scenario::MOTOR).expect("room for a scenario");
+    let proved = "u within its limits, any bits in counts, targets and state               PROVED";
+    std::fs::write(&certificate, format!("Certificate\n\n{proved}\n")).expect("room for a certificate");
+    let said = host_sim(&["monte-carlo", &file, "--uncertain", "20", "--trials", "20", "--out", &trials]);
+    assert_eq!(said.status, 0, "{said:?}");
+    let said = host_sim(&["report", &file, "--trials", &trials, "--certificate", &certificate, "-o", &page]);
+    assert_eq!((said.status, said.err.as_str()), (0, ""), "{said:?}");
+    // As the browser has it after it was told that it will print.
+    let print = "<script>window.addEventListener('load', () => { dispatchEvent(new Event('beforeprint')); \
+                 getSelection().selectAllChildren(document.body); \
+                 document.title = JSON.stringify(getSelection().toString()); });</script>";
+    let html = std::fs::read_to_string(&page).expect("the page");
+    let (told, dom) = opened(&folder, &html.replace("</body>", &format!("{print}</body>")));
+    assert_eq!(told, Vec::<String>::new());
+    let text = answer(&dom);
+    let text = text.as_str().expect("a text");
+    for words in ["Where it is stable", "may be promised", "20 trials, seed 1", "p99.9", proved, "inertia_kg_m2 = 2e-4"]
+    {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+
+    let print = format!("--print-to-pdf={paper}");
+    let output = of_browser(browser(&folder).arg("--no-pdf-header-footer").arg(print).arg(format!("file://{page}")));
+    assert!(output.status.success(), "{output:?}");
+    let bytes = std::fs::read(&paper).expect("a printed page");
+    let sheets = bytes.windows(11).filter(|window| window == b"/Type /Page").count()
+        - bytes.windows(12).filter(|window| window == b"/Type /Pages").count();
+    assert!(bytes.starts_with(b"%PDF") && (5..=15).contains(&sheets), "{sheets} sheets");
 }
 
 #[test]

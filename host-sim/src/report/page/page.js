@@ -54,4 +54,6 @@
     drawn.push(() => plot.setSize({ width: place.clientWidth, height: height() }));
   }
   window.addEventListener("resize", () => drawn.forEach(fit => fit()));
+  // On paper nothing can be unfolded.
+  window.addEventListener("beforeprint", () => document.querySelectorAll("details").forEach(file => file.open = true));
 })();
