@@ -24,6 +24,7 @@ mod setup;
 mod step;
 mod test;
 mod thumb;
+mod traceability;
 mod wasm;
 
 use std::path::{Path, PathBuf};

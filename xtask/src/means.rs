@@ -44,6 +44,20 @@ const GCC: [&str; 8] = [
     "-Wl,-Ttext=0x08000000,-e,0",
 ];
 
+/// Assembly that the images carry, by the prefix of its functions: the file, and what it was exported from.
+const SHIPPED: [(&str, &str, &[&str], &[&str]); 3] = [
+    ("joint_r2", "firmware/src/assembly/joint_r2.S", &["firmware/joint.toml"], &ASSEMBLED),
+    ("joint_r3", "firmware/src/assembly/joint_r3.S", &["firmware/joint.toml", "--set", ORDER_3_AT_100], &ASSEMBLED),
+    (
+        "motor",
+        "firmware/src/assembly/motor.S",
+        &["firmware/motor.toml", "--set", "drive.period_s=1e-3", "--set", "drive.gain_sets=1"],
+        &ASSEMBLED_DRIVE,
+    ),
+];
+const ORDER_3_AT_100: &str =
+    "controller.observer=[{channel=2,bandwidth_rad_s=100,order=3},{channel=4,bandwidth_rad_s=100,order=3}]";
+
 /// What is exported, and which functions of it are held.
 struct Exported {
     name: &'static str,
@@ -74,7 +88,7 @@ const ORDER_3: &str = "controller.observer=[{ channel = 2, bandwidth_rad_s = 10,
                        { channel = 4, bandwidth_rad_s = 10, order = 3 }]";
 
 /// Instances with a ceiling and without a text, each with its reason. Whoever is in neither list fails.
-const WITHOUT: [(&str, &str); 11] = [
+const WITHOUT: [(&str, &str); 8] = [
     ("budget::benchmark_libm::tick", EXPONENTIAL),
     ("budget::benchmark_micromath::tick", EXPONENTIAL),
     ("budget::sine::tick", "no tick: the sine of a drive's map alone"),
@@ -82,9 +96,6 @@ const WITHOUT: [(&str, &str); 11] = [
     ("budget::joint_drive_watched::tick", DRIVE),
     ("budget::joint_measured::tick", DRIVE),
     ("budget::joint_measured_held::tick", DRIVE),
-    ("joint_r2_tick_u", ASSEMBLY),
-    ("joint_r3_tick_u", ASSEMBLY),
-    ("motor_tick_u", ASSEMBLY),
     ("edo_smc_tick_joint_fast", DRIVE),
 ];
 /// Functions of the archive without a text, by a part of their names.
@@ -105,10 +116,16 @@ const SIZE: &str = "a constant";
 const EXPONENTIAL: &str = "an exponential of a library, which is not recorded";
 const DRIVE: &str = "a drive with monitors has more ways than are recorded; nor is one over measured states";
 const TWO_ENCODERS: &str = "the C of a drive with two encoders, of more ways than there is time for";
-const ASSEMBLY: &str =
-    "assembly of another design than those that are held here; a million ticks in the image `assembly`";
 /// An interrupt is more than its tick: it talks to the chip.
 const INTERRUPT: &str = "TIM3";
+
+/// Why this function of the budgets is held to no record; none if it is held.
+pub(crate) fn why_not(symbol: &str) -> Option<&'static str> {
+    let of_the_archive =
+        WITHOUT_IN_THE_ARCHIVE.iter().filter(|(part, _)| symbol.contains("edo_smc") && symbol.contains(part));
+    let interrupt = symbol.contains(INTERRUPT).then_some("an interrupt is more than its tick: it talks to the chip");
+    WITHOUT.iter().filter(|(name, _)| *name == symbol).chain(of_the_archive).map(|(_, why)| *why).next().or(interrupt)
+}
 
 /// Builds the image, then judges.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
@@ -126,6 +143,9 @@ pub(crate) fn judge(gate: &mut Gate) -> Outcome {
         of_the_image_and_the_archive(gate, &folder.join("recorded")).map_err(failed)??;
         for exported in &EXPORTED {
             of_the_files(gate, &folder.join(exported.name), exported).map_err(failed)??;
+        }
+        for (prefix, file, scenario, functions) in SHIPPED {
+            of_the_assembly(gate, &folder.join("shipped"), prefix, file, scenario, functions).map_err(failed)??;
         }
         println!("\nheld to no record:");
         for (name, why) in WITHOUT {
@@ -156,6 +176,7 @@ fn of_the_image_and_the_archive(gate: &Gate, folder: &Path) -> Result<Outcome, S
     let without = |name: &str| WITHOUT_IN_THE_ARCHIVE.iter().any(|(part, _)| name.contains(part));
     let missing: Vec<&str> = symbols(&ceilings)
         .filter(|symbol| WITHOUT.iter().all(|(name, _)| name != symbol))
+        .filter(|symbol| !is_shipped_assembly(symbol))
         .chain(declared.iter().map(String::as_str).filter(|name| !without(name)))
         .filter(|name| !of_image.functions.contains(*name) && !of_archive.functions.contains(*name))
         .collect();
@@ -170,6 +191,44 @@ fn of_the_image_and_the_archive(gate: &Gate, folder: &Path) -> Result<Outcome, S
         Invocation::new(CROSS_C, &GCC).with(&roots).with(&[capi::FOR_THE_CHIP, "-o", &linked]),
         held(&linked, &of_archive.files),
     ];
+    Ok(commands.iter().try_for_each(|command| command.run(gate)))
+}
+
+/// Held by [`of_the_assembly`].
+fn is_shipped_assembly(symbol: &str) -> bool {
+    let of = |(prefix, _, _, functions): &(&str, _, _, &[&str])| {
+        symbol
+            .strip_prefix(prefix)
+            .and_then(|rest| rest.strip_prefix('_'))
+            .is_some_and(|name| functions.contains(&name))
+    };
+    SHIPPED.iter().any(of)
+}
+
+/// All functions of a file of assembly that lies among the sources.
+fn of_the_assembly(
+    gate: &Gate,
+    folder: &Path,
+    prefix: &str,
+    file: &str,
+    scenario: &[&str],
+    functions: &[&str],
+) -> Result<Outcome, String> {
+    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let export = Invocation::cargo(&["run", "--quiet", "-p", "host-sim", "--", "export", "--paper", "--asm"])
+        .with(&["--prefix", prefix, "--force"])
+        .with(scenario);
+    let path = |name: &str| folder.join(format!("{prefix}{name}")).display().to_string();
+    let texts: Vec<String> = functions.iter().map(|function| path(&format!("_{function}.means"))).collect();
+    let mut commands: Vec<Invocation> = functions
+        .iter()
+        .zip(&texts)
+        .map(|(function, text)| export.clone().with(&["--means", function, "-o", text]))
+        .collect();
+    let elf = path(".elf");
+    let roots: Vec<String> = functions.iter().map(|function| format!("-Wl,-u,{prefix}_{function}")).collect();
+    let roots: Vec<&str> = roots.iter().map(String::as_str).collect();
+    commands.extend([Invocation::new(CROSS_C, &GCC).with(&roots).with(&[file, "-o", &elf]), held(&elf, &texts)]);
     Ok(commands.iter().try_for_each(|command| command.run(gate)))
 }
 
@@ -267,6 +326,16 @@ mod tests {
         for name in of_a_chain {
             assert!(declared.contains(&name) && !WITHOUT_IN_THE_ARCHIVE.iter().any(|(part, _)| name.contains(part)));
         }
+    }
+
+    #[test]
+    fn all_assembly_of_the_firmware_is_held() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
+        let held: BTreeSet<String> = SHIPPED.iter().map(|(_, file, ..)| (*file).to_owned()).collect();
+        let entries = std::fs::read_dir(root.join("firmware/src/assembly")).expect("a folder");
+        let files =
+            entries.map(|entry| format!("firmware/src/assembly/{}", entry.expect("a file").file_name().display()));
+        assert_eq!(files.collect::<BTreeSet<_>>(), held);
     }
 
     #[test]

@@ -14,6 +14,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::step::{Gate, Outcome};
+use crate::traceability;
 
 pub(crate) const MAP: &str = "docs/paper-map.md";
 const PROOFS: &str = "docs/proofs.md";
@@ -29,7 +30,12 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         let proofs = fs::read_to_string(gate.root.join(PROOFS)).ok();
         faults.extend(on_the_chip(&text, &budgets, proofs.as_deref()));
         if faults.is_empty() {
-            Ok(format!("{EQUATIONS} equations, {FIGURES} figures, 1 table"))
+            let traced = traceability::text(&text, &budgets, &gate.root);
+            let file = traceability::FILE;
+            fs::write(gate.root.join(file), traced).map_err(|error| format!("{file}: {error}"))?;
+            Ok(format!(
+                "{EQUATIONS} equations, {FIGURES} figures, 1 table; each followed to the machine code in {file}"
+            ))
         } else {
             Err(faults.join("\n"))
         }
@@ -114,12 +120,12 @@ fn required() -> impl Iterator<Item = String> {
 }
 
 /// The four cells of a row; `None` for prose, the heading and its rule.
-fn cells(line: &str) -> Option<[&str; 4]> {
+pub(crate) fn cells(line: &str) -> Option<[&str; 4]> {
     row(line)
 }
 
 /// The cells of a row of so many.
-fn row<const K: usize>(line: &str) -> Option<[&str; K]> {
+pub(crate) fn row<const K: usize>(line: &str) -> Option<[&str; K]> {
     let inner = line.trim().strip_prefix('|')?.strip_suffix('|')?;
     let cells: Vec<&str> = inner.split('|').map(str::trim).collect();
     let cells: [&str; K] = cells.try_into().ok()?;
@@ -168,7 +174,7 @@ fn defines(text: &str, name: &str) -> bool {
 }
 
 /// A line such as `pub const fn name(` or `Name {` of an enum; comments do not count.
-fn is_definition(line: &str, name: &str) -> bool {
+pub(crate) fn is_definition(line: &str, name: &str) -> bool {
     let line = line.trim_start();
     if line.starts_with("//") {
         return false;
