@@ -10,7 +10,7 @@ const SIZE: usize = MAX_ORDER + TERMS + 2 * MAX_ORDER + 2 * MOST;
 /// exp(M h) - I of the plant with all that moves it as further states.
 pub(super) struct Augmented {
     order: usize,
-    e: [[f64; SIZE]; SIZE],
+    e: Box<Square>,
     /// Frequency and channel of each pair of states at the end.
     pairs: [(f64, usize); MOST],
     count: usize,
@@ -83,22 +83,10 @@ impl Augmented {
     }
 }
 
+type Square = [[f64; SIZE]; SIZE];
+
 /// exp(M h) - I of the first `size` rows, by squaring; none if it is not finite.
-fn exponential(m: &[[f64; SIZE]; SIZE], size: usize, h_s: f64) -> Option<[[f64; SIZE]; SIZE]> {
-    let product = |a: &[[f64; SIZE]; SIZE], b: &[[f64; SIZE]; SIZE]| {
-        let mut c = [[0.0; SIZE]; SIZE];
-        for i in 0..size {
-            for k in 0..size {
-                let factor = a[i][k];
-                if factor != 0.0 {
-                    for j in 0..size {
-                        c[i][j] += factor * b[k][j];
-                    }
-                }
-            }
-        }
-        c
-    };
+fn exponential(m: &Square, size: usize, h_s: f64) -> Option<Box<Square>> {
     let norm = m[..size].iter().map(|row| row[..size].iter().map(|entry| entry.abs()).sum::<f64>()).fold(0.0, f64::max);
     let mut scale = norm * h_s;
     if !scale.is_finite() || scale >= 1e12 {
@@ -111,30 +99,45 @@ fn exponential(m: &[[f64; SIZE]; SIZE], size: usize, h_s: f64) -> Option<[[f64; 
         h_s *= 0.5;
         halvings += 1;
     }
-    let mut a = [[0.0; SIZE]; SIZE];
-    for i in 0..size {
-        for j in 0..size {
-            a[i][j] = m[i][j] * h_s;
+    let none = || Box::new([[0.0; SIZE]; SIZE]);
+    let (mut a, mut e, mut c) = (none(), none(), none());
+    for (row, of_m) in a[..size].iter_mut().zip(m) {
+        for (entry, of_m) in row[..size].iter_mut().zip(of_m) {
+            *entry = of_m * h_s;
         }
     }
     // E <- A (I + E)/k: the terms from the last to the first, to 1e-17 at norm 1/2.
-    let mut e = [[0.0; SIZE]; SIZE];
     for k in (1..=14).rev() {
         for (i, row) in e[..size].iter_mut().enumerate() {
             row[i] += 1.0;
         }
-        e = product(&a, &e);
+        product(&a, &e, size, &mut c);
+        std::mem::swap(&mut e, &mut c);
         let k = f64::from(k);
-        e[..size].iter_mut().flatten().for_each(|entry| *entry /= k);
+        e[..size].iter_mut().flat_map(|row| &mut row[..size]).for_each(|entry| *entry /= k);
     }
     // I is kept apart, so that doubling loses nothing.
     for _ in 0..halvings {
-        let square = product(&e, &e);
-        for (row, square) in e[..size].iter_mut().zip(&square) {
-            for (entry, square) in row.iter_mut().zip(square) {
+        product(&e, &e, size, &mut c);
+        for (row, square) in e[..size].iter_mut().zip(c.iter()) {
+            for (entry, square) in row[..size].iter_mut().zip(square) {
                 *entry = 2.0 * *entry + square;
             }
         }
     }
     e[..size].iter().flatten().all(|entry| entry.is_finite()).then_some(e)
+}
+
+/// C = A B, of the first `size` rows and columns. Most of what is multiplied here is 0, and left out.
+fn product(a: &Square, b: &Square, size: usize, c: &mut Square) {
+    for (c, a) in c[..size].iter_mut().zip(a) {
+        c[..size].fill(0.0);
+        for (b, &factor) in b[..size].iter().zip(a) {
+            if factor != 0.0 {
+                for (c, b) in c[..size].iter_mut().zip(b) {
+                    *c += factor * b;
+                }
+            }
+        }
+    }
 }
