@@ -26,6 +26,7 @@ impl<'a> Build<'a> {
     pub(crate) fn value(&mut self, constant: Option<u32>) -> V {
         self.line.constants.push(constant);
         self.line.home.push(None);
+        self.line.better.push(None);
         self.producer.push(None);
         self.line.constants.len() - 1
     }

@@ -57,7 +57,7 @@ pub(crate) fn tick(
         (Effort { rounds: 1, steps, seed }, Effort { rounds: 1, steps: rounds * steps, seed })
     };
     // Registers that the caller keeps cost two cycles each: where there are enough others they are left alone.
-    let enough: &[usize] = if few { &[16, 18, 20, 24, 28, 32] } else { &[32] };
+    let enough: &[usize] = if few { &[16, 18, 20, 24, 28, 32] } else { &[28, 32] };
     let of = |streamed: bool| {
         let look = |registers: usize, effort: &Effort| {
             let cuts = cuts(layout).into_iter().filter(|cut| cut.streamed == streamed);
@@ -211,6 +211,10 @@ impl Ordinary<'_> {
                 }
             }
         }
+        // What is limited where it stands comes there at once.
+        for item in build.line.items.iter().filter(|item| layout.groups.len() > 1 && item.kind == Kind::Clamp) {
+            build.line.better[item.sources[0]] = build.line.home[item.results[0]];
+        }
         build.orders(None, &[]);
         build.line
     }
@@ -349,7 +353,7 @@ impl Ordinary<'_> {
                             put!("vstmdb r0!, {}", row(s(0), sources.len()));
                             state -= bytes(sources.len());
                             if state == bytes(layout.stored_last()) {
-                                text += &counts.stores(state);
+                                text += &counts.stores(state, sample);
                             }
                         }
                         Kind::Mirror => {
@@ -367,7 +371,7 @@ impl Ordinary<'_> {
         }
         put!("vstmdb r0!, {}", row(0, layout.stored_last()));
         if layout.groups.len() == 1 {
-            text += &counts.stores(0);
+            text += &counts.stores(0, sample);
         }
         if whole {
             put!("mov.w r0, {health}");

@@ -73,6 +73,8 @@ pub(crate) struct Line {
     pub(crate) constants: Vec<Option<u32>>,
     /// Of each value the register that it must lie in.
     pub(crate) home: Vec<Option<u8>>,
+    /// Of each value a register in which it saves a copy.
+    pub(crate) better: Vec<Option<u8>>,
     /// Values that stay to the end, from register 0 on.
     pub(crate) finals: Vec<V>,
     /// Values that are in registers from the beginning.
@@ -428,6 +430,9 @@ impl<'a> Simulation<'a> {
                         // Compared and then replaced, where it stands.
                         (None, Kind::Clamp) => free(first),
                         (None, Kind::Max | Kind::Mirror) => free(first).or_else(|| self.row(1)),
+                        (None, _) if free(line.better[*one].map(usize::from)).is_some() => {
+                            line.better[*one].map(usize::from)
+                        }
                         (None, _) => {
                             let operand = match choice {
                                 0 => free(first).or(free(second)),
