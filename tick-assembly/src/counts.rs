@@ -226,7 +226,11 @@ impl Counts {
         let store = |register: &str, at: i32| format!("\tstr.w {register}, [r0, #{}]\n", at - state);
         let mut text: String = self.stores.iter().map(|(register, at)| store(register, *at)).collect();
         let fetched = || self.stores.iter().map(|(register, _)| register).zip(&self.again);
-        text.extend(fetched().map(|(register, (from, _))| format!("\tldr.w {register}, [r1, #{}]\n", from - sample)));
+        for (register, (from, _)) in fetched() {
+            // Behind r1 there is a wide form alone, and not every assembler knows it by that name.
+            let wide = if *from < sample { "" } else { ".w" };
+            let _ = writeln!(text, "\tldr{wide} {register}, [r1, #{}]", from - sample);
+        }
         text.extend(fetched().map(|(register, (_, at))| store(register, *at)));
         if let Some((zero, _)) = self.stores.first() {
             let _ = writeln!(text, "\tmov.w {zero}, #0");

@@ -47,14 +47,14 @@ pub(crate) fn tick(
     if let Some(word) = layout.cleared.iter().find(|word| !is_cleared(word)) {
         return Err(format!("{name}: an ordinary tick does not set `{word}` to 0"));
     }
-    // A short look at every way to cut the loads, and a long one at the best. Of two encoders all registers are needed
-    // in any case, and one long search finds more than several.
+    // A short look at every way to cut the loads, and a long one at the best. Of two encoders more numbers than registers
+    // are in use, and one long search finds more than several.
     let few = layout.groups.len() == 1;
     let Effort { rounds, steps, seed } = *effort;
     let (short, long) = if few {
         (Effort { rounds: 1, steps: steps.div_ceil(4), seed }, *effort)
     } else {
-        (Effort { rounds: 1, steps, seed }, Effort { rounds: 1, steps: rounds * steps, seed })
+        (Effort { rounds: 1, steps, seed }, Effort { rounds: 1, steps: 3 * rounds * steps, seed })
     };
     // Registers that the caller keeps cost two cycles each: where there are enough others they are left alone.
     let enough: &[usize] = if few { &[16, 18, 20, 24, 28, 32] } else { &[28, 32] };
@@ -67,16 +67,23 @@ pub(crate) fn tick(
         };
         // What a short look has not found a long one may.
         let first = enough.iter().find_map(|registers| look(*registers, &short));
-        let (line, found) = first.or_else(|| if streamed { None } else { look(32, &long) })?;
+        let longer = || (0..LONGER).find_map(|k| look(32, &Effort { steps: long.steps << k, ..long }));
+        let (line, found) = first.or_else(|| if streamed { None } else { longer() })?;
         let better = search(&line, &long).filter(|better| better.cycles < found.cycles);
         Some((line, better.unwrap_or(found)))
     };
     let found = [of(false), of(true)].into_iter().flatten().min_by_key(|(_, found)| found.cycles);
     let Some((line, found)) = found else {
-        return Err(format!("{name}: no order was found in which its numbers fit into the registers"));
+        return Err(format!(
+            "{name}: no order was found in which its numbers fit into the registers; the C file has the same bits \
+             (export --standalone)"
+        ));
     };
     Ok(ordinary.emit(layout, prefix, &name, &counts, &line, &found, whole))
 }
+
+/// Where a long search finds no order, searches each twice as long as the last before it is given up.
+const LONGER: u32 = 6;
 
 fn cuts(layout: &DriveLayout) -> Vec<Cut> {
     let all = layout.numbers.len();

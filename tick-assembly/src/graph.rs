@@ -139,9 +139,6 @@ impl Graph {
             Node::Add(a, b) if is_zero(a, -1.0) => return b,
             Node::Sub(a, b) if is_zero(b, 1.0) => return a,
             Node::Add(a, b) if is_zero(b, 1.0) && self.is_no_negative_zero(a) => return a,
-            // The same bits but for those of a NaN, which mean nothing.
-            Node::Mul(a, b) if number(b) == Some(1.0) => return a,
-            Node::Mul(a, b) if number(a) == Some(1.0) => return b,
             Node::CountSigned(a, 32) => return a,
             Node::Add(a, b) => two(a, b, |a, b| a + b),
             Node::Sub(a, b) => two(a, b, |a, b| a - b),

@@ -576,12 +576,14 @@ pub(crate) fn search(line: &Line, effort: &Effort) -> Option<Found> {
     let mut simulation = Simulation::new(line);
     let (items, values) = (line.items.len(), line.constants.len());
     let natural = natural(line)?;
+    // A size for each group of two constants: where sizes are shared by several groups they are not free to change.
+    let sizes = (line.constants.iter().flatten().count() / 2).clamp(16, 32);
     let mut best: Option<(u32, Plan)> = None;
     for round in 0..rounds {
         let mut luck = Luck(seed.wrapping_mul(1000).wrapping_add(round as u64));
         let mut now = Plan {
             order: natural.clone(),
-            groups: (0..16).map(|_| [1, 1, 2, 2, 3][luck.below(5)]).collect(),
+            groups: (0..sizes).map(|_| [1, 1, 2, 2, 3][luck.below(5)]).collect(),
             choice: (0..items).map(|_| [0, 0, 1, 2, 3][luck.below(5)]).collect(),
             again: vec![false; values],
             immediate: line.constants.iter().map(|bits| bits.is_some_and(is_immediate)).collect(),

@@ -74,7 +74,7 @@ const ORDER_3: &str = "controller.observer=[{ channel = 2, bandwidth_rad_s = 10,
                        { channel = 4, bandwidth_rad_s = 10, order = 3 }]";
 
 /// Instances with a ceiling and without a text, each with its reason. Whoever is in neither list fails.
-const WITHOUT: [(&str, &str); 11] = [
+const WITHOUT: [(&str, &str); 12] = [
     ("budget::benchmark_libm::tick", EXPONENTIAL),
     ("budget::benchmark_micromath::tick", EXPONENTIAL),
     ("budget::sine::tick", "no tick: the sine of a drive's map alone"),
@@ -85,6 +85,7 @@ const WITHOUT: [(&str, &str); 11] = [
     ("joint_r2_tick_u", ASSEMBLY),
     ("joint_r3_tick_u", ASSEMBLY),
     ("motor_tick_u", ASSEMBLY),
+    ("joint_drive_tick_u", ASSEMBLY),
     ("edo_smc_tick_joint_fast", DRIVE),
 ];
 /// Functions of the archive without a text, by a part of their names.
