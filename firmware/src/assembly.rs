@@ -1,5 +1,5 @@
-//! The tick as assembly in a program of Rust: files that `host-sim export --asm` wrote of `firmware/joint.toml` and
-//! `firmware/motor.toml`, and the designs that they were written of.
+//! The tick as assembly in a program of Rust: files that `host-sim export --asm` wrote of `joint.toml`, `motor.toml` and
+//! `drive.toml` in this folder, and the designs that they were written of.
 //!
 //! One line takes such a file, a block declares what is called of it, and a struct is its state as the exported header
 //! has it: numbers in their order, then two flags. A reference says what the header asks for: no two places overlap.
@@ -7,7 +7,7 @@
 
 use core::arch::global_asm;
 
-use controller_core::drive::{Encoder, Motor, MotorDesign, Sample, Target};
+use controller_core::drive::{Encoder, Joint as JointData, JointDesign, Motor, MotorDesign, Sample, Target};
 use controller_core::{
     Config, Controller, Fallback, FlexibleJoint, JointParameters, Limits, Nominal, ObserverGains, Options, ReachingLaw,
     Reading, Surface, channels,
@@ -16,6 +16,7 @@ use controller_core::{
 global_asm!(include_str!("assembly/joint_r2.S"), options(raw));
 global_asm!(include_str!("assembly/joint_r3.S"), options(raw));
 global_asm!(include_str!("assembly/motor.S"), options(raw));
+global_asm!(include_str!("assembly/joint_drive.S"), options(raw));
 
 /// What a tick of assembly remembers; the first good sample fills it.
 #[repr(C)]
@@ -48,48 +49,60 @@ pub type State2 = State<10>;
 /// The state with observers of order 3.
 pub type State3 = State<12>;
 
-/// What the drive of a motor remembers; zeros before the start.
+/// What a drive remembers; zeros before the start.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-pub struct MotorState {
-    numbers: [f32; 6],
-    counts: [u32; 3],
-    missed: f32,
+pub struct DriveState<const NUMBERS: usize, const COUNTS: usize, const ENCODERS: usize> {
+    numbers: [f32; NUMBERS],
+    counts: [u32; COUNTS],
+    missed: [f32; ENCODERS],
     fresh: bool,
     started: bool,
 }
 
-impl MotorState {
+impl<const NUMBERS: usize, const COUNTS: usize, const ENCODERS: usize> DriveState<NUMBERS, COUNTS, ENCODERS> {
     /// Before the start.
-    pub const ZEROS: Self = Self { numbers: [0.0; 6], counts: [0; 3], missed: 0.0, fresh: false, started: false };
+    pub const ZEROS: Self =
+        Self { numbers: [0.0; NUMBERS], counts: [0; COUNTS], missed: [0.0; ENCODERS], fresh: false, started: false };
 }
 
-/// Where a motor should be at one instant.
+/// That of a motor.
+pub type MotorState = DriveState<6, 3, 1>;
+/// That of a joint.
+pub type JointState = DriveState<15, 5, 2>;
+
+/// Where a drive should be at one instant: whole turns, and an angle with its derivatives.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-pub struct MotorTarget {
+pub struct DriveTarget<const N: usize> {
     turn: i32,
-    jet: [f32; 2],
+    jet: [f32; N],
 }
 
-/// What comes in once per tick of a motor's drive.
+/// What comes in once per tick of a drive.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-pub struct MotorSample {
-    count: u32,
-    lost: bool,
-    begin: MotorTarget,
-    end: MotorTarget,
+pub struct DriveSample<const N: usize, const ENCODERS: usize> {
+    counts: [u32; ENCODERS],
+    lost: [bool; ENCODERS],
+    begin: DriveTarget<N>,
+    end: DriveTarget<N>,
 }
+
+/// That of a motor.
+pub type MotorSample = DriveSample<2, 1>;
+/// That of a joint.
+pub type JointSample = DriveSample<4, 2>;
 
 /// A sample of the Rust drive as the exported header has it.
-impl From<&Sample<i32, Target<f32, i32, 2>, 1>> for MotorSample {
-    fn from(sample: &Sample<i32, Target<f32, i32, 2>, 1>) -> Self {
-        let target = |of: &Target<f32, i32, 2>| MotorTarget { turn: of.turn, jet: of.jet };
-        let [count] = sample.counts;
+impl<const N: usize, const ENCODERS: usize> From<&Sample<i32, Target<f32, i32, N>, ENCODERS>>
+    for DriveSample<N, ENCODERS>
+{
+    fn from(sample: &Sample<i32, Target<f32, i32, N>, ENCODERS>) -> Self {
+        let target = |of: &Target<f32, i32, N>| DriveTarget { turn: of.turn, jet: of.jet };
         Self {
-            count: count.unwrap_or_default() as u32,
-            lost: count.is_none(),
+            counts: sample.counts.map(|count| count.unwrap_or_default() as u32),
+            lost: sample.counts.map(|count| count.is_none()),
             begin: target(&sample.begin),
             end: target(&sample.end),
         }
@@ -122,6 +135,14 @@ unsafe extern "C" {
     pub safe fn motor_tick(state: &mut MotorState, sample: &MotorSample, told: &mut Told) -> u32;
     /// The same of a motor's drive.
     pub safe fn motor_report_applied(state: &mut MotorState, u: f32) -> bool;
+    /// The same of a joint's drive.
+    pub safe fn joint_drive_start(state: &mut JointState, sample: &JointSample) -> bool;
+    /// The same of a joint's drive.
+    pub safe fn joint_drive_tick_u(state: &mut JointState, sample: &JointSample) -> f32;
+    /// The same of a joint's drive.
+    pub safe fn joint_drive_tick(state: &mut JointState, sample: &JointSample, told: &mut Told) -> u32;
+    /// The same of a joint's drive.
+    pub safe fn joint_drive_report_applied(state: &mut JointState, u: f32) -> bool;
 }
 
 /// The controller that the files were exported of, observers of order R in channels 2 and 4.
@@ -144,6 +165,12 @@ pub const MOTOR: MotorDesign = MotorDesign {
         Encoder::absolute(14),
         Limits::symmetric(10.0),
     )
+};
+
+/// What the drive of `joint_drive.S` is designed from: as `firmware/drive.toml`, but for period and gain sets.
+pub const JOINT_DRIVE: JointDesign = JointDesign {
+    fallback: Fallback::Safe(0.0),
+    ..JointDesign::new(1e-3, JointData::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3)
 };
 
 /// What all ticks that are measured have in common; one observer for each bit of the mask.

@@ -367,7 +367,7 @@ fn the_files_exported_for_the_examples_are_those_of_this_version() {
 const ORDER_3: &str =
     "controller.observer=[{channel=2,bandwidth_rad_s=100,order=3},{channel=4,bandwidth_rad_s=100,order=3}]";
 
-/// The motor as it is measured: `motor.toml` with this.
+/// The drives as they are measured: `motor.toml` and `drive.toml` with this.
 const MEASURED: [&str; 4] = ["--set", "drive.period_s=1e-3", "--set", "drive.gain_sets=1"];
 
 #[test]
@@ -378,6 +378,7 @@ fn the_assembly_exported_for_the_examples_is_that_of_this_version() {
         ("firmware/joint.toml", "joint_r2", "firmware/src/assembly/joint_r2.S", false, &[]),
         ("firmware/joint.toml", "joint_r3", "firmware/src/assembly/joint_r3.S", false, &["--set", ORDER_3]),
         ("firmware/motor.toml", "motor", "firmware/src/assembly/motor.S", false, &MEASURED),
+        ("firmware/drive.toml", "joint_drive", "firmware/src/assembly/joint_drive.S", false, &MEASURED),
     ] {
         let (scenario, made) = (text(&root().join(scenario)), folder.path("tick.S"));
         let export = ["export", &scenario, "--paper", "--asm", "--prefix", prefix, "-o", &made, "--force"];

@@ -278,12 +278,13 @@ fn the_tick_as_assembly_gives_every_bit_of_the_rust_tick_for_a_million_ticks() {
     let Spoken { status, out, err } = host_sim(&["emulate", "--image", &image_text("assembly"), "--seconds", "600"]);
     assert_eq!((status, err.as_str()), (0, ""), "{out}");
     let lines: Vec<&str> = out.lines().collect();
-    assert!(lines.len() == 4 && lines[3] == "assembly ends", "{out}");
+    assert!(lines.len() == 5 && lines[4] == "assembly ends", "{out}");
     // Every way through a tick was gone often.
     for (line, (law, least)) in lines.iter().zip([
         ("order 2", [10_000, 100_000, 100_000, 1000]),
         ("order 3", [10_000, 100_000, 100_000, 1000]),
         ("motor", [500, 10_000, 100_000, 50]),
+        ("joint", [500, 10_000, 100_000, 50]),
     ]) {
         let counts = line.strip_prefix(&format!("{law}: 1000000 ticks, 0 differ; ")).expect(line);
         let counts: Vec<u32> = counts.split_whitespace().filter_map(|word| word.parse().ok()).collect();

@@ -26,6 +26,7 @@ impl<'a> Build<'a> {
     pub(crate) fn value(&mut self, constant: Option<u32>) -> V {
         self.line.constants.push(constant);
         self.line.home.push(None);
+        self.line.better.push(None);
         self.producer.push(None);
         self.line.constants.len() - 1
     }
@@ -57,6 +58,9 @@ impl<'a> Build<'a> {
             Node::Number(bits) => self.value(Some(bits)),
             Node::Add(a, b) => self.two(Kind::Add, a, b),
             Node::Sub(a, b) => self.two(Kind::Sub, a, b),
+            // The same bits but for those of a NaN, which mean nothing.
+            Node::Mul(a, b) if graph.nodes[b] == ONE => self.need(a),
+            Node::Mul(a, b) if graph.nodes[a] == ONE => self.need(b),
             Node::Mul(a, b) => self.two(Kind::Mul, a, b),
             Node::Div(a, b) => self.two(Kind::Div, a, b),
             Node::Neg(a) => {
@@ -205,6 +209,8 @@ impl Mirror {
     }
 }
 
+/// 1.0
+const ONE: Node = Node::Number(0x3f80_0000);
 /// The sign of a number.
 const SIGN: u32 = 0x8000_0000;
 

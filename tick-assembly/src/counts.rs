@@ -21,6 +21,8 @@ pub(crate) struct Counts {
     pub(crate) moved: Vec<N>,
     /// Words of the state that have become others, and in which registers they are.
     stores: Vec<(&'static str, i32)>,
+    /// Those that are counts of the sample as they lie there, and are fetched anew: from where, and to where.
+    again: Vec<(i32, i32)>,
     /// Words that become 0.
     cleared: Vec<i32>,
     /// Where the table and the health are from here on.
@@ -32,7 +34,7 @@ pub(crate) struct Counts {
     pub(crate) leaves: bool,
     /// What is saved aside.
     pub(crate) cycles: u32,
-    /// Cycles to keep what the caller needs, and bring it back.
+    /// Cycles to keep what the caller needs, and bring it back, or to do with fewer registers.
     pub(crate) saved: u32,
 }
 
@@ -59,8 +61,20 @@ struct Writer<'a> {
 const BOTH: Pointers = Pointers { state: Some("r0"), sample: Some("r1"), between: None, output: None };
 
 impl Counts {
-    #[allow(clippy::too_many_lines, reason = "one text, from its first line to its last")]
+    /// A count that is stored as it came stays in its register, or is fetched anew: the cheaper of both.
     pub(crate) fn of(ordinary: &Ordinary<'_>, layout: &DriveLayout, whole: bool) -> Result<Self, String> {
+        let stays = Self::written(ordinary, layout, whole, false)?;
+        let again = Self::written(ordinary, layout, whole, true)?;
+        let all = |counts: &Self| counts.cycles + counts.saved;
+        if all(&again) >= all(&stays) {
+            return Ok(stays);
+        }
+        // What fewer registers cost is none of what must be done.
+        Ok(Self { cycles: stays.cycles, saved: all(&again) - stays.cycles, ..again })
+    }
+
+    #[allow(clippy::too_many_lines, reason = "one text, from its first line to its last")]
+    fn written(ordinary: &Ordinary<'_>, layout: &DriveLayout, whole: bool, anew: bool) -> Result<Self, String> {
         let names = if whole {
             vec!["ip", "r3", "r4", "r5", "r6", "r7", "r8", "r9"]
         } else {
@@ -78,8 +92,9 @@ impl Counts {
             loaded: false,
         };
         let (moved, kept) = (ordinary.counts(whole), ordinary.counts_of_state());
+        let is_fetched = |n: N| anew && matches!(ordinary.graph.nodes[n], Node::Input(_));
         let mut roots = moved.clone();
-        roots.extend(kept.iter().map(|(_, n)| *n));
+        roots.extend(kept.iter().map(|(_, n)| *n).filter(|n| !is_fetched(*n)));
         roots.extend(ordinary.equal.iter().flat_map(|(a, b)| [*a, *b]));
         for n in &roots {
             writer.expect(*n);
@@ -101,8 +116,11 @@ impl Counts {
             let turns = i == 0;
             let also: Vec<N> =
                 if turns { ordinary.equal.iter().flat_map(|(a, b)| [*a, *b]).collect() } else { Vec::new() };
-            for n in group.iter().chain(&also) {
-                writer.load_inputs(*n)?;
+            // All at once, but for the last encoder where registers are short.
+            if !anew || i < shafts {
+                for n in group.iter().chain(&also) {
+                    writer.load_inputs(*n)?;
+                }
             }
             if turns {
                 for (a, b) in &ordinary.equal {
@@ -131,11 +149,20 @@ impl Counts {
         }
         let sample_at = layout.targets_at();
         writer.put(1, format!("add.w r1, r1, #{sample_at}"));
-        let mut stores = Vec::new();
+        let (mut stores, mut again) = (Vec::new(), Vec::new());
         for (port, n) in &kept {
-            let register = writer.value(*n)?;
             let (_, at) = layout.place(port, &BOTH, &[]).ok_or("a word of the state")?;
-            stores.push((register, at));
+            match ordinary.graph.nodes[*n] {
+                Node::Input(input) if anew => {
+                    let (_, from) = layout.place(&ordinary.inputs[input], &BOTH, &[]).ok_or("a count in memory")?;
+                    again.push((from, at));
+                }
+                _ => stores.push((writer.value(*n)?, at)),
+            }
+        }
+        // Each into a register that has been stored.
+        if again.len() > stores.len() {
+            return Err("more counts to fetch anew than registers".into());
         }
         let mut cleared = Vec::new();
         for name in &layout.cleared {
@@ -148,7 +175,8 @@ impl Counts {
         let scratch = writer.names.iter().position(|name| *name == "r4").unwrap_or_default();
         let (mut push, mut pop) = (String::new(), String::new());
         let mut saved = 0;
-        let cycles = writer.cycles + (kept.len() + 1 + layout.cleared.len()) as u32;
+        let fetched = again.len() + usize::from(!again.is_empty());
+        let cycles = writer.cycles + (kept.len() + fetched + 1 + layout.cleared.len()) as u32;
         if writer.used > scratch {
             let last = 3 + (writer.used - scratch).next_multiple_of(2);
             let _ = writeln!(push, "\tpush.w {{r4-r{last}}}");
@@ -164,6 +192,7 @@ impl Counts {
             code: writer.code,
             moved: order,
             stores,
+            again,
             cleared,
             table,
             health,
@@ -192,10 +221,17 @@ impl Counts {
         text
     }
 
-    /// Their stores, where r0 points so far behind the state.
-    pub(crate) fn stores(&self, state: i32) -> String {
+    /// Their stores, where r0 and r1 point so far behind state and sample.
+    pub(crate) fn stores(&self, state: i32, sample: i32) -> String {
         let store = |register: &str, at: i32| format!("\tstr.w {register}, [r0, #{}]\n", at - state);
         let mut text: String = self.stores.iter().map(|(register, at)| store(register, *at)).collect();
+        let fetched = || self.stores.iter().map(|(register, _)| register).zip(&self.again);
+        for (register, (from, _)) in fetched() {
+            // Behind r1 there is a wide form alone, and not every assembler knows it by that name.
+            let wide = if *from < sample { "" } else { ".w" };
+            let _ = writeln!(text, "\tldr{wide} {register}, [r1, #{}]", from - sample);
+        }
+        text.extend(fetched().map(|(register, (_, at))| store(register, *at)));
         if let Some((zero, _)) = self.stores.first() {
             let _ = writeln!(text, "\tmov.w {zero}, #0");
             text.extend(self.cleared.iter().map(|at| store(zero, *at)));

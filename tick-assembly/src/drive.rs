@@ -47,17 +47,17 @@ pub(crate) fn tick(
     if let Some(word) = layout.cleared.iter().find(|word| !is_cleared(word)) {
         return Err(format!("{name}: an ordinary tick does not set `{word}` to 0"));
     }
-    // A short look at every way to cut the loads, and a long one at the best. Of two encoders all registers are needed
-    // in any case, and one long search finds more than several.
+    // A short look at every way to cut the loads, and a long one at the best. Of two encoders more numbers than registers
+    // are in use, and one long search finds more than several.
     let few = layout.groups.len() == 1;
     let Effort { rounds, steps, seed } = *effort;
     let (short, long) = if few {
         (Effort { rounds: 1, steps: steps.div_ceil(4), seed }, *effort)
     } else {
-        (Effort { rounds: 1, steps, seed }, Effort { rounds: 1, steps: rounds * steps, seed })
+        (Effort { rounds: 1, steps, seed }, Effort { rounds: 1, steps: 3 * rounds * steps, seed })
     };
     // Registers that the caller keeps cost two cycles each: where there are enough others they are left alone.
-    let enough: &[usize] = if few { &[16, 18, 20, 24, 28, 32] } else { &[32] };
+    let enough: &[usize] = if few { &[16, 18, 20, 24, 28, 32] } else { &[28, 32] };
     let of = |streamed: bool| {
         let look = |registers: usize, effort: &Effort| {
             let cuts = cuts(layout).into_iter().filter(|cut| cut.streamed == streamed);
@@ -67,16 +67,23 @@ pub(crate) fn tick(
         };
         // What a short look has not found a long one may.
         let first = enough.iter().find_map(|registers| look(*registers, &short));
-        let (line, found) = first.or_else(|| if streamed { None } else { look(32, &long) })?;
+        let longer = || (0..LONGER).find_map(|k| look(32, &Effort { steps: long.steps << k, ..long }));
+        let (line, found) = first.or_else(|| if streamed { None } else { longer() })?;
         let better = search(&line, &long).filter(|better| better.cycles < found.cycles);
         Some((line, better.unwrap_or(found)))
     };
     let found = [of(false), of(true)].into_iter().flatten().min_by_key(|(_, found)| found.cycles);
     let Some((line, found)) = found else {
-        return Err(format!("{name}: no order was found in which its numbers fit into the registers"));
+        return Err(format!(
+            "{name}: no order was found in which its numbers fit into the registers; the C file has the same bits \
+             (export --standalone)"
+        ));
     };
     Ok(ordinary.emit(layout, prefix, &name, &counts, &line, &found, whole))
 }
+
+/// Where a long search finds no order, searches each twice as long as the last before it is given up.
+const LONGER: u32 = 6;
 
 fn cuts(layout: &DriveLayout) -> Vec<Cut> {
     let all = layout.numbers.len();
@@ -210,6 +217,10 @@ impl Ordinary<'_> {
                     build.item(Kind::Flag(*bit, false), sources, vec![]);
                 }
             }
+        }
+        // What is limited where it stands comes there at once.
+        for item in build.line.items.iter().filter(|item| layout.groups.len() > 1 && item.kind == Kind::Clamp) {
+            build.line.better[item.sources[0]] = build.line.home[item.results[0]];
         }
         build.orders(None, &[]);
         build.line
@@ -349,7 +360,7 @@ impl Ordinary<'_> {
                             put!("vstmdb r0!, {}", row(s(0), sources.len()));
                             state -= bytes(sources.len());
                             if state == bytes(layout.stored_last()) {
-                                text += &counts.stores(state);
+                                text += &counts.stores(state, sample);
                             }
                         }
                         Kind::Mirror => {
@@ -367,7 +378,7 @@ impl Ordinary<'_> {
         }
         put!("vstmdb r0!, {}", row(0, layout.stored_last()));
         if layout.groups.len() == 1 {
-            text += &counts.stores(0);
+            text += &counts.stores(0, sample);
         }
         if whole {
             put!("mov.w r0, {health}");

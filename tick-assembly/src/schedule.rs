@@ -73,6 +73,8 @@ pub(crate) struct Line {
     pub(crate) constants: Vec<Option<u32>>,
     /// Of each value the register that it must lie in.
     pub(crate) home: Vec<Option<u8>>,
+    /// Of each value a register in which it saves a copy.
+    pub(crate) better: Vec<Option<u8>>,
     /// Values that stay to the end, from register 0 on.
     pub(crate) finals: Vec<V>,
     /// Values that are in registers from the beginning.
@@ -428,6 +430,9 @@ impl<'a> Simulation<'a> {
                         // Compared and then replaced, where it stands.
                         (None, Kind::Clamp) => free(first),
                         (None, Kind::Max | Kind::Mirror) => free(first).or_else(|| self.row(1)),
+                        (None, _) if free(line.better[*one].map(usize::from)).is_some() => {
+                            line.better[*one].map(usize::from)
+                        }
                         (None, _) => {
                             let operand = match choice {
                                 0 => free(first).or(free(second)),
@@ -571,12 +576,14 @@ pub(crate) fn search(line: &Line, effort: &Effort) -> Option<Found> {
     let mut simulation = Simulation::new(line);
     let (items, values) = (line.items.len(), line.constants.len());
     let natural = natural(line)?;
+    // A size for each group of two constants: where sizes are shared by several groups they are not free to change.
+    let sizes = (line.constants.iter().flatten().count() / 2).clamp(16, 32);
     let mut best: Option<(u32, Plan)> = None;
     for round in 0..rounds {
         let mut luck = Luck(seed.wrapping_mul(1000).wrapping_add(round as u64));
         let mut now = Plan {
             order: natural.clone(),
-            groups: (0..16).map(|_| [1, 1, 2, 2, 3][luck.below(5)]).collect(),
+            groups: (0..sizes).map(|_| [1, 1, 2, 2, 3][luck.below(5)]).collect(),
             choice: (0..items).map(|_| [0, 0, 1, 2, 3][luck.below(5)]).collect(),
             again: vec![false; values],
             immediate: line.constants.iter().map(|bits| bits.is_some_and(is_immediate)).collect(),

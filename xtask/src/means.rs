@@ -45,15 +45,37 @@ const GCC: [&str; 8] = [
 ];
 
 /// Assembly that the images carry, by the prefix of its functions: the file, and what it was exported from.
-const SHIPPED: [(&str, &str, &[&str], &[&str]); 3] = [
+const SHIPPED: [(&str, &str, &[&str], &[&str]); 4] = [
     ("joint_r2", "firmware/src/assembly/joint_r2.S", &["firmware/joint.toml"], &ASSEMBLED),
     ("joint_r3", "firmware/src/assembly/joint_r3.S", &["firmware/joint.toml", "--set", ORDER_3_AT_100], &ASSEMBLED),
     (
         "motor",
         "firmware/src/assembly/motor.S",
-        &["firmware/motor.toml", "--set", "drive.period_s=1e-3", "--set", "drive.gain_sets=1"],
+        &["firmware/motor.toml", PERIOD[0], PERIOD[1], SETS[0], SETS[1]],
         &ASSEMBLED_DRIVE,
     ),
+    // All but `tick`, whose ways are those of `tick_u`: a million, over a minute.
+    (
+        "joint_drive",
+        "firmware/src/assembly/joint_drive.S",
+        &["firmware/drive.toml", PERIOD[0], PERIOD[1], SETS[0], SETS[1]],
+        &JOINT_DRIVE,
+    ),
+];
+const PERIOD: [&str; 2] = ["--set", "drive.period_s=1e-3"];
+const SETS: [&str; 2] = ["--set", "drive.gain_sets=1"];
+const JOINT_DRIVE: [&str; 11] = [
+    "tick_u",
+    "begin",
+    "observe",
+    "law",
+    "give_up",
+    "refuse",
+    "start",
+    "not_started",
+    "report_applied",
+    "estimates",
+    "reset",
 ];
 const ORDER_3_AT_100: &str =
     "controller.observer=[{channel=2,bandwidth_rad_s=100,order=3},{channel=4,bandwidth_rad_s=100,order=3}]";

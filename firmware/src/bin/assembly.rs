@@ -1,18 +1,19 @@
 //! Does the tick as assembly give the bits of the Rust tick, side by side? A million ticks each of a joint with order 2
-//! and 3, and of a motor's drive.
+//! and 3, and of the drives of a motor and of a joint.
 //!
 //! Samples near rest and far from it, one in thirty of them bad, several in a row: NaN, infinities, numbers too large,
-//! subnormal ones, any bits at all. The motor moves under u over whole turns; counts are lost or jump, targets are no
+//! subnormal ones, any bits at all. A drive moves under u over whole turns; counts are lost or jump, targets are no
 //! numbers. Now and then the actuator held something else, and now and then it starts again. Compared is every bit of u
 //! from `tick_u`, and of u, sigma, sigma* and health from `tick`.
 #![no_std]
 #![no_main]
 
-use controller_core::drive::{MotorDrive, Sample, Target};
+use controller_core::drive::{Joint as JointData, JointDrive, MotorDrive, Sample, Target};
 use controller_core::{ControlLaw, Health, Output};
 use cortex_m::asm;
 use firmware::assembly::{
-    Joint, MOTOR, MotorSample, MotorState, State, Told, joint, joint_r2_report_applied, joint_r2_start, joint_r2_tick,
+    DriveSample, DriveState, JOINT_DRIVE, Joint, MOTOR, State, Told, joint, joint_drive_report_applied,
+    joint_drive_start, joint_drive_tick, joint_drive_tick_u, joint_r2_report_applied, joint_r2_start, joint_r2_tick,
     joint_r2_tick_u, joint_r3_report_applied, joint_r3_start, joint_r3_tick, joint_r3_tick_u, motor_report_applied,
     motor_start, motor_tick, motor_tick_u,
 };
@@ -23,14 +24,15 @@ const TICKS: u32 = 1_000_000;
 
 static JOINT_2: Joint<2> = joint();
 static JOINT_3: Joint<3> = joint();
-static DRIVE: MotorDrive = <MotorDrive>::design(&MOTOR);
+static OF_MOTOR: MotorDrive = <MotorDrive>::design(&MOTOR);
+static OF_JOINT: JointDrive = <JointDrive>::design(&JOINT_DRIVE);
 
 /// The functions of one file.
-struct Exported<const NUMBERS: usize> {
-    start: extern "C" fn(&mut State<NUMBERS>, &[f32; 4]) -> bool,
-    tick_u: extern "C" fn(&mut State<NUMBERS>, &[f32; 4]) -> f32,
-    tick: extern "C" fn(&mut State<NUMBERS>, &[f32; 4], &mut Told) -> u32,
-    report_applied: extern "C" fn(&mut State<NUMBERS>, f32) -> bool,
+struct Exported<S, X> {
+    start: extern "C" fn(&mut S, &X) -> bool,
+    tick_u: extern "C" fn(&mut S, &X) -> f32,
+    tick: extern "C" fn(&mut S, &X, &mut Told) -> u32,
+    report_applied: extern "C" fn(&mut S, f32) -> bool,
 }
 
 /// Xorshift.
@@ -100,7 +102,11 @@ impl Seen {
     }
 }
 
-fn compare<const R: usize, const NUMBERS: usize>(name: &str, law: &Joint<R>, exported: &Exported<NUMBERS>) {
+fn compare<const R: usize, const NUMBERS: usize>(
+    name: &str,
+    law: &Joint<R>,
+    exported: &Exported<State<NUMBERS>, [f32; 4]>,
+) {
     let mut luck = Luck(2_463_534_242);
     let (mut of_u, mut of_all) = (State::ZEROS, State::ZEROS);
     let (mut state, mut bad, mut size) = (None, 0, 0.1);
@@ -140,6 +146,15 @@ fn compare<const R: usize, const NUMBERS: usize>(name: &str, law: &Joint<R>, exp
     seen.tell(name);
 }
 
+/// What a drive moves.
+trait Plant<const ENCODERS: usize>: Default {
+    /// One period of 1 ms.
+    fn goes_on(&mut self, u: f32);
+    fn counts(&self) -> [i32; ENCODERS];
+    /// Back by the whole turns of its first shaft, and by which angle.
+    fn turned_back(&mut self) -> f32;
+}
+
 /// A motor without friction: J w' = K_t u - B w in steps of a tick, counted by an encoder of 14 bits.
 #[derive(Default)]
 struct Shaft {
@@ -147,81 +162,139 @@ struct Shaft {
     speed: f32,
 }
 
-impl Shaft {
+impl Plant<1> for Shaft {
     fn goes_on(&mut self, u: f32) {
         self.speed += 1e-3 * (250.0 * u - 0.05 * self.speed);
         self.angle += 1e-3 * self.speed;
     }
 
-    fn count(&self) -> i32 {
-        (self.angle * (16384.0 / TURN)) as i32
+    fn counts(&self) -> [i32; 1] {
+        [(self.angle * (16384.0 / TURN)) as i32]
+    }
+
+    fn turned_back(&mut self) -> f32 {
+        let back = whole_turns(self.angle);
+        self.angle -= back;
+        back
+    }
+}
+
+/// J_l q'' = K (q_m - q) - B_l q', J_m q_m'' = K (q - q_m) - B_m q_m' + K_t u in four steps a tick, without the weight;
+/// encoders of 20 bits.
+#[derive(Default)]
+struct TwoShafts {
+    link: Shaft,
+    motor: Shaft,
+}
+
+impl Plant<2> for TwoShafts {
+    fn goes_on(&mut self, u: f32) {
+        const OF: JointData = JointData::TABLE_I;
+        let Self { link, motor } = self;
+        for _ in 0..4 {
+            let wound = OF.stiffness_n_m as f32 * (motor.angle - link.angle);
+            let of_link = wound - OF.link_damping_n_m_s as f32 * link.speed;
+            let of_motor = OF.torque_n_m_per_a as f32 * u - wound - OF.motor_damping_n_m_s as f32 * motor.speed;
+            link.speed += 2.5e-4 * of_link / OF.link_inertia_kg_m2 as f32;
+            motor.speed += 2.5e-4 * of_motor / OF.motor_inertia_kg_m2 as f32;
+            link.angle += 2.5e-4 * link.speed;
+            motor.angle += 2.5e-4 * motor.speed;
+        }
+    }
+
+    fn counts(&self) -> [i32; 2] {
+        [&self.link, &self.motor].map(|shaft| (shaft.angle * (1_048_576.0 / TURN)) as i32)
+    }
+
+    fn turned_back(&mut self) -> f32 {
+        let back = whole_turns(self.link.angle);
+        self.link.angle -= back;
+        self.motor.angle -= back;
+        back
     }
 }
 
 const TURN: f32 = core::f32::consts::TAU;
 
-/// Whole turns and the rest of an angle.
-fn target(angle: f32, speed: f32) -> Target<f32, i32, 2> {
-    let turn = (angle / TURN) as i32;
-    Target { turn, jet: [angle - TURN * turn as f32, speed] }
+fn whole_turns(angle: f32) -> f32 {
+    TURN * (angle / TURN) as i32 as f32
 }
 
-fn compare_motor(name: &str) {
+/// Whole turns and the rest of an angle, its speed, and no more.
+fn target<const N: usize>(angle: f32, speed: f32) -> Target<f32, i32, N> {
+    let turn = (angle / TURN) as i32;
+    let mut jet = [0.0; N];
+    (jet[0], jet[1]) = (angle - TURN * turn as f32, speed);
+    Target { turn, jet }
+}
+
+/// A law of a drive, against the functions of its file, with a plant that turns so fast at most.
+fn compare_drive<L, P, const E: usize, const N: usize, const NUMBERS: usize, const COUNTS: usize>(
+    name: &str,
+    law: &L,
+    mut plant: P,
+    fastest: f32,
+    exported: &Exported<DriveState<NUMBERS, COUNTS, E>, DriveSample<N, E>>,
+) where
+    L: ControlLaw<Scalar = f32, Sample = Sample<i32, Target<f32, i32, N>, E>, Output = Output<f32>>,
+    P: Plant<E>,
+{
     let mut luck = Luck(2_463_534_242);
-    let (mut of_u, mut of_all) = (MotorState::ZEROS, MotorState::ZEROS);
-    let (mut state, mut bad, mut shaft) = (None, 0, Shaft::default());
+    let (mut of_u, mut of_all) = (DriveState::ZEROS, DriveState::ZEROS);
+    let (mut state, mut bad) = (None, 0);
     let (mut goal, mut speed, mut u) = (0.0, 0.0, 0.0);
     let mut seen = Seen::default();
     let mut end = target(goal, speed);
     let mut done = 0;
     while done < TICKS {
         if luck.one_in(2000) {
-            speed = luck.within(20.0);
+            speed = luck.within(fastest);
         }
         if luck.one_in(20_000) {
             goal += luck.within(9.0);
         }
-        shaft.goes_on(u);
+        plant.goes_on(u);
         goal += 1e-3 * speed;
         let begin = core::mem::replace(&mut end, target(goal, speed));
-        let mut sample = Sample { counts: [Some(shaft.count())], begin, end };
+        let mut sample = Sample { counts: plant.counts().map(Some), begin, end };
         if luck.one_in(300) {
             bad = 1 + luck.next() % if luck.one_in(20) { 80 } else { 5 };
         }
         if bad > 0 {
             bad -= 1;
-            if luck.one_in(4) {
-                sample.counts = [Some(luck.next() as i32)];
-            }
-            if luck.one_in(3) {
-                sample.counts = [None];
+            for count in &mut sample.counts {
+                if luck.one_in(4) {
+                    *count = Some(luck.next() as i32);
+                }
+                if luck.one_in(3) {
+                    *count = None;
+                }
             }
             if luck.one_in(20) {
                 (sample.begin.jet[1], sample.end.jet[0]) = (luck.bad(), luck.bad());
             }
         }
-        let given = MotorSample::from(&sample);
+        let given = DriveSample::from(&sample);
         if state.is_none() || luck.one_in(10_000) {
-            let started = DRIVE.start(&sample);
-            seen.agree(started.is_some(), [&mut of_u, &mut of_all].map(|of| motor_start(of, &given)));
+            let started = law.start(&sample);
+            seen.agree(started.is_some(), [&mut of_u, &mut of_all].map(|of| (exported.start)(of, &given)));
             seen.starts += u32::from(started.is_some());
             if started.is_some() {
-                // It has no turns yet, and neither have the shaft and where it should be.
-                let back = TURN * (shaft.angle / TURN) as i32 as f32;
-                (shaft.angle, goal) = (shaft.angle - back, goal - back);
+                // It has no turns yet, and neither have the plant and where it should be.
+                goal -= plant.turned_back();
             }
             state = started.or(state);
         }
         let Some(state) = &mut state else { continue };
         if luck.one_in(100) {
             let held = if luck.one_in(5) { luck.bad() } else { luck.within(10.0) };
-            let taken = MotorDrive::<f32>::report_applied(state, held);
-            seen.agree(taken, [&mut of_u, &mut of_all].map(|of| motor_report_applied(of, held)));
+            let taken = L::report_applied(state, held);
+            seen.agree(taken, [&mut of_u, &mut of_all].map(|of| (exported.report_applied)(of, held)));
         }
-        let output = DRIVE.tick(state, &sample);
+        let output = law.tick(state, &sample);
         let mut told = Told::default();
-        u = motor_tick_u(&mut of_u, &given);
-        let health = motor_tick(&mut of_all, &given, &mut told);
+        u = (exported.tick_u)(&mut of_u, &given);
+        let health = (exported.tick)(&mut of_all, &given, &mut told);
         seen.compare(&output, u, told, health);
         done += 1;
     }
@@ -252,7 +325,25 @@ fn main() -> ! {
             report_applied: joint_r3_report_applied,
         },
     );
-    compare_motor("motor");
+    compare_drive(
+        "motor",
+        &OF_MOTOR,
+        Shaft::default(),
+        20.0,
+        &Exported { start: motor_start, tick_u: motor_tick_u, tick: motor_tick, report_applied: motor_report_applied },
+    );
+    compare_drive(
+        "joint",
+        &OF_JOINT,
+        TwoShafts::default(),
+        2.0,
+        &Exported {
+            start: joint_drive_start,
+            tick_u: joint_drive_tick_u,
+            tick: joint_drive_tick,
+            report_applied: joint_drive_report_applied,
+        },
+    );
     defmt::println!("assembly ends");
     loop {
         asm::wfi();

@@ -26,8 +26,9 @@ use controller_core::{
 };
 use cortex_m::asm;
 use firmware::assembly::{
-    MotorSample, MotorState, NOMINAL, State, Told, config, joint_r2_start, joint_r2_tick, joint_r2_tick_u,
-    joint_r3_start, joint_r3_tick, joint_r3_tick_u, motor_start, motor_tick, motor_tick_u,
+    JointSample, JointState, MotorSample, MotorState, NOMINAL, State, Told, config, joint_drive_start,
+    joint_drive_tick, joint_drive_tick_u, joint_r2_start, joint_r2_tick, joint_r2_tick_u, joint_r3_start,
+    joint_r3_tick, joint_r3_tick_u, motor_start, motor_tick, motor_tick_u,
 };
 use firmware::{clock, log};
 use stm32f4::stm32f405::Peripherals;
@@ -232,12 +233,19 @@ assemblies! {
     joint_r2_assembly: State::ZEROS, samples(), joint_r2_start, joint_r2_tick, joint_r2_tick_u;
     joint_r3_assembly: State::ZEROS, samples(), joint_r3_start, joint_r3_tick, joint_r3_tick_u;
     motor_assembly: MotorState::ZEROS, motor_samples(), motor_start, motor_tick, motor_tick_u;
+    joint_drive_assembly: JointState::ZEROS, joint_samples(), joint_drive_start, joint_drive_tick, joint_drive_tick_u;
 }
 
 /// Those of the row `motor`.
 fn motor_samples() -> impl FnMut() -> MotorSample {
     let mut sample = counts::<MotorDrive, 1, 2>();
     move || MotorSample::from(&sample())
+}
+
+/// Those of the row `joint_drive`.
+fn joint_samples() -> impl FnMut() -> JointSample {
+    let mut sample = counts::<JointDrive, 2, 4>();
+    move || JointSample::from(&sample())
 }
 
 const DRIVEN: u8 = channels(4, 1, [4]);
