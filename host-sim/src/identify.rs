@@ -207,6 +207,15 @@ pub enum Refusal {
         /// Largest that is taken, as a share.
         tolerance: f64,
     },
+    /// The data sheet was known better.
+    Vague {
+        /// Which.
+        name: &'static str,
+        /// Its interval, as a share.
+        interval: f64,
+        /// How far the data sheet is off at most, as a share.
+        tolerance: f64,
+    },
 }
 
 impl fmt::Display for Refusal {
@@ -226,7 +235,8 @@ impl fmt::Display for Refusal {
             Self::Weak { shaken_a, friction_a } => write!(
                 f,
                 "the current shakes the motor by {shaken_a:.2} A rms, and friction takes {friction_a:.2} A of it: at \
-                 least {LEAST_SHAKEN} times the friction are needed, give the multisine a larger peak"
+                 least {LEAST_SHAKEN} times the friction are needed: give the multisine a larger peak, or the drive a \
+                 slower loop for the record (drive.surface_rad_s)"
             ),
             Self::NotTheJoint { residual_steps, most, cause: None } => write!(
                 f,
@@ -248,6 +258,13 @@ impl fmt::Display for Refusal {
                 "{name} is {:+.0} % from the data sheet, at most {:.0} % are declared: correct the file, or \
                  declare more with --tolerance",
                 100.0 * change,
+                100.0 * tolerance
+            ),
+            Self::Vague { name, interval, tolerance } => write!(
+                f,
+                "the record says {name} to +-{:.0} % only, and the data sheet is within {:.0} % by what is declared: \
+                 shake it more, let it move farther (--way), or keep the data sheet",
+                100.0 * interval,
                 100.0 * tolerance
             ),
         }
@@ -443,6 +460,10 @@ fn of_motor(record: &Record, motor: &Motor, known: &Known) -> Result<Identified,
             sheet: None,
         },
     ];
+    let interval = parameters[0].interval / b;
+    if interval > known.tolerance {
+        return Err(Refusal::Vague { name: "b", interval, tolerance: known.tolerance });
+    }
     let sheet = Sheet::Motor(Motor { torque_n_m_per_a: b * motor.inertia_kg_m2, ..*motor });
     let residuals = vec![timed(&fit, record, record.motor.rad.len(), record.motor.step_rad, 1)];
     Ok(Identified { parameters, link: None, motor: quality, sheet, residuals, constant: 0.0 })

@@ -277,6 +277,15 @@ impl Console<'_> {
         };
         // Whoever ends this early waits for the old gains: the wire itself does not end before they are back.
         let kept = drive.is_some().then(stop::keeping);
+        if drive.is_none() && !subject.experiment.plant.jumps_s().is_empty() {
+            // A load that varies during the record is no parameter of the plant.
+            let sets = [&common.sets[..], &["load=[]".into()]].concat();
+            let calm = Source { file: &name, text: &text, sets: &sets };
+            subject.experiment = scenario::parse_own(&calm, &subject.experiment.name)?;
+            self.note(
+                "without the loads of the file: one of them steps, and a load must stay as it is while is recorded",
+            );
+        }
         // Over a wire every row is made, and then read.
         let ticks = if drive.is_some() { 20.0 } else { 12.0 } / subject.experiment.period_s;
         let (stop, bar) = (self.stop, self.bar(ticks as u64, LEFT));

@@ -48,7 +48,9 @@ impl Question {
         let worst = column("--worst", options.worst.as_deref().or(usual).unwrap_or(ENDED))?;
         let at_most = options.at_most.iter().map(|text| {
             let pair = text.split_once('=').and_then(|(name, value)| Some((name.trim(), value.trim().parse().ok()?)));
-            let (name, value) = pair.ok_or_else(|| format!("--at-most {text}: expected FIGURE=VALUE"))?;
+            let pair = pair.filter(|(_, value): &(_, f64)| value.is_finite());
+            let (name, value) =
+                pair.ok_or_else(|| format!("--at-most {text}: expected FIGURE=VALUE, a finite number"))?;
             Ok((column("--at-most", name)?, value))
         });
         Ok(Self { worst, at_most: at_most.collect::<Result<_, String>>()? })
@@ -204,11 +206,11 @@ impl Console<'_> {
         if is_json {
             return self.say_json(json);
         }
-        self.tell(&report, drawn, file)?;
+        self.tell(&report, drawn, file, !question.at_most.is_empty())?;
         self.say(&format!("written to {}", folder.display()))
     }
 
-    fn tell(&mut self, report: &Report<'_>, drawn: usize, file: &str) -> Result<(), Failure> {
+    fn tell(&mut self, report: &Report<'_>, drawn: usize, file: &str, has_bar: bool) -> Result<(), Failure> {
         let Report { header, outcomes, failures, percentiles, worst_by, worst } = report;
         let outcomes: Vec<String> = outcomes.iter().map(|(word, count)| format!("{count} {word}")).collect();
         self.say(&format!("{} trials, seed {}: {}", header.trials, header.seed, outcomes.join(", ")))?;
@@ -218,6 +220,9 @@ impl Console<'_> {
         );
         let Failures { count, rate, .. } = failures;
         self.say(&format!("failures: {count}, {} %{below}", significant(100.0 * rate, 3)))?;
+        if !has_bar {
+            self.say("a failure is a run that was not bounded, no more: --at-most FIGURE=VALUE says what else is one")?;
+        }
         let mut table = Table::new(["figure", "file"].into_iter().chain(NAMES));
         for name in &header.columns[drawn + 1..] {
             let Some(of) = percentiles.get(name.as_str()) else { continue };
