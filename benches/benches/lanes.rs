@@ -1,9 +1,9 @@
 //! How fast many plants go at once, beside what one would write instead: SciPy, numba, C, C over 32 plants.
 //!
 //! `cargo bench -p benches --bench lanes`, with `-- --python PYTHON` beside a Python that has SciPy and numba too
-//! (`cargo xtask bench lanes` sees to it). All run the same loop: the joint of Example 2, r = 2, T = 1 ms, v = 1 + sin 2t.
-//! Each is timed in turn, the best of several; the largest |y| at the end, which all tell, shows that they do the same.
-//! Times are of this machine and of this moment: no test looks at them.
+//! (`cargo xtask bench lanes` sees to it). All run the same loop: the joint of Example 2, r = 2, T = 1 ms, and
+//! v = 1 + sin 2t. Each is timed in turn, the best of several; the largest |y| at the end, which all tell, shows that
+//! they do the same. Times are of this machine and of this moment: no test looks at them.
 
 #[path = "subjects/lanes.rs"]
 mod lanes;

@@ -1,5 +1,5 @@
-//! The tick as assembly in a program of Rust: files that `host-sim export --asm` wrote of `joint.toml`, `motor.toml` and
-//! `drive.toml` in this folder, and the designs that they were written of.
+//! The tick as assembly in a program of Rust: files that `host-sim export --asm` wrote of `joint.toml`, `motor.toml`
+//! and `drive.toml` in this folder, and the designs that they were written of.
 //!
 //! One line takes such a file, a block declares what is called of it, and a struct is its state as the exported header
 //! has it: numbers in their order, then two flags. A reference says what the header asks for: no two places overlap.

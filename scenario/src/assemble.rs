@@ -180,8 +180,8 @@ pub struct Mu {
 }
 
 impl Experiment {
-    /// Runs the loop once; `watch` sees every row and may break off. It is used up then: controller and sensors would go
-    /// on from where they are.
+    /// Runs the loop once; `watch` sees every row and may break off. It is used up then: controller and sensors would
+    /// go on from where they are.
     pub fn run(&mut self, watch: &mut dyn FnMut(&Row) -> ControlFlow<()>) -> (Trace, Option<LoopError>) {
         self.run_beside(None, watch)
     }

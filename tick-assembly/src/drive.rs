@@ -47,8 +47,8 @@ pub(crate) fn tick(
     if let Some(word) = layout.cleared.iter().find(|word| !is_cleared(word)) {
         return Err(format!("{name}: an ordinary tick does not set `{word}` to 0"));
     }
-    // A short look at every way to cut the loads, and a long one at the best. Of two encoders more numbers than registers
-    // are in use, and one long search finds more than several.
+    // A short look at every way to cut the loads, and a long one at the best. Of two encoders more numbers than
+    // registers are in use, and one long search finds more than several.
     let few = layout.groups.len() == 1;
     let Effort { rounds, steps, seed } = *effort;
     let (short, long) = if few {

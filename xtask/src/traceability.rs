@@ -1,6 +1,6 @@
-//! From an equation to the machine code, in one file, `target/traceability.md`: where its symbols and tests stand today,
-//! what is proved of it, which functions of the images carry it, what they may cost, and whether they are held to the
-//! record of the tick. Made from docs/paper-map.md, firmware/budgets.toml and the list of `means`; nothing is typed twice.
+//! From an equation to the machine code, in one file, `target/traceability.md`: where its symbols and tests stand
+//! today, what is proved of it, which functions of the images carry it, what they may cost, and whether they are held
+//! to the record of the tick. Made from docs/paper-map.md, firmware/budgets.toml and the list of `means`.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -24,8 +24,8 @@ pub(crate) fn text(map: &str, budgets: &str, root: &Path) -> String {
     let functions: Vec<Function<'_>> = budgets.split("[[instance]]").skip(1).filter_map(function).collect();
     let on_the_chip: Vec<[&str; 3]> = map.lines().filter_map(row::<3>).collect();
     let mut text = String::from(
-        "# From equation to machine code\n\nMade by `cargo xtask paper-map`. Cycles are ceilings, the bound of any call, \
-         as `cargo xtask budget` holds them;\n\"the record's terms\" is what `cargo xtask means` shows on every path, \
+        "# From equation to machine code\n\nMade by `cargo xtask paper-map`. Cycles are ceilings, the bound of any \
+         call, as `cargo xtask budget` holds them;\n\"the record's terms\" is what `cargo xtask means` shows on every path, \
          and a statement is proved by `cargo xtask prove`.\n",
     );
     for [label, what, symbols, tests] in map.lines().filter_map(cells) {
