@@ -24,9 +24,9 @@ pub(crate) fn text(map: &str, budgets: &str, root: &Path) -> String {
     let functions: Vec<Function<'_>> = budgets.split("[[instance]]").skip(1).filter_map(function).collect();
     let on_the_chip: Vec<[&str; 3]> = map.lines().filter_map(row::<3>).collect();
     let mut text = String::from(
-        "# From equation to machine code\n\nMade by `cargo xtask paper-map`. Cycles are ceilings, the bound of any \
-         call, as `cargo xtask budget` holds them;\n\"the record's terms\" is what `cargo xtask means` shows on every path, \
-         and a statement is proved by `cargo xtask prove`.\n",
+        "# From equation to machine code\n\n\
+         Made by `cargo xtask paper-map`. Cycles are ceilings, the bound of any call, as `cargo xtask budget` holds\n\
+         them; \"the record's terms\" is what `cargo xtask means` shows on every path; `cargo xtask prove` proves.\n",
     );
     for [label, what, symbols, tests] in map.lines().filter_map(cells) {
         let _ = writeln!(text, "\n## {label} {what}");
