@@ -201,7 +201,8 @@ fn near_word(choices: &[&Json], node: &Node) -> String {
 fn as_integer(choices: &[&Json], node: &Node) -> String {
     match node.value {
         NodeValue::Float(value)
-            if value == value.trunc() && choices.iter().any(|choice| has_type(choice, "integer")) =>
+            if value == value.trunc()
+                && choices.iter().any(|choice| has_type(choice, "integer") && holds(choice, value)) =>
         {
             format!(": write {value:.0}")
         }
@@ -220,13 +221,16 @@ fn bound(choice: &Json, name: &str) -> Option<f64> {
     choice[name].as_f64().or(of_type)
 }
 
-fn out_of_range(choice: &Json, number: f64, node: &Node, path: &KeyPath) -> Option<Fault> {
+fn holds(choice: &Json, number: f64) -> bool {
     let bound = |name: &str| bound(choice, name);
-    let inside = number.is_finite()
+    number.is_finite()
         && bound("minimum").is_none_or(|least| number >= least)
         && bound("exclusiveMinimum").is_none_or(|least| number > least)
-        && bound("maximum").is_none_or(|most| number <= most);
-    (!inside).then(|| fault(node.origin, path, node, &expected(&[choice]), ""))
+        && bound("maximum").is_none_or(|most| number <= most)
+}
+
+fn out_of_range(choice: &Json, number: f64, node: &Node, path: &KeyPath) -> Option<Fault> {
+    (!holds(choice, number)).then(|| fault(node.origin, path, node, &expected(&[choice]), ""))
 }
 
 /// In words: `a number above 0`, `"sin", "cos" or a list of 2 numbers`.

@@ -65,11 +65,23 @@ pub fn unwrapped(counts: impl IntoIterator<Item = f64>, mounted: &Mounted) -> An
 /// The first mistake and its place.
 pub fn read(text: &str, period_s: f64, encoders: &[Mounted]) -> Result<Record, Misread> {
     let at = |line: usize, column: usize, message: String| Misread { line, column, message };
+    // A byte order mark is how some programs begin a file.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     let Some((head_at, head)) = lines.next() else {
         return Err(at(1, 1, "the file is empty: expected tick,count_link,count_motor,u_held_a".into()));
     };
+    if let Some((mark, name)) = [(';', "semicolons"), ('\t', "tabs")].into_iter().find(|(mark, _)| head.contains(*mark))
+    {
+        let column = head.chars().take_while(|c| *c != mark).count() + 1;
+        return Err(at(head_at + 1, column, format!("columns stand between commas, these between {name}")));
+    }
     let heads: Vec<(usize, &str)> = cells(head).collect();
+    let is_before = |k: usize, head: &str| heads[..k].iter().any(|(_, before)| !head.is_empty() && *before == head);
+    let twice = heads.iter().enumerate().find(|(k, (_, head))| is_before(*k, head));
+    if let Some((_, &(column, head))) = twice {
+        return Err(at(head_at + 1, column, format!("there are two columns {head:?}")));
+    }
     let place = |names: &[&str]| heads.iter().position(|(_, head)| names.contains(head));
     let needed = |names: &[&str]| {
         place(names).ok_or_else(|| {
@@ -92,6 +104,9 @@ pub fn read(text: &str, period_s: f64, encoders: &[Mounted]) -> Result<Record, M
     let mut rows: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
     for (k, line) in lines {
         let found: Vec<(usize, &str)> = cells(line).collect();
+        if let Some(&(begin, cell)) = found.get(heads.len()).filter(|(_, cell)| !cell.is_empty()) {
+            return Err(at(k + 1, begin, format!("{cell:?} has no column: the head has {}", heads.len())));
+        }
         for (row, &column) in rows.iter_mut().zip(&columns) {
             let name = heads[column].1;
             let Some(&(begin, cell)) = found.get(column) else {

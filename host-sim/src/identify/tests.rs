@@ -141,6 +141,7 @@ fn mistakes_in_a_file_are_told_with_their_place() {
         found.map_err(|it| format!("{}:{}: {}", it.line, it.column, it.message))
     };
     assert!(told(&format!("{head}{}", rows(1200))).is_ok());
+    assert!(told(&format!("\u{feff}{head}{}", rows(1200))).is_ok());
     // In seconds, in another order, with a column of no use and blanks.
     let other = (0..1200).map(|k| format!("0.5, {k}, x, {k}, {}\n", f64::from(k) * 1e-3)).collect::<Vec<_>>().concat();
     assert_eq!(
@@ -159,6 +160,10 @@ fn mistakes_in_a_file_are_told_with_their_place() {
         (format!("{head}0,1,2,nan\n"), "2:7", "expected a number"),
         (format!("{head}0,1.5,2,3\n"), "2:3", "whole count"),
         (format!("{head}0,1,2\n"), "2:6", "ends before u_held_a"),
+        (format!("{head}0,1,2,3,4\n"), "2:9", "\"4\" has no column: the head has 4"),
+        (head.replace(',', ";"), "1:5", "columns stand between commas, these between semicolons"),
+        (head.replace(',', "\t"), "1:5", "these between tabs"),
+        (head.replace("link", "motor"), "1:18", "there are two columns \"count_motor\""),
     ] {
         let refused = told(&text).expect_err(what);
         assert!(refused.starts_with(&format!("{place}: ")) && refused.contains(what), "{refused}");
