@@ -454,7 +454,10 @@ impl Stand for Losing<'_> {
 /// The image `drive` with this joint, commissioned from firmware/drive.toml; `change` is made to what was found.
 fn commissioned(case: Case, change: impl Fn(&mut Identified), is_losing: bool) -> Commissioned {
     let text = std::fs::read_to_string(Path::new(&path("../firmware/drive.toml"))).expect("the scenario");
-    let sets = ["drive.uncertain_percent=50", "drive.gain_sets=2", "joint.current_lag_s=0"].map(str::to_owned);
+    // A machine that is busy takes long between two requests: what is lost meanwhile must not stop the drive.
+    let lost_ticks = if is_losing { "drive.lost_ticks=20000" } else { "drive.lost_ticks=50" };
+    let sets = ["drive.uncertain_percent=50", "drive.gain_sets=2", "joint.current_lag_s=0", lost_ticks];
+    let sets = sets.map(str::to_owned);
     let source = Source { file: "drive.toml", text: &text, sets: &sets };
     let experiment = scenario::parse(&source, "drive").unwrap_or_else(|error| panic!("{error}"));
     let designed = experiment.drive.expect("a drive").designed;
