@@ -1,18 +1,18 @@
 //! The step of a plant that is linear but for a sine: from one tick to the next without substeps.
 //!
-//! $$ \dot x = A x + e_n b u + \sum_i e_i w_i(t) - e_2 \sin x_1 $$
+//! $$ \dot x = A x + e_n b u + \sum_i e_i w_i(t) - e_2 s \sin x_1 $$
 //!
 //! with u held. Everything linear is exact: $x^+ = \Phi x + \gamma u$ and the share of each term of a signal,
 //! constants, ramps and sinusoids alike, come of one matrix exponential. Along the solution $g = -\sin x_1$ is taken
 //! as its polynomial of degree 3 about the beginning of the step,
 //!
-//! $$ \sum_{j \le 3} g^{(j)} G_j, \quad G_j = h^{j+1} \varphi_{j+1}(A h) e_2, \qquad
+//! $$ \sum_{j \le 3} g^{(j)} G_j, \quad G_j = h^{j+1} \varphi_{j+1}(A h) s e_2, \qquad
 //!    \dot g = -\cos x_1 \dot x_1, \quad \ddot g = \sin x_1 \dot x_1^2 - \cos x_1 \ddot x_1, \quad
 //!    \dddot g = \cos x_1 \dot x_1^3 + 3 \sin x_1 \dot x_1 \ddot x_1 - \cos x_1 \dddot x_1 $$
 //!
-//! whose derivatives of $x_1$ are known from the equation. The step h is the tick, or an equal part of it such that
-//! $h \omega \le 0.15$ with ω the fastest rate of the plant; a plant without sine crosses any tick at once. Against the
-//! solver of order 10 ([`solver`](crate::solver)), which is the oracle of this, states differ by less than 1e-9 of
+//! whose derivatives of $x_1$ are known from the equation, which must not have $x_4$ in its second row. The step h is the
+//! tick, or an equal part of it such that $h \omega \le 0.15$ with ω the fastest rate of the plant, a lag of u apart,
+//! which only smooths; a plant without sine crosses any tick at once. Against the solver of order 10 ([`solver`](crate::solver)), which is the oracle of this, states differ by less than 1e-9 of
 //! their largest (tests below).
 //!
 //! What it does not cross is left to that solver: a tick with a jump inside, a link that turns so fast that the
@@ -56,8 +56,8 @@ pub struct LinearPart<'a> {
     pub b: f64,
     /// Channel from 0, factor and signal; b v at the input belongs to channel n.
     pub signals: &'a [(usize, f64, Signal)],
-    /// Is there -sin x_1 in the second row?
-    pub has_sine: bool,
+    /// s of -s sin x_1 in the second row; 0 for none.
+    pub sine: f64,
     /// Its fastest rate, rad/s.
     pub fastest_rad_s: f64,
 }
@@ -93,6 +93,8 @@ pub(crate) struct Share<const N: usize> {
     pub(crate) g: [[f64; N]; TERMS],
     /// Row 2 of A, its first three entries.
     pub(crate) row: [f64; 3],
+    /// s.
+    pub(crate) sine: f64,
 }
 
 /// The lumped disturbances of such a plant, Eq. (39): what the nominal chain does not have,
@@ -137,6 +139,8 @@ pub struct Exact {
     pub(crate) steps: usize,
     /// Of one of them.
     pub(crate) h_s: f64,
+    /// s, and whether it is there.
+    pub(crate) sine: f64,
     pub(crate) has_sine: bool,
     pub(crate) phi: [Row; MAX_ORDER],
     pub(crate) gamma: Row,
@@ -151,11 +155,15 @@ pub struct Exact {
 }
 
 impl Exact {
-    /// Of such a plant at this period; none if it has more frequencies or jumps than there is room for, or is so fast
-    /// that the solver takes fewer steps.
+    /// Of such a plant at this period; none if it has more frequencies or jumps than there is room for, x_4 beside the
+    /// sine, or is so fast that the solver takes fewer steps.
     pub fn new(plant: &LinearPart<'_>, period_s: f64) -> Option<Self> {
         let n = plant.order;
-        let steps = if plant.has_sine { (period_s * plant.fastest_rad_s / STEP_ANGLE).ceil().max(1.0) } else { 1.0 };
+        let has_sine = plant.sine != 0.0;
+        if has_sine && plant.a[1][3..n.max(3)].iter().any(|entry| *entry != 0.0) {
+            return None;
+        }
+        let steps = if has_sine { (period_s * plant.fastest_rad_s / STEP_ANGLE).ceil().max(1.0) } else { 1.0 };
         if !(steps <= MOST_STEPS as f64 && period_s > 0.0) {
             return None;
         }
@@ -164,7 +172,7 @@ impl Exact {
         let augmented = Augmented::new(plant, h_s)?;
         let mut first = <[Signal; 3]>::default();
         for (channel, factor, signal) in plant.signals {
-            if let Some(of_row) = first.get_mut(*channel).filter(|_| plant.has_sine) {
+            if let Some(of_row) = first.get_mut(*channel).filter(|_| has_sine) {
                 *of_row = of_row.plus(*factor, signal);
             }
         }
@@ -173,7 +181,8 @@ impl Exact {
             period_s,
             steps,
             h_s,
-            has_sine: plant.has_sine,
+            sine: plant.sine,
+            has_sine,
             phi: augmented.phi(),
             gamma: augmented.constant(n - 1).map(|share| plant.b * share),
             g: std::array::from_fn(|j| augmented.column(n + TERMS - 1 - j)),
@@ -309,6 +318,7 @@ impl Exact {
             gamma: first(&self.gamma),
             g: self.g.map(|g| first(&g)),
             row: self.row,
+            sine: self.sine,
         }
     }
 
@@ -354,7 +364,8 @@ impl Exact {
             let waves = exact.waves.iter().map(|wave| wave.omega_rad_s);
             waves.chain(exact.jumps.iter().map(|jump| jump.at_s)).chain([exact.period_s]).map(f64::to_bits).collect()
         };
-        let kind = |exact: &Self| (exact.order, exact.steps, exact.has_sine, exact.ramp.is_some(), exact.waves.len());
+        let kind =
+            |exact: &Self| (exact.order, exact.steps, exact.sine.to_bits(), exact.ramp.is_some(), exact.waves.len());
         kind(self) == kind(other) && times(self) == times(other) && self.first == other.first
     }
 }
@@ -402,11 +413,11 @@ impl<const N: usize> Share<N> {
             // Of x_1: x_2 + w_1, and so on; x_2' is v2, x_2'' v3.
             let d1 = x[1] + w[0];
             let third = if N > 2 { x3 * x[2.min(N - 1)] } else { 0.0 };
-            let v2 = third + k1 * x[0] + b1 * x[1] - s + w[1];
+            let v2 = third + k1 * x[0] + b1 * x[1] - self.sine * s + w[1];
             let d2 = v2 + dw[0];
             let g1 = -(c * d1);
             let fourth = if N > 3 { x3 * (x[3.min(N - 1)] + w[2]) } else { 0.0 };
-            let v3 = fourth + k1 * d1 + b1 * v2 + g1 + dw[1];
+            let v3 = fourth + k1 * d1 + b1 * v2 + self.sine * g1 + dw[1];
             let d3 = v3 + ddw;
             let g2 = s * (d1 * d1) - c * d2;
             let g3 = c * (d1 * d1 * d1) + 3.0 * (s * (d1 * d2)) - c * d3;

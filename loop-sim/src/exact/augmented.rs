@@ -25,7 +25,7 @@ impl Augmented {
         }
         // A chain of integrators ends in e_2: its last gives phi_1, the one before phi_2, ..
         let sine = n;
-        m[1][sine + TERMS - 1] = if plant.has_sine { 1.0 } else { 0.0 };
+        m[1][sine + TERMS - 1] = plant.sine;
         for j in 1..TERMS {
             m[sine + j][sine + j - 1] = 1.0;
         }

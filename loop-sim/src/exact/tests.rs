@@ -1,5 +1,6 @@
 use super::*;
-use crate::plant::{Chain, FlexibleJoint, JointErrors, LastChannel, Plant};
+use crate::plant::{Chain, FlexibleJoint, Friction, Imperfections, Joint, JointBody, JointErrors};
+use crate::plant::{LastChannel, Motor, Plant, Shaft};
 use crate::solver;
 use controller_core::{JointParameters, Reading};
 
@@ -72,6 +73,44 @@ fn joints_of_every_reading_follow_the_solver_of_order_ten() {
                 }
             }
         }
+    }
+}
+
+/// Those of drives, whose current lags by far less than a tick: the oracle takes dozens of steps where one crosses.
+#[test]
+fn joints_and_motors_of_drives_follow_it_with_and_without_a_lag() {
+    let motor = Shaft { inertia_kg_m2: 9.31e-4, torque_n_m_per_a: 0.2, damping_n_m_s: 0.07 };
+    let load = Signal::new(vec![
+        Term::Step { amplitude: 0.5, t0_s: 0.503_7 },
+        Term::Sin { amplitude: 0.1, omega_rad_s: 30.0, phase_rad: 0.2 },
+    ]);
+    for (stiffness_n_m, weight_n_m) in [(20.0, 1.5), (400.0, 0.0), (3000.0, 4.0)] {
+        let body = JointBody {
+            link_inertia_kg_m2: 0.23,
+            link_damping_n_m_s: 0.01,
+            weight_n_m,
+            stiffness_n_m,
+            spring_damping_n_m_s: 0.0,
+            motor,
+        };
+        for (lag_s, period_s) in [(0.0, 1e-3), (8e-5, 1e-3), (8e-5, 2.5e-4), (2e-3, 1e-3)] {
+            let lag = Imperfections { lag_s, ..Imperfections::default() };
+            let joint = Joint::new(body, body, lag, load.clone()).sampled(period_s);
+            let x0 = [0.4, 0.0, 0.4, 0.0, 0.0];
+            let (share, crossed, ticks) = deviation(&joint, &x0[..joint.order()], period_s, 2.0);
+            let told = format!("{stiffness_n_m} N m, {lag_s} s of {period_s} s: {share:.1e}, {crossed} of {ticks}");
+            assert!(share < 1e-9 && crossed + 1 >= ticks, "{told}");
+            let motor = Motor::new(motor, motor, lag, load.clone()).sampled(period_s);
+            let (share, crossed, ticks) = deviation(&motor, &x0[2..2 + motor.order()], period_s, 2.0);
+            assert!(share < 1e-9 && crossed + 1 >= ticks, "a motor, {lag_s} s of {period_s} s: {share:.1e}");
+        }
+        // What is not linear is for the solver.
+        let rough = Friction { static_n_m: 0.01, coulomb_n_m: 0.01, ..Friction::default() };
+        let rough = Imperfections { friction: rough, ..Imperfections::default() };
+        let damped = JointBody { spring_damping_n_m_s: 0.01, weight_n_m: 1.0, ..body };
+        assert!(Joint::new(body, body, rough, load.clone()).sampled(1e-3).exact().is_none());
+        assert!(Joint::new(damped, body, Imperfections::default(), load.clone()).sampled(1e-3).exact().is_none());
+        assert!(Motor::new(motor, motor, rough, load.clone()).sampled(1e-3).exact().is_none());
     }
 }
 

@@ -35,6 +35,8 @@ struct Numbers<const N: usize> {
     gamma: [Wide; N],
     g: [[Wide; N]; TERMS],
     row: [Wide; 3],
+    /// One for all.
+    sine: f64,
 }
 
 impl<const N: usize> Plants<N> {
@@ -72,6 +74,7 @@ impl<const N: usize> Plants<N> {
                 gamma: row(&|exact| &exact.gamma),
                 g: std::array::from_fn(|j| row(&|exact| &exact.g[j])),
                 row: std::array::from_fn(|i| of(&|exact, _| exact.row[i])),
+                sine: exact.sine,
             },
             turned: [Wide::of_all(0.0); 2],
             constant: row(&|exact| &exact.constant),
@@ -192,6 +195,7 @@ impl<const N: usize> Numbers<N> {
             gamma: std::array::from_fn(|i| self.gamma[i][l]),
             g: std::array::from_fn(|j| std::array::from_fn(|i| self.g[j][i][l])),
             row: std::array::from_fn(|i| self.row[i][l]),
+            sine: self.sine,
         };
         let turned = [turned[0][l], turned[1][l]];
         (share.step::<SINE>(&now, u, &forced, moved, turned), is_within::<N, SINE>(&now, moved, h_s))

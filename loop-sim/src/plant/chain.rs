@@ -112,7 +112,7 @@ impl Chain {
             order: self.truth.a.len(),
             b: self.truth.b,
             signals: &self.lumped.signals,
-            has_sine: self.lumped.has_sine,
+            sine: 0.0,
             fastest_rad_s: self.fastest_rad_s,
         };
         let exact = Exact::new(&part, period_s);

@@ -98,14 +98,8 @@ impl FlexibleJoint {
         let JointChain { k1, b1, k2, b2, b, a1 } = self.truth;
         let mut a = companion(&[a1, 0.0, -k2, -b2]);
         a[1][..3].copy_from_slice(&[-k1, -b1, self.x3]);
-        let part = LinearPart {
-            a,
-            order: 4,
-            b,
-            signals: &self.lumped.signals,
-            has_sine: self.lumped.has_sine,
-            fastest_rad_s: self.linear_rad_s,
-        };
+        let part =
+            LinearPart { a, order: 4, b, signals: &self.lumped.signals, sine: 1.0, fastest_rad_s: self.linear_rad_s };
         Self { exact: Exact::new(&part, period_s), ..self }
     }
 

@@ -15,6 +15,7 @@
 use super::motor::{Imperfections, Shaft};
 use super::{Plant, fastest_signal_rad_s, merged_jumps_s, spectral_bound};
 use crate::MAX_ORDER;
+use crate::exact::{Exact, LinearPart};
 use crate::signal::Signal;
 use crate::solver::STEP_ANGLE;
 
@@ -39,6 +40,21 @@ pub struct JointBody {
 }
 
 impl JointBody {
+    /// The Jacobian where the link hangs still, with this much friction on the motor; without its weight.
+    fn jacobian(&self, friction_n_m_s: f64) -> [[f64; MAX_ORDER]; MAX_ORDER] {
+        let (k, d) = (self.stiffness_n_m, self.spring_damping_n_m_s);
+        let held = self.motor.damping_n_m_s + friction_n_m_s;
+        let mut a = [[0.0; MAX_ORDER]; MAX_ORDER];
+        (a[0][1], a[2][3]) = (1.0, 1.0);
+        let of_link = [-k, -d - self.link_damping_n_m_s, k, d];
+        let of_motor = [k, d, -k, -d - held];
+        for j in 0..4 {
+            a[1][j] = of_link[j] / self.link_inertia_kg_m2;
+            a[3][j] = of_motor[j] / self.motor.inertia_kg_m2;
+        }
+        a
+    }
+
     /// Accelerations of link and motor, without friction and load, under this torque on the motor.
     fn accelerations(&self, x: &[f64], torque: f64) -> [f64; 2] {
         let spring = self.stiffness_n_m * (x[2] - x[0]) + self.spring_damping_n_m_s * (x[3] - x[1]);
@@ -58,26 +74,33 @@ pub struct Joint {
     /// Without friction, and where that is steepest.
     rates_rad_s: [f64; 2],
     jumps_s: Vec<f64>,
+    exact: Option<Exact>,
 }
 
 impl Joint {
     /// A joint that is `truth`, of which the controller believes `nominal`; `load` on the link in N m.
     pub fn new(truth: JointBody, nominal: JointBody, imperfections: Imperfections, load: Signal) -> Self {
-        let JointBody { link_inertia_kg_m2: link, stiffness_n_m: k, spring_damping_n_m_s: d, motor, .. } = truth;
         let rates_rad_s = [0.0, imperfections.damping_n_m_s()].map(|friction| {
-            let held = motor.damping_n_m_s + friction;
-            let mut jacobian = [[0.0; MAX_ORDER]; MAX_ORDER];
-            (jacobian[0][1], jacobian[2][3]) = (1.0, 1.0);
-            let of_link = [-k - truth.weight_n_m, -d - truth.link_damping_n_m_s, k, d];
-            let of_motor = [k, d, -k, -d - held];
-            for j in 0..4 {
-                jacobian[1][j] = of_link[j] / link;
-                jacobian[3][j] = of_motor[j] / motor.inertia_kg_m2;
-            }
+            let mut jacobian = truth.jacobian(friction);
+            jacobian[1][0] = (-truth.stiffness_n_m - truth.weight_n_m) / truth.link_inertia_kg_m2;
             spectral_bound(jacobian).max(fastest_signal_rad_s([&load]))
         });
         let jumps_s = merged_jumps_s([&load]);
-        Self { truth, nominal, imperfections, load, rates_rad_s, jumps_s }
+        Self { truth, nominal, imperfections, load, rates_rad_s, jumps_s, exact: None }
+    }
+
+    /// With its step from tick to tick, if but the weight of its link is linear: without friction, cogging, ripple and
+    /// a damper in its spring.
+    #[must_use]
+    pub fn sampled(self, period_s: f64) -> Self {
+        let JointBody { link_inertia_kg_m2: link, weight_n_m, motor, .. } = self.truth;
+        let (mut a, order) = (self.truth.jacobian(0.0), self.order());
+        let b = self.imperfections.lagged(order, motor.torque_n_m_per_a / motor.inertia_kg_m2, &mut a);
+        let signals = [(1, -1.0 / link, self.load.clone())];
+        let fastest_rad_s = self.rates_rad_s[0];
+        let part = LinearPart { a, order, b, signals: &signals, sine: weight_n_m / link, fastest_rad_s };
+        let exact = if self.imperfections.is_linear() { Exact::new(&part, period_s) } else { None };
+        Self { exact, ..self }
     }
 
     fn accelerations(&self, t_s: f64, x: &[f64], current: f64) -> [f64; 2] {
@@ -127,6 +150,10 @@ impl Plant for Joint {
 
     fn jumps_s(&self) -> &[f64] {
         &self.jumps_s
+    }
+
+    fn exact(&self) -> Option<&Exact> {
+        self.exact.as_ref()
     }
 }
 

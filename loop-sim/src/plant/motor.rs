@@ -13,6 +13,8 @@
 //! disturbance d_2 (rad/s²); it is taken with the current that flows, since the lag of a current loop is no torque.
 
 use super::{Plant, fastest_signal_rad_s, merged_jumps_s};
+use crate::MAX_ORDER;
+use crate::exact::{Exact, LinearPart};
 use crate::signal::Signal;
 use crate::solver::STEP_ANGLE;
 
@@ -142,6 +144,23 @@ impl Imperfections {
         current.max(spring).max((waves * speed).abs().min(SPINNING_RAD_S))
     }
 
+    /// Is there a lag, and nothing else?
+    pub(super) fn is_linear(&self) -> bool {
+        self.friction.largest_n_m() == 0.0 && self.cogging_n_m == 0.0 && self.ripple == 0.0
+    }
+
+    /// The row of a current that lags in the last of `order` states, if one does; and what u multiplies in the last
+    /// row, of a plant in which the current gives `per_a` there without a lag.
+    pub(super) fn lagged(&self, order: usize, per_a: f64, a: &mut [[f64; MAX_ORDER]; MAX_ORDER]) -> f64 {
+        if self.lag_s > 0.0 {
+            a[order - 2][order - 1] = per_a;
+            a[order - 1][order - 1] = -1.0 / self.lag_s;
+            1.0 / self.lag_s
+        } else {
+            per_a
+        }
+    }
+
     /// The current that flows, if u is held and the state ends with the current.
     pub(super) fn current(&self, x: &[f64], u: f64) -> f64 {
         if self.lag_s > 0.0 { x.last().copied().unwrap_or(u) } else { u }
@@ -158,6 +177,7 @@ pub struct Motor {
     /// Without friction, and where that is steepest.
     rates_rad_s: [f64; 2],
     jumps_s: Vec<f64>,
+    exact: Option<Exact>,
 }
 
 impl Motor {
@@ -167,7 +187,21 @@ impl Motor {
             ((truth.damping_n_m_s + friction) / truth.inertia_kg_m2).max(fastest_signal_rad_s([&load]))
         });
         let jumps_s = merged_jumps_s([&load]);
-        Self { truth, nominal, imperfections, load, rates_rad_s, jumps_s }
+        Self { truth, nominal, imperfections, load, rates_rad_s, jumps_s, exact: None }
+    }
+
+    /// With its step from tick to tick, if it is linear: without friction, cogging and ripple.
+    #[must_use]
+    pub fn sampled(self, period_s: f64) -> Self {
+        let Shaft { inertia_kg_m2, torque_n_m_per_a, damping_n_m_s } = self.truth;
+        let (mut a, order) = ([[0.0; MAX_ORDER]; MAX_ORDER], self.order());
+        a[0][1] = 1.0;
+        a[1][1] = -damping_n_m_s / inertia_kg_m2;
+        let b = self.imperfections.lagged(order, torque_n_m_per_a / inertia_kg_m2, &mut a);
+        let signals = [(1, -1.0 / inertia_kg_m2, self.load.clone())];
+        let part = LinearPart { a, order, b, signals: &signals, sine: 0.0, fastest_rad_s: self.rates_rad_s[0] };
+        let exact = if self.imperfections.is_linear() { Exact::new(&part, period_s) } else { None };
+        Self { exact, ..self }
     }
 
     fn acceleration(&self, t_s: f64, x: &[f64], current: f64) -> f64 {
@@ -212,6 +246,10 @@ impl Plant for Motor {
 
     fn jumps_s(&self) -> &[f64] {
         &self.jumps_s
+    }
+
+    fn exact(&self) -> Option<&Exact> {
+        self.exact.as_ref()
     }
 }
 

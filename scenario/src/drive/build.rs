@@ -698,7 +698,8 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         damping_n_m_s: true_to(believed.damping_n_m_s, file.error.damping_percent),
     };
     let load = std::mem::take(&mut resolved.load);
-    let plant = plant::Motor::new(truth, believed, imperfections(&file.friction, sheet.current_lag_s, gear), load);
+    let plant = plant::Motor::new(truth, believed, imperfections(&file.friction, sheet.current_lag_s, gear), load)
+        .sampled(drive.period_s);
     let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
     let parts = Parts {
         current_lag_s: sheet.current_lag_s,
@@ -943,7 +944,8 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
 
     let load = std::mem::take(&mut resolved.load);
     let plant =
-        plant::Joint::new(truth, believed, imperfections(&file.friction, sheet.current_lag_s, ratio(sheet.gear)), load);
+        plant::Joint::new(truth, believed, imperfections(&file.friction, sheet.current_lag_s, ratio(sheet.gear)), load)
+            .sampled(drive.period_s);
     let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
     let parts = Parts {
         current_lag_s: sheet.current_lag_s,

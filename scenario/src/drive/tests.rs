@@ -428,3 +428,15 @@ fn a_joined_stop_brings_the_reference_to_rest_without_a_jump() {
         assert!(after.iter().all(|error| *error < band), "{:e}", after.iter().fold(0.0, |a: f64, b| a.max(*b)));
     }
 }
+
+/// Steps from tick to tick are for plants without friction, and what they come to is what the solver does.
+#[test]
+fn a_plant_without_friction_goes_from_tick_to_tick() {
+    let built = |text, sets: &[&str]| build(text, sets).unwrap_or_else(|told| panic!("{told}"));
+    assert!(built(JOINT, &[]).plant.exact().is_some());
+    let smooth = ["friction.static_n_m=0", "friction.coulomb_n_m=0", "friction.cogging_n_m=0"];
+    assert!(built(MOTOR, &smooth).plant.exact().is_some());
+    assert!(built(MOTOR, &smooth[..2]).plant.exact().is_none() && built(MOTOR, &smooth[1..]).plant.exact().is_none());
+    assert!(built(JOINT, &["friction.cogging_n_m=0.01"]).plant.exact().is_none());
+    assert!(built(JOINT, &["friction.ripple_percent=1"]).plant.exact().is_none());
+}
