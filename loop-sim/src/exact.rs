@@ -10,10 +10,11 @@
 //!    \dot g = -\cos x_1 \dot x_1, \quad \ddot g = \sin x_1 \dot x_1^2 - \cos x_1 \ddot x_1, \quad
 //!    \dddot g = \cos x_1 \dot x_1^3 + 3 \sin x_1 \dot x_1 \ddot x_1 - \cos x_1 \dddot x_1 $$
 //!
-//! whose derivatives of $x_1$ are known from the equation, which must not have $x_4$ in its second row. The step h is the
-//! tick, or an equal part of it such that $h \omega \le 0.15$ with ω the fastest rate of the plant, a lag of u apart,
-//! which only smooths; a plant without sine crosses any tick at once. Against the solver of order 10 ([`solver`](crate::solver)), which is the oracle of this, states differ by less than 1e-9 of
-//! their largest (tests below).
+//! whose derivatives of $x_1$ are known from the equation, which must not have $x_4$ in its second row. The step h is
+//! the tick, or an equal part of it such that $h \omega \le 0.15$ with ω the fastest rate of the plant, a lag of u
+//! apart, which only smooths; a plant without sine crosses any tick at once. Against the solver of order 10
+//! ([`solver`](crate::solver)), which is the oracle of this, states differ by less than 1e-9 of their largest (tests
+//! below).
 //!
 //! What it does not cross is left to that solver: a tick with a jump inside, a link that turns so fast that the
 //! polynomial is too short, a state that ran away. Whether it does depends on that tick of that plant alone.
