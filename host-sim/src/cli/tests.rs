@@ -268,6 +268,19 @@ fn bad_input_ends_with_status_2_one_line_on_stderr_and_nothing_written() {
     assert!(!Path::new(&out_folder).exists());
 }
 
+/// A number below 0 is judged by the option, and no option itself.
+#[test]
+fn a_negative_value_is_told_what_its_option_takes() {
+    for (args, expected) in [
+        (&["map", "--corners", "-1"][..], "error: --corners -1: expected a number above 0 and below 100\n"),
+        (&["commission", "--verify", "-1"], "error: --verify -1: expected a number above 0\n"),
+        (&["tune", "--noise", "-0.1"], "error: --noise -0.1: expected a number above 0\n"),
+    ] {
+        assert_eq!(spoken(args), (status::BAD_INPUT, String::new(), expected.into()), "{args:?}");
+    }
+    assert!(spoken(&["monte-carlo", "--trials", "-5"]).2.starts_with("error: invalid value '-5' for '--trials <N>'"));
+}
+
 #[test]
 fn wrong_usage_is_status_2_on_stderr_and_help_is_status_0_on_stdout() {
     for args in [&["bogus"][..], &["run"], &["--bogus"], &["new"], &["--json", "schema"]] {
