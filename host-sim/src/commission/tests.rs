@@ -212,6 +212,22 @@ fn the_file_has_what_was_found() {
     assert!(retuned.text.contains("# at its own shaft"), "{}", retuned.text);
 }
 
+/// A friction that was found above what the file has at rest takes its place there too.
+#[test]
+fn friction_at_rest_is_not_left_below_what_was_found() {
+    let (record, sheet, known) = recorded(&[]);
+    for (still, stays) in [("friction.static_n_m=0.02", true), ("friction.static_n_m=0.001", false)] {
+        let sets = sets(&[still]);
+        let source = Source { file: "motor.toml", text: scenario::MOTOR, sets: &sets };
+        let found = identify(&record, &sheet, &known).expect("a good record");
+        let retuned = Retuned::of(&source, &sheet, &found).expect("a file");
+        assert_eq!(retuned.sets.is_empty(), !stays, "{:?}", retuned.sets);
+        assert_eq!(retuned.text.contains("\nstatic_n_m = 0.008"), stays, "{}", retuned.text);
+        let source = Source { text: &retuned.text, sets: &retuned.sets, ..source };
+        assert_eq!(scenario::parse(&source, "x").expect("a file").warnings, Vec::<String>::new());
+    }
+}
+
 #[test]
 fn corners_are_off_as_they_say() {
     let sets = sets(&[]);
