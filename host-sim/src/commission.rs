@@ -11,7 +11,8 @@
 //! Accepted is a move with abs(y - r) <= B + 2.5 steps of the link's encoder whose record the link with the new
 //! parameters explains (0.6 steps rms). B is 1e-4 rad, or twice what the same move leaves when it is simulated on the
 //! joint as it was found (module `predicted`), whichever is more, and never more than the recorded moves left. The move
-//! alone does not see every wrong link, that residual does; neither sees a wrong motor, which does no harm in this move.
+//! alone does not see every wrong link, that residual does; neither sees a wrong motor, which does no harm in this
+//! move.
 //!
 //! The swap at rest drops the offset W. A loop with wrong parameters swings a little: the rule for swaps in motion
 //! (u does not jump) would freeze the instant's difference of the demands into W, and that takes 1/α to go.

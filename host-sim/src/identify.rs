@@ -274,8 +274,8 @@ impl fmt::Display for Refusal {
                     return write!(
                         f,
                         "one deviation of {peak_steps:.0} steps at {at_s:.3} s stands out of {residual_steps:.2} steps \
-                         rms ({:.0} times, at most {MOST_PEAK}): a count that jumped or stuck, an end stop, a blow or a \
-                         load that came. Cut the record before or after it if 2 s with moves to and fro remain, or \
+                         rms ({:.0} times, at most {MOST_PEAK}): a count that jumped or stuck, an end stop, a blow or \
+                         a load that came. Cut the record before or after it if 2 s with moves to and fro remain, or \
                          record again",
                         peak_steps / residual_steps
                     );

@@ -774,8 +774,8 @@ pub(super) fn remarks(design: &Design, experiment: &Experiment) -> Vec<String> {
             ));
         }
         None => line(
-            "nothing is suggested: by its rules nothing is better, with this period or an eighth of it; `host-sim tune` \
-             looks beyond them, and what is unstable in a corner needs a data sheet that is known better"
+            "nothing is suggested: by its rules nothing is better, with this period or an eighth of it; `host-sim \
+             tune` looks beyond them, and what is unstable in a corner needs a data sheet that is known better"
                 .into(),
         ),
         Some(Suggested { lines, why, got, .. }) => {

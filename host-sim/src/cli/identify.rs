@@ -80,8 +80,8 @@ pub(super) struct CommissionOptions {
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
     /// Way of the move that verifies, rad. Its |y - r| may be 1e-4 rad, or twice what the same move leaves in a
-    /// simulation of the joint as it was found, and 2.5 steps of the link's encoder; and no more than the recorded moves
-    /// left.
+    /// simulation of the joint as it was found, and 2.5 steps of the link's encoder; and no more than the recorded
+    /// moves left.
     #[arg(long, value_name = "RAD", default_value_t = 1.0)]
     verify: f64,
     /// The drive itself instead of a simulation: the emulated chip with this image, `drive` or `motor`.

@@ -323,7 +323,8 @@ fn a_motor_that_is_not_explained_is_refused_with_the_time_of_the_worst() {
     };
     let jump =
         |steps: f64| move |record: &mut Record| record.motor.rad[half..].iter_mut().for_each(|q| *q += steps * step);
-    let cases: [(&str, &dyn Fn(&mut Record), &str); 6] = [
+    type Case<'a> = (&'a str, &'a dyn Fn(&mut Record), &'a str);
+    let cases: [Case<'_>; 6] = [
         (
             "a jump of 300 steps",
             &jump(300.0),

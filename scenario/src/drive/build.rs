@@ -18,8 +18,8 @@ use loop_sim::solver;
 
 use super::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointErrorTable, JointScenario,
-    JointTable, ModeKey, MonitorTable, MotorDriveTable, MotorScenario, ReactionKey, ReferenceKind, ReferenceTable,
-    TuningKey,
+    JointTable, ModeKey, MonitorTable, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable, ReactionKey,
+    ReferenceKind, ReferenceTable, TuningKey,
 };
 use crate::assemble::{AtRest, Corner, Drive, Experiment, Sensed, ShaftOf, StateName, Twin};
 use crate::error::shown;
@@ -103,7 +103,8 @@ impl Wanted {
                 let remedy = if least_a > within_a {
                     let enough = shown(rounded(1.01 * least_a * max_current_a / within_a));
                     format!(
-                        "even in {LONGEST_S} s it takes {} A; max_current_a = {enough} is enough, or a nearer or slower goal",
+                        "even in {LONGEST_S} s it takes {} A; max_current_a = {enough} is enough, or a nearer or \
+                         slower goal",
                         shown(rounded(least_a))
                     )
                 } else {
@@ -117,13 +118,13 @@ impl Wanted {
                 ));
                 return self.motion.clone();
             };
-            return self.warned_of::<P, J>(motion, max_current_a, last, "", &feed_forward, warnings);
+            return warned_of::<P, J>(motion, max_current_a, last, "", &feed_forward, warnings);
         }
         let remedy = shortest(1).map_or_else(String::new, |motion| {
             let duration_s = f64::from(motion.ticks) * self.motion.period_s;
             format!("; reference.duration_s = {} is long enough", shown(rounded(duration_s)))
         });
-        self.warned_of::<P, J>(self.motion.clone(), max_current_a, last, &remedy, &feed_forward, warnings)
+        warned_of::<P, J>(self.motion.clone(), max_current_a, last, &remedy, &feed_forward, warnings)
     }
 
     /// The largest current of the slowest way, A.
@@ -133,27 +134,26 @@ impl Wanted {
         let at = |i: u64| self.motion.start.saturating_add((u64::from(ticks) * i / POINTS) as u32);
         (0..=POINTS).map(|i| feed_forward(&jets(at(i))).abs()).fold(0.0, f64::max)
     }
+}
 
-    /// The motion, if it needs more than there is with a warning.
-    fn warned_of<const P: usize, const J: usize>(
-        &self,
-        motion: Motion,
-        max_current_a: f64,
-        last: usize,
-        remedy: &str,
-        feed_forward: impl Fn(&[f64; J]) -> f64,
-        warnings: &mut Vec<String>,
-    ) -> Motion {
-        let peak = motion.peak::<P, J>(last as u32, feed_forward);
-        if peak > max_current_a {
-            warnings.push(format!(
-                "the reference asks for up to {} A, the limit is {} A: it will not be followed{remedy}",
-                shown(rounded(peak)),
-                shown(max_current_a)
-            ));
-        }
-        motion
+/// The motion, if it needs more than there is with a warning.
+fn warned_of<const P: usize, const J: usize>(
+    motion: Motion,
+    max_current_a: f64,
+    last: usize,
+    remedy: &str,
+    feed_forward: impl Fn(&[f64; J]) -> f64,
+    warnings: &mut Vec<String>,
+) -> Motion {
+    let peak = motion.peak::<P, J>(last as u32, feed_forward);
+    if peak > max_current_a {
+        warnings.push(format!(
+            "the reference asks for up to {} A, the limit is {} A: it will not be followed{remedy}",
+            shown(rounded(peak)),
+            shown(max_current_a)
+        ));
     }
+    motion
 }
 
 /// Four digits of a number that came of others.
@@ -181,13 +181,14 @@ fn period(given_s: f64, problems: &mut Problems) -> f64 {
 }
 
 /// Friction beyond what the motor can make, of which the solver would take more steps in a tick than it does.
-fn too_steep(table: &FrictionTable, motor_n_m: f64, inertia_kg_m2: f64, period_s: f64) -> Option<Problem> {
+fn too_steep(table: &FrictionTable, limit_a: f64, truth: &Shaft, period_s: f64) -> Option<Problem> {
+    let motor_n_m = limit_a * truth.torque_n_m_per_a;
     let (key, largest) = largest_friction(table);
-    let rate = largest / table.smooth_rad_s / inertia_kg_m2;
+    let rate = largest / table.smooth_rad_s / truth.inertia_kg_m2;
     let most = 0.49 * solver::MAX_STEPS as f64 / period_s;
     let message = format!(
-        "found {}, more than the {} N m that the motor can make, and so steep about rest that the solver takes more than \
-         {} steps in a tick: expected at most {}, or a larger friction.smooth_rad_s",
+        "found {}, more than the {} N m that the motor can make, and so steep about rest that the solver takes more \
+         than {} steps in a tick: expected at most {}, or a larger friction.smooth_rad_s",
         shown(largest),
         shown(rounded(motor_n_m)),
         solver::MAX_STEPS,
@@ -780,44 +781,29 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         observer_states: drive.observer_states,
         plant: "motor",
     };
-    let gear = ratio(sheet.gear);
-    let behind_gear = sheet.load_inertia_kg_m2 + gear * gear * inertia;
-    problems.0.extend(too_steep(
-        &file.friction,
-        limit * gear * true_to(torque, file.error.torque_percent),
-        true_to(behind_gear, file.error.inertia_percent),
-        common.period_s,
-    ));
-    let resolved = resolved(&common, &[mounted], default_name, &mut problems);
-    let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
-
     // On the side of the gear where the angle is meant.
+    let gear = ratio(sheet.gear);
     let nominal = Motor {
-        inertia_kg_m2: behind_gear,
+        inertia_kg_m2: sheet.load_inertia_kg_m2 + gear * gear * inertia,
         torque_n_m_per_a: gear * torque,
         damping_n_m_s: gear * gear * sheet.damping_n_m_s,
     };
+    let (believed, truth) = shafts(&nominal, &file.error);
+    problems.0.extend(too_steep(&file.friction, limit, &truth, common.period_s));
+    let resolved = resolved(&common, &[mounted], default_name, &mut problems);
+    let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
+
     let form = Form {
         follows: if drive.mode == ModeKey::Speed { Follows::Speed } else { Follows::Position },
         gain_sets: gain_sets(drive.gain_sets, drive.uncertain_percent),
         delay_ticks: drive.delay_ticks,
         observer_states: drive.observer_states,
     };
-    let by_rule = MotorDesign::by_rule(drive.period_s, nominal, mounted.encoder, Limits::symmetric(limit))
-        .with_lag(sheet.current_lag_s, drive.delay_ticks as u32);
-    let design = by_rule.with_bandwidths(motor_bandwidths(drive, by_rule.bandwidths));
-    let design = MotorDesign {
-        fast_ratio: drive.fast_ratio.unwrap_or(design.fast_ratio),
-        lost_ticks: drive.lost_ticks,
-        fallback: fallback(drive.fallback),
-        ..design
-    };
+    let designed_for = |drive: &MotorDriveTable| motor_design(drive, sheet, nominal, mounted.encoder, limit);
+    let design = designed_for(drive);
 
     let mut warnings = common.warnings();
-    warnings.extend(friction_warnings(
-        &file.friction,
-        limit * true_to(nominal.torque_n_m_per_a, file.error.torque_percent),
-    ));
+    warnings.extend(friction_warnings(&file.friction, limit * truth.torque_n_m_per_a));
     let motion = resolved.wanted.planned::<3, 3>(
         limit,
         drive.uncertain_percent,
@@ -828,28 +814,14 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let given = [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s];
     let is_given = given.iter().any(Option::is_some);
     let refused = |error: DriveError| {
-        let has_design = |period_s: f64| {
-            let by_rule = MotorDesign { period_s, ..by_rule }.with_lag(sheet.current_lag_s, drive.delay_ticks as u32);
-            let drive = MotorDriveTable { period_s, ..drive.clone() };
-            let design = by_rule.with_bandwidths(motor_bandwidths(&drive, by_rule.bandwidths));
-            port::motor_at_rest(&MotorDesign { lost_ticks: drive.lost_ticks, ..design }, form).is_ok()
-        };
-        vec![design_problem(&error, "motor", is_given, longest_period(drive.period_s, has_design))]
+        let at = |period_s: f64| designed_for(&MotorDriveTable { period_s, ..drive.clone() });
+        let longest_s = longest_period(drive.period_s, |period_s| port::motor_at_rest(&at(period_s), form).is_ok());
+        vec![design_problem(&error, "motor", is_given, longest_s)]
     };
     let monitors = common.monitors(resolved.reaction, [nominal.inertia_kg_m2]);
     let designed = DriveDesign::Motor { design, form, mounted, monitors };
     let port = designed.port(&motion).map_err(refused)?;
 
-    let believed = Shaft {
-        inertia_kg_m2: nominal.inertia_kg_m2,
-        torque_n_m_per_a: nominal.torque_n_m_per_a,
-        damping_n_m_s: nominal.damping_n_m_s,
-    };
-    let truth = Shaft {
-        inertia_kg_m2: true_to(believed.inertia_kg_m2, file.error.inertia_percent),
-        torque_n_m_per_a: true_to(believed.torque_n_m_per_a, file.error.torque_percent),
-        damping_n_m_s: true_to(believed.damping_n_m_s, file.error.damping_percent),
-    };
     let load = std::mem::take(&mut resolved.load);
     let plant = plant::Motor::new(truth, believed, imperfections(&file.friction, sheet.current_lag_s, gear), load);
     let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
@@ -876,6 +848,40 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         warnings,
     };
     Ok(experiment(&common, parts))
+}
+
+/// What the controller believes, and what is true.
+fn shafts(nominal: &Motor, error: &MotorErrorTable) -> (Shaft, Shaft) {
+    let believed = Shaft {
+        inertia_kg_m2: nominal.inertia_kg_m2,
+        torque_n_m_per_a: nominal.torque_n_m_per_a,
+        damping_n_m_s: nominal.damping_n_m_s,
+    };
+    let truth = Shaft {
+        inertia_kg_m2: true_to(believed.inertia_kg_m2, error.inertia_percent),
+        torque_n_m_per_a: true_to(believed.torque_n_m_per_a, error.torque_percent),
+        damping_n_m_s: true_to(believed.damping_n_m_s, error.damping_percent),
+    };
+    (believed, truth)
+}
+
+/// What a file says, with its rules.
+fn motor_design(
+    drive: &MotorDriveTable,
+    sheet: &MotorTable,
+    nominal: Motor,
+    encoder: Encoder,
+    limit: f64,
+) -> MotorDesign {
+    let by_rule = MotorDesign::by_rule(drive.period_s, nominal, encoder, Limits::symmetric(limit))
+        .with_lag(sheet.current_lag_s, drive.delay_ticks as u32);
+    let design = by_rule.with_bandwidths(motor_bandwidths(drive, by_rule.bandwidths));
+    MotorDesign {
+        fast_ratio: drive.fast_ratio.unwrap_or(design.fast_ratio),
+        lost_ticks: drive.lost_ticks,
+        fallback: fallback(drive.fallback),
+        ..design
+    }
 }
 
 /// What the file says of them, and what follows of that.
@@ -1055,12 +1061,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
         observer_states: 4,
         plant: "joint",
     };
-    problems.0.extend(too_steep(
-        &file.friction,
-        limit * truth.motor.torque_n_m_per_a,
-        truth.motor.inertia_kg_m2,
-        common.period_s,
-    ));
+    problems.0.extend(too_steep(&file.friction, limit, &truth.motor, common.period_s));
     let resolved = resolved(&common, &[link, motor], default_name, &mut problems);
     let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
 
@@ -1096,13 +1097,12 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let given = [drive.surface_rad_s, drive.link_rad_s, drive.motor_rad_s, drive.reaching_per_s];
     let is_given = given.iter().any(Option::is_some);
     let refused = |error: DriveError| {
-        let has_design = |period_s: f64| {
-            let drive = JointDriveTable { period_s, ..drive.clone() };
-            let design = JointDesign { period_s, ..design };
-            let design = design.with_bandwidths(joint_bandwidths(&drive, tuning), load_n_m);
-            port::joint_at_rest(&design, form).is_ok()
+        let at = |period_s: f64| {
+            let bandwidths = joint_bandwidths(&JointDriveTable { period_s, ..drive.clone() }, tuning);
+            JointDesign { period_s, ..design }.with_bandwidths(bandwidths, load_n_m)
         };
-        vec![design_problem(&error, "joint", is_given, longest_period(drive.period_s, has_design))]
+        let longest_s = longest_period(drive.period_s, |period_s| port::joint_at_rest(&at(period_s), form).is_ok());
+        vec![design_problem(&error, "joint", is_given, longest_s)]
     };
     let inertia = [nominal.link_inertia_kg_m2, nominal.motor_inertia_kg_m2];
     let monitors = common.monitors(resolved.reaction, inertia);
