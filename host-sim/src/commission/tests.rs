@@ -312,6 +312,9 @@ fn what_no_data_sheet_says_of_a_motor_is_left_and_taken() {
     }
 }
 
+/// What is wrong with a record, how, and what is said of it.
+type Case<'a> = (&'a str, &'a dyn Fn(&mut Record), &'a str);
+
 #[test]
 fn a_motor_that_is_not_explained_is_refused_with_the_time_of_the_worst() {
     let (good, sheet, known) = recorded(&[]);
@@ -323,7 +326,6 @@ fn a_motor_that_is_not_explained_is_refused_with_the_time_of_the_worst() {
     };
     let jump =
         |steps: f64| move |record: &mut Record| record.motor.rad[half..].iter_mut().for_each(|q| *q += steps * step);
-    type Case<'a> = (&'a str, &'a dyn Fn(&mut Record), &'a str);
     let cases: [Case<'_>; 6] = [
         (
             "a jump of 300 steps",
