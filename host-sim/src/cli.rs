@@ -38,7 +38,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use cycle_bound::{Reply, stop};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use scenario::{Experiment, ScenarioError, Source};
@@ -103,6 +103,10 @@ struct Cli {
 #[derive(Subcommand, Debug)]
 enum Command {
     /// Run a scenario file.
+    ///
+    /// Exit status: 0 the run came to its end, or diverged: that is a result, told as NOT BOUNDED, in run.json as
+    /// metrics.bounded and ending. 1 it could not go on or be written, 2 bad input, 130 stopped. To have a bound held,
+    /// host-sim monte-carlo --at-most.
     Run {
         /// The scenario (host-sim new NAME writes one).
         file: PathBuf,
@@ -144,7 +148,8 @@ enum Command {
     Emulate(EmulateOptions),
     /// Say what a design comes to in its loop: poles, margins, noise, what limits it, what would be better.
     ///
-    /// Nothing is simulated: the loop is linearised where it stands still. A loop that is unstable is a result.
+    /// Nothing is simulated: the loop is linearised where it stands still. A loop that is unstable is a result. Of a
+    /// drive noise of u may be 1 % of the largest current, as in host-sim tune.
     Design(DesignOptions),
     /// Say how large sigma*, the errors of the estimates, y and u can be: by what, how tight, and which gain lowers it.
     ///
@@ -289,7 +294,7 @@ pub fn main() -> u8 {
 pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -> u8 {
     let args: Vec<OsString> = args.into_iter().collect();
     let program = args.first().map_or("host-sim".into(), |name| name.to_string_lossy().into_owned());
-    let cli = match Cli::try_parse_from(&args) {
+    let cli = match command().try_get_matches_from(&args).and_then(|found| Cli::from_arg_matches(&found)) {
         Ok(cli) => cli,
         Err(usage) => {
             let text = usage.render();
@@ -341,6 +346,16 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
             status
         }
     }
+}
+
+/// The command line. A number below 0 is a value, of which its option says what it takes, and no unknown option.
+fn command() -> clap::Command {
+    fn numbers(command: clap::Command) -> clap::Command {
+        command
+            .mut_args(|arg| if arg.get_action().takes_values() { arg.allow_negative_numbers(true) } else { arg })
+            .mut_subcommands(numbers)
+    }
+    numbers(Cli::command())
 }
 
 fn default_scenario(sets: &[String]) -> Result<Experiment, Failure> {

@@ -8,9 +8,11 @@
 //! keep it, or swap back; then home
 //! ```
 //!
-//! Accepted is a move with abs(y - r) <= 1e-4 rad + 2.5 steps of the link's encoder whose record the link with the new
-//! parameters explains (0.6 steps rms). The move alone does not see every wrong link, that residual does; neither sees
-//! a wrong motor, which does no harm in this move.
+//! Accepted is a move with abs(y - r) <= B + 2.5 steps of the link's encoder whose record the link with the new
+//! parameters explains (0.6 steps rms). B is 1e-4 rad, or twice what the same move leaves when it is simulated on the
+//! joint as it was found (module `predicted`), whichever is more, and never more than the recorded moves left. The move
+//! alone does not see every wrong link, that residual does; neither sees a wrong motor, which does no harm in this
+//! move.
 //!
 //! The swap at rest drops the offset W. A loop with wrong parameters swings a little: the rule for swaps in motion
 //! (u does not jump) would freeze the instant's difference of the demands into W, and that takes 1/α to go.
@@ -30,9 +32,12 @@ use crate::identify::{Identified, Known, MOST_RESIDUAL_STEPS, Record, Refusal, S
 
 mod multisine;
 pub mod plants;
+mod predicted;
 mod retuned;
 mod rig;
 mod wired;
+
+use predicted::Found;
 
 pub use multisine::multisine;
 pub use retuned::{Retuned, sheet_of};
@@ -53,8 +58,14 @@ const CURRENT: f64 = 0.7;
 const LEAST_CURRENT: f64 = 0.3;
 /// A plan that takes longer is none, s.
 const LONGEST_S: f64 = 20.0;
-/// Bar of the verification: rad, and steps of the link's encoder: two, and half a step by which a count is off itself.
-const BAR: (f64, f64) = (1e-4, 2.5);
+/// Bar of the verification, rad: at least so much, or so many times what is expected of the move on the joint as it was
+/// found (cogging, ripple and load are not in it), and steps of the link's encoder: two, and half a step by which a
+/// count is off itself.
+pub const LEAST_BAR_RAD: f64 = 1e-4;
+/// See [`LEAST_BAR_RAD`].
+pub const TIMES_EXPECTED: f64 = 2.0;
+/// See [`LEAST_BAR_RAD`].
+pub const BAR_STEPS: f64 = 2.5;
 
 /// What is recorded, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -189,6 +200,9 @@ pub struct Verified {
     pub true_peak_rad: Option<f64>,
     /// What it may be.
     pub bar_rad: f64,
+    /// The same move simulated on the joint as it was found; none of a motor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub expected_rad: Option<f64>,
     /// What the new link leaves of its record, steps rms; none of a motor.
     pub residual_steps: Option<f64>,
 }
@@ -451,24 +465,34 @@ fn sequence(
     let (jump_a, settled) = swapped(stand, &designed, plan.swap)?;
 
     let u_max = (CURRENT * limit - load).max(LEAST_CURRENT * limit);
-    let bar_rad = match &record.link {
-        Some(link) => BAR.0 + BAR.1 * link.step_rad,
-        None => recorded_peak_rad,
-    };
     let ticks = fewest(stand, &identified.sheet, plan.verify_rad, 1.0, u_max)?;
     let to_rad = stand.at_rad() + plan.verify_rad;
+    let expected_rad = match &identified.sheet {
+        Sheet::Joint(joint) => {
+            let friction_a = identified.parameter("f_c").map_or(0.0, |it| it.value);
+            let found = Found { joint: *joint, friction_a, lag_s: known.lag_s };
+            found.peak_rad(&designed, [stand.at_rad(), to_rad], ticks)
+        }
+        Sheet::Motor(_) => None,
+    };
+    let bar_rad = record.link.as_ref().map_or(f64::INFINITY, |link| {
+        LEAST_BAR_RAD.max(TIMES_EXPECTED * expected_rad.unwrap_or(0.0)) + BAR_STEPS * link.step_rad
+    });
+    // In no case worse than before.
+    let bar_rad = bar_rad.min(recorded_peak_rad);
     let verify = moved(stand, to_rad, ticks)?;
     let verified = Verified {
         move_s: f64::from(ticks) * stand.period_s(),
         peak_rad: verify.peak_rad(),
         true_peak_rad: verify.true_error.as_ref().map(|errors| largest(errors.iter().copied())),
         bar_rad,
+        expected_rad,
         // Where a count was lost nothing is explained.
         residual_steps: verify.record.as_ref().map_or(Some(f64::INFINITY), |record| identified.left_over(record)),
     };
     let most = MOST_RESIDUAL_STEPS + known.noise_steps;
     let explains = verified.residual_steps.is_none_or(|steps| steps <= most);
-    let is_good = verified.peak_rad <= bar_rad.min(recorded_peak_rad);
+    let is_good = verified.peak_rad <= bar_rad;
     // With the old gains as carefully as the record was made.
     let (outcome, of_home, least_s, current) = if is_good && explains {
         (Outcome::Accepted, identified.sheet, 1.0, u_max)

@@ -45,7 +45,7 @@ mod task;
 mod tune;
 
 pub(crate) use bench::LOST;
-pub use bench::{Bench, Figures, Worst};
+pub use bench::{Bench, Figures, Lost, Worst};
 pub use linear::{Linear, Sampled};
 pub use task::{Aim, Angles, Model, Task};
 pub use tune::{Entry, Settings, compare};

@@ -26,12 +26,15 @@ use loop_sim::port::drive::DriveDesign;
 use loop_sim::random::Random;
 use serde::Serialize;
 
-use crate::compare::{Bench, Knob, Tuned, Worst, of_ours};
+use crate::compare::{Bench, Knob, LOST, Tuned, Worst, of_ours};
 
 /// Starts of a search.
 const STARTS: usize = 3;
 /// How near the edge of stability a search may go: what is linear is so at rest.
 pub const LARGEST_RADIUS: f64 = 0.9995;
+/// Share of the largest current that the steps of encoders may make of u as noise, rms, where nobody says another: here
+/// and for what `host-sim design` calls too much.
+pub const NOISE_SHARE: f64 = 0.01;
 /// What counts for a constraint of a design that there is none of.
 const NO_DESIGN: f64 = -3.0;
 
@@ -65,7 +68,12 @@ impl Asked {
 
     /// How far below what is asked each figure is, as a logarithm; negative where it is above.
     fn margins(&self, found: &Found) -> [f64; 5] {
-        let below = |asked: Option<f64>, got: f64| asked.map_or(1.0, |asked| libm::log10(asked / got));
+        // What is lost in a corner is missed, asked for or not.
+        let below = |asked: Option<f64>, got: f64| match asked {
+            _ if got >= LOST => NO_DESIGN,
+            Some(asked) => libm::log10(asked / got),
+            None => 1.0,
+        };
         let Worst { move_rad, load_rad, settle_s, spectral_radius, .. } = found.worst;
         let margins = [
             below(Some(self.noise_a), found.noise_a),
@@ -81,7 +89,9 @@ impl Asked {
     /// What is not met, in words.
     pub fn missed(&self, found: &Found) -> Vec<&'static str> {
         let names = ["noise", "settling", "move", "load", "stability"];
-        names.into_iter().zip(self.margins(found)).filter(|(_, margin)| *margin < 0.0).map(|(name, _)| name).collect()
+        let missed = names.into_iter().zip(self.margins(found)).filter(|(_, margin)| *margin < 0.0);
+        let sine = (found.worst.sine_rad >= LOST).then_some("sine");
+        missed.map(|(name, _)| name).chain(sine).collect()
     }
 }
 

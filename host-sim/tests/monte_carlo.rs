@@ -294,6 +294,12 @@ fn a_damaged_a_foreign_a_missing_and_a_double_shard_are_told_by_name() {
     refused(&[&one, &two], "trials 20 to 39 are in no shard");
     refused(&[&one, &two, &two, &three], &format!("{two}: its trials 10 to 19 are in another too"));
     refused(&[&one, &foreign, &three], &format!("{foreign}: a shard of another plan: its seed is 7, expected 1"));
+    // What was asked for otherwise is told at its place, and before what follows from it.
+    let other = folder.path("varied");
+    done(&[&brief[..], &["--vary", "sensor.dropout=uniform(0,0.1)", "--shard", "2/3", "--out", &other]].concat());
+    let varied = format!("{other}/shard-2-of-3.parquet");
+    let expected = "its vary[2] is \"sensor.dropout=uniform(0,0.1)\", expected none";
+    refused(&[&one, &varied, &three], &format!("{varied}: a shard of another plan: {expected}"));
     // The same trials as another version of the program would have written them.
     let mut bytes = fs::read(&two).expect("a shard");
     let ours = concat!("host-sim ", env!("CARGO_PKG_VERSION"));

@@ -27,7 +27,7 @@ use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, failed, 
 use crate::bounds::{Known, NoBounds, Quantity, SampledLoop};
 use crate::map::Subject;
 use crate::margins::Loop;
-use crate::report::number::significant;
+use crate::report::number::{significant, typed};
 use crate::report::page::Section;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
 
@@ -442,7 +442,7 @@ impl<'a> Answer<'a> {
             row(&part.name, part.bounds.iter().map(|bound| number(*bound)).collect(), &part.known);
         }
         row("all together", self.bounds.iter().map(|bound| number(*bound)).collect(), "of the sampled loop");
-        let run = format!("largest over [{from}, {to}] s of the run");
+        let run = format!("largest over [{}, {}] s of the run", typed(from, 6), typed(to, 6));
         row("simulated", self.simulated.iter().map(|value| number(*value)).collect(), &run);
         let ratio =
             |(bound, value): (&f64, &f64)| if *value > 0.0 { significant(bound / value, 3) } else { "-".into() };

@@ -25,6 +25,7 @@ use super::{Console, Failure, RunOptions, bad, failed, scenario_of, status};
 use crate::map::is_zero;
 use crate::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, offset_per_s, unstable_corners};
 use crate::report::number::significant;
+use crate::tune::NOISE_SHARE;
 
 #[derive(Args, Debug)]
 pub(super) struct DesignOptions {
@@ -41,8 +42,6 @@ pub(super) struct DesignOptions {
     no_limits: bool,
 }
 
-/// Share of the current limit that the steps of encoders may cost as noise, rms.
-const NOISE_SHARE: f64 = 0.01;
 /// Phase margin below which nothing is suggested, degrees: with less |S| is above 1/(2 sin 12.5°) = 2.3. Behind a
 /// current loop of 0.2 ms the default set of a joint has 26.7; firm has 22.6, and does not bear a tick of delay.
 const LEAST_PHASE_DEG: f64 = 25.0;
@@ -567,7 +566,10 @@ fn suggested(experiment: &Experiment, at_rest: &AtRest, present: &Got) -> Result
             let Some(flaw) = got.flaw(at_rest, most_noise) else {
                 let why = match why.unwrap_or(refused) {
                     why if is_same => format!("as it is; {why}"),
-                    _ if times > 1 => format!("a shorter period; with that of the file {at_this_period}"),
+                    _ if times > 1 => format!(
+                        "a shorter period; with that of the file {at_this_period}, and `host-sim tune` looks for more \
+                         than these sets"
+                    ),
                     why => why,
                 };
                 return Ok(Some(Suggested { lines, why, is_same, got }));
@@ -772,8 +774,8 @@ pub(super) fn remarks(design: &Design, experiment: &Experiment) -> Vec<String> {
             ));
         }
         None => line(
-            "nothing is suggested: by its rules nothing is better, with this period or an eighth of it; what is \
-             unstable in a corner needs a data sheet that is known better"
+            "nothing is suggested: by its rules nothing is better, with this period or an eighth of it; `host-sim \
+             tune` looks beyond them, and what is unstable in a corner needs a data sheet that is known better"
                 .into(),
         ),
         Some(Suggested { lines, why, got, .. }) => {

@@ -18,7 +18,10 @@ use whole_file::{Existing, Kind};
 use super::live::{Reach, way};
 use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, read_text, status};
 use crate::commission::plants::{Plants, Tried, try_all};
-use crate::commission::{Outcome, Plan, Report, Retuned, Rig, Stopped, Swap, Verified, Wired, commission, sheet_of};
+use crate::commission::{
+    BAR_STEPS, LEAST_BAR_RAD, Outcome, Plan, Report, Retuned, Rig, Stopped, Swap, TIMES_EXPECTED, Verified, Wired,
+    commission, sheet_of,
+};
 use crate::identify::{Identified, Known, Parameter, Quality, Record, identify, record};
 use crate::live::LiveDrive;
 use crate::report::number::significant;
@@ -37,7 +40,7 @@ struct Common {
     /// How far the data sheet may be off: a parameter farther off is refused.
     #[arg(long, value_name = "PERCENT", default_value_t = 60.0)]
     tolerance: f64,
-    /// Noise of the link's encoder besides its rounding, steps rms.
+    /// Noise of the encoders besides their rounding, steps rms.
     #[arg(long, value_name = "STEPS", default_value_t = 0.0)]
     noise_steps: f64,
     /// The scenario with what was found; an existing file is never overwritten [default: SCENARIO-identified.toml].
@@ -76,7 +79,9 @@ pub(super) struct CommissionOptions {
     /// Seed of its phases, and of random plants.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Way of the move that verifies, rad.
+    /// Way of the move that verifies, rad. Its |y - r| may be 1e-4 rad, or twice what the same move leaves in a
+    /// simulation of the joint as it was found, and 2.5 steps of the link's encoder; and no more than the recorded
+    /// moves left.
     #[arg(long, value_name = "RAD", default_value_t = 1.0)]
     verify: f64,
     /// The drive itself instead of a simulation: the emulated chip with this image, `drive` or `motor`.
@@ -200,6 +205,39 @@ const fn told(outcome: Outcome) -> &'static str {
         Outcome::BackForTheMove => "SWAPPED BACK: the move is not good enough",
         Outcome::BackForTheLink => "SWAPPED BACK: the link is not as it was found",
     }
+}
+
+/// Why the move was not good enough, what its bar is made of, and what to type instead.
+fn of_the_bar(plan: &Plan, report: &Report) -> String {
+    let three = |value: f64| significant(value, 3);
+    let Verified { peak_rad, bar_rad, expected_rad, .. } = report.verified;
+    let recorded = three(report.recorded_peak_rad);
+    let bar = match &report.record.link {
+        Some(link) if bar_rad < report.recorded_peak_rad => {
+            let expected = expected_rad.map_or_else(
+                || String::from("the same move in a simulation of the joint as it was found came to no end"),
+                |expected| {
+                    let expected = three(expected);
+                    format!(
+                        "{TIMES_EXPECTED} times the {expected} that it leaves in a simulation of the joint as found"
+                    )
+                },
+            );
+            format!(
+                "{LEAST_BAR_RAD:?} rad or, if more, {expected}; and {BAR_STEPS} steps of the link's encoder, {}",
+                three(BAR_STEPS * link.step_rad)
+            )
+        }
+        _ => format!("what the recorded moves left, {recorded}"),
+    };
+    format!(
+        "the move left {} rad, at most {} were allowed: {bar}. Something else than the link is not as it was found: a \
+         load, friction, play, cogging. Look at commissioned.png, record again, or verify by a shorter way (--verify \
+         {})",
+        three(peak_rad),
+        three(bar_rad),
+        significant(0.5 * plan.verify_rad, 2)
+    )
 }
 
 /// A figure of a plant that was tried.
@@ -383,7 +421,8 @@ impl Console<'_> {
             three(report.jump_a),
             three(report.settling_rad)
         ))?;
-        let Verified { move_s, peak_rad, bar_rad, residual_steps, .. } = report.verified;
+        let Verified { move_s, peak_rad, bar_rad, expected_rad, residual_steps, .. } = report.verified;
+        let expected = expected_rad.map_or_else(String::new, |it| format!(", expected {}", three(it)));
         let residual = residual_steps.map_or_else(String::new, |steps| {
             format!(
                 "; {} steps rms of the link are left (at most {})",
@@ -392,12 +431,15 @@ impl Console<'_> {
             )
         });
         self.say(&format!(
-            "verify    {} rad in {move_s:.3} s: |y - r| <= {} rad (at most {}){residual}",
+            "verify    {} rad in {move_s:.3} s: |y - r| <= {} rad (at most {}{expected}){residual}",
             plan.verify_rad,
             three(peak_rad),
             three(bar_rad)
         ))?;
         self.say(told(report.outcome))?;
+        if report.outcome == Outcome::BackForTheMove {
+            self.say(&of_the_bar(plan, report))?;
+        }
         self.say(&format!("home      |y - r| <= {} rad", three(report.home_rad)))?;
         self.say(&format!("figures: {}", subject.folder.display()))?;
         if report.outcome == Outcome::Accepted {

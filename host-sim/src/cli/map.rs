@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use std::thread;
 
 use clap::Args;
+use controller_core::drive::{JointDesign, MotorDesign};
 use cycle_bound::table::Table;
+use loop_sim::port::drive::DriveDesign;
 use loop_sim::trace::Ending;
 use scenario::Experiment;
 use serde::Serialize;
@@ -341,7 +343,7 @@ impl Console<'_> {
                 found.push((corner.name.clone(), point));
             }
         }
-        found.sort_by(|(_, a), (_, b)| b.spectral_radius.total_cmp(&a.spectral_radius));
+        found.sort_by(|(_, a), (_, b)| a.decay_per_s.total_cmp(&b.decay_per_s));
         Ok(Some(found))
     }
 
@@ -356,10 +358,11 @@ impl Console<'_> {
         }
         self.say(&format!("{}\n{}", experiment.headline(), view.count(&found)))?;
         let of_figure = figure.iter().copied();
-        let mut table = Table::new(["corner", "radius", "decay (1/s)"].into_iter().chain(of_figure));
+        let mut table = Table::new(["corner", "slowest |z|", "its decay (1/s)"].into_iter().chain(of_figure));
         for (corner, point) in &found {
             let figure = point.figure.iter().map(|value| number(*value));
-            let radius = format!("{:.6}", point.spectral_radius);
+            // Of that pole, and not of the offset W, whose own may be slower and is the same in every corner.
+            let radius = format!("{:.6}", libm::exp(-point.decay_per_s * experiment.period_s));
             let cells: Vec<String> =
                 [corner.clone(), radius, number(point.decay_per_s)].into_iter().chain(figure).collect();
             table.row(cells.iter().map(String::as_str));
@@ -384,8 +387,8 @@ impl Console<'_> {
         }
         let good: Vec<bool> =
             points.iter().map(|point| point.as_ref().is_ok_and(|point| view.is_good(point))).collect();
-        let own = [0, 1].map(|i| question.subject.number_at(&question.axes[i].key));
-        let home = [0, 1].map(|i| question.axes[i].at(own[i]?));
+        let own = [0, 1].map(|i| view.own_number(&question.axes[i].key));
+        let home = [0, 1].map(|i| view.home(&question.axes[i]));
         let frame = widest_rectangle(&good, columns, home);
         let [x, y] = [0, 1].map(|i| edge(&question.axes[i]));
         let place = |edge: &Edge, i: usize| Some(edge.place(own[i]?).unwrap_or(edge.middle(home[i]?)));
@@ -410,7 +413,7 @@ impl Console<'_> {
         let simulated = Simulated::of(&points);
         let unseen = view.unseen(&points);
         let promised = match &unseen[..] {
-            [] => view.promise(promise.as_ref()),
+            [] => view.promise(promise.as_ref(), &points, home),
             keys => format!(
                 "nothing is promised: no pole of the loop at rest moves with {}; judge it by --figure with a bar",
                 keys.join(" or ")
@@ -530,11 +533,56 @@ impl View<'_> {
         axes.filter(|(_, moves)| !moves && !is_asked).map(|(axis, _)| axis.key.as_str()).collect()
     }
 
-    fn promise(&self, promise: Option<&Promise>) -> String {
+    /// The number that the file has at a key, or the design for it by its rules.
+    fn own_number(&self, key: &str) -> Option<f64> {
+        let by_rule = || match &self.experiment.drive.as_ref()?.designed {
+            DriveDesign::Motor { design: MotorDesign { bandwidths: w, .. }, .. } => match key {
+                "drive.surface_rad_s" => Some(w.surface_rad_s),
+                "drive.observer_rad_s" => Some(w.observer_rad_s),
+                "drive.reaching_per_s" => Some(w.reaching_per_s),
+                _ => None,
+            },
+            DriveDesign::Joint { design: JointDesign { bandwidths: w, .. }, .. } => match key {
+                "drive.surface_rad_s" => Some(w.surface_rad_s),
+                "drive.link_rad_s" => Some(w.link_rad_s),
+                "drive.motor_rad_s" => Some(w.motor_rad_s),
+                "drive.reaching_per_s" => Some(w.reaching_per_s),
+                _ => None,
+            },
+        };
+        self.question.subject.number_at(key).or_else(by_rule)
+    }
+
+    /// The word that it has there: the value of the axis with which the scenario is what it is.
+    fn own_word(&self, axis: &Axis) -> Option<usize> {
+        let drive = self.experiment.drive.as_ref()?;
+        (0..axis.values.len()).find(|k| {
+            let with = self.question.subject.with(&[format!("{}={}", axis.key, axis.values[*k])]);
+            with.is_ok_and(|it| it.drive.is_some_and(|other| other.designed == drive.designed))
+        })
+    }
+
+    /// Where on an axis the file itself is; none beyond its ends.
+    fn home(&self, axis: &Axis) -> Option<usize> {
+        match &axis.numbers {
+            Some(_) => axis.at(self.own_number(&axis.key)?),
+            None => self.own_word(axis),
+        }
+    }
+
+    fn promise(&self, promise: Option<&Promise>, points: &[Judged], home: [Option<usize>; 2]) -> String {
         let axes = [0, 1].map(|i| &self.question.axes[i]);
-        let own = axes.map(|axis| self.question.subject.number_at(&axis.key));
+        let own = axes.map(|axis| self.own_number(&axis.key));
         let Some(ends) = promise else {
-            return String::from("nothing may be promised: no point is good");
+            if !points.iter().flatten().any(|point| self.is_good(point)) {
+                return String::from("nothing may be promised: no point is good");
+            }
+            let at = |i: usize| Some(format!("{} = {}", axes[i].key, axes[i].values[home[i]?]));
+            let place: Vec<String> = (0..2).filter_map(at).collect();
+            return format!(
+                "nothing may be promised around the file's own values: no point at {} is good",
+                place.join(", ")
+            );
         };
         let is_within = |k: usize| {
             let number = |text: &str| text.parse::<f64>().ok();
@@ -544,10 +592,8 @@ impl View<'_> {
             .filter(|k| is_within(*k) == Some(false))
             .map(|k| format!("{} = {}", axes[k].key, number(own[k].unwrap_or(f64::NAN))))
             .collect();
-        let place = match (is_within(0), is_within(1)) {
-            (Some(true), Some(true)) => " around the file's own values",
-            _ => "",
-        };
+        let is_around = |k: usize| is_within(k).unwrap_or(axes[k].numbers.is_none() && home[k].is_some());
+        let place = if is_around(0) && is_around(1) { " around the file's own values" } else { "" };
         let range = |k: usize| match &ends[k] {
             [only, same] if only == same => format!("{} = {only} alone", axes[k].key),
             // Words have no order but that in which they were given.

@@ -24,7 +24,7 @@ use super::drive::{self, TorqueError};
 use super::target::{self, Link};
 use super::{Console, Failure, LEFT, RunOptions, bad, claim_folder, failed, status};
 use crate::margins;
-use crate::report::number::significant;
+use crate::report::number::{significant, typed};
 use crate::report::plot::Figure;
 use crate::report::trace_figure::{self, Labels};
 use crate::report::{csv, drive_figure, write_whole};
@@ -433,7 +433,7 @@ pub(super) fn table(
         let of_loop_a = design.and_then(Design::noise);
         return drive::table(experiment, drive, metrics, tracking, figures.noise.as_ref(), of_loop_a, trace);
     }
-    let [from, to] = metrics.window_s;
+    let [from, to] = metrics.window_s.map(|t_s| typed(t_s, 6));
     // Nothing is said of a window that the run did not go through.
     let spoken = !metrics.sigma_star_ultimate.is_nan();
     let window = if spoken { format!("largest over [{from}, {to}] s") } else { format!("the run ended before {to} s") };

@@ -268,6 +268,19 @@ fn bad_input_ends_with_status_2_one_line_on_stderr_and_nothing_written() {
     assert!(!Path::new(&out_folder).exists());
 }
 
+/// A number below 0 is judged by the option, and no option itself.
+#[test]
+fn a_negative_value_is_told_what_its_option_takes() {
+    for (args, expected) in [
+        (&["map", "--corners", "-1"][..], "error: --corners -1: expected a number above 0 and below 100\n"),
+        (&["commission", "--verify", "-1"], "error: --verify -1: expected a number above 0\n"),
+        (&["tune", "--noise", "-0.1"], "error: --noise -0.1: expected a number above 0\n"),
+    ] {
+        assert_eq!(spoken(args), (status::BAD_INPUT, String::new(), expected.into()), "{args:?}");
+    }
+    assert!(spoken(&["monte-carlo", "--trials", "-5"]).2.starts_with("error: invalid value '-5' for '--trials <N>'"));
+}
+
 #[test]
 fn wrong_usage_is_status_2_on_stderr_and_help_is_status_0_on_stdout() {
     for args in [&["bogus"][..], &["run"], &["--bogus"], &["new"], &["--json", "schema"]] {
@@ -780,8 +793,11 @@ fn a_map_is_a_table_of_points_two_pictures_and_what_may_be_promised() {
     let axes = ["map", &file, "--x", "error.torque_percent=-90..500:12", "--y", "drive.surface_rad_s=20..500:log:3"];
     let (status, out, err) = spoken(&[&axes[..], &["--out", &folder.path("o")]].concat());
     assert_eq!((status, err.as_str()), (status::DONE, ""), "{out}");
-    // The file has no bandwidth of its own: the rule has.
-    assert!(out.contains("36 points: ") && out.contains("may be promised: error.torque_percent from "), "{out}");
+    // The file has no bandwidth of its own: that of the rule is where it is.
+    assert!(
+        out.contains("36 points: ") && out.contains("may be promised around the file's own values: error."),
+        "{out}"
+    );
     assert_eq!(folder.names("o"), ["map.csv", "map.png", "map.svg"].map(String::from).into());
     let csv = std::fs::read_to_string(folder.path("o/map.csv")).expect("the points");
     assert_eq!(csv.lines().count(), 37);
@@ -812,11 +828,46 @@ fn a_figure_of_a_run_is_that_of_the_run() {
     }
 }
 
+/// The file's own values, those that follow by rule too: around them, not around them, or outside.
+#[test]
+fn what_is_promised_is_around_the_file_or_said_not_to_be() {
+    let folder = Folder::new("promise");
+    let (motor, joint) = (folder.file("m.toml", scenario::MOTOR), folder.file("j.toml", scenario::JOINT));
+    let axes = ["--x", "drive.period_s=2e-4..2e-3:6", "--y", "drive.surface_rad_s=20..400:6"];
+    let narrow = ["--x", "drive.period_s=2e-4..2e-3:6", "--y", "drive.surface_rad_s=20..60:3"];
+    let words = ["--x", "drive.period_s=2e-4..2e-3:6", "--y", "drive.tuning=quiet,normal,firm"];
+    let fast = ["--set", "drive.surface_rad_s=480", "--corners", "50"];
+    for (file, args, expected) in [
+        (&motor, [&axes[..], &[]].concat(), "may be promised around the file's own values: drive.period_s from "),
+        (&motor, [&narrow[..], &[]].concat(), "; the file's own drive.surface_rad_s = 125.0 is not in it"),
+        (&joint, [&words[..], &[]].concat(), "may be promised around the file's own values: drive.period_s from "),
+        (
+            &motor,
+            [&["--x", "drive.period_s=2e-4..2e-3:6", "--y", "drive.surface_rad_s=20..480:6"], &fast[..]].concat(),
+            "nothing may be promised around the file's own values: no point at drive.period_s = 0.00092, \
+             drive.surface_rad_s = 480 is good",
+        ),
+    ] {
+        let (status, out, err) = spoken(&[&["map", file, "--out", &folder.path("o")], &args[..]].concat());
+        assert_eq!(status, status::DONE, "{err}");
+        assert!(out.contains(expected), "{args:?}: {out}");
+    }
+}
+
 #[test]
 fn corners_are_told_one_by_one_the_worst_first() {
     let (status, out, _) = spoken(&["map", "--preset", "corners", "--set", "controller.k_l=10"]);
     assert_eq!(status, status::DONE);
     assert!(out.contains("8 of 32 corners at 50 % are unstable"), "{out}");
+    // Both numbers of a row are of one pole.
+    let rows = out.lines().filter_map(|line| {
+        let mut words = line.split_whitespace().rev().map(str::parse::<f64>);
+        Some((words.next()?.ok()?, words.next()?.ok()?))
+    });
+    let rows: Vec<(f64, f64)> = rows.collect();
+    assert_eq!(rows.len(), 32);
+    assert!(rows.iter().all(|(decay, z)| (z - (-1e-3 * decay).exp()).abs() < 6e-6), "{out}");
+    assert!(rows.is_sorted_by(|a, b| a.0 <= b.0), "{out}");
     let radii =
         out.lines().filter_map(|line| line.split(" %  ").nth(1)?.split_whitespace().next()?.parse::<f64>().ok());
     let radii: Vec<f64> = radii.collect();
@@ -916,6 +967,13 @@ fn what_cannot_be_reached_is_told_and_nothing_is_written() {
     let json: Json = serde_json::from_str(&told).expect("JSON");
     assert_eq!((json["missed"][0].as_str(), json["written"].as_str()), (Some("load"), None));
     assert_eq!(json["pareto"].as_array().map(Vec::len), Some(6));
+    assert!(!folder.0.join("t.toml").exists());
+    // A recovery that never settles in a corner is a failure, asked for or not.
+    let lost = ["--noise", "0.02", "--uncertain", "50", "--evaluations", "9", "--to", &to, "--out", &out];
+    let (status, told, err) = spoken(&[&["tune", &file], &lost[..]].concat());
+    assert_eq!(status, status::FAILED, "{told}{err}");
+    assert!(err.contains("not met: settling (lost in 4 of 8 corners, first J -50 %, K_t +50 %); nothing is"), "{err}");
+    assert!(told.lines().any(|line| line.starts_with("settling") && line.ends_with("lost     NOT MET")), "{told}");
     assert!(!folder.0.join("t.toml").exists());
     for (more, told) in [
         (["--noise", "0"], "expected a number above 0"),

@@ -13,17 +13,16 @@ use whole_file::Existing;
 
 use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, status};
 use crate::chip::cycles;
-use crate::compare::{Bench, LOST, Worst, of_ours};
+use crate::compare::{Bench, LOST, Lost, Worst, of_ours};
 use crate::report::number::significant;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
-use crate::tune::{Asked, Entry, Found, Job, LARGEST_RADIUS, settings, tuned};
+use crate::tune::{Asked, Entry, Found, Job, LARGEST_RADIUS, NOISE_SHARE, settings, tuned};
 
 #[derive(Args, Debug)]
 pub(super) struct TuneOptions {
     /// A scenario with [joint] or [motor]; without one that of `new --plant joint`.
     file: Option<PathBuf>,
-    /// Largest noise of u by the encoders' steps, A rms [default: for a joint 1/1000 of the largest current, for a
-    /// motor 1/100].
+    /// Largest noise of u by the encoders' steps, A rms [default: 1 % of the largest current, as in host-sim design].
     #[arg(long, value_name = "A")]
     noise: Option<f64>,
     /// Longest settling of a planned recovery from 0.1 rad, s, in the worst corner.
@@ -79,6 +78,9 @@ struct TuneJson<'a> {
     #[serde(flatten)]
     answer: &'a Answer<'a>,
     missed: &'a [&'static str],
+    /// Runs that come to nothing in a corner.
+    #[serde(skip_serializing_if = "<[Lost]>::is_empty")]
+    lost: &'a [Lost],
     pareto: Vec<ParetoJson>,
     /// Where the scenario is, if everything is met.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -115,7 +117,7 @@ fn asked(options: &TuneOptions, bench: &Bench, source: &Source<'_>) -> Result<As
     }
     let percent = scenario::number_at(source, "drive.uncertain_percent")?;
     Ok(Asked {
-        noise_a: noise.unwrap_or_else(|| bench.noise_limits_a()[1]),
+        noise_a: noise.unwrap_or_else(|| NOISE_SHARE * bench.max_current_a()),
         settle_s: settling,
         move_rad: moved,
         load_rad: load,
@@ -137,10 +139,20 @@ fn jobs(options: &TuneOptions, bench: &Bench, asked: &[Asked]) -> Result<Vec<Job
     Ok(jobs)
 }
 
-/// Of these searches the best for what is asked.
+/// Of these searches the best for what is asked: of its own, or of another that has all of it too.
 fn best<'a>(entries: &'a [Entry], asked: &Asked) -> Option<&'a Entry> {
-    let of_asked = entries.iter().filter(|entry| entry.job.asked == *asked);
-    of_asked.min_by(|a, b| worth(asked, &a.found).total_cmp(&worth(asked, &b.found)))
+    let may = |entry: &&Entry| entry.job.asked == *asked || asked.missed(&entry.found).is_empty();
+    entries.iter().filter(may).min_by(|a, b| worth(asked, &a.found).total_cmp(&worth(asked, &b.found)))
+}
+
+/// The least of the noises that were tried with which all else is met, if there is one.
+fn with_more_noise(entries: &[Entry], asked: &Asked) -> String {
+    let met = entries.iter().filter(|entry| {
+        let Entry { job, found, .. } = entry;
+        job.asked.noise_a > asked.noise_a && job.asked.missed(found).is_empty()
+    });
+    let least = met.map(|entry| entry.job.asked.noise_a).min_by(f64::total_cmp);
+    least.map_or_else(String::new, |noise_a| format!("With --noise {} it is met. ", significant(noise_a, 3)))
 }
 
 impl Console<'_> {
@@ -182,6 +194,7 @@ impl Console<'_> {
         figure.write(&folder, "pareto").map_err(|error| Failure::writing(folder.join("pareto").display(), &error))?;
         drop(claim);
         let missed = asked.missed(&answer.found);
+        let lost = bench.lost(&design, asked.is_wide);
         if missed.is_empty() {
             whole_file::write(&to, Existing::Keep, |out| out.write_all(tuned_text.as_bytes()))
                 .map_err(|error| Failure::writing(to.display(), &error))?;
@@ -196,6 +209,7 @@ impl Console<'_> {
                 scenario: &bench.name,
                 answer: &answer,
                 missed: &missed,
+                lost: &lost,
                 pareto: entries.iter().map(of_entry).collect(),
                 written: missed.is_empty().then(|| to.display().to_string()),
             };
@@ -220,10 +234,20 @@ impl Console<'_> {
         self.say(&format!("the other searches: {}", folder.join("pareto.png").display()))?;
         if !missed.is_empty() {
             let within = self.within_noise(&bench, &asked, options)?;
+            let told = missed.iter().map(|name| match lost.iter().find(|lost| lost.run == *name) {
+                None => (*name).to_owned(),
+                Some(Lost { corners, first, .. }) => {
+                    let of = answer.found.worst.corners;
+                    format!("{name} (lost in {corners} of {of} corners, first {first})")
+                }
+            });
+            let better = if lost.is_empty() { "" } else { "know the plant better (--uncertain 20), " };
             return Err(failed(format!(
-                "not met: {}; nothing is written. {within}Ask for less, let u be noisier, or look for longer \
+                "not met: {}; nothing is written. {}{within}Ask for less, {}let u be noisier, or look for longer \
                  (--evaluations)",
-                missed.join(", ")
+                told.collect::<Vec<_>>().join(", "),
+                with_more_noise(&entries, &asked),
+                if asked.is_wide { better } else { "" }
             )));
         }
         self.say(&format!("wrote {}", to.display()))?;
@@ -310,7 +334,12 @@ impl Answer<'_> {
         let mut table = Table::new(["figure", "asked", "nominal", "worst", ""]);
         let told = |value: Option<f64>| value.map_or_else(String::new, number);
         let mut row = |name: &str, asked: Option<f64>, nominal: Option<f64>, worst: f64| {
-            let verdict = asked.map_or("", |asked| if worst <= asked { "met" } else { "NOT MET" });
+            let verdict = match asked {
+                _ if worst >= LOST => "NOT MET",
+                Some(asked) if worst > asked => "NOT MET",
+                Some(_) => "met",
+                None => "",
+            };
             table.row([name, &told(asked), &told(nominal), &number(worst), verdict]);
         };
         let worst = &found.worst;

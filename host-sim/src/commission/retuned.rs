@@ -46,12 +46,16 @@ impl Retuned {
             }
             _ => return Err(format!("{}: the record is of another kind of drive", source.file)),
         };
+        // Friction at rest is no less than in motion: what the file says of it goes where more was found.
+        let mut still_goes = false;
         if let Some(friction_a) = friction {
             let torque = match &found.sheet {
                 Sheet::Joint(Joint { torque_n_m_per_a, .. }) | Sheet::Motor(Motor { torque_n_m_per_a, .. }) => {
                     *torque_n_m_per_a
                 }
             };
+            let still = scenario::number_at(source, "friction.static_n_m").map_err(|error| error.to_string())?;
+            still_goes = still.is_some_and(|it| it < friction_a * torque);
             keys.push(("friction.coulomb_n_m", friction_a * torque));
         }
         let keys: Vec<(&str, String)> = keys
@@ -59,10 +63,12 @@ impl Retuned {
             .map(|(key, value)| (key, format!("{:?}", significant(value, 6).parse().unwrap_or(value))))
             .collect();
         let changes = keys.iter().map(|(key, value)| (*key, Some(value.as_str())));
-        let text = scenario::rewritten(source.text, changes.chain([("error", None)]))?;
+        let gone = [("error", None)].into_iter().chain(still_goes.then_some(("friction.static_n_m", None)));
+        let text = scenario::rewritten(source.text, changes.chain(gone))?;
         let is_found = |set: &&String| {
             let key = set.split('=').next().unwrap_or_default().trim();
-            keys.iter().any(|(path, _)| *path == key) || key.starts_with("error") || key == table
+            let is_still = still_goes && key == "friction.static_n_m";
+            keys.iter().any(|(path, _)| *path == key) || key.starts_with("error") || key == table || is_still
         };
         let sets = source.sets.iter().filter(|set| !is_found(set)).cloned().collect();
         Ok(Self { text, sets })

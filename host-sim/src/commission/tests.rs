@@ -4,7 +4,7 @@
 use loop_sim::signal::Signal;
 use scenario::Source;
 
-use super::plants::{Plants, Tried, Variant};
+use super::plants::{Plants, Tried, Variant, made_wrong};
 use super::*;
 use crate::identify::Angle;
 
@@ -39,6 +39,12 @@ fn joints_that_are_off_by_half_commission_themselves_at_20_bits() {
         println!("{k}: {off:?} {over_interval:.2} move {peak_rad:.1e} {true_peak_rad:.1e} left {residual_steps:?}");
         assert_eq!(report.outcome, Outcome::Accepted, "plant {k}");
         assert!(true_peak_rad <= 1e-4, "plant {k}: {true_peak_rad:e}");
+        // Of this joint little is expected: its bar is the least.
+        assert!(
+            report.verified.expected_rad.expect("a joint") < 0.5 * LEAST_BAR_RAD,
+            "plant {k}: {:?}",
+            report.verified
+        );
         assert!(over_interval <= 1.0, "plant {k}: {over_interval}");
         for (off, bar) in off.iter().zip([5e-5, 1e-3, 0.1, 0.2, 0.1]) {
             assert!(*off <= bar, "plant {k}: {off}");
@@ -206,6 +212,22 @@ fn the_file_has_what_was_found() {
     assert!(retuned.text.contains("# at its own shaft"), "{}", retuned.text);
 }
 
+/// A friction that was found above what the file has at rest takes its place there too.
+#[test]
+fn friction_at_rest_is_not_left_below_what_was_found() {
+    let (record, sheet, known) = recorded(&[]);
+    for (still, stays) in [("friction.static_n_m=0.02", true), ("friction.static_n_m=0.001", false)] {
+        let sets = sets(&[still]);
+        let source = Source { file: "motor.toml", text: scenario::MOTOR, sets: &sets };
+        let found = identify(&record, &sheet, &known).expect("a good record");
+        let retuned = Retuned::of(&source, &sheet, &found).expect("a file");
+        assert_eq!(retuned.sets.is_empty(), !stays, "{:?}", retuned.sets);
+        assert_eq!(retuned.text.contains("\nstatic_n_m = 0.008"), stays, "{}", retuned.text);
+        let source = Source { text: &retuned.text, sets: &retuned.sets, ..source };
+        assert_eq!(scenario::parse(&source, "x").expect("a file").warnings, Vec::<String>::new());
+    }
+}
+
 #[test]
 fn corners_are_off_as_they_say() {
     let sets = sets(&[]);
@@ -215,4 +237,126 @@ fn corners_are_off_as_they_say() {
         variants.iter().take(32).filter(|it| it.factors.iter().all(|it| (it - 1.0).abs() == 0.5)).collect();
     assert_eq!(distinct.len(), 32);
     assert!(variants[32..].iter().flat_map(|it| it.factors).all(|it| (0.5..=1.5).contains(&it)));
+}
+
+/// A drive of a scenario, and what it is told of what was found.
+fn commissioned(text: &str, sets: &[String], wrong: [f64; 2]) -> Report {
+    let source = Source { file: "x.toml", text, sets };
+    let mut experiment = scenario::parse(&source, "x").expect("a file");
+    let drive = experiment.drive.as_ref().expect("a drive");
+    let (known, plan) = (Known::with_lag(drive.current_lag_s), Plan::of(&drive.designed));
+    let old = sheet_of(&drive.designed);
+    let mut on = |_| ControlFlow::Continue(());
+    let mut rig = Rig::new(&mut experiment, Signal::default(), &mut on).expect("a drive");
+    let design = |found: &mut Identified| {
+        made_wrong(found, wrong);
+        Retuned::of(&source, &old, found)?.designed("x")
+    };
+    commission(&mut rig, &plan, &known, design).unwrap_or_else(|why| panic!("{sets:?}: {why}"))
+}
+
+/// Ten and twenty times as stiff as the paper's joint its ticks alone leave more than 1e-4 rad: that is expected of it,
+/// and of a wrong link no more is taken for that.
+#[test]
+fn a_stiff_drive_is_held_to_what_is_expected_of_it() {
+    for stiffness in [90, 200] {
+        let sets = sets(&[&format!("joint.stiffness_n_m={stiffness}"), "load=[]"]);
+        let Report { outcome, verified, .. } = commissioned(scenario::JOINT, &sets, [1.0; 2]);
+        println!("{stiffness}: {verified:?}");
+        assert_eq!(outcome, Outcome::Accepted, "{stiffness}");
+        let expected = verified.expected_rad.expect("a joint");
+        assert!(verified.peak_rad > LEAST_BAR_RAD && (verified.peak_rad / expected - 1.0).abs() < 0.1, "{verified:?}");
+        for factor in [0.98, 1.02] {
+            let Report { outcome, verified, .. } = commissioned(scenario::JOINT, &sets, [factor, 1.0]);
+            println!("    k_1 times {factor}: {outcome:?} {verified:?}");
+            assert_ne!(outcome, Outcome::Accepted, "{stiffness}, {factor}");
+        }
+    }
+}
+
+/// The record that a motor makes of itself, and what is known of it.
+fn recorded(more: &[&str]) -> (Record, Sheet, Known) {
+    let sets = sets(&[more, &["drive.uncertain_percent=50"]].concat());
+    let source = Source { file: "motor.toml", text: scenario::MOTOR, sets: &sets };
+    let mut experiment = scenario::parse(&source, "x").expect("a file");
+    let drive = experiment.drive.as_ref().expect("a drive");
+    let (known, plan) = (Known::with_lag(drive.current_lag_s), Plan::of(&drive.designed));
+    let (old, limit) = (sheet_of(&drive.designed), limit_a(&drive.designed));
+    let mut on = |_| ControlFlow::Continue(());
+    let mut rig = Rig::new(&mut experiment, Signal::default(), &mut on).expect("a drive");
+    let (leg, _) = make_record(&mut rig, &plan, &old, limit / 30.0).expect("a record");
+    (leg.record.expect("no lost count"), old, known)
+}
+
+/// Quantisation, friction, cogging of 2 % of the largest torque, ripple of 10 %, a load: honest records, and b within
+/// its interval.
+#[test]
+fn what_no_data_sheet_says_of_a_motor_is_left_and_taken() {
+    for more in [
+        &["encoder.bits=10"][..],
+        &["encoder.bits=12"],
+        &["encoder.bits=14"],
+        &["encoder.bits=20"],
+        &["encoder.bits=20", "friction={}"],
+        &["encoder.bits=20", "friction.cogging_n_m=0"],
+        &["friction.cogging_n_m=0.01"],
+        &["encoder.bits=20", "friction.cogging_n_m=0.01"],
+        &["encoder.bits=20", "friction.ripple_percent=10"],
+        &["drive.period_s=5e-4"],
+        &["load=[{kind=\"const\", amplitude=0.1}]"],
+    ] {
+        let (record, sheet, known) = recorded(more);
+        let found = identify(&record, &sheet, &known).unwrap_or_else(|why| panic!("{more:?}: {why}"));
+        let b = found.parameter("b").expect("a motor");
+        assert!((b.value - 250.0).abs() <= b.interval, "{more:?}: {b:?}");
+    }
+}
+
+/// What is wrong with a record, how, and what is said of it.
+type Case<'a> = (&'a str, &'a dyn Fn(&mut Record), &'a str);
+
+#[test]
+fn a_motor_that_is_not_explained_is_refused_with_the_time_of_the_worst() {
+    let (good, sheet, known) = recorded(&[]);
+    let (half, step) = (good.motor.rad.len() / 2, good.motor.step_rad);
+    let spoiled = |change: &dyn Fn(&mut Record)| {
+        let mut record = good.clone();
+        change(&mut record);
+        identify(&record, &sheet, &known).map(|found| found.motor).expect_err("a spoiled record").to_string()
+    };
+    let jump =
+        |steps: f64| move |record: &mut Record| record.motor.rad[half..].iter_mut().for_each(|q| *q += steps * step);
+    let cases: [Case<'_>; 6] = [
+        (
+            "a jump of 300 steps",
+            &jump(300.0),
+            "298 steps at 0.901 s stands out of 12.20 steps rms (24 times, at most 15)",
+        ),
+        ("a jump of 30 steps", &jump(30.0), "29 steps at 0.901 s stands out of 1.30 steps rms (22 times, at most 15)"),
+        ("one wild count", &|record| record.motor.rad[half] += 300.0 * step, "at 0.901 s"),
+        (
+            "a count that sticks",
+            &|record| (1..50).for_each(|k| record.motor.rad[half + k] = record.motor.rad[half]),
+            "40 steps at 0.951 s stands out",
+        ),
+        ("an end stop", &|record| record.motor.rad.iter_mut().for_each(|q| *q = q.min(1.5)), "steps rms are left"),
+        ("a current that comes late", &|record| record.held_a.rotate_right(5), "or comes late"),
+    ];
+    for (what, change, expected) in cases {
+        let told = spoiled(change);
+        println!("{what}: {told}");
+        assert!(
+            told.starts_with("what the motor does is not explained: ") && told.contains(expected),
+            "{what}: {told}"
+        );
+    }
+    // Strong cogging that nobody named is told too, and is none once it is named.
+    let strong = |cogging| {
+        let (record, sheet, known) = recorded(&["friction.cogging_n_m=0.03"]);
+        identify(&record, &sheet, &Known { cogging_per_turn: cogging, ..known })
+    };
+    let told = strong(None).expect_err("13 % off").to_string();
+    assert!(told.contains("strong cogging (--cogging N)"), "{told}");
+    let b = strong(Some(7.0)).expect("a good record").parameter("b").expect("a motor").value;
+    assert!((b / 250.0 - 1.0).abs() < 0.05, "{b}");
 }

@@ -23,6 +23,7 @@
 //! The loop is that of [`close_loop`]; a plant without friction is moved in steps eight times as long, which nobody
 //! sees (test `a_longer_step_changes_nothing_that_is_told`).
 
+use std::iter;
 use std::ops::ControlFlow;
 
 use controller_core::drive::Encoder;
@@ -57,6 +58,9 @@ const LOAD: f64 = 0.14;
 /// Coulomb and static friction and cogging of the run that is shown, over the largest torque, where the file has no
 /// friction.
 const SHOWN_FRICTION: [f64; 3] = [0.03, 0.03, 0.01];
+
+/// What the corners of a joint are off in.
+const RATIOS: [&str; 5] = ["K/J_l", "B_l/J_l", "K/J_m", "B_m/J_m", "K_t/J_m"];
 
 /// What a controller does.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -132,6 +136,17 @@ pub struct Worst {
     pub spectral_radius: f64,
 }
 
+/// A run that comes to nothing in some corner.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Lost {
+    /// Which.
+    pub run: &'static str,
+    /// In so many corners.
+    pub corners: usize,
+    /// The first of them.
+    pub first: String,
+}
+
 /// A run but for its plant.
 struct Run {
     task: Task,
@@ -141,6 +156,8 @@ struct Run {
 
 /// One plant: free of load, loaded, and near rest.
 struct Corner {
+    /// What of it is off.
+    name: String,
     free: Box<dyn Plant>,
     loaded: Box<dyn Plant>,
     sampled: Sampled,
@@ -273,7 +290,7 @@ impl Bench {
         };
         let step = LOAD * torque * max_current_a(&designed);
         let load = format!("load=[{{kind = \"step\", amplitude = {step}, t0_s = {load_s}}}]");
-        let corner = |(error, is_chosen): (String, bool)| {
+        let corner = |(name, error, is_chosen): (String, String, bool)| {
             let with = |sets: &[&str]| base.with(&[&[error.as_str()], sets].concat()).map_err(told);
             let bare = with(&["friction={}"])?;
             let sampled = Sampled::new(bare.plant.as_ref(), t).map_err(|error| error.to_string())?;
@@ -281,9 +298,9 @@ impl Bench {
             let at_rest = vec![0.0; free.order()];
             let is_smooth = free.fastest_rad_s(0.0, &at_rest, 0.0) <= bare.plant.fastest_rad_s(0.0, &at_rest, 0.0);
             let coarse = if is_smooth { 8.0 } else { 1.0 };
-            Ok::<_, String>(Corner { free, loaded, sampled, coarse, is_chosen })
+            Ok::<_, String>(Corner { name, free, loaded, sampled, coarse, is_chosen })
         };
-        let nominal = corner(("error={}".into(), true))?;
+        let nominal = corner(("the data sheet as it is".into(), "error={}".into(), true))?;
         let late = format!("load=[{{kind = \"step\", amplitude = {step}, t0_s = {}}}]", 1.4 * tau_s);
         let [coulomb, still, cogging] = SHOWN_FRICTION.map(|share| share * torque * max_current_a(&designed));
         let friction = format!("friction={{coulomb_n_m = {coulomb}, static_n_m = {still}, cogging_n_m = {cogging}}}");
@@ -401,6 +418,24 @@ impl Bench {
             unstable: radii.iter().filter(|radius| **radius >= 1.0 - 1e-9).count(),
             spectral_radius: radii.into_iter().fold(0.0, f64::max),
         }
+    }
+
+    /// The runs that come to nothing in one of the plants of [`worst`](Self::worst).
+    pub fn lost(&self, design: &dyn Design, is_wide: bool) -> Vec<Lost> {
+        type Of = fn(&Bench, &dyn Design, &Corner) -> f64;
+        let runs: [(&str, Of); 4] = [
+            ("settling", |it, design, corner| it.load_of(design, corner).2),
+            ("move", Self::move_of),
+            ("load", Self::pushed_of),
+            ("sine", Self::sine_of),
+        ];
+        let corners = || iter::once(&self.nominal).chain(if is_wide { &self.at_50 } else { &self.at_20 });
+        let lost = |(run, of): (&'static str, Of)| {
+            let mut lost = corners().filter(|corner| of(self, design, corner) >= LOST);
+            let first = lost.next()?.name.clone();
+            Some(Lost { run, corners: 1 + lost.count(), first })
+        };
+        runs.into_iter().filter_map(lost).collect()
     }
 
     /// The same with the nominal plant alone.
@@ -618,19 +653,25 @@ fn signs<const N: usize>(p: f64) -> impl Iterator<Item = [f64; N]> {
     (0..1_u32 << N).map(move |corner| std::array::from_fn(|i| if corner >> i & 1 == 1 { p } else { -p }))
 }
 
-fn joint_corners(p: f64) -> Vec<(String, bool)> {
+/// `J -20 %, K_t +20 %`: what of these is off.
+fn named(names: &[&str], off: &[f64]) -> String {
+    let off = names.iter().zip(off).filter(|(_, off)| **off != 0.0);
+    off.map(|(name, off)| format!("{name} {:+.0} %", 100.0 * off)).collect::<Vec<_>>().join(", ")
+}
+
+fn joint_corners(p: f64) -> Vec<(String, String, bool)> {
     let of = |off: [f64; 5]| {
         let [k_1, b_1, k_2, b_2, _] = off;
         let others_agree = [b_1, k_2, b_2].iter().all(|other| *other == k_1);
-        (joint_error(off.map(|off| 1.0 + off)), others_agree)
+        (named(&RATIOS, &off), joint_error(off.map(|off| 1.0 + off)), others_agree)
     };
     signs::<5>(p).map(of).collect()
 }
 
-fn motor_corners(p: f64) -> Vec<(String, bool)> {
+fn motor_corners(p: f64) -> Vec<(String, String, bool)> {
     let of = |inertia: f64, torque: f64| {
         let error = format!("error={{inertia_percent = {}, torque_percent = {}}}", 100.0 * inertia, 100.0 * torque);
-        (error, inertia != 0.0 && torque != 0.0)
+        (named(&["J", "K_t"], &[inertia, torque]), error, inertia != 0.0 && torque != 0.0)
     };
     let all = [-p, 0.0, p].into_iter().flat_map(|inertia| [-p, 0.0, p].map(|torque| (inertia, torque)));
     all.filter(|&(inertia, torque)| inertia != 0.0 || torque != 0.0)
@@ -751,8 +792,8 @@ mod tests {
     #[test]
     fn corners_are_all_there_and_those_that_stand_for_them_are_four() {
         for corners in [joint_corners(0.5), joint_corners(0.2), motor_corners(0.2)] {
-            assert_eq!(corners.iter().filter(|(_, is_chosen)| *is_chosen).count(), 4);
-            let mut texts: Vec<&String> = corners.iter().map(|(text, _)| text).collect();
+            assert_eq!(corners.iter().filter(|(.., is_chosen)| *is_chosen).count(), 4);
+            let mut texts: Vec<&String> = corners.iter().map(|(_, text, _)| text).collect();
             texts.dedup();
             assert_eq!(texts.len(), corners.len());
         }

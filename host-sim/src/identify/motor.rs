@@ -157,6 +157,17 @@ impl Recorded<'_> {
         Fit::of(residuals, &start, &scale)
     }
 
+    /// Rms of the innovations if no current had flowed, rad, with all else as it was found from this k_2: what the
+    /// current makes of the motion.
+    pub(super) fn by_current(&self, sheet_k2: f64, values: &[f64]) -> f64 {
+        let is_rigid = self.link.is_none();
+        let omega = bandwidth_rad_s(if is_rigid { 0.0 } else { sheet_k2 });
+        let skip = (SKIP_S / self.period_s).round() as usize;
+        let [k2, b2] = if is_rigid { [0.0, values[0]] } else { [values[0], values[1]] };
+        let left = self.innovations([k2, b2, 0.0], &[], &[], omega, skip);
+        libm::sqrt(left.iter().map(|e| e * e).sum::<f64>() / left.len().max(1) as f64)
+    }
+
     /// Innovations of the observer, rad, from tick `skip` on.
     fn innovations(
         &self,

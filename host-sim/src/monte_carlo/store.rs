@@ -25,6 +25,7 @@ use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{PrimitiveTypeBuilder, Type, TypePtr};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use sha2::{Digest, Sha256};
 use whole_file::Existing;
 
@@ -57,12 +58,13 @@ pub struct Header {
 }
 
 impl Header {
-    /// The first thing in which another differs, in words.
+    /// The first thing in which another differs, in words: what was asked for before what follows from it.
     pub fn difference(&self, other: &Self) -> Option<String> {
+        const ASKED: [&str; 8] = ["program", "scenario", "sets", "vary", "seed", "trials", "chunk", "scenario_sha256"];
         let [ours, theirs] = [self, other].map(|header| serde_json::to_value(header).unwrap_or_default());
-        let (key, ours) = ours.as_object()?.iter().find(|(key, value)| theirs.get(*key) != Some(value))?;
-        let theirs = theirs.get(key).map(ToString::to_string).unwrap_or_default();
-        Some(format!("its {key} is {}, expected {}", shortened(&theirs), shortened(&ours.to_string())))
+        let rest = ours.as_object()?.keys().map(String::as_str).filter(|key| !ASKED.contains(key));
+        let mut keys = ASKED.into_iter().chain(rest);
+        keys.find_map(|key| differs(key, ours.get(key), theirs.get(key)))
     }
 
     /// The name of a column and its unit.
@@ -75,6 +77,31 @@ impl Header {
         let first = chunk * self.chunk;
         let end = first + self.chunk;
         [first, if end < self.trials { end } else { self.trials }]
+    }
+}
+
+/// The first place below this one where two values differ.
+fn differs(place: &str, ours: Option<&Value>, theirs: Option<&Value>) -> Option<String> {
+    if ours == theirs {
+        return None;
+    }
+    match (ours, theirs) {
+        (Some(Value::Array(a)), Some(Value::Array(b))) => {
+            let mut entries = 0..a.len().max(b.len());
+            entries.find_map(|i| differs(&format!("{place}[{}]", i + 1), a.get(i), b.get(i)))
+        }
+        (Some(Value::Object(a)), Some(Value::Object(b))) => {
+            let mut keys = a.keys().chain(b.keys());
+            keys.find_map(|key| differs(&format!("{place} of {key}"), a.get(key), b.get(key)))
+        }
+        _ => {
+            let [ours, theirs] =
+                [ours, theirs].map(|it| it.map_or_else(|| "none".into(), |it| shortened(&it.to_string())));
+            Some(match place {
+                "scenario_sha256" => "the text of its scenario file is another (scenario_sha256)".into(),
+                _ => format!("its {place} is {theirs}, expected {ours}"),
+            })
+        }
     }
 }
 

@@ -57,11 +57,22 @@ impl Axis {
 
     /// A logarithmic axis over the values above 0, with some room at both ends.
     pub(super) fn logarithmic(values: impl IntoIterator<Item = f64>) -> Self {
+        Self::logarithmic_over(values, 1.0)
+    }
+
+    /// The same over at least a range in which two of 1, 2, 5, 10, .. lie: one point alone has a scale too.
+    pub(super) fn logarithmic_with_scale(values: impl IntoIterator<Item = f64>) -> Self {
+        Self::logarithmic_over(values, 6.3)
+    }
+
+    fn logarithmic_over(values: impl IntoIterator<Item = f64>, least_ratio: f64) -> Self {
         let (lo, hi) = values
             .into_iter()
             .filter(|&value| drawable(value) && value > SMALLEST)
             .fold((f64::INFINITY, 0.0_f64), |(lo, hi), value| (lo.min(value), hi.max(value)));
         let (lo, hi) = if lo <= hi { (0.8 * lo, 1.25 * hi) } else { (0.1, 1.0) };
+        let wider = libm::sqrt((least_ratio * lo / hi).max(1.0));
+        let (lo, hi) = (lo / wider, hi * wider);
         let multiples: &[u32] = if hi / lo > 300.0 { &[1] } else { &[1, 2, 5] };
         let decades = exponent_of(lo)..=exponent_of(hi);
         let ticks = decades.flat_map(|decade| {
@@ -171,6 +182,10 @@ mod tests {
         assert_eq!(texts(&Axis::logarithmic([2e-6, 9e-3])), ["10⁻⁵", "10⁻⁴", "0.001", "0.01"]);
 
         assert_eq!(texts(&Axis::logarithmic([])), ["0.1", "0.2", "0.5", "1"]);
+        for k in 0..40 {
+            let one = Axis::logarithmic_with_scale([1e-3 * 1.2_f64.powi(k)]);
+            assert!(one.ticks.len() >= 2 && one.place(1e-3 * 1.2_f64.powi(k)) > 0.4, "{one:?}");
+        }
     }
 
     #[test]

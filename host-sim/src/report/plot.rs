@@ -330,7 +330,8 @@ impl Scales {
         let all = || panel.series.iter().flat_map(|series| series.points.iter().copied());
         let drawn = || all().filter(|&(x, y)| drawable(x) && drawable(y));
         if panel.is_log {
-            let (x, y) = (Axis::logarithmic(drawn().map(|(x, _)| x)), Axis::logarithmic(drawn().map(|(_, y)| y)));
+            let [x, y] = [drawn().map(|(x, _)| x).collect::<Vec<_>>(), drawn().map(|(_, y)| y).collect()];
+            let [x, y] = [x, y].map(Axis::logarithmic_with_scale);
             return Self { x, y, off_scale: None, hides: false };
         }
         let x = Axis::new(panel.x_range, drawn().map(|(x, _)| x), 0.0, 10);

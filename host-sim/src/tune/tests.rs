@@ -93,6 +93,9 @@ fn what_is_not_met_is_named() {
     assert_eq!(asked(0.1).missed(&unstable), ["stability"]);
     let lost = Found { noise_a: f64::NAN, worst: Worst { load_rad: f64::NAN, ..worst } };
     assert_eq!(Asked { load_rad: Some(1.0), ..asked(0.1) }.missed(&lost), ["noise", "load"]);
+    // Nobody has asked for it, but a corner in which a run comes to nothing is none that a drive may be given for.
+    let lost = Found { worst: Worst { settle_s: LOST, sine_rad: LOST, ..worst }, ..found };
+    assert_eq!(asked(0.1).missed(&lost), ["settling", "sine"]);
 }
 
 /// The drive of a file with the settings is the drive that they were taken from.

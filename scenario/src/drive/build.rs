@@ -14,11 +14,12 @@ use loop_sim::port::finer::Finer;
 use loop_sim::sensor::Sensor;
 use loop_sim::sensor::encoder::{Encoders, Fault, Faulty, Mounted};
 use loop_sim::signal::Signal;
+use loop_sim::solver;
 
 use super::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointErrorTable, JointScenario,
-    JointTable, ModeKey, MonitorTable, MotorDriveTable, MotorScenario, ReactionKey, ReferenceKind, ReferenceTable,
-    TuningKey,
+    JointTable, ModeKey, MonitorTable, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable, ReactionKey,
+    ReferenceKind, ReferenceTable, TuningKey,
 };
 use crate::assemble::{AtRest, Corner, Drive, Experiment, Sensed, ShaftOf, StateName, Twin};
 use crate::error::shown;
@@ -94,26 +95,134 @@ impl Wanted {
     ) -> Motion {
         let most = (LONGEST_S / self.motion.period_s) as u32;
         let within_a = 0.9 * max_current_a * (100.0 - uncertain_percent) / (100.0 + uncertain_percent);
-        let shortest = |fewest: u32| {
-            let range = [fewest, most.max(fewest)];
-            self.motion.shortest::<P, J>(range, within_a, &feed_forward).unwrap_or_else(|| {
+        let shortest = |fewest: u32| self.motion.shortest::<P, J>([fewest, most.max(fewest)], within_a, &feed_forward);
+        let limit = shown(max_current_a);
+        if let Some(fewest) = self.fewest {
+            let Some(motion) = shortest(fewest) else {
+                let least_a = self.slowest::<P, J>(most, &feed_forward);
+                let remedy = if least_a > within_a {
+                    let enough = shown(rounded(1.01 * least_a * max_current_a / within_a));
+                    format!(
+                        "even in {LONGEST_S} s it takes {} A; max_current_a = {enough} is enough, or a nearer or \
+                         slower goal",
+                        shown(rounded(least_a))
+                    )
+                } else {
+                    "give reference.duration_s".into()
+                };
                 warnings.push(format!(
-                    "no way onto the reference stays within {within_a:.3} A of {} A: it begins with a jump",
-                    shown(max_current_a)
+                    "the reference begins with a jump: no way onto it stays within {} A, 90 % of the {limit} A for a \
+                     plant as weak and heavy as drive.uncertain_percent = {} allows; {remedy}",
+                    shown(rounded(within_a)),
+                    shown(uncertain_percent)
                 ));
-                self.motion.clone()
-            })
-        };
-        let motion = self.fewest.map_or_else(|| self.motion.clone(), shortest);
-        let peak = motion.peak::<P, J>(last as u32, &feed_forward);
-        if peak > max_current_a {
-            warnings.push(format!(
-                "the reference asks for up to {peak:.3} A, the limit is {} A: it will not be followed",
-                shown(max_current_a)
-            ));
+                return self.motion.clone();
+            };
+            return warned_of::<P, J>(motion, max_current_a, last, "", &feed_forward, warnings);
         }
-        motion
+        let remedy = shortest(1).map_or_else(String::new, |motion| {
+            let duration_s = f64::from(motion.ticks) * self.motion.period_s;
+            format!("; reference.duration_s = {} is long enough", shown(rounded(duration_s)))
+        });
+        warned_of::<P, J>(self.motion.clone(), max_current_a, last, &remedy, &feed_forward, warnings)
     }
+
+    /// The largest current of the slowest way, A.
+    fn slowest<const P: usize, const J: usize>(&self, ticks: u32, feed_forward: impl Fn(&[f64; J]) -> f64) -> f64 {
+        const POINTS: u64 = 64;
+        let jets = Motion { ticks, ..self.motion.clone() }.jets::<P, J>();
+        let at = |i: u64| self.motion.start.saturating_add((u64::from(ticks) * i / POINTS) as u32);
+        (0..=POINTS).map(|i| feed_forward(&jets(at(i))).abs()).fold(0.0, f64::max)
+    }
+}
+
+/// The motion, if it needs more than there is with a warning.
+fn warned_of<const P: usize, const J: usize>(
+    motion: Motion,
+    max_current_a: f64,
+    last: usize,
+    remedy: &str,
+    feed_forward: impl Fn(&[f64; J]) -> f64,
+    warnings: &mut Vec<String>,
+) -> Motion {
+    let peak = motion.peak::<P, J>(last as u32, feed_forward);
+    if peak > max_current_a {
+        warnings.push(format!(
+            "the reference asks for up to {} A, the limit is {} A: it will not be followed{remedy}",
+            shown(rounded(peak)),
+            shown(max_current_a)
+        ));
+    }
+    motion
+}
+
+/// Four digits of a number that came of others.
+fn rounded(number: f64) -> f64 {
+    format!("{number:.3e}").parse().unwrap_or(number)
+}
+
+/// Periods of a drive, s, and how that is said.
+const PERIODS_S: [f64; 2] = [2e-5, 1e-2];
+
+/// The period of a file; one that no drive has is told, and the nearest taken, so that the rest of the file is judged.
+fn period(given_s: f64, problems: &mut Problems) -> f64 {
+    let [shortest, longest] = PERIODS_S;
+    let period_s = given_s.clamp(shortest, longest);
+    if period_s != given_s {
+        let message = format!(
+            "the period of a drive is 20 us to 10 ms (given {}, allowed {} to {})",
+            shown(given_s),
+            shown(shortest),
+            shown(longest)
+        );
+        problems.0.push(Problem { key: "drive.period_s".into(), message });
+    }
+    period_s
+}
+
+/// Friction beyond what the motor can make, of which the solver would take more steps in a tick than it does.
+fn too_steep(table: &FrictionTable, limit_a: f64, truth: &Shaft, period_s: f64) -> Option<Problem> {
+    let motor_n_m = limit_a * truth.torque_n_m_per_a;
+    let (key, largest) = largest_friction(table);
+    let rate = largest / table.smooth_rad_s / truth.inertia_kg_m2;
+    let most = 0.49 * solver::MAX_STEPS as f64 / period_s;
+    let message = format!(
+        "found {}, more than the {} N m that the motor can make, and so steep about rest that the solver takes more \
+         than {} steps in a tick: expected at most {}, or a larger friction.smooth_rad_s",
+        shown(largest),
+        shown(rounded(motor_n_m)),
+        solver::MAX_STEPS,
+        shown(rounded(0.99 * largest * most / rate))
+    );
+    (rate > most && largest >= motor_n_m).then_some(Problem { key: key.into(), message })
+}
+
+fn largest_friction(table: &FrictionTable) -> (&'static str, f64) {
+    match table.static_n_m {
+        Some(static_n_m) if static_n_m > table.coulomb_n_m => ("friction.static_n_m", static_n_m),
+        _ => ("friction.coulomb_n_m", table.coulomb_n_m),
+    }
+}
+
+/// What of friction is hardly meant: more than the motor has, or less at rest than in motion.
+fn friction_warnings(table: &FrictionTable, largest_n_m: f64) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let (key, friction) = largest_friction(table);
+    if friction >= largest_n_m {
+        warnings.push(format!(
+            "{key} = {} is as much as the motor can make, {} N m, or more: at rest its shaft stays where it is",
+            shown(friction),
+            shown(rounded(largest_n_m))
+        ));
+    }
+    if let Some(static_n_m) = table.static_n_m.filter(|it| *it < table.coulomb_n_m) {
+        let [at_rest, moving] = [static_n_m, table.coulomb_n_m].map(shown);
+        warnings.push(format!(
+            "friction.static_n_m = {at_rest} is below friction.coulomb_n_m = {moving}, and friction just above rest is \
+             no less than in motion: take {moving}, or leave it out"
+        ));
+    }
+    warnings
 }
 
 fn resolved(
@@ -442,8 +551,26 @@ fn fallback(key: FallbackKey) -> Fallback {
     }
 }
 
-/// A refusal of the design in words of the file. `is_given` says of a motor whether the file has its bandwidth.
-fn design_problem(error: &DriveError, plant: &str, is_given: bool) -> Problem {
+/// The longest period below this one with which a drive has a design, s, in three digits.
+fn longest_period(from_s: f64, has_design: impl Fn(f64) -> bool) -> Option<f64> {
+    let shorter = (1..200).map(|k| from_s * 0.97_f64.powi(k));
+    let mut good_s = shorter.take_while(|it| *it >= PERIODS_S[0]).find(|it| has_design(*it))?;
+    let mut bad_s = good_s / 0.97;
+    for _ in 0..20 {
+        let middle_s = 0.5 * (good_s + bad_s);
+        if has_design(middle_s) { good_s = middle_s } else { bad_s = middle_s }
+    }
+    // Rounded down: half a unit of the last digit less.
+    let down = |period_s: f64| -> Option<f64> {
+        let unit = 10_f64.powf(period_s.log10().floor() - 2.0);
+        format!("{:.2e}", period_s - 0.499 * unit).parse().ok()
+    };
+    down(good_s).filter(|period_s| has_design(*period_s)).or(Some(good_s))
+}
+
+/// A refusal of the design in words of the file. `is_given` says of a motor whether the file has its bandwidth;
+/// `longest_s` is the longest period that has a design.
+fn design_problem(error: &DriveError, plant: &str, is_given: bool, longest_s: Option<f64>) -> Problem {
     // Products of what was typed: six digits of them.
     let short = |number: f64| shown(format!("{number:.5e}").parse().unwrap_or(number));
     let [given, low, high] = [error.given, error.low, error.high].map(short);
@@ -472,7 +599,15 @@ fn design_problem(error: &DriveError, plant: &str, is_given: bool) -> Problem {
         why if why.ends_with("must be above 0") && error.given > 0.0 => "beyond what is computed with",
         why => why,
     };
-    Problem { key, message: format!("{why} (given {given}, allowed {low} to {high})") }
+    let allowed = if error.low > error.high {
+        format!("given {given}; at this period nothing is allowed, since it is at least {low} and at most {high}")
+    } else {
+        format!("given {given}, allowed {low} to {high}")
+    };
+    let longest = longest_s.filter(|_| error.field.starts_with("bandwidths."));
+    let longest = longest
+        .map_or_else(String::new, |it| format!(": drive.period_s = {} is the longest that has a design", shown(it)));
+    Problem { key, message: format!("{why} ({allowed}){longest}") }
 }
 
 /// Turns of the motor in one of what it drives.
@@ -638,7 +773,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         monitor: file.monitor,
         uncertain_percent: drive.uncertain_percent,
         mode: drive.mode,
-        period_s: drive.period_s,
+        period_s: period(drive.period_s, &mut problems),
         max_current_a: limit,
         start_rad: sheet.start_rad,
         lag_s: sheet.current_lag_s,
@@ -646,9 +781,6 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         observer_states: drive.observer_states,
         plant: "motor",
     };
-    let resolved = resolved(&common, &[mounted], default_name, &mut problems);
-    let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
-
     // On the side of the gear where the angle is meant.
     let gear = ratio(sheet.gear);
     let nominal = Motor {
@@ -656,23 +788,22 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         torque_n_m_per_a: gear * torque,
         damping_n_m_s: gear * gear * sheet.damping_n_m_s,
     };
+    let (believed, truth) = shafts(&nominal, &file.error);
+    problems.0.extend(too_steep(&file.friction, limit, &truth, common.period_s));
+    let resolved = resolved(&common, &[mounted], default_name, &mut problems);
+    let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
+
     let form = Form {
         follows: if drive.mode == ModeKey::Speed { Follows::Speed } else { Follows::Position },
         gain_sets: gain_sets(drive.gain_sets, drive.uncertain_percent),
         delay_ticks: drive.delay_ticks,
         observer_states: drive.observer_states,
     };
-    let by_rule = MotorDesign::by_rule(drive.period_s, nominal, mounted.encoder, Limits::symmetric(limit))
-        .with_lag(sheet.current_lag_s, drive.delay_ticks as u32);
-    let design = by_rule.with_bandwidths(motor_bandwidths(drive, by_rule.bandwidths));
-    let design = MotorDesign {
-        fast_ratio: drive.fast_ratio.unwrap_or(design.fast_ratio),
-        lost_ticks: drive.lost_ticks,
-        fallback: fallback(drive.fallback),
-        ..design
-    };
+    let designed_for = |drive: &MotorDriveTable| motor_design(drive, sheet, nominal, mounted.encoder, limit);
+    let design = designed_for(drive);
 
     let mut warnings = common.warnings();
+    warnings.extend(friction_warnings(&file.friction, limit * truth.torque_n_m_per_a));
     let motion = resolved.wanted.planned::<3, 3>(
         limit,
         drive.uncertain_percent,
@@ -682,21 +813,15 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     );
     let given = [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s];
     let is_given = given.iter().any(Option::is_some);
-    let refused = |error: DriveError| vec![design_problem(&error, "motor", is_given)];
+    let refused = |error: DriveError| {
+        let at = |period_s: f64| designed_for(&MotorDriveTable { period_s, ..drive.clone() });
+        let longest_s = longest_period(drive.period_s, |period_s| port::motor_at_rest(&at(period_s), form).is_ok());
+        vec![design_problem(&error, "motor", is_given, longest_s)]
+    };
     let monitors = common.monitors(resolved.reaction, [nominal.inertia_kg_m2]);
     let designed = DriveDesign::Motor { design, form, mounted, monitors };
     let port = designed.port(&motion).map_err(refused)?;
 
-    let believed = Shaft {
-        inertia_kg_m2: nominal.inertia_kg_m2,
-        torque_n_m_per_a: nominal.torque_n_m_per_a,
-        damping_n_m_s: nominal.damping_n_m_s,
-    };
-    let truth = Shaft {
-        inertia_kg_m2: true_to(believed.inertia_kg_m2, file.error.inertia_percent),
-        torque_n_m_per_a: true_to(believed.torque_n_m_per_a, file.error.torque_percent),
-        damping_n_m_s: true_to(believed.damping_n_m_s, file.error.damping_percent),
-    };
     let load = std::mem::take(&mut resolved.load);
     let plant = plant::Motor::new(truth, believed, imperfections(&file.friction, sheet.current_lag_s, gear), load)
         .sampled(drive.period_s);
@@ -724,6 +849,40 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         warnings,
     };
     Ok(experiment(&common, parts))
+}
+
+/// What the controller believes, and what is true.
+fn shafts(nominal: &Motor, error: &MotorErrorTable) -> (Shaft, Shaft) {
+    let believed = Shaft {
+        inertia_kg_m2: nominal.inertia_kg_m2,
+        torque_n_m_per_a: nominal.torque_n_m_per_a,
+        damping_n_m_s: nominal.damping_n_m_s,
+    };
+    let truth = Shaft {
+        inertia_kg_m2: true_to(believed.inertia_kg_m2, error.inertia_percent),
+        torque_n_m_per_a: true_to(believed.torque_n_m_per_a, error.torque_percent),
+        damping_n_m_s: true_to(believed.damping_n_m_s, error.damping_percent),
+    };
+    (believed, truth)
+}
+
+/// What a file says, with its rules.
+fn motor_design(
+    drive: &MotorDriveTable,
+    sheet: &MotorTable,
+    nominal: Motor,
+    encoder: Encoder,
+    limit: f64,
+) -> MotorDesign {
+    let by_rule = MotorDesign::by_rule(drive.period_s, nominal, encoder, Limits::symmetric(limit))
+        .with_lag(sheet.current_lag_s, drive.delay_ticks as u32);
+    let design = by_rule.with_bandwidths(motor_bandwidths(drive, by_rule.bandwidths));
+    MotorDesign {
+        fast_ratio: drive.fast_ratio.unwrap_or(design.fast_ratio),
+        lost_ticks: drive.lost_ticks,
+        fallback: fallback(drive.fallback),
+        ..design
+    }
 }
 
 /// What the file says of them, and what follows of that.
@@ -895,7 +1054,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
         monitor: file.monitor,
         uncertain_percent: drive.uncertain_percent,
         mode: ModeKey::Position,
-        period_s: drive.period_s,
+        period_s: period(drive.period_s, &mut problems),
         max_current_a: limit,
         start_rad: sheet.start_rad,
         lag_s: sheet.current_lag_s,
@@ -903,6 +1062,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
         observer_states: 4,
         plant: "joint",
     };
+    problems.0.extend(too_steep(&file.friction, limit, &truth.motor, common.period_s));
     let resolved = resolved(&common, &[link, motor], default_name, &mut problems);
     let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
 
@@ -927,6 +1087,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
 
     let mut warnings = common.warnings();
     warnings.extend(wide_gates(load_n_m, limit * nominal.torque_n_m_per_a));
+    warnings.extend(friction_warnings(&file.friction, limit * truth.motor.torque_n_m_per_a));
     let motion = resolved.wanted.planned::<4, 5>(
         limit,
         drive.uncertain_percent,
@@ -936,7 +1097,14 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     );
     let given = [drive.surface_rad_s, drive.link_rad_s, drive.motor_rad_s, drive.reaching_per_s];
     let is_given = given.iter().any(Option::is_some);
-    let refused = |error: DriveError| vec![design_problem(&error, "joint", is_given)];
+    let refused = |error: DriveError| {
+        let at = |period_s: f64| {
+            let bandwidths = joint_bandwidths(&JointDriveTable { period_s, ..drive.clone() }, tuning);
+            JointDesign { period_s, ..design }.with_bandwidths(bandwidths, load_n_m)
+        };
+        let longest_s = longest_period(drive.period_s, |period_s| port::joint_at_rest(&at(period_s), form).is_ok());
+        vec![design_problem(&error, "joint", is_given, longest_s)]
+    };
     let inertia = [nominal.link_inertia_kg_m2, nominal.motor_inertia_kg_m2];
     let monitors = common.monitors(resolved.reaction, inertia);
     let designed = DriveDesign::Joint { design, form, mounted: [link, motor], monitors, sudden_load_n_m: load_n_m };

@@ -123,6 +123,31 @@ fn each_mistake_is_told_at_its_place_with_what_would_be_right() {
 }
 
 #[test]
+fn a_period_that_no_drive_has_and_a_friction_that_nobody_turns_are_told_with_what_there_is() {
+    let cases = [
+        (MOTOR, "drive.period_s=1", "`drive.period_s`: the period of a drive is 20 us to 10 ms (given 1, allowed"),
+        (
+            JOINT,
+            "drive.period_s=5e-3",
+            "`drive.period_s`: the link's observer times period is 3 w_c T to 0.25 (given 0.4; at this period nothing \
+             is allowed, since it is at least 0.3 and at most 0.25): drive.period_s = 0.00266 is the longest that has \
+             a design",
+        ),
+        (
+            MOTOR,
+            "friction.coulomb_n_m=5",
+            "`friction.coulomb_n_m`: found 5, more than the 0.5 N m that the motor can make, and so steep about rest",
+        ),
+        (MOTOR, "friction={static_n_m = 9}", "`friction.static_n_m`: found 9, more than the 0.5 N m"),
+    ];
+    for (text, set, expected) in cases {
+        let told = build(text, &[set]).err().unwrap_or_else(|| panic!("{set} is taken"));
+        assert!(told.contains(expected) && told.lines().count() == 1, "{set}: {told}");
+    }
+    assert!(build(JOINT, &["drive.period_s=0.00266"]).is_ok());
+}
+
+#[test]
 fn all_mistakes_of_a_file_are_told_at_once() {
     let text = "span_s = 1\n[motor]\ninertia_kg_m2 = 1e-4\n[reference]\nkind = \"move\"\n\
                 [[fault]]\nat_s = 0.1\n[[load]]\nkind = \"ramp\"\namplitude = 1\n";
@@ -177,6 +202,18 @@ fn a_file_that_says_what_cannot_matter_is_warned_of() {
         ),
         (MOTOR, &["drive.observer_states=4", "drive.uncertain_percent=50"], "is for a motor known to 20 %"),
         (JOINT, &["drive.delay_ticks=1", "drive.uncertain_percent=50"], "a joint is stable within 20 %"),
+        (
+            MOTOR,
+            &["friction.coulomb_n_m=0.6", "friction.static_n_m=0.6"],
+            "friction.coulomb_n_m = 0.6 is as much as the motor can make, 0.5 N m, or more",
+        ),
+        (MOTOR, &["friction.static_n_m=0.001"], "take 0.005, or leave it out"),
+        (JOINT, &["joint.max_current_a=3", "drive.sudden_load_n_m=0.3", "friction={}"], "the reference asks for up to"),
+        (
+            JOINT,
+            &["joint.max_current_a=2", "drive.sudden_load_n_m=0.2", "reference={kind = \"move\", to_rad = 1}"],
+            "the reference begins with a jump: no way onto it stays within 1.2 A",
+        ),
         (JOINT, &["drive.sudden_load_n_m=1e9"], "times what the motor can make: gates that wide believe"),
     ] {
         let warnings = warned(text, sets);
@@ -273,10 +310,12 @@ fn a_move_is_as_short_as_the_limit_allows() {
 fn a_reference_beyond_the_limit_is_warned_of() {
     let told = |sets: &[&str]| build(MOTOR, sets).unwrap_or_else(|error| panic!("{error}")).warnings.join("\n");
     let fast = told(&["reference.frequency_hz=10"]);
-    // 1 rad at 10 Hz: (2π 10)² / 250 A.
-    assert!(fast.contains("the reference asks for up to 15.7"), "{fast}");
+    // 1 rad at 10 Hz: (2π 10)² / 250 A. What is said to be enough is.
+    assert!(fast.contains("even in 100 s it takes 15.8 A; max_current_a = 26.6 is enough"), "{fast}");
+    assert_eq!(told(&["reference.frequency_hz=10", "motor.max_current_a=26.6"]), "");
     let jump = told(&["reference={kind = \"move\", to_rad = 1, duration_s = 0.02}"]);
-    assert!(jump.contains("the limit is 10 A: it will not be followed"), "{jump}");
+    assert!(jump.contains("the limit is 10 A: it will not be followed; reference.duration_s = 0.063 is"), "{jump}");
+    assert_eq!(told(&["reference={kind = \"move\", to_rad = 1, duration_s = 0.063}"]), "");
     assert_eq!(told(&[]), "");
     let spinning =
         told(&["reference={kind = \"speed\", speed_rad_s = 4000, duration_s = 1}", "motor.max_current_a=100"]);

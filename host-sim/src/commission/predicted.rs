@@ -1,0 +1,82 @@
+//! What a drive is expected to make of the verification: the same move on the joint as it was found, with the friction
+//! that was found. Its ticks alone leave an error, the larger the stiffer the joint is beside its period.
+
+use std::ops::ControlFlow;
+
+use controller_core::drive::Joint;
+use loop_sim::actuator::{Delayed, Ideal, Limited};
+use loop_sim::closed_loop::{Loop, close_loop};
+use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
+use loop_sim::port::drive::{DriveDesign, Goal, Motion};
+use loop_sim::sensor::encoder::Encoders;
+use loop_sim::signal::Signal;
+use loop_sim::trace::Row;
+
+use super::{AFTER_S, SETTLE_S, limit_a};
+
+/// A joint as it was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Found {
+    pub(super) joint: Joint,
+    pub(super) friction_a: f64,
+    pub(super) lag_s: f64,
+}
+
+impl Found {
+    fn plant(&self) -> plant::Joint {
+        let Self { joint, friction_a, lag_s } = *self;
+        let body = JointBody {
+            link_inertia_kg_m2: joint.link_inertia_kg_m2,
+            link_damping_n_m_s: joint.link_damping_n_m_s,
+            weight_n_m: joint.weight_n_m,
+            stiffness_n_m: joint.stiffness_n_m,
+            spring_damping_n_m_s: 0.0,
+            motor: Shaft {
+                inertia_kg_m2: joint.motor_inertia_kg_m2,
+                torque_n_m_per_a: joint.torque_n_m_per_a,
+                damping_n_m_s: joint.motor_damping_n_m_s,
+            },
+        };
+        let torque = friction_a.max(0.0) * joint.torque_n_m_per_a;
+        let friction = Friction { static_n_m: torque, coulomb_n_m: torque, ..Friction::default() };
+        let imperfections = Imperfections { friction, lag_s, ..Imperfections::default() };
+        plant::Joint::new(body, body, imperfections, Signal::default())
+    }
+
+    /// Largest abs(y - r) of a move from rest with this drive, rad; none where it comes to no end.
+    pub(super) fn peak_rad(&self, designed: &DriveDesign, [from_rad, to_rad]: [f64; 2], ticks: u32) -> Option<f64> {
+        let period_s = match designed {
+            DriveDesign::Motor { design, .. } => design.period_s,
+            DriveDesign::Joint { design, .. } => design.period_s,
+        };
+        let [start, after] = [SETTLE_S, AFTER_S].map(|seconds| (seconds / period_s).round() as u32);
+        let motion = Motion { goal: Goal::Rest { angle_rad: to_rad }, from_rad, start, ticks, period_s };
+        let mut port = designed.port(&motion).ok()?;
+        let (plant, limit, mounted) = (self.plant(), limit_a(designed), designed.encoders());
+        // The spring carries the weight.
+        let motor_rad = from_rad + self.joint.weight_n_m * libm::sin(from_rad) / self.joint.stiffness_n_m;
+        let mut x0 = vec![0.0; plant.order()];
+        (x0[0], x0[2]) = (from_rad, motor_rad);
+        let setup = Loop {
+            plant: &plant,
+            sensor: &mut Encoders::new(mounted),
+            port: port.as_mut(),
+            actuator: &mut Limited::new(Delayed::new(Ideal, designed.form().delay_ticks), -limit, limit),
+            report: true,
+            x0: &x0,
+            period_s,
+            periods: (start + ticks + after) as usize,
+        };
+        let (from_s, mut peak) = (f64::from(start) * period_s, 0.0_f64);
+        let mut see = |row: &Row| {
+            let error = (row.x[0] - row.r).abs();
+            if row.t_s >= from_s {
+                peak = peak.max(error);
+            }
+            // What runs away is no expectation.
+            if error < 1.0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        let ended = close_loop(setup, &mut see).ok()?;
+        (ended == loop_sim::trace::Ending::Finished).then_some(peak)
+    }
+}
