@@ -32,9 +32,6 @@ use crate::compare::{Bench, Knob, LOST, Tuned, Worst, of_ours};
 const STARTS: usize = 3;
 /// How near the edge of stability a search may go: what is linear is so at rest.
 pub const LARGEST_RADIUS: f64 = 0.9995;
-/// Share of the largest current that the steps of encoders may make of u as noise, rms, where nobody says another: here
-/// and for what `host-sim design` calls too much.
-pub const NOISE_SHARE: f64 = 0.01;
 /// What counts for a constraint of a design that there is none of.
 const NO_DESIGN: f64 = -3.0;
 

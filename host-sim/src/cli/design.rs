@@ -25,7 +25,6 @@ use super::{Console, Failure, RunOptions, bad, failed, scenario_of, status};
 use crate::map::is_zero;
 use crate::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, offset_per_s, unstable_corners};
 use crate::report::number::significant;
-use crate::tune::NOISE_SHARE;
 
 #[derive(Args, Debug)]
 pub(super) struct DesignOptions {
@@ -42,6 +41,8 @@ pub(super) struct DesignOptions {
     no_limits: bool,
 }
 
+/// Share of the current limit that the steps of encoders may cost as noise, rms.
+const NOISE_SHARE: f64 = 0.01;
 /// Phase margin below which nothing is suggested, degrees: with less |S| is above 1/(2 sin 12.5°) = 2.3. Behind a
 /// current loop of 0.2 ms the default set of a joint has 26.7; firm has 22.6, and does not bear a tick of delay.
 const LEAST_PHASE_DEG: f64 = 25.0;

@@ -16,13 +16,14 @@ use crate::chip::cycles;
 use crate::compare::{Bench, LOST, Lost, Worst, of_ours};
 use crate::report::number::significant;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
-use crate::tune::{Asked, Entry, Found, Job, LARGEST_RADIUS, NOISE_SHARE, settings, tuned};
+use crate::tune::{Asked, Entry, Found, Job, LARGEST_RADIUS, settings, tuned};
 
 #[derive(Args, Debug)]
 pub(super) struct TuneOptions {
     /// A scenario with [joint] or [motor]; without one that of `new --plant joint`.
     file: Option<PathBuf>,
-    /// Largest noise of u by the encoders' steps, A rms [default: 1 % of the largest current, as in host-sim design].
+    /// Largest noise of u by the encoders' steps, A rms [default: what the rules make: for a joint 1/1000 of the largest
+    /// current, for a motor 1/100, above which host-sim design calls it too much for either].
     #[arg(long, value_name = "A")]
     noise: Option<f64>,
     /// Longest settling of a planned recovery from 0.1 rad, s, in the worst corner.
@@ -117,7 +118,7 @@ fn asked(options: &TuneOptions, bench: &Bench, source: &Source<'_>) -> Result<As
     }
     let percent = scenario::number_at(source, "drive.uncertain_percent")?;
     Ok(Asked {
-        noise_a: noise.unwrap_or_else(|| NOISE_SHARE * bench.max_current_a()),
+        noise_a: noise.unwrap_or_else(|| bench.noise_limits_a()[1]),
         settle_s: settling,
         move_rad: moved,
         load_rad: load,
