@@ -22,8 +22,8 @@ use crate::tune::{Asked, Entry, Found, Job, LARGEST_RADIUS, settings, tuned};
 pub(super) struct TuneOptions {
     /// A scenario with [joint] or [motor]; without one that of `new --plant joint`.
     file: Option<PathBuf>,
-    /// Largest noise of u by the encoders' steps, A rms [default: what the rules make: for a joint 1/1000 of the largest
-    /// current, for a motor 1/100, above which host-sim design calls it too much for either].
+    /// Largest noise of u by the encoders' steps, A rms [default: what the rules make: for a joint 1/1000 of the
+    /// largest current, for a motor 1/100, above which host-sim design calls it too much for either].
     #[arg(long, value_name = "A")]
     noise: Option<f64>,
     /// Longest settling of a planned recovery from 0.1 rad, s, in the worst corner.
