@@ -18,8 +18,8 @@ const ALL_BUT_THE_TICK: &[&str] = FUNCTIONS.split_at(1).1;
 /// What the assembly holds: with a tick of u alone, of a drive also the parts of its tick.
 const ASSEMBLED: [&str; 7] = ["tick_u", "tick", "start", "not_started", "report_applied", "estimates", "reset"];
 const ASSEMBLED_DRIVE: [&str; 12] = [
-    "tick_u",
     "tick",
+    "tick_u",
     "begin",
     "observe",
     "law",
@@ -44,39 +44,45 @@ const GCC: [&str; 8] = [
     "-Wl,-Ttext=0x08000000,-e,0",
 ];
 
-/// Assembly that the images carry, by the prefix of its functions: the file, and what it was exported from.
-const SHIPPED: [(&str, &str, &[&str], &[&str]); 4] = [
-    ("joint_r2", "firmware/src/assembly/joint_r2.S", &["firmware/joint.toml"], &ASSEMBLED),
-    ("joint_r3", "firmware/src/assembly/joint_r3.S", &["firmware/joint.toml", "--set", ORDER_3_AT_100], &ASSEMBLED),
-    (
-        "motor",
-        "firmware/src/assembly/motor.S",
-        &["firmware/motor.toml", PERIOD[0], PERIOD[1], SETS[0], SETS[1]],
-        &ASSEMBLED_DRIVE,
-    ),
+/// Assembly that the images carry.
+struct Shipped {
+    /// What its functions begin with.
+    prefix: &'static str,
+    file: &'static str,
+    /// What it was exported from.
+    scenario: &'static [&'static str],
+    functions: &'static [&'static str],
+}
+
+const SHIPPED: [Shipped; 4] = [
+    Shipped {
+        prefix: "joint_r2",
+        file: "firmware/src/assembly/joint_r2.S",
+        scenario: &["firmware/joint.toml"],
+        functions: &ASSEMBLED,
+    },
+    Shipped {
+        prefix: "joint_r3",
+        file: "firmware/src/assembly/joint_r3.S",
+        scenario: &["firmware/joint.toml", "--set", ORDER_3_AT_100],
+        functions: &ASSEMBLED,
+    },
+    Shipped {
+        prefix: "motor",
+        file: "firmware/src/assembly/motor.S",
+        scenario: &["firmware/motor.toml", PERIOD[0], PERIOD[1], SETS[0], SETS[1]],
+        functions: &ASSEMBLED_DRIVE,
+    },
     // All but `tick`, whose ways are those of `tick_u`: a million, over a minute.
-    (
-        "joint_drive",
-        "firmware/src/assembly/joint_drive.S",
-        &["firmware/drive.toml", PERIOD[0], PERIOD[1], SETS[0], SETS[1]],
-        &JOINT_DRIVE,
-    ),
+    Shipped {
+        prefix: "joint_drive",
+        file: "firmware/src/assembly/joint_drive.S",
+        scenario: &["firmware/drive.toml", PERIOD[0], PERIOD[1], SETS[0], SETS[1]],
+        functions: ASSEMBLED_DRIVE.split_at(1).1,
+    },
 ];
 const PERIOD: [&str; 2] = ["--set", "drive.period_s=1e-3"];
 const SETS: [&str; 2] = ["--set", "drive.gain_sets=1"];
-const JOINT_DRIVE: [&str; 11] = [
-    "tick_u",
-    "begin",
-    "observe",
-    "law",
-    "give_up",
-    "refuse",
-    "start",
-    "not_started",
-    "report_applied",
-    "estimates",
-    "reset",
-];
 const ORDER_3_AT_100: &str =
     "controller.observer=[{channel=2,bandwidth_rad_s=100,order=3},{channel=4,bandwidth_rad_s=100,order=3}]";
 
@@ -166,8 +172,8 @@ pub(crate) fn judge(gate: &mut Gate) -> Outcome {
         for exported in &EXPORTED {
             of_the_files(gate, &folder.join(exported.name), exported).map_err(failed)??;
         }
-        for (prefix, file, scenario, functions) in SHIPPED {
-            of_the_assembly(gate, &folder.join("shipped"), prefix, file, scenario, functions).map_err(failed)??;
+        for shipped in &SHIPPED {
+            of_the_assembly(gate, &folder.join("shipped"), shipped).map_err(failed)??;
         }
         println!("\nheld to no record:");
         for (name, why) in WITHOUT {
@@ -218,38 +224,36 @@ fn of_the_image_and_the_archive(gate: &Gate, folder: &Path) -> Result<Outcome, S
 
 /// Held by [`of_the_assembly`].
 fn is_shipped_assembly(symbol: &str) -> bool {
-    let of = |(prefix, _, _, functions): &(&str, _, _, &[&str])| {
-        symbol
-            .strip_prefix(prefix)
-            .and_then(|rest| rest.strip_prefix('_'))
-            .is_some_and(|name| functions.contains(&name))
+    let of = |shipped: &Shipped| {
+        let name = symbol.strip_prefix(shipped.prefix).and_then(|rest| rest.strip_prefix('_'));
+        name.is_some_and(|name| shipped.functions.contains(&name))
     };
     SHIPPED.iter().any(of)
 }
 
-/// All functions of a file of assembly that lies among the sources.
-fn of_the_assembly(
-    gate: &Gate,
-    folder: &Path,
-    prefix: &str,
-    file: &str,
-    scenario: &[&str],
-    functions: &[&str],
-) -> Result<Outcome, String> {
-    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    let export = Invocation::cargo(&["run", "--quiet", "-p", "host-sim", "--", "export", "--paper", "--asm"])
+/// What exports a scenario in a form, with these names.
+fn export(form: &str, prefix: &str, scenario: &[&str]) -> Invocation {
+    Invocation::cargo(&["run", "--quiet", "-p", "host-sim", "--", "export", "--paper", form])
         .with(&["--prefix", prefix, "--force"])
-        .with(scenario);
+        .with(scenario)
+}
+
+/// What writes the text of each function.
+fn written<'a>(export: &'a Invocation, functions: &'a [&str], texts: &'a [String]) -> impl Iterator<Item = Invocation> {
+    functions.iter().zip(texts).map(|(function, text)| export.clone().with(&["--means", function, "-o", text]))
+}
+
+/// All functions of a file of assembly that lies among the sources.
+fn of_the_assembly(gate: &Gate, folder: &Path, shipped: &Shipped) -> Result<Outcome, String> {
+    let &Shipped { prefix, file, scenario, functions } = shipped;
+    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let path = |name: &str| folder.join(format!("{prefix}{name}")).display().to_string();
     let texts: Vec<String> = functions.iter().map(|function| path(&format!("_{function}.means"))).collect();
-    let mut commands: Vec<Invocation> = functions
-        .iter()
-        .zip(&texts)
-        .map(|(function, text)| export.clone().with(&["--means", function, "-o", text]))
-        .collect();
     let elf = path(".elf");
     let roots: Vec<String> = functions.iter().map(|function| format!("-Wl,-u,{prefix}_{function}")).collect();
     let roots: Vec<&str> = roots.iter().map(String::as_str).collect();
+    let export = export("--asm", prefix, scenario);
+    let mut commands: Vec<Invocation> = written(&export, functions, &texts).collect();
     commands.extend([Invocation::new(CROSS_C, &GCC).with(&roots).with(&[file, "-o", &elf]), held(&elf, &texts)]);
     Ok(commands.iter().try_for_each(|command| command.run(gate)))
 }
@@ -291,9 +295,7 @@ fn of_the_files(gate: &Gate, folder: &Path, exported: &Exported) -> Result<Outco
             continue;
         }
         let file = |name: &str| folder.join(format!("{}{name}", &form[2..])).display().to_string();
-        let export = Invocation::cargo(&["run", "--quiet", "-p", "host-sim", "--", "export", "--paper", form])
-            .with(&["--prefix", name, "--force"])
-            .with(scenario);
+        let export = export(form, name, scenario);
         let kept: Vec<String> = functions.iter().map(|function| format!("{name}_{function}")).collect();
         let main = format!(
             "#include \"{}.h\"\n__attribute__((used)) void *const kept[] = {{{}}};\n",
@@ -302,9 +304,7 @@ fn of_the_files(gate: &Gate, folder: &Path, exported: &Exported) -> Result<Outco
         );
         std::fs::write(file(".c"), main).map_err(|error| format!("{}: {error}", file(".c")))?;
         let texts: Vec<String> = functions.iter().map(|function| file(&format!("_{function}.means"))).collect();
-        for (function, text) in functions.iter().zip(&texts) {
-            commands.push(export.clone().with(&["--means", function, "-o", text]));
-        }
+        commands.extend(written(&export, functions, &texts));
         let assembled = form == "--asm";
         commands.push(export.with(&["-o", &file(if assembled { ".S" } else { ".h" })]));
         for level in if assembled { &LEVELS[..1] } else { &LEVELS } {
@@ -353,7 +353,7 @@ mod tests {
     #[test]
     fn all_assembly_of_the_firmware_is_held() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
-        let held: BTreeSet<String> = SHIPPED.iter().map(|(_, file, ..)| (*file).to_owned()).collect();
+        let held: BTreeSet<String> = SHIPPED.iter().map(|shipped| shipped.file.to_owned()).collect();
         let entries = std::fs::read_dir(root.join("firmware/src/assembly")).expect("a folder");
         let files =
             entries.map(|entry| format!("firmware/src/assembly/{}", entry.expect("a file").file_name().display()));
