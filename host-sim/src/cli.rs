@@ -149,7 +149,7 @@ enum Command {
     /// Say what a design comes to in its loop: poles, margins, noise, what limits it, what would be better.
     ///
     /// Nothing is simulated: the loop is linearised where it stands still. A loop that is unstable is a result. Of a
-    /// drive noise of u may be 1 % of the largest current, as in host-sim tune.
+    /// drive noise of u may be 1 % of the largest current.
     Design(DesignOptions),
     /// Say how large sigma*, the errors of the estimates, y and u can be: by what, how tight, and which gain lowers it.
     ///

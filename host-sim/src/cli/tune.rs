@@ -195,7 +195,8 @@ impl Console<'_> {
         figure.write(&folder, "pareto").map_err(|error| Failure::writing(folder.join("pareto").display(), &error))?;
         drop(claim);
         let missed = asked.missed(&answer.found);
-        let lost = bench.lost(&design, asked.is_wide);
+        // What is lost is missed.
+        let lost = if missed.is_empty() { Vec::new() } else { bench.lost(&design, asked.is_wide) };
         if missed.is_empty() {
             whole_file::write(&to, Existing::Keep, |out| out.write_all(tuned_text.as_bytes()))
                 .map_err(|error| Failure::writing(to.display(), &error))?;

@@ -6,11 +6,11 @@ use std::ops::ControlFlow;
 use controller_core::drive::Joint;
 use loop_sim::actuator::{Delayed, Ideal, Limited};
 use loop_sim::closed_loop::{Loop, close_loop};
-use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
+use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant};
 use loop_sim::port::drive::{DriveDesign, Goal, Motion};
 use loop_sim::sensor::encoder::Encoders;
 use loop_sim::signal::Signal;
-use loop_sim::trace::Row;
+use loop_sim::trace::{Ending, Row};
 
 use super::{AFTER_S, SETTLE_S, limit_a};
 
@@ -25,18 +25,7 @@ pub(super) struct Found {
 impl Found {
     fn plant(&self) -> plant::Joint {
         let Self { joint, friction_a, lag_s } = *self;
-        let body = JointBody {
-            link_inertia_kg_m2: joint.link_inertia_kg_m2,
-            link_damping_n_m_s: joint.link_damping_n_m_s,
-            weight_n_m: joint.weight_n_m,
-            stiffness_n_m: joint.stiffness_n_m,
-            spring_damping_n_m_s: 0.0,
-            motor: Shaft {
-                inertia_kg_m2: joint.motor_inertia_kg_m2,
-                torque_n_m_per_a: joint.torque_n_m_per_a,
-                damping_n_m_s: joint.motor_damping_n_m_s,
-            },
-        };
+        let body = JointBody::from(&joint);
         let torque = friction_a.max(0.0) * joint.torque_n_m_per_a;
         let friction = Friction { static_n_m: torque, coulomb_n_m: torque, ..Friction::default() };
         let imperfections = Imperfections { friction, lag_s, ..Imperfections::default() };
@@ -77,6 +66,6 @@ impl Found {
             if error < 1.0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
         let ended = close_loop(setup, &mut see).ok()?;
-        (ended == loop_sim::trace::Ending::Finished).then_some(peak)
+        (ended == Ending::Finished).then_some(peak)
     }
 }

@@ -162,28 +162,11 @@ mod tests {
     fn nominal(task: &Task) -> Sampled {
         let plant: Box<dyn Plant> = match &task.designed {
             DriveDesign::Motor { design, .. } => {
-                let shaft = Shaft {
-                    inertia_kg_m2: design.motor.inertia_kg_m2,
-                    torque_n_m_per_a: design.motor.torque_n_m_per_a,
-                    damping_n_m_s: design.motor.damping_n_m_s,
-                };
+                let shaft = Shaft::from(&design.motor);
                 Box::new(MotorPlant::new(shaft, shaft, Imperfections::default(), Signal::default()))
             }
             DriveDesign::Joint { design, .. } => {
-                let joint = design.joint;
-                let motor = Shaft {
-                    inertia_kg_m2: joint.motor_inertia_kg_m2,
-                    torque_n_m_per_a: joint.torque_n_m_per_a,
-                    damping_n_m_s: joint.motor_damping_n_m_s,
-                };
-                let body = JointBody {
-                    link_inertia_kg_m2: joint.link_inertia_kg_m2,
-                    link_damping_n_m_s: joint.link_damping_n_m_s,
-                    weight_n_m: joint.weight_n_m,
-                    stiffness_n_m: joint.stiffness_n_m,
-                    spring_damping_n_m_s: 0.0,
-                    motor,
-                };
+                let body = JointBody::from(&design.joint);
                 Box::new(JointPlant::new(body, body, Imperfections::default(), Signal::default()))
             }
         };

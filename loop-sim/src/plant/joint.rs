@@ -39,6 +39,24 @@ pub struct JointBody {
     pub motor: Shaft,
 }
 
+/// As a data sheet says, which knows of no damper in the spring.
+impl From<&controller_core::drive::Joint> for JointBody {
+    fn from(sheet: &controller_core::drive::Joint) -> Self {
+        Self {
+            link_inertia_kg_m2: sheet.link_inertia_kg_m2,
+            link_damping_n_m_s: sheet.link_damping_n_m_s,
+            weight_n_m: sheet.weight_n_m,
+            stiffness_n_m: sheet.stiffness_n_m,
+            spring_damping_n_m_s: 0.0,
+            motor: Shaft {
+                inertia_kg_m2: sheet.motor_inertia_kg_m2,
+                torque_n_m_per_a: sheet.torque_n_m_per_a,
+                damping_n_m_s: sheet.motor_damping_n_m_s,
+            },
+        }
+    }
+}
+
 impl JointBody {
     /// The Jacobian where the link hangs still, with this much friction on the motor; without its weight.
     fn jacobian(&self, friction_n_m_s: f64) -> [[f64; MAX_ORDER]; MAX_ORDER] {

@@ -32,6 +32,17 @@ pub struct Shaft {
     pub damping_n_m_s: f64,
 }
 
+/// As a data sheet says.
+impl From<&controller_core::drive::Motor> for Shaft {
+    fn from(sheet: &controller_core::drive::Motor) -> Self {
+        Self {
+            inertia_kg_m2: sheet.inertia_kg_m2,
+            torque_n_m_per_a: sheet.torque_n_m_per_a,
+            damping_n_m_s: sheet.damping_n_m_s,
+        }
+    }
+}
+
 /// F(ω) of the module's head, N m. The default is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Friction {

@@ -853,11 +853,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
 
 /// What the controller believes, and what is true.
 fn shafts(nominal: &Motor, error: &MotorErrorTable) -> (Shaft, Shaft) {
-    let believed = Shaft {
-        inertia_kg_m2: nominal.inertia_kg_m2,
-        torque_n_m_per_a: nominal.torque_n_m_per_a,
-        damping_n_m_s: nominal.damping_n_m_s,
-    };
+    let believed = Shaft::from(nominal);
     let truth = Shaft {
         inertia_kg_m2: true_to(believed.inertia_kg_m2, error.inertia_percent),
         torque_n_m_per_a: true_to(believed.torque_n_m_per_a, error.torque_percent),
@@ -946,18 +942,7 @@ fn joint_sheet(sheet: &JointTable, problems: &mut Problems) -> (Joint, f64) {
 
 /// What the controller believes, and what is true.
 fn bodies(nominal: &Joint, spring_damping_n_m_s: f64, error: &JointErrorTable) -> (JointBody, JointBody) {
-    let believed = JointBody {
-        link_inertia_kg_m2: nominal.link_inertia_kg_m2,
-        link_damping_n_m_s: nominal.link_damping_n_m_s,
-        weight_n_m: nominal.weight_n_m,
-        stiffness_n_m: nominal.stiffness_n_m,
-        spring_damping_n_m_s: 0.0,
-        motor: Shaft {
-            inertia_kg_m2: nominal.motor_inertia_kg_m2,
-            torque_n_m_per_a: nominal.torque_n_m_per_a,
-            damping_n_m_s: nominal.motor_damping_n_m_s,
-        },
-    };
+    let believed = JointBody::from(nominal);
     let truth = JointBody {
         link_inertia_kg_m2: true_to(believed.link_inertia_kg_m2, error.link_inertia_percent),
         link_damping_n_m_s: true_to(believed.link_damping_n_m_s, error.link_damping_percent),
