@@ -84,31 +84,70 @@ pub fn close_loop<R: Recorder + ?Sized>(setup: Loop<'_>, recorder: &mut R) -> Re
     error.map_or(Ok(ending), Err)
 }
 
-fn run<R: Recorder + ?Sized>(setup: Loop<'_>, recorder: &mut R) -> (Ending, Option<LoopError>) {
-    let Loop { plant, sensor, port, actuator, report, x0, period_s, periods } = setup;
-    let n = plant.order();
-    let mut x = [0.0; MAX_ORDER];
-    x[..n].copy_from_slice(x0);
-    for k in 0..=periods {
-        let t_s = k as f64 * period_s;
+fn run<R: Recorder + ?Sized>(setup: Loop<'_>, recorder: &mut R) -> Ended {
+    let mut running = Running::new(setup);
+    loop {
+        let u_held = match running.tick(recorder) {
+            Ok(u_held) => u_held,
+            Err(ended) => return ended,
+        };
+        let ([from_s, to_s], n) = (running.interval(), running.setup.plant.order());
+        let Running { setup: Loop { plant, .. }, x, k } = &mut running;
+        if !plant.exact().is_some_and(|exact| exact.advance(from_s, to_s, u_held, &mut x[..n]))
+            && let Err(error) = solver::advance(*plant, from_s, to_s, u_held, &mut x[..n])
+        {
+            return running.broken_off(error);
+        }
+        *k += 1;
+    }
+}
+
+/// How a run ended, and why if it broke off.
+pub(crate) type Ended = (Ending, Option<LoopError>);
+
+/// A loop at a tick.
+pub(crate) struct Running<'a> {
+    pub(crate) setup: Loop<'a>,
+    /// The true state there, filled up to the plant's order.
+    pub(crate) x: [f64; MAX_ORDER],
+    pub(crate) k: usize,
+}
+
+impl<'a> Running<'a> {
+    pub(crate) fn new(setup: Loop<'a>) -> Self {
+        let mut x = [0.0; MAX_ORDER];
+        x[..setup.plant.order()].copy_from_slice(setup.x0);
+        Self { setup, x, k: 0 }
+    }
+
+    /// From this tick to the next, s.
+    pub(crate) fn interval(&self) -> [f64; 2] {
+        [self.k, self.k + 1].map(|k| k as f64 * self.setup.period_s)
+    }
+
+    /// All of a tick but the plant: the u that is held from here on; or how the run has ended.
+    pub(crate) fn tick<R: Recorder + ?Sized>(&mut self, recorder: &mut R) -> Result<f64, Ended> {
+        let [t_s, _] = self.interval();
+        let Self { setup: Loop { plant, sensor, port, actuator, report, periods, .. }, x, k } = self;
+        let n = plant.order();
         if x[..n].iter().any(|value| !value.is_finite() || value.abs() > solver::RUNAWAY) {
-            return (Ending::Diverged { t_s }, None);
+            return Err((Ending::Diverged { t_s }, None));
         }
         let mut sample = [0.0; MAX_ORDER];
         sensor.measure(&x[..n], &mut sample[..n]);
         let tick = match port.tick(&sample[..n]) {
             Ok(tick) => tick,
-            Err(error) => return (Ending::BrokenOff { t_s }, Some(LoopError::Port(error))),
+            Err(error) => return Err((Ending::BrokenOff { t_s }, Some(LoopError::Port(error)))),
         };
         let u_held = actuator.drive(tick.u);
-        if report {
+        if *report {
             port.report_applied(u_held);
         }
         let mut d = [0.0; MAX_ORDER];
         plant.lumped(t_s, &x[..n], u_held, &mut d[..n]);
         let row = Row {
             t_s,
-            x,
+            x: *x,
             r: port.reference(),
             u: tick.u,
             u_held,
@@ -119,15 +158,13 @@ fn run<R: Recorder + ?Sized>(setup: Loop<'_>, recorder: &mut R) -> (Ending, Opti
             health: tick.health,
         };
         if recorder.record(&row).is_break() {
-            return (Ending::Interrupted { t_s }, None);
+            return Err((Ending::Interrupted { t_s }, None));
         }
-        let next_s = (k + 1) as f64 * period_s;
-        if k < periods
-            && !plant.exact().is_some_and(|exact| exact.advance(t_s, next_s, u_held, &mut x[..n]))
-            && let Err(error) = solver::advance(plant, t_s, next_s, u_held, &mut x[..n])
-        {
-            return (Ending::BrokenOff { t_s }, Some(LoopError::Solver(error)));
-        }
+        if k == periods { Err((Ending::Finished, None)) } else { Ok(u_held) }
     }
-    (Ending::Finished, None)
+
+    /// The plant could not be moved from here.
+    pub(crate) fn broken_off(&self, error: SolverError) -> Ended {
+        (Ending::BrokenOff { t_s: self.interval()[0] }, Some(LoopError::Solver(error)))
+    }
 }

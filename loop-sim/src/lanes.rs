@@ -24,10 +24,13 @@ use crate::solver;
 #[macro_use]
 mod wide;
 
+mod each;
 mod merit;
 mod plants;
 mod sensors;
+mod steps;
 
+pub use each::{Recorded, close_each, close_each_with};
 pub use wide::Instructions;
 
 use merit::Merit;

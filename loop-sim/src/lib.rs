@@ -4,6 +4,7 @@
 pub mod actuator;
 pub mod closed_loop;
 pub mod exact;
+pub mod exponential;
 pub mod expression;
 #[cfg(feature = "lanes")]
 pub mod lanes;

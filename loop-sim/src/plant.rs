@@ -19,6 +19,7 @@ mod flexible_joint;
 mod joint;
 mod motor;
 mod own;
+pub(crate) mod shafts;
 
 pub use benchmark::Benchmark;
 pub use chain::{Chain, ChainError, LastChannel};
@@ -58,10 +59,25 @@ pub trait Plant: Send + Sync {
         None
     }
 
+    /// Its right-hand side as numbers, if it is that of a motor or a joint.
+    fn parts(&self) -> Option<Parts<'_>> {
+        None
+    }
+
     /// [`lumped`](Self::lumped) as numbers, if it is of that form.
     fn lumped_part(&self) -> Option<&Lumped> {
         None
     }
+}
+
+/// What the right-hand side of a [`Motor`] or [`Joint`] is made of: with those of others side by side it becomes vector
+/// code.
+#[derive(Clone, Copy, Debug)]
+pub struct Parts<'a> {
+    /// Inertias, torques and rates, row by row.
+    pub(crate) numbers: &'a [[f64; 4]],
+    /// Of the shaft, or of the link.
+    pub(crate) load: &'a Signal,
 }
 
 /// All jumps of the signals, ascending, each once.

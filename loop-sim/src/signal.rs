@@ -175,6 +175,11 @@ impl Signal {
         &self.jumps_s
     }
 
+    /// Is it anything but level between its jumps?
+    pub fn varies(&self) -> bool {
+        self.terms.iter().any(|term| !matches!(term, Term::Const { .. } | Term::Step { .. }))
+    }
+
     /// Largest |ω| of the terms, rad/s, 0 if none oscillates: a solver must resolve it even in a slow plant.
     pub fn fastest_rad_s(&self) -> f64 {
         let rates = self.terms.iter().map(|term| match *term {

@@ -35,9 +35,9 @@ pub const MAX_STEPS: usize = 10_000;
 /// A state beyond this magnitude is a diverged run.
 pub const RUNAWAY: f64 = 1e9;
 /// Number of midpoint results that are combined; the j-th has 2 (j + 1) substeps.
-const ROWS: usize = 5;
-const WEIGHTS: [f64; ROWS] = weights(ROWS);
-const WITHOUT_LAST: [f64; ROWS] = weights(ROWS - 1);
+pub(crate) const ROWS: usize = 5;
+pub(crate) const WEIGHTS: [f64; ROWS] = weights(ROWS);
+pub(crate) const WITHOUT_LAST: [f64; ROWS] = weights(ROWS - 1);
 /// Largest difference between order 10 and order 8 in a step that is checked.
 const AGREED: f64 = 1e-9;
 /// How often a step is halved at most, then it is taken: a corner as that of |x| is never agreed on.
@@ -111,42 +111,91 @@ fn advance_all<const N: usize>(
     u: f64,
     x: &mut [f64; N],
 ) -> Result<(), SolverError> {
-    let mut t_s = from_s;
-    let mut steps = 0;
-    while t_s < to_s {
+    let mut crossing = Crossing::new(from_s, to_s);
+    while !crossing.is_done() {
+        let mut first = [0.0; N];
+        plant.rhs(crossing.t_s, x, u, &mut first);
+        let Some(mut h_s) = crossing.plan(plant, u, x, &first)? else { return Ok(()) };
+        let increment = loop {
+            let (increment, difference) = step(plant, crossing.t_s, h_s, u, x, &first);
+            match crossing.checked(plant, difference) {
+                None => break increment,
+                Some(half_s) => h_s = half_s,
+            }
+        };
+        for (x, increment) in x.iter_mut().zip(increment) {
+            *x += increment;
+        }
+    }
+    Ok(())
+}
+
+/// How far a tick has been crossed. What decides on a step stands here alone: it is the same for a plant alone and for
+/// many side by side.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Crossing {
+    pub(crate) t_s: f64,
+    to_s: f64,
+    next_s: f64,
+    steps: usize,
+    halvings: u32,
+}
+
+impl Crossing {
+    pub(crate) const fn new(from_s: f64, to_s: f64) -> Self {
+        Self { t_s: from_s, to_s, next_s: from_s, steps: 0, halvings: 0 }
+    }
+
+    pub(crate) fn is_done(&self) -> bool {
+        self.t_s >= self.to_s
+    }
+
+    /// There is nothing beyond here to go to.
+    pub(crate) const fn give_up(&mut self) {
+        self.t_s = self.to_s;
+    }
+
+    /// The length of the next step from x, with the slope `first` there, s; none if x has run away.
+    pub(crate) fn plan<const N: usize>(
+        &mut self,
+        plant: &dyn Plant,
+        u: f64,
+        x: &[f64; N],
+        first: &[f64; N],
+    ) -> Result<Option<f64>, SolverError> {
+        let Self { t_s, to_s, .. } = *self;
         if !x.iter().all(|value| value.abs() <= RUNAWAY) {
-            return Ok(());
+            return Ok(None);
         }
         let end_s =
             plant.jumps_s().iter().copied().find(|&jump_s| jump_s > t_s).map_or(to_s, |jump_s| jump_s.min(to_s));
-        let mut first = [0.0; N];
-        plant.rhs(t_s, x, u, &mut first);
         if let Some(at) = first.iter().position(|rate| !rate.is_finite()) {
             return Err(SolverError::NoRate { t_s, channel: at + 1, rate: first[at] });
         }
         let fastest_rad_s = plant.fastest_rad_s(t_s, x, u);
         // Equal steps to the end, as far as the rate stays what it is.
         let needed = ((end_s - t_s) * fastest_rad_s / STEP_ANGLE).ceil();
-        if steps == MAX_STEPS || !needed.is_finite() {
+        if self.steps == MAX_STEPS || !needed.is_finite() {
             return Err(SolverError::TooStiff { t_s, fastest_rad_s });
         }
-        let mut next_s = if needed <= 1.0 { end_s } else { t_s + (end_s - t_s) / needed };
-        let mut halvings = 0;
-        let increment = loop {
-            let (increment, difference) = step(plant, t_s, next_s - t_s, u, x, &first);
-            if !plant.is_checked() || difference.is_nan() || difference <= AGREED || halvings == MOST_HALVINGS {
-                break increment;
-            }
-            next_s = t_s + 0.5 * (next_s - t_s);
-            halvings += 1;
-        };
-        for (x, increment) in x.iter_mut().zip(increment) {
-            *x += increment;
-        }
-        t_s = next_s;
-        steps += 1;
+        self.next_s = if needed <= 1.0 { end_s } else { t_s + (end_s - t_s) / needed };
+        self.halvings = 0;
+        Ok(Some(self.next_s - t_s))
     }
-    Ok(())
+
+    /// The step has been computed and its rows differ by this: it is taken, or a shorter one is to be tried.
+    pub(crate) fn checked(&mut self, plant: &dyn Plant, difference: f64) -> Option<f64> {
+        let is_taken =
+            !plant.is_checked() || difference.is_nan() || difference <= AGREED || self.halvings == MOST_HALVINGS;
+        if is_taken {
+            self.t_s = self.next_s;
+            self.steps += 1;
+            return None;
+        }
+        self.next_s = self.t_s + 0.5 * (self.next_s - self.t_s);
+        self.halvings += 1;
+        Some(self.next_s - self.t_s)
+    }
 }
 
 /// w_j = prod_{i != j} n_j^2 / (n_j^2 - n_i^2): the value at substep 0 of the polynomial in (substep)^2 through the
@@ -171,7 +220,7 @@ const fn weights(rows: usize) -> [f64; ROWS] {
 
 /// Increment of x over `h_s`, with the slope `first` at t; and the largest difference, as a share of how far a state is
 /// from 0 or moves, to what comes out without the last row.
-fn step<const N: usize>(
+pub(crate) fn step<const N: usize>(
     plant: &dyn Plant,
     t_s: f64,
     h_s: f64,
@@ -188,11 +237,23 @@ fn step<const N: usize>(
             *less += without * across;
         }
     }
+    (increment, difference(h_s, x, first, &increment, &less))
+}
+
+/// The largest difference between two increments.
+#[inline(always)]
+pub(crate) fn difference<const N: usize>(
+    h_s: f64,
+    x: &[f64; N],
+    first: &[f64; N],
+    increment: &[f64; N],
+    less: &[f64; N],
+) -> f64 {
     let shares = (0..N).map(|i| {
         let size = x[i].abs() + increment[i].abs() + (h_s * first[i]).abs();
         (increment[i] - less[i]).abs() / if size > 0.0 { size } else { 1.0 }
     });
-    (increment, shares.fold(0.0, |most, share| if share > most || share.is_nan() { share } else { most }))
+    shares.fold(0.0, |most, share| if share > most || share.is_nan() { share } else { most })
 }
 
 /// Increment of x over `h_s` by `substeps` (even) of the midpoint rule, the first by Euler; `first` is the slope at t.

@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::Args;
 use cycle_bound::stop;
 use loop_sim::lanes;
-use loop_sim::trace::Ending;
+use loop_sim::trace::{Ending, Recorder, Row, Trace};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use scenario::Experiment;
@@ -107,6 +107,8 @@ impl ReportOptions {
 }
 
 const TRIALS: &str = "trials.parquet";
+/// Room for the traces of runs that go side by side, for each thread.
+const MOST_TRACES_BYTES: usize = 128 << 20;
 /// The column behind those that were drawn.
 const ENDED: &str = "ended_at_s";
 
@@ -122,10 +124,34 @@ struct Trial {
 
 /// The trial of an experiment; none if it was told to stop.
 fn trial(experiment: &mut Experiment, stop: &AtomicBool) -> Option<Trial> {
-    let (trace, _) = experiment.run(&mut |_| {
-        if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
-    let metrics = experiment.metrics(&trace);
+    let (trace, _) = experiment.run(&mut |_| going_on(stop));
+    judged(experiment, &trace)
+}
+
+fn going_on(stop: &AtomicBool) -> ControlFlow<()> {
+    if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+}
+
+/// Keeps all rows, until it is told to stop.
+struct Stoppable<'a> {
+    trace: Trace,
+    stop: &'a AtomicBool,
+}
+
+impl Recorder for Stoppable<'_> {
+    fn record(&mut self, row: &Row) -> ControlFlow<()> {
+        self.trace.rows.push(*row);
+        going_on(self.stop)
+    }
+
+    fn end(&mut self, ending: Ending) {
+        self.trace.ending = ending;
+    }
+}
+
+/// What a trace comes to; none of a run that was told to stop.
+fn judged(experiment: &mut Experiment, trace: &Trace) -> Option<Trial> {
+    let metrics = experiment.metrics(trace);
     let outcome = match trace.ending {
         Ending::Interrupted { .. } => return None,
         Ending::Diverged { .. } => Outcome::Diverged,
@@ -134,7 +160,7 @@ fn trial(experiment: &mut Experiment, stop: &AtomicBool) -> Option<Trial> {
         Ending::Finished => Outcome::Unbounded,
     };
     let ended_at_s = trace.rows.last().map_or(0.0, |row| row.t_s);
-    let told = serde_json::to_value(Figures::of(experiment, &trace, &metrics)).unwrap_or_default();
+    let told = serde_json::to_value(Figures::of(experiment, trace, &metrics)).unwrap_or_default();
     Some(Trial { outcome, ended_at_s, told })
 }
 
@@ -160,6 +186,34 @@ fn side_by_side(experiments: &[Option<Experiment>]) -> Vec<Option<Trial>> {
         }
     }
     found
+}
+
+/// Those that are left, each with its own law, sensors and figures, and their plants side by side as far as they fit;
+/// none if told to stop.
+fn each_alone(
+    experiments: &mut [Option<Experiment>],
+    found: &mut [Option<Trial>],
+    stop: &AtomicBool,
+    done: &(dyn Fn() + Sync),
+) -> Option<()> {
+    let mut left: Vec<_> = experiments
+        .iter_mut()
+        .zip(found)
+        .filter_map(|(experiment, found)| experiment.as_mut().filter(|_| found.is_none()).map(|it| (it, found)))
+        .collect();
+    let ticks = left.first().map_or(1, |(experiment, _)| experiment.periods + 1);
+    let together = (MOST_TRACES_BYTES / (ticks * size_of::<Row>())).clamp(1, lanes::LANES);
+    for group in left.chunks_mut(together) {
+        let setups: Vec<_> = group.iter_mut().map(|(experiment, _)| experiment.setup()).collect();
+        let mut kept: Vec<_> = setups.iter().map(|setup| Stoppable { trace: setup.trace(), stop }).collect();
+        let recorders = kept.iter_mut().map(|recorder| recorder as &mut dyn Recorder);
+        lanes::close_each(setups.into_iter().zip(recorders).collect());
+        for ((experiment, found), Stoppable { trace, .. }) in group.iter_mut().zip(kept) {
+            **found = Some(judged(experiment, &trace)?);
+            done();
+        }
+    }
+    Some(())
 }
 
 /// A plan, what it is of, and its columns.
@@ -218,13 +272,8 @@ impl<'a> Campaign<'a> {
 
     /// Some trials, one after the other; none if told to stop.
     fn chunk(&self, [first, end]: [u64; 2], stop: &AtomicBool, done: &(dyn Fn() + Sync)) -> Option<Chunk> {
-        let row = |i: u64, found: Option<Trial>, experiment: Option<Experiment>| {
+        let row = |i: u64, found: Option<Trial>| {
             let mut row = self.plan.drawn(i);
-            let found = match (found, experiment) {
-                (Some(found), _) => Some(found),
-                (None, Some(mut experiment)) => Some(trial(&mut experiment, stop)?),
-                (None, None) => None,
-            };
             let outcome = if let Some(Trial { outcome, ended_at_s, told }) = found {
                 row.push(ended_at_s);
                 row.extend(self.figures.iter().map(|path| number_in(&told, path)));
@@ -233,8 +282,7 @@ impl<'a> Campaign<'a> {
                 row.resize(self.header.columns.len(), f64::NAN);
                 Outcome::Refused
             };
-            done();
-            Some((outcome, row))
+            (outcome, row)
         };
         let group = |start: u64| -> Option<Rows> {
             let trials = start..end.min(start + lanes::LANES as u64);
@@ -245,8 +293,11 @@ impl<'a> Campaign<'a> {
                 }
                 experiments.push(self.of_trial(i).ok());
             }
-            let found = side_by_side(&experiments);
-            trials.zip(found).zip(experiments).map(|((i, found), experiment)| row(i, found, experiment)).collect()
+            let mut found = side_by_side(&experiments);
+            // Of the others each is told of as it comes.
+            (0..experiments.len()).filter(|k| found[*k].is_some() || experiments[*k].is_none()).for_each(|_| done());
+            each_alone(&mut experiments, &mut found, stop, done)?;
+            Some(trials.zip(found).map(|(i, found)| row(i, found)).collect())
         };
         let starts: Vec<u64> = (first..end).step_by(lanes::LANES).collect();
         let rows: Option<Vec<Rows>> = self.pool.install(|| starts.into_par_iter().map(group).collect());

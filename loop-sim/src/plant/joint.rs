@@ -13,10 +13,12 @@
 //! are what that leaves out at each shaft; as for the motor the current is the one that flows.
 
 use super::motor::{Imperfections, Shaft};
-use super::{Plant, fastest_signal_rad_s, merged_jumps_s, spectral_bound};
+use super::shafts::{self, Numbers};
+use super::{Parts, Plant, fastest_signal_rad_s, merged_jumps_s, spectral_bound};
 use crate::MAX_ORDER;
 use crate::exact::{Exact, LinearPart};
 use crate::signal::Signal;
+use crate::sine;
 use crate::solver::STEP_ANGLE;
 
 /// Above this speed of the link the solver no longer resolves sin q, rad/s.
@@ -73,10 +75,17 @@ impl JointBody {
         a
     }
 
+    /// As the right-hand side takes them.
+    fn numbers(&self, imperfections: &Imperfections) -> Numbers<5> {
+        let [shaft, waves, friction] = shafts::of_motor(&self.motor, imperfections);
+        let link = [1.0 / self.link_inertia_kg_m2, self.link_damping_n_m_s, self.weight_n_m, self.stiffness_n_m];
+        [shaft, waves, friction, link, [self.spring_damping_n_m_s, 0.0, 0.0, 0.0]]
+    }
+
     /// Accelerations of link and motor, without friction and load, under this torque on the motor.
     fn accelerations(&self, x: &[f64], torque: f64) -> [f64; 2] {
         let spring = self.stiffness_n_m * (x[2] - x[0]) + self.spring_damping_n_m_s * (x[3] - x[1]);
-        let link = spring - self.link_damping_n_m_s * x[1] - self.weight_n_m * libm::sin(x[0]);
+        let link = spring - self.link_damping_n_m_s * x[1] - self.weight_n_m * sine::sin(x[0]);
         let motor = torque - spring - self.motor.damping_n_m_s * x[3];
         [link / self.link_inertia_kg_m2, motor / self.motor.inertia_kg_m2]
     }
@@ -92,6 +101,7 @@ pub struct Joint {
     /// Without friction, and where that is steepest.
     rates_rad_s: [f64; 2],
     jumps_s: Vec<f64>,
+    numbers: Numbers<5>,
     exact: Option<Exact>,
 }
 
@@ -104,7 +114,8 @@ impl Joint {
             spectral_bound(jacobian).max(fastest_signal_rad_s([&load]))
         });
         let jumps_s = merged_jumps_s([&load]);
-        Self { truth, nominal, imperfections, load, rates_rad_s, jumps_s, exact: None }
+        let numbers = truth.numbers(&imperfections);
+        Self { truth, nominal, imperfections, load, rates_rad_s, jumps_s, numbers, exact: None }
     }
 
     /// With its step from tick to tick, if but the weight of its link is linear: without friction, cogging, ripple and
@@ -120,12 +131,6 @@ impl Joint {
         let exact = if self.imperfections.is_linear() { Exact::new(&part, period_s) } else { None };
         Self { exact, ..self }
     }
-
-    fn accelerations(&self, t_s: f64, x: &[f64], current: f64) -> [f64; 2] {
-        let torque = self.imperfections.torque_n_m(self.truth.motor.torque_n_m_per_a, current, x[2], x[3]);
-        let [link, motor] = self.truth.accelerations(x, torque);
-        [link - self.load.value(t_s) / self.truth.link_inertia_kg_m2, motor]
-    }
 }
 
 impl Plant for Joint {
@@ -135,16 +140,18 @@ impl Plant for Joint {
     }
 
     fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
-        let [link, motor] = self.accelerations(t_s, x, self.imperfections.current(x, u));
-        dx[..4].copy_from_slice(&[x[1], link, x[3], motor]);
-        if let Some(current) = dx.get_mut(4) {
-            *current = (u - x[4]) / self.imperfections.lag_s;
+        let load = self.load.value(t_s);
+        match *x {
+            [a, b, c, d] => dx.copy_from_slice(&self.imperfections.rates(&self.numbers, &[a, b, c, d], u, load)),
+            [a, b, c, d, e] => dx.copy_from_slice(&self.imperfections.rates(&self.numbers, &[a, b, c, d, e], u, load)),
+            _ => unreachable!("a joint of order {}", x.len()),
         }
     }
 
     fn lumped(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]) {
         let current = self.imperfections.current(x, u);
-        let truth = self.accelerations(t_s, x, current);
+        self.rhs(t_s, x, u, d);
+        let truth = [d[1], d[3]];
         let believed = JointBody { spring_damping_n_m_s: 0.0, ..self.nominal };
         let believed = believed.accelerations(x, self.nominal.motor.torque_n_m_per_a * current);
         d.fill(0.0);
@@ -172,6 +179,10 @@ impl Plant for Joint {
 
     fn exact(&self) -> Option<&Exact> {
         self.exact.as_ref()
+    }
+
+    fn parts(&self) -> Option<Parts<'_>> {
+        Some(Parts { numbers: &self.numbers, load: &self.load })
     }
 }
 

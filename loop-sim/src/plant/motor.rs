@@ -12,10 +12,12 @@
 //! The controller believes $\dot\omega = (K_t u - B \omega)/J$ with its own J, K_t, B. What is left is the lumped
 //! disturbance d_2 (rad/s²); it is taken with the current that flows, since the lag of a current loop is no torque.
 
-use super::{Plant, fastest_signal_rad_s, merged_jumps_s};
+use super::shafts::{self, Numbers};
+use super::{Parts, Plant, fastest_signal_rad_s, merged_jumps_s};
 use crate::MAX_ORDER;
 use crate::exact::{Exact, LinearPart};
 use crate::signal::Signal;
+use crate::sine;
 use crate::solver::STEP_ANGLE;
 
 /// Above this rate of its cogging a shaft spins faster than the solver resolves, rad/s.
@@ -74,9 +76,13 @@ impl Friction {
         {
             return self.coulomb_n_m.copysign(speed_rad_s);
         }
-        let bell = speed_rad_s / self.stribeck_rad_s;
-        let size = self.coulomb_n_m + (self.static_n_m - self.coulomb_n_m) * libm::exp(-bell * bell);
-        size * libm::tanh(speed_rad_s / self.smooth_rad_s)
+        shafts::friction(self.numbers(), speed_rad_s)
+    }
+
+    /// F_c, F_s - F_c, 1/ω_s, 1/ω_t.
+    pub(super) fn numbers(&self) -> [f64; 4] {
+        let Self { static_n_m, coulomb_n_m, stribeck_rad_s, smooth_rad_s } = *self;
+        [coulomb_n_m, static_n_m - coulomb_n_m, 1.0 / stribeck_rad_s, 1.0 / smooth_rad_s]
     }
 
     fn largest_n_m(&self) -> f64 {
@@ -124,13 +130,18 @@ pub struct Imperfections {
 }
 
 impl Imperfections {
-    /// Torque at the shaft, viscous friction and load apart, N m.
-    pub(super) fn torque_n_m(&self, torque_n_m_per_a: f64, current: f64, angle: f64, speed: f64) -> f64 {
-        // Most plants have none, and a sine costs more than all the rest.
-        let wave = |size: f64, per_turn: f64| if size == 0.0 { 0.0 } else { size * libm::sin(per_turn * angle) };
-        torque_n_m_per_a * current * (1.0 + wave(self.ripple, self.ripple_per_turn))
-            + wave(self.cogging_n_m, self.cogging_per_turn)
-            - self.friction.torque_n_m(speed)
+    /// dx/dt of the shaft, or of the joint that it moves, by numbers that are of it.
+    pub(super) fn rates<const N: usize, const G: usize>(
+        &self,
+        numbers: &Numbers<G>,
+        x: &[f64; N],
+        u: f64,
+        load: f64,
+    ) -> [f64; N] {
+        let [angle, speed] = shafts::motor_at(N).map(|at| x[at]);
+        let waves = shafts::waves(numbers[1], angle, sine::sin);
+        let sin_link = if N > 3 { sine::sin(x[0]) } else { 0.0 };
+        shafts::rates(numbers, x, u, load, self.friction.torque_n_m(speed), waves, sin_link)
     }
 
     /// Friction as a damping, where it is steepest, N m s/rad.
@@ -188,6 +199,7 @@ pub struct Motor {
     /// Without friction, and where that is steepest.
     rates_rad_s: [f64; 2],
     jumps_s: Vec<f64>,
+    numbers: Numbers<3>,
     exact: Option<Exact>,
 }
 
@@ -198,7 +210,8 @@ impl Motor {
             ((truth.damping_n_m_s + friction) / truth.inertia_kg_m2).max(fastest_signal_rad_s([&load]))
         });
         let jumps_s = merged_jumps_s([&load]);
-        Self { truth, nominal, imperfections, load, rates_rad_s, jumps_s, exact: None }
+        let numbers = shafts::of_motor(&truth, &imperfections);
+        Self { truth, nominal, imperfections, load, rates_rad_s, jumps_s, numbers, exact: None }
     }
 
     /// With its step from tick to tick, if it is linear: without friction, cogging and ripple.
@@ -214,12 +227,6 @@ impl Motor {
         let exact = if self.imperfections.is_linear() { Exact::new(&part, period_s) } else { None };
         Self { exact, ..self }
     }
-
-    fn acceleration(&self, t_s: f64, x: &[f64], current: f64) -> f64 {
-        let Shaft { inertia_kg_m2, torque_n_m_per_a, damping_n_m_s } = self.truth;
-        let torque = self.imperfections.torque_n_m(torque_n_m_per_a, current, x[0], x[1]);
-        (torque - damping_n_m_s * x[1] - self.load.value(t_s)) / inertia_kg_m2
-    }
 }
 
 impl Plant for Motor {
@@ -229,18 +236,23 @@ impl Plant for Motor {
     }
 
     fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
-        dx[0] = x[1];
-        dx[1] = self.acceleration(t_s, x, self.imperfections.current(x, u));
-        if let Some(current) = dx.get_mut(2) {
-            *current = (u - x[2]) / self.imperfections.lag_s;
+        let load = self.load.value(t_s);
+        match *x {
+            [angle, speed] => dx.copy_from_slice(&self.imperfections.rates(&self.numbers, &[angle, speed], u, load)),
+            [angle, speed, current] => {
+                dx.copy_from_slice(&self.imperfections.rates(&self.numbers, &[angle, speed, current], u, load));
+            }
+            _ => unreachable!("a motor of order {}", x.len()),
         }
     }
 
     fn lumped(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]) {
         let Shaft { inertia_kg_m2, torque_n_m_per_a, damping_n_m_s } = self.nominal;
         let current = self.imperfections.current(x, u);
+        self.rhs(t_s, x, u, d);
+        let truth = d[1];
         d.fill(0.0);
-        d[1] = self.acceleration(t_s, x, current) - (torque_n_m_per_a * current - damping_n_m_s * x[1]) / inertia_kg_m2;
+        d[1] = truth - (torque_n_m_per_a * current - damping_n_m_s * x[1]) / inertia_kg_m2;
     }
 
     fn fastest_rad_s(&self, t_s: f64, x: &[f64], u: f64) -> f64 {
@@ -261,6 +273,10 @@ impl Plant for Motor {
 
     fn exact(&self) -> Option<&Exact> {
         self.exact.as_ref()
+    }
+
+    fn parts(&self) -> Option<Parts<'_>> {
+        Some(Parts { numbers: &self.numbers, load: &self.load })
     }
 }
 
@@ -318,13 +334,22 @@ mod tests {
                 let level = (7.0 * stribeck_rad_s).max(22.0 * smooth_rad_s);
                 for factor in [1.0_f64.next_up(), 1.01, 1.3, 2.0, 17.0, 1e6] {
                     for speed in [level * factor, -level * factor] {
-                        let bell = speed / stribeck_rad_s;
-                        let size = coulomb_n_m + (static_n_m - coulomb_n_m) * libm::exp(-bell * bell);
-                        let torque = size * libm::tanh(speed / smooth_rad_s);
+                        let torque = shafts::friction(friction.numbers(), speed);
                         assert_eq!(friction.torque_n_m(speed).to_bits(), torque.to_bits(), "{friction:?} at {speed}");
                     }
                 }
             }
+        }
+    }
+
+    /// That of the module's head, with the functions of `libm`.
+    #[test]
+    fn friction_is_that_of_its_formula() {
+        let friction = Friction { static_n_m: 0.008, coulomb_n_m: 0.005, stribeck_rad_s: 0.1, smooth_rad_s: 0.005 };
+        for speed in (-3000..3000).map(|k| 1e-4 * f64::from(k) * f64::from(k).abs().sqrt()) {
+            let bell = libm::exp(-(speed / 0.1) * (speed / 0.1));
+            let torque = (0.005 + 0.003 * bell) * libm::tanh(speed / 0.005);
+            assert!((friction.torque_n_m(speed) - torque).abs() <= 2e-15 * torque.abs(), "at {speed}");
         }
     }
 

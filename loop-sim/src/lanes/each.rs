@@ -1,0 +1,216 @@
+//! Closed loops of any kind, their plants side by side.
+//!
+//! The law of a drive, its encoders and references are a hundredth of what a plant with friction costs. So here each
+//! run keeps its own sensor, port and actuator, and ticks alone, as in [`close_loop`]; what goes side by side is the
+//! solver's step. A lane whose tick has been crossed goes on to its next tick at once, one whose run has ended takes
+//! the next run. So lanes have each their own time, and are busy all of it.
+
+use super::steps::{Shafts, Steps};
+use super::wide::Wide;
+use super::{Instructions, LANES};
+use crate::closed_loop::{Ended, Loop, LoopError, Running, close_loop};
+use crate::plant::{Parts, Plant};
+use crate::solver::{self, Crossing};
+use crate::trace::{Ending, Recorder};
+
+/// Steps of fewer lanes are faster one after the other.
+const FEW: usize = 12;
+
+/// Runs all of them, each as [`close_loop`] does, to the bit; what no others are like runs alone.
+pub fn close_each(runs: Vec<Recorded<'_>>) -> Vec<Result<Ending, LoopError>> {
+    close_each_with(Instructions::Avx512, runs)
+}
+
+/// A loop, and who takes its rows.
+pub type Recorded<'a> = (Loop<'a>, &'a mut dyn Recorder);
+
+/// The same with at most these instructions: the bits do not depend on them.
+pub fn close_each_with(instructions: Instructions, runs: Vec<Recorded<'_>>) -> Vec<Result<Ending, LoopError>> {
+    let mut endings: Vec<_> = runs.iter().map(|_| Ok(Ending::Finished)).collect();
+    let mut kinds: Vec<(Kind, Vec<Run<'_>>)> = Vec::new();
+    for (at, (setup, recorder)) in runs.into_iter().enumerate() {
+        let Some(kind) = Kind::of(setup.plant) else {
+            endings[at] = close_loop(setup, recorder);
+            continue;
+        };
+        let run = Run { at, running: Running::new(setup), recorder };
+        match kinds.iter_mut().find(|(of, _)| *of == kind) {
+            Some((_, runs)) => runs.push(run),
+            None => kinds.push((kind, vec![run])),
+        }
+    }
+    let mut keep = |run: Run<'_>, (ending, error): Ended| {
+        run.recorder.end(ending);
+        endings[run.at] = error.map_or(Ok(ending), Err);
+    };
+    for (Kind { order, has_waves }, runs) in kinds {
+        match order {
+            2 => through::<2, 3>(instructions, has_waves, runs, &mut keep),
+            3 => through::<3, 3>(instructions, has_waves, runs, &mut keep),
+            4 => through::<4, 5>(instructions, has_waves, runs, &mut keep),
+            5 => through::<5, 5>(instructions, has_waves, runs, &mut keep),
+            _ => unreachable!("a motor or joint of order {order}"),
+        }
+    }
+    endings
+}
+
+/// What plants must have in common.
+#[derive(PartialEq)]
+struct Kind {
+    order: usize,
+    has_waves: bool,
+}
+
+impl Kind {
+    /// None of a plant that has a step of its own, or a right-hand side that is not known here.
+    fn of(plant: &dyn Plant) -> Option<Self> {
+        let Parts { numbers, .. } = plant.parts().filter(|_| plant.exact().is_none())?;
+        let [cogging, _, ripple, _] = *numbers.get(1)?;
+        Some(Self { order: plant.order(), has_waves: cogging != 0.0 || ripple != 0.0 })
+    }
+}
+
+/// A run, and which of all.
+struct Run<'a> {
+    at: usize,
+    running: Running<'a>,
+    recorder: &'a mut dyn Recorder,
+}
+
+/// A run in a lane.
+struct Lane<'a> {
+    run: Run<'a>,
+    crossing: Crossing,
+    /// Its step, or what was left of it, was too long.
+    is_halved: bool,
+}
+
+/// All runs of a kind, through the lanes.
+fn through<const N: usize, const G: usize>(
+    instructions: Instructions,
+    has_waves: bool,
+    runs: Vec<Run<'_>>,
+    keep: &mut dyn FnMut(Run<'_>, Ended),
+) {
+    let mut bodies = Shafts::<G>::new(has_waves);
+    let mut steps = Steps::<N>::new(instructions);
+    let mut waiting = runs.into_iter();
+    let mut lanes: [Option<Lane<'_>>; LANES] = [const { None }; LANES];
+    loop {
+        for (l, lane) in lanes.iter_mut().enumerate() {
+            settle(l, lane, &mut waiting, &mut steps, &mut bodies, keep);
+        }
+        let busy = lanes.iter().flatten().count();
+        if busy == 0 {
+            return;
+        }
+        steps.begin(&mut bodies);
+        for (l, lane) in lanes.iter_mut().enumerate() {
+            let Some(Lane { run, crossing, is_halved }) = lane else { continue };
+            let (plant, x, mut first) = (run.running.setup.plant, of_lane(&steps.x, l), of_lane(&steps.first, l));
+            if steps.outside[l] != 0 {
+                plant.rhs(crossing.t_s, &x, steps.u[l], &mut first);
+                set_lane(&mut steps.first, l, &first);
+            }
+            if *is_halved {
+                continue;
+            }
+            match crossing.plan(plant, steps.u[l], &x, &first) {
+                Ok(Some(h_s)) => steps.h_s[l] = h_s,
+                Ok(None) => crossing.give_up(),
+                Err(error) => {
+                    let ended = run.running.broken_off(error);
+                    if let Some(Lane { run, .. }) = lane.take() {
+                        keep(run, ended);
+                    }
+                }
+            }
+        }
+        if busy >= FEW {
+            steps.step(&mut bodies);
+        }
+        for (l, lane) in lanes.iter_mut().enumerate() {
+            let Some(Lane { run, crossing, is_halved }) = lane else { continue };
+            if crossing.is_done() {
+                continue;
+            }
+            let plant = run.running.setup.plant;
+            if busy < FEW || steps.outside[l] != 0 {
+                let (x, first) = (of_lane(&steps.x, l), of_lane(&steps.first, l));
+                let (increment, difference) = solver::step(plant, crossing.t_s, steps.h_s[l], steps.u[l], &x, &first);
+                set_lane(&mut steps.increment, l, &increment);
+                steps.difference[l] = difference;
+            }
+            match crossing.checked(plant, steps.difference[l]) {
+                None => {
+                    for (x, increment) in steps.x.iter_mut().zip(&steps.increment) {
+                        x[l] += increment[l];
+                    }
+                    steps.t_s[l] = crossing.t_s;
+                    *is_halved = false;
+                }
+                Some(half_s) => {
+                    steps.h_s[l] = half_s;
+                    *is_halved = true;
+                }
+            }
+        }
+    }
+}
+
+/// The lane goes on to where there is a step to take: over the tick at which it is, into the next run.
+fn settle<'a, const N: usize, const G: usize>(
+    l: usize,
+    lane: &mut Option<Lane<'a>>,
+    waiting: &mut impl Iterator<Item = Run<'a>>,
+    steps: &mut Steps<N>,
+    bodies: &mut Shafts<'a, G>,
+    keep: &mut dyn FnMut(Run<'a>, Ended),
+) {
+    if lane.as_ref().is_some_and(|lane| !lane.crossing.is_done()) {
+        return;
+    }
+    let mut next = lane.take().map(|Lane { mut run, .. }| {
+        run.running.x[..N].copy_from_slice(&of_lane(&steps.x, l));
+        run.running.k += 1;
+        run
+    });
+    loop {
+        let mut run = match next.take() {
+            Some(run) => run,
+            None => {
+                let Some(run) = waiting.next() else { return };
+                if let Some(parts) = run.running.setup.plant.parts() {
+                    bodies.set(l, parts);
+                }
+                run
+            }
+        };
+        match run.running.tick(run.recorder) {
+            Ok(u_held) => {
+                let [from_s, to_s] = run.running.interval();
+                for (x, of_run) in steps.x.iter_mut().zip(run.running.x) {
+                    x[l] = of_run;
+                }
+                (steps.u[l], steps.t_s[l]) = (u_held, from_s);
+                *lane = Some(Lane { run, crossing: Crossing::new(from_s, to_s), is_halved: false });
+                return;
+            }
+            Err(ended) => keep(run, ended),
+        }
+    }
+}
+
+fn of_lane<const N: usize>(rows: &[Wide; N], l: usize) -> [f64; N] {
+    std::array::from_fn(|i| rows[i][l])
+}
+
+fn set_lane<const N: usize>(rows: &mut [Wide; N], l: usize, values: &[f64; N]) {
+    for (row, value) in rows.iter_mut().zip(values) {
+        row[l] = *value;
+    }
+}
+
+#[cfg(test)]
+mod tests;

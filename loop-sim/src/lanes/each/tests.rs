@@ -1,0 +1,209 @@
+use std::ops::ControlFlow;
+
+use super::*;
+use crate::actuator::{self, Limited};
+use crate::plant::{Friction, Imperfections, Joint, JointBody, Motor, Shaft};
+use crate::port::{ControllerPort, PortError, Tick};
+use crate::random::Random;
+use crate::sensor;
+use crate::signal::{Signal, Term};
+use crate::sine;
+use crate::trace::{Row, Trace};
+use controller_core::Health;
+
+const PERIOD_S: f64 = 1e-3;
+const PERIODS: usize = 120;
+
+/// u = -k (x_1 - sin 20t), which breaks at one tick.
+struct Proportional {
+    k: f64,
+    tick: usize,
+    breaks_at: usize,
+}
+
+impl ControllerPort for Proportional {
+    fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
+        self.tick += 1;
+        if self.tick == self.breaks_at {
+            return Err(PortError::Broken("unplugged".into()));
+        }
+        let u = -self.k * (sample[0] - libm::sin(20.0 * PERIOD_S * self.tick as f64));
+        Ok(Tick { u, sigma: 0.0, sigma_star: 0.0, estimates: Default::default(), health: Health::OK })
+    }
+
+    fn report_applied(&mut self, _: f64) {}
+
+    fn reset(&mut self) -> Result<(), PortError> {
+        Ok(())
+    }
+
+    fn observed(&self) -> &[usize] {
+        &[]
+    }
+}
+
+/// A plant and how it is driven.
+struct Case {
+    plant: Box<dyn Plant>,
+    x0: Vec<f64>,
+    k: f64,
+    breaks_at: usize,
+    stops_at: usize,
+}
+
+fn imperfections(off: &mut impl FnMut(f64) -> f64, kind: usize) -> Imperfections {
+    let (has_lag, has_waves) = (kind % 2 == 1, kind / 2 % 2 == 1);
+    let size = |size: f64| if has_waves { size } else { 0.0 };
+    let friction = Friction {
+        static_n_m: 0.008 * (1.0 + off(0.5)),
+        coulomb_n_m: 0.005 * (1.0 + off(0.5)),
+        stribeck_rad_s: 0.1 * (1.0 + off(0.5)),
+        smooth_rad_s: 0.01 * (1.0 + off(0.5)),
+    };
+    Imperfections {
+        friction,
+        cogging_n_m: size(0.003 * (1.0 + off(0.5))),
+        cogging_per_turn: 7.0,
+        ripple: size(0.02),
+        ripple_per_turn: 6.0,
+        lag_s: if has_lag { 4e-4 * (1.0 + off(0.5)) } else { 0.0 },
+    }
+}
+
+/// Motors and joints of every kind, so many of each, no two alike.
+fn cases(of_each: usize) -> Vec<Case> {
+    let mut random = Random::new(11, 0);
+    let mut off = |size: f64| size * (2.0 * random.uniform() - 1.0);
+    let mut cases = Vec::new();
+    for k in 0..8 * of_each {
+        let (is_joint, kind) = (k / 4 % 2 == 1, k % 4);
+        let imperfections = imperfections(&mut off, kind);
+        let mut terms = vec![
+            Term::Const { amplitude: off(0.002) },
+            Term::Step { amplitude: off(0.01), t0_s: 0.030_3 },
+            Term::Step { amplitude: off(0.01), t0_s: 0.05 + off(0.01) },
+        ];
+        if k % 3 == 0 {
+            terms.push(Term::Sin { amplitude: off(0.01), omega_rad_s: 90.0, phase_rad: off(1.0) });
+        }
+        let load = Signal::new(terms);
+        let shaft = Shaft {
+            inertia_kg_m2: 2e-4 * (1.0 + off(0.5)),
+            torque_n_m_per_a: 0.05 * (1.0 + off(0.5)),
+            damping_n_m_s: 1e-3 * (1.0 + off(0.5)),
+        };
+        // One in seventeen is so light that it is refused.
+        let shaft = if k % 17 == 16 { Shaft { inertia_kg_m2: 1e-12, ..shaft } } else { shaft };
+        let (plant, order): (Box<dyn Plant>, _) = if is_joint {
+            let body = JointBody {
+                link_inertia_kg_m2: 1e-3 * (1.0 + off(0.5)),
+                link_damping_n_m_s: 1e-3,
+                weight_n_m: 0.05 * (1.0 + off(0.5)),
+                stiffness_n_m: 5.0 * (1.0 + off(0.5)),
+                spring_damping_n_m_s: 1e-3 * (1.0 + off(1.0)),
+                motor: shaft,
+            };
+            (Box::new(Joint::new(body, body, imperfections, load)), 4 + kind % 2)
+        } else {
+            (Box::new(Motor::new(shaft, shaft, imperfections, load)), 2 + kind % 2)
+        };
+        let mut x0 = vec![0.0; order];
+        (x0[0], x0[1]) = (off(0.3), off(2.0));
+        // Where an angle is so large that its sine is another one, or becomes so; and where there is no state.
+        match k % 13 {
+            3 => x0[if is_joint { 2 } else { 0 }] = 2e4,
+            5 => (x0[0], x0[1]) = (sine::LARGEST - 0.01, 30.0),
+            7 if k % 2 == 1 => x0[1] = f64::NAN,
+            _ => {}
+        }
+        // One in nine runs away; some break off or are stopped.
+        let k_p = if k % 9 == 8 { -3e4 } else { 3.0 * (1.0 + off(0.9)) };
+        let [breaks_at, stops_at] =
+            [(31, 30), (47, 46)].map(|(m, at)| if k % m == at { 40 + k % 60 } else { PERIODS * 2 });
+        cases.push(Case { plant, x0, k: k_p, breaks_at, stops_at });
+    }
+    cases
+}
+
+type Ran = (Trace, Result<Ending, LoopError>);
+
+/// What `run` makes of all cases.
+fn ran(cases: &[Case], run: impl FnOnce(Vec<Recorded<'_>>) -> Vec<Result<Ending, LoopError>>) -> Vec<Ran> {
+    let mut stages: Vec<_> = cases
+        .iter()
+        .map(|case| {
+            let port = Proportional { k: case.k, tick: 0, breaks_at: case.breaks_at };
+            (port, sensor::Ideal, Limited::new(actuator::Ideal, -1e9, 2.0))
+        })
+        .collect();
+    let setups = cases.iter().zip(&mut stages).map(|(case, (port, sensor, actuator))| Loop {
+        plant: case.plant.as_ref(),
+        sensor,
+        port,
+        actuator,
+        report: true,
+        x0: &case.x0,
+        period_s: PERIOD_S,
+        periods: PERIODS,
+    });
+    let setups: Vec<_> = setups.collect();
+    let watched = cases.iter().zip(&setups);
+    let mut watched: Vec<_> =
+        watched.map(|(case, setup)| Watched { trace: setup.trace(), stops_at: case.stops_at }).collect();
+    let recorders = watched.iter_mut().map(|recorder| recorder as &mut dyn Recorder);
+    let endings = run(setups.into_iter().zip(recorders).collect());
+    watched.into_iter().map(|watched| watched.trace).zip(endings).collect()
+}
+
+/// A trace that someone may stop.
+struct Watched {
+    trace: Trace,
+    stops_at: usize,
+}
+
+impl Recorder for Watched {
+    fn record(&mut self, row: &Row) -> ControlFlow<()> {
+        _ = self.trace.record(row);
+        if self.trace.rows.len() == self.stops_at { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn end(&mut self, ending: Ending) {
+        self.trace.end(ending);
+    }
+}
+
+fn alone(runs: Vec<Recorded<'_>>) -> Vec<Result<Ending, LoopError>> {
+    runs.into_iter().map(|(setup, recorder)| close_loop(setup, recorder)).collect()
+}
+
+/// To the bit, the sign of a zero included.
+fn same(side_by_side: &[Ran], alone: &[Ran]) {
+    assert_eq!(side_by_side.len(), alone.len());
+    for (k, ((found, how), (expected, why))) in side_by_side.iter().zip(alone).enumerate() {
+        assert_eq!((how, found.ending), (why, expected.ending), "run {k}");
+        assert_eq!(found.rows.len(), expected.rows.len(), "run {k}");
+        for (i, (found, expected)) in found.rows.iter().zip(&expected.rows).enumerate() {
+            assert_eq!(format!("{found:?}"), format!("{expected:?}"), "run {k}, tick {i}");
+            assert_eq!(found.x.map(f64::to_bits), expected.x.map(f64::to_bits), "run {k}, tick {i}");
+        }
+    }
+}
+
+#[test]
+fn every_run_has_its_bits_alone() {
+    let cases = cases(30);
+    let expected = ran(&cases, alone);
+    let ended = |of: fn(&Result<Ending, LoopError>) -> bool| expected.iter().filter(|(_, how)| of(how)).count();
+    let [finished, diverged, stopped, broken, refused] = [
+        ended(|how| matches!(how, Ok(Ending::Finished))),
+        ended(|how| matches!(how, Ok(Ending::Diverged { .. }))),
+        ended(|how| matches!(how, Ok(Ending::Interrupted { .. }))),
+        ended(|how| matches!(how, Err(LoopError::Port(_)))),
+        ended(|how| matches!(how, Err(LoopError::Solver(_)))),
+    ];
+    let all = [finished / 40, diverged / 10, stopped / 2, broken / 2, refused / 5];
+    assert!(all.iter().all(|count| *count > 0), "{finished} {diverged} {stopped} {broken} {refused}");
+    for instructions in [Instructions::Baseline, Instructions::Avx2, Instructions::Avx512] {
+        same(&ran(&cases, |runs| close_each_with(instructions, runs)), &expected);
+    }
+}

@@ -1,0 +1,276 @@
+//! The solver's step of many plants side by side: what [`solver`](crate::solver) does, lane by lane.
+//!
+//! Each evaluation of the right-hand side and each midpoint is a loop over lanes of its own, in the order of the
+//! plant alone. Lanes have their own time and their own length of step: one that waits for the others would wait most
+//! of its time, since friction is stepped finely near rest alone.
+
+use super::wide::Wide;
+use super::{Instructions, LANES};
+use crate::plant::Parts;
+use crate::plant::shafts::{self, Numbers};
+use crate::signal::Signal;
+use crate::sine;
+use crate::solver::{self, ROWS, WEIGHTS, WITHOUT_LAST};
+
+/// The right-hand sides of the lanes' plants.
+pub(super) trait Bodies<const N: usize> {
+    /// A step begins in every lane, at its time.
+    fn begin(&mut self, t_s: &Wide);
+
+    /// dx/dt of every lane; a lane is marked in which it is not what the plant alone has.
+    fn rates(&mut self, instructions: Instructions, at: At<'_, N>, dx: &mut [Wide; N], outside: &mut Wide<u64>);
+}
+
+/// Where a right-hand side is asked for.
+#[derive(Clone, Copy)]
+pub(super) struct At<'a, const N: usize> {
+    pub(super) t_s: &'a Wide,
+    pub(super) x: &'a [Wide; N],
+    pub(super) u: &'a Wide,
+}
+
+/// States on their way, and all that a step needs besides.
+pub(super) struct Steps<const N: usize> {
+    instructions: Instructions,
+    pub(super) x: [Wide; N],
+    pub(super) u: Wide,
+    pub(super) t_s: Wide,
+    pub(super) h_s: Wide,
+    /// The slope at the beginning of a step.
+    pub(super) first: [Wide; N],
+    /// What the step adds, and how far its last row is from that; not where a lane is marked.
+    pub(super) increment: [Wide; N],
+    pub(super) difference: Wide,
+    pub(super) outside: Wide<u64>,
+    less: [Wide; N],
+    midpoint: Midpoint<N>,
+}
+
+/// One row of the extrapolation on its way.
+struct Midpoint<const N: usize> {
+    s: Wide,
+    t_s: Wide,
+    at: [Wide; N],
+    before: [Wide; N],
+    now: [Wide; N],
+    slope: [Wide; N],
+}
+
+impl<const N: usize> Steps<N> {
+    pub(super) fn new(instructions: Instructions) -> Box<Self> {
+        let none = Wide::of_all(0.0);
+        let midpoint =
+            Midpoint { s: none, t_s: none, at: [none; N], before: [none; N], now: [none; N], slope: [none; N] };
+        Box::new(Self {
+            instructions,
+            x: [none; N],
+            u: none,
+            t_s: none,
+            h_s: none,
+            first: [none; N],
+            increment: [none; N],
+            difference: none,
+            outside: Wide::of_all(0),
+            less: [none; N],
+            midpoint,
+        })
+    }
+
+    /// The slopes where a step begins.
+    pub(super) fn begin(&mut self, bodies: &mut impl Bodies<N>) {
+        let Self { instructions, x, u, t_s, first, outside, .. } = self;
+        *outside = Wide::of_all(0);
+        bodies.begin(t_s);
+        bodies.rates(*instructions, At { t_s, x, u }, first, outside);
+    }
+
+    /// The step from there.
+    pub(super) fn step(&mut self, bodies: &mut impl Bodies<N>) {
+        let Self { instructions, x, u, t_s, h_s, first, increment, difference, outside, less, midpoint } = self;
+        let instructions = *instructions;
+        let Midpoint { s, t_s: inside_s, at, before, now, slope } = midpoint;
+        (*increment, *less) = ([Wide::of_all(0.0); N], [Wide::of_all(0.0); N]);
+        for row in 0..ROWS {
+            let substeps = 2 * (row + 1);
+            start_all(instructions, substeps as f64, x, h_s, first, s, at, before, now);
+            for k in 1..substeps {
+                time_all(instructions, t_s, k as f64, s, inside_s);
+                bodies.rates(instructions, At { t_s: inside_s, x: at, u }, slope, outside);
+                midpoint_all(instructions, x, s, slope, at, before, now);
+            }
+            sum_all(instructions, WEIGHTS[row], WITHOUT_LAST[row], now, increment, less);
+        }
+        differ_all(instructions, h_s, x, first, increment, less, difference);
+    }
+}
+
+vectorised! {
+    fn start_all[N; const N: usize](
+        substeps: f64,
+        x: &[Wide; N],
+        h_s: &Wide,
+        first: &[Wide; N],
+        s: &mut Wide,
+        at: &mut [Wide; N],
+        before: &mut [Wide; N],
+        now: &mut [Wide; N],
+    ) {
+        for l in 0..LANES {
+            s[l] = h_s[l] / substeps;
+        }
+        for i in 0..N {
+            for l in 0..LANES {
+                before[i][l] = 0.0;
+                now[i][l] = s[l] * first[i][l];
+                at[i][l] = x[i][l] + now[i][l];
+            }
+        }
+    }
+}
+
+vectorised! {
+    fn time_all[;](t_s: &Wide, k: f64, s: &Wide, inside_s: &mut Wide,) {
+        for l in 0..LANES {
+            inside_s[l] = t_s[l] + k * s[l];
+        }
+    }
+}
+
+vectorised! {
+    fn midpoint_all[N; const N: usize](
+        x: &[Wide; N],
+        s: &Wide,
+        slope: &[Wide; N],
+        at: &mut [Wide; N],
+        before: &mut [Wide; N],
+        now: &mut [Wide; N],
+    ) {
+        for i in 0..N {
+            for l in 0..LANES {
+                let next = before[i][l] + 2.0 * s[l] * slope[i][l];
+                before[i][l] = now[i][l];
+                now[i][l] = next;
+                at[i][l] = x[i][l] + next;
+            }
+        }
+    }
+}
+
+vectorised! {
+    fn sum_all[N; const N: usize](
+        weight: f64,
+        without: f64,
+        across: &[Wide; N],
+        increment: &mut [Wide; N],
+        less: &mut [Wide; N],
+    ) {
+        for i in 0..N {
+            for l in 0..LANES {
+                increment[i][l] += weight * across[i][l];
+                less[i][l] += without * across[i][l];
+            }
+        }
+    }
+}
+
+vectorised! {
+    fn differ_all[N; const N: usize](
+        h_s: &Wide,
+        x: &[Wide; N],
+        first: &[Wide; N],
+        increment: &[Wide; N],
+        less: &[Wide; N],
+        difference: &mut Wide,
+    ) {
+        for l in 0..LANES {
+            let of = |row: &[Wide; N]| -> [f64; N] { std::array::from_fn(|i| row[i][l]) };
+            difference[l] = solver::difference(h_s[l], &of(x), &of(first), &of(increment), &of(less));
+        }
+    }
+}
+
+/// Motors, or joints.
+pub(super) struct Shafts<'a, const G: usize> {
+    numbers: Box<[[Wide; 4]; G]>,
+    /// Does any of them vary with its angle?
+    has_waves: bool,
+    loads: [Option<&'a Signal>; LANES],
+    /// Those that vary within a step.
+    varying: Vec<(usize, &'a Signal)>,
+    load: Wide,
+}
+
+impl<'a, const G: usize> Shafts<'a, G> {
+    pub(super) fn new(has_waves: bool) -> Self {
+        let none = Wide::of_all(0.0);
+        Self { numbers: Box::new([[none; 4]; G]), has_waves, loads: [None; LANES], varying: Vec::new(), load: none }
+    }
+
+    /// A lane's plant is another one.
+    pub(super) fn set(&mut self, l: usize, Parts { numbers, load }: Parts<'a>) {
+        for (wide, row) in self.numbers.iter_mut().zip(numbers) {
+            for (wide, number) in wide.iter_mut().zip(row) {
+                wide[l] = *number;
+            }
+        }
+        self.loads[l] = Some(load);
+        self.varying.retain(|(of, _)| *of != l);
+        if load.varies() {
+            self.varying.push((l, load));
+        }
+    }
+}
+
+impl<const N: usize, const G: usize> Bodies<N> for Shafts<'_, G> {
+    fn begin(&mut self, t_s: &Wide) {
+        for (l, load) in self.loads.iter().enumerate() {
+            self.load[l] = load.map_or(0.0, |load| load.value(t_s[l]));
+        }
+    }
+
+    fn rates(&mut self, instructions: Instructions, at: At<'_, N>, dx: &mut [Wide; N], outside: &mut Wide<u64>) {
+        let At { t_s, x, u } = at;
+        for (l, load) in &self.varying {
+            self.load[*l] = load.value(t_s[*l]);
+        }
+        let rates = if self.has_waves { rates_all::<N, G, true> } else { rates_all::<N, G, false> };
+        rates(instructions, &self.numbers, x, u, &self.load, dx, outside);
+    }
+}
+
+vectorised! {
+    fn rates_all[N, G, WAVES; const N: usize, const G: usize, const WAVES: bool](
+        numbers: &[[Wide; 4]; G],
+        x: &[Wide; N],
+        u: &Wide,
+        load: &Wide,
+        dx: &mut [Wide; N],
+        outside: &mut Wide<u64>,
+    ) {
+        for l in 0..LANES {
+            let now: [f64; N] = std::array::from_fn(|i| x[i][l]);
+            let numbers: Numbers<G> = std::array::from_fn(|i| std::array::from_fn(|j| numbers[i][j][l]));
+            let [angle, speed] = shafts::motor_at(N).map(|at| now[at]);
+            let friction = shafts::friction(numbers[2], speed);
+            let mut is_within = true;
+            let waves = if WAVES {
+                is_within &= (numbers[1][1] * angle).abs() <= sine::LARGEST;
+                is_within &= (numbers[1][3] * angle).abs() <= sine::LARGEST;
+                shafts::waves(numbers[1], angle, |x| sine::sin_cos(x).0)
+            } else {
+                [0.0; 2]
+            };
+            let sin_link = if N > 3 {
+                is_within &= now[0].abs() <= sine::LARGEST;
+                sine::sin_cos(now[0]).0
+            } else {
+                0.0
+            };
+            let rates = shafts::rates(&numbers, &now, u[l], load[l], friction, waves, sin_link);
+            for i in 0..N {
+                dx[i][l] = rates[i];
+            }
+            outside[l] |= u64::from(!is_within);
+        }
+    }
+}
