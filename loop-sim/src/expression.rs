@@ -10,8 +10,9 @@
 //!
 //! A name is an input (x1, x2, .., u, t), a constant, `pi`, or a function: sin cos tan asin acos atan sinh cosh tanh
 //! exp ln sqrt abs, and of two values atan2 min max. Angles are in rad. Where there is no number (1/0, ln(-1)) the
-//! value is infinite or NaN; nothing panics. Arithmetic is f64, functions are those of `libm`: the same bits on every
-//! machine. There are no jumps on purpose (`sign`, `step`): the solver must know where they are. A step is a term of a
+//! value is infinite or NaN; nothing panics. Arithmetic is f64, functions are those of `libm`, but for sin, cos and tanh,
+//! which are those of this crate ([`sine`](crate::sine), [`exponential`](crate::exponential)): the same bits on every
+//! machine, alone and with many side by side. There are no jumps on purpose (`sign`, `step`): the solver must know where they are. A step is a term of a
 //! [`Signal`](crate::signal::Signal), and friction is smooth, `tanh(x2/0.01)`.
 //!
 //! A formula becomes a list of operations on a stack, at most [`MOST_OPERATIONS`] of them and [`MOST_PENDING`] values
@@ -30,6 +31,7 @@
 //! # Ok::<(), Vec<loop_sim::expression::ExpressionError>>(())
 //! ```
 
+use crate::{exponential, sine};
 use core::f64::consts::PI;
 use core::fmt;
 use std::collections::BTreeMap;
@@ -40,17 +42,17 @@ pub const MOST_OPERATIONS: usize = 1000;
 pub const MOST_PENDING: usize = 32;
 
 /// A function of one value.
-struct One {
-    name: &'static str,
-    of: fn(f64) -> f64,
+pub(crate) struct One {
+    pub(crate) name: &'static str,
+    pub(crate) of: fn(f64) -> f64,
     /// Derivative at x, where the function is y.
     slope: fn(f64, f64) -> f64,
 }
 
 /// A function of two values, or an operator between them.
-struct Two {
-    name: &'static str,
-    of: fn(f64, f64) -> f64,
+pub(crate) struct Two {
+    pub(crate) name: &'static str,
+    pub(crate) of: fn(f64, f64) -> f64,
     /// Both partial derivatives at (x, y), where the function is z.
     slopes: fn(f64, f64, f64) -> [f64; 2],
 }
@@ -61,17 +63,17 @@ const fn one(name: &'static str, of: fn(f64) -> f64, slope: fn(f64, f64) -> f64)
 
 const NEGATE: usize = 0;
 /// The sign comes first: it has no name that could be called.
-static ONE: [One; 14] = [
+pub(crate) static ONE: [One; 14] = [
     one("-", |x| -x, |_, _| -1.0),
-    one("sin", libm::sin, |x, _| libm::cos(x)),
-    one("cos", libm::cos, |x, _| -libm::sin(x)),
+    one("sin", sine::sin, |x, _| sine::cos(x)),
+    one("cos", sine::cos, |x, _| -sine::sin(x)),
     one("tan", libm::tan, |_, y| 1.0 + y * y),
     one("asin", libm::asin, |x, _| 1.0 / libm::sqrt(1.0 - x * x)),
     one("acos", libm::acos, |x, _| -1.0 / libm::sqrt(1.0 - x * x)),
     one("atan", libm::atan, |x, _| 1.0 / (1.0 + x * x)),
     one("sinh", libm::sinh, |x, _| libm::cosh(x)),
     one("cosh", libm::cosh, |x, _| libm::sinh(x)),
-    one("tanh", libm::tanh, |_, y| 1.0 - y * y),
+    one("tanh", exponential::tanh, |_, y| 1.0 - y * y),
     one("exp", libm::exp, |_, y| y),
     one("ln", libm::log, |x, _| 1.0 / x),
     one("sqrt", libm::sqrt, |_, y| 0.5 / y),
@@ -88,7 +90,7 @@ const MULTIPLY: usize = 2;
 const DIVIDE: usize = 3;
 const POWER: usize = 4;
 /// So do the operators.
-static TWO: [Two; 8] = [
+pub(crate) static TWO: [Two; 8] = [
     two("+", |x, y| x + y, |_, _, _| [1.0, 1.0]),
     two("-", |x, y| x - y, |_, _, _| [1.0, -1.0]),
     two("*", |x, y| x * y, |x, y, _| [y, x]),
@@ -171,9 +173,12 @@ impl fmt::Display for ExpressionError {
 
 impl std::error::Error for ExpressionError {}
 
+/// What is done next, with the values on the stack.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Operation {
+pub(crate) enum Operation {
+    /// One more.
     Number(f64),
+    /// One more, of what is given.
     Input(usize),
     /// By its place in [`ONE`].
     One(usize),
@@ -184,6 +189,10 @@ enum Operation {
 /// A formula that has been read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expression(Vec<Operation>);
+
+/// A value with its partial derivatives by N inputs.
+#[derive(Clone, Copy)]
+struct Dual<const N: usize>(f64, [f64; N]);
 
 impl Expression {
     /// Reads a text. `inputs` are the names of what [`value`](Self::value) is given, in that order.
@@ -205,7 +214,7 @@ impl Expression {
         let outcome = reader.whole();
         let Reader { code, mut errors, .. } = reader;
         errors.extend(outcome.err());
-        if errors.is_empty() { Ok(Self(code)) } else { Err(errors) }
+        if errors.is_empty() { Ok(Self(folded(code))) } else { Err(errors) }
     }
 
     /// row . x, as if it were written out.
@@ -227,6 +236,12 @@ impl Expression {
         self.0.iter().any(|operation| matches!(operation, Operation::Input(_)))
     }
 
+    /// Its operations.
+    #[cfg(feature = "lanes")]
+    pub(crate) fn operations(&self) -> &[Operation] {
+        &self.0
+    }
+
     /// Its value; inputs that are missing count as 0.
     pub fn value(&self, inputs: &[f64]) -> f64 {
         let input = |input: usize| inputs.get(input).copied().unwrap_or(0.0);
@@ -235,21 +250,31 @@ impl Expression {
 
     /// Its partial derivative by one input, exact.
     pub fn slope(&self, inputs: &[f64], by: usize) -> f64 {
-        // Values with their slopes.
-        let [_, slope] = self.run(
-            |number| [number, 0.0],
-            |input| [inputs.get(input).copied().unwrap_or(0.0), f64::from(u8::from(input == by))],
-            |one, [x, dx]| {
-                let y = (one.of)(x);
-                [y, chained((one.slope)(x, y), dx)]
+        let [slope] = self.slopes(inputs, by);
+        slope
+    }
+
+    /// Its partial derivatives by so many inputs from this one on, exact.
+    pub fn slopes<const N: usize>(&self, inputs: &[f64], from: usize) -> [f64; N] {
+        let of = |slope: &dyn Fn(usize) -> f64| std::array::from_fn(slope);
+        let Dual(_, slopes) = self.run(
+            |number| Dual(number, [0.0; N]),
+            |input| {
+                let value = inputs.get(input).copied().unwrap_or(0.0);
+                Dual(value, of(&|j| f64::from(u8::from(input == from + j))))
             },
-            |two, [x, dx], [y, dy]| {
+            |one, Dual(x, dx)| {
+                let y = (one.of)(x);
+                let slope = (one.slope)(x, y);
+                Dual(y, dx.map(|dx| chained(slope, dx)))
+            },
+            |two, Dual(x, dx), Dual(y, dy)| {
                 let z = (two.of)(x, y);
                 let [by_x, by_y] = (two.slopes)(x, y, z);
-                [z, chained(by_x, dx) + chained(by_y, dy)]
+                Dual(z, of(&|j| chained(by_x, dx[j]) + chained(by_y, dy[j])))
             },
         );
-        slope
+        slopes
     }
 
     /// Through all operations, with whatever is computed of each.
@@ -281,6 +306,27 @@ impl Expression {
         }
         stack[0]
     }
+}
+
+/// With what no input changes computed, once.
+fn folded(code: Vec<Operation>) -> Vec<Operation> {
+    let mut folded: Vec<Operation> = Vec::with_capacity(code.len());
+    for operation in code {
+        let known = match (operation, &folded[..]) {
+            (Operation::One(which), [.., Operation::Number(x)]) => Some((1, (ONE[which].of)(*x))),
+            (Operation::Two(which), [.., Operation::Number(x), Operation::Number(y)]) => {
+                Some((2, (TWO[which].of)(*x, *y)))
+            }
+            _ => None,
+        };
+        if let Some((taken, value)) = known {
+            folded.truncate(folded.len() - taken);
+            folded.push(Operation::Number(value));
+        } else {
+            folded.push(operation);
+        }
+    }
+    folded
 }
 
 /// What a message shows of a text.

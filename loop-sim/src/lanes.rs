@@ -25,6 +25,7 @@ use crate::solver;
 mod wide;
 
 mod each;
+mod formulas;
 mod merit;
 mod plants;
 mod sensors;

@@ -59,7 +59,7 @@ pub trait Plant: Send + Sync {
         None
     }
 
-    /// Its right-hand side as numbers, if it is that of a motor or a joint.
+    /// What its right-hand side is made of, if that is known.
     fn parts(&self) -> Option<Parts<'_>> {
         None
     }
@@ -70,14 +70,18 @@ pub trait Plant: Send + Sync {
     }
 }
 
-/// What the right-hand side of a [`Motor`] or [`Joint`] is made of: with those of others side by side it becomes vector
-/// code.
+/// What a right-hand side is made of: with those of others side by side it becomes vector code.
 #[derive(Clone, Copy, Debug)]
-pub struct Parts<'a> {
-    /// Inertias, torques and rates, row by row.
-    pub(crate) numbers: &'a [[f64; 4]],
-    /// Of the shaft, or of the link.
-    pub(crate) load: &'a Signal,
+pub enum Parts<'a> {
+    /// That of a [`Motor`] or [`Joint`].
+    Shafts {
+        /// Inertias, torques and rates.
+        numbers: &'a [[f64; 4]],
+        /// Of the shaft, or of the link.
+        load: &'a Signal,
+    },
+    /// Formulas.
+    Own(&'a Own),
 }
 
 /// All jumps of the signals, ascending, each once.
@@ -110,26 +114,21 @@ fn companion(a: &[f64]) -> [[f64; MAX_ORDER]; MAX_ORDER] {
 /// Gelfand: $\rho(A) \le \Vert A^m\Vert ^{1/m}$ in any norm, and the bound tightens with m. Here $m = 2^{10}$ by ten
 /// squarings; after each the matrix is scaled to norm 1 and the norm's share in the result noted. Unlike a bound from
 /// one row sum it does not care in which units the states are.
-fn spectral_bound(mut matrix: [[f64; MAX_ORDER]; MAX_ORDER]) -> f64 {
-    let row_sum = |row: &[f64; MAX_ORDER]| row.iter().map(|entry| entry.abs()).sum::<f64>();
+fn spectral_bound<const N: usize>(mut matrix: [[f64; N]; N]) -> f64 {
+    let row_sum = |row: &[f64; N]| row.iter().map(|entry| entry.abs()).sum::<f64>();
     // Refused by the solver; f64::max below would drop a NaN, and a row sum must not overflow.
     if !matrix.iter().flatten().all(|entry| entry.abs() < 1e300) {
         return f64::INFINITY;
     }
-    let mut bound = 1.0;
-    for squarings in 0..=10 {
-        let norm = matrix.iter().map(row_sum).fold(0.0, f64::max);
-        if norm == 0.0 {
+    let mut norms = [0.0; 11];
+    for norm in &mut norms {
+        *norm = matrix.iter().map(row_sum).fold(0.0, f64::max);
+        if *norm == 0.0 {
             return 0.0; // nilpotent: a chain of integrators has no rate of its own
         }
-        let mut share = norm;
-        for _ in 0..squarings {
-            share = libm::sqrt(share);
-        }
-        bound *= share;
-        let unit = matrix.map(|row| row.map(|entry| entry / norm));
+        let unit = matrix.map(|row| row.map(|entry| entry / *norm));
         matrix = unit.map(|row| {
-            let mut product = [0.0; MAX_ORDER];
+            let mut product = [0.0; N];
             for (factor, other) in row.iter().zip(&unit) {
                 for (sum, entry) in product.iter_mut().zip(other) {
                     *sum += factor * entry;
@@ -138,7 +137,9 @@ fn spectral_bound(mut matrix: [[f64; MAX_ORDER]; MAX_ORDER]) -> f64 {
             product
         });
     }
-    bound
+    // The k-th counts with its root of order 2^k.
+    let [first, rest @ ..] = norms;
+    first * rest.iter().rev().fold(1.0, |bound, norm| libm::sqrt(norm * bound))
 }
 
 #[cfg(test)]

@@ -11,6 +11,11 @@ pub fn sin(x: f64) -> f64 {
     if x.abs() <= LARGEST { sin_cos(x).0 } else { libm::sin(x) }
 }
 
+/// cos x, of any x.
+pub fn cos(x: f64) -> f64 {
+    if x.abs() <= LARGEST { sin_cos(x).1 } else { libm::cos(x) }
+}
+
 /// sin x and cos x, of any x.
 pub fn sin_and_cos(x: f64) -> [f64; 2] {
     if x.abs() <= LARGEST {

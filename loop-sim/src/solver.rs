@@ -151,6 +151,7 @@ impl Crossing {
     }
 
     /// There is nothing beyond here to go to.
+    #[cfg(feature = "lanes")]
     pub(crate) const fn give_up(&mut self) {
         self.t_s = self.to_s;
     }

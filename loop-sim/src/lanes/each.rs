@@ -5,11 +5,12 @@
 //! solver's step. A lane whose tick has been crossed goes on to its next tick at once, one whose run has ended takes
 //! the next run. So lanes have each their own time, and are busy all of it.
 
-use super::steps::{Shafts, Steps};
+use super::formulas::{self, Formulas};
+use super::steps::{Bodies, Shafts, Steps};
 use super::wide::Wide;
 use super::{Instructions, LANES};
 use crate::closed_loop::{Ended, Loop, LoopError, Running, close_loop};
-use crate::plant::{Parts, Plant};
+use crate::plant::{Own, Parts, Plant};
 use crate::solver::{self, Crossing};
 use crate::trace::{Ending, Recorder};
 
@@ -27,14 +28,14 @@ pub type Recorded<'a> = (Loop<'a>, &'a mut dyn Recorder);
 /// The same with at most these instructions: the bits do not depend on them.
 pub fn close_each_with(instructions: Instructions, runs: Vec<Recorded<'_>>) -> Vec<Result<Ending, LoopError>> {
     let mut endings: Vec<_> = runs.iter().map(|_| Ok(Ending::Finished)).collect();
-    let mut kinds: Vec<(Kind, Vec<Run<'_>>)> = Vec::new();
+    let mut kinds: Vec<(Kind<'_>, Vec<Run<'_>>)> = Vec::new();
     for (at, (setup, recorder)) in runs.into_iter().enumerate() {
         let Some(kind) = Kind::of(setup.plant) else {
             endings[at] = close_loop(setup, recorder);
             continue;
         };
         let run = Run { at, running: Running::new(setup), recorder };
-        match kinds.iter_mut().find(|(of, _)| *of == kind) {
+        match kinds.iter_mut().find(|(of, _)| of.is_like(&kind)) {
             Some((_, runs)) => runs.push(run),
             None => kinds.push((kind, vec![run])),
         }
@@ -43,31 +44,62 @@ pub fn close_each_with(instructions: Instructions, runs: Vec<Recorded<'_>>) -> V
         run.recorder.end(ending);
         endings[run.at] = error.map_or(Ok(ending), Err);
     };
-    for (Kind { order, has_waves }, runs) in kinds {
-        match order {
-            2 => through::<2, 3>(instructions, has_waves, runs, &mut keep),
-            3 => through::<3, 3>(instructions, has_waves, runs, &mut keep),
-            4 => through::<4, 5>(instructions, has_waves, runs, &mut keep),
-            5 => through::<5, 5>(instructions, has_waves, runs, &mut keep),
-            _ => unreachable!("a motor or joint of order {order}"),
+    for (kind, runs) in kinds {
+        macro_rules! through {
+            ($($order:literal: $rows:literal)*) => {
+                match kind {
+                    $(Kind::Shafts { order: $order, has_waves } => {
+                        through::<$order>(instructions, Shafts::<$rows>::new(has_waves), runs, &mut keep);
+                    })*
+                    Kind::Shafts { order, .. } => unreachable!("a motor or joint of order {order}"),
+                    Kind::Formulas(own) => {
+                        let bodies = Formulas::new(own);
+                        match own.order() {
+                            2 => through::<2>(instructions, bodies, runs, &mut keep),
+                            3 => through::<3>(instructions, bodies, runs, &mut keep),
+                            4 => through::<4>(instructions, bodies, runs, &mut keep),
+                            5 => through::<5>(instructions, bodies, runs, &mut keep),
+                            _ => through::<6>(instructions, bodies, runs, &mut keep),
+                        }
+                    }
+                }
+            };
         }
+        through!(2: 3 3: 3 4: 5 5: 5);
     }
     endings
 }
 
 /// What plants must have in common.
-#[derive(PartialEq)]
-struct Kind {
-    order: usize,
-    has_waves: bool,
+enum Kind<'a> {
+    Shafts {
+        order: usize,
+        has_waves: bool,
+    },
+    /// With formulas like those of this one.
+    Formulas(&'a Own),
 }
 
-impl Kind {
+impl<'a> Kind<'a> {
     /// None of a plant that has a step of its own, or a right-hand side that is not known here.
-    fn of(plant: &dyn Plant) -> Option<Self> {
-        let Parts { numbers, .. } = plant.parts().filter(|_| plant.exact().is_none())?;
-        let [cogging, _, ripple, _] = *numbers.get(1)?;
-        Some(Self { order: plant.order(), has_waves: cogging != 0.0 || ripple != 0.0 })
+    fn of(plant: &'a dyn Plant) -> Option<Self> {
+        match plant.parts().filter(|_| plant.exact().is_none())? {
+            Parts::Shafts { numbers, .. } => {
+                let [cogging, _, ripple, _] = *numbers.get(1)?;
+                Some(Self::Shafts { order: plant.order(), has_waves: cogging != 0.0 || ripple != 0.0 })
+            }
+            Parts::Own(own) => Some(Self::Formulas(own)),
+        }
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Shafts { order, has_waves }, Self::Shafts { order: others, has_waves: have }) => {
+                (order, has_waves) == (others, have)
+            }
+            (Self::Formulas(own), Self::Formulas(other)) => formulas::are_alike(own, other),
+            _ => false,
+        }
     }
 }
 
@@ -87,16 +119,15 @@ struct Lane<'a> {
 }
 
 /// All runs of a kind, through the lanes.
-fn through<const N: usize, const G: usize>(
+fn through<'a, const N: usize>(
     instructions: Instructions,
-    has_waves: bool,
-    runs: Vec<Run<'_>>,
-    keep: &mut dyn FnMut(Run<'_>, Ended),
+    mut bodies: impl Bodies<'a, N>,
+    runs: Vec<Run<'a>>,
+    keep: &mut dyn FnMut(Run<'a>, Ended),
 ) {
-    let mut bodies = Shafts::<G>::new(has_waves);
     let mut steps = Steps::<N>::new(instructions);
     let mut waiting = runs.into_iter();
-    let mut lanes: [Option<Lane<'_>>; LANES] = [const { None }; LANES];
+    let mut lanes: [Option<Lane<'a>>; LANES] = [const { None }; LANES];
     loop {
         for (l, lane) in lanes.iter_mut().enumerate() {
             settle(l, lane, &mut waiting, &mut steps, &mut bodies, keep);
@@ -160,12 +191,12 @@ fn through<const N: usize, const G: usize>(
 }
 
 /// The lane goes on to where there is a step to take: over the tick at which it is, into the next run.
-fn settle<'a, const N: usize, const G: usize>(
+fn settle<'a, const N: usize>(
     l: usize,
     lane: &mut Option<Lane<'a>>,
     waiting: &mut impl Iterator<Item = Run<'a>>,
     steps: &mut Steps<N>,
-    bodies: &mut Shafts<'a, G>,
+    bodies: &mut impl Bodies<'a, N>,
     keep: &mut dyn FnMut(Run<'a>, Ended),
 ) {
     if lane.as_ref().is_some_and(|lane| !lane.crossing.is_done()) {

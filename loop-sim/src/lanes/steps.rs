@@ -13,7 +13,10 @@ use crate::sine;
 use crate::solver::{self, ROWS, WEIGHTS, WITHOUT_LAST};
 
 /// The right-hand sides of the lanes' plants.
-pub(super) trait Bodies<const N: usize> {
+pub(super) trait Bodies<'a, const N: usize> {
+    /// A lane's plant is another one.
+    fn set(&mut self, l: usize, parts: Parts<'a>);
+
     /// A step begins in every lane, at its time.
     fn begin(&mut self, t_s: &Wide);
 
@@ -77,7 +80,7 @@ impl<const N: usize> Steps<N> {
     }
 
     /// The slopes where a step begins.
-    pub(super) fn begin(&mut self, bodies: &mut impl Bodies<N>) {
+    pub(super) fn begin<'a>(&mut self, bodies: &mut impl Bodies<'a, N>) {
         let Self { instructions, x, u, t_s, first, outside, .. } = self;
         *outside = Wide::of_all(0);
         bodies.begin(t_s);
@@ -85,7 +88,7 @@ impl<const N: usize> Steps<N> {
     }
 
     /// The step from there.
-    pub(super) fn step(&mut self, bodies: &mut impl Bodies<N>) {
+    pub(super) fn step<'a>(&mut self, bodies: &mut impl Bodies<'a, N>) {
         let Self { instructions, x, u, t_s, h_s, first, increment, difference, outside, less, midpoint } = self;
         let instructions = *instructions;
         let Midpoint { s, t_s: inside_s, at, before, now, slope } = midpoint;
@@ -205,9 +208,11 @@ impl<'a, const G: usize> Shafts<'a, G> {
         let none = Wide::of_all(0.0);
         Self { numbers: Box::new([[none; 4]; G]), has_waves, loads: [None; LANES], varying: Vec::new(), load: none }
     }
+}
 
-    /// A lane's plant is another one.
-    pub(super) fn set(&mut self, l: usize, Parts { numbers, load }: Parts<'a>) {
+impl<'a, const N: usize, const G: usize> Bodies<'a, N> for Shafts<'a, G> {
+    fn set(&mut self, l: usize, parts: Parts<'a>) {
+        let Parts::Shafts { numbers, load } = parts else { return };
         for (wide, row) in self.numbers.iter_mut().zip(numbers) {
             for (wide, number) in wide.iter_mut().zip(row) {
                 wide[l] = *number;
@@ -219,9 +224,7 @@ impl<'a, const G: usize> Shafts<'a, G> {
             self.varying.push((l, load));
         }
     }
-}
 
-impl<const N: usize, const G: usize> Bodies<N> for Shafts<'_, G> {
     fn begin(&mut self, t_s: &Wide) {
         for (l, load) in self.loads.iter().enumerate() {
             self.load[l] = load.map_or(0.0, |load| load.value(t_s[l]));

@@ -182,7 +182,7 @@ impl Plant for Joint {
     }
 
     fn parts(&self) -> Option<Parts<'_>> {
-        Some(Parts { numbers: &self.numbers, load: &self.load })
+        Some(Parts::Shafts { numbers: &self.numbers, load: &self.load })
     }
 }
 

@@ -276,7 +276,7 @@ impl Plant for Motor {
     }
 
     fn parts(&self) -> Option<Parts<'_>> {
-        Some(Parts { numbers: &self.numbers, load: &self.load })
+        Some(Parts::Shafts { numbers: &self.numbers, load: &self.load })
     }
 }
 

@@ -9,7 +9,7 @@
 //! How fast it is, is known where it is: the fastest rate of the linearised plant, every derivative exact. What
 //! sin(300 t) or a cube makes of it on the way is not; so each step of the solver is checked ([`Plant::is_checked`]).
 
-use super::{ChainError, Plant, fastest_signal_rad_s, merged_jumps_s, spectral_bound};
+use super::{ChainError, Parts, Plant, fastest_signal_rad_s, merged_jumps_s, spectral_bound};
 use crate::MAX_ORDER;
 use crate::expression::Expression;
 use crate::signal::Signal;
@@ -55,6 +55,26 @@ impl Own {
         (inputs[n], inputs[n + 1]) = (u, t_s);
         inputs
     }
+
+    fn fastest_mode_rad_s<const N: usize>(&self, inputs: &[f64]) -> f64 {
+        let mut jacobian = [[0.0; N]; N];
+        for (row, rate) in jacobian.iter_mut().zip(&self.rates) {
+            *row = rate.slopes(inputs, 0);
+        }
+        spectral_bound(jacobian)
+    }
+
+    /// f_1..f_n.
+    #[cfg(feature = "lanes")]
+    pub(crate) fn rates(&self) -> &[Expression] {
+        &self.rates
+    }
+
+    /// w_1..w_n.
+    #[cfg(feature = "lanes")]
+    pub(crate) fn disturbances(&self) -> &[Signal] {
+        &self.disturbances
+    }
 }
 
 impl Plant for Own {
@@ -79,18 +99,24 @@ impl Plant for Own {
     }
 
     fn fastest_rad_s(&self, t_s: f64, x: &[f64], u: f64) -> f64 {
-        let (n, inputs) = (self.order(), self.inputs(t_s, x, u));
-        let mut jacobian = [[0.0; MAX_ORDER]; MAX_ORDER];
-        for (row, rate) in jacobian.iter_mut().zip(&self.rates) {
-            for (j, slope) in row[..n].iter_mut().enumerate() {
-                *slope = rate.slope(&inputs, j);
-            }
+        let inputs = self.inputs(t_s, x, u);
+        macro_rules! of_order {
+            ($($n:literal)*) => {
+                match self.order() {
+                    $($n => self.fastest_mode_rad_s::<$n>(&inputs),)*
+                    order => unreachable!("a plant of order {order}, beyond {MAX_ORDER}"),
+                }
+            };
         }
-        spectral_bound(jacobian).max(self.fastest_signal_rad_s)
+        of_order!(2 3 4 5 6).max(self.fastest_signal_rad_s)
     }
 
     fn is_checked(&self) -> bool {
         true
+    }
+
+    fn parts(&self) -> Option<Parts<'_>> {
+        Some(Parts::Own(self))
     }
 
     fn jumps_s(&self) -> &[f64] {

@@ -2,6 +2,7 @@ use std::ops::ControlFlow;
 
 use super::*;
 use crate::actuator::{self, Limited};
+use crate::expression::Expression;
 use crate::plant::{Friction, Imperfections, Joint, JointBody, Motor, Shaft};
 use crate::port::{ControllerPort, PortError, Tick};
 use crate::random::Random;
@@ -203,6 +204,58 @@ fn every_run_has_its_bits_alone() {
     ];
     let all = [finished / 40, diverged / 10, stopped / 2, broken / 2, refused / 5];
     assert!(all.iter().all(|count| *count > 0), "{finished} {diverged} {stopped} {broken} {refused}");
+    for instructions in [Instructions::Baseline, Instructions::Avx2, Instructions::Avx512] {
+        same(&ran(&cases, |runs| close_each_with(instructions, runs)), &expected);
+    }
+}
+
+/// Plants by formulas of three kinds, no two alike.
+fn formulas(of_each: usize) -> Vec<Case> {
+    let mut random = Random::new(5, 0);
+    let mut off = |size: f64| size * (2.0 * random.uniform() - 1.0);
+    let kinds: [&[&str]; 3] = [
+        &["x2", "g/l*sin(x1) + (u - c*x2 - f*tanh(x2/0.01) + 0.2*cos(3*t))/(m*l^2)"],
+        // What jumps in its slope is halved again and again; what has no vector code is called lane by lane.
+        &["x2 - f*abs(x1)", "-x3", "min(u, 1) - max(c*x2, -x1) + atan2(x3, 2)^2 + exp(-x1^2) + sqrt(1 + x2^2)"],
+        // So fast a function that the step is checked, and a pole that some run into.
+        &["x2", "x3", "x4", "x5", "x6", "g*cos(900*t) - 1e3*x6 - m*x1 + u + c/(x1 - 0.2)"],
+    ];
+    let mut cases = Vec::new();
+    for k in 0..3 * of_each {
+        let rates = kinds[k % 3];
+        let constants = [("g", 9.81), ("l", 0.5), ("c", 0.02), ("f", 0.05), ("m", 0.8)];
+        let constants = constants.map(|(name, value)| (name.to_owned(), value * (1.0 + off(0.5)))).into();
+        let names = ["x1", "x2", "x3", "x4", "x5", "x6"];
+        let inputs: Vec<&str> = names[..rates.len()].iter().copied().chain(["u", "t"]).collect();
+        let read = |text: &&str| Expression::parse(text, &inputs, &constants).expect(text);
+        let mut disturbances = vec![Signal::default(); rates.len()];
+        disturbances[1] = Signal::new(vec![
+            Term::Step { amplitude: off(1.0), t0_s: 0.05 + off(0.01) },
+            Term::Sin { amplitude: off(1.0), omega_rad_s: 40.0, phase_rad: 0.1 },
+        ]);
+        let nothing = Expression::linear(&[]);
+        let rates: Vec<Expression> = rates.iter().map(read).collect();
+        let mut x0 = vec![0.0; rates.len()];
+        (x0[0], x0[1]) = (off(0.5), off(2.0));
+        if k % 11 == 6 {
+            x0[0] = if k % 3 == 2 { 0.2 } else { sine::LARGEST - 1e-3 };
+        }
+        let plant = Own::new(rates, nothing.clone(), nothing, disturbances).expect("a plant");
+        let k_p = if k % 6 == 3 { -1e6 } else { 3.0 * (1.0 + off(0.9)) };
+        cases.push(Case { plant: Box::new(plant), x0, k: k_p, breaks_at: PERIODS * 2, stops_at: PERIODS * 2 });
+    }
+    cases
+}
+
+#[test]
+fn plants_by_formulas_too() {
+    let cases = formulas(70);
+    let expected = ran(&cases, alone);
+    let ended = |of: fn(&Result<Ending, LoopError>) -> bool| expected.iter().filter(|(_, how)| of(how)).count();
+    let finished = ended(|how| matches!(how, Ok(Ending::Finished)));
+    let diverged = ended(|how| matches!(how, Ok(Ending::Diverged { .. })));
+    let refused = ended(|how| matches!(how, Err(LoopError::Solver(_))));
+    assert!(finished > 100 && diverged > 5 && refused > 2, "{finished} {diverged} {refused}");
     for instructions in [Instructions::Baseline, Instructions::Avx2, Instructions::Avx512] {
         same(&ran(&cases, |runs| close_each_with(instructions, runs)), &expected);
     }
