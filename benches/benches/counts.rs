@@ -21,7 +21,9 @@ use benches::{Joint, Noise, joint};
 use ceilings::Ceilings;
 use controller_core::ControlLaw;
 use lanes::L;
-use loop_sim::lanes::{Campaign, Judged, LANES, Trial, close_loops};
+use loop_sim::lanes::{Campaign, Judged, LANES, Trial, close_each, close_loops};
+use loop_sim::trace::{Ending, Recorder};
+use scenario::{Experiment, Source};
 
 /// The file of ceilings, beside the sources.
 const CEILINGS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/counts.toml");
@@ -42,7 +44,7 @@ struct Subject {
     above_percent: u64,
 }
 
-const SUBJECTS: [Subject; 6] = [
+const SUBJECTS: [Subject; 7] = [
     Subject { what: "one tick, r = 2", function: "counted_tick_2", run: ticks_2, calls: TICKS, above_percent: 0 },
     Subject { what: "one tick, r = 3", function: "counted_tick_3", run: ticks_3, calls: TICKS, above_percent: 0 },
     Subject {
@@ -64,6 +66,13 @@ const SUBJECTS: [Subject; 6] = [
         function: "counted_loops",
         run: closed_loops,
         calls: LOOP_TICKS as u64,
+        above_percent: 2,
+    },
+    Subject {
+        what: "64 motors with friction, a tick, AVX2",
+        function: "counted_motors",
+        run: motors,
+        calls: MOTOR_TICKS,
         above_percent: 2,
     },
     Subject {
@@ -132,6 +141,29 @@ fn counted_loops(campaign: &Campaign<'_>, trials: &[Trial<'_>]) -> Vec<Option<Ju
     let judged = close_loops(campaign, trials);
     assert!(judged.iter().all(Option::is_some), "every loop fits");
     judged
+}
+
+/// Ticks of drives whose plants go side by side.
+const MOTOR_TICKS: u64 = 201;
+
+/// Each off by something else, so that every lane has a time and steps of its own.
+fn motors() {
+    let text = scenario::template("counted", "motor").expect("a name");
+    let of = |l: usize| {
+        let sets =
+            ["span_s=0.2".into(), "window_s=[0.1, 0.2]".into(), format!("error.inertia_percent={}", l as f64 - 32.0)];
+        scenario::parse(&Source { file: "motor.toml", text: &text, sets: &sets }, "counted").expect("a good scenario")
+    };
+    let mut experiments: Vec<Experiment> = (0..LANES).map(of).collect();
+    counted_motors(&mut experiments);
+}
+
+#[inline(never)]
+fn counted_motors(experiments: &mut [Experiment]) {
+    let mut ignored = [(); LANES];
+    let recorders = ignored.iter_mut().map(|recorder| recorder as &mut dyn Recorder);
+    let endings = close_each(experiments.iter_mut().map(Experiment::setup).zip(recorders).collect());
+    assert!(endings.iter().all(|ending| *ending == Ok(Ending::Finished)), "every loop goes to its end");
 }
 
 // Names of their own: callgrind would stop at the next function with the name that it counts in.

@@ -10,9 +10,9 @@
 //!
 //! A name is an input (x1, x2, .., u, t), a constant, `pi`, or a function: sin cos tan asin acos atan sinh cosh tanh
 //! exp ln sqrt abs, and of two values atan2 min max. Angles are in rad. Where there is no number (1/0, ln(-1)) the
-//! value is infinite or NaN; nothing panics. Arithmetic is f64, functions are those of `libm`, but for sin, cos and tanh,
-//! which are those of this crate ([`sine`](crate::sine), [`exponential`](crate::exponential)): the same bits on every
-//! machine, alone and with many side by side. There are no jumps on purpose (`sign`, `step`): the solver must know where they are. A step is a term of a
+//! value is infinite or NaN; nothing panics. Arithmetic is f64, functions are those of `libm`, but for sin, cos and
+//! tanh, which are of this crate ([`sine`], [`exponential`]): the same bits on every machine, alone and with many side
+//! by side. There are no jumps on purpose (`sign`, `step`): the solver must know where they are. A step is a term of a
 //! [`Signal`](crate::signal::Signal), and friction is smooth, `tanh(x2/0.01)`.
 //!
 //! A formula becomes a list of operations on a stack, at most [`MOST_OPERATIONS`] of them and [`MOST_PENDING`] values

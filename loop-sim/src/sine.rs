@@ -6,19 +6,25 @@
 /// Up to here the reduction is exact enough: 16 000 turns.
 pub const LARGEST: f64 = 1e5;
 
+/// Is x no larger than that?
+#[inline(always)]
+pub(crate) fn is_within(x: f64) -> bool {
+    x.abs() <= LARGEST
+}
+
 /// sin x, of any x.
 pub fn sin(x: f64) -> f64 {
-    if x.abs() <= LARGEST { sin_cos(x).0 } else { libm::sin(x) }
+    if is_within(x) { sin_cos(x).0 } else { libm::sin(x) }
 }
 
 /// cos x, of any x.
 pub fn cos(x: f64) -> f64 {
-    if x.abs() <= LARGEST { sin_cos(x).1 } else { libm::cos(x) }
+    if is_within(x) { sin_cos(x).1 } else { libm::cos(x) }
 }
 
 /// sin x and cos x, of any x.
 pub fn sin_and_cos(x: f64) -> [f64; 2] {
-    if x.abs() <= LARGEST {
+    if is_within(x) {
         let (sin, cos) = sin_cos(x);
         [sin, cos]
     } else {

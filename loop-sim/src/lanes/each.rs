@@ -208,15 +208,14 @@ fn settle<'a, const N: usize>(
         run
     });
     loop {
-        let mut run = match next.take() {
-            Some(run) => run,
-            None => {
-                let Some(run) = waiting.next() else { return };
-                if let Some(parts) = run.running.setup.plant.parts() {
-                    bodies.set(l, parts);
-                }
-                run
+        let mut run = if let Some(run) = next.take() {
+            run
+        } else {
+            let Some(run) = waiting.next() else { return };
+            if let Some(parts) = run.running.setup.plant.parts() {
+                bodies.set(l, parts);
             }
+            run
         };
         match run.running.tick(run.recorder) {
             Ok(u_held) => {

@@ -70,7 +70,7 @@ pub(super) fn are_alike(one: &Own, other: &Own) -> bool {
     one.order() == other.order() && one.rates().iter().zip(other.rates()).all(|(one, other)| alike(one, other))
 }
 
-impl<'a> Formulas<'a> {
+impl Formulas<'_> {
     /// For plants like this one.
     pub(super) fn new(first: &Own) -> Self {
         let steps = |rate: &Expression| rate.operations().iter().copied().map(Step::of).collect();
@@ -168,7 +168,7 @@ vectorised! {
     fn sin_all[;](row: &mut Wide, outside: &mut Wide<u64>,) {
         for l in 0..LANES {
             let x = row[l];
-            outside[l] |= u64::from(!(x.abs() <= sine::LARGEST));
+            outside[l] |= u64::from(!sine::is_within(x));
             row[l] = sine::sin_cos(x).0;
         }
     }
@@ -178,7 +178,7 @@ vectorised! {
     fn cos_all[;](row: &mut Wide, outside: &mut Wide<u64>,) {
         for l in 0..LANES {
             let x = row[l];
-            outside[l] |= u64::from(!(x.abs() <= sine::LARGEST));
+            outside[l] |= u64::from(!sine::is_within(x));
             row[l] = sine::sin_cos(x).1;
         }
     }

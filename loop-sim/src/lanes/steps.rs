@@ -203,7 +203,7 @@ pub(super) struct Shafts<'a, const G: usize> {
     load: Wide,
 }
 
-impl<'a, const G: usize> Shafts<'a, G> {
+impl<const G: usize> Shafts<'_, G> {
     pub(super) fn new(has_waves: bool) -> Self {
         let none = Wide::of_all(0.0);
         Self { numbers: Box::new([[none; 4]; G]), has_waves, loads: [None; LANES], varying: Vec::new(), load: none }
@@ -257,14 +257,14 @@ vectorised! {
             let friction = shafts::friction(numbers[2], speed);
             let mut is_within = true;
             let waves = if WAVES {
-                is_within &= (numbers[1][1] * angle).abs() <= sine::LARGEST;
-                is_within &= (numbers[1][3] * angle).abs() <= sine::LARGEST;
+                is_within &= sine::is_within(numbers[1][1] * angle);
+                is_within &= sine::is_within(numbers[1][3] * angle);
                 shafts::waves(numbers[1], angle, |x| sine::sin_cos(x).0)
             } else {
                 [0.0; 2]
             };
             let sin_link = if N > 3 {
-                is_within &= now[0].abs() <= sine::LARGEST;
+                is_within &= sine::is_within(now[0]);
                 sine::sin_cos(now[0]).0
             } else {
                 0.0
