@@ -33,20 +33,23 @@
 //! written), 130 told to stop by Ctrl-C or SIGTERM (what was recorded is written).
 
 use std::ffi::OsString;
+use std::fmt;
 use std::io::{self, IsTerminal, Write};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use cycle_bound::{Reply, stop};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use scenario::{Experiment, ScenarioError, Source};
 use sha2::{Digest, Sha256};
 use whole_file::{Claim, Existing, Kind};
 
 use crate::map::Subject;
 use crate::monte_carlo::store;
+use crate::report::number::significant;
 
 mod bounds;
 mod compare;
@@ -433,7 +436,7 @@ impl From<ScenarioError> for Failure {
 }
 
 impl Failure {
-    fn writing(what: impl std::fmt::Display, error: &io::Error) -> Self {
+    fn writing(what: impl fmt::Display, error: &io::Error) -> Self {
         use io::ErrorKind::{AlreadyExists, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied};
         let is_of_the_path = matches!(
             error.kind(),
@@ -450,10 +453,27 @@ const LEFT: &str = "{bar:40} {percent:>3} %  {elapsed} / {eta} left";
 impl Console<'_> {
     /// A progress bar of this look, if there is someone to watch it.
     fn bar(&self, length: u64, template: &str) -> ProgressBar {
+        self.bar_from(0, length, template)
+    }
+
+    /// The same of which so much was done before: it says nothing of the `{rate}`, per second, and of what is `{left}`.
+    fn bar_from(&self, done: u64, length: u64, template: &str) -> ProgressBar {
         let drawn = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        let bar = ProgressBar::with_draw_target(Some(length), drawn);
+        let bar = ProgressBar::with_draw_target(Some(length), drawn).with_position(done);
         if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style);
+            let rate =
+                move |state: &ProgressState| state.pos().saturating_sub(done) as f64 / state.elapsed().as_secs_f64();
+            let told = style
+                .with_key("rate", move |state: &ProgressState, out: &mut dyn fmt::Write| {
+                    let _ = write!(out, "{}", significant(rate(state), 3));
+                })
+                .with_key("left", move |state: &ProgressState, out: &mut dyn fmt::Write| {
+                    let left_s = length.saturating_sub(state.pos()) as f64 / rate(state);
+                    let left = Duration::try_from_secs_f64(left_s).ok().filter(|_| state.pos() > done);
+                    let left = left.map_or_else(|| "?".to_owned(), |left| HumanDuration(left).to_string());
+                    let _ = write!(out, "{left}");
+                });
+            bar.set_style(told);
         }
         bar
     }

@@ -397,15 +397,20 @@ pub fn unstable_corners(
     Ok(found)
 }
 
+/// By how much a loop that is unstable grows at rest in a tick, 1 or more; none of one that does not, or has no such
+/// form.
+pub fn growth(experiment: &Experiment) -> Option<f64> {
+    let at_rest = experiment.at_rest.as_ref().ok()?;
+    let at_rest = Loop::of(at_rest, at_rest.law.as_ref(), experiment.period_s);
+    at_rest.and_then(|it| it.spectral_radius(1.0)).ok().filter(|radius| *radius >= 1.0)
+}
+
 /// What to be warned of before this loop is closed on anything: that it is unstable, or is so within what its file
 /// says of how well the plant is known. Nothing of a loop that has no such form.
 pub fn warnings(experiment: &Experiment) -> Vec<String> {
     let Ok(at_rest) = &experiment.at_rest else { return Vec::new() };
     let (law, period_s) = (at_rest.law.as_ref(), experiment.period_s);
-    let radius = Loop::of(at_rest, law, period_s).and_then(|it| it.spectral_radius(1.0));
-    if let Ok(radius) = radius
-        && radius >= 1.0
-    {
+    if let Some(radius) = growth(experiment) {
         return vec![format!(
             "UNSTABLE: at rest the loop grows by a factor of {radius:.6} in a tick; `host-sim design` tells more"
         )];

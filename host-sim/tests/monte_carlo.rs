@@ -92,6 +92,30 @@ fn bytes(folder: &str) -> Vec<u8> {
     fs::read(Path::new(folder).join("trials.parquet")).expect("trials")
 }
 
+/// A joint by its data sheet that is off by up to half is unstable in many corners; its current is limited, so that it
+/// shakes instead of running away.
+#[test]
+fn a_drive_that_shakes_has_failed() {
+    let folder = Folder::new("shakes");
+    let (file, out) = (folder.path("joint.toml"), folder.path("out"));
+    fs::write(&file, scenario::template("joint", "joint").expect("a file to start from")).expect("a file");
+    let told = json(&done(&[&file, "--uncertain", "50", "--trials", "200", "--json", "--out", &out]));
+    let trials = Trials::open(&folder.0.join("out/trials.parquet")).expect("trials");
+    let column = |name: &str| {
+        trials.column(trials.header.columns.iter().position(|known| known == name).expect(name)).expect("a column")
+    };
+    let (noise, settling) = (column("noise.at_rest"), column("metrics.settling_time_s"));
+    let outcomes = trials.outcomes().expect("outcomes");
+    let of_file = told["of_file"]["noise.at_rest"].as_str().and_then(|text| text.parse::<f64>().ok()).expect("noise");
+    let unstable: Vec<usize> = (0..200).filter(|k| outcomes[*k].word() == "unstable").collect();
+    let never = (0..200).filter(|k| outcomes[*k].word() == "finished" && settling[*k].is_nan()).count();
+    // What grows at rest is seen in the run: more than the encoders' steps make of u.
+    assert!(unstable.len() > 10 && unstable.iter().all(|k| noise[*k] > 2.0 * of_file), "{unstable:?} {noise:?}");
+    assert_eq!(told["failures"]["count"], unstable.len());
+    assert_eq!(told["failures"]["unsettled"], never);
+    assert!(never > 0 && told["outcomes"]["unbounded"].is_null(), "{told}");
+}
+
 /// Waits for a file of a process that writes it.
 fn await_file(path: &Path) {
     let until = Instant::now() + HANGS;

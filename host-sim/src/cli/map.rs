@@ -376,7 +376,8 @@ impl Console<'_> {
     pub(super) fn answered(&mut self, view: &View<'_>) -> Result<Option<Answered>, Failure> {
         let View { question, figure, .. } = *view;
         let [columns, rows] = question.size();
-        let bar = self.bar((columns * rows) as u64, "{bar:40} {percent:>3} %  {per_sec}  {elapsed} / {eta} left");
+        let bar =
+            self.bar((columns * rows) as u64, "{bar:40} {percent:>3} %  {rate} points/s  {elapsed} / {left} left");
         let threads = thread::available_parallelism().map_or(1, usize::from);
         let points = question.answer(threads, self.stop, &mut || bar.inc(1));
         bar.finish_and_clear();
@@ -530,7 +531,9 @@ impl View<'_> {
             (0..columns).any(|column| (1..rows).any(|row| poles(column, row) != poles(column, 0))),
         ];
         let axes = self.question.axes.iter().zip(moves);
-        axes.filter(|(_, moves)| !moves && !is_asked).map(|(axis, _)| axis.key.as_str()).collect()
+        // Of one value nothing can be said.
+        let unmoved = axes.filter(|(axis, moves)| !moves && axis.values.len() > 1 && !is_asked);
+        unmoved.map(|(axis, _)| axis.key.as_str()).collect()
     }
 
     /// The number that the file has at a key, or the design for it by its rules.

@@ -27,6 +27,7 @@ use super::map::{collect, number_in};
 use super::run::{Figures, unit_of};
 use super::{Console, DEFAULT, Failure, RunOptions, ScenarioText, bad, claim_folder, failed, hex_sha256, status};
 use crate::map::Subject;
+use crate::margins::growth;
 use crate::monte_carlo::Plan;
 use crate::monte_carlo::store::{self, Chunk, Header, Outcome, Trials};
 
@@ -48,7 +49,7 @@ pub(super) struct MonteCarloOptions {
     #[arg(long, value_name = "PERCENT")]
     uncertain: Option<String>,
     /// How many trials.
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = trials)]
     trials: u64,
     /// Master seed: what trial i draws depends on it and i alone.
     #[arg(long, value_name = "SEED", default_value_t = 1)]
@@ -156,8 +157,10 @@ fn judged(experiment: &mut Experiment, trace: &Trace) -> Option<Trial> {
         Ending::Interrupted { .. } => return None,
         Ending::Diverged { .. } => Outcome::Diverged,
         Ending::BrokenOff { .. } => Outcome::BrokenOff,
-        Ending::Finished if metrics.bounded => Outcome::Finished,
-        Ending::Finished => Outcome::Unbounded,
+        Ending::Finished if !metrics.bounded => Outcome::Unbounded,
+        // The current of a drive is limited: what grows at rest comes back from afar, and looks bounded.
+        Ending::Finished if experiment.drive.is_some() && growth(experiment).is_some() => Outcome::Unstable,
+        Ending::Finished => Outcome::Finished,
     };
     let ended_at_s = trace.rows.last().map_or(0.0, |row| row.t_s);
     let told = serde_json::to_value(Figures::of(experiment, trace, &metrics)).unwrap_or_default();
@@ -316,6 +319,16 @@ impl<'a> Campaign<'a> {
     }
 }
 
+/// How many, as a person writes it: 1000000 or 1e6.
+fn trials(text: &str) -> Result<u64, String> {
+    const MOST: u64 = 1 << 40;
+    let written_out = || text.parse::<f64>().ok().filter(|it| it.fract() == 0.0 && (0.0..=MOST as f64).contains(it));
+    let count = text.parse().ok().or_else(|| written_out().map(|it| it as u64));
+    count
+        .filter(|count| (1..=MOST).contains(count))
+        .ok_or_else(|| format!("expected a whole number from 1 to {MOST}, as 1000 or 1e6"))
+}
+
 /// `3/8`: the third of eight.
 fn shard_of(text: &str, chunks: u64) -> Result<[u64; 2], String> {
     let parts = text.split_once('/').and_then(|(i, n)| Some([i.trim().parse().ok()?, n.trim().parse::<u64>().ok()?]));
@@ -356,6 +369,10 @@ impl Console<'_> {
         let subject = Subject { sets: &sets, ..bare };
         let plan = Plan::new(&subject, &vary, options.seed).map_err(bad)?;
         if let Some(index) = options.replay {
+            if index >= options.trials {
+                let last = options.trials - 1;
+                return Err(bad(format!("--replay {index}: the trials are 0 to {last}; --trials says how many")));
+            }
             return self.replay_trial(&subject, &plan, (index, &named), &options.report);
         }
         if vary.is_empty() {
@@ -399,6 +416,12 @@ impl Console<'_> {
             return Ok(status::DONE);
         }
         self.tell_trials(&trials, &question, &folder, &named, options.report.json)?;
+        let outcomes = trials.outcomes().map_err(bad)?;
+        if let Some(first) = (0..).zip(outcomes).find_map(|(i, outcome)| (outcome == Outcome::Refused).then_some(i))
+            && let Err(error) = campaign.of_trial(first)
+        {
+            self.note(&format!("no design, the first: trial {first}: {error}"));
+        }
         Ok(status::DONE)
     }
 
@@ -441,15 +464,16 @@ impl Console<'_> {
                 message: message + "; without it --resume computes this chunk again",
             })?;
         }
-        let bar =
-            self.bar(range[1] - range[0], "{bar:40} {percent:>3} %  {pos} of {len} trials  {per_sec}  {eta} left");
+        let done: u64 = there.iter().map(|chunk| header.range(*chunk)).map(|[first, end]| end - first).sum();
+        let bar = self.bar_from(
+            done,
+            range[1] - range[0],
+            "{bar:40} {percent:>3} %  {pos} of {len} trials  {rate} trials/s  {left} left",
+        );
         let guards = (stop::keeping(), stop::looking());
         for chunk in first..end {
             let trials = header.range(chunk);
             if there.binary_search(&chunk).is_ok() {
-                bar.inc(trials[1] - trials[0]);
-                // What was done before says nothing of how fast this goes.
-                bar.reset_eta();
                 continue;
             }
             let Some(computed) = campaign.chunk(trials, self.stop, &|| bar.inc(1)) else {

@@ -117,6 +117,8 @@ pub enum Outcome {
     Finished,
     /// To its end, but far from where it began.
     Unbounded,
+    /// To its end, but only the limits of u kept it near: at rest its loop grows.
+    Unstable,
     /// The state ran away.
     Diverged,
     /// The plant could not be integrated.
@@ -127,13 +129,15 @@ pub enum Outcome {
 
 impl Outcome {
     /// All there are.
-    pub const ALL: [Self; 5] = [Self::Finished, Self::Unbounded, Self::Diverged, Self::BrokenOff, Self::Refused];
+    pub const ALL: [Self; 6] =
+        [Self::Finished, Self::Unbounded, Self::Unstable, Self::Diverged, Self::BrokenOff, Self::Refused];
 
     /// As it stands in the file.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Finished => "finished",
             Self::Unbounded => "unbounded",
+            Self::Unstable => "unstable",
             Self::Diverged => "diverged",
             Self::BrokenOff => "broken off",
             Self::Refused => "refused",

@@ -106,12 +106,14 @@ impl Vary {
     fn tried(&self, subject: &Subject<'_>) -> Result<(), String> {
         let some = match &self.distribution {
             Distribution::Uniform { low, high } | Distribution::Sobol { low, high, .. } => {
-                vec![0.5 * (low + high), *low, *high]
+                // Some of a range may be sound, wherever.
+                let between = (0..=16).map(|k| low + f64::from(k) / 16.0 * (high - low));
+                vec![0.5 * (low + high), *low, *high].into_iter().chain(between).collect()
             }
             Distribution::Normal { mean, deviation } => vec![*mean, mean - deviation, mean + deviation],
             Distribution::OneOf(all) => all.clone(),
         };
-        let mut first = None;
+        let (mut first, tried) = (None, some.len());
         for value in some {
             let sets: Vec<String> = self.settings(value).collect();
             match subject.with(&sets) {
@@ -119,7 +121,8 @@ impl Vary {
                 Err(error) => _ = first.get_or_insert(error.to_string()),
             }
         }
-        Err(format!("the scenario takes none of its values; of one of them: {}", first.unwrap_or_default()))
+        let first = first.unwrap_or_default();
+        Err(format!("the scenario takes none of {tried} of its values that were tried; of one of them: {first}"))
     }
 
     /// The draw of a trial, for the parameter of this number.

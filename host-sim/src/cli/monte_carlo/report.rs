@@ -19,6 +19,8 @@ use crate::report::write_whole;
 
 /// How sure a bound of a failure rate is.
 const CONFIDENCE: f64 = 0.95;
+/// Has no number where a run never settled.
+const SETTLING: &str = "metrics.settling_time_s";
 /// So many of the worst trials are told.
 const WORST: usize = 10;
 /// Dots of a scatter picture: more hide each other.
@@ -39,7 +41,9 @@ impl Question {
     pub(super) fn new(header: &Header, options: &ReportOptions) -> Result<Self, String> {
         let column = |what: &str, name: &str| {
             header.columns.iter().position(|known| known == name).ok_or_else(|| {
-                let nearest = header.columns.iter().min_by_key(|known| strsim::damerau_levenshtein(known, name));
+                // Of a name that was cut short, what begins with it.
+                let distance = |known: &&String| (!known.starts_with(name), strsim::damerau_levenshtein(known, name));
+                let nearest = header.columns.iter().min_by_key(distance);
                 format!("{what} {name}: a trial has no such figure; nearest is {}", nearest.map_or("", String::as_str))
             })
         };
@@ -64,6 +68,8 @@ struct Failures {
     /// The true rate is below this, with 95 % confidence; none of draws that are not random.
     #[serde(skip_serializing_if = "Option::is_none")]
     rate_below: Option<f64>,
+    /// Of those that finished: a limit of u turns what grows into an oscillation that stays.
+    unsettled: usize,
 }
 
 /// Of a column; no number where a trial did not get as far.
@@ -93,6 +99,13 @@ struct Report<'a> {
     percentiles: BTreeMap<&'a str, Percentiles>,
     worst_by: &'a str,
     worst: Vec<WorstTrial>,
+}
+
+fn unsettled(count: usize) -> String {
+    format!(
+        "{count} of those that finished never settled within settling_band: --at-most {SETTLING}=SECONDS makes failures \
+         of them"
+    )
 }
 
 fn number(value: f64) -> String {
@@ -169,6 +182,12 @@ impl Console<'_> {
             percentiles.insert(name.as_str(), Percentiles { of_file, ranks: of, least, no_number });
         }
 
+        let settling = match header.columns.iter().position(|name| name == SETTLING) {
+            Some(k) => column(k)?,
+            None => Vec::new(),
+        };
+        let never = |(outcome, settling): &(&Outcome, &f64)| **outcome == Outcome::Finished && settling.is_nan();
+        let unsettled = outcomes.iter().zip(&settling).filter(never).count();
         let count = failed.iter().filter(|failed| **failed).count() as u64;
         let is_random = !header.vary.iter().any(|text| text.contains("sobol("));
         let report = Report {
@@ -182,6 +201,7 @@ impl Console<'_> {
                 count,
                 rate: count as f64 / header.trials as f64,
                 rate_below: is_random.then(|| statistics::largest_rate(count, header.trials, CONFIDENCE)),
+                unsettled,
             },
             percentiles,
             worst_by: by,
@@ -221,7 +241,13 @@ impl Console<'_> {
         let Failures { count, rate, .. } = failures;
         self.say(&format!("failures: {count}, {} %{below}", significant(100.0 * rate, 3)))?;
         if !has_bar {
-            self.say("a failure is a run that was not bounded, no more: --at-most FIGURE=VALUE says what else is one")?;
+            self.say(
+                "a failure is a trial that did not end as `finished`, no more: --at-most FIGURE=VALUE says what else is \
+                 one",
+            )?;
+        }
+        if failures.unsettled > 0 {
+            self.say(&unsettled(failures.unsettled))?;
         }
         let mut table = Table::new(["figure", "file"].into_iter().chain(NAMES));
         for name in &header.columns[drawn + 1..] {
@@ -280,6 +306,7 @@ pub(in crate::cli) fn section(folder: &Path) -> Result<(String, Section), Failur
         format!("; the true rate is below {} % with 95 % confidence", significant(100.0 * rate, 3))
     });
     says.push(format!("failures: {}{below}", failures["count"]));
+    says.extend(failures["unsettled"].as_u64().filter(|count| *count > 0).map(|count| unsettled(count as usize)));
     let vary = json["vary"].as_array().into_iter().flatten().filter_map(Json::as_str);
     says.push(format!("drawn: {}", vary.collect::<Vec<_>>().join("; ")));
     let drawings = ["histograms.svg", "scatter.svg"].into_iter().filter_map(|name| read(name).ok());
