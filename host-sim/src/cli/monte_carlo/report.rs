@@ -346,10 +346,14 @@ fn histogram(name: &str, unit: Option<&String>, sorted: &[f64]) -> Option<Panel>
 /// Dots: some of the trials spread over all, those that failed at the top, and the worst.
 fn scatter([name, by]: [&str; 2], x: &[f64], y: &[f64], outcomes: &[Outcome], worst: &[usize]) -> Panel {
     let stride = x.len().div_ceil(DOTS).max(1);
-    let top = y.iter().copied().filter(|y| y.is_finite()).fold(0.0, f64::max);
+    let finite = || y.iter().copied().filter(|y| y.is_finite());
+    let (least, top) = (finite().fold(f64::INFINITY, f64::min), finite().fold(0.0, f64::max));
+    // Over more than two decades the good ones would be one line.
+    let is_log = least > 0.0 && top > 100.0 * least;
+    let height = |y: f64| if is_log { libm::log10(y) } else { y };
     // A gap behind each keeps them apart.
     let dotted = |label: &str, color: usize, of: &mut dyn Iterator<Item = usize>| {
-        let place = |k: usize| (x[k], if y[k].is_finite() { y[k] } else { top });
+        let place = |k: usize| (x[k], height(if y[k].is_finite() { y[k] } else { top }));
         let points = of.flat_map(|k| [place(k), (f64::NAN, f64::NAN)]).collect();
         Series { label: label.into(), color, points, has_dots: true, ..Series::default() }
     };
@@ -359,5 +363,6 @@ fn scatter([name, by]: [&str; 2], x: &[f64], y: &[f64], outcomes: &[Outcome], wo
         series.push(dotted("failed", 1, &mut (0..x.len()).filter(failed).take(DOTS)));
     }
     series.push(dotted("the worst", 0, &mut worst.iter().copied()));
-    Panel { x_label: name.into(), y_label: by.into(), series, ..Panel::default() }
+    let y_label = if is_log { format!("log10 of {by}") } else { by.into() };
+    Panel { x_label: name.into(), y_label, series, ..Panel::default() }
 }
