@@ -76,20 +76,17 @@ use crate::instruction::Decoder;
 use crate::table::Table;
 use crate::{Answer, Options, image_file};
 
+use graph::{Graph, Node};
 use machine::{Machine, Program, Word};
-use term::{Path as Way, Signs, Terms};
-use text::{Expected, Port, Value};
+use sweep::Sweep;
+use text::Expected;
 
+mod graph;
 mod machine;
+mod sweep;
 mod term;
 mod text;
 
-/// More paths than any tick has; beyond, a function is declined.
-const PATHS: usize = 1 << 20;
-/// Paths between two looks at whether the program is to end.
-const PATHS_AT_ONCE: usize = 256;
-/// Levels of a term that a message shows.
-const SHOWN: usize = 6;
 
 /// What was found of one function.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -201,84 +198,68 @@ struct Found {
     verdict: Verdict,
 }
 
-/// An absolute value as it stands is cheap; what C makes of it parts paths, and is asked if that is not enough.
 fn held(image: &Image, function: &Function, expected: &Expected, stop: &AtomicBool) -> Result<Found, String> {
-    let mut found = compare(image, function, expected, Signs::Whole, stop)?;
-    for signs in [Signs::Known, Signs::Asked] {
-        if found.verdict != Verdict::Same {
-            found = compare(image, function, expected, signs, stop)?;
-        }
-    }
-    Ok(found)
-}
-
-fn compare(
-    image: &Image,
-    function: &Function,
-    expected: &Expected,
-    signs: Signs,
-    stop: &AtomicBool,
-) -> Result<Found, String> {
     let image = &*image.while_runs(function);
-    let names: Vec<String> = expected.inputs.iter().map(|port| port.name.clone()).collect();
     let mut program = Program::new(image, Decoder::new(false)?);
-    let mut terms = Terms::default();
-    let (mut paths, mut script) = (0, Some(Vec::new()));
-    let mut verdict = Verdict::Same;
-    while let (Verdict::Same, Some(answers)) = (&verdict, script.take()) {
-        if paths == PATHS {
-            verdict = Verdict::Declined(format!("more than {PATHS} paths"));
-            break;
-        }
-        if paths % PATHS_AT_ONCE == 0 && stop.load(Ordering::Relaxed) {
-            return Err("stopped".into());
-        }
-        paths += 1;
-        let mut machine = Machine::new(&mut program, Way::new(&mut terms, &answers, signs), expected);
-        verdict = match machine.run(function.start).and_then(|()| differs(&mut machine, expected, &names)) {
-            Ok(None) => Verdict::Same,
-            Ok(Some(what)) => Verdict::Differs(what),
-            Err(reason) => Verdict::Declined(reason),
-        };
-        script = Way::next(machine.path.answers());
-    }
-    Ok(Found { instructions: program.instructions(), paths, verdict })
-}
-
-/// The first result of a path that is not what it is to be.
-fn differs(
-    machine: &mut Machine<'_, '_, '_, '_>,
-    expected: &Expected,
-    names: &[String],
-) -> Result<Option<String>, String> {
-    let values = expected.run(&mut machine.path);
-    let ports = || expected.outs.iter().zip(&values);
-    for (port, value) in ports() {
-        let found = machine.result(port)?;
-        let wanted = match *value {
-            Value::Word(term) => term,
-            Value::Truth(_) => {
-                // All truths in one place, as one number.
-                let of_truth = |(one, value): (&Port, &Value)| match *value {
-                    Value::Truth(truth) if one.place == port.place => one.word_of(truth),
-                    _ => 0,
-                };
-                let word = ports().map(of_truth).fold(0, u32::wrapping_add);
-                machine.path.terms.constant(word)
+    let mut graph = Graph::default();
+    let wanted = expected.results(&mut graph);
+    let mut machine = Machine::new(&mut program, &mut graph, expected);
+    let mut found = Vec::new();
+    let done = machine.run(function.start).and_then(|kept| {
+        for (port, wanted) in expected.outs.iter().zip(&wanted) {
+            match machine.result(port)? {
+                Word::Term(result) => found.push((port.name.clone(), result, *wanted)),
+                other => return Err(format!("{} is {other:?}", port.name)),
             }
-        };
-        if found != Word::Term(wanted) {
-            let shown = |term| machine.path.terms.shown(term, names, SHOWN);
-            let found = match found {
-                Word::Term(term) => shown(term),
-                other => format!("{other:?}"),
-            };
-            let told = machine.path.told(names);
-            let way = if told.is_empty() { String::new() } else { format!(", where {told}") };
-            return Ok(Some(format!("{} is {found}, not {}{way}", port.name, shown(wanted))));
         }
+        found.extend(kept);
+        Ok(())
+    });
+    let dead = std::mem::take(&mut machine.dead);
+    let declined = |paths: usize, instructions: usize, reason: String| {
+        Ok(Found { instructions, paths, verdict: Verdict::Declined(reason) })
+    };
+    if let Err(reason) = done {
+        let reason = dead.into_iter().map(|(reason, _)| reason).next().unwrap_or(reason);
+        return declined(0, program.instructions(), reason);
     }
-    Ok(None)
+    let no = graph.truth(false);
+    let mut of_machine: Vec<Node> = found.iter().map(|(_, found, _)| *found).collect();
+    of_machine.extend(dead.iter().map(|(_, reached)| *reached));
+    let dead_ends = dead.iter().map(|(_, reached)| (*reached, no));
+    let pairs: Vec<(Node, Node)> =
+        dead_ends.chain(found.iter().map(|(_, found, wanted)| (*found, *wanted))).collect();
+    let debug = std::env::var("SWEEP").is_ok();
+    let begin = Instant::now();
+    let mut sweep = Sweep::new(&mut graph, expected, &wanted, &of_machine);
+    if debug {
+        eprintln!("{} nodes, {} dead ends: {:?}", sweep.graph.ops.len(), dead.len(), dead);
+    }
+    if let Some((at, inputs)) = sweep.try_numbers(&wanted, &pairs) {
+        let told: Vec<String> = (expected.inputs.iter().zip(inputs))
+            .map(|(port, bits)| match port.kind {
+                text::Kind::Number => format!("{} = {:?}", port.name, f32::from_bits(bits)),
+                _ => format!("{} = {}", port.name, bits as i32),
+            })
+            .collect();
+        let Some(at) = at.checked_sub(dead.len()) else {
+            return declined(0, program.instructions(), format!("{}, where {}", dead[at].0, told.join(", ")));
+        };
+        let what = format!("{} is another where {}", found[at].0, told.join(", "));
+        return Ok(Found { instructions: program.instructions(), paths: 0, verdict: Verdict::Differs(what) });
+    }
+    if debug {
+        eprintln!("tried in {:?}", begin.elapsed());
+    }
+    let open: Vec<String> = (sweep.unequal(&pairs).into_iter())
+        .map(|at| match dead.get(at) {
+            Some((reason, _)) => reason.clone(),
+            None => format!("{} is not shown", found[at - dead.len()].0),
+        })
+        .collect();
+    let paths = sweep.paths;
+    let verdict = if open.is_empty() { Verdict::Same } else { Verdict::Declined(open.join("; ")) };
+    Ok(Found { instructions: program.instructions(), paths, verdict })
 }
 
 #[cfg(test)]

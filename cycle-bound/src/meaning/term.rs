@@ -530,7 +530,7 @@ fn turned(set: u8) -> u8 {
     set & (EQUAL | UNORDERED) | (set & LESS) << 2 | (set & GREATER) >> 2
 }
 
-fn between(a: f32, b: f32) -> u8 {
+pub(super) fn between(a: f32, b: f32) -> u8 {
     match a.partial_cmp(&b) {
         Some(std::cmp::Ordering::Less) => LESS,
         Some(std::cmp::Ordering::Equal) => EQUAL,
@@ -945,6 +945,21 @@ impl<'a> Path<'a> {
         let answer = self.ask(Trail::Order(order, a, b));
         self.orders.insert((order, a, b), answer);
         answer
+    }
+
+    /// A count without a sign as a float; none where its sign does not tell: -(float)(0 - a) of a negative a is the
+    /// float of a.
+    pub(super) fn number_without_sign_of(&mut self, a: Term) -> Option<Term> {
+        let zero = self.terms.constant(0);
+        let turned = self.terms.plus(zero, a, u32::MAX);
+        if self.ordered(Order::Less, turned, zero) {
+            let number = self.terms.number_of(turned);
+            Some(self.terms.neg(number))
+        } else if !self.ordered(Order::Less, a, zero) {
+            Some(self.terms.number_of(a))
+        } else {
+            None
+        }
     }
 
     /// What was decided on the way, for people.
