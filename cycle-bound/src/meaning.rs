@@ -1,10 +1,13 @@
-//! Does the machine code compute what it is to compute? Every path of a function against a text that says what becomes
-//! of its inputs.
+//! Does the machine code compute what it is to compute? A function against a text that says what becomes of its inputs.
 //!
-//! The instructions are executed on terms instead of numbers, once for every way that the comparisons on it can be
-//! answered; the text is run under the same answers. On every path every result must be the same term, each register
-//! that a function leaves as it was must have its entry back, and nothing else may be written. Then both give the same
-//! bits for all inputs: no number is chosen, none is left out. What cannot be followed is declined, with its place.
+//! The instructions are executed on values of a graph instead of numbers, each instruction once; where ways meet, what
+//! differs is a choice by the branches between. The text becomes values of the same graph. Then every result must be
+//! equal to that of the text, each register that a function leaves as it was to its entry, and nothing else may be
+//! written; where an instruction cannot be followed, it is to be shown that no input goes there. Equal is what gives the
+//! same term on every path: for each way that the comparisons can be answered. Where that are too many, values between
+//! are shown to be equal first, and stand for themselves from then on ([`sweep`]). Then both give the same bits for all
+//! inputs: no number is chosen, none is left out. Numbers are tried too, but only to find where two results differ, and
+//! what may be equal. What cannot be shown is declined, with its name.
 //!
 //! # What counts as the same
 //! `+ * /` of floats stay as they are; only identities are used that hold for every bit pattern if one rounds to
@@ -65,7 +68,7 @@
 
 use std::fmt;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use serde::Serialize;
@@ -87,7 +90,6 @@ mod sweep;
 mod term;
 mod text;
 
-
 /// What was found of one function.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
@@ -97,11 +99,11 @@ pub struct Row {
     pub text: String,
     /// Upper bound of a call in cycles, from the same disassembly; none if it was declined.
     pub bound: Option<u64>,
-    /// Instructions that some path executes.
+    /// Instructions of all ways.
     pub instructions: usize,
-    /// Paths that were compared.
+    /// Paths that were compared, of all results or of values between.
     pub paths: usize,
-    /// Results compared on each of them.
+    /// Results of the text.
     pub results: usize,
     /// What came out.
     pub verdict: Verdict,
@@ -113,11 +115,11 @@ pub struct Row {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The same terms in every result on every path.
+    /// Every result is equal for all inputs.
     Same,
-    /// On this path this result is another.
+    /// For these inputs this result is another.
     Differs(String),
-    /// This cannot be followed.
+    /// This cannot be followed, or not be shown.
     Declined(String),
 }
 
@@ -198,6 +200,7 @@ struct Found {
     verdict: Verdict,
 }
 
+/// Function and text in one graph, held against each other.
 fn held(image: &Image, function: &Function, expected: &Expected, stop: &AtomicBool) -> Result<Found, String> {
     let image = &*image.while_runs(function);
     let mut program = Program::new(image, Decoder::new(false)?);
@@ -227,14 +230,8 @@ fn held(image: &Image, function: &Function, expected: &Expected, stop: &AtomicBo
     let mut of_machine: Vec<Node> = found.iter().map(|(_, found, _)| *found).collect();
     of_machine.extend(dead.iter().map(|(_, reached)| *reached));
     let dead_ends = dead.iter().map(|(_, reached)| (*reached, no));
-    let pairs: Vec<(Node, Node)> =
-        dead_ends.chain(found.iter().map(|(_, found, wanted)| (*found, *wanted))).collect();
-    let debug = std::env::var("SWEEP").is_ok();
-    let begin = Instant::now();
+    let pairs: Vec<(Node, Node)> = dead_ends.chain(found.iter().map(|(_, found, wanted)| (*found, *wanted))).collect();
     let mut sweep = Sweep::new(&mut graph, expected, &wanted, &of_machine);
-    if debug {
-        eprintln!("{} nodes, {} dead ends: {:?}", sweep.graph.ops.len(), dead.len(), dead);
-    }
     if let Some((at, inputs)) = sweep.try_numbers(&wanted, &pairs) {
         let told: Vec<String> = (expected.inputs.iter().zip(inputs))
             .map(|(port, bits)| match port.kind {
@@ -248,13 +245,10 @@ fn held(image: &Image, function: &Function, expected: &Expected, stop: &AtomicBo
         let what = format!("{} is another where {}", found[at].0, told.join(", "));
         return Ok(Found { instructions: program.instructions(), paths: 0, verdict: Verdict::Differs(what) });
     }
-    if debug {
-        eprintln!("tried in {:?}", begin.elapsed());
-    }
-    let open: Vec<String> = (sweep.unequal(&pairs).into_iter())
+    let open: Vec<String> = (sweep.unequal(&pairs, stop)?.into_iter())
         .map(|at| match dead.get(at) {
             Some((reason, _)) => reason.clone(),
-            None => format!("{} is not shown", found[at - dead.len()].0),
+            None => format!("{} is not shown to be the same", found[at - dead.len()].0),
         })
         .collect();
     let paths = sweep.paths;

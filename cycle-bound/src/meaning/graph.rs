@@ -299,7 +299,13 @@ impl Graph {
 
     fn where_it_is(&self, t: Node, truth: bool, node: Node) -> Node {
         match self.ops[node] {
-            Op::Select(of, a, b) if of == t => if truth { a } else { b },
+            Op::Select(of, a, b) if of == t => {
+                if truth {
+                    a
+                } else {
+                    b
+                }
+            }
             _ => node,
         }
     }
@@ -357,10 +363,9 @@ impl Graph {
             Op::Two("mul", a, b) => number(float(a) * float(b)),
             Op::Two("div", a, b) => number(float(a) / float(b)),
             Op::Two("times", a, b) => of(a).wrapping_mul(of(b)),
-            Op::Two("quotient", a, b) => (of(a) as i32).checked_div(of(b) as i32).map_or_else(
-                || if of(b) == 0 { 0 } else { of(a) },
-                |quotient| quotient as u32,
-            ),
+            Op::Two("quotient", a, b) => (of(a) as i32)
+                .checked_div(of(b) as i32)
+                .map_or_else(|| if of(b) == 0 { 0 } else { of(a) }, |quotient| quotient as u32),
             Op::Two("and", a, b) => of(a) & of(b),
             Op::Two("orr", a, b) => of(a) | of(b),
             Op::Two("eor", a, b) => of(a) ^ of(b),
@@ -375,7 +380,13 @@ impl Graph {
                 Order::Below => of(a) < of(b),
             }
             .into(),
-            Op::Select(t, a, b) => if of(t) != 0 { of(a) } else { of(b) },
+            Op::Select(t, a, b) => {
+                if of(t) != 0 {
+                    of(a)
+                } else {
+                    of(b)
+                }
+            }
         }
     }
 }

@@ -529,7 +529,8 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         if let Word::Address(_, now) = self.state.registers[SP] {
             // What lies below the stack pointer is anybody's.
             let sp = SP as u32;
-            let lost: Vec<(u32, i32)> = self.state.memory.range((sp, stack)..(sp, now.max(stack))).map(|(at, _)| *at).collect();
+            let lost: Vec<(u32, i32)> =
+                self.state.memory.range((sp, stack)..(sp, now.max(stack))).map(|(at, _)| *at).collect();
             for at in lost {
                 self.state.memory.remove(&at);
             }
@@ -614,8 +615,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             let choice = &mut |t, a: Rc<Flags>, b: Rc<Flags>| if a == b { a } else { Rc::new(Flags::Choice(t, a, b)) };
             folded(gates, last, &|n| of(states[leaf(n)]), choice).unwrap_or(first)
         };
-        let (compared, flags) =
-            (flags(&|state| Rc::clone(&state.compared)), flags(&|state| Rc::clone(&state.flags)));
+        let (compared, flags) = (flags(&|state| Rc::clone(&state.compared)), flags(&|state| Rc::clone(&state.flags)));
         let mut memory = states[0].memory.clone();
         for state in &states[1..] {
             for (at, byte) in &state.memory {
@@ -722,7 +722,9 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         let indexed = match index {
             None => self.graph.constant(*offset as u32),
             Some((index, by)) => {
-                let Word::Term(index) = self.state.registers[*index] else { return Err("an index is an address".into()) };
+                let Word::Term(index) = self.state.registers[*index] else {
+                    return Err("an index is an address".into());
+                };
                 self.graph.shifted_left(index, *by)
             }
         };

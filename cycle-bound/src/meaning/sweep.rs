@@ -11,7 +11,8 @@
 //! Numbers show nothing but where it is worth looking, and where two results differ: no pair is equal because no
 //! number has told it apart.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::graph::{Graph, Node, Op, Run, Value};
 use super::term::{Mixing, Path, Signs, Terms};
@@ -23,27 +24,30 @@ const TRIED: usize = 20_000;
 const SELDOM: u32 = 4;
 /// Values of one signature that a value is held against.
 const CANDIDATES: usize = 3;
-/// Paths of all together, up to which nothing is cut off.
-const WHOLE: usize = 1 << 15;
+/// Paths of all results together, up to which nothing is cut off.
+const WHOLE: usize = 1 << 13;
 /// How many values that are known may lie between a pair and where it is cut off, and the paths that may take: one
 /// after the other, until it is shown. What is not shown in a round is tried again in the next one, when more is known.
-const ROUNDS: [&[(usize, usize)]; 4] = [
-    &[(0, 32), (1, 64), (2, 128)],
-    &[(0, 64), (1, 256), (3, 256), (5, 512)],
-    &[(2, 1024), (5, 2048), (8, 2048)],
-    &[(3, 4096), (8, 8192), (12, 8192)],
+const ROUNDS: [Round; 6] = [
+    Round { of_both: true, depths: &[(0, 32), (1, 64), (2, 128)], last: &[(2, 256)] },
+    Round { of_both: false, depths: &[(0, 32), (1, 64), (2, 128)], last: &[(2, 256)] },
+    Round { of_both: true, depths: &[(1, 256), (3, 256), (5, 512)], last: &[(4, 1 << 11)] },
+    Round { of_both: false, depths: &[(1, 256), (3, 256), (5, 512)], last: &[(4, 1 << 12), (8, 1 << 13)] },
+    Round { of_both: false, depths: &[(2, 1024), (5, 2048), (8, 2048)], last: &[(4, 1 << 13), (8, 1 << 15)] },
+    Round { of_both: false, depths: &[(3, 4096), (8, 8192)], last: &[(8, 1 << 16), (usize::MAX, 1 << 16)] },
 ];
-/// The same for what is to be equal at the end, after each round.
-const LAST: [&[(usize, usize)]; 4] = [
-    &[(4, 1 << 11)],
-    &[(4, 1 << 12), (8, 1 << 14)],
-    &[(4, 1 << 13), (8, 1 << 15)],
-    &[(8, 1 << 16), (usize::MAX, 1 << 16)],
-];
+
+struct Round {
+    /// Only what text and machine have in common?
+    of_both: bool,
+    depths: &'static [(usize, usize)],
+    /// The same for what is to be equal at the end.
+    last: &'static [(usize, usize)],
+}
 
 /// Text and machine in one graph.
 pub(super) struct Sweep<'a> {
-    pub(super) graph: &'a mut Graph,
+    graph: &'a mut Graph,
     expected: &'a Expected,
     /// Which of them text and machine need: 1, 2, 3 is both.
     sides: Vec<u8>,
@@ -99,12 +103,6 @@ impl<'a> Sweep<'a> {
                 }
             }
             if let Some(at) = pairs.iter().position(|(a, b)| values[*a] != values[*b]) {
-                if std::env::var("SWEEP").is_ok() {
-                    let mut seen = std::collections::BTreeSet::new();
-                    self.explain(pairs[at].0, &values, 0, &mut seen);
-                    eprintln!("----- text");
-                    self.explain(pairs[at].1, &values, 0, &mut seen);
-                }
                 return Some((at, tried));
             }
             let results: Vec<u32> = results.iter().map(|result| values[*result]).collect();
@@ -113,25 +111,16 @@ impl<'a> Sweep<'a> {
         None
     }
 
-    fn explain(&self, node: Node, values: &[u32], deep: usize, seen: &mut std::collections::BTreeSet<Node>) {
-        if deep > 40 || !seen.insert(node) { return; }
-        eprintln!("{}{node} {:?} = {:x} {:?}", " ".repeat(deep), self.graph.ops[node], values[node], f32::from_bits(values[node]));
-        match self.graph.ops[node] {
-            Op::Select(t, a, b) => {
-                self.explain(t, values, deep + 1, seen);
-                self.explain(if values[t] != 0 { a } else { b }, values, deep + 1, seen);
-            }
-            op => op.parts().for_each(|part| self.explain(part, values, deep + 1, seen)),
-        }
-    }
-
     /// Joins what is equal, from the inputs on, until all these pairs are; those that are not shown to be.
-    pub(super) fn unequal(&mut self, pairs: &[(Node, Node)]) -> Vec<usize> {
+    ///
+    /// # Errors
+    /// When it is to stop.
+    pub(super) fn unequal(&mut self, pairs: &[(Node, Node)], stop: &AtomicBool) -> Result<Vec<usize>, String> {
         // What has few paths is followed as it is.
         let all: Vec<(Node, Node, bool)> = pairs.iter().map(|&(a, b)| (a, b, false)).collect();
         let all_signs = [Signs::Whole, Signs::Known, Signs::Asked];
         if all_signs.into_iter().any(|signs| self.follow(&all, &Mixing::default(), signs, WHOLE) == Some(true)) {
-            return Vec::new();
+            return Ok(Vec::new());
         }
         let mut levels = vec![0; self.graph.ops.len()];
         for node in 0..levels.len() {
@@ -140,29 +129,31 @@ impl<'a> Sweep<'a> {
         let mut order: Vec<Node> = (0..levels.len()).filter(|node| self.sides[*node] > 0).collect();
         order.sort_by_key(|node| (levels[*node], *node));
         let mut open: Vec<usize> = (0..pairs.len()).collect();
-        for (depth, (round, last)) in ROUNDS.iter().zip(LAST).enumerate() {
-            let begin = std::time::Instant::now();
-            self.sweep(&order, round, depth < 2);
-            if std::env::var("SWEEP").is_ok() {
-                eprintln!("round in {:?}, {} paths", begin.elapsed(), self.paths);
-            }
+        for Round { of_both, depths, last } in &ROUNDS {
+            self.sweep(&order, depths, *of_both, stop)?;
             open.retain(|at| {
                 let (a, b) = pairs[*at];
                 self.graph.found(a) != self.graph.found(b) && !self.is_shown(a, b, false, last)
             });
-            if std::env::var("SWEEP").is_ok() {
-                eprintln!("{} open, {:?}, {} paths", open.len(), begin.elapsed(), self.paths);
-            }
             if open.is_empty() {
                 break;
             }
         }
-        open
+        Ok(open)
     }
 
-    fn sweep(&mut self, order: &[Node], depths: &[(usize, usize)], of_both: bool) {
+    fn sweep(
+        &mut self,
+        order: &[Node],
+        depths: &[(usize, usize)],
+        of_both: bool,
+        stop: &AtomicBool,
+    ) -> Result<(), String> {
         let mut classes: HashMap<(bool, u64), Vec<Node>> = HashMap::new();
         for &node in order {
+            if stop.load(Ordering::Relaxed) {
+                return Err("stopped".into());
+            }
             if self.graph.found(node).0 != node {
                 continue;
             }
@@ -181,6 +172,7 @@ impl<'a> Sweep<'a> {
                 None => class.push(node),
             }
         }
+        Ok(())
     }
 
     fn join(&mut self, node: Node, with: Node, turned: bool) {
@@ -218,7 +210,7 @@ impl<'a> Sweep<'a> {
     fn cone(&self, a: Node, b: Node, depth: usize) -> Cone {
         let mut cone = Cone { cuts: Mixing::default(), has_signs: false };
         let mut nearest: Mixing<Node, usize> = Mixing::default();
-        let mut open = std::collections::VecDeque::from([(a, 0), (b, 0)]);
+        let mut open = VecDeque::from([(a, 0), (b, 0)]);
         while let Some((node, far)) = open.pop_front() {
             if nearest.get(&node).is_some_and(|nearest| *nearest <= far) {
                 continue;
@@ -273,11 +265,6 @@ impl<'a> Sweep<'a> {
                     word => word,
                 };
                 if one != other {
-                    if std::env::var("SWEEP").is_ok() && cuts.is_empty() {
-                        let names: Vec<String> = self.expected.inputs.iter().map(|port| port.name.clone()).collect();
-                        let shown = |value| if let Value::Word(term) = value { path.terms.shown(term, &names, 6) } else { String::new() };
-                        eprintln!("{signs:?} {} is not {} where {}", shown(one), shown(other), path.told(&names));
-                    }
                     return Some(false);
                 }
             }
@@ -387,7 +374,10 @@ impl Inputs {
                     4 => -like,
                     5 => f32::from_bits(constant.to_bits() ^ 1),
                     6 => before * (1.0 + random * 0.001),
-                    7 => { let at = self.below(6); [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.0, -0.0, f32::MAX][at] },
+                    7 => {
+                        let at = self.below(6);
+                        [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.0, -0.0, f32::MAX][at]
+                    }
                     8 => like + random,
                     _ => random,
                 })
@@ -398,7 +388,10 @@ impl Inputs {
     /// A call's results come in again.
     fn learn(&mut self, expected: &Expected, inputs: Vec<u32>, results: &[u32], is_rare: bool) {
         if self.below(4) > 0 {
-            let of = |(at, before): (usize, &u32)| match (self.again[at].map(|out| results[out]), expected.inputs[at].kind) {
+            let of = |(at, before): (usize, &u32)| match (
+                self.again[at].map(|out| results[out]),
+                expected.inputs[at].kind,
+            ) {
                 (Some(word), Kind::Truth) => word & 1,
                 (Some(word), Kind::Either(yes, _)) => (word == yes).into(),
                 (Some(word), _) => word,
