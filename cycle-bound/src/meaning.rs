@@ -171,7 +171,7 @@ pub(crate) fn run(elf: &Path, options: &Options, stop: &AtomicBool) -> Result<Me
         let name = options.symbol.as_deref().unwrap_or(&expected.function);
         let function = image.find(name).map_err(|reason| told(path, &reason))?;
         let begin = Instant::now();
-        let found = held(&image, function, &expected, stop)?;
+        let found = held(&image, function, &expected, sweep::WHOLE, stop)?;
         let asked = Options { symbol: Some(function.symbols[0].clone()), ..options.clone() };
         let bound = Answer::of(&image, &asked)?.report.bound();
         let row = Row {
@@ -200,8 +200,14 @@ struct Found {
     verdict: Verdict,
 }
 
-/// Function and text in one graph, held against each other.
-fn held(image: &Image, function: &Function, expected: &Expected, stop: &AtomicBool) -> Result<Found, String> {
+/// Function and text in one graph, held against each other: as a whole up to so many paths.
+fn held(
+    image: &Image,
+    function: &Function,
+    expected: &Expected,
+    whole: usize,
+    stop: &AtomicBool,
+) -> Result<Found, String> {
     let image = &*image.while_runs(function);
     let mut program = Program::new(image, Decoder::new(false)?);
     let mut graph = Graph::default();
@@ -245,7 +251,7 @@ fn held(image: &Image, function: &Function, expected: &Expected, stop: &AtomicBo
         let what = format!("{} is another where {}", found[at].0, told.join(", "));
         return Ok(Found { instructions: program.instructions(), paths: 0, verdict: Verdict::Differs(what) });
     }
-    let open: Vec<String> = (sweep.unequal(&pairs, stop)?.into_iter())
+    let open: Vec<String> = (sweep.unequal(&pairs, whole, stop)?.into_iter())
         .map(|at| match dead.get(at) {
             Some((reason, _)) => reason.clone(),
             None => format!("{} is not shown to be the same", found[at - dead.len()].0),

@@ -74,7 +74,7 @@ impl Graph {
         }
         let constants = op.parts().all(|part| matches!(self.ops[part], Op::Bits(_) | Op::Truth(_)));
         if op.parts().next().is_some() && constants {
-            let value = self.computed(op, &|part| self.folded(part));
+            let value = Self::computed(op, &|part| self.folded(part));
             let folded = if self.is_truth_op(op) { Op::Truth(value != 0) } else { Op::Bits(value) };
             return self.node(folded);
         }
@@ -227,6 +227,17 @@ impl Graph {
         }
     }
 
+    /// The bits that it has not: -1 - a.
+    pub(super) fn others(&mut self, a: Node) -> Node {
+        let all = self.constant(u32::MAX);
+        self.plus(all, a, u32::MAX)
+    }
+
+    pub(super) fn low_half(&mut self, a: Node) -> Node {
+        let mask = self.constant(0xffff);
+        self.two("and", a, mask)
+    }
+
     fn is_choice_of_constants(&self, node: Node, deep: usize) -> bool {
         match self.ops[node] {
             Op::Bits(_) => true,
@@ -346,7 +357,7 @@ impl Graph {
     }
 
     /// An operation's bits, of those of its parts. All NaN are one.
-    pub(super) fn computed(&self, op: Op, of: &dyn Fn(Node) -> u32) -> u32 {
+    pub(super) fn computed(op: Op, of: &dyn Fn(Node) -> u32) -> u32 {
         let float = |node| f32::from_bits(of(node));
         let number = |value: f32| if value.is_nan() { f32::NAN.to_bits() } else { value.to_bits() };
         match op {
@@ -412,17 +423,16 @@ const CUTS: usize = 1 << 20;
 impl Run<'_> {
     pub(super) fn value(&mut self, node: Node, path: &mut Path<'_>) -> Option<Value> {
         let (node, turned) = self.graph.found(node);
-        let value = match self.values.get(&node) {
-            Some(value) => *value,
-            None => {
-                let value = self.computed(node, path)?;
-                self.values.insert(node, value);
-                value
-            }
+        let value = if let Some(value) = self.values.get(&node) {
+            *value
+        } else {
+            let value = self.computed(node, path)?;
+            self.values.insert(node, value);
+            value
         };
         Some(match value {
             Value::Truth(truth) => Value::Truth(truth != turned),
-            word => word,
+            word @ Value::Word(_) => word,
         })
     }
 
@@ -439,9 +449,10 @@ impl Run<'_> {
 
     fn computed(&mut self, node: Node, path: &mut Path<'_>) -> Option<Value> {
         if (self.cuts)(node) {
-            return Some(match self.graph.is_truth(node) {
-                true => Value::Truth(path.truth(CUTS + node)),
-                false => Value::Word(path.terms.input(CUTS + node)),
+            return Some(if self.graph.is_truth(node) {
+                Value::Truth(path.truth(CUTS + node))
+            } else {
+                Value::Word(path.terms.input(CUTS + node))
             });
         }
         Some(Value::Word(match self.graph.ops[node] {

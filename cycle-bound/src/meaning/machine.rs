@@ -564,12 +564,11 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
     }
 
     fn returns(&mut self, code: &Code, back: Option<u32>) -> Done<()> {
-        let to = match code.operands[..] {
-            [Operand::Register(LR)] => self.state.registers[LR],
-            _ => {
-                self.step(code)?;
-                self.state.registers[PC]
-            }
+        let to = if let [Operand::Register(LR)] = code.operands[..] {
+            self.state.registers[LR]
+        } else {
+            self.step(code)?;
+            self.state.registers[PC]
         };
         let is_back = match (to, back) {
             (Word::Return, None) => true,
@@ -1120,6 +1119,15 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         }
     }
 
+    /// An address as a number.
+    fn number(&mut self, word: Word) -> Done<Node> {
+        match word {
+            Word::Term(node) => Ok(node),
+            Word::Address(base, offset) => Ok(self.graph.address(base, offset)),
+            other => Err(format!("compares {other:?}")),
+        }
+    }
+
     /// The result, and the flags if they are set.
     fn counted(&mut self, stem: &str, values: &[Word]) -> Done<(Word, Flags)> {
         let graph = &mut *self.graph;
@@ -1148,27 +1156,22 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 (Word::Term(zero), Flags::Result(zero))
             }
             ("orr", [one, other]) if is_aligned(one) && is_aligned(other) => (Word::Aligned, Flags::Unknown),
-            ("cmp" | "sub", [Word::Address(a, x), Word::Address(b, y)]) => {
-                let (a, b) = (graph.address(*a, *x), graph.address(*b, *y));
-                (Word::Term(graph.plus(a, b, u32::MAX)), Flags::Counts(a, b))
+            ("cmp" | "sub", [one @ Word::Address(..), other @ Word::Address(..)]) => {
+                let (a, b) = (self.number(*one)?, self.number(*other)?);
+                (Word::Term(self.graph.plus(a, b, u32::MAX)), Flags::Counts(a, b))
             }
-            ("cmp", [Word::Address(base, offset), Word::Term(b)]) => {
-                let a = graph.address(*base, *offset);
-                (Word::Term(a), Flags::Counts(a, *b))
-            }
-            ("cmp", [Word::Term(a), Word::Address(base, offset)]) => {
-                let b = graph.address(*base, *offset);
-                (Word::Term(b), Flags::Counts(*a, b))
+            ("cmp", [Word::Address(..), Word::Term(_)] | [Word::Term(_), Word::Address(..)]) => {
+                let (a, b) = (self.number(values[0])?, self.number(values[1])?);
+                (values[1], Flags::Counts(a, b))
             }
             ("add" | "sub", [start @ Word::Address(..), Word::Term(by)]) => {
                 (self.moved(*start, *by, if stem == "add" { 1 } else { u32::MAX })?, Flags::Unknown)
             }
             (_, [Word::Term(a)]) => {
-                let (a, zero, all) = (*a, graph.constant(0), graph.constant(u32::MAX));
+                let (a, zero) = (*a, graph.constant(0));
                 let result = match stem {
                     "neg" => return Ok((Word::Term(graph.plus(zero, a, u32::MAX)), Flags::Counts(zero, a))),
-                    // -1 - a.
-                    "mvn" => graph.plus(all, a, u32::MAX),
+                    "mvn" => graph.others(a),
                     "uxtb" | "uxth" => {
                         let mask = graph.constant(if stem == "uxtb" { 0xff } else { 0xffff });
                         graph.two("and", a, mask)
@@ -1196,13 +1199,11 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                     "mul" => (graph.two("times", a, b), None),
                     "sdiv" => (self.graph.two("quotient", a, b), None),
                     "bic" => {
-                        let all = graph.constant(u32::MAX);
-                        let mask = graph.plus(all, b, u32::MAX);
+                        let mask = graph.others(b);
                         (graph.two("and", a, mask), None)
                     }
                     "movt" => {
-                        let mask = graph.constant(0xffff);
-                        let (low, high) = (graph.two("and", a, mask), graph.shifted_left(b, 16));
+                        let (low, high) = (graph.low_half(a), graph.shifted_left(b, 16));
                         (graph.plus(high, low, 1), None)
                     }
                     "lsl" | "lsr" | "asr" => (self.shifted(stem, a, b)?, None),

@@ -11,7 +11,7 @@
 //! Numbers show nothing but where it is worth looking, and where two results differ: no pair is equal because no
 //! number has told it apart.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::graph::{Graph, Node, Op, Run, Value};
@@ -25,7 +25,7 @@ const SELDOM: u32 = 4;
 /// Values of one signature that a value is held against.
 const CANDIDATES: usize = 3;
 /// Paths of all results together, up to which nothing is cut off.
-const WHOLE: usize = 1 << 13;
+pub(super) const WHOLE: usize = 1 << 13;
 /// How many values that are known may lie between a pair and where it is cut off, and the paths that may take: one
 /// after the other, until it is shown. What is not shown in a round is tried again in the next one, when more is known.
 const ROUNDS: [Round; 6] = [
@@ -87,7 +87,7 @@ impl<'a> Sweep<'a> {
                     Op::Input(at) | Op::Given(at) => tried[at],
                     // Each elsewhere, and in another order every time.
                     Op::Entry(register) => 0x2000_0000 + ((register ^ round as u32 & 63) << 16),
-                    op => self.graph.computed(op, &|part| values[part]),
+                    op => Graph::computed(op, &|part| values[part]),
                 };
             }
             let mut is_rare = false;
@@ -111,15 +111,20 @@ impl<'a> Sweep<'a> {
         None
     }
 
-    /// Joins what is equal, from the inputs on, until all these pairs are; those that are not shown to be.
+    /// Joins what is equal, from the inputs on, until all these pairs are; those that are not shown to be. What has so
+    /// many paths as a whole is followed as it is.
     ///
     /// # Errors
     /// When it is to stop.
-    pub(super) fn unequal(&mut self, pairs: &[(Node, Node)], stop: &AtomicBool) -> Result<Vec<usize>, String> {
-        // What has few paths is followed as it is.
+    pub(super) fn unequal(
+        &mut self,
+        pairs: &[(Node, Node)],
+        whole: usize,
+        stop: &AtomicBool,
+    ) -> Result<Vec<usize>, String> {
         let all: Vec<(Node, Node, bool)> = pairs.iter().map(|&(a, b)| (a, b, false)).collect();
         let all_signs = [Signs::Whole, Signs::Known, Signs::Asked];
-        if all_signs.into_iter().any(|signs| self.follow(&all, &Mixing::default(), signs, WHOLE) == Some(true)) {
+        if all_signs.into_iter().any(|signs| self.follow(&all, &HashSet::new(), signs, whole) == Some(true)) {
             return Ok(Vec::new());
         }
         let mut levels = vec![0; self.graph.ops.len()];
@@ -208,7 +213,7 @@ impl<'a> Sweep<'a> {
 
     /// What lies before both, to where it is cut off.
     fn cone(&self, a: Node, b: Node, depth: usize) -> Cone {
-        let mut cone = Cone { cuts: Mixing::default(), has_signs: false };
+        let mut cone = Cone { cuts: HashSet::new(), has_signs: false };
         let mut nearest: Mixing<Node, usize> = Mixing::default();
         let mut open = VecDeque::from([(a, 0), (b, 0)]);
         while let Some((node, far)) = open.pop_front() {
@@ -228,7 +233,7 @@ impl<'a> Sweep<'a> {
                     continue;
                 }
                 if far > depth {
-                    cone.cuts.insert(part, ());
+                    cone.cuts.insert(part);
                 } else if is_shared {
                     open.push_back((part, far));
                 } else {
@@ -236,7 +241,7 @@ impl<'a> Sweep<'a> {
                 }
             }
         }
-        cone.cuts.retain(|node, ()| !nearest.contains_key(node));
+        cone.cuts.retain(|node| !nearest.contains_key(node));
         cone
     }
 
@@ -244,7 +249,7 @@ impl<'a> Sweep<'a> {
     fn follow(
         &mut self,
         pairs: &[(Node, Node, bool)],
-        cuts: &Mixing<Node, ()>,
+        cuts: &HashSet<Node>,
         signs: Signs,
         limit: usize,
     ) -> Option<bool> {
@@ -257,12 +262,12 @@ impl<'a> Sweep<'a> {
             let mut path = Path::new(&mut terms, &answers, signs);
             apart(&mut path, self.expected);
             values.clear();
-            let mut run = Run { graph: self.graph, cuts: &|node| cuts.contains_key(&node), values: &mut values };
+            let mut run = Run { graph: self.graph, cuts: &|node| cuts.contains(&node), values: &mut values };
             for &(a, b, turned) in pairs {
                 let one = run.value(a, &mut path)?;
                 let other = match run.value(b, &mut path)? {
                     Value::Truth(truth) => Value::Truth(truth != turned),
-                    word => word,
+                    word @ Value::Word(_) => word,
                 };
                 if one != other {
                     return Some(false);
@@ -275,7 +280,7 @@ impl<'a> Sweep<'a> {
 }
 
 struct Cone {
-    cuts: Mixing<Node, ()>,
+    cuts: HashSet<Node>,
     /// Has it values that may be asked for their signs?
     has_signs: bool,
 }
@@ -330,7 +335,7 @@ impl Inputs {
         let at = self.below(self.kept.len());
         let mut inputs = self.last.take().unwrap_or_else(|| self.kept[at].clone());
         let most = if self.below(8) == 0 { inputs.len() } else { 4 };
-        for _ in 0..1 + self.below(most.max(1)) {
+        for _ in 0..=self.below(most.max(1)) {
             if inputs.is_empty() {
                 break;
             }

@@ -16,12 +16,16 @@ const SCHEDULED: (&[u8], &str) =
 const MOTOR: (&[u8], &str) = (include_bytes!("../../tests/motor.elf"), include_str!("../../tests/motor.means"));
 
 fn verdict(elf: &[u8], text: &str) -> Verdict {
+    verdict_of(elf, text, sweep::WHOLE)
+}
+
+fn verdict_of(elf: &[u8], text: &str, whole: usize) -> Verdict {
     // Read where it is aligned.
     let aligned = elf.to_vec();
     let image = Image::read(&aligned).expect("an image");
     let expected = Expected::read(text).expect("a text");
     let function = image.find(&expected.function).expect("the function");
-    held(&image, function, &expected, &AtomicBool::new(false)).expect("not stopped").verdict
+    held(&image, function, &expected, whole, &AtomicBool::new(false)).expect("not stopped").verdict
 }
 
 /// Byte offset in the file of the one place where these halfwords stand.
@@ -103,6 +107,13 @@ fn a_text_that_is_wrong_is_told_by_its_line() {
 fn a_tick_of_a_compiler_is_the_recorded_one() {
     for (elf, text) in [JOINT, ARCHIVE, SCHEDULED, MOTOR] {
         assert_eq!(verdict(elf, text), Verdict::Same);
+    }
+}
+
+#[test]
+fn what_is_swept_is_the_same_as_what_is_followed_as_a_whole() {
+    for (elf, text) in [SLEW, JOINT, ARCHIVE, SCHEDULED, MOTOR] {
+        assert_eq!(verdict_of(elf, text, 0), Verdict::Same);
     }
 }
 

@@ -121,7 +121,7 @@ impl Expected {
     /// The results, in the order of `outs`: what stands in their places at the return.
     pub(super) fn results(&self, graph: &mut Graph) -> Vec<Node> {
         let nodes = self.nodes(graph);
-        let values = self.block(&self.body, &nodes, graph);
+        let values = results(&self.body, &nodes, graph);
         let mut words = Vec::new();
         for port in &self.outs {
             // All truths in one place are one number.
@@ -137,16 +137,6 @@ impl Expected {
             words.push(word);
         }
         words
-    }
-
-    fn block(&self, block: &Block, nodes: &[Node], graph: &mut Graph) -> Vec<Node> {
-        match block {
-            Block::Return(results) => results.iter().map(|at| nodes[*at]).collect(),
-            Block::If(condition, yes, no) => {
-                let (yes, no) = (self.block(yes, nodes, graph), self.block(no, nodes, graph));
-                yes.into_iter().zip(no).map(|(yes, no)| graph.select(nodes[*condition], yes, no)).collect()
-            }
-        }
     }
 
     fn nodes(&self, graph: &mut Graph) -> Vec<Node> {
@@ -174,6 +164,17 @@ impl Expected {
             });
         }
         nodes
+    }
+}
+
+/// The results of a block and of those within.
+fn results(block: &Block, nodes: &[Node], graph: &mut Graph) -> Vec<Node> {
+    match block {
+        Block::Return(results) => results.iter().map(|at| nodes[*at]).collect(),
+        Block::If(condition, yes, no) => {
+            let (yes, no) = (results(yes, nodes, graph), results(no, nodes, graph));
+            yes.into_iter().zip(no).map(|(yes, no)| graph.select(nodes[*condition], yes, no)).collect()
+        }
     }
 }
 
