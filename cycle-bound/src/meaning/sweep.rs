@@ -3,10 +3,10 @@
 //! A tick of a drive with two encoders has tens of millions of paths, because what one encoder may meet is multiplied
 //! by what the other may, and that by what the law has. But there are values between: a believed angle is one value,
 //! whatever way it came. So all values of text and machine are computed for many inputs, and those that have been the
-//! same on all of them are supposed to be equal. From the inputs on, each such pair is then shown to be: on all paths of
-//! that part of the graph that lies between it and values that have been shown before, which may be anything. What has
-//! been shown is one value from then on, so each part of the graph is followed once, and small. (Circuits are compared
-//! in this way since the nineties.)
+//! same on all of them are supposed to be equal. From the inputs on, each such pair is then shown to be: on all paths
+//! of that part of the graph that lies between it and values that have been shown before, which may be anything. What
+//! has been shown is one value from then on, so each part of the graph is followed once, and small. (Circuits are
+//! compared in this way since the nineties.)
 //!
 //! Numbers show nothing but where it is worth looking, and where two results differ: no pair is equal because no
 //! number has told it apart.
