@@ -25,7 +25,7 @@ const SELDOM: u32 = 4;
 /// Values of one signature that a value is held against.
 const CANDIDATES: usize = 3;
 /// Paths of all results together, up to which nothing is cut off.
-pub(super) const WHOLE: usize = 1 << 13;
+pub(super) const WHOLE: usize = 1 << 16;
 /// How many values that are known may lie between a pair and where it is cut off, and the paths that may take: one
 /// after the other, until it is shown. What is not shown in a round is tried again in the next one, when more is known.
 const ROUNDS: [Round; 6] = [
