@@ -1,10 +1,14 @@
-//! Does the machine code compute what it is to compute? Every path of a function against a text that says what becomes
-//! of its inputs.
+//! Does the machine code compute what it is to compute? A function against a text that says what becomes of its inputs.
 //!
-//! The instructions are executed on terms instead of numbers, once for every way that the comparisons on it can be
-//! answered; the text is run under the same answers. On every path every result must be the same term, each register
-//! that a function leaves as it was must have its entry back, and nothing else may be written. Then both give the same
-//! bits for all inputs: no number is chosen, none is left out. What cannot be followed is declined, with its place.
+//! The instructions are executed on values of a graph instead of numbers, each instruction once; where ways meet, what
+//! differs is a choice by the branches between. The text becomes values of the same graph. Then every result must be
+//! equal to that of the text, each register that a function leaves as it was to its entry, and nothing else may be
+//! written; where an instruction cannot be followed, it is to be shown that no input goes there. Equal is what gives
+//! the same term on every path: for each way that the comparisons can be answered. Where that are too many, values
+//! between
+//! are shown to be equal first, and stand for themselves from then on ([`sweep`]). Then both give the same bits for all
+//! inputs: no number is chosen, none is left out. Numbers are tried too, but only to find where two results differ, and
+//! what may be equal. What cannot be shown is declined, with its name.
 //!
 //! # What counts as the same
 //! `+ * /` of floats stay as they are; only identities are used that hold for every bit pattern if one rounds to
@@ -65,7 +69,7 @@
 
 use std::fmt;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use serde::Serialize;
@@ -76,20 +80,16 @@ use crate::instruction::Decoder;
 use crate::table::Table;
 use crate::{Answer, Options, image_file};
 
+use graph::{Graph, Node};
 use machine::{Machine, Program, Word};
-use term::{Path as Way, Signs, Terms};
-use text::{Expected, Port, Value};
+use sweep::Sweep;
+use text::Expected;
 
+mod graph;
 mod machine;
+mod sweep;
 mod term;
 mod text;
-
-/// More paths than any tick has; beyond, a function is declined.
-const PATHS: usize = 1 << 20;
-/// Paths between two looks at whether the program is to end.
-const PATHS_AT_ONCE: usize = 256;
-/// Levels of a term that a message shows.
-const SHOWN: usize = 6;
 
 /// What was found of one function.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -100,11 +100,11 @@ pub struct Row {
     pub text: String,
     /// Upper bound of a call in cycles, from the same disassembly; none if it was declined.
     pub bound: Option<u64>,
-    /// Instructions that some path executes.
+    /// Instructions of all ways.
     pub instructions: usize,
-    /// Paths that were compared.
+    /// Paths that were compared, of all results or of values between.
     pub paths: usize,
-    /// Results compared on each of them.
+    /// Results of the text.
     pub results: usize,
     /// What came out.
     pub verdict: Verdict,
@@ -116,11 +116,11 @@ pub struct Row {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The same terms in every result on every path.
+    /// Every result is equal for all inputs.
     Same,
-    /// On this path this result is another.
+    /// For these inputs this result is another.
     Differs(String),
-    /// This cannot be followed.
+    /// This cannot be followed, or not be shown.
     Declined(String),
 }
 
@@ -172,7 +172,7 @@ pub(crate) fn run(elf: &Path, options: &Options, stop: &AtomicBool) -> Result<Me
         let name = options.symbol.as_deref().unwrap_or(&expected.function);
         let function = image.find(name).map_err(|reason| told(path, &reason))?;
         let begin = Instant::now();
-        let found = held(&image, function, &expected, stop)?;
+        let found = held(&image, function, &expected, sweep::WHOLE, stop)?;
         let asked = Options { symbol: Some(function.symbols[0].clone()), ..options.clone() };
         let bound = Answer::of(&image, &asked)?.report.bound();
         let row = Row {
@@ -201,84 +201,66 @@ struct Found {
     verdict: Verdict,
 }
 
-/// An absolute value as it stands is cheap; what C makes of it parts paths, and is asked if that is not enough.
-fn held(image: &Image, function: &Function, expected: &Expected, stop: &AtomicBool) -> Result<Found, String> {
-    let mut found = compare(image, function, expected, Signs::Whole, stop)?;
-    for signs in [Signs::Known, Signs::Asked] {
-        if found.verdict != Verdict::Same {
-            found = compare(image, function, expected, signs, stop)?;
-        }
-    }
-    Ok(found)
-}
-
-fn compare(
+/// Function and text in one graph, held against each other: as a whole up to so many paths.
+fn held(
     image: &Image,
     function: &Function,
     expected: &Expected,
-    signs: Signs,
+    whole: usize,
     stop: &AtomicBool,
 ) -> Result<Found, String> {
     let image = &*image.while_runs(function);
-    let names: Vec<String> = expected.inputs.iter().map(|port| port.name.clone()).collect();
     let mut program = Program::new(image, Decoder::new(false)?);
-    let mut terms = Terms::default();
-    let (mut paths, mut script) = (0, Some(Vec::new()));
-    let mut verdict = Verdict::Same;
-    while let (Verdict::Same, Some(answers)) = (&verdict, script.take()) {
-        if paths == PATHS {
-            verdict = Verdict::Declined(format!("more than {PATHS} paths"));
-            break;
-        }
-        if paths % PATHS_AT_ONCE == 0 && stop.load(Ordering::Relaxed) {
-            return Err("stopped".into());
-        }
-        paths += 1;
-        let mut machine = Machine::new(&mut program, Way::new(&mut terms, &answers, signs), expected);
-        verdict = match machine.run(function.start).and_then(|()| differs(&mut machine, expected, &names)) {
-            Ok(None) => Verdict::Same,
-            Ok(Some(what)) => Verdict::Differs(what),
-            Err(reason) => Verdict::Declined(reason),
-        };
-        script = Way::next(machine.path.answers());
-    }
-    Ok(Found { instructions: program.instructions(), paths, verdict })
-}
-
-/// The first result of a path that is not what it is to be.
-fn differs(
-    machine: &mut Machine<'_, '_, '_, '_>,
-    expected: &Expected,
-    names: &[String],
-) -> Result<Option<String>, String> {
-    let values = expected.run(&mut machine.path);
-    let ports = || expected.outs.iter().zip(&values);
-    for (port, value) in ports() {
-        let found = machine.result(port)?;
-        let wanted = match *value {
-            Value::Word(term) => term,
-            Value::Truth(_) => {
-                // All truths in one place, as one number.
-                let of_truth = |(one, value): (&Port, &Value)| match *value {
-                    Value::Truth(truth) if one.place == port.place => one.word_of(truth),
-                    _ => 0,
-                };
-                let word = ports().map(of_truth).fold(0, u32::wrapping_add);
-                machine.path.terms.constant(word)
+    let mut graph = Graph::default();
+    let wanted = expected.results(&mut graph);
+    let mut machine = Machine::new(&mut program, &mut graph, expected);
+    let mut found = Vec::new();
+    let done = machine.run(function.start).and_then(|kept| {
+        for (port, wanted) in expected.outs.iter().zip(&wanted) {
+            match machine.result(port)? {
+                Word::Term(result) => found.push((port.name.clone(), result, *wanted)),
+                other => return Err(format!("{} is {other:?}", port.name)),
             }
-        };
-        if found != Word::Term(wanted) {
-            let shown = |term| machine.path.terms.shown(term, names, SHOWN);
-            let found = match found {
-                Word::Term(term) => shown(term),
-                other => format!("{other:?}"),
-            };
-            let told = machine.path.told(names);
-            let way = if told.is_empty() { String::new() } else { format!(", where {told}") };
-            return Ok(Some(format!("{} is {found}, not {}{way}", port.name, shown(wanted))));
         }
+        found.extend(kept);
+        Ok(())
+    });
+    let dead = std::mem::take(&mut machine.dead);
+    let declined = |paths: usize, instructions: usize, reason: String| {
+        Ok(Found { instructions, paths, verdict: Verdict::Declined(reason) })
+    };
+    if let Err(reason) = done {
+        let reason = dead.into_iter().map(|(reason, _)| reason).next().unwrap_or(reason);
+        return declined(0, program.instructions(), reason);
     }
-    Ok(None)
+    let no = graph.truth(false);
+    let mut of_machine: Vec<Node> = found.iter().map(|(_, found, _)| *found).collect();
+    of_machine.extend(dead.iter().map(|(_, reached)| *reached));
+    let dead_ends = dead.iter().map(|(_, reached)| (*reached, no));
+    let pairs: Vec<(Node, Node)> = dead_ends.chain(found.iter().map(|(_, found, wanted)| (*found, *wanted))).collect();
+    let mut sweep = Sweep::new(&mut graph, expected, &wanted, &of_machine);
+    if let Some((at, inputs)) = sweep.try_numbers(&wanted, &pairs) {
+        let told: Vec<String> = (expected.inputs.iter().zip(inputs))
+            .map(|(port, bits)| match port.kind {
+                text::Kind::Number => format!("{} = {:?}", port.name, f32::from_bits(bits)),
+                _ => format!("{} = {}", port.name, bits as i32),
+            })
+            .collect();
+        let Some(at) = at.checked_sub(dead.len()) else {
+            return declined(0, program.instructions(), format!("{}, where {}", dead[at].0, told.join(", ")));
+        };
+        let what = format!("{} is another where {}", found[at].0, told.join(", "));
+        return Ok(Found { instructions: program.instructions(), paths: 0, verdict: Verdict::Differs(what) });
+    }
+    let open: Vec<String> = (sweep.unequal(&pairs, whole, stop)?.into_iter())
+        .map(|at| match dead.get(at) {
+            Some((reason, _)) => reason.clone(),
+            None => format!("{} is not shown to be the same", found[at - dead.len()].0),
+        })
+        .collect();
+    let paths = sweep.paths;
+    let verdict = if open.is_empty() { Verdict::Same } else { Verdict::Declined(open.join("; ")) };
+    Ok(Found { instructions: program.instructions(), paths, verdict })
 }
 
 #[cfg(test)]

@@ -1,46 +1,55 @@
-//! A function executed instruction by instruction on terms instead of numbers, along one path.
+//! A function executed instruction by instruction on values of a graph instead of numbers, each instruction once.
+//!
+//! The instructions are taken in an order in which each comes after all that lead to it. Where ways meet, a register or
+//! a word of memory that is not the same on all of them is a choice, by the branches since the last instruction that
+//! all of them passed. A function that is called is executed once for each call. What cannot be followed ends its way:
+//! it is then to be shown that no input goes there.
 //!
 //! Memory is bytes in regions: one for each address that the function is given, and the stack. A byte knows the word
 //! that was stored and which byte of it it is, so what is loaded is what was stored, or numbers that are known.
 
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use super::term::{EQUAL, GREATER, LESS, Mixing, Order, Path, Term, Terms, UNORDERED};
+use super::graph::{Graph, Node};
+use super::term::{EQUAL, GREATER, LESS, Mixing, Order, UNORDERED};
 use super::text::{Expected, Kind, Known, Place, Port};
 use crate::image::Image;
-use crate::instruction::{Decoder, Instruction, immediate, listed, register};
+use crate::instruction::{Decoder, Flow, Instruction, immediate, listed, register};
 
 const SP: usize = 13;
 const LR: usize = 14;
 const PC: usize = 15;
 const FLOATS: usize = 16;
-/// Longer than any path of code without endless loops.
-const STEPS: usize = 100_000;
+/// Calls within calls.
+const DEEP: usize = 8;
 
 /// What 32 bits of the machine are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Word {
-    Term(Term),
+    Term(Node),
     /// An address: behind what this register held at the entry.
     Address(u32, i32),
-    /// An input that is true or false and is not read yet.
-    Truth(usize),
     /// Bits of several addresses, of which the lowest two are 0.
     Aligned,
     /// Where the function is to return to.
     Return,
+    /// On each way of another of these kinds.
+    Mixed,
 }
 
 /// What the last comparison was, or what the flags were set by.
-#[derive(Clone, Copy)]
+#[derive(Clone, Debug, PartialEq)]
 enum Flags {
     Unknown,
-    Floats(Term, Term),
-    Counts(Term, Term),
+    Floats(Node, Node),
+    Counts(Node, Node),
     /// Known: equal, below in two's complement, below without signs.
     Known(bool, bool, bool),
     /// N and Z of this; C and V are not known.
-    Result(Term),
+    Result(Node),
+    /// The first where it holds, else the second.
+    Choice(Node, Rc<Flags>, Rc<Flags>),
 }
 
 #[derive(Clone, Debug)]
@@ -157,18 +166,28 @@ fn operand(text: &str) -> Operand {
     number(register(text.trim_end_matches('!'))).map_or(Operand::Other, Operand::Register)
 }
 
-/// The machine on its way.
-pub(super) struct Machine<'p, 'i, 'c, 'x> {
-    program: &'p mut Program<'i>,
-    pub(super) path: Path<'c>,
-    expected: &'x Expected,
+/// Registers and memory between two instructions.
+#[derive(Clone)]
+struct State {
     registers: Vec<Word>,
-    memory: Mixing<(u32, i32), (Word, u8)>,
+    memory: BTreeMap<(u32, i32), (Word, u8)>,
     /// Of the floats, before VMRS; then of all.
-    compared: Flags,
-    flags: Flags,
+    compared: Rc<Flags>,
+    flags: Rc<Flags>,
+}
+
+/// The machine at one instruction.
+pub(super) struct Machine<'p, 'i, 'x> {
+    program: &'p mut Program<'i>,
+    pub(super) graph: &'p mut Graph,
+    expected: &'x Expected,
+    state: State,
     /// The stack pointer before the instruction: an interrupt may write below.
     stack: i32,
+    /// Registers that hold an address at the entry.
+    bases: Vec<u32>,
+    /// Truths that are never to hold, each with what cannot be followed there.
+    pub(super) dead: Vec<(String, Node)>,
 }
 
 /// Registers that a function leaves as they were (AAPCS), without the stack pointer.
@@ -176,119 +195,508 @@ const KEPT: [std::ops::RangeInclusive<usize>; 2] = [4..=11, FLOATS + 16..=FLOATS
 
 type Done<T> = Result<T, String>;
 
-impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
-    pub(super) fn new(program: &'p mut Program<'i>, path: Path<'c>, expected: &'x Expected) -> Self {
-        let mut machine = Self {
-            program,
-            path,
-            expected,
-            registers: Vec::new(),
-            memory: Mixing::default(),
-            compared: Flags::Unknown,
-            flags: Flags::Unknown,
-            stack: 0,
-        };
-        for k in 0..48 {
-            let entry = machine.path.terms.entry(k);
-            machine.registers.push(Word::Term(entry));
+/// Where an instruction goes, by its place in the order.
+#[derive(Clone, Copy)]
+enum Next {
+    Nowhere,
+    One(usize),
+    /// The first if it holds, else the second.
+    Two(Node, usize, usize),
+}
+
+impl Next {
+    fn leads_to(self, n: usize) -> bool {
+        match self {
+            Self::Nowhere => false,
+            Self::One(to) => to == n,
+            Self::Two(_, yes, no) => yes == n || no == n,
         }
-        machine.registers[SP] = Word::Address(SP as u32, 0);
-        machine.registers[LR] = Word::Return;
+    }
+}
+
+/// How a value comes to where ways meet; each stands behind those that it is made of.
+#[derive(Clone, Copy)]
+enum Gate {
+    /// As it is behind this instruction.
+    Leaf(usize),
+    /// Not this way.
+    Never,
+    Choice(Node, usize, usize),
+}
+
+/// Instructions in their order: address and call, and where each goes if it goes on, if it jumps; calls: from which
+/// other, and where it returns to.
+struct Ways {
+    places: Vec<(u32, usize)>,
+    targets: Vec<[Option<usize>; 2]>,
+    calls: Vec<(usize, Option<u32>)>,
+}
+
+/// The last instruction that all ways to both have passed.
+fn common(above: &[usize], mut one: usize, mut other: usize) -> usize {
+    while one != other {
+        if one > other {
+            one = above[one];
+        } else {
+            other = above[other];
+        }
+    }
+    one
+}
+
+/// All ways from one instruction to another: choices, and the last of them.
+fn gates(next: &[Next], from: usize, to: usize) -> (Vec<Gate>, usize) {
+    let mut gates = vec![Gate::Never];
+    // By the instruction, from the last on: which gate it begins with.
+    let mut of: Mixing<usize, usize> = Mixing::default();
+    for n in (from..to).rev() {
+        let mut side = |target: usize| match of.get(&target) {
+            _ if target == to => {
+                gates.push(Gate::Leaf(n));
+                gates.len() - 1
+            }
+            Some(gate) => *gate,
+            None => 0,
+        };
+        let gate = match next[n] {
+            Next::Nowhere => 0,
+            Next::One(target) => side(target),
+            Next::Two(t, yes, no) => match (side(yes), side(no)) {
+                (0, 0) => 0,
+                (yes, no) => {
+                    gates.push(Gate::Choice(t, yes, no));
+                    gates.len() - 1
+                }
+            },
+        };
+        if gate > 0 {
+            of.insert(n, gate);
+        }
+    }
+    let last = of.get(&from).copied().unwrap_or(0);
+    (gates, last)
+}
+
+/// What comes through gates, if anything does. It is only asked where ways meet, so another way is none.
+fn folded<T: Clone>(
+    gates: &[Gate],
+    last: usize,
+    leaf: &dyn Fn(usize) -> T,
+    choice: &mut dyn FnMut(Node, T, T) -> T,
+) -> Option<T> {
+    let mut values: Vec<Option<T>> = Vec::new();
+    for gate in &gates[..=last] {
+        values.push(match *gate {
+            Gate::Leaf(n) => Some(leaf(n)),
+            Gate::Never => None,
+            Gate::Choice(t, a, b) => match (values[a].clone(), values[b].clone()) {
+                (Some(a), Some(b)) => Some(choice(t, a, b)),
+                (a, b) => a.or(b),
+            },
+        });
+    }
+    values[last].clone()
+}
+
+impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
+    pub(super) fn new(program: &'p mut Program<'i>, graph: &'p mut Graph, expected: &'x Expected) -> Self {
+        let unknown = Rc::new(Flags::Unknown);
+        let state = State {
+            registers: (0..48).map(|k| Word::Term(graph.entry(k))).collect(),
+            memory: BTreeMap::new(),
+            compared: Rc::clone(&unknown),
+            flags: unknown,
+        };
+        let mut machine = Self { program, graph, expected, state, stack: 0, bases: Vec::new(), dead: Vec::new() };
+        machine.state.registers[SP] = Word::Address(SP as u32, 0);
+        machine.state.registers[LR] = Word::Return;
         for (k, port) in expected.inputs.iter().enumerate() {
             let word = match port.kind {
-                Kind::Number | Kind::Count => Word::Term(machine.path.terms.input(k)),
-                Kind::Truth | Kind::Either(..) => Word::Truth(k),
+                Kind::Number | Kind::Count => machine.graph.input(k),
+                Kind::Truth | Kind::Either(..) => {
+                    let given = machine.graph.given(k);
+                    machine.graph.word_of(port, given)
+                }
             };
-            machine.begin_with(port.place, word, width(port));
+            machine.begin_with(port.place, Word::Term(word), width(port));
         }
         for (place, value) in &expected.known {
             let value = match *value {
-                Known::Bits(bits) => Word::Term(machine.path.terms.constant(bits)),
+                Known::Bits(bits) => Word::Term(machine.graph.constant(bits)),
                 Known::Address(register) => {
-                    machine.registers[register as usize] = Word::Address(register, 0);
+                    machine.state.registers[register as usize] = Word::Address(register, 0);
                     Word::Address(register, 0)
                 }
             };
             machine.begin_with(*place, value, 4);
         }
-        for (k, &(base, size)) in expected.sizes.iter().enumerate() {
-            machine.registers[base as usize] = Word::Address(base, 0);
-            for &(other, of_other) in &expected.sizes[..k] {
-                let (one, two) = (machine.path.terms.entry(base), machine.path.terms.entry(other));
-                machine.path.are_apart(one, size, two, of_other);
-            }
+        for &(base, _) in &expected.sizes {
+            machine.state.registers[base as usize] = Word::Address(base, 0);
         }
         for port in &expected.outs {
             if let Place::Memory(base, _) = port.place {
-                machine.registers[base as usize] = Word::Address(base, 0);
+                machine.state.registers[base as usize] = Word::Address(base, 0);
             }
         }
+        let is_base = |(k, word): (u32, &Word)| (*word == Word::Address(k, 0)).then_some(k);
+        machine.bases = (0..).zip(&machine.state.registers).filter_map(is_base).collect();
         machine
     }
 
     fn begin_with(&mut self, place: Place, word: Word, width: u8) {
         match place {
-            Place::Register(register) => self.registers[register as usize] = word,
+            Place::Register(register) => self.state.registers[register as usize] = word,
             Place::Memory(base, offset) => {
-                self.registers[base as usize] = Word::Address(base, 0);
+                self.state.registers[base as usize] = Word::Address(base, 0);
                 for part in 0..width {
-                    self.memory.insert((base, offset + i32::from(part)), (word, part));
+                    self.state.memory.insert((base, offset + i32::from(part)), (word, part));
                 }
             }
         }
     }
 
-    /// Executes from `start` to the return.
-    pub(super) fn run(&mut self, start: u32) -> Done<()> {
-        let mut at = start;
-        for _ in 0..STEPS {
-            let code = self.program.at(at)?;
-            let place = |machine: &Self, reason: String| {
-                let text = code.instruction.text();
-                format!("`{text}` at {}: {reason}", machine.program.image.place(code.instruction.address))
+    /// Executes from `start` to the return, and stands there: what is then to be equal, each with what that means.
+    pub(super) fn run(&mut self, start: u32) -> Done<Vec<(String, Node, Node)>> {
+        let ways = self.ways(start)?;
+        let end = ways.places.len();
+        let (mut behind, mut next, mut above) = (vec![None; end], vec![Next::Nowhere; end], vec![0; end + 1]);
+        for n in 0..=end {
+            if n > 0 {
+                let before: Vec<usize> = (0..n).filter(|p| next[*p].leads_to(n)).collect();
+                let Some(&first) = before.first() else { continue };
+                above[n] = before.iter().fold(first, |one, other| common(&above, one, *other));
+                let states = before.iter().filter_map(|p| {
+                    let (taken, other) = behind[*p].as_ref()?;
+                    Some(if matches!(next[*p], Next::Two(_, _, no) if no == n) { other } else { taken })
+                });
+                let states: Vec<&Rc<State>> = states.collect();
+                self.state = if states.len() == 1 {
+                    State::clone(states[0])
+                } else {
+                    let (gates, last) = gates(&next, above[n], n);
+                    let leaf = |p: usize| before.iter().position(|one| *one == p).unwrap_or(0);
+                    self.met(&gates, last, &states, &leaf)
+                };
+                match next[first] {
+                    Next::Two(holds, yes, _) if before.len() == 1 => {
+                        let holds = if yes == n { holds } else { self.graph.not(holds) };
+                        self.suppose(holds);
+                    }
+                    _ => {}
+                }
+            }
+            if n == end {
+                return self.returned();
+            }
+            let (address, call) = ways.places[n];
+            let code = match self.program.at(address) {
+                Ok(code) => code,
+                Err(reason) => {
+                    self.ends(&next, n, reason);
+                    continue;
+                }
             };
-            let next = code.instruction.next();
-            at = match self.step(&code).map_err(|reason| place(self, reason))? {
-                None => next,
-                Some(Word::Return) => return self.returned(),
-                Some(Word::Term(to)) => match self.path.terms.bits(to) {
-                    Some(to) => to & !1,
-                    None => return Err(place(self, "jumps to where only the running program knows".into())),
-                },
-                Some(_) => return Err(place(self, "jumps into data".into())),
-            };
+            match self.execute(&code, ways.targets[n], ways.calls[call].1) {
+                Ok((to, other)) => {
+                    let taken = Rc::new(self.state.clone());
+                    let other = other.unwrap_or_else(|| Rc::clone(&taken));
+                    (behind[n], next[n]) = (Some((taken, other)), to);
+                }
+                Err(reason) => {
+                    let place = self.program.image.place(address);
+                    self.ends(&next, n, format!("`{}` at {place}: {reason}", code.instruction.text()));
+                }
+            }
         }
-        Err(format!("a path has more than {STEPS} instructions"))
+        Err("does not return".into())
     }
 
-    fn returned(&mut self) -> Done<()> {
-        let kept = KEPT.into_iter().flatten().all(|k| {
-            let entry = self.path.terms.entry(k as u32);
-            self.registers[k] == Word::Term(entry)
-        });
-        match self.registers[SP] {
-            Word::Address(13, 0) if kept => Ok(()),
-            _ => Err("returns with a register changed that a function leaves as it was".into()),
+    /// No input may come to this instruction.
+    fn ends(&mut self, next: &[Next], n: usize, reason: String) {
+        let (gates, last) = gates(next, 0, n);
+        let mut holds: Vec<Node> = Vec::new();
+        for gate in &gates {
+            holds.push(match *gate {
+                Gate::Leaf(_) => self.graph.truth(true),
+                Gate::Never => self.graph.truth(n == 0),
+                Gate::Choice(t, a, b) => self.graph.select(t, holds[a], holds[b]),
+            });
         }
+        self.dead.push((reason, holds[last]));
+    }
+
+    /// All instructions in an order in which each comes after those that lead to it.
+    fn ways(&mut self, start: u32) -> Done<Ways> {
+        type Key = (u32, usize);
+        let mut calls: Vec<(usize, Option<u32>, usize)> = vec![(0, None, 0)];
+        let mut of_call: Mixing<Key, usize> = Mixing::default();
+        // Where it goes on, where it jumps; none of an instruction that is not known.
+        let mut to: Mixing<Key, [Option<Option<Key>>; 2]> = Mixing::default();
+        let mut done: Mixing<Key, bool> = Mixing::default();
+        let (mut open, mut order) = (vec![((start, 0), 0)], Vec::new());
+        while let Some((key @ (at, call), side)) = open.pop() {
+            if side == 0 {
+                done.insert(key, false);
+                let targets = match self.program.at(at) {
+                    Err(_) => [None, None],
+                    Ok(code) => {
+                        let on = Some(Some((code.instruction.next(), call)));
+                        let on_if = on.filter(|_| code.instruction.conditional);
+                        match code.instruction.flow() {
+                            Flow::Next => [on, None],
+                            Flow::Jump(to) => [on_if, Some(Some((to, call)))],
+                            Flow::Call(to) => {
+                                let back = code.instruction.next();
+                                let deeper = *of_call.entry((back, call)).or_insert_with(|| {
+                                    calls.push((call, Some(back), calls[call].2 + 1));
+                                    calls.len() - 1
+                                });
+                                if calls[deeper].2 > DEEP {
+                                    return Err(format!("calls more than {DEEP} deep"));
+                                }
+                                [None, Some(Some((to, deeper)))]
+                            }
+                            Flow::Return => [on_if, Some(calls[call].1.map(|back| (back, calls[call].0)))],
+                            _ => [None, None],
+                        }
+                    }
+                };
+                to.insert(key, targets);
+            }
+            if side == 2 {
+                done.insert(key, true);
+                order.push(key);
+                continue;
+            }
+            open.push((key, side + 1));
+            if let Some(Some(target)) = to[&key][side] {
+                match done.get(&target) {
+                    None => open.push((target, 0)),
+                    Some(true) => {}
+                    Some(false) => return Err(format!("goes in circles at {}", self.program.image.place(target.0))),
+                }
+            }
+        }
+        order.reverse();
+        let at: Mixing<Key, usize> = order.iter().zip(0..).map(|(key, n)| (*key, n)).collect();
+        let place = |key: Option<Key>| key.map_or(order.len(), |key| at[&key]);
+        let targets = order.iter().map(|key| to[key].map(|target| target.map(place))).collect();
+        Ok(Ways { targets, places: order, calls: calls.into_iter().map(|(from, back, _)| (from, back)).collect() })
+    }
+
+    /// One instruction, and where it goes; the state there if it does not jump, if that is another. `back` is where the
+    /// running call returns to.
+    fn execute(
+        &mut self,
+        code: &Code,
+        [on, jump]: [Option<usize>; 2],
+        back: Option<u32>,
+    ) -> Done<(Next, Option<Rc<State>>)> {
+        let instruction = &code.instruction;
+        let Word::Address(_, stack) = self.state.registers[SP] else { return Err("the stack is elsewhere".into()) };
+        self.stack = stack;
+        let holds = match (code.stem.as_str(), code.operands.first()) {
+            ("cbz" | "cbnz", Some(value)) => {
+                let is_zero = match self.get(value)? {
+                    Word::Term(value) => {
+                        let zero = self.graph.constant(0);
+                        self.graph.ordered(Order::Equal, value, zero)
+                    }
+                    // An address that the function is given is none of nothing.
+                    Word::Address(..) => self.graph.truth(false),
+                    other => return Err(format!("compares {other:?}")),
+                };
+                if code.stem == "cbz" { is_zero } else { self.graph.not(is_zero) }
+            }
+            _ if instruction.condition.is_empty() => self.graph.truth(true),
+            _ => self.holds(&Rc::clone(&self.state.flags), &instruction.condition)?,
+        };
+        let mut other = None;
+        match instruction.flow() {
+            Flow::Jump(_) => {}
+            Flow::Call(_) if self.graph.decided(holds) == Some(true) => {
+                let back = self.graph.constant(instruction.next() | 1);
+                self.state.registers[LR] = Word::Term(back);
+            }
+            Flow::Next => self.step_if(holds, code)?,
+            Flow::Return if self.graph.decided(holds) == Some(false) => {}
+            Flow::Return => {
+                other = Some(Rc::new(self.state.clone()));
+                self.returns(code, back)?;
+            }
+            _ => return Err("goes where only the running program knows".into()),
+        }
+        if let Word::Address(_, now) = self.state.registers[SP] {
+            // What lies below the stack pointer is anybody's.
+            let sp = SP as u32;
+            let lost: Vec<(u32, i32)> =
+                self.state.memory.range((sp, stack)..(sp, now.max(stack))).map(|(at, _)| *at).collect();
+            for at in lost {
+                self.state.memory.remove(&at);
+            }
+        }
+        let next = match (on, jump, self.graph.decided(holds)) {
+            (Some(on), None, _) | (Some(on), _, Some(false)) => Next::One(on),
+            (None, Some(to), _) | (_, Some(to), Some(true)) => Next::One(to),
+            (Some(on), Some(to), None) if on == to => Next::One(on),
+            (Some(on), Some(to), None) => Next::Two(holds, to, on),
+            (None, None, _) => return Err("goes nowhere".into()),
+        };
+        Ok((next, other))
+    }
+
+    fn step_if(&mut self, holds: Node, code: &Code) -> Done<()> {
+        let before = match self.graph.decided(holds) {
+            Some(true) => None,
+            Some(false) => return Ok(()),
+            None => Some(Rc::new(self.state.clone())),
+        };
+        if before.is_some() {
+            self.suppose(holds);
+        }
+        self.step(code)?;
+        if let Some(before) = before {
+            let after = Rc::new(self.state.clone());
+            let gates = [Gate::Leaf(0), Gate::Leaf(1), Gate::Choice(holds, 0, 1)];
+            self.state = self.met(&gates, 2, &[&after, &before], &|leaf| leaf);
+        }
+        Ok(())
+    }
+
+    fn returns(&mut self, code: &Code, back: Option<u32>) -> Done<()> {
+        let to = if let [Operand::Register(LR)] = code.operands[..] {
+            self.state.registers[LR]
+        } else {
+            self.step(code)?;
+            self.state.registers[PC]
+        };
+        let is_back = match (to, back) {
+            (Word::Return, None) => true,
+            (Word::Term(to), Some(back)) => self.graph.bits(to).is_some_and(|to| to & !1 == back),
+            _ => false,
+        };
+        if is_back { Ok(()) } else { Err("returns to where it was not called from".into()) }
+    }
+
+    /// Where this holds, a choice by it is the one side.
+    fn suppose(&mut self, holds: Node) {
+        for k in 0..self.state.registers.len() {
+            if let Word::Term(node) = self.state.registers[k] {
+                let side = self.graph.where_it_holds(holds, node);
+                if side != node {
+                    self.state.registers[k] = match self.graph.as_address(side) {
+                        Some((base, offset)) if self.bases.contains(&base) => Word::Address(base, offset),
+                        _ => Word::Term(side),
+                    };
+                }
+            }
+        }
+    }
+
+    /// The state where ways meet.
+    fn met(&mut self, gates: &[Gate], last: usize, states: &[&Rc<State>], leaf: &dyn Fn(usize) -> usize) -> State {
+        let all_same = |of: &dyn Fn(&State) -> Word| {
+            let first = of(states[0]);
+            states.iter().all(|state| of(state) == first).then_some(first)
+        };
+        let mut registers = Vec::new();
+        for k in 0..48 {
+            registers.push(all_same(&|state| state.registers[k]).unwrap_or_else(|| {
+                let of = |n: usize| states[leaf(n)].registers[k];
+                folded(gates, last, &of, &mut |t, a, b| self.choice(t, a, b)).unwrap_or(Word::Mixed)
+            }));
+        }
+        let flags = |of: &dyn Fn(&State) -> Rc<Flags>| {
+            let first = of(states[0]);
+            if states.iter().all(|state| of(state) == first) {
+                return first;
+            }
+            let choice = &mut |t, a: Rc<Flags>, b: Rc<Flags>| if a == b { a } else { Rc::new(Flags::Choice(t, a, b)) };
+            folded(gates, last, &|n| of(states[leaf(n)]), choice).unwrap_or(first)
+        };
+        let (compared, flags) = (flags(&|state| Rc::clone(&state.compared)), flags(&|state| Rc::clone(&state.flags)));
+        let mut memory = states[0].memory.clone();
+        for state in &states[1..] {
+            for (at, byte) in &state.memory {
+                memory.entry(*at).or_insert(*byte);
+            }
+        }
+        let mut unwritten: Mixing<(u32, i32), Node> = Mixing::default();
+        let mut of_byte = |at: &(u32, i32)| {
+            let of = |state: &State| state.memory.get(at).copied();
+            let first = of(states[0]);
+            if let Some(byte) = first.filter(|_| states.iter().all(|state| of(state) == first)) {
+                return byte;
+            }
+            // Memory that nobody has written on a way holds any word there.
+            let part = states.iter().find_map(|state| of(state)).map_or(0, |(_, part)| part);
+            let any = *unwritten.entry((at.0, at.1 - i32::from(part))).or_insert_with(|| self.graph.anything());
+            let of = |n: usize| of(states[leaf(n)]).unwrap_or((Word::Term(any), part));
+            let choice = &mut |t, a: (Word, u8), b: (Word, u8)| {
+                let [a, b] = if a.1 == b.1 { [a, b] } else { [a, b].map(|byte| (self.byte(byte), 0)) };
+                (self.choice(t, a.0, b.0), a.1)
+            };
+            folded(gates, last, &of, choice).unwrap_or((Word::Mixed, 0))
+        };
+        for (at, byte) in &mut memory {
+            *byte = of_byte(at);
+        }
+        State { registers, memory, compared, flags }
+    }
+
+    fn choice(&mut self, t: Node, a: Word, b: Word) -> Word {
+        match (a, b) {
+            _ if a == b => a,
+            _ => {
+                let [a, b] = [a, b].map(|word| match word {
+                    Word::Term(node) => node,
+                    Word::Address(base, offset) => self.graph.address(base, offset),
+                    // Where nothing is known of it, it is any number.
+                    _ => self.graph.anything(),
+                });
+                Word::Term(self.graph.select(t, a, b))
+            }
+        }
+    }
+
+    /// A byte as a word.
+    fn byte(&mut self, (word, part): (Word, u8)) -> Word {
+        let Word::Term(word) = word else { return Word::Mixed };
+        let (by, mask) = (self.graph.constant(8 * u32::from(part)), self.graph.constant(0xff));
+        let shifted = if part == 0 { word } else { self.graph.two("lsr", word, by) };
+        Word::Term(self.graph.two("and", shifted, mask))
+    }
+
+    fn returned(&mut self) -> Done<Vec<(String, Node, Node)>> {
+        let changed = || "returns with a register changed that a function leaves as it was".to_owned();
+        if self.state.registers[SP] != Word::Address(SP as u32, 0) {
+            return Err(changed());
+        }
+        let mut equal = Vec::new();
+        for k in KEPT.into_iter().flatten() {
+            let Word::Term(found) = self.state.registers[k] else { return Err(changed()) };
+            equal.push((format!("register {k}"), found, self.graph.entry(k as u32)));
+        }
+        Ok(equal)
     }
 
     /// What stands in the place of a result.
     pub(super) fn result(&mut self, port: &Port) -> Done<Word> {
         match port.place {
-            Place::Register(register) => Ok(self.registers[register as usize]),
+            Place::Register(register) => Ok(self.state.registers[register as usize]),
             Place::Memory(base, offset) => self.load(Word::Address(base, offset), width(port)),
         }
     }
 
     fn get(&mut self, operand: &Operand) -> Done<Word> {
         match operand {
-            Operand::Register(k) => Ok(self.registers[*k]),
-            Operand::Number(value) => Ok(Word::Term(self.path.terms.constant(*value))),
+            Operand::Register(k) => Ok(self.state.registers[*k]),
+            Operand::Number(value) => Ok(Word::Term(self.graph.constant(*value))),
             other => Err(format!("operand {other:?} is not followed")),
         }
     }
 
-    fn term(&mut self, operand: &Operand) -> Done<Term> {
+    fn term(&mut self, operand: &Operand) -> Done<Node> {
         match self.get(operand)? {
             Word::Term(term) => Ok(term),
             other => Err(format!("computes with {other:?}")),
@@ -297,7 +705,7 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
 
     fn set(&mut self, operand: &Operand, word: Word) -> Done<()> {
         match operand {
-            Operand::Register(k) => self.registers[*k] = word,
+            Operand::Register(k) => self.state.registers[*k] = word,
             other => return Err(format!("result {other:?} is not followed")),
         }
         Ok(())
@@ -309,30 +717,32 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
             return Err(format!("address {operand:?} is not followed"));
         };
         let start =
-            if *base == PC { Word::Term(self.path.terms.constant((at + 4) & !3)) } else { self.registers[*base] };
+            if *base == PC { Word::Term(self.graph.constant((at + 4) & !3)) } else { self.state.registers[*base] };
         let indexed = match index {
-            None => self.path.terms.constant(*offset as u32),
+            None => self.graph.constant(*offset as u32),
             Some((index, by)) => {
-                let Word::Term(index) = self.registers[*index] else { return Err("an index is an address".into()) };
-                self.path.terms.shifted_left(index, *by)
+                let Word::Term(index) = self.state.registers[*index] else {
+                    return Err("an index is an address".into());
+                };
+                self.graph.shifted_left(index, *by)
             }
         };
         let moved = self.moved(start, indexed, 1)?;
         if let Some(behind) = behind {
             let behind = self.term(behind)?;
-            self.registers[*base] = self.moved(start, behind, 1)?;
+            self.state.registers[*base] = self.moved(start, behind, 1)?;
             return Ok(start);
         }
         if *writes {
-            self.registers[*base] = moved;
+            self.state.registers[*base] = moved;
         }
         Ok(moved)
     }
 
     /// `start + factor by`, of addresses too.
-    fn moved(&mut self, start: Word, by: Term, factor: u32) -> Done<Word> {
-        match (start, self.path.terms.bits(by)) {
-            (Word::Term(start), _) => Ok(Word::Term(self.path.terms.plus(start, by, factor))),
+    fn moved(&mut self, start: Word, by: Node, factor: u32) -> Done<Word> {
+        match (start, self.graph.bits(by)) {
+            (Word::Term(start), _) => Ok(Word::Term(self.graph.plus(start, by, factor))),
             (Word::Address(base, offset), Some(by)) => {
                 Ok(Word::Address(base, offset.wrapping_add(by.wrapping_mul(factor) as i32)))
             }
@@ -341,15 +751,15 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
     }
 
     fn load(&mut self, address: Word, width: u8) -> Done<Word> {
-        let at = |terms: &Terms| match address {
-            Word::Term(term) => terms.bits(term),
+        let at = |graph: &Graph| match address {
+            Word::Term(term) => graph.bits(term),
             _ => None,
         };
-        if let Some(at) = at(self.path.terms) {
+        if let Some(at) = at(self.graph) {
             let bytes = self.program.image.constant_bytes(at, width.into());
             let bytes = bytes.ok_or_else(|| format!("reads {at:#010x}, where the file has no constant"))?;
             let value = bytes.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
-            return Ok(Word::Term(self.path.terms.constant(value)));
+            return Ok(Word::Term(self.graph.constant(value)));
         }
         let Word::Address(base, offset) = address else {
             return Err("reads where only the running program knows".into());
@@ -360,25 +770,22 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
         let mut bytes = [(address, 0); 4];
         let bytes = &mut bytes[..usize::from(width)];
         for (byte, part) in bytes.iter_mut().zip(0..) {
-            let found = self.memory.get(&(base, offset + part)).copied();
+            let found = self.state.memory.get(&(base, offset + part)).copied();
             *byte = found.ok_or_else(|| format!("reads {}, which holds nothing known", shown(base, offset + part)))?;
         }
         let first = bytes[0].0;
-        let is_whole = width == 4 && bytes.iter().zip(0..).all(|((word, part), k)| *word == first && *part == k);
-        if is_whole && !matches!(first, Word::Truth(_)) {
+        if width == 4 && bytes.iter().zip(0..).all(|((word, part), k)| *word == first && *part == k) {
             return Ok(first);
         }
-        let mut value = 0;
-        for &mut (word, part) in bytes.iter_mut().rev() {
-            let word = match word {
-                Word::Truth(input) => Some(self.expected.inputs[input].word_of(self.path.truth(input))),
-                Word::Term(term) => self.path.terms.bits(term),
-                _ => None,
+        let mut value = self.graph.constant(0);
+        for (&mut byte, place) in bytes.iter_mut().zip(0..) {
+            let Word::Term(part) = self.byte(byte) else {
+                return Err(format!("reads a part of an address at {}", shown(base, offset)));
             };
-            let word = word.ok_or_else(|| format!("reads a part of a word at {}", shown(base, offset)))?;
-            value = value << 8 | word >> (8 * part) & 0xff;
+            let part = self.graph.shifted_left(part, 8 * place);
+            value = self.graph.plus(part, value, 1);
         }
-        Ok(Word::Term(self.path.terms.constant(value)))
+        Ok(Word::Term(value))
     }
 
     fn store(&mut self, address: Word, word: Word, width: u8) -> Done<()> {
@@ -388,7 +795,7 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
             if base != SP as u32 && !self.may_write(base, to.1) {
                 return Err(format!("writes {}, which is no result", shown(base, to.1)));
             }
-            self.memory.insert(to, (word, part));
+            self.state.memory.insert(to, (word, part));
         }
         Ok(())
     }
@@ -403,8 +810,9 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
     }
 
     /// Does this condition hold?
-    fn holds(&mut self, condition: &str) -> Done<bool> {
-        match self.flags {
+    fn holds(&mut self, flags: &Flags, condition: &str) -> Done<Node> {
+        let zero = self.graph.constant(0);
+        match *flags {
             Flags::Floats(a, b) => {
                 let set = match condition {
                     "eq" => EQUAL,
@@ -421,119 +829,80 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
                     "vc" => LESS | EQUAL | GREATER,
                     _ => return Err(format!("condition {condition} is not followed")),
                 };
-                Ok(self.path.stands(a, set, b))
+                Ok(self.graph.stands(a, set, b))
             }
             Flags::Result(a) => {
-                let zero = self.path.terms.constant(0);
-                match condition {
-                    "eq" => Ok(self.path.ordered(Order::Equal, a, zero)),
-                    "ne" => Ok(!self.path.ordered(Order::Equal, a, zero)),
-                    "mi" => Ok(self.path.ordered(Order::Less, a, zero)),
-                    "pl" => Ok(!self.path.ordered(Order::Less, a, zero)),
-                    _ => Err(format!("condition {condition} of flags that are not known")),
-                }
+                let order = match condition {
+                    "eq" | "ne" => Order::Equal,
+                    "mi" | "pl" => Order::Less,
+                    _ => return Err(format!("condition {condition} of flags that are not known")),
+                };
+                let holds = self.graph.ordered(order, a, zero);
+                Ok(if ["eq", "mi"].contains(&condition) { holds } else { self.graph.not(holds) })
             }
             // The sign of the difference, which may have wrapped.
             Flags::Counts(a, b) if ["mi", "pl"].contains(&condition) => {
-                let (difference, zero) = (self.path.terms.plus(a, b, u32::MAX), self.path.terms.constant(0));
-                Ok(self.path.ordered(Order::Less, difference, zero) == (condition == "mi"))
+                let difference = self.graph.plus(a, b, u32::MAX);
+                let holds = self.graph.ordered(Order::Less, difference, zero);
+                Ok(if condition == "mi" { holds } else { self.graph.not(holds) })
             }
             Flags::Counts(..) | Flags::Known(..) => {
-                let flags = self.flags;
-                let mut is = |order: Order, turned: bool| match flags {
-                    Flags::Counts(a, b) if turned => self.path.ordered(order, b, a),
-                    Flags::Counts(a, b) => self.path.ordered(order, a, b),
-                    Flags::Known(equal, less, below) => match order {
-                        Order::Equal => equal,
-                        Order::Less if turned => !less && !equal,
-                        Order::Less => less,
-                        Order::Below if turned => !below && !equal,
-                        Order::Below => below,
-                    },
-                    _ => false,
-                };
-                Ok(match condition {
-                    "eq" => is(Order::Equal, false),
-                    "ne" => !is(Order::Equal, false),
-                    "lt" => is(Order::Less, false),
-                    "ge" => !is(Order::Less, false),
-                    "gt" => is(Order::Less, true),
-                    "le" => !is(Order::Less, true),
-                    "lo" => is(Order::Below, false),
-                    "hs" => !is(Order::Below, false),
-                    "hi" => is(Order::Below, true),
-                    "ls" => !is(Order::Below, true),
+                let (order, turned, holds) = match condition {
+                    "eq" => (Order::Equal, false, true),
+                    "ne" => (Order::Equal, false, false),
+                    "lt" => (Order::Less, false, true),
+                    "ge" => (Order::Less, false, false),
+                    "gt" => (Order::Less, true, true),
+                    "le" => (Order::Less, true, false),
+                    "lo" => (Order::Below, false, true),
+                    "hs" => (Order::Below, false, false),
+                    "hi" => (Order::Below, true, true),
+                    "ls" => (Order::Below, true, false),
                     _ => return Err(format!("condition {condition} of a comparison of counts")),
-                })
+                };
+                let is = match *flags {
+                    Flags::Counts(a, b) if turned => self.graph.ordered(order, b, a),
+                    Flags::Counts(a, b) => self.graph.ordered(order, a, b),
+                    Flags::Known(equal, less, below) => {
+                        let below = if order == Order::Less { less } else { below };
+                        self.graph.truth(match (order, turned) {
+                            (Order::Equal, _) => equal,
+                            (_, true) => !below && !equal,
+                            (_, false) => below,
+                        })
+                    }
+                    _ => return Err("flags that nothing has set".into()),
+                };
+                Ok(if holds { is } else { self.graph.not(is) })
+            }
+            Flags::Choice(t, ref a, ref b) => {
+                let (a, b) = (self.holds(a, condition)?, self.holds(b, condition)?);
+                Ok(self.graph.select(t, a, b))
             }
             Flags::Unknown => Err("flags that nothing has set".into()),
         }
     }
 
-    /// One instruction; where it goes, if not to the next.
-    fn step(&mut self, code: &Code) -> Done<Option<Word>> {
+    /// One instruction that goes to the next.
+    fn step(&mut self, code: &Code) -> Done<()> {
         let Code { instruction, operands, .. } = code;
-        let Word::Address(_, stack) = self.registers[SP] else { return Err("the stack is elsewhere".into()) };
-        self.stack = stack;
         let stem = code.stem.as_str();
-        if !instruction.condition.is_empty() && !self.holds(&instruction.condition)? {
-            return Ok(None);
-        }
         if instruction.name.contains(".f64") || instruction.name.contains(".f16") {
             return Err("floats of another size than 32 bits are not followed".into());
         }
-        let constant = |machine: &mut Self, value: u32| Word::Term(machine.path.terms.constant(value));
         match (stem, &operands[..]) {
             ("nop" | "it" | "itt" | "ite" | "ittt" | "itte" | "itet" | "itee", _) => {}
             (it, _) if it.starts_with("it") && it.len() == 5 => {}
             ("dmb" | "dsb" | "isb", _) => {}
-            ("b" | "bx", [target]) => return self.get(target).map(Some),
-            ("bl", [target]) => {
-                self.registers[LR] = constant(self, instruction.next() | 1);
-                return self.get(target).map(Some);
+            ("vcmp" | "vcmpe", [a, b]) => {
+                self.state.compared = Rc::new(Flags::Floats(self.term(a)?, self.term(b)?));
             }
-            ("cbz" | "cbnz", [value, target]) => {
-                let is_zero = match self.get(value)? {
-                    Word::Term(value) => {
-                        let zero = self.path.terms.constant(0);
-                        self.path.ordered(Order::Equal, value, zero)
-                    }
-                    // An address that the function is given is none of nothing.
-                    _ => false,
-                };
-                if is_zero == (stem == "cbz") {
-                    return self.get(target).map(Some);
-                }
-            }
-            ("tbb" | "tbh", [Operand::Memory { base: PC, index: Some((index, _)), .. }]) => {
-                let Word::Term(index) = self.registers[*index] else { return Err("a table of addresses".into()) };
-                let index = self.path.terms.bits(index).ok_or("a table whose entry is not known")?;
-                let (width, from) = (if stem == "tbb" { 1 } else { 2 }, instruction.address + 4);
-                let entry = self.program.image.constant_bytes(from + index * width, width as usize);
-                let entry = entry.ok_or("a table outside of the file")?;
-                let halfwords = entry.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
-                return Ok(Some(constant(self, from + 2 * halfwords)));
-            }
-            ("vcmp" | "vcmpe", [a, b]) => self.compared = Flags::Floats(self.term(a)?, self.term(b)?),
             // Into the flags, not into a register.
-            ("vmrs", [Operand::Other, _]) => self.flags = self.compared,
-            _ if self.float(instruction, stem, operands)? => {}
-            _ if self.moves(instruction, stem, code)? => return Ok(self.jumped(instruction, code)),
-            _ => return self.count(instruction, stem, operands),
+            ("vmrs", [Operand::Other, _]) => self.state.flags = Rc::clone(&self.state.compared),
+            _ if self.float(instruction, stem, operands)? || self.moves(instruction, stem, code)? => {}
+            _ => self.count(instruction, stem, operands)?,
         }
-        Ok(None)
-    }
-
-    /// The register pc was loaded.
-    fn jumped(&mut self, instruction: &Instruction, code: &Code) -> Option<Word> {
-        let to_pc = |one: &Operand| match one {
-            Operand::Register(k) => *k == PC,
-            Operand::List(list) => list.contains(&PC),
-            _ => false,
-        };
-        let loads = instruction.stem().starts_with("ldr") || instruction.stem().starts_with("ldm");
-        let loads = loads || instruction.stem() == "pop";
-        (loads && code.operands.iter().take(2).any(to_pc)).then(|| self.registers[PC])
+        Ok(())
     }
 
     /// Arithmetic of floats, and moves between their registers; false if it is none of these.
@@ -552,29 +921,17 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
             }
             ("vneg", [_, a]) => {
                 let a = self.term(a)?;
-                self.path.terms.neg(a)
+                self.graph.neg(a)
             }
             ("vabs", [_, a]) => {
                 let a = self.term(a)?;
-                self.path.abs(a)
+                self.graph.one("abs", a)
             }
             ("vcvt", [_, a]) => {
                 let a = self.term(a)?;
                 match instruction.name.as_str() {
-                    "vcvt.f32.s32" => self.path.terms.number_of(a),
-                    "vcvt.f32.u32" => {
-                        // -(float)(0 - a) of a negative a is the float of a.
-                        let zero = self.path.terms.constant(0);
-                        let turned = self.path.terms.plus(zero, a, u32::MAX);
-                        if self.path.ordered(Order::Less, turned, zero) {
-                            let number = self.path.terms.number_of(turned);
-                            self.path.terms.neg(number)
-                        } else if !self.path.ordered(Order::Less, a, zero) {
-                            self.path.terms.number_of(a)
-                        } else {
-                            return Err("a count without a sign".into());
-                        }
-                    }
+                    "vcvt.f32.s32" => self.graph.one("number_of", a),
+                    "vcvt.f32.u32" => self.graph.one("number_without_sign_of", a),
                     _ => return Err("is not followed".into()),
                 }
             }
@@ -584,23 +941,23 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
                     [a, b] => (self.term(a)?, self.term(b)?),
                     _ => return Err("is not followed".into()),
                 };
-                let terms = &mut *self.path.terms;
+                let graph = &mut *self.graph;
                 match stem {
-                    "vadd" => terms.add(a, b),
-                    "vsub" => terms.sub(a, b),
-                    "vdiv" => terms.div(a, b),
+                    "vadd" => graph.add(a, b),
+                    "vsub" => graph.sub(a, b),
+                    "vdiv" => graph.two("div", a, b),
                     _ => {
-                        let product = terms.mul(a, b);
+                        let product = graph.mul(a, b);
                         let turned = matches!(stem, "vnmul" | "vmls" | "vnmla");
-                        let product = if turned { terms.neg(product) } else { product };
+                        let product = if turned { graph.neg(product) } else { product };
                         if matches!(stem, "vmul" | "vnmul") {
                             product
                         } else {
                             // The product is rounded before it is added, unlike that of VFMA.
                             let sum = self.term(to)?;
-                            let terms = &mut *self.path.terms;
-                            let sum = if stem.starts_with("vn") { terms.neg(sum) } else { sum };
-                            terms.add(sum, product)
+                            let graph = &mut *self.graph;
+                            let sum = if stem.starts_with("vn") { graph.neg(sum) } else { sum };
+                            graph.add(sum, product)
                         }
                     }
                 }
@@ -639,7 +996,7 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
         match (stem, operands) {
             ("ldrd" | "strd", [a, b, memory, behind @ ..]) => {
                 let low = self.address(at, memory, behind.first())?;
-                let four = self.path.terms.constant(4);
+                let four = self.graph.constant(4);
                 let high = self.moved(low, four, 1)?;
                 if stem == "ldrd" {
                     let (one, other) = (self.load(low, 4)?, self.load(high, 4)?);
@@ -672,10 +1029,10 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
 
     /// Where a list begins in memory; the base is moved past it.
     fn list(&mut self, base: usize, list: &[usize], down: bool, writes: bool) -> Done<Word> {
-        let (start, length) = (self.registers[base], self.path.terms.constant(4 * list.len() as u32));
+        let (start, length) = (self.state.registers[base], self.graph.constant(4 * list.len() as u32));
         let end = self.moved(start, length, if down { u32::MAX } else { 1 })?;
         if writes {
-            self.registers[base] = end;
+            self.state.registers[base] = end;
         }
         Ok(if down { end } else { start })
     }
@@ -686,8 +1043,8 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
         }
         let mut to = self.list(base, list, down, writes)?;
         for k in list {
-            self.store(to, self.registers[*k], 4)?;
-            let four = self.path.terms.constant(4);
+            self.store(to, self.state.registers[*k], 4)?;
+            let four = self.graph.constant(4);
             to = self.moved(to, four, 1)?;
         }
         Ok(())
@@ -697,15 +1054,15 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
         let mut from = self.list(base, list, down, writes)?;
         for k in list {
             let word = self.load(from, 4)?;
-            self.registers[*k] = word;
-            let four = self.path.terms.constant(4);
+            self.state.registers[*k] = word;
+            let four = self.graph.constant(4);
             from = self.moved(from, four, 1)?;
         }
         Ok(())
     }
 
     /// Operations on counts and addresses.
-    fn count(&mut self, instruction: &Instruction, stem: &str, operands: &[Operand]) -> Done<Option<Word>> {
+    fn count(&mut self, instruction: &Instruction, stem: &str, operands: &[Operand]) -> Done<()> {
         const SETTING: [&str; 13] =
             ["add", "sub", "rsb", "mov", "mvn", "and", "orr", "eor", "bic", "lsl", "lsr", "asr", "mul"];
         let (stem, sets) = match stem.strip_suffix('s').filter(|stem| SETTING.contains(stem)) {
@@ -730,13 +1087,13 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
         let mut values = Vec::new();
         for one in if compares { &operands[..] } else { from } {
             values.push(match one {
-                Operand::Register(PC) => Word::Term(self.path.terms.constant((instruction.address + 4) & !3)),
+                Operand::Register(PC) => Word::Term(self.graph.constant((instruction.address + 4) & !3)),
                 _ => self.get(one)?,
             });
         }
         if let Some((shift, by)) = shift {
             let Some(Word::Term(last)) = values.pop() else { return Err("shifts an address".into()) };
-            let by = self.path.terms.constant(by);
+            let by = self.graph.constant(by);
             values.push(Word::Term(self.shifted(shift, last, by)?));
         }
         if stem == "movt" {
@@ -744,33 +1101,38 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
         }
         let (result, flags) = self.counted(stem, &values)?;
         if compares || sets {
-            self.flags = flags;
+            self.state.flags = Rc::new(flags);
         }
-        if compares {
-            return Ok(None);
-        }
-        self.set(to, result)?;
-        Ok((matches!(to, Operand::Register(PC))).then_some(result))
+        if compares { Ok(()) } else { self.set(to, result) }
     }
 
-    fn shifted(&mut self, shift: &str, a: Term, by: Term) -> Done<Term> {
-        let terms = &mut *self.path.terms;
-        match (shift, terms.bits(by).map(|by| by & 0xff)) {
-            ("lsl", Some(by)) => Ok(terms.shifted_left(a, by)),
-            ("asr", Some(by)) => Ok(terms.shifted_right(a, by)),
+    fn shifted(&mut self, shift: &str, a: Node, by: Node) -> Done<Node> {
+        let graph = &mut *self.graph;
+        match (shift, graph.bits(by).map(|by| by & 0xff)) {
+            ("lsl", Some(by)) => Ok(graph.shifted_left(a, by)),
+            ("asr", Some(by)) => Ok(graph.shifted_right(a, by)),
             ("lsr", Some(by)) => {
-                let by = terms.constant(by);
-                Ok(self.path.bitwise("lsr", a, by))
+                let by = graph.constant(by);
+                Ok(self.graph.two("lsr", a, by))
             }
             _ => Err("a shift that is not followed".into()),
         }
     }
 
+    /// An address as a number.
+    fn number(&mut self, word: Word) -> Done<Node> {
+        match word {
+            Word::Term(node) => Ok(node),
+            Word::Address(base, offset) => Ok(self.graph.address(base, offset)),
+            other => Err(format!("compares {other:?}")),
+        }
+    }
+
     /// The result, and the flags if they are set.
     fn counted(&mut self, stem: &str, values: &[Word]) -> Done<(Word, Flags)> {
-        let terms = &mut *self.path.terms;
-        let known = |terms: &Terms, word: &Word| match word {
-            Word::Term(term) => terms.bits(*term),
+        let graph = &mut *self.graph;
+        let known = |graph: &Graph, word: &Word| match word {
+            Word::Term(term) => graph.bits(*term),
             _ => None,
         };
         let (result, flags) = match (stem, values) {
@@ -779,40 +1141,43 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
                 _ => (*from, Flags::Unknown),
             },
             // An address that the function is given is none of nothing.
-            ("cmp", [Word::Address(..), zero]) if known(terms, zero) == Some(0) => {
+            ("cmp", [Word::Address(..), zero]) if known(graph, zero) == Some(0) => {
                 (*zero, Flags::Known(false, false, false))
             }
             // It is a multiple of 4.
             ("and" | "tst", [address, mask])
-                if is_aligned(address) && known(terms, mask).is_some_and(|mask| mask <= 3) =>
+                if is_aligned(address) && known(graph, mask).is_some_and(|mask| mask <= 3) =>
             {
-                let zero = terms.constant(0);
+                let zero = graph.constant(0);
                 (Word::Term(zero), Flags::Result(zero))
             }
-            ("lsl", [address, by]) if is_aligned(address) && known(terms, by) == Some(30) => {
-                let zero = terms.constant(0);
+            ("lsl", [address, by]) if is_aligned(address) && known(graph, by) == Some(30) => {
+                let zero = graph.constant(0);
                 (Word::Term(zero), Flags::Result(zero))
             }
             ("orr", [one, other]) if is_aligned(one) && is_aligned(other) => (Word::Aligned, Flags::Unknown),
-            ("cmp" | "sub", [Word::Address(a, x), Word::Address(b, y)]) => {
-                let (a, b) = (terms.address(*a, *x), terms.address(*b, *y));
-                (Word::Term(terms.plus(a, b, u32::MAX)), Flags::Counts(a, b))
+            ("cmp" | "sub", [one @ Word::Address(..), other @ Word::Address(..)]) => {
+                let (a, b) = (self.number(*one)?, self.number(*other)?);
+                (Word::Term(self.graph.plus(a, b, u32::MAX)), Flags::Counts(a, b))
+            }
+            ("cmp", [Word::Address(..), Word::Term(_)] | [Word::Term(_), Word::Address(..)]) => {
+                let (a, b) = (self.number(values[0])?, self.number(values[1])?);
+                (values[1], Flags::Counts(a, b))
             }
             ("add" | "sub", [start @ Word::Address(..), Word::Term(by)]) => {
                 (self.moved(*start, *by, if stem == "add" { 1 } else { u32::MAX })?, Flags::Unknown)
             }
             (_, [Word::Term(a)]) => {
-                let (a, zero, all) = (*a, terms.constant(0), terms.constant(u32::MAX));
+                let (a, zero) = (*a, graph.constant(0));
                 let result = match stem {
-                    "neg" => return Ok((Word::Term(terms.plus(zero, a, u32::MAX)), Flags::Counts(zero, a))),
-                    // -1 - a.
-                    "mvn" => terms.plus(all, a, u32::MAX),
+                    "neg" => return Ok((Word::Term(graph.plus(zero, a, u32::MAX)), Flags::Counts(zero, a))),
+                    "mvn" => graph.others(a),
                     "uxtb" | "uxth" => {
-                        let mask = terms.constant(if stem == "uxtb" { 0xff } else { 0xffff });
-                        terms.bitwise("and", a, mask)
+                        let mask = graph.constant(if stem == "uxtb" { 0xff } else { 0xffff });
+                        graph.two("and", a, mask)
                     }
-                    "sxtb" => terms.low_bits(a, 8),
-                    "sxth" => terms.low_bits(a, 16),
+                    "sxtb" => graph.low_bits(a, 8),
+                    "sxth" => graph.low_bits(a, 16),
                     _ => return Err("is not followed".into()),
                 };
                 (Word::Term(result), Flags::Result(result))
@@ -820,28 +1185,26 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
             (_, [Word::Term(a), Word::Term(b)]) => {
                 let (a, b) = (*a, *b);
                 let (result, flags) = match stem {
-                    "cmp" | "sub" => (terms.plus(a, b, u32::MAX), Some(Flags::Counts(a, b))),
-                    "rsb" => (terms.plus(b, a, u32::MAX), Some(Flags::Counts(b, a))),
+                    "cmp" | "sub" => (graph.plus(a, b, u32::MAX), Some(Flags::Counts(a, b))),
+                    "rsb" => (graph.plus(b, a, u32::MAX), Some(Flags::Counts(b, a))),
                     "cmn" => {
-                        let (zero, sum) = (terms.constant(0), terms.plus(a, b, 1));
-                        let turned = terms.plus(zero, b, u32::MAX);
+                        let (zero, sum) = (graph.constant(0), graph.plus(a, b, 1));
+                        let turned = graph.plus(zero, b, u32::MAX);
                         (sum, Some(Flags::Counts(a, turned)))
                     }
-                    "add" => (terms.plus(a, b, 1), None),
-                    "and" | "tst" => (self.path.bitwise("and", a, b), None),
-                    "orr" => (self.path.bitwise("orr", a, b), None),
-                    "eor" => (self.path.bitwise("eor", a, b), None),
-                    "mul" => (terms.times(a, b), None),
-                    "sdiv" => (self.path.quotient(a, b), None),
+                    "add" => (graph.plus(a, b, 1), None),
+                    "and" | "tst" => (self.graph.two("and", a, b), None),
+                    "orr" => (self.graph.two("orr", a, b), None),
+                    "eor" => (self.graph.two("eor", a, b), None),
+                    "mul" => (graph.two("times", a, b), None),
+                    "sdiv" => (self.graph.two("quotient", a, b), None),
                     "bic" => {
-                        let mask = !terms.bits(b).ok_or("bits that are not known")?;
-                        let mask = terms.constant(mask);
-                        (self.path.bitwise("and", a, mask), None)
+                        let mask = graph.others(b);
+                        (graph.two("and", a, mask), None)
                     }
                     "movt" => {
-                        let (low, high) = (terms.bits(a), terms.bits(b).unwrap_or(0));
-                        let low = low.ok_or("the upper half of what is not known")?;
-                        (terms.constant(high << 16 | low & 0xffff), None)
+                        let (low, high) = (graph.low_half(a), graph.shifted_left(b, 16));
+                        (graph.plus(high, low, 1), None)
                     }
                     "lsl" | "lsr" | "asr" => (self.shifted(stem, a, b)?, None),
                     _ => return Err("is not followed".into()),
@@ -849,21 +1212,21 @@ impl<'p, 'i, 'c, 'x> Machine<'p, 'i, 'c, 'x> {
                 (Word::Term(result), flags.unwrap_or(Flags::Result(result)))
             }
             ("mla" | "mls", [Word::Term(a), Word::Term(b), Word::Term(to)]) => {
-                let product = terms.times(*a, *b);
-                let result = terms.plus(*to, product, if stem == "mla" { 1 } else { u32::MAX });
+                let product = graph.two("times", *a, *b);
+                let result = graph.plus(*to, product, if stem == "mla" { 1 } else { u32::MAX });
                 (Word::Term(result), Flags::Unknown)
             }
             ("ubfx", [Word::Term(a), Word::Term(from), width]) => {
-                let mask = match known(terms, width) {
-                    Some(width @ 1..=31) => terms.constant((1 << width) - 1),
+                let mask = match known(graph, width) {
+                    Some(width @ 1..=31) => graph.constant((1 << width) - 1),
                     _ => return Err("is not followed".into()),
                 };
-                let shifted = self.path.bitwise("lsr", *a, *from);
-                let result = self.path.bitwise("and", shifted, mask);
+                let shifted = self.graph.two("lsr", *a, *from);
+                let result = self.graph.two("and", shifted, mask);
                 (Word::Term(result), Flags::Unknown)
             }
-            ("sbfx", [Word::Term(a), from, width]) => match (known(terms, from), known(terms, width)) {
-                (Some(0), Some(width @ 1..=32)) => (Word::Term(terms.low_bits(*a, width)), Flags::Unknown),
+            ("sbfx", [Word::Term(a), from, width]) => match (known(graph, from), known(graph, width)) {
+                (Some(0), Some(width @ 1..=32)) => (Word::Term(graph.low_bits(*a, width)), Flags::Unknown),
                 _ => return Err("is not followed".into()),
             },
             _ => return Err("is not followed".into()),

@@ -128,12 +128,6 @@ impl Terms {
         self.term(Node::Entry(register))
     }
 
-    /// So far behind what a register holds at the entry.
-    pub(super) fn address(&mut self, register: u32, offset: i32) -> Term {
-        let (base, offset) = (self.entry(register), self.constant(offset as u32));
-        self.plus(base, offset, 1)
-    }
-
     fn float(&self, term: Term) -> Option<f32> {
         self.bits(term).map(f32::from_bits)
     }
@@ -185,6 +179,7 @@ impl Terms {
         }
     }
 
+    #[cfg(test)]
     pub(super) fn sub(&mut self, a: Term, b: Term) -> Term {
         let b = self.neg(b);
         self.add(a, b)
@@ -463,6 +458,7 @@ impl Terms {
     }
 
     /// For people, a few levels deep.
+    #[cfg(test)]
     pub(super) fn shown(&self, term: Term, names: &[String], depth: usize) -> String {
         let of = |term: &Term| self.shown(*term, names, depth - 1);
         if depth == 0 {
@@ -530,7 +526,7 @@ fn turned(set: u8) -> u8 {
     set & (EQUAL | UNORDERED) | (set & LESS) << 2 | (set & GREATER) >> 2
 }
 
-fn between(a: f32, b: f32) -> u8 {
+pub(super) fn between(a: f32, b: f32) -> u8 {
     match a.partial_cmp(&b) {
         Some(std::cmp::Ordering::Less) => LESS,
         Some(std::cmp::Ordering::Equal) => EQUAL,
@@ -608,15 +604,6 @@ pub(super) struct Path<'a> {
     numbers: HashSet<Term>,
     nans: HashSet<Term>,
     signs: Signs,
-    /// What was decided, for people.
-    trail: Vec<(Trail, bool)>,
-}
-
-#[derive(Clone, Copy)]
-enum Trail {
-    Truth(usize),
-    Relation(Term, u8, Term),
-    Order(Order, Term, Term),
 }
 
 impl<'a> Path<'a> {
@@ -632,7 +619,6 @@ impl<'a> Path<'a> {
             apart: Mixing::default(),
             numbers: HashSet::new(),
             nans: HashSet::new(),
-            trail: Vec::new(),
         }
     }
 
@@ -648,10 +634,9 @@ impl<'a> Path<'a> {
         Some(answers)
     }
 
-    fn ask(&mut self, trail: Trail) -> bool {
+    fn ask(&mut self) -> bool {
         let answer = self.script.get(self.given.len()).copied().unwrap_or(true);
         self.given.push(answer);
-        self.trail.push((trail, answer));
         answer
     }
 
@@ -660,7 +645,7 @@ impl<'a> Path<'a> {
         if let Some(known) = self.truths.get(&input) {
             return *known;
         }
-        let answer = self.ask(Trail::Truth(input));
+        let answer = self.ask();
         self.truths.insert(input, answer);
         answer
     }
@@ -703,7 +688,7 @@ impl<'a> Path<'a> {
         if may & !set == 0 || may & set == 0 {
             return may & !set == 0;
         }
-        let answer = self.ask(Trail::Relation(a, set, b));
+        let answer = self.ask();
         let may = may & if answer { set } else { !set };
         let known = self.relations.entry(a).or_default();
         known.retain(|(other, _)| *other != b);
@@ -942,29 +927,23 @@ impl<'a> Path<'a> {
         if let Some(known) = self.orders.get(&(order, a, b)) {
             return *known;
         }
-        let answer = self.ask(Trail::Order(order, a, b));
+        let answer = self.ask();
         self.orders.insert((order, a, b), answer);
         answer
     }
 
-    /// What was decided on the way, for people.
-    pub(super) fn told(&self, names: &[String]) -> String {
-        let shown = |term| self.terms.shown(term, names, 4);
-        let all: Vec<String> = (self.trail.iter())
-            .map(|(trail, answer)| {
-                let text = match *trail {
-                    Trail::Truth(input) => names[input].clone(),
-                    Trail::Relation(a, set, b) => {
-                        let signs = [(LESS, "<"), (EQUAL, "="), (GREATER, ">"), (UNORDERED, "?")];
-                        let sign: String =
-                            signs.iter().filter(|(one, _)| set & one != 0).map(|(_, sign)| *sign).collect();
-                        format!("{} {sign} {}", shown(a), shown(b))
-                    }
-                    Trail::Order(order, a, b) => format!("{} {order:?} {}", shown(a), shown(b)),
-                };
-                if *answer { text } else { format!("not({text})") }
-            })
-            .collect();
-        all.join("; ")
+    /// A count without a sign as a float; none where its sign does not tell: -(float)(0 - a) of a negative a is the
+    /// float of a.
+    pub(super) fn number_without_sign_of(&mut self, a: Term) -> Option<Term> {
+        let zero = self.terms.constant(0);
+        let turned = self.terms.plus(zero, a, u32::MAX);
+        if self.ordered(Order::Less, turned, zero) {
+            let number = self.terms.number_of(turned);
+            Some(self.terms.neg(number))
+        } else if !self.ordered(Order::Less, a, zero) {
+            Some(self.terms.number_of(a))
+        } else {
+            None
+        }
     }
 }

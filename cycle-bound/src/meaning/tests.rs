@@ -1,6 +1,6 @@
 use std::sync::atomic::AtomicBool;
 
-use super::term::{EQUAL, GREATER, LESS, UNORDERED};
+use super::term::{EQUAL, GREATER, LESS, Path as Way, Signs, Terms, UNORDERED};
 use super::*;
 
 const SLEW: (&[u8], &str) = (include_bytes!("../../tests/slew.elf"), include_str!("../../tests/slew.means"));
@@ -16,12 +16,16 @@ const SCHEDULED: (&[u8], &str) =
 const MOTOR: (&[u8], &str) = (include_bytes!("../../tests/motor.elf"), include_str!("../../tests/motor.means"));
 
 fn verdict(elf: &[u8], text: &str) -> Verdict {
+    verdict_of(elf, text, sweep::WHOLE)
+}
+
+fn verdict_of(elf: &[u8], text: &str, whole: usize) -> Verdict {
     // Read where it is aligned.
     let aligned = elf.to_vec();
     let image = Image::read(&aligned).expect("an image");
     let expected = Expected::read(text).expect("a text");
     let function = image.find(&expected.function).expect("the function");
-    held(&image, function, &expected, &AtomicBool::new(false)).expect("not stopped").verdict
+    held(&image, function, &expected, whole, &AtomicBool::new(false)).expect("not stopped").verdict
 }
 
 /// Byte offset in the file of the one place where these halfwords stand.
@@ -74,7 +78,8 @@ fn faults_in_a_linear_function_are_noticed() {
         let verdict = verdict(&patched(elf, from, to), text);
         assert_ne!(verdict, Verdict::Same, "{what}");
         // The others are nothing that a text could say.
-        let differs = ["vadd for vsub", "NaN takes the other way", "a lost store"].contains(&what);
+        let differs = ["vadd for vsub", "NaN takes the other way", "a lost store", "a register that is to be kept"]
+            .contains(&what);
         assert_eq!(matches!(verdict, Verdict::Differs(_)), differs, "{what}: {verdict:?}");
     }
 }
@@ -102,6 +107,13 @@ fn a_text_that_is_wrong_is_told_by_its_line() {
 fn a_tick_of_a_compiler_is_the_recorded_one() {
     for (elf, text) in [JOINT, ARCHIVE, SCHEDULED, MOTOR] {
         assert_eq!(verdict(elf, text), Verdict::Same);
+    }
+}
+
+#[test]
+fn what_is_swept_is_the_same_as_what_is_followed_as_a_whole() {
+    for (elf, text) in [SLEW, JOINT, ARCHIVE, SCHEDULED, MOTOR] {
+        assert_eq!(verdict_of(elf, text, 0), Verdict::Same);
     }
 }
 

@@ -1,9 +1,10 @@
-//! Reads the text of what a function is to compute, and runs it along a path. The format stands at the head of
+//! Reads the text of what a function is to compute, and enters it in a graph. The format stands at the head of
 //! [`meaning`](super).
 
 use std::collections::HashMap;
 
-use super::term::{EQUAL, GREATER, LESS, Path, Term, UNORDERED};
+use super::graph::{Graph, Node};
+use super::term::{EQUAL, GREATER, LESS, UNORDERED};
 
 /// What a value is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,13 +75,6 @@ pub(super) struct Expected {
     body: Block,
 }
 
-/// The value of a running text.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Value {
-    Word(Term),
-    Truth(bool),
-}
-
 const COMPARISONS: [(&str, u8); 6] = [
     ("less", LESS),
     ("less_equal", LESS | EQUAL),
@@ -124,95 +118,63 @@ impl Expected {
         reader.expected().map_err(|message| format!("line {}: {message}", reader.at))
     }
 
-    /// The results of one path, in the order of `outs`.
-    pub(super) fn run(&self, path: &mut Path<'_>) -> Vec<Value> {
-        let mut run = Run { ops: &self.ops, values: vec![None; self.ops.len()] };
-        let mut block = &self.body;
-        loop {
-            match block {
-                Block::Return(results) => return results.iter().map(|at| run.value(*at, path)).collect(),
-                Block::If(condition, yes, no) => block = if run.truth(*condition, path) { yes } else { no },
+    /// The results, in the order of `outs`: what stands in their places at the return.
+    pub(super) fn results(&self, graph: &mut Graph) -> Vec<Node> {
+        let nodes = self.nodes(graph);
+        let values = results(&self.body, &nodes, graph);
+        let mut words = Vec::new();
+        for port in &self.outs {
+            // All truths in one place are one number.
+            let mut word = graph.constant(0);
+            for (one, &value) in self.outs.iter().zip(&values).filter(|(one, _)| one.place == port.place) {
+                word = if graph.is_truth(value) {
+                    let bits = graph.word_of(one, value);
+                    graph.plus(bits, word, 1)
+                } else {
+                    value
+                };
             }
+            words.push(word);
         }
+        words
     }
-}
 
-/// Computes what is needed and nothing else: a comparison that nobody asks parts no path.
-struct Run<'a> {
-    ops: &'a [Op],
-    values: Vec<Option<Value>>,
-}
-
-impl Run<'_> {
-    fn value(&mut self, at: usize, path: &mut Path<'_>) -> Value {
-        if let Some(value) = self.values[at] {
-            return value;
-        }
-        let value = match self.ops[at] {
-            Op::Input(input) => Value::Word(path.terms.input(input)),
-            Op::Bits(bits) => Value::Word(path.terms.constant(bits)),
-            Op::Truth(truth) => Value::Truth(truth),
-            Op::One("input", input) => Value::Truth(path.truth(input)),
-            Op::One("not", a) => Value::Truth(!self.truth(a, path)),
-            Op::One(name, a) => {
-                let a = self.word(a, path);
-                Value::Word(match name {
-                    "neg" => path.terms.neg(a),
-                    "abs" => path.abs(a),
-                    _ => path.terms.number_of(a),
-                })
-            }
-            Op::Two("and", a, b) => Value::Truth(self.truth(a, path) && self.truth(b, path)),
-            Op::Two("or", a, b) => Value::Truth(self.truth(a, path) || self.truth(b, path)),
-            Op::Two(name, a, b) => {
-                let (a, b) = (self.word(a, path), self.word(b, path));
-                Value::Word(match name {
-                    "add" => path.terms.add(a, b),
-                    "sub" => path.terms.sub(a, b),
-                    "mul" => path.terms.mul(a, b),
-                    "div" => path.terms.div(a, b),
-                    "plus" => path.terms.plus(a, b, 1),
-                    "times" => path.terms.times(a, b),
-                    "quotient" => path.quotient(a, b),
-                    _ => path.terms.plus(a, b, u32::MAX),
-                })
-            }
-            Op::Compare(set, a, b) => {
-                if let Op::One("abs", of) = self.ops[a] {
-                    let (a, b) = (self.word(of, path), self.word(b, path));
-                    if let Some(answer) = path.magnitude_stands(a, set, b) {
-                        return self.known(at, Value::Truth(answer));
-                    }
+    fn nodes(&self, graph: &mut Graph) -> Vec<Node> {
+        let mut nodes: Vec<Node> = Vec::new();
+        for op in &self.ops {
+            nodes.push(match *op {
+                Op::Input(input) => graph.input(input),
+                Op::Bits(bits) => graph.constant(bits),
+                Op::Truth(truth) => graph.truth(truth),
+                Op::One("input", input) => graph.given(input),
+                Op::One("not", a) => graph.not(nodes[a]),
+                Op::One(name, a) => graph.one(name, nodes[a]),
+                Op::Two("and", a, b) => graph.and(nodes[a], nodes[b]),
+                Op::Two("or", a, b) => {
+                    let yes = graph.truth(true);
+                    graph.select(nodes[a], yes, nodes[b])
                 }
-                let (a, b) = (self.word(a, path), self.word(b, path));
-                Value::Truth(path.stands(a, set, b))
-            }
-            Op::Select(condition, a, b) => {
-                let taken = if self.truth(condition, path) { a } else { b };
-                self.value(taken, path)
-            }
-            Op::Signed(a, bits) => {
-                let a = self.word(a, path);
-                Value::Word(path.terms.low_bits(a, bits))
-            }
-        };
-        self.known(at, value)
-    }
-
-    fn known(&mut self, at: usize, value: Value) -> Value {
-        self.values[at] = Some(value);
-        value
-    }
-
-    fn word(&mut self, at: usize, path: &mut Path<'_>) -> Term {
-        match self.value(at, path) {
-            Value::Word(term) => term,
-            Value::Truth(truth) => path.terms.constant(u32::from(truth)),
+                Op::Two("sub", a, b) => graph.sub(nodes[a], nodes[b]),
+                Op::Two("plus", a, b) => graph.plus(nodes[a], nodes[b], 1),
+                Op::Two("since", a, b) => graph.plus(nodes[a], nodes[b], u32::MAX),
+                Op::Two(name, a, b) => graph.two(name, nodes[a], nodes[b]),
+                Op::Compare(set, a, b) => graph.stands(nodes[a], set, nodes[b]),
+                Op::Select(condition, a, b) => graph.select(nodes[condition], nodes[a], nodes[b]),
+                Op::Signed(a, bits) => graph.low_bits(nodes[a], bits),
+            });
         }
+        nodes
     }
+}
 
-    fn truth(&mut self, at: usize, path: &mut Path<'_>) -> bool {
-        self.value(at, path) == Value::Truth(true)
+/// The results of a block and of those within.
+fn results(block: &Block, nodes: &[Node], graph: &mut Graph) -> Vec<Node> {
+    match block {
+        Block::Return(results) => results.iter().map(|at| nodes[*at]).collect(),
+        Block::If(condition, yes, no) => {
+            let (yes, no) = (results(yes, nodes, graph), results(no, nodes, graph));
+            yes.into_iter().zip(no).map(|(yes, no)| graph.select(nodes[*condition], yes, no)).collect()
+        }
     }
 }
 
