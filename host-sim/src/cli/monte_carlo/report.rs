@@ -101,10 +101,17 @@ struct Report<'a> {
     worst: Vec<WorstTrial>,
 }
 
+fn count_unsettled(trials: &Trials, outcomes: &[Outcome]) -> Result<usize, String> {
+    let Some(k) = trials.header.columns.iter().position(|name| name == SETTLING) else { return Ok(0) };
+    let settling = trials.column(k)?;
+    let never = |(outcome, settling): &(&Outcome, &f64)| **outcome == Outcome::Finished && settling.is_nan();
+    Ok(outcomes.iter().zip(&settling).filter(never).count())
+}
+
 fn unsettled(count: usize) -> String {
     format!(
-        "{count} of those that finished never settled within settling_band: --at-most {SETTLING}=SECONDS makes failures \
-         of them"
+        "{count} of those that finished never settled within settling_band: --at-most {SETTLING}=SECONDS makes \
+         failures of them"
     )
 }
 
@@ -182,12 +189,6 @@ impl Console<'_> {
             percentiles.insert(name.as_str(), Percentiles { of_file, ranks: of, least, no_number });
         }
 
-        let settling = match header.columns.iter().position(|name| name == SETTLING) {
-            Some(k) => column(k)?,
-            None => Vec::new(),
-        };
-        let never = |(outcome, settling): &(&Outcome, &f64)| **outcome == Outcome::Finished && settling.is_nan();
-        let unsettled = outcomes.iter().zip(&settling).filter(never).count();
         let count = failed.iter().filter(|failed| **failed).count() as u64;
         let is_random = !header.vary.iter().any(|text| text.contains("sobol("));
         let report = Report {
@@ -201,7 +202,7 @@ impl Console<'_> {
                 count,
                 rate: count as f64 / header.trials as f64,
                 rate_below: is_random.then(|| statistics::largest_rate(count, header.trials, CONFIDENCE)),
-                unsettled,
+                unsettled: count_unsettled(trials, &outcomes).map_err(bad)?,
             },
             percentiles,
             worst_by: by,
@@ -242,8 +243,8 @@ impl Console<'_> {
         self.say(&format!("failures: {count}, {} %{below}", significant(100.0 * rate, 3)))?;
         if !has_bar {
             self.say(
-                "a failure is a trial that did not end as `finished`, no more: --at-most FIGURE=VALUE says what else is \
-                 one",
+                "a failure is a trial that did not end as `finished`, no more: --at-most FIGURE=VALUE says what else \
+                 is one",
             )?;
         }
         if failures.unsettled > 0 {
