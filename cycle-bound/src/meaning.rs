@@ -6,8 +6,8 @@
 //! written; where an instruction cannot be followed, it is to be shown that no input goes there. Equal is what gives
 //! the same term on every path: for each way that the comparisons can be answered. Where that are too many, values
 //! between are shown to be equal first, and stand for themselves from then on (`sweep.rs`). Then both give the same
-//! bits for all inputs: no number is chosen, none is left out. Numbers are tried too, but only to find where two results
-//! differ, and what may be equal. What cannot be shown is declined, with its name.
+//! bits for all inputs: no number is chosen, none is left out. Numbers are tried too, but only to find where two
+//! results differ, and what may be equal. What cannot be shown is declined, with its name.
 //!
 //! # What counts as the same
 //! `+ * /` of floats stay as they are; only identities are used that hold for every bit pattern if one rounds to
