@@ -20,8 +20,9 @@
 //!
 //! # What is assumed
 //! Rounding to nearest with subnormal numbers (FPSCR as after reset). Memory behind different addresses does not
-//! overlap, nobody else writes to it meanwhile, and such an address is a multiple of 4 and not 0. What is given as a
-//! truth is 0 or 1. The sign and the payload of a NaN mean nothing. The disassembler is right.
+//! overlap, nobody else writes to it meanwhile, and such an address is a multiple of 4, not 0, and as a count with a
+//! sign not below 0. What is given as a truth is 0 or 1. The sign and the payload of a NaN mean nothing. The
+//! disassembler is right.
 //!
 //! # The text
 //! ```text

@@ -1,7 +1,7 @@
 //! Functions written by hand, whose cycles are known by construction, and functions that must be declined. Machine
 //! code as an assembler makes it, the assembly beside it.
 
-mod elf;
+pub(crate) mod elf;
 mod files;
 
 use super::*;

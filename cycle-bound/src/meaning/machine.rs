@@ -527,10 +527,9 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             _ => return Err("goes where only the running program knows".into()),
         }
         if let Word::Address(_, now) = self.state.registers[SP] {
-            // What lies below the stack pointer is anybody's.
+            // What lies below the stack pointer is anybody's, an interrupt's for one, whoever wrote it.
             let sp = SP as u32;
-            let lost: Vec<(u32, i32)> =
-                self.state.memory.range((sp, stack)..(sp, now.max(stack))).map(|(at, _)| *at).collect();
+            let lost: Vec<(u32, i32)> = self.state.memory.range((sp, i32::MIN)..(sp, now)).map(|(at, _)| *at).collect();
             for at in lost {
                 self.state.memory.remove(&at);
             }
@@ -792,7 +791,8 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         let Word::Address(base, offset) = address else { return Err("writes where it was given no address".into()) };
         for part in 0..width {
             let to = (base, offset + i32::from(part));
-            if base != SP as u32 && !self.may_write(base, to.1) {
+            // Above where the stack was at the entry is what the caller keeps.
+            if (base != SP as u32 || to.1 >= 0) && !self.may_write(base, to.1) {
                 return Err(format!("writes {}, which is no result", shown(base, to.1)));
             }
             self.state.memory.insert(to, (word, part));
@@ -1188,9 +1188,9 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                     "cmp" | "sub" => (graph.plus(a, b, u32::MAX), Some(Flags::Counts(a, b))),
                     "rsb" => (graph.plus(b, a, u32::MAX), Some(Flags::Counts(b, a))),
                     "cmn" => {
-                        let (zero, sum) = (graph.constant(0), graph.plus(a, b, 1));
-                        let turned = graph.plus(zero, b, u32::MAX);
-                        (sum, Some(Flags::Counts(a, turned)))
+                        // Of 0 and of the least number carry and overflow are others than of the difference.
+                        let of = graph.bits(b).filter(|b| *b != 0 && *b != 1 << 31);
+                        (graph.plus(a, b, 1), of.map(|b| Flags::Counts(a, graph.constant(b.wrapping_neg()))))
                     }
                     "add" => (graph.plus(a, b, 1), None),
                     "and" | "tst" => (self.graph.two("and", a, b), None),

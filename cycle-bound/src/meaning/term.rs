@@ -850,7 +850,7 @@ impl<'a> Path<'a> {
             return self.bitwise("and", inner, both);
         }
         if let (Some((low, high)), Some(with)) = (self.terms.span(a), self.terms.bits(b))
-            && (low >= 0 || self.is_not_negative(a))
+            && (low >= 0 || low > -(1 << 31) && high < 1 << 31 && self.is_not_negative(a))
         {
             let below = |bits: u32| high < 1_i64 << bits.min(32);
             match name {
@@ -868,7 +868,7 @@ impl<'a> Path<'a> {
         self.terms.bitwise(name, a, b)
     }
 
-    /// Is it known not to be below 0, of a count that has a span?
+    /// Is it known not to be below 0, of a count whose span does not wrap and has no least number?
     fn is_not_negative(&mut self, a: Term) -> bool {
         let zero = self.terms.constant(0);
         let turned = self.terms.plus(zero, a, u32::MAX);

@@ -2,6 +2,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::term::{EQUAL, GREATER, LESS, Path as Way, Signs, Terms, UNORDERED};
 use super::*;
+use crate::tests::elf::elf;
 
 const SLEW: (&[u8], &str) = (include_bytes!("../../tests/slew.elf"), include_str!("../../tests/slew.means"));
 /// The tick of a controller for a flexible joint with limits, exported as C and compiled by GCC 12 at -Os.
@@ -82,6 +83,27 @@ fn faults_in_a_linear_function_are_noticed() {
             .contains(&what);
         assert_eq!(matches!(verdict, Verdict::Differs(_)), differs, "{what}: {verdict:?}");
     }
+}
+
+/// No result tells of them, and no number that is tried.
+#[test]
+fn what_is_not_the_functions_own_is_left_alone() {
+    let told = |code: &[u16]| {
+        let elf = elf(&[(0x0800_0000, code)], &[("f", 1, 0, 2 * code.len() as u32)]);
+        verdict(&elf, "means 1\nfunction f\nin a count r0\nout b count r0\nbegin\nreturn a\n")
+    };
+    let declined = |code: &[u16], reason: &str| {
+        let told = told(code);
+        assert!(matches!(&told, Verdict::Declined(why) if why.contains(reason)), "{code:x?}: {told:?}");
+    };
+    // bx lr; before it str r0, [sp], which is the caller's.
+    assert_eq!(told(&[0x4770]), Verdict::Same);
+    declined(&[0x9000, 0x4770], "writes sp+0, which is no result");
+    // sub sp, #8; str r0, [sp]; ldr r0, [sp]; add sp, #8; and with the store before, below the stack.
+    assert_eq!(told(&[0xb082, 0x9000, 0x9800, 0xb002, 0x4770]), Verdict::Same);
+    declined(&[0xf84d, 0x0c08, 0xb082, 0x9800, 0xb002, 0x4770], "holds nothing known");
+    // movs r1, #0; cmn r0, r1; ite hs; mov r0, #1; mov r0, #0: nothing is carried, while of a - 0 nothing is borrowed.
+    declined(&[0x2100, 0x42c8, 0xbf2c, 0x2001, 0x2000, 0x4770], "flags that are not known");
 }
 
 #[test]
@@ -337,13 +359,15 @@ fn names() -> Vec<String> {
 fn counts_whose_sign_is_known_have_their_values() {
     let mut random = Random(2);
     let patterns = patterns();
-    for width in [32, 14, 20, 5] {
+    // With what is added to it a count may wrap, and be the least number.
+    for (width, more) in [(32, 0), (14, 0), (20, 0), (5, 0), (9, 0x8000_0003), (9, 0x8000_0000), (9, 0x7fff_fff0)] {
         for by in [0, 4, 5, 13, 14, 20, 30] {
             for below in [false, true] {
                 let (mut terms, script) = (Terms::default(), [below]);
                 let mut path = Way::new(&mut terms, &script, Signs::Known);
                 let (input, zero) = (path.terms.input(0), path.terms.constant(0));
-                let count = path.terms.low_bits(input, width);
+                let (bits, more_of) = (path.terms.low_bits(input, width), path.terms.constant(more));
+                let count = path.terms.plus(bits, more_of, 1);
                 assert_eq!(path.ordered(term::Order::Less, count, zero), below);
                 let of = |path: &mut Way<'_>, bits: u32| path.terms.constant(bits);
                 let (divisor, shift) = (of(&mut path, 1 << by), of(&mut path, by));
@@ -359,13 +383,13 @@ fn counts_whose_sign_is_known_have_their_values() {
                 ];
                 for _ in 0..200 {
                     let input = random.of(&patterns);
-                    let count = (input << (32 - width)) as i32 >> (32 - width);
+                    let count = ((input << (32 - width)) as i32 >> (32 - width)).wrapping_add(more as i32);
                     if (count < 0) != below {
                         continue;
                     }
                     let sized = count.unsigned_abs();
                     let wanted = [
-                        (count / (1 << by)) as u32,
+                        count.wrapping_div(1 << by) as u32,
                         sized >> by,
                         sized & ((1 << by) - 1),
                         sized & u32::MAX << by,
