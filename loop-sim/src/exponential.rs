@@ -6,6 +6,8 @@
 //! by the series of $e^r - 1$ up to $r^{13}$, whose rest is below 1e-17 of it. Near 0, k is 0 and nothing cancels. Both
 //! are within 2.3e-16 of the true value (test below); not the bits of `libm`, which has cases.
 
+use crate::sine::WHOLE;
+
 /// 1/2!, 1/3!, .. 1/13!.
 const INVERSE_FACTORIALS: [f64; 12] = inverse_factorials();
 
@@ -25,8 +27,6 @@ const fn inverse_factorials() -> [f64; 12] {
 #[inline(always)]
 #[allow(clippy::excessive_precision)]
 pub fn expm1_of_negative(x: f64) -> f64 {
-    // 1.5 * 2^52: what is added to it is rounded to a whole number, in the lowest bits.
-    const WHOLE: f64 = 6_755_399_441_055_744.0;
     const ONE: u64 = 1023;
     // Below this it is -1. The comparison lets NaN through.
     let x = if x < -40.0 { -40.0 } else { x };

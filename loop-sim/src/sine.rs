@@ -6,7 +6,10 @@
 /// Up to here the reduction is exact enough: 16 000 turns.
 pub const LARGEST: f64 = 1e5;
 
-/// Is x no larger than that?
+/// 1.5 * 2^52: what is added to it is rounded to a whole number, in the lowest bits.
+pub(crate) const WHOLE: f64 = 6_755_399_441_055_744.0;
+
+/// Is x no larger than [`LARGEST`]?
 #[inline(always)]
 pub(crate) fn is_within(x: f64) -> bool {
     x.abs() <= LARGEST
@@ -36,8 +39,6 @@ pub fn sin_and_cos(x: f64) -> [f64; 2] {
 #[inline(always)]
 #[allow(clippy::excessive_precision)]
 pub fn sin_cos(x: f64) -> (f64, f64) {
-    // 1.5 * 2^52: what is added to it is rounded to a whole number, in the lowest bits.
-    const WHOLE: f64 = 6_755_399_441_055_744.0;
     const SIGN: u64 = 1 << 63;
     let shifted = x * core::f64::consts::FRAC_2_PI + WHOLE;
     let turns = shifted - WHOLE;

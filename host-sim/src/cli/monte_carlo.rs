@@ -141,12 +141,12 @@ struct Stoppable<'a> {
 
 impl Recorder for Stoppable<'_> {
     fn record(&mut self, row: &Row) -> ControlFlow<()> {
-        self.trace.rows.push(*row);
+        _ = self.trace.record(row);
         going_on(self.stop)
     }
 
     fn end(&mut self, ending: Ending) {
-        self.trace.ending = ending;
+        self.trace.end(ending);
     }
 }
 
@@ -415,9 +415,8 @@ impl Console<'_> {
             self.say(&format!("trials {first} to {} are in {}", end - 1, file.display()))?;
             return Ok(status::DONE);
         }
-        self.tell_trials(&trials, &question, &folder, &named, options.report.json)?;
-        let outcomes = trials.outcomes().map_err(bad)?;
-        if let Some(first) = (0..).zip(outcomes).find_map(|(i, outcome)| (outcome == Outcome::Refused).then_some(i))
+        let refused = self.tell_trials(&trials, &question, &folder, &named, options.report.json)?;
+        if let Some(first) = refused
             && let Err(error) = campaign.of_trial(first)
         {
             self.note(&format!("no design, the first: trial {first}: {error}"));

@@ -43,8 +43,8 @@ impl Step {
                 "-" => Self::Vector1(negate_all),
                 "abs" => Self::Vector1(abs_all),
                 "tanh" => Self::Vector1(tanh_all),
-                "sin" => Self::Bounded1(sin_all),
-                "cos" => Self::Bounded1(cos_all),
+                "sin" => Self::Bounded1(turn_all::<false>),
+                "cos" => Self::Bounded1(turn_all::<true>),
                 _ => Self::One(ONE[which].of),
             },
             Operation::Two(which) => match TWO[which].name {
@@ -165,21 +165,13 @@ over_lanes! {
 }
 
 vectorised! {
-    fn sin_all[;](row: &mut Wide, outside: &mut Wide<u64>,) {
+    /// Sine or cosine.
+    fn turn_all[COSINE; const COSINE: bool](row: &mut Wide, outside: &mut Wide<u64>,) {
         for l in 0..LANES {
             let x = row[l];
             outside[l] |= u64::from(!sine::is_within(x));
-            row[l] = sine::sin_cos(x).0;
-        }
-    }
-}
-
-vectorised! {
-    fn cos_all[;](row: &mut Wide, outside: &mut Wide<u64>,) {
-        for l in 0..LANES {
-            let x = row[l];
-            outside[l] |= u64::from(!sine::is_within(x));
-            row[l] = sine::sin_cos(x).1;
+            let (sin, cos) = sine::sin_cos(x);
+            row[l] = if COSINE { cos } else { sin };
         }
     }
 }

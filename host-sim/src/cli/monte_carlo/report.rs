@@ -101,11 +101,9 @@ struct Report<'a> {
     worst: Vec<WorstTrial>,
 }
 
-fn count_unsettled(trials: &Trials, outcomes: &[Outcome]) -> Result<usize, String> {
-    let Some(k) = trials.header.columns.iter().position(|name| name == SETTLING) else { return Ok(0) };
-    let settling = trials.column(k)?;
-    let never = |(outcome, settling): &(&Outcome, &f64)| **outcome == Outcome::Finished && settling.is_nan();
-    Ok(outcomes.iter().zip(&settling).filter(never).count())
+fn count_unsettled(settling: &[f64], outcomes: &[Outcome]) -> usize {
+    let never = |(settling, outcome): &(&f64, &Outcome)| **outcome == Outcome::Finished && settling.is_nan();
+    settling.iter().zip(outcomes).filter(never).count()
 }
 
 fn unsettled(count: usize) -> String {
@@ -120,6 +118,7 @@ fn number(value: f64) -> String {
 }
 
 impl Console<'_> {
+    /// Writes and tells it; the first trial that was refused.
     pub(super) fn tell_trials(
         &mut self,
         trials: &Trials,
@@ -127,7 +126,7 @@ impl Console<'_> {
         folder: &Path,
         file: &str,
         is_json: bool,
-    ) -> Result<(), Failure> {
+    ) -> Result<Option<u64>, Failure> {
         let header = &trials.header;
         let outcomes = trials.outcomes().map_err(bad)?;
         let drawn = header.columns.iter().position(|name| name == ENDED).unwrap_or(0);
@@ -166,7 +165,7 @@ impl Console<'_> {
                 drawn: BTreeMap::new(),
             })
             .collect();
-        let (mut bars, mut dots) = (Vec::new(), Vec::new());
+        let (mut bars, mut dots, mut unsettled) = (Vec::new(), Vec::new(), 0);
         let by = &header.columns[question.worst];
         for (k, name) in header.columns.iter().enumerate() {
             let mut values = column(k)?;
@@ -177,6 +176,9 @@ impl Console<'_> {
                 if dots.len() < PANELS {
                     dots.push(scatter([name, &header.label(by)], &values, &figure, &outcomes, &order));
                 }
+            }
+            if name == SETTLING {
+                unsettled = count_unsettled(&values, &outcomes);
             }
             statistics::sort(&mut values);
             if k > drawn && bars.len() < PANELS {
@@ -202,33 +204,24 @@ impl Console<'_> {
                 count,
                 rate: count as f64 / header.trials as f64,
                 rate_below: is_random.then(|| statistics::largest_rate(count, header.trials, CONFIDENCE)),
-                unsettled: count_unsettled(trials, &outcomes).map_err(bad)?,
+                unsettled,
             },
             percentiles,
             worst_by: by,
             worst,
         };
         let json = serde_json::to_string(&report);
-        let failed_to = |name: &str, error: &std::io::Error| Failure::writing(folder.join(name).display(), error);
         let text = json.as_deref().unwrap_or_default();
         write_whole(&folder.join("monte-carlo.json"), |out| writeln!(out, "{text}"))
-            .map_err(|error| failed_to("monte-carlo.json", &error))?;
-        let title = |what: &str| format!("{}: {what}, {} trials, seed {}", header.scenario, header.trials, header.seed);
-        for (stem, title, panels) in [
-            ("histograms", title("figures of merit"), bars),
-            ("scatter", title(&format!("{by} over what was drawn")), dots),
-        ] {
-            let columns = panels.len().min(3);
-            if columns > 0 {
-                let figure = Figure { title, panels, columns };
-                figure.write(folder, stem).map_err(|error| failed_to(stem, &error))?;
-            }
-        }
+            .map_err(|error| Failure::writing(folder.join("monte-carlo.json").display(), &error))?;
+        write_pictures(folder, header, by, [bars, dots])?;
         if is_json {
-            return self.say_json(json);
+            self.say_json(json)?;
+        } else {
+            self.tell(&report, drawn, file, !question.at_most.is_empty())?;
+            self.say(&format!("written to {}", folder.display()))?;
         }
-        self.tell(&report, drawn, file, !question.at_most.is_empty())?;
-        self.say(&format!("written to {}", folder.display()))
+        Ok((0..).zip(outcomes).find_map(|(i, outcome)| (outcome == Outcome::Refused).then_some(i)))
     }
 
     fn tell(&mut self, report: &Report<'_>, drawn: usize, file: &str, has_bar: bool) -> Result<(), Failure> {
@@ -319,6 +312,23 @@ pub(in crate::cli) fn section(folder: &Path) -> Result<(String, Section), Failur
         ..Section::default()
     };
     Ok((scenario, section))
+}
+
+/// Histograms and scatter pictures, as far as there is anything to draw.
+fn write_pictures(folder: &Path, header: &Header, by: &str, [bars, dots]: [Vec<Panel>; 2]) -> Result<(), Failure> {
+    let title = |what: &str| format!("{}: {what}, {} trials, seed {}", header.scenario, header.trials, header.seed);
+    for (stem, title, panels) in [
+        ("histograms", title("figures of merit"), bars),
+        ("scatter", title(&format!("{by} over what was drawn")), dots),
+    ] {
+        let columns = panels.len().min(3);
+        if columns > 0 {
+            let figure = Figure { title, panels, columns };
+            let written = figure.write(folder, stem);
+            written.map_err(|error| Failure::writing(folder.join(stem).display(), &error))?;
+        }
+    }
+    Ok(())
 }
 
 /// Steps over the range of sorted values; of more than two decades over their logarithms.
