@@ -2,7 +2,7 @@
 //! the exported assembly, and on what GCC makes of the exported C files, against the records of `tick-record`: bound
 //! and meaning from one disassembly.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::compiler::TARGET;
@@ -230,7 +230,7 @@ fn of_the_image_and_the_archive(gate: &Gate, folder: &Path) -> Result<Outcome, S
     if let Err(failure) = Invocation::cargo(&["run", "--quiet", "-p", "tick-record", "--", &shown]).run(gate) {
         return Ok(Err(failure));
     }
-    let (of_image, mut of_archive) = (Texts::of(&folder.join("image"))?, Texts::of(&folder.join("archive"))?);
+    let (of_image, mut of_archive) = (texts(&folder.join("image"))?, texts(&folder.join("archive"))?);
     let ceilings = std::fs::read_to_string(gate.root.join(budget::CEILINGS)).map_err(|error| error.to_string())?;
     let declared = capi::functions(&gate.root)?;
     let without = |name: &str| WITHOUT_IN_THE_ARCHIVE.iter().any(|(part, _)| name.contains(part));
@@ -238,21 +238,19 @@ fn of_the_image_and_the_archive(gate: &Gate, folder: &Path) -> Result<Outcome, S
         .filter(|symbol| WITHOUT.iter().all(|(name, _)| name != symbol))
         .filter(|symbol| !is_shipped_assembly(symbol))
         .chain(declared.iter().map(String::as_str).filter(|name| !without(name)))
-        .filter(|name| !of_image.functions.contains(*name) && !of_archive.functions.contains(*name))
+        .filter(|name| !of_image.contains_key(*name) && !of_archive.contains_key(*name))
         .collect();
     if !missing.is_empty() {
         return Err(format!("held to no record, and for no reason: {}", missing.join(", ")));
     }
-    let stem = |file: &str| Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    of_archive.files.retain(|file| !without(&format!("edo_smc_{}", stem(file))));
-    of_archive.functions.retain(|name| !without(name));
+    of_archive.retain(|name, _| !without(name));
     let linked = folder.join("archive.elf").display().to_string();
-    let roots: Vec<String> = of_archive.functions.iter().map(|name| format!("-Wl,-u,{name}")).collect();
+    let roots: Vec<String> = of_archive.keys().map(|name| format!("-Wl,-u,{name}")).collect();
     let roots: Vec<&str> = roots.iter().map(String::as_str).collect();
     let commands = [
-        held(&format!("firmware/target/{TARGET}/release/budget"), &of_image.files),
+        held(&format!("firmware/target/{TARGET}/release/budget"), of_image.values()),
         Invocation::new(CROSS_C, &GCC).with(&roots).with(&[capi::FOR_THE_CHIP, "-o", &linked]),
-        held(&linked, &of_archive.files),
+        held(&linked, of_archive.values()),
     ];
     Ok(commands.iter().try_for_each(|command| command.run(gate)))
 }
@@ -293,25 +291,18 @@ fn of_the_assembly(gate: &Gate, folder: &Path, shipped: &Shipped) -> Result<Outc
     Ok(commands.iter().try_for_each(|command| command.run(gate)))
 }
 
-/// The texts in a folder, and what they are of.
-struct Texts {
-    files: Vec<String>,
-    functions: BTreeSet<String>,
-}
-
-impl Texts {
-    fn of(folder: &Path) -> Result<Self, String> {
-        let told = |error: std::io::Error| format!("{}: {error}", folder.display());
-        let entries = std::fs::read_dir(folder).map_err(told)?.collect::<Result<Vec<_>, _>>().map_err(told)?;
-        let mut files: Vec<String> = entries.iter().map(|entry| entry.path().display().to_string()).collect();
-        files.sort();
-        let mut functions = BTreeSet::new();
-        for file in &files {
-            let head = std::fs::read_to_string(file).map_err(|error| format!("{file}: {error}"))?;
-            functions.extend(head.lines().find_map(|line| line.strip_prefix("function ")).map(str::to_owned));
-        }
-        Ok(Self { files, functions })
+/// The texts in a folder: of each function its file.
+fn texts(folder: &Path) -> Result<BTreeMap<String, String>, String> {
+    let told = |error: std::io::Error| format!("{}: {error}", folder.display());
+    let mut texts = BTreeMap::new();
+    for entry in std::fs::read_dir(folder).map_err(told)? {
+        let file = entry.map_err(told)?.path().display().to_string();
+        let text = std::fs::read_to_string(&file).map_err(|error| format!("{file}: {error}"))?;
+        let function = text.lines().find_map(|line| line.strip_prefix("function "));
+        let function = function.ok_or_else(|| format!("{file}: a text of no function"))?;
+        texts.insert(function.to_owned(), file);
     }
+    Ok(texts)
 }
 
 /// Functions that have a ceiling.
@@ -354,13 +345,15 @@ fn of_the_files(gate: &Gate, folder: &Path, exported: &Exported) -> Result<Outco
     Ok(commands.iter().try_for_each(|command| command.run(gate)))
 }
 
-fn held(elf: &str, texts: &[String]) -> Invocation {
-    let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
+fn held<'a>(elf: &str, texts: impl IntoIterator<Item = &'a String>) -> Invocation {
+    let texts: Vec<&str> = texts.into_iter().map(String::as_str).collect();
     Invocation::cargo(&["run", "--quiet", "-p", "cycle-bound", "--", "--elf", elf, "--means"]).with(&texts)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
     #[test]
