@@ -4,10 +4,11 @@
 //! differs is a choice by the branches between. The text becomes values of the same graph. Then every result must be
 //! equal to that of the text, each register that a function leaves as it was to its entry, and nothing else may be
 //! written; where an instruction cannot be followed, it is to be shown that no input goes there. Equal is what gives
-//! the same term on every path: for each way that the comparisons can be answered. Where that are too many, values
-//! between are shown to be equal first, and stand for themselves from then on (`sweep.rs`). Then both give the same
-//! bits for all inputs: no number is chosen, none is left out. Numbers are tried too, but only to find where two
-//! results differ, and what may be equal. What cannot be shown is declined, with its name.
+//! the same term on every path: for each way that the comparisons can be answered. Where that are too many, it is shown
+//! case by case, for a decision that goes one way and for one that goes the other (`cases.rs`); and where a case has
+//! still too many, values between are shown to be equal first, and stand for themselves from then on (`sweep.rs`). Then
+//! both give the same bits for all inputs: no number is chosen, none is left out. Numbers are tried too, but only to
+//! find where two results differ, and what may be equal (`inputs.rs`). What cannot be shown is declined, with its name.
 //!
 //! # What counts as the same
 //! `+ * /` of floats stay as they are; only identities are used that hold for every bit pattern if one rounds to
@@ -80,12 +81,14 @@ use crate::instruction::Decoder;
 use crate::table::Table;
 use crate::{Answer, Options, image_file};
 
+use cases::{Cases, Effort};
 use graph::{Graph, Node};
 use machine::{Machine, Program, Word};
-use sweep::Sweep;
 use text::Expected;
 
+mod cases;
 mod graph;
+mod inputs;
 mod machine;
 mod sweep;
 mod term;
@@ -172,7 +175,7 @@ pub(crate) fn run(elf: &Path, options: &Options, stop: &AtomicBool) -> Result<Me
         let name = options.symbol.as_deref().unwrap_or(&expected.function);
         let function = image.find(name).map_err(|reason| told(path, &reason))?;
         let begin = Instant::now();
-        let found = held(&image, function, &expected, sweep::WHOLE, stop)?;
+        let found = held(&image, function, &expected, Effort::USUAL, stop)?;
         let asked = Options { symbol: Some(function.symbols[0].clone()), ..options.clone() };
         let bound = Answer::of(&image, &asked)?.report.bound();
         let row = Row {
@@ -201,12 +204,12 @@ struct Found {
     verdict: Verdict,
 }
 
-/// Function and text in one graph, held against each other: as a whole up to so many paths.
+/// Function and text in one graph, held against each other.
 fn held(
     image: &Image,
     function: &Function,
     expected: &Expected,
-    whole: usize,
+    effort: Effort,
     stop: &AtomicBool,
 ) -> Result<Found, String> {
     let image = &*image.while_runs(function);
@@ -234,12 +237,9 @@ fn held(
         return declined(0, program.instructions(), reason);
     }
     let no = graph.truth(false);
-    let mut of_machine: Vec<Node> = found.iter().map(|(_, found, _)| *found).collect();
-    of_machine.extend(dead.iter().map(|(_, reached)| *reached));
     let dead_ends = dead.iter().map(|(_, reached)| (*reached, no));
     let pairs: Vec<(Node, Node)> = dead_ends.chain(found.iter().map(|(_, found, wanted)| (*found, *wanted))).collect();
-    let mut sweep = Sweep::new(&mut graph, expected, &wanted, &of_machine);
-    if let Some((at, inputs)) = sweep.try_numbers(&wanted, &pairs) {
+    let different = |(at, inputs): (usize, Vec<u32>)| {
         let told: Vec<String> = (expected.inputs.iter().zip(inputs))
             .map(|(port, bits)| match port.kind {
                 text::Kind::Number => format!("{} = {:?}", port.name, f32::from_bits(bits)),
@@ -250,17 +250,21 @@ fn held(
             return declined(0, program.instructions(), format!("{}, where {}", dead[at].0, told.join(", ")));
         };
         let what = format!("{} is another where {}", found[at].0, told.join(", "));
-        return Ok(Found { instructions: program.instructions(), paths: 0, verdict: Verdict::Differs(what) });
-    }
-    let open: Vec<String> = (sweep.unequal(&pairs, whole, stop)?.into_iter())
+        Ok(Found { instructions: program.instructions(), paths: 0, verdict: Verdict::Differs(what) })
+    };
+    let tried = match inputs::difference(&graph, expected, &wanted, &pairs, effort.tried) {
+        Ok(tried) => tried,
+        Err(found) => return different(found),
+    };
+    let mut cases = Cases::new(expected, effort, stop);
+    let open: Vec<String> = (cases.unequal(&mut graph, &pairs, &tried)?.into_iter())
         .map(|at| match dead.get(at) {
             Some((reason, _)) => reason.clone(),
             None => format!("{} is not shown to be the same", found[at - dead.len()].0),
         })
         .collect();
-    let paths = sweep.paths;
     let verdict = if open.is_empty() { Verdict::Same } else { Verdict::Declined(open.join("; ")) };
-    Ok(Found { instructions: program.instructions(), paths, verdict })
+    Ok(Found { instructions: program.instructions(), paths: cases.paths, verdict })
 }
 
 #[cfg(test)]

@@ -14,9 +14,6 @@ use crate::{budget, capi, firmware};
 const FOLDER: &str = "target/means";
 /// What the exported C file of a controller or a drive holds, each a function of its own.
 const FUNCTIONS: [&str; 6] = ["tick", "start", "not_started", "report_applied", "estimates", "reset"];
-const ALL_BUT_THE_TICK: &[&str] = FUNCTIONS.split_at(1).1;
-/// The tick of a joint's drive is shown at some levels, and in no other file.
-const TICK_ALONE: &[&str] = FUNCTIONS.split_at(1).0;
 /// What the assembly holds: with a tick of u alone, of a drive also the parts of its tick.
 const ASSEMBLED: [&str; 7] = ["tick_u", "tick", "start", "not_started", "report_applied", "estimates", "reset"];
 const ASSEMBLED_DRIVE: [&str; 12] = [
@@ -92,53 +89,25 @@ struct Exported {
     name: &'static str,
     scenario: &'static [&'static str],
     in_c: &'static [&'static str],
-    levels: &'static [&'static str],
     in_assembly: &'static [&'static str],
 }
 
-const EXPORTED: [Exported; 6] = [
-    Exported {
-        name: "joint",
-        scenario: &["--set", LIMITS],
-        in_c: &FUNCTIONS,
-        levels: &LEVELS,
-        in_assembly: &ASSEMBLED,
-    },
+const EXPORTED: [Exported; 5] = [
+    Exported { name: "joint", scenario: &["--set", LIMITS], in_c: &FUNCTIONS, in_assembly: &ASSEMBLED },
     Exported {
         name: "joint_r3",
         scenario: &["--set", LIMITS, "--set", ORDER_3],
         in_c: &FUNCTIONS,
-        levels: &LEVELS,
         in_assembly: &ASSEMBLED,
     },
-    Exported {
-        name: "chain",
-        scenario: &["scenario/scenarios/chain.toml"],
-        in_c: &FUNCTIONS,
-        levels: &LEVELS,
-        in_assembly: &ASSEMBLED,
-    },
+    Exported { name: "chain", scenario: &["scenario/scenarios/chain.toml"], in_c: &FUNCTIONS, in_assembly: &ASSEMBLED },
     Exported {
         name: "motor",
         scenario: &["scenario/scenarios/motor.toml"],
         in_c: &FUNCTIONS,
-        levels: &LEVELS,
         in_assembly: &ASSEMBLED_DRIVE,
     },
-    Exported {
-        name: "joint_drive",
-        scenario: &["examples/c/drive.toml"],
-        in_c: ALL_BUT_THE_TICK,
-        levels: &LEVELS,
-        in_assembly: &[],
-    },
-    Exported {
-        name: "joint_drive_of_c",
-        scenario: &["examples/c/drive.toml"],
-        in_c: TICK_ALONE,
-        levels: &["-O1", "-Os"],
-        in_assembly: &[],
-    },
+    Exported { name: "joint_drive", scenario: &["examples/c/drive.toml"], in_c: &FUNCTIONS, in_assembly: &[] },
 ];
 const LIMITS: &str = "controller.limits={ min = -300, max = 300 }";
 const ORDER_3: &str = "controller.observer=[{ channel = 2, bandwidth_rad_s = 10, order = 3 }, \
@@ -175,7 +144,6 @@ const LOOP: &str = "calls the library's memclr, which has a loop";
 const SIZE: &str = "a constant";
 const EXPONENTIAL: &str = "an exponential of a library, which is not recorded";
 const DRIVE: &str = "a drive with monitors has more ways than are recorded; nor is one over measured states";
-const TWO_ENCODERS: &str = "the C of a joint's drive at -O2 and -O3: five of 33 results are not shown in time";
 /// An interrupt is more than its tick: it talks to the chip.
 const INTERRUPT: &str = "TIM3";
 
@@ -214,7 +182,6 @@ pub(crate) fn judge(gate: &mut Gate) -> Outcome {
         for (names, why) in WITHOUT_IN_THE_ARCHIVE {
             println!("  {names:<36} {why}");
         }
-        println!("  {:<36} {TWO_ENCODERS}", "joint_drive_tick");
         Ok(())
     })
 }
@@ -313,7 +280,7 @@ fn symbols(ceilings: &str) -> impl Iterator<Item = &str> {
 
 /// The functions of an exported C file, by GCC, and of the assembly.
 fn of_the_files(gate: &Gate, folder: &Path, exported: &Exported) -> Result<Outcome, String> {
-    let &Exported { name, scenario, in_c, levels, in_assembly } = exported;
+    let &Exported { name, scenario, in_c, in_assembly } = exported;
     std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let mut commands = Vec::new();
     for (form, functions) in [("--standalone", in_c), ("--asm", in_assembly)] {
@@ -333,7 +300,7 @@ fn of_the_files(gate: &Gate, folder: &Path, exported: &Exported) -> Result<Outco
         commands.extend(written(&export, functions, &texts));
         let assembled = form == "--asm";
         commands.push(export.with(&["-o", &file(if assembled { ".S" } else { ".h" })]));
-        for level in if assembled { &LEVELS[..1] } else { levels } {
+        for level in if assembled { &LEVELS[..1] } else { &LEVELS[..] } {
             let elf = file(&format!("{level}.elf"));
             let mut link = Invocation::new(CROSS_C, &GCC).with(&[level, &file(".c"), "-o", &elf]);
             if assembled {

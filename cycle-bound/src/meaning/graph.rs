@@ -6,7 +6,7 @@
 //!
 //! Whatever has been shown to be equal is [`joined`](Graph::join): from then on one of them stands for all.
 
-use super::term::{EQUAL, GREATER, LESS, MINUS_ZERO, Mixing, Order, Path, Term, UNORDERED, between};
+use super::term::{EQUAL, GREATER, LESS, MINUS_ZERO, Mixing, Order, Path, Term, UNORDERED, between, follows, turned};
 use super::text::Port;
 
 /// Names a value: its place in the graph.
@@ -48,6 +48,7 @@ impl Op {
     }
 }
 
+/// No way is known in which two numbers do not stand.
 const ANY: u8 = LESS | EQUAL | GREATER | UNORDERED;
 /// Choices between constants that an operation is taken into.
 const CHOICES: usize = 6;
@@ -62,13 +63,21 @@ pub(super) struct Graph {
     /// Is it a truth?
     truths: Vec<bool>,
     entries: u32,
+    /// Of a case: what is so in it, and what follows of how a number stands to others.
+    pub(super) supposed: Vec<(Node, bool)>,
+    facts: Mixing<Node, Vec<(Node, u8)>>,
 }
 
 impl Graph {
     /// Entries below are registers.
     const REGISTERS: u32 = 64;
 
-    fn node(&mut self, op: Op) -> Node {
+    /// Nothing, where what may be anything has other names than here.
+    pub(super) fn fresh(&self) -> Self {
+        Self { entries: self.entries, ..Self::default() }
+    }
+
+    pub(super) fn node(&mut self, op: Op) -> Node {
         if let Some(node) = self.known.get(&op) {
             return *node;
         }
@@ -274,7 +283,34 @@ impl Graph {
     }
 
     pub(super) fn stands(&mut self, a: Node, set: u8, b: Node) -> Node {
+        let may = self.may_stand(a, b);
+        if may & set == 0 || may & !set == 0 {
+            return self.truth(may & set != 0);
+        }
         self.node(Op::Compare(set, a, b))
+    }
+
+    /// All ways in which a number may stand to another in this case.
+    fn may_stand(&self, a: Node, b: Node) -> u8 {
+        let float = |node| self.bits(node).map(f32::from_bits).filter(|number| !number.is_nan());
+        self.facts.get(&a).into_iter().flatten().fold(ANY, |may, &(other, set)| match (float(other), float(b)) {
+            _ if other == b => may & set,
+            (Some(known), Some(to)) => may & follows(set, known, to),
+            _ => may,
+        })
+    }
+
+    /// From now on this truth, which is no choice and not turned, is so: what is made of the same parts is a constant.
+    pub(super) fn suppose(&mut self, t: Node, truth: bool) {
+        self.supposed.push((t, truth));
+        let known = self.truth(truth);
+        self.known.insert(self.ops[t], known);
+        if let Op::Compare(set, a, b) = self.ops[t] {
+            let may = if truth { set } else { ANY & !set };
+            for (a, b, may) in [(a, b, may), (b, a, turned(may))] {
+                self.facts.entry(a).or_default().push((b, may));
+            }
+        }
     }
 
     pub(super) fn ordered(&mut self, order: Order, a: Node, b: Node) -> Node {

@@ -522,7 +522,7 @@ impl Terms {
 }
 
 /// The same set seen from the other number.
-fn turned(set: u8) -> u8 {
+pub(super) fn turned(set: u8) -> u8 {
     set & (EQUAL | UNORDERED) | (set & LESS) << 2 | (set & GREATER) >> 2
 }
 
@@ -553,7 +553,7 @@ fn through(first: u8, second: u8) -> u8 {
 }
 
 /// How x may stand to `to` if it stands to `known` in one of these ways.
-fn follows(set: u8, known: f32, to: f32) -> u8 {
+pub(super) fn follows(set: u8, known: f32, to: f32) -> u8 {
     let order = between(known, to);
     let mut may = set & UNORDERED;
     if set & EQUAL != 0 {

@@ -17,16 +17,16 @@ const SCHEDULED: (&[u8], &str) =
 const MOTOR: (&[u8], &str) = (include_bytes!("../../tests/motor.elf"), include_str!("../../tests/motor.means"));
 
 fn verdict(elf: &[u8], text: &str) -> Verdict {
-    verdict_of(elf, text, sweep::WHOLE)
+    verdict_of(elf, text, Effort::USUAL)
 }
 
-fn verdict_of(elf: &[u8], text: &str, whole: usize) -> Verdict {
+fn verdict_of(elf: &[u8], text: &str, effort: Effort) -> Verdict {
     // Read where it is aligned.
     let aligned = elf.to_vec();
     let image = Image::read(&aligned).expect("an image");
     let expected = Expected::read(text).expect("a text");
     let function = image.find(&expected.function).expect("the function");
-    held(&image, function, &expected, whole, &AtomicBool::new(false)).expect("not stopped").verdict
+    held(&image, function, &expected, effort, &AtomicBool::new(false)).expect("not stopped").verdict
 }
 
 /// Byte offset in the file of the one place where these halfwords stand.
@@ -133,11 +133,18 @@ fn a_tick_of_a_compiler_is_the_recorded_one() {
 }
 
 #[test]
-fn what_is_swept_is_the_same_as_what_is_followed_as_a_whole() {
+fn swept_or_case_by_case_it_is_the_same_as_followed_as_a_whole() {
     for (elf, text) in [SLEW, JOINT, ARCHIVE, SCHEDULED, MOTOR] {
-        assert_eq!(verdict_of(elf, text, 0), Verdict::Same);
+        for effort in [SWEPT, PARTED] {
+            assert_eq!(verdict_of(elf, text, effort), Verdict::Same);
+        }
     }
 }
+
+/// As one case, of which nothing is followed as a whole.
+const SWEPT: Effort = Effort { whole: 0, many: usize::MAX, cases: 1, ..Effort::USUAL };
+/// Case by case as long as there are choices to make.
+const PARTED: Effort = Effort { whole: 0, small: 4, many: 0, ..Effort::USUAL };
 
 #[test]
 fn what_a_call_is_given_is_part_of_the_text() {
@@ -155,18 +162,30 @@ fn what_a_call_is_given_is_part_of_the_text() {
 
 #[test]
 fn faults_in_a_tick_are_noticed_wherever_they_are() {
+    let usual = Effort::USUAL;
     // Two change nothing: |a - 0| is |a + 0| where it is compared, and the other's sign goes into an absolute value.
-    assert_eq!(missed(JOINT), ["vsub for vadd at 0x150", "the sign of a constant at 0x3da"]);
+    assert_eq!(missed(JOINT, usual), ["vsub for vadd at 0x150", "the sign of a constant at 0x3da"]);
     // Nor these, on the way of an address that is NULL or not a multiple of 4, which the text has not.
-    assert_eq!(missed(ARCHIVE), ["the other branch at 0x8e", "the other branch at 0x94"]);
+    assert_eq!(missed(ARCHIVE, usual), ["the other branch at 0x8e", "the other branch at 0x94"]);
     // Here too: an innovation of -1e-45 in place of -0 is lost in its product, and a sign goes into an absolute value.
-    assert_eq!(missed(SCHEDULED), ["a bit of a constant at 0x3f8", "the sign of a constant at 0x40a"]);
+    assert_eq!(missed(SCHEDULED, usual), ["a bit of a constant at 0x3f8", "the sign of a constant at 0x40a"]);
     // Of 14 bits with a sign that is known no more than 13 are left, and no turn; a count is no -0, added or taken off.
-    assert_eq!(missed(MOTOR), ["another width at 0x1a", "vsub for vadd at 0x48", "shifted by another at 0xda"]);
+    assert_eq!(missed(MOTOR, usual), ["another width at 0x1a", "vsub for vadd at 0x48", "shifted by another at 0xda"]);
+}
+
+/// No number is tried but one, so that none of them is told by numbers: what is shown is shown.
+#[test]
+fn what_is_shown_case_by_case_or_swept_is_shown_without_numbers() {
+    for effort in [PARTED, SWEPT] {
+        let blind = Effort { tried: 1, ..effort };
+        for (of, harmless) in [(JOINT, 2), (MOTOR, 3)] {
+            assert_eq!(missed(of, blind).len(), harmless);
+        }
+    }
 }
 
 /// Each instruction of these encodings, changed one at a time: what nobody notices.
-fn missed((elf, text): (&[u8], &str)) -> Vec<String> {
+fn missed((elf, text): (&[u8], &str), effort: Effort) -> Vec<String> {
     let elf = elf.to_vec();
     let image = Image::read(&elf).expect("an image");
     let expected = Expected::read(text).expect("a text");
@@ -209,7 +228,7 @@ fn missed((elf, text): (&[u8], &str)) -> Vec<String> {
         let mut elf = elf.clone();
         let bytes: Vec<u8> = halfwords.iter().flat_map(|half| half.to_le_bytes()).collect();
         elf[begin + at..begin + at + bytes.len()].copy_from_slice(&bytes);
-        if verdict(&elf, text) == Verdict::Same {
+        if verdict_of(&elf, text, effort) == Verdict::Same {
             missed.push(format!("{kind} at {at:#x}"));
         }
     }
@@ -400,4 +419,57 @@ fn counts_whose_sign_is_known_have_their_values() {
             }
         }
     }
+}
+
+/// Values at random of values at random, and what they are in a case within a case: for all inputs of it the same bits.
+#[test]
+fn in_a_case_every_value_is_what_it_was() {
+    let mut random = Random(3);
+    let patterns = patterns();
+    let mut of_a_case = 0;
+    for _ in 0..400 {
+        let mut graph = Graph::default();
+        let mut words: Vec<Node> = (0..3).map(|k| graph.input(k)).collect();
+        let mut truths: Vec<Node> = (3..5).map(|k| graph.given(k)).collect();
+        words.extend([0, 0x3f80_0000, 0xbf80_0000, 7].map(|bits| graph.constant(bits)));
+        for _ in 0..40 {
+            let (a, b) = (random.of(&words), random.of(&words));
+            let (t, u) = (random.of(&truths), random.of(&truths));
+            match random.below(12) {
+                0 => words.push(graph.add(a, b)),
+                1 => words.push(graph.plus(a, b, u32::MAX)),
+                2 => words.push(graph.one("abs", a)),
+                3..6 => words.push(graph.select(t, a, b)),
+                6..9 => truths.push(graph.stands(a, 1 + random.below(14) as u8, b)),
+                9 => truths.push(graph.ordered(term::Order::Less, a, b)),
+                10 => truths.push(graph.and(t, u)),
+                _ => truths.push(graph.not(t)),
+            }
+        }
+        let roots = [words, truths.clone()].concat();
+        // A truth is so or not, and in that case another one.
+        let at = [0; 2].map(|_| roots.len() - 1 - random.below(truths.len()));
+        let so = [0; 2].map(|_| random.below(2) == 0);
+        let (case, of_case) = graph.case(roots[at[0]], so[0], &roots);
+        let (within, of_within) = case.case(of_case[at[1]], so[1], &of_case);
+        for _ in 0..50 {
+            let words = [0; 3].map(|_| random.of(&patterns));
+            let tried = (0, [&words[..], &[0; 2].map(|_| random.below(2) as u32)].concat());
+            let of = |graph: &Graph, roots: &[Node]| {
+                let mut values = vec![0; graph.ops.len()];
+                inputs::compute(graph, &tried, &mut values);
+                roots.iter().map(|root| values[*root]).collect::<Vec<u32>>()
+            };
+            let whole = of(&graph, &roots);
+            let is_so = |k: usize| whole[at[k]] == u32::from(so[k]);
+            if is_so(0) {
+                assert_eq!(of(&case, &of_case), whole);
+                if is_so(1) {
+                    of_a_case += 1;
+                    assert_eq!(of(&within, &of_within), whole);
+                }
+            }
+        }
+    }
+    assert!(of_a_case > 1000, "{of_a_case}");
 }
