@@ -480,7 +480,10 @@ impl Run<'_> {
     }
 
     fn truth(&mut self, node: Node, path: &mut Path<'_>) -> Option<bool> {
-        Some(self.value(node, path)? == Value::Truth(true))
+        match self.value(node, path)? {
+            Value::Truth(truth) => Some(truth),
+            Value::Word(_) => None,
+        }
     }
 
     fn computed(&mut self, node: Node, path: &mut Path<'_>) -> Option<Value> {

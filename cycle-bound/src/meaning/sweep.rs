@@ -249,7 +249,8 @@ impl<'a> Sweep<'a> {
             let mut run = Run { graph: self.graph, cuts: &|node| cuts.contains(&node), values: &mut values };
             let mut is_of_case = true;
             for &(t, truth) in supposed {
-                is_of_case &= run.value(t, &mut path)? == Value::Truth(truth);
+                let Value::Truth(is) = run.value(t, &mut path)? else { return None };
+                is_of_case &= is == truth;
             }
             for &(a, b, turned) in pairs.iter().filter(|_| is_of_case) {
                 let one = run.value(a, &mut path)?;

@@ -1,5 +1,6 @@
 use std::sync::atomic::AtomicBool;
 
+use super::graph::Op;
 use super::term::{EQUAL, GREATER, LESS, Path as Way, Signs, Terms, UNORDERED};
 use super::*;
 use crate::tests::elf::elf;
@@ -421,55 +422,303 @@ fn counts_whose_sign_is_known_have_their_values() {
     }
 }
 
-/// Values at random of values at random, and what they are in a case within a case: for all inputs of it the same bits.
+/// A value made at random: an operation, its parts and a number that goes with it, each taken from what is there.
+type Step = [usize; 5];
+
+fn steps(random: &mut Random, many: usize) -> Vec<Step> {
+    (0..many).map(|_| [0; 5].map(|_| random.below(1 << 30))).collect()
+}
+
+/// Values of three kinds: floats, counts, truths.
+#[derive(Clone)]
+struct Made {
+    floats: Vec<Node>,
+    counts: Vec<Node>,
+    truths: Vec<Node>,
+}
+
+impl Made {
+    const FLOATS: [u32; 10] = [
+        0,
+        0x8000_0000,
+        0x3f80_0000,
+        0xbf80_0000,
+        0x4000_0000,
+        0x3f80_0001,
+        0x7f80_0000,
+        0xff80_0000,
+        0x7fc0_0000,
+        0x7f7f_ffff,
+    ];
+    const COUNTS: [u32; 9] = [0, 1, 2, 4, 7, 0x3fff, 0x8000_0000, 0x7fff_ffff, u32::MAX];
+
+    /// Three floats, two counts, three truths.
+    fn new(graph: &mut Graph) -> Self {
+        let mut made = Self {
+            floats: (0..3).map(|at| graph.input(at)).collect(),
+            counts: (3..5).map(|at| graph.input(at)).collect(),
+            truths: (5..8).map(|at| graph.given(at)).collect(),
+        };
+        made.floats.extend(Self::FLOATS[..6].iter().map(|bits| graph.constant(*bits)));
+        made.counts.extend(Self::COUNTS[..3].iter().map(|bits| graph.constant(*bits)));
+        made
+    }
+
+    fn tried(random: &mut Random, patterns: &[u32]) -> inputs::Tried {
+        let words = (0..5).map(|at| match (random.below(4), at) {
+            (0, _) => random.of(patterns),
+            (_, 0..3) => random.of(&Self::FLOATS),
+            _ => random.of(&Self::COUNTS),
+        });
+        let words = words.zip(0..).map(|(bits, at)| match at {
+            // All NaN are one.
+            0..3 if f32::from_bits(bits).is_nan() => 0x7fc0_0000,
+            _ => bits,
+        });
+        let mut words: Vec<u32> = words.collect();
+        words.extend((0..3).map(|_| random.below(2) as u32));
+        (random.below(64) as u32, words)
+    }
+
+    /// If it is threaded, some of what is made of a choice is the choice between what is made of each.
+    fn add(&mut self, graph: &mut Graph, [kind, i, j, k, with]: Step, threaded: bool) {
+        let of = |values: &[Node], at: usize| match at % 3 {
+            // The last ones more often.
+            0 => values[values.len() - 1 - at / 3 % values.len().min(6)],
+            _ => values[at / 3 % values.len()],
+        };
+        let (a, b) = (of(&self.floats, i), of(&self.floats, j));
+        let (c, d) = (of(&self.counts, i), of(&self.counts, j));
+        let (t, u, v) = (of(&self.truths, k), of(&self.truths, i), of(&self.truths, j));
+        let float = Self::FLOATS[with % Self::FLOATS.len()];
+        let float = graph.constant(float);
+        let b = if with / 16 % 3 == 0 { float } else { b };
+        let count = Self::COUNTS[with % Self::COUNTS.len()];
+        let count = graph.constant(count);
+        let d = if with / 16 % 3 == 0 { count } else { d };
+        let by = 1 + with as u32 % 31;
+        let set = 1 + (with / 64 % 14) as u8;
+        let threaded = threaded && with / 1024 % 2 == 0;
+        let made = |graph: &mut Graph, of: Node, value: &dyn Fn(&mut Graph, Node) -> Node| match graph.ops[of] {
+            Op::Select(t, x, y) if threaded => {
+                let (x, y) = (value(graph, x), value(graph, y));
+                graph.select(t, x, y)
+            }
+            _ => value(graph, of),
+        };
+        match kind % 32 {
+            0 => self.floats.push(made(graph, a, &|graph, a| graph.add(a, b))),
+            1 => self.floats.push(made(graph, a, &|graph, a| graph.sub(a, b))),
+            2 => self.floats.push(made(graph, a, &|graph, a| graph.mul(a, b))),
+            3 => self.floats.push(made(graph, a, &|graph, a| graph.two("div", a, b))),
+            4 => self.floats.push(made(graph, a, &|graph, a| graph.neg(a))),
+            5 => self.floats.push(made(graph, a, &|graph, a| graph.one("abs", a))),
+            6 => self.floats.push(made(graph, c, &|graph, c| graph.one("number_of", c))),
+            7 => self.floats.push(made(graph, c, &|graph, c| graph.one("number_without_sign_of", c))),
+            8..12 => self.floats.push(graph.select(t, a, b)),
+            12 => self.counts.push(made(graph, c, &|graph, c| graph.plus(c, d, 1))),
+            13 => self.counts.push(made(graph, c, &|graph, c| graph.plus(c, d, u32::MAX))),
+            14 => self.counts.push(made(graph, c, &|graph, c| graph.low_bits(c, by))),
+            15 => self.counts.push(made(graph, c, &|graph, c| graph.shifted_right(c, by))),
+            16 => {
+                let name = ["and", "orr", "eor", "times", "quotient"][with / 64 % 5];
+                self.counts.push(made(graph, c, &|graph, c| graph.two(name, c, count)));
+            }
+            17..20 => self.counts.push(graph.select(t, c, d)),
+            20..25 => self.truths.push(made(graph, a, &|graph, a| graph.stands(a, set, b))),
+            25 => self.truths.push(made(graph, c, &|graph, c| graph.ordered(term::Order::Less, c, d))),
+            26 => self.truths.push(made(graph, c, &|graph, c| graph.ordered(term::Order::Below, c, d))),
+            27 => self.truths.push(made(graph, c, &|graph, c| graph.ordered(term::Order::Equal, c, d))),
+            28 => self.truths.push(graph.and(t, u)),
+            29 => self.truths.push(graph.not(t)),
+            30 => {
+                let yes = graph.truth(true);
+                self.truths.push(graph.select(t, yes, u));
+            }
+            _ => self.truths.push(graph.select(t, u, v)),
+        }
+    }
+
+    fn of(graph: &mut Graph, steps: &[Step], threaded: bool) -> Self {
+        let mut made = Self::new(graph);
+        for step in steps {
+            made.add(graph, *step, threaded);
+        }
+        made
+    }
+
+    fn all(&self) -> Vec<Node> {
+        [&self.floats[..], &self.counts, &self.truths].concat()
+    }
+}
+
+/// A text with these inputs, of which no more is used.
+fn text_of_inputs() -> Expected {
+    let text = "means 1\nfunction f\nin a number s0\nin b number s1\nin c number s2\nin d count r0\nin e count r1\n\
+                in t truth r2\nin u truth r3\nin v truth r4\nout y count r9\nbegin\nreturn d\n";
+    Expected::read(text).expect("a text")
+}
+
+/// Values at random of values at random, and what they are in cases within cases, of which some values have been
+/// joined before: for all inputs of it the same bits.
 #[test]
 fn in_a_case_every_value_is_what_it_was() {
     let mut random = Random(3);
     let patterns = patterns();
-    let mut of_a_case = 0;
-    for _ in 0..400 {
+    let (expected, stop) = (text_of_inputs(), AtomicBool::new(false));
+    let (mut of_a_case, mut joined) = ([0; 4], 0);
+    for _ in 0..600 {
         let mut graph = Graph::default();
-        let mut words: Vec<Node> = (0..3).map(|k| graph.input(k)).collect();
-        let mut truths: Vec<Node> = (3..5).map(|k| graph.given(k)).collect();
-        words.extend([0, 0x3f80_0000, 0xbf80_0000, 7].map(|bits| graph.constant(bits)));
-        for _ in 0..40 {
-            let (a, b) = (random.of(&words), random.of(&words));
-            let (t, u) = (random.of(&truths), random.of(&truths));
-            match random.below(12) {
-                0 => words.push(graph.add(a, b)),
-                1 => words.push(graph.plus(a, b, u32::MAX)),
-                2 => words.push(graph.one("abs", a)),
-                3..6 => words.push(graph.select(t, a, b)),
-                6..9 => truths.push(graph.stands(a, 1 + random.below(14) as u8, b)),
-                9 => truths.push(graph.ordered(term::Order::Less, a, b)),
-                10 => truths.push(graph.and(t, u)),
-                _ => truths.push(graph.not(t)),
+        let made = Made::of(&mut graph, &steps(&mut random, 50), false);
+        let mut roots = made.all();
+        let truths: Vec<Node> = made.truths;
+        let begin = roots.len() - truths.len();
+        let all: Vec<inputs::Tried> = (0..60).map(|_| Made::tried(&mut random, &patterns)).collect();
+        // The inputs of the case, and what each root is of them.
+        let of = |graph: &Graph, roots: &[Node], tried: &inputs::Tried| {
+            let mut values = vec![0; graph.ops.len()];
+            inputs::compute(graph, tried, &mut values);
+            roots.iter().map(|root| values[*root]).collect::<Vec<u32>>()
+        };
+        let mut so: Vec<(inputs::Tried, Vec<u32>)> =
+            all.iter().map(|tried| (tried.clone(), of(&graph, &roots, tried))).collect();
+        for level in 0..4 {
+            for (tried, values) in &so {
+                of_a_case[level] += 1;
+                assert_eq!(&of(&graph, &roots, tried), values, "level {level}");
             }
-        }
-        let roots = [words, truths.clone()].concat();
-        // A truth is so or not, and in that case another one.
-        let at = [0; 2].map(|_| roots.len() - 1 - random.below(truths.len()));
-        let so = [0; 2].map(|_| random.below(2) == 0);
-        let (case, of_case) = graph.case(roots[at[0]], so[0], &roots);
-        let (within, of_within) = case.case(of_case[at[1]], so[1], &of_case);
-        for _ in 0..50 {
-            let words = [0; 3].map(|_| random.of(&patterns));
-            let tried = (0, [&words[..], &[0; 2].map(|_| random.below(2) as u32)].concat());
-            let of = |graph: &Graph, roots: &[Node]| {
-                let mut values = vec![0; graph.ops.len()];
-                inputs::compute(graph, &tried, &mut values);
-                roots.iter().map(|root| values[*root]).collect::<Vec<u32>>()
-            };
-            let whole = of(&graph, &roots);
-            let is_so = |k: usize| whole[at[k]] == u32::from(so[k]);
-            if is_so(0) {
-                assert_eq!(of(&case, &of_case), whole);
-                if is_so(1) {
-                    of_a_case += 1;
-                    assert_eq!(of(&within, &of_within), whole);
+            if random.below(2) == 0 {
+                let pairs: Vec<(Node, Node)> = (0..4).map(|_| (random.of(&roots), random.of(&roots))).collect();
+                let blind: Vec<inputs::Tried> =
+                    so.iter().take(random.below(6)).map(|(tried, _)| tried.clone()).collect();
+                let mut sweep = sweep::Sweep::new(&mut graph, &expected, &pairs);
+                let left = sweep.unequal(&pairs, &blind, &stop).expect("not stopped");
+                let nodes: Vec<Node> = (0..graph.ops.len()).collect();
+                for (tried, _) in &so {
+                    let values = of(&graph, &nodes, tried);
+                    for node in 0..nodes.len() {
+                        let (with, turned) = graph.found(node);
+                        joined += usize::from(with != node);
+                        assert_eq!(values[node], if turned { 1 - values[with] } else { values[with] });
+                    }
+                    for (at, (a, b)) in pairs.iter().enumerate() {
+                        assert!(left.contains(&at) || values[*a] == values[*b]);
+                    }
                 }
             }
+            let at = begin + random.below(truths.len());
+            let truth = random.below(2) == 0;
+            let (case, of_case) = graph.case(roots[at], truth, &roots);
+            (graph, roots) = (case, of_case);
+            so.retain(|(_, values)| values[at] == u32::from(truth));
         }
     }
-    assert!(of_a_case > 1000, "{of_a_case}");
+    assert!(of_a_case[3] > 1000 && joined > 1000, "{of_a_case:?} {joined}");
+}
+
+/// Two values that differ for some input are not shown to be equal, case by case or swept, whatever is tried.
+#[test]
+fn what_differs_is_never_shown_to_be_equal() {
+    let mut random = Random(4);
+    let patterns = patterns();
+    let (expected, stop) = (text_of_inputs(), AtomicBool::new(false));
+    let (mut shown, mut different) = (0, 0);
+    for round in 0..2000 {
+        let mut graph = Graph::default();
+        let mut steps = steps(&mut random, 20 + round % 50);
+        // Choices and comparisons of few numbers more often.
+        for step in steps.iter_mut().filter(|_| round % 2 == 0) {
+            step[0] = [0, 4, 8, 9, 10, 12, 17, 18, 20, 21, 22, 25, 27, 28, 29, 30, 31][step[0] % 17];
+        }
+        let mut changed = steps.clone();
+        for _ in 0..random.below(3) {
+            let at = random.below(steps.len());
+            // The kind of a value stays what it is.
+            changed[at][1 + random.below(4)] = random.below(1 << 30);
+        }
+        let one = Made::of(&mut graph, &steps, false).all();
+        let other = Made::of(&mut graph, &changed, true).all();
+        let pairs: Vec<(Node, Node)> = one.into_iter().zip(other).filter(|(a, b)| a != b).collect();
+        // A few of the last ones, of all kinds.
+        let pairs: Vec<(Node, Node)> = (0..pairs.len().min(1 + round % 12)).map(|_| random.of(&pairs)).collect();
+        let mut differs = vec![false; pairs.len()];
+        let mut all = Vec::new();
+        let mut values = vec![0; graph.ops.len()];
+        for _ in 0..400 {
+            let tried = Made::tried(&mut random, &patterns);
+            inputs::compute(&graph, &tried, &mut values);
+            let mut is_told = false;
+            for (differs, (a, b)) in differs.iter_mut().zip(&pairs) {
+                is_told |= values[*a] != values[*b];
+                *differs |= values[*a] != values[*b];
+            }
+            if !is_told {
+                all.push(tried);
+            }
+        }
+        all.truncate(random.below(4) * random.below(4));
+        // With and without cases, and values joined before them or only when no choice is left.
+        let effort = Effort {
+            tried: 0,
+            whole: random.of(&[0, 0, 3, 64]),
+            small: random.of(&[0, 0, 1, 4, 16]),
+            many: random.of(&[0, 1, 2, 4, 8, usize::MAX]),
+            cases: random.of(&[1, 4, 16, 64]),
+        };
+        let mut cases = Cases::new(&expected, effort, &stop);
+        let left = cases.unequal(&mut graph, &pairs, &all).expect("not stopped");
+        let same: Vec<(Node, Node)> = (0..pairs.len()).filter(|at| !left.contains(at)).map(|at| pairs[at]).collect();
+        let told = inputs::difference(&graph, &expected, &[], &same, 200);
+        assert!(told.is_ok(), "round {round}: {told:?}");
+        for (at, differs) in differs.iter().enumerate() {
+            different += usize::from(*differs);
+            shown += usize::from(!left.contains(&at));
+            assert!(!differs || left.contains(&at), "round {round}, {at}");
+        }
+    }
+    assert!(shown > 1000 && different > 1000, "{shown} {different}");
+}
+
+/// What is supposed is itself made of what is decided by it: where that goes, nothing else may be shown by it.
+#[test]
+fn what_is_supposed_of_a_choice_that_it_decides_is_still_shown_and_no_more() {
+    let (expected, stop) = (text_of_inputs(), AtomicBool::new(false));
+    for cases in 1..8 {
+        for many in [0, 1, 2, 8] {
+            let mut graph = Graph::default();
+            let w = graph.input(0);
+            let [one, two, three, four, five, ten] =
+                [1.0_f32, 2.0, 3.0, 4.0, 5.0, 10.0].map(|number| graph.constant(number.to_bits()));
+            // Above 10 it is itself, else 3: at most 5 it is just where it is not above 10.
+            let q = graph.stands(w, GREATER, ten);
+            let x = graph.select(q, w, three);
+            let p = graph.stands(x, LESS | EQUAL, five);
+            let (at_most, above) = (graph.select(q, one, two), graph.select(q, three, four));
+            let found = graph.select(p, at_most, above);
+            let pairs =
+                [(two, three), (two, four), (one, three), (one, four)].map(|(a, b)| (found, graph.select(p, a, b)));
+            let effort = Effort { whole: 0, small: 0, many, cases, ..Effort::USUAL };
+            let left = Cases::new(&expected, effort, &stop).unequal(&mut graph, &pairs, &[]).expect("not stopped");
+            assert!(left.ends_with(&[1, 2, 3]), "{left:?}");
+        }
+    }
+}
+
+/// A condition that is no truth would never hold on a path, and always for a number.
+#[test]
+fn a_condition_that_is_no_truth_is_no_text() {
+    // movs r0, #0; bx lr
+    let code = [0x2000, 0x4770];
+    let elf = elf(&[(0x0800_0000, &code)], &[("f", 1, 0, 4)]);
+    let head = "means 1\nfunction f\nin a count r0\nin d number s0\nout o count r0\nbegin\n";
+    // 1.1111 of all numbers has this square.
+    let squared = "sq = mul d d\nt = equal sq k\nb = select t one zero\n";
+    let constants = format!("k = number {}\none = count 1\nzero = count 0\n", (1.1111_f32 * 1.1111).to_bits());
+    for body in ["x = select a b zero\nreturn x\n", "if a\nreturn b\nelse\nreturn zero\nend\n"] {
+        let text = format!("{head}{constants}{squared}{body}");
+        match Expected::read(&text) {
+            Err(told) => assert!(told.contains("is no truth"), "{told}"),
+            Ok(_) => panic!("{:?}", verdict(&elf, &text)),
+        }
+    }
 }

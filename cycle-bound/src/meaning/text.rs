@@ -248,6 +248,19 @@ impl<'a> Reader<'a> {
         self.names.get(name).copied().ok_or_else(|| format!("no value `{name}` before this line"))
     }
 
+    /// A value that is true or false.
+    fn truth(&self, name: &str) -> Result<usize, String> {
+        let named = self.named(name)?;
+        if self.is_truth(named) { Ok(named) } else { Err(format!("`{name}` is no truth")) }
+    }
+
+    fn is_truth(&self, mut at: usize) -> bool {
+        while let Op::Select(_, a, _) = self.ops[at] {
+            at = a;
+        }
+        matches!(self.ops[at], Op::Truth(_) | Op::Compare(..) | Op::One("input" | "not", _) | Op::Two("and" | "or", ..))
+    }
+
     fn block(&mut self, outs: usize) -> Result<Block, String> {
         loop {
             match self.line()?[..] {
@@ -256,7 +269,7 @@ impl<'a> Reader<'a> {
                 }
                 ["return", ..] => return Err(format!("a return has a value for each of {outs} results")),
                 ["if", condition] => {
-                    let condition = self.named(condition)?;
+                    let condition = self.truth(condition)?;
                     let yes = self.block(outs)?;
                     if self.line()? != ["else"] {
                         return Err("`else` is missing".into());
@@ -281,17 +294,27 @@ impl<'a> Reader<'a> {
         let comparison = |name: &str| COMPARISONS.iter().find(|(one, _)| *one == name).map(|(_, set)| *set);
         match *words {
             ["number" | "count", value] => Ok(Op::Bits(bits(value)?)),
-            ["select", t, a, b] => Ok(Op::Select(self.named(t)?, self.named(a)?, self.named(b)?)),
+            ["select", t, one, other] => {
+                let (t, a, b) = (self.truth(t)?, self.named(one)?, self.named(other)?);
+                match (self.is_truth(a), self.is_truth(b)) {
+                    (true, false) => Err(format!("`{other}` is no truth")),
+                    (false, true) => Err(format!("`{one}` is no truth")),
+                    _ => Ok(Op::Select(t, a, b)),
+                }
+            }
             ["signed", a, width] => match bits(width)? {
                 width @ 1..=32 => Ok(Op::Signed(self.named(a)?, width)),
                 _ => Err("a count has 1 to 32 bits".into()),
             },
             [name, a] => {
                 let name = of(&OF_ONE, name).ok_or_else(|| format!("no operation `{name}` of one value"))?;
-                Ok(Op::One(name, self.named(a)?))
+                Ok(Op::One(name, if name == "not" { self.truth(a)? } else { self.named(a)? }))
             }
             [name, a, b] => {
-                let (a, b) = (self.named(a)?, self.named(b)?);
+                let (a, b) = match name {
+                    "and" | "or" => (self.truth(a)?, self.truth(b)?),
+                    _ => (self.named(a)?, self.named(b)?),
+                };
                 match (comparison(name), of(&OF_TWO, name)) {
                     (Some(set), _) => Ok(Op::Compare(set, a, b)),
                     (_, Some(name)) => Ok(Op::Two(name, a, b)),
