@@ -722,3 +722,15 @@ fn a_condition_that_is_no_truth_is_no_text() {
         }
     }
 }
+
+/// A word has no cases: what is chosen by one is not shown, in no case of which every path is left out.
+#[test]
+fn a_word_is_no_case() {
+    let (expected, stop) = (text_of_inputs(), AtomicBool::new(false));
+    let mut graph = Graph::default();
+    let [x, y, word] = [0, 1, 3].map(|at| graph.input(at));
+    let pairs = [(graph.select(word, x, y), graph.select(word, y, x))];
+    for effort in [PARTED, SWEPT] {
+        assert_eq!(Cases::new(&expected, effort, &stop).unequal(&mut graph, &pairs, &[]), Ok(vec![0]));
+    }
+}
