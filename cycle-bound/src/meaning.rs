@@ -1,13 +1,14 @@
 //! Does the machine code compute what it is to compute? A function against a text that says what becomes of its inputs.
 //!
-//! The instructions are executed on values of a graph instead of numbers, each instruction once; where ways meet, what
-//! differs is a choice by the branches between. The text becomes values of the same graph. Then every result must be
-//! equal to that of the text, each register that a function leaves as it was to its entry, and nothing else may be
-//! written; where an instruction cannot be followed, it is to be shown that no input goes there. Equal is what gives
-//! the same term on every path: for each way that the comparisons can be answered. Where that are too many, values
-//! between are shown to be equal first, and stand for themselves from then on (`sweep.rs`). Then both give the same
-//! bits for all inputs: no number is chosen, none is left out. Numbers are tried too, but only to find where two
-//! results differ, and what may be equal. What cannot be shown is declined, with its name.
+//! The instructions are executed on values of a graph instead of numbers, each instruction once, those of a loop once
+//! for each of its turns, up to 64; where ways meet, what differs is a choice by the branches between. The text becomes
+//! values of the same graph. Then every result must be equal to that of the text, each register that a function leaves
+//! as it was to its entry, and nothing else may be written; where an instruction cannot be followed, it is to be shown
+//! that no input goes there. Equal is what gives the same term on every path: for each way that the comparisons can be
+//! answered. Where that are too many, values between are shown to be equal first, and stand for themselves from then on
+//! (`sweep.rs`). Then both give the same bits for all inputs: no number is chosen, none is left out. Numbers are tried
+//! too, but only to find where two results differ, and what may be equal. What cannot be shown is declined, with its
+//! name.
 //!
 //! # What counts as the same
 //! `+ * /` of floats stay as they are; only identities are used that hold for every bit pattern if one rounds to
@@ -21,8 +22,8 @@
 //! # What is assumed
 //! Rounding to nearest with subnormal numbers (FPSCR as after reset). Memory behind different addresses does not
 //! overlap, nobody else writes to it meanwhile, and such an address is a multiple of 4, not 0, and as a count with a
-//! sign not below 0. What is given as a truth is 0 or 1. The sign and the payload of a NaN mean nothing. The
-//! disassembler is right.
+//! sign not below 0, up to the end of the memory behind it; the stack's too. What is given as a truth is 0 or 1. The sign
+//! and the payload of a NaN mean nothing. The disassembler is right.
 //!
 //! # The text
 //! ```text

@@ -2,8 +2,8 @@
 //!
 //! The instructions are taken in an order in which each comes after all that lead to it. Where ways meet, a register or
 //! a word of memory that is not the same on all of them is a choice, by the branches since the last instruction that
-//! all of them passed. A function that is called is executed once for each call. What cannot be followed ends its way:
-//! it is then to be shown that no input goes there.
+//! all of them passed. A function that is called is executed once for each call, a loop once for each turn, up to a
+//! limit. What cannot be followed ends its way: it is then to be shown that no input goes there.
 //!
 //! Memory is bytes in regions: one for each address that the function is given, and the stack. A byte knows the word
 //! that was stored and which byte of it it is, so what is loaded is what was stored, or numbers that are known.
@@ -14,6 +14,7 @@ use std::rc::Rc;
 use super::graph::{Graph, Node};
 use super::term::{EQUAL, GREATER, LESS, Mixing, Order, UNORDERED};
 use super::text::{Expected, Kind, Known, Place, Port};
+use crate::graph::{Loops, loops};
 use crate::image::Image;
 use crate::instruction::{Decoder, Flow, Instruction, immediate, listed, register};
 
@@ -23,6 +24,8 @@ const PC: usize = 15;
 const FLOATS: usize = 16;
 /// Calls within calls.
 const DEEP: usize = 8;
+/// Turns of a loop that are followed. That none goes further is shown as it is of all that cannot be followed.
+const TURNS: usize = 64;
 
 /// What 32 bits of the machine are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -224,13 +227,16 @@ enum Gate {
     Choice(Node, usize, usize),
 }
 
-/// Instructions in their order: address and call, and where each goes if it goes on, if it jumps; calls: from which
-/// other, and where it returns to.
+/// Instructions in their order: address, call and turn of the loop around it, and where each goes if it goes on, if it
+/// jumps; calls: from which other, and where it returns to.
 struct Ways {
-    places: Vec<(u32, usize)>,
+    places: Vec<(u32, usize, usize)>,
     targets: Vec<[Option<usize>; 2]>,
     calls: Vec<(usize, Option<u32>)>,
 }
+
+/// An instruction of a call.
+type Key = (u32, usize);
 
 /// The last instruction that all ways to both have passed.
 fn common(above: &[usize], mut one: usize, mut other: usize) -> usize {
@@ -388,7 +394,15 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             if n == end {
                 return self.returned();
             }
-            let (address, call) = ways.places[n];
+            let (address, call, turn) = ways.places[n];
+            if turn == TURNS {
+                self.ends(
+                    &next,
+                    n,
+                    format!("goes round more than {TURNS} times at {}", self.program.image.place(address)),
+                );
+                continue;
+            }
             let code = match self.program.at(address) {
                 Ok(code) => code,
                 Err(reason) => {
@@ -425,63 +439,97 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         self.dead.push((reason, holds[last]));
     }
 
-    /// All instructions in an order in which each comes after those that lead to it.
+    /// All instructions in an order in which each comes after those that lead to it, those of a loop turn by turn.
     fn ways(&mut self, start: u32) -> Done<Ways> {
-        type Key = (u32, usize);
-        let mut calls: Vec<(usize, Option<u32>, usize)> = vec![(0, None, 0)];
-        let mut of_call: Mixing<Key, usize> = Mixing::default();
-        // Where it goes on, where it jumps; none of an instruction that is not known.
-        let mut to: Mixing<Key, [Option<Option<Key>>; 2]> = Mixing::default();
-        let mut done: Mixing<Key, bool> = Mixing::default();
-        let (mut open, mut order) = (vec![((start, 0), 0)], Vec::new());
-        while let Some((key @ (at, call), side)) = open.pop() {
-            if side == 0 {
-                done.insert(key, false);
-                let targets = match self.program.at(at) {
-                    Err(_) => [None, None],
-                    Ok(code) => {
-                        let on = Some(Some((code.instruction.next(), call)));
-                        let on_if = on.filter(|_| code.instruction.conditional);
-                        match code.instruction.flow() {
-                            Flow::Next => [on, None],
-                            Flow::Jump(to) => [on_if, Some(Some((to, call)))],
-                            Flow::Call(to) => {
-                                let back = code.instruction.next();
-                                let deeper = *of_call.entry((back, call)).or_insert_with(|| {
-                                    calls.push((call, Some(back), calls[call].2 + 1));
-                                    calls.len() - 1
-                                });
-                                if calls[deeper].2 > DEEP {
-                                    return Err(format!("calls more than {DEEP} deep"));
-                                }
-                                [None, Some(Some((to, deeper)))]
-                            }
-                            Flow::Return => [on_if, Some(calls[call].1.map(|back| (back, calls[call].0)))],
-                            _ => [None, None],
-                        }
-                    }
-                };
-                to.insert(key, targets);
-            }
-            if side == 2 {
-                done.insert(key, true);
-                order.push(key);
-                continue;
-            }
-            open.push((key, side + 1));
-            if let Some(Some(target)) = to[&key][side] {
-                match done.get(&target) {
-                    None => open.push((target, 0)),
-                    Some(true) => {}
-                    Some(false) => return Err(format!("goes in circles at {}", self.program.image.place(target.0))),
+        let (keys, to, calls) = self.instructions(start)?;
+        let at: Mixing<Key, usize> = keys.iter().zip(0..).map(|(key, k)| (*key, k)).collect();
+        let leads = |k: usize| to[k].into_iter().flatten().flatten().map(|key| at[&key]).collect();
+        let edges: Vec<Vec<usize>> = (0..keys.len()).map(leads).collect();
+        let Loops { order, bodies } = loops(&edges)
+            .map_err(|k| format!("goes in circles with two ways in at {}", self.program.image.place(keys[k].0)))?;
+        // By the instruction, the first one of the loop around it.
+        let mut around = vec![None; keys.len()];
+        for (head, body) in &bodies {
+            for k in body {
+                if around[*k].replace(*head).is_some() {
+                    return Err(format!("goes in circles within circles at {}", self.program.image.place(keys[*k].0)));
                 }
             }
         }
-        order.reverse();
-        let at: Mixing<Key, usize> = order.iter().zip(0..).map(|(key, n)| (*key, n)).collect();
-        let place = |key: Option<Key>| key.map_or(order.len(), |key| at[&key]);
-        let targets = order.iter().map(|key| to[key].map(|target| target.map(place))).collect();
-        Ok(Ways { targets, places: order, calls: calls.into_iter().map(|(from, back, _)| (from, back)).collect() })
+        let mut places: Vec<(usize, usize)> = Vec::new();
+        for k in order {
+            match (around[k], bodies.get(&k)) {
+                // All of it where it begins: what comes in between in the order is behind it.
+                (_, Some(body)) => {
+                    places.extend((0..TURNS).flat_map(|turn| body.iter().map(move |k| (*k, turn))));
+                    places.push((k, TURNS));
+                }
+                (Some(_), None) => {}
+                (None, None) => places.push((k, 0)),
+            }
+        }
+        let n_of: Mixing<(usize, usize), usize> = places.iter().zip(0..).map(|(place, n)| (*place, n)).collect();
+        let target = |(k, turn): (usize, usize), key: Key| {
+            let to = at[&key];
+            let turn = match around[to] {
+                Some(head) if around[k] == Some(head) => turn + usize::from(to == head),
+                _ => 0,
+            };
+            n_of.get(&(to, turn)).copied()
+        };
+        let targets_of = |place: &(usize, usize)| {
+            to[place.0].map(|side| side.and_then(|side| side.map_or(Some(places.len()), |key| target(*place, key))))
+        };
+        Ok(Ways {
+            targets: places.iter().map(targets_of).collect(),
+            places: places.iter().map(|&(k, turn)| (keys[k].0, keys[k].1, turn)).collect(),
+            calls,
+        })
+    }
+
+    /// All instructions, and where each goes on, where it jumps, none of one that is not known; calls as in [`Ways`].
+    #[allow(clippy::type_complexity)]
+    fn instructions(
+        &mut self,
+        start: u32,
+    ) -> Done<(Vec<Key>, Vec<[Option<Option<Key>>; 2]>, Vec<(usize, Option<u32>)>)> {
+        let mut calls: Vec<(usize, Option<u32>, usize)> = vec![(0, None, 0)];
+        let mut of_call: Mixing<Key, usize> = Mixing::default();
+        let mut found: Mixing<Key, ()> = [((start, 0), ())].into_iter().collect();
+        let (mut keys, mut to) = (vec![(start, 0)], Vec::new());
+        while let Some(&(at, call)) = keys.get(to.len()) {
+            let targets = match self.program.at(at) {
+                Err(_) => [None, None],
+                Ok(code) => {
+                    let on = Some(Some((code.instruction.next(), call)));
+                    let on_if = on.filter(|_| code.instruction.conditional);
+                    match code.instruction.flow() {
+                        Flow::Next => [on, None],
+                        Flow::Jump(to) => [on_if, Some(Some((to, call)))],
+                        Flow::Call(to) => {
+                            let back = code.instruction.next();
+                            let deeper = *of_call.entry((back, call)).or_insert_with(|| {
+                                calls.push((call, Some(back), calls[call].2 + 1));
+                                calls.len() - 1
+                            });
+                            if calls[deeper].2 > DEEP {
+                                return Err(format!("calls more than {DEEP} deep"));
+                            }
+                            [None, Some(Some((to, deeper)))]
+                        }
+                        Flow::Return => [on_if, Some(calls[call].1.map(|back| (back, calls[call].0)))],
+                        _ => [None, None],
+                    }
+                }
+            };
+            for target in targets.into_iter().flatten().flatten() {
+                if found.insert(target, ()).is_none() {
+                    keys.push(target);
+                }
+            }
+            to.push(targets);
+        }
+        Ok((keys, to, calls.into_iter().map(|(from, back, _)| (from, back)).collect()))
     }
 
     /// One instruction, and where it goes; the state there if it does not jump, if that is another. `back` is where the
@@ -768,9 +816,17 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         }
         let mut bytes = [(address, 0); 4];
         let bytes = &mut bytes[..usize::from(width)];
+        // What the function has not written of its own stack may be anything.
+        let is_own = base == SP as u32 && offset + i32::from(width) <= 0;
+        if is_own && width == 4 && (0..4).all(|part| !self.state.memory.contains_key(&(base, offset + part))) {
+            return Ok(Word::Term(self.graph.anything()));
+        }
         for (byte, part) in bytes.iter_mut().zip(0..) {
-            let found = self.state.memory.get(&(base, offset + part)).copied();
-            *byte = found.ok_or_else(|| format!("reads {}, which holds nothing known", shown(base, offset + part)))?;
+            *byte = match self.state.memory.get(&(base, offset + part)) {
+                Some(byte) => *byte,
+                None if is_own => (Word::Term(self.graph.anything()), 0),
+                None => return Err(format!("reads {}, which holds nothing known", shown(base, offset + part))),
+            };
         }
         let first = bytes[0].0;
         if width == 4 && bytes.iter().zip(0..).all(|((word, part), k)| *word == first && *part == k) {
@@ -1128,8 +1184,19 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         }
     }
 
+    /// Does an address lie in the memory behind a register, or at its end? There addresses are in order, since no memory
+    /// goes over the highest one.
+    fn is_within(&self, word: Word) -> bool {
+        let Word::Address(base, offset) = word else { return false };
+        if base == SP as u32 {
+            return (self.stack..=0).contains(&offset);
+        }
+        self.expected.sizes.iter().any(|(of, size)| *of == base && (0..=*size as i32).contains(&offset))
+    }
+
     /// The result, and the flags if they are set.
     fn counted(&mut self, stem: &str, values: &[Word]) -> Done<(Word, Flags)> {
+        let is_within = values.iter().all(|word| self.is_within(*word));
         let graph = &mut *self.graph;
         let known = |graph: &Graph, word: &Word| match word {
             Word::Term(term) => graph.bits(*term),
@@ -1156,6 +1223,12 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 (Word::Term(zero), Flags::Result(zero))
             }
             ("orr", [one, other]) if is_aligned(one) && is_aligned(other) => (Word::Aligned, Flags::Unknown),
+            ("cmp" | "sub", &[Word::Address(base, one), Word::Address(of_other, other)])
+                if base == of_other && is_within =>
+            {
+                let difference = graph.constant(one.wrapping_sub(other) as u32);
+                (Word::Term(difference), Flags::Known(one == other, one < other, one < other))
+            }
             ("cmp" | "sub", [one @ Word::Address(..), other @ Word::Address(..)]) => {
                 let (a, b) = (self.number(*one)?, self.number(*other)?);
                 (Word::Term(self.graph.plus(a, b, u32::MAX)), Flags::Counts(a, b))
