@@ -3,11 +3,16 @@
 //! The design is not in them: whatever numbers a controller of this shape holds, the tick is the same function of them.
 //! Places are those of the types, whose fields lie in their order (`repr(C)`).
 
-use controller_core::drive::{Hold, JointDrive, MotorDrive, Position, Speed};
-use controller_core::{
-    Benchmark, ControlLaw, Controller, FlexibleJoint, Gate, Gated, NominalModel, Output, Words as _,
+use controller_core::drive::{
+    FullState, Hold, Joint as JointData, JointDrive, JointModel, Monitored, MotorDrive, Mounting, Position, Speed,
 };
-use tick_record::{Kind, Port, Record, Recorded, Recorder, Role, Symbol, coefficients, drive, text, tick};
+use controller_core::{
+    Benchmark, Config, ControlLaw, Controller, FlexibleJoint, Gate, Gated, NominalModel, ObserverGains, Options,
+    Output, ReachingLaw, Surface, Words as _,
+};
+use tick_record::drive::DriveFunctions;
+use tick_record::joined::Joined;
+use tick_record::{Id, Kind, Port, Record, Recorded, Recorder, Role, Symbol, coefficients, drive, monitor, text, tick};
 
 use crate::designs::{JOINT_DRIVE, MOTOR, Nothing, VaryingGain};
 use crate::memory::{mark, words};
@@ -128,49 +133,47 @@ const BOTH: u8 = 0b1010;
 const ALL: u8 = 0b1111;
 type Joint = FlexibleJoint<Symbol>;
 
-/// The text of a drive's tick. `marked` is the drive with marks in place of the numbers of these names.
-fn driven<L: ControlLaw<Scalar = f32> + Clone>(name: &str, record: &Record, marked: &L, names: &[String]) -> String
+/// The text of a tick that is given what it reads by reference. `marked` is the law with marks in place of the numbers
+/// of these names and `bytes` where in it one byte is no whole word, `state` the words of its state in their order;
+/// `sample` says where behind the sample a port lies.
+fn driven<L: ControlLaw<Scalar = f32> + Clone>(
+    name: &str,
+    record: &Record,
+    (marked, names, bytes): (&L, &[String], &[usize]),
+    state: &[Port],
+    sample: &dyn Fn(&Port) -> Option<String>,
+) -> String
 where
     L::State: Clone,
 {
     let marks = |words: &[u32], k: usize| words.iter().position(|word| *word == mark(k).to_bits());
-    // The first word of a state is its flag.
-    let state: Vec<&Port> = record.inputs.iter().filter(|port| port.role == Role::State).collect();
-    let given = (0..state.len()).map(|k| if k == 0 { 0 } else { mark(k).to_bits() });
-    let state_words = words(&L::State::from_words(&mut given.into_iter()).expect("the words of a state"));
+    let is_flag = |k: usize| state[k].kind == Kind::Truth;
+    let made = |word: &dyn Fn(usize) -> u32| {
+        words(&L::State::from_words(&mut (0..state.len()).map(word)).expect("the words of a state"))
+    };
+    let state_words = made(&|k| if is_flag(k) { 0 } else { mark(k).to_bits() });
     let law_words = words(marked);
-    let flag = L::State::from_words(&mut (0..state.len()).map(|k| u32::from(k == 0))).expect("a state that is fresh");
-    let fresh = words(&flag).iter().position(|word| *word & 0xff == 1).expect("a flag");
     let known: Vec<String> = (law_words.iter().zip(0..))
         .filter(|(word, _)| !(0..names.len()).any(|k| mark(k).to_bits() == **word))
-        .map(|(word, k)| format!("known r0+{} {word}\n", 4 * k))
+        .map(|(word, k)| (4 * k, if bytes.contains(&(4 * k)) { word & 0xff } else { *word }))
+        .map(|(at, word)| format!("known r0+{at} {word}\n"))
         .collect();
-    let shafts = record.inputs.iter().filter(|port| matches!(port.role, Role::Sample(_))).count();
-    let lost: Vec<&Port> =
-        record.inputs.iter().filter(|port| port.role == Role::Argument && port.kind == Kind::Truth).collect();
     let memory = |port: &Port| match port.role {
-        Role::State if port.kind == Kind::Truth => Some(format!("r1+{}", 4 * fresh)),
         Role::State => {
-            let k = state.iter().position(|one| *one == port)?;
-            Some(format!("r1+{}", 4 * marks(&state_words, k)?))
+            let k = state.iter().position(|one| one == port)?;
+            let word = if is_flag(k) {
+                // The only word with a bit, when this flag alone is set.
+                made(&|other| u32::from(other == k)).iter().position(|word| word & 0xff == 1)?
+            } else {
+                marks(&state_words, k)?
+            };
+            Some(format!("r1+{}", 4 * word))
         }
-        // Each count is an `Option`: a tag, and the count.
-        Role::Sample(i) => Some(format!("r2+{}", 8 * i + 4)),
-        Role::Argument => {
-            if let Some(i) = lost.iter().position(|one| *one == port) {
-                return Some(format!("either r2+{} 0 1", 8 * i));
-            }
-            if let Some(k) = names.iter().position(|one| *one == port.name) {
-                return Some(format!("r0+{}", 4 * marks(&law_words, k)?));
-            }
-            // Behind the counts the targets, in which the turn comes last.
-            let order = ["r", "r_dot", "r_ddot", "r_dddot", "speed", "turn"];
-            let (when, of) = port.name.split_once('_')?;
-            let there = |one: &&str| record.inputs.iter().any(|port| port.name == format!("{when}_{one}"));
-            let target: Vec<&str> = order.into_iter().filter(there).collect();
-            let at = target.iter().position(|one| *one == of)? + if when == "end" { target.len() } else { 0 };
-            Some(format!("r2+{}", 8 * shafts + 4 * at))
+        Role::Argument if names.contains(&port.name) => {
+            let k = names.iter().position(|one| *one == port.name)?;
+            Some(format!("r0+{}", 4 * marks(&law_words, k)?))
         }
+        Role::Sample(_) | Role::Argument => sample(port),
         _ => None,
     };
     let result = |port: &Port| match port.role {
@@ -179,6 +182,82 @@ where
         _ => vec![],
     };
     text::text(&format!("budget::{name}::tick"), record, &memory, &result, &known.concat())
+}
+
+/// Where the targets lie behind the sample: behind what is measured, each with its turn last.
+fn target(record: &Record, port: &Port, behind: usize) -> Option<String> {
+    let order = ["r", "r_dot", "r_ddot", "r_dddot", "speed", "turn"];
+    let (when, of) = port.name.split_once('_')?;
+    let there = |one: &&str| record.inputs.iter().any(|port| port.name == format!("{when}_{one}"));
+    let target: Vec<&str> = order.into_iter().filter(there).collect();
+    let at = target.iter().position(|one| *one == of)? + if when == "end" { target.len() } else { 0 };
+    Some(format!("r2+{}", 4 * (behind + at)))
+}
+
+/// Where counts and targets lie: each count is an `Option`, a tag and the count.
+fn counted(record: &Record, port: &Port) -> Option<String> {
+    let lost = || record.inputs.iter().filter(|port| port.role == Role::Argument && port.kind == Kind::Truth);
+    match port.role {
+        Role::Sample(i) => Some(format!("r2+{}", 8 * i + 4)),
+        _ => match lost().position(|one| one == port) {
+            Some(i) => Some(format!("either r2+{} 0 1", 8 * i)),
+            None => target(record, port, 2 * lost().count()),
+        },
+    }
+}
+
+/// Where a measured state and targets lie.
+fn measured(record: &Record, port: &Port) -> Option<String> {
+    match port.role {
+        Role::Sample(j) => Some(format!("r2+{}", 4 * j)),
+        _ => target(record, port, record.inputs.iter().filter(|port| matches!(port.role, Role::Sample(_))).count()),
+    }
+}
+
+/// The words of the state that a record begins with.
+fn state_words(record: &Record) -> Vec<Port> {
+    record.inputs.iter().filter(|port| port.role == Role::State).cloned().collect()
+}
+
+/// The tick of a drive with monitors that stop it.
+fn watched(functions: &DriveFunctions, tick: &Record, shafts: &[&str]) -> (Record, Vec<Port>) {
+    let monitors = if shafts.len() == 1 { monitor::monitor::<1>(true) } else { monitor::monitor::<2>(true) };
+    let state = [monitor::state().to_vec(), state_words(tick)].concat();
+    let mut joined = Joined::default();
+    let before: Vec<(Port, Id)> =
+        state.iter().map(|port| (port.clone(), joined.input(&port.name, port.role, port.kind))).collect();
+    let results = monitor::watched(&mut joined, [tick, &functions.not_started, &monitors], &before, shafts);
+    (joined.record(results), state)
+}
+
+/// Names of numbers, and marks in their place.
+#[derive(Default)]
+struct Marked(Vec<String>);
+
+impl Marked {
+    fn number(&mut self, name: &str) -> f32 {
+        self.0.push(name.to_owned());
+        mark(self.0.len() - 1)
+    }
+}
+
+/// A joint's law over four measured states, which observes the channels 2, 3 and 4.
+type Measuring<T, A> = FullState<T, JointModel<T>, A, 2, 4, 2, UPPER, 3, 0>;
+
+const UPPER: u8 = 0b1110;
+
+/// Of this shape; no number of it is in a text.
+fn measuring<A>() -> Measuring<f32, A> {
+    let gains = Some(ObserverGains::from_bandwidth::<2>(100.0));
+    let config = Config {
+        period_s: 1e-3,
+        surface: Surface::from_bandwidth(10.0, 10.0),
+        observers: [None, gains, gains, gains],
+        reaching: ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 },
+        nominal: JointData::TABLE_I.model().nominal(),
+        options: Options::NEUTRAL,
+    };
+    Measuring::<f32, A>::try_design(&config, JointData::TABLE_I.model().in_f32()).expect("a good design")
 }
 
 /// Every instance with its text.
@@ -204,18 +283,16 @@ pub(crate) fn texts() -> Vec<(String, String)> {
         joint_r2_varying_gain: VaryingGain<Symbol>, 4, 2, BOTH, 2, U, tick;
         benchmark_without_exponential: Benchmark<Nothing>, 2, 2, 0b11, 2, U, tick;
     };
+    let argument = |recorder: &Recorder, name: &str| recorder.number(name, Role::Argument);
     macro_rules! drives {
         ($($name:ident: $drive:ty, $symbols:ident, $design:expr;)*) => {$({
             let drive = <$drive>::design($design);
-            let record = drive::tick(&|recorder| {
-                drive::$symbols(&drive, &mut |name| recorder.number(name, Role::Argument))
-            });
-            let mut names = Vec::new();
-            let marked = drive::$symbols(&drive, &mut |name| {
-                names.push(name.to_owned());
-                mark(names.len() - 1)
-            });
-            all.push((stringify!($name).into(), driven(stringify!($name), &record, &marked, &names)));
+            let record = drive::tick(&|recorder| drive::$symbols(&drive, &mut |name| argument(recorder, name)));
+            let mut marked = Marked::default();
+            let law = drive::$symbols(&drive, &mut |name| marked.number(name));
+            let sample = |port: &Port| counted(&record, port);
+            let marked = (&law, &marked.0[..], &[<$drive>::FLAG_AT][..]);
+            all.push((stringify!($name).into(), driven(stringify!($name), &record, marked, &state_words(&record), &sample)));
         })*};
     }
     drives! {
@@ -227,6 +304,49 @@ pub(crate) fn texts() -> Vec<(String, String)> {
         joint_drive_held: JointDrive<f32, Hold>, joint_of, &JOINT_DRIVE;
         joint_drive_two_sets: JointDrive<f32, Position, 1>, joint_of, &JOINT_DRIVE;
         joint_drive_late: JointDrive<f32, Position, 0, 1>, joint_of, &JOINT_DRIVE;
+    }
+    macro_rules! watched_drives {
+        ($($name:ident: $drive:ty, $symbols:ident, $design:expr, $shafts:expr;)*) => {$({
+            let drive = <$drive>::design($design);
+            let symbols =
+                |recorder: &Recorder| drive::$symbols(&drive, &mut |name| argument(recorder, name));
+            let functions = drive::drive(&symbols, $shafts.map(|_| Mounting::UPRIGHT));
+            let (record, state) = watched(&functions, &drive::tick(&symbols), &$shafts);
+            let mut marked = Marked::default();
+            let law = drive::$symbols(&drive, &mut |name| marked.number(name));
+            let mut bound = 0;
+            let bounds = $shafts.map(|_| {
+                bound += 1;
+                marked.number(&format!("d{bound}_bound"))
+            });
+            let [sigma_star, stuck] = ["sigma_star_bound", "stuck_ticks"].map(|name| marked.number(name));
+            let law = Monitored::from_parts(law, bounds, sigma_star, stuck).stopping();
+            let sample = |port: &Port| counted(&record, port);
+            let marked = (&law, &marked.0[..], &Monitored::<$drive, { $shafts.len() }>::BYTES_AT[..]);
+            all.push((stringify!($name).into(), driven(stringify!($name), &record, marked, &state, &sample)));
+        })*};
+    }
+    watched_drives! {
+        motor_watched: MotorDrive, motor_of, &MOTOR, [""];
+        joint_drive_watched: JointDrive, joint_of, &JOINT_DRIVE, ["_link", "_motor"];
+    }
+    macro_rules! measured_laws {
+        ($($name:ident: $aim:ty;)*) => {$({
+            let law: Measuring<f32, $aim> = measuring();
+            let record = tick(
+                &|recorder| drive::measured_of(&law, &mut |name| argument(recorder, name)),
+                Measuring::<Symbol, $aim>::tick,
+            );
+            let mut marked = Marked::default();
+            let law = drive::measured_of(&law, &mut |name| marked.number(name));
+            let sample = |port: &Port| measured(&record, port);
+            let marked = (&law, &marked.0[..], &[][..]);
+            all.push((stringify!($name).into(), driven(stringify!($name), &record, marked, &state_words(&record), &sample)));
+        })*};
+    }
+    measured_laws! {
+        joint_measured: Position;
+        joint_measured_held: Hold;
     }
     all.push(("joint_r2_gated".into(), gated::<Joint, 4, 2, BOTH, 2>("joint_r2_gated")));
     all
