@@ -211,6 +211,9 @@ const FLAGS: [(&str, Health); 3] = [
 
 /// Records a drive in its parts. `design` makes it, of [constants](Recorder::constant) or of
 /// [numbers](Recorder::number) that any design may hold.
+///
+/// # Panics
+/// If the names of a model or of an aim do not fit its state.
 pub fn drive<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
     design: &dyn Fn(&Recorder) -> EncoderForm<Symbol, M, A, E, N, S, FAST, LATE>,
     mounting: [Mounting; E],

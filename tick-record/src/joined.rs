@@ -13,7 +13,7 @@ use crate::record::{Block, End, Id, Kind, Op, Port, Record, Role, Step, Value};
 /// A record that is being joined.
 #[derive(Default)]
 pub struct Joined {
-    inputs: Vec<Port>,
+    inputs: Vec<(Port, Id)>,
     values: Vec<Value>,
     steps: Vec<Id>,
 }
@@ -43,12 +43,12 @@ impl Joined {
     /// An input of the whole: the same each time that it is asked for.
     pub fn input(&mut self, name: &str, role: Role, kind: Kind) -> Id {
         let port = Port { name: name.into(), role, kind };
-        if let Some(at) = self.inputs.iter().position(|known| *known == port) {
-            let of = |value: &Value| value.op == Op::Input(at);
-            return Id(self.values.iter().position(of).expect("a value for every input") as u32);
+        if let Some((_, id)) = self.inputs.iter().find(|(known, _)| *known == port) {
+            return *id;
         }
-        self.inputs.push(port);
-        self.value(Op::Input(self.inputs.len() - 1), Some(name.into()))
+        let id = self.value(Op::Input(self.inputs.len()), Some(name.into()));
+        self.inputs.push((port, id));
+        id
     }
 
     /// An operation on values that are there.
@@ -114,13 +114,16 @@ impl Joined {
         let Self { inputs, values, mut steps } = self;
         let mut needed = vec![false; values.len()];
         let (results, ids): (Vec<Port>, Vec<Id>) = results.into_iter().unzip();
-        ids.iter().for_each(|id| needed[id.index()] = true);
+        for id in &ids {
+            needed[id.index()] = true;
+        }
         for at in (0..values.len()).rev() {
             if needed[at] {
                 values[at].op.operands().for_each(|operand| needed[operand.index()] = true);
             }
         }
         steps.retain(|id| needed[id.index()]);
+        let inputs = inputs.into_iter().map(|(port, _)| port).collect();
         let steps = steps.into_iter().map(|value| Step { value, section: "" }).collect();
         Record { inputs, results, values, body: Block { steps, end: End::Return(ids) } }
     }

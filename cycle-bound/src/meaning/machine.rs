@@ -8,10 +8,10 @@
 //! Memory is bytes in regions: one for each address that the function is given, and the stack. A byte knows the word
 //! that was stored and which byte of it it is, so what is loaded is what was stored, or numbers that are known.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::rc::Rc;
 
-use super::graph::{Graph, Node};
+use super::graph::{Graph, Node, Op};
 use super::term::{EQUAL, GREATER, LESS, Mixing, Order, UNORDERED};
 use super::text::{Expected, Kind, Known, Place, Port};
 use crate::graph::{Loops, loops};
@@ -189,6 +189,8 @@ pub(super) struct Machine<'p, 'i, 'x> {
     stack: i32,
     /// Registers that hold an address at the entry.
     bases: Vec<u32>,
+    /// What the inputs make of a word that are bits of it.
+    bits_below: Mixing<Place, Node>,
     /// Truths that are never to hold, each with what cannot be followed there.
     pub(super) dead: Vec<(String, Node)>,
 }
@@ -313,7 +315,8 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             compared: Rc::clone(&unknown),
             flags: unknown,
         };
-        let mut machine = Self { program, graph, expected, state, stack: 0, bases: Vec::new(), dead: Vec::new() };
+        let (bases, bits_below, dead) = Default::default();
+        let mut machine = Self { program, graph, expected, state, stack: 0, bases, bits_below, dead };
         machine.state.registers[SP] = Word::Address(SP as u32, 0);
         machine.state.registers[LR] = Word::Return;
         for (k, port) in expected.inputs.iter().enumerate() {
@@ -324,7 +327,10 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                     machine.graph.word_of(port, given)
                 }
             };
-            machine.begin_with(port.place, Word::Term(word), width(port));
+            match port.bit {
+                None => machine.begin_with(port.place, Word::Term(word), width(port)),
+                Some(bit) => machine.begin_with_bit(port.place, word, bit),
+            }
         }
         for (place, value) in &expected.known {
             let value = match *value {
@@ -359,6 +365,17 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 }
             }
         }
+    }
+
+    /// One more bit of a word, of which those before are there; those above may be anything.
+    fn begin_with_bit(&mut self, place: Place, bit: Node, at: u32) {
+        let before = if at == 0 { self.graph.constant(0) } else { self.bits_below[&place] };
+        let below = self.graph.plus(before, bit, 1);
+        self.bits_below.insert(place, below);
+        let any = self.graph.anything();
+        let above = self.graph.shifted_left(any, at + 1);
+        let word = self.graph.plus(below, above, 1);
+        self.begin_with(place, Word::Term(word), 4);
     }
 
     /// Executes from `start` to the return, and stands there: what is then to be equal, each with what that means.
@@ -495,7 +512,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
     ) -> Done<(Vec<Key>, Vec<[Option<Option<Key>>; 2]>, Vec<(usize, Option<u32>)>)> {
         let mut calls: Vec<(usize, Option<u32>, usize)> = vec![(0, None, 0)];
         let mut of_call: Mixing<Key, usize> = Mixing::default();
-        let mut found: Mixing<Key, ()> = [((start, 0), ())].into_iter().collect();
+        let mut found: HashSet<Key> = HashSet::from([(start, 0)]);
         let (mut keys, mut to) = (vec![(start, 0)], Vec::new());
         while let Some(&(at, call)) = keys.get(to.len()) {
             let targets = match self.program.at(at) {
@@ -523,7 +540,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 }
             };
             for target in targets.into_iter().flatten().flatten() {
-                if found.insert(target, ()).is_none() {
+                if found.insert(target) {
                     keys.push(target);
                 }
             }
@@ -1166,6 +1183,13 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         let graph = &mut *self.graph;
         match (shift, graph.bits(by).map(|by| by & 0xff)) {
             ("lsl", Some(by)) => Ok(graph.shifted_left(a, by)),
+            // Up and down again: the low bits, as a text says it.
+            ("asr", Some(by @ 1..=31)) => Ok(match graph.ops[a] {
+                Op::Plus(none, inner, factor) if graph.bits(none) == Some(0) && factor == 1 << by => {
+                    graph.low_bits(inner, 32 - by)
+                }
+                _ => graph.shifted_right(a, by),
+            }),
             ("asr", Some(by)) => Ok(graph.shifted_right(a, by)),
             ("lsr", Some(by)) => {
                 let by = graph.constant(by);
@@ -1194,39 +1218,29 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         self.expected.sizes.iter().any(|(of, size)| *of == base && (0..=*size as i32).contains(&offset))
     }
 
-    /// The result, and the flags if they are set.
-    fn counted(&mut self, stem: &str, values: &[Word]) -> Done<(Word, Flags)> {
+    /// Of an address: the result, and the flags if they are set; none if it is no matter of addresses.
+    fn addressed(&mut self, stem: &str, values: &[Word]) -> Done<Option<(Word, Flags)>> {
         let is_within = values.iter().all(|word| self.is_within(*word));
-        let graph = &mut *self.graph;
-        let known = |graph: &Graph, word: &Word| match word {
-            Word::Term(term) => graph.bits(*term),
+        let zero = Word::Term(self.graph.constant(0));
+        let known = |word: &Word| match word {
+            Word::Term(term) => self.graph.bits(*term),
             _ => None,
         };
-        let (result, flags) = match (stem, values) {
-            ("mov", [from]) => match *from {
-                Word::Term(term) => (*from, Flags::Result(term)),
-                _ => (*from, Flags::Unknown),
-            },
+        Ok(Some(match (stem, values) {
             // An address that the function is given is none of nothing.
-            ("cmp", [Word::Address(..), zero]) if known(graph, zero) == Some(0) => {
-                (*zero, Flags::Known(false, false, false))
-            }
+            ("cmp", [Word::Address(..), none]) if known(none) == Some(0) => (zero, Flags::Known(false, false, false)),
             // It is a multiple of 4.
-            ("and" | "tst", [address, mask])
-                if is_aligned(address) && known(graph, mask).is_some_and(|mask| mask <= 3) =>
-            {
-                let zero = graph.constant(0);
-                (Word::Term(zero), Flags::Result(zero))
+            ("and" | "tst", [address, mask]) if is_aligned(address) && known(mask).is_some_and(|mask| mask <= 3) => {
+                (zero, Flags::Result(self.graph.constant(0)))
             }
-            ("lsl", [address, by]) if is_aligned(address) && known(graph, by) == Some(30) => {
-                let zero = graph.constant(0);
-                (Word::Term(zero), Flags::Result(zero))
+            ("lsl", [address, by]) if is_aligned(address) && known(by) == Some(30) => {
+                (zero, Flags::Result(self.graph.constant(0)))
             }
             ("orr", [one, other]) if is_aligned(one) && is_aligned(other) => (Word::Aligned, Flags::Unknown),
             ("cmp" | "sub", &[Word::Address(base, one), Word::Address(of_other, other)])
                 if base == of_other && is_within =>
             {
-                let difference = graph.constant(one.wrapping_sub(other) as u32);
+                let difference = self.graph.constant(one.wrapping_sub(other) as u32);
                 (Word::Term(difference), Flags::Known(one == other, one < other, one < other))
             }
             ("cmp" | "sub", [one @ Word::Address(..), other @ Word::Address(..)]) => {
@@ -1240,6 +1254,25 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             ("add" | "sub", [start @ Word::Address(..), Word::Term(by)]) => {
                 (self.moved(*start, *by, if stem == "add" { 1 } else { u32::MAX })?, Flags::Unknown)
             }
+            _ => return Ok(None),
+        }))
+    }
+
+    /// The result, and the flags if they are set.
+    fn counted(&mut self, stem: &str, values: &[Word]) -> Done<(Word, Flags)> {
+        if let Some(done) = self.addressed(stem, values)? {
+            return Ok(done);
+        }
+        let graph = &mut *self.graph;
+        let known = |graph: &Graph, word: &Word| match word {
+            Word::Term(term) => graph.bits(*term),
+            _ => None,
+        };
+        let (result, flags) = match (stem, values) {
+            ("mov", [from]) => match *from {
+                Word::Term(term) => (*from, Flags::Result(term)),
+                _ => (*from, Flags::Unknown),
+            },
             (_, [Word::Term(a)]) => {
                 let (a, zero) = (*a, graph.constant(0));
                 let result = match stem {
@@ -1266,7 +1299,10 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                         (graph.plus(a, b, 1), of.map(|b| Flags::Counts(a, graph.constant(b.wrapping_neg()))))
                     }
                     "add" => (graph.plus(a, b, 1), None),
-                    "and" | "tst" => (self.graph.two("and", a, b), None),
+                    "and" | "tst" => {
+                        let a = graph.bits(b).map_or(a, |mask| below_mask(graph, a, mask));
+                        (graph.two("and", a, b), None)
+                    }
                     "orr" => (self.graph.two("orr", a, b), None),
                     "eor" => (self.graph.two("eor", a, b), None),
                     "mul" => (graph.two("times", a, b), None),
@@ -1294,8 +1330,10 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                     Some(width @ 1..=31) => graph.constant((1 << width) - 1),
                     _ => return Err("is not followed".into()),
                 };
-                let shifted = self.graph.two("lsr", *a, *from);
-                let result = self.graph.two("and", shifted, mask);
+                let at = graph.bits(*from).filter(|from| *from < 32).ok_or("is not followed")?;
+                let a = below_mask(graph, *a, graph.bits(mask).unwrap_or(0) << at);
+                let shifted = graph.two("lsr", a, *from);
+                let result = graph.two("and", shifted, mask);
                 (Word::Term(result), Flags::Unknown)
             }
             ("sbfx", [Word::Term(a), from, width]) => match (known(graph, from), known(graph, width)) {
@@ -1305,6 +1343,19 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             _ => return Err("is not followed".into()),
         };
         Ok((result, flags))
+    }
+}
+
+/// What tells the bits of a mask: of a sum no multiple of a power of two that is above them.
+fn below_mask(graph: &Graph, a: Node, mask: u32) -> Node {
+    match graph.ops[a] {
+        Op::Plus(low, high, 1) => match graph.ops[high] {
+            Op::Plus(none, _, factor) if graph.bits(none) == Some(0) && factor.is_power_of_two() && mask < factor => {
+                low
+            }
+            _ => a,
+        },
+        _ => a,
     }
 }
 

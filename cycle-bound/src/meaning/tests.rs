@@ -149,6 +149,33 @@ fn a_loop_of_a_known_count_is_followed_turn_by_turn() {
     }
 }
 
+/// Bits of a word are inputs, and what lies above them may be anything; low bits with their sign are two shifts.
+#[test]
+fn of_a_word_that_is_given_the_bits_that_are_named_are_known() {
+    let told = |code: &[u16], inputs: &str, result: &str| {
+        let elf = elf(&[(0x0800_0000, code)], &[("f", 1, 0, 2 * code.len() as u32)]);
+        verdict(&elf, &format!("means 1\nfunction f\n{inputs}out c count r0\nbegin\n{result}return v\n"))
+    };
+    let two = "in a truth r0 bit 0\nin b truth r0 bit 1\n";
+    let sum =
+        "none = count 0\none = count 1\ntwo = count 2\nx = select a one none\ny = select b two none\nv = plus x y\n";
+    // bx lr; before it and r0, r0, #3, and with #7; ubfx r0, r0, #1, #1, of 2 bits; and r0, r0, #2; lsrs r0, r0, #1.
+    assert_eq!(told(&[0xf000, 0x0003, 0x4770], two, sum), Verdict::Same);
+    assert_ne!(told(&[0xf000, 0x0007, 0x4770], two, sum), Verdict::Same);
+    assert!(matches!(told(&[0x4770], two, sum), Verdict::Differs(_)));
+    let second = sum.replace("v = plus x y", "v = select b one none");
+    assert_eq!(told(&[0xf3c0, 0x0040, 0x4770], two, &second), Verdict::Same);
+    assert_eq!(told(&[0xf000, 0x0002, 0x0840, 0x4770], two, &second), Verdict::Same);
+    assert_ne!(told(&[0xf3c0, 0x0041, 0x4770], two, &second), Verdict::Same);
+    let first = sum.replace("v = plus x y", "v = select a one none");
+    assert!(matches!(told(&[0xf3c0, 0x0040, 0x4770], two, &first), Verdict::Differs(_)));
+    // lsls r0, r0, #18; asrs r0, r0, #18, and #17.
+    let one = "in a count r0\n";
+    assert_eq!(told(&[0x0480, 0x1480, 0x4770], one, "v = signed a 14\n"), Verdict::Same);
+    assert!(matches!(told(&[0x0480, 0x1480, 0x4770], one, "v = signed a 15\n"), Verdict::Differs(_)));
+    assert!(matches!(told(&[0x0480, 0x1440, 0x4770], one, "v = signed a 14\n"), Verdict::Differs(_)));
+}
+
 #[test]
 fn a_text_that_is_wrong_is_told_by_its_line() {
     for (from, to, told) in [
@@ -156,6 +183,12 @@ fn a_text_that_is_wrong_is_told_by_its_line() {
         ("in x number s0", "in x number s32", "line 4: `s32` is no place"),
         ("in x number s0", "in x either s0 1", "line 4: of `either` there are two: where it is true, where it is not"),
         ("in y number r0+0", "in y float r0+0", "line 3: no kind `float`"),
+        (
+            "in x number s0",
+            "in x truth s0 bit 1",
+            "line 4: an input has a place of its own; bits of a word go from 0 on",
+        ),
+        ("in x number s0", "in x number r0+0", "line 4: an input has a place of its own; bits of a word go from 0 on"),
         ("sub x y", "sub x z", "line 9: no value `z` before this line"),
         ("sub x y", "pow x y", "line 9: no operation `pow` of two values"),
         ("over =", "step =", "line 10: `step` is two things"),

@@ -4,18 +4,18 @@
 //! Places are those of the types, whose fields lie in their order (`repr(C)`).
 
 use controller_core::drive::{
-    FullState, Hold, Joint as JointData, JointDrive, JointModel, Monitored, MotorDrive, Mounting, Position, Speed,
+    FullState, Hold, Joint as JointData, JointDrive, JointModel, MotorDrive, Position, Speed,
 };
 use controller_core::{
     Benchmark, Config, ControlLaw, Controller, FlexibleJoint, Gate, Gated, NominalModel, ObserverGains, Options,
-    Output, ReachingLaw, Surface, Words as _,
+    Output, ReachingLaw, Surface,
 };
-use tick_record::drive::DriveFunctions;
 use tick_record::joined::Joined;
-use tick_record::{Id, Kind, Port, Record, Recorded, Recorder, Role, Symbol, coefficients, drive, monitor, text, tick};
+use tick_record::{Kind, Port, Record, Recorded, Recorder, Role, Symbol, coefficients, drive, text, tick};
 
 use crate::designs::{JOINT_DRIVE, MOTOR, Nothing, VaryingGain};
-use crate::memory::{mark, words};
+use crate::memory::{Marked, Places, state_words};
+use crate::watched::Watched;
 
 /// A model over the recording scalar, of numbers that follow the coefficients in memory.
 trait Model<const N: usize>: NominalModel<Symbol, N> + 'static {
@@ -133,47 +133,13 @@ const BOTH: u8 = 0b1010;
 const ALL: u8 = 0b1111;
 type Joint = FlexibleJoint<Symbol>;
 
-/// The text of a tick that is given what it reads by reference. `marked` is the law with marks in place of the numbers
-/// of these names and `bytes` where in it one byte is no whole word, `state` the words of its state in their order;
-/// `sample` says where behind the sample a port lies.
-fn driven<L: ControlLaw<Scalar = f32> + Clone>(
-    name: &str,
-    record: &Record,
-    (marked, names, bytes): (&L, &[String], &[usize]),
-    state: &[Port],
-    sample: &dyn Fn(&Port) -> Option<String>,
-) -> String
-where
-    L::State: Clone,
-{
-    let marks = |words: &[u32], k: usize| words.iter().position(|word| *word == mark(k).to_bits());
-    let is_flag = |k: usize| state[k].kind == Kind::Truth;
-    let made = |word: &dyn Fn(usize) -> u32| {
-        words(&L::State::from_words(&mut (0..state.len()).map(word)).expect("the words of a state"))
-    };
-    let state_words = made(&|k| if is_flag(k) { 0 } else { mark(k).to_bits() });
-    let law_words = words(marked);
-    let known: Vec<String> = (law_words.iter().zip(0..))
-        .filter(|(word, _)| !(0..names.len()).any(|k| mark(k).to_bits() == **word))
-        .map(|(word, k)| (4 * k, if bytes.contains(&(4 * k)) { word & 0xff } else { *word }))
-        .map(|(at, word)| format!("known r0+{at} {word}\n"))
-        .collect();
+/// The text of a tick that is given what it reads by reference; `sample` says where behind the sample a port lies.
+fn driven(name: &str, record: &Record, places: &Places, sample: &dyn Fn(&Port) -> Option<String>) -> String {
+    let known: Vec<String> = places.known.iter().map(|(at, word)| format!("known r0+{at} {word}\n")).collect();
     let memory = |port: &Port| match port.role {
-        Role::State => {
-            let k = state.iter().position(|one| one == port)?;
-            let word = if is_flag(k) {
-                // The only word with a bit, when this flag alone is set.
-                made(&|other| u32::from(other == k)).iter().position(|word| word & 0xff == 1)?
-            } else {
-                marks(&state_words, k)?
-            };
-            Some(format!("r1+{}", 4 * word))
-        }
-        Role::Argument if names.contains(&port.name) => {
-            let k = names.iter().position(|one| *one == port.name)?;
-            Some(format!("r0+{}", 4 * marks(&law_words, k)?))
-        }
-        Role::Sample(_) | Role::Argument => sample(port),
+        Role::State => Some(format!("r1+{}", places.word(port)?)),
+        Role::Sample(_) => sample(port),
+        Role::Argument => places.number(&port.name).map(|at| format!("r0+{at}")).or_else(|| sample(port)),
         _ => None,
     };
     let result = |port: &Port| match port.role {
@@ -214,33 +180,6 @@ fn measured(record: &Record, port: &Port) -> Option<String> {
     }
 }
 
-/// The words of the state that a record begins with.
-fn state_words(record: &Record) -> Vec<Port> {
-    record.inputs.iter().filter(|port| port.role == Role::State).cloned().collect()
-}
-
-/// The tick of a drive with monitors that stop it.
-fn watched(functions: &DriveFunctions, tick: &Record, shafts: &[&str]) -> (Record, Vec<Port>) {
-    let monitors = if shafts.len() == 1 { monitor::monitor::<1>(true) } else { monitor::monitor::<2>(true) };
-    let state = [monitor::state().to_vec(), state_words(tick)].concat();
-    let mut joined = Joined::default();
-    let before: Vec<(Port, Id)> =
-        state.iter().map(|port| (port.clone(), joined.input(&port.name, port.role, port.kind))).collect();
-    let results = monitor::watched(&mut joined, [tick, &functions.not_started, &monitors], &before, shafts);
-    (joined.record(results), state)
-}
-
-/// Names of numbers, and marks in their place.
-#[derive(Default)]
-struct Marked(Vec<String>);
-
-impl Marked {
-    fn number(&mut self, name: &str) -> f32 {
-        self.0.push(name.to_owned());
-        mark(self.0.len() - 1)
-    }
-}
-
 /// A joint's law over four measured states, which observes the channels 2, 3 and 4.
 type Measuring<T, A> = FullState<T, JointModel<T>, A, 2, 4, 2, UPPER, 3, 0>;
 
@@ -261,7 +200,7 @@ fn measuring<A>() -> Measuring<f32, A> {
 }
 
 /// Every instance with its text.
-pub(crate) fn texts() -> Vec<(String, String)> {
+pub(crate) fn texts(drives: &[Watched]) -> Vec<(String, String)> {
     macro_rules! chains {
         ($($name:ident: $model:ty, $n:literal, $r:literal, $mask:expr, $o:literal, $call:ident, $tick:ident;)*) => {
             vec![$((
@@ -284,51 +223,40 @@ pub(crate) fn texts() -> Vec<(String, String)> {
         benchmark_without_exponential: Benchmark<Nothing>, 2, 2, 0b11, 2, U, tick;
     };
     let argument = |recorder: &Recorder, name: &str| recorder.number(name, Role::Argument);
+    let watched = |name: &str| drives.iter().find(|drive| drive.name == name).expect("a drive of the archive");
     macro_rules! drives {
-        ($($name:ident: $drive:ty, $symbols:ident, $design:expr;)*) => {$({
+        ($($name:ident: $drive:ty, $symbols:ident, $design:expr, $record:expr;)*) => {$({
             let drive = <$drive>::design($design);
-            let record = drive::tick(&|recorder| drive::$symbols(&drive, &mut |name| argument(recorder, name)));
+            let recorded: Option<&str> = $record;
+            let record = recorded.map_or_else(
+                || drive::tick(&|recorder| drive::$symbols(&drive, &mut |name| argument(recorder, name))),
+                |name| watched(name).tick.clone(),
+            );
             let mut marked = Marked::default();
             let law = drive::$symbols(&drive, &mut |name| marked.number(name));
+            let places = Places::of(&law, &marked, &[<$drive>::FLAG_AT], &state_words(&record));
             let sample = |port: &Port| counted(&record, port);
-            let marked = (&law, &marked.0[..], &[<$drive>::FLAG_AT][..]);
-            all.push((stringify!($name).into(), driven(stringify!($name), &record, marked, &state_words(&record), &sample)));
+            all.push((stringify!($name).into(), driven(stringify!($name), &record, &places, &sample)));
         })*};
     }
+    // Those that the archive has too are recorded already.
     drives! {
-        motor: MotorDrive, motor_of, &MOTOR;
-        motor_two_sets: MotorDrive<f32, Position, 1>, motor_of, &MOTOR;
-        motor_late: MotorDrive<f32, Position, 0, 1>, motor_of, &MOTOR;
-        motor_speed: MotorDrive<f32, Speed>, motor_of, &MOTOR;
-        joint_drive: JointDrive, joint_of, &JOINT_DRIVE;
-        joint_drive_held: JointDrive<f32, Hold>, joint_of, &JOINT_DRIVE;
-        joint_drive_two_sets: JointDrive<f32, Position, 1>, joint_of, &JOINT_DRIVE;
-        joint_drive_late: JointDrive<f32, Position, 0, 1>, joint_of, &JOINT_DRIVE;
+        motor: MotorDrive, motor_of, &MOTOR, Some("motor");
+        motor_two_sets: MotorDrive<f32, Position, 1>, motor_of, &MOTOR, Some("motor_fast");
+        motor_late: MotorDrive<f32, Position, 0, 1>, motor_of, &MOTOR, Some("motor_late");
+        motor_speed: MotorDrive<f32, Speed>, motor_of, &MOTOR, None;
+        joint_drive: JointDrive, joint_of, &JOINT_DRIVE, Some("joint");
+        joint_drive_held: JointDrive<f32, Hold>, joint_of, &JOINT_DRIVE, None;
+        joint_drive_two_sets: JointDrive<f32, Position, 1>, joint_of, &JOINT_DRIVE, Some("joint_fast");
+        joint_drive_late: JointDrive<f32, Position, 0, 1>, joint_of, &JOINT_DRIVE, Some("joint_late");
     }
-    macro_rules! watched_drives {
-        ($($name:ident: $drive:ty, $symbols:ident, $design:expr, $shafts:expr;)*) => {$({
-            let drive = <$drive>::design($design);
-            let symbols =
-                |recorder: &Recorder| drive::$symbols(&drive, &mut |name| argument(recorder, name));
-            let functions = drive::drive(&symbols, $shafts.map(|_| Mounting::UPRIGHT));
-            let (record, state) = watched(&functions, &drive::tick(&symbols), &$shafts);
-            let mut marked = Marked::default();
-            let law = drive::$symbols(&drive, &mut |name| marked.number(name));
-            let mut bound = 0;
-            let bounds = $shafts.map(|_| {
-                bound += 1;
-                marked.number(&format!("d{bound}_bound"))
-            });
-            let [sigma_star, stuck] = ["sigma_star_bound", "stuck_ticks"].map(|name| marked.number(name));
-            let law = Monitored::from_parts(law, bounds, sigma_star, stuck).stopping();
-            let sample = |port: &Port| counted(&record, port);
-            let marked = (&law, &marked.0[..], &Monitored::<$drive, { $shafts.len() }>::BYTES_AT[..]);
-            all.push((stringify!($name).into(), driven(stringify!($name), &record, marked, &state, &sample)));
-        })*};
-    }
-    watched_drives! {
-        motor_watched: MotorDrive, motor_of, &MOTOR, [""];
-        joint_drive_watched: JointDrive, joint_of, &JOINT_DRIVE, ["_link", "_motor"];
+    for (name, drive) in [("motor_watched", watched("motor")), ("joint_drive_watched", watched("joint"))] {
+        let mut joined = Joined::default();
+        let before = drive.state(&mut joined);
+        let results = drive.ticked(&mut joined, &before);
+        let record = joined.record(results);
+        let sample = |port: &Port| counted(&record, port);
+        all.push((name.into(), driven(name, &record, &drive.places, &sample)));
     }
     macro_rules! measured_laws {
         ($($name:ident: $aim:ty;)*) => {$({
@@ -339,9 +267,9 @@ pub(crate) fn texts() -> Vec<(String, String)> {
             );
             let mut marked = Marked::default();
             let law = drive::measured_of(&law, &mut |name| marked.number(name));
+            let places = Places::of(&law, &marked, &[], &state_words(&record));
             let sample = |port: &Port| measured(&record, port);
-            let marked = (&law, &marked.0[..], &[][..]);
-            all.push((stringify!($name).into(), driven(stringify!($name), &record, marked, &state_words(&record), &sample)));
+            all.push((stringify!($name).into(), driven(stringify!($name), &record, &places, &sample)));
         })*};
     }
     measured_laws! {
