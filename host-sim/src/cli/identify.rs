@@ -43,6 +43,10 @@ struct Common {
     /// Noise of the encoders besides their rounding, steps rms.
     #[arg(long, value_name = "STEPS", default_value_t = 0.0)]
     noise_steps: f64,
+    /// Without the link's count, from the motor alone: of a joint whose record shakes the link at its own frequency, as
+    /// that of commission --motor-alone does.
+    #[arg(long)]
+    motor_alone: bool,
     /// The scenario with what was found; an existing file is never overwritten [default: SCENARIO-identified.toml].
     #[arg(long, short = 'o', value_name = "FILE")]
     to: Option<PathBuf>,
@@ -136,6 +140,9 @@ impl Subject {
         let designed = drive.designed;
         if designed.form().follows == Follows::Speed {
             return Err(bad(format!("{name}: drive.mode is \"speed\": a drive is identified that follows a position")));
+        }
+        if common.motor_alone && matches!(designed, DriveDesign::Motor { .. }) {
+            return Err(bad(format!("{name}: --motor-alone is for a [joint]: a [motor] has no other count")));
         }
         let known = Known {
             cogging_per_turn: common.cogging.map(|per_turn| per_turn * gear(&designed)),
@@ -244,8 +251,9 @@ fn of_the_bar(plan: &Plan, report: &Report) -> String {
     )
 }
 
-/// A figure of a plant that was tried.
+/// A figure of a plant that was tried; the same by a function that knows no more.
 type Told = Box<dyn Fn(&Tried) -> f64>;
+type Figured = fn(&Tried) -> f64;
 
 impl Console<'_> {
     pub(super) fn identify(&mut self, options: &IdentifyOptions) -> Result<u8, Failure> {
@@ -253,7 +261,10 @@ impl Console<'_> {
         let subject = Subject::of(options.file.as_deref(), common, "identify")?;
         let data = options.data.display().to_string();
         let text = read_text(&options.data, Kind::TRACE)?;
-        let mounted: Vec<Mounted> = subject.designed.encoders().into_iter().map(|(_, mounted)| mounted).collect();
+        let mut mounted: Vec<Mounted> = subject.designed.encoders().into_iter().map(|(_, mounted)| mounted).collect();
+        if common.motor_alone {
+            mounted.remove(0);
+        }
         let record = record::read(&text, subject.experiment.period_s, &mounted)
             .map_err(|it| bad(format!("{data}:{}:{}: {}", it.line, it.column, it.message)))?;
         let old = sheet_of(&subject.designed);
@@ -294,6 +305,7 @@ impl Console<'_> {
             seed: options.seed,
             verify_rad: options.verify,
             swap: options.swap,
+            motor_alone: common.motor_alone,
             ..plan
         };
         if let Some(percent) = options.within {
@@ -412,9 +424,10 @@ impl Console<'_> {
         let three = |value: f64| significant(value, 3);
         self.say(&format!("{}: {}", subject.experiment.name, subject.experiment.title))?;
         self.say(&format!(
-            "record    {:.2} s, {} rad to and fro, shaken by up to {} A: |y - r| <= {} rad",
+            "record    {:.2} s, {} rad to and fro{}, shaken by up to {} A: |y - r| <= {} rad",
             report.record.held_a.len() as f64 * report.record.period_s,
             plan.way_rad,
+            if plan.motor_alone { " and ever less, without the link's count" } else { "" },
             three(plan.peak_a),
             three(report.recorded_peak_rad)
         ))?;
@@ -494,7 +507,7 @@ impl Console<'_> {
             let name = format!("{name}{}", if i == 0 { ", relative error" } else { "" });
             (name, Box::new(off(i)) as Told)
         });
-        let figures: [(&str, fn(&Tried) -> f64); 6] = [
+        let figures: [(&str, Figured); 6] = [
             ("largest error over stated interval", |it| it.over_interval),
             ("condition", |it| it.report.identified.motor.condition),
             ("jump of u at the swap (A)", |it| it.report.jump_a),
@@ -505,7 +518,8 @@ impl Console<'_> {
         let figures = figures.into_iter().map(|(name, of)| (name.to_owned(), Box::new(of) as Told));
         for (name, of) in errors.chain(figures) {
             let cells = [corners, between].map(|some| {
-                let mut values: Vec<f64> = some.iter().filter_map(|it| it.as_ref().ok()).map(&of).collect();
+                let mut values: Vec<f64> =
+                    some.iter().filter_map(|it| it.as_ref().ok()).map(&of).filter(|it| !it.is_nan()).collect();
                 values.sort_by(f64::total_cmp);
                 let at = |k: usize| values.get(k).map_or_else(|| "-".into(), |value| significant(*value, 2));
                 [at(values.len().saturating_sub(1)), at(values.len() / 2)]

@@ -268,6 +268,67 @@ fn friction_at_rest_is_not_left_below_what_was_found() {
     }
 }
 
+/// Moves without a multisine, with a drive of a scenario.
+fn moved_only(text: &str, ways: &[f64], least_s: f64) -> (Record, Sheet, Known) {
+    let sets = sets(&["load=[]", "friction={coulomb_n_m=0.005}"]);
+    let source = Source { file: "x.toml", text, sets: &sets };
+    let mut experiment = scenario::parse(&source, "x").expect("a file");
+    let drive = experiment.drive.as_ref().expect("a drive");
+    let (known, old, limit) =
+        (Known::with_lag(drive.current_lag_s), sheet_of(&drive.designed), limit_a(&drive.designed));
+    let mut on = |_| ControlFlow::Continue(());
+    let mut rig = Rig::new(&mut experiment, Signal::default(), &mut on).expect("a drive");
+    rig.begin(None, 10.0).expect("a record");
+    for &to_rad in ways {
+        let ticks = fewest(&rig, &old, to_rad - rig.at_rad(), least_s, 0.5 * limit).expect("a way");
+        rig.go(to_rad, ticks).expect("a move");
+    }
+    rig.rest(0.5).expect("a rest");
+    let leg = rig.end().expect("a record");
+    (leg.record.expect("no lost count"), old, known)
+}
+
+/// What is missing is named, and what to do: one move, moves without a multisine, another column for the current.
+#[test]
+fn a_record_without_a_multisine_is_told_what_it_lacks() {
+    for (text, ways, least_s, expected) in [
+        (scenario::JOINT, &[1.0][..], 1.0, "one move does not do, record moves to and fro"),
+        (scenario::JOINT, &[0.6, 0.0], 2.0, "give the multisine a larger peak"),
+        (scenario::MOTOR, &[1.0], 1.0, "add the multisine of `host-sim commission`"),
+        (scenario::MOTOR, &[3.0, 0.0], 0.6, "add the multisine of `host-sim commission`"),
+        // Taken before, with b 43 % off.
+        (scenario::MOTOR, &[0.6, 0.0, 0.6, 0.0], 0.3, "add the multisine of `host-sim commission`"),
+    ] {
+        let (mut record, sheet, known) = moved_only(text, ways, least_s);
+        let told = identify(&record, &sheet, &known).expect_err("a poor record").to_string();
+        println!("{ways:?}: {told}");
+        assert!(told.contains(expected), "{ways:?}: {told}");
+        record.held_a.fill(0.3);
+        let told = identify(&record, &sheet, &known).expect_err("a current that stays").to_string();
+        assert!(told.starts_with("u_held_a is 0.3 A throughout: ") && told.contains("multisine"), "{told}");
+    }
+}
+
+/// The record lacks the link's count, the drive does not: the move after the swap is as good as with it.
+#[test]
+fn joints_commission_themselves_from_the_motor_alone() {
+    let coarse = ["encoder.link.bits=14", "encoder.motor.bits=14", "drive.tuning=\"normal\""];
+    for (more, most_rad) in [(&[][..], 1e-4), (&coarse, 1e-3)] {
+        let sets = sets(&[&["joint.current_lag_s=0"], more].concat());
+        let right = plants(scenario::JOINT, &sets);
+        let plants = Plants { plan: Plan { motor_alone: true, ..right.plan }, ..right };
+        // The corner that asks for most current, that whose k_1 is worst, and one between.
+        for (k, Tried { off, over_interval, report }) in all(&plants, &[4, 25, 35]) {
+            let true_peak_rad = report.verified.true_peak_rad.expect("a simulation");
+            println!("{more:?} {k}: {off:?} {over_interval:.2} move {true_peak_rad:.1e}");
+            assert_eq!(report.outcome, Outcome::Accepted, "plant {k}");
+            assert!(true_peak_rad <= most_rad && over_interval <= 1.0, "plant {k}: {true_peak_rad:e} {over_interval}");
+            assert!(off[0].1 <= 1e-2 && report.identified.link.is_none(), "plant {k}: {off:?}");
+            assert_eq!(report.verified.residual_steps, None);
+        }
+    }
+}
+
 #[test]
 fn corners_are_off_as_they_say() {
     let sets = sets(&[]);
