@@ -1016,10 +1016,31 @@ fn a_record_becomes_a_scenario_that_runs() {
     let other = folder.path("u.toml");
     let spoilt = folder.file("s.csv", &text.replacen("\n200,", "\n", 1));
     let strict = ["--tolerance", "40"];
+    // The link's column taken out: of use when that is said.
+    let cut = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        [&cells[..1], &cells[2..]].concat().join(",") + "\n"
+    };
+    let alone = folder.file("m.csv", &text.lines().map(cut).collect::<String>());
+    let motor = folder.file("m.toml", scenario::MOTOR);
+    let from_motor = |file: &str, more: &[&str]| {
+        let to = folder.path("v.toml");
+        let args = ["identify", &alone, file, "--cogging", "24", "--set", "joint.current_lag_s=0", "-o", &to];
+        spoken(&[&args[..], &["--out", &out], more].concat())
+    };
+    let (status, told, err) = from_motor(&file, &["--motor-alone"]);
+    assert_eq!((status, err.as_str()), (status::DONE, ""), "{told}");
+    assert!(told.contains("stiffness / link inertia") && !told.contains("weight"), "{told}");
+    let written = std::fs::read_to_string(folder.path("v.toml")).expect("the file");
+    assert!(written.contains("\nweight_n_m = 0.23"), "{written}");
+    let (status, _, err) = spoken(&["identify", &alone, &motor, "--motor-alone", "-o", &other, "--out", &out]);
+    assert_eq!(status, status::BAD_INPUT);
+    assert!(err.contains("--motor-alone is for a [joint]"), "{err}");
     for (data, more, told) in [
         (&data, &strict[..], "k_1 is -50 % from the data sheet, at most 40 %"),
         (&data, &["--cogging", "0"], "--cogging 0"),
         (&spoilt, &[], ":202:"),
+        (&alone, &[], ":1:1: no column count_link (a record without it: --motor-alone)"),
         (&file, &[], ":1:1: no column tick"),
     ] {
         let (status, told_too, err) = spoken(&[&["identify", data, &file, "-o", &other, "--out", &out], more].concat());
