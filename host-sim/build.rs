@@ -1,8 +1,8 @@
 //! Tells the program of what it was made: the commit of its sources, if git is there to say, and the compiler. A report
 //! says both.
 //!
-//! The commit is of the folder as it stands when a source of the program changes, or a commit is made: nothing is built
-//! anew for it alone but this crate.
+//! The commit is that of the folder when a source of the program last changed, with a word if that change was in no commit
+//! then. A commit alone changes no program, and builds none anew.
 
 use std::env;
 use std::path::Path;
@@ -36,10 +36,6 @@ fn main() {
     let described =
         ["describe", "--always", "--exclude=*", "--abbrev=40", "--dirty= and changes that are in no commit"];
     let commit = git(&["ls-files", "--error-unmatch", "build.rs"]).and_then(|_| git(&described));
-    // It grows with every commit.
-    if let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"]).filter(|log| Path::new(log).exists()) {
-        println!("cargo::rerun-if-changed={log}");
-    }
     let compiler = said(Command::new(env::var("RUSTC").unwrap_or_else(|_| "rustc".into())).arg("--version"));
     for (name, value) in [("HOST_SIM_COMMIT", commit), ("HOST_SIM_COMPILER", compiler)] {
         let value = value.unwrap_or_else(|| "not known to this build".into());
