@@ -470,7 +470,7 @@ mod tests {
             let toml = text.parse::<Value>().ok().map(|value| value_node(&value, Origin::Set(0)).value);
             match (plain_number(text), toml) {
                 (Some(NodeValue::Integer(found)), Some(NodeValue::Integer(toml))) => {
-                    assert_eq!(found, toml, "{text:?}")
+                    assert_eq!(found, toml, "{text:?}");
                 }
                 (Some(NodeValue::Float(found)), Some(NodeValue::Float(toml))) => {
                     assert_eq!(found.to_bits(), toml.to_bits(), "{text:?}");

@@ -100,18 +100,15 @@ impl Console<'_> {
         let title = names.join(" beside ");
         let page = Page { title: &title, accounts: &accounts };
         let html = page.html().map_err(|error| Failure::writing("the page", &error.into()))?;
-        let (output, is_anew) = match &options.output {
-            Some(output) => {
-                write_file(output, &html, options.force)?;
-                (output.clone(), false)
-            }
-            None => {
-                let output = Path::new("out").join(format!("{}-report.{PAGE}", names.join("-")));
-                let is_anew = may_be_made_anew(&output, &names, options)?;
-                write_whole(&output, |out| out.write_all(html.as_bytes()))
-                    .map_err(|error| Failure::writing(output.display(), &error))?;
-                (output, is_anew)
-            }
+        let (output, is_anew) = if let Some(output) = &options.output {
+            write_file(output, &html, options.force)?;
+            (output.clone(), false)
+        } else {
+            let output = Path::new("out").join(format!("{}-report.{PAGE}", names.join("-")));
+            let is_anew = may_be_made_anew(&output, &names, options)?;
+            write_whole(&output, |out| out.write_all(html.as_bytes()))
+                .map_err(|error| Failure::writing(output.display(), &error))?;
+            (output, is_anew)
         };
         let instead = if is_anew { ", instead of the one there was; --output keeps it" } else { "" };
         self.say(&format!("written to {}{instead}", output.display()))?;

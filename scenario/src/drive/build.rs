@@ -677,6 +677,23 @@ fn corners<const N: usize>(percent: f64, names: [&str; N], plant: impl Fn([f64; 
     (0..count).map(corner).collect()
 }
 
+/// What each encoder adds by its steps and its noise.
+fn sensed(mounted: &[(usize, Mounted)], shafts: &[ShaftOf], sensing: &Sensing) -> Vec<Sensed> {
+    let each = mounted.iter().zip(shafts).map(|((state, mounted), shaft)| {
+        let quantum = mounted.encoder.unit_rad();
+        let (step, noise) = (quantum / f64::sqrt(12.0), sensing.noise.get(*state).copied().unwrap_or(0.0));
+        let rms = if noise > 0.0 { (step * step + noise * noise).sqrt() } else { step };
+        Sensed { state: *state, name: shaft.name.into(), unit: "rad", rms, quantum }
+    });
+    each.collect()
+}
+
+/// An encoder that is where no other could be.
+fn on_link(table: &EncoderTable) -> Option<Problem> {
+    let message = "the encoder on the link is always behind the gear: leave it out";
+    table.behind_gear.then(|| Problem { key: "encoder.link.behind_gear".into(), message: message.into() })
+}
+
 fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
     let Parts { resolved, plant, mut x0, designed, port, motion, mut warnings, chosen, shafts, .. } = parts;
     let (smooth, corners) = (parts.smooth, parts.corners);
@@ -698,15 +715,9 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
     }
     let has_faults = !faults.is_empty();
     let sensing = common.sensing(&mounted, plant.order());
-    let noise_rad = |state: usize| sensing.noise.get(state).copied().unwrap_or(0.0);
-    let sensed = mounted.iter().zip(&shafts).map(|((state, mounted), shaft)| {
-        let quantum = mounted.encoder.unit_rad();
-        let (step, noise) = (quantum / f64::sqrt(12.0), noise_rad(*state));
-        let rms = if noise > 0.0 { (step * step + noise * noise).sqrt() } else { step };
-        Sensed { state: *state, name: shaft.name.into(), unit: "rad", rms, quantum }
-    });
-    let noisy_steps = mounted.iter().map(|(state, mounted)| noise_rad(*state) / mounted.encoder.unit_rad());
-    let noisy_steps = noisy_steps.fold(f64::INFINITY, f64::min);
+    let sensed = sensed(&mounted, &shafts, &sensing);
+    let noise_steps = |sensed: &Sensed| sensing.noise.get(sensed.state).map_or(0.0, |noise| noise / sensed.quantum);
+    let noise_steps = sensed.iter().map(noise_steps).fold(f64::INFINITY, f64::min);
     let mut left_out = vec!["friction, cogging and load"];
     if form.gain_sets > 1 {
         left_out.push("the fast gain set");
@@ -715,13 +726,11 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
     if is_joint {
         left_out.push("angles other than 0");
     }
-    if sensing.jitter > 0.0 {
-        left_out.push("jitter");
-    }
+    left_out.extend((sensing.jitter > 0.0).then_some("jitter"));
     let at_rest = AtRest {
         plant: smooth,
         law,
-        sensed: sensed.collect(),
+        sensed,
         sensor_delay_ticks: 0,
         actuator_delay_ticks: form.delay_ticks,
         report: true,
@@ -746,7 +755,7 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
     let twin = other.port(&motion).ok().filter(|_| !has_faults).map(|port| Twin {
         sensor: Box::new(Encoders::new(other.encoders())),
         port,
-        share: finer.map(|finer| finer.share(noisy_steps)),
+        share: finer.map(|finer| finer.share(noise_steps)),
     });
     Experiment {
         name,
@@ -1061,10 +1070,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let (believed, truth) = bodies(&nominal, sheet.spring_damping_n_m_s, &file.error);
     // The spring carries the weight.
     let motor_rad = sheet.start_rad + truth.weight_n_m * sheet.start_rad.sin() / truth.stiffness_n_m;
-    if file.encoder.link.behind_gear {
-        let message = "the encoder on the link is always behind the gear: leave it out";
-        problems.0.push(Problem { key: "encoder.link.behind_gear".into(), message: message.into() });
-    }
+    problems.0.extend(on_link(&file.encoder.link));
     let link = mounted(&file.encoder.link, [1, 1], sheet.start_rad, "encoder.link", &mut problems);
     let motor = mounted(&file.encoder.motor, sheet.gear, motor_rad, "encoder.motor", &mut problems);
     let common = Common {

@@ -30,12 +30,7 @@ fn each_mistake_is_told_at_its_place_with_what_would_be_right() {
         (MOTOR, "monitor.motor_n_m=1", "`monitor.motor_n_m`: only for a joint: a motor has load_n_m"),
         (MOTOR, "motor.inertia=1", "unknown key `motor.inertia`; did you mean `inertia_kg_m2`?"),
         (MOTOR, "motor.max_current_a=0", "`motor.max_current_a`: found 0, expected a finite number above 0"),
-        (
-            MOTOR,
-            "drive.jitter_s=2e-3",
-            "`drive.jitter_s`: found 0.002, expected at most the period, 0.001: jitter is the age of a count within its \
-             tick",
-        ),
+        (MOTOR, "drive.jitter_s=2e-3", "`drive.jitter_s`: found 0.002, expected at most the period, 0.001"),
         (JOINT, "encoder.noise_rad=1e-4", "unknown key `encoder.noise_rad`"),
         (MOTOR, "reference.to_rad=1", "`reference.to_rad`: reference.kind = \"sine\" does not read it"),
         (MOTOR, "drive.mode=speed", "`reference.kind`: drive.mode = \"speed\" follows reference.kind = \"speed\" only"),

@@ -141,6 +141,32 @@ fn count_unsettled(settling: &[f64], outcomes: &[Outcome]) -> usize {
     settling.iter().zip(outcomes).filter(never).count()
 }
 
+/// `drive.tuning (1 quiet, 2 normal)`.
+fn with_words(name: &str, words: Option<&Vec<String>>) -> String {
+    let Some(words) = words else { return name.into() };
+    let each: Vec<String> = (1..).zip(words).map(|(k, word)| format!("{k} {word}")).collect();
+    format!("{name} ({})", each.join(", "))
+}
+
+/// The worst trials, the worst first: those that failed, then by their figure; what is no number is the largest.
+fn worst_of(figure: &[f64], outcomes: &[Outcome]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..figure.len()).collect();
+    let badness =
+        |k: usize| (outcomes[k] != Outcome::Finished, if figure[k].is_nan() { f64::INFINITY } else { figure[k] });
+    let worse = |a: &usize, b: &usize| {
+        let (a_failed, a_value) = badness(*a);
+        let (b_failed, b_value) = badness(*b);
+        b_failed.cmp(&a_failed).then(b_value.total_cmp(&a_value)).then(a.cmp(b))
+    };
+    let count = WORST.min(order.len());
+    if count < order.len() {
+        order.select_nth_unstable_by(count, worse);
+    }
+    order.truncate(count);
+    order.sort_by(worse);
+    order
+}
+
 fn unsettled(count: usize) -> String {
     format!(
         "{count} of those that finished never settled within settling_band: --at-most {SETTLING}=SECONDS makes \
@@ -179,21 +205,7 @@ impl Console<'_> {
             }
         }
         let figure = column(question.worst)?;
-        let mut order: Vec<usize> = (0..figure.len()).collect();
-        let badness =
-            |k: usize| (outcomes[k] != Outcome::Finished, if figure[k].is_nan() { f64::INFINITY } else { figure[k] });
-        let worse = |a: &usize, b: &usize| {
-            let (a_failed, a_value) = badness(*a);
-            let (b_failed, b_value) = badness(*b);
-            b_failed.cmp(&a_failed).then(b_value.total_cmp(&a_value)).then(a.cmp(b))
-        };
-        let count = WORST.min(order.len());
-        if count < order.len() {
-            order.select_nth_unstable_by(count, worse);
-        }
-        order.truncate(count);
-        order.sort_by(worse);
-
+        let order = worst_of(&figure, &outcomes);
         let mut percentiles = BTreeMap::new();
         let mut worst: Vec<WorstTrial> = order
             .iter()
@@ -219,11 +231,7 @@ impl Console<'_> {
                     worst.drawn.insert(name.clone(), told(values[*row]));
                 }
                 if question.draws(k, 0..drawn, &dots) {
-                    let words = words.map_or_else(String::new, |words| {
-                        let each: Vec<String> = (1..).zip(words).map(|(k, word)| format!("{k} {word}")).collect();
-                        format!(" ({})", each.join(", "))
-                    });
-                    let labels = [&format!("{name}{words}"), &header.label(by)];
+                    let labels = [&with_words(name, words), &header.label(by)];
                     dots.panels.push(scatter(labels.map(String::as_str), &values, &figure, &outcomes, &order));
                 } else {
                     dots.left_out.push(name.clone());

@@ -18,8 +18,12 @@ struct InF64<L: ControlLaw, const E: usize, const N: usize, const P: usize> {
     player: Player<f64, Plan<f64, P>, N>,
     motion: Motion,
     late: u32,
-    sample: fn([Option<i32>; E], &Target<f64, i32, N>, &Target<f64, i32, N>) -> L::Sample,
+    sample: Sampled<L, E, N>,
 }
+
+/// What the law is given of counts, and of the targets at both ends of a tick.
+type Sampled<L, const E: usize, const N: usize> =
+    fn([Option<i32>; E], &Target<f64, i32, N>, &Target<f64, i32, N>) -> <L as ControlLaw>::Sample;
 
 impl<L, const E: usize, const N: usize, const P: usize> ControllerPort for InF64<L, E, N, P>
 where
@@ -100,16 +104,14 @@ impl DriveDesign {
                 Follows::Position => following!(design, mounted, form, Position),
                 Follows::Speed => following!(design, mounted, form, Speed),
             },
-            Self::Joint { design, form, mounted, .. } => match form.delay_ticks {
-                0 => {
-                    let law = JointDrive::<f64, Position, 0, 0>::try_design(design)?;
-                    boxed::<_, _, 2, 4, _, _, 4>(law, *mounted, motion)
-                }
-                _ => {
-                    let law = JointDrive::<f64, Position, 0, 1>::try_design(design)?;
-                    boxed::<_, _, 2, 4, _, _, 4>(law, *mounted, motion)
-                }
-            },
+            Self::Joint { design, form, mounted, .. } if form.delay_ticks == 0 => {
+                let law = JointDrive::<f64, Position, 0, 0>::try_design(design)?;
+                boxed::<_, _, 2, 4, _, _, 4>(law, *mounted, motion)
+            }
+            Self::Joint { design, mounted, .. } => {
+                let law = JointDrive::<f64, Position, 0, 1>::try_design(design)?;
+                boxed::<_, _, 2, 4, _, _, 4>(law, *mounted, motion)
+            }
         })
     }
 }
