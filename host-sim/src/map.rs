@@ -316,12 +316,10 @@ pub fn corners(subject: &Subject<'_>, percent: f64, axes: &[Axis]) -> Result<Vec
     }
     if numbers.len() > MOST_UNCERTAIN {
         let names: Vec<&str> = numbers.iter().map(|it| it.name.as_str()).collect();
+        let (file, count, names) = (subject.file, names.len(), names.join(", "));
         return Err(format!(
-            "{}: {} numbers of its plant may be off, {}: that is 2^{0} corners, and 2^{MOST_UNCERTAIN} are the most; \
-             `host-sim monte-carlo --uncertain {percent}` draws from all of them",
-            names.len(),
-            names.join(", "),
-            subject.file
+            "{file}: {count} numbers of its plant may be off, {names}: that is 2^{count} corners, and 2^{MOST_UNCERTAIN} \
+             are the most; `host-sim monte-carlo --uncertain {percent}` draws from all of them"
         ));
     }
     let corner = |corner: usize| {
