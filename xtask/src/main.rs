@@ -87,7 +87,7 @@ const ACTIONS: [Action; 22] = [
     },
     Action {
         name: "cluster",
-        help: "shards of a Monte Carlo run on two Dask workers, one of them killed: the bytes of an undisturbed run",
+        help: "shards of a Monte Carlo run on two Dask workers, one of them killed: the same bytes; and read by pyarrow",
         run: cluster::run,
     },
     Action {
