@@ -67,7 +67,11 @@ const ACTIONS: [Action; 22] = [
         help: "hold the machine code of image and exported C to the record of the tick, path by path",
         run: means::run,
     },
-    Action { name: "means --all", help: "the same, and the joint's ticks of the archive, minutes each", run: means::all },
+    Action {
+        name: "means --all",
+        help: "the same, and the joint's ticks of the archive, minutes each",
+        run: means::all,
+    },
     Action { name: "capi", help: "build archive, header and examples for firmware in C", run: capi::run },
     Action { name: "docs", help: "build the documentation without a warning, and check its formulas", run: docs::run },
     Action {
