@@ -1,8 +1,8 @@
 //! Tells the program of what it was made: the commit of its sources, if git is there to say, and the compiler. A report
 //! says both.
 //!
-//! The commit is that of the folder when a source of the program last changed, with a word if that change was in no commit
-//! then. A commit alone changes no program, and builds none anew.
+//! The commit is that of the folder when a source of the program last changed, with a word if that change was in no
+//! commit then. A commit alone changes no program, and builds none anew.
 
 use std::env;
 use std::path::Path;

@@ -27,8 +27,8 @@
 //! An error η of a sensor of at most half a quantum, any from tick to tick, makes at most
 //! $\frac{q}{2} \big(|D_\eta| + \sum_k |C A^k B_\eta|\big)$: that is the bound of quantisation, for any signal.
 //!
-//! A law that asks for another u than that of the loop, apart by at most e in each tick, and knows it, drives the loop as
-//! an error of the actuator that is reported: the same sum with the answer to a u of 1 more.
+//! A law that asks for another u than that of the loop, apart by at most e in each tick, and knows it, drives the loop
+//! as an error of the actuator that is reported: the same sum with the answer to a u of 1 more.
 //!
 //! Cost: some milliseconds for a kernel, whatever the period and the slowest pole are: the sums over ticks take longer
 //! strides as soon as the fast modes have died (error below 2e-5, test

@@ -232,8 +232,8 @@ const ERRORS: [&Errors; 3] = [
 ];
 
 impl MayBeOff {
-    /// Of a drive and the paper's joint all that their tables of errors have; of a plant by its equations the constants,
-    /// of a chain the coefficients, as far as they are not 0. Nothing of any other.
+    /// Of a drive and the paper's joint all that their tables of errors have; of a plant by its equations the
+    /// constants, of a chain the coefficients, as far as they are not 0. Nothing of any other.
     pub(crate) fn of(subject: &Subject<'_>) -> Result<Self, String> {
         let takes = |errors: &&&Errors| errors[0].1.iter().all(|key| subject.with(&[format!("{key}=0.01")]).is_ok());
         if let Some(errors) = ERRORS.iter().find(takes) {
@@ -309,8 +309,8 @@ pub fn corners(subject: &Subject<'_>, percent: f64, axes: &[Axis]) -> Result<Vec
     let numbers: Vec<Uncertain> = numbers.into_iter().filter(|it| !is_swept(&it.keys)).collect();
     if is_none {
         return Err(format!(
-            "{}: no number of its plant is known to be off: corners are for scenarios with [joint], [motor], a flexible \
-             joint, a chain, or equations with constants as [plant]",
+            "{}: no number of its plant is known to be off: corners are for scenarios with [joint], [motor], a \
+             flexible joint, a chain, or equations with constants as [plant]",
             subject.file
         ));
     }
@@ -318,8 +318,8 @@ pub fn corners(subject: &Subject<'_>, percent: f64, axes: &[Axis]) -> Result<Vec
         let names: Vec<&str> = numbers.iter().map(|it| it.name.as_str()).collect();
         let (file, count, names) = (subject.file, names.len(), names.join(", "));
         return Err(format!(
-            "{file}: {count} numbers of its plant may be off, {names}: that is 2^{count} corners, and 2^{MOST_UNCERTAIN} \
-             are the most; `host-sim monte-carlo --uncertain {percent}` draws from all of them"
+            "{file}: {count} numbers of its plant may be off, {names}: that is 2^{count} corners, and \
+             2^{MOST_UNCERTAIN} are the most; `host-sim monte-carlo --uncertain {percent}` draws from all of them"
         ));
     }
     let corner = |corner: usize| {

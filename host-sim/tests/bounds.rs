@@ -429,8 +429,8 @@ fn a_u_that_is_asked_for_beside_the_law_makes_no_more_than_its_bound_and_most_of
     }
 }
 
-/// Against the run in f32 and the run in f64, each with its own counts: they differ by no more than the rounding and both
-/// encoders make, and what the rounding makes is there.
+/// Against the run in f32 and the run in f64, each with its own counts: they differ by no more than the rounding and
+/// both encoders make, and what the rounding makes is there.
 #[test]
 fn f32_and_f64_differ_by_no_more_than_the_bound_of_rounding_and_of_the_steps() {
     for (plant, sets) in [("motor", &["encoder.bits=24"][..]), ("joint", &[])] {

@@ -205,8 +205,8 @@ fn ran_in(folder: &Folder, args: &[&str]) -> (i32, String, String) {
     ended(command.spawn().expect("the program"))
 }
 
-/// What is named is the user's: kept, but for `--force`, in a folder that is there. What is not is made anew, said so, and
-/// of nothing else.
+/// What is named is the user's: kept, but for `--force`, in a folder that is there. What is not is made anew, said so,
+/// and of nothing else.
 #[test]
 fn a_page_that_is_named_is_never_lost_and_the_program_s_own_is_made_anew_with_a_word() {
     let folder = Folder::new("report");

@@ -347,8 +347,8 @@ fn value_of_argument(text: &str, origin: Origin) -> Result<Node, String> {
     Err(format!("{:?} is not a TOML value (a number, true, \"text\", a [list] or a {{table}})", shortened(text)))
 }
 
-/// A number of nothing but digits, sign, point and exponent, as TOML reads it: a campaign sets some for each of a million
-/// trials, and the parser of TOML takes ten times as long. All else is left to that.
+/// A number of nothing but digits, sign, point and exponent, as TOML reads it: a campaign sets some for each of a
+/// million trials, and the parser of TOML takes ten times as long. All else is left to that.
 fn plain_number(text: &str) -> Option<NodeValue> {
     let digits = text.strip_prefix(['+', '-']).unwrap_or(text);
     let (mantissa, exponent) = digits.split_once(['e', 'E']).map_or((digits, None), |(m, e)| (m, Some(e)));

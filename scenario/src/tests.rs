@@ -587,8 +587,8 @@ fn a_wrong_set_is_told_with_the_argument() {
         ("controller.observer.channel=1", "`channel` cannot be set: a list of 2 is no table"),
         (
             "sensor.noise[1]=1e-4",
-            "`sensor.noise`: found a list of 1, expected a list of 2 to 6 numbers: set it with all its numbers first, as \
-             in --set 'sensor.noise=[0, 0]'",
+            "`sensor.noise`: found a list of 1, expected a list of 2 to 6 numbers: set it with all its numbers first, \
+             as in --set 'sensor.noise=[0, 0]'",
         ),
         ("sensor.nose[1]=1e-4", "unknown key `sensor.nose`; did you mean `noise`?"),
         (

@@ -92,7 +92,7 @@ const ACTIONS: [Action; 23] = [
     },
     Action {
         name: "cluster",
-        help: "shards of a Monte Carlo run on two Dask workers, one of them killed: the same bytes; and read by pyarrow",
+        help: "shards of a Monte Carlo run on two Dask workers, one killed: the same bytes; and read by pyarrow",
         run: cluster::run,
     },
     Action {

@@ -1208,8 +1208,8 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         }
     }
 
-    /// Does an address lie in the memory behind a register, or at its end? There addresses are in order, since no memory
-    /// goes over the highest one.
+    /// Does an address lie in the memory behind a register, or at its end? There addresses are in order, since no
+    /// memory goes over the highest one.
     fn is_within(&self, word: Word) -> bool {
         let Word::Address(base, offset) = word else { return false };
         if base == SP as u32 {

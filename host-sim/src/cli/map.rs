@@ -240,8 +240,8 @@ pub(super) fn number_in(told: &serde_json::Value, path: &str) -> f64 {
     told.pointer(&format!("/{}", path.replace('.', "/"))).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN)
 }
 
-/// What k_l of a drive may be, 1/s: of a motor around its own, one per tick at most; of a joint 2 to 8 times its w_c, which
-/// is what its design takes.
+/// What k_l of a drive may be, 1/s: of a motor around its own, one per tick at most; of a joint 2 to 8 times its w_c,
+/// which is what its design takes.
 fn reaching_per_s(designed: &DriveDesign, period_s: f64) -> [f64; 2] {
     match designed {
         DriveDesign::Motor { design, .. } => {

@@ -287,16 +287,16 @@ fn about(experiment: &Experiment, subject: &Subject<'_>) -> Section {
 fn moved(experiment: &Experiment) -> String {
     let plant = &experiment.plant;
     if plant.exact().is_some() {
-        "in one exact step a tick, within 1e-9 of the solver of order 10 (of the largest of each state); by that solver \
-         where a disturbance jumps or a link turns fast"
+        "in one exact step a tick, within 1e-9 of the solver of order 10 (of the largest of each state); by that \
+         solver where a disturbance jumps or a link turns fast"
             .into()
     } else if plant.is_checked() {
-        "by the solver of order 10, each step as short as order 8 agrees with it within 1e-9 of how far a state is from \
-         0 or moves, or 1/1024 of what was tried"
+        "by the solver of order 10, each step as short as order 8 agrees with it within 1e-9 of how far a state is \
+         from 0 or moves, or 1/1024 of what was tried"
             .into()
     } else {
-        "by the solver of order 10, whose error is 4e-11 of a state at most in the time that its fastest mode takes for \
-         1 rad"
+        "by the solver of order 10, whose error is 4e-11 of a state at most in the time that its fastest mode takes \
+         for 1 rad"
             .into()
     }
 }

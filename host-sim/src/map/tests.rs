@@ -241,7 +241,8 @@ fn a_corner_of_a_chain_and_of_equations_is_the_file_that_says_so() {
     assert!((found - direct).abs() < 1e-12, "{found} {direct}");
 }
 
-/// Of a chain b is another, of equations what is believed of it: the loop is that in which u has so many times the effect.
+/// Of a chain b is another, of equations what is believed of it: the loop is that in which u has so many times the
+/// effect.
 #[test]
 fn the_axis_of_the_input_gain_is_the_error_of_b() {
     let axis = |text: &'static str, sets: &'static [String]| {

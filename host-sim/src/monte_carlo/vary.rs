@@ -194,7 +194,8 @@ impl Vary {
     }
 }
 
-/// The words of `KEY=list(A,B,..)`, if not all of them are numbers: what its column says is the position of one, from 1.
+/// The words of `KEY=list(A,B,..)`, if not all of them are numbers: what its column says is the position of one, from
+/// 1.
 pub fn words(text: &str) -> Option<Vec<String>> {
     let (_, call) = text.split_once('=')?;
     let (name, rest) = call.trim().split_once('(')?;
