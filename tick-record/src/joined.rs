@@ -2,7 +2,8 @@
 //!
 //! What has too many ways to be recorded as a whole, since those of one part are multiplied by those of the next, is
 //! made of the records of its parts. Each is computed once, whatever its decisions are, which
-//! [`record`](crate::record()) allows: it has no other effect. Of what it gives on its ways the decisions then select one.
+//! [`record`](crate::record()) allows: it has no other effect. Of what it gives on its ways the decisions then select
+//! one.
 
 use std::collections::HashMap;
 
