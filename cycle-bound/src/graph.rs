@@ -117,6 +117,26 @@ impl Order {
     }
 }
 
+/// Nodes in an order in which every edge leads on, but for those back to where a loop begins; of each loop the nodes in
+/// that order, by the one that it begins with.
+pub(crate) struct Loops {
+    pub(crate) order: Vec<usize>,
+    pub(crate) bodies: BTreeMap<usize, Vec<usize>>,
+}
+
+/// The loops of a graph, of which only is known where each node leads to; the entry is node 0.
+///
+/// # Errors
+/// This node is jumped to from inside a circle that it does not dominate.
+pub(crate) fn loops(edges: &[Vec<usize>]) -> Result<Loops, usize> {
+    let edge = |&to: &usize| Edge { to: Some(to), cost: Path::default() };
+    let graph: Graph = edges.iter().map(|out| out.iter().map(edge).collect()).collect();
+    let (order, sources) = (Order::of(&graph), sources(&graph));
+    let bodies = order.latches.keys().map(|&header| Ok((header, body(&order, &sources, header).map_err(|_| header)?)));
+    let bodies = bodies.collect::<Result<_, usize>>()?;
+    Ok(Loops { order: order.nodes, bodies })
+}
+
 /// From where each node is reached.
 fn sources(graph: &Graph) -> Vec<Vec<usize>> {
     let mut sources = vec![Vec::new(); graph.len()];

@@ -1,14 +1,15 @@
 //! Does the machine code compute what it is to compute? A function against a text that says what becomes of its inputs.
 //!
-//! The instructions are executed on values of a graph instead of numbers, each instruction once; where ways meet, what
-//! differs is a choice by the branches between. The text becomes values of the same graph. Then every result must be
-//! equal to that of the text, each register that a function leaves as it was to its entry, and nothing else may be
-//! written; where an instruction cannot be followed, it is to be shown that no input goes there. Equal is what gives
-//! the same term on every path: for each way that the comparisons can be answered. Where that are too many, it is shown
-//! case by case, for a decision that goes one way and for one that goes the other (`cases.rs`); and where a case has
-//! still too many, values between are shown to be equal first, and stand for themselves from then on (`sweep.rs`). Then
-//! both give the same bits for all inputs: no number is chosen, none is left out. Numbers are tried too, but only to
-//! find where two results differ, and what may be equal (`inputs.rs`). What cannot be shown is declined, with its name.
+//! The instructions are executed on values of a graph instead of numbers, each instruction once, those of a loop once
+//! for each of its turns, up to 64; where ways meet, what differs is a choice by the branches between. The text becomes
+//! values of the same graph. Then every result must be equal to that of the text, each register that a function leaves
+//! as it was to its entry, and nothing else may be written; where an instruction cannot be followed, it is to be shown
+//! that no input goes there. Equal is what gives the same term on every path: for each way that the comparisons can be
+//! answered. Where that are too many, it is shown case by case, for a decision that goes one way and for one that goes
+//! the other (`cases.rs`); and where a case has still too many, values between are shown to be equal first, and stand
+//! for themselves from then on (`sweep.rs`). Then both give the same bits for all inputs: no number is chosen, none is
+//! left out. Numbers are tried too, but only to find where two results differ, and what may be equal (`inputs.rs`).
+//! What cannot be shown is declined, with its name.
 //!
 //! # What counts as the same
 //! `+ * /` of floats stay as they are; only identities are used that hold for every bit pattern if one rounds to
@@ -22,8 +23,8 @@
 //! # What is assumed
 //! Rounding to nearest with subnormal numbers (FPSCR as after reset). Memory behind different addresses does not
 //! overlap, nobody else writes to it meanwhile, and such an address is a multiple of 4, not 0, and as a count with a
-//! sign not below 0. What is given as a truth is 0 or 1. The sign and the payload of a NaN mean nothing. The
-//! disassembler is right.
+//! sign not below 0, up to the end of the memory behind it; the stack's too. What is given as a truth is 0 or 1. The
+//! sign and the payload of a NaN mean nothing. The disassembler is right.
 //!
 //! # The text
 //! ```text
@@ -49,7 +50,8 @@
 //! A place is a register at the entry or the return (`r0`, `s0`), or memory: `r1+44` is 44 bytes behind the address
 //! that `r1` holds at the entry. Kinds are `number` (a float), `count` (32 bits), `truth` (a byte in memory, 0 or 1),
 //! `either` (a word, with what it is where it is true and where it is not behind the place: `r2+0 0 1`). Results of the
-//! last two kinds that have one place add up: bits of a health, a status that has two reasons. `pad r1+45 3` names
+//! last two kinds that have one place add up: bits of a health, a status that has two reasons. Inputs that are bits of
+//! a word, `truth r2+4 bit 0`, go from 0 on; what is above them may be anything. `pad r1+45 3` names
 //! bytes that may hold anything, `size r1 48` all bytes behind an address, for code that asks whether two places
 //! overlap.
 //!

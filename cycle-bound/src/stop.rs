@@ -3,11 +3,13 @@
 //! A request ends the program at once, unless it [keeps](keeping) a record that would be lost. Then it sets a flag,
 //! which the loop that [looks](looking) for it must see within [`SEEN_WITHIN`]: else it is blocked, by a reader that
 //! does not read say, and ends the same way; so does what is still there after that time with its record kept. A second
-//! request ends it in any case. Files are written whole or not at
+//! request ends it in any case. A program that ends without a record says so. Files are written whole or not at
 //! all, so nothing is left half done; emulators end with the program.
 
+use std::io::{IsTerminal, Write, stderr};
 use std::process::exit;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::channel;
 use std::thread::{sleep, spawn};
 use std::time::Duration;
 
@@ -65,7 +67,20 @@ pub fn on_request(flag: &'static AtomicBool) {
     });
 }
 
+/// What is said where no record is kept.
+const LOST: &str = "stopped on request; what was not written yet is lost";
+/// Nobody waits longer for a terminal or pipe that takes no more.
+const TOLD_WITHIN: Duration = Duration::from_millis(100);
+
 fn end() {
     qemu::stop_all();
+    let (tell, told) = channel();
+    spawn(move || {
+        // A progress bar stands on the line.
+        let line = if stderr().is_terminal() { "\n" } else { "" };
+        _ = writeln!(stderr(), "{line}{LOST}");
+        _ = tell.send(());
+    });
+    _ = told.recv_timeout(TOLD_WITHIN);
     exit(i32::from(STATUS));
 }

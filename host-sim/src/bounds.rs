@@ -27,6 +27,9 @@
 //! An error η of a sensor of at most half a quantum, any from tick to tick, makes at most
 //! $\frac{q}{2} \big(|D_\eta| + \sum_k |C A^k B_\eta|\big)$: that is the bound of quantisation, for any signal.
 //!
+//! A law that asks for another u than that of the loop, apart by at most e in each tick, and knows it, drives the loop
+//! as an error of the actuator that is reported: the same sum with the answer to a u of 1 more.
+//!
 //! Cost: some milliseconds for a kernel, whatever the period and the slowest pole are: the sums over ticks take longer
 //! strides as soon as the fast modes have died (error below 2e-5, test
 //! `strides_lose_less_than_the_bounds_are_rounded_up`).
@@ -131,6 +134,8 @@ pub struct SampledLoop {
     quantities: Vec<Quantity>,
     /// From an error of each sensor, to the state and to the quantities at once.
     sensors: Vec<(DVector<f64>, DVector<f64>)>,
+    /// The same from a u that is asked for beside that of the law.
+    asked: (DVector<f64>, DVector<f64>),
     /// F of the plant, where its states are among those that are kept, and its order.
     rates: DMatrix<f64>,
     kept: Vec<usize>,
@@ -241,8 +246,11 @@ impl SampledLoop {
             (DVector::from_iterator(n, kept.iter().map(|&j| stepped.next[j])), DVector::from_vec(direct.collect()))
         });
         let sensors = sensors.collect();
+        let asked = tick.asked_beside();
+        let of_asked = quantities.iter().map(|quantity| f64::from(u8::from(*quantity == Quantity::Control)));
+        let asked = (DVector::from_iterator(n, kept.iter().map(|&j| asked[j])), DVector::from_vec(of_asked.collect()));
         let rates = DMatrix::from_fn(states, states, |i, j| rates[i][j]);
-        Ok(Self { period_s, a, modes, c, quantities, sensors, rates, kept, lumped, u: law.u })
+        Ok(Self { period_s, a, modes, c, quantities, sensors, asked, rates, kept, lumped, u: law.u })
     }
 
     /// What is bounded, in the order of all that is told here.
@@ -439,7 +447,15 @@ impl SampledLoop {
 
     /// The bounds of each quantity if a sensor errs by at most this in each tick.
     pub fn of_sensor(&self, sensor: usize, error: f64) -> Vec<f64> {
-        let (state, direct) = &self.sensors[sensor];
+        self.of_errors(&self.sensors[sensor], error)
+    }
+
+    /// The bounds of each quantity if the law asks for another u, by at most this in each tick.
+    pub fn of_asked(&self, error: f64) -> Vec<f64> {
+        self.of_errors(&self.asked, error)
+    }
+
+    fn of_errors(&self, (state, direct): &(DVector<f64>, DVector<f64>), error: f64) -> Vec<f64> {
         let Sums { norms, .. } = self.sums(&DMatrix::from_columns(std::slice::from_ref(state)), &[1.0], 0.0);
         norms.iter().zip(direct.iter()).map(|(norm, direct)| ROUND_UP * error * (norm + direct.abs())).collect()
     }

@@ -549,5 +549,30 @@ fn claim_folder(folder: &Path) -> Result<Claim, Failure> {
     })
 }
 
+/// A file that the user names is the user's: it is never lost by a slip, only `--force` overwrites it, and its folder
+/// must be there. What stands under `out/` without being named is the program's, and is made anew.
+fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
+    let existing = if force { Existing::Replace } else { Existing::Keep };
+    whole_file::write(path, existing, |out| out.write_all(text.as_bytes())).map_err(|error| match error.kind() {
+        io::ErrorKind::AlreadyExists => exists(path),
+        _ => Failure::writing(path.display(), &error),
+    })
+}
+
+/// Asked before minutes of work, not after.
+fn free(path: &Path, force: bool) -> Result<(), Failure> {
+    if path.exists() && !force {
+        return Err(exists(path));
+    }
+    match path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        Some(folder) => Err(bad(format!("{}: there is no folder {}", path.display(), folder.display()))),
+        None => Ok(()),
+    }
+}
+
+fn exists(path: &Path) -> Failure {
+    bad(format!("{} exists already and is left as it is; --force overwrites it", path.display()))
+}
+
 #[cfg(test)]
 mod tests;

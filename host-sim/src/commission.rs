@@ -4,15 +4,17 @@
 //! record   planned moves to and fro; the current shaken by a multisine        gains of the data sheet
 //! identify parameters from counts and current (module identify)               or a refusal, and nothing changes
 //! swap     at rest, W := 0 (EncoderForm::at_rest)                             the design of what was found
-//! verify   a move of 1 rad, as short as 70 % of the current allow             peak of y - r, residual of the link
+//! verify   a move of 1 rad, as short as 70 % of the current allow             peak of y - r, residual of a link
 //! keep it, or swap back; then home
 //! ```
 //!
-//! Accepted is a move with abs(y - r) <= B + 2.5 steps of the link's encoder whose record the link with the new
-//! parameters explains (0.6 steps rms). B is 1e-4 rad, or twice what the same move leaves when it is simulated on the
-//! joint as it was found (module `predicted`), whichever is more, and never more than the recorded moves left. The move
-//! alone does not see every wrong link, that residual does; neither sees a wrong motor, which does no harm in this
-//! move.
+//! Accepted is a move with abs(y - r) <= B + 2.5 steps of the encoder that is followed; of a joint the link with the
+//! new parameters must explain the record of the move too (0.6 steps rms), if its count was in the record that they
+//! are from. B is 1e-4 rad, or twice what the same move leaves when it is simulated on the joint or motor as it was
+//! found (module `predicted`), whichever is more, and never more than the recorded moves left. The move alone does not
+//! see every wrong link, that residual does; neither sees a wrong motor of a joint, which does no harm in this move. A
+//! motor with a rigid load is asked for a move as short as its current allows: there b counts, and b that is 20 % wrong
+//! is seen.
 //!
 //! The swap at rest drops the offset W. A loop with wrong parameters swings a little: the rule for swaps in motion
 //! (u does not jump) would freeze the instant's difference of the demands into W, and that takes 1/α to go.
@@ -56,11 +58,17 @@ const AFTER_S: f64 = 0.25;
 /// Share of the current that a verification may ask for, the load's apart, and the least share that is left of it.
 const CURRENT: f64 = 0.7;
 const LEAST_CURRENT: f64 = 0.3;
+/// Without the link's count the link is seen by its own swinging: moves to and fro, ever shorter and quicker, over the
+/// way of the recorded ones; each as quick as this share of the usual current allows (with all of it four of 32 corners
+/// of ±50 % stayed at the limit until an alarm, with half of it two), but no quicker than that.
+const CHIRP: [f64; 8] = [0.36, 0.36, 0.24, 0.24, 0.15, 0.15, 0.09, 0.09];
+const CHIRP_CURRENT: f64 = 0.36;
+const LEAST_CHIRP_S: f64 = 0.3;
 /// A plan that takes longer is none, s.
 const LONGEST_S: f64 = 20.0;
-/// Bar of the verification, rad: at least so much, or so many times what is expected of the move on the joint as it was
-/// found (cogging, ripple and load are not in it), and steps of the link's encoder: two, and half a step by which a
-/// count is off itself.
+/// Bar of the verification, rad: at least so much, or so many times what is expected of the move on the joint or motor
+/// as it was found (cogging, ripple and load are not in it), and steps of the encoder that is followed: two, and half a
+/// step by which a count is off itself.
 pub const LEAST_BAR_RAD: f64 = 1e-4;
 /// See [`LEAST_BAR_RAD`].
 pub const TIMES_EXPECTED: f64 = 2.0;
@@ -80,8 +88,12 @@ pub struct Plan {
     pub seed: u64,
     /// Way of the verification, rad.
     pub verify_rad: f64,
+    /// Time of it at least, s.
+    pub verify_s: f64,
     /// How the new design takes over.
     pub swap: Swap,
+    /// Is the link's count left out of the record? Of a joint; the drive has it all the same.
+    pub motor_alone: bool,
 }
 
 /// How a new design takes over: at rest, or as what that is better than.
@@ -97,16 +109,31 @@ pub enum Swap {
 
 impl Plan {
     /// For a joint 0.6 rad in 2 s with 27 % of the current. For a motor 3 rad in 0.6 s with all of it: its loop takes
-    /// most of that back, the more the larger its gain is, so that little is left beside friction.
+    /// most of that back, the more the larger its gain is, so that little is left beside friction. It is verified by a
+    /// move as short as its current allows: in one of 1 s friction is all, and nothing is seen of b.
     pub fn of(designed: &DriveDesign) -> Self {
-        let (limit, swap) = (limit_a(designed), Swap::AtRest);
+        let (limit, swap, motor_alone) = (limit_a(designed), Swap::AtRest, false);
         match designed {
-            DriveDesign::Joint { .. } => {
-                Self { way_rad: 0.6, move_s: 2.0, peak_a: 0.27 * limit, seed: 1, verify_rad: 1.0, swap }
-            }
-            DriveDesign::Motor { .. } => {
-                Self { way_rad: 3.0, move_s: 0.6, peak_a: limit, seed: 1, verify_rad: 1.0, swap }
-            }
+            DriveDesign::Joint { .. } => Self {
+                way_rad: 0.6,
+                move_s: 2.0,
+                peak_a: 0.27 * limit,
+                seed: 1,
+                verify_rad: 1.0,
+                verify_s: 1.0,
+                swap,
+                motor_alone,
+            },
+            DriveDesign::Motor { .. } => Self {
+                way_rad: 3.0,
+                move_s: 0.6,
+                peak_a: limit,
+                seed: 1,
+                verify_rad: 1.0,
+                verify_s: 0.05,
+                swap,
+                motor_alone,
+            },
         }
     }
 }
@@ -200,7 +227,7 @@ pub struct Verified {
     pub true_peak_rad: Option<f64>,
     /// What it may be.
     pub bar_rad: f64,
-    /// The same move simulated on the joint as it was found; none of a motor.
+    /// The same move simulated on the joint or motor as it was found; none where that comes to no end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expected_rad: Option<f64>,
     /// What the new link leaves of its record, steps rms; none of a motor.
@@ -387,21 +414,32 @@ fn make_record(stand: &mut dyn Stand, plan: &Plan, sheet: &Sheet, share: f64) ->
         Sheet::Motor(_) => 0.0,
     };
     // How long a way takes is known before it begins, and the multisine begins before.
-    let ticks = fewest(stand, sheet, plan.way_rad, plan.move_s, share)?;
-    let move_s = f64::from(ticks) * stand.period_s();
+    let mut moves = Vec::new();
+    let (ways, least_s, share, rest_s) = if plan.motor_alone {
+        (&CHIRP[..], LEAST_CHIRP_S, CHIRP_CURRENT * share, 0.0)
+    } else {
+        (&[1.0][..], plan.move_s, share, REST_S)
+    };
+    for way in ways {
+        let way_rad = way * plan.way_rad;
+        let ticks = fewest(stand, sheet, way_rad, least_s, share)?;
+        moves.extend([(way_rad, ticks), (-way_rad, ticks)]);
+    }
+    let ticks: u32 = moves.iter().map(|(_, ticks)| ticks).sum();
+    let moves_s = f64::from(ticks) * stand.period_s() + rest_s * moves.len() as f64;
     let shake = Shake {
         from_s: SHAKE_AFTER_S,
-        for_s: 2.0 * (REST_S + move_s) - SHAKE_AFTER_S,
+        for_s: moves_s - SHAKE_AFTER_S,
         peak_a: plan.peak_a,
         resonance_rad_s,
         seed: plan.seed,
     };
-    stand.begin(Some(&shake), 3.0 * REST_S + 2.0 * move_s)?;
+    stand.begin(Some(&shake), moves_s + REST_S)?;
     stand.rest(REST_S)?;
-    for way_rad in [plan.way_rad, -plan.way_rad] {
+    for (way_rad, ticks) in moves {
         let to_rad = stand.at_rad() + way_rad;
         stand.go(to_rad, ticks)?;
-        stand.rest(REST_S)?;
+        stand.rest(rest_s)?;
     }
     let leg = stand.end()?;
     // A drive that refused its counts held something else.
@@ -460,24 +498,19 @@ fn sequence(
     let share = (limit - plan.peak_a).max(0.1 * limit) / 3.0;
     let (recorded, load) = make_record(stand, plan, &sheet, share)?;
     let (record, recorded_peak_rad) = (recorded.record.clone()?, recorded.peak_rad());
-    let mut identified = identify(&record, &sheet, known).map_err(Stopped::Refused)?;
+    let told = if plan.motor_alone { &Record { link: None, ..record.clone() } } else { &record };
+    let mut identified = identify(told, &sheet, known).map_err(Stopped::Refused)?;
     let designed = design(&mut identified).map_err(Stopped::Design)?;
     let (jump_a, settled) = swapped(stand, &designed, plan.swap)?;
 
     let u_max = (CURRENT * limit - load).max(LEAST_CURRENT * limit);
-    let ticks = fewest(stand, &identified.sheet, plan.verify_rad, 1.0, u_max)?;
+    let ticks = fewest(stand, &identified.sheet, plan.verify_rad, plan.verify_s, u_max)?;
     let to_rad = stand.at_rad() + plan.verify_rad;
-    let expected_rad = match &identified.sheet {
-        Sheet::Joint(joint) => {
-            let friction_a = identified.parameter("f_c").map_or(0.0, |it| it.value);
-            let found = Found { joint: *joint, friction_a, lag_s: known.lag_s };
-            found.peak_rad(&designed, [stand.at_rad(), to_rad], ticks)
-        }
-        Sheet::Motor(_) => None,
-    };
-    let bar_rad = record.link.as_ref().map_or(f64::INFINITY, |link| {
-        LEAST_BAR_RAD.max(TIMES_EXPECTED * expected_rad.unwrap_or(0.0)) + BAR_STEPS * link.step_rad
-    });
+    let friction_a = identified.parameter("f_c").map_or(0.0, |it| it.value);
+    let found = Found { sheet: identified.sheet, friction_a, lag_s: known.lag_s };
+    let expected_rad = found.peak_rad(&designed, [stand.at_rad(), to_rad], ticks);
+    let followed = record.link.as_ref().unwrap_or(&record.motor);
+    let bar_rad = LEAST_BAR_RAD.max(TIMES_EXPECTED * expected_rad.unwrap_or(0.0)) + BAR_STEPS * followed.step_rad;
     // In no case worse than before.
     let bar_rad = bar_rad.min(recorded_peak_rad);
     let verify = moved(stand, to_rad, ticks)?;

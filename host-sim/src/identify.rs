@@ -19,6 +19,10 @@
 //! and
 //! ripple did in the measured plants: 10 % of k_2 and B_0, 20 % of b_2, 15 % of f_c.
 //!
+//! A joint whose record lacks the link's count is found from the motor alone (module `alone`): k_1 and b_1 by the
+//! swinging of the link that the current has to answer, all else as above with the link's angle that follows. The
+//! weight stays.
+//!
 //! *Refused*, with a reason, is what no drive should be designed from ([`Refusal`]). A cause that is found by trying
 //! (columns swapped, a sign reversed) is named.
 
@@ -27,11 +31,13 @@ use std::fmt;
 use controller_core::drive::{Joint, Motor};
 use serde::Serialize;
 
+mod alone;
 mod fit;
 mod link;
 mod motor;
 pub mod record;
 
+use alone::Alone;
 use fit::Fit;
 
 /// Above this condition two parameters cannot be told apart.
@@ -59,6 +65,20 @@ const LEAST_TRAVEL_STEPS: f64 = 200.0;
 const WIDENED: f64 = 10.0;
 /// What friction and ripple do to parameters of the motor, as shares: k_2, B_0; b_2; f_c.
 const BIAS: [f64; 3] = [0.1, 0.2, 0.15];
+/// A parameter that is said less well than this share is of no use: of good records b is said to 10 %, of a motor that
+/// moved without a multisine to 26 % and more, and was off by 43 %.
+const MOST_VAGUE: f64 = 0.2;
+/// Without the link's count: half of the window whose mean is taken off, and the shortest record, s.
+const SLOW_ALONE_S: f64 = 0.5;
+const LEAST_ALONE_S: f64 = 3.0;
+/// What may be left of the current there, as a share (rms): of good records 0.01 to 0.04.
+const MOST_UNEXPLAINED_ALONE: f64 = 0.1;
+/// k_1 is stated to so many deviations, or times what half the window makes of it, and is of use to this share: of
+/// moves at the link's own frequency it is stated to 1 to 5 %, of slower ones to 4 to 32 %.
+const WIDENED_ALONE: f64 = 5.0;
+const MOST_ALONE: f64 = 0.1;
+/// How far the weight of the data sheet may be off there, as a share.
+const WEIGHT: f64 = 0.5;
 /// At the start of a record the drive itself starts, s.
 const SETTLED_S: f64 = 0.1;
 
@@ -170,6 +190,28 @@ pub enum Refusal {
         /// How far, steps.
         steps: f64,
     },
+    /// The current is the same throughout.
+    Steady {
+        /// A.
+        held_a: f64,
+    },
+    /// Without the link's count, and too short for that.
+    Short {
+        /// s.
+        seconds: f64,
+    },
+    /// Without the link's count, and the link does not swing at its own frequency.
+    Poor {
+        /// Interval of k_1, as a share; infinite where nothing is seen of it.
+        interval: f64,
+        /// Frequency of the link with the motor held, Hz, by the data sheet.
+        own_hz: f64,
+    },
+    /// Without the link's count, and no link explains the current.
+    NotTheSpring {
+        /// What is left of it, as a share (rms).
+        unexplained: f64,
+    },
     /// Two parameters look alike.
     Alike {
         /// Of link or motor.
@@ -210,6 +252,8 @@ pub enum Refusal {
     Unsolved {
         /// Of link or motor.
         equation: &'static str,
+        /// Rms of the current around its mean over 0.2 s, A.
+        shaken_a: f64,
     },
     /// No plant has such a parameter.
     NotPositive {
@@ -228,6 +272,8 @@ pub enum Refusal {
         change: f64,
         /// Largest that is taken, as a share.
         tolerance: f64,
+        /// Rms of the current around its mean over 0.2 s, A.
+        shaken_a: f64,
     },
     /// The data sheet was known better.
     Vague {
@@ -235,9 +281,23 @@ pub enum Refusal {
         name: &'static str,
         /// Its interval, as a share.
         interval: f64,
-        /// How far the data sheet is off at most, as a share.
-        tolerance: f64,
+        /// Largest that is taken, as a share.
+        most: f64,
+        /// Rms of the current around its mean over 0.2 s, A.
+        shaken_a: f64,
     },
+}
+
+/// What the motor alone says of the link, and what it lacks.
+fn poor(interval: f64, own_hz: f64) -> String {
+    let to =
+        if interval.is_finite() { format!("to +-{:.0} % only", 100.0 * interval) } else { String::from("nothing") };
+    format!(
+        "of k_1 the motor alone says {to}, at most {:.0} % are of use: the link must swing at its own frequency, some \
+         {own_hz:.1} Hz with the motor held. Record moves to and fro around it, ever shorter and quicker, with the \
+         multisine on top, as `host-sim commission --motor-alone` does, or the link's count",
+        100.0 * MOST_ALONE
+    )
 }
 
 impl fmt::Display for Refusal {
@@ -248,6 +308,30 @@ impl fmt::Display for Refusal {
                 f,
                 "the {shaft} moves by {steps:.0} steps of its encoder, at least {LEAST_TRAVEL_STEPS} are needed: \
                  record moves, or is it another column?"
+            ),
+            Self::Steady { held_a } => write!(
+                f,
+                "u_held_a is {held_a} A throughout: record the current that was held in each tick, with moves to and \
+                 fro and the multisine of `host-sim commission` on top, or is it another column?"
+            ),
+            Self::Short { seconds } => write!(
+                f,
+                "{seconds} s without the link's count: the motor alone needs at least {LEAST_ALONE_S} s, record as \
+                 `host-sim commission --motor-alone` does"
+            ),
+            Self::Poor { interval, own_hz } => f.write_str(&poor(*interval, *own_hz)),
+            Self::NotTheSpring { unexplained } => write!(
+                f,
+                "what the spring does to the motor is not explained: {:.0} % of the current are left (rms), at most \
+                 {:.0} %: an end stop, play or friction at the link, a load that varies, a current that is not the one \
+                 that was held",
+                100.0 * unexplained,
+                100.0 * MOST_UNEXPLAINED_ALONE
+            ),
+            Self::Alike { equation: equation @ "link", condition } => write!(
+                f,
+                "parameters of the {equation} cannot be told apart (condition {condition:.0}, at most \
+                 {MOST_CONDITION}): one move does not do, record moves to and fro"
             ),
             Self::Alike { equation, condition } => write!(
                 f,
@@ -290,26 +374,30 @@ impl fmt::Display for Refusal {
                     100.0 * MOST_UNEXPLAINED
                 )
             }
-            Self::Unsolved { equation } => write!(
+            Self::Unsolved { equation, shaken_a } => write!(
                 f,
-                "least squares for the {equation} found no end in {MOST_STEPS} steps: no record of such a plant"
+                "least squares for the {equation} found no end in {MOST_STEPS} steps: no record of such a plant, or \
+                 one that says too little: the current shakes it by {shaken_a:.2} A rms, and needs the multisine of \
+                 `host-sim commission`"
             ),
             Self::NotPositive { name, value, cause } => {
                 write!(f, "{name} = {value:.4} is not above 0{}", because(*cause))
             }
-            Self::OutOfTolerance { name, change, tolerance } => write!(
+            Self::OutOfTolerance { name, change, tolerance, shaken_a } => write!(
                 f,
-                "{name} is {:+.0} % from the data sheet, at most {:.0} % are declared: correct the file, or \
-                 declare more with --tolerance",
+                "{name} is {:+.0} % from the data sheet, at most {:.0} % are declared: correct the file, declare more \
+                 with --tolerance, or, if the current was not shaken by a multisine ({shaken_a:.2} A rms are quick in \
+                 it), record again with one",
                 100.0 * change,
                 100.0 * tolerance
             ),
-            Self::Vague { name, interval, tolerance } => write!(
+            Self::Vague { name, interval, most, shaken_a } => write!(
                 f,
-                "the record says {name} to +-{:.0} % only, and the data sheet is within {:.0} % by what is declared: \
-                 shake it more, let it move farther (--way), or keep the data sheet",
+                "the record says {name} to +-{:.0} % only, at most {:.0} % are of use: the current shakes the motor by \
+                 {shaken_a:.2} A rms, add the multisine of `host-sim commission`, give it a larger peak, let it move \
+                 farther (--way), or keep the data sheet",
                 100.0 * interval,
-                100.0 * tolerance
+                100.0 * most
             ),
         }
     }
@@ -336,20 +424,22 @@ pub fn identify(record: &Record, sheet: &Sheet, known: &Known) -> Result<Identif
             return Err(Refusal::Still { shaft, steps });
         }
     }
-    match (sheet, &record.link) {
-        (Sheet::Joint(joint), Some(link)) => of_joint(record, link, joint, known),
-        (Sheet::Joint(_), None) => Err(Refusal::Still { shaft: "link", steps: 0.0 }),
-        (Sheet::Motor(motor), _) => of_motor(record, motor, known),
+    let (least, most) =
+        record.held_a.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &u| (u.min(a), u.max(b)));
+    if least >= most {
+        return Err(Refusal::Steady { held_a: least });
+    }
+    match sheet {
+        Sheet::Joint(joint) => of_joint(record, joint, known),
+        Sheet::Motor(motor) => of_motor(record, motor, known),
     }
 }
 
 /// Is a fit one?
-fn judged(fit: Option<Fit>, equation: &'static str, step_rad: f64) -> Result<(Fit, Quality), Refusal> {
-    let fit = fit.ok_or(Refusal::Unsolved { equation })?;
+fn judged(record: &Record, fit: Option<Fit>, equation: &'static str, step_rad: f64) -> Result<(Fit, Quality), Refusal> {
+    let fit = fit.filter(|fit| fit.steps <= MOST_STEPS);
+    let fit = fit.ok_or_else(|| Refusal::Unsolved { equation, shaken_a: shaken_a(record) })?;
     let quality = Quality { condition: fit.condition(), residual_steps: fit.rms() / step_rad, steps: fit.steps };
-    if quality.steps > MOST_STEPS {
-        return Err(Refusal::Unsolved { equation });
-    }
     Ok((fit, quality))
 }
 
@@ -383,38 +473,117 @@ fn cause(record: &Record, link: &Angle, most: f64) -> Option<&'static str> {
 
 const REVERSED_CURRENT: &str = "the current has the other sign, or both encoders count down";
 
-fn of_joint(record: &Record, link: &Angle, joint: &Joint, known: &Known) -> Result<Identified, Refusal> {
-    let period_s = record.period_s;
+/// What is known of the link before the motor is fitted.
+struct Linked {
+    /// k_1, b_1, g, c.
+    values: [f64; 4],
+    /// Those of them that were found.
+    parameters: Vec<Parameter>,
+    /// Its angle, measured or seen from the motor, rad.
+    rad: Vec<f64>,
+    /// Of what was measured.
+    quality: Option<Quality>,
+    residuals: Vec<Vec<(f64, f64)>>,
+}
+
+/// k_1, b_1 and g of a data sheet.
+fn sheet_of_link(joint: &Joint) -> [f64; 3] {
+    [joint.stiffness_n_m, joint.link_damping_n_m_s, joint.weight_n_m].map(|it| it / joint.link_inertia_kg_m2)
+}
+
+fn link_parameter(i: usize, value: f64, interval: f64, joint: &Joint) -> Parameter {
+    let [k_1, b_1, g] = sheet_of_link(joint).map(Some);
+    let (name, meaning, unit, sheet) = [
+        ("k_1", "stiffness / link inertia", "1/s^2", k_1),
+        ("b_1", "damping / link inertia", "1/s", b_1),
+        ("g", "weight / link inertia", "1/s^2", g),
+        ("c", "load / link inertia, and offset", "rad/s^2", None),
+    ][i];
+    Parameter { name, meaning, unit, value, interval, sheet }
+}
+
+/// The link by its own count.
+fn measured_link(record: &Record, link: &Angle, joint: &Joint, known: &Known) -> Result<Linked, Refusal> {
+    let unsolved = |equation| Refusal::Unsolved { equation, shaken_a: shaken_a(record) };
     let (q, motor) = (settled(record, link), settled(record, &record.motor));
     let most = MOST_RESIDUAL_STEPS + known.noise_steps;
     let not_the_joint =
         |residual_steps: f64| Refusal::NotTheJoint { residual_steps, most, cause: cause(record, link, most) };
-    let found = judged(link_of(&q, &motor, period_s), "link", link.step_rad);
-    let (link_fit, of_link) = found.map_err(|refusal| match cause(record, link, most) {
+    let found = judged(record, link_of(&q, &motor, record.period_s), "link", link.step_rad);
+    let (fit, quality) = found.map_err(|refusal| match cause(record, link, most) {
         Some(_) => not_the_joint(f64::INFINITY),
         None => refusal,
     })?;
-    if of_link.residual_steps > most {
-        return Err(not_the_joint(of_link.residual_steps));
+    if quality.residual_steps > most {
+        return Err(not_the_joint(quality.residual_steps));
     }
-    let &[k1, b1, g, c, ..] = link_fit.values.as_slice() else { return Err(Refusal::Unsolved { equation: "link" }) };
-    if of_link.condition > MOST_CONDITION {
-        return Err(Refusal::Alike { equation: "link", condition: of_link.condition });
+    let &[k_1, b_1, g, c, ..] = fit.values.as_slice() else { return Err(unsolved("link")) };
+    if quality.condition > MOST_CONDITION {
+        return Err(Refusal::Alike { equation: "link", condition: quality.condition });
     }
+    let (values, deviations) = ([k_1, b_1, g, c], fit.deviations(link::lags(record.period_s)));
+    let parameter = |i: usize| link_parameter(i, values[i], WIDENED * deviations[i], joint);
+    let residuals = vec![timed(&fit, record, link.rad.len(), link.step_rad, link::STRIDE)];
+    let parameters = (0..4).map(parameter).collect();
+    Ok(Linked { values, parameters, rad: link.rad.clone(), quality: Some(quality), residuals })
+}
 
+/// The link without its count.
+fn link_alone(record: &Record, current: &[f64], joint: &Joint, known: &Known) -> Result<Linked, Refusal> {
+    let [sheet_1, damping, g] = sheet_of_link(joint);
+    let seconds = record.held_a.len() as f64 * record.period_s;
+    if seconds < LEAST_ALONE_S {
+        return Err(Refusal::Short { seconds });
+    }
+    let own_hz = libm::sqrt(sheet_1 + g) / std::f64::consts::TAU;
+    let seen = |slow_s: f64| {
+        let alone = Alone::of(&record.motor.rad, current, record.period_s, known.cogging_per_turn, g, slow_s);
+        let seen = alone.and_then(|it| it.fit([sheet_1, damping], known.tolerance));
+        seen.filter(|it| it.fit.steps <= MOST_STEPS).ok_or(Refusal::Poor { interval: f64::INFINITY, own_hz })
+    };
+    let (seen, again) = (seen(SLOW_ALONE_S)?, seen(0.5 * SLOW_ALONE_S)?);
+    let unexplained = seen.fit.rms() / seen.current_a;
+    if unexplained > MOST_UNEXPLAINED_ALONE {
+        return Err(Refusal::NotTheSpring { unexplained });
+    }
+    if seen.fit.condition() > MOST_CONDITION {
+        return Err(Refusal::Poor { interval: f64::INFINITY, own_hz });
+    }
+    let [k_1, b_1] = [seen.fit.values[0], seen.fit.values[1]];
+    let apart = (again.fit.values[0] - k_1).abs();
+    let of_k_1 = WIDENED_ALONE * seen.deviations[0].max(apart);
+    if of_k_1 > MOST_ALONE * k_1.abs() {
+        return Err(Refusal::Poor { interval: of_k_1 / k_1.abs(), own_hz });
+    }
+    // Where the motor is held, weight looks like stiffness.
+    let intervals = [of_k_1 + WEIGHT * g.abs(), WIDENED_ALONE * seen.deviations[1]];
+    let values = [k_1, b_1, g, 0.0];
+    let parameters = (0..2).map(|i| link_parameter(i, values[i], intervals[i], joint)).collect();
+    Ok(Linked { values, parameters, rad: seen.link, quality: None, residuals: Vec::new() })
+}
+
+fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified, Refusal> {
+    let unsolved = |equation| Refusal::Unsolved { equation, shaken_a: shaken_a(record) };
+    let period_s = record.period_s;
+    let current = motor::behind_lag(&record.held_a, period_s, known.lag_s);
+    let linked = match &record.link {
+        Some(link) => measured_link(record, link, joint, known)?,
+        None => link_alone(record, &current, joint, known)?,
+    };
+    let [k1, b1, g, c] = linked.values;
     let [sheet_1, sheet_2] = [joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2].map(|it| joint.stiffness_n_m / it);
     let damping = joint.motor_damping_n_m_s / joint.motor_inertia_kg_m2;
     let gain = joint.torque_n_m_per_a / joint.motor_inertia_kg_m2;
     let recorded = motor::Recorded {
-        link: Some(&link.rad),
+        link: Some(&linked.rad),
         motor: &record.motor.rad,
-        current: motor::behind_lag(&record.held_a, period_s, known.lag_s),
+        current,
         period_s,
         cogging_per_turn: known.cogging_per_turn,
     };
-    let (motor_fit, of_motor) = judged(recorded.fit([sheet_2, damping, gain]), "motor", record.motor.step_rad)?;
+    let (motor_fit, of_motor) = judged(record, recorded.fit([sheet_2, damping, gain]), "motor", record.motor.step_rad)?;
     let &[k2, b2, b0, friction, ..] = motor_fit.values.as_slice() else {
-        return Err(Refusal::Unsolved { equation: "motor" });
+        return Err(unsolved("motor"));
     };
     for (name, value, cause) in [("k_1", k1, None), ("k_2", k2, None), ("B_0", b0, Some(REVERSED_CURRENT))] {
         // A sign is told before anything else is.
@@ -428,26 +597,21 @@ fn of_joint(record: &Record, link: &Angle, joint: &Joint, known: &Known) -> Resu
     shaken(record, friction)?;
     explained(record, &recorded, &motor_fit, sheet_2, known)?;
     for (name, value, sheet) in [("k_1", k1, sheet_1), ("k_2", k2, sheet_2), ("B_0", b0, gain)] {
-        within(name, value, sheet, known)?;
+        within(record, name, value, sheet, known)?;
     }
 
-    let of_link_10 = link_fit.deviations(link::lags(period_s)).into_iter().map(|deviation| WIDENED * deviation);
     let of_motor_10: Vec<f64> = motor_fit.deviations(recorded.lags()).iter().map(|it| WIDENED * it).collect();
-    let of_link_10: Vec<f64> = of_link_10.collect();
     let inertia = joint.link_inertia_kg_m2;
     let biased = |share: usize, value: f64, deviation: f64| (BIAS[share] * value.abs()).max(deviation);
     let parameter =
         |name, meaning, unit, value, interval, sheet| Parameter { name, meaning, unit, value, interval, sheet };
-    let parameters = vec![
-        parameter("k_1", "stiffness / link inertia", "1/s^2", k1, of_link_10[0], Some(sheet_1)),
-        parameter("b_1", "damping / link inertia", "1/s", b1, of_link_10[1], Some(joint.link_damping_n_m_s / inertia)),
-        parameter("g", "weight / link inertia", "1/s^2", g, of_link_10[2], Some(joint.weight_n_m / inertia)),
-        parameter("c", "load / link inertia, and offset", "rad/s^2", c, of_link_10[3], None),
+    let mut parameters = linked.parameters;
+    parameters.extend([
         parameter("k_2", "stiffness / motor inertia", "1/s^2", k2, biased(0, k2, of_motor_10[0]), Some(sheet_2)),
         parameter("b_2", "damping / motor inertia", "1/s", b2, biased(1, b2, of_motor_10[1]), Some(damping)),
         parameter("B_0", "torque constant / motor inertia", "rad/s^2/A", b0, biased(0, b0, of_motor_10[2]), Some(gain)),
         parameter("f_c", "Coulomb friction", "A", friction, biased(2, friction, of_motor_10[3]), None),
-    ];
+    ]);
     let motor_inertia_kg_m2 = k1 * inertia / k2;
     let sheet = Sheet::Joint(Joint {
         link_inertia_kg_m2: inertia,
@@ -459,14 +623,13 @@ fn of_joint(record: &Record, link: &Angle, joint: &Joint, known: &Known) -> Resu
         motor_damping_n_m_s: b2.max(0.0) * motor_inertia_kg_m2,
         torque_n_m_per_a: b0 * motor_inertia_kg_m2,
     });
-    let residuals = vec![
-        timed(&link_fit, record, link.rad.len(), link.step_rad, link::STRIDE),
-        timed(&motor_fit, record, record.motor.rad.len(), record.motor.step_rad, 1),
-    ];
-    Ok(Identified { parameters, link: Some(of_link), motor: of_motor, sheet, residuals, constant: c })
+    let mut residuals = linked.residuals;
+    residuals.push(timed(&motor_fit, record, record.motor.rad.len(), record.motor.step_rad, 1));
+    Ok(Identified { parameters, link: linked.quality, motor: of_motor, sheet, residuals, constant: c })
 }
 
 fn of_motor(record: &Record, motor: &Motor, known: &Known) -> Result<Identified, Refusal> {
+    let unsolved = |equation| Refusal::Unsolved { equation, shaken_a: shaken_a(record) };
     let [damping, gain] = [motor.damping_n_m_s, motor.torque_n_m_per_a].map(|it| it / motor.inertia_kg_m2);
     let recorded = motor::Recorded {
         link: None,
@@ -475,8 +638,8 @@ fn of_motor(record: &Record, motor: &Motor, known: &Known) -> Result<Identified,
         period_s: record.period_s,
         cogging_per_turn: known.cogging_per_turn,
     };
-    let (fit, quality) = judged(recorded.fit([0.0, damping, gain]), "motor", record.motor.step_rad)?;
-    let &[_, b, friction, ..] = fit.values.as_slice() else { return Err(Refusal::Unsolved { equation: "motor" }) };
+    let (fit, quality) = judged(record, recorded.fit([0.0, damping, gain]), "motor", record.motor.step_rad)?;
+    let &[_, b, friction, ..] = fit.values.as_slice() else { return Err(unsolved("motor")) };
     if b.is_nan() || b <= 0.0 {
         return Err(Refusal::NotPositive { name: "b", value: b, cause: Some(REVERSED_CURRENT) });
     }
@@ -485,7 +648,7 @@ fn of_motor(record: &Record, motor: &Motor, known: &Known) -> Result<Identified,
     }
     shaken(record, friction)?;
     explained(record, &recorded, &fit, 0.0, known)?;
-    within("b", b, gain, known)?;
+    within(record, "b", b, gain, known)?;
     let deviations = fit.deviations(recorded.lags());
     let stated = |share: usize, value: f64, j: usize| (BIAS[share] * value.abs()).max(WIDENED * deviations[j]);
     let parameters = vec![
@@ -507,16 +670,17 @@ fn of_motor(record: &Record, motor: &Motor, known: &Known) -> Result<Identified,
         },
     ];
     let interval = parameters[0].interval / b;
-    if interval > known.tolerance {
-        return Err(Refusal::Vague { name: "b", interval, tolerance: known.tolerance });
+    let most = MOST_VAGUE.min(known.tolerance);
+    if interval > most {
+        return Err(Refusal::Vague { name: "b", interval, most, shaken_a: shaken_a(record) });
     }
     let sheet = Sheet::Motor(Motor { torque_n_m_per_a: b * motor.inertia_kg_m2, ..*motor });
     let residuals = vec![timed(&fit, record, record.motor.rad.len(), record.motor.step_rad, 1)];
     Ok(Identified { parameters, link: None, motor: quality, sheet, residuals, constant: 0.0 })
 }
 
-/// Is there enough in the current beside friction?
-fn shaken(record: &Record, friction_a: f64) -> Result<(), Refusal> {
+/// Rms of the current around its mean over 0.2 s, A.
+fn shaken_a(record: &Record) -> f64 {
     let half = ((0.5 * SLOW_S / record.period_s).round() as usize).max(1);
     let held = &record.held_a;
     let mut sums = vec![0.0];
@@ -528,7 +692,12 @@ fn shaken(record: &Record, friction_a: f64) -> Result<(), Refusal> {
         (held[k] - slow) * (held[k] - slow)
     });
     let count = held.len().saturating_sub(2 * half).max(1);
-    let shaken_a = libm::sqrt(fast.sum::<f64>() / count as f64);
+    libm::sqrt(fast.sum::<f64>() / count as f64)
+}
+
+/// Is there enough in the current beside friction?
+fn shaken(record: &Record, friction_a: f64) -> Result<(), Refusal> {
+    let shaken_a = shaken_a(record);
     if shaken_a >= LEAST_SHAKEN * friction_a {
         return Ok(());
     }
@@ -562,12 +731,12 @@ fn explained(
     Err(Refusal::NotTheMotor { residual_steps, most, unexplained, peak_steps, at_s })
 }
 
-fn within(name: &'static str, value: f64, sheet: f64, known: &Known) -> Result<(), Refusal> {
+fn within(record: &Record, name: &'static str, value: f64, sheet: f64, known: &Known) -> Result<(), Refusal> {
     let change = value / sheet - 1.0;
     if change.abs() <= known.tolerance {
         return Ok(());
     }
-    Err(Refusal::OutOfTolerance { name, change, tolerance: known.tolerance })
+    Err(Refusal::OutOfTolerance { name, change, tolerance: known.tolerance, shaken_a: shaken_a(record) })
 }
 
 /// Residuals as time and steps; the last of them is of the last sample.
@@ -584,9 +753,9 @@ impl Identified {
     }
 
     /// What the link's equation leaves of another record with these parameters, steps rms: load and offset of the
-    /// encoders alone are taken anew. `None` without a link.
+    /// encoders alone are taken anew. `None` of a motor, and of a link that was seen from the motor alone.
     pub fn left_over(&self, record: &Record) -> Option<f64> {
-        let (Sheet::Joint(joint), Some(link)) = (&self.sheet, &record.link) else { return None };
+        let (Sheet::Joint(joint), Some(link), Some(_)) = (&self.sheet, &record.link, &self.link) else { return None };
         left_over(record, link, joint, self.constant)
     }
 }

@@ -21,6 +21,7 @@ use loop_sim::linear::Ticked;
 use loop_sim::solver::{self, SolverError};
 use scenario::{AtRest, Experiment, ScenarioError, Source};
 use serde::Serialize;
+use toml_edit::{DocumentMut, Item};
 
 use crate::margins::{self, Loop};
 use crate::report::number::typed;
@@ -44,6 +45,9 @@ pub struct Axis {
     /// Do they grow by a factor instead of a difference?
     #[serde(skip)]
     pub is_log: bool,
+    /// What is set for each value where that is not the key; the file itself is at 0 then.
+    #[serde(skip)]
+    settings: Option<Vec<Vec<String>>>,
 }
 
 impl Axis {
@@ -62,7 +66,7 @@ impl Axis {
             let values = listed(range);
             return match values.len() {
                 0..=MOST_POINTS if values.iter().all(|value| !value.is_empty()) => {
-                    Ok(Self { key, values, numbers: None, is_log: false })
+                    Ok(Self { key, values, numbers: None, is_log: false, settings: None })
                 }
                 0..=MOST_POINTS => Err(format!("{text:?}: a value is empty; {form}")),
                 many => Err(format!("{text:?}: {many} values; at most {MOST_POINTS}")),
@@ -109,7 +113,7 @@ impl Axis {
         if numbers.windows(2).any(|pair| pair[0] >= pair[1]) {
             return Err(format!("{text:?}: {points} points are not told apart by {DIGITS} digits"));
         }
-        Ok(Self { key, values, numbers: Some(numbers), is_log })
+        Ok(Self { key, values, numbers: Some(numbers), is_log, settings: None })
     }
 
     /// The nearest point to a value; none beyond the ends.
@@ -120,13 +124,48 @@ impl Axis {
         (first..=last).contains(&&value).then(|| (0..numbers.len()).min_by(|i, j| away(i).total_cmp(&away(j))))?
     }
 
-    fn set(&self, k: usize) -> String {
-        format!("{}={}", self.key, self.values[k])
+    /// `KEY=VALUE` of a point.
+    pub fn sets(&self, k: usize) -> Vec<String> {
+        let as_it_stands = || vec![format!("{}={}", self.key, self.values[k])];
+        self.settings.as_ref().map_or_else(as_it_stands, |settings| settings[k].clone())
+    }
+
+    /// Is this key set by it?
+    fn sweeps(&self, key: &str) -> bool {
+        self.sets(0).iter().any(|set| set.split('=').next() == Some(key))
+    }
+
+    /// The number that the file itself has, by the file.
+    pub fn own_number(&self, subject: &Subject<'_>) -> Option<f64> {
+        if self.settings.is_some() { Some(0.0) } else { subject.number_at(&self.key) }
+    }
+
+    /// Of a chain or of equations the relative error of the input gain, b over what the controller believes of it less
+    /// 1: a chain says its b; of equations what is believed is scaled. None of any other plant.
+    pub fn of_input_gain(subject: &Subject<'_>, range: &str) -> Option<Self> {
+        let mut axis = Self::parse(&format!("relative error of b={range}")).ok()?;
+        let chain = subject.number_at("plant.b");
+        let formula = subject.text_at("controller.nominal.b");
+        let number = subject.number_at("controller.nominal.b");
+        let set = |error: &f64| {
+            let times = 1.0 + error;
+            match (chain, &formula, number) {
+                (Some(b), ..) => {
+                    let truth = format!("plant.b={}", typed(b * times, 15));
+                    Some(believed_gain(subject).into_iter().chain([truth]).collect())
+                }
+                (None, Some(formula), _) => Some(vec![format!("controller.nominal.b=\"({formula})/{times:?}\"")]),
+                (None, None, Some(b)) => Some(vec![format!("controller.nominal.b={}", typed(b / times, 15))]),
+                (None, None, None) => None,
+            }
+        };
+        axis.settings = Some(axis.numbers.as_ref()?.iter().map(set).collect::<Option<_>>()?);
+        Some(axis)
     }
 }
 
 /// At the commas that are not within brackets.
-fn listed(text: &str) -> Vec<String> {
+pub(crate) fn listed(text: &str) -> Vec<String> {
     let mut depth = 0_usize;
     let parts = text.split(|c: char| {
         match c {
@@ -139,11 +178,38 @@ fn listed(text: &str) -> Vec<String> {
     parts.map(|part| part.trim().to_owned()).collect()
 }
 
-/// What of a plant may be off: a name and its keys, and what one percent is of the unit of those.
-pub(crate) type Uncertain = (&'static str, &'static [&'static str], f64);
+/// A number of a plant that may be off.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Uncertain {
+    /// What it is called.
+    pub(crate) name: String,
+    /// What is set for it, all alike.
+    pub(crate) keys: Vec<String>,
+    pub(crate) told: Told,
+}
 
-/// Those of the kinds of scenario: the first whose keys a scenario takes is its own.
-const UNCERTAIN: [&[Uncertain]; 3] = [
+/// How a file tells that a number is off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Told {
+    /// By a key of its own; so much of it is one percent.
+    Error(f64),
+    /// By the number itself, which is this in the file.
+    Number(f64),
+}
+
+/// What of a plant may be off.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct MayBeOff {
+    pub(crate) numbers: Vec<Uncertain>,
+    /// What is set beside them, so that the controller believes what it does in the file.
+    pub(crate) believed: Vec<String>,
+}
+
+/// Names, keys and what one percent of each is.
+type Errors = [(&'static str, &'static [&'static str], f64)];
+
+/// Those of the kinds of scenario with a table of errors: the first whose keys a scenario takes is its own.
+const ERRORS: [&Errors; 3] = [
     &[
         ("J_l", &["error.link_inertia_percent"], 1.0),
         ("J_m", &["error.motor_inertia_percent"], 1.0),
@@ -165,11 +231,58 @@ const UNCERTAIN: [&[Uncertain]; 3] = [
     ],
 ];
 
-/// What of the plant of a scenario may be off, if it has a table of errors.
-pub(crate) fn uncertain(subject: &Subject<'_>) -> Option<&'static [Uncertain]> {
-    let takes =
-        |uncertain: &&&[Uncertain]| uncertain[0].1.iter().all(|key| subject.with(&[format!("{key}=0.01")]).is_ok());
-    UNCERTAIN.iter().find(takes).copied()
+impl MayBeOff {
+    /// Of a drive and the paper's joint all that their tables of errors have; of a plant by its equations the
+    /// constants, of a chain the coefficients, as far as they are not 0. Nothing of any other.
+    pub(crate) fn of(subject: &Subject<'_>) -> Result<Self, String> {
+        let takes = |errors: &&&Errors| errors[0].1.iter().all(|key| subject.with(&[format!("{key}=0.01")]).is_ok());
+        if let Some(errors) = ERRORS.iter().find(takes) {
+            let numbers = errors.iter().map(|(name, keys, percent)| Uncertain {
+                name: (*name).into(),
+                keys: keys.iter().map(ToString::to_string).collect(),
+                told: Told::Error(*percent),
+            });
+            return Ok(Self { numbers: numbers.collect(), believed: Vec::new() });
+        }
+        let mut of = Self::default();
+        let mut add = |name: String, key: String| {
+            if let Some(value) = subject.number_at(&key).filter(|value| *value != 0.0) {
+                of.numbers.push(Uncertain { name, keys: vec![key], told: Told::Number(value) });
+            }
+        };
+        // Read before: it is TOML.
+        let file: DocumentMut = subject.text.parse().map_err(|error| format!("{}: {error}", subject.file))?;
+        let constants = file.get("plant").and_then(|plant| plant.get("constants")).and_then(Item::as_table_like);
+        let names: Vec<String> = constants.into_iter().flat_map(|it| it.iter()).map(|(name, _)| name.into()).collect();
+        for name in &names {
+            add(name.clone(), format!("plant.constants.{name}"));
+        }
+        let row: Vec<String> = (1..=loop_sim::MAX_ORDER).map(|j| format!("plant.a[{j}]")).collect();
+        for (j, key) in (1..).zip(&row) {
+            add(format!("a_{j}"), key.clone());
+        }
+        add("b".into(), "plant.b".into());
+
+        for name in &names {
+            let believed = format!("controller.nominal.constants.{name}");
+            let value = subject.number_at(&format!("plant.constants.{name}")).filter(|value| *value != 0.0);
+            if let Some(value) = value.filter(|_| subject.number_at(&believed).is_none()) {
+                of.believed.push(format!("{believed}={value:?}"));
+            }
+        }
+        let row: Vec<f64> = row.iter().filter_map(|key| subject.number_at(key)).collect();
+        if !row.is_empty() && subject.number_at("controller.nominal.a[1]").is_none() {
+            of.believed.push(format!("controller.nominal.a={row:?}"));
+        }
+        of.believed.extend(believed_gain(subject));
+        Ok(of)
+    }
+}
+
+/// What holds the gain that the controller of a chain believes, where the file says nothing of it.
+fn believed_gain(subject: &Subject<'_>) -> Option<String> {
+    let b = subject.number_at("plant.b").filter(|b| *b != 0.0)?;
+    subject.number_at("controller.nominal.b").is_none().then(|| format!("controller.nominal.b={b:?}"))
 }
 
 /// A way in which the plant may be off.
@@ -181,37 +294,53 @@ pub struct Corner {
     pub sets: Vec<String>,
 }
 
+/// More numbers make more corners than anyone waits for.
+const MOST_UNCERTAIN: usize = 12;
+
 /// The corners of a scenario with all that may be off so many percent off, but for what is swept anyway.
 ///
 /// # Errors
-/// The scenario's own mistakes; or none of its numbers can be said to be off.
+/// The scenario's own mistakes; or none of its numbers can be said to be off, or too many.
 pub fn corners(subject: &Subject<'_>, percent: f64, axes: &[Axis]) -> Result<Vec<Corner>, String> {
     subject.with(&[]).map_err(|error| error.to_string())?;
-    let uncertain = uncertain(subject).ok_or_else(|| {
-        format!(
-            "{}: it has no table of errors: corners are for scenarios with [joint], [motor] or a flexible joint as \
-             [plant]",
+    let MayBeOff { numbers, believed } = MayBeOff::of(subject)?;
+    let is_swept = |keys: &[String]| keys.iter().any(|key| axes.iter().any(|axis| axis.sweeps(key)));
+    let is_none = numbers.is_empty();
+    let numbers: Vec<Uncertain> = numbers.into_iter().filter(|it| !is_swept(&it.keys)).collect();
+    if is_none {
+        return Err(format!(
+            "{}: no number of its plant is known to be off: corners are for scenarios with [joint], [motor], a \
+             flexible joint, a chain, or equations with constants as [plant]",
             subject.file
-        )
-    })?;
-    let is_swept = |keys: &[&str]| keys.iter().any(|key| axes.iter().any(|axis| axis.key == *key));
-    let uncertain: Vec<&Uncertain> = uncertain.iter().filter(|(_, keys, _)| !is_swept(keys)).collect();
+        ));
+    }
+    if numbers.len() > MOST_UNCERTAIN {
+        let names: Vec<&str> = numbers.iter().map(|it| it.name.as_str()).collect();
+        let (file, count, names) = (subject.file, names.len(), names.join(", "));
+        return Err(format!(
+            "{file}: {count} numbers of its plant may be off, {names}: that is 2^{count} corners, and \
+             2^{MOST_UNCERTAIN} are the most; `host-sim monte-carlo --uncertain {percent}` draws from all of them"
+        ));
+    }
     let corner = |corner: usize| {
-        let mut sets = Vec::new();
-        let name = uncertain.iter().enumerate().map(|(i, (name, keys, unit))| {
+        let mut sets = believed.clone();
+        let name = numbers.iter().enumerate().map(|(i, Uncertain { name, keys, told })| {
             let percent = if corner >> i & 1 == 1 { percent } else { -percent };
-            // On top of what the file, or who asks, says that it is off.
-            let around = |key: &str| {
-                let own = subject.number_at(key).unwrap_or(0.0) / unit;
-                own + percent * (1.0 + 0.01 * own)
+            let value = |key: &String| match told {
+                // On top of what the file, or who asks, says that it is off.
+                Told::Error(unit) => {
+                    let own = subject.number_at(key).unwrap_or(0.0) / unit;
+                    typed((own + percent * (1.0 + 0.01 * own)) * unit, DIGITS)
+                }
+                Told::Number(own) => typed(own * (1.0 + 0.01 * percent), 15),
             };
-            sets.extend(keys.iter().map(|key| format!("{key}={}", typed(around(key) * unit, DIGITS))));
+            sets.extend(keys.iter().map(|key| format!("{key}={}", value(key))));
             format!("{name} {percent:+} %")
         });
         let name = name.collect::<Vec<_>>().join(", ");
         Corner { name, sets }
     };
-    Ok((0..1_usize << uncertain.len()).map(corner).collect())
+    Ok((0..1_usize << numbers.len()).map(corner).collect())
 }
 
 /// The scenario that is swept.
@@ -239,7 +368,16 @@ impl Subject<'_> {
 
     /// The number at a key without more settings, if it is one.
     pub fn number_at(&self, key: &str) -> Option<f64> {
-        scenario::number_at(&Source { file: self.file, text: self.text, sets: self.sets }, key).ok()?
+        scenario::number_at(&self.source(), key).ok()?
+    }
+
+    /// The text there, if it is one.
+    fn text_at(&self, key: &str) -> Option<String> {
+        scenario::text_at(&self.source(), key).ok()?
+    }
+
+    const fn source(&self) -> Source<'_> {
+        Source { file: self.file, text: self.text, sets: self.sets }
     }
 }
 
@@ -306,7 +444,7 @@ impl Question<'_> {
 
     /// The point in this column and row.
     fn judged(&self, column: usize, row: usize) -> Judged {
-        let here: Vec<String> = self.axes.iter().zip([column, row]).map(|(axis, k)| axis.set(k)).collect();
+        let here: Vec<String> = self.axes.iter().zip([column, row]).flat_map(|(axis, k)| axis.sets(k)).collect();
         let as_it_is = [Corner { name: String::new(), sets: Vec::new() }];
         let corners = if self.corners.is_empty() { &as_it_is[..] } else { &self.corners };
         let mut worst: Option<(Point, &Corner)> = None;

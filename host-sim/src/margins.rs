@@ -138,6 +138,22 @@ impl<'a> Tick<'a> {
         self.plant.gamma.len() + self.law.c.len() + self.sensed.len() * self.sensor_delay + self.actuator_delay
     }
 
+    /// The state after a tick from rest in which a u of 1 was asked for beside that of the law: it is held, now or
+    /// later, and the law that is told what is held knows it.
+    pub(crate) fn asked_beside(&self) -> Vec<f64> {
+        let order = self.order();
+        if self.actuator_delay > 0 {
+            // The last of the demands that are under way.
+            return (0..order).map(|i| f64::from(u8::from(i + 1 == order))).collect();
+        }
+        let mut next = self.step(&vec![0.0; order], 1.0, &vec![0.0; self.sensed.len()], true).next;
+        let memory = self.plant.gamma.len()..;
+        for (next, told) in next[memory].iter_mut().zip(&self.law.e).skip(self.angles) {
+            *next += told;
+        }
+        next
+    }
+
     /// One tick. `v` is felt by the plant instead of what is held, or, in a closed loop, on top of it.
     pub(crate) fn step(&self, state: &[f64], v: f64, noise: &[f64], is_closed: bool) -> Stepped {
         let (x, rest) = state.split_at(self.plant.gamma.len());

@@ -10,9 +10,10 @@ use host_sim::bounds::{Known, NoBounds, Quantity, SampledLoop, instants};
 use host_sim::cli::{Console, status};
 use loop_sim::linear::{LawAtRest, Ticked};
 use loop_sim::plant::{Chain, LastChannel, Plant};
+use loop_sim::port::{ControllerPort, PortError, Tick};
 use loop_sim::random::Random;
 use loop_sim::signal::Signal;
-use loop_sim::trace::Trace;
+use loop_sim::trace::{Row, Trace};
 use scenario::{AtRest, Experiment, Sensed, Source};
 
 /// A chain of three with observers of order 2 in the channels 2 and 3, its model 30 % wrong, no disturbance.
@@ -341,6 +342,129 @@ fn bounds_hold_for_every_file_to_start_from() {
         }
         assert!(!json["gains"].as_array().expect("gains").is_empty(), "{plant}: {out}");
         assert!(folder.join("bounds.svg").is_file() && folder.join("bounds.png").is_file());
+    }
+}
+
+/// A drive in f64 whose u is another by something.
+struct Beside<'a> {
+    port: Box<dyn ControllerPort>,
+    by: Box<dyn FnMut() -> f64 + Send + 'a>,
+}
+
+impl ControllerPort for Beside<'_> {
+    fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
+        let tick = self.port.tick(sample)?;
+        Ok(Tick { u: tick.u + (self.by)(), ..tick })
+    }
+    fn report_applied(&mut self, u: f64) {
+        self.port.report_applied(u);
+    }
+    fn reset(&mut self) -> Result<(), PortError> {
+        self.port.reset()
+    }
+    fn observed(&self) -> &[usize] {
+        self.port.observed()
+    }
+}
+
+/// The run with this law instead of its own, from the same file.
+fn with_law(text: &str, sets: &[&str], by: Option<Box<dyn FnMut() -> f64 + Send>>) -> Trace {
+    let mut it = experiment(text, sets);
+    if let Some(by) = by {
+        let drive = it.drive.as_ref().expect("a drive");
+        let port = drive.designed.in_f64(&drive.motion).expect("a design");
+        it.port = Box::new(Beside { port, by });
+    }
+    let (trace, error) = it.run(&mut |_| ControlFlow::Continue(()));
+    assert_eq!(error, None);
+    trace
+}
+
+/// Drives without friction at fine encoders: a u that is other by up to 1 % of the limit (of a joint 3 %, so that it is
+/// more than the steps), in square waves of all periods, moves sigma*, y and u by no more than the bound, and by a good
+/// part of it.
+#[test]
+fn a_u_that_is_asked_for_beside_the_law_makes_no_more_than_its_bound_and_most_of_it() {
+    let fine = ["encoder.bits=24", "drive.gain_sets=1", "friction={}", "reference={kind=\"rest\"}", "span_s=0.6"];
+    let of_joint = ["drive.gain_sets=1", "friction={}", "reference={kind=\"rest\"}", "load=[]", "span_s=3"];
+    for (text, sets, error) in [
+        (scenario::MOTOR, fine.to_vec(), 0.1),
+        (scenario::MOTOR, [&fine[..], &["drive.delay_ticks=1"]].concat(), 0.1),
+        (scenario::JOINT, [&of_joint[..], &["joint.weight_n_m=0"]].concat(), 1.0),
+    ] {
+        let it = experiment(text, &sets);
+        let found = sampled(&it);
+        let bounds = found.of_asked(error);
+        // Two runs whose counts are rounded each for itself.
+        let quanta = it.at_rest.as_ref().expect("a loop").sensed.iter().map(|sensed| sensed.quantum);
+        let steps = quanta.enumerate().map(|(i, quantum)| found.of_sensor(i, quantum));
+        let steps = steps.fold(vec![0.0; bounds.len()], |sums, row| sums.iter().zip(row).map(|(a, b)| a + b).collect());
+        let rest = with_law(text, &sets, Some(Box::new(|| 0.0)));
+        let mut most = vec![0.0_f64; bounds.len()];
+        for half in [1, 2, 3, 5, 8, 12, 20, 30, 50, 80, 120, 200, 400] {
+            let mut tick = 0;
+            let square = move || {
+                tick += 1;
+                if (tick / half) % 2 == 0 { error } else { -error }
+            };
+            let trace = with_law(text, &sets, Some(Box::new(square)));
+            for (k, (row, still)) in trace.rows.iter().zip(&rest.rows).enumerate() {
+                assert!(row.health.is_ok(), "{half}, tick {k}: {:?}", row.health);
+                for (most, quantity) in most.iter_mut().zip(found.quantities()) {
+                    let value = |row: &Row| match quantity {
+                        Quantity::SigmaStar => row.sigma_star,
+                        Quantity::Output => row.x[0],
+                        Quantity::Control => row.u,
+                        Quantity::EstimationError(i) => row.d[*i] - row.d_hat[*i],
+                    };
+                    *most = most.max((value(row) - value(still)).abs());
+                }
+            }
+        }
+        for (i, quantity) in found.quantities().iter().enumerate() {
+            let (most, bound) = (most[i], bounds[i]);
+            println!("{quantity:?}: {most:e} of {bound:e}, steps {:e}", steps[i]);
+            assert!(most <= bound + steps[i] && most >= 0.3 * bound, "{quantity:?}: {most} of {bound}, {sets:?}");
+        }
+    }
+}
+
+/// Against the run in f32 and the run in f64, each with its own counts: they differ by no more than the rounding and
+/// both encoders make, and what the rounding makes is there.
+#[test]
+fn f32_and_f64_differ_by_no_more_than_the_bound_of_rounding_and_of_the_steps() {
+    for (plant, sets) in [("motor", &["encoder.bits=24"][..]), ("joint", &[])] {
+        let sets = [sets, &["drive.gain_sets=1"]].concat();
+        let text = scenario::STARTS.iter().find(|(name, _)| *name == plant).expect("a file").1;
+        let (folder, file) = with_file(&format!("rounding-{plant}"), text);
+        let words = sets.iter().flat_map(|set| ["--set", set]);
+        let args: Vec<&str> =
+            [file.as_str(), "--json", "--out", folder.to_str().expect("UTF-8")].into_iter().chain(words).collect();
+        let (done, out, err) = told(&args);
+        assert_eq!(done, status::DONE, "{err}");
+        let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+        let parts = json["parts"].as_array().expect("parts");
+        let of = |is: &dyn Fn(&str) -> bool| -> Vec<f64> {
+            let of_them = parts.iter().filter(|part| is(part["name"].as_str().expect("a name")));
+            let rows = of_them
+                .map(|part| part["bounds"].as_array().expect("bounds").iter().filter_map(serde_json::Value::as_f64));
+            rows.fold(vec![0.0; 16], |sums, row| sums.iter().zip(row).map(|(a, b)| a + b).collect())
+        };
+        let rounding = of(&|name| name == "rounding to f32");
+        let steps = of(&|name| name.starts_with("steps of "));
+        assert!(rounding.len() >= 4 && rounding.iter().all(|it| it.is_finite() && *it > 0.0), "{plant}: {out}");
+        let [in_f32, in_f64] =
+            [None, Some(Box::new(|| 0.0) as Box<dyn FnMut() -> f64 + Send>)].map(|by| with_law(text, &sets, by));
+        let apart = |of: &dyn Fn(&Row) -> f64| {
+            let rows = in_f32.rows.iter().zip(&in_f64.rows);
+            rows.fold(0.0_f64, |most, (a, b)| most.max((of(a) - of(b)).abs()))
+        };
+        let apart = [apart(&|row| row.sigma_star), apart(&|row| row.x[0]), apart(&|row| row.u)];
+        for (i, apart) in apart.iter().enumerate() {
+            let bound = rounding[i] + 2.0 * steps[i];
+            println!("{plant} {i}: {apart:e} rounding {:e} steps {:e}", rounding[i], steps[i]);
+            assert!(*apart <= bound && *apart > 0.0, "{plant}, {i}: {apart} of {bound}");
+        }
     }
 }
 

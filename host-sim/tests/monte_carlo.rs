@@ -190,8 +190,14 @@ fn a_trial_alone_is_the_trial_to_the_bit_and_so_is_the_run_that_is_told() {
             "motor" | "joint" => &drive[..],
             _ => &["metrics.y_ultimate", "metrics.sigma_star_ultimate"],
         };
-        let noise = if plant == "own" { "sensor.noise=[1e-3,1e-2]" } else { "title=Noisy" };
-        let plan = [&file, "--uncertain", "50", "--set", noise, "--trials", "6", "--seed", "9", "--out", &out];
+        let [noise, jitter] = match plant {
+            "own" => ["sensor.noise=[1e-3,1e-2]", "sensor.jitter=0.2"],
+            "motor" => ["encoder.noise_rad=1e-4", "drive.jitter_s=2e-4"],
+            "joint" => ["encoder.motor.noise_rad=1e-6", "drive.jitter_s=2e-4"],
+            _ => ["title=Quiet", "sensor.jitter=0"],
+        };
+        let plan = [&file, "--uncertain", "50", "--set", noise, "--set", jitter];
+        let plan = [&plan[..], &["--trials", "6", "--seed", "9", "--out", &out]].concat();
         done(&plan);
         let trials = Trials::open(&Path::new(&out).join("trials.parquet")).expect("trials");
         for trial in [0, 5] {
@@ -393,6 +399,50 @@ fn a_full_disk_is_told_and_loses_nothing_that_was_written() {
     let undisturbed = folder.path("undisturbed");
     done(&[&brief[..], &["--out", &undisturbed]].concat());
     assert!(bytes(&out) == bytes(&undisturbed));
+}
+
+/// A word is drawn by its position; what is told and what is run has the word. Of many figures those are drawn that are
+/// asked for, and the others are named.
+#[test]
+fn words_are_drawn_as_they_are_set_and_pictures_are_those_that_are_asked_for() {
+    let folder = Folder::new("words");
+    let (file, out) = (folder.path("joint.toml"), folder.path("out"));
+    fs::write(&file, scenario::template("joint", "joint").expect("a file to start from")).expect("a file");
+    let plan = [&file, "--vary", "drive.tuning=list(quiet,normal)", "--vary", "drive.fast_ratios=list([3,1.5],[2,1])"];
+    let plan = [&plan[..], &["--set", "span_s=1.5", "--uncertain", "10", "--trials", "12", "--out", &out]].concat();
+    let said = done(&plan);
+    let header = "drive.tuning  drive.fast_ratios";
+    assert!(said.contains(header) && said.contains(" quiet ") && said.contains(" [2,1]"), "{said}");
+    let trials = Trials::open(&Path::new(&out).join("trials.parquet")).expect("trials");
+    let at = |name: &str| trials.header.columns.iter().position(|known| known == name).expect(name);
+    let drawn = trials.column(at("drive.tuning")).expect("a column");
+    assert!([1.0, 2.0].iter().all(|word| drawn.contains(word)) && drawn.iter().all(|it| [1.0, 2.0].contains(it)));
+    // The word of its position is what the trial was run with.
+    let peaks = trials.column(at("metrics.u_peak")).expect("a column");
+    for (k, word) in [(1.0, "quiet"), (2.0, "normal")] {
+        let trial = drawn.iter().position(|it| *it == k).expect("a trial");
+        let (status, alone, err) = spoken(&[&plan[..], &["--json", "--replay", &trial.to_string()]].concat());
+        assert!(status == 0 && err.contains(&format!("--set drive.tuning={word}")), "{err}");
+        assert_eq!(number(&alone, "u_peak").to_bits(), peaks[trial].to_bits());
+    }
+
+    let left = said.lines().find(|line| line.starts_with("histograms.png: 9 of ")).expect("a line");
+    assert!(left.contains("--draw NAME, with --resume, shows: ") && !left.contains("metrics.u_peak"), "{left}");
+    let picture = |name: &str| fs::read_to_string(Path::new(&out).join(name)).expect("a picture");
+    let hidden = left.rsplit(": ").next().and_then(|names| names.split(", ").next()).expect("a name");
+    assert!(!picture("histograms.svg").contains(hidden));
+    let said = done(&[&plan[..], &["--resume", "--draw", hidden, "--draw", "drive.tuning"]].concat());
+    assert!(said.contains("histograms.png: 1 of ") && said.contains("scatter.png: 1 of 7 keys"), "{said}");
+    assert!(picture("histograms.svg").contains(hidden) && !picture("histograms.svg").contains("metrics.u_peak"));
+    assert!(picture("scatter.svg").contains("drive.tuning (1 quiet, 2 normal)"));
+
+    for (more, told) in [
+        (["--vary", "drive.tuning=list(quite,normal)"], r#"found "quite", expected "quiet""#),
+        (["--draw", "metrics.u_pek"], "--draw metrics.u_pek: a trial has no such figure; nearest is metrics.u_peak"),
+    ] {
+        let (status, _, err) = spoken(&[&[&*file, "--uncertain", "10", "--out", &out][..], &more].concat());
+        assert!(status == 2 && err.contains(told), "{err}");
+    }
 }
 
 #[test]

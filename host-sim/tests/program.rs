@@ -205,6 +205,55 @@ fn ran_in(folder: &Folder, args: &[&str]) -> (i32, String, String) {
     ended(command.spawn().expect("the program"))
 }
 
+/// What is named is the user's: kept, but for `--force`, in a folder that is there. What is not is made anew, said so,
+/// and of nothing else.
+#[test]
+fn a_page_that_is_named_is_never_lost_and_the_program_s_own_is_made_anew_with_a_word() {
+    let folder = Folder::new("report");
+    let brief = ["report", "--map", "none", "--set", "span_s=0.2", "--set", "window_s=[0.1, 0.2]"];
+    let with = |more: &[&str]| ran_in(&folder, &[&brief[..], more].concat());
+    let page = folder.path("page.html");
+    let told = with(&["-o", "none/page.html"]);
+    assert_eq!(told, (2, String::new(), "error: none/page.html: there is no folder none\n".into()));
+    assert_eq!(with(&["-o", "page.html"]), (0, "written to page.html\n".into(), String::new()));
+    let html = fs::read_to_string(&page).expect("a page");
+    for words in ["host-sim 0.1.0", "its commit", "rustc 1.", "in one exact step a tick, within 1e-9"] {
+        assert!(html.contains(words), "{words}");
+    }
+    let kept = "error: page.html exists already and is left as it is; --force overwrites it\n";
+    fs::write(&page, "mine").expect("a file");
+    assert_eq!(with(&["-o", "page.html"]), (2, String::new(), kept.into()));
+    assert_eq!(fs::read_to_string(&page).expect("a page"), "mine");
+    assert_eq!(with(&["-o", "page.html", "--force"]).0, 0);
+    assert_eq!(fs::read_to_string(&page).expect("a page"), html, "the same program, the same bytes");
+
+    let own = "written to out/default-report.html";
+    let (status, out, err) = with(&[]);
+    assert_eq!((status, out.trim_end()), (0, own), "{err}");
+    assert_eq!(with(&[]).1.trim_end(), format!("{own}, instead of the one there was; --output keeps it"));
+    fs::write(folder.path("out/default-report.html"), "mine").expect("a file");
+    let (status, _, err) = with(&[]);
+    assert!(status == 2 && err.contains("is no report of default and is left as it is"), "{err}");
+    assert_eq!(with(&["--force"]).0, 0);
+}
+
+/// Nothing of them is kept before their end.
+#[test]
+fn a_command_without_a_record_says_so_when_it_is_told_to_stop() {
+    let folder = Folder::new("stopped");
+    let (map, tune) = (folder.path("map"), folder.path("tune"));
+    for args in [
+        &["map", "--preset", "gain", "--simulate", "--out", &map][..],
+        &["tune", "--evaluations", "100000", "--out", &tune, "--to", &folder.path("tuned.toml")],
+    ] {
+        let child = started(args);
+        std::thread::sleep(Duration::from_millis(1500));
+        signal(&child, "INT");
+        let told = "stopped on request; what was not written yet is lost\n";
+        assert_eq!(ended(child), (130, String::new(), told.into()), "{args:?}");
+    }
+}
+
 #[test]
 fn the_motor_of_the_readme_runs_as_it_stands_there() {
     let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md");

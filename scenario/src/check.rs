@@ -17,7 +17,7 @@ pub(super) struct Fault {
     pub(super) path: KeyPath,
     pub(super) message: String,
     /// Is there no such key?
-    is_unknown: bool,
+    pub(super) is_unknown: bool,
 }
 
 impl Fault {

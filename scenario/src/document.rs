@@ -226,6 +226,12 @@ impl KeyPath {
         keys.collect()
     }
 
+    /// The list, if it leads to a position in one.
+    pub(super) fn list(&self) -> Option<Self> {
+        let (last, list) = self.0.split_last()?;
+        matches!(last, Step::Position(_)).then(|| Self(list.to_vec()))
+    }
+
     /// The last key in it.
     pub(super) fn last_key(&self) -> Option<&str> {
         self.0.iter().rev().find_map(|step| match step {
@@ -313,11 +319,24 @@ fn set(root: &mut Node, argument: &str, origin: Origin) -> Result<(), String> {
     {
         others.iter().for_each(|other| root.remove(table, other));
     }
+    if let Some(list) = path.list().filter(|list| root.get(list).is_none())
+        && path.0.last() != Some(&Step::Position(1))
+    {
+        return Err(format!("there is no list `{list}` with such a position: {}", whole_first(&list)));
+    }
     root.put(&path.0, node)
+}
+
+/// What to do about a number in a list that is not there.
+pub(super) fn whole_first(list: &KeyPath) -> String {
+    format!("set it with all its numbers first, as in --set '{list}=[0, 0]'")
 }
 
 /// A TOML value; a bare word is text, so that `plant.kind=chain` needs no quotes in a shell.
 fn value_of_argument(text: &str, origin: Origin) -> Result<Node, String> {
+    if let Some(value) = plain_number(text) {
+        return Ok(Node { value, origin });
+    }
     if let Ok(value) = text.parse::<Value>() {
         return Ok(value_node(&value, origin));
     }
@@ -326,6 +345,28 @@ fn value_of_argument(text: &str, origin: Origin) -> Result<Node, String> {
         return Ok(Node { value: NodeValue::Text(text.into()), origin });
     }
     Err(format!("{:?} is not a TOML value (a number, true, \"text\", a [list] or a {{table}})", shortened(text)))
+}
+
+/// A number of nothing but digits, sign, point and exponent, as TOML reads it: a campaign sets some for each of a
+/// million trials, and the parser of TOML takes ten times as long. All else is left to that.
+fn plain_number(text: &str) -> Option<NodeValue> {
+    let digits = text.strip_prefix(['+', '-']).unwrap_or(text);
+    let (mantissa, exponent) = digits.split_once(['e', 'E']).map_or((digits, None), |(m, e)| (m, Some(e)));
+    let (whole, fraction) = mantissa.split_once('.').map_or((mantissa, None), |(w, f)| (w, Some(f)));
+    let is_digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let is_exponent = |text: &str| is_digits(text.strip_prefix(['+', '-']).unwrap_or(text));
+    // No number begins with a 0 that is not all of its whole part.
+    let is_plain = is_digits(whole)
+        && (whole == "0" || !whole.starts_with('0'))
+        && fraction.is_none_or(is_digits)
+        && exponent.is_none_or(is_exponent);
+    if !is_plain {
+        return None;
+    }
+    if fraction.is_none() && exponent.is_none() {
+        return text.parse().ok().map(NodeValue::Integer);
+    }
+    text.parse().ok().filter(|number: &f64| number.is_finite()).map(NodeValue::Float)
 }
 
 /// Spans inside an argument mean nothing to the reader: the argument as a whole does.
@@ -381,6 +422,65 @@ fn shortened(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_plain_number_is_what_toml_reads() {
+        let plain = [
+            "0",
+            "-0",
+            "+7",
+            "12",
+            "-12",
+            "9223372036854775807",
+            "0.5",
+            "-0.0",
+            "1.50",
+            "1e3",
+            "-1E-3",
+            "+2.5e+07",
+            "0e0",
+            "4.9e-324",
+            "1.7976931348623157e308",
+            "0.1",
+            "-0.30000000000000004",
+        ];
+        let other = [
+            "",
+            "-",
+            "01",
+            "-00.5",
+            "1.",
+            ".5",
+            "1e",
+            "1e+",
+            "1.e3",
+            "1_000",
+            "0x10",
+            "inf",
+            "nan",
+            "1e999",
+            "1 2",
+            "- 1",
+            "9223372036854775808",
+            "1.2.3",
+            "1e2e3",
+            "\u{0661}",
+        ];
+        for text in plain.iter().chain(&other) {
+            let toml = text.parse::<Value>().ok().map(|value| value_node(&value, Origin::Set(0)).value);
+            match (plain_number(text), toml) {
+                (Some(NodeValue::Integer(found)), Some(NodeValue::Integer(toml))) => {
+                    assert_eq!(found, toml, "{text:?}");
+                }
+                (Some(NodeValue::Float(found)), Some(NodeValue::Float(toml))) => {
+                    assert_eq!(found.to_bits(), toml.to_bits(), "{text:?}");
+                }
+                (Some(found), toml) => panic!("{text:?}: {found:?} {toml:?}"),
+                (None, _) => assert!(other.contains(text), "{text:?}"),
+            }
+            assert!(plain.contains(text) || plain_number(text).is_none(), "{text:?}");
+        }
+    }
 
     fn tree(text: &str, sets: &[&str]) -> Result<Node, String> {
         let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();

@@ -33,6 +33,8 @@ pub struct MotorScenario {
     /// the speed.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub settling_band: Option<f64>,
+    /// Seed of the encoder's noise and of jitter. Default 0.
+    pub seed: u64,
     /// Data sheet.
     pub motor: MotorTable,
     /// How the angle is measured.
@@ -63,6 +65,7 @@ impl Default for MotorScenario {
             span_s: 2.0,
             window_s: None,
             settling_band: None,
+            seed: 0,
             motor: MotorTable::default(),
             encoder: EncoderTable::default(),
             drive: MotorDriveTable::default(),
@@ -137,6 +140,9 @@ pub struct EncoderTable {
     pub reversed: bool,
     /// Count at angle 0. Default 0.
     pub offset_counts: i32,
+    /// Standard deviation of white noise of its own angle, before it is rounded to a count, rad. Default 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub noise_rad: f64,
 }
 
 /// The drive of a motor.
@@ -170,6 +176,10 @@ pub struct MotorDriveTable {
     /// Ticks from the computation of a current until it is held. Default 0.
     #[schemars(range(min = 0, max = 1))]
     pub delay_ticks: usize,
+    /// Largest age of the count that a tick works with, s: uniform from 0, anew in each tick; at most period_s. Default
+    /// 0.
+    #[schemars(range(min = 0))]
+    pub jitter_s: f64,
     /// States of the observer; 4 is for little friction and a motor known to 20 %. Default 3.
     #[schemars(range(min = 3, max = 4))]
     pub observer_states: usize,
@@ -192,6 +202,7 @@ impl Default for MotorDriveTable {
             gain_sets: None,
             fast_ratio: None,
             delay_ticks: 0,
+            jitter_s: 0.0,
             observer_states: 3,
             lost_ticks: 50,
             fallback: FallbackKey::default(),
@@ -415,6 +426,8 @@ pub struct JointScenario {
     /// Settled while the error stays within this band, rad. Default 0.005.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub settling_band: Option<f64>,
+    /// Seed of the encoders' noise and of jitter. Default 0.
+    pub seed: u64,
     /// Data sheet.
     pub joint: JointTable,
     /// How both angles are measured.
@@ -445,6 +458,7 @@ impl Default for JointScenario {
             span_s: 2.0,
             window_s: None,
             settling_band: None,
+            seed: 0,
             joint: JointTable::default(),
             encoder: JointEncoderTable::default(),
             drive: JointDriveTable::default(),
@@ -561,6 +575,10 @@ pub struct JointDriveTable {
     /// Ticks from the computation of a current until it is held. Default 0.
     #[schemars(range(min = 0, max = 1))]
     pub delay_ticks: usize,
+    /// Largest age of the counts that a tick works with, s: uniform from 0, anew in each tick, one for both; at most
+    /// period_s. Default 0.
+    #[schemars(range(min = 0))]
+    pub jitter_s: f64,
     /// The largest load that comes at once, N m; a larger one looks like a broken encoder. Default: what the motor can
     /// make.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -585,6 +603,7 @@ impl Default for JointDriveTable {
             gain_sets: None,
             fast_ratios: None,
             delay_ticks: 0,
+            jitter_s: 0.0,
             sudden_load_n_m: None,
             lost_ticks: 50,
             fallback: FallbackKey::default(),

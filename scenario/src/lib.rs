@@ -649,6 +649,16 @@ pub fn number_at(source: &Source<'_>, key: &str) -> Result<Option<f64>, Scenario
     Ok(tree.get(&path).map_or_else(|| check::default_of(schema(kind), &path), |node| node.json().as_f64()))
 }
 
+/// The text at a key, if one was written there.
+///
+/// # Errors
+/// What is no TOML.
+pub fn text_at(source: &Source<'_>, key: &str) -> Result<Option<String>, ScenarioError> {
+    let tree = document::read(source)?;
+    let node = KeyPath::parse(key).and_then(|path| tree.get(&path).map(document::Node::json));
+    Ok(node.and_then(|value| value.as_str().map(ToOwned::to_owned)))
+}
+
 /// Keys that other keys are judged by: with one of them wrong nothing more is said of those.
 const JUDGES: [&str; 11] =
     ["kind", "mode", "order", "rates", "reading", "constants", "period_s", "span_s", "gear", "bits", "start_rad"];
@@ -678,7 +688,20 @@ impl Located {
         let root = tree.origin_of(&KeyPath::root());
         let value = serde_json::from_value(tree.json());
         let file = Self { tree };
-        let mut wrong: Vec<_> = faults.iter().map(|fault| (fault.origin, fault.message.clone())).collect();
+        let told = |fault: &check::Fault| {
+            // Its first number alone was set, and made the list.
+            let is_begun = |argument: &String| {
+                let (key, _) = argument.split_once('=')?;
+                KeyPath::parse(key.trim())?.list().filter(|list| *list == fault.path)
+            };
+            let list = match fault.origin {
+                Origin::Set(k) if !fault.is_unknown => source.sets.get(k).and_then(is_begun),
+                _ => None,
+            };
+            let remedy = list.map_or_else(String::new, |list| format!(": {}", document::whole_first(&list)));
+            (fault.origin, format!("{}{remedy}", fault.message))
+        };
+        let mut wrong: Vec<_> = faults.iter().map(told).collect();
         match value {
             // What the others are judged by is not known.
             _ if faults.iter().any(|fault| fault.path.last_key().is_some_and(|key| JUDGES.contains(&key))) => {}

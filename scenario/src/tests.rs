@@ -585,6 +585,17 @@ fn a_wrong_set_is_told_with_the_argument() {
         ),
         ("controller.observer[4].channel=1", "there is no position 4 in a list of 2 (positions count from 1)"),
         ("controller.observer.channel=1", "`channel` cannot be set: a list of 2 is no table"),
+        (
+            "sensor.noise[1]=1e-4",
+            "`sensor.noise`: found a list of 1, expected a list of 2 to 6 numbers: set it with all its numbers first, \
+             as in --set 'sensor.noise=[0, 0]'",
+        ),
+        ("sensor.nose[1]=1e-4", "unknown key `sensor.nose`; did you mean `noise`?"),
+        (
+            "sensor.noise[3]=1e-4",
+            "there is no list `sensor.noise` with such a position: set it with all its numbers first, as in --set \
+             'sensor.noise=[0, 0]'",
+        ),
         ("window_s=[2, 1]", "`window_s`: found [2, 1], expected [from, to] with from before to"),
     ];
     for (argument, expected) in cases {
@@ -748,6 +759,7 @@ fn every_key_of_a_schema_stands_in_its_file_to_start_from_and_no_other() {
                 "encoder.motor.counts_per_turn",
                 "encoder.motor.reversed",
                 "encoder.motor.offset_counts",
+                "encoder.motor.noise_rad",
             ],
         ),
     ];

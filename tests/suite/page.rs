@@ -180,7 +180,7 @@ fn a_report_stands_beside_a_new_run_and_what_is_none_is_refused() {
         (vec!["report", "--certificate", "absent.txt"], "absent.txt"),
         (vec!["report", &first, "--set", "span_s=1"], "--set is for scenarios"),
     ] {
-        let said = host_sim(&[&args[..], &["-o", &both]].concat());
+        let said = host_sim(&[&args[..], &["-o", &both, "--force"]].concat());
         assert_eq!(said.status, 2, "{said:?}");
         assert!(said.err.contains(words), "{said:?}");
     }

@@ -53,7 +53,7 @@ pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
             ]
         }),
         each("too long at a limit is told: every tick there without |sigma| falling counts", &|_, step| {
-            let counts = ["law_saturated", "(fp.leq last (fp.abs law_sigma))", "(fp.geq stuck (_ +zero 8 24))"];
+            let counts = ["law_saturated", "(fp.leq last_sigma (fp.abs law_sigma))", "(fp.geq stuck (_ +zero 8 24))"];
             let one_more = format!("(fp.add RNE stuck {})", number(1.0));
             let counted = then(&all(counts.map(String::from)), &same(step.after("stuck"), &one_more));
             let told = format!("(= {} (fp.gt {} stuck_ticks))", step.after("stuck_at_limit"), step.after("stuck"));
@@ -73,8 +73,8 @@ pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
         each("its words stay finite: the counter within 2^24, |sigma| as the law's", &|_, step| {
             let [low, high] = [0.0, COUNTED];
             let counter = then(&within("stuck", low, high), &within(step.after("stuck"), low, high));
-            let sound = all(["last", "law_sigma"].map(finite));
-            vec![("stuck", counter), ("last", then(&sound, &finite(step.after("last"))))]
+            let sound = all(["last_sigma", "law_sigma"].map(finite));
+            vec![("stuck", counter), ("last", then(&sound, &finite(step.after("last_sigma"))))]
         }),
     ]
 }

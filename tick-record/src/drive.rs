@@ -15,7 +15,7 @@ use controller_core::drive::{
 };
 use controller_core::{ControlLaw, Controller, Health, Linear, Output, Real, Words as _, as_within};
 
-use crate::law::{Around, Functions, Recorded, Words, around, functions, of_numbers, recorded};
+use crate::law::{Around, Functions, Recorded, Words, around, coefficients_of, functions, of_numbers, recorded};
 use crate::record::{Port, Record, Role};
 use crate::recorder::{CountSymbol, Recorder, Symbol};
 
@@ -209,8 +209,12 @@ const FLAGS: [(&str, Health); 3] = [
     ("sample_lost", Health::SAMPLE_LOST),
 ];
 
-/// Records a drive. `design` makes it, of [constants](Recorder::constant).
-fn drive<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
+/// Records a drive in its parts. `design` makes it, of [constants](Recorder::constant) or of
+/// [numbers](Recorder::number) that any design may hold.
+///
+/// # Panics
+/// If the names of a model or of an aim do not fit its state.
+pub fn drive<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
     design: &dyn Fn(&Recorder) -> EncoderForm<Symbol, M, A, E, N, S, FAST, LATE>,
     mounting: [Mounting; E],
 ) -> DriveFunctions
@@ -366,6 +370,20 @@ pub fn joint_of<U: Real, A: Aim<f32, 4>, const FAST: usize, const LATE: usize>(
 ) -> JointDrive<U, A, FAST, LATE> {
     let model = drive.model().converted(&mut |name, _| number(&format!("model_{name}")));
     drive.converted(model, &mut |name, _| number(&full_name::<JointModel<Symbol>, 2, 4>(name)))
+}
+
+/// The law of a joint whose whole state is measured, with other numbers: `number` gives them, by name.
+pub fn measured_of<U: Real, A: Aim<f32, 4>, const R: usize, const MASK: u8, const O: usize>(
+    law: &FullState<f32, JointModel<f32>, A, 2, 4, R, MASK, O, 0>,
+    number: &mut dyn FnMut(&str) -> U,
+) -> FullState<U, JointModel<U>, A, 2, 4, R, MASK, O, 0> {
+    // What the map gives goes in the place of the row.
+    let within = Controller::from_parts(coefficients_of(MASK, number), Linear::from_row([U::ZERO; 4]));
+    let map = law.model().converted(&mut |name, _| number(&format!("model_{name}")));
+    law.converted(within, map, &mut |name, entry, _| {
+        let entry = if entry == 0 { String::new() } else { format!("_{entry}") };
+        number(&format!("{name}{entry}"))
+    })
 }
 
 /// The parts of the drive of a motor in f32.

@@ -161,8 +161,16 @@ pub fn coefficients<const N: usize, const R: usize, const O: usize>(
     recorder: &Recorder,
     mask: u8,
 ) -> Coefficients<Symbol, N, R, O> {
+    coefficients_of(mask, &mut |name| recorder.number(name, Role::Argument))
+}
+
+/// Coefficients that `number` gives, by name.
+pub(crate) fn coefficients_of<U: Real, const N: usize, const R: usize, const O: usize>(
+    mask: u8,
+    number: &mut dyn FnMut(&str) -> U,
+) -> Coefficients<U, N, R, O> {
     let names = coefficient_names(N, R, mask);
-    let numbers = names.iter().map(|name| recorder.number(name, Role::Argument));
+    let numbers = names.iter().map(|name| number(name));
     Coefficients::from_trusted_numbers(numbers).expect("a name for every coefficient")
 }
 

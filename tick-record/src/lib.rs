@@ -3,6 +3,7 @@
 
 pub mod c;
 pub mod drive;
+pub mod joined;
 mod law;
 mod merge;
 pub mod monitor;

@@ -1,12 +1,14 @@
 //! The monitors around a drive as a record, around any law at all: what goes out of the law comes in, and so do the
-//! thresholds. What holds of this record holds for every drive, design and threshold.
+//! thresholds. What holds of this record holds for every drive, design and threshold. Around the record of a drive's
+//! tick it is that of the tick with its monitors ([`watched`]).
 
 use controller_core::drive::{Monitored, Watched};
 use controller_core::{ControlLaw, Health, Output, Real, RetuneError, Words};
 
+use crate::joined::Joined;
 use crate::law::{Recorded, tick};
-use crate::record::{Record, Role};
-use crate::recorder::{Recorder, Symbol};
+use crate::record::{Id, Kind, Port, Record, Role};
+use crate::recorder::{Recorder, Symbol, port};
 
 /// A law of which nothing is known: its output is an input.
 struct AnyLaw<const E: usize>;
@@ -95,7 +97,11 @@ const FLAGS: [(&str, Health); 7] = [
 
 impl<const E: usize> Recorded for Monitored<AnyLaw<E>, E> {
     fn state_names() -> Vec<String> {
-        ["stopped", "stuck", "last"].map(String::from).into_iter().chain((1..=E).map(|i| format!("d{i}"))).collect()
+        ["stopped", "stuck", "last_sigma"]
+            .map(String::from)
+            .into_iter()
+            .chain((1..=E).map(|i| format!("d{i}")))
+            .collect()
     }
     fn sample(&self, _: &Recorder) {}
     fn put_output(recorder: &Recorder, output: &Output<Symbol>) {
@@ -122,9 +128,62 @@ pub fn monitor<const E: usize>(stopping: bool) -> Record {
     tick(&design, Monitored::tick)
 }
 
+/// The words that the monitors add to the state of a drive, before its own.
+pub fn state() -> [Port; 3] {
+    let word = |(name, kind)| port(name, Role::State, kind);
+    [("stopped", Kind::Truth), ("stuck", Kind::Number), ("last_sigma", Kind::Number)].map(word)
+}
+
+/// Joins the tick of a drive with its monitors, of the records of its `tick`, of what it puts out before it has
+/// started, and of the monitors ([`monitor`]). `before` is the state that it begins with, of all words of it; `shafts`
+/// is what the name of each disturbance ends with.
+///
+/// # Panics
+/// If the records are not those of a drive and of monitors for so many shafts.
+pub fn watched(
+    joined: &mut Joined,
+    [tick, not_started, monitors]: [&Record; 3],
+    before: &[(Port, Id)],
+    shafts: &[&str],
+) -> Vec<(Port, Id)> {
+    let was = |name: &str| before.iter().find(|(port, _)| port.name == name).map(|(_, id)| *id);
+    let of_state = |port: &Port| if port.role == Role::State { was(&port.name) } else { None };
+    let told = joined.call(tick, &of_state);
+    let fallback = joined.call(not_started, &|_| None).get("u", Role::Output);
+    let given = |port: &Port| match (port.name.as_str(), port.role) {
+        ("fallback", _) => fallback,
+        (name, Role::State) => match name.strip_prefix('d').and_then(|shaft| shaft.parse::<usize>().ok()) {
+            Some(shaft) => told.get(&format!("d{}", shafts[shaft - 1]), Role::State),
+            None => was(name),
+        },
+        (name, _) => match SAID.iter().find(|(said, _)| *said == name) {
+            Some((_, flag)) => told.get_flag(*flag),
+            None => told.get(name.strip_prefix("law_")?, Role::Output),
+        },
+    };
+    let judged = joined.call(monitors, &given);
+    let stopped = was("stopped").expect("the words of the monitors");
+    let mut results: Vec<(Port, Id)> = (judged.all().filter(|(port, _)| match port.role {
+        Role::State => state().contains(port),
+        _ => true,
+    }))
+    .cloned()
+    .collect();
+    // A drive that has stopped stays as it is.
+    for (port, id) in told.all().filter(|(port, _)| port.role == Role::State) {
+        let before = was(&port.name).expect("every word of the state");
+        results.push((port.clone(), joined.select(stopped, before, *id)));
+    }
+    results
+}
+
 #[cfg(test)]
 mod tests {
+    use controller_core::drive::{Encoder, Motor, MotorDesign, MotorDrive, Mounting, Position, Sample, Target};
+    use controller_core::{Limits, Words as _};
+
     use super::*;
+    use crate::drive;
     use crate::record::Word;
 
     /// The record against the monitors themselves, around a law that says what it is told.
@@ -136,8 +195,8 @@ mod tests {
                 .inputs
                 .iter()
                 .map(|port| match given.iter().find(|(name, _)| *name == port.name) {
-                    Some((_, truth)) if port.kind == crate::Kind::Truth => Word::Truth(*truth != 0.0),
-                    None if port.kind == crate::Kind::Truth => Word::Truth(false),
+                    Some((_, truth)) if port.kind == Kind::Truth => Word::Truth(*truth != 0.0),
+                    None if port.kind == Kind::Truth => Word::Truth(false),
                     Some((_, number)) => Word::Number(*number),
                     None => Word::Number(0.0),
                 })
@@ -156,5 +215,92 @@ mod tests {
         let stuck = [("law_saturated", 1.0), ("stuck", 2.0), ("stuck_ticks", 2.0), ("law_sigma", 1.0)];
         assert!(numbers(&stuck)[at("stuck_at_limit")].truth());
         assert_eq!(numbers(&stuck)[at("stuck")].number(), 3.0);
+    }
+
+    /// Random ticks, whatever they are told, of a motor whose thresholds are low: every alarm, and what follows it.
+    #[test]
+    fn a_joined_tick_is_that_of_the_drive_with_its_monitors() {
+        const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
+        const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
+        let (tick, functions) = (
+            drive::motor_tick::<Position, 0, 0, 3>(&DESIGN, Mounting::UPRIGHT).expect("a design"),
+            drive::motor::<Position, 0, 0, 3>(&DESIGN, Mounting::UPRIGHT).expect("a design"),
+        );
+        let of_drive = tick.inputs.iter().filter(|port| port.role == Role::State).cloned();
+        let words: Vec<Port> = state().into_iter().chain(of_drive).collect();
+        let mut joined = Joined::default();
+        let before: Vec<(Port, Id)> =
+            words.iter().map(|port| (port.clone(), joined.input(&port.name, port.role, port.kind))).collect();
+        let results = watched(&mut joined, [&tick, &functions.not_started, &monitor::<1>(true)], &before, &[""]);
+        let record = joined.record(results);
+
+        let thresholds = [("d1_bound", 4000.0), ("sigma_star_bound", 5.0), ("stuck_ticks", 3.0)];
+        let [d, star, stuck] = thresholds.map(|(_, threshold)| threshold);
+        let law = Monitored::from_parts(MotorDrive::<f32, Position>::design(&DESIGN), [d], star, stuck).stopping();
+        let mut random = 1_u32;
+        let mut below = |end: u32| {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (random >> 8) % end
+        };
+        let (mut held, mut seen, mut stopped) = (None, 0, 0);
+        let mut count = 0_i32;
+        for _ in 0..20_000 {
+            let step = [3, 40, 400, 16_384][below(20).saturating_sub(16) as usize];
+            count = count.wrapping_add(below(2 * step + 1) as i32 - step as i32);
+            let far = [1e-3, 1.0, 1e4, f32::NAN][below(40).saturating_sub(36) as usize];
+            let target = |turn: u32, share: u32| Target { turn: turn as i32, jet: [far * share as f32 / 100.0, far] };
+            let (begin, end) = (target(below(2), below(100)), target(below(2), below(100)));
+            let sample = Sample { counts: [(below(8) > 0).then_some(count)], begin, end };
+            let Some(state) = &mut held else {
+                held = law.start(&sample);
+                continue;
+            };
+            let inputs: Vec<u32> = state.words().collect();
+            let word = |name: &str| words.iter().position(|port| port.name == name);
+            let of_kind = |port: &Port, bits: u32| match port.kind {
+                Kind::Number => Word::Number(f32::from_bits(bits)),
+                Kind::Count => Word::Count(bits as i32),
+                Kind::Truth => Word::Truth(bits == 1),
+            };
+            let given = |port: &Port| match (port.role, port.name.as_str()) {
+                (Role::State, name) => of_kind(port, inputs[word(name).expect("a word")]),
+                (Role::Sample(_), _) => Word::Count(sample.counts[0].unwrap_or(7)),
+                (_, "lost") => Word::Truth(sample.counts[0].is_none()),
+                (_, "begin_turn") => Word::Count(begin.turn),
+                (_, "end_turn") => Word::Count(end.turn),
+                (_, "begin_r") => Word::Number(begin.jet[0]),
+                (_, "begin_r_dot") => Word::Number(begin.jet[1]),
+                (_, "end_r") => Word::Number(end.jet[0]),
+                (_, "end_r_dot") => Word::Number(end.jet[1]),
+                (_, name) => {
+                    Word::Number(thresholds.iter().find(|(threshold, _)| *threshold == name).expect("a threshold").1)
+                }
+            };
+            let found = record.run(&record.inputs.iter().map(given).collect::<Vec<_>>());
+            let output = law.tick(state, &sample);
+            let after: Vec<u32> = state.words().collect();
+            for (port, found) in record.results.iter().zip(found) {
+                let wanted = match port.role {
+                    Role::State => of_kind(port, after[word(&port.name).expect("a word")]),
+                    Role::Flag(bit) => Word::Truth(output.health.bits() >> bit & 1 == 1),
+                    _ if port.name == "u" => Word::Number(output.u),
+                    _ if port.name == "sigma" => Word::Number(output.sigma),
+                    _ => Word::Number(output.sigma_star),
+                };
+                let bits = |word: Word<f32>| match word {
+                    Word::Number(number) if number.is_nan() => f32::NAN.to_bits(),
+                    Word::Number(number) => number.to_bits(),
+                    Word::Count(count) => count as u32,
+                    Word::Truth(truth) => truth.into(),
+                };
+                assert_eq!(bits(found), bits(wanted), "{}", port.name);
+            }
+            seen |= output.health.bits();
+            stopped += u32::from(output.health.contains(Health::STOPPED));
+            if stopped % 4 == 3 {
+                (held, stopped) = (None, 0);
+            }
+        }
+        assert_eq!(seen, 127, "every alarm was raised");
     }
 }

@@ -1,5 +1,6 @@
 //! `cluster`: a Monte Carlo run in shards on Dask, with two workers of which one is killed in the middle of a shard,
-//! leaves the bytes of an undisturbed run ([docs/monte-carlo.md](../../docs/monte-carlo.md)).
+//! leaves the bytes of an undisturbed run; and pyarrow reads out of them what was told
+//! ([docs/monte-carlo.md](../../docs/monte-carlo.md)).
 
 use std::fs;
 use std::io::ErrorKind;
@@ -10,10 +11,14 @@ use crate::step::{Failure, Gate, Invocation, Outcome};
 /// BSD-3-Clause: wheels of PyPI.
 const DASK: Environment =
     Environment { folder: "target/cluster", packages: &["distributed==2026.8.0"], rerun: "cargo xtask cluster" };
+/// Apache-2.0: a wheel of PyPI, 55 MB.
+const PYARROW: Environment =
+    Environment { folder: "target/pyarrow", packages: &["pyarrow==26.0.1"], rerun: "cargo xtask cluster" };
 /// Where the runs are kept while they are compared.
 const RUNS: &str = "target/cluster-runs";
 const PROGRAM: &str = "target/debug/host-sim";
 const TEST: &str = "examples/cluster/test_dask_shards.py";
+const READ: &str = "host-sim/tests/parquet.py";
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.step("Dask for shards", |gate| DASK.ready(gate))?;
@@ -27,5 +32,8 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
             _ => {}
         }
         Invocation::new(&DASK.program("python"), &[TEST, PROGRAM, RUNS]).run(gate)
-    })
+    })?;
+    gate.step("pyarrow, to read trials", |gate| PYARROW.ready(gate))?;
+    let read = Invocation::new(&PYARROW.program("python"), &[READ, PROGRAM, &format!("{RUNS}/read")]);
+    gate.commands("trials as pyarrow reads them", &[read])
 }

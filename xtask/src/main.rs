@@ -38,7 +38,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 22] = [
+const ACTIONS: [Action; 23] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -67,6 +67,11 @@ const ACTIONS: [Action; 22] = [
         help: "hold the machine code of image and exported C to the record of the tick, path by path",
         run: means::run,
     },
+    Action {
+        name: "means --all",
+        help: "the same, and the joint's ticks of the archive, minutes each",
+        run: means::all,
+    },
     Action { name: "capi", help: "build archive, header and examples for firmware in C", run: capi::run },
     Action { name: "docs", help: "build the documentation without a warning, and check its formulas", run: docs::run },
     Action {
@@ -87,7 +92,7 @@ const ACTIONS: [Action; 22] = [
     },
     Action {
         name: "cluster",
-        help: "shards of a Monte Carlo run on two Dask workers, one of them killed: the bytes of an undisturbed run",
+        help: "shards of a Monte Carlo run on two Dask workers, one killed: the same bytes; and read by pyarrow",
         run: cluster::run,
     },
     Action {

@@ -38,7 +38,7 @@ impl Environment {
         ];
         install.iter().try_for_each(|command| command.run(gate)).map_err(|failure| Failure {
             reason: format!(
-                "{}\n{} is missing; it needs Python 3.10 or later with its module venv (on Debian: apt-get install \
+                "{}\n{} is missing; it needs Python 3.11 or later with its module venv (on Debian: apt-get install \
                  python3-venv) and a way to its package",
                 failure.reason,
                 self.packages.join(" ")

@@ -90,8 +90,7 @@ mod tests {
                 "\n[[instance]]\nname = \"{name}\"\nimage = \"a/b/budget\"\nsymbol = \"{symbol}\"\n[x]\nbound = 452\n"
             )
         };
-        let budgets =
-            [of("motor", "budget::motor::tick"), of("motor, watched", "budget::motor_watched::tick")].concat();
+        let budgets = [of("motor", "budget::motor::tick"), of("motor, its sine", "budget::sine::tick")].concat();
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
         let text = text(map, &budgets, root);
         let (first, second) = text.split_once("\n## (2) law\n").expect("two equations");
@@ -102,8 +101,6 @@ mod tests {
         )));
         assert!(second.contains("\n* proved: u within\n"));
         assert!(second.contains("code `budget::motor::tick` of budget (motor): 452 cycles; the record's terms\n"));
-        assert!(
-            second.contains("`budget::motor_watched::tick` of budget (motor, watched): 452 cycles; held to no record")
-        );
+        assert!(second.contains("`budget::sine::tick` of budget (motor, its sine): 452 cycles; held to no record"));
     }
 }

@@ -37,6 +37,9 @@ impl Effort {
     pub(super) const USUAL: Self = Self { tried: 20_000, whole: 1 << 16, small: 1 << 10, many: 16, cases: 1024 };
 }
 
+/// Inputs of a case, below which those of the case around it stand for them.
+const FEW: usize = 64;
+
 /// Function against text.
 pub(super) struct Cases<'a> {
     expected: &'a Expected,
@@ -95,14 +98,16 @@ impl<'a> Cases<'a> {
             open.retain(|(at, _)| !left.contains(at));
             let roots: Vec<Node> = pairs_of(&open).into_iter().flat_map(|(a, b)| [a, b]).collect();
             let (mut case, roots) = graph.case(t, truth, &roots);
-            let of_case = open.iter().zip(roots.chunks(2)).map(|(&(at, _), pair)| (at, (pair[0], pair[1]))).collect();
+            let pairs = open.iter().zip(roots.chunks(2)).map(|(&(at, _), pair)| (at, (pair[0], pair[1]))).collect();
             let mut values = vec![0; t + 1];
             let so = |tried: &&Tried| {
                 inputs::compute(graph, tried, &mut values);
                 (values[t] != 0) == truth
             };
-            let tried: Vec<Tried> = tried.iter().filter(so).cloned().collect();
-            left.extend(self.left(&mut case, of_case, &tried, self.effort.small)?);
+            let of_case: Vec<Tried> = tried.iter().filter(so).cloned().collect();
+            // Few inputs tell too little apart, and what is equal in a case is mostly so without it.
+            let tried = if of_case.len() < FEW { tried } else { &of_case };
+            left.extend(self.left(&mut case, pairs, tried, self.effort.small)?);
         }
         left.sort_unstable();
         Ok(left)

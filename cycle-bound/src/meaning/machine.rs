@@ -2,18 +2,19 @@
 //!
 //! The instructions are taken in an order in which each comes after all that lead to it. Where ways meet, a register or
 //! a word of memory that is not the same on all of them is a choice, by the branches since the last instruction that
-//! all of them passed. A function that is called is executed once for each call. What cannot be followed ends its way:
-//! it is then to be shown that no input goes there.
+//! all of them passed. A function that is called is executed once for each call, a loop once for each turn, up to a
+//! limit. What cannot be followed ends its way: it is then to be shown that no input goes there.
 //!
 //! Memory is bytes in regions: one for each address that the function is given, and the stack. A byte knows the word
 //! that was stored and which byte of it it is, so what is loaded is what was stored, or numbers that are known.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::rc::Rc;
 
-use super::graph::{Graph, Node};
+use super::graph::{Graph, Node, Op};
 use super::term::{EQUAL, GREATER, LESS, Mixing, Order, UNORDERED};
 use super::text::{Expected, Kind, Known, Place, Port};
+use crate::graph::{Loops, loops};
 use crate::image::Image;
 use crate::instruction::{Decoder, Flow, Instruction, immediate, listed, register};
 
@@ -23,6 +24,8 @@ const PC: usize = 15;
 const FLOATS: usize = 16;
 /// Calls within calls.
 const DEEP: usize = 8;
+/// Turns of a loop that are followed. That none goes further is shown as it is of all that cannot be followed.
+const TURNS: usize = 64;
 
 /// What 32 bits of the machine are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -186,6 +189,8 @@ pub(super) struct Machine<'p, 'i, 'x> {
     stack: i32,
     /// Registers that hold an address at the entry.
     bases: Vec<u32>,
+    /// What the inputs make of a word that are bits of it.
+    bits_below: Mixing<Place, Node>,
     /// Truths that are never to hold, each with what cannot be followed there.
     pub(super) dead: Vec<(String, Node)>,
 }
@@ -224,13 +229,16 @@ enum Gate {
     Choice(Node, usize, usize),
 }
 
-/// Instructions in their order: address and call, and where each goes if it goes on, if it jumps; calls: from which
-/// other, and where it returns to.
+/// Instructions in their order: address, call and turn of the loop around it, and where each goes if it goes on, if it
+/// jumps; calls: from which other, and where it returns to.
 struct Ways {
-    places: Vec<(u32, usize)>,
+    places: Vec<(u32, usize, usize)>,
     targets: Vec<[Option<usize>; 2]>,
     calls: Vec<(usize, Option<u32>)>,
 }
+
+/// An instruction of a call.
+type Key = (u32, usize);
 
 /// The last instruction that all ways to both have passed.
 fn common(above: &[usize], mut one: usize, mut other: usize) -> usize {
@@ -307,7 +315,8 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             compared: Rc::clone(&unknown),
             flags: unknown,
         };
-        let mut machine = Self { program, graph, expected, state, stack: 0, bases: Vec::new(), dead: Vec::new() };
+        let (bases, bits_below, dead) = Default::default();
+        let mut machine = Self { program, graph, expected, state, stack: 0, bases, bits_below, dead };
         machine.state.registers[SP] = Word::Address(SP as u32, 0);
         machine.state.registers[LR] = Word::Return;
         for (k, port) in expected.inputs.iter().enumerate() {
@@ -318,7 +327,10 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                     machine.graph.word_of(port, given)
                 }
             };
-            machine.begin_with(port.place, Word::Term(word), width(port));
+            match port.bit {
+                None => machine.begin_with(port.place, Word::Term(word), width(port)),
+                Some(bit) => machine.begin_with_bit(port.place, word, bit),
+            }
         }
         for (place, value) in &expected.known {
             let value = match *value {
@@ -355,6 +367,17 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         }
     }
 
+    /// One more bit of a word, of which those before are there; those above may be anything.
+    fn begin_with_bit(&mut self, place: Place, bit: Node, at: u32) {
+        let before = if at == 0 { self.graph.constant(0) } else { self.bits_below[&place] };
+        let below = self.graph.plus(before, bit, 1);
+        self.bits_below.insert(place, below);
+        let any = self.graph.anything();
+        let above = self.graph.shifted_left(any, at + 1);
+        let word = self.graph.plus(below, above, 1);
+        self.begin_with(place, Word::Term(word), 4);
+    }
+
     /// Executes from `start` to the return, and stands there: what is then to be equal, each with what that means.
     pub(super) fn run(&mut self, start: u32) -> Done<Vec<(String, Node, Node)>> {
         let ways = self.ways(start)?;
@@ -388,7 +411,15 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             if n == end {
                 return self.returned();
             }
-            let (address, call) = ways.places[n];
+            let (address, call, turn) = ways.places[n];
+            if turn == TURNS {
+                self.ends(
+                    &next,
+                    n,
+                    format!("goes round more than {TURNS} times at {}", self.program.image.place(address)),
+                );
+                continue;
+            }
             let code = match self.program.at(address) {
                 Ok(code) => code,
                 Err(reason) => {
@@ -425,63 +456,97 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         self.dead.push((reason, holds[last]));
     }
 
-    /// All instructions in an order in which each comes after those that lead to it.
+    /// All instructions in an order in which each comes after those that lead to it, those of a loop turn by turn.
     fn ways(&mut self, start: u32) -> Done<Ways> {
-        type Key = (u32, usize);
-        let mut calls: Vec<(usize, Option<u32>, usize)> = vec![(0, None, 0)];
-        let mut of_call: Mixing<Key, usize> = Mixing::default();
-        // Where it goes on, where it jumps; none of an instruction that is not known.
-        let mut to: Mixing<Key, [Option<Option<Key>>; 2]> = Mixing::default();
-        let mut done: Mixing<Key, bool> = Mixing::default();
-        let (mut open, mut order) = (vec![((start, 0), 0)], Vec::new());
-        while let Some((key @ (at, call), side)) = open.pop() {
-            if side == 0 {
-                done.insert(key, false);
-                let targets = match self.program.at(at) {
-                    Err(_) => [None, None],
-                    Ok(code) => {
-                        let on = Some(Some((code.instruction.next(), call)));
-                        let on_if = on.filter(|_| code.instruction.conditional);
-                        match code.instruction.flow() {
-                            Flow::Next => [on, None],
-                            Flow::Jump(to) => [on_if, Some(Some((to, call)))],
-                            Flow::Call(to) => {
-                                let back = code.instruction.next();
-                                let deeper = *of_call.entry((back, call)).or_insert_with(|| {
-                                    calls.push((call, Some(back), calls[call].2 + 1));
-                                    calls.len() - 1
-                                });
-                                if calls[deeper].2 > DEEP {
-                                    return Err(format!("calls more than {DEEP} deep"));
-                                }
-                                [None, Some(Some((to, deeper)))]
-                            }
-                            Flow::Return => [on_if, Some(calls[call].1.map(|back| (back, calls[call].0)))],
-                            _ => [None, None],
-                        }
-                    }
-                };
-                to.insert(key, targets);
-            }
-            if side == 2 {
-                done.insert(key, true);
-                order.push(key);
-                continue;
-            }
-            open.push((key, side + 1));
-            if let Some(Some(target)) = to[&key][side] {
-                match done.get(&target) {
-                    None => open.push((target, 0)),
-                    Some(true) => {}
-                    Some(false) => return Err(format!("goes in circles at {}", self.program.image.place(target.0))),
+        let (keys, to, calls) = self.instructions(start)?;
+        let at: Mixing<Key, usize> = keys.iter().zip(0..).map(|(key, k)| (*key, k)).collect();
+        let leads = |k: usize| to[k].into_iter().flatten().flatten().map(|key| at[&key]).collect();
+        let edges: Vec<Vec<usize>> = (0..keys.len()).map(leads).collect();
+        let Loops { order, bodies } = loops(&edges)
+            .map_err(|k| format!("goes in circles with two ways in at {}", self.program.image.place(keys[k].0)))?;
+        // By the instruction, the first one of the loop around it.
+        let mut around = vec![None; keys.len()];
+        for (head, body) in &bodies {
+            for k in body {
+                if around[*k].replace(*head).is_some() {
+                    return Err(format!("goes in circles within circles at {}", self.program.image.place(keys[*k].0)));
                 }
             }
         }
-        order.reverse();
-        let at: Mixing<Key, usize> = order.iter().zip(0..).map(|(key, n)| (*key, n)).collect();
-        let place = |key: Option<Key>| key.map_or(order.len(), |key| at[&key]);
-        let targets = order.iter().map(|key| to[key].map(|target| target.map(place))).collect();
-        Ok(Ways { targets, places: order, calls: calls.into_iter().map(|(from, back, _)| (from, back)).collect() })
+        let mut places: Vec<(usize, usize)> = Vec::new();
+        for k in order {
+            match (around[k], bodies.get(&k)) {
+                // All of it where it begins: what comes in between in the order is behind it.
+                (_, Some(body)) => {
+                    places.extend((0..TURNS).flat_map(|turn| body.iter().map(move |k| (*k, turn))));
+                    places.push((k, TURNS));
+                }
+                (Some(_), None) => {}
+                (None, None) => places.push((k, 0)),
+            }
+        }
+        let n_of: Mixing<(usize, usize), usize> = places.iter().zip(0..).map(|(place, n)| (*place, n)).collect();
+        let target = |(k, turn): (usize, usize), key: Key| {
+            let to = at[&key];
+            let turn = match around[to] {
+                Some(head) if around[k] == Some(head) => turn + usize::from(to == head),
+                _ => 0,
+            };
+            n_of.get(&(to, turn)).copied()
+        };
+        let targets_of = |place: &(usize, usize)| {
+            to[place.0].map(|side| side.and_then(|side| side.map_or(Some(places.len()), |key| target(*place, key))))
+        };
+        Ok(Ways {
+            targets: places.iter().map(targets_of).collect(),
+            places: places.iter().map(|&(k, turn)| (keys[k].0, keys[k].1, turn)).collect(),
+            calls,
+        })
+    }
+
+    /// All instructions, and where each goes on, where it jumps, none of one that is not known; calls as in [`Ways`].
+    #[allow(clippy::type_complexity)]
+    fn instructions(
+        &mut self,
+        start: u32,
+    ) -> Done<(Vec<Key>, Vec<[Option<Option<Key>>; 2]>, Vec<(usize, Option<u32>)>)> {
+        let mut calls: Vec<(usize, Option<u32>, usize)> = vec![(0, None, 0)];
+        let mut of_call: Mixing<Key, usize> = Mixing::default();
+        let mut found: HashSet<Key> = HashSet::from([(start, 0)]);
+        let (mut keys, mut to) = (vec![(start, 0)], Vec::new());
+        while let Some(&(at, call)) = keys.get(to.len()) {
+            let targets = match self.program.at(at) {
+                Err(_) => [None, None],
+                Ok(code) => {
+                    let on = Some(Some((code.instruction.next(), call)));
+                    let on_if = on.filter(|_| code.instruction.conditional);
+                    match code.instruction.flow() {
+                        Flow::Next => [on, None],
+                        Flow::Jump(to) => [on_if, Some(Some((to, call)))],
+                        Flow::Call(to) => {
+                            let back = code.instruction.next();
+                            let deeper = *of_call.entry((back, call)).or_insert_with(|| {
+                                calls.push((call, Some(back), calls[call].2 + 1));
+                                calls.len() - 1
+                            });
+                            if calls[deeper].2 > DEEP {
+                                return Err(format!("calls more than {DEEP} deep"));
+                            }
+                            [None, Some(Some((to, deeper)))]
+                        }
+                        Flow::Return => [on_if, Some(calls[call].1.map(|back| (back, calls[call].0)))],
+                        _ => [None, None],
+                    }
+                }
+            };
+            for target in targets.into_iter().flatten().flatten() {
+                if found.insert(target) {
+                    keys.push(target);
+                }
+            }
+            to.push(targets);
+        }
+        Ok((keys, to, calls.into_iter().map(|(from, back, _)| (from, back)).collect()))
     }
 
     /// One instruction, and where it goes; the state there if it does not jump, if that is another. `back` is where the
@@ -768,9 +833,17 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         }
         let mut bytes = [(address, 0); 4];
         let bytes = &mut bytes[..usize::from(width)];
+        // What the function has not written of its own stack may be anything.
+        let is_own = base == SP as u32 && offset + i32::from(width) <= 0;
+        if is_own && width == 4 && (0..4).all(|part| !self.state.memory.contains_key(&(base, offset + part))) {
+            return Ok(Word::Term(self.graph.anything()));
+        }
         for (byte, part) in bytes.iter_mut().zip(0..) {
-            let found = self.state.memory.get(&(base, offset + part)).copied();
-            *byte = found.ok_or_else(|| format!("reads {}, which holds nothing known", shown(base, offset + part)))?;
+            *byte = match self.state.memory.get(&(base, offset + part)) {
+                Some(byte) => *byte,
+                None if is_own => (Word::Term(self.graph.anything()), 0),
+                None => return Err(format!("reads {}, which holds nothing known", shown(base, offset + part))),
+            };
         }
         let first = bytes[0].0;
         if width == 4 && bytes.iter().zip(0..).all(|((word, part), k)| *word == first && *part == k) {
@@ -1110,6 +1183,13 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         let graph = &mut *self.graph;
         match (shift, graph.bits(by).map(|by| by & 0xff)) {
             ("lsl", Some(by)) => Ok(graph.shifted_left(a, by)),
+            // Up and down again: the low bits, as a text says it.
+            ("asr", Some(by @ 1..=31)) => Ok(match graph.ops[a] {
+                Op::Plus(none, inner, factor) if graph.bits(none) == Some(0) && factor == 1 << by => {
+                    graph.low_bits(inner, 32 - by)
+                }
+                _ => graph.shifted_right(a, by),
+            }),
             ("asr", Some(by)) => Ok(graph.shifted_right(a, by)),
             ("lsr", Some(by)) => {
                 let by = graph.constant(by);
@@ -1128,34 +1208,41 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         }
     }
 
-    /// The result, and the flags if they are set.
-    fn counted(&mut self, stem: &str, values: &[Word]) -> Done<(Word, Flags)> {
-        let graph = &mut *self.graph;
-        let known = |graph: &Graph, word: &Word| match word {
-            Word::Term(term) => graph.bits(*term),
+    /// Does an address lie in the memory behind a register, or at its end? There addresses are in order, since no
+    /// memory goes over the highest one.
+    fn is_within(&self, word: Word) -> bool {
+        let Word::Address(base, offset) = word else { return false };
+        if base == SP as u32 {
+            return (self.stack..=0).contains(&offset);
+        }
+        self.expected.sizes.iter().any(|(of, size)| *of == base && (0..=*size as i32).contains(&offset))
+    }
+
+    /// Of an address: the result, and the flags if they are set; none if it is no matter of addresses.
+    fn addressed(&mut self, stem: &str, values: &[Word]) -> Done<Option<(Word, Flags)>> {
+        let is_within = values.iter().all(|word| self.is_within(*word));
+        let zero = Word::Term(self.graph.constant(0));
+        let known = |word: &Word| match word {
+            Word::Term(term) => self.graph.bits(*term),
             _ => None,
         };
-        let (result, flags) = match (stem, values) {
-            ("mov", [from]) => match *from {
-                Word::Term(term) => (*from, Flags::Result(term)),
-                _ => (*from, Flags::Unknown),
-            },
+        Ok(Some(match (stem, values) {
             // An address that the function is given is none of nothing.
-            ("cmp", [Word::Address(..), zero]) if known(graph, zero) == Some(0) => {
-                (*zero, Flags::Known(false, false, false))
-            }
+            ("cmp", [Word::Address(..), none]) if known(none) == Some(0) => (zero, Flags::Known(false, false, false)),
             // It is a multiple of 4.
-            ("and" | "tst", [address, mask])
-                if is_aligned(address) && known(graph, mask).is_some_and(|mask| mask <= 3) =>
-            {
-                let zero = graph.constant(0);
-                (Word::Term(zero), Flags::Result(zero))
+            ("and" | "tst", [address, mask]) if is_aligned(address) && known(mask).is_some_and(|mask| mask <= 3) => {
+                (zero, Flags::Result(self.graph.constant(0)))
             }
-            ("lsl", [address, by]) if is_aligned(address) && known(graph, by) == Some(30) => {
-                let zero = graph.constant(0);
-                (Word::Term(zero), Flags::Result(zero))
+            ("lsl", [address, by]) if is_aligned(address) && known(by) == Some(30) => {
+                (zero, Flags::Result(self.graph.constant(0)))
             }
             ("orr", [one, other]) if is_aligned(one) && is_aligned(other) => (Word::Aligned, Flags::Unknown),
+            ("cmp" | "sub", &[Word::Address(base, one), Word::Address(of_other, other)])
+                if base == of_other && is_within =>
+            {
+                let difference = self.graph.constant(one.wrapping_sub(other) as u32);
+                (Word::Term(difference), Flags::Known(one == other, one < other, one < other))
+            }
             ("cmp" | "sub", [one @ Word::Address(..), other @ Word::Address(..)]) => {
                 let (a, b) = (self.number(*one)?, self.number(*other)?);
                 (Word::Term(self.graph.plus(a, b, u32::MAX)), Flags::Counts(a, b))
@@ -1167,6 +1254,25 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             ("add" | "sub", [start @ Word::Address(..), Word::Term(by)]) => {
                 (self.moved(*start, *by, if stem == "add" { 1 } else { u32::MAX })?, Flags::Unknown)
             }
+            _ => return Ok(None),
+        }))
+    }
+
+    /// The result, and the flags if they are set.
+    fn counted(&mut self, stem: &str, values: &[Word]) -> Done<(Word, Flags)> {
+        if let Some(done) = self.addressed(stem, values)? {
+            return Ok(done);
+        }
+        let graph = &mut *self.graph;
+        let known = |graph: &Graph, word: &Word| match word {
+            Word::Term(term) => graph.bits(*term),
+            _ => None,
+        };
+        let (result, flags) = match (stem, values) {
+            ("mov", [from]) => match *from {
+                Word::Term(term) => (*from, Flags::Result(term)),
+                _ => (*from, Flags::Unknown),
+            },
             (_, [Word::Term(a)]) => {
                 let (a, zero) = (*a, graph.constant(0));
                 let result = match stem {
@@ -1193,7 +1299,10 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                         (graph.plus(a, b, 1), of.map(|b| Flags::Counts(a, graph.constant(b.wrapping_neg()))))
                     }
                     "add" => (graph.plus(a, b, 1), None),
-                    "and" | "tst" => (self.graph.two("and", a, b), None),
+                    "and" | "tst" => {
+                        let a = graph.bits(b).map_or(a, |mask| below_mask(graph, a, mask));
+                        (graph.two("and", a, b), None)
+                    }
                     "orr" => (self.graph.two("orr", a, b), None),
                     "eor" => (self.graph.two("eor", a, b), None),
                     "mul" => (graph.two("times", a, b), None),
@@ -1221,8 +1330,10 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                     Some(width @ 1..=31) => graph.constant((1 << width) - 1),
                     _ => return Err("is not followed".into()),
                 };
-                let shifted = self.graph.two("lsr", *a, *from);
-                let result = self.graph.two("and", shifted, mask);
+                let at = graph.bits(*from).filter(|from| *from < 32).ok_or("is not followed")?;
+                let a = below_mask(graph, *a, graph.bits(mask).unwrap_or(0) << at);
+                let shifted = graph.two("lsr", a, *from);
+                let result = graph.two("and", shifted, mask);
                 (Word::Term(result), Flags::Unknown)
             }
             ("sbfx", [Word::Term(a), from, width]) => match (known(graph, from), known(graph, width)) {
@@ -1232,6 +1343,19 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             _ => return Err("is not followed".into()),
         };
         Ok((result, flags))
+    }
+}
+
+/// What tells the bits of a mask: of a sum no multiple of a power of two that is above them.
+fn below_mask(graph: &Graph, a: Node, mask: u32) -> Node {
+    match graph.ops[a] {
+        Op::Plus(low, high, 1) => match graph.ops[high] {
+            Op::Plus(none, _, factor) if graph.bits(none) == Some(0) && factor.is_power_of_two() && mask < factor => {
+                low
+            }
+            _ => a,
+        },
+        _ => a,
     }
 }
 

@@ -39,7 +39,8 @@ pub(super) struct Port {
     pub(super) name: String,
     pub(super) kind: Kind,
     pub(super) place: Place,
-    pub(super) bit: u32,
+    /// Of a truth: which bit of a word it is; else it is a byte.
+    pub(super) bit: Option<u32>,
 }
 
 /// An operation on values, by their places.
@@ -97,7 +98,7 @@ impl Port {
                     no
                 }
             }
-            _ => u32::from(truth) << self.bit,
+            _ => u32::from(truth) << self.bit.unwrap_or(0),
         }
     }
 }
@@ -199,14 +200,20 @@ impl<'a> Reader<'a> {
         for truth in [true, false] {
             self.define(if truth { "true" } else { "false" }, Op::Truth(truth))?;
         }
-        let (mut function, mut inputs, mut known, mut sizes, mut pads, mut outs) = Default::default();
+        let mut inputs: Vec<Port> = Vec::new();
+        let (mut function, mut known, mut sizes, mut pads, mut outs) = Default::default();
         loop {
             match self.line()?[..] {
                 ["function", ref words @ ..] => function = words.join(" "),
                 ["in", name, kind, at, ref more @ ..] => {
                     let port = port(name, kind, at, more)?;
+                    // Those of one word stand one after the other, so that what is above them may be anything.
+                    let before = inputs.iter().filter(|one| one.place == port.place).count();
+                    if port.bit.map_or(before > 0, |bit| bit as usize != before) {
+                        return Err("an input has a place of its own; bits of a word go from 0 on".into());
+                    }
                     let op = match port.kind {
-                        Kind::Number | Kind::Count => Op::Input(Vec::len(&inputs)),
+                        Kind::Number | Kind::Count => Op::Input(inputs.len()),
                         Kind::Truth | Kind::Either(..) => Op::One("input", inputs.len()),
                     };
                     self.define(name, op)?;
@@ -336,16 +343,16 @@ fn bits(text: &str) -> Result<u32, String> {
 
 fn port(name: &str, kind: &str, at: &str, more: &[&str]) -> Result<Port, String> {
     let (kind, bit) = match (kind, more) {
-        ("number", []) => (Kind::Number, 0),
-        ("count", []) => (Kind::Count, 0),
-        ("truth", []) => (Kind::Truth, 0),
-        ("truth", ["bit", bit]) => (Kind::Truth, bits(bit)?),
-        ("either", [yes, no]) => (Kind::Either(bits(yes)?, bits(no)?), 0),
+        ("number", []) => (Kind::Number, None),
+        ("count", []) => (Kind::Count, None),
+        ("truth", []) => (Kind::Truth, None),
+        ("truth", ["bit", bit]) => (Kind::Truth, Some(bits(bit)?)),
+        ("either", [yes, no]) => (Kind::Either(bits(yes)?, bits(no)?), None),
         ("either", _) => return Err("of `either` there are two: where it is true, where it is not".into()),
         ("number" | "count" | "truth", _) => return Err("a truth has one of the bits 0 to 31".into()),
         _ => return Err(format!("no kind `{kind}`")),
     };
-    if bit > 31 {
+    if bit.is_some_and(|bit| bit > 31) {
         return Err("a truth has one of the bits 0 to 31".into());
     }
     Ok(Port { name: name.to_owned(), kind, place: place(at)?, bit })

@@ -8,7 +8,9 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use controller_core::Health;
 use cycle_bound::table::Table;
+use loop_sim::MAX_ORDER;
 use loop_sim::linear::LawAtRest;
 use loop_sim::metrics;
 use loop_sim::port::drive::DriveDesign;
@@ -307,11 +309,55 @@ fn quiet_alone(experiment: &Experiment) -> Option<&'static str> {
     })
 }
 
+/// What rounding to f32 makes of a drive with one gain set. Two runs would differ by counts here and there, and those
+/// are in the bounds of the encoders; so the drive in f64 is shown the counts of the run, and told what was held. Its u
+/// differs by what f32 makes in one tick and remembers, and the loop in f64 with that much on top of its u is the run.
+/// None of a run that its monitors stopped.
+fn rounded(quiet: &Trace, mut twin: Experiment, sampled: &SampledLoop) -> Option<Part> {
+    let drive = twin.drive.as_ref()?;
+    let mut port = drive.designed.in_f64(&drive.motion).ok()?;
+    let (mut of_u, mut of_sigma_star, mut of_d_hat) = (0.0_f64, 0.0_f64, [0.0_f64; MAX_ORDER]);
+    for row in &quiet.rows {
+        if row.health.contains(Health::STOPPED) {
+            return None;
+        }
+        let mut sample = [0.0; MAX_ORDER];
+        twin.sensor.measure(&row.x[..quiet.order], &mut sample[..quiet.order]);
+        let tick = port.tick(&sample[..quiet.order]).ok()?;
+        port.report_applied(row.u_held);
+        of_u = of_u.max((row.u - tick.u).abs());
+        of_sigma_star = of_sigma_star.max((row.sigma_star - tick.sigma_star).abs());
+        for (most, (a, b)) in of_d_hat.iter_mut().zip(row.d_hat.iter().zip(tick.d_hat())) {
+            *most = most.max((a - b).abs());
+        }
+    }
+    let told = |quantity: &Quantity| match *quantity {
+        Quantity::SigmaStar => of_sigma_star,
+        Quantity::EstimationError(i) => of_d_hat[i],
+        Quantity::Output | Quantity::Control => 0.0,
+    };
+    let of_loop = sampled.of_asked(of_u);
+    Some(Part {
+        name: "rounding to f32".into(),
+        bounds: of_loop.iter().zip(sampled.quantities()).map(|(of_loop, it)| of_loop + told(it)).collect(),
+        derivatives: Vec::new(),
+        known: format!(
+            "taken from the run: on its counts f32 and f64 ask for u that differ by up to {} A",
+            significant(of_u, 3)
+        ),
+    })
+}
+
 /// What is measured and not bounded: what the start and the reference make, by the run without any disturbance; what
 /// the fast set of a drive makes, against the run with the quiet one alone, of which the bounds are; and what rounding
-/// to f32 makes, against the run in f64; sensors do not round there. A drive has no twin in f64, and its encoders stay
-/// as they are.
-fn measured(asked: &Asked<'_>, quantities: &[Quantity], rest: f64, subject: &Subject<'_>) -> Vec<Part> {
+/// to f32 makes, against the run in f64; sensors do not round there. The encoders of a drive stay as they are.
+fn measured(
+    asked: &Asked<'_>,
+    quantities: &[Quantity],
+    rest: f64,
+    subject: &Subject<'_>,
+    sampled: &SampledLoop,
+) -> Vec<Part> {
     let Asked { experiment, at_rest, .. } = *asked;
     let (spec, quiet) = (experiment.spec.as_ref(), quiet_alone(experiment));
     let exact = |precision: &str| {
@@ -339,8 +385,9 @@ fn measured(asked: &Asked<'_>, quantities: &[Quantity], rest: f64, subject: &Sub
         let name = if asked.trace.follows.is_some() { "start and reference" } else { "start" };
         part(name, largest(asked, quantities, rest, &alone, None), "measured: the run without disturbances");
     }
-    if let Some(quiet) = quiet.and_then(|quiet| run(subject.with(&[quiet.into()]).ok()?, false)) {
-        let apart = largest(asked, quantities, rest, asked.trace, Some(&quiet));
+    let of_quiet = quiet.and_then(|quiet| run(subject.with(&[quiet.into()]).ok()?, false));
+    if let Some(quiet) = &of_quiet {
+        let apart = largest(asked, quantities, rest, asked.trace, Some(quiet));
         part("fast gain set", apart, "measured: the run against that with the quiet set alone");
     }
     if spec.is_some_and(|spec| spec.precision == Precision::F32)
@@ -349,6 +396,10 @@ fn measured(asked: &Asked<'_>, quantities: &[Quantity], rest: f64, subject: &Sub
     {
         let apart = largest(asked, quantities, rest, &f32, Some(&f64));
         part("rounding to f32", apart, "measured: the run in f32 against that in f64");
+    }
+    let of_drive = if quiet.is_some() { of_quiet.as_ref() } else { Some(asked.trace) };
+    if let (Some(of_drive), true) = (of_drive, experiment.drive.is_some()) {
+        parts.extend(exact("f64").and_then(|twin| rounded(of_drive, twin, sampled)));
     }
     parts
 }
@@ -373,7 +424,7 @@ impl<'a> Answer<'a> {
         let known = asked.disturbances(sampled);
         let mut parts = asked.parts(sampled, &known).map_err(Failure::from)?;
         let knobs = asked.knobs(&known).map_err(Failure::from)?;
-        parts.extend(measured(asked, &quantities, rest, subject));
+        parts.extend(measured(asked, &quantities, rest, subject, sampled));
         let mut answer = Self {
             asked,
             names: quantities.iter().map(|quantity| asked.name(*quantity, rest)).collect(),
@@ -396,7 +447,7 @@ impl<'a> Answer<'a> {
         let mut remarks = Vec::new();
         let [from, to] = experiment.window_s;
         let within = trace.rows.iter().filter(|row| row.t_s >= from && row.t_s <= to);
-        let limited = within.filter(|row| row.health.contains(controller_core::Health::SATURATED)).count();
+        let limited = within.filter(|row| row.health.contains(Health::SATURATED)).count();
         if limited > 0 {
             remarks.push(format!("u was at its limit in {limited} ticks of the window, and the bounds know no limit"));
         }

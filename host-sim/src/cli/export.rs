@@ -1,6 +1,5 @@
 //! `export`: the designed controller as a source file.
 
-use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -10,9 +9,8 @@ use tick_assembly::Effort;
 use tick_proof::run::{self, Row};
 use tick_proof::solver::{Solver, Which};
 use tick_proof::{Functions, certificate};
-use whole_file::Existing;
 
-use super::{Console, DEFAULT, Failure, ScenarioText, bad, failed, status};
+use super::{Console, DEFAULT, Failure, ScenarioText, bad, failed, free, status, write_file};
 use crate::export::{self, Form, PREFIX};
 
 /// Languages that link a library of this project.
@@ -194,22 +192,4 @@ pub(super) fn refuse_without_limits(experiment: &Experiment, file: &str) -> Resu
         Some(why) => Err(bad(format!("{file}: {why}, or say --no-limits"))),
         None => Ok(()),
     }
-}
-
-/// A file of one's own is never lost by a slip: only `--force` overwrites.
-fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
-    let existing = if force { Existing::Replace } else { Existing::Keep };
-    whole_file::write(path, existing, |out| out.write_all(text.as_bytes())).map_err(|error| match error.kind() {
-        io::ErrorKind::AlreadyExists => exists(path),
-        _ => Failure::writing(path.display(), &error),
-    })
-}
-
-/// Asked before minutes of work, not after.
-fn free(path: &Path, force: bool) -> Result<(), Failure> {
-    if path.exists() && !force { Err(exists(path)) } else { Ok(()) }
-}
-
-fn exists(path: &Path) -> Failure {
-    bad(format!("{} exists already and is left as it is; --force overwrites it", path.display()))
 }

@@ -43,6 +43,10 @@ struct Common {
     /// Noise of the encoders besides their rounding, steps rms.
     #[arg(long, value_name = "STEPS", default_value_t = 0.0)]
     noise_steps: f64,
+    /// Without the link's count, from the motor alone: of a joint whose record shakes the link at its own frequency, as
+    /// that of commission --motor-alone does.
+    #[arg(long)]
+    motor_alone: bool,
     /// The scenario with what was found; an existing file is never overwritten [default: SCENARIO-identified.toml].
     #[arg(long, short = 'o', value_name = "FILE")]
     to: Option<PathBuf>,
@@ -80,8 +84,8 @@ pub(super) struct CommissionOptions {
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
     /// Way of the move that verifies, rad. Its |y - r| may be 1e-4 rad, or twice what the same move leaves in a
-    /// simulation of the joint as it was found, and 2.5 steps of the link's encoder; and no more than the recorded
-    /// moves left.
+    /// simulation of the joint or motor as it was found, and 2.5 steps of its encoder (of a joint the link's); and no
+    /// more than the recorded moves left.
     #[arg(long, value_name = "RAD", default_value_t = 1.0)]
     verify: f64,
     /// The drive itself instead of a simulation: the emulated chip with this image, `drive` or `motor`.
@@ -92,15 +96,16 @@ pub(super) struct CommissionOptions {
     /// How the new gains take over; the others show what `at-rest` is better than.
     #[arg(long, value_enum, value_name = "HOW", default_value = "at-rest")]
     swap: Swap,
-    /// Instead of the plant of the file: all 32 corners and random ones within so many percent of its data sheet, with
-    /// friction, cogging, ripple, load and a current that nobody knows of; a joint only.
+    /// Instead of the plant of the file: all corners (32 of a joint, 8 of a motor) and random ones within so many
+    /// percent of its data sheet, with friction, cogging, a load and a current that nobody knows of.
     #[arg(long, value_name = "PERCENT", conflicts_with_all = ["image", "port"])]
     within: Option<f64>,
     /// Random plants of --within.
     #[arg(long, value_name = "N", default_value_t = 30, requires = "within")]
     random: usize,
-    /// Factors of k_1 and b_1 once they are found: shows with --within what the verification sees.
-    #[arg(long, value_name = "K_1,B_1", value_parser = factors, requires = "within")]
+    /// Factors of k_1 and b_1 (of a motor: b and f_c) once they are found: shows with --within what the verification
+    /// sees.
+    #[arg(long, value_name = "F,F", value_parser = factors, requires = "within")]
     wrong: Option<[f64; 2]>,
 }
 
@@ -135,6 +140,9 @@ impl Subject {
         let designed = drive.designed;
         if designed.form().follows == Follows::Speed {
             return Err(bad(format!("{name}: drive.mode is \"speed\": a drive is identified that follows a position")));
+        }
+        if common.motor_alone && matches!(designed, DriveDesign::Motor { .. }) {
+            return Err(bad(format!("{name}: --motor-alone is for a [joint]: a [motor] has no other count")));
         }
         let known = Known {
             cogging_per_turn: common.cogging.map(|per_turn| per_turn * gear(&designed)),
@@ -211,37 +219,41 @@ const fn told(outcome: Outcome) -> &'static str {
 fn of_the_bar(plan: &Plan, report: &Report) -> String {
     let three = |value: f64| significant(value, 3);
     let Verified { peak_rad, bar_rad, expected_rad, .. } = report.verified;
-    let recorded = three(report.recorded_peak_rad);
-    let bar = match &report.record.link {
-        Some(link) if bar_rad < report.recorded_peak_rad => {
-            let expected = expected_rad.map_or_else(
-                || String::from("the same move in a simulation of the joint as it was found came to no end"),
-                |expected| {
-                    let expected = three(expected);
-                    format!(
-                        "{TIMES_EXPECTED} times the {expected} that it leaves in a simulation of the joint as found"
-                    )
-                },
-            );
-            format!(
-                "{LEAST_BAR_RAD:?} rad or, if more, {expected}; and {BAR_STEPS} steps of the link's encoder, {}",
-                three(BAR_STEPS * link.step_rad)
-            )
+    let (followed, whose, suspects) = match &report.record.link {
+        Some(link) => {
+            (link, "joint", "Something else than the link is not as it was found: a load, friction, play, cogging")
         }
-        _ => format!("what the recorded moves left, {recorded}"),
+        None => {
+            (&report.record.motor, "motor", "b is not as it was found, or a load, friction or cogging is in the way")
+        }
+    };
+    let bar = if bar_rad < report.recorded_peak_rad {
+        let expected = expected_rad.map_or_else(
+            || format!("the same move in a simulation of the {whose} as it was found came to no end"),
+            |it| {
+                format!(
+                    "{TIMES_EXPECTED} times the {} that it leaves in a simulation of the {whose} as found",
+                    three(it)
+                )
+            },
+        );
+        let steps = three(BAR_STEPS * followed.step_rad);
+        format!("{LEAST_BAR_RAD:?} rad or, if more, {expected}; and {BAR_STEPS} steps of the encoder, {steps}")
+    } else {
+        format!("what the recorded moves left, {}", three(report.recorded_peak_rad))
     };
     format!(
-        "the move left {} rad, at most {} were allowed: {bar}. Something else than the link is not as it was found: a \
-         load, friction, play, cogging. Look at commissioned.png, record again, or verify by a shorter way (--verify \
-         {})",
+        "the move left {} rad, at most {} were allowed: {bar}. {suspects}. Look at commissioned.png, record again, or \
+         verify by a shorter way (--verify {})",
         three(peak_rad),
         three(bar_rad),
         significant(0.5 * plan.verify_rad, 2)
     )
 }
 
-/// A figure of a plant that was tried.
-type Told = fn(&Tried) -> f64;
+/// A figure of a plant that was tried; the same by a function that knows no more.
+type Told = Box<dyn Fn(&Tried) -> f64>;
+type Figured = fn(&Tried) -> f64;
 
 impl Console<'_> {
     pub(super) fn identify(&mut self, options: &IdentifyOptions) -> Result<u8, Failure> {
@@ -249,7 +261,10 @@ impl Console<'_> {
         let subject = Subject::of(options.file.as_deref(), common, "identify")?;
         let data = options.data.display().to_string();
         let text = read_text(&options.data, Kind::TRACE)?;
-        let mounted: Vec<Mounted> = subject.designed.encoders().into_iter().map(|(_, mounted)| mounted).collect();
+        let mut mounted: Vec<Mounted> = subject.designed.encoders().into_iter().map(|(_, mounted)| mounted).collect();
+        if common.motor_alone {
+            mounted.remove(0);
+        }
         let record = record::read(&text, subject.experiment.period_s, &mounted)
             .map_err(|it| bad(format!("{data}:{}:{}: {}", it.line, it.column, it.message)))?;
         let old = sheet_of(&subject.designed);
@@ -290,6 +305,7 @@ impl Console<'_> {
             seed: options.seed,
             verify_rad: options.verify,
             swap: options.swap,
+            motor_alone: common.motor_alone,
             ..plan
         };
         if let Some(percent) = options.within {
@@ -408,9 +424,10 @@ impl Console<'_> {
         let three = |value: f64| significant(value, 3);
         self.say(&format!("{}: {}", subject.experiment.name, subject.experiment.title))?;
         self.say(&format!(
-            "record    {:.2} s, {} rad to and fro, shaken by up to {} A: |y - r| <= {} rad",
+            "record    {:.2} s, {} rad to and fro{}, shaken by up to {} A: |y - r| <= {} rad",
             report.record.held_a.len() as f64 * report.record.period_s,
             plan.way_rad,
+            if plan.motor_alone { " and ever less, without the link's count" } else { "" },
             three(plan.peak_a),
             three(report.recorded_peak_rad)
         ))?;
@@ -469,7 +486,8 @@ impl Console<'_> {
             known: subject.known,
             wrong: options.wrong.unwrap_or([1.0; 2]),
         };
-        let bar = Mutex::new(self.bar(32 + options.random as u64, LEFT));
+        let corners = plants.variants().map_err(bad)?.len() - options.random;
+        let bar = Mutex::new(self.bar((corners + options.random) as u64, LEFT));
         let tried = try_all(&plants, self.stop, &|| {
             if let Ok(bar) = bar.lock() {
                 bar.inc(1);
@@ -479,16 +497,17 @@ impl Console<'_> {
             bar.finish_and_clear();
         }
         let Some(tried) = tried.map_err(bad)? else { return Ok(status::INTERRUPTED) };
-        let (corners, between) = tried.split_at(tried.len().min(32));
+        let (corners, between) = tried.split_at(corners);
         let title = &subject.experiment.title;
         self.say(&format!("{}: {title}: plants within {percent} % of the data sheet", subject.experiment.name))?;
         let mut table = Table::new(["figure", "corners: worst", "median", "random: worst", "median"]);
-        let figures: [(&str, Told); 11] = [
-            ("k_1, relative error", |it| it.off[0]),
-            ("b_1", |it| it.off[1]),
-            ("k_2", |it| it.off[2]),
-            ("b_2", |it| it.off[3]),
-            ("B_0", |it| it.off[4]),
+        let names = tried.iter().find_map(|it| it.as_ref().ok()).map_or(&[][..], |it| &it.off);
+        let off = |i: usize| move |it: &Tried| it.off[i].1;
+        let errors = names.iter().enumerate().map(|(i, (name, _))| {
+            let name = format!("{name}{}", if i == 0 { ", relative error" } else { "" });
+            (name, Box::new(off(i)) as Told)
+        });
+        let figures: [(&str, Figured); 6] = [
             ("largest error over stated interval", |it| it.over_interval),
             ("condition", |it| it.report.identified.motor.condition),
             ("jump of u at the swap (A)", |it| it.report.jump_a),
@@ -496,15 +515,17 @@ impl Console<'_> {
             ("residual of the verification (steps rms)", |it| it.report.verified.residual_steps.unwrap_or(f64::NAN)),
             ("move after the swap, true |y - r| (rad)", |it| it.report.verified.true_peak_rad.unwrap_or(f64::NAN)),
         ];
-        for (name, of) in figures {
+        let figures = figures.into_iter().map(|(name, of)| (name.to_owned(), Box::new(of) as Told));
+        for (name, of) in errors.chain(figures) {
             let cells = [corners, between].map(|some| {
-                let mut values: Vec<f64> = some.iter().filter_map(|it| it.as_ref().ok()).map(of).collect();
+                let mut values: Vec<f64> =
+                    some.iter().filter_map(|it| it.as_ref().ok()).map(&of).filter(|it| !it.is_nan()).collect();
                 values.sort_by(f64::total_cmp);
                 let at = |k: usize| values.get(k).map_or_else(|| "-".into(), |value| significant(*value, 2));
                 [at(values.len().saturating_sub(1)), at(values.len() / 2)]
             });
             let [[a, b], [c, d]] = cells;
-            table.row([name.to_owned(), a, b, c, d]);
+            table.row([name, a, b, c, d]);
         }
         self.say(&table.to_string())?;
         let mut accepted = 0;

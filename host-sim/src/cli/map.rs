@@ -16,9 +16,9 @@ use serde::Serialize;
 use super::design::Design;
 use super::run::{Figures, note_changes};
 use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, status};
-use crate::map::{Axis, Judged, Point, Question, Subject, corners, widest_rectangle};
+use crate::map::{Axis, Judged, MayBeOff, Point, Question, Subject, Told, Uncertain, corners, widest_rectangle};
 use crate::report::heat::{Cell, Edge, HeatMap};
-use crate::report::number::significant;
+use crate::report::number::{significant, typed};
 use crate::report::write_whole;
 
 #[derive(Args, Debug, Default)]
@@ -67,49 +67,52 @@ pub(super) struct MapOptions {
 struct Preset {
     name: &'static str,
     /// Of what has no encoder, of a motor, of a joint.
-    axes: [Option<[&'static str; 2]>; 3],
+    axes: [[&'static str; 2]; 3],
     figure: Option<&'static str>,
 }
+
+/// k_l: of what has no encoder a key with a range that serves all; of a drive what its own rules leave.
+const K_L: &str = "k_l";
 
 const PRESETS: [Preset; 5] = [
     Preset {
         name: "gain",
         axes: [
-            Some(["plant.error.b=-0.9..5:48", "controller.k_l=5..1000:log:48"]),
-            Some(["error.torque_percent=-90..500:48", "drive.surface_rad_s=5..500:log:40"]),
-            Some(["error.torque_percent=-90..500:48", "drive.period_s=1e-4..4e-3:log:32"]),
+            ["plant.error.b=-0.9..5:48", K_L],
+            ["error.torque_percent=-90..500:48", K_L],
+            ["error.torque_percent=-90..500:48", K_L],
         ],
         figure: None,
     },
     Preset {
         name: "rate",
         axes: [
-            Some(["controller.period_s=1e-4..2e-2:log:40", "controller.surface_bandwidth_rad_s=1..100:log:40"]),
-            Some(["drive.period_s=1e-4..1e-2:log:40", "drive.surface_rad_s=5..500:log:40"]),
-            Some(["drive.period_s=1e-4..4e-3:log:40", "drive.tuning=quiet,normal,firm"]),
+            ["controller.period_s=1e-4..2e-2:log:40", "controller.surface_bandwidth_rad_s=1..100:log:40"],
+            ["drive.period_s=1e-4..1e-2:log:40", "drive.surface_rad_s=5..500:log:40"],
+            ["drive.period_s=1e-4..4e-3:log:40", "drive.tuning=quiet,normal,firm"],
         ],
         figure: None,
     },
     Preset {
         name: "delay",
         axes: [
-            Some(["actuator.delay_ticks=0,1,2,3,4,5,6,8,10,12,14,16,20", "controller.k_l=5..1000:log:40"]),
-            Some(["motor.current_lag_s=1e-4..1e-2:log:40", "drive.surface_rad_s=5..500:log:40"]),
-            Some(["joint.current_lag_s=1e-4..1e-2:log:40", "drive.period_s=1e-4..4e-3:log:32"]),
+            ["actuator.delay_ticks=0,1,2,3,4,5,6,8,10,12,14,16,20", K_L],
+            ["motor.current_lag_s=1e-4..1e-2:log:40", K_L],
+            ["joint.current_lag_s=1e-4..1e-2:log:40", K_L],
         ],
         figure: None,
     },
     Preset {
         name: "jitter",
-        axes: [Some(["sensor.jitter=0..1:17", "controller.k_l=5..500:log:17"]), None, None],
+        axes: [["sensor.jitter=0..1:17", K_L], ["drive.jitter_s=0..1:17", K_L], ["drive.jitter_s=0..1:17", K_L]],
         figure: Some("metrics.u_total_variation_per_s"),
     },
     Preset {
         name: "plant",
         axes: [
-            Some(["plant.error.b=-0.9..4:48", "plant.error.k1=-0.9..4:48"]),
-            Some(["error.inertia_percent=-80..500:48", "error.torque_percent=-80..500:48"]),
-            Some(["error.link_inertia_percent=-80..300:48", "error.stiffness_percent=-80..300:48"]),
+            ["plant.error.b=-0.9..4:48", "plant.error.k1=-0.9..4:48"],
+            ["error.inertia_percent=-80..500:48", "error.torque_percent=-80..500:48"],
+            ["error.link_inertia_percent=-80..300:48", "error.stiffness_percent=-80..300:48"],
         ],
         figure: None,
     },
@@ -237,32 +240,76 @@ pub(super) fn number_in(told: &serde_json::Value, path: &str) -> f64 {
     told.pointer(&format!("/{}", path.replace('.', "/"))).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN)
 }
 
+/// What k_l of a drive may be, 1/s: of a motor around its own, one per tick at most; of a joint 2 to 8 times its w_c,
+/// which is what its design takes.
+fn reaching_per_s(designed: &DriveDesign, period_s: f64) -> [f64; 2] {
+    match designed {
+        DriveDesign::Motor { design, .. } => {
+            let own = design.bandwidths.reaching_per_s;
+            [0.05 * own, (10.0 * own).min(1.0 / period_s).max(own)]
+        }
+        // Four digits of it are still within.
+        DriveDesign::Joint { design, .. } => [2.001, 7.999].map(|times| times * design.bandwidths.surface_rad_s),
+    }
+}
+
 /// The axes of a preset, and its figure.
 fn axes_of(
     preset: &str,
     subject: &Subject<'_>,
     experiment: &Experiment,
 ) -> Result<(Vec<Axis>, Option<&'static str>), Failure> {
-    let Some(Preset { axes, figure, .. }) = PRESETS.iter().find(|it| it.name == preset) else {
+    let Some(Preset { name, axes, figure }) = PRESETS.iter().find(|it| it.name == preset) else {
         return Ok((Vec::new(), None));
     };
-    let kind = match &experiment.drive {
-        None => 0,
-        Some(drive) => drive.shafts.len(),
-    };
-    let Some(axes) = axes[kind] else {
-        return Err(bad(format!("--preset {preset}: nothing of a drive is swept by it: give --x and --y")));
-    };
-    let parsed = axes.iter().map(|axis| Axis::parse(axis)).collect::<Result<Vec<_>, _>>().map_err(bad)?;
+    let (kind, period_s) = (experiment.drive.as_ref().map_or(0, |drive| drive.shafts.len()), experiment.period_s);
+    let points = if *name == "jitter" { 17 } else { 48 };
+    let mut parsed = Vec::new();
+    for axis in axes[kind] {
+        // Of a chain and of equations no key tells how far b is off.
+        if let Some(range) = axis.strip_prefix("plant.error.b=")
+            && *name == "gain"
+            && let Some(axis) = Axis::of_input_gain(subject, range)
+        {
+            parsed.push(axis);
+            continue;
+        }
+        let text = match (axis, &experiment.drive) {
+            (K_L, None) => format!("controller.k_l=5..{}:log:{points}", if points == 17 { 500 } else { 1000 }),
+            (K_L, Some(drive)) => {
+                let [least, most] = reaching_per_s(&drive.designed, period_s).map(|it| typed(it, 4));
+                format!("drive.reaching_per_s={least}..{most}:log:{points}")
+            }
+            ("drive.jitter_s=0..1:17", _) => format!("drive.jitter_s=0..{}:17", typed(period_s, 4)),
+            (axis, _) => axis.to_owned(),
+        };
+        parsed.push(Axis::parse(&text).map_err(bad)?);
+    }
     for axis in &parsed {
-        let middle = axis.values.len() / 2;
-        if let Err(why) = subject.with(&[format!("{}={}", axis.key, axis.values[middle])]) {
+        if let Err(why) = subject.with(&axis.sets(axis.values.len() / 2)) {
             let why = why.to_string();
             let why = why.lines().next().unwrap_or_default();
-            return Err(bad(format!("--preset {preset}: it sweeps {}, and {why}: give --x and --y", axis.key)));
+            return Err(bad(format!("--preset {preset}: it sweeps {}, and {why}: {}", axis.key, instead(subject))));
         }
     }
     Ok((parsed, *figure))
+}
+
+/// What to do where a preset has no axes for a plant: two of its own numbers, if they are known.
+fn instead(subject: &Subject<'_>) -> String {
+    let numbers = MayBeOff::of(subject).map(|it| it.numbers).unwrap_or_default();
+    let axis = |number: &Uncertain| match number.told {
+        Told::Number(value) => {
+            let [one, other] = [0.5 * value, 2.0 * value];
+            Some(format!("{}={}..{}", number.keys[0], typed(one.min(other), 4), typed(one.max(other), 4)))
+        }
+        Told::Error(_) => None,
+    };
+    let axes: Vec<String> = numbers.iter().filter_map(axis).collect();
+    match &axes[..] {
+        [x, .., y] => format!("give two keys, as in --x {x} --y {y}"),
+        _ => "give --x and --y".into(),
+    }
 }
 
 impl Console<'_> {
@@ -388,7 +435,7 @@ impl Console<'_> {
         }
         let good: Vec<bool> =
             points.iter().map(|point| point.as_ref().is_ok_and(|point| view.is_good(point))).collect();
-        let own = [0, 1].map(|i| view.own_number(&question.axes[i].key));
+        let own = [0, 1].map(|i| view.own_number(&question.axes[i]));
         let home = [0, 1].map(|i| view.home(&question.axes[i]));
         let frame = widest_rectangle(&good, columns, home);
         let [x, y] = [0, 1].map(|i| edge(&question.axes[i]));
@@ -537,7 +584,8 @@ impl View<'_> {
     }
 
     /// The number that the file has at a key, or the design for it by its rules.
-    fn own_number(&self, key: &str) -> Option<f64> {
+    fn own_number(&self, axis: &Axis) -> Option<f64> {
+        let key = axis.key.as_str();
         let by_rule = || match &self.experiment.drive.as_ref()?.designed {
             DriveDesign::Motor { design: MotorDesign { bandwidths: w, .. }, .. } => match key {
                 "drive.surface_rad_s" => Some(w.surface_rad_s),
@@ -553,14 +601,14 @@ impl View<'_> {
                 _ => None,
             },
         };
-        self.question.subject.number_at(key).or_else(by_rule)
+        axis.own_number(&self.question.subject).or_else(by_rule)
     }
 
     /// The word that it has there: the value of the axis with which the scenario is what it is.
     fn own_word(&self, axis: &Axis) -> Option<usize> {
         let drive = self.experiment.drive.as_ref()?;
         (0..axis.values.len()).find(|k| {
-            let with = self.question.subject.with(&[format!("{}={}", axis.key, axis.values[*k])]);
+            let with = self.question.subject.with(&axis.sets(*k));
             with.is_ok_and(|it| it.drive.is_some_and(|other| other.designed == drive.designed))
         })
     }
@@ -568,14 +616,14 @@ impl View<'_> {
     /// Where on an axis the file itself is; none beyond its ends.
     fn home(&self, axis: &Axis) -> Option<usize> {
         match &axis.numbers {
-            Some(_) => axis.at(self.own_number(&axis.key)?),
+            Some(_) => axis.at(self.own_number(axis)?),
             None => self.own_word(axis),
         }
     }
 
     fn promise(&self, promise: Option<&Promise>, points: &[Judged], home: [Option<usize>; 2]) -> String {
         let axes = [0, 1].map(|i| &self.question.axes[i]);
-        let own = axes.map(|axis| self.own_number(&axis.key));
+        let own = axes.map(|axis| self.own_number(axis));
         let Some(ends) = promise else {
             if !points.iter().flatten().any(|point| self.is_good(point)) {
                 return String::from("nothing may be promised: no point is good");

@@ -93,6 +93,10 @@ pub(super) struct ReportOptions {
     /// A trial whose figure is above this has failed, as one has that ran away. May be given several times.
     #[arg(long = "at-most", value_name = "FIGURE=VALUE")]
     at_most: Vec<String>,
+    /// A figure whose histogram is drawn, or a key over which the dots are; may be given several times [default: the
+    /// first nine of each that vary].
+    #[arg(long, value_name = "FIGURE")]
+    draw: Vec<String>,
     /// Folder for trials.parquet and the figures [default: out/SCENARIO-monte-carlo].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,

@@ -879,6 +879,7 @@ fn what_cannot_be_mapped_is_told_before_anything_is_written() {
     let folder = Folder::new("map-bad");
     let motor = folder.file("m.toml", scenario::MOTOR);
     let chain = folder.file("c.toml", scenario::CHAIN);
+    let example = folder.file("e.toml", "[plant]\nkind = \"benchmark\"\n[controller]\nc = [5, 1]\n");
     let out = folder.path("o");
     let axes = ["--x", "error.torque_percent=0..1:2", "--y", "drive.period_s=1e-3,2e-3"];
     for (args, told) in [
@@ -890,9 +891,9 @@ fn what_cannot_be_mapped_is_told_before_anything_is_written() {
         (vec![&motor, "--preset", "plants"], "plant"),
         (vec![&motor, "--corners", "100"], "above 0 and below 100"),
         (vec![&motor, "--corners", "nan"], "above 0 and below 100"),
-        (vec![&chain, "--corners", "20"], "no table of errors"),
-        (vec![&chain, "--preset", "gain"], "it sweeps plant.error.b, and"),
-        (vec![&motor, "--preset", "jitter"], "nothing of a drive is swept by it"),
+        (vec![&example, "--corners", "20"], "no number of its plant is known to be off"),
+        (vec![&example, "--preset", "gain"], "it sweeps plant.error.b, and"),
+        (vec![&chain, "--preset", "plant"], "give two keys, as in --x plant.a[1]=-12..-3 --y plant.b=1..4"),
         (vec!["nowhere.toml", "--preset", "gain"], "nowhere.toml"),
         (vec![&motor, "--at-most", "1"], "--figure"),
         ([&[&*motor], &axes[..], &["--figure", "tracking.error"]].concat(), "nearest is tracking.error_rms"),
@@ -912,8 +913,11 @@ fn a_preset_sweeps_what_its_kind_of_plant_is_tuned_by() {
     let folder = Folder::new("map-kinds");
     for (text, preset, keys) in [
         (scenario::DEFAULT, "gain", ["plant.error.b", "controller.k_l"]),
-        (scenario::MOTOR, "gain", ["error.torque_percent", "drive.surface_rad_s"]),
-        (scenario::JOINT, "gain", ["error.torque_percent", "drive.period_s"]),
+        (scenario::MOTOR, "gain", ["error.torque_percent", "drive.reaching_per_s"]),
+        (scenario::JOINT, "gain", ["error.torque_percent", "drive.reaching_per_s"]),
+        (scenario::CHAIN, "gain", ["relative error of b", "controller.k_l"]),
+        (scenario::OWN, "gain", ["relative error of b", "controller.k_l"]),
+        (scenario::JOINT, "delay", ["joint.current_lag_s", "drive.reaching_per_s"]),
         (scenario::JOINT, "rate", ["drive.period_s", "drive.tuning"]),
         (scenario::JOINT, "plant", ["error.link_inertia_percent", "error.stiffness_percent"]),
     ] {
@@ -922,7 +926,24 @@ fn a_preset_sweeps_what_its_kind_of_plant_is_tuned_by() {
         assert_eq!(status, status::DONE, "{err}");
         let json: Json = serde_json::from_str(&told).expect("JSON");
         assert_eq!([0, 1].map(|k| json["axes"][k]["key"].as_str()), keys.map(Some), "{preset}");
+        // Somewhere it is stable, somewhere it is not, and the file itself is on the axes.
+        let points = json["points"].as_array().expect("points");
+        let stable = points.iter().filter(|point| point["spectral_radius"].as_f64().is_some_and(|it| it < 1.0)).count();
+        assert!((points.len() / 20..points.len()).contains(&stable), "{preset}: {stable} of {}", points.len());
+        assert!(json["promise"].is_array(), "{preset}: {}", json["promise"]);
     }
+    let file = folder.file("it.toml", scenario::MOTOR);
+    let brief = ["--set", "span_s=0.3", "--set", "friction={}", "--json", "--out", &folder.path("o")];
+    let (status, told, err) = spoken(&[&["map", &file, "--preset", "jitter"], &brief[..]].concat());
+    assert_eq!(status, status::DONE, "{err}");
+    let json: Json = serde_json::from_str(&told).expect("JSON");
+    assert_eq!(
+        (json["axes"][0]["key"].as_str(), json["points"].as_array().map(Vec::len)),
+        (Some("drive.jitter_s"), Some(289))
+    );
+    // Row by row: at each k_l u moves more with more jitter.
+    let moved = |k: usize| json["points"][k]["figure"].as_f64().expect("a number");
+    assert!((0..17).all(|row| moved(17 * row + 16) > moved(17 * row)), "{told}");
 }
 
 #[test]
@@ -1016,10 +1037,31 @@ fn a_record_becomes_a_scenario_that_runs() {
     let other = folder.path("u.toml");
     let spoilt = folder.file("s.csv", &text.replacen("\n200,", "\n", 1));
     let strict = ["--tolerance", "40"];
+    // The link's column taken out: of use when that is said.
+    let cut = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        [&cells[..1], &cells[2..]].concat().join(",") + "\n"
+    };
+    let alone = folder.file("m.csv", &text.lines().map(cut).collect::<String>());
+    let motor = folder.file("m.toml", scenario::MOTOR);
+    let from_motor = |file: &str, more: &[&str]| {
+        let to = folder.path("v.toml");
+        let args = ["identify", &alone, file, "--cogging", "24", "--set", "joint.current_lag_s=0", "-o", &to];
+        spoken(&[&args[..], &["--out", &out], more].concat())
+    };
+    let (status, told, err) = from_motor(&file, &["--motor-alone"]);
+    assert_eq!((status, err.as_str()), (status::DONE, ""), "{told}");
+    assert!(told.contains("stiffness / link inertia") && !told.contains("weight"), "{told}");
+    let written = std::fs::read_to_string(folder.path("v.toml")).expect("the file");
+    assert!(written.contains("\nweight_n_m = 0.23"), "{written}");
+    let (status, _, err) = spoken(&["identify", &alone, &motor, "--motor-alone", "-o", &other, "--out", &out]);
+    assert_eq!(status, status::BAD_INPUT);
+    assert!(err.contains("--motor-alone is for a [joint]"), "{err}");
     for (data, more, told) in [
         (&data, &strict[..], "k_1 is -50 % from the data sheet, at most 40 %"),
         (&data, &["--cogging", "0"], "--cogging 0"),
         (&spoilt, &[], ":202:"),
+        (&alone, &[], ":1:1: no column count_link (a record without it: --motor-alone)"),
         (&file, &[], ":1:1: no column tick"),
     ] {
         let (status, told_too, err) = spoken(&[&["identify", data, &file, "-o", &other, "--out", &out], more].concat());

@@ -1,15 +1,16 @@
-//! Plants that a data sheet may stand for: the 32 corners of ±p in k_1, b_1, k_2, b_2, B_0, and random ones between.
+//! Plants that a data sheet may stand for: of a joint the 32 corners of ±p in k_1, b_1, k_2, b_2, B_0, of a motor the 8
+//! in J, K_t, B; and random ones between.
 //!
-//! With what no data sheet says, over the largest current I and in its torques: friction 1/20 I at rest and 1/30 I in
-//! motion (Stribeck), cogging I/100 (24 in a turn), ripple 2 % (42), a load of ±5.6 % on the link, and a current of
-//! (1 + sin 2t) I/30 that nobody knows of.
+//! With what no data sheet says, over the largest current I and in its torques: of a joint friction 1/20 I at rest and
+//! 1/30 I in motion (Stribeck), cogging I/100 (24 in a turn), ripple 2 % (42), of a motor what its file has; a load of
+//! ±5.6 %, on the link of a joint, and a current of (1 + sin 2t) I/30 that nobody knows of.
 
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
-use controller_core::drive::Joint;
+use controller_core::drive::{Joint, Motor};
 use loop_sim::port::drive::DriveDesign;
 use loop_sim::random::Random;
 use loop_sim::signal::{Signal, Term};
@@ -21,11 +22,13 @@ use crate::identify::{Identified, Known, Sheet};
 /// Periods of the cogging in a turn.
 pub const COGGING_PER_TURN: f64 = 24.0;
 
-/// A plant, as arguments for a scenario of a joint.
+/// A plant, as arguments for a scenario.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variant {
-    /// True over believed k_1, b_1, k_2, b_2, B_0.
-    pub factors: [f64; 5],
+    /// True over believed k_1, b_1, k_2, b_2, B_0 of a joint, J, K_t, B of a motor.
+    pub factors: Vec<f64>,
+    /// What is to be found, and its true value.
+    pub truth: Vec<(&'static str, f64)>,
     /// `KEY=VALUE`.
     pub sets: Vec<String>,
 }
@@ -41,18 +44,28 @@ pub fn joint_error([k_1, b_1, k_2, b_2, b]: [f64; 5]) -> String {
     format!("error={{{}}}", error.join(", "))
 }
 
-/// The corners, then so many random plants, within ±`share` of a joint with this torque constant and largest current.
-/// The drive has both gain sets, and its monitors know how little is known.
-pub fn within(share: f64, random: usize, torque_n_m_per_a: f64, limit_a: f64, seed: u64) -> Vec<Variant> {
-    let corners =
-        (0..32_u32).map(|corner| std::array::from_fn(|i| if corner >> i & 1 == 1 { 1.0 + share } else { 1.0 - share }));
+/// The corners of so many numbers, then so many random ones, within ±`share` of 1.
+fn factors<const N: usize>(share: f64, random: usize, seed: u64) -> Vec<[f64; N]> {
+    let at = |corner: u32, i: usize| if corner >> i & 1 == 1 { 1.0 + share } else { 1.0 - share };
+    let corners = (0..1_u32 << N).map(|corner| std::array::from_fn(|i| at(corner, i)));
     let mut noise = Random::new(seed, 1);
-    let between: Vec<[f64; 5]> =
-        (0..random).map(|_| std::array::from_fn(|_| 1.0 + share * (2.0 * noise.uniform() - 1.0))).collect();
+    let between = (0..random).map(|_| std::array::from_fn(|_| 1.0 + share * (2.0 * noise.uniform() - 1.0)));
+    corners.chain(between).collect()
+}
+
+/// A load that stays, now against positive motion and now along it.
+fn constant_load(k: usize, largest_n_m: f64) -> String {
+    let amplitude = if k.is_multiple_of(2) { 0.056 } else { -0.056 } * largest_n_m;
+    format!("load=[{{kind = \"const\", amplitude = {amplitude}}}]")
+}
+
+/// Joints around this one with this largest current. The drive has both gain sets, and its monitors know how little is
+/// known.
+fn joints(share: f64, random: usize, joint: &Joint, limit_a: f64, seed: u64) -> Vec<Variant> {
     let of = |(k, factors): (usize, [f64; 5])| {
         let [k_1, _, k_2, _, b] = factors;
-        let torque = torque_n_m_per_a * b * k_1 / k_2 * limit_a;
-        let load = torque_n_m_per_a * limit_a * 0.056 * if k % 2 == 0 { 1.0 } else { -1.0 };
+        let largest = joint.torque_n_m_per_a * limit_a;
+        let torque = largest * b * k_1 / k_2;
         let sets = vec![
             joint_error(factors),
             format!(
@@ -62,13 +75,37 @@ pub fn within(share: f64, random: usize, torque_n_m_per_a: f64, limit_a: f64, se
                 torque / 20.0,
                 torque / 100.0
             ),
-            format!("load=[{{kind = \"const\", amplitude = {load}}}]"),
+            constant_load(k, largest),
             format!("drive.uncertain_percent={}", (100.0 * share).round()),
             "drive.gain_sets=2".into(),
         ];
-        Variant { factors, sets }
+        let truth = std::iter::zip(["k_1", "b_1", "k_2", "b_2", "B_0"], std::iter::zip(ratios(joint), factors));
+        let truth = truth.map(|(name, (believed, factor))| (name, believed * factor)).collect();
+        Variant { factors: factors.to_vec(), truth, sets }
     };
-    corners.chain(between).enumerate().map(of).collect()
+    factors(share, random, seed).into_iter().enumerate().map(of).collect()
+}
+
+/// Motors around this one with this largest current and Coulomb friction.
+fn motors(share: f64, random: usize, motor: &Motor, limit_a: f64, friction_n_m: f64, seed: u64) -> Vec<Variant> {
+    let of = |(k, factors): (usize, [f64; 3])| {
+        let [inertia, torque, damping] = factors;
+        let percent = |factor: f64| 100.0 * (factor - 1.0);
+        let sets = vec![
+            format!(
+                "error={{inertia_percent = {}, torque_percent = {}, damping_percent = {}}}",
+                percent(inertia),
+                percent(torque),
+                percent(damping)
+            ),
+            constant_load(k, motor.torque_n_m_per_a * limit_a),
+            format!("drive.uncertain_percent={}", (100.0 * share).round()),
+        ];
+        let torque = motor.torque_n_m_per_a * torque;
+        let truth = vec![("b", torque / (motor.inertia_kg_m2 * inertia)), ("f_c", friction_n_m / torque)];
+        Variant { factors: factors.to_vec(), truth, sets }
+    };
+    factors(share, random, seed).into_iter().enumerate().map(of).collect()
 }
 
 /// The current that nobody knows of.
@@ -92,17 +129,17 @@ pub struct Plants<'a> {
     pub random: usize,
     /// What is recorded; its seed is also that of the random plants.
     pub plan: Plan,
-    /// What is known; the cogging is that of these plants.
+    /// What is known; the cogging of joints is that of these plants, and b of a motor may be off by J and K_t.
     pub known: Known,
-    /// What k_1 and b_1 are multiplied by once they are found: 1, or what the verification is to see.
+    /// What k_1 and b_1, or b and f_c, are multiplied by once they are found: 1, or what the verification is to see.
     pub wrong: [f64; 2],
 }
 
 /// One of them.
 #[derive(Clone, Debug)]
 pub struct Tried {
-    /// Relative errors of k_1, b_1, k_2, b_2, B_0.
-    pub off: [f64; 5],
+    /// Relative errors of what was found, as the truth is listed.
+    pub off: Vec<(&'static str, f64)>,
     /// The largest error over what was stated.
     pub over_interval: f64,
     /// What happened.
@@ -121,15 +158,23 @@ pub fn ratios(joint: &Joint) -> [f64; 5] {
     ]
 }
 
-/// k_1 and b_1 of what was found times these; k_2, b_2 and B_0 stay.
-pub fn made_wrong(found: &mut Identified, [k_1, b_1]: [f64; 2]) {
-    if let Sheet::Joint(joint) = &mut found.sheet {
-        // K, and with it all of the motor.
-        let Joint { stiffness_n_m, motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a, .. } = joint;
-        for number in [stiffness_n_m, motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a] {
-            *number *= k_1;
+/// k_1 and b_1 of what was found times these, and k_2, b_2, B_0 stay; of a motor b and f_c.
+pub fn made_wrong(found: &mut Identified, factors: [f64; 2]) {
+    match &mut found.sheet {
+        Sheet::Joint(joint) => {
+            // K, and with it all of the motor.
+            let Joint { stiffness_n_m, motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a, .. } = joint;
+            for number in [stiffness_n_m, motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a] {
+                *number *= factors[0];
+            }
+            joint.link_damping_n_m_s *= factors[1];
         }
-        joint.link_damping_n_m_s *= b_1;
+        Sheet::Motor(motor) => {
+            motor.torque_n_m_per_a *= factors[0];
+            for (parameter, factor) in found.parameters.iter_mut().zip(factors) {
+                parameter.value *= factor;
+            }
+        }
     }
 }
 
@@ -137,15 +182,34 @@ impl Plants<'_> {
     /// The plants.
     ///
     /// # Errors
-    /// When the scenario is of no joint.
+    /// When the scenario is of no drive.
     pub fn variants(&self) -> Result<Vec<Variant>, String> {
+        let Self { share, random, plan: Plan { seed, .. }, .. } = *self;
         let source = Source { file: self.file, text: self.text, sets: self.sets };
-        let experiment = scenario::parse(&source, "commission").map_err(|error| error.to_string())?;
-        let Some(DriveDesign::Joint { design, .. }) = experiment.drive.map(|drive| drive.designed) else {
-            return Err(format!("{}: plants around a data sheet are those of a [joint]", self.file));
-        };
-        let [torque, limit] = [design.joint.torque_n_m_per_a, design.limits.max];
-        Ok(within(self.share, self.random, torque, limit, self.plan.seed))
+        let told = |error: scenario::ScenarioError| error.to_string();
+        let drive = scenario::parse(&source, "commission").map_err(told)?.drive;
+        let drive = drive.ok_or_else(|| format!("{}: there is neither [joint] nor [motor] in it", self.file))?;
+        let limit = limit_a(&drive.designed);
+        match sheet_of(&drive.designed) {
+            Sheet::Joint(joint) => Ok(joints(share, random, &joint, limit, seed)),
+            Sheet::Motor(motor) => {
+                let friction = scenario::number_at(&source, "friction.coulomb_n_m").map_err(told)?;
+                Ok(motors(share, random, &motor, limit, friction.unwrap_or(0.0), seed))
+            }
+        }
+    }
+
+    /// What is known of one of them.
+    fn known(&self, designed: &DriveDesign, lag_s: f64) -> Known {
+        let known = Known { lag_s, ..self.known };
+        match designed {
+            DriveDesign::Joint { .. } => Known { cogging_per_turn: Some(COGGING_PER_TURN), ..known },
+            // Both of J and K_t are off.
+            DriveDesign::Motor { .. } => {
+                let most = (1.0 + self.share) / (1.0 - self.share) - 1.0;
+                Known { tolerance: known.tolerance.max(1.25 * most), ..known }
+            }
+        }
     }
 
     /// One of them commissioned.
@@ -160,7 +224,7 @@ impl Plants<'_> {
         let Some(drive) = &experiment.drive else { return Err(Stopped::Design("there is no drive".into())) };
         let designed = drive.designed;
         let old = sheet_of(&designed);
-        let known = Known { cogging_per_turn: Some(COGGING_PER_TURN), lag_s: drive.current_lag_s, ..self.known };
+        let known = self.known(&designed, drive.current_lag_s);
         let (more, mut on) = (unknown_current(limit_a(&designed)), |_| ControlFlow::Continue(()));
         let mut rig = Rig::new(&mut experiment, more, &mut on)?;
         let mut found = None;
@@ -169,15 +233,11 @@ impl Plants<'_> {
             made_wrong(identified, self.wrong);
             Retuned::of(&source, &old, identified)?.designed(self.file)
         })?;
-        let (mut off, mut over_interval) = ([f64::NAN; 5], 0.0_f64);
-        if let (Sheet::Joint(joint), Some(found)) = (&old, found) {
-            let (believed, names) = (ratios(joint), ["k_1", "b_1", "k_2", "b_2", "B_0"]);
-            for i in 0..5 {
-                let truth = believed[i] * variant.factors[i];
-                let Some(parameter) = found.parameter(names[i]) else { continue };
-                off[i] = (parameter.value / truth - 1.0).abs();
-                over_interval = over_interval.max((parameter.value - truth).abs() / parameter.interval);
-            }
+        let (mut off, mut over_interval) = (Vec::new(), 0.0_f64);
+        for &(name, truth) in &variant.truth {
+            let Some(parameter) = found.iter().find_map(|found| found.parameter(name)) else { continue };
+            off.push((name, (parameter.value / truth - 1.0).abs()));
+            over_interval = over_interval.max((parameter.value - truth).abs() / parameter.interval);
         }
         Ok(Tried { off, over_interval, report })
     }
@@ -186,7 +246,7 @@ impl Plants<'_> {
 /// All of them, on all threads; `step` is told of each. None when it was told to stop.
 ///
 /// # Errors
-/// When the scenario is of no joint.
+/// When the scenario is of no drive.
 pub fn try_all(
     plants: &Plants<'_>,
     stop: &AtomicBool,

@@ -1,35 +1,55 @@
-//! What a drive is expected to make of the verification: the same move on the joint as it was found, with the friction
-//! that was found. Its ticks alone leave an error, the larger the stiffer the joint is beside its period.
+//! What a drive is expected to make of the verification: the same move on the joint or motor as it was found, with the
+//! friction that was found. Ticks alone leave an error, the larger the stiffer a joint is beside its period; of a motor
+//! friction and counts leave most.
 
 use std::ops::ControlFlow;
 
-use controller_core::drive::Joint;
 use loop_sim::actuator::{Delayed, Ideal, Limited};
 use loop_sim::closed_loop::{Loop, close_loop};
-use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant};
+use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
 use loop_sim::port::drive::{DriveDesign, Goal, Motion};
 use loop_sim::sensor::encoder::Encoders;
 use loop_sim::signal::Signal;
 use loop_sim::trace::{Ending, Row};
 
 use super::{AFTER_S, SETTLE_S, limit_a};
+use crate::identify::Sheet;
 
-/// A joint as it was found.
+/// A joint or motor as it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Found {
-    pub(super) joint: Joint,
+    pub(super) sheet: Sheet,
     pub(super) friction_a: f64,
     pub(super) lag_s: f64,
 }
 
 impl Found {
-    fn plant(&self) -> plant::Joint {
-        let Self { joint, friction_a, lag_s } = *self;
-        let body = JointBody::from(&joint);
-        let torque = friction_a.max(0.0) * joint.torque_n_m_per_a;
-        let friction = Friction { static_n_m: torque, coulomb_n_m: torque, ..Friction::default() };
-        let imperfections = Imperfections { friction, lag_s, ..Imperfections::default() };
-        plant::Joint::new(body, body, imperfections, Signal::default())
+    /// The plant, and its state at rest there.
+    fn at_rest(&self, at_rad: f64) -> (Box<dyn Plant>, Vec<f64>) {
+        let Self { sheet, friction_a, lag_s } = *self;
+        let imperfections = |torque_n_m_per_a: f64| {
+            let torque = friction_a.max(0.0) * torque_n_m_per_a;
+            let friction = Friction { static_n_m: torque, coulomb_n_m: torque, ..Friction::default() };
+            Imperfections { friction, lag_s, ..Imperfections::default() }
+        };
+        let (plant, motor): (Box<dyn Plant>, Option<f64>) = match sheet {
+            Sheet::Joint(joint) => {
+                let (body, more) = (JointBody::from(&joint), imperfections(joint.torque_n_m_per_a));
+                // The spring carries the weight.
+                let motor_rad = at_rad + joint.weight_n_m * libm::sin(at_rad) / joint.stiffness_n_m;
+                (Box::new(plant::Joint::new(body, body, more, Signal::default())), Some(motor_rad))
+            }
+            Sheet::Motor(motor) => {
+                let (shaft, more) = (Shaft::from(&motor), imperfections(motor.torque_n_m_per_a));
+                (Box::new(plant::Motor::new(shaft, shaft, more, Signal::default())), None)
+            }
+        };
+        let mut x = vec![0.0; plant.order()];
+        x[0] = at_rad;
+        if let Some(motor_rad) = motor {
+            x[2] = motor_rad;
+        }
+        (plant, x)
     }
 
     /// Largest abs(y - r) of a move from rest with this drive, rad; none where it comes to no end.
@@ -41,13 +61,9 @@ impl Found {
         let [start, after] = [SETTLE_S, AFTER_S].map(|seconds| (seconds / period_s).round() as u32);
         let motion = Motion { goal: Goal::Rest { angle_rad: to_rad }, from_rad, start, ticks, period_s };
         let mut port = designed.port(&motion).ok()?;
-        let (plant, limit, mounted) = (self.plant(), limit_a(designed), designed.encoders());
-        // The spring carries the weight.
-        let motor_rad = from_rad + self.joint.weight_n_m * libm::sin(from_rad) / self.joint.stiffness_n_m;
-        let mut x0 = vec![0.0; plant.order()];
-        (x0[0], x0[2]) = (from_rad, motor_rad);
+        let ((plant, x0), limit, mounted) = (self.at_rest(from_rad), limit_a(designed), designed.encoders());
         let setup = Loop {
-            plant: &plant,
+            plant: plant.as_ref(),
             sensor: &mut Encoders::new(mounted),
             port: port.as_mut(),
             actuator: &mut Limited::new(Delayed::new(Ideal, designed.form().delay_ticks), -limit, limit),

@@ -593,7 +593,7 @@ impl Bench {
         let window_s = [self.tau_s, 2.0 * self.tau_s];
         let mut sensor = Encoders::new(fine.designed.encoders());
         let told = metrics::noise(&trace, window_s, &[], &mut sensor, other.as_mut()).moving;
-        let found = self.finer.share() * told;
+        let found = self.finer.share(0.0) * told;
         if found.is_nan() { f64::INFINITY } else { found }
     }
 

@@ -30,7 +30,7 @@ const ALIKE_S: f64 = 0.2;
 pub(super) type Link = [f64; 4];
 
 /// p, p', p'' of half a width of so many seconds, with a sum of 1 in p.
-fn modulating(period_s: f64, half_s: f64) -> [Vec<f64>; 3] {
+pub(super) fn modulating(period_s: f64, half_s: f64) -> [Vec<f64>; 3] {
     let m = (half_s / period_s).round().max(3.0) as i32;
     let half_s = f64::from(m) * period_s;
     let mut rows = [const { Vec::new() }; 3];

@@ -111,28 +111,29 @@ fn speed(q: &[f64], period_s: f64) -> Vec<f64> {
     (0..n).map(|k| slope(k) / period_s).collect()
 }
 
-impl Recorded<'_> {
-    /// What each amplitude of F is multiplied with in each tick: friction, then sine and cosine of the cogging.
-    fn shapes(&self) -> Vec<Vec<f64>> {
-        let v = speed(self.motor, self.period_s);
-        let rubs = |pair: &[f64]| {
-            let at = |i: u32| (f64::from(i) + 0.5) / f64::from(POINTS);
-            let tanh = |i: u32| libm::tanh(((1.0 - at(i)) * pair[0] + at(i) * pair[1]) / SMOOTH_RAD_S);
-            -(0..POINTS).map(tanh).sum::<f64>() / f64::from(POINTS)
-        };
-        let mut shapes = vec![v.windows(2).map(rubs).collect()];
-        if let Some(n) = self.cogging_per_turn {
-            for wave in [libm::sin, libm::cos] {
-                shapes.push(self.motor.windows(2).map(|pair| wave(n * 0.5 * (pair[0] + pair[1]))).collect());
-            }
+/// What each amplitude of F is multiplied with in each tick: friction, then sine and cosine of the cogging if its N is
+/// known.
+pub(super) fn shapes(motor: &[f64], period_s: f64, cogging_per_turn: Option<f64>) -> Vec<Vec<f64>> {
+    let v = speed(motor, period_s);
+    let rubs = |pair: &[f64]| {
+        let at = |i: u32| (f64::from(i) + 0.5) / f64::from(POINTS);
+        let tanh = |i: u32| libm::tanh(((1.0 - at(i)) * pair[0] + at(i) * pair[1]) / SMOOTH_RAD_S);
+        -(0..POINTS).map(tanh).sum::<f64>() / f64::from(POINTS)
+    };
+    let mut shapes = vec![v.windows(2).map(rubs).collect()];
+    if let Some(n) = cogging_per_turn {
+        for wave in [libm::sin, libm::cos] {
+            shapes.push(motor.windows(2).map(|pair| wave(n * 0.5 * (pair[0] + pair[1]))).collect());
         }
-        shapes
     }
+    shapes
+}
 
+impl Recorded<'_> {
     /// By prediction error from this k_2, b_2, B_0: those three and the amplitudes of F in A. Of a rigid load b_2, B_0
     /// and the amplitudes.
     pub(super) fn fit(&self, sheet: [f64; 3]) -> Option<Fit> {
-        let shapes = self.shapes();
+        let shapes = shapes(self.motor, self.period_s, self.cogging_per_turn);
         let is_rigid = self.link.is_none();
         let omega = bandwidth_rad_s(if is_rigid { 0.0 } else { sheet[0] });
         let skip = (SKIP_S / self.period_s).round() as usize;

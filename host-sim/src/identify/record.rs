@@ -9,7 +9,7 @@
 //! | column | is |
 //! |---|---|
 //! | `tick` or `t_s` | number of the tick, or its time in s: one row per period of the scenario, none left out |
-//! | `count_link` | count of the link's encoder as the counter has it; a joint only |
+//! | `count_link` | count of the link's encoder as the counter has it; a joint only, and not with `--motor-alone` |
 //! | `count_motor` | count of the motor's encoder (a motor: also `count`) |
 //! | `u_held_a` | current that is held from this tick to the next, A: after every limit |
 //!
@@ -20,6 +20,8 @@ use loop_sim::sensor::encoder::Mounted;
 
 use super::{Angle, Record};
 
+/// What a column may be called.
+const COLUMNS: [&str; 6] = ["tick", "t_s", "count_link", "count_motor", "count", "u_held_a"];
 /// Longest record that is read, ticks.
 const LONGEST: usize = 1_000_000;
 
@@ -59,6 +61,18 @@ pub fn unwrapped(counts: impl IntoIterator<Item = f64>, mounted: &Mounted) -> An
     Angle { rad: counts.into_iter().map(angle).collect(), step_rad }
 }
 
+/// That a column is missing, and which is near.
+fn missing(names: &[&str], heads: &[(usize, &str)]) -> String {
+    let have: Vec<&str> = heads.iter().map(|(_, head)| *head).collect();
+    let near = have.iter().find(|have| !COLUMNS.contains(have) && strsim::jaro_winkler(have, names[0]) > 0.8);
+    let near = match near {
+        Some(near) => format!(" ({near:?} is near)"),
+        None if names[0] == "count_link" => " (a record without it: --motor-alone)".into(),
+        None => String::new(),
+    };
+    format!("no column {}{near}: there are {}", names.join(" or "), have.join(", "))
+}
+
 /// A record of a drive with these encoders: motor, or link and motor.
 ///
 /// # Errors
@@ -83,14 +97,7 @@ pub fn read(text: &str, period_s: f64, encoders: &[Mounted]) -> Result<Record, M
         return Err(at(head_at + 1, column, format!("there are two columns {head:?}")));
     }
     let place = |names: &[&str]| heads.iter().position(|(_, head)| names.contains(head));
-    let needed = |names: &[&str]| {
-        place(names).ok_or_else(|| {
-            let have: Vec<&str> = heads.iter().map(|(_, head)| *head).collect();
-            let near = have.iter().find(|have| strsim::jaro_winkler(have, names[0]) > 0.8);
-            let near = near.map_or_else(String::new, |near| format!(" ({near:?} is near)"));
-            at(head_at + 1, 1, format!("no column {}{near}: there are {}", names.join(" or "), have.join(", ")))
-        })
-    };
+    let needed = |names: &[&str]| place(names).ok_or_else(|| at(head_at + 1, 1, missing(names, &heads)));
     let is_joint = encoders.len() > 1;
     let clock = needed(&["tick", "t_s"])?;
     let per_period = if heads[clock].1 == "tick" { 1.0 } else { period_s };

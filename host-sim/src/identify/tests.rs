@@ -99,6 +99,118 @@ fn an_end_stop_and_a_shaft_that_stands_are_refused() {
     assert!(matches!(refused, Refusal::Still { shaft: "link", .. }), "{refused}");
 }
 
+/// k_1, b_1, k_2, b_2, B_0, f_c of a joint with g = 1, off the data sheet by -30, +40, +30, -30, -30 %.
+const SWUNG: [(&str, f64); 6] = [
+    ("k_1", 0.7 * 9.0 / 0.23),
+    ("b_1", 1.4 * 0.07 / 0.23),
+    ("k_2", 1.3 * 9.0 / 931e-6),
+    ("b_2", 0.7 * 0.07 / 931e-6),
+    ("B_0", 0.7 * 0.119 / 931e-6),
+    ("f_c", 1.0),
+];
+
+/// A joint whose link swings as a sum of sines: the motor's angle and the current follow from that in closed form,
+/// since the link's angle is a flat output. Sines are amplitude (rad) and rad/s, of the link and on top of the motor.
+fn swung(link: &[(f64, f64)], motor: &[(f64, f64)], seconds: f64) -> Record {
+    let [k1, b1, k2, b2, b0, f_c] = SWUNG.map(|(_, value)| value);
+    let period_s = 1e-3;
+    let sines: Vec<(f64, f64)> =
+        link.iter().copied().chain(motor.iter().map(|&(a, w)| (a * k1 / (w * w), w))).collect();
+    // q and its first four derivatives.
+    let jet = |t_s: f64| -> [f64; 5] {
+        let mut jet = [0.0; 5];
+        for (i, &(amplitude, omega)) in sines.iter().enumerate() {
+            let phase = omega * t_s + 1.7 * i as f64;
+            for (n, q) in jet.iter_mut().enumerate() {
+                *q += amplitude * omega.powi(n as i32) * (phase + n as f64 * std::f64::consts::FRAC_PI_2).sin();
+            }
+        }
+        jet
+    };
+    let motor_at = |t_s: f64| -> [f64; 4] {
+        let [q, v, a, j, s] = jet(t_s);
+        let weight = [q.sin(), q.cos() * v, q.cos() * a - q.sin() * v * v];
+        let angles =
+            [q + (a + b1 * v + weight[0]) / k1, v + (j + b1 * a + weight[1]) / k1, a + (s + b1 * j + weight[2]) / k1];
+        let current = (angles[2] + k2 * (angles[0] - q) + b2 * angles[1]) / b0 + f_c * (angles[1] / 0.02).tanh();
+        [angles[0], angles[1], angles[2], current]
+    };
+    let step_rad = std::f64::consts::TAU / f64::from(1 << 20);
+    let ticks = (seconds / period_s) as usize;
+    let at = |k: usize, share: f64| motor_at((k as f64 + share) * period_s);
+    let rad = (0..ticks).map(|k| (at(k, 0.0)[0] / step_rad).round() * step_rad).collect();
+    // The mean of a tick, by Simpson.
+    let held = |k: usize| (at(k, 0.0)[3] + 4.0 * at(k, 0.5)[3] + at(k, 1.0)[3]) / 6.0;
+    Record { period_s, link: None, motor: Angle { rad, step_rad }, held_a: (0..ticks).map(held).collect() }
+}
+
+/// Around the anti-resonance of this link, 5.3 rad/s, and around its resonance, 112 rad/s.
+const SLOW: [(f64, f64); 5] = [(0.15, 2.3), (0.1, 4.1), (0.06, 5.7), (0.04, 7.9), (0.02, 11.3)];
+const QUICK: [(f64, f64); 5] = [(0.01, 37.0), (0.01, 61.0), (0.008, 89.0), (0.008, 131.0), (0.006, 197.0)];
+
+#[test]
+fn a_link_that_swings_is_seen_from_the_motor_alone() {
+    let found = identify(&swung(&SLOW, &QUICK, 8.0), &sheet(), &Known::with_lag(0.0)).expect("a rich record");
+    for ((name, truth), bar) in SWUNG.into_iter().zip([2e-3, 2e-2, 0.03, 0.1, 0.03, 0.1]) {
+        let Parameter { value, interval, .. } = *found.parameter(name).expect("a parameter");
+        println!("{name}: {value} +- {interval:.2e}, true {truth}, off by {:.1e}", value / truth - 1.0);
+        assert!((value / truth - 1.0).abs() <= bar, "{name}: {value} for {truth}");
+        assert!((value - truth).abs() <= interval, "{name}: {value} +- {interval} for {truth}");
+    }
+    assert!(found.link.is_none() && found.parameter("g").is_none() && found.parameter("c").is_none());
+    let Sheet::Joint(joint) = found.sheet else { panic!("a joint") };
+    assert!((joint.weight_n_m - Joint::TABLE_I.weight_n_m).abs() < 1e-12, "{joint:?}");
+}
+
+/// A record of another implementation; its moves of 2 s are slower than the link, so that less is said. And a weight
+/// that is half as large again as the true one: what it takes from k_1 is stated.
+#[test]
+fn what_the_motor_alone_says_is_as_true_as_it_is_stated() {
+    let heavy = Sheet::Joint(Joint { weight_n_m: 1.5 * Joint::TABLE_I.weight_n_m, ..Joint::TABLE_I });
+    let independent = Record { link: None, ..recorded() };
+    let truths: [&[(&str, f64)]; 2] =
+        [&[TRUTH[0], TRUTH[1], TRUTH[4], TRUTH[6]].map(|(name, truth, _)| (name, truth)), &SWUNG];
+    for (record, sheet, truth, most) in
+        [(independent, sheet(), truths[0], 1e-2), (swung(&SLOW, &QUICK, 8.0), heavy, truths[1], 3e-2)]
+    {
+        let found = identify(&record, &sheet, &KNOWN).expect("a rich record");
+        for &(name, truth) in truth {
+            let Parameter { value, interval, .. } = *found.parameter(name).expect("a parameter");
+            println!("{name}: {value} +- {interval:.2e}, true {truth}, off by {:.1e}", value / truth - 1.0);
+            assert!((value - truth).abs() <= interval, "{name}: {value} +- {interval} for {truth}");
+        }
+        let k_1 = found.parameter("k_1").expect("a parameter").value;
+        assert!((k_1 / truth[0].1 - 1.0).abs() < most, "{k_1}");
+    }
+}
+
+#[test]
+fn without_moves_at_the_links_own_frequency_the_motor_alone_is_refused() {
+    let refused = |record: &Record| identify(record, &sheet(), &KNOWN).expect_err("a poor record").to_string();
+    // The multisine and a slow sway: the link follows the motor.
+    let told = refused(&swung(&[(0.15, 0.3)], &QUICK, 8.0));
+    println!("{told}");
+    assert!(told.contains("--motor-alone"), "{told}");
+    // For half a second another current than the one that was held.
+    let mut other_current = swung(&SLOW, &QUICK, 8.0);
+    let at = other_current.held_a.len() / 2;
+    other_current.held_a[at..at + 500].fill(0.0);
+    let told = refused(&other_current);
+    println!("{told}");
+    assert!(told.contains("not explained"), "{told}");
+    // Moves alone say nothing of the motor.
+    let told = refused(&swung(&SLOW, &[], 8.0));
+    println!("{told}");
+    assert!(told.contains("multisine"), "{told}");
+    // Too short to take what is slow off.
+    let told = refused(&swung(&SLOW, &QUICK, 1.1));
+    println!("{told}");
+    assert!(told.contains("3 s"), "{told}");
+    let mut other = swung(&SLOW, &QUICK, 8.0);
+    other.held_a.iter_mut().for_each(|u| *u = -*u);
+    assert!(refused(&other).contains("the other sign"));
+}
+
 #[test]
 fn the_linear_start_alone_is_near() {
     let record = recorded();

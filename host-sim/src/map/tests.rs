@@ -198,9 +198,76 @@ fn a_point_is_as_bad_as_its_worst_corner() {
 }
 
 #[test]
-fn a_chain_has_no_table_of_errors_and_is_told_so() {
-    let error = corners(&subject(scenario::CHAIN, &[]), 20.0, &[]).expect_err("no corners");
-    assert!(error.contains("no table of errors"), "{error}");
+fn a_plant_of_which_no_number_is_known_has_no_corners_and_one_with_too_many_is_told_so() {
+    let example = "[plant]\nkind = \"benchmark\"\n[controller]\nc = [5, 1]\n";
+    let error = corners(&subject(example, &[]), 20.0, &[]).expect_err("no corners");
+    assert!(error.contains("no number of its plant is known to be off"), "{error}");
+    let many =
+        scenario::OWN.replace("g = 9.81 ", "ka = 1\nkb = 1\nkd = 1\nke = 1\nkf = 1\nkg = 1\nkh = 1\nki = 1\ng = 9.81 ");
+    let error = corners(&subject(&many, &[]), 20.0, &[]).expect_err("too many");
+    assert!(error.contains("13 numbers of its plant may be off, ") && error.contains("2^12 are the most"), "{error}");
+}
+
+/// Largest |z| with these settings.
+fn radius(text: &str, sets: &[&str]) -> f64 {
+    let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+    answered(&Question { subject: subject(text, &sets), ..question(text, &[]) })[0].spectral_radius
+}
+
+/// A file in which the plant is off is the corner; what the controller believes is that of the file.
+#[test]
+fn a_corner_of_a_chain_and_of_equations_is_the_file_that_says_so() {
+    let chain = subject(scenario::CHAIN, &[]);
+    let all = corners(&chain, 20.0, &[]).expect("corners");
+    assert_eq!(all.len(), 16);
+    let corner = all.iter().find(|corner| corner.name == "a_1 -20 %, a_2 +20 %, a_3 -20 %, b +20 %").expect("a corner");
+    let found = radius(scenario::CHAIN, &corner.sets.iter().map(String::as_str).collect::<Vec<_>>());
+    assert_eq!(found, radius(scenario::CHAIN, &["plant.a=[-4.8, -13.2, -4.8]", "plant.b=2.4"]));
+    // Without a word on what is believed, that is the truth of the file.
+    let sets = ["controller.nominal={}".into()];
+    let corner = &corners(&subject(scenario::CHAIN, &sets), 20.0, &[]).expect("corners")[15];
+    let sets: Vec<&str> = sets.iter().chain(&corner.sets).map(String::as_str).collect();
+    let off = ["plant.a=[-7.2, -13.2, -7.2]", "plant.b=2.4", "controller.nominal={a = [-6, -11, -6], b = 2}"];
+    assert_eq!(radius(scenario::CHAIN, &sets), radius(scenario::CHAIN, &off));
+
+    let all = corners(&subject(scenario::OWN, &[]), 20.0, &[]).expect("corners");
+    assert_eq!(all.len(), 32);
+    let corner =
+        all.iter().find(|corner| corner.name == "g +20 %, l -20 %, m +20 %, c -20 %, f +20 %").expect("a corner");
+    let found = radius(scenario::OWN, &corner.sets.iter().map(String::as_str).collect::<Vec<_>>());
+    let rates = "plant.rates=[\"x2\", \"11.772/0.4*sin(x1) + (u - 0.016*x2 - 0.06*tanh(x2/0.01) \
+                 + 0.2*sin(3*t))/(0.96*0.4^2)\"]";
+    let direct = radius(scenario::OWN, &[rates]);
+    assert!((found - direct).abs() < 1e-12, "{found} {direct}");
+}
+
+/// Of a chain b is another, of equations what is believed of it: the loop is that in which u has so many times the
+/// effect.
+#[test]
+fn the_axis_of_the_input_gain_is_the_error_of_b() {
+    let axis = |text: &'static str, sets: &'static [String]| {
+        Axis::of_input_gain(&subject(text, sets), "-0.5..1:4").expect("an axis")
+    };
+    let of = |text: &'static str, axis: Axis| {
+        let points = answered(&Question { axes: vec![axis], ..question(text, &[]) });
+        points.iter().map(|point| point.spectral_radius).collect::<Vec<_>>()
+    };
+    let errors = [-0.5, 0.0, 0.5, 1.0];
+    let chain = errors.map(|error| radius(scenario::CHAIN, &[&format!("plant.b={}", 2.0 * (1.0 + error))]));
+    assert_eq!(of(scenario::CHAIN, axis(scenario::CHAIN, &[])), chain);
+    let pushed = |error: f64| {
+        let rates = format!(
+            "plant.rates=[\"x2\", \"g/l*sin(x1) + ({:?}*u - c*x2 - f*tanh(x2/0.01) + 0.2*sin(3*t))/(m*l^2)\"]",
+            1.0 + error
+        );
+        radius(scenario::OWN, &[&rates])
+    };
+    let own = of(scenario::OWN, axis(scenario::OWN, &[]));
+    for (found, expected) in own.iter().zip(errors.map(pushed)) {
+        assert!((found - expected).abs() < 1e-9, "{own:?} {expected}");
+    }
+    assert!(own[0] != own[3]);
+    assert_eq!(Axis::of_input_gain(&subject(scenario::MOTOR, &[]), "-0.5..1:4"), None);
 }
 
 #[test]

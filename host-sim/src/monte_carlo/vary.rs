@@ -4,14 +4,15 @@
 //! KEY=uniform(LOW,HIGH)  KEY=normal(MEAN,DEVIATION)  KEY=corners(LOW,HIGH)  KEY=list(A,B,..)  KEY=sobol(LOW,HIGH)
 //! ```
 //!
-//! A number with an `x` behind it is times what the scenario has itself: `uniform(0.5x,1.5x)` is ±50 %. Several keys
-//! with commas between share one draw. Every draw is independent of all others, but for those of `sobol`, which are the
+//! A number with an `x` behind it is times what the scenario has itself: `uniform(0.5x,1.5x)` is ±50 %. A list may be
+//! of words, or of anything else that `--set` takes: what is drawn then is a position in it, from 1. Several keys with
+//! commas between share one draw. Every draw is independent of all others, but for those of `sobol`, which are the
 //! coordinates of one sequence of points that fill their box evenly.
 
 use loop_sim::philox;
 
 use super::sobol::{DIMENSIONS, POINTS, Sobol};
-use crate::map::Subject;
+use crate::map::{Subject, listed};
 
 /// Keys that share a draw, and how they are drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,14 +26,27 @@ pub struct Vary {
 
 #[derive(Clone, Debug, PartialEq)]
 enum Distribution {
-    Uniform { low: f64, high: f64 },
-    Normal { mean: f64, deviation: f64 },
+    Uniform {
+        low: f64,
+        high: f64,
+    },
+    Normal {
+        mean: f64,
+        deviation: f64,
+    },
     OneOf(Vec<f64>),
-    Sobol { low: f64, high: f64, sequence: Sobol },
+    /// As `--set` takes them.
+    Words(Vec<String>),
+    Sobol {
+        low: f64,
+        high: f64,
+        sequence: Sobol,
+    },
 }
 
 const FORM: &str = "expected KEY=uniform(LOW,HIGH), KEY=normal(MEAN,DEVIATION), KEY=corners(LOW,HIGH), \
-                    KEY=list(A,B,..) or KEY=sobol(LOW,HIGH); an x behind a number is times the file's own";
+                    KEY=list(A,B,..) or KEY=sobol(LOW,HIGH); an x behind a number is times the file's own, and a list \
+                    may be of words";
 const NAMES: [&str; 5] = ["uniform", "normal", "corners", "list", "sobol"];
 
 impl Vary {
@@ -45,6 +59,12 @@ impl Vary {
         let (keys, rest) = text.split_once('=').ok_or_else(|| bad(FORM.into()))?;
         let call = rest.trim().strip_suffix(')').and_then(|rest| rest.split_once('('));
         let (name, arguments) = call.ok_or_else(|| bad(FORM.into()))?;
+        if let Some(words) = words(text) {
+            let keys = keys.split(',').map(|key| (key.trim().to_owned(), 1.0)).collect();
+            let vary = Self { text: text.to_owned(), keys, distribution: Distribution::Words(words) };
+            vary.tried(subject).map_err(bad)?;
+            return Ok(vary);
+        }
         let mut is_relative = None;
         let mut numbers = Vec::new();
         for word in arguments.split(',').map(str::trim) {
@@ -112,6 +132,13 @@ impl Vary {
             }
             Distribution::Normal { mean, deviation } => vec![*mean, mean - deviation, mean + deviation],
             Distribution::OneOf(all) => all.clone(),
+            // Each was meant as it was typed.
+            Distribution::Words(words) => {
+                return (1..=words.len()).try_for_each(|k| {
+                    let sets: Vec<String> = self.settings(k as f64).collect();
+                    subject.with(&sets).map(drop).map_err(|error| error.to_string())
+                });
+            }
         };
         let (mut first, tried) = (None, some.len());
         for value in some {
@@ -132,6 +159,7 @@ impl Vary {
             Distribution::Uniform { low, high } => low + (high - low) * philox::uniform(words[0]),
             Distribution::Normal { mean, deviation } => mean + deviation * philox::gaussians(words)[0],
             Distribution::OneOf(all) => all[(philox::uniform(words[0]) * all.len() as f64) as usize],
+            Distribution::Words(all) => 1.0 + (philox::uniform(words[0]) * all.len() as f64).floor(),
             Distribution::Sobol { low, high, sequence } => low + (high - low) * sequence.at(trial % POINTS),
         }
     }
@@ -157,8 +185,23 @@ impl Vary {
         let may_be_whole = matches!(self.distribution, Distribution::OneOf(_));
         self.keys.iter().map(move |(key, unit)| {
             let value = unit * draw;
+            if let Distribution::Words(words) = &self.distribution {
+                return format!("{key}={}", words[value as usize - 1]);
+            }
             let is_whole = may_be_whole && value == value.trunc() && value.abs() < 1e15;
             if is_whole { format!("{key}={value:.0}") } else { format!("{key}={value:?}") }
         })
     }
+}
+
+/// The words of `KEY=list(A,B,..)`, if not all of them are numbers: what its column says is the position of one, from
+/// 1.
+pub fn words(text: &str) -> Option<Vec<String>> {
+    let (_, call) = text.split_once('=')?;
+    let (name, rest) = call.trim().split_once('(')?;
+    let words = listed(rest.strip_suffix(')')?);
+    let is_number = |word: &String| word.strip_suffix('x').unwrap_or(word).trim().parse::<f64>().is_ok();
+    let is_of_words =
+        name.trim() == "list" && words.iter().all(|word| !word.is_empty()) && !words.iter().all(is_number);
+    is_of_words.then_some(words)
 }

@@ -34,6 +34,8 @@ use crate::linear::{LawAtRest, Still};
 use crate::port::{ControllerPort, PortError, Tick};
 use crate::sensor::encoder::Mounted;
 
+mod in_f64;
+
 /// Units of an angle that is kept as a whole number, per turn.
 const TWO_32: f64 = 4_294_967_296.0;
 

@@ -68,10 +68,12 @@ impl Finer {
         Some(Self { designed, times })
     }
 
-    /// Noise by the steps of an encoder over the difference that one with M times as many counts shows.
+    /// Noise by the steps of an encoder, and by noise of its angle with this standard deviation in steps, over the
+    /// difference that one with M times as many counts and no noise shows.
     #[must_use]
-    pub fn share(&self) -> f64 {
-        1.0 / libm::sqrt(1.0 + 2.0 / (self.times * self.times))
+    pub fn share(&self, noise_steps: f64) -> f64 {
+        let random = 1.0 + 12.0 * noise_steps * noise_steps;
+        libm::sqrt(random / (random + 2.0 / (self.times * self.times)))
     }
 }
 
@@ -87,7 +89,7 @@ mod tests {
             let angles = (0..100_000).map(|k| 1e-5 * (f64::from(k) + 0.5));
             let sum: f64 = angles.map(|x| (rounded(x) - rounded(x * times) / times).powi(2)).sum();
             let told = 1.0 / (12.0 * sum / 1e5).sqrt();
-            let share = Finer { designed: motor(10), times }.share();
+            let share = Finer { designed: motor(10), times }.share(0.0);
             assert!((share / told - 1.0).abs() < 1e-3, "{times}: {share} of {told}");
         }
     }

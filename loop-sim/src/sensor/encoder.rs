@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use controller_core::drive::{Encoder, Mounting};
 
-use super::Sensor;
+use super::{Ideal, Sensor};
 use crate::MAX_ORDER;
 
 /// An encoder as it is mounted.
@@ -50,8 +50,9 @@ impl Mounted {
     }
 }
 
-/// Encoders instead of states.
-pub struct Encoders {
+/// Encoders instead of states. What they see is the truth, or what jitter and noise have made of it.
+pub struct Encoders<S = Ideal> {
+    inner: S,
     /// The state that each sees, from 0.
     mounted: Vec<(usize, Mounted)>,
 }
@@ -59,15 +60,25 @@ pub struct Encoders {
 impl Encoders {
     /// Of each encoder the number of the state that it sees, from 0, and what it is.
     pub fn new(mounted: Vec<(usize, Mounted)>) -> Self {
-        Self { mounted }
+        Self::over(Ideal, mounted)
     }
 }
 
-impl Sensor for Encoders {
+impl<S> Encoders<S> {
+    /// The same at the end of a chain that gives all states.
+    pub fn over(inner: S, mounted: Vec<(usize, Mounted)>) -> Self {
+        Self { inner, mounted }
+    }
+}
+
+impl<S: Sensor> Sensor for Encoders<S> {
     fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
+        let mut seen = [0.0; MAX_ORDER];
+        let seen = &mut seen[..x.len()];
+        self.inner.measure(x, seen);
         sample.fill(0.0);
         for (value, (state, mounted)) in sample.iter_mut().zip(&self.mounted) {
-            *value = x.get(*state).map_or(f64::NAN, |&angle| mounted.count(angle));
+            *value = seen.get(*state).map_or(f64::NAN, |&angle| mounted.count(angle));
         }
     }
 }
@@ -125,7 +136,7 @@ impl<S: Sensor> Sensor for Faulty<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensor::Ideal;
+    use crate::sensor::{Jittered, Noise};
 
     #[test]
     fn a_count_is_the_nearest_step_and_wraps() {
@@ -174,6 +185,38 @@ mod tests {
         let mut sample = [9.0; 5];
         sensor.measure(&[TAU / 4.0, 1.0, TAU / 8.0, 1.0, 1.0], &mut sample);
         assert_eq!(sample, [1024.0, 512.0, 0.0, 0.0, 0.0]);
+    }
+
+    /// Of a shaft that turns evenly: a count is that of the angle at the age of its sample, plus the noise of its own
+    /// angle, rounded once. Without noise and jitter it is the count there always was.
+    #[test]
+    fn what_encoders_see_is_late_and_noisy_before_it_is_rounded() {
+        let mounted = Mounted::new(Encoder::incremental(32, 4096).geared(3, 1));
+        let sees = || vec![(1, mounted)];
+        let (sigma, share, seed) = (2e-3, 0.5, 11);
+        let mut counted = Encoders::over(Noise::new(Jittered::new(Ideal, share, seed), &[0.0, sigma], seed), sees());
+        let mut seen = Noise::new(Jittered::new(Ideal, share, seed), &[0.0, sigma], seed);
+        let mut plain = Encoders::new(sees());
+        let (mut apart, mut squares, ticks) = (0.0, 0.0, 20_000);
+        for k in 0..ticks {
+            let x = [0.0, 1e-2 * f64::from(k)];
+            let [mut count, mut angle, mut exact] = [[0.0; 2]; 3];
+            counted.measure(&x, &mut count);
+            seen.measure(&x, &mut angle);
+            plain.measure(&x, &mut exact);
+            assert_eq!(count[0], mounted.count(angle[1]), "tick {k}");
+            assert_eq!(exact[0], mounted.count(x[1]), "tick {k}");
+            let off = (count[0] - exact[0]) * mounted.encoder.unit_rad();
+            (apart, squares) = (apart + off, squares + off * off);
+        }
+        // Ages are uniform up to half of 1e-2 rad: mean 2.5e-3, and rms of all that is random sigma, 5e-3/sqrt(12) and
+        // two roundings of 2 pi/12288. Four standard deviations of a mean of 20000.
+        let mean = apart / f64::from(ticks);
+        let rms = (squares / f64::from(ticks) - mean * mean).sqrt();
+        let rounding = TAU / 12_288.0;
+        let expected = (sigma * sigma + (25e-6 + 2.0 * rounding * rounding) / 12.0).sqrt();
+        assert!((mean + 2.5e-3).abs() < 4.0 * expected / f64::from(ticks).sqrt(), "{mean}");
+        assert!((rms / expected - 1.0).abs() < 0.03, "{rms} {expected}");
     }
 
     fn faulty(fault: Fault, ticks: Range<usize>) -> Vec<[f64; 2]> {

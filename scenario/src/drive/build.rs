@@ -11,8 +11,8 @@ use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
 use loop_sim::port::ControllerPort;
 use loop_sim::port::drive::{self as port, DriveAtRest, DriveDesign, Follows, Form, Goal, Monitors, Motion, Reaction};
 use loop_sim::port::finer::Finer;
-use loop_sim::sensor::Sensor;
 use loop_sim::sensor::encoder::{Encoders, Fault, Faulty, Mounted};
+use loop_sim::sensor::{Sensing, Sensor};
 use loop_sim::signal::Signal;
 use loop_sim::solver;
 
@@ -60,6 +60,10 @@ struct Common<'a> {
     lag_s: f64,
     delay_ticks: usize,
     observer_states: usize,
+    /// Largest age of a count, s, and the standard deviation of the noise of each encoder's own angle, rad.
+    jitter_s: f64,
+    noise_rad: &'a [f64],
+    seed: u64,
     /// The table of its data sheet.
     plant: &'static str,
 }
@@ -249,6 +253,7 @@ fn resolved(
     let wanted = problems.take(motion(reference, common.mode, from_rad.unwrap_or(0.0), period_s));
     let reaction = problems.take(reaction(&common.monitor, period_s));
     problems.0.extend(common.unsolved_lag());
+    problems.0.extend(common.late_counts());
     if let (Some(_), 1) = (common.monitor.motor_n_m, encoders.len()) {
         let message = "only for a joint: a motor has load_n_m";
         problems.0.push(Problem { key: "monitor.motor_n_m".into(), message: message.into() });
@@ -298,6 +303,29 @@ impl Common<'_> {
         );
         let key = format!("{plant}.current_lag_s");
         (lag_s > 0.0 && lag_s < 1e-3 * period_s).then_some(Problem { key, message })
+    }
+
+    /// An age of counts that is no jitter.
+    fn late_counts(&self) -> Option<Problem> {
+        let Self { jitter_s, period_s, .. } = *self;
+        let message = format!(
+            "found {}, expected at most the period, {}: jitter is the age of a count within its tick",
+            shown(jitter_s),
+            shown(period_s)
+        );
+        (jitter_s > period_s).then(|| Problem { key: "drive.jitter_s".into(), message })
+    }
+
+    /// What lies between the states and the encoders: jitter and noise, at the angles that these see.
+    fn sensing(&self, encoders: &[(usize, Mounted)], order: usize) -> Sensing {
+        let mut noise = vec![0.0; order];
+        for ((state, Mounted { encoder, .. }), noise_rad) in encoders.iter().zip(self.noise_rad) {
+            noise[*state] = noise_rad * f64::from(encoder.gear_den) / f64::from(encoder.gear_num);
+        }
+        if noise.iter().all(|sigma| *sigma == 0.0) {
+            noise.clear();
+        }
+        Sensing { jitter: self.jitter_s / self.period_s, noise, ..Sensing::IDEAL }
     }
 
     /// What the file says of times after the end of its run, and of choices that do not go together.
@@ -649,6 +677,23 @@ fn corners<const N: usize>(percent: f64, names: [&str; N], plant: impl Fn([f64; 
     (0..count).map(corner).collect()
 }
 
+/// What each encoder adds by its steps and its noise.
+fn sensed(mounted: &[(usize, Mounted)], shafts: &[ShaftOf], sensing: &Sensing) -> Vec<Sensed> {
+    let each = mounted.iter().zip(shafts).map(|((state, mounted), shaft)| {
+        let quantum = mounted.encoder.unit_rad();
+        let (step, noise) = (quantum / f64::sqrt(12.0), sensing.noise.get(*state).copied().unwrap_or(0.0));
+        let rms = if noise > 0.0 { (step * step + noise * noise).sqrt() } else { step };
+        Sensed { state: *state, name: shaft.name.into(), unit: "rad", rms, quantum }
+    });
+    each.collect()
+}
+
+/// An encoder that is where no other could be.
+fn on_link(table: &EncoderTable) -> Option<Problem> {
+    let message = "the encoder on the link is always behind the gear: leave it out";
+    table.behind_gear.then(|| Problem { key: "encoder.link.behind_gear".into(), message: message.into() })
+}
+
 fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
     let Parts { resolved, plant, mut x0, designed, port, motion, mut warnings, chosen, shafts, .. } = parts;
     let (smooth, corners) = (parts.smooth, parts.corners);
@@ -669,10 +714,10 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         }
     }
     let has_faults = !faults.is_empty();
-    let sensed = mounted.iter().zip(&shafts).map(|((state, mounted), shaft)| {
-        let quantum = mounted.encoder.unit_rad();
-        Sensed { state: *state, name: shaft.name.into(), unit: "rad", rms: quantum / f64::sqrt(12.0), quantum }
-    });
+    let sensing = common.sensing(&mounted, plant.order());
+    let sensed = sensed(&mounted, &shafts, &sensing);
+    let noise_steps = |sensed: &Sensed| sensing.noise.get(sensed.state).map_or(0.0, |noise| noise / sensed.quantum);
+    let noise_steps = sensed.iter().map(noise_steps).fold(f64::INFINITY, f64::min);
     let mut left_out = vec!["friction, cogging and load"];
     if form.gain_sets > 1 {
         left_out.push("the fast gain set");
@@ -681,17 +726,18 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
     if is_joint {
         left_out.push("angles other than 0");
     }
+    left_out.extend((sensing.jitter > 0.0).then_some("jitter"));
     let at_rest = AtRest {
         plant: smooth,
         law,
-        sensed: sensed.collect(),
+        sensed,
         sensor_delay_ticks: 0,
         actuator_delay_ticks: form.delay_ticks,
         report: true,
         left_out,
         corners,
     };
-    let mut sensor: Box<dyn Sensor> = Box::new(Encoders::new(mounted));
+    let mut sensor: Box<dyn Sensor> = Box::new(Encoders::over(sensing.sensor(common.seed), mounted));
     for (fault, channels, ticks) in faults {
         sensor = Box::new(Faulty::new(sensor, fault, channels, ticks));
     }
@@ -709,7 +755,7 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
     let twin = other.port(&motion).ok().filter(|_| !has_faults).map(|port| Twin {
         sensor: Box::new(Encoders::new(other.encoders())),
         port,
-        share: finer.map(|finer| finer.share()),
+        share: finer.map(|finer| finer.share(noise_steps)),
     });
     Experiment {
         name,
@@ -779,6 +825,9 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         lag_s: sheet.current_lag_s,
         delay_ticks: drive.delay_ticks,
         observer_states: drive.observer_states,
+        jitter_s: drive.jitter_s,
+        noise_rad: &[file.encoder.noise_rad],
+        seed: file.seed,
         plant: "motor",
     };
     // On the side of the gear where the angle is meant.
@@ -1021,10 +1070,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let (believed, truth) = bodies(&nominal, sheet.spring_damping_n_m_s, &file.error);
     // The spring carries the weight.
     let motor_rad = sheet.start_rad + truth.weight_n_m * sheet.start_rad.sin() / truth.stiffness_n_m;
-    if file.encoder.link.behind_gear {
-        let message = "the encoder on the link is always behind the gear: leave it out";
-        problems.0.push(Problem { key: "encoder.link.behind_gear".into(), message: message.into() });
-    }
+    problems.0.extend(on_link(&file.encoder.link));
     let link = mounted(&file.encoder.link, [1, 1], sheet.start_rad, "encoder.link", &mut problems);
     let motor = mounted(&file.encoder.motor, sheet.gear, motor_rad, "encoder.motor", &mut problems);
     let common = Common {
@@ -1045,6 +1091,9 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
         lag_s: sheet.current_lag_s,
         delay_ticks: drive.delay_ticks,
         observer_states: 4,
+        jitter_s: drive.jitter_s,
+        noise_rad: &[file.encoder.link.noise_rad, file.encoder.motor.noise_rad],
+        seed: file.seed,
         plant: "joint",
     };
     problems.0.extend(too_steep(&file.friction, limit, &truth.motor, common.period_s));

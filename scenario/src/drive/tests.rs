@@ -25,11 +25,13 @@ fn held(trace: &Trace) -> Vec<f64> {
 
 #[test]
 fn each_mistake_is_told_at_its_place_with_what_would_be_right() {
-    let cases: [(&str, &str, &str); 31] = [
+    let cases: [(&str, &str, &str); 33] = [
         (MOTOR, "monitor.stop_s=1", "`monitor.stop_s`: only for reaction = \"joined_stop\""),
         (MOTOR, "monitor.motor_n_m=1", "`monitor.motor_n_m`: only for a joint: a motor has load_n_m"),
         (MOTOR, "motor.inertia=1", "unknown key `motor.inertia`; did you mean `inertia_kg_m2`?"),
         (MOTOR, "motor.max_current_a=0", "`motor.max_current_a`: found 0, expected a finite number above 0"),
+        (MOTOR, "drive.jitter_s=2e-3", "`drive.jitter_s`: found 0.002, expected at most the period, 0.001"),
+        (JOINT, "encoder.noise_rad=1e-4", "unknown key `encoder.noise_rad`"),
         (MOTOR, "reference.to_rad=1", "`reference.to_rad`: reference.kind = \"sine\" does not read it"),
         (MOTOR, "drive.mode=speed", "`reference.kind`: drive.mode = \"speed\" follows reference.kind = \"speed\" only"),
         (MOTOR, "reference.frequency_hz=500", "`reference.frequency_hz`: expected at most 79 at this period"),
@@ -334,6 +336,50 @@ fn a_speed_loop_follows_the_speed_and_a_position_loop_keeps_step() {
     assert_eq!((trace.follows, step.output_unit), (Some(0), "rad"));
     let last = trace.rows.last().expect("rows");
     assert!(last.r > 38.0 && (last.x[0] - last.r).abs() < 5e-3, "{last:?}");
+}
+
+/// Of a motor that turns evenly what is random in its angle is white: of noise 10 steps rms, of ages up to 0.1 ms at
+/// 20 rad/s a share of 20e-4/sqrt(12) rad. The noise of u is as many times that of the steps alone, by jitter more: in
+/// the mean the angle is late.
+#[test]
+fn noise_and_jitter_of_an_encoder_are_told_as_noise_of_u_beside_its_steps() {
+    let turning = ["reference={kind = \"speed\", speed_rad_s = 20}", "drive.gain_sets=1", "friction={}", "span_s=3"];
+    let told = |more: &[&str]| {
+        let (mut experiment, trace) = ran(MOTOR, &[&turning[..], more].concat());
+        experiment.noise(&trace).expect("no faults").moving
+    };
+    let step = std::f64::consts::TAU / 16384.0;
+    let noise = format!("encoder.noise_rad={:?}", 10.0 * step);
+    for (set, times) in [
+        (noise.as_str(), f64::sqrt(1.0 + 12.0 * 100.0)),
+        ("drive.jitter_s=1e-4", f64::sqrt(1.0 + (20e-4 / step).powi(2))),
+    ] {
+        let found = told(&[set]) / told(&[]);
+        // Rounding of an even turn is not quite white.
+        let most = if set == noise { 1.15 } else { 2.0 };
+        assert!((0.85 * times..most * times).contains(&found), "{set}: {found} times, expected {times}");
+    }
+    // The loop at rest has the noise too, on the side of the gear where the angle is meant.
+    let geared = build(MOTOR, &["motor.gear=[8, 1]", "encoder.noise_rad=0.8"]).expect("a motor");
+    let rms = geared.at_rest.expect("a loop").sensed[0].rms;
+    assert!((rms / 0.1 - 1.0).abs() < 1e-6, "{rms}");
+}
+
+#[test]
+fn noise_and_jitter_of_a_drive_are_those_of_its_seed() {
+    for (text, sets) in [
+        (MOTOR, &["encoder.noise_rad=1e-4", "drive.jitter_s=1e-4"][..]),
+        (JOINT, &["encoder.link.noise_rad=1e-6", "drive.jitter_s=1e-4"]),
+        (JOINT, &["encoder.motor.noise_rad=1e-6"]),
+    ] {
+        let with = |more: &'static str| held(&ran(text, &[sets, &["span_s=0.2", more]].concat()).1);
+        assert_eq!(with("seed=7"), with("seed=7"));
+        assert_ne!(with("seed=7"), with("seed=8"), "{sets:?}");
+        // Without them a seed means nothing, and they are none by default.
+        let plain = |more: &'static str| held(&ran(text, &["span_s=0.2", more]).1);
+        assert_eq!(plain("seed=7"), plain("seed=8"));
+        assert_ne!(plain("seed=7"), with("seed=7"), "{sets:?}");
+    }
 }
 
 #[test]

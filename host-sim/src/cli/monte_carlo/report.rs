@@ -1,6 +1,7 @@
 //! What many trials came to: percentiles, failures and their bound, the worst, as text, JSON and pictures.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::Path;
 
 use cycle_bound::table::Table;
@@ -12,6 +13,7 @@ use super::{ENDED, ReportOptions, quoted};
 use crate::cli::{Console, Failure, bad, read_text};
 use crate::monte_carlo::statistics::{self, NAMES, PER_MILLE};
 use crate::monte_carlo::store::{Header, Outcome, Trials};
+use crate::monte_carlo::vary;
 use crate::report::number::significant;
 use crate::report::page::Section;
 use crate::report::plot::{Figure, GREY, Panel, Series};
@@ -35,6 +37,8 @@ pub(super) struct Question {
     worst: usize,
     /// Columns and what they must not exceed.
     at_most: Vec<(usize, f64)>,
+    /// Columns that are drawn: histograms of figures, dots over keys.
+    draw: Vec<usize>,
 }
 
 impl Question {
@@ -57,7 +61,38 @@ impl Question {
                 pair.ok_or_else(|| format!("--at-most {text}: expected FIGURE=VALUE, a finite number"))?;
             Ok((column("--at-most", name)?, value))
         });
-        Ok(Self { worst, at_most: at_most.collect::<Result<_, String>>()? })
+        let draw = options.draw.iter().map(|name| column("--draw", name)).collect::<Result<_, _>>()?;
+        Ok(Self { worst, at_most: at_most.collect::<Result<_, String>>()?, draw })
+    }
+
+    /// Is this column drawn, of figures if it is among `columns` of them? By default those that come first are.
+    fn draws(&self, k: usize, mut columns: Range<usize>, drawn: &Drawn) -> bool {
+        if columns.any(|column| self.draw.contains(&column)) {
+            self.draw.contains(&k)
+        } else {
+            drawn.panels.len() < PANELS
+        }
+    }
+}
+
+/// Panels of a picture, and the columns that have none.
+#[derive(Default)]
+struct Drawn {
+    panels: Vec<Panel>,
+    left_out: Vec<String>,
+}
+
+impl Drawn {
+    fn remark(&self, picture: &str, what: &str) -> Option<String> {
+        let Self { panels, left_out } = self;
+        (!left_out.is_empty()).then(|| {
+            let all = panels.len() + left_out.len();
+            format!(
+                "{picture}: {} of {all} {what}; --draw NAME, with --resume, shows: {}",
+                panels.len(),
+                left_out.join(", ")
+            )
+        })
     }
 }
 
@@ -87,7 +122,7 @@ struct WorstTrial {
     trial: u64,
     outcome: &'static str,
     figure: f64,
-    drawn: BTreeMap<String, f64>,
+    drawn: BTreeMap<String, Json>,
 }
 
 #[derive(Serialize)]
@@ -106,6 +141,32 @@ fn count_unsettled(settling: &[f64], outcomes: &[Outcome]) -> usize {
     settling.iter().zip(outcomes).filter(never).count()
 }
 
+/// `drive.tuning (1 quiet, 2 normal)`.
+fn with_words(name: &str, words: Option<&Vec<String>>) -> String {
+    let Some(words) = words else { return name.into() };
+    let each: Vec<String> = (1..).zip(words).map(|(k, word)| format!("{k} {word}")).collect();
+    format!("{name} ({})", each.join(", "))
+}
+
+/// The worst trials, the worst first: those that failed, then by their figure; what is no number is the largest.
+fn worst_of(figure: &[f64], outcomes: &[Outcome]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..figure.len()).collect();
+    let badness =
+        |k: usize| (outcomes[k] != Outcome::Finished, if figure[k].is_nan() { f64::INFINITY } else { figure[k] });
+    let worse = |a: &usize, b: &usize| {
+        let (a_failed, a_value) = badness(*a);
+        let (b_failed, b_value) = badness(*b);
+        b_failed.cmp(&a_failed).then(b_value.total_cmp(&a_value)).then(a.cmp(b))
+    };
+    let count = WORST.min(order.len());
+    if count < order.len() {
+        order.select_nth_unstable_by(count, worse);
+    }
+    order.truncate(count);
+    order.sort_by(worse);
+    order
+}
+
 fn unsettled(count: usize) -> String {
     format!(
         "{count} of those that finished never settled within settling_band: --at-most {SETTLING}=SECONDS makes \
@@ -115,6 +176,10 @@ fn unsettled(count: usize) -> String {
 
 fn number(value: f64) -> String {
     if value.is_nan() { "-".into() } else { significant(value, 4) }
+}
+
+fn of(value: &Json) -> String {
+    number(value.as_f64().unwrap_or(f64::NAN))
 }
 
 impl Console<'_> {
@@ -140,21 +205,7 @@ impl Console<'_> {
             }
         }
         let figure = column(question.worst)?;
-        let mut order: Vec<usize> = (0..figure.len()).collect();
-        let badness =
-            |k: usize| (outcomes[k] != Outcome::Finished, if figure[k].is_nan() { f64::INFINITY } else { figure[k] });
-        let worse = |a: &usize, b: &usize| {
-            let (a_failed, a_value) = badness(*a);
-            let (b_failed, b_value) = badness(*b);
-            b_failed.cmp(&a_failed).then(b_value.total_cmp(&a_value)).then(a.cmp(b))
-        };
-        let count = WORST.min(order.len());
-        if count < order.len() {
-            order.select_nth_unstable_by(count, worse);
-        }
-        order.truncate(count);
-        order.sort_by(worse);
-
+        let order = worst_of(&figure, &outcomes);
         let mut percentiles = BTreeMap::new();
         let mut worst: Vec<WorstTrial> = order
             .iter()
@@ -165,24 +216,39 @@ impl Console<'_> {
                 drawn: BTreeMap::new(),
             })
             .collect();
-        let (mut bars, mut dots, mut unsettled) = (Vec::new(), Vec::new(), 0);
+        let (mut bars, mut dots, mut unsettled) = (Drawn::default(), Drawn::default(), 0);
+        let words: Vec<Option<Vec<String>>> = header.vary.iter().map(|text| vary::words(text)).collect();
         let by = &header.columns[question.worst];
         for (k, name) in header.columns.iter().enumerate() {
             let mut values = column(k)?;
             if k < drawn {
+                let words = words.get(k).and_then(Option::as_ref);
+                let told = |value: f64| match words.and_then(|words| words.get((value as usize).checked_sub(1)?)) {
+                    Some(word) => Json::from(word.as_str()),
+                    None => Json::from(value),
+                };
                 for (worst, row) in worst.iter_mut().zip(&order) {
-                    worst.drawn.insert(name.clone(), values[*row]);
+                    worst.drawn.insert(name.clone(), told(values[*row]));
                 }
-                if dots.len() < PANELS {
-                    dots.push(scatter([name, &header.label(by)], &values, &figure, &outcomes, &order));
+                if question.draws(k, 0..drawn, &dots) {
+                    let labels = [&with_words(name, words), &header.label(by)];
+                    dots.panels.push(scatter(labels.map(String::as_str), &values, &figure, &outcomes, &order));
+                } else {
+                    dots.left_out.push(name.clone());
                 }
             }
             if name == SETTLING {
                 unsettled = count_unsettled(&values, &outcomes);
             }
             statistics::sort(&mut values);
-            if k > drawn && bars.len() < PANELS {
-                bars.extend(histogram(name, header.units.get(name), &values));
+            if k > drawn
+                && let Some(panel) = histogram(name, header.units.get(name), &values)
+            {
+                if question.draws(k, drawn..header.columns.len(), &bars) {
+                    bars.panels.push(panel);
+                } else {
+                    bars.left_out.push(name.clone());
+                }
             }
             let no_number = values.iter().filter(|value| value.is_nan()).count();
             let of = NAMES.into_iter().zip(PER_MILLE.map(|p| statistics::percentile(&values, p))).collect();
@@ -214,11 +280,16 @@ impl Console<'_> {
         let text = json.as_deref().unwrap_or_default();
         write_whole(&folder.join("monte-carlo.json"), |out| writeln!(out, "{text}"))
             .map_err(|error| Failure::writing(folder.join("monte-carlo.json").display(), &error))?;
-        write_pictures(folder, header, by, [bars, dots])?;
+        let left_out =
+            [bars.remark("histograms.png", "figures that vary"), dots.remark("scatter.png", "keys that were drawn")];
+        write_pictures(folder, header, by, [bars.panels, dots.panels])?;
         if is_json {
             self.say_json(json)?;
         } else {
             self.tell(&report, drawn, file, !question.at_most.is_empty())?;
+            for line in left_out.iter().flatten() {
+                self.say(line)?;
+            }
             self.say(&format!("written to {}", folder.display()))?;
         }
         Ok((0..).zip(outcomes).find_map(|(i, outcome)| (outcome == Outcome::Refused).then_some(i)))
@@ -260,7 +331,8 @@ impl Console<'_> {
         let by = header.label(worst_by);
         let mut table = Table::new(["trial", "outcome", &by].into_iter().chain(names.iter().map(String::as_str)));
         for trial in worst {
-            let values = names.iter().map(|name| number(trial.drawn.get(name).copied().unwrap_or(f64::NAN)));
+            let told = |value: &Json| value.as_str().map_or_else(|| of(value), ToOwned::to_owned);
+            let values = names.iter().map(|name| told(trial.drawn.get(name).unwrap_or(&Json::Null)));
             let head = [trial.trial.to_string(), trial.outcome.to_owned(), number(trial.figure)];
             table.row(head.into_iter().chain(values));
         }
@@ -284,7 +356,6 @@ pub(in crate::cli) fn section(folder: &Path) -> Result<(String, Section), Failur
     let none = || bad(format!("{}: not what `monte-carlo` writes", file.display()));
     let scenario = json["scenario"].as_str().ok_or_else(none)?.to_owned();
     let percentiles = json["percentiles"].as_object().ok_or_else(none)?;
-    let of = |value: &Json| number(value.as_f64().unwrap_or(f64::NAN));
     let mut table = Table::new(["figure", "file"].into_iter().chain(NAMES));
     for (name, of_figure) in percentiles.iter().filter(|(_, of_figure)| of_figure["least"] != of_figure["max"]) {
         let values = NAMES.iter().map(|rank| of(&of_figure[*rank]));

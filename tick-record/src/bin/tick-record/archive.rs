@@ -11,23 +11,36 @@
 use std::fmt::Write as _;
 
 use controller_core::{Controller, Linear, VERSION_NUMBER};
-use tick_record::{Port, Record, Recorder, Role, Symbol, Whole, coefficients, text, whole};
+use tick_record::drive::JET;
+use tick_record::joined::Joined;
+use tick_record::{Kind, Op, Port, Record, Recorder, Role, Symbol, Whole, coefficients, monitor, text, whole};
+
+use crate::watched::Watched;
 
 /// In the order of `edo_smc.h`.
 const REJECTED: u32 = 1;
 const NOT_FINITE: u32 = (-6_i32).cast_unsigned();
+const NOT_STARTED: u32 = (-12_i32).cast_unsigned();
 
-/// Where an instance has its words.
+/// Where an instance has its words, and what its functions do.
 struct Layout {
     name: String,
-    whole: Whole,
-    /// Numbers of the design and their words.
+    /// Numbers of the design and how far behind its address they lie; all its bytes.
     design: Vec<(String, usize)>,
-    design_words: usize,
+    design_size: usize,
+    /// Other words of the design: `known` lines.
+    known: Vec<(usize, u32)>,
+    /// The same of the state, and bytes of it that mean nothing.
     state: Vec<(String, usize)>,
-    state_words: usize,
+    state_size: usize,
+    pads: Vec<(usize, usize)>,
+    /// Where behind the sample an input of it lies, with its kind where that is not the record's.
+    sample: Vec<(String, String)>,
+    /// What a drive knows, in its order.
+    known_by: Vec<String>,
     /// Tag of a state that waits; its complement if it runs.
     waiting: u32,
+    functions: Vec<(&'static str, Record)>,
 }
 
 /// The tag, as the archive makes it of its version and the instance: FNV-1a.
@@ -45,34 +58,37 @@ struct Registers {
     output: Option<usize>,
 }
 
+impl Registers {
+    fn of(function: &str) -> Self {
+        match function {
+            "tick" | "go_on" => Self { design: Some(0), state: 1, sample: Some(2), output: Some(3) },
+            "estimates" => Self { design: Some(0), state: 1, sample: None, output: Some(2) },
+            _ => Self::default(),
+        }
+    }
+}
 impl Layout {
     /// The functions, each with its text.
     fn texts(&self) -> Vec<(String, String)> {
-        let Whole { tick, report_applied, estimates, reset, .. } = &self.whole;
-        let of_tick = Registers { design: Some(0), state: 1, sample: Some(2), output: Some(3) };
-        let of_estimates = Registers { design: Some(0), state: 1, sample: None, output: Some(2) };
-        vec![
-            self.text("tick", tick, &of_tick),
-            self.text("report_applied", report_applied, &Registers::default()),
-            self.text("estimates", estimates, &of_estimates),
-            self.text("reset", reset, &Registers::default()),
-        ]
+        self.functions.iter().map(|(function, record)| self.text(function, record)).collect()
     }
 
-    fn text(&self, function: &str, record: &Record, at: &Registers) -> (String, String) {
+    fn text(&self, function: &str, record: &Record) -> (String, String) {
         let Self { name, .. } = self;
-        let &Registers { design, state, sample, output } = at;
+        let Registers { design, state, sample, output } = Registers::of(function);
         let (running, waiting) = (!self.waiting, self.waiting);
         let among = |all: &[(String, usize)], port: &Port| {
-            all.iter().find(|(name, _)| *name == port.name).map(|(_, word)| 8 + 4 * word)
+            all.iter().find(|(name, _)| *name == port.name).map(|(_, at)| 8 + at)
         };
         let tag = format!("either r{state}+4 {running} {waiting}");
         let memory = |port: &Port| match port.role {
             Role::State if port.name == "started" => Some(tag.clone()),
             Role::State => Some(format!("r{state}+{}", among(&self.state, port)?)),
-            Role::Sample(j) => Some(format!("r{}+{}", sample?, 4 * j)),
             Role::Argument if port.name == "u" => Some("s0".into()),
-            Role::Argument => Some(format!("r{}+{}", design?, among(&self.design, port)?)),
+            Role::Sample(_) | Role::Argument => match self.sample.iter().find(|(name, _)| *name == port.name) {
+                Some((_, place)) => Some(place.replace("sample", &format!("r{}", sample?))),
+                None => Some(format!("r{}+{}", design?, among(&self.design, port)?)),
+            },
             _ => None,
         };
         let not_finite = format!("either r0 0 {NOT_FINITE}");
@@ -86,27 +102,42 @@ impl Layout {
             ("report_applied", Role::State) if port.name == "started" => vec![tag.clone(), not_finite.clone()],
             ("estimates", Role::Answer) => vec!["either r0 0 1".into()],
             ("report_applied", Role::Answer) => vec![not_finite.clone()],
+            ("go_on", Role::Answer) => vec![format!("either r0 0 {NOT_STARTED}")],
+            ("estimates", Role::Output) => {
+                let known = self.known_by.iter().position(|one| *one == port.name);
+                known.into_iter().map(|word| behind(4 * word)).collect()
+            }
             (_, Role::State) => memory(port).into_iter().collect(),
             (_, Role::Output) => {
                 let word = ["u", "sigma", "sigma_star"].iter().position(|one| *one == port.name);
                 word.into_iter().map(|word| behind(4 * word)).collect()
             }
-            (_, Role::Flag(0)) => vec![format!("{} bit 0", behind(12)), format!("either r0 {REJECTED} 0")],
+            ("tick", Role::Flag(0)) => vec![format!("{} bit 0", behind(12)), format!("either r0 {REJECTED} 0")],
             (_, Role::Flag(bit)) => vec![format!("{} bit {bit}", behind(12))],
+            (_, Role::Between) => vec![format!("either r0 {REJECTED} 0")],
             (_, Role::Estimate(i, m)) => vec![behind(4 * (columns * i + m))],
             _ => vec![],
         };
-        let mut head = format!("size r{state} {}\n", 8 + 4 * self.state_words);
+        let mut head = format!("size r{state} {}\n", 8 + self.state_size);
         if let Some(design) = design {
-            let _ = writeln!(head, "known r{state}+0 r{design}\nsize r{design} {}", 12 + 4 * self.design_words);
+            let _ = writeln!(head, "known r{state}+0 r{design}\nsize r{design} {}", 12 + self.design_size);
+            for (at, word) in &self.known {
+                let _ = writeln!(head, "known r{design}+{} {word}", 8 + at);
+            }
         }
-        if let Some(output) = output {
-            let size = if function == "tick" { 16 } else { 4 * (record.results.len() - 1) };
-            let _ = writeln!(head, "size r{output} {size}");
-            let _ = match function {
-                "tick" => writeln!(head, "pad r{output}+13 3"),
-                _ => writeln!(head, "known r{state}+4 {running}"),
-            };
+        if function == "estimates" {
+            let words = record.results.iter().filter(|port| matches!(port.role, Role::Output | Role::Estimate(..)));
+            let _ = writeln!(
+                head,
+                "size {} {}\nknown r{state}+4 {running}",
+                behind(0).replace("+0", ""),
+                4 * words.count()
+            );
+        } else if let Some(output) = output {
+            let _ = writeln!(head, "size r{output} 16\npad r{output}+13 3");
+            for (at, bytes) in &self.pads {
+                let _ = writeln!(head, "pad r{state}+{} {bytes}", 8 + at);
+            }
         }
         let text = text::text(&format!("edo_smc_{function}_{name}"), record, &memory, &result, &head);
         (format!("{function}_{name}"), text)
@@ -125,22 +156,114 @@ fn chain<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &
     });
     // Guess, coefficients, row, in the order in which they were asked for.
     let numbers = whole.tick.inputs.iter().filter(|port| port.role == Role::Argument);
-    let design: Vec<(String, usize)> = numbers.map(|port| port.name.clone()).zip(0..).collect();
+    let design: Vec<String> = numbers.map(|port| port.name.clone()).collect();
     // In memory the flag is the last one.
     let mut state: Vec<String> = whole.state.iter().map(|port| port.name.clone()).collect();
     state.pop();
     state.rotate_left(1);
-    let (design_words, state_words) = (design.len(), state.len());
-    let waiting = waiting([N as u8, R as u8, MASK, 0]);
+    let placed = |names: Vec<String>| names.into_iter().zip((0..).step_by(4)).collect();
+    let Whole { tick, report_applied, estimates, reset, .. } = whole;
     Layout {
         name: name.into(),
-        whole,
-        design,
-        design_words,
-        state: state.into_iter().zip(0..).collect(),
-        state_words,
-        waiting,
+        design_size: 4 * design.len(),
+        design: placed(design),
+        known: Vec::new(),
+        state_size: 4 * state.len(),
+        state: placed(state),
+        pads: Vec::new(),
+        sample: (0..N).map(|j| (format!("x{}", j + 1), format!("sample+{}", 4 * j))).collect(),
+        known_by: Vec::new(),
+        waiting: waiting([N as u8, R as u8, MASK, 0]),
+        functions: vec![("tick", tick), ("report_applied", report_applied), ("estimates", estimates), ("reset", reset)],
     }
+}
+
+/// A drive, whose functions are joined of the records of its parts.
+fn drive(drive: &Watched) -> Layout {
+    let Watched { name, functions, shafts, places, forms: [fast, late], .. } = drive;
+    let order: Vec<&str> = ["turn"].into_iter().chain(JET.into_iter().take(2 * shafts.len())).collect();
+    let targets = ["begin", "end"].map(|when| order.iter().map(move |of| format!("{when}_{of}")));
+    let counts = shafts.iter().map(|shaft| format!("count{shaft}"));
+    let words = counts.chain(["bits of the lost ones".into()]).chain(targets.into_iter().flatten());
+    let lost = shafts.iter().zip(0..);
+    let quantities = ["position", "speed", "disturbance", "load"];
+    let flags = places.state.iter().filter(|(port, _)| port.kind == Kind::Truth);
+    Layout {
+        name: (*name).into(),
+        design: places.numbers.clone(),
+        design_size: places.law_size,
+        known: places.known.clone(),
+        state: places.state.iter().map(|(port, at)| (port.name.clone(), *at)).collect(),
+        state_size: places.state_size,
+        pads: flags.map(|(_, at)| (at + 1, 3)).collect(),
+        sample: (words.zip((0..).step_by(4)).map(|(word, at)| (word, format!("sample+{at}"))))
+            .chain(lost.map(|(shaft, i)| (format!("lost{shaft}"), format!("sample+{} bit {i}", 4 * shafts.len()))))
+            .collect(),
+        known_by: ["turn".into()]
+            .into_iter()
+            .chain(quantities.iter().flat_map(|of| shafts.iter().map(move |shaft| format!("{of}{shaft}"))))
+            .collect(),
+        waiting: waiting([shafts.len() as u8, *fast, *late, 1]),
+        functions: vec![
+            ("tick", ticked(drive, true)),
+            ("go_on", ticked(drive, false)),
+            ("report_applied", of_all_words(drive, &functions.report_applied, false)),
+            ("estimates", of_all_words(drive, &functions.estimates, true)),
+            ("reset", functions.reset.clone()),
+        ],
+    }
+}
+
+/// A tick that starts with the first good sample, or waits until something else has started it: until then the fallback
+/// goes out.
+fn ticked(drive: &Watched, starts: bool) -> Record {
+    let mut joined = Joined::default();
+    let started = joined.input("started", Role::State, Kind::Truth);
+    let was = drive.state(&mut joined);
+    let (mut before, mut runs) = (was.clone(), started);
+    if starts {
+        let start = joined.call(&drive.functions.start, &|_| None);
+        let zeros = [joined.constant(Op::Truth(false)), joined.constant(Op::Constant(0.0))];
+        for (port, word) in &mut before {
+            let first = start.get(&port.name, Role::State).filter(|_| !monitor::state().contains(port));
+            let zero = zeros[usize::from(port.kind != Kind::Truth)];
+            *word = joined.select(started, *word, first.unwrap_or(zero));
+        }
+        let begins = start.get("answer", Role::Answer).expect("an answer");
+        runs = joined.op(Op::Or(started, begins));
+    }
+    let ticked = drive.ticked(&mut joined, &before);
+    let waits = joined.call(&drive.functions.not_started, &|_| None);
+    let no = joined.constant(Op::Truth(false));
+    let mut results = Vec::new();
+    for (port, id) in ticked {
+        let other = match port.role {
+            Role::State => was.iter().find(|(word, _)| *word == port).map(|(_, id)| *id).expect("a word of the state"),
+            _ => waits.all().find(|(other, _)| *other == port).map_or(no, |(_, id)| *id),
+        };
+        let id = joined.select(runs, id, other);
+        if !starts && port.role == Role::Flag(0) {
+            // Of what has not started the answer is another.
+            let rejects = joined.op(Op::And(runs, id));
+            results.push((Port { name: "rejects".into(), role: Role::Between, kind: Kind::Truth }, rejects));
+        }
+        results.push((port, id));
+    }
+    results.push((Port { name: "started".into(), role: Role::State, kind: Kind::Truth }, runs));
+    if !starts {
+        results.push((Port { name: "answer".into(), role: Role::Answer, kind: Kind::Truth }, runs));
+    }
+    joined.record(results)
+}
+
+/// A function that asks whether all words of the state are sound, those of the monitors too; or one that is only called
+/// of what has started.
+fn of_all_words(drive: &Watched, record: &Record, has_started: bool) -> Record {
+    let mut joined = Joined::default();
+    drive.state(&mut joined);
+    let yes = joined.constant(Op::Truth(true));
+    let given = joined.call(record, &|port| (has_started && port.name == "started").then_some(yes));
+    joined.record(given.all().cloned().collect())
 }
 
 macro_rules! chains {
@@ -150,7 +273,8 @@ macro_rules! chains {
 }
 
 /// Every function with its text.
-pub(crate) fn texts() -> Vec<(String, String)> {
+pub(crate) fn texts(drives: &[Watched]) -> Vec<(String, String)> {
     let all = controller_core::shapes!(archive => chains);
-    all.iter().flat_map(Layout::texts).collect()
+    let drives = drives.iter().map(drive);
+    all.into_iter().chain(drives).flat_map(|layout| layout.texts()).collect()
 }

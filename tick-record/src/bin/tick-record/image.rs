@@ -3,14 +3,19 @@
 //! The design is not in them: whatever numbers a controller of this shape holds, the tick is the same function of them.
 //! Places are those of the types, whose fields lie in their order (`repr(C)`).
 
-use controller_core::drive::{Hold, JointDrive, MotorDrive, Position, Speed};
-use controller_core::{
-    Benchmark, ControlLaw, Controller, FlexibleJoint, Gate, Gated, NominalModel, Output, Words as _,
+use controller_core::drive::{
+    FullState, Hold, Joint as JointData, JointDrive, JointModel, MotorDrive, Position, Speed,
 };
+use controller_core::{
+    Benchmark, Config, ControlLaw, Controller, FlexibleJoint, Gate, Gated, NominalModel, ObserverGains, Options,
+    Output, ReachingLaw, Surface,
+};
+use tick_record::joined::Joined;
 use tick_record::{Kind, Port, Record, Recorded, Recorder, Role, Symbol, coefficients, drive, text, tick};
 
 use crate::designs::{JOINT_DRIVE, MOTOR, Nothing, VaryingGain};
-use crate::memory::{mark, words};
+use crate::memory::{Marked, Places, state_words};
+use crate::watched::Watched;
 
 /// A model over the recording scalar, of numbers that follow the coefficients in memory.
 trait Model<const N: usize>: NominalModel<Symbol, N> + 'static {
@@ -128,49 +133,13 @@ const BOTH: u8 = 0b1010;
 const ALL: u8 = 0b1111;
 type Joint = FlexibleJoint<Symbol>;
 
-/// The text of a drive's tick. `marked` is the drive with marks in place of the numbers of these names.
-fn driven<L: ControlLaw<Scalar = f32> + Clone>(name: &str, record: &Record, marked: &L, names: &[String]) -> String
-where
-    L::State: Clone,
-{
-    let marks = |words: &[u32], k: usize| words.iter().position(|word| *word == mark(k).to_bits());
-    // The first word of a state is its flag.
-    let state: Vec<&Port> = record.inputs.iter().filter(|port| port.role == Role::State).collect();
-    let given = (0..state.len()).map(|k| if k == 0 { 0 } else { mark(k).to_bits() });
-    let state_words = words(&L::State::from_words(&mut given.into_iter()).expect("the words of a state"));
-    let law_words = words(marked);
-    let flag = L::State::from_words(&mut (0..state.len()).map(|k| u32::from(k == 0))).expect("a state that is fresh");
-    let fresh = words(&flag).iter().position(|word| *word & 0xff == 1).expect("a flag");
-    let known: Vec<String> = (law_words.iter().zip(0..))
-        .filter(|(word, _)| !(0..names.len()).any(|k| mark(k).to_bits() == **word))
-        .map(|(word, k)| format!("known r0+{} {word}\n", 4 * k))
-        .collect();
-    let shafts = record.inputs.iter().filter(|port| matches!(port.role, Role::Sample(_))).count();
-    let lost: Vec<&Port> =
-        record.inputs.iter().filter(|port| port.role == Role::Argument && port.kind == Kind::Truth).collect();
+/// The text of a tick that is given what it reads by reference; `sample` says where behind the sample a port lies.
+fn driven(name: &str, record: &Record, places: &Places, sample: &dyn Fn(&Port) -> Option<String>) -> String {
+    let known: Vec<String> = places.known.iter().map(|(at, word)| format!("known r0+{at} {word}\n")).collect();
     let memory = |port: &Port| match port.role {
-        Role::State if port.kind == Kind::Truth => Some(format!("r1+{}", 4 * fresh)),
-        Role::State => {
-            let k = state.iter().position(|one| *one == port)?;
-            Some(format!("r1+{}", 4 * marks(&state_words, k)?))
-        }
-        // Each count is an `Option`: a tag, and the count.
-        Role::Sample(i) => Some(format!("r2+{}", 8 * i + 4)),
-        Role::Argument => {
-            if let Some(i) = lost.iter().position(|one| *one == port) {
-                return Some(format!("either r2+{} 0 1", 8 * i));
-            }
-            if let Some(k) = names.iter().position(|one| *one == port.name) {
-                return Some(format!("r0+{}", 4 * marks(&law_words, k)?));
-            }
-            // Behind the counts the targets, in which the turn comes last.
-            let order = ["r", "r_dot", "r_ddot", "r_dddot", "speed", "turn"];
-            let (when, of) = port.name.split_once('_')?;
-            let there = |one: &&str| record.inputs.iter().any(|port| port.name == format!("{when}_{one}"));
-            let target: Vec<&str> = order.into_iter().filter(there).collect();
-            let at = target.iter().position(|one| *one == of)? + if when == "end" { target.len() } else { 0 };
-            Some(format!("r2+{}", 8 * shafts + 4 * at))
-        }
+        Role::State => Some(format!("r1+{}", places.word(port)?)),
+        Role::Sample(_) => sample(port),
+        Role::Argument => places.number(&port.name).map(|at| format!("r0+{at}")).or_else(|| sample(port)),
         _ => None,
     };
     let result = |port: &Port| match port.role {
@@ -181,8 +150,57 @@ where
     text::text(&format!("budget::{name}::tick"), record, &memory, &result, &known.concat())
 }
 
+/// Where the targets lie behind the sample: behind what is measured, each with its turn last.
+fn target(record: &Record, port: &Port, behind: usize) -> Option<String> {
+    let order = ["r", "r_dot", "r_ddot", "r_dddot", "speed", "turn"];
+    let (when, of) = port.name.split_once('_')?;
+    let there = |one: &&str| record.inputs.iter().any(|port| port.name == format!("{when}_{one}"));
+    let target: Vec<&str> = order.into_iter().filter(there).collect();
+    let at = target.iter().position(|one| *one == of)? + if when == "end" { target.len() } else { 0 };
+    Some(format!("r2+{}", 4 * (behind + at)))
+}
+
+/// Where counts and targets lie: each count is an `Option`, a tag and the count.
+fn counted(record: &Record, port: &Port) -> Option<String> {
+    let lost = || record.inputs.iter().filter(|port| port.role == Role::Argument && port.kind == Kind::Truth);
+    match port.role {
+        Role::Sample(i) => Some(format!("r2+{}", 8 * i + 4)),
+        _ => match lost().position(|one| one == port) {
+            Some(i) => Some(format!("either r2+{} 0 1", 8 * i)),
+            None => target(record, port, 2 * lost().count()),
+        },
+    }
+}
+
+/// Where a measured state and targets lie.
+fn measured(record: &Record, port: &Port) -> Option<String> {
+    match port.role {
+        Role::Sample(j) => Some(format!("r2+{}", 4 * j)),
+        _ => target(record, port, record.inputs.iter().filter(|port| matches!(port.role, Role::Sample(_))).count()),
+    }
+}
+
+/// A joint's law over four measured states, which observes the channels 2, 3 and 4.
+type Measuring<T, A> = FullState<T, JointModel<T>, A, 2, 4, 2, UPPER, 3, 0>;
+
+const UPPER: u8 = 0b1110;
+
+/// Of this shape; no number of it is in a text.
+fn measuring<A>() -> Measuring<f32, A> {
+    let gains = Some(ObserverGains::from_bandwidth::<2>(100.0));
+    let config = Config {
+        period_s: 1e-3,
+        surface: Surface::from_bandwidth(10.0, 10.0),
+        observers: [None, gains, gains, gains],
+        reaching: ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 },
+        nominal: JointData::TABLE_I.model().nominal(),
+        options: Options::NEUTRAL,
+    };
+    Measuring::<f32, A>::try_design(&config, JointData::TABLE_I.model().in_f32()).expect("a good design")
+}
+
 /// Every instance with its text.
-pub(crate) fn texts() -> Vec<(String, String)> {
+pub(crate) fn texts(drives: &[Watched]) -> Vec<(String, String)> {
     macro_rules! chains {
         ($($name:ident: $model:ty, $n:literal, $r:literal, $mask:expr, $o:literal, $call:ident, $tick:ident;)*) => {
             vec![$((
@@ -204,29 +222,59 @@ pub(crate) fn texts() -> Vec<(String, String)> {
         joint_r2_varying_gain: VaryingGain<Symbol>, 4, 2, BOTH, 2, U, tick;
         benchmark_without_exponential: Benchmark<Nothing>, 2, 2, 0b11, 2, U, tick;
     };
+    let argument = |recorder: &Recorder, name: &str| recorder.number(name, Role::Argument);
+    let watched = |name: &str| drives.iter().find(|drive| drive.name == name).expect("a drive of the archive");
     macro_rules! drives {
-        ($($name:ident: $drive:ty, $symbols:ident, $design:expr;)*) => {$({
+        ($($name:ident: $drive:ty, $symbols:ident, $design:expr, $record:expr;)*) => {$({
             let drive = <$drive>::design($design);
-            let record = drive::tick(&|recorder| {
-                drive::$symbols(&drive, &mut |name| recorder.number(name, Role::Argument))
-            });
-            let mut names = Vec::new();
-            let marked = drive::$symbols(&drive, &mut |name| {
-                names.push(name.to_owned());
-                mark(names.len() - 1)
-            });
-            all.push((stringify!($name).into(), driven(stringify!($name), &record, &marked, &names)));
+            let recorded: Option<&str> = $record;
+            let record = recorded.map_or_else(
+                || drive::tick(&|recorder| drive::$symbols(&drive, &mut |name| argument(recorder, name))),
+                |name| watched(name).tick.clone(),
+            );
+            let mut marked = Marked::default();
+            let law = drive::$symbols(&drive, &mut |name| marked.number(name));
+            let places = Places::of(&law, &marked, &[<$drive>::FLAG_AT], &state_words(&record));
+            let sample = |port: &Port| counted(&record, port);
+            all.push((stringify!($name).into(), driven(stringify!($name), &record, &places, &sample)));
         })*};
     }
+    // Those that the archive has too are recorded already.
     drives! {
-        motor: MotorDrive, motor_of, &MOTOR;
-        motor_two_sets: MotorDrive<f32, Position, 1>, motor_of, &MOTOR;
-        motor_late: MotorDrive<f32, Position, 0, 1>, motor_of, &MOTOR;
-        motor_speed: MotorDrive<f32, Speed>, motor_of, &MOTOR;
-        joint_drive: JointDrive, joint_of, &JOINT_DRIVE;
-        joint_drive_held: JointDrive<f32, Hold>, joint_of, &JOINT_DRIVE;
-        joint_drive_two_sets: JointDrive<f32, Position, 1>, joint_of, &JOINT_DRIVE;
-        joint_drive_late: JointDrive<f32, Position, 0, 1>, joint_of, &JOINT_DRIVE;
+        motor: MotorDrive, motor_of, &MOTOR, Some("motor");
+        motor_two_sets: MotorDrive<f32, Position, 1>, motor_of, &MOTOR, Some("motor_fast");
+        motor_late: MotorDrive<f32, Position, 0, 1>, motor_of, &MOTOR, Some("motor_late");
+        motor_speed: MotorDrive<f32, Speed>, motor_of, &MOTOR, None;
+        joint_drive: JointDrive, joint_of, &JOINT_DRIVE, Some("joint");
+        joint_drive_held: JointDrive<f32, Hold>, joint_of, &JOINT_DRIVE, None;
+        joint_drive_two_sets: JointDrive<f32, Position, 1>, joint_of, &JOINT_DRIVE, Some("joint_fast");
+        joint_drive_late: JointDrive<f32, Position, 0, 1>, joint_of, &JOINT_DRIVE, Some("joint_late");
+    }
+    for (name, drive) in [("motor_watched", watched("motor")), ("joint_drive_watched", watched("joint"))] {
+        let mut joined = Joined::default();
+        let before = drive.state(&mut joined);
+        let results = drive.ticked(&mut joined, &before);
+        let record = joined.record(results);
+        let sample = |port: &Port| counted(&record, port);
+        all.push((name.into(), driven(name, &record, &drive.places, &sample)));
+    }
+    macro_rules! measured_laws {
+        ($($name:ident: $aim:ty;)*) => {$({
+            let law: Measuring<f32, $aim> = measuring();
+            let record = tick(
+                &|recorder| drive::measured_of(&law, &mut |name| argument(recorder, name)),
+                Measuring::<Symbol, $aim>::tick,
+            );
+            let mut marked = Marked::default();
+            let law = drive::measured_of(&law, &mut |name| marked.number(name));
+            let places = Places::of(&law, &marked, &[], &state_words(&record));
+            let sample = |port: &Port| measured(&record, port);
+            all.push((stringify!($name).into(), driven(stringify!($name), &record, &places, &sample)));
+        })*};
+    }
+    measured_laws! {
+        joint_measured: Position;
+        joint_measured_held: Hold;
     }
     all.push(("joint_r2_gated".into(), gated::<Joint, 4, 2, BOTH, 2>("joint_r2_gated")));
     all

@@ -5,6 +5,7 @@ mod archive;
 mod designs;
 mod image;
 mod memory;
+mod watched;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -21,8 +22,9 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     };
     let folder = Path::new(&folder);
-    let all = written(&folder.join("archive"), archive::texts());
-    match all.and_then(|()| written(&folder.join("image"), image::texts())) {
+    let drives = watched::all();
+    let all = written(&folder.join("archive"), archive::texts(&drives));
+    match all.and_then(|()| written(&folder.join("image"), image::texts(&drives))) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("{}: {error}", folder.display());

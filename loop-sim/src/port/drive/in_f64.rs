@@ -1,0 +1,117 @@
+//! The drive once more in f64, its reference too: what rounding to f32 is measured by. With one gain set, the quiet
+//! one, and without monitors; it is no drive to run a chip with.
+
+use controller_core::drive::{
+    Aim, ChainModel, DriveError, DriveEstimates, EncoderForm, JointDrive, MotorDrive, Player, Position, Sample, Speed,
+    Target,
+};
+use controller_core::{ControlLaw, MAX_R, Output, Running};
+
+use super::{DriveDesign, Follows, Motion, Mounted, Plan};
+use crate::MAX_ORDER;
+use crate::port::{ControllerPort, PortError, Tick};
+
+/// Counts in, current out.
+struct InF64<L: ControlLaw, const E: usize, const N: usize, const P: usize> {
+    running: Running<L>,
+    mounted: [Mounted; E],
+    player: Player<f64, Plan<f64, P>, N>,
+    motion: Motion,
+    late: u32,
+    sample: Sampled<L, E, N>,
+}
+
+/// What the law is given of counts, and of the targets at both ends of a tick.
+type Sampled<L, const E: usize, const N: usize> =
+    fn([Option<i32>; E], &Target<f64, i32, N>, &Target<f64, i32, N>) -> <L as ControlLaw>::Sample;
+
+impl<L, const E: usize, const N: usize, const P: usize> ControllerPort for InF64<L, E, N, P>
+where
+    L: ControlLaw<Scalar = f64, Output = Output<f64>, Estimates = DriveEstimates<f64, i32, E>> + Send,
+    L::State: Send,
+{
+    fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
+        let count = |i: usize| sample.get(i).and_then(|&count| self.mounted[i].upright(count));
+        let [begin, end] = self.player.next_tick();
+        let sample = (self.sample)(std::array::from_fn(count), &begin, &end);
+        let Output { u, sigma, sigma_star, health } = self.running.tick(&sample);
+        let mut estimates = [[0.0; MAX_R]; MAX_ORDER];
+        let disturbance = self.running.estimates().map_or([0.0; E], |known| known.disturbance);
+        for (i, d) in disturbance.into_iter().enumerate() {
+            estimates[2 * i + 1][0] = d;
+        }
+        Ok(Tick { u, sigma, sigma_star, estimates, health })
+    }
+
+    fn report_applied(&mut self, u: f64) {
+        self.running.report_applied(u);
+    }
+
+    fn reset(&mut self) -> Result<(), PortError> {
+        self.player = Player::new(self.motion.plan(), self.late);
+        self.running.reset();
+        Ok(())
+    }
+
+    fn observed(&self) -> &[usize] {
+        &[1, 3][..E]
+    }
+}
+
+fn boxed<M, A, const E: usize, const N: usize, const S: usize, const LATE: usize, const P: usize>(
+    law: EncoderForm<f64, M, A, E, N, S, 0, LATE>,
+    mounted: [Mounted; E],
+    motion: &Motion,
+) -> Box<dyn ControllerPort>
+where
+    M: ChainModel<f64, E, N, Push: Send> + Send + 'static,
+    A: Aim<f64, N, Target: Send> + Send + 'static,
+{
+    Box::new(InF64::<_, E, N, P> {
+        running: Running::new(law),
+        mounted,
+        player: Player::new(motion.plan(), LATE as u32),
+        motion: motion.clone(),
+        late: LATE as u32,
+        sample: |counts, begin, end| Sample { counts, begin: A::told(begin), end: A::told(end) },
+    })
+}
+
+impl DriveDesign {
+    /// The same along its reference in f64, with the quiet gain set alone and without monitors.
+    ///
+    /// # Errors
+    /// Those of the design.
+    pub fn in_f64(&self, motion: &Motion) -> Result<Box<dyn ControllerPort>, DriveError> {
+        macro_rules! motor {
+            ($design:ident, $mounted:ident, $aim:ty, $late:literal, $states:literal) => {{
+                let law = MotorDrive::<f64, $aim, 0, $late, $states>::try_design($design)?;
+                boxed::<_, _, 1, 2, _, _, 3>(law, [*$mounted], motion)
+            }};
+        }
+        macro_rules! following {
+            ($design:ident, $mounted:ident, $form:ident, $aim:ty) => {
+                match ($form.delay_ticks, $form.observer_states) {
+                    (0, ..=3) => motor!($design, $mounted, $aim, 0, 3),
+                    (0, _) => motor!($design, $mounted, $aim, 0, 4),
+                    (_, ..=3) => motor!($design, $mounted, $aim, 1, 3),
+                    (_, _) => motor!($design, $mounted, $aim, 1, 4),
+                }
+            };
+        }
+        Ok(match self {
+            Self::Motor { design, form, mounted, .. } => match form.follows {
+                Follows::Position => following!(design, mounted, form, Position),
+                Follows::Speed => following!(design, mounted, form, Speed),
+            },
+            Self::Joint { design, form, mounted, .. } if form.delay_ticks == 0 => {
+                let law = JointDrive::<f64, Position, 0, 0>::try_design(design)?;
+                boxed::<_, _, 2, 4, _, _, 4>(law, *mounted, motion)
+            }
+            Self::Joint { design, mounted, .. } => {
+                let law = JointDrive::<f64, Position, 0, 1>::try_design(design)?;
+                boxed::<_, _, 2, 4, _, _, 4>(law, *mounted, motion)
+            }
+        })
+    }
+}

@@ -1,0 +1,80 @@
+//! Drives with their monitors, of any design: the records of their parts, and where their numbers lie.
+
+use controller_core::drive::{JointDrive, Monitored, MotorDrive, Mounting, Position};
+use tick_record::drive::DriveFunctions;
+use tick_record::joined::Joined;
+use tick_record::{Id, Port, Record, Recorder, Role, drive, monitor};
+
+use crate::designs::{JOINT_DRIVE, MOTOR};
+use crate::memory::{Marked, Places, state_words};
+
+/// A drive with monitors that stop it at every alarm.
+pub(crate) struct Watched {
+    /// As the archive names it.
+    pub(crate) name: &'static str,
+    /// Gain sets beside the quiet one, ticks of delay.
+    pub(crate) forms: [u8; 2],
+    pub(crate) functions: DriveFunctions,
+    /// The tick of the drive without monitors.
+    pub(crate) tick: Record,
+    /// What the names that belong to each shaft end with.
+    pub(crate) shafts: Vec<&'static str>,
+    pub(crate) places: Places,
+}
+
+macro_rules! watched {
+    ($($name:ident: $drive:ty, $symbols:ident, $design:expr, $forms:expr, $shafts:expr;)*) => {vec![$({
+        let drive = <$drive>::design($design);
+        let symbols = |recorder: &Recorder| drive::$symbols(&drive, &mut |name| recorder.number(name, Role::Argument));
+        let tick = drive::tick(&symbols);
+        let mut marked = Marked::default();
+        let law = drive::$symbols(&drive, &mut |name| marked.number(name));
+        let mut shaft = 0;
+        let bounds = $shafts.map(|_| {
+            shaft += 1;
+            marked.number(&format!("d{shaft}_bound"))
+        });
+        let [sigma_star, stuck_ticks] = ["sigma_star_bound", "stuck_ticks"].map(|name| marked.number(name));
+        let law = Monitored::from_parts(law, bounds, sigma_star, stuck_ticks).stopping();
+        let state = [monitor::state().to_vec(), state_words(&tick)].concat();
+        let bytes = Monitored::<$drive, { $shafts.len() }>::BYTES_AT;
+        Watched {
+            name: stringify!($name),
+            forms: $forms,
+            functions: drive::drive(&symbols, $shafts.map(|_| Mounting::UPRIGHT)),
+            tick,
+            shafts: $shafts.to_vec(),
+            places: Places::of(&law, &marked, &bytes, &state),
+        }
+    }),*]};
+}
+
+/// Every drive of the archive.
+pub(crate) fn all() -> Vec<Watched> {
+    const SHAFTS: [&str; 2] = ["_link", "_motor"];
+    watched! {
+        motor: MotorDrive, motor_of, &MOTOR, [0, 0], [""];
+        motor_fast: MotorDrive<f32, Position, 1>, motor_of, &MOTOR, [1, 0], [""];
+        motor_late: MotorDrive<f32, Position, 0, 1>, motor_of, &MOTOR, [0, 1], [""];
+        motor_fast_late: MotorDrive<f32, Position, 1, 1>, motor_of, &MOTOR, [1, 1], [""];
+        joint: JointDrive, joint_of, &JOINT_DRIVE, [0, 0], SHAFTS;
+        joint_fast: JointDrive<f32, Position, 1>, joint_of, &JOINT_DRIVE, [1, 0], SHAFTS;
+        joint_late: JointDrive<f32, Position, 0, 1>, joint_of, &JOINT_DRIVE, [0, 1], SHAFTS;
+        joint_fast_late: JointDrive<f32, Position, 1, 1>, joint_of, &JOINT_DRIVE, [1, 1], SHAFTS;
+    }
+}
+
+impl Watched {
+    /// The tick with its monitors, joined: of these words of the state, what becomes of all.
+    pub(crate) fn ticked(&self, joined: &mut Joined, before: &[(Port, Id)]) -> Vec<(Port, Id)> {
+        let one = self.shafts.len() == 1;
+        let monitors = if one { monitor::monitor::<1>(true) } else { monitor::monitor::<2>(true) };
+        monitor::watched(joined, [&self.tick, &self.functions.not_started, &monitors], before, &self.shafts)
+    }
+
+    /// The words of the state as inputs.
+    pub(crate) fn state(&self, joined: &mut Joined) -> Vec<(Port, Id)> {
+        let input = |(port, _): &(Port, usize)| (port.clone(), joined.input(&port.name, port.role, port.kind));
+        self.places.state.iter().map(input).collect()
+    }
+}

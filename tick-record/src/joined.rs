@@ -1,0 +1,131 @@
+//! Records one after the other, as one record without a branch.
+//!
+//! What has too many ways to be recorded as a whole, since those of one part are multiplied by those of the next, is
+//! made of the records of its parts. Each is computed once, whatever its decisions are, which
+//! [`record`](crate::record()) allows: it has no other effect. Of what it gives on its ways the decisions then select
+//! one.
+
+use std::collections::HashMap;
+
+use controller_core::Health;
+
+use crate::record::{Block, End, Id, Kind, Op, Port, Record, Role, Step, Value};
+
+/// A record that is being joined.
+#[derive(Default)]
+pub struct Joined {
+    inputs: Vec<(Port, Id)>,
+    values: Vec<Value>,
+    steps: Vec<Id>,
+}
+
+/// What a part gives.
+pub struct Given(Vec<(Port, Id)>);
+
+impl Given {
+    /// The value of a result; none if there is no such result.
+    pub fn get(&self, name: &str, role: Role) -> Option<Id> {
+        self.0.iter().find(|(port, _)| port.name == name && port.role == role).map(|(_, id)| *id)
+    }
+
+    /// A flag of the health.
+    pub(crate) fn get_flag(&self, flag: Health) -> Option<Id> {
+        let bit = flag.bits().trailing_zeros() as u8;
+        self.0.iter().find(|(port, _)| port.role == Role::Flag(bit)).map(|(_, id)| *id)
+    }
+
+    /// All results.
+    pub fn all(&self) -> impl Iterator<Item = &(Port, Id)> {
+        self.0.iter()
+    }
+}
+
+impl Joined {
+    /// An input of the whole: the same each time that it is asked for.
+    pub fn input(&mut self, name: &str, role: Role, kind: Kind) -> Id {
+        let port = Port { name: name.into(), role, kind };
+        if let Some((_, id)) = self.inputs.iter().find(|(known, _)| *known == port) {
+            return *id;
+        }
+        let id = self.value(Op::Input(self.inputs.len()), Some(name.into()));
+        self.inputs.push((port, id));
+        id
+    }
+
+    /// An operation on values that are there.
+    pub fn op(&mut self, op: Op) -> Id {
+        let id = self.value(op, None);
+        self.steps.push(id);
+        id
+    }
+
+    /// If the first holds the second, else the third.
+    pub fn select(&mut self, condition: Id, yes: Id, no: Id) -> Id {
+        if yes == no { yes } else { self.op(Op::Select(condition, yes, no)) }
+    }
+
+    /// A constant.
+    pub fn constant(&mut self, op: Op) -> Id {
+        self.value(op, None)
+    }
+
+    fn value(&mut self, op: Op, name: Option<String>) -> Id {
+        self.values.push(Value { op, name });
+        Id(self.values.len() as u32 - 1)
+    }
+
+    /// What a part gives of these inputs; one that is not `given` is an input of the whole.
+    pub fn call(&mut self, part: &Record, given: &dyn Fn(&Port) -> Option<Id>) -> Given {
+        let one = |port: &Port| given(port).unwrap_or_else(|| self.input(&port.name, port.role, port.kind));
+        let inputs: Vec<Id> = part.inputs.iter().map(one).collect();
+        let mut known: HashMap<Id, Id> = HashMap::new();
+        for (value, at) in part.values.iter().zip(0..) {
+            let id = match value.op {
+                Op::Input(at) => inputs[at],
+                Op::Constant(_) | Op::Truth(_) | Op::CountOf(_) => self.value(value.op, value.name.clone()),
+                _ => continue,
+            };
+            known.insert(Id(at), id);
+        }
+        let results = self.block(part, &part.body, &mut known);
+        Given(part.results.iter().cloned().zip(results).collect())
+    }
+
+    fn block(&mut self, part: &Record, block: &Block, known: &mut HashMap<Id, Id>) -> Vec<Id> {
+        for step in &block.steps {
+            if !known.contains_key(&step.value) {
+                let Value { op, name } = part.value(step.value);
+                let id = self.value(op.map(|operand| known[&operand]), name.clone());
+                self.steps.push(id);
+                known.insert(step.value, id);
+            }
+        }
+        match &block.end {
+            End::Return(results) => results.iter().map(|id| known[id]).collect(),
+            End::Branch { condition, yes, no } => {
+                let (yes, no) = (self.block(part, yes, known), self.block(part, no, known));
+                let condition = known[condition];
+                yes.into_iter().zip(no).map(|(yes, no)| self.select(condition, yes, no)).collect()
+            }
+        }
+    }
+
+    /// The whole, of which these go out.
+    pub fn record(self, results: Vec<(Port, Id)>) -> Record {
+        let Self { inputs, values, mut steps } = self;
+        let mut needed = vec![false; values.len()];
+        let (results, ids): (Vec<Port>, Vec<Id>) = results.into_iter().unzip();
+        for id in &ids {
+            needed[id.index()] = true;
+        }
+        for at in (0..values.len()).rev() {
+            if needed[at] {
+                values[at].op.operands().for_each(|operand| needed[operand.index()] = true);
+            }
+        }
+        steps.retain(|id| needed[id.index()]);
+        let inputs = inputs.into_iter().map(|(port, _)| port).collect();
+        let steps = steps.into_iter().map(|value| Step { value, section: "" }).collect();
+        Record { inputs, results, values, body: Block { steps, end: End::Return(ids) } }
+    }
+}
