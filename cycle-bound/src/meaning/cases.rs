@@ -38,7 +38,7 @@ impl Effort {
 }
 
 /// Inputs of a case, below which those of the case around it stand for them.
-const FEW: usize = 64;
+const FEW: usize = 1024;
 
 /// Function against text.
 pub(super) struct Cases<'a> {
