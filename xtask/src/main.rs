@@ -69,7 +69,7 @@ const ACTIONS: [Action; 23] = [
     },
     Action {
         name: "means --all",
-        help: "the same, and the joint's ticks of the archive, minutes each",
+        help: "the same, and all of the joint's ticks of the archive, two minutes each",
         run: means::all,
     },
     Action { name: "capi", help: "build archive, header and examples for firmware in C", run: capi::run },
