@@ -130,7 +130,7 @@ const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 10] = [
     ("edo_smc_tune_", "designs, in f64"),
     ("edo_smc_retune_", "takes a new design over, which is not recorded"),
     ("edo_smc_plan_", "a planned way, of which parts are recorded"),
-    ("edo_smc_tick_motor_fast", "u is not shown: in one case of 31, where the limits are in the wrong order"),
+    ("edo_smc_tick_motor_fast", "u is not shown"),
 ];
 const SIZE: &str = "a constant";
 const EXPONENTIAL: &str = "an exponential of a library, which is not recorded";
