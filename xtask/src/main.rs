@@ -38,7 +38,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 23] = [
+const ACTIONS: [Action; 22] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -66,11 +66,6 @@ const ACTIONS: [Action; 23] = [
         name: "means",
         help: "hold the machine code of image and exported C to the record of the tick, path by path",
         run: means::run,
-    },
-    Action {
-        name: "means --all",
-        help: "the same, and all of the joint's ticks of the archive, two minutes each",
-        run: means::all,
     },
     Action { name: "capi", help: "build archive, header and examples for firmware in C", run: capi::run },
     Action { name: "docs", help: "build the documentation without a warning, and check its formulas", run: docs::run },

@@ -120,7 +120,7 @@ const WITHOUT: [(&str, &str); 3] = [
     ("budget::sine::tick", "no tick: the sine of a drive's map alone"),
 ];
 /// Functions of the archive that are not held, by a part of their names.
-const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 10] = [
+const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 9] = [
     ("edo_smc_version", SIZE),
     ("edo_smc_design_size_", SIZE),
     ("edo_smc_state_size_", SIZE),
@@ -130,20 +130,9 @@ const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 10] = [
     ("edo_smc_tune_", "designs, in f64"),
     ("edo_smc_retune_", "takes a new design over, which is not recorded"),
     ("edo_smc_plan_", "a planned way, of which parts are recorded"),
-    ("edo_smc_tick_motor_fast", "u is not shown"),
 ];
 const SIZE: &str = "a constant";
 const EXPONENTIAL: &str = "an exponential of a library, which is not recorded";
-/// Held when all are: two minutes each.
-const LONG: [&str; 7] = [
-    "edo_smc_tick_joint",
-    "edo_smc_tick_joint_late",
-    "edo_smc_tick_joint_fast_late",
-    "edo_smc_go_on_joint",
-    "edo_smc_go_on_joint_late",
-    "edo_smc_go_on_joint_fast",
-    "edo_smc_go_on_joint_fast_late",
-];
 /// An interrupt is more than its tick: it talks to the chip.
 const INTERRUPT: &str = "TIM3";
 
@@ -162,24 +151,13 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     judge(gate)
 }
 
-/// The same, with what takes minutes.
-pub(crate) fn all(gate: &mut Gate) -> Outcome {
-    firmware::run(gate)?;
-    capi::run(gate)?;
-    judged(gate, true)
-}
-
 /// Machine code against records.
 pub(crate) fn judge(gate: &mut Gate) -> Outcome {
-    judged(gate, false)
-}
-
-fn judged(gate: &mut Gate, all: bool) -> Outcome {
     gate.step("machine code computes what the tick says", |gate| {
         let folder = gate.root.join(FOLDER);
         let failed = |reason: String| Failure { reason, rerun: "cargo xtask means".into() };
         std::fs::create_dir_all(&folder).map_err(|error| failed(format!("{}: {error}", folder.display())))?;
-        of_the_image_and_the_archive(gate, &folder.join("recorded"), all).map_err(failed)??;
+        of_the_image_and_the_archive(gate, &folder.join("recorded")).map_err(failed)??;
         for exported in &EXPORTED {
             of_the_files(gate, &folder.join(exported.name), exported).map_err(failed)??;
         }
@@ -190,15 +168,12 @@ fn judged(gate: &mut Gate, all: bool) -> Outcome {
         for (names, why) in WITHOUT.iter().chain(&WITHOUT_IN_THE_ARCHIVE) {
             println!("  {names:<36} {why}");
         }
-        for name in LONG.iter().filter(|_| !all) {
-            println!("  {name:<36} two minutes: held by `cargo xtask means --all`");
-        }
         Ok(())
     })
 }
 
 /// The ticks of the Rust image, the functions of the archive.
-fn of_the_image_and_the_archive(gate: &Gate, folder: &Path, all: bool) -> Result<Outcome, String> {
+fn of_the_image_and_the_archive(gate: &Gate, folder: &Path) -> Result<Outcome, String> {
     let told = |error: std::io::Error| format!("{}: {error}", folder.display());
     // Texts of an older run are none of this one.
     if folder.exists() {
@@ -211,8 +186,7 @@ fn of_the_image_and_the_archive(gate: &Gate, folder: &Path, all: bool) -> Result
     let (mut of_image, mut of_archive) = (texts(&folder.join("image"))?, texts(&folder.join("archive"))?);
     let ceilings = std::fs::read_to_string(gate.root.join(budget::CEILINGS)).map_err(|error| error.to_string())?;
     let declared = capi::functions(&gate.root)?;
-    let without =
-        |name: &str| WITHOUT_IN_THE_ARCHIVE.iter().any(|(part, _)| name.contains(part)) || !all && LONG.contains(&name);
+    let without = |name: &str| WITHOUT_IN_THE_ARCHIVE.iter().any(|(part, _)| name.contains(part));
     let missing: Vec<&str> = symbols(&ceilings)
         .filter(|symbol| WITHOUT.iter().all(|(name, _)| name != symbol))
         .filter(|symbol| !is_shipped_assembly(symbol))
@@ -347,25 +321,20 @@ mod tests {
     fn what_is_held_to_no_record_is_in_the_archive() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
         let declared = capi::functions(root).expect("a header");
-        assert!(LONG.iter().all(|name| declared.iter().any(|one| one == name)));
         for (part, _) in WITHOUT_IN_THE_ARCHIVE {
             assert!(declared.iter().any(|name| name.contains(part)), "{part}");
         }
-        // What a chain does at run time is never among it.
-        let at_run_time = ["tick", "report_applied", "estimates", "reset"].map(|what| format!("edo_smc_{what}_n"));
-        let of_a_chain = |name: &&String| at_run_time.iter().any(|what| name.starts_with(what));
-        assert_eq!(declared.iter().filter(of_a_chain).count(), 4 * 20);
-        // Nor what a motor's drive does but for two ticks, and of a joint's all but its tick.
-        let of_a_drive = |name: &&String| {
-            let of = |what: &[&str], plant: &str| {
-                what.iter().any(|what| name.starts_with(&format!("edo_smc_{what}_{plant}")))
-            };
-            of(&["tick", "go_on"], "motor")
-                || ["motor", "joint"].iter().any(|plant| of(&["report_applied", "estimates", "reset"], plant))
+        // What a chain and a drive do at run time is never among it.
+        let [tick, go_on, rest @ ..] = ["tick", "go_on", "report_applied", "estimates", "reset"];
+        let of = |what: &[&str], of: &str| {
+            let of: Vec<String> = what.iter().map(|what| format!("edo_smc_{what}_{of}")).collect();
+            declared.iter().filter(move |name| of.iter().any(|of| name.starts_with(of)))
         };
-        assert_eq!(declared.iter().filter(of_a_drive).count(), 4 * 8);
-        let is_open = |name: &&String| name.starts_with("edo_smc_tick_motor_fast");
-        for name in declared.iter().filter(|name| (of_a_chain(name) || of_a_drive(name)) && !is_open(name)) {
+        let of_chains = of(&[&[tick][..], &rest].concat(), "n");
+        let of_drives = ["motor", "joint"].map(|plant| of(&[&[tick, go_on][..], &rest].concat(), plant));
+        let at_run_time: Vec<&String> = of_chains.chain(of_drives.into_iter().flatten()).collect();
+        assert_eq!(at_run_time.len(), 4 * 20 + 2 * 4 * 5);
+        for name in at_run_time {
             assert!(!WITHOUT_IN_THE_ARCHIVE.iter().any(|(part, _)| name.contains(part)), "{name}");
         }
     }

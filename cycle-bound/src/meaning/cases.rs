@@ -8,7 +8,7 @@
 //!
 //! A case is a graph of its own: everything is made anew of its parts with what is known there, so that choices that
 //! are decided go, and all that only they needed. Of a comparison is known what it says of its two numbers, and of one
-//! of them and other constants.
+//! of them and other constants; of `p and q` that does not hold, that no path of the case has both.
 
 use std::sync::atomic::AtomicBool;
 
@@ -165,7 +165,6 @@ impl Case<'_> {
         let (t, turned) = self.all.found(t);
         let truth = truth != turned;
         match self.all.ops[t] {
-            Op::Truth(_) => {}
             Op::One("not", a) => self.suppose(a, !truth),
             Op::Select(c, x, y) => {
                 let decided = |node| {
@@ -182,18 +181,21 @@ impl Case<'_> {
                         self.suppose(c, false);
                         self.suppose(y, truth);
                     }
-                    _ => {}
+                    _ => self.note(t, truth),
                 }
             }
-            _ => {
-                let here = self.made(t);
-                if self.graph.decided(here).is_none() {
-                    self.graph.suppose(here, truth);
-                }
-            }
+            _ => self.note(t, truth),
         }
         let known = self.graph.truth(truth);
         self.made.insert(t, known);
+    }
+
+    /// As a whole: whatever it is made of may still be so or not.
+    fn note(&mut self, t: Node, truth: bool) {
+        let here = self.made(t);
+        if self.graph.decided(here).is_none() {
+            self.graph.suppose(here, truth);
+        }
     }
 
     /// What stands here for a value, if that has been made.

@@ -180,6 +180,8 @@ impl Graph {
     }
 
     pub(super) fn two(&mut self, name: &'static str, a: Node, b: Node) -> Node {
+        // A sum in another order is the same one, as it is for `Terms`: all NaN are one.
+        let (a, b) = if matches!(name, "add" | "mul") { (a.min(b), a.max(b)) } else { (a, b) };
         self.spread(a, b, CHOICES, &mut |graph, a, b| graph.node(Op::Two(name, a, b)))
     }
 
@@ -300,8 +302,11 @@ impl Graph {
         })
     }
 
-    /// From now on this truth, which is no choice and not turned, is so: what is made of the same parts is a constant.
+    /// From now on this truth is so: what is made of the same parts is a constant.
     pub(super) fn suppose(&mut self, t: Node, truth: bool) {
+        if let Op::One("not", inner) = self.ops[t] {
+            return self.suppose(inner, !truth);
+        }
         self.supposed.push((t, truth));
         let known = self.truth(truth);
         self.known.insert(self.ops[t], known);

@@ -780,6 +780,30 @@ fn what_is_supposed_of_a_choice_that_it_decides_is_still_shown_and_no_more() {
     }
 }
 
+/// That `p and q` does not hold says nothing of either, but no path of that case has both: the text may ask them one
+/// after the other where the machine knows what both say.
+#[test]
+fn what_is_supposed_of_two_truths_together_is_known_on_every_path() {
+    let (expected, stop) = (text_of_inputs(), AtomicBool::new(false));
+    let mut graph = Graph::default();
+    let [x, y, bound] = [0, 1, 2].map(|at| graph.input(at));
+    let (p, q) = (graph.stands(x, GREATER, bound), graph.stands(y, GREATER, bound));
+    let both = graph.and(p, q);
+    let inner = graph.select(q, x, y);
+    let (machine, text) = (graph.select(both, x, y), graph.select(p, inner, y));
+    for truth in [true, false] {
+        let (mut case, roots) = graph.case(both, truth, &[machine, text, x, y]);
+        let [machine, text, x, y] = roots[..] else { panic!("four roots") };
+        assert_eq!(machine, if truth { x } else { y });
+        for (other, is_same) in [(if truth { x } else { y }, true), (if truth { y } else { x }, false)] {
+            let mut sweep = sweep::Sweep::new(&mut case, &expected, &[(other, text)]);
+            assert_eq!(sweep.is_followed(&[(other, text)], 8), is_same);
+            let left = Cases::new(&expected, SWEPT, &stop).unequal(&mut case, &[(other, text)], &[]);
+            assert_eq!(left, Ok(if is_same { vec![] } else { vec![0] }));
+        }
+    }
+}
+
 /// A condition that is no truth would never hold on a path, and always for a number.
 #[test]
 fn a_condition_that_is_no_truth_is_no_text() {
