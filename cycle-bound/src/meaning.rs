@@ -75,6 +75,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use rayon::prelude::*;
 use serde::Serialize;
 use whole_file::Kind;
 
@@ -163,41 +164,49 @@ impl fmt::Display for Meanings {
     }
 }
 
-/// Holds the functions of an image to these texts, and bounds them.
+/// Holds the functions of an image to these texts, and bounds them; as many at once as there are cores.
 ///
 /// # Errors
 /// Bad input, in one line.
 pub(crate) fn run(elf: &Path, options: &Options, stop: &AtomicBool) -> Result<Meanings, String> {
-    let told = |path: &Path, reason: &dyn fmt::Display| format!("{}: {reason}", path.display());
     let image = Image::read(&image_file::read(elf)?).map_err(|reason| told(elf, &reason))?;
+    let rows: Vec<_> = options.means.par_iter().map(|path| row(&image, path, options, stop)).collect();
     let mut answer = Meanings { rows: Vec::new(), failures: Vec::new(), declined: Vec::new() };
-    for path in &options.means {
-        let text = whole_file::read_text(path, Kind::SETTINGS).map_err(|reason| told(path, &reason))?;
-        let expected = Expected::read(&text).map_err(|reason| told(path, &reason))?;
-        let name = options.symbol.as_deref().unwrap_or(&expected.function);
-        let function = image.find(name).map_err(|reason| told(path, &reason))?;
-        let begin = Instant::now();
-        let found = held(&image, function, &expected, Effort::USUAL, stop)?;
-        let asked = Options { symbol: Some(function.symbols[0].clone()), ..options.clone() };
-        let bound = Answer::of(&image, &asked)?.report.bound();
-        let row = Row {
-            function: name.to_owned(),
-            text: path.display().to_string(),
-            bound,
-            instructions: found.instructions,
-            paths: found.paths,
-            results: expected.outs.len(),
-            verdict: found.verdict,
-            seconds: begin.elapsed().as_secs_f64(),
-        };
+    for row in rows {
+        let row = row?;
         match &row.verdict {
             Verdict::Same => {}
-            Verdict::Differs(what) => answer.failures.push(format!("{name}: {what}")),
-            Verdict::Declined(what) => answer.declined.push(format!("{name}: {what}")),
+            Verdict::Differs(what) => answer.failures.push(format!("{}: {what}", row.function)),
+            Verdict::Declined(what) => answer.declined.push(format!("{}: {what}", row.function)),
         }
         answer.rows.push(row);
     }
     Ok(answer)
+}
+
+fn told(path: &Path, reason: &dyn fmt::Display) -> String {
+    format!("{}: {reason}", path.display())
+}
+
+/// Holds one of them to its text.
+fn row(image: &Image, path: &Path, options: &Options, stop: &AtomicBool) -> Result<Row, String> {
+    let text = whole_file::read_text(path, Kind::SETTINGS).map_err(|reason| told(path, &reason))?;
+    let expected = Expected::read(&text).map_err(|reason| told(path, &reason))?;
+    let name = options.symbol.as_deref().unwrap_or(&expected.function);
+    let function = image.find(name).map_err(|reason| told(path, &reason))?;
+    let begin = Instant::now();
+    let found = held(image, function, &expected, Effort::USUAL, stop)?;
+    let asked = Options { symbol: Some(function.symbols[0].clone()), ..options.clone() };
+    Ok(Row {
+        function: name.to_owned(),
+        text: path.display().to_string(),
+        bound: Answer::of(image, &asked)?.report.bound(),
+        instructions: found.instructions,
+        paths: found.paths,
+        results: expected.outs.len(),
+        verdict: found.verdict,
+        seconds: begin.elapsed().as_secs_f64(),
+    })
 }
 
 struct Found {
