@@ -69,6 +69,16 @@ impl Node {
         }
     }
 
+    /// Is all of it as the text has it?
+    pub(super) fn is_of_text(&self) -> bool {
+        let is_inside = match &self.value {
+            NodeValue::List(list) => list.iter().all(Self::is_of_text),
+            NodeValue::Table(entries) => entries.iter().all(|entry| entry.node.is_of_text()),
+            _ => true,
+        };
+        is_inside && matches!(self.origin, Origin::Text { .. })
+    }
+
     fn entry(&self, key: &str) -> Option<&Entry> {
         match &self.value {
             NodeValue::Table(entries) => entries.iter().find(|entry| entry.key == key),
@@ -290,7 +300,7 @@ thread_local! {
     static LAST: RefCell<Option<(String, Node)>> = const { RefCell::new(None) };
 }
 
-fn read_once(source: &Source<'_>) -> Result<Node, ScenarioError> {
+pub(super) fn read_once(source: &Source<'_>) -> Result<Node, ScenarioError> {
     let known = LAST.with_borrow(|last| Some(last.as_ref().filter(|(text, _)| text == source.text)?.1.clone()));
     if let Some(root) = known {
         return Ok(root);

@@ -779,6 +779,33 @@ fn every_key_of_a_schema_stands_in_its_file_to_start_from_and_no_other() {
     }
 }
 
+/// What is found where the text is known to be sound is what is found without that: of every key, set to all sorts.
+#[test]
+fn what_arguments_changed_is_checked_as_if_it_stood_there() {
+    const VALUES: [&str; 12] =
+        ["-1", "0", "7", "2.5", "1e200", "true", "word", "\"x\"", "[1, 2]", "[[0, 0]]", "{ a = 1 }", "[{ kind = 1 }]"];
+    let (mut tried, mut faulty) = (0, 0);
+    for (plant, text) in STARTS {
+        let schema = schema(plant);
+        for key in check::all_keys(schema) {
+            for key in [key.clone(), format!("{key}[1]"), format!("{key}.more")] {
+                for value in VALUES {
+                    let sets = [String::from("name=\"a\""), format!("{key}={value}")];
+                    let Ok(tree) = document::read(&Source { file: "a.toml", text, sets: &sets }) else { continue };
+                    let [all, set] = [check::check, check::check_set].map(|check| {
+                        let faults = check(schema, &tree).into_iter();
+                        faults.map(|fault| (fault.path.to_string(), fault.message)).collect::<Vec<_>>()
+                    });
+                    assert_eq!(all, set, "{plant}: {key}={value}");
+                    tried += 1;
+                    faulty += usize::from(!all.is_empty());
+                }
+            }
+        }
+    }
+    assert!(faulty > 5000 && tried - faulty > 500, "{faulty} of {tried}");
+}
+
 #[test]
 fn the_schema_uses_only_the_words_that_the_check_understands() {
     // Understood by `check`, or without effect on what is valid.
