@@ -151,12 +151,18 @@ impl Subject {
             ..Known::with_lag(drive.current_lag_s)
         };
         let to = common.to.clone().unwrap_or_else(|| PathBuf::from(format!("{}-identified.toml", experiment.name)));
-        if to.exists() {
-            return Err(bad(format!("{} exists already and is left as it is: give another with --to", to.display())));
-        }
         let folder = common.out.clone();
         let folder = folder.unwrap_or_else(|| Path::new("out").join(format!("{}-{what}", experiment.name)));
         Ok(Self { name, text, experiment, designed, known, to, folder })
+    }
+
+    /// What is found is written to a file of its own, which must not be there yet.
+    fn may_write(&self) -> Result<(), Failure> {
+        let Self { to, .. } = self;
+        if to.exists() {
+            return Err(bad(format!("{} exists already and is left as it is: give another with --to", to.display())));
+        }
+        Ok(())
     }
 
     fn source<'a>(&'a self, common: &'a Common) -> Source<'a> {
@@ -259,6 +265,7 @@ impl Console<'_> {
     pub(super) fn identify(&mut self, options: &IdentifyOptions) -> Result<u8, Failure> {
         let common = &options.common;
         let subject = Subject::of(options.file.as_deref(), common, "identify")?;
+        subject.may_write()?;
         let data = options.data.display().to_string();
         let text = read_text(&options.data, Kind::TRACE)?;
         let mut mounted: Vec<Mounted> = subject.designed.encoders().into_iter().map(|(_, mounted)| mounted).collect();
@@ -311,7 +318,7 @@ impl Console<'_> {
         if let Some(percent) = options.within {
             return self.commission_all(options, &subject, &plan, percent);
         }
-        let claim = claim_folder(&subject.folder)?;
+        let claim = subject.may_write().and_then(|()| claim_folder(&subject.folder))?;
         let old = sheet_of(&subject.designed);
         let (name, text, to) = (subject.name.clone(), subject.text.clone(), subject.to.display().to_string());
         let source = Source { file: &name, text: &text, sets: &common.sets };
@@ -525,7 +532,10 @@ impl Console<'_> {
                 [at(values.len().saturating_sub(1)), at(values.len() / 2)]
             });
             let [[a, b], [c, d]] = cells;
-            table.row([name, a, b, c, d]);
+            // Of a motor no residual is taken.
+            if [&a, &b, &c, &d].into_iter().any(|cell| cell != "-") {
+                table.row([name, a, b, c, d]);
+            }
         }
         self.say(&table.to_string())?;
         let mut accepted = 0;

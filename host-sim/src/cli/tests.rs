@@ -1014,6 +1014,23 @@ fn what_cannot_be_reached_is_told_and_nothing_is_written() {
 }
 
 #[test]
+fn all_plants_of_a_data_sheet_commission_themselves_and_write_nothing() {
+    let folder = Folder::new("within");
+    let file = folder.file("m.toml", scenario::MOTOR);
+    let to = folder.file("t.toml", "mine");
+    let args = ["commission", &file, "--within", "50", "--random", "2", "-o", &to];
+    let (status, told, err) = spoken(&args);
+    assert_eq!((status, err.as_str()), (status::DONE, ""), "{told}");
+    assert!(told.ends_with("accepted: 10 of 10\n") && told.contains("b, relative error"), "{told}");
+    // No row says nothing.
+    assert!(told.lines().filter(|line| !line.starts_with('-')).all(|line| !line.ends_with('-')), "{told}");
+    let (status, told, _) = spoken(&[&args[..], &["--wrong", "1.2,1"]].concat());
+    assert_eq!(status, status::FAILED);
+    assert!(told.contains("plant 9: SWAPPED BACK") && told.ends_with("accepted: 0 of 10\n"), "{told}");
+    assert_eq!(std::fs::read_to_string(&to).expect("the file"), "mine");
+}
+
+#[test]
 fn a_record_becomes_a_scenario_that_runs() {
     let folder = Folder::new("identify");
     let file = folder.file("j.toml", scenario::JOINT);
