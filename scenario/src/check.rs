@@ -36,7 +36,7 @@ pub(super) fn check(schema: &Json, tree: &Node) -> Vec<Fault> {
     faults_of(schema, tree, false)
 }
 
-/// The same of a tree whose text has no fault: looks at what its arguments changed. A trial sets five keys of a hundred.
+/// The same of a tree whose text has no fault: what its arguments changed. A trial sets five keys of a hundred.
 pub(super) fn check_set(schema: &Json, tree: &Node) -> Vec<Fault> {
     faults_of(schema, tree, true)
 }
