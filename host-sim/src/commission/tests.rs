@@ -1,43 +1,37 @@
 //! A drive commissions itself on plants that are up to 50 % off, with friction, cogging, ripple, load and a current
-//! that nobody knows of; and does not where it should not. All 62 plants: `host-sim commission --within 50`.
+//! that nobody knows of; and does not where it should not. The plants are those of `host-sim commission --within 50`.
 
 use loop_sim::signal::Signal;
+use rayon::prelude::*;
 use scenario::Source;
 
 use super::plants::{Plants, Tried, Variant, made_wrong};
 use super::*;
 use crate::identify::Angle;
 
-/// Corners in k_1, b_1, k_2, b_2, B_0, a bit each, among them the worst of all for the move (measured with all), then
-/// two random plants.
-const SOME: [usize; 6] = [0, 13, 22, 31, 35, 50];
-
 fn plants<'a>(text: &'a str, sets: &'a [String]) -> Plants<'a> {
-    plants_of(text, sets, 30)
-}
-
-fn plants_of<'a>(text: &'a str, sets: &'a [String], random: usize) -> Plants<'a> {
     let experiment = scenario::parse(&Source { file: "x.toml", text, sets }, "x").expect("a file");
     let designed = experiment.drive.as_ref().expect("a drive").designed;
     let known = Known::with_lag(0.0);
     let plan = Plan::of(&designed);
-    Plants { file: "x.toml", text, sets, share: 0.5, random, plan, known, wrong: [1.0; 2] }
+    Plants { file: "x.toml", text, sets, share: 0.5, random: 30, plan, known, wrong: [1.0; 2] }
 }
 
 fn sets(of: &[&str]) -> Vec<String> {
     of.iter().map(ToString::to_string).collect()
 }
 
-fn all(plants: &Plants<'_>, some: &[usize]) -> Vec<(usize, Tried)> {
+/// Corners in k_1, b_1, k_2, b_2, B_0, a bit each, then random plants.
+fn all(plants: &Plants<'_>) -> Vec<(usize, Tried)> {
     let variants = plants.variants().expect("a joint");
-    let tried = |&k: &usize| (k, plants.tried(&variants[k]).unwrap_or_else(|why| panic!("plant {k}: {why}")));
-    some.iter().map(tried).collect()
+    let tried = |(k, it)| (k, plants.tried(it).unwrap_or_else(|why| panic!("plant {k}: {why}")));
+    variants.par_iter().enumerate().map(tried).collect()
 }
 
 #[test]
 fn joints_that_are_off_by_half_commission_themselves_at_20_bits() {
     let sets = sets(&["joint.current_lag_s=0"]);
-    for (k, Tried { off, over_interval, report }) in all(&plants(scenario::JOINT, &sets), &SOME) {
+    for (k, Tried { off, over_interval, report }) in all(&plants(scenario::JOINT, &sets)) {
         let Verified { peak_rad, true_peak_rad, residual_steps, .. } = report.verified;
         let true_peak_rad = true_peak_rad.expect("a simulation");
         println!("{k}: {off:?} {over_interval:.2} move {peak_rad:.1e} {true_peak_rad:.1e} left {residual_steps:?}");
@@ -60,7 +54,7 @@ fn joints_that_are_off_by_half_commission_themselves_at_20_bits() {
 fn joints_with_encoders_of_14_bits_commission_themselves() {
     let sets =
         sets(&["joint.current_lag_s=0", "encoder.link.bits=14", "encoder.motor.bits=14", "drive.tuning=\"normal\""]);
-    for (k, Tried { off, report, .. }) in all(&plants(scenario::JOINT, &sets), &SOME[..3]) {
+    for (k, Tried { off, report, .. }) in all(&plants(scenario::JOINT, &sets)) {
         let peak_rad = report.verified.true_peak_rad.expect("a simulation");
         println!("{k}: {off:?} move {peak_rad:.1e}");
         assert!(report.outcome == Outcome::Accepted && peak_rad <= 1e-3, "plant {k}");
@@ -185,18 +179,18 @@ fn motors_that_are_off_by_half_commission_themselves() {
     }
 }
 
-/// Factors of b and f_c, encoders, and motors of the 8 corners and two random ones.
-fn motors_tried(wrong: [f64; 2], bits: u32, some: &[usize]) -> Vec<(usize, Tried)> {
+/// With these factors of b and f_c before the swap: the 8 corners and 30 random motors.
+fn motors_tried(wrong: [f64; 2], bits: u32) -> Vec<(usize, Tried)> {
     let sets = sets(&[&format!("encoder.bits={bits}")]);
-    all(&Plants { wrong, ..plants_of(scenario::MOTOR, &sets, 2) }, some)
+    all(&Plants { wrong, ..plants(scenario::MOTOR, &sets) })
 }
 
 /// A bar that is too wide would take them: a move as short as the current allows leaves 1.3 to 4 times the bar.
 #[test]
 fn a_wrong_b_is_seen_and_the_old_gains_are_back() {
-    for (bits, some) in [(12, [0, 9]), (14, [1, 4]), (20, [3, 8])] {
+    for bits in [12, 14, 20] {
         for factor in [0.8, 1.2] {
-            for (k, Tried { report, .. }) in motors_tried([factor, 1.0], bits, &some) {
+            for (k, Tried { report, .. }) in motors_tried([factor, 1.0], bits) {
                 println!("{bits} bits, {k}, b times {factor}: {:?} {:?}", report.outcome, report.verified);
                 assert_eq!(report.outcome, Outcome::BackForTheMove, "{bits} bits, motor {k}, b times {factor}");
                 assert!(report.home_rad < 0.1, "{bits} bits, motor {k}: {}", report.home_rad);
@@ -210,7 +204,7 @@ fn a_wrong_b_is_seen_and_the_old_gains_are_back() {
 #[test]
 fn a_right_b_is_not_sent_back() {
     for bits in [12, 14, 20] {
-        for (k, Tried { off, over_interval, report }) in motors_tried([1.0; 2], bits, &[0, 1, 2, 3, 6, 8, 9]) {
+        for (k, Tried { off, over_interval, report }) in motors_tried([1.0; 2], bits) {
             let Verified { peak_rad, bar_rad, .. } = report.verified;
             println!("{bits} bits, {k}: {off:?}, {peak_rad:.1e} of {bar_rad:.1e}");
             assert_eq!(report.outcome, Outcome::Accepted, "{bits} bits, motor {k}: {:?}", report.verified);
@@ -317,8 +311,7 @@ fn joints_commission_themselves_from_the_motor_alone() {
         let sets = sets(&[&["joint.current_lag_s=0"], more].concat());
         let right = plants(scenario::JOINT, &sets);
         let plants = Plants { plan: Plan { motor_alone: true, ..right.plan }, ..right };
-        // The corner that asks for most current, that whose k_1 is worst, and one between.
-        for (k, Tried { off, over_interval, report }) in all(&plants, &[4, 25, 35]) {
+        for (k, Tried { off, over_interval, report }) in all(&plants) {
             let true_peak_rad = report.verified.true_peak_rad.expect("a simulation");
             println!("{more:?} {k}: {off:?} {over_interval:.2} move {true_peak_rad:.1e}");
             assert_eq!(report.outcome, Outcome::Accepted, "plant {k}");
