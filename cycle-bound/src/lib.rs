@@ -248,18 +248,22 @@ pub fn run(options: &Options, stop: &AtomicBool) -> Result<Reply, String> {
 /// # Errors
 /// Bad input, in one line.
 pub fn report_of(options: &Options, stop: &AtomicBool) -> Result<Report, String> {
-    let told = |path: &Path, reason: &dyn std::fmt::Display| format!("{}: {reason}", path.display());
     let Some(elf) = &options.elf else { return Err("--elf FILE is missing".into()) };
-    let image = Image::read(&image_file::read(elf)?).map_err(|reason| told(elf, &reason))?;
+    let image = Image::read(&image_file::read(elf)?).map_err(|reason| of_file(elf, &reason))?;
     let mut answer = Answer::of(&image, options)?;
     if let Some(path) = &options.trace {
         // Names in a log may be in any encoding; addresses are not.
-        let log = whole_file::read(path, Kind::TRACE).map_err(|reason| told(path, &reason))?;
+        let log = whole_file::read(path, Kind::TRACE).map_err(|reason| of_file(path, &reason))?;
         answer.price(&trace::addresses(&String::from_utf8_lossy(&log)), options.lines.then_some(&image));
     } else if options.emulate {
         answer.price(&emulated::executed(elf, &answer.ranges(), stop)?, options.lines.then_some(&image));
     }
     Ok(answer.report)
+}
+
+/// What is wrong with a file.
+fn of_file(path: &Path, reason: &dyn std::fmt::Display) -> String {
+    format!("{}: {reason}", path.display())
 }
 
 /// A function that has been read: its report, and what a trace of it is held against.

@@ -82,7 +82,7 @@ use whole_file::Kind;
 use crate::image::{Function, Image};
 use crate::instruction::Decoder;
 use crate::table::Table;
-use crate::{Answer, Options, image_file};
+use crate::{Answer, Options, image_file, of_file};
 
 use cases::{Cases, Effort};
 use graph::{Graph, Node};
@@ -169,7 +169,7 @@ impl fmt::Display for Meanings {
 /// # Errors
 /// Bad input, in one line.
 pub(crate) fn run(elf: &Path, options: &Options, stop: &AtomicBool) -> Result<Meanings, String> {
-    let image = Image::read(&image_file::read(elf)?).map_err(|reason| told(elf, &reason))?;
+    let image = Image::read(&image_file::read(elf)?).map_err(|reason| of_file(elf, &reason))?;
     let rows: Vec<_> = options.means.par_iter().map(|path| row(&image, path, options, stop)).collect();
     let mut answer = Meanings { rows: Vec::new(), failures: Vec::new(), declined: Vec::new() };
     for row in rows {
@@ -184,16 +184,12 @@ pub(crate) fn run(elf: &Path, options: &Options, stop: &AtomicBool) -> Result<Me
     Ok(answer)
 }
 
-fn told(path: &Path, reason: &dyn fmt::Display) -> String {
-    format!("{}: {reason}", path.display())
-}
-
 /// Holds one of them to its text.
 fn row(image: &Image, path: &Path, options: &Options, stop: &AtomicBool) -> Result<Row, String> {
-    let text = whole_file::read_text(path, Kind::SETTINGS).map_err(|reason| told(path, &reason))?;
-    let expected = Expected::read(&text).map_err(|reason| told(path, &reason))?;
+    let text = whole_file::read_text(path, Kind::SETTINGS).map_err(|reason| of_file(path, &reason))?;
+    let expected = Expected::read(&text).map_err(|reason| of_file(path, &reason))?;
     let name = options.symbol.as_deref().unwrap_or(&expected.function);
-    let function = image.find(name).map_err(|reason| told(path, &reason))?;
+    let function = image.find(name).map_err(|reason| of_file(path, &reason))?;
     let begin = Instant::now();
     let found = held(image, function, &expected, Effort::USUAL, stop)?;
     let asked = Options { symbol: Some(function.symbols[0].clone()), ..options.clone() };

@@ -325,14 +325,12 @@ mod tests {
             assert!(declared.iter().any(|name| name.contains(part)), "{part}");
         }
         // What a chain and a drive do at run time is never among it.
-        let [tick, go_on, rest @ ..] = ["tick", "go_on", "report_applied", "estimates", "reset"];
-        let of = |what: &[&str], of: &str| {
-            let of: Vec<String> = what.iter().map(|what| format!("edo_smc_{what}_{of}")).collect();
-            declared.iter().filter(move |name| of.iter().any(|of| name.starts_with(of)))
-        };
-        let of_chains = of(&[&[tick][..], &rest].concat(), "n");
-        let of_drives = ["motor", "joint"].map(|plant| of(&[&[tick, go_on][..], &rest].concat(), plant));
-        let at_run_time: Vec<&String> = of_chains.chain(of_drives.into_iter().flatten()).collect();
+        let begins: Vec<String> = ["tick", "go_on", "report_applied", "estimates", "reset"]
+            .iter()
+            .flat_map(|what| ["n", "motor", "joint"].map(|of| format!("edo_smc_{what}_{of}")))
+            .collect();
+        let is_at_run_time = |name: &&String| begins.iter().any(|begin| name.starts_with(begin));
+        let at_run_time: Vec<&String> = declared.iter().filter(is_at_run_time).collect();
         assert_eq!(at_run_time.len(), 4 * 20 + 2 * 4 * 5);
         for name in at_run_time {
             assert!(!WITHOUT_IN_THE_ARCHIVE.iter().any(|(part, _)| name.contains(part)), "{name}");

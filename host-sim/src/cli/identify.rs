@@ -16,7 +16,7 @@ use serde::Serialize;
 use whole_file::{Existing, Kind};
 
 use super::live::{Reach, way};
-use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, read_text, status};
+use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, free_to, read_text, status};
 use crate::commission::plants::{Plants, Tried, try_all};
 use crate::commission::{
     BAR_STEPS, LEAST_BAR_RAD, Outcome, Plan, Report, Retuned, Rig, Stopped, Swap, TIMES_EXPECTED, Verified, Wired,
@@ -156,15 +156,6 @@ impl Subject {
         Ok(Self { name, text, experiment, designed, known, to, folder })
     }
 
-    /// What is found is written to a file of its own, which must not be there yet.
-    fn may_write(&self) -> Result<(), Failure> {
-        let Self { to, .. } = self;
-        if to.exists() {
-            return Err(bad(format!("{} exists already and is left as it is: give another with --to", to.display())));
-        }
-        Ok(())
-    }
-
     fn source<'a>(&'a self, common: &'a Common) -> Source<'a> {
         Source { file: &self.name, text: &self.text, sets: &common.sets }
     }
@@ -265,7 +256,7 @@ impl Console<'_> {
     pub(super) fn identify(&mut self, options: &IdentifyOptions) -> Result<u8, Failure> {
         let common = &options.common;
         let subject = Subject::of(options.file.as_deref(), common, "identify")?;
-        subject.may_write()?;
+        free_to(&subject.to)?;
         let data = options.data.display().to_string();
         let text = read_text(&options.data, Kind::TRACE)?;
         let mut mounted: Vec<Mounted> = subject.designed.encoders().into_iter().map(|(_, mounted)| mounted).collect();
@@ -318,7 +309,7 @@ impl Console<'_> {
         if let Some(percent) = options.within {
             return self.commission_all(options, &subject, &plan, percent);
         }
-        let claim = subject.may_write().and_then(|()| claim_folder(&subject.folder))?;
+        let claim = free_to(&subject.to).and_then(|()| claim_folder(&subject.folder))?;
         let old = sheet_of(&subject.designed);
         let (name, text, to) = (subject.name.clone(), subject.text.clone(), subject.to.display().to_string());
         let source = Source { file: &name, text: &text, sets: &common.sets };

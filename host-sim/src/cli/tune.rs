@@ -11,7 +11,7 @@ use scenario::Source;
 use serde::Serialize;
 use whole_file::Existing;
 
-use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, status};
+use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, free_to, status};
 use crate::chip::cycles;
 use crate::compare::{Bench, LOST, Lost, Worst, of_ours};
 use crate::report::number::significant;
@@ -164,12 +164,7 @@ impl Console<'_> {
         let around = AROUND.map(|factor| Asked { noise_a: factor * asked.noise_a, ..asked });
         let searches = jobs(options, &bench, &around)?;
         let to = options.to.clone().unwrap_or_else(|| PathBuf::from(format!("{}-tuned.toml", bench.name)));
-        if to.exists() {
-            return Err(bad(format!("{} exists already and is left as it is: give another with --to", to.display())));
-        }
-        if let Some(parent) = to.parent().filter(|parent| !parent.as_os_str().is_empty() && !parent.is_dir()) {
-            return Err(bad(format!("--to {}: there is no folder {}", to.display(), parent.display())));
-        }
+        free_to(&to)?;
         let text = written_into(&scenario.text, &options.sets).map_err(bad)?;
         let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-tune", bench.name)));
         let claim = claim_folder(&folder)?;
