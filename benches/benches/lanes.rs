@@ -242,9 +242,46 @@ fn loops(interpreter: Option<&str>) {
     }
 }
 
+/// Example 1, whose plant has no step of its own: the solver's of order 10, 26 evaluations a tick.
+fn example_1() {
+    println!("\n| Example 1, T = 0.1 ms, 26 evaluations a tick | million ticks/s, one core |");
+    println!("|---|---|");
+    for (name, text) in [
+        ("part 1", include_str!("../../host-sim/scenarios/fig01.toml")),
+        ("part 2", include_str!("../../host-sim/scenarios/fig02.toml")),
+    ] {
+        let end_s = PERIODS as f64 * 1e-4;
+        let sets = [format!("span_s={end_s}"), format!("window_s=[{}, {end_s}]", FROM as f64 * 1e-4)];
+        let source = Source { file: "example_1.toml", text, sets: &sets };
+        let read = || scenario::parse(&source, "example_1").expect("a good scenario");
+        let mut experiments: Vec<Experiment> = (0..21).map(|_| read()).collect();
+        let kept = read();
+        let (campaign, trial) = kept.beside().expect("a loop that fits");
+        let trials: Vec<Trial<'_>> = (0..LANES as u64).map(|seed| Trial { seed, ..trial }).collect();
+        let (alone, of_alone) = timed(20, 1, &mut || {
+            let mut experiment = experiments.pop().expect("one for each run");
+            let (trace, _) = experiment.run(&mut |_| std::ops::ControlFlow::Continue(()));
+            experiment.metrics(&trace).y_ultimate
+        });
+        println!("| {name}, one, every tick recorded | {:.2} |", 1e-6 * alone);
+        for set in [Instructions::Baseline, Instructions::Avx2, Instructions::Avx512] {
+            let (ticks_per_s, largest) = timed(50, LANES, &mut || {
+                let judged = close_loops_with(set, &campaign, &trials);
+                judged
+                    .iter()
+                    .map(|judged| judged.as_ref().expect("side by side").metrics.y_ultimate)
+                    .fold(0.0, f64::max)
+            });
+            assert_eq!(largest.to_bits(), of_alone.to_bits(), "{name}: the figures are those of one alone");
+            println!("| {name}, {LANES} side by side, {set:?} | {:.1} |", 1e-6 * ticks_per_s);
+        }
+    }
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let after = arguments.iter().position(|argument| argument == "--python");
+    example_1();
     ticks();
     loops(after.and_then(|at| arguments.get(at + 1)).map(String::as_str));
 }

@@ -1,10 +1,15 @@
-//! The exponential and the hyperbolic tangent without a branch, so that a loop over many becomes vector code: the
-//! friction of a motor has both.
+//! Exponentials and the hyperbolic tangent without a branch, so that a loop over many becomes vector code: the friction
+//! of a motor has two of them, Example 1 the others.
+//!
+//! [`exp`] and [`expf`] have the bits of `libm`, whose operations they do in its order, with each case a choice between
+//! values. Of the friction
 //!
 //! $$ e^x - 1 = (2^k - 1) + 2^k (e^r - 1), \qquad x = k \ln 2 + r, \quad |r| \le \tfrac12 \ln 2 $$
 //!
 //! by the series of $e^r - 1$ up to $r^{13}$, whose rest is below 1e-17 of it. Near 0, k is 0 and nothing cancels. Both
 //! are within 2.3e-16 of the true value (test below); not the bits of `libm`, which has cases.
+
+use controller_core::Exp;
 
 use crate::sine::WHOLE;
 
@@ -21,6 +26,89 @@ const fn inverse_factorials() -> [f64; 12] {
         k += 1;
     }
     inverses
+}
+
+/// e^x, the bits of `libm::exp`; |x| up to [`LARGEST`].
+#[inline(always)]
+#[allow(clippy::excessive_precision)]
+pub fn exp(x: f64) -> f64 {
+    const ONE: u64 = 1023;
+    // fdlibm compares upper words: 1.5 ln 2, 0.5 ln 2 and 2^-28.
+    let (far, near, tiny) = (0x3ff0_a2b2 << 32, 0x3fd6_2e43 << 32, 0x3e30_0001 << 32);
+    let size = x.abs().to_bits();
+    let scaled = 1.442_695_040_888_963_387_00 * x + 0.5_f64.copysign(x);
+    let nearest = (scaled + WHOLE) - WHOLE;
+    let cut = if nearest.abs() > scaled.abs() { nearest - 1.0_f64.copysign(x) } else { nearest };
+    let one_or_none = if size >= near { 1.0_f64.copysign(x) } else { 0.0 };
+    let k = if size >= far { cut } else { one_or_none };
+    let (high, low) = (x - k * 6.931_471_803_691_238_164_90e-1, k * 1.908_214_929_270_587_700_02e-10);
+    let r = high - low;
+    let z = r * r;
+    let c = r - z
+        * (1.666_666_666_666_660_190_37e-1
+            + z * (-2.777_777_777_701_559_338_42e-3
+                + z * (6.613_756_321_437_934_361_17e-5
+                    + z * (-1.653_390_220_546_525_153_90e-6 + z * 4.138_136_797_057_238_460_39e-8))));
+    let y = 1.0 + (r * c / (2.0 - c) - low + high);
+    let power = f64::from_bits((k + WHOLE).to_bits().wrapping_add(ONE) << 52);
+    if size >= tiny { y * power } else { 1.0 + x }
+}
+
+/// Up to here 2^k is a power that a number can have.
+pub const LARGEST: f64 = 700.0;
+
+/// Is x no larger than [`LARGEST`]?
+#[inline(always)]
+#[cfg(feature = "lanes")]
+pub(crate) fn is_within(x: f64) -> bool {
+    x.abs() <= LARGEST
+}
+
+/// e^x, the bits of `libm::expf`, of any x.
+#[inline(always)]
+#[allow(clippy::excessive_precision)]
+pub fn expf(x: f32) -> f32 {
+    /// As for f64, 1.5 * 2^23.
+    const WHOLE: f32 = 12_582_912.0;
+    const ONE: u32 = 127;
+    let (far, near, tiny) = (0x3f85_1593, 0x3eb1_7219, 0x3900_0001);
+    let (over, under) = (0x42b1_7218, 0x42cf_f1b5);
+    let size = x.abs().to_bits();
+    let scaled = 1.442_695_021_6 * x + 0.5_f32.copysign(x);
+    let nearest = (scaled + WHOLE) - WHOLE;
+    let cut = if nearest.abs() > scaled.abs() { nearest - 1.0_f32.copysign(x) } else { nearest };
+    let one_or_none = if size >= near { 1.0_f32.copysign(x) } else { 0.0 };
+    let k = if size >= far { cut } else { one_or_none };
+    let (high, low) = (x - k * 6.931_457_519_5e-1, k * 1.428_606_765_3e-6);
+    let r = high - low;
+    let z = r * r;
+    let c = r - z * (1.666_662_544_0e-1 + z * -2.766_733_290_6e-3);
+    let y = 1.0 + (r * c / (2.0 - c) - low + high);
+    // The powers of the two ends have no number of their own: y goes there in two steps.
+    let first = if k > 127.0 {
+        127.0
+    } else if k < -126.0 {
+        -102.0
+    } else {
+        0.0
+    };
+    let power = |k: f32| f32::from_bits((k + WHOLE).to_bits().wrapping_add(ONE) << 23);
+    let within = if size >= tiny { y * power(first) * power(k - first) } else { 1.0 + x };
+    let is_negative = x < 0.0;
+    let ended = if is_negative & (size >= under) { 0.0 } else { within };
+    let ended = if !is_negative & (size >= over) { f32::INFINITY } else { ended };
+    if x.is_nan() { x } else { ended }
+}
+
+/// The exponential of [`expf`] for a law.
+#[derive(Clone, Copy, Debug)]
+pub struct Branchless;
+
+impl Exp<f32> for Branchless {
+    #[inline(always)]
+    fn exp(x: f32) -> f32 {
+        expf(x)
+    }
 }
 
 /// e^x - 1; x up to 0.
@@ -67,6 +155,47 @@ mod tests {
             let (ours, theirs) = (tanh(-x), libm::tanh(-x));
             assert!((ours - theirs).abs() <= 5e-16 * theirs.abs(), "tanh -{x:e}: {ours:e} {theirs:e}");
             assert_eq!(tanh(x), -ours);
+        }
+    }
+
+    #[test]
+    fn e_to_the_x_has_the_bits_of_libm() {
+        let same = |x: f64| assert_eq!(exp(x).to_bits(), libm::exp(x).to_bits(), "{x:e}");
+        for x in sizes().filter(|x| *x <= LARGEST) {
+            same(x);
+            same(-x);
+        }
+        // Around where it changes its way: 2^-28, halves of ln 2, and to where there are powers.
+        for around in [0x3e30_0000_u64, 0x3fd6_2e42, 0x3ff0_a2b2] {
+            for bits in ((around - 1) << 32..(around + 2) << 32).step_by(0x3_fff1) {
+                same(f64::from_bits(bits));
+                same(-f64::from_bits(bits));
+            }
+        }
+        for halves in -2018..=2018 {
+            let x = f64::from(halves) * 0.5 * core::f64::consts::LN_2;
+            for bits in x.to_bits().saturating_sub(300)..x.to_bits() + 300 {
+                same(f64::from_bits(bits));
+            }
+        }
+        for x in [0.0, -0.0, 5e-324, LARGEST, -LARGEST] {
+            same(x);
+        }
+    }
+
+    /// Every 251st of all numbers; all of them were tried once.
+    #[test]
+    fn e_to_the_x_in_f32_has_the_bits_of_libm_everywhere() {
+        for x in (0..=u32::MAX).step_by(251).map(f32::from_bits) {
+            let (ours, theirs) = (expf(x), libm::expf(x));
+            assert_eq!(ours.to_bits(), theirs.to_bits(), "{x:e}: {ours:e} {theirs:e}");
+        }
+        for around in [0x3900_0000_u32, 0x3eb1_7218, 0x3f85_1592, 0x42ae_ac50, 0x42b1_7218, 0x42cf_f1b5, 0x7f80_0000] {
+            for bits in around - 1000..around + 1000 {
+                for x in [f32::from_bits(bits), -f32::from_bits(bits)] {
+                    assert_eq!(expf(x).to_bits(), libm::expf(x).to_bits(), "{x:e}");
+                }
+            }
         }
     }
 

@@ -11,12 +11,13 @@
 //! figures of merit, no trace.
 
 use controller_core::{
-    Config, ConfigError, ControlLaw, Controller, Guessing, Health, Lanes, Linear, Nominal, Real, Shape, shapes,
+    Benchmark, Config, ControlLaw, Controller, Exp, Guessing, Health, Lanes, Linear, Micromath, Nominal, NominalModel,
+    Real, Shape, shapes,
 };
 
-use crate::exact::{Exact, Lumped};
+use crate::exponential::Branchless;
 use crate::metrics::Metrics;
-use crate::plant::Plant;
+use crate::plant::{Parts, Plant};
 use crate::port::in_process::{ControllerSpec, Model, Precision, padded};
 use crate::sensor::Sensing;
 use crate::solver;
@@ -24,18 +25,21 @@ use crate::solver;
 #[macro_use]
 mod wide;
 
+mod benchmarks;
 mod each;
 mod formulas;
+mod linears;
 mod merit;
-mod plants;
 mod sensors;
+mod signals;
 mod steps;
 
 pub use each::{Recorded, close_each, close_each_with};
 pub use wide::Instructions;
 
+use benchmarks::Benchmarks;
+use linears::Linears;
 use merit::Merit;
-use plants::Plants;
 use sensors::Sensors;
 use wide::{Aligned, Wide};
 
@@ -91,6 +95,11 @@ pub struct Trial<'a> {
     pub seed: u64,
 }
 
+/// Can closed loops around such a plant go side by side, if the law does?
+pub fn takes(plant: &dyn Plant) -> bool {
+    plant.exact().is_some() || matches!(plant.parts(), Some(Parts::Benchmark(_)))
+}
+
 /// What a trial came to that went through to its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
@@ -125,56 +134,110 @@ pub fn close_loops_with(
     trials: &[Trial<'_>],
 ) -> Vec<Option<Judged>> {
     assert!(trials.len() <= LANES, "{} trials in {LANES} lanes", trials.len());
+    let found = match &campaign.spec.model {
+        _ if campaign.spec.precision != Precision::F32 => None,
+        Model::Linear(row) => linear(instructions, campaign, trials, row),
+        Model::BenchmarkLibm => benchmark::<Branchless>(instructions, campaign, trials),
+        Model::BenchmarkMicromath => benchmark::<Micromath>(instructions, campaign, trials),
+        Model::Formulas { .. } => None,
+    };
+    found.unwrap_or_else(|| vec![None; trials.len()])
+}
+
+/// A law with a linear a(x), and plants with a step of their own.
+fn linear(
+    instructions: Instructions,
+    campaign: &Campaign<'_>,
+    trials: &[Trial<'_>],
+    row: &[f64],
+) -> Option<Vec<Option<Judged>>> {
     let Shape { n, r, mask } = campaign.spec.config.shape();
     macro_rules! instance {
         ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
-            match (n, r, mask, campaign.spec.precision) {
-                $(($n, $r, $mask, Precision::F32) => run::<f32, $n, $r, $mask, $o>(
-                    instructions,
-                    campaign,
-                    trials,
-                    |config, nominal| {
-                        let model = Linear::<f32, $n>::new(nominal);
-                        Law::<f32, $n, $r, $mask, $o>::try_design(config, model)
-                    },
-                ),)*
+            match (n, r, mask) {
+                $(($n, $r, $mask) => {
+                    let plants = Linears::new(instructions, trials, campaign.period_s)?;
+                    let config = campaign.spec.config.fixed::<$n, $r>()?;
+                    let nominal = Nominal { gradient: padded(row), ..config.nominal };
+                    let model = Linear::<f32, $n>::new(&nominal);
+                    let law = Controller::<f32, _, $n, $r, $mask, $o>::try_design(&config, model);
+                    run(instructions, campaign, trials, law.ok()?, &config, plants)
+                })*
                 _ => None,
             }
         };
     }
-    let found = shapes!(archive => instance);
-    found.unwrap_or_else(|| vec![None; trials.len()])
+    shapes!(archive => instance)
 }
 
-type Law<T, const N: usize, const R: usize, const MASK: u8, const O: usize> =
-    Controller<T, Linear<T, N>, N, R, MASK, O>;
-type States<T, const N: usize, const R: usize, const MASK: u8, const O: usize> =
-    Lanes<T, Linear<T, N>, N, R, MASK, O, LANES>;
-
-fn run<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize>(
+/// Example 1, with the exponential of `E` in the law.
+fn benchmark<E: Exp<f32> + Copy>(
     instructions: Instructions,
     campaign: &Campaign<'_>,
     trials: &[Trial<'_>],
-    design: impl Fn(&Config<N, R>, &Nominal<N>) -> Result<Law<T, N, R, MASK, O>, ConfigError>,
 ) -> Option<Vec<Option<Judged>>> {
-    let Campaign { spec, sensing, period_s, periods, window_s, settling_band } = *campaign;
-    let Model::Linear(row) = &spec.model else { return None };
+    let Shape { n, r, mask } = campaign.spec.config.shape();
+    let plants = Benchmarks::new(instructions, trials)?;
+    macro_rules! instance {
+        ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
+            match (n, r, mask) {
+                $(($n, $r, $mask) => {
+                    let config = campaign.spec.config.fixed::<$n, $r>()?;
+                    let law = Controller::<f32, _, $n, $r, $mask, $o>::try_design(&config, Benchmark::<E>::new());
+                    run(instructions, campaign, trials, law.ok()?, &config, plants)
+                })*
+                _ => None,
+            }
+        };
+    }
+    shapes!(planar => instance)
+}
+
+/// The plants of all lanes, over ticks that all go through together.
+trait Plants<const N: usize> {
+    /// To be called with every x before what follows is asked of it.
+    fn turn(&mut self, x: &[Wide; N]);
+
+    /// All over a tick; a lane is marked that is for the run alone.
+    fn advance(&mut self, from_s: f64, to_s: f64, x: &mut [Wide; N], u: &Wide, lost: &mut Wide<u64>);
+
+    /// The largest |d - d_hat| of a channel so far.
+    fn note_estimate(&self, channel: usize, t_s: f64, x: &[Wide; N], u: &Wide, d_hat: &Wide, most: &mut Wide);
+}
+
+/// One lane over a tick by the solver.
+fn alone<const N: usize>(
+    plant: &dyn Plant,
+    [from_s, to_s]: [f64; 2],
+    u: f64,
+    x: &mut [Wide; N],
+    l: usize,
+    lost: &mut Wide<u64>,
+) {
+    let mut of_lane: [f64; N] = std::array::from_fn(|i| x[i][l]);
+    if solver::advance(plant, from_s, to_s, u, &mut of_lane).is_err() {
+        lost[l] |= 1;
+    }
+    for (x, of_lane) in x.iter_mut().zip(of_lane) {
+        x[l] = of_lane;
+    }
+}
+
+type States<T, M, const N: usize, const R: usize, const MASK: u8, const O: usize> = Lanes<T, M, N, R, MASK, O, LANES>;
+
+fn run<T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MASK: u8, const O: usize>(
+    instructions: Instructions,
+    campaign: &Campaign<'_>,
+    trials: &[Trial<'_>],
+    law: Controller<T, M, N, R, MASK, O>,
+    config: &Config<N, R>,
+    mut plants: Box<dyn Plants<N> + '_>,
+) -> Option<Vec<Option<Judged>>> {
+    let Campaign { sensing, period_s, periods, window_s, settling_band, .. } = *campaign;
     if sensing.delay_ticks > MOST_DELAY_TICKS {
         return None;
     }
-    let config = spec.config.fixed::<N, R>()?;
-    let input_gain = config.nominal.input_gain;
-    let law = design(&config, &Nominal { gradient: padded(row), input_gain }).ok()?;
     let start = Guessing::new(law, config.options.initial_estimates.map(T::from_f64));
-    let parts: Vec<(&Exact, &Lumped)> =
-        trials.iter().map(|trial| Some((trial.plant.exact()?, trial.plant.lumped_part()?))).collect::<Option<_>>()?;
-    let (first, first_lumped) = *parts.first()?;
-    let is_alike = |(exact, lumped): &(&Exact, &Lumped)| {
-        exact.is_alike(first) && lumped.signals.len() == first_lumped.signals.len()
-    };
-    if !parts.iter().all(is_alike) || first.order != N || first.period_s.to_bits() != period_s.to_bits() {
-        return None;
-    }
     let mut x = Box::new([Wide::of_all(0.0); N]);
     for l in 0..LANES {
         // A lane that no trial has is like the first.
@@ -198,8 +261,7 @@ fn run<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize>(
             None => lost[l] = 1,
         }
     }
-    let mut plants = Plants::<N>::new(instructions, &parts);
-    let channels = Law::<T, N, R, MASK, O>::CHANNELS;
+    let channels = Controller::<T, M, N, R, MASK, O>::CHANNELS;
     let mut samples = Box::new([Wide::of_all(T::ZERO); N]);
     let mut told = Box::new(Told::<T>::new());
     let mut merit = Box::new(Merit::new(instructions, window_s, period_s, settling_band));
@@ -228,19 +290,7 @@ fn run<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize>(
             break;
         }
         let next_s = (k + 1) as f64 * period_s;
-        if first.jumps_between(t_s, next_s) {
-            for (l, trial) in trials.iter().enumerate() {
-                let mut alone: [f64; N] = std::array::from_fn(|i| x[i][l]);
-                if solver::advance(trial.plant, t_s, next_s, told.u[l], &mut alone).is_err() {
-                    lost[l] |= 1;
-                }
-                for (x, alone) in x.iter_mut().zip(alone) {
-                    x[l] = alone;
-                }
-            }
-            continue;
-        }
-        plants.advance(t_s, &mut x, &told.u, &mut lost);
+        plants.advance(t_s, next_s, &mut x, &told.u, &mut lost);
     }
     merit.sum_up();
     // What ended beyond the range is for the run alone to tell.
@@ -276,9 +326,11 @@ vectorised! {
 }
 
 vectorised! {
-    fn tick_all[T, N, R, MASK, O; T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize](
-        law: &Law<T, N, R, MASK, O>,
-        states: &mut States<T, N, R, MASK, O>,
+    fn tick_all[T, M, N, R, MASK, O;
+        T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MASK: u8, const O: usize
+    ](
+        law: &Controller<T, M, N, R, MASK, O>,
+        states: &mut States<T, M, N, R, MASK, O>,
         samples: &[Wide<T>; N],
         u: &mut Wide<T>,
         sigma_star: &mut Wide<T>,
@@ -304,9 +356,11 @@ vectorised! {
 }
 
 vectorised! {
-    fn estimated[T, N, R, MASK, O; T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize](
-        law: &Law<T, N, R, MASK, O>,
-        states: &States<T, N, R, MASK, O>,
+    fn estimated[T, M, N, R, MASK, O;
+        T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MASK: u8, const O: usize
+    ](
+        law: &Controller<T, M, N, R, MASK, O>,
+        states: &States<T, M, N, R, MASK, O>,
         d_hat: &mut [Wide; O],
     ) {
         for (s, d_hat) in d_hat.iter_mut().enumerate() {

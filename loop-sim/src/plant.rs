@@ -13,7 +13,7 @@
 //! Each but [`Own`] says the same thing twice, by different formulas: [`Plant::rhs`] from the true coefficients and
 //! [`Plant::lumped`] from the nominal ones and the errors. The tests hold them against each other.
 
-mod benchmark;
+pub(crate) mod benchmark;
 mod chain;
 mod flexible_joint;
 mod joint;
@@ -82,6 +82,8 @@ pub enum Parts<'a> {
     },
     /// Formulas.
     Own(&'a Own),
+    /// Example 1.
+    Benchmark(&'a Benchmark),
 }
 
 /// All jumps of the signals, ascending, each once.

@@ -72,6 +72,24 @@ impl Term {
         }
     }
 
+    /// Its amplitude or slope, and the same term with 1 in its place: one times the other is the term, to the bit.
+    #[cfg(feature = "lanes")]
+    pub(crate) fn parted(self) -> (f64, Self) {
+        let mut unit = self;
+        let (Self::Const { amplitude }
+        | Self::Ramp { slope: amplitude }
+        | Self::Sin { amplitude, .. }
+        | Self::Cos { amplitude, .. }
+        | Self::Step { amplitude, .. }) = &mut unit;
+        (std::mem::replace(amplitude, 1.0), unit)
+    }
+
+    /// Its value.
+    #[cfg(feature = "lanes")]
+    pub(crate) fn value(&self, t_s: f64) -> f64 {
+        self.derivative(t_s, 0)
+    }
+
     /// sup |d^k/dt^k| over [0, span], jumps apart; exact for each kind but a sinusoid shorter than its own crest.
     fn bound(&self, order: u32, span_s: f64) -> f64 {
         match (*self, order) {

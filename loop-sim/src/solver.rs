@@ -2,19 +2,27 @@
 //!
 //! **Method.** Explicit extrapolation (Gragg, Bulirsch, Stoer): the step is crossed by the midpoint rule with 2, 4, 6,
 //! 8 and 10 substeps, whose errors are series in the square of the substep, and the five results are combined so that
-//! the first four terms cancel: order 10 from 26 evaluations, with five weights as the only constants.
+//! the first four terms cancel: order 10 from 26 evaluations, with five weights as the only constants. The first m
+//! results alone have order 2m, from 1 + m² evaluations.
 //!
 //! **Step.** The step h is fixed by the plant, not by an error estimate: h ω <= 1/2 with ω = [`Plant::fastest_rad_s`],
-//! asked anew before every step. For x' = λx the relative error per unit of |λ| t is then below 4e-11, real or
-//! imaginary λ (worked out in 40 digits), and a chain of integrators is exact. So what is left is far below an f32
-//! controller's 6e-8:
-//! `a_linear_chain_agrees_with_the_matrix_exponential`, `half_the_step_changes_nothing`.
+//! asked anew before every step; and it takes no more rows than h ω asks for. For x' = λx the relative error per unit of
+//! |λ| t is then below 4e-11 for every λ to the left (worked out in 40 digits), with as many rows as
+//!
+//! | h ω up to | 0.007 | 0.07 | 0.23 | 0.5 |
+//! |---|---|---|---|---|
+//! | rows | 2 | 3 | 4 | 5 |
+//! | evaluations | 5 | 10 | 17 | 26 |
+//!
+//! and their order is at least n + 1, so that a chain of integrators is exact, under a ramp too. So what is left is far
+//! below an f32 controller's 6e-8: `a_linear_chain_agrees_with_the_matrix_exponential`,
+//! `half_the_step_changes_nothing`, `no_row_too_few`.
 //!
 //! The friction of a motor is steep about rest alone: there it asks for its fine steps, and while the shaft turns for
 //! steps within which it does not come to rest.
 //!
-//! A plant that knows its rate of the moment only ([`Plant::is_checked`]) has each step checked: without the row of 10
-//! substeps the order is 8, and where both differ by more than 1e-9 the step is halved.
+//! A plant that knows its rate of the moment only ([`Plant::is_checked`]) has each step checked: without its last row
+//! the order is less by 2, and where both differ by more than 1e-9 all five rows are taken, and then half the step.
 //!
 //! **Jumps.** No step straddles a jump. The midpoint rule evaluates at the beginning and inside of the step, never at
 //! its end, so that a jump at the end of a step is not seen before its time.
@@ -36,9 +44,14 @@ pub const MAX_STEPS: usize = 10_000;
 pub const RUNAWAY: f64 = 1e9;
 /// Number of midpoint results that are combined; the j-th has 2 (j + 1) substeps.
 pub(crate) const ROWS: usize = 5;
-pub(crate) const WEIGHTS: [f64; ROWS] = weights(ROWS);
-pub(crate) const WITHOUT_LAST: [f64; ROWS] = weights(ROWS - 1);
-/// Largest difference between order 10 and order 8 in a step that is checked.
+/// Of so many rows.
+pub(crate) const WEIGHTS: [[f64; ROWS]; ROWS + 1] =
+    [weights(0), weights(1), weights(2), weights(3), weights(4), weights(5)];
+/// Largest h ω that 2, 3, 4 rows are enough for.
+const ANGLES: [f64; 3] = [0.007, 0.07, 0.23];
+/// The same of a step that is checked: without the last row they differ by less than [`AGREED`].
+const CHECKED_ANGLES: [f64; 3] = [0.0, 0.04, 0.17];
+/// Largest difference without the last row in a step that is checked.
 const AGREED: f64 = 1e-9;
 /// How often a step is halved at most, then it is taken: a corner as that of |x| is never agreed on.
 const MOST_HALVINGS: u32 = 10;
@@ -115,12 +128,12 @@ fn advance_all<const N: usize>(
     while !crossing.is_done() {
         let mut first = [0.0; N];
         plant.rhs(crossing.t_s, x, u, &mut first);
-        let Some(mut h_s) = crossing.plan(plant, u, x, &first)? else { return Ok(()) };
+        let Some(mut stride) = crossing.plan(plant, u, x, &first)? else { return Ok(()) };
         let increment = loop {
-            let (increment, difference) = step(plant, crossing.t_s, h_s, u, x, &first);
+            let (increment, difference) = step(plant, crossing.t_s, stride, u, x, &first);
             match crossing.checked(plant, difference) {
                 None => break increment,
-                Some(half_s) => h_s = half_s,
+                Some(other) => stride = other,
             }
         };
         for (x, increment) in x.iter_mut().zip(increment) {
@@ -130,6 +143,21 @@ fn advance_all<const N: usize>(
     Ok(())
 }
 
+/// A step: its length, s, and how many rows it takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stride {
+    pub(crate) h_s: f64,
+    pub(crate) rows: usize,
+}
+
+/// How many rows a step of a plant of order n takes, with this h ω.
+pub(crate) fn rows(angle: f64, order: usize, is_checked: bool) -> usize {
+    let angles = if is_checked { CHECKED_ANGLES } else { ANGLES };
+    let beyond = angles.iter().filter(|most| angle > **most).count();
+    let least = (order + 2) / 2 + usize::from(is_checked);
+    (2 + beyond).max(least).min(ROWS)
+}
+
 /// How far a tick has been crossed. What decides on a step stands here alone: it is the same for a plant alone and for
 /// many side by side.
 #[derive(Clone, Copy, Debug)]
@@ -137,13 +165,14 @@ pub(crate) struct Crossing {
     pub(crate) t_s: f64,
     to_s: f64,
     next_s: f64,
+    rows: usize,
     steps: usize,
     halvings: u32,
 }
 
 impl Crossing {
     pub(crate) const fn new(from_s: f64, to_s: f64) -> Self {
-        Self { t_s: from_s, to_s, next_s: from_s, steps: 0, halvings: 0 }
+        Self { t_s: from_s, to_s, next_s: from_s, rows: ROWS, steps: 0, halvings: 0 }
     }
 
     pub(crate) fn is_done(&self) -> bool {
@@ -156,14 +185,14 @@ impl Crossing {
         self.t_s = self.to_s;
     }
 
-    /// The length of the next step from x, with the slope `first` there, s; none if x has run away.
+    /// The next step from x, with the slope `first` there; none if x has run away.
     pub(crate) fn plan<const N: usize>(
         &mut self,
         plant: &dyn Plant,
         u: f64,
         x: &[f64; N],
         first: &[f64; N],
-    ) -> Result<Option<f64>, SolverError> {
+    ) -> Result<Option<Stride>, SolverError> {
         let Self { t_s, to_s, .. } = *self;
         if !x.iter().all(|value| value.abs() <= RUNAWAY) {
             return Ok(None);
@@ -180,12 +209,17 @@ impl Crossing {
             return Err(SolverError::TooStiff { t_s, fastest_rad_s });
         }
         self.next_s = if needed <= 1.0 { end_s } else { t_s + (end_s - t_s) / needed };
+        self.rows = rows((self.next_s - t_s) * fastest_rad_s, N, plant.is_checked());
         self.halvings = 0;
-        Ok(Some(self.next_s - t_s))
+        Ok(Some(self.stride()))
     }
 
-    /// The step has been computed and its rows differ by this: it is taken, or a shorter one is to be tried.
-    pub(crate) fn checked(&mut self, plant: &dyn Plant, difference: f64) -> Option<f64> {
+    const fn stride(&self) -> Stride {
+        Stride { h_s: self.next_s - self.t_s, rows: self.rows }
+    }
+
+    /// The step has been computed and its rows differ by this: it is taken, or another one is to be tried.
+    pub(crate) fn checked(&mut self, plant: &dyn Plant, difference: f64) -> Option<Stride> {
         let is_taken =
             !plant.is_checked() || difference.is_nan() || difference <= AGREED || self.halvings == MOST_HALVINGS;
         if is_taken {
@@ -193,9 +227,13 @@ impl Crossing {
             self.steps += 1;
             return None;
         }
-        self.next_s = self.t_s + 0.5 * (self.next_s - self.t_s);
-        self.halvings += 1;
-        Some(self.next_s - self.t_s)
+        if self.rows < ROWS {
+            self.rows = ROWS;
+        } else {
+            self.next_s = self.t_s + 0.5 * (self.next_s - self.t_s);
+            self.halvings += 1;
+        }
+        Some(self.stride())
     }
 }
 
@@ -219,19 +257,19 @@ const fn weights(rows: usize) -> [f64; ROWS] {
     weights
 }
 
-/// Increment of x over `h_s`, with the slope `first` at t; and the largest difference, as a share of how far a state is
+/// Increment of x over a step, with the slope `first` at t; and the largest difference, as a share of how far a state is
 /// from 0 or moves, to what comes out without the last row.
 pub(crate) fn step<const N: usize>(
     plant: &dyn Plant,
     t_s: f64,
-    h_s: f64,
+    Stride { h_s, rows }: Stride,
     u: f64,
     x: &[f64; N],
     first: &[f64; N],
 ) -> ([f64; N], f64) {
     // Increments are combined, not states: the weights (up to 6) then amplify no rounding of x.
     let (mut increment, mut less) = ([0.0; N], [0.0; N]);
-    for (row, (weight, without)) in WEIGHTS.iter().zip(WITHOUT_LAST).enumerate() {
+    for (row, (weight, without)) in WEIGHTS[rows].iter().zip(WEIGHTS[rows - 1]).take(rows).enumerate() {
         let across = midpoint(plant, t_s, h_s, u, x, first, 2 * (row + 1));
         for ((sum, less), across) in increment.iter_mut().zip(&mut less).zip(across) {
             *sum += weight * across;
@@ -375,6 +413,26 @@ mod tests {
             // (6e-8) or whose figures are compared to 1e-5 sees none of it.
             assert!(deviation < 1e-9, "{a:?} at {period_s} s: {deviation:.1e}");
         }
+    }
+
+    /// At the largest h ω of as many rows, damped and not: what is left in each rad that is remembered is 4e-11.
+    #[test]
+    fn no_row_too_few() {
+        for (k, angle) in ANGLES.into_iter().chain([STEP_ANGLE]).enumerate() {
+            assert_eq!(rows(angle, 2, false), 2 + k);
+            for damping in [0.0, 0.2, 0.7, 1.0] {
+                let (period_s, ticks) = (1e-3, 3000);
+                let omega = angle / period_s / 1.001;
+                let a = [-omega * omega, -2.0 * damping * omega];
+                let deviation = deviation_from_exact(&a, omega * omega, period_s, ticks);
+                let remembered = if damping > 0.0 { 1.0 / damping } else { angle * ticks as f64 };
+                // And the rounding of each tick.
+                let most = 4e-11 * remembered.max(1.0) + 1e-15 * ticks as f64;
+                assert!(deviation < most, "{} rows, damping {damping}: {deviation:.1e} {most:.1e}", 2 + k);
+            }
+        }
+        assert_eq!([2, 3, 4, 5, 6].map(|n| rows(0.0, n, false)), [2, 2, 3, 3, 4]);
+        assert_eq!([2, 3, 4, 5, 6].map(|n| rows(0.0, n, true)), [3, 3, 4, 4, 5]);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use controller_core::{ConfigError, Field, Gate, Remedy, SampleLimits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::closed_loop::{Loop, LoopError, close_loop};
-use loop_sim::lanes::{Campaign, Trial};
+use loop_sim::lanes::{self, Campaign, Trial};
 use loop_sim::linear::LawAtRest;
 use loop_sim::metrics::{self, Metrics, Noise, Tracking};
 use loop_sim::plant::{Benchmark, Chain, FlexibleJoint, JointErrors, LastChannel, Own, Plant};
@@ -222,7 +222,7 @@ impl Experiment {
     /// know: a drive, an actuator, a gate, a plant without a step of its own.
     pub fn beside(&self) -> Option<(Campaign<'_>, Trial<'_>)> {
         let Self { period_s, periods, window_s, settling_band, .. } = *self;
-        let spec = self.spec.as_ref().filter(|_| self.plant.exact().is_some())?;
+        let spec = self.spec.as_ref().filter(|_| lanes::takes(self.plant.as_ref()))?;
         let (sensing, seed) = self.sensing.as_ref()?;
         let campaign = Campaign { spec, sensing, period_s, periods, window_s, settling_band };
         Some((campaign, Trial { plant: self.plant.as_ref(), x0: &self.x0, seed: *seed }))

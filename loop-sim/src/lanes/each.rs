@@ -89,6 +89,7 @@ impl<'a> Kind<'a> {
                 Some(Self::Shafts { order: plant.order(), has_waves: cogging != 0.0 || ripple != 0.0 })
             }
             Parts::Own(own) => Some(Self::Formulas(own)),
+            Parts::Benchmark(_) => None,
         }
     }
 
@@ -114,8 +115,8 @@ struct Run<'a> {
 struct Lane<'a> {
     run: Run<'a>,
     crossing: Crossing,
-    /// Its step, or what was left of it, was too long.
-    is_halved: bool,
+    /// Its step was not agreed on: another one goes from the same place.
+    is_tried: bool,
 }
 
 /// All runs of a kind, through the lanes.
@@ -138,19 +139,23 @@ fn through<'a, const N: usize>(
         }
         steps.begin(&mut bodies);
         for (l, lane) in lanes.iter_mut().enumerate() {
-            let Some(Lane { run, crossing, is_halved }) = lane else { continue };
+            let Some(Lane { run, crossing, is_tried }) = lane else { continue };
             let (plant, x, mut first) = (run.running.setup.plant, of_lane(&steps.x, l), of_lane(&steps.first, l));
             if steps.outside[l] != 0 {
                 plant.rhs(crossing.t_s, &x, steps.u[l], &mut first);
                 set_lane(&mut steps.first, l, &first);
             }
-            if *is_halved {
+            if *is_tried {
                 continue;
             }
             match crossing.plan(plant, steps.u[l], &x, &first) {
-                Ok(Some(h_s)) => steps.h_s[l] = h_s,
-                Ok(None) => crossing.give_up(),
+                Ok(Some(stride)) => steps.set(l, stride),
+                Ok(None) => {
+                    crossing.give_up();
+                    steps.rest(l);
+                }
                 Err(error) => {
+                    steps.rest(l);
                     let ended = run.running.broken_off(error);
                     if let Some(Lane { run, .. }) = lane.take() {
                         keep(run, ended);
@@ -162,14 +167,15 @@ fn through<'a, const N: usize>(
             steps.step(&mut bodies);
         }
         for (l, lane) in lanes.iter_mut().enumerate() {
-            let Some(Lane { run, crossing, is_halved }) = lane else { continue };
+            let Some(Lane { run, crossing, is_tried }) = lane else { continue };
             if crossing.is_done() {
                 continue;
             }
             let plant = run.running.setup.plant;
             if busy < FEW || steps.outside[l] != 0 {
                 let (x, first) = (of_lane(&steps.x, l), of_lane(&steps.first, l));
-                let (increment, difference) = solver::step(plant, crossing.t_s, steps.h_s[l], steps.u[l], &x, &first);
+                let (increment, difference) =
+                    solver::step(plant, crossing.t_s, steps.stride(l), steps.u[l], &x, &first);
                 set_lane(&mut steps.increment, l, &increment);
                 steps.difference[l] = difference;
             }
@@ -179,11 +185,11 @@ fn through<'a, const N: usize>(
                         x[l] += increment[l];
                     }
                     steps.t_s[l] = crossing.t_s;
-                    *is_halved = false;
+                    *is_tried = false;
                 }
-                Some(half_s) => {
-                    steps.h_s[l] = half_s;
-                    *is_halved = true;
+                Some(stride) => {
+                    steps.set(l, stride);
+                    *is_tried = true;
                 }
             }
         }
@@ -211,7 +217,10 @@ fn settle<'a, const N: usize>(
         let mut run = if let Some(run) = next.take() {
             run
         } else {
-            let Some(run) = waiting.next() else { return };
+            let Some(run) = waiting.next() else {
+                steps.rest(l);
+                return;
+            };
             if let Some(parts) = run.running.setup.plant.parts() {
                 bodies.set(l, parts);
             }
@@ -224,7 +233,7 @@ fn settle<'a, const N: usize>(
                     x[l] = of_run;
                 }
                 (steps.u[l], steps.t_s[l]) = (u_held, from_s);
-                *lane = Some(Lane { run, crossing: Crossing::new(from_s, to_s), is_halved: false });
+                *lane = Some(Lane { run, crossing: Crossing::new(from_s, to_s), is_tried: false });
                 return;
             }
             Err(ended) => keep(run, ended),

@@ -3,7 +3,7 @@
 //! Plants of one kind have the same operations and differ in numbers. So each operation is a loop over lanes; those
 //! that have a case of their own become vector code, the others of `libm` are called lane by lane.
 
-use super::steps::{At, Bodies};
+use super::steps::{At, Bodies, Rates};
 use super::wide::Wide;
 use super::{Instructions, LANES};
 use crate::exponential;
@@ -99,7 +99,9 @@ impl<'a, const N: usize> Bodies<'a, N> for Formulas<'a> {
         let varying = own.disturbances().iter().enumerate().filter(|(_, signal)| signal.varies());
         self.varying.extend(varying.map(|(i, signal)| (l, i, signal)));
     }
+}
 
+impl<const N: usize> Rates<N> for Formulas<'_> {
     fn begin(&mut self, t_s: &Wide) {
         for (l, own) in self.plants.iter().enumerate() {
             for (added, signal) in self.added.iter_mut().zip(own.iter().flat_map(|own| own.disturbances())) {

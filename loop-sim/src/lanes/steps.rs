@@ -10,18 +10,21 @@ use crate::plant::Parts;
 use crate::plant::shafts::{self, Numbers};
 use crate::signal::Signal;
 use crate::sine;
-use crate::solver::{self, ROWS, WEIGHTS, WITHOUT_LAST};
+use crate::solver::{self, ROWS, Stride, WEIGHTS};
 
 /// The right-hand sides of the lanes' plants.
-pub(super) trait Bodies<'a, const N: usize> {
-    /// A lane's plant is another one.
-    fn set(&mut self, l: usize, parts: Parts<'a>);
-
+pub(super) trait Rates<const N: usize> {
     /// A step begins in every lane, at its time.
     fn begin(&mut self, t_s: &Wide);
 
     /// dx/dt of every lane; a lane is marked in which it is not what the plant alone has.
     fn rates(&mut self, instructions: Instructions, at: At<'_, N>, dx: &mut [Wide; N], outside: &mut Wide<u64>);
+}
+
+/// Right-hand sides of plants that come and go.
+pub(super) trait Bodies<'a, const N: usize>: Rates<N> {
+    /// A lane's plant is another one.
+    fn set(&mut self, l: usize, parts: Parts<'a>);
 }
 
 /// Where a right-hand side is asked for.
@@ -38,7 +41,8 @@ pub(super) struct Steps<const N: usize> {
     pub(super) x: [Wide; N],
     pub(super) u: Wide,
     pub(super) t_s: Wide,
-    pub(super) h_s: Wide,
+    h_s: Wide,
+    rows: Wide<u64>,
     /// The slope at the beginning of a step.
     pub(super) first: [Wide; N],
     /// What the step adds, and how far its last row is from that; not where a lane is marked.
@@ -70,6 +74,7 @@ impl<const N: usize> Steps<N> {
             u: none,
             t_s: none,
             h_s: none,
+            rows: Wide::of_all(1),
             first: [none; N],
             increment: [none; N],
             difference: none,
@@ -80,20 +85,36 @@ impl<const N: usize> Steps<N> {
     }
 
     /// The slopes where a step begins.
-    pub(super) fn begin<'a>(&mut self, bodies: &mut impl Bodies<'a, N>) {
+    pub(super) fn begin(&mut self, bodies: &mut impl Rates<N>) {
         let Self { instructions, x, u, t_s, first, outside, .. } = self;
         *outside = Wide::of_all(0);
         bodies.begin(t_s);
         bodies.rates(*instructions, At { t_s, x, u }, first, outside);
     }
 
+    /// A lane's next step.
+    pub(super) fn set(&mut self, l: usize, stride: Stride) {
+        self.h_s[l] = stride.h_s;
+        self.rows[l] = stride.rows as u64;
+    }
+
+    /// A lane has no step to take.
+    pub(super) fn rest(&mut self, l: usize) {
+        self.rows[l] = 1;
+    }
+
+    pub(super) fn stride(&self, l: usize) -> Stride {
+        Stride { h_s: self.h_s[l], rows: self.rows[l] as usize }
+    }
+
     /// The step from there.
-    pub(super) fn step<'a>(&mut self, bodies: &mut impl Bodies<'a, N>) {
-        let Self { instructions, x, u, t_s, h_s, first, increment, difference, outside, less, midpoint } = self;
+    pub(super) fn step(&mut self, bodies: &mut impl Rates<N>) {
+        let Self { instructions, x, u, t_s, h_s, rows, first, increment, difference, outside, less, midpoint } = self;
         let instructions = *instructions;
         let Midpoint { s, t_s: inside_s, at, before, now, slope } = midpoint;
         (*increment, *less) = ([Wide::of_all(0.0); N], [Wide::of_all(0.0); N]);
-        for row in 0..ROWS {
+        let most = rows.0.iter().fold(1, |most, rows| most.max(*rows)) as usize;
+        for row in 0..most.min(ROWS) {
             let substeps = 2 * (row + 1);
             start_all(instructions, substeps as f64, x, h_s, first, s, at, before, now);
             for k in 1..substeps {
@@ -101,7 +122,8 @@ impl<const N: usize> Steps<N> {
                 bodies.rates(instructions, At { t_s: inside_s, x: at, u }, slope, outside);
                 midpoint_all(instructions, x, s, slope, at, before, now);
             }
-            sum_all(instructions, WEIGHTS[row], WITHOUT_LAST[row], now, increment, less);
+            let weights = std::array::from_fn(|rows| WEIGHTS[rows][row]);
+            sum_all(instructions, row as u64, &weights, rows, now, increment, less);
         }
         differ_all(instructions, h_s, x, first, increment, less, difference);
     }
@@ -160,17 +182,26 @@ vectorised! {
 }
 
 vectorised! {
+    /// A lane takes as many rows as it has; `weights` are those of this row among so many.
     fn sum_all[N; const N: usize](
-        weight: f64,
-        without: f64,
+        row: u64,
+        weights: &[f64; ROWS + 1],
+        rows: &Wide<u64>,
         across: &[Wide; N],
         increment: &mut [Wide; N],
         less: &mut [Wide; N],
     ) {
-        for i in 0..N {
-            for l in 0..LANES {
-                increment[i][l] += weight * across[i][l];
-                less[i][l] += without * across[i][l];
+        for l in 0..LANES {
+            let (mut weight, mut without) = (0.0, 0.0);
+            for taken in 1..=ROWS {
+                weight = if rows[l] == taken as u64 { weights[taken] } else { weight };
+                without = if rows[l] == taken as u64 { weights[taken - 1] } else { without };
+            }
+            let is_taken = row < rows[l];
+            for i in 0..N {
+                let sums = [increment[i][l] + weight * across[i][l], less[i][l] + without * across[i][l]];
+                increment[i][l] = if is_taken { sums[0] } else { increment[i][l] };
+                less[i][l] = if is_taken { sums[1] } else { less[i][l] };
             }
         }
     }
@@ -224,7 +255,9 @@ impl<'a, const N: usize, const G: usize> Bodies<'a, N> for Shafts<'a, G> {
             self.varying.push((l, load));
         }
     }
+}
 
+impl<const N: usize, const G: usize> Rates<N> for Shafts<'_, G> {
     fn begin(&mut self, t_s: &Wide) {
         for (l, load) in self.loads.iter().enumerate() {
             self.load[l] = load.map_or(0.0, |load| load.value(t_s[l]));

@@ -2,7 +2,7 @@ use super::*;
 use crate::actuator;
 use crate::closed_loop::{Loop, close_loop};
 use crate::metrics::measure;
-use crate::plant::{Chain, FlexibleJoint, JointErrors, LastChannel};
+use crate::plant::{Benchmark as Example1, Chain, FlexibleJoint, JointErrors, LastChannel};
 use crate::port::in_process;
 use crate::random::Random;
 use crate::signal::{Signal, Term};
@@ -54,8 +54,8 @@ fn joints(reading: Reading, spread: f64, has_own_signals: bool) -> Vec<(Box<dyn 
         .collect()
 }
 
-/// The run alone.
-fn alone(campaign: &Campaign<'_>, Trial { plant, x0, seed }: Trial<'_>) -> (Metrics, Vec<usize>, bool) {
+/// The run alone: its figures, ticks with each trouble, and whether it went to its end; none if its plant did not.
+fn alone(campaign: &Campaign<'_>, Trial { plant, x0, seed }: Trial<'_>) -> Option<(Metrics, Vec<usize>, bool)> {
     let mut port = in_process::build(campaign.spec).expect("a design").port;
     let (mut sensor, mut actuator) = (campaign.sensing.sensor(seed), actuator::Ideal);
     let Campaign { period_s, periods, window_s, settling_band, .. } = *campaign;
@@ -70,10 +70,10 @@ fn alone(campaign: &Campaign<'_>, Trial { plant, x0, seed }: Trial<'_>) -> (Metr
         periods,
     };
     let mut trace = setup.trace();
-    let ending = close_loop(setup, &mut trace).expect("a run");
+    let ending = close_loop(setup, &mut trace).ok()?;
     let with = |flag: usize| trace.rows.iter().filter(|row| row.health.bits() >> flag & 1 == 1).count();
     let is_whole = ending == crate::trace::Ending::Finished;
-    (measure(&trace, window_s, settling_band), (0..TROUBLES).map(with).collect(), is_whole)
+    Some((measure(&trace, window_s, settling_band), (0..TROUBLES).map(with).collect(), is_whole))
 }
 
 /// To the bit, NaN included.
@@ -98,8 +98,8 @@ fn held(campaign: &Campaign<'_>, trials: &[(Box<dyn Plant>, Vec<f64>)]) -> usize
     }
     let mut ran = 0;
     for (l, (trial, found)) in trials.iter().zip(&found).enumerate() {
-        let (metrics, ticks_with, is_whole) = alone(campaign, *trial);
         let Some(found) = found else { continue };
+        let (metrics, ticks_with, is_whole) = alone(campaign, *trial).expect("a run");
         ran += 1;
         assert!(is_whole, "lane {l} did not go to its end alone");
         assert_eq!(bits(&found.metrics), bits(&metrics), "lane {l}: {found:?}, alone {metrics:?}");
@@ -179,6 +179,94 @@ fn chains_side_by_side_too() {
         settling_band: 0.01,
     };
     assert_eq!(held(&campaign, &trials), LANES);
+}
+
+fn example_1_law<const R: usize>(model: Model, period_s: f64, has_second: bool) -> ControllerSpec {
+    let gains = Some(ObserverGains::from_bandwidth::<R>(20.0));
+    let config = Config::<2, R> {
+        period_s,
+        surface: Surface::from_bandwidth(5.0, 1.0),
+        observers: [gains, gains.filter(|_| has_second)],
+        reaching: ReachingLaw { k_l: 20.0, k_s: 0.5, epsilon: 0.01 },
+        nominal: Benchmark::<Micromath>::nominal(),
+        options: Options::NEUTRAL.with_limits(Limits::symmetric(60.0)).with_sigma_star_bound(2.0),
+    };
+    ControllerSpec { precision: Precision::F32, model, config: AnyConfig::from(config) }
+}
+
+/// What differs besides amplitudes, from 0: nothing; instants of steps; frequencies.
+fn example_1(state_dependent: bool, differs: usize) -> Vec<(Box<dyn Plant>, Vec<f64>)> {
+    let mut random = Random::new(11, 0);
+    let mut off = |size: f64| size * (2.0 * random.uniform() - 1.0);
+    (0..LANES)
+        .map(|_| {
+            let t0_s = if differs == 1 { 0.2 + off(0.1) } else { 0.300_04 };
+            let omega_rad_s = if differs == 2 { 4.0 + off(1.0) } else { 4.0 };
+            let mismatched = Signal::new(vec![
+                Term::Ramp { slope: 0.2 + off(0.1) },
+                Term::Const { amplitude: 0.5 },
+                Term::Cos { amplitude: -0.5 + off(0.3), omega_rad_s, phase_rad: 0.1 },
+                Term::Step { amplitude: off(1.0), t0_s },
+                Term::Step { amplitude: 0.5, t0_s: 0.25 },
+            ]);
+            let matched = Signal::new(vec![Term::Sin { amplitude: off(1.0), omega_rad_s: 7.0, phase_rad: 0.0 }]);
+            let plant = Example1::new([mismatched, matched], state_dependent);
+            (Box::new(plant) as Box<dyn Plant>, vec![off(2.0), off(3.0)])
+        })
+        .collect()
+}
+
+#[test]
+fn example_1_side_by_side_too() {
+    for (state_dependent, differs) in [(false, 0), (true, 0), (true, 1), (false, 1), (true, 2)] {
+        let trials = example_1(state_dependent, differs);
+        // In a tick of 40 ms several steps of the solver, of the fast ones.
+        for (period_s, model) in
+            [(1e-4, Model::BenchmarkLibm), (5e-3, Model::BenchmarkMicromath), (4e-2, Model::BenchmarkLibm)]
+        {
+            for spec in [
+                example_1_law::<1>(model.clone(), period_s, false),
+                example_1_law::<2>(model.clone(), period_s, true),
+                example_1_law::<3>(model.clone(), period_s, true),
+            ] {
+                let periods = (0.5 / period_s) as usize;
+                let campaign = Campaign {
+                    spec: &spec,
+                    sensing: &IDEAL,
+                    period_s,
+                    periods,
+                    window_s: [0.1, 0.5],
+                    settling_band: 0.01,
+                };
+                let ran = held(&campaign, &trials);
+                assert!(ran >= LANES - 8, "{state_dependent} {differs} {spec:?}: {ran} lanes");
+            }
+        }
+    }
+}
+
+/// Far from where one step of the solver is enough, away for good, nowhere: each as alone.
+#[test]
+fn example_1_from_afar() {
+    let mut trials = example_1(true, 0);
+    for (l, x1) in
+        [1.0, 4.0, 6.0, 9.0, 20.0, 30.0, 600.0, 800.0, 2e9, f64::NAN, -700.0, -5000.0].into_iter().enumerate()
+    {
+        trials[l].1 = vec![x1, if l % 2 == 0 { 0.0 } else { 1e4 }];
+    }
+    let sensing = Sensing { noise: vec![1e-3, 1e-2], dropout: 0.02, ..Sensing::IDEAL };
+    for period_s in [1e-4, 5e-3] {
+        let spec = example_1_law::<2>(Model::BenchmarkLibm, period_s, true);
+        let campaign = Campaign {
+            spec: &spec,
+            sensing: &sensing,
+            period_s,
+            periods: 200,
+            window_s: [100.0 * period_s, 200.0 * period_s],
+            settling_band: 0.01,
+        };
+        assert!(held(&campaign, &trials) > LANES / 2);
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@
 //!
 //! The nominal model knows channel 2 exactly, so $d_2$ is only what is added here (nothing in the paper).
 
-use super::{Plant, fastest_signal_rad_s, merged_jumps_s};
+use super::{Parts, Plant, fastest_signal_rad_s, merged_jumps_s};
 use crate::signal::{Signal, Term};
 
 /// Eq. (59) with its disturbances.
@@ -26,6 +26,24 @@ impl Benchmark {
         let fastest_signal_rad_s = fastest_signal_rad_s(&disturbances);
         let jumps_s = merged_jumps_s(&disturbances);
         Self { disturbances, state_dependent, fastest_signal_rad_s, jumps_s }
+    }
+
+    /// d_1 and d_2 but for what depends on x.
+    #[cfg(feature = "lanes")]
+    pub(crate) const fn disturbances(&self) -> &[Signal; 2] {
+        &self.disturbances
+    }
+
+    /// Does d_1 depend on x?
+    #[cfg(feature = "lanes")]
+    pub(crate) const fn is_state_dependent(&self) -> bool {
+        self.state_dependent
+    }
+
+    /// Fastest oscillation of the disturbances, rad/s.
+    #[cfg(feature = "lanes")]
+    pub(crate) const fn fastest_signal_rad_s(&self) -> f64 {
+        self.fastest_signal_rad_s
     }
 
     /// Part 1: d_1 steps to 0.5 at 2 s.
@@ -49,6 +67,28 @@ impl Benchmark {
     }
 }
 
+/// Eq. (59): slopes of x from d, u and e^x_1.
+#[inline(always)]
+pub(crate) fn rates(d: [f64; 2], x: [f64; 2], u: f64, exp_x1: f64) -> [f64; 2] {
+    [d[0] + x[1], d[1] + (-2.0 * x[0] - x[1] + exp_x1 + u)]
+}
+
+/// The part of d_1 that depends on x, Eq. (60).
+#[inline(always)]
+pub(crate) fn d1_of_state(x: [f64; 2], sin_2t: f64) -> f64 {
+    0.5 * x[0] * x[0] + x[0] * sin_2t + 0.2 * x[1]
+}
+
+/// The fastest rate, rad/s: row sum of the Jacobian [[x_1 + sin 2t, 1.2], [e^x1 - 2, -1]] after balancing its two
+/// off-diagonal entries; and no slower than x_1 itself moves, since e^x1 and x_1^2 vary at the rate of x_1.
+#[inline(always)]
+pub(crate) fn fastest_rad_s(state_dependent: bool, x: [f64; 2], exp_x1: f64, of_signals_rad_s: f64) -> f64 {
+    let (diagonal, coupling) = if state_dependent { (x[0].abs() + 1.0, 1.2) } else { (0.0, 1.0) };
+    // Rounded as exactly as a quotient is, on every machine.
+    let linear = diagonal.max(1.0) + (coupling * (exp_x1 - 2.0).abs()).sqrt();
+    linear.max(x[1].abs()).max(of_signals_rad_s)
+}
+
 impl Plant for Benchmark {
     fn order(&self) -> usize {
         2
@@ -56,24 +96,23 @@ impl Plant for Benchmark {
 
     fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
         self.lumped(t_s, x, u, dx);
-        dx[0] += x[1];
-        dx[1] += -2.0 * x[0] - x[1] + libm::exp(x[0]) + u;
+        dx.copy_from_slice(&rates([dx[0], dx[1]], [x[0], x[1]], u, libm::exp(x[0])));
     }
 
     fn lumped(&self, t_s: f64, x: &[f64], _u: f64, d: &mut [f64]) {
         d[0] = self.disturbances[0].value(t_s);
         d[1] = self.disturbances[1].value(t_s);
         if self.state_dependent {
-            d[0] += 0.5 * x[0] * x[0] + x[0] * libm::sin(2.0 * t_s) + 0.2 * x[1];
+            d[0] += d1_of_state([x[0], x[1]], libm::sin(2.0 * t_s));
         }
     }
 
-    /// Row sum of the Jacobian [[x_1 + sin 2t, 1.2], [e^x1 - 2, -1]] after balancing its two off-diagonal entries; and
-    /// no slower than x_1 itself moves, since e^x1 and x_1^2 vary at the rate of x_1.
     fn fastest_rad_s(&self, _: f64, x: &[f64], _: f64) -> f64 {
-        let (diagonal, coupling) = if self.state_dependent { (x[0].abs() + 1.0, 1.2) } else { (0.0, 1.0) };
-        let linear = diagonal.max(1.0) + libm::sqrt(coupling * (libm::exp(x[0]) - 2.0).abs());
-        linear.max(x[1].abs()).max(self.fastest_signal_rad_s)
+        fastest_rad_s(self.state_dependent, [x[0], x[1]], libm::exp(x[0]), self.fastest_signal_rad_s)
+    }
+
+    fn parts(&self) -> Option<Parts<'_>> {
+        Some(Parts::Benchmark(self))
     }
 
     fn jumps_s(&self) -> &[f64] {

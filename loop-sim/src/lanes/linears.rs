@@ -1,14 +1,16 @@
-//! Many plants as numbers side by side, and their step: what [`Exact`] does, lane by lane.
+//! Plants with a step of their own as numbers side by side, and that step: what [`Exact`] does, lane by lane.
 
+use super::signals::Signals;
 use super::wide::Wide;
-use super::{Instructions, LANES};
+use super::{Instructions, LANES, Plants, Trial};
 use crate::exact::{Exact, Lumped, Moved, Row, Share, TERMS, Wave, is_within};
-use crate::signal::Signal;
+use crate::plant::Plant;
 use crate::sine;
 
 /// The plants, number by number.
-pub(super) struct Plants<const N: usize> {
+pub(super) struct Linears<'a, const N: usize> {
     instructions: Instructions,
+    plants: Vec<&'a dyn Plant>,
     numbers: Numbers<N>,
     /// Sine and cosine of x_1. They are a loop of their own: as a part of the step their long chain of dependent
     /// operations, and not their number, would decide how long it takes.
@@ -23,8 +25,8 @@ pub(super) struct Plants<const N: usize> {
     /// Of d_i: what x_j adds, what u adds.
     d: [[Wide; N]; N],
     d_u: [Wide; N],
-    /// Channel of each signal, its factor, and the signal itself, one for all lanes or one of each.
-    signals: Vec<(usize, Box<Wide>, Vec<Signal>)>,
+    /// Channel of each signal, its factor, and the signal itself.
+    signals: Vec<(usize, Box<Wide>, Signals)>,
     /// The first plant: of one kind are they all.
     exact: Exact,
 }
@@ -39,9 +41,21 @@ struct Numbers<const N: usize> {
     sine: f64,
 }
 
-impl<const N: usize> Plants<N> {
-    pub(super) fn new(instructions: Instructions, parts: &[(&Exact, &Lumped)]) -> Box<Self> {
-        let (exact, lumped) = parts[0];
+impl<'a, const N: usize> Linears<'a, N> {
+    /// None if there are others among them, or of another period.
+    pub(super) fn new(
+        instructions: Instructions,
+        trials: &[Trial<'a>],
+        period_s: f64,
+    ) -> Option<Box<dyn Plants<N> + 'a>> {
+        let of = |trial: &Trial<'a>| Some((trial.plant.exact()?, trial.plant.lumped_part()?));
+        let parts: Vec<(&Exact, &Lumped)> = trials.iter().map(of).collect::<Option<_>>()?;
+        let (exact, lumped) = *parts.first()?;
+        let is_alike =
+            |(of, other): &(&Exact, &Lumped)| of.is_alike(exact) && other.signals.len() == lumped.signals.len();
+        if !parts.iter().all(is_alike) || exact.order != N || exact.period_s.to_bits() != period_s.to_bits() {
+            return None;
+        }
         // Lanes beyond the last are like the first.
         let of = |number: &dyn Fn(&Exact, &Lumped) -> f64| {
             Wide(std::array::from_fn(|l| {
@@ -49,7 +63,7 @@ impl<const N: usize> Plants<N> {
                 number(exact, lumped)
             }))
         };
-        let row = |row: &dyn for<'a> Fn(&'a Exact) -> &'a Row| -> [Wide; N] {
+        let row = |row: &dyn for<'e> Fn(&'e Exact) -> &'e Row| -> [Wide; N] {
             std::array::from_fn(|i| of(&|exact, _| row(exact)[i]))
         };
         // One without terms adds nothing.
@@ -59,16 +73,14 @@ impl<const N: usize> Plants<N> {
             .enumerate()
             .filter(|(p, _)| parts.iter().any(|(_, lumped)| !lumped.signals[*p].2.terms().is_empty()));
         let signals = told.map(|(p, (channel, ..))| {
-            let mut each: Vec<Signal> = parts.iter().map(|(_, lumped)| lumped.signals[p].2.clone()).collect();
-            if each.iter().all(|signal| *signal == each[0]) {
-                each.truncate(1);
-            }
-            (*channel, Box::new(of(&|_, lumped| lumped.signals[p].1)), each)
+            let each: Vec<_> = parts.iter().map(|(_, lumped)| &lumped.signals[p].2).collect();
+            (*channel, Box::new(of(&|_, lumped| lumped.signals[p].1)), Signals::new(&each))
         });
         let jumps = exact.jumps.iter().enumerate();
         let waves = exact.waves.iter().enumerate();
-        Box::new(Self {
+        Some(Box::new(Self {
             instructions,
+            plants: trials.iter().map(|trial| trial.plant).collect(),
             numbers: Numbers {
                 phi: std::array::from_fn(|i| row(&|exact| &exact.phi[i])),
                 gamma: row(&|exact| &exact.gamma),
@@ -91,18 +103,41 @@ impl<const N: usize> Plants<N> {
             d_u: std::array::from_fn(|i| of(&|_, lumped| lumped.of_u[i])),
             signals: signals.collect(),
             exact: exact.clone(),
-        })
+        }))
     }
 
-    /// To be called with every x before what follows is asked of it.
-    pub(super) fn turn(&mut self, x: &[Wide; N]) {
+    /// What all but the sinusoids add, term by term as [`Exact`] does: mostly what it was.
+    fn force(&mut self, t_s: f64) {
+        let fallen = self.jumps.iter().filter(|(at_s, _)| t_s >= *at_s).count();
+        if self.ramp.is_none() && self.fallen == Some(fallen) {
+            return;
+        }
+        self.fallen = Some(fallen);
+        self.forced = self.constant;
+        if let Some(ramp) = &self.ramp {
+            add_all(self.instructions, &mut self.forced, ramp, t_s);
+        }
+        for (_, share) in self.jumps.iter().filter(|(at_s, _)| t_s >= *at_s) {
+            add_all(self.instructions, &mut self.forced, share, 1.0);
+        }
+    }
+}
+
+impl<const N: usize> Plants<N> for Linears<'_, N> {
+    fn turn(&mut self, x: &[Wide; N]) {
         if self.exact.has_sine {
             turn_all(self.instructions, &x[0], &mut self.turned);
         }
     }
 
-    /// All over a tick; a lane that leaves the range of the step is marked.
-    pub(super) fn advance(&mut self, from_s: f64, x: &mut [Wide; N], u: &Wide, lost: &mut Wide<u64>) {
+    /// A tick with a jump inside is for the solver.
+    fn advance(&mut self, from_s: f64, to_s: f64, x: &mut [Wide; N], u: &Wide, lost: &mut Wide<u64>) {
+        if self.exact.jumps_between(from_s, to_s) {
+            for (l, plant) in self.plants.iter().enumerate() {
+                super::alone(*plant, [from_s, to_s], u[l], x, l, lost);
+            }
+            return;
+        }
         for step in 0..self.exact.steps {
             let t_s = self.exact.at(from_s, step);
             if step > 0 {
@@ -133,41 +168,11 @@ impl<const N: usize> Plants<N> {
         }
     }
 
-    /// What all but the sinusoids add, term by term as [`Exact`] does: mostly what it was.
-    fn force(&mut self, t_s: f64) {
-        let fallen = self.jumps.iter().filter(|(at_s, _)| t_s >= *at_s).count();
-        if self.ramp.is_none() && self.fallen == Some(fallen) {
-            return;
-        }
-        self.fallen = Some(fallen);
-        self.forced = self.constant;
-        if let Some(ramp) = &self.ramp {
-            add_all(self.instructions, &mut self.forced, ramp, t_s);
-        }
-        for (_, share) in self.jumps.iter().filter(|(at_s, _)| t_s >= *at_s) {
-            add_all(self.instructions, &mut self.forced, share, 1.0);
-        }
-    }
-
-    /// The largest |d - d_hat| of a channel so far.
-    pub(super) fn note_estimate(
-        &self,
-        channel: usize,
-        t_s: f64,
-        x: &[Wide; N],
-        u: &Wide,
-        d_hat: &Wide,
-        most: &mut Wide,
-    ) {
-        let mut d = Wide::of_all(0.0);
-        for (_, factor, each) in self.signals.iter().filter(|(of, ..)| *of == channel) {
-            if let [signal] = &each[..] {
-                weigh_all(self.instructions, &mut d, factor, signal.value(t_s));
-            } else {
-                for (l, signal) in each.iter().enumerate() {
-                    d[l] += factor[l] * signal.value(t_s);
-                }
-            }
+    fn note_estimate(&self, channel: usize, t_s: f64, x: &[Wide; N], u: &Wide, d_hat: &Wide, most: &mut Wide) {
+        let (mut d, mut value) = (Wide::of_all(0.0), Wide::of_all(0.0));
+        for (_, factor, signals) in self.signals.iter().filter(|(of, ..)| *of == channel) {
+            signals.value(self.instructions, t_s, &mut value);
+            add_product_all(self.instructions, &mut d, factor, &value);
         }
         let has_sine = self.exact.has_sine && channel == 1;
         let note = if has_sine { note_all::<N, true> } else { note_all::<N, false> };
@@ -270,9 +275,9 @@ vectorised! {
 }
 
 vectorised! {
-    fn weigh_all[;](sum: &mut Wide, factor: &Wide, value: f64,) {
+    fn add_product_all[;](sum: &mut Wide, factor: &Wide, value: &Wide,) {
         for l in 0..LANES {
-            sum[l] += factor[l] * value;
+            sum[l] += factor[l] * value[l];
         }
     }
 }
