@@ -1,14 +1,13 @@
 //! Many closed loops side by side: the trials of a campaign whose plants differ in numbers only.
 //!
 //! [`LANES`] loops go through every tick together, stage by stage: tick of the law, figures of merit, step of the
-//! plant. Each stage is a loop over lanes with nothing but that stage in it, which the compiler makes vector code of,
-//! for the instructions that the machine turns out to have. Every lane has the bits of the run alone
-//! ([`close_loop`](crate::closed_loop::close_loop)), since the stages are the very functions of that run; the tests
-//! hold it to them.
+//! plant, its own ([`exact`](crate::exact)) or for Example 1 that of the solver. Each stage is a loop over lanes with
+//! nothing but that stage in it, which the compiler makes vector code of, for the instructions that the machine turns
+//! out to have. Every lane has the bits of the run alone ([`close_loop`](crate::closed_loop::close_loop)), since the
+//! stages are the very functions of that run; the tests hold it to them.
 //!
-//! What does not fit is not run here but reported as such, and is for `close_loop`: a plant without a step of its own
-//! ([`Exact`]), a lane whose plant leaves the range of that step, a law of another kind. What a lane keeps is its
-//! figures of merit, no trace.
+//! What does not fit is not run here but reported as such, and is for `close_loop`: another plant ([`takes`]), a lane
+//! whose plant leaves the range of its step, a law of another kind. What a lane keeps is its figures of merit, no trace.
 
 use controller_core::{
     Benchmark, Config, ControlLaw, Controller, Exp, Guessing, Health, Lanes, Linear, Micromath, Nominal, NominalModel,
@@ -135,7 +134,6 @@ pub fn close_loops_with(
 ) -> Vec<Option<Judged>> {
     assert!(trials.len() <= LANES, "{} trials in {LANES} lanes", trials.len());
     let found = match &campaign.spec.model {
-        _ if campaign.spec.precision != Precision::F32 => None,
         Model::Linear(row) => linear(instructions, campaign, trials, row),
         Model::BenchmarkLibm => benchmark::<Branchless>(instructions, campaign, trials),
         Model::BenchmarkMicromath => benchmark::<Micromath>(instructions, campaign, trials),
@@ -159,9 +157,17 @@ fn linear(
                     let plants = Linears::new(instructions, trials, campaign.period_s)?;
                     let config = campaign.spec.config.fixed::<$n, $r>()?;
                     let nominal = Nominal { gradient: padded(row), ..config.nominal };
-                    let model = Linear::<f32, $n>::new(&nominal);
-                    let law = Controller::<f32, _, $n, $r, $mask, $o>::try_design(&config, model);
-                    run(instructions, campaign, trials, law.ok()?, &config, plants)
+                    macro_rules! of_precision {
+                        ($T:ty) => {{
+                            let model = Linear::<$T, $n>::new(&nominal);
+                            let law = Controller::<$T, _, $n, $r, $mask, $o>::try_design(&config, model);
+                            run(instructions, campaign, trials, law.ok()?, &config, plants)
+                        }};
+                    }
+                    match campaign.spec.precision {
+                        Precision::F32 => of_precision!(f32),
+                        Precision::F64 => of_precision!(f64),
+                    }
                 })*
                 _ => None,
             }
@@ -170,12 +176,15 @@ fn linear(
     shapes!(archive => instance)
 }
 
-/// Example 1, with the exponential of `E` in the law.
+/// Example 1, with the exponential of `E` in the law; that of f64 has cases.
 fn benchmark<E: Exp<f32> + Copy>(
     instructions: Instructions,
     campaign: &Campaign<'_>,
     trials: &[Trial<'_>],
 ) -> Option<Vec<Option<Judged>>> {
+    if campaign.spec.precision != Precision::F32 {
+        return None;
+    }
     let Shape { n, r, mask } = campaign.spec.config.shape();
     let plants = Benchmarks::new(instructions, trials)?;
     macro_rules! instance {

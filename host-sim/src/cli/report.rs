@@ -291,12 +291,12 @@ fn moved(experiment: &Experiment) -> String {
          solver where a disturbance jumps or a link turns fast"
             .into()
     } else if plant.is_checked() {
-        "by the solver of order 10, each step as short as order 8 agrees with it within 1e-9 of how far a state is \
-         from 0 or moves, or 1/1024 of what was tried"
+        "by the solver, of order 6 to 10, each step as short as an order less by 2 agrees with it within 1e-9 of how \
+         far a state is from 0 or moves, or 1/1024 of what was tried"
             .into()
     } else {
-        "by the solver of order 10, whose error is 4e-11 of a state at most in the time that its fastest mode takes \
-         for 1 rad"
+        "by the solver, of order 4 to 10 as the step asks for, whose error is 4e-11 of a state at most in the time that \
+         its fastest mode takes for 1 rad"
             .into()
     }
 }

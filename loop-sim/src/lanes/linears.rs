@@ -1,6 +1,6 @@
 //! Plants with a step of their own as numbers side by side, and that step: what [`Exact`] does, lane by lane.
 
-use super::signals::Signals;
+use super::signals::{Signals, weigh_all};
 use super::wide::Wide;
 use super::{Instructions, LANES, Plants, Trial};
 use crate::exact::{Exact, Lumped, Moved, Row, Share, TERMS, Wave, is_within};
@@ -171,8 +171,12 @@ impl<const N: usize> Plants<N> for Linears<'_, N> {
     fn note_estimate(&self, channel: usize, t_s: f64, x: &[Wide; N], u: &Wide, d_hat: &Wide, most: &mut Wide) {
         let (mut d, mut value) = (Wide::of_all(0.0), Wide::of_all(0.0));
         for (_, factor, signals) in self.signals.iter().filter(|(of, ..)| *of == channel) {
-            signals.value(self.instructions, t_s, &mut value);
-            add_product_all(self.instructions, &mut d, factor, &value);
+            if let Some(value) = signals.of_all(t_s) {
+                weigh_all(self.instructions, &mut d, factor, value);
+            } else {
+                signals.value(self.instructions, t_s, &mut value);
+                add_product_all(self.instructions, &mut d, factor, &value);
+            }
         }
         let has_sine = self.exact.has_sine && channel == 1;
         let note = if has_sine { note_all::<N, true> } else { note_all::<N, false> };

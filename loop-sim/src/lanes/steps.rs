@@ -113,8 +113,8 @@ impl<const N: usize> Steps<N> {
         let instructions = *instructions;
         let Midpoint { s, t_s: inside_s, at, before, now, slope } = midpoint;
         (*increment, *less) = ([Wide::of_all(0.0); N], [Wide::of_all(0.0); N]);
-        let most = rows.0.iter().fold(1, |most, rows| most.max(*rows)) as usize;
-        for row in 0..most.min(ROWS) {
+        let [least, most] = rows.0.iter().fold([ROWS as u64, 1], |[least, most], of| [least.min(*of), most.max(*of)]);
+        for row in 0..most as usize {
             let substeps = 2 * (row + 1);
             start_all(instructions, substeps as f64, x, h_s, first, s, at, before, now);
             for k in 1..substeps {
@@ -122,8 +122,13 @@ impl<const N: usize> Steps<N> {
                 bodies.rates(instructions, At { t_s: inside_s, x: at, u }, slope, outside);
                 midpoint_all(instructions, x, s, slope, at, before, now);
             }
-            let weights = std::array::from_fn(|rows| WEIGHTS[rows][row]);
-            sum_all(instructions, row as u64, &weights, rows, now, increment, less);
+            if least == most {
+                let [weight, without] = [most, most - 1].map(|rows| WEIGHTS[rows as usize][row]);
+                sum_all(instructions, weight, without, now, increment, less);
+            } else {
+                let weights = std::array::from_fn(|rows| WEIGHTS[rows][row]);
+                sum_some(instructions, row as u64, &weights, rows, now, increment, less);
+            }
         }
         differ_all(instructions, h_s, x, first, increment, less, difference);
     }
@@ -182,8 +187,25 @@ vectorised! {
 }
 
 vectorised! {
-    /// A lane takes as many rows as it has; `weights` are those of this row among so many.
     fn sum_all[N; const N: usize](
+        weight: f64,
+        without: f64,
+        across: &[Wide; N],
+        increment: &mut [Wide; N],
+        less: &mut [Wide; N],
+    ) {
+        for i in 0..N {
+            for l in 0..LANES {
+                increment[i][l] += weight * across[i][l];
+                less[i][l] += without * across[i][l];
+            }
+        }
+    }
+}
+
+vectorised! {
+    /// Where lanes differ in how many rows they take; `weights` are those of this row among so many.
+    fn sum_some[N; const N: usize](
         row: u64,
         weights: &[f64; ROWS + 1],
         rows: &Wide<u64>,
@@ -191,17 +213,19 @@ vectorised! {
         increment: &mut [Wide; N],
         less: &mut [Wide; N],
     ) {
-        for l in 0..LANES {
-            let (mut weight, mut without) = (0.0, 0.0);
-            for taken in 1..=ROWS {
-                weight = if rows[l] == taken as u64 { weights[taken] } else { weight };
-                without = if rows[l] == taken as u64 { weights[taken - 1] } else { without };
+        let (mut weight, mut without) = (Wide::of_all(0.0), Wide::of_all(0.0));
+        for taken in 1..=ROWS {
+            for l in 0..LANES {
+                let is_it = rows[l] == taken as u64;
+                weight[l] = if is_it { weights[taken] } else { weight[l] };
+                without[l] = if is_it { weights[taken - 1] } else { without[l] };
             }
-            let is_taken = row < rows[l];
-            for i in 0..N {
-                let sums = [increment[i][l] + weight * across[i][l], less[i][l] + without * across[i][l]];
-                increment[i][l] = if is_taken { sums[0] } else { increment[i][l] };
-                less[i][l] = if is_taken { sums[1] } else { less[i][l] };
+        }
+        for i in 0..N {
+            for l in 0..LANES {
+                let sums = [increment[i][l] + weight[l] * across[i][l], less[i][l] + without[l] * across[i][l]];
+                increment[i][l] = if row < rows[l] { sums[0] } else { increment[i][l] };
+                less[i][l] = if row < rows[l] { sums[1] } else { less[i][l] };
             }
         }
     }

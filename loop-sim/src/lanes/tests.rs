@@ -115,7 +115,8 @@ fn every_lane_has_the_bits_of_its_run_alone() {
         for spread in [0.1, 0.6] {
             for has_own_signals in [false, true] {
                 let trials = joints(reading, spread, has_own_signals);
-                for spec in [joint_law::<2>(reading, 10.0), joint_law::<3>(reading, 50.0)] {
+                let in_f64 = ControllerSpec { precision: Precision::F64, ..joint_law::<2>(reading, 10.0) };
+                for spec in [joint_law::<2>(reading, 10.0), joint_law::<3>(reading, 50.0), in_f64] {
                     let campaign = Campaign {
                         spec: &spec,
                         sensing: &IDEAL,
@@ -321,10 +322,10 @@ fn what_does_not_fit_is_left_to_the_run_alone() {
     let found = close_loops(&campaign, &all);
     let left: Vec<usize> = (0..LANES).filter(|l| found[*l].is_none()).collect();
     assert_eq!(left, [3, 9]);
-    // Another law, another precision, a plant without a step: all.
-    let double = ControllerSpec { precision: Precision::F64, ..spec.clone() };
+    // Another law, another period, a plant without a step: all.
+    let other = ControllerSpec { model: Model::BenchmarkLibm, ..spec.clone() };
     let slower = Campaign { period_s: 2.0 * PERIOD_S, ..campaign };
-    assert!(close_loops(&Campaign { spec: &double, ..campaign }, &all).iter().all(Option::is_none));
+    assert!(close_loops(&Campaign { spec: &other, ..campaign }, &all).iter().all(Option::is_none));
     assert!(close_loops(&slower, &all).iter().all(Option::is_none));
     let plain = FlexibleJoint::of_the_paper(JointParameters::TABLE_I.chain(Reading::Reconstructed));
     let one = [Trial { plant: &plain, x0: &[0.1, 0.0, 0.0, 0.0], seed: 0 }];

@@ -55,6 +55,8 @@ macro_rules! vectorised {
     ) $block:block) => {
         $(#[$about])*
         #[allow(clippy::too_many_arguments)]
+        // Inside of a caller it would not be known any more that what its arguments point to is apart.
+        #[inline(never)]
         $visible fn $name<$($generics)*>(instructions: $crate::lanes::Instructions, $($argument: $type),*) {
             use $crate::lanes::Instructions;
 
