@@ -572,7 +572,8 @@ fn free(path: &Path, force: bool) -> Result<(), Failure> {
 
 /// The same for `--to`: what is found is written to a file of its own, and nothing is ever overwritten by it.
 fn free_to(to: &Path) -> Result<(), Failure> {
-    if to.exists() {
+    // A link to nothing is in the way too.
+    if std::fs::symlink_metadata(to).is_ok() {
         return Err(bad(format!("{} exists already and is left as it is: give another with --to", to.display())));
     }
     free(to, false).map_err(|Failure { status, message }| Failure { status, message: format!("--to {message}") })

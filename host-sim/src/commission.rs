@@ -42,7 +42,7 @@ mod wired;
 use predicted::Found;
 
 pub use multisine::multisine;
-pub use retuned::{Retuned, sheet_of};
+pub use retuned::{Retuned, is_of_drive, sheet_of};
 pub use rig::Rig;
 pub use wired::Wired;
 

@@ -42,8 +42,17 @@ impl Plan {
         let vary: Vec<Vary> =
             vary.iter().map(|text| Vary::parse(text, subject, &mut dimension)).collect::<Result<_, _>>()?;
         let keys: Vec<&str> = vary.iter().flat_map(Vary::keys).collect();
-        if let Some((_, twice)) = keys.iter().enumerate().find(|(k, key)| keys[..*k].contains(key)) {
-            return Err(format!("--vary: {twice} is drawn twice"));
+        // A table is drawn with all that is in it.
+        let plain = |key: &str| key.split('[').map(|part| part.trim_start_matches('0')).collect::<Vec<_>>().join("[");
+        let holds = |outer: &str, key: &str| {
+            let (outer, key) = (plain(outer), plain(key));
+            key.strip_prefix(&outer).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+        };
+        for (k, key) in keys.iter().enumerate() {
+            if let Some(before) = keys[..k].iter().find(|before| holds(before, key) || holds(key, before)) {
+                let with = if before == key { String::new() } else { format!(": {before} is too") };
+                return Err(format!("--vary: {key} is drawn twice{with}"));
+            }
         }
         let has_noise = !keys.contains(&"seed") && subject.with(&["seed=1".into()]).is_ok();
         Ok(Self { vary, seed, has_noise })

@@ -36,7 +36,7 @@ pub fn exp(x: f64) -> f64 {
     // fdlibm compares upper words: 1.5 ln 2, 0.5 ln 2 and 2^-28.
     let (far, near, tiny) = (0x3ff0_a2b2 << 32, 0x3fd6_2e43 << 32, 0x3e30_0001 << 32);
     let size = x.abs().to_bits();
-    let scaled = 1.442_695_040_888_963_387_00 * x + 0.5_f64.copysign(x);
+    let scaled = core::f64::consts::LOG2_E * x + 0.5_f64.copysign(x);
     let nearest = (scaled + WHOLE) - WHOLE;
     let cut = if nearest.abs() > scaled.abs() { nearest - 1.0_f64.copysign(x) } else { nearest };
     let one_or_none = if size >= near { 1.0_f64.copysign(x) } else { 0.0 };
@@ -74,7 +74,7 @@ pub fn expf(x: f32) -> f32 {
     let (far, near, tiny) = (0x3f85_1593, 0x3eb1_7219, 0x3900_0001);
     let (over, under) = (0x42b1_7218, 0x42cf_f1b5);
     let size = x.abs().to_bits();
-    let scaled = 1.442_695_021_6 * x + 0.5_f32.copysign(x);
+    let scaled = core::f32::consts::LOG2_E * x + 0.5_f32.copysign(x);
     let nearest = (scaled + WHOLE) - WHOLE;
     let cut = if nearest.abs() > scaled.abs() { nearest - 1.0_f32.copysign(x) } else { nearest };
     let one_or_none = if size >= near { 1.0_f32.copysign(x) } else { 0.0 };
@@ -95,8 +95,8 @@ pub fn expf(x: f32) -> f32 {
     let power = |k: f32| f32::from_bits((k + WHOLE).to_bits().wrapping_add(ONE) << 23);
     let within = if size >= tiny { y * power(first) * power(k - first) } else { 1.0 + x };
     let is_negative = x < 0.0;
-    let ended = if is_negative & (size >= under) { 0.0 } else { within };
-    let ended = if !is_negative & (size >= over) { f32::INFINITY } else { ended };
+    let ended = if is_negative && size >= under { 0.0 } else { within };
+    let ended = if !is_negative && size >= over { f32::INFINITY } else { ended };
     if x.is_nan() { x } else { ended }
 }
 

@@ -154,7 +154,7 @@ fn linear(
         ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
             match (n, r, mask) {
                 $(($n, $r, $mask) => {
-                    let plants = Linears::new(instructions, trials, campaign.period_s)?;
+                    let plants = Linears::beside(instructions, trials, campaign.period_s)?;
                     let config = campaign.spec.config.fixed::<$n, $r>()?;
                     let nominal = Nominal { gradient: padded(row), ..config.nominal };
                     macro_rules! of_precision {
@@ -186,7 +186,7 @@ fn benchmark<E: Exp<f32> + Copy>(
         return None;
     }
     let Shape { n, r, mask } = campaign.spec.config.shape();
-    let plants = Benchmarks::new(instructions, trials)?;
+    let plants = Benchmarks::beside(instructions, trials)?;
     macro_rules! instance {
         ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
             match (n, r, mask) {

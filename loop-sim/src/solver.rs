@@ -154,7 +154,7 @@ pub(crate) struct Stride {
 pub(crate) fn rows(angle: f64, order: usize, is_checked: bool) -> usize {
     let angles = if is_checked { CHECKED_ANGLES } else { ANGLES };
     let beyond = angles.iter().filter(|most| angle > **most).count();
-    let least = (order + 2) / 2 + usize::from(is_checked);
+    let least = order / 2 + 1 + usize::from(is_checked);
     (2 + beyond).max(least).min(ROWS)
 }
 

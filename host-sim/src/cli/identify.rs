@@ -20,7 +20,7 @@ use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, fail
 use crate::commission::plants::{Plants, Tried, try_all};
 use crate::commission::{
     BAR_STEPS, LEAST_BAR_RAD, Outcome, Plan, Report, Retuned, Rig, Stopped, Swap, TIMES_EXPECTED, Verified, Wired,
-    commission, sheet_of,
+    commission, is_of_drive, sheet_of,
 };
 use crate::identify::{Identified, Known, Parameter, Quality, Record, identify, record};
 use crate::live::LiveDrive;
@@ -101,8 +101,9 @@ pub(super) struct CommissionOptions {
     #[arg(long, value_name = "PERCENT", conflicts_with_all = ["image", "port"])]
     within: Option<f64>,
     /// Random plants of --within.
-    #[arg(long, value_name = "N", default_value_t = 30, requires = "within")]
-    random: usize,
+    #[arg(long, value_name = "N", default_value_t = 30, requires = "within",
+          value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    random: u32,
     /// Factors of k_1 and b_1 (of a motor: b and f_c) once they are found: shows with --within what the verification
     /// sees.
     #[arg(long, value_name = "F,F", value_parser = factors, requires = "within")]
@@ -130,6 +131,15 @@ impl Subject {
             if let Some(value) = value.filter(|value| !(*value >= least && value.is_finite())) {
                 return Err(bad(format!("--{option} {value}: expected a number from {least} on")));
             }
+        }
+        if let Some(set) = common.sets.iter().find(|set| {
+            let key = set.split('=').next().unwrap_or_default();
+            is_of_drive(key) && key.contains('[')
+        }) {
+            return Err(bad(format!(
+                "--set {set}: what is set of a drive goes into the file that is written, and an entry of a list cannot: \
+                 set the whole list, or change it in the file"
+            )));
         }
         let scenario = ScenarioText::read(file, JOINT)?;
         let experiment = scenario::parse_own(&scenario.source(&common.sets), &scenario.stem)?;
@@ -196,11 +206,26 @@ struct CommissionedJson<'a> {
     home_rad: f64,
 }
 
+impl<'a> CommissionedJson<'a> {
+    fn of(subject: &'a Subject, report: &'a Report, is_written: bool) -> Self {
+        let identified = json(subject, &report.identified);
+        Self {
+            identified: IdentifiedJson { written: identified.written.filter(|_| is_written), ..identified },
+            recorded_peak_rad: report.recorded_peak_rad,
+            jump_a: report.jump_a,
+            settling_rad: report.settling_rad,
+            verified: report.verified,
+            outcome: report.outcome,
+            home_rad: report.home_rad,
+        }
+    }
+}
+
 /// Two factors of a command line.
 fn factors(text: &str) -> Result<[f64; 2], String> {
-    let factors = text.split(',').map(|factor| factor.trim().parse::<f64>());
-    let factors: Vec<f64> = factors.filter_map(Result::ok).filter(|it| *it > 0.0 && it.is_finite()).collect();
-    factors.try_into().map_err(|_| "expected two factors above 0, as in 1.05,1".into())
+    let factor = |text: &str| text.trim().parse::<f64>().ok().filter(|it| *it > 0.0 && it.is_finite());
+    let factors: Option<Vec<f64>> = text.split(',').map(factor).collect();
+    factors.and_then(|two| two.try_into().ok()).ok_or_else(|| "expected two factors above 0, as in 1.05,1".into())
 }
 
 /// What follows from the verification, in words.
@@ -275,8 +300,8 @@ impl Console<'_> {
             .write(&subject.folder, "identified")
             .map_err(|error| Failure::writing(subject.folder.join("identified").display(), &error))?;
         drop(claim);
-        keep(&subject, &retuned)?;
         if common.json {
+            keep(&subject, &retuned)?;
             self.say_json(serde_json::to_string(&json(&subject, &found)))?;
             return Ok(status::DONE);
         }
@@ -284,6 +309,7 @@ impl Console<'_> {
         self.say(&format!("{data}: {seconds:.2} s of {}", subject.experiment.title))?;
         self.found(&found)?;
         self.say(&format!("figure: {}", subject.folder.join("identified.png").display()))?;
+        keep(&subject, &retuned)?;
         self.say(&format!("wrote {to}"))?;
         Ok(status::DONE)
     }
@@ -374,24 +400,20 @@ impl Console<'_> {
         }
         drop(claim);
         let is_accepted = report.outcome == Outcome::Accepted;
-        if let Some(retuned) = retuned.filter(|_| is_accepted) {
-            keep(&subject, &retuned)?;
-        }
+        // What no move has verified is not kept.
+        let is_kept = is_accepted && plan.swap != Swap::None;
+        // Told before it fails: what was found took a while.
+        let kept = retuned.filter(|_| is_kept).map_or(Ok(()), |retuned| keep(&subject, &retuned));
         if common.json {
-            let identified = json(&subject, &report.identified);
-            let json = CommissionedJson {
-                identified: IdentifiedJson { written: identified.written.filter(|_| is_accepted), ..identified },
-                recorded_peak_rad: report.recorded_peak_rad,
-                jump_a: report.jump_a,
-                settling_rad: report.settling_rad,
-                verified: report.verified,
-                outcome: report.outcome,
-                home_rad: report.home_rad,
-            };
+            let json = CommissionedJson::of(&subject, &report, is_kept && kept.is_ok());
             self.say_json(serde_json::to_string(&json))?;
         } else {
             self.told(&subject, &plan, &report)?;
+            if is_kept && kept.is_ok() {
+                self.say(&format!("wrote {}", subject.to.display()))?;
+            }
         }
+        kept?;
         Ok(if is_accepted { status::DONE } else { status::FAILED })
     }
 
@@ -431,8 +453,13 @@ impl Console<'_> {
         ))?;
         self.say("identify")?;
         self.found(&report.identified)?;
+        let how = match plan.swap {
+            Swap::AtRest => "at rest, W = 0",
+            Swap::InMotion => "as in motion, bumpless",
+            Swap::None => "none, the gains of before go on",
+        };
         self.say(&format!(
-            "swap      at rest, W = 0: u jumps by {} A, then |y - r| <= {} rad",
+            "swap      {how}: u jumps by {} A, then |y - r| <= {} rad",
             three(report.jump_a),
             three(report.settling_rad)
         ))?;
@@ -457,8 +484,8 @@ impl Console<'_> {
         }
         self.say(&format!("home      |y - r| <= {} rad", three(report.home_rad)))?;
         self.say(&format!("figures: {}", subject.folder.display()))?;
-        if report.outcome == Outcome::Accepted {
-            self.say(&format!("wrote {}", subject.to.display()))?;
+        if report.outcome == Outcome::Accepted && plan.swap == Swap::None {
+            self.say("nothing is written: no move was made with the new gains")?;
         }
         Ok(())
     }
@@ -474,18 +501,19 @@ impl Console<'_> {
         if !(percent > 0.0 && percent <= 50.0) {
             return Err(bad(format!("--within {percent}: expected 0 to 50 percent, without 0")));
         }
+        let random = options.random as usize;
         let plants = Plants {
             file: &subject.name,
             text: &subject.text,
             sets: &options.common.sets,
             share: percent / 100.0,
-            random: options.random,
+            random,
             plan: *plan,
             known: subject.known,
             wrong: options.wrong.unwrap_or([1.0; 2]),
         };
-        let corners = plants.variants().map_err(bad)?.len() - options.random;
-        let bar = Mutex::new(self.bar((corners + options.random) as u64, LEFT));
+        let corners = plants.variants().map_err(bad)?.len() - random;
+        let bar = Mutex::new(self.bar((corners + random) as u64, LEFT));
         let tried = try_all(&plants, self.stop, &|| {
             if let Ok(bar) = bar.lock() {
                 bar.inc(1);

@@ -636,6 +636,8 @@ impl View<'_> {
             );
         };
         let is_within = |k: usize| {
+            // Of a list only what is in it was tried.
+            axes[k].numbers.as_ref()?;
             let number = |text: &str| text.parse::<f64>().ok();
             Some((number(&ends[k][0])?..=number(&ends[k][1])?).contains(&own[k]?))
         };

@@ -33,7 +33,7 @@ use crate::monte_carlo::store::{self, Chunk, Header, Outcome, Trials};
 
 mod report;
 
-pub(super) use report::section;
+pub(super) use report::{Written, section};
 
 mod uncertain;
 
@@ -449,8 +449,11 @@ impl Console<'_> {
         let parts = folder.join(format!("{stem}.chunks"));
         let claim = claim_folder(&parts)?;
         let path = |chunk: u64| parts.join(format!("{chunk}.parquet"));
-        let is_there = |chunk: &u64| fs::symlink_metadata(path(*chunk)).is_ok();
-        let there: Vec<u64> = (first..end).filter(is_there).collect();
+        // Looked up in the folder: of a large plan few are there.
+        let names = fs::read_dir(&parts).into_iter().flatten().flatten().map(|entry| entry.file_name());
+        let number = |name: OsString| name.to_str()?.strip_suffix(".parquet")?.parse::<u64>().ok();
+        let mut there: Vec<u64> = names.filter_map(number).filter(|chunk| (first..end).contains(chunk)).collect();
+        there.sort_unstable();
         if !there.is_empty() && !resume {
             let message = format!(
                 "{} holds {} of {} chunks of a run that was ended: --resume goes on, --out gives this one another \

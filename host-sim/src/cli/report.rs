@@ -10,6 +10,7 @@ use whole_file::Kind;
 
 use super::design::{self, Design};
 use super::map::{self, MapOptions};
+use super::monte_carlo::Written;
 use super::run::{Figures, ending, figures_of, note_changes, table};
 use super::{
     Console, DEFAULT, Failure, ScenarioText, bad, bounds, failed, free, hex_sha256, monte_carlo, read_text, status,
@@ -64,7 +65,7 @@ impl Console<'_> {
             None => None,
         };
         let trials = options.trials.as_deref().map(monte_carlo::section).transpose()?;
-        let mut accounts = Vec::new();
+        let (mut accounts, mut texts) = (Vec::new(), Vec::new());
         let files: Vec<Option<&Path>> = if options.files.is_empty() {
             vec![None]
         } else {
@@ -76,15 +77,41 @@ impl Console<'_> {
         for file in files {
             match file {
                 Some(file) if is_page(file) => accounts.extend(read_back(file)?),
-                file => match self.account(file, options)? {
-                    Some(account) => accounts.push(account),
-                    None => return Ok(status::INTERRUPTED),
-                },
+                file => {
+                    let text = ScenarioText::read(file, DEFAULT)?;
+                    let hash = hex_sha256(text.subject(&options.sets).text);
+                    match self.account(file, &text, options)? {
+                        Some(account) => {
+                            texts.push((account.name.clone(), hash));
+                            accounts.push(account);
+                        }
+                        None => return Ok(status::INTERRUPTED),
+                    }
+                }
             }
         }
-        if let Some((scenario, section)) = trials {
+        if let Some(Written { scenario, sha256, sets, section }) = trials {
             let of = accounts.iter_mut().find(|account| account.name == scenario);
             let of = of.ok_or_else(|| bad(format!("--trials: its scenario is {scenario:?}, and that is not here")))?;
+            let of_text = texts.iter().find(|(name, _)| *name == scenario);
+            let Some((_, hash)) = of_text else {
+                return Err(bad(format!("--trials: {scenario} is of a page: give its scenario file")));
+            };
+            if *hash != sha256 {
+                return Err(bad(format!(
+                    "--trials: the file of {scenario} was another when its trials ran (scenario_sha256): run \
+                     `host-sim monte-carlo` again"
+                )));
+            }
+            // What `--uncertain` sets beside what it draws is what the controller believes, as the file has it.
+            let mut asked = sets.iter().filter(|set| !set.starts_with("controller.nominal"));
+            let without = options.sets.iter().find(|set| !sets.contains(set)).map(|set| ("without", set));
+            let differs = without.or_else(|| Some(("with", asked.find(|set| !options.sets.contains(set))?)));
+            if let Some((how, set)) = differs {
+                return Err(bad(format!(
+                    "--trials: its trials ran {how} --set {set}: the page would be of two plants"
+                )));
+            }
             of.sections.push(section);
         }
         if let (Some((name, text)), Some(account)) = (certificate, accounts.first_mut()) {
@@ -116,8 +143,12 @@ impl Console<'_> {
     }
 
     /// All that is told of one scenario; none if it was told to stop.
-    fn account(&mut self, file: Option<&Path>, options: &ReportOptions) -> Result<Option<Account>, Failure> {
-        let text = ScenarioText::read(file, DEFAULT)?;
+    fn account(
+        &mut self,
+        file: Option<&Path>,
+        text: &ScenarioText,
+        options: &ReportOptions,
+    ) -> Result<Option<Account>, Failure> {
         let subject = text.subject(&options.sets);
         let mut experiment = subject.with(&[])?;
         note_changes(&mut experiment.title, &options.sets);

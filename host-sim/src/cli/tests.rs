@@ -993,7 +993,7 @@ fn what_cannot_be_reached_is_told_and_nothing_is_written() {
     let lost = ["--noise", "0.02", "--uncertain", "50", "--evaluations", "9", "--to", &to, "--out", &out];
     let (status, told, err) = spoken(&[&["tune", &file], &lost[..]].concat());
     assert_eq!(status, status::FAILED, "{told}{err}");
-    assert!(err.contains("not met: settling (lost in 4 of 8 corners, first J -50 %, K_t +50 %); nothing is"), "{err}");
+    assert!(err.contains("not met: settling (lost in 4 of 9 plants, first J -50 %, K_t +50 %); nothing is"), "{err}");
     assert!(told.lines().any(|line| line.starts_with("settling") && line.ends_with("lost     NOT MET")), "{told}");
     assert!(!folder.0.join("t.toml").exists());
     for (more, told) in [

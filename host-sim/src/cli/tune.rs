@@ -234,8 +234,9 @@ impl Console<'_> {
             let told = missed.iter().map(|name| match lost.iter().find(|lost| lost.run == *name) {
                 None => (*name).to_owned(),
                 Some(Lost { corners, first, .. }) => {
-                    let of = answer.found.worst.corners;
-                    format!("{name} (lost in {corners} of {of} corners, first {first})")
+                    // And the plant of the file.
+                    let of = answer.found.worst.corners + 1;
+                    format!("{name} (lost in {corners} of {of} plants, first {first})")
                 }
             });
             let better = if lost.is_empty() { "" } else { "know the plant better (--uncertain 20), " };
@@ -330,6 +331,7 @@ impl Answer<'_> {
         let Self { asked, found, nominal, cycles, .. } = self;
         let mut table = Table::new(["figure", "asked", "nominal", "worst", ""]);
         let told = |value: Option<f64>| value.map_or_else(String::new, number);
+        let asked_for = |value: Option<f64>| value.map_or_else(String::new, |value| significant(value, 3));
         let mut row = |name: &str, asked: Option<f64>, nominal: Option<f64>, worst: f64| {
             let verdict = match asked {
                 _ if worst >= LOST => "NOT MET",
@@ -337,7 +339,7 @@ impl Answer<'_> {
                 Some(_) => "met",
                 None => "",
             };
-            table.row([name, &told(asked), &told(nominal), &number(worst), verdict]);
+            table.row([name, &asked_for(asked), &told(nominal), &number(worst), verdict]);
         };
         let worst = &found.worst;
         row("noise of u (A rms)", Some(asked.noise_a), None, found.noise_a);

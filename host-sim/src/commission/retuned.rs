@@ -15,7 +15,7 @@ use crate::report::number::significant;
 pub struct Retuned {
     /// Its text.
     pub text: String,
-    /// The arguments that still go with it: those for the numbers that were found do not.
+    /// The arguments that still go with it: those of the drive are in it, or were found anew.
     pub sets: Vec<String>,
 }
 
@@ -25,6 +25,13 @@ pub const fn sheet_of(designed: &DriveDesign) -> Sheet {
         DriveDesign::Motor { design, .. } => Sheet::Motor(design.motor),
         DriveDesign::Joint { design, .. } => Sheet::Joint(design.joint),
     }
+}
+
+/// Is a key of a table that goes into the file that is kept, if it is set? Without it what was found would be another
+/// drive's there.
+pub fn is_of_drive(key: &str) -> bool {
+    let table = key.split(['.', '[']).next().unwrap_or_default().trim();
+    ["motor", "joint", "encoder", "drive", "friction"].contains(&table)
 }
 
 impl Retuned {
@@ -38,11 +45,11 @@ impl Retuned {
             found.ok_or_else(|| format!("{}: {key} is no number", source.file))
         };
         let friction = found.parameter("f_c").filter(|it| it.value > it.interval).map(|it| it.value);
-        let (table, mut keys) = match (old, &found.sheet) {
-            (Sheet::Joint(old), Sheet::Joint(new)) => ("joint", joint_keys(old, new, number)?),
+        let mut keys = match (old, &found.sheet) {
+            (Sheet::Joint(old), Sheet::Joint(new)) => joint_keys(old, new, number)?,
             (Sheet::Motor(old), Sheet::Motor(new)) => {
                 let torque = number("motor.torque_n_m_per_a")?;
-                ("motor", vec![("motor.torque_n_m_per_a", torque * new.torque_n_m_per_a / old.torque_n_m_per_a)])
+                vec![("motor.torque_n_m_per_a", torque * new.torque_n_m_per_a / old.torque_n_m_per_a)]
             }
             _ => return Err(format!("{}: the record is of another kind of drive", source.file)),
         };
@@ -64,13 +71,14 @@ impl Retuned {
             .collect();
         let changes = keys.iter().map(|(key, value)| (*key, Some(value.as_str())));
         let gone = [("error", None)].into_iter().chain(still_goes.then_some(("friction.static_n_m", None)));
-        let text = scenario::rewritten(source.text, changes.chain(gone))?;
-        let is_found = |set: &&String| {
+        let of_drive = source.sets.iter().filter_map(|set| set.split_once('=')).filter(|(key, _)| is_of_drive(key));
+        let text = scenario::rewritten(source.text, of_drive.map(|(key, value)| (key.trim(), Some(value))))?;
+        let text = scenario::rewritten(&text, changes.chain(gone))?;
+        let stays = |set: &&String| {
             let key = set.split('=').next().unwrap_or_default().trim();
-            let is_still = still_goes && key == "friction.static_n_m";
-            keys.iter().any(|(path, _)| *path == key) || key.starts_with("error") || key == table || is_still
+            !is_of_drive(key) && !key.starts_with("error")
         };
-        let sets = source.sets.iter().filter(|set| !is_found(set)).cloned().collect();
+        let sets = source.sets.iter().filter(stays).cloned().collect();
         Ok(Self { text, sets })
     }
 

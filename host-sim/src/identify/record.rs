@@ -24,6 +24,8 @@ use super::{Angle, Record};
 const COLUMNS: [&str; 6] = ["tick", "t_s", "count_link", "count_motor", "count", "u_held_a"];
 /// Longest record that is read, ticks.
 const LONGEST: usize = 1_000_000;
+/// What a period may be off on the average: b errs by twice as much, and its interval is some percent.
+const MOST_DRIFT: f64 = 0.005;
 
 /// A mistake in a file, with its place from 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -71,6 +73,19 @@ fn missing(names: &[&str], heads: &[(usize, &str)]) -> String {
         None => String::new(),
     };
     format!("no column {}{near}: there are {}", names.join(" or "), have.join(", "))
+}
+
+/// A step may be as long as its clock can tell, all of them together not.
+fn drift(times: &[f64], per_period: f64, period_s: f64) -> Result<(), String> {
+    let [first, .., last] = times else { return Ok(()) };
+    let periods = (last - first) / per_period / (times.len() - 1) as f64;
+    if (periods - 1.0).abs() <= MOST_DRIFT {
+        return Ok(());
+    }
+    Err(format!(
+        "{periods:.4} periods of {period_s} s a row, expected 1 within {MOST_DRIFT}: is drive.period_s of the scenario \
+         that of the record?"
+    ))
 }
 
 /// A record of a drive with these encoders: motor, or link and motor.
@@ -157,6 +172,8 @@ pub fn read(text: &str, period_s: f64, encoders: &[Mounted]) -> Result<Record, M
             return Err(at(k + 1, 1, format!("more than {LONGEST} ticks: some seconds are enough")));
         }
     }
+    drift(&rows[0], per_period, period_s)
+        .map_err(|why| at(text.lines().count().max(1), heads[clock].0, format!("{} goes {why}", heads[clock].1)))?;
     let mut rows = rows.into_iter().skip(1);
     let held_a = rows.next().unwrap_or_default();
     let seconds = held_a.len() as f64 * period_s;

@@ -2,18 +2,19 @@
 //!
 //! A file holds trials `first .. first + count` of a plan, a row group for each chunk of them, uncompressed: column
 //! `trial`, column `outcome`, then a column of f64 for each name of the [`Header`]; what is no number is NaN. It stands
-//! in the file's metadata as JSON, with the range and the SHA-256 of all values. The same trials are the same
+//! in the file's metadata as JSON, with the range and the SHA-256 of all values and of it. The same trials are the same
 //! bytes, whoever computed them: nothing in a file tells of its time, machine or shard.
 //!
 //! A file is written whole or not at all. One that was damaged since, or is of another plan or version, is told from
 //! what was asked for. A chunk is in memory at a time.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io;
 use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Once};
 
 use parquet::basic::{ConvertedType, Repetition, Type as Physical};
 use parquet::column::reader::ColumnReader;
@@ -170,10 +171,15 @@ pub fn hex(bytes: &[u8]) -> String {
     digits.filter_map(|digit| char::from_digit(digit.into(), 16)).collect()
 }
 
+thread_local! {
+    /// Is this thread reading a file that may be damaged?
+    static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
+}
+
 const HEADER: &str = "host-sim monte-carlo";
 const FIRST: &str = "first";
 const COUNT: &str = "count";
-const SHA256: &str = "values_sha256";
+const SHA256: &str = "sha256";
 
 fn schema(header: &Header) -> Result<TypePtr, ParquetError> {
     let field = |builder: PrimitiveTypeBuilder<'_>| builder.with_repetition(Repetition::REQUIRED).build().map(Arc::new);
@@ -235,8 +241,9 @@ pub fn write(
         if next != end {
             return Err(io::Error::other(format!("trials {next} to {end} are missing")));
         }
-        let hex = hex(&hash.finalize());
         let json = serde_json::to_string(header)?;
+        hash.update(&json);
+        let hex = hex(&hash.finalize());
         for (key, value) in
             [(HEADER, json), (FIRST, first.to_string()), (COUNT, (end - first).to_string()), (SHA256, hex)]
         {
@@ -274,6 +281,9 @@ impl Trials {
             let number = |key: &str| value(key)?.parse::<u64>().map_err(|_| "its header is damaged");
             let header: Header =
                 serde_json::from_str(&value(HEADER)?).map_err(|error| format!("its header is damaged: {error}"))?;
+            if header.scenario.contains(['/', '\\']) {
+                return Err("its header is damaged: a scenario of that name would leave its folder".into());
+            }
             let (first, count) = (number(FIRST)?, number(COUNT)?);
             let end = first.checked_add(count).filter(|end| *end <= header.trials);
             let trials =
@@ -288,9 +298,10 @@ impl Trials {
                 next += chunk.outcomes.len() as u64;
                 chunk.hash(&mut hash);
             }
+            hash.update(value(HEADER)?);
             let hex = hex(&hash.finalize());
             if next != trials.range[1] || hex != value(SHA256)? {
-                return Err("damaged: its values are not those that were written".into());
+                return Err("damaged: its header or its values are not those that were written".into());
             }
             Ok(trials)
         });
@@ -386,8 +397,20 @@ fn column(group: &dyn RowGroupReader, k: usize, rows: usize) -> Result<Vec<f64>,
     if values.len() == rows { Ok(values) } else { Err("damaged: a column is too short".into()) }
 }
 
-/// A damaged file must not end the program, whatever the library that reads it makes of it.
+/// A damaged file must not end the program, nor be told but in our words, whatever the library that reads it makes of
+/// it.
 fn guarded<T>(read: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    static SILENT: Once = Once::new();
+    SILENT.call_once(|| {
+        let told = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if !IS_GUARDED.get() {
+                told(info);
+            }
+        }));
+    });
+    let was = IS_GUARDED.replace(true);
     let read = panic::catch_unwind(AssertUnwindSafe(read));
+    IS_GUARDED.set(was);
     read.unwrap_or_else(|_| Err("damaged: it cannot be read".into()))
 }

@@ -62,7 +62,7 @@ impl Vary {
         if let Some(words) = words(text) {
             let keys = keys.split(',').map(|key| (key.trim().to_owned(), 1.0)).collect();
             let vary = Self { text: text.to_owned(), keys, distribution: Distribution::Words(words) };
-            vary.tried(subject).map_err(bad)?;
+            vary.known(subject).and_then(|()| vary.tried(subject)).map_err(bad)?;
             return Ok(vary);
         }
         let mut is_relative = None;
@@ -118,8 +118,16 @@ impl Vary {
             };
             vary.keys.push((key.to_owned(), unit));
         }
-        vary.tried(subject).map_err(bad)?;
+        vary.known(subject).and_then(|()| vary.tried(subject)).map_err(bad)?;
         Ok(vary)
+    }
+
+    /// A constant that no formula has would vary nothing.
+    fn known(&self, subject: &Subject<'_>) -> Result<(), String> {
+        const CONSTANTS: &str = "plant.constants.";
+        let is_unknown = |key: &&str| key.starts_with(CONSTANTS) && subject.number_at(key).is_none();
+        let unknown = self.keys().find(is_unknown);
+        unknown.map_or(Ok(()), |key| Err(format!("{} has no {key} to vary", subject.file)))
     }
 
     /// Does the scenario take some value of it? What it refuses of the others is for the trials to tell.
@@ -192,6 +200,12 @@ impl Vary {
             if is_whole { format!("{key}={value:.0}") } else { format!("{key}={value:?}") }
         })
     }
+}
+
+/// Does it go through the points of a sequence, and not draw?
+pub fn is_sobol(text: &str) -> bool {
+    let name = text.split_once('=').and_then(|(_, call)| call.split_once('('));
+    name.is_some_and(|(name, _)| name.trim() == "sobol")
 }
 
 /// The words of `KEY=list(A,B,..)`, if not all of them are numbers: what its column says is the position of one, from

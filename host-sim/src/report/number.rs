@@ -37,7 +37,8 @@ pub fn significant(value: f64, digits: usize) -> String {
 #[must_use]
 pub fn typed(value: f64, digits: usize) -> String {
     let text = significant(value, digits);
-    text.parse::<f64>().map_or(text, |rounded| rounded.to_string())
+    // A whole number of more digits than an i64 has is none to TOML.
+    text.parse::<f64>().map_or(text, |it| if it.abs() < 1e15 { it.to_string() } else { format!("{it:e}") })
 }
 
 #[cfg(test)]

@@ -109,6 +109,33 @@ pub fn accounts(html: &str) -> Option<Vec<Account>> {
     serde_json::from_str(data).ok()
 }
 
+/// Is it an SVG of what this program draws, with nothing in it that could run or load? It came from a file.
+fn is_still(svg: &str) -> bool {
+    const DRAWN: [&str; 12] =
+        ["svg", "title", "defs", "clipPath", "g", "path", "line", "polyline", "polygon", "rect", "circle", "text"];
+    // As this program writes: a blank before each attribute, its value between double quotes, no < or > in one.
+    let is_attribute = |word: &str| {
+        let name = word.split('=').next().unwrap_or_default();
+        name.chars().all(|c| c.is_ascii_lowercase() || "-:".contains(c) || c.is_ascii_digit() || "Bvox".contains(c))
+            && !name.starts_with("on")
+            && !name.contains("href")
+            && name != "style"
+    };
+    let is_drawn = |tag: &str| {
+        let tag = tag.trim_end_matches('/');
+        let (name, rest) = tag.split_once(' ').unwrap_or((tag, ""));
+        let mut words = rest.split('"');
+        let mut are_drawn = DRAWN.contains(&name.trim_start_matches('/'));
+        while let (Some(before), Some(_value)) = (words.next(), words.next()) {
+            are_drawn &= before.ends_with('=') && is_attribute(before.trim());
+        }
+        are_drawn && rest.matches('"').count() % 2 == 0 && (rest.trim().is_empty() || rest.trim_end().ends_with('"'))
+    };
+    let mut parts = svg.split('<');
+    let is_bare = parts.next().is_some_and(|before| before.trim().is_empty());
+    is_bare && parts.all(|part| part.split_once('>').is_some_and(|(tag, text)| is_drawn(tag) && !text.contains('>')))
+}
+
 impl Page<'_> {
     /// The file.
     ///
@@ -179,7 +206,11 @@ impl Page<'_> {
         self.figures(&parts, body, charts)?;
         for (a, _, section) in &parts {
             for (k, svg) in section.drawings.iter().enumerate() {
-                let svg = alone(svg, &format!("d{a}-{k}-{}", charts.len()));
+                let svg = if is_still(svg) {
+                    alone(svg, &format!("d{a}-{k}-{}", charts.len()))
+                } else {
+                    "<p>A drawing is left out: it has more in it than lines and text.</p>".into()
+                };
                 let _ = writeln!(body, "<figure>{}{svg}</figure>", whose(*a));
             }
             for (name, text) in &section.files {

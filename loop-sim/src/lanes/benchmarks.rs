@@ -34,7 +34,7 @@ struct Slopes {
 
 impl<'a> Benchmarks<'a> {
     /// None if there are others among them.
-    pub(super) fn new(instructions: Instructions, trials: &[Trial<'a>]) -> Option<Box<dyn Plants<2> + 'a>> {
+    pub(super) fn beside(instructions: Instructions, trials: &[Trial<'a>]) -> Option<Box<dyn Plants<2> + 'a>> {
         let of = |trial: &Trial<'a>| match trial.plant.parts()? {
             Parts::Benchmark(plant) => Some(plant),
             _ => None,

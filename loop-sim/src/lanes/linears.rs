@@ -43,7 +43,7 @@ struct Numbers<const N: usize> {
 
 impl<'a, const N: usize> Linears<'a, N> {
     /// None if there are others among them, or of another period.
-    pub(super) fn new(
+    pub(super) fn beside(
         instructions: Instructions,
         trials: &[Trial<'a>],
         period_s: f64,

@@ -1,6 +1,7 @@
 //! What many trials came to: percentiles, failures and their bound, the worst, as text, JSON and pictures.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
@@ -130,6 +131,9 @@ struct Report<'a> {
     #[serde(flatten)]
     header: &'a Header,
     outcomes: BTreeMap<&'static str, usize>,
+    /// What a figure must not be above.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    at_most: BTreeMap<&'a str, f64>,
     failures: Failures,
     percentiles: BTreeMap<&'a str, Percentiles>,
     worst_by: &'a str,
@@ -258,7 +262,7 @@ impl Console<'_> {
         }
 
         let count = failed.iter().filter(|failed| **failed).count() as u64;
-        let is_random = !header.vary.iter().any(|text| text.contains("sobol("));
+        let is_random = !header.vary.iter().any(|text| vary::is_sobol(text));
         let report = Report {
             header,
             outcomes: Outcome::ALL
@@ -266,6 +270,7 @@ impl Console<'_> {
                 .into_iter()
                 .filter(|(_, count)| *count > 0)
                 .collect(),
+            at_most: question.at_most.iter().map(|(k, limit)| (header.columns[*k].as_str(), *limit)).collect(),
             failures: Failures {
                 count,
                 rate: count as f64 / header.trials as f64,
@@ -296,7 +301,7 @@ impl Console<'_> {
     }
 
     fn tell(&mut self, report: &Report<'_>, drawn: usize, file: &str, has_bar: bool) -> Result<(), Failure> {
-        let Report { header, outcomes, failures, percentiles, worst_by, worst } = report;
+        let Report { header, outcomes, failures, percentiles, worst_by, worst, .. } = report;
         let outcomes: Vec<String> = outcomes.iter().map(|(word, count)| format!("{count} {word}")).collect();
         self.say(&format!("{} trials, seed {}: {}", header.trials, header.seed, outcomes.join(", ")))?;
         let below = failures.rate_below.map_or_else(
@@ -347,8 +352,18 @@ impl Console<'_> {
     }
 }
 
-/// The section of a report, of a folder that was written; and the scenario it is of.
-pub(in crate::cli) fn section(folder: &Path) -> Result<(String, Section), Failure> {
+/// What a folder that was written says for a report.
+pub(in crate::cli) struct Written {
+    pub(in crate::cli) scenario: String,
+    /// Of the text of its file.
+    pub(in crate::cli) sha256: String,
+    /// `KEY=VALUE` of all its trials.
+    pub(in crate::cli) sets: Vec<String>,
+    pub(in crate::cli) section: Section,
+}
+
+/// The section of a report, of a folder that was written.
+pub(in crate::cli) fn section(folder: &Path) -> Result<Written, Failure> {
     let file = folder.join("monte-carlo.json");
     let read = |name: &str| read_text(&folder.join(name), Kind::REPORT);
     let json: Json = serde_json::from_str(&read("monte-carlo.json")?)
@@ -371,9 +386,14 @@ pub(in crate::cli) fn section(folder: &Path) -> Result<(String, Section), Failur
         format!("; the true rate is below {} % with 95 % confidence", significant(100.0 * rate, 3))
     });
     says.push(format!("failures: {}{below}", failures["count"]));
+    let bars = json["at_most"].as_object().into_iter().flatten().map(|(name, limit)| format!("{name} above {limit}"));
+    let bars = bars.collect::<Vec<_>>().join(", ");
+    says.extend((!bars.is_empty()).then(|| format!("a failure is also: {bars}")));
     says.extend(failures["unsettled"].as_u64().filter(|count| *count > 0).map(|count| unsettled(count as usize)));
-    let vary = json["vary"].as_array().into_iter().flatten().filter_map(Json::as_str);
-    says.push(format!("drawn: {}", vary.collect::<Vec<_>>().join("; ")));
+    let words = |of: &str| json[of].as_array().into_iter().flatten().filter_map(Json::as_str).collect::<Vec<_>>();
+    says.push(format!("drawn: {}", words("vary").join("; ")));
+    let sets = words("sets");
+    says.extend((!sets.is_empty()).then(|| format!("set for all: {}", sets.join(", "))));
     let drawings = ["histograms.svg", "scatter.svg"].into_iter().filter_map(|name| read(name).ok());
     let section = Section {
         heading: "Monte Carlo".into(),
@@ -382,7 +402,8 @@ pub(in crate::cli) fn section(folder: &Path) -> Result<(String, Section), Failur
         drawings: drawings.collect(),
         ..Section::default()
     };
-    Ok((scenario, section))
+    let sha256 = json["scenario_sha256"].as_str().ok_or_else(none)?.to_owned();
+    Ok(Written { scenario, sha256, sets: sets.into_iter().map(ToOwned::to_owned).collect(), section })
 }
 
 /// Histograms and scatter pictures, as far as there is anything to draw.
@@ -397,6 +418,11 @@ fn write_pictures(folder: &Path, header: &Header, by: &str, [bars, dots]: [Vec<P
             let figure = Figure { title, panels, columns };
             let written = figure.write(folder, stem);
             written.map_err(|error| Failure::writing(folder.join(stem).display(), &error))?;
+        } else {
+            // Those of an earlier plan are not of this one.
+            for kind in ["png", "svg"] {
+                let _ = fs::remove_file(folder.join(stem).with_extension(kind));
+            }
         }
     }
     Ok(())

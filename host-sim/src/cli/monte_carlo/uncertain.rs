@@ -26,11 +26,14 @@ pub(super) fn of_plant(subject: &Subject<'_>, text: &str) -> Result<OfPlant, Str
         ));
     }
     let vary = numbers.iter().map(|Uncertain { keys, told, .. }| {
-        let keys = keys.join(",");
+        let (first, keys) = (keys.first(), keys.join(","));
         match told {
             Told::Error(unit) => {
-                let off = typed(percent * unit, 15);
-                format!("{keys}={name}(-{off},{off})")
+                // On top of what the file, or who asks, says that it is off, as the corners of `map` are.
+                let own = first.and_then(|key| subject.number_at(key)).unwrap_or(0.0) / unit;
+                let off = percent * (1.0 + 0.01 * own);
+                let [low, high] = [own - off, own + off].map(|end| typed(end * unit, 15));
+                format!("{keys}={name}({low},{high})")
             }
             Told::Number(_) => {
                 let [low, high] = [-percent, percent].map(|percent| typed(1.0 + 0.01 * percent, 15));
