@@ -6,8 +6,9 @@
 //! out to have. Every lane has the bits of the run alone ([`close_loop`](crate::closed_loop::close_loop)), since the
 //! stages are the very functions of that run; the tests hold it to them.
 //!
-//! What does not fit is not run here but reported as such, and is for `close_loop`: another plant ([`takes`]), a lane
-//! whose plant leaves the range of its step, a law of another kind. What a lane keeps is its figures of merit, no trace.
+//! What does not fit is not run here but reported as such, and is for `close_loop`: another plant ([`takes`]), a
+//! lane whose plant leaves the range of its step, a law of another kind. What a lane keeps is its figures of merit, no
+//! trace.
 
 use controller_core::{
     Benchmark, Config, ControlLaw, Controller, Exp, Guessing, Health, Lanes, Linear, Micromath, Nominal, NominalModel,

@@ -6,8 +6,8 @@
 //! results alone have order 2m, from 1 + m² evaluations.
 //!
 //! **Step.** The step h is fixed by the plant, not by an error estimate: h ω <= 1/2 with ω = [`Plant::fastest_rad_s`],
-//! asked anew before every step; and it takes no more rows than h ω asks for. For x' = λx the relative error per unit of
-//! |λ| t is then below 4e-11 for every λ to the left (worked out in 40 digits), with as many rows as
+//! asked anew before every step; and it takes no more rows than h ω asks for. For x' = λx the relative error per unit
+//! of |λ| t is then below 4e-11 for every λ to the left (worked out in 40 digits), with as many rows as
 //!
 //! | h ω up to | 0.007 | 0.07 | 0.23 | 0.5 |
 //! |---|---|---|---|---|
@@ -257,8 +257,8 @@ const fn weights(rows: usize) -> [f64; ROWS] {
     weights
 }
 
-/// Increment of x over a step, with the slope `first` at t; and the largest difference, as a share of how far a state is
-/// from 0 or moves, to what comes out without the last row.
+/// Increment of x over a step, with the slope `first` at t; and the largest difference, as a share of how far a state
+/// is from 0 or moves, to what comes out without the last row.
 pub(crate) fn step<const N: usize>(
     plant: &dyn Plant,
     t_s: f64,

@@ -137,8 +137,8 @@ impl Subject {
             is_of_drive(key) && key.contains('[')
         }) {
             return Err(bad(format!(
-                "--set {set}: what is set of a drive goes into the file that is written, and an entry of a list cannot: \
-                 set the whole list, or change it in the file"
+                "--set {set}: what is set of a drive goes into the file that is written, and an entry of a list \
+                 cannot: set the whole list, or change it in the file"
             )));
         }
         let scenario = ScenarioText::read(file, JOINT)?;

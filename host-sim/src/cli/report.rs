@@ -326,8 +326,8 @@ fn moved(experiment: &Experiment) -> String {
          far a state is from 0 or moves, or 1/1024 of what was tried"
             .into()
     } else {
-        "by the solver, of order 4 to 10 as the step asks for, whose error is 4e-11 of a state at most in the time that \
-         its fastest mode takes for 1 rad"
+        "by the solver, of order 4 to 10 as the step asks for, whose error is 4e-11 of a state at most in the time \
+         that its fastest mode takes for 1 rad"
             .into()
     }
 }
