@@ -449,7 +449,16 @@ fn words_are_drawn_as_they_are_set_and_pictures_are_those_that_are_asked_for() {
 fn bad_input_is_told_with_what_was_expected_and_nothing_is_written() {
     let folder = Folder::new("bad");
     let out = folder.path("out");
-    let cases: [(&[&str], &str); 14] = [
+    let cases: [(&[&str], &str); 17] = [
+        (
+            &["--vary", "plant.error.b=uniform(0,1)", "--vary", "plant.error=list({b=0.1},{b=0.2})"],
+            "--vary: plant.error is drawn twice: plant.error.b is too",
+        ),
+        (
+            &["--vary", "plant.x0[01]=uniform(0,1)", "--vary", "plant.x0[1]=uniform(0,1)"],
+            "--vary: plant.x0[1] is drawn twice: plant.x0[01] is too",
+        ),
+        (&["--vary", "plant.constants.zz=uniform(0.5,1.5)"], "has no plant.constants.zz to vary"),
         (&[], "what is to vary? Give --uncertain 50"),
         (&["--vary", "controller.k_l"], r#"--vary "controller.k_l": expected KEY=uniform(LOW,HIGH)"#),
         (&["--vary", "controller.k_l=unifrom(1,2)"], r#"there is no distribution "unifrom"; did you mean uniform?"#),

@@ -260,6 +260,16 @@ fn mistakes_in_a_file_are_told_with_their_place() {
         told(&format!("u_held_a, count_motor, note, count_link, t_s\n{other}")),
         told(&format!("{head}{}", rows(1200)))
     );
+    // Each step is one that a clock may tell, all of them are not: of 1.09 periods b would be off by a fifth.
+    let drifting = |by: f64| {
+        let row = |k: u32| format!("{},{k},{k},0.5\n", f64::from(k) * 1e-3 * by);
+        format!("t_s,count_link,count_motor,u_held_a\n{}", (0..1200).map(row).collect::<Vec<_>>().concat())
+    };
+    assert!(told(&drifting(1.004)).is_ok());
+    for by in [1.09, 0.99] {
+        let error = told(&drifting(by)).expect_err("another clock");
+        assert!(error.starts_with("1201:1: t_s goes") && error.contains("periods of 0.001 s a row"), "{error}");
+    }
     for (text, place, what) in [
         (String::new(), "1:1", "empty"),
         ("tick,count_motor,u_held_a\n".into(), "1:1", "no column count_link"),

@@ -219,3 +219,12 @@ pub fn words(text: &str) -> Option<Vec<String>> {
         name.trim() == "list" && words.iter().all(|word| !word.is_empty()) && !words.iter().all(is_number);
     is_of_words.then_some(words)
 }
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn points_of_a_sequence_are_told_from_words_about_them() {
+        let of = ["k=sobol(1,2)", " k , l = sobol (1,2) ", "k=uniform(1,2)", "title=list(\"sobol(a\",b)", "k"];
+        assert_eq!(of.map(super::is_sobol), [true, true, false, false, false]);
+    }
+}

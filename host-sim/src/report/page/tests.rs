@@ -56,6 +56,33 @@ fn what_is_read_back_makes_the_same_page_again() {
     assert_eq!(again[0].sections[0].files, accounts[0].sections[0].files);
 }
 
+/// A drawing comes from a file that others may have written.
+#[test]
+fn a_drawing_with_more_than_lines_and_text_is_left_out() {
+    let curve = Series::solid("y > \"z\" & <w>", 0, [(0.0, 1.0), (1.0, 2.0)].into_iter());
+    let own = Figure { title: "A > b".into(), panels: vec![panel("Output", vec![curve])], columns: 1 }.svg();
+    assert!(is_still(&own) && is_still("<svg></svg>"), "{own}");
+    for (what, with) in [
+        ("<svg ", "<svg onload=\"a()\" "),
+        ("<svg ", "<svg ONLOAD=\"a()\" "),
+        ("<svg ", "<svg onload =\"a()\" "),
+        ("<svg ", "<svg/onload=a() "),
+        ("<svg ", "<svg id='x'onload=a() "),
+        ("<svg ", "<svg id=\">\" onload=\"a()\" "),
+        ("</svg>", "<script>a()</script></svg>"),
+        ("</svg>", "<foreignObject></foreignObject></svg>"),
+        ("</svg>", "<a href=\"javascript:a()\"></a></svg>"),
+        ("</svg>", "</svg><!-- --><img src=\"x\">"),
+    ] {
+        let spoilt = own.replacen(what, with, 1);
+        assert!(spoilt != own && !is_still(&spoilt), "{with}");
+    }
+    let mut one = account("one", "1", None);
+    one.sections[0].drawings = vec![own.replacen("<svg ", "<svg onload=\"a()\" ", 1)];
+    let page = html(&[one]);
+    assert!(page.contains("A drawing is left out") && !within(&page, "<section", "<script").contains("onload"));
+}
+
 #[test]
 fn a_file_that_is_no_report_has_no_accounts() {
     let page = html(&[account("one", "1", None)]);
