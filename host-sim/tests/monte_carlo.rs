@@ -8,7 +8,7 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use host_sim::monte_carlo::store::Trials;
+use host_sim::monte_carlo::store::{self, Header, Trials};
 use serde_json::Value as Json;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_host-sim");
@@ -331,19 +331,21 @@ fn a_damaged_a_foreign_a_missing_and_a_double_shard_are_told_by_name() {
     let expected = "its vary[2] is \"sensor.dropout=uniform(0,0.1)\", expected none";
     refused(&[&one, &varied, &three], &format!("{varied}: a shard of another plan: {expected}"));
     // The same trials as another version of the program would have written them.
-    let mut bytes = fs::read(&two).expect("a shard");
-    let ours = concat!("host-sim ", env!("CARGO_PKG_VERSION"));
+    let (ours, later) = (concat!("host-sim ", env!("CARGO_PKG_VERSION")), folder.path("later.parquet"));
     let theirs = ours.replace('.', "_");
-    let places: Vec<usize> =
-        (0..bytes.len() - ours.len()).filter(|&at| bytes[at..].starts_with(ours.as_bytes())).collect();
-    assert!(!places.is_empty(), "no version in a shard");
-    for at in places {
-        bytes[at..at + ours.len()].copy_from_slice(theirs.as_bytes());
-    }
-    let later = folder.path("later.parquet");
-    fs::write(&later, bytes).expect("a file");
+    let written = Trials::open(Path::new(&two)).expect("a shard");
+    let header = Header { program: theirs.clone(), ..written.header.clone() };
+    store::write(Path::new(&later), &header, written.range, written.chunks()).expect("a file");
     let expected = format!("its program is \"{theirs}\", expected \"{ours}\"");
     refused(&[&one, &later, &three], &format!("{later}: a shard of another plan: {expected}"));
+    // A header that somebody changed.
+    let bytes = fs::read(&two).expect("a shard");
+    let seed = br#""seed":1,"#;
+    let at = bytes.windows(seed.len()).position(|window| window == seed).expect("a seed in a header");
+    let changed = [&bytes[..at], br#""seed":2,"#, &bytes[at + seed.len()..]].concat();
+    let forged = folder.path("forged.parquet");
+    fs::write(&forged, changed).expect("a file");
+    refused(&[&one, &forged, &three], &format!("{forged}: damaged: its header or its values are not those"));
     refused(&[&one, "nothing.parquet"], "nothing.parquet: there is no such file");
     let other = folder.path("other.parquet");
     fs::write(&other, "not at all").expect("a file");

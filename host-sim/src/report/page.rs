@@ -114,9 +114,8 @@ fn is_still(svg: &str) -> bool {
     const DRAWN: [&str; 12] =
         ["svg", "title", "defs", "clipPath", "g", "path", "line", "polyline", "polygon", "rect", "circle", "text"];
     // As this program writes: a blank before each attribute, its value between double quotes, no < or > in one.
-    let is_attribute = |word: &str| {
-        let name = word.split('=').next().unwrap_or_default();
-        name.chars().all(|c| c.is_ascii_lowercase() || "-:".contains(c) || c.is_ascii_digit() || "Bvox".contains(c))
+    let is_attribute = |name: &str| {
+        name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || "-:B".contains(c))
             && !name.starts_with("on")
             && !name.contains("href")
             && name != "style"
@@ -127,7 +126,7 @@ fn is_still(svg: &str) -> bool {
         let mut words = rest.split('"');
         let mut are_drawn = DRAWN.contains(&name.trim_start_matches('/'));
         while let (Some(before), Some(_value)) = (words.next(), words.next()) {
-            are_drawn &= before.ends_with('=') && is_attribute(before.trim());
+            are_drawn &= before.trim_start().strip_suffix('=').is_some_and(is_attribute);
         }
         are_drawn && rest.matches('"').count() % 2 == 0 && (rest.trim().is_empty() || rest.trim_end().ends_with('"'))
     };

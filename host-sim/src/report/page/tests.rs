@@ -59,7 +59,7 @@ fn what_is_read_back_makes_the_same_page_again() {
 /// A drawing comes from a file that others may have written.
 #[test]
 fn a_drawing_with_more_than_lines_and_text_is_left_out() {
-    let curve = Series::solid("y > \"z\" & <w>", 0, [(0.0, 1.0), (1.0, 2.0)].into_iter());
+    let curve = Series::solid("y > \"z\" & <w>", 0, [(0.0, 1.0), (1.0, 2.0)]);
     let own = Figure { title: "A > b".into(), panels: vec![panel("Output", vec![curve])], columns: 1 }.svg();
     assert!(is_still(&own) && is_still("<svg></svg>"), "{own}");
     for (what, with) in [
