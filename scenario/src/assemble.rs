@@ -218,8 +218,8 @@ impl Experiment {
         }
     }
 
-    /// This run as one of many side by side ([`lanes`](loop_sim::lanes)); none if it has anything that those do not
-    /// know: a drive, an actuator, a gate, a plant without a step of its own.
+    /// This run as one of many side by side ([`lanes`]); none if it has anything that those do not know: a drive, an
+    /// actuator, a gate, a plant that they do not take.
     pub fn beside(&self) -> Option<(Campaign<'_>, Trial<'_>)> {
         let Self { period_s, periods, window_s, settling_band, .. } = *self;
         let spec = self.spec.as_ref().filter(|_| lanes::takes(self.plant.as_ref()))?;
