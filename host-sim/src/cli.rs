@@ -32,7 +32,7 @@
 //! the writing failed, a claim that held no longer does, a target differs or cannot be reached, 2 bad input (nothing is
 //! written), 130 told to stop by Ctrl-C or SIGTERM (what was recorded is written).
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
 use std::num::NonZeroUsize;
@@ -393,6 +393,15 @@ impl ScenarioText {
             return Ok(Self { file: format!("built-in {stem}.toml"), text: text.into(), stem: stem.into() });
         };
         let stem = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        // What is no scenario at all is told as that, before its first line is.
+        let other = match file.extension().and_then(OsStr::to_str) {
+            Some("csv") => Some("a record: which comes before the scenario"),
+            Some("parquet") => Some("trials: `report SCENARIO --trials` takes them"),
+            _ => None,
+        };
+        if let Some(other) = other.filter(|_| file.exists()) {
+            return Err(bad(format!("{}: expected a scenario, this is {other}", file.display())));
+        }
         Ok(Self { file: file.display().to_string(), text: read_text(file, Kind::SETTINGS)?, stem })
     }
 
@@ -536,6 +545,11 @@ impl Console<'_> {
 }
 
 /// Makes the folder, tries it and takes it, before anything is computed that could then not be kept.
+/// What `--out` names, or the folder that a command makes for a scenario.
+fn folder_of(out: Option<&PathBuf>, scenario: &str, what: &str) -> PathBuf {
+    out.cloned().unwrap_or_else(|| Path::new("out").join(format!("{scenario}-{what}")))
+}
+
 fn claim_folder(folder: &Path) -> Result<Claim, Failure> {
     whole_file::claim(folder).map_err(|error| {
         let why = match error.kind() {
@@ -564,10 +578,10 @@ fn free(path: &Path, force: bool) -> Result<(), Failure> {
     if path.exists() && !force {
         return Err(exists(path));
     }
-    match path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-        Some(folder) => Err(bad(format!("{}: there is no folder {}", path.display(), folder.display()))),
-        None => Ok(()),
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        return Err(bad(format!("{}: there is no folder {}", path.display(), folder.display())));
     }
+    whole_file::may_be_made(path).map_err(|error| bad(format!("{}: cannot be written: {error}", path.display())))
 }
 
 /// The same for `--to`: what is found is written to a file of its own, and nothing is ever overwritten by it.

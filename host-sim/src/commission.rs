@@ -30,7 +30,7 @@ use controller_core::drive::ALARMS;
 use loop_sim::port::drive::{DriveDesign, Goal, Motion};
 use loop_sim::sensor::encoder::Mounted;
 
-use crate::identify::{Identified, Known, MOST_RESIDUAL_STEPS, Record, Refusal, Sheet, identify};
+use crate::identify::{Identified, Known, Record, Refusal, Sheet, identify, most_residual_steps};
 
 mod multisine;
 pub mod plants;
@@ -112,7 +112,7 @@ impl Plan {
     /// most of that back, the more the larger its gain is, so that little is left beside friction. It is verified by a
     /// move as short as its current allows: in one of 1 s friction is all, and nothing is seen of b.
     pub fn of(designed: &DriveDesign) -> Self {
-        let (limit, swap, motor_alone) = (limit_a(designed), Swap::AtRest, false);
+        let (limit, swap, motor_alone) = (designed.max_current_a(), Swap::AtRest, false);
         match designed {
             DriveDesign::Joint { .. } => Self {
                 way_rad: 0.6,
@@ -136,15 +136,6 @@ impl Plan {
             },
         }
     }
-}
-
-/// Largest current of either sign, A.
-pub fn limit_a(designed: &DriveDesign) -> f64 {
-    let limits = match designed {
-        DriveDesign::Motor { design, .. } => design.limits,
-        DriveDesign::Joint { design, .. } => design.limits,
-    };
-    limits.max.min(-limits.min)
 }
 
 /// Why it came to no end.
@@ -232,6 +223,9 @@ pub struct Verified {
     pub expected_rad: Option<f64>,
     /// What the new link leaves of its record, steps rms; none of a motor.
     pub residual_steps: Option<f64>,
+    /// What it may leave; none of a motor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub most_residual_steps: Option<f64>,
 }
 
 /// What follows from it.
@@ -493,7 +487,7 @@ fn sequence(
     design: impl FnOnce(&mut Identified) -> Result<DriveDesign, String>,
 ) -> Result<Report, Stopped> {
     let (old, home_rad) = (stand.designed(), stand.at_rad());
-    let (sheet, limit) = (sheet_of(&old), limit_a(&old));
+    let (sheet, limit) = (sheet_of(&old), old.max_current_a());
     // A data sheet that is off by half in each number asks for a third of what is needed.
     let share = (limit - plan.peak_a).max(0.1 * limit) / 3.0;
     let (recorded, load) = make_record(stand, plan, &sheet, share)?;
@@ -507,13 +501,21 @@ fn sequence(
     let ticks = fewest(stand, &identified.sheet, plan.verify_rad, plan.verify_s, u_max)?;
     let to_rad = stand.at_rad() + plan.verify_rad;
     let friction_a = identified.parameter("f_c").map_or(0.0, |it| it.value);
-    let found = Found { sheet: identified.sheet, friction_a, lag_s: known.lag_s };
+    let found = Found {
+        sheet: identified.sheet,
+        spring_damping_n_m_s: identified.spring_damping_n_m_s,
+        friction_a,
+        cogging: identified.cogging,
+        lag_s: known.lag_s,
+    };
     let expected_rad = found.peak_rad(&designed, [stand.at_rad(), to_rad], ticks);
     let followed = record.link.as_ref().unwrap_or(&record.motor);
     let bar_rad = LEAST_BAR_RAD.max(TIMES_EXPECTED * expected_rad.unwrap_or(0.0)) + BAR_STEPS * followed.step_rad;
     // In no case worse than before.
     let bar_rad = bar_rad.min(recorded_peak_rad);
     let verify = moved(stand, to_rad, ticks)?;
+    let of_verification = verify.record.as_ref().unwrap_or(&record);
+    let most_residual_steps = identified.link.map(|_| most_residual_steps(of_verification, &identified.sheet, known));
     let verified = Verified {
         move_s: f64::from(ticks) * stand.period_s(),
         peak_rad: verify.peak_rad(),
@@ -522,9 +524,9 @@ fn sequence(
         expected_rad,
         // Where a count was lost nothing is explained.
         residual_steps: verify.record.as_ref().map_or(Some(f64::INFINITY), |record| identified.left_over(record)),
+        most_residual_steps,
     };
-    let most = MOST_RESIDUAL_STEPS + known.noise_steps;
-    let explains = verified.residual_steps.is_none_or(|steps| steps <= most);
+    let explains = verified.residual_steps.is_none_or(|steps| most_residual_steps.is_some_and(|most| steps <= most));
     let is_good = verified.peak_rad <= bar_rad;
     // With the old gains as carefully as the record was made.
     let (outcome, of_home, least_s, current) = if is_good && explains {

@@ -175,6 +175,10 @@ pub struct Identified {
     pub sheet: Sheet,
     /// Residuals for a figure: seconds and steps, link (if there is one) and motor.
     pub residuals: Vec<Vec<(f64, f64)>>,
+    /// Damping of the spring, N m s/rad: 0 where the record is explained without.
+    pub spring_damping_n_m_s: f64,
+    /// Amplitude of the cogging, A, and its periods in a turn behind the gear; none where those are not known.
+    pub cogging: Option<[f64; 2]>,
     /// Constant torque of a load and offset of the encoders, c, rad/s².
     constant: f64,
 }
@@ -218,8 +222,20 @@ fn judged(record: &Record, fit: Option<Fit>, equation: &'static str, step_rad: f
 }
 
 /// The link alone: start, output error.
-fn link_of(q: &[f64], motor: &[f64], period_s: f64) -> Option<Fit> {
-    link::fit(q, motor, period_s, &link::start(q, motor, period_s)?)
+fn link_of(q: &[f64], motor: &[f64], period_s: f64, is_damped: bool) -> Option<Fit> {
+    link::fit(q, motor, period_s, &link::start(q, motor, period_s)?, is_damped)
+}
+
+/// Largest residual of the link, steps rms: an encoder of the motor that is coarser than its own shakes the link of the
+/// equation.
+pub fn most_residual_steps(record: &Record, sheet: &Sheet, known: &Known) -> f64 {
+    let (Sheet::Joint(joint), Some(link)) = (sheet, &record.link) else { return MOST_RESIDUAL_STEPS };
+    let seconds = record.held_a.len() as f64 * record.period_s;
+    let share =
+        link::noise_share(sheet_of_link(joint), record.period_s, seconds) * record.motor.step_rad / link.step_rad;
+    let is_coarser = record.motor.step_rad > link.step_rad;
+    // Half as much again: of a slow move rounding is not white.
+    MOST_RESIDUAL_STEPS * if is_coarser { libm::hypot(1.0, 1.5 * share) } else { 1.0 } + known.noise_steps
 }
 
 /// Without the start of the drive.
@@ -233,7 +249,7 @@ fn cause(record: &Record, link: &Angle, most: f64) -> Option<&'static str> {
     let (q, motor) = (settled(record, link), settled(record, &record.motor));
     let against: Vec<f64> = motor.iter().map(|angle| -angle).collect();
     let explains = |q: &[f64], motor: &[f64], step_rad: f64| {
-        link_of(q, motor, record.period_s)
+        link_of(q, motor, record.period_s, false)
             .is_some_and(|fit| fit.steps <= MOST_STEPS && fit.values[0] > 0.0 && fit.rms() <= most * step_rad)
     };
     if explains(&motor, &q, record.motor.step_rad) {
@@ -249,8 +265,8 @@ const REVERSED_CURRENT: &str = "the current has the other sign, or both encoders
 
 /// What is known of the link before the motor is fitted.
 struct Linked {
-    /// k_1, b_1, g, c.
-    values: [f64; 4],
+    /// k_1, b_1, g, c, d_1.
+    values: [f64; 5],
     /// Those of them that were found.
     parameters: Vec<Parameter>,
     /// Its angle, measured or seen from the motor, rad.
@@ -272,6 +288,7 @@ fn link_parameter(i: usize, value: f64, interval: f64, joint: &Joint) -> Paramet
         ("b_1", "damping / link inertia", "1/s", b_1),
         ("g", "weight / link inertia", "1/s^2", g),
         ("c", "load / link inertia, and offset", "rad/s^2", None),
+        ("d_1", "damping of the spring / link inertia", "1/s", None),
     ][i];
     Parameter { name, meaning, unit, value, interval, sheet }
 }
@@ -280,25 +297,39 @@ fn link_parameter(i: usize, value: f64, interval: f64, joint: &Joint) -> Paramet
 fn measured_link(record: &Record, link: &Angle, joint: &Joint, known: &Known) -> Result<Linked, Refusal> {
     let unsolved = |equation| Refusal::Unsolved { equation, shaken_a: shaken_a(record) };
     let (q, motor) = (settled(record, link), settled(record, &record.motor));
-    let most = MOST_RESIDUAL_STEPS + known.noise_steps;
+    let most = most_residual_steps(record, &Sheet::Joint(*joint), known);
     let not_the_joint =
         |residual_steps: f64| Refusal::NotTheJoint { residual_steps, most, cause: cause(record, link, most) };
-    let found = judged(record, link_of(&q, &motor, record.period_s), "link", link.step_rad);
-    let (fit, quality) = found.map_err(|refusal| match cause(record, link, most) {
+    let found =
+        |is_damped: bool| judged(record, link_of(&q, &motor, record.period_s, is_damped), "link", link.step_rad);
+    let (mut fit, mut quality) = found(false).map_err(|refusal| match cause(record, link, most) {
         Some(_) => not_the_joint(f64::INFINITY),
         None => refusal,
     })?;
-    if quality.residual_steps > most {
+    // Rounding of the motor's count is an error of the input, which no residual tells all of.
+    let widened = WIDENED * most / MOST_RESIDUAL_STEPS;
+    let lags = link::lags(record.period_s);
+    // A damping of the spring that cannot be told from none would make the others vaguer.
+    let is_told = |(fit, quality): &(Fit, Quality)| {
+        fit.values[6] > widened * fit.deviations(lags)[6]
+            && quality.residual_steps <= most
+            && quality.condition <= MOST_CONDITION
+    };
+    if let Some(damped) = found(true).ok().filter(is_told) {
+        (fit, quality) = damped;
+    } else if quality.residual_steps > most {
         return Err(not_the_joint(quality.residual_steps));
     }
     let &[k_1, b_1, g, c, ..] = fit.values.as_slice() else { return Err(unsolved("link")) };
     if quality.condition > MOST_CONDITION {
         return Err(Refusal::Alike { equation: "link", condition: quality.condition });
     }
-    let (values, deviations) = ([k_1, b_1, g, c], fit.deviations(link::lags(record.period_s)));
-    let parameter = |i: usize| link_parameter(i, values[i], WIDENED * deviations[i], joint);
+    let deviations = fit.deviations(lags);
+    let spring_damping = fit.values.get(6).copied().unwrap_or(0.0);
+    let values = [k_1, b_1, g, c, spring_damping];
+    let parameter = |i: usize| link_parameter(i, values[i], widened * deviations[if i < 4 { i } else { 6 }], joint);
     let residuals = vec![timed(&fit, record, link.rad.len(), link.step_rad, link::STRIDE)];
-    let parameters = (0..4).map(parameter).collect();
+    let parameters = (0..if spring_damping > 0.0 { 5 } else { 4 }).map(parameter).collect();
     Ok(Linked { values, parameters, rad: link.rad.clone(), quality: Some(quality), residuals })
 }
 
@@ -331,7 +362,7 @@ fn link_alone(record: &Record, current: &[f64], joint: &Joint, known: &Known) ->
     }
     // Where the motor is held, weight looks like stiffness.
     let intervals = [of_k_1 + WEIGHT * g.abs(), WIDENED_ALONE * seen.deviations[1]];
-    let values = [k_1, b_1, g, 0.0];
+    let values = [k_1, b_1, g, 0.0, 0.0];
     let parameters = (0..2).map(|i| link_parameter(i, values[i], intervals[i], joint)).collect();
     Ok(Linked { values, parameters, rad: seen.link, quality: None, residuals: Vec::new() })
 }
@@ -344,7 +375,7 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
         Some(link) => measured_link(record, link, joint, known)?,
         None => link_alone(record, &current, joint, known)?,
     };
-    let [k1, b1, g, c] = linked.values;
+    let [k1, b1, g, c, d1] = linked.values;
     let [sheet_1, sheet_2] = [joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2].map(|it| joint.stiffness_n_m / it);
     let damping = joint.motor_damping_n_m_s / joint.motor_inertia_kg_m2;
     let gain = joint.torque_n_m_per_a / joint.motor_inertia_kg_m2;
@@ -399,7 +430,22 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
     });
     let mut residuals = linked.residuals;
     residuals.push(timed(&motor_fit, record, record.motor.rad.len(), record.motor.step_rad, 1));
-    Ok(Identified { parameters, link: linked.quality, motor: of_motor, sheet, residuals, constant: c })
+    Ok(Identified {
+        parameters,
+        link: linked.quality,
+        motor: of_motor,
+        sheet,
+        residuals,
+        constant: c,
+        spring_damping_n_m_s: d1 * inertia,
+        cogging: cogging(&motor_fit.values[4..], known),
+    })
+}
+
+/// Its amplitude, A, and its periods in a turn, where those are known.
+fn cogging(amplitudes: &[f64], known: &Known) -> Option<[f64; 2]> {
+    let &[sine, cosine] = amplitudes else { return None };
+    Some([libm::hypot(sine, cosine), known.cogging_per_turn?])
 }
 
 fn of_motor(record: &Record, motor: &Motor, known: &Known) -> Result<Identified, Refusal> {
@@ -450,7 +496,16 @@ fn of_motor(record: &Record, motor: &Motor, known: &Known) -> Result<Identified,
     }
     let sheet = Sheet::Motor(Motor { torque_n_m_per_a: b * motor.inertia_kg_m2, ..*motor });
     let residuals = vec![timed(&fit, record, record.motor.rad.len(), record.motor.step_rad, 1)];
-    Ok(Identified { parameters, link: None, motor: quality, sheet, residuals, constant: 0.0 })
+    Ok(Identified {
+        parameters,
+        link: None,
+        motor: quality,
+        sheet,
+        residuals,
+        constant: 0.0,
+        spring_damping_n_m_s: 0.0,
+        cogging: cogging(&fit.values[3..], known),
+    })
 }
 
 /// Rms of the current around its mean over 0.2 s, A.
@@ -530,7 +585,7 @@ impl Identified {
     /// encoders alone are taken anew. `None` of a motor, and of a link that was seen from the motor alone.
     pub fn left_over(&self, record: &Record) -> Option<f64> {
         let (Sheet::Joint(joint), Some(link), Some(_)) = (&self.sheet, &record.link, &self.link) else { return None };
-        left_over(record, link, joint, self.constant)
+        left_over(record, link, joint, [self.constant, self.spring_damping_n_m_s])
     }
 }
 
@@ -539,16 +594,26 @@ impl Identified {
     /// As if a record had said so.
     pub(crate) fn for_test(sheet: Sheet) -> Self {
         let motor = Quality { condition: 1.0, residual_steps: 0.3, steps: 3 };
-        Self { parameters: Vec::new(), link: None, motor, sheet, residuals: Vec::new(), constant: 0.0 }
+        Self {
+            parameters: Vec::new(),
+            link: None,
+            motor,
+            sheet,
+            residuals: Vec::new(),
+            constant: 0.0,
+            spring_damping_n_m_s: 0.0,
+            cogging: None,
+        }
     }
 }
 
 /// The same of a data sheet.
-fn left_over(record: &Record, link: &Angle, joint: &Joint, constant: f64) -> Option<f64> {
+fn left_over(record: &Record, link: &Angle, joint: &Joint, [constant, spring_damping_n_m_s]: [f64; 2]) -> Option<f64> {
     let inertia = joint.link_inertia_kg_m2;
     let of = [joint.stiffness_n_m, joint.link_damping_n_m_s, joint.weight_n_m].map(|it| it / inertia);
     let (q, motor) = (settled(record, link), settled(record, &record.motor));
-    let left = link::left_over(&q, &motor, record.period_s, &[of[0], of[1], of[2], constant]);
+    let of = [of[0], of[1], of[2], constant];
+    let left = link::left_over(&q, &motor, record.period_s, &of, spring_damping_n_m_s / inertia);
     left.map(|rad| rad / link.step_rad)
 }
 

@@ -64,6 +64,9 @@ impl Axis {
         }
         let Some((from, rest)) = range.split_once("..") else {
             let values = listed(range);
+            if let Some(twice) = (1..values.len()).find(|k| values[..*k].contains(&values[*k])) {
+                return Err(format!("{text:?}: {} is there twice", values[twice]));
+            }
             return match values.len() {
                 0..=MOST_POINTS if values.iter().all(|value| !value.is_empty()) => {
                     Ok(Self { key, values, numbers: None, is_log: false, settings: None })
@@ -343,6 +346,23 @@ pub fn corners(subject: &Subject<'_>, percent: f64, axes: &[Axis]) -> Result<Vec
     Ok((0..1_usize << numbers.len()).map(corner).collect())
 }
 
+/// Up to how many whole percent, `most` at most, every number of the plant may be off with the loop stable in all
+/// corners.
+///
+/// # Errors
+/// Those of [`corners`]; or the loop has no matrices.
+pub fn tolerance_percent(subject: &Subject<'_>, most: u32) -> Result<u32, String> {
+    for percent in 1..=most {
+        for Corner { sets, .. } in corners(subject, f64::from(percent), &[])? {
+            let experiment = subject.with(&sets).map_err(|error| error.to_string())?;
+            if poles(&experiment)?.0 >= 1.0 {
+                return Ok(percent - 1);
+            }
+        }
+    }
+    Ok(most)
+}
+
 /// The scenario that is swept.
 #[derive(Clone, Copy, Debug)]
 pub struct Subject<'a> {
@@ -524,8 +544,8 @@ fn poles(experiment: &Experiment) -> Result<(f64, f64), String> {
 /// more; and how many times as far nobody would call near.
 const START: f64 = 1e-6;
 const START_STEPS: f64 = 10.0;
-/// So many steps are the grain of a loop with an encoder.
-const GRAIN_STEPS: f64 = 3.0;
+/// Within so many steps of its encoders a loop that is stable may swing for ever.
+const GRAIN_STEPS: f64 = 10.0;
 const AWAY: f64 = 1e4;
 /// Ticks of a third of it.
 const THIRD: usize = 10_000;
@@ -533,18 +553,23 @@ const THIRD: usize = 10_000;
 /// Does the loop at rest, once disturbed a little, go on growing? The plant is the one of the scenario, not linear, and
 /// the law the very tick in f64, over 30 000 ticks, beside another such loop that was not disturbed: what moves both is
 /// no growth. Stable is what in the last third is smaller than in the second, or a hundred times smaller than in the
-/// first, or the grain of the counts.
+/// first, or the grain of the counts. The size of a third is its root mean square: a loop that its limited current keeps
+/// from growing swings without end, and its peaks are now larger and now smaller.
 ///
 /// # Errors
 /// When the plant could not be integrated.
 pub fn grows(at_rest: &AtRest, period_s: f64) -> Result<bool, SolverError> {
-    let grain = at_rest.law.steps().into_iter().fold(0.0, f64::max);
-    let start = START.max(START_STEPS * grain);
+    let step = at_rest.law.steps().into_iter().fold(0.0, f64::max);
+    let grain = GRAIN_STEPS * at_rest.sensed.iter().map(|sensed| sensed.quantum).fold(step, f64::max);
+    let start = START.max(START_STEPS * step);
     let first = at_rest.sensed.first().map_or(0, |sensed| sensed.state);
+    // Of a joint the motor may shake while its link hardly moves: all angles. States that are measured are of many units.
+    let angles = at_rest.sensed.iter().filter(|sensed| sensed.quantum > 0.0).map(|sensed| sensed.state);
+    let watched: Vec<usize> = angles.filter(|state| *state != first).chain([first]).collect();
     let (mut moved, mut still) = (Simulated::new(at_rest), Simulated::new(at_rest));
     moved.x[first] = start;
-    let (mut peaks, mut is_still) = ([0.0_f64; 3], false);
-    for peak in &mut peaks {
+    let (mut sizes, mut is_still) = ([0.0_f64; 3], false);
+    for squares in &mut sizes {
         for _ in 0..THIRD {
             moved.tick(at_rest, period_s)?;
             if !is_still {
@@ -552,15 +577,15 @@ pub fn grows(at_rest: &AtRest, period_s: f64) -> Result<bool, SolverError> {
                 // A loop that was not moved by one tick is moved by none.
                 is_still = still == Simulated::new(at_rest);
             }
-            let size = (moved.x[first] - still.x[first]).abs();
-            if size.is_nan() || size > AWAY * start {
+            let square: f64 = watched.iter().map(|state| (moved.x[*state] - still.x[*state]).powi(2)).sum();
+            if square.is_nan() || square > (AWAY * start).powi(2) {
                 return Ok(true);
             }
-            *peak = peak.max(size);
+            *squares += square;
         }
     }
-    let [begin, middle, end] = peaks;
-    Ok(end > 0.9 * middle && end > (0.01 * begin).max(GRAIN_STEPS * grain))
+    let [begin, middle, end] = sizes.map(|sum| (sum / THIRD as f64).sqrt());
+    Ok(end > 0.9 * middle && end > (0.01 * begin).max(grain))
 }
 
 /// A loop at rest that is run.

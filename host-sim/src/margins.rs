@@ -80,14 +80,17 @@ pub struct Loop {
 pub enum MarginsError {
     /// The plant could not be integrated.
     Solver(SolverError),
-    /// An entry is not finite, or the eigenvalues were not found.
+    /// An entry is not finite.
     NoNumbers,
+    /// The eigenvalues were not found.
+    NoPoles,
 }
 
 impl fmt::Display for MarginsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Solver(error) => error.fmt(f),
+            Self::NoPoles => f.write_str("the poles of the loop were not found: the iteration came to no end"),
             Self::NoNumbers => f.write_str("the loop has numbers that are too large for f64: no poles were found"),
         }
     }
@@ -239,7 +242,7 @@ impl Loop {
     /// Eigenvalues of the closed loop, the slowest (largest magnitude) first.
     ///
     /// # Errors
-    /// [`MarginsError::NoNumbers`].
+    /// [`MarginsError::NoNumbers`], [`MarginsError::NoPoles`].
     pub fn eigenvalues(&self) -> Result<Vec<Complex<f64>>, MarginsError> {
         eigenvalues(self.closed.clone())
     }
@@ -247,7 +250,7 @@ impl Loop {
     /// The largest magnitude of an eigenvalue with the plant's gain this many times as large: below 1 is stable.
     ///
     /// # Errors
-    /// [`MarginsError::NoNumbers`].
+    /// [`MarginsError::NoNumbers`], [`MarginsError::NoPoles`].
     pub fn spectral_radius(&self, factor: f64) -> Result<f64, MarginsError> {
         let scaled = &self.closed + &self.input * self.held.transpose() * (factor - 1.0);
         Ok(eigenvalues(scaled)?.first().map_or(0.0, Normed::norm))
@@ -278,7 +281,7 @@ impl Loop {
     /// Margins of a loop that is stable.
     ///
     /// # Errors
-    /// [`MarginsError::NoNumbers`].
+    /// [`MarginsError::NoNumbers`], [`MarginsError::NoPoles`].
     pub fn margins(&self) -> Result<Margins, MarginsError> {
         let mut found = Margins {
             crossover_rad_s: None,
@@ -544,7 +547,9 @@ pub(crate) fn eigenvalues(mut matrix: DMatrix<f64>) -> Result<Vec<Complex<f64>>,
     }
     // States are in units of their own: without balancing the small ones would lose digits.
     balance_parlett_reinsch(&mut matrix);
-    let schur = Schur::try_new(matrix, f64::EPSILON, 10_000).ok_or(MarginsError::NoNumbers)?;
+    let schur = |matrix: DMatrix<f64>| Schur::try_new(matrix, f64::EPSILON, 10_000);
+    // A harmless matrix may send the iteration in circles, as rare as one in 10 000: that turned over goes another way.
+    let schur = schur(matrix.clone()).or_else(|| schur(matrix.transpose())).ok_or(MarginsError::NoPoles)?;
     let mut found: Vec<_> = schur.complex_eigenvalues().iter().copied().collect();
     found.sort_by(|a, b| b.norm().total_cmp(&a.norm()).then(b.im.total_cmp(&a.im)));
     Ok(found)

@@ -51,6 +51,11 @@ pub struct Asked {
 }
 
 impl Asked {
+    /// Of the corners.
+    pub const fn percent(&self) -> u32 {
+        if self.is_wide { 50 } else { 20 }
+    }
+
     /// The same with something to spare.
     fn tightened(&self) -> Self {
         let tight = |asked: Option<f64>| asked.map(|asked| SPARE * asked);

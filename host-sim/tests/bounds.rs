@@ -345,6 +345,39 @@ fn bounds_hold_for_every_file_to_start_from() {
     }
 }
 
+/// What is advised may be typed as it stands, and does what is said of it; nothing better is among the gains alone.
+#[test]
+fn advice_is_what_the_file_takes_and_what_a_run_of_it_shows() {
+    let bounds = |json: &serde_json::Value| -> Vec<f64> {
+        json["bounds"].as_array().expect("bounds").iter().map(|it| it.as_f64().expect("a number")).collect()
+    };
+    // At 940 the reaching law of the motor has less than a tenth to its limit, 1/T.
+    let starts = scenario::STARTS.into_iter().map(|(plant, text)| (plant, text, None));
+    let mut advised = 0;
+    for (plant, text, set) in starts.chain([("motor", scenario::MOTOR, Some("drive.reaching_per_s=940"))]) {
+        let (folder, file) = with_file(&format!("advice-{plant}"), text);
+        let out = folder.display().to_string();
+        let json = |sets: &[&str]| -> serde_json::Value {
+            let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+            let (done, said, err) = told(&[&[&file[..], "--json", "--out", &out], &sets[..]].concat());
+            assert_eq!(done, status::DONE, "{plant} {sets:?}: {err}");
+            serde_json::from_str(&said).expect("JSON")
+        };
+        let own: Vec<&str> = set.into_iter().collect();
+        let before = json(&own);
+        for (i, advice) in
+            before["advice"].as_array().expect("advice").iter().enumerate().filter(|(_, it)| !it.is_null())
+        {
+            let after = json(&[&own[..], &[advice["set"].as_str().expect("a setting")]].concat());
+            let (change, said) =
+                (bounds(&after)[i] / bounds(&before)[i] - 1.0, advice["bound"].as_f64().expect("bound"));
+            assert!(change < -0.01 && (change - said).abs() < 1e-9, "{plant} {advice}: {change}");
+            advised += 1;
+        }
+    }
+    assert!(advised >= 15, "{advised}");
+}
+
 /// A drive in f64 whose u is another by something.
 struct Beside<'a> {
     port: Box<dyn ControllerPort>,

@@ -673,3 +673,57 @@ fn the_json_of_a_drive_has_its_torques_and_units() {
         assert_eq!(error["unit"], "rad/s^2");
     }
 }
+
+/// A harmless joint, found on a map of 2304 points, whose matrix sends the iteration for its eigenvalues in circles: they
+/// are those of the point beside it.
+#[test]
+fn a_matrix_on_which_the_iteration_circles_has_its_eigenvalues_all_the_same() {
+    let radius = |stiffness_percent: &str| {
+        let sets = [format!("error.stiffness_percent={stiffness_percent}")];
+        let source = Source { file: "arm.toml", text: ARM, sets: &sets };
+        let experiment = scenario::parse(&source, "arm").expect("a joint");
+        let at_rest = experiment.at_rest.as_ref().expect("at rest");
+        let it = Loop::of(at_rest, at_rest.law.as_ref(), experiment.period_s).expect("a loop");
+        it.eigenvalues().expect("eigenvalues").iter().map(|z| z.re.hypot(z.im)).fold(0.0, f64::max)
+    };
+    let [before, at, after] = ["8.9361", "8.9362", "8.93621"].map(radius);
+    assert!((before - 0.996_703_14).abs() < 1e-7 && (at - before).abs() < 1e-6 && (after - at).abs() < 1e-6, "{at}");
+}
+
+const ARM: &str = r#"
+span_s = 3.0
+[joint]
+link_inertia_kg_m2 = 0.5
+motor_inertia_kg_m2 = 3e-05
+stiffness_n_m = 400.0
+torque_n_m_per_a = 0.05
+max_current_a = 8.0
+gear = [100, 1]
+weight_n_m = 10.0
+link_damping_n_m_s = 0.3
+motor_damping_n_m_s = 1e-05
+spring_damping_n_m_s = 0.4
+[encoder.link]
+bits = 18
+[encoder.motor]
+bits = 12
+[drive]
+period_s = 0.001
+tuning = "quiet"
+[reference]
+kind = "move"
+to_rad = 0.8
+start_s = 0.1
+[friction]
+coulomb_n_m = 2.0
+static_n_m = 3.0
+cogging_n_m = 0.3
+ripple_percent = 2.0
+[error]
+link_inertia_percent = -63.83
+weight_percent = 10.0
+torque_percent = 5.0
+link_damping_percent = 50.0
+motor_damping_percent = -50.0
+motor_inertia_percent = -8.0
+"#;

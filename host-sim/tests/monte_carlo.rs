@@ -297,8 +297,44 @@ fn trials_that_run_away_and_those_without_a_design_are_counted_and_told_first() 
     assert!(told["worst"].as_array().expect("a list").iter().all(|worst| worst["outcome"] != "finished"));
     // What is above a limit has failed too.
     let limit = ["--at-most", "metrics.y_ultimate=0"];
-    let all = json(&done(&[&args.concat()[..], &limit, &["--resume"]].concat()));
+    let (status, told, err) = spoken(&[&args.concat()[..], &limit, &["--resume"]].concat());
+    assert_eq!((status, err.lines().count()), (1, 2), "{err}");
+    let all = json(&told);
     assert_eq!(all["failures"]["count"], 40);
+}
+
+/// A pendulum of which the controller believes the wrong sign swings between the limits of u, and comes to its end.
+#[test]
+fn what_grows_at_rest_is_unstable_however_its_run_went() {
+    let folder = Folder::new("limited");
+    let file = folder.path("own.toml");
+    let own = scenario::STARTS.iter().find(|(name, _)| *name == "own").expect("a start").1;
+    fs::write(&file, own).expect("a file");
+    let args = ["--vary", "plant.constants.m=uniform(0.02,0.1)", "--trials", "40", "--json", "--out"];
+    let told = json(&done(&[&[&file[..]], &args[..], &[&folder.path("out")]].concat()));
+    let unstable = told["outcomes"]["unstable"].as_u64().expect("some");
+    // `map` has its border between 0.05 and 0.06: half of them, less four deviations.
+    assert!((8..=32).contains(&unstable), "{told}");
+    let trials = Trials::open(&folder.0.join("out/trials.parquet")).expect("trials");
+    let (m, outcomes) = (trials.column(0).expect("m"), trials.outcomes().expect("outcomes"));
+    for (m, outcome) in m.iter().zip(outcomes) {
+        assert!((0.05..0.06).contains(m) || (outcome.word() == "unstable") == (*m < 0.05), "{m}: {}", outcome.word());
+    }
+}
+
+/// What is printed to be typed may be typed; what is not of the plan is refused.
+#[test]
+fn the_trial_that_is_told_may_be_replayed_as_it_is_told() {
+    let folder = Folder::new("told");
+    let args = [&BRIEF[..], &["--uncertain", "50", "--trials", "1200", "--out"]].concat();
+    let said = done(&[&args[..], &[&folder.path("out")]].concat());
+    let line = said.lines().find_map(|line| line.split_once("host-sim monte-carlo ")).expect("a command").1.to_owned();
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &format!("exec {PROGRAM} monte-carlo {line} --out {}", folder.path("one"))]);
+    let (status, _, err) = told(&shell.output().expect("sh"));
+    assert_eq!(status, 0, "{line}: {err}");
+    let (status, _, err) = spoken(&[&BRIEF[..], &["--replay", "3", "--out", &folder.path("two")]].concat());
+    assert!(status == 2 && err.contains("what is to vary?"), "{err}");
 }
 
 #[test]
@@ -307,13 +343,13 @@ fn a_damaged_a_foreign_a_missing_and_a_double_shard_are_told_by_name() {
     let out = folder.path("out");
     let brief = [&BRIEF[..], &["--vary", "sensor.jitter=uniform(0,0.5)", "--trials", "40", "--chunk", "10"]].concat();
     let shard = |i: &str, seed: &str, out: &str| {
-        done(&[&brief[..], &["--shard", i, "--seed", seed, "--out", out]].concat());
+        json(&done(&[&brief[..], &["--shard", i, "--seed", seed, "--out", out, "--json"]].concat()))
     };
-    for i in ["1/3", "2/3", "3/3"] {
-        shard(i, "1", &out);
+    let [one, two, three] = [1, 2, 3].map(|i| format!("{out}/shard-{i}-of-3.parquet"));
+    for (i, file, trials) in [("1/3", &one, [0, 9]), ("2/3", &two, [10, 19]), ("3/3", &three, [20, 39])] {
+        assert_eq!(shard(i, "1", &out), serde_json::json!({ "file": file, "trials": trials }));
     }
     shard("2/3", "7", &folder.path("foreign"));
-    let [one, two, three] = [1, 2, 3].map(|i| format!("{out}/shard-{i}-of-3.parquet"));
     let foreign = folder.path("foreign/shard-2-of-3.parquet");
     let refused = |files: &[&str], expected: &str| {
         let (status, _, err) = merged(&[files, &["--out", &folder.path("all")]].concat());
@@ -451,7 +487,7 @@ fn words_are_drawn_as_they_are_set_and_pictures_are_those_that_are_asked_for() {
 fn bad_input_is_told_with_what_was_expected_and_nothing_is_written() {
     let folder = Folder::new("bad");
     let out = folder.path("out");
-    let cases: [(&[&str], &str); 17] = [
+    let cases: [(&[&str], &str); 19] = [
         (
             &["--vary", "plant.error.b=uniform(0,1)", "--vary", "plant.error=list({b=0.1},{b=0.2})"],
             "--vary: plant.error is drawn twice: plant.error.b is too",
@@ -478,6 +514,9 @@ fn bad_input_is_told_with_what_was_expected_and_nothing_is_written() {
         (&["--uncertain", "50", "--vary", "plant.error.b=uniform(0,1)"], "--vary: plant.error.b is drawn twice"),
         (&["--uncertain", "50", "--shard", "4/3"], "--shard 4/3: expected I/N with I from 1 to N"),
         (&["--uncertain", "50", "--worst", "metrics.u_pek"], "nearest is metrics.u_peak"),
+        // What only a report of all trials could heed.
+        (&["--uncertain", "50", "--replay", "3", "--draw", "metrics.u_peak"], "'--replay <TRIAL>' cannot be used with"),
+        (&["--uncertain", "50", "--shard", "1/2", "--at-most", "a=1"], "'--shard <I/N>' cannot be used with"),
     ];
     for (args, expected) in cases {
         let (status, _, err) = spoken(&[args, &["--out", &out]].concat());

@@ -142,6 +142,17 @@ pub fn write(path: &Path, existing: Existing, fill: impl FnOnce(&mut dyn Write) 
     persisted.map(drop).map_err(|error| error.error)
 }
 
+/// Would [`write()`] find a place for this file? Asked before minutes of work: its folder is tried, and its name.
+///
+/// # Errors
+/// Why it would not.
+pub fn may_be_made(path: &Path) -> io::Result<()> {
+    match fs::symlink_metadata(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+        _ => temporary(&folder_of(path)).map(drop),
+    }
+}
+
 fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder.into(),

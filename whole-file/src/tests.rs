@@ -37,6 +37,17 @@ fn a_folder_that_is_not_there_is_told_by_its_name() {
 }
 
 #[test]
+fn what_could_not_be_written_is_told_before() {
+    let folder = folder();
+    may_be_made(&folder.path().join("a.txt")).expect("a place");
+    assert!(names(folder.path()).is_empty());
+    for file in [folder.path().join("none").join("a.txt"), folder.path().join("a".repeat(300))] {
+        assert!(may_be_made(&file).is_err(), "{file:?}");
+        assert!(put(&file, "new", Existing::Keep).is_err(), "{file:?}");
+    }
+}
+
+#[test]
 fn a_file_is_kept_or_replaced_as_is_asked() {
     let folder = folder();
     let path = folder.path().join("a.txt");

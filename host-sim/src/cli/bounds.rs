@@ -5,7 +5,7 @@
 //! it shows, with its derivatives by differences over the window. The run is also what the bounds are held against.
 
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use controller_core::Health;
@@ -16,7 +16,8 @@ use loop_sim::metrics;
 use loop_sim::port::drive::DriveDesign;
 use loop_sim::port::in_process::Precision;
 use loop_sim::trace::{Ending, Row, Trace};
-use scenario::{AtRest, Experiment};
+use rayon::prelude::*;
+use scenario::{AtRest, Experiment, Sensed};
 use serde::Serialize;
 
 mod gain;
@@ -25,7 +26,7 @@ use gain::Gain;
 
 use super::design::ultimates;
 use super::run::{note_changes, order_of_sigma, rad_per_s};
-use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, failed, status};
+use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, failed, folder_of, status};
 use crate::bounds::{Known, NoBounds, Quantity, SampledLoop};
 use crate::map::Subject;
 use crate::margins::Loop;
@@ -54,6 +55,8 @@ const NUDGE: f64 = 0.01;
 const DERIVATIVES: usize = 3;
 /// What lowers a bound by less is not worth a word.
 const LITTLE: f64 = 0.01;
+/// Of a gain so much more or less is tried.
+const STEP: f64 = 0.1;
 /// What of a loop at rest is left out of its figures, and is in the bounds.
 const IN_BOUNDS: [&str; 2] = ["friction, cogging and load", "the fast gain set"];
 
@@ -73,6 +76,8 @@ struct Part {
 /// What a gain does: d ln(bound)/d ln(gain) of each quantity, and of the noise of u.
 #[derive(Serialize)]
 struct Knob {
+    #[serde(skip)]
+    gain: Gain,
     name: String,
     elasticities: Vec<f64>,
     noise_of_u: f64,
@@ -89,6 +94,8 @@ struct BoundsJson<'a> {
     /// Of the continuous loop, `null` where there is none.
     continuous: &'a [Option<f64>],
     gains: &'a [Knob],
+    /// Of each quantity what lowers its bound, if anything does.
+    advice: &'a [Option<Advice>],
     remarks: &'a [String],
 }
 
@@ -222,6 +229,18 @@ impl Asked<'_> {
         Ok(parts)
     }
 
+    /// With what is measured, of this run.
+    fn all_parts(
+        &self,
+        sampled: &SampledLoop,
+        known: &[(usize, Known, &'static str)],
+        subject: &Subject<'_>,
+    ) -> Result<Vec<Part>, NoBounds> {
+        let mut parts = self.parts(sampled, known)?;
+        parts.extend(measured(self, sampled.quantities(), sampled.rest(), subject, sampled));
+        Ok(parts)
+    }
+
     fn continuous(&self, quantities: &[Quantity], sampled: &SampledLoop) -> Vec<Option<f64>> {
         let none = || vec![None; quantities.len()];
         let Some(spec) = &self.experiment.spec else { return none() };
@@ -241,6 +260,18 @@ impl Asked<'_> {
         quantities.iter().map(|quantity| of(quantity).filter(|value| value.is_finite())).collect()
     }
 
+    /// What the noise of each sensor makes of u.
+    fn noise_gains(&self) -> Option<Vec<f64>> {
+        Some(Loop::of(self.at_rest, self.at_rest.law.as_ref(), self.experiment.period_s).ok()?.noise_gains())
+    }
+
+    /// How much noise each sensor has, by what it makes of u; of sensors that add nothing in this file each counts alike.
+    fn weights(&self, noise: &[f64]) -> Vec<f64> {
+        let is_quiet = self.at_rest.sensed.iter().all(|sensed| sensed.rms == 0.0);
+        let of = |(gain, sensed): (&f64, &Sensed)| if is_quiet && *gain > 0.0 { 1.0 / gain } else { sensed.rms };
+        noise.iter().zip(&self.at_rest.sensed).map(of).collect()
+    }
+
     /// What the gains do to the sums of all parts.
     fn knobs(&self, known: &[(usize, Known, &'static str)]) -> Result<Vec<Knob>, NoBounds> {
         let of = |law: &dyn LawAtRest, period_s: f64| -> Result<(Vec<f64>, Vec<f64>), NoBounds> {
@@ -248,16 +279,9 @@ impl Asked<'_> {
             let noise = Loop::of(self.at_rest, law, period_s).map_err(NoBounds::Loop)?.noise_gains();
             Ok((sums(&self.parts(&sampled, known)?, sampled.quantities().len()), noise))
         };
-        // Of sensors that add nothing in this file each counts alike.
         let (bounds, noise) = of(self.at_rest.law.as_ref(), self.experiment.period_s)?;
-        let is_quiet = self.at_rest.sensed.iter().all(|sensed| sensed.rms == 0.0);
-        let weights: Vec<f64> = noise
-            .iter()
-            .zip(&self.at_rest.sensed)
-            .map(|(gain, sensed)| if is_quiet && *gain > 0.0 { 1.0 / gain } else { sensed.rms })
-            .collect();
-        let rms = |gains: &[f64]| gains.iter().zip(&weights).map(|(gain, by)| (gain * by).powi(2)).sum::<f64>().sqrt();
-        let base = (bounds, noise);
+        let rms = |gains: &[f64]| rms(gains, &self.weights(&noise));
+        let base = (bounds, noise.clone());
         let mut knobs = Vec::new();
         for gain in Gain::all(self.experiment) {
             // At the edge of what a design may be there is one side only.
@@ -272,6 +296,7 @@ impl Asked<'_> {
             let slope = |low: f64, high: f64| libm::log(high / low) / (sides * NUDGE);
             if sides > 0.0 {
                 knobs.push(Knob {
+                    gain,
                     name: gain.name(self.experiment),
                     elasticities: low.iter().zip(high).map(|(low, high)| slope(*low, *high)).collect(),
                     noise_of_u: slope(rms(low_noise), rms(high_noise)),
@@ -280,6 +305,11 @@ impl Asked<'_> {
         }
         Ok(knobs)
     }
+}
+
+/// Of u by sensors with so much noise.
+fn rms(gains: &[f64], weights: &[f64]) -> f64 {
+    gains.iter().zip(weights).map(|(gain, by)| (gain * by).powi(2)).sum::<f64>().sqrt()
 }
 
 /// Of each quantity the sum of all parts.
@@ -415,16 +445,46 @@ struct Answer<'a> {
     simulated: Vec<f64>,
     continuous: Vec<Option<f64>>,
     knobs: Vec<Knob>,
+    advice: Vec<Option<Advice>>,
     remarks: Vec<String>,
+}
+
+/// What lowers a bound, as a run of the scenario with it says.
+#[derive(Serialize)]
+struct Advice {
+    /// As in `--set`.
+    set: String,
+    /// The gain, and by how much it goes up or down.
+    gain: String,
+    change: f64,
+    /// What becomes of the bound of the quantity, of the noise of u: relative.
+    bound: f64,
+    noise_of_u: f64,
+}
+
+/// The bounds of a scenario with one more setting, of its own run, and what the noise of each sensor makes of u; none if
+/// the file refuses it, or it has no bounds.
+fn anew(subject: &Subject<'_>, set: &str) -> Option<(Vec<f64>, Vec<f64>)> {
+    let sets: Vec<String> = subject.sets.iter().cloned().chain([set.to_owned()]).collect();
+    let subject = Subject { sets: &sets, ..*subject };
+    let mut experiment = subject.with(&[]).ok()?;
+    let (trace, error) = experiment.run(&mut |_| ControlFlow::Continue(()));
+    if error.is_some() || trace.ending != Ending::Finished {
+        return None;
+    }
+    let at_rest = experiment.at_rest.as_ref().ok()?;
+    let sampled = sampled(&experiment, at_rest, at_rest.law.as_ref(), experiment.period_s).ok()?;
+    let asked = Asked { experiment: &experiment, at_rest, trace: &trace };
+    let parts = asked.all_parts(&sampled, &asked.disturbances(&sampled), &subject).ok()?;
+    Some((sums(&parts, sampled.quantities().len()), asked.noise_gains()?))
 }
 
 impl<'a> Answer<'a> {
     fn of(asked: &'a Asked<'a>, sampled: &SampledLoop, subject: &Subject<'_>) -> Result<Self, Failure> {
         let (quantities, rest) = (sampled.quantities().to_vec(), sampled.rest());
         let known = asked.disturbances(sampled);
-        let mut parts = asked.parts(sampled, &known).map_err(Failure::from)?;
         let knobs = asked.knobs(&known).map_err(Failure::from)?;
-        parts.extend(measured(asked, &quantities, rest, subject, sampled));
+        let parts = asked.all_parts(sampled, &known, subject).map_err(Failure::from)?;
         let mut answer = Self {
             asked,
             names: quantities.iter().map(|quantity| asked.name(*quantity, rest)).collect(),
@@ -433,12 +493,42 @@ impl<'a> Answer<'a> {
             continuous: asked.continuous(&quantities, sampled),
             parts,
             knobs,
+            advice: Vec::new(),
             remarks: Vec::new(),
             quantities,
             rest,
         };
         answer.remarks = answer.remarks();
+        answer.advice = answer.advice(subject);
         Ok(answer)
+    }
+
+    /// For each quantity the gain that lowers its bound most with a tenth more or less of its own: each is tried, by a run
+    /// with it, since another loop is pushed otherwise, and a file may refuse it.
+    fn advice(&self, subject: &Subject<'_>) -> Vec<Option<Advice>> {
+        let steps = self.knobs.iter().flat_map(|knob| [-STEP, STEP].map(|change| (knob, change)));
+        let steps = steps.filter_map(|(knob, change)| {
+            Some((knob, change, knob.gain.set(self.asked.experiment, subject, 1.0 + change)?))
+        });
+        let steps: Vec<(&Knob, f64, String)> = steps.collect();
+        let tried: Vec<_> = steps.par_iter().map(|(.., set)| anew(subject, set)).collect();
+        let own = self.asked.noise_gains().unwrap_or_default();
+        let weights = self.asked.weights(&own);
+        let of_quantity = |i: usize| {
+            let tried = steps.iter().zip(&tried).filter_map(|(step, tried)| {
+                let (bounds, noise) = tried.as_ref()?;
+                Some((step, bounds.get(i)? / self.bounds[i] - 1.0, noise))
+            });
+            let ((knob, change, set), bound, noise) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
+            (bound <= -LITTLE).then(|| Advice {
+                set: set.clone(),
+                gain: knob.name.clone(),
+                change: *change,
+                bound,
+                noise_of_u: rms(noise, &weights) / rms(&own, &weights) - 1.0,
+            })
+        };
+        (0..self.bounds.len()).map(of_quantity).collect()
     }
 
     /// What the bounds do not cover here.
@@ -510,7 +600,7 @@ impl<'a> Answer<'a> {
         let header = ["gain".to_owned()].into_iter().chain(names).chain(["noise of u".into()]);
         let mut table = Table::new(header);
         let cell = |value: f64| if value.is_finite() { format!("{:+.2}", value + 0.0) } else { "-".into() };
-        for Knob { name, elasticities, noise_of_u } in &self.knobs {
+        for Knob { name, elasticities, noise_of_u, .. } in &self.knobs {
             let cells = elasticities.iter().chain([noise_of_u]).map(|value| cell(*value));
             table.row([name.clone()].into_iter().chain(cells));
         }
@@ -520,7 +610,6 @@ impl<'a> Answer<'a> {
     /// `|sigma*|: 83 % from d_2 ..; k_l +10 % lowers it by 9 %, noise of u +4 %`.
     fn sentences(&self) -> Vec<String> {
         let percent = |share: f64| significant(100.0 * share, 2);
-        let grown = |elasticity: f64, by: f64| libm::pow(1.0 + by, elasticity) - 1.0;
         let sentence = |i: usize| {
             let part = self.parts.iter().max_by(|a, b| a.bounds[i].total_cmp(&b.bounds[i]))?;
             let by = match part.derivatives.get(i) {
@@ -530,27 +619,20 @@ impl<'a> Answer<'a> {
             };
             let words =
                 format!("|{}|: {} % from {}{by}", self.names[i], percent(part.bounds[i] / self.bounds[i]), part.name);
-            // What the step of 10 % makes of the bound; the way that lowers it.
-            let step = |knob: &Knob| if knob.elasticities[i] > 0.0 { -0.1 } else { 0.1 };
-            let lowers = |knob: &Knob| -grown(knob.elasticities[i], step(knob));
-            let knobs = self.knobs.iter().filter(|knob| knob.elasticities[i].is_finite());
-            let Some(knob) = knobs.max_by(|a, b| lowers(a).total_cmp(&lowers(b))) else { return Some(words) };
-            let noise = grown(knob.noise_of_u, step(knob));
-            Some(
-                words
-                    + &if lowers(knob) < LITTLE {
-                        "; no gain lowers it by 1 % with 10 % of its own".to_owned()
-                    } else {
-                        format!(
-                            "; {} {:+.0} % lowers it by {} %, with {} % {} noise of u",
-                            knob.name,
-                            100.0 * step(knob),
-                            percent(lowers(knob)),
-                            percent(noise.abs()),
-                            if noise > 0.0 { "more" } else { "less" }
-                        )
-                    },
-            )
+            let advice = self.advice[i].as_ref().map_or_else(
+                || "; no gain lowers it by 1 % with 10 % of its own".to_owned(),
+                |Advice { set, gain, change, bound, noise_of_u }| {
+                    format!(
+                        "; {gain} {:+.0} % lowers it by {} %, with {} % {} noise of u: --set {}",
+                        100.0 * change,
+                        percent(-bound),
+                        percent(noise_of_u.abs()),
+                        if *noise_of_u > 0.0 { "more" } else { "less" },
+                        if set.contains(['[', '{']) { format!("'{set}'") } else { set.clone() },
+                    )
+                },
+            );
+            Some(words + &advice)
         };
         (0..self.names.len()).filter_map(sentence).collect()
     }
@@ -616,8 +698,7 @@ impl Console<'_> {
         let at_rest = experiment.at_rest.as_ref().map_err(|error| bad(error.to_string()))?;
         let sampled = sampled(&experiment, at_rest, at_rest.law.as_ref(), experiment.period_s);
         let sampled = sampled.map_err(Failure::from)?;
-        let folder =
-            options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-bounds", experiment.name)));
+        let folder = folder_of(options.out.as_ref(), &experiment.name, "bounds");
         let claim = claim_folder(&folder)?;
         let (trace, error) = self.watched(&mut experiment, &mut None);
         match trace.ending {
@@ -645,6 +726,7 @@ impl Console<'_> {
                 simulated: &answer.simulated,
                 continuous: &answer.continuous,
                 gains: &answer.knobs,
+                advice: &answer.advice,
                 remarks: &answer.remarks,
             };
             self.say_json(serde_json::to_string(&json))?;

@@ -1,13 +1,13 @@
 //! `host-sim compare`: our drive beside its rivals.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::thread;
 
 use clap::Args;
 use serde::Serialize;
 
-use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, status};
+use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, folder_of, status};
 use crate::compare::{Bench, Contender, Entry, Settings, compare, contenders, report};
 use crate::report::number::significant;
 
@@ -63,7 +63,7 @@ impl Console<'_> {
             noise_a: if options.noise.is_empty() { bench.noise_limits_a().to_vec() } else { options.noise.clone() },
             threads: thread::available_parallelism().map_or(1, usize::from),
         };
-        let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-compare", bench.name)));
+        let folder = folder_of(options.out.as_ref(), &bench.name, "compare");
         let claim = claim_folder(&folder)?;
         let contenders = contenders(&bench);
         let entries = self.tuned(&bench, &contenders, &settings);

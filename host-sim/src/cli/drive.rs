@@ -53,9 +53,9 @@ pub(super) fn table(
     let settled = metrics.settling_time_s.map_or_else(|| unsettled.into(), number);
     row("settling time (s)", settled, &format!("|y - r| within {band} {unit} from then on"));
     if let Some(arrival_s) = tracking.arrival_s {
-        let after =
-            format!("within {band} {unit} of the goal, after the start at {} s", significant(drive.begins_s, 4));
-        row("arrival (s)", number((arrival_s - drive.begins_s).max(0.0)), &after);
+        let after = number((arrival_s - drive.begins_s).max(0.0));
+        let after = format!("within {band} {unit} of the goal, {after} s after it began");
+        row("arrival (s)", number(arrival_s), &after);
     }
     if let Some(Noise { moving, at_rest }) = noise {
         // There are no finer encoders to hold against those of a drive that reads all that it can.

@@ -1,5 +1,6 @@
 //! `host-sim identify` and `host-sim commission`: what a joint or motor really is, and the drive for it.
 
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -16,7 +17,9 @@ use serde::Serialize;
 use whole_file::{Existing, Kind};
 
 use super::live::{Reach, way};
-use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, free_to, read_text, status};
+use super::{
+    Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, folder_of, free_to, read_text, status,
+};
 use crate::commission::plants::{Plants, Tried, try_all};
 use crate::commission::{
     BAR_STEPS, LEAST_BAR_RAD, Outcome, Plan, Report, Retuned, Rig, Stopped, Swap, TIMES_EXPECTED, Verified, Wired,
@@ -161,9 +164,12 @@ impl Subject {
             ..Known::with_lag(drive.current_lag_s)
         };
         let to = common.to.clone().unwrap_or_else(|| PathBuf::from(format!("{}-identified.toml", experiment.name)));
-        let folder = common.out.clone();
-        let folder = folder.unwrap_or_else(|| Path::new("out").join(format!("{}-{what}", experiment.name)));
+        let folder = folder_of(common.out.as_ref(), &experiment.name, what);
         Ok(Self { name, text, experiment, designed, known, to, folder })
+    }
+
+    fn draw(&self, stem: &str, figure: &Figure) -> Result<(), Failure> {
+        figure.write(&self.folder, stem).map_err(|error| Failure::writing(self.folder.join(stem).display(), &error))
     }
 
     fn source<'a>(&'a self, common: &'a Common) -> Source<'a> {
@@ -217,6 +223,49 @@ impl<'a> CommissionedJson<'a> {
             verified: report.verified,
             outcome: report.outcome,
             home_rad: report.home_rad,
+        }
+    }
+}
+
+/// What `--json` prints of the plants of `--within`, the corners first.
+#[derive(Serialize)]
+struct WithinJson<'a> {
+    scenario: &'a str,
+    within_percent: f64,
+    corners: usize,
+    accepted: usize,
+    plants: Vec<PlantJson<'a>>,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum PlantJson<'a> {
+    Tried {
+        outcome: Outcome,
+        /// Of what was found, relative.
+        errors: BTreeMap<&'a str, f64>,
+        error_over_interval: f64,
+        recorded_peak_rad: f64,
+        jump_a: f64,
+        verified: Verified,
+    },
+    Refused {
+        refused: String,
+    },
+}
+
+impl<'a> PlantJson<'a> {
+    fn of(tried: &'a Result<Tried, Stopped>) -> Self {
+        match tried {
+            Ok(Tried { off, over_interval, report }) => Self::Tried {
+                outcome: report.outcome,
+                errors: off.iter().copied().collect(),
+                error_over_interval: *over_interval,
+                recorded_peak_rad: report.recorded_peak_rad,
+                jump_a: report.jump_a,
+                verified: report.verified,
+            },
+            Err(stopped) => Self::Refused { refused: stopped.to_string() },
         }
     }
 }
@@ -295,22 +344,20 @@ impl Console<'_> {
         let retuned = Retuned::of(&subject.source(common), &old, &found).map_err(failed)?;
         let to = subject.to.display().to_string();
         retuned.designed(&to).map_err(|why| failed(format!("no drive can be made of what was found: {why}")))?;
-        let claim = claim_folder(&subject.folder)?;
-        figure(&subject.experiment.title, &record, &found)
-            .write(&subject.folder, "identified")
-            .map_err(|error| Failure::writing(subject.folder.join("identified").display(), &error))?;
-        drop(claim);
-        if common.json {
-            keep(&subject, &retuned)?;
-            self.say_json(serde_json::to_string(&json(&subject, &found)))?;
-            return Ok(status::DONE);
-        }
-        let seconds = record.held_a.len() as f64 * record.period_s;
-        self.say(&format!("{data}: {seconds:.2} s of {}", subject.experiment.title))?;
-        self.found(&found)?;
-        self.say(&format!("figure: {}", subject.folder.join("identified.png").display()))?;
+        let _claim = claim_folder(&subject.folder)?;
         keep(&subject, &retuned)?;
-        self.say(&format!("wrote {to}"))?;
+        if common.json {
+            self.say_json(serde_json::to_string(&json(&subject, &found)))?;
+        } else {
+            let seconds = record.held_a.len() as f64 * record.period_s;
+            self.say(&format!("{data}: {seconds:.2} s of {}", subject.experiment.title))?;
+            self.found(&found)?;
+            self.say(&format!("wrote {to}"))?;
+        }
+        subject.draw("identified", &figure(&subject.experiment.title, &record, &found))?;
+        if !common.json {
+            self.say(&format!("figure: {}", subject.folder.join("identified.png").display()))?;
+        }
         Ok(status::DONE)
     }
 
@@ -320,6 +367,9 @@ impl Console<'_> {
             if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
                 return Err(bad(format!("--{option} {value}: expected a number above 0")));
             }
+        }
+        if options.reach.has_faults() && !options.reach.is_port() && options.image.is_none() {
+            return Err(bad("--faults is for a drive behind a wire: give --image or --port"));
         }
         let mut subject = Subject::of(options.file.as_deref(), common, "commission")?;
         let plan = Plan::of(&subject.designed);
@@ -389,16 +439,6 @@ impl Console<'_> {
             }
             Err(stopped) => return Err(failed(format!("{stopped}; nothing is written"))),
         };
-        let title = subject.experiment.title.clone();
-        for (stem, figure) in [
-            ("identified", figure(&title, &report.record, &report.identified)),
-            ("commissioned", sequence(&title, &report)),
-        ] {
-            figure
-                .write(&subject.folder, stem)
-                .map_err(|error| Failure::writing(subject.folder.join(stem).display(), &error))?;
-        }
-        drop(claim);
         let is_accepted = report.outcome == Outcome::Accepted;
         // What no move has verified is not kept.
         let is_kept = is_accepted && plan.swap != Swap::None;
@@ -414,6 +454,13 @@ impl Console<'_> {
             }
         }
         kept?;
+        let title = &subject.experiment.title;
+        subject.draw("identified", &figure(title, &report.record, &report.identified))?;
+        subject.draw("commissioned", &sequence(title, &report))?;
+        if !common.json {
+            self.say(&format!("figures: {}", subject.folder.display()))?;
+        }
+        drop(claim);
         Ok(if is_accepted { status::DONE } else { status::FAILED })
     }
 
@@ -463,13 +510,14 @@ impl Console<'_> {
             three(report.jump_a),
             three(report.settling_rad)
         ))?;
-        let Verified { move_s, peak_rad, bar_rad, expected_rad, residual_steps, .. } = report.verified;
+        let Verified { move_s, peak_rad, bar_rad, expected_rad, residual_steps, most_residual_steps, .. } =
+            report.verified;
         let expected = expected_rad.map_or_else(String::new, |it| format!(", expected {}", three(it)));
         let residual = residual_steps.map_or_else(String::new, |steps| {
             format!(
                 "; {} steps rms of the link are left (at most {})",
                 three(steps),
-                crate::identify::MOST_RESIDUAL_STEPS
+                three(most_residual_steps.unwrap_or(f64::NAN))
             )
         });
         self.say(&format!(
@@ -483,7 +531,6 @@ impl Console<'_> {
             self.say(&of_the_bar(plan, report))?;
         }
         self.say(&format!("home      |y - r| <= {} rad", three(report.home_rad)))?;
-        self.say(&format!("figures: {}", subject.folder.display()))?;
         if report.outcome == Outcome::Accepted && plan.swap == Swap::None {
             self.say("nothing is written: no move was made with the new gains")?;
         }
@@ -523,6 +570,16 @@ impl Console<'_> {
             bar.finish_and_clear();
         }
         let Some(tried) = tried.map_err(bad)? else { return Ok(status::INTERRUPTED) };
+        let is_accepted = |it: &Tried| it.report.outcome == Outcome::Accepted;
+        let accepted = tried.iter().flatten().filter(|it| is_accepted(it)).count();
+        let status = if accepted == tried.len() { status::DONE } else { status::FAILED };
+        if options.common.json {
+            let plants = tried.iter().map(PlantJson::of).collect();
+            let scenario = &subject.experiment.name;
+            let json = WithinJson { scenario, within_percent: percent, corners, accepted, plants };
+            self.say_json(serde_json::to_string(&json))?;
+            return Ok(status);
+        }
         let (corners, between) = tried.split_at(corners);
         let title = &subject.experiment.title;
         self.say(&format!("{}: {title}: plants within {percent} % of the data sheet", subject.experiment.name))?;
@@ -557,10 +614,9 @@ impl Console<'_> {
             }
         }
         self.say(&table.to_string())?;
-        let mut accepted = 0;
         for (k, it) in tried.iter().enumerate() {
             match it {
-                Ok(it) if it.report.outcome == Outcome::Accepted => accepted += 1,
+                Ok(it) if is_accepted(it) => {}
                 Ok(Tried { report: Report { outcome, verified, .. }, .. }) => {
                     let residual =
                         verified.residual_steps.map(|steps| format!(", residual {} steps", significant(steps, 3)));
@@ -576,7 +632,7 @@ impl Console<'_> {
             }
         }
         self.say(&format!("accepted: {accepted} of {}", tried.len()))?;
-        Ok(if accepted == tried.len() { status::DONE } else { status::FAILED })
+        Ok(status)
     }
 }
 

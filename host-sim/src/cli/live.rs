@@ -99,6 +99,11 @@ pub(super) struct Reach {
 }
 
 impl Reach {
+    /// Is its wire a bad one?
+    pub(super) const fn has_faults(&self) -> bool {
+        self.faults.is_some()
+    }
+
     /// Is it a board?
     pub(super) const fn is_port(&self) -> bool {
         self.port.is_some()

@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use super::design::Design;
 use super::run::{Figures, note_changes};
-use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, status};
+use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, folder_of, status};
 use crate::map::{Axis, Judged, MayBeOff, Point, Question, Subject, Told, Uncertain, corners, widest_rectangle};
 use crate::report::heat::{Cell, Edge, HeatMap};
 use crate::report::number::{significant, typed};
@@ -186,35 +186,35 @@ impl Simulated {
     }
 }
 
-/// The numbers of run.json that a run has, and its design.
-fn numbers_of(experiment: &mut Experiment, simulate: bool) -> Result<serde_json::Value, String> {
-    let mut told = serde_json::Map::new();
+/// Of a design, and not of a run.
+const OF_DESIGN: &str = "design.";
+
+/// The numbers of run.json that a run has, or its design; and whether it came to its end, bounded.
+fn numbers_of(experiment: &mut Experiment, simulate: bool) -> Result<(serde_json::Value, bool), String> {
+    let told = |error: serde_json::Error| error.to_string();
     if simulate {
         let (trace, _) = experiment.run(&mut |_| ControlFlow::Continue(()));
-        if let Ending::Finished = trace.ending
-            && let Ok(serde_json::Value::Object(figures)) =
-                serde_json::to_value(Figures::of(experiment, &trace, &experiment.metrics(&trace)))
-        {
-            told = figures;
-        }
-    } else {
-        let design = Design::of(experiment).map_err(|failure| failure.message)?;
-        told.insert("design".into(), serde_json::to_value(design).map_err(|error| error.to_string())?);
+        let metrics = experiment.metrics(&trace);
+        let has_ended = trace.ending == Ending::Finished && metrics.bounded;
+        let figures = serde_json::to_value(Figures::of(experiment, &trace, &metrics)).map_err(told)?;
+        return Ok((figures, has_ended));
     }
-    Ok(told.into())
+    let design = Design::of(experiment).map_err(|failure| failure.message)?;
+    let design = serde_json::to_value(design).map_err(told)?;
+    Ok((serde_json::Map::from_iter([("design".to_owned(), design)]).into(), true))
 }
 
 /// One of them; no number where the run did not come to its end, or the loop has no such margin.
 fn number_of(path: &str, experiment: &mut Experiment) -> Result<f64, String> {
-    let told = numbers_of(experiment, !path.starts_with("design."))?;
-    Ok(number_in(&told, path))
+    let (told, has_ended) = numbers_of(experiment, !path.starts_with(OF_DESIGN))?;
+    Ok(if has_ended { number_in(&told, path) } else { f64::NAN })
 }
 
 /// All that [`number_of`] knows, by the paths to them.
 fn known_numbers(experiment: &mut Experiment) -> Result<Vec<String>, String> {
     let mut known = Vec::new();
     for simulate in [true, false] {
-        collect(&numbers_of(experiment, simulate)?, "", &mut known);
+        collect(&numbers_of(experiment, simulate)?.0, "", &mut known);
     }
     Ok(known)
 }
@@ -295,6 +295,17 @@ fn axes_of(
     Ok((parsed, *figure))
 }
 
+/// What a preset holds as the file has it: the lag of the current is off, and not known to be another, for which the
+/// rule of a motor would make another drive.
+fn held(options: &MapOptions, experiment: &Experiment) -> Option<String> {
+    match (options.preset.as_deref()?, experiment.drive.as_ref()?.designed) {
+        ("delay", DriveDesign::Motor { design, .. }) => {
+            Some(format!("drive.surface_rad_s={:?}", design.bandwidths.surface_rad_s))
+        }
+        _ => None,
+    }
+}
+
 /// What to do where a preset has no axes for a plant: two of its own numbers, if they are known.
 fn instead(subject: &Subject<'_>) -> String {
     let numbers = MayBeOff::of(subject).map(|it| it.numbers).unwrap_or_default();
@@ -326,8 +337,9 @@ impl Console<'_> {
         then: impl FnOnce(&mut Self, &View<'_>) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
         let text = ScenarioText::read(options.file.as_deref(), DEFAULT)?;
-        let subject = text.subject(&options.sets);
-        let mut experiment = subject.with(&[])?;
+        let mut experiment = text.subject(&options.sets).with(&[])?;
+        let sets: Vec<String> = options.sets.iter().cloned().chain(held(options, &experiment)).collect();
+        let subject = text.subject(&sets);
         let (axes, of_preset) = match (&options.preset, &options.x, &options.y) {
             (Some(preset), ..) => axes_of(preset, &subject, &experiment)?,
             (None, Some(x), Some(y)) => (vec![Axis::parse(x).map_err(bad)?, Axis::parse(y).map_err(bad)?], None),
@@ -373,7 +385,7 @@ impl Console<'_> {
             less_is_worse: options.at_least.is_some(),
             simulate: options.simulate,
         };
-        note_changes(&mut experiment.title, &options.sets);
+        note_changes(&mut experiment.title, &sets);
         then(self, &View { options, question: &question, figure, percent, experiment: &experiment })
     }
 
@@ -476,25 +488,27 @@ impl Console<'_> {
 
     fn draw_map(&mut self, view: &View<'_>) -> Result<u8, Failure> {
         let View { experiment, options, .. } = *view;
-        let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-map", experiment.name)));
+        let folder = folder_of(options.out.as_ref(), &experiment.name, "map");
         let claim = claim_folder(&folder)?;
         let Some(Answered { points, map, promise, lines }) = self.answered(view)? else {
             return Ok(status::INTERRUPTED);
         };
         let failed = |error| Failure::writing(folder.join("map").display(), &error);
-        map.write(&folder, "map").map_err(failed)?;
-        let csv = view.csv(&points);
-        write_whole(&folder.join("map.csv"), |out| out.write_all(csv.as_bytes())).map_err(failed)?;
-        drop(claim);
         if options.json {
             self.say_json(serde_json::to_string(&view.json(&points, promise)))?;
-            return Ok(status::DONE);
+        } else {
+            self.say(&experiment.headline())?;
+            for line in &lines {
+                self.say(line)?;
+            }
         }
-        self.say(&experiment.headline())?;
-        for line in &lines {
-            self.say(line)?;
+        let csv = view.csv(&points);
+        write_whole(&folder.join("map.csv"), |out| out.write_all(csv.as_bytes())).map_err(failed)?;
+        map.write(&folder, "map").map_err(failed)?;
+        drop(claim);
+        if !options.json {
+            self.say(&format!("written to {}", folder.display()))?;
         }
-        self.say(&format!("written to {}", folder.display()))?;
         Ok(status::DONE)
     }
 }
@@ -529,7 +543,7 @@ impl View<'_> {
     fn json<'a>(&'a self, points: &'a [Judged], promise: Option<Promise>) -> MapJson<'a> {
         MapJson {
             scenario: &self.experiment.name,
-            sets: &self.options.sets,
+            sets: self.question.subject.sets,
             axes: &self.question.axes,
             figure: self.figure.unwrap_or(DECAY),
             points: points.iter().map(PointJson::of).collect(),
@@ -548,7 +562,10 @@ impl View<'_> {
     /// Stable, and within what was asked of the figure.
     fn is_good(&self, point: &Point) -> bool {
         let value = point.figure.unwrap_or(f64::NAN);
+        // A run that did not come to its end has no figure; of a design there may be none, as a margin without a limit.
+        let is_run = self.figure.is_some_and(|figure| !figure.starts_with(OF_DESIGN));
         point.is_stable()
+            && !(is_run && value.is_nan())
             && self.options.at_most.is_none_or(|most| value <= most)
             && self.options.at_least.is_none_or(|least| value >= least)
     }
@@ -687,7 +704,8 @@ fn census(points: &[Judged], good: &[bool]) -> String {
     let good = good.iter().filter(|good| **good).count();
     let refused: Vec<&String> = points.iter().filter_map(|point| point.as_ref().err()).collect();
     let beyond = points.len() - good - unstable - refused.len();
-    let beyond = if beyond > 0 { format!(", {beyond} stable but beyond the bar") } else { String::new() };
+    let beyond =
+        if beyond > 0 { format!(", {beyond} stable but beyond the bar or without a figure") } else { String::new() };
     let refused = refused.first().map_or_else(String::new, |why| {
         let why = why.lines().next().unwrap_or_default();
         format!(", {} without a design (the first: {why})", refused.len())
@@ -718,7 +736,8 @@ fn cell(point: &Judged) -> Cell {
     }
 }
 
-fn number(value: f64) -> String {
+/// Of a figure that there may be none of.
+pub(super) fn number(value: f64) -> String {
     if value.is_nan() { "-".into() } else { significant(value, 4) }
 }
 

@@ -17,15 +17,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::Args;
 use cycle_bound::stop;
 use loop_sim::lanes;
+use loop_sim::metrics::Metrics;
 use loop_sim::trace::{Ending, Recorder, Row, Trace};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use scenario::Experiment;
+use serde::Serialize;
 use serde_json::Value as Json;
 
 use super::map::{collect, number_in};
 use super::run::{Figures, unit_of};
-use super::{Console, DEFAULT, Failure, RunOptions, ScenarioText, bad, claim_folder, failed, hex_sha256, status};
+use super::{
+    Console, DEFAULT, Failure, RunOptions, ScenarioText, bad, claim_folder, failed, folder_of, hex_sha256, status,
+};
 use crate::map::Subject;
 use crate::margins::growth;
 use crate::monte_carlo::Plan;
@@ -58,13 +62,13 @@ pub(super) struct MonteCarloOptions {
     #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     chunk: u64,
     /// Only this part, into shard-I-of-N.parquet of the folder; `host-sim merge` makes one of all.
-    #[arg(long, value_name = "I/N", conflicts_with = "replay")]
+    #[arg(long, value_name = "I/N", conflicts_with_all = ["replay", "worst", "at_most", "draw"])]
     shard: Option<String>,
     /// Go on where a run of the same was ended.
     #[arg(long)]
     resume: bool,
     /// Run one trial alone, with its figures, as `host-sim run` does.
-    #[arg(long, value_name = "TRIAL")]
+    #[arg(long, value_name = "TRIAL", conflicts_with_all = ["resume", "worst", "at_most", "draw"])]
     replay: Option<u64>,
     /// Threads [default: one for each core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -90,7 +94,8 @@ pub(super) struct ReportOptions {
     /// The number of run.json by which trials are the worst [default: metrics.error_ultimate or metrics.y_ultimate].
     #[arg(long, value_name = "FIGURE")]
     worst: Option<String>,
-    /// A trial whose figure is above this has failed, as one has that ran away. May be given several times.
+    /// A trial whose figure is above this has failed, as one has that ran away; with a failure the exit status is 1. May
+    /// be given several times.
     #[arg(long = "at-most", value_name = "FIGURE=VALUE")]
     at_most: Vec<String>,
     /// A figure whose histogram is drawn, or a key over which the dots are; may be given several times [default: the
@@ -107,7 +112,7 @@ pub(super) struct ReportOptions {
 
 impl ReportOptions {
     fn folder(&self, scenario: &str) -> PathBuf {
-        self.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{scenario}-monte-carlo")))
+        folder_of(self.out.as_ref(), scenario, "monte-carlo")
     }
 }
 
@@ -161,14 +166,25 @@ fn judged(experiment: &mut Experiment, trace: &Trace) -> Option<Trial> {
         Ending::Interrupted { .. } => return None,
         Ending::Diverged { .. } => Outcome::Diverged,
         Ending::BrokenOff { .. } => Outcome::BrokenOff,
-        Ending::Finished if !metrics.bounded => Outcome::Unbounded,
-        // The current of a drive is limited: what grows at rest comes back from afar, and looks bounded.
-        Ending::Finished if experiment.drive.is_some() && growth(experiment).is_some() => Outcome::Unstable,
-        Ending::Finished => Outcome::Finished,
+        Ending::Finished => outcome_of(experiment, &metrics),
     };
     let ended_at_s = trace.rows.last().map_or(0.0, |row| row.t_s);
     let told = serde_json::to_value(Figures::of(experiment, trace, &metrics)).unwrap_or_default();
     Some(Trial { outcome, ended_at_s, told })
+}
+
+/// Of a run that came to its end. Where u is limited, what grows at rest comes back from afar and looks bounded; where it
+/// is not, what grows has not settled.
+fn outcome_of(experiment: &Experiment, metrics: &Metrics) -> Outcome {
+    let limits = experiment.spec.as_ref().map(|spec| spec.config.padded.options.limits);
+    let is_limited = limits.is_none_or(|limits| limits.max.is_finite() || limits.min.is_finite());
+    if !metrics.bounded {
+        Outcome::Unbounded
+    } else if (is_limited || metrics.settling_time_s.is_none()) && growth(experiment).is_some() {
+        Outcome::Unstable
+    } else {
+        Outcome::Finished
+    }
 }
 
 /// Of trials that fit each other what they come to, side by side ([`lanes`]): the bits of each alone. None for one that
@@ -187,7 +203,7 @@ fn side_by_side(experiments: &[Option<Experiment>]) -> Vec<Option<Trial>> {
         for (k, judged) in group.iter().zip(judged) {
             let (Some(judged), Some(experiment)) = (judged, experiments[*k].as_ref()) else { continue };
             let told = serde_json::to_value(Figures::of_lane(experiment, &judged)).unwrap_or_default();
-            let outcome = if judged.metrics.bounded { Outcome::Finished } else { Outcome::Unbounded };
+            let outcome = outcome_of(experiment, &judged.metrics);
             let ended_at_s = experiment.periods as f64 * experiment.period_s;
             found[*k] = Some(Trial { outcome, ended_at_s, told });
         }
@@ -221,6 +237,13 @@ fn each_alone(
         }
     }
     Some(())
+}
+
+/// What `--json` prints of a shard: its first and its last trial.
+#[derive(Serialize)]
+struct ShardJson {
+    file: String,
+    trials: [u64; 2],
 }
 
 /// A plan, what it is of, and its columns.
@@ -372,15 +395,15 @@ impl Console<'_> {
         }
         let subject = Subject { sets: &sets, ..bare };
         let plan = Plan::new(&subject, &vary, options.seed).map_err(bad)?;
+        if vary.is_empty() {
+            return Err(bad("what is to vary? Give --uncertain 50, or --vary KEY=uniform(LOW,HIGH)"));
+        }
         if let Some(index) = options.replay {
             if index >= options.trials {
                 let last = options.trials - 1;
                 return Err(bad(format!("--replay {index}: the trials are 0 to {last}; --trials says how many")));
             }
             return self.replay_trial(&subject, &plan, (index, &named), &options.report);
-        }
-        if vary.is_empty() {
-            return Err(bad("what is to vary? Give --uncertain 50, or --vary KEY=uniform(LOW,HIGH)"));
         }
         let headline = experiment.headline();
         let Some(of_file) = trial(&mut experiment, self.stop) else { return Ok(status::INTERRUPTED) };
@@ -415,17 +438,21 @@ impl Console<'_> {
         };
         if options.shard.is_some() {
             let [first, end] = trials.range;
-            let file = folder.join(format!("{stem}.parquet"));
-            self.say(&format!("trials {first} to {} are in {}", end - 1, file.display()))?;
+            let file = folder.join(format!("{stem}.parquet")).display().to_string();
+            if options.report.json {
+                self.say_json(serde_json::to_string(&ShardJson { file, trials: [first, end - 1] }))?;
+            } else {
+                self.say(&format!("trials {first} to {} are in {file}", end - 1))?;
+            }
             return Ok(status::DONE);
         }
-        let refused = self.tell_trials(&trials, &question, &folder, &named, options.report.json)?;
+        let (refused, is_missed) = self.tell_trials(&trials, &question, &folder, &named, options.report.json)?;
         if let Some(first) = refused
             && let Err(error) = campaign.of_trial(first)
         {
             self.note(&format!("no design, the first: trial {first}: {error}"));
         }
-        Ok(status::DONE)
+        Ok(if is_missed { status::FAILED } else { status::DONE })
     }
 
     /// The file of all trials that are asked for: what is there already stays, the rest is computed. None if told to
@@ -562,16 +589,16 @@ impl Console<'_> {
         let folder = options.report.folder(&header.scenario);
         let _claim = claim_folder(&folder)?;
         let whole = folder.join(TRIALS);
-        if fs::symlink_metadata(&whole).is_ok() {
-            return Err(bad(format!("{} is there already: --out gives this one another folder", whole.display())));
+        // A merge that was ended after this has it already.
+        if fs::symlink_metadata(&whole).is_err() {
+            let all = shards.iter().flat_map(|(trials, _)| trials.chunks());
+            store::write(&whole, &header, [0, header.trials], all)
+                .map_err(|error| Failure::writing(whole.display(), &error))?;
         }
-        let all = shards.iter().flat_map(|(trials, _)| trials.chunks());
-        store::write(&whole, &header, [0, header.trials], all)
-            .map_err(|error| Failure::writing(whole.display(), &error))?;
         let trials = of_plan(&whole, &header, [0, header.trials])?;
         // No shard knows what its file was called.
-        self.tell_trials(&trials, &question, &folder, " FILE", options.report.json)?;
-        Ok(status::DONE)
+        let (_, is_missed) = self.tell_trials(&trials, &question, &folder, " FILE", options.report.json)?;
+        Ok(if is_missed { status::FAILED } else { status::DONE })
     }
 }
 

@@ -52,6 +52,8 @@ pub(super) struct ReportOptions {
 const NO_MAP: &str = "none";
 /// What ends the name of a report.
 const PAGE: &str = "html";
+/// Names of scenarios make so many characters of the name of a page at most: file systems take 255 bytes.
+const STEM: usize = 60;
 /// Clock of the chip that times are told for, Hz.
 const CLOCK_HZ: f64 = 168e6;
 
@@ -82,7 +84,7 @@ impl Console<'_> {
                     let hash = hex_sha256(text.subject(&options.sets).text);
                     match self.account(file, &text, options)? {
                         Some(account) => {
-                            texts.push((account.name.clone(), hash));
+                            texts.push((accounts.len(), account.name.clone(), hash));
                             accounts.push(account);
                         }
                         None => return Ok(status::INTERRUPTED),
@@ -91,18 +93,19 @@ impl Console<'_> {
             }
         }
         if let Some(Written { scenario, sha256, sets, section }) = trials {
-            let of = accounts.iter_mut().find(|account| account.name == scenario);
-            let of = of.ok_or_else(|| bad(format!("--trials: its scenario is {scenario:?}, and that is not here")))?;
-            let of_text = texts.iter().find(|(name, _)| *name == scenario);
-            let Some((_, hash)) = of_text else {
+            if !accounts.iter().any(|account| account.name == scenario) {
+                return Err(bad(format!("--trials: its scenario is {scenario:?}, and that is not here")));
+            }
+            let mut of_name = texts.iter().filter(|(_, name, _)| *name == scenario).peekable();
+            if of_name.peek().is_none() {
                 return Err(bad(format!("--trials: {scenario} is of a page: give its scenario file")));
-            };
-            if *hash != sha256 {
+            }
+            let Some((of, ..)) = of_name.find(|(.., hash)| *hash == sha256) else {
                 return Err(bad(format!(
                     "--trials: the file of {scenario} was another when its trials ran (scenario_sha256): run \
                      `host-sim monte-carlo` again"
                 )));
-            }
+            };
             // What `--uncertain` sets beside what it draws is what the controller believes, as the file has it.
             let mut asked = sets.iter().filter(|set| !set.starts_with("controller.nominal"));
             let without = options.sets.iter().find(|set| !sets.contains(set)).map(|set| ("without", set));
@@ -112,7 +115,7 @@ impl Console<'_> {
                     "--trials: its trials ran {how} --set {set}: the page would be of two plants"
                 )));
             }
-            of.sections.push(section);
+            accounts[*of].sections.push(section);
         }
         if let (Some((name, text)), Some(account)) = (certificate, accounts.first_mut()) {
             account.sections.push(Section {
@@ -131,7 +134,8 @@ impl Console<'_> {
             write_file(output, &html, options.force)?;
             (output.clone(), false)
         } else {
-            let output = Path::new("out").join(format!("{}-report.{PAGE}", names.join("-")));
+            let stem: String = names.join("-").chars().take(STEM).collect();
+            let output = Path::new("out").join(format!("{stem}-report.{PAGE}"));
             let is_anew = may_be_made_anew(&output, &names, options)?;
             write_whole(&output, |out| out.write_all(html.as_bytes()))
                 .map_err(|error| Failure::writing(output.display(), &error))?;

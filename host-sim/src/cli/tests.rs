@@ -700,8 +700,8 @@ fn a_drive_goes_into_no_archive_yet_and_says_so() {
     for (name, text) in [("motor", scenario::MOTOR), ("joint", scenario::JOINT)] {
         let file = folder.file(&format!("{name}.toml"), text);
         let told = format!(
-            "error: {file}: the archive for C has no drive: take --lang c --standalone, one file that needs no \
-             library, or --lang rust\n"
+            "error: {file}: the archive for C takes no exported design of a drive (its own are designed where they \
+             run): take --lang c --standalone, one file that needs no library, or --lang rust\n"
         );
         assert_eq!(spoken(&["export", &file, "--lang", "c"]), (status::BAD_INPUT, String::new(), told));
     }
@@ -874,6 +874,28 @@ fn corners_are_told_one_by_one_the_worst_first() {
     assert!(radii.len() == 32 && radii.is_sorted_by(|a, b| a >= b), "{radii:?}");
 }
 
+/// An upright pendulum with a limit of u: near rest every point is stable, and from 0.5 rad the heavy ones fall.
+#[test]
+fn nothing_is_promised_where_the_run_did_not_come_to_its_end() {
+    let folder = Folder::new("map-fallen");
+    let own = scenario::STARTS.iter().find(|(name, _)| *name == "own").expect("a start").1;
+    let file = folder.file("own.toml", own);
+    let pendulum = ["--set", "plant.rates=[\"x2\",\"m*x1+u\"]", "--set", "controller.nominal={a=[0.0,0.0],b=1.0}"];
+    let axes = ["--x", "plant.constants.m=0.5,1,60", "--y", "controller.k_l=20,50"];
+    let map = |more: &[&str]| {
+        let out = folder.path("o");
+        spoken(&[&["map", &file, "--out", &out][..], &pendulum, &axes, more].concat())
+    };
+    let (status, told, err) = map(&["--figure", "metrics.y_ultimate"]);
+    assert_eq!(status, status::DONE, "{err}");
+    assert!(told.contains("6 points: 4 good, 0 unstable, 2 stable but beyond the bar or without a figure"), "{told}");
+    assert!(told.contains("any of 0.5, 1 with"), "{told}");
+    // A figure is known though the run of the file itself ends early.
+    let (status, told, err) =
+        map(&["--figure", "metrics.u_peak", "--set", "plant.x0=[30.0, 0.0]", "--set", "plant.constants.m=60"]);
+    assert_eq!(status, status::DONE, "{told}{err}");
+}
+
 #[test]
 fn what_cannot_be_mapped_is_told_before_anything_is_written() {
     let folder = Folder::new("map-bad");
@@ -888,6 +910,7 @@ fn what_cannot_be_mapped_is_told_before_anything_is_written() {
         (vec![&motor, "--x", "a=0..1", "--y", "a=1..2"], "both sweep a"),
         (vec![&motor, "--x", "a=0..1", "--y", "b=1..2"], "no point of the map has a design; of the first: --set a=0"),
         (vec![&motor, "--x", "a", "--y", "b=1..2"], "expected KEY=FROM..TO"),
+        (vec![&motor, "--x", "a=1,2,1", "--y", "b=1..2"], "1 is there twice"),
         (vec![&motor, "--preset", "plants"], "plant"),
         (vec![&motor, "--corners", "100"], "above 0 and below 100"),
         (vec![&motor, "--corners", "nan"], "above 0 and below 100"),
@@ -954,7 +977,9 @@ fn a_tuned_drive_is_a_file_that_runs_and_is_never_overwritten() {
     let args = ["tune", &file, "--evaluations", "12", "--noise", "0.3", "--to", &to, "--out", &out];
     let (status, told, err) = spoken(&args);
     assert_eq!((status, err.as_str()), (status::DONE, ""), "{told}");
-    assert!(told.contains("noise of u (A rms)") && told.ends_with(&format!("wrote {to}\n")), "{told}");
+    assert!(told.contains("noise of u (A rms)") && told.contains(&format!("wrote {to}\n")), "{told}");
+    // Ratios or numbers: for a motor they are the same but for its damping.
+    assert!(told.contains("corners of ±20 % of J, K_t") && told.contains("data sheet is off by"), "{told}");
     assert_eq!(folder.names("o"), ["pareto.png", "pareto.svg"].map(String::from).into());
     let written = std::fs::read_to_string(&to).expect("the file");
     assert!(["surface_rad_s = ", "\nobserver_rad_s = ", "\ngain_sets = "].iter().all(|key| written.contains(key)));
@@ -1041,7 +1066,7 @@ fn a_record_becomes_a_scenario_that_runs() {
         ["identify", &data, &file, "--set", "joint.current_lag_s=0", "--cogging", "24", "-o", &to, "--out", &out];
     let (status, told, err) = spoken(&args);
     assert_eq!((status, err.as_str()), (status::DONE, ""), "{told}");
-    assert!(told.contains("stiffness / link inertia") && told.ends_with(&format!("wrote {to}\n")), "{told}");
+    assert!(told.contains("stiffness / link inertia") && told.contains(&format!("wrote {to}\n")), "{told}");
     assert_eq!(folder.names("o"), ["identified.png", "identified.svg"].map(String::from).into());
     let written = std::fs::read_to_string(&to).expect("the file");
     // Half of 9 N m/rad; friction of 1 A.
@@ -1050,6 +1075,14 @@ fn a_record_becomes_a_scenario_that_runs() {
     let (status, _, err) = spoken(&args);
     assert_eq!(status, status::BAD_INPUT);
     assert!(err.contains("exists already and is left as it is"), "{err}");
+
+    // A figure that cannot be drawn costs nothing of what was found.
+    std::fs::create_dir_all(folder.0.join("p").join("identified.png")).expect("a folder in the way");
+    let (late, in_the_way) = (folder.path("late.toml"), folder.path("p"));
+    let (status, told, err) =
+        spoken(&["identify", &data, &file, "--set", "joint.current_lag_s=0", "-o", &late, "--out", &in_the_way]);
+    assert!(status != status::DONE && err.contains("identified cannot be written"), "{err}");
+    assert!(told.contains(&format!("wrote {late}\n")) && folder.0.join("late.toml").is_file(), "{told}");
 
     let other = folder.path("u.toml");
     let spoilt = folder.file("s.csv", &text.replacen("\n200,", "\n", 1));
@@ -1085,7 +1118,24 @@ fn a_record_becomes_a_scenario_that_runs() {
         assert_eq!(status, status::BAD_INPUT, "{more:?} {told_too}");
         assert!(err.contains(told), "{more:?}: {err}");
     }
+    let (_, _, err) = spoken(&["identify", &file, &data, "-o", &other]);
+    assert!(err.contains("expected a scenario, this is a record: which comes before"), "{err}");
+    let (_, _, err) = spoken(&["commission", &file, "--faults", "0.05", "-o", &other]);
+    assert!(err.contains("--faults is for a drive behind a wire"), "{err}");
     assert!(!folder.0.join("u.toml").exists());
+}
+
+#[test]
+fn plants_that_were_tried_are_json_too() {
+    let folder = Folder::new("within");
+    let file = folder.file("m.toml", scenario::MOTOR);
+    let (status, told, err) =
+        spoken(&["commission", &file, "--within", "20", "--random", "1", "--json", "--set", "encoder.bits=14"]);
+    assert_eq!((status, err.as_str()), (status::DONE, ""), "{told}");
+    let json: Json = serde_json::from_str(&told).expect("JSON");
+    assert_eq!((&json["corners"], &json["accepted"]), (&8.into(), &9.into()), "{told}");
+    let plants = json["plants"].as_array().expect("plants");
+    assert!(plants.len() == 9 && plants.iter().all(|it| it["errors"]["b"].as_f64().is_some_and(|off| off.abs() < 0.1)));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! `host-sim tune`: bandwidths from what a drive shall do, written as a scenario.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::thread;
 
@@ -11,9 +11,10 @@ use scenario::Source;
 use serde::Serialize;
 use whole_file::Existing;
 
-use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, free_to, status};
+use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, folder_of, free_to, status};
 use crate::chip::cycles;
 use crate::compare::{Bench, LOST, Lost, Worst, of_ours};
+use crate::map::{Subject, tolerance_percent};
 use crate::report::number::significant;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
 use crate::tune::{Asked, Entry, Found, Job, LARGEST_RADIUS, settings, tuned};
@@ -69,6 +70,9 @@ struct Answer<'a> {
     found: Found,
     nominal: Worst,
     cycles: u32,
+    /// Every number of the data sheet may be so much off, and all its corners are stable; none was asked for beyond the
+    /// uncertainty of the plant.
+    data_sheet_percent: u32,
     settings: Vec<(&'static str, Vec<f64>)>,
 }
 
@@ -166,7 +170,7 @@ impl Console<'_> {
         let to = options.to.clone().unwrap_or_else(|| PathBuf::from(format!("{}-tuned.toml", bench.name)));
         free_to(&to)?;
         let text = written_into(&scenario.text, &options.sets).map_err(bad)?;
-        let folder = options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-tune", bench.name)));
+        let folder = folder_of(options.out.as_ref(), &bench.name, "tune");
         let claim = claim_folder(&folder)?;
         let Some(entries) = self.searched(&bench, &searches, options) else { return Ok(status::INTERRUPTED) };
         let best = best(&entries, &asked).ok_or_else(|| failed("no drive was found that runs at all"))?;
@@ -174,8 +178,8 @@ impl Console<'_> {
         // What is told is of the file, with its rounded numbers.
         let settings = settings(&best.designed);
         let tuned_text = with_settings(&text, &settings).map_err(bad)?;
-        let source = Source { file: &to.display().to_string(), text: &tuned_text, sets: &[] };
-        let experiment = scenario::parse_own(&source, &bench.name)?;
+        let subject = Subject { file: &to.display().to_string(), text: &tuned_text, name: &bench.name, sets: &[] };
+        let experiment = subject.with(&[])?;
         let designed = experiment.drive.as_ref().map_or(best.designed, |drive| drive.designed);
         let refused = || failed("the drive that was found is refused");
         let design = of_ours(&designed).ok_or_else(refused)?;
@@ -184,11 +188,13 @@ impl Console<'_> {
             found: Found::of(&bench, &designed, asked.is_wide, true).ok_or_else(refused)?,
             nominal: bench.nominal(&design),
             cycles: cycles(&designed),
+            data_sheet_percent: tolerance_percent(&subject, asked.percent()).map_err(failed)?,
             settings,
         };
         let figure = pareto(&bench, &entries, &asked, &answer.found);
-        figure.write(&folder, "pareto").map_err(|error| Failure::writing(folder.join("pareto").display(), &error))?;
-        drop(claim);
+        let drawn = || {
+            figure.write(&folder, "pareto").map_err(|error| Failure::writing(folder.join("pareto").display(), &error))
+        };
         let missed = asked.missed(&answer.found);
         // What is lost is missed.
         let lost = if missed.is_empty() { Vec::new() } else { bench.lost(&design, asked.is_wide) };
@@ -211,23 +217,29 @@ impl Console<'_> {
                 written: missed.is_empty().then(|| to.display().to_string()),
             };
             self.say_json(serde_json::to_string(&json))?;
+            drawn()?;
             return Ok(if missed.is_empty() { status::DONE } else { status::FAILED });
         }
         self.say(&format!(
-            "{}: {}: {} searches of {} evaluations, seed {}; the worst of {} corners of ±{} %",
+            "{}: {}: {} searches of {} evaluations, seed {}; the worst of {} corners of ±{} % of {}",
             bench.name,
             bench.title,
             searches.len(),
             options.evaluations,
             options.seed,
             answer.found.worst.corners,
-            if asked.is_wide { 50 } else { 20 }
+            asked.percent(),
+            bench.uncertain().join(", ")
         ))?;
         self.say(&answer.table(options.cycles).to_string())?;
         self.say("[drive]")?;
         for (key, values) in &answer.settings {
             self.say(&format!("{key} = {}", value_of(key, values)))?;
         }
+        if missed.is_empty() {
+            self.say(&format!("wrote {}", to.display()))?;
+        }
+        drawn()?;
         self.say(&format!("the other searches: {}", folder.join("pareto.png").display()))?;
         if !missed.is_empty() {
             let within = self.within_noise(&bench, &asked, options)?;
@@ -248,7 +260,7 @@ impl Console<'_> {
                 if asked.is_wide { better } else { "" }
             )));
         }
-        self.say(&format!("wrote {}", to.display()))?;
+        drop(claim);
         Ok(status::DONE)
     }
 
@@ -351,6 +363,8 @@ impl Answer<'_> {
         let verdict = if worst.spectral_radius <= LARGEST_RADIUS { "met" } else { "NOT MET" };
         let [asked, nominal, worst] = [LARGEST_RADIUS, nominal.spectral_radius, worst.spectral_radius].map(radius);
         table.row(["largest |z| of a pole", &asked, &nominal, &worst, verdict]);
+        let sheet = format!("{} %", self.data_sheet_percent);
+        table.row(["stable if each number of the data sheet is off by", "", "", &sheet, ""]);
         let most = most_cycles.map_or_else(String::new, |most| most.to_string());
         let verdict = if most.is_empty() { "" } else { "met" };
         table.row(["cycles of a tick, bound", &most, "", &cycles.to_string(), verdict]);

@@ -16,7 +16,7 @@ use loop_sim::random::Random;
 use loop_sim::signal::{Signal, Term};
 use scenario::Source;
 
-use super::{Plan, Report, Retuned, Rig, Stopped, commission, limit_a, sheet_of};
+use super::{Plan, Report, Retuned, Rig, Stopped, commission, sheet_of};
 use crate::identify::{Identified, Known, Sheet};
 
 /// Periods of the cogging in a turn.
@@ -189,7 +189,7 @@ impl Plants<'_> {
         let told = |error: scenario::ScenarioError| error.to_string();
         let drive = scenario::parse(&source, "commission").map_err(told)?.drive;
         let drive = drive.ok_or_else(|| format!("{}: there is neither [joint] nor [motor] in it", self.file))?;
-        let limit = limit_a(&drive.designed);
+        let limit = drive.designed.max_current_a();
         match sheet_of(&drive.designed) {
             Sheet::Joint(joint) => Ok(joints(share, random, &joint, limit, seed)),
             Sheet::Motor(motor) => {
@@ -225,7 +225,7 @@ impl Plants<'_> {
         let designed = drive.designed;
         let old = sheet_of(&designed);
         let known = self.known(&designed, drive.current_lag_s);
-        let (more, mut on) = (unknown_current(limit_a(&designed)), |_| ControlFlow::Continue(()));
+        let (more, mut on) = (unknown_current(designed.max_current_a()), |_| ControlFlow::Continue(()));
         let mut rig = Rig::new(&mut experiment, more, &mut on)?;
         let mut found = None;
         let report = commission(&mut rig, &self.plan, &known, |identified| {

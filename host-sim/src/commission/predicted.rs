@@ -12,29 +12,36 @@ use loop_sim::sensor::encoder::Encoders;
 use loop_sim::signal::Signal;
 use loop_sim::trace::{Ending, Row};
 
-use super::{AFTER_S, SETTLE_S, limit_a};
+use super::{AFTER_S, SETTLE_S};
 use crate::identify::Sheet;
 
 /// A joint or motor as it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Found {
     pub(super) sheet: Sheet,
+    /// Of a joint.
+    pub(super) spring_damping_n_m_s: f64,
     pub(super) friction_a: f64,
+    /// Amplitude, A, and periods in a turn. Where its waves stand a move over some of them does not see.
+    pub(super) cogging: Option<[f64; 2]>,
     pub(super) lag_s: f64,
 }
 
 impl Found {
     /// The plant, and its state at rest there.
     fn at_rest(&self, at_rad: f64) -> (Box<dyn Plant>, Vec<f64>) {
-        let Self { sheet, friction_a, lag_s } = *self;
+        let Self { sheet, spring_damping_n_m_s, friction_a, cogging, lag_s } = *self;
+        let [cogging_a, cogging_per_turn] = cogging.unwrap_or_default();
         let imperfections = |torque_n_m_per_a: f64| {
             let torque = friction_a.max(0.0) * torque_n_m_per_a;
             let friction = Friction { static_n_m: torque, coulomb_n_m: torque, ..Friction::default() };
-            Imperfections { friction, lag_s, ..Imperfections::default() }
+            let cogging_n_m = cogging_a * torque_n_m_per_a;
+            Imperfections { friction, lag_s, cogging_n_m, cogging_per_turn, ..Imperfections::default() }
         };
         let (plant, motor): (Box<dyn Plant>, Option<f64>) = match sheet {
             Sheet::Joint(joint) => {
-                let (body, more) = (JointBody::from(&joint), imperfections(joint.torque_n_m_per_a));
+                let body = JointBody { spring_damping_n_m_s, ..JointBody::from(&joint) };
+                let more = imperfections(joint.torque_n_m_per_a);
                 // The spring carries the weight.
                 let motor_rad = at_rad + joint.weight_n_m * libm::sin(at_rad) / joint.stiffness_n_m;
                 (Box::new(plant::Joint::new(body, body, more, Signal::default())), Some(motor_rad))
@@ -61,7 +68,7 @@ impl Found {
         let [start, after] = [SETTLE_S, AFTER_S].map(|seconds| (seconds / period_s).round() as u32);
         let motion = Motion { goal: Goal::Rest { angle_rad: to_rad }, from_rad, start, ticks, period_s };
         let mut port = designed.port(&motion).ok()?;
-        let ((plant, x0), limit, mounted) = (self.at_rest(from_rad), limit_a(designed), designed.encoders());
+        let ((plant, x0), limit, mounted) = (self.at_rest(from_rad), designed.max_current_a(), designed.encoders());
         let setup = Loop {
             plant: plant.as_ref(),
             sensor: &mut Encoders::new(mounted),

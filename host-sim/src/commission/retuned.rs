@@ -69,11 +69,15 @@ impl Retuned {
             .into_iter()
             .map(|(key, value)| (key, format!("{:?}", significant(value, 6).parse().unwrap_or(value))))
             .collect();
+        // The drive does not know it; a simulation of the file does.
+        let damped = significant(found.spring_damping_n_m_s, 6);
+        let damped =
+            (found.spring_damping_n_m_s > 0.0).then_some(("joint.spring_damping_n_m_s", Some(damped.as_str())));
         let changes = keys.iter().map(|(key, value)| (*key, Some(value.as_str())));
         let gone = [("error", None)].into_iter().chain(still_goes.then_some(("friction.static_n_m", None)));
         let of_drive = source.sets.iter().filter_map(|set| set.split_once('=')).filter(|(key, _)| is_of_drive(key));
         let text = scenario::rewritten(source.text, of_drive.map(|(key, value)| (key.trim(), Some(value))))?;
-        let text = scenario::rewritten(&text, changes.chain(gone))?;
+        let text = scenario::rewritten(&text, changes.chain(damped).chain(gone))?;
         let stays = |set: &&String| {
             let key = set.split('=').next().unwrap_or_default().trim();
             !is_of_drive(key) && !key.starts_with("error")

@@ -7,7 +7,7 @@ use scenario::Source;
 
 use super::plants::{Plants, Tried, Variant, made_wrong};
 use super::*;
-use crate::identify::Angle;
+use crate::identify::{Angle, MOST_RESIDUAL_STEPS};
 
 fn plants<'a>(text: &'a str, sets: &'a [String]) -> Plants<'a> {
     let experiment = scenario::parse(&Source { file: "x.toml", text, sets }, "x").expect("a file");
@@ -270,7 +270,7 @@ fn moved_only(text: &str, ways: &[f64], least_s: f64) -> (Record, Sheet, Known) 
     let mut experiment = scenario::parse(&source, "x").expect("a file");
     let drive = experiment.drive.as_ref().expect("a drive");
     let (known, old, limit) =
-        (Known::with_lag(drive.current_lag_s), sheet_of(&drive.designed), limit_a(&drive.designed));
+        (Known::with_lag(drive.current_lag_s), sheet_of(&drive.designed), drive.designed.max_current_a());
     let mut on = |_| ControlFlow::Continue(());
     let mut rig = Rig::new(&mut experiment, Signal::default(), &mut on).expect("a drive");
     rig.begin(None, 10.0).expect("a record");
@@ -369,6 +369,58 @@ fn a_stiff_drive_is_held_to_what_is_expected_of_it() {
     }
 }
 
+/// A coupling is damped, by half a percent of the critical damping of the motor on its spring to five, and an encoder of
+/// the motor may be coarser than the link's: neither is a wrong link, and a wrong link is seen beside them.
+#[test]
+fn a_damped_spring_and_a_coarse_encoder_of_the_motor_are_no_wrong_link() {
+    for (more, damping) in [
+        ("joint.spring_damping_n_m_s=1e-4", 1e-4),
+        ("joint.spring_damping_n_m_s=1e-3", 1e-3),
+        ("joint.spring_damping_n_m_s=9e-3", 9e-3),
+        ("encoder.motor.bits=16", 0.0),
+        ("encoder.motor.bits=14", 0.0),
+    ] {
+        let sets = sets(&["joint.current_lag_s=0", "load=[]", more]);
+        let Report { outcome, verified, identified, .. } = commissioned(scenario::JOINT, &sets, [1.0; 2]);
+        println!("{more}: {outcome:?} {verified:?} {:?}", identified.parameters);
+        assert_eq!(outcome, Outcome::Accepted, "{more}");
+        for (name, truth) in [("k_1", 9.0), ("b_1", 0.07), ("d_1", damping)] {
+            let Some(it) = identified.parameter(name) else { continue };
+            assert!((it.value - truth / 0.23).abs() <= it.interval, "{more}: {it:?}");
+        }
+        // Half a percent of 3e-4 is as little as nothing.
+        assert_eq!(identified.parameter("d_1").is_some(), damping > 0.0, "{more}");
+        let Report { outcome, verified, .. } = commissioned(scenario::JOINT, &sets, [1.02, 1.0]);
+        println!("    k_1 2 % wrong: {outcome:?} {verified:?}");
+        assert_ne!(outcome, Outcome::Accepted, "{more}");
+    }
+}
+
+/// A cogging whose periods are named is expected of the move that verifies, and no reason to go back.
+#[test]
+fn a_motor_that_cogs_is_held_to_what_is_expected_of_it() {
+    // Of an independent set: cogging of 2 % of the largest torque.
+    let text = "[motor]\ninertia_kg_m2 = 2.6e-3\ntorque_n_m_per_a = 1.96\nmax_current_a = 5.9\ncurrent_lag_s = 0.0\n\
+                [encoder]\nbits = 20\n[drive]\nperiod_s = 1e-3\nuncertain_percent = 50.0\n\
+                [reference]\nkind = \"move\"\nto_rad = 0.5\n\
+                [friction]\ncoulomb_n_m = 3.2e-3\nstatic_n_m = 5.2e-3\ncogging_n_m = 0.23\nsmooth_rad_s = 0.05\n\
+                [error]\ninertia_percent = 17.0\ntorque_percent = -22.0\n";
+    let source = Source { file: "motor.toml", text, sets: &[] };
+    for (is_named, expected) in [(false, Outcome::BackForTheMove), (true, Outcome::Accepted)] {
+        let mut experiment = scenario::parse(&source, "x").expect("a file");
+        let drive = experiment.drive.as_ref().expect("a drive");
+        let cogging_per_turn = is_named.then_some(7.0);
+        let known = Known { cogging_per_turn, ..Known::with_lag(drive.current_lag_s) };
+        let (plan, old) = (Plan::of(&drive.designed), sheet_of(&drive.designed));
+        let mut on = |_| ControlFlow::Continue(());
+        let mut rig = Rig::new(&mut experiment, Signal::default(), &mut on).expect("a drive");
+        let design = |found: &mut Identified| Retuned::of(&source, &old, found)?.designed("x");
+        let report = commission(&mut rig, &plan, &known, design).unwrap_or_else(|why| panic!("{why}"));
+        println!("named {is_named}: {:?} {:?} {:?}", report.outcome, report.verified, report.identified.cogging);
+        assert_eq!(report.outcome, expected, "named: {is_named}");
+    }
+}
+
 /// The record that a motor makes of itself, and what is known of it.
 fn recorded(more: &[&str]) -> (Record, Sheet, Known) {
     let sets = sets(&[more, &["drive.uncertain_percent=50"]].concat());
@@ -376,7 +428,7 @@ fn recorded(more: &[&str]) -> (Record, Sheet, Known) {
     let mut experiment = scenario::parse(&source, "x").expect("a file");
     let drive = experiment.drive.as_ref().expect("a drive");
     let (known, plan) = (Known::with_lag(drive.current_lag_s), Plan::of(&drive.designed));
-    let (old, limit) = (sheet_of(&drive.designed), limit_a(&drive.designed));
+    let (old, limit) = (sheet_of(&drive.designed), drive.designed.max_current_a());
     let mut on = |_| ControlFlow::Continue(());
     let mut rig = Rig::new(&mut experiment, Signal::default(), &mut on).expect("a drive");
     let (leg, _) = make_record(&mut rig, &plan, &old, limit / 30.0).expect("a record");

@@ -25,6 +25,7 @@
 
 use std::iter;
 use std::ops::ControlFlow;
+use std::path::Path;
 
 use controller_core::drive::Encoder;
 use loop_sim::actuator::{Delayed, Ideal, Limited};
@@ -40,7 +41,7 @@ use scenario::{Experiment, ScenarioError, Source};
 use serde::Serialize;
 
 use super::linear::Sampled;
-use super::task::{Task, max_current_a};
+use super::task::Task;
 use super::{Design, Linear};
 use crate::commission::plants::joint_error;
 
@@ -61,6 +62,8 @@ const SHOWN_FRICTION: [f64; 3] = [0.03, 0.03, 0.01];
 
 /// What the corners of a joint are off in.
 const RATIOS: [&str; 5] = ["K/J_l", "B_l/J_l", "K/J_m", "B_m/J_m", "K_t/J_m"];
+/// And those of a motor.
+const OF_MOTOR: [&str; 2] = ["J", "K_t"];
 
 /// What a controller does.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -240,9 +243,10 @@ impl Bench {
     pub fn new(file: &str, text: &str, sets: &[String]) -> Result<Self, String> {
         let base = Base { file, toml: text, sets };
         let told = |error: ScenarioError| error.to_string();
-        let as_it_is = scenario::parse(&Source { file, text, sets }, "compare").map_err(|error| error.to_string())?;
+        let stem = Path::new(file).file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        let as_it_is = scenario::parse(&Source { file, text, sets }, &stem).map_err(|error| error.to_string())?;
         let Some(drive) = &as_it_is.drive else {
-            return Err(format!("{file}: nothing to compare: the file has neither [joint] nor [motor]"));
+            return Err(format!("{file}: this is for drives, and the file has neither [joint] nor [motor]"));
         };
         let designed = drive.designed;
         if designed.form().follows == Follows::Speed {
@@ -268,7 +272,9 @@ impl Bench {
             0.25 / tau_s
         );
         let run = |start_rad: f64, reference: &str, span_s: f64| {
-            let found = base.with(&[&start(start_rad), reference, &format!("span_s={span_s}")]).map_err(told)?;
+            let found = base
+                .with(&[&start(start_rad), reference, &format!("span_s={span_s}")])
+                .map_err(|error| format!("{file}: no run can be made of it that laws are compared by: {error}"))?;
             let motion = found.drive.map(|drive| drive.motion).ok_or("no drive")?;
             let task = Task::new(designed, motion, found.periods);
             Ok::<_, String>(Run { task, x0: found.x0, periods: found.periods })
@@ -288,7 +294,7 @@ impl Bench {
             DriveDesign::Motor { design, .. } => design.motor.torque_n_m_per_a,
             DriveDesign::Joint { design, .. } => design.joint.torque_n_m_per_a,
         };
-        let step = LOAD * torque * max_current_a(&designed);
+        let step = LOAD * torque * designed.max_current_a();
         let load = format!("load=[{{kind = \"step\", amplitude = {step}, t0_s = {load_s}}}]");
         let corner = |(name, error, is_chosen): (String, String, bool)| {
             let with = |sets: &[&str]| base.with(&[&[error.as_str()], sets].concat()).map_err(told);
@@ -302,7 +308,7 @@ impl Bench {
         };
         let nominal = corner(("the data sheet as it is".into(), "error={}".into(), true))?;
         let late = format!("load=[{{kind = \"step\", amplitude = {step}, t0_s = {}}}]", 1.4 * tau_s);
-        let [coulomb, still, cogging] = SHOWN_FRICTION.map(|share| share * torque * max_current_a(&designed));
+        let [coulomb, still, cogging] = SHOWN_FRICTION.map(|share| share * torque * designed.max_current_a());
         let friction = format!("friction={{coulomb_n_m = {coulomb}, static_n_m = {still}, cogging_n_m = {cogging}}}");
         let rough = (nominal.coarse > 1.0).then_some(friction.as_str());
         let sets: Vec<&str> = [late.as_str()].into_iter().chain(rough).collect();
@@ -341,9 +347,17 @@ impl Bench {
         self.at_50.len()
     }
 
+    /// What is off in them, each by itself: of a joint the ratios of its numbers, since nothing else moves it.
+    pub fn uncertain(&self) -> &'static [&'static str] {
+        match self.designed {
+            DriveDesign::Joint { .. } => &RATIOS,
+            DriveDesign::Motor { .. } => &OF_MOTOR,
+        }
+    }
+
     /// Largest current of either sign, A.
     pub fn max_current_a(&self) -> f64 {
-        max_current_a(&self.designed)
+        self.designed.max_current_a()
     }
 
     /// Limits of the noise of u, A, that a comparison takes where nobody says others: for a joint 1/3000, 1/1000 and
@@ -671,7 +685,7 @@ fn joint_corners(p: f64) -> Vec<(String, String, bool)> {
 fn motor_corners(p: f64) -> Vec<(String, String, bool)> {
     let of = |inertia: f64, torque: f64| {
         let error = format!("error={{inertia_percent = {}, torque_percent = {}}}", 100.0 * inertia, 100.0 * torque);
-        (named(&["J", "K_t"], &[inertia, torque]), error, inertia != 0.0 && torque != 0.0)
+        (named(&OF_MOTOR, &[inertia, torque]), error, inertia != 0.0 && torque != 0.0)
     };
     let all = [-p, 0.0, p].into_iter().flat_map(|inertia| [-p, 0.0, p].map(|torque| (inertia, torque)));
     all.filter(|&(inertia, torque)| inertia != 0.0 || torque != 0.0)

@@ -194,7 +194,7 @@ impl Task {
 
     /// Largest current of either sign, A.
     pub fn max_current_a(&self) -> f64 {
-        max_current_a(&self.designed)
+        self.designed.max_current_a()
     }
 
     /// Ticks from the computation of a current until it is held, 0 or 1.
@@ -206,13 +206,6 @@ impl Task {
     pub fn angles(&self) -> Angles {
         let mounted: Vec<Mounted> = self.designed.encoders().into_iter().map(|(_, mounted)| mounted).collect();
         Angles { known: vec![None; mounted.len()], mounted }
-    }
-}
-
-pub(super) fn max_current_a(designed: &DriveDesign) -> f64 {
-    match designed {
-        DriveDesign::Motor { design, .. } => design.limits.max,
-        DriveDesign::Joint { design, .. } => design.limits.max,
     }
 }
 

@@ -27,9 +27,11 @@ pub(super) fn text(drive: &Drive, warnings: &[String], source: &Source<'_>, form
         Form::Standalone(prefix) => Ok(C { exported: &exported, file: File::new(prefix), assembly: None }.text()),
         Form::Means(prefix, function) => means_of_c(drive, &exported.recorded.functions, prefix, function),
         Form::MeansOfAssembly(prefix, function) => means(drive, &exported.recorded.functions, prefix, function),
-        Form::Archive(_) => Err("the archive for C has no drive: take --lang c --standalone, one file that needs no \
-                                 library, or --lang rust"
-            .into()),
+        Form::Archive(_) => {
+            Err("the archive for C takes no exported design of a drive (its own are designed where they \
+                                 run): take --lang c --standalone, one file that needs no library, or --lang rust"
+                .into())
+        }
         Form::Rust => Ok(rust::drive(&exported)),
     }
 }

@@ -131,7 +131,7 @@ impl Alone {
 
     /// The link's angle in each tick with k_1, b_1, q(0), q'(0).
     fn link(&self, &[k, b, q, v]: &[f64; 4]) -> Vec<f64> {
-        simulated(&[k, b, self.weight, 0.0, q, v], &self.halves, 0.5 * self.period_s)
+        simulated(&[k, b, self.weight, 0.0, q, v, 0.0], &self.halves, 0.5 * self.period_s)
     }
 
     /// What is left of the current with this link, A.

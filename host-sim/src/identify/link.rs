@@ -3,7 +3,9 @@
 //!
 //! $$ \ddot q = k_1 (q_m - q) - b_1 \dot q - g \sin q + c $$
 //!
-//! c is a constant load and the offset between the encoders, both in one.
+//! c is a constant load and the offset between the encoders, both in one. A spring that is damped adds
+//! $d_1 (\dot q_m - \dot q)$; with $w = \dot q - d_1 q_m$ for a state no count is differentiated:
+//! $\dot w = k_1 (q_m - q) - (b_1 + d_1) \dot q - g \sin q + c$.
 //!
 //! 1. *Start* ([`start`]): modulating functions. With $p(s) = (1 - s^2)^4$ on ±0.1 s, and $P_i$ the convolution of the
 //!    counts with its i-th derivative (integration by parts: no count is differentiated),
@@ -74,23 +76,24 @@ pub(super) fn start(q: &[f64], motor: &[f64], period_s: f64) -> Option<Link> {
     link.iter().all(|value| value.is_finite()).then_some(link)
 }
 
-/// The link's angle at every second of these angles of the motor, `period_s` apart; p = k_1, b_1, g, c, q(0), q'(0).
-pub(super) fn simulated(p: &[f64], motor: &[f64], period_s: f64) -> Vec<f64> {
-    let &[k, b, g, c, mut x, mut v] = p else { return Vec::new() };
+/// The link's angle at every second of these angles of the motor, `period_s` apart; p = k_1, b_1, g, c, q(0), w(0), d_1.
+pub(super) fn simulated(p: &[f64; 7], motor: &[f64], period_s: f64) -> Vec<f64> {
+    let [k, b, g, c, mut x, mut w, d] = *p;
     let h = period_s * STRIDE as f64;
-    let pull = |motor: f64, x: f64, v: f64| k * (motor - x) - b * v - g * libm::sin(x) + c;
+    // q' and w' at an angle of the motor.
+    let rates = |motor: f64, x: f64, w: f64| {
+        let v = w + d * motor;
+        (v, k * (motor - x) - (b + d) * v - g * libm::sin(x) + c)
+    };
     let mut out = vec![x];
     for motor in motor.windows(STRIDE + 1).step_by(STRIDE) {
         let &[begin, middle, end] = motor else { break };
-        let a1 = pull(begin, x, v);
-        let (xa, va) = (x + 0.5 * h * v, v + 0.5 * h * a1);
-        let a2 = pull(middle, xa, va);
-        let (xb, vb) = (x + 0.5 * h * va, v + 0.5 * h * a2);
-        let a3 = pull(middle, xb, vb);
-        let (xc, vc) = (x + h * vb, v + h * a3);
-        let a4 = pull(end, xc, vc);
-        x += h / 6.0 * (v + 2.0 * va + 2.0 * vb + vc);
-        v += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+        let (v1, a1) = rates(begin, x, w);
+        let (v2, a2) = rates(middle, x + 0.5 * h * v1, w + 0.5 * h * a1);
+        let (v3, a3) = rates(middle, x + 0.5 * h * v2, w + 0.5 * h * a2);
+        let (v4, a4) = rates(end, x + h * v3, w + h * a3);
+        x += h / 6.0 * (v1 + 2.0 * v2 + 2.0 * v3 + v4);
+        w += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
         out.push(x);
     }
     out
@@ -101,25 +104,35 @@ pub(super) fn thinned(signal: &[f64]) -> Vec<f64> {
     signal.iter().step_by(STRIDE).copied().collect()
 }
 
-/// By output error, from a start that is near: parameters k_1, b_1, g, c, q(0), q'(0).
-pub(super) fn fit(q: &[f64], motor: &[f64], period_s: f64, from: &Link) -> Option<Fit> {
+/// By output error, from a start that is near: parameters k_1, b_1, g, c, q(0), w(0), and d_1 of a damped spring.
+pub(super) fn fit(q: &[f64], motor: &[f64], period_s: f64, from: &Link, is_damped: bool) -> Option<Fit> {
     let q = thinned(q);
     let [k, b, g, c] = *from;
-    let scale = [k.abs(), b.max(0.3), 1.0, 1.0, 0.01, 0.1];
-    let residuals = |p: &[f64]| simulated(p, motor, period_s).iter().zip(&q).map(|(model, q)| model - q).collect();
-    Fit::of(residuals, &[k, b.max(0.05), g, c, q[0], 0.0], &scale)
+    let scale = [k.abs(), b.max(0.3), 1.0, 1.0, 0.01, 0.1, 0.3];
+    let start = [k, b.max(0.05), g, c, q[0], 0.0, 0.0];
+    let residuals = |p: &[f64]| {
+        let link = simulated(&std::array::from_fn(|i| p.get(i).copied().unwrap_or(0.0)), motor, period_s);
+        link.iter().zip(&q).map(|(model, q)| model - q).collect()
+    };
+    let count = if is_damped { 7 } else { 6 };
+    Fit::of(residuals, &start[..count], &scale[..count])
 }
 
 /// What is left of a record with these parameters of the link, rms in rad: only load and offset of the encoders, q(0)
-/// and q'(0) are its own.
-pub(super) fn left_over(q: &[f64], motor: &[f64], period_s: f64, of: &Link) -> Option<f64> {
+/// and w(0) are its own.
+pub(super) fn left_over(q: &[f64], motor: &[f64], period_s: f64, of: &Link, d: f64) -> Option<f64> {
     let q = thinned(q);
     let [k, b, g, c] = *of;
     let residuals = |p: &[f64]| {
-        let link = simulated(&[k, b, g, p[0], p[1], p[2]], motor, period_s);
+        let link = simulated(&[k, b, g, p[0], p[1], p[2], d], motor, period_s);
         link.iter().zip(&q).map(|(model, q)| model - q).collect()
     };
-    Fit::of(residuals, &[c, q[0], 0.0], &[1.0, 0.01, 0.1]).map(|fit| fit.rms())
+    Fit::of(residuals, &[c, q[0], -d * motor[0]], &[1.0, 0.01, 0.1]).map(|fit| fit.rms())
+}
+
+/// Noise of the link's angle by white noise of the motor's, as a share, over so many seconds: of the spring alone.
+pub(super) fn noise_share([k, b, ..]: [f64; 3], period_s: f64, seconds: f64) -> f64 {
+    libm::sqrt(0.5 * period_s * k.abs() / b.max(1.0 / seconds))
 }
 
 /// Lags over which the residuals of a fit are alike.

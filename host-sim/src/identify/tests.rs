@@ -230,11 +230,11 @@ fn a_synthetic_link_is_found_within_ten_deviations() {
     let angle = |t_s: f64| 0.4 * (1.0 - (2.0 * t_s).cos()) + 0.05 * (40.0 * t_s).sin();
     // Not with the steps of the fit, but with those of a period: from samples at half of it.
     let halves: Vec<f64> = (0..6000).map(|k| angle(0.5 * at(k))).collect();
-    let truth = [30.0, 0.4, 1.2, 0.3, 0.01, 0.2];
+    let truth = [30.0, 0.4, 1.2, 0.3, 0.01, 0.2, 0.0];
     let q = rounded(link::simulated(&truth, &halves, 0.5 * period_s));
     let motor = rounded((0..3000).map(|k| angle(at(k))).collect());
     let start = link::start(&q, &motor, period_s).expect("a start");
-    let fit = link::fit(&q, &motor, period_s, &start).expect("numbers");
+    let fit = link::fit(&q, &motor, period_s, &start, false).expect("numbers");
     let deviations = fit.deviations(link::lags(period_s));
     for (j, bar) in [30e-5, 0.4 * 5e-4, 3e-4, 3e-4].into_iter().enumerate() {
         let off = (fit.values[j] - truth[j]).abs();
@@ -242,6 +242,25 @@ fn a_synthetic_link_is_found_within_ten_deviations() {
         assert!(off < bar && off < 10.0 * deviations[j]);
     }
     assert!((fit.rms() / step - 0.289).abs() < 0.06, "{}", fit.rms() / step);
+}
+
+/// With the motor held at A sin ωt and g = 0 the link swings with (k_1 + i ω d_1) A/(k_1 - ω² + i ω (b_1 + d_1)), once
+/// what it began with has gone.
+#[test]
+fn a_damped_spring_passes_on_what_its_closed_form_says() {
+    let (k_1, b_1, d_1, omega, period_s) = (30.0, 1.5, 0.8, 9.0, 1e-3);
+    let at = |k: i32| period_s * f64::from(k);
+    let motor: Vec<f64> = (0..30_000).map(|k| (omega * at(k)).sin()).collect();
+    let q = link::simulated(&[k_1, b_1, 0.0, 0.0, 0.0, 0.0, d_1], &motor, period_s);
+    let (over, under) = ([k_1, omega * d_1], [k_1 - omega * omega, omega * (b_1 + d_1)]);
+    let size = under[0] * under[0] + under[1] * under[1];
+    let gain = [(over[0] * under[0] + over[1] * under[1]) / size, (over[1] * under[0] - over[0] * under[1]) / size];
+    // 1.15 1/s for 25 s.
+    for (k, found) in q.iter().enumerate().skip(12_500) {
+        let t_s = 2.0 * period_s * k as f64;
+        let expected = gain[0] * (omega * t_s).sin() + gain[1] * (omega * t_s).cos();
+        assert!((found - expected).abs() < 1e-8, "{t_s}: {found} {expected}");
+    }
 }
 
 #[test]

@@ -52,6 +52,7 @@ fn what_is_no_axis_is_told() {
         ("k=1..1.0001:400", "not told apart"),
         ("k=", "a value is empty"),
         ("k=1,,2", "a value is empty"),
+        ("k=1,3,1", "1 is there twice"),
     ] {
         let error = Axis::parse(text).expect_err(text);
         assert!(error.contains(told), "{text}: {error}");
@@ -151,6 +152,18 @@ fn poles_and_simulation_agree_off_the_boundary() {
     for point in points {
         let differs = point.grew == Some(point.is_stable());
         assert!(!differs || (point.spectral_radius - 1.0).abs() < 1e-3, "{point:?}");
+    }
+}
+
+/// The current of a drive is limited, so nothing runs away: a loop that grows swings for ever, now more and now less.
+#[test]
+fn poles_and_simulation_agree_where_the_current_is_at_its_limit() {
+    let axes = ["error.torque_percent=-50,100,220,300,400", "error.stiffness_percent=-10,10"];
+    let question = Question { simulate: true, ..question(scenario::JOINT, &axes) };
+    let points = answered(&question);
+    assert_eq!(points.iter().filter(|point| point.is_stable()).count(), 4);
+    for point in points {
+        assert_eq!(point.grew, Some(!point.is_stable()), "{point:?}");
     }
 }
 

@@ -158,7 +158,7 @@ impl Plant for Joint {
         (d[1], d[3]) = (truth[0] - believed[0], truth[1] - believed[1]);
     }
 
-    fn fastest_rad_s(&self, _: f64, x: &[f64], u: f64) -> f64 {
+    fn fastest_rad_s(&self, t_s: f64, x: &[f64], u: f64) -> f64 {
         let JointBody { stiffness_n_m, spring_damping_n_m_s, motor, .. } = self.truth;
         let current = self.imperfections.current(x, u).abs().max(u.abs());
         // The spring winds up by what the shafts turn in a step.
@@ -170,7 +170,13 @@ impl Plant for Joint {
         let others = self.imperfections.fastest_rad_s(motor.inertia_kg_m2, x[3]).max(x[1].abs().min(SPINNING_RAD_S));
         // Twice: all of it grows within the step.
         let acceleration = 2.0 * torque / motor.inertia_kg_m2;
-        self.imperfections.friction.fastest_rad_s(self.rates_rad_s, x[3], acceleration).max(others)
+        let pushed = || {
+            let mut dx = [0.0; 5];
+            self.rhs(t_s, x, u, &mut dx[..x.len()]);
+            let growth = motor.torque_n_m_per_a * dx[4] + stiffness_n_m * (x[1] - x[3]);
+            [dx[3], growth / motor.inertia_kg_m2]
+        };
+        self.imperfections.friction.fastest_rad_s(self.rates_rad_s, x[3], acceleration, pushed).max(others)
     }
 
     fn jumps_s(&self) -> &[f64] {

@@ -622,6 +622,15 @@ pub enum DriveDesign {
 }
 
 impl DriveDesign {
+    /// Largest current of either sign, A.
+    pub fn max_current_a(&self) -> f64 {
+        let limits = match self {
+            Self::Motor { design, .. } => design.limits,
+            Self::Joint { design, .. } => design.limits,
+        };
+        limits.max.min(-limits.min)
+    }
+
     /// The drive along a reference, in this process.
     ///
     /// # Errors

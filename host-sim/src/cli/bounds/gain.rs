@@ -6,6 +6,12 @@ use loop_sim::port::drive::{DriveDesign, joint_at_rest, motor_at_rest};
 use loop_sim::port::in_process;
 use scenario::Experiment;
 
+use crate::map::Subject;
+use crate::report::number::typed;
+
+/// Digits of what a person would type.
+const DIGITS: usize = 4;
+
 /// One that a bound depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Gain {
@@ -99,5 +105,55 @@ impl Gain {
             }
             (None, None) => None,
         }
+    }
+
+    /// What a person types for so many times as much of it, as in `--set`; of a drive the key alone, so that what goes
+    /// with it by rule does. None of a design without such a gain.
+    pub(super) fn set(self, experiment: &Experiment, subject: &Subject<'_>, by: f64) -> Option<String> {
+        let list = |values: &[f64]| values.iter().map(|it| typed(*it, DIGITS)).collect::<Vec<_>>().join(",");
+        let (key, value) = match (experiment.drive.as_ref().map(|drive| drive.designed), &experiment.spec) {
+            (Some(DriveDesign::Motor { design, .. }), _) => match self {
+                Self::Reaching | Self::Switching => ("drive.reaching_per_s", design.bandwidths.reaching_per_s),
+                Self::Surface => ("drive.surface_rad_s", design.bandwidths.surface_rad_s),
+                Self::Observer(_) => ("drive.observer_rad_s", design.bandwidths.observer_rad_s),
+                Self::Period => ("drive.period_s", design.period_s),
+            },
+            (Some(DriveDesign::Joint { design, .. }), _) => match self {
+                Self::Reaching | Self::Switching => ("drive.reaching_per_s", design.bandwidths.reaching_per_s),
+                Self::Surface => ("drive.surface_rad_s", design.bandwidths.surface_rad_s),
+                Self::Observer(0) => ("drive.link_rad_s", design.bandwidths.link_rad_s),
+                Self::Observer(_) => ("drive.motor_rad_s", design.bandwidths.motor_rad_s),
+                Self::Period => ("drive.period_s", design.period_s),
+            },
+            (None, Some(spec)) => {
+                let (n, config) = (spec.config.n, &spec.config.padded);
+                match self {
+                    Self::Reaching => ("controller.k_l", config.reaching.k_l),
+                    Self::Switching => ("controller.k_s", config.reaching.k_s),
+                    Self::Period => ("controller.period_s", config.period_s),
+                    Self::Surface => {
+                        let key = "controller.surface_bandwidth_rad_s";
+                        let Some(own) = subject.number_at(key) else {
+                            let c = (0..n).map(|i| config.surface.c[i] * libm::pow(by, (n - 1 - i) as f64));
+                            return Some(format!("controller.c=[{}]", list(&c.collect::<Vec<_>>())));
+                        };
+                        (key, own)
+                    }
+                    // All of them: the file may say them in any order, by poles, or leave them to the default.
+                    Self::Observer(of) => {
+                        let tables = config.observers.iter().take(n).enumerate().filter_map(|(i, gains)| {
+                            let gains = gains.as_ref()?;
+                            let by = if i == of { by } else { 1.0 };
+                            let l = (1..).zip(gains.l()).map(|(j, l)| l * libm::pow(by, f64::from(j)));
+                            let l: Vec<f64> = l.take(gains.order()).collect();
+                            Some(format!("{{channel={},printed=[{}]}}", i + 1, list(&l)))
+                        });
+                        return Some(format!("controller.observer=[{}]", tables.collect::<Vec<_>>().join(",")));
+                    }
+                }
+            }
+            (None, None) => return None,
+        };
+        Some(format!("{key}={}", typed(value * by, DIGITS)))
     }
 }

@@ -11,6 +11,7 @@ use serde_json::Value as Json;
 use whole_file::Kind;
 
 use super::{ENDED, ReportOptions, quoted};
+use crate::cli::map::number;
 use crate::cli::{Console, Failure, bad, read_text};
 use crate::monte_carlo::statistics::{self, NAMES, PER_MILLE};
 use crate::monte_carlo::store::{Header, Outcome, Trials};
@@ -171,6 +172,18 @@ fn worst_of(figure: &[f64], outcomes: &[Outcome]) -> Vec<usize> {
     order
 }
 
+/// Which trials did not come to their end, or are beyond what was asked for.
+fn failures(trials: &Trials, question: &Question, outcomes: &[Outcome]) -> Result<Vec<bool>, Failure> {
+    let mut failed: Vec<bool> = outcomes.iter().map(|outcome| *outcome != Outcome::Finished).collect();
+    for (k, limit) in &question.at_most {
+        for (failed, value) in failed.iter_mut().zip(trials.column(*k).map_err(bad)?) {
+            // What is no number was not kept below anything.
+            *failed |= value.is_nan() || value > *limit;
+        }
+    }
+    Ok(failed)
+}
+
 fn unsettled(count: usize) -> String {
     format!(
         "{count} of those that finished never settled within settling_band: --at-most {SETTLING}=SECONDS makes \
@@ -178,16 +191,12 @@ fn unsettled(count: usize) -> String {
     )
 }
 
-fn number(value: f64) -> String {
-    if value.is_nan() { "-".into() } else { significant(value, 4) }
-}
-
 fn of(value: &Json) -> String {
     number(value.as_f64().unwrap_or(f64::NAN))
 }
 
 impl Console<'_> {
-    /// Writes and tells it; the first trial that was refused.
+    /// Writes and tells it; the first trial that was refused, and whether a bar was asked for and not held by all.
     pub(super) fn tell_trials(
         &mut self,
         trials: &Trials,
@@ -195,19 +204,13 @@ impl Console<'_> {
         folder: &Path,
         file: &str,
         is_json: bool,
-    ) -> Result<Option<u64>, Failure> {
+    ) -> Result<(Option<u64>, bool), Failure> {
         let header = &trials.header;
         let outcomes = trials.outcomes().map_err(bad)?;
         let drawn = header.columns.iter().position(|name| name == ENDED).unwrap_or(0);
         let column = |k: usize| trials.column(k).map_err(bad);
 
-        let mut failed: Vec<bool> = outcomes.iter().map(|outcome| *outcome != Outcome::Finished).collect();
-        for (k, limit) in &question.at_most {
-            for (failed, value) in failed.iter_mut().zip(column(*k)?) {
-                // What is no number was not kept below anything.
-                *failed |= value.is_nan() || value > *limit;
-            }
-        }
+        let failed = failures(trials, question, &outcomes)?;
         let figure = column(question.worst)?;
         let order = worst_of(&figure, &outcomes);
         let mut percentiles = BTreeMap::new();
@@ -245,7 +248,8 @@ impl Console<'_> {
                 unsettled = count_unsettled(&values, &outcomes);
             }
             statistics::sort(&mut values);
-            if k > drawn
+            // When it ended is a figure too, if it is asked for.
+            if (k > drawn || (k == drawn && question.draw.contains(&k)))
                 && let Some(panel) = histogram(name, header.units.get(name), &values)
             {
                 if question.draws(k, drawn..header.columns.len(), &bars) {
@@ -287,7 +291,7 @@ impl Console<'_> {
             .map_err(|error| Failure::writing(folder.join("monte-carlo.json").display(), &error))?;
         let left_out =
             [bars.remark("histograms.png", "figures that vary"), dots.remark("scatter.png", "keys that were drawn")];
-        write_pictures(folder, header, by, [bars.panels, dots.panels])?;
+        // Told before a picture fails: the trials took a while.
         if is_json {
             self.say_json(json)?;
         } else {
@@ -295,9 +299,13 @@ impl Console<'_> {
             for line in left_out.iter().flatten() {
                 self.say(line)?;
             }
+        }
+        write_pictures(folder, header, by, [bars.panels, dots.panels])?;
+        if !is_json {
             self.say(&format!("written to {}", folder.display()))?;
         }
-        Ok((0..).zip(outcomes).find_map(|(i, outcome)| (outcome == Outcome::Refused).then_some(i)))
+        let refused = (0..).zip(outcomes).find_map(|(i, outcome)| (outcome == Outcome::Refused).then_some(i));
+        Ok((refused, count > 0 && !question.at_most.is_empty()))
     }
 
     fn tell(&mut self, report: &Report<'_>, drawn: usize, file: &str, has_bar: bool) -> Result<(), Failure> {
@@ -346,8 +354,8 @@ impl Console<'_> {
         let words = words.map(|(option, word)| format!(" {option} {}", quoted(word))).collect::<Vec<_>>().concat();
         let trial = worst.first().map_or(0, |worst| worst.trial);
         self.say(&format!(
-            "a trial alone, with figures: host-sim monte-carlo{file} --seed {}{words} --replay {trial}",
-            header.seed
+            "a trial alone, with figures: host-sim monte-carlo{file} --trials {} --seed {}{words} --replay {trial}",
+            header.trials, header.seed
         ))
     }
 }
