@@ -29,8 +29,9 @@
 //! Nothing waits for a target longer than 5 s, nor for the emulator to come up longer than 10 s.
 //!
 //! Results go to stdout, everything else to stderr. Exit status: 0 done (a run that diverged is a result), 1 the run or
-//! the writing failed, a claim that held no longer does, a target differs or cannot be reached, 2 bad input (nothing is
-//! written), 130 told to stop by Ctrl-C or SIGTERM (what was recorded is written).
+//! the writing failed, a bar is not held, a claim that held no longer does, a target differs or cannot be reached, 2 bad
+//! input (nothing is computed) or a place that nothing can be written to (what was computed is told), 130 told to stop by
+//! Ctrl-C or SIGTERM (what was recorded is written).
 
 use std::ffi::{OsStr, OsString};
 use std::fmt;
@@ -395,8 +396,8 @@ impl ScenarioText {
         let stem = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         // What is no scenario at all is told as that, before its first line is.
         let other = match file.extension().and_then(OsStr::to_str) {
-            Some("csv") => Some("a record: which comes before the scenario"),
-            Some("parquet") => Some("trials: `report SCENARIO --trials` takes them"),
+            Some("csv") => Some("a table, as `identify RECORD SCENARIO` takes for its record"),
+            Some("parquet") => Some("trials, as `report SCENARIO --trials FOLDER` takes them"),
             _ => None,
         };
         if let Some(other) = other.filter(|_| file.exists()) {
@@ -544,12 +545,12 @@ impl Console<'_> {
     }
 }
 
-/// Makes the folder, tries it and takes it, before anything is computed that could then not be kept.
 /// What `--out` names, or the folder that a command makes for a scenario.
 fn folder_of(out: Option<&PathBuf>, scenario: &str, what: &str) -> PathBuf {
     out.cloned().unwrap_or_else(|| Path::new("out").join(format!("{scenario}-{what}")))
 }
 
+/// Makes the folder, tries it and takes it, before anything is computed that could then not be kept.
 fn claim_folder(folder: &Path) -> Result<Claim, Failure> {
     whole_file::claim(folder).map_err(|error| {
         let why = match error.kind() {

@@ -226,16 +226,20 @@ fn link_of(q: &[f64], motor: &[f64], period_s: f64, is_damped: bool) -> Option<F
     link::fit(q, motor, period_s, &link::start(q, motor, period_s)?, is_damped)
 }
 
-/// Largest residual of the link, steps rms: an encoder of the motor that is coarser than its own shakes the link of the
-/// equation.
+/// How many times as much the link of the equation is shaken as by rounding of its own count, since the encoder of the
+/// motor is coarser.
+fn shaken_by_input(record: &Record, link: &Angle, joint: &Joint) -> f64 {
+    let seconds = record.held_a.len() as f64 * record.period_s;
+    let share = link::noise_share(sheet_of_link(joint), record.period_s, seconds);
+    let ratio = record.motor.step_rad / link.step_rad;
+    // Half as much again: of a slow move rounding is not white. What equal steps do is in the bar.
+    libm::sqrt(1.0 + (1.5 * share).powi(2) * (ratio * ratio - 1.0).max(0.0))
+}
+
+/// Largest residual of the link, steps rms.
 pub fn most_residual_steps(record: &Record, sheet: &Sheet, known: &Known) -> f64 {
     let (Sheet::Joint(joint), Some(link)) = (sheet, &record.link) else { return MOST_RESIDUAL_STEPS };
-    let seconds = record.held_a.len() as f64 * record.period_s;
-    let share =
-        link::noise_share(sheet_of_link(joint), record.period_s, seconds) * record.motor.step_rad / link.step_rad;
-    let is_coarser = record.motor.step_rad > link.step_rad;
-    // Half as much again: of a slow move rounding is not white.
-    MOST_RESIDUAL_STEPS * if is_coarser { libm::hypot(1.0, 1.5 * share) } else { 1.0 } + known.noise_steps
+    MOST_RESIDUAL_STEPS * shaken_by_input(record, link, joint) + known.noise_steps
 }
 
 /// Without the start of the drive.
@@ -307,7 +311,7 @@ fn measured_link(record: &Record, link: &Angle, joint: &Joint, known: &Known) ->
         None => refusal,
     })?;
     // Rounding of the motor's count is an error of the input, which no residual tells all of.
-    let widened = WIDENED * most / MOST_RESIDUAL_STEPS;
+    let widened = WIDENED * shaken_by_input(record, link, joint);
     let lags = link::lags(record.period_s);
     // A damping of the spring that cannot be told from none would make the others vaguer.
     let is_told = |(fit, quality): &(Fit, Quality)| {

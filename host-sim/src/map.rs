@@ -553,8 +553,8 @@ const THIRD: usize = 10_000;
 /// Does the loop at rest, once disturbed a little, go on growing? The plant is the one of the scenario, not linear, and
 /// the law the very tick in f64, over 30 000 ticks, beside another such loop that was not disturbed: what moves both is
 /// no growth. Stable is what in the last third is smaller than in the second, or a hundred times smaller than in the
-/// first, or the grain of the counts. The size of a third is its root mean square: a loop that its limited current keeps
-/// from growing swings without end, and its peaks are now larger and now smaller.
+/// first, or the grain of the counts. The size of a third is its root mean square: a loop that its limited current
+/// keeps from growing swings without end, and its peaks are now larger and now smaller.
 ///
 /// # Errors
 /// When the plant could not be integrated.
@@ -563,7 +563,7 @@ pub fn grows(at_rest: &AtRest, period_s: f64) -> Result<bool, SolverError> {
     let grain = GRAIN_STEPS * at_rest.sensed.iter().map(|sensed| sensed.quantum).fold(step, f64::max);
     let start = START.max(START_STEPS * step);
     let first = at_rest.sensed.first().map_or(0, |sensed| sensed.state);
-    // Of a joint the motor may shake while its link hardly moves: all angles. States that are measured are of many units.
+    // Of a joint the motor may shake while its link hardly moves: all angles. Measured states are of many units.
     let angles = at_rest.sensed.iter().filter(|sensed| sensed.quantum > 0.0).map(|sensed| sensed.state);
     let watched: Vec<usize> = angles.filter(|state| *state != first).chain([first]).collect();
     let (mut moved, mut still) = (Simulated::new(at_rest), Simulated::new(at_rest));

@@ -674,8 +674,8 @@ fn the_json_of_a_drive_has_its_torques_and_units() {
     }
 }
 
-/// A harmless joint, found on a map of 2304 points, whose matrix sends the iteration for its eigenvalues in circles: they
-/// are those of the point beside it.
+/// A harmless joint, found on a map of 2304 points, whose matrix sends the iteration for its eigenvalues in circles:
+/// they are those of the point beside it.
 #[test]
 fn a_matrix_on_which_the_iteration_circles_has_its_eigenvalues_all_the_same() {
     let radius = |stiffness_percent: &str| {

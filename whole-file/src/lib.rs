@@ -149,6 +149,7 @@ pub fn write(path: &Path, existing: Existing, fill: impl FnOnce(&mut dyn Write) 
 pub fn may_be_made(path: &Path) -> io::Result<()> {
     match fs::symlink_metadata(path) {
         Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+        Ok(about) if about.is_dir() => Err(ErrorKind::IsADirectory.into()),
         _ => temporary(&folder_of(path)).map(drop),
     }
 }

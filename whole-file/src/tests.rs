@@ -41,7 +41,7 @@ fn what_could_not_be_written_is_told_before() {
     let folder = folder();
     may_be_made(&folder.path().join("a.txt")).expect("a place");
     assert!(names(folder.path()).is_empty());
-    for file in [folder.path().join("none").join("a.txt"), folder.path().join("a".repeat(300))] {
+    for file in [folder.path().join("none").join("a.txt"), folder.path().join("a".repeat(300)), folder.path().into()] {
         assert!(may_be_made(&file).is_err(), "{file:?}");
         assert!(put(&file, "new", Existing::Keep).is_err(), "{file:?}");
     }

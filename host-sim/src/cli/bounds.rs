@@ -265,7 +265,8 @@ impl Asked<'_> {
         Some(Loop::of(self.at_rest, self.at_rest.law.as_ref(), self.experiment.period_s).ok()?.noise_gains())
     }
 
-    /// How much noise each sensor has, by what it makes of u; of sensors that add nothing in this file each counts alike.
+    /// How much noise each sensor has, by what it makes of u; of sensors that add nothing in this file each counts
+    /// alike.
     fn weights(&self, noise: &[f64]) -> Vec<f64> {
         let is_quiet = self.at_rest.sensed.iter().all(|sensed| sensed.rms == 0.0);
         let of = |(gain, sensed): (&f64, &Sensed)| if is_quiet && *gain > 0.0 { 1.0 / gain } else { sensed.rms };
@@ -462,8 +463,8 @@ struct Advice {
     noise_of_u: f64,
 }
 
-/// The bounds of a scenario with one more setting, of its own run, and what the noise of each sensor makes of u; none if
-/// the file refuses it, or it has no bounds.
+/// The bounds of a scenario with one more setting, of its own run, and what the noise of each sensor makes of u; none
+/// if the file refuses it, or it has no bounds.
 fn anew(subject: &Subject<'_>, set: &str) -> Option<(Vec<f64>, Vec<f64>)> {
     let sets: Vec<String> = subject.sets.iter().cloned().chain([set.to_owned()]).collect();
     let subject = Subject { sets: &sets, ..*subject };
@@ -503,8 +504,8 @@ impl<'a> Answer<'a> {
         Ok(answer)
     }
 
-    /// For each quantity the gain that lowers its bound most with a tenth more or less of its own: each is tried, by a run
-    /// with it, since another loop is pushed otherwise, and a file may refuse it.
+    /// For each quantity the gain that lowers its bound most with a tenth more or less of its own: each is tried, by a
+    /// run with it, since another loop is pushed otherwise, and a file may refuse it.
     fn advice(&self, subject: &Subject<'_>) -> Vec<Option<Advice>> {
         let steps = self.knobs.iter().flat_map(|knob| [-STEP, STEP].map(|change| (knob, change)));
         let steps = steps.filter_map(|(knob, change)| {
@@ -607,7 +608,7 @@ impl<'a> Answer<'a> {
         table
     }
 
-    /// `|sigma*|: 83 % from d_2 ..; k_l +10 % lowers it by 9 %, noise of u +4 %`.
+    /// `|sigma*|: 83 % from d_2 ..; k_l +10 % lowers it by 9 %, with 4 % more noise of u: --set controller.k_l=55`.
     fn sentences(&self) -> Vec<String> {
         let percent = |share: f64| significant(100.0 * share, 2);
         let sentence = |i: usize| {
@@ -713,9 +714,10 @@ impl Console<'_> {
         let at_rest = experiment.at_rest.as_ref().map_err(|error| bad(error.to_string()))?;
         let asked = Asked { experiment: &experiment, at_rest, trace: &trace };
         let answer = Answer::of(&asked, &sampled, &subject)?;
-        let told = |error| Failure::writing(folder.join("bounds").display(), &error);
-        answer.figure().write(&folder, "bounds").map_err(told)?;
-        drop(claim);
+        let drawn = || {
+            let told = |error| Failure::writing(folder.join("bounds").display(), &error);
+            answer.figure().write(&folder, "bounds").map_err(told)
+        };
         if options.json {
             let json = BoundsJson {
                 scenario: &experiment.name,
@@ -730,6 +732,7 @@ impl Console<'_> {
                 remarks: &answer.remarks,
             };
             self.say_json(serde_json::to_string(&json))?;
+            drawn()?;
             return Ok(status::DONE);
         }
         self.say(&experiment.headline())?;
@@ -739,7 +742,9 @@ impl Console<'_> {
         for line in answer.sentences().iter().chain(&answer.remarks) {
             self.say(line)?;
         }
+        drawn()?;
         self.say(&format!("written to {}", folder.display()))?;
+        drop(claim);
         Ok(status::DONE)
     }
 }

@@ -78,13 +78,11 @@ impl Console<'_> {
         };
         let text = serde_json::to_string_pretty(&json);
         let told = |error| Failure::writing(folder.display(), &error);
-        report::figure(&bench, &entries).write(&folder, "compare").map_err(told)?;
-        report::moves(&bench, &contenders, &entries).write(&folder, "move").map_err(told)?;
-        if let Ok(text) = &text {
+        // Told before anything of it is written, which may fail: it took minutes.
+        let kept = text.as_ref().map_or(Ok(()), |text| {
             let path = folder.join("compare.json");
-            crate::report::write_whole(&path, |out| writeln!(out, "{text}")).map_err(told)?;
-        }
-        drop(claim);
+            crate::report::write_whole(&path, |out| writeln!(out, "{text}")).map_err(told)
+        });
         if options.json {
             self.say_json(text)?;
         } else {
@@ -105,6 +103,12 @@ impl Console<'_> {
             if !over.is_empty() {
                 self.say(&format!("! noise over its limit, not ranked: {}", over.join(", ")))?;
             }
+        }
+        kept?;
+        report::figure(&bench, &entries).write(&folder, "compare").map_err(told)?;
+        report::moves(&bench, &contenders, &entries).write(&folder, "move").map_err(told)?;
+        drop(claim);
+        if !options.json {
             self.say(&format!("written to {}", folder.display()))?;
         }
         Ok(status::DONE)

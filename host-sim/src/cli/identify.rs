@@ -345,15 +345,20 @@ impl Console<'_> {
         let to = subject.to.display().to_string();
         retuned.designed(&to).map_err(|why| failed(format!("no drive can be made of what was found: {why}")))?;
         let _claim = claim_folder(&subject.folder)?;
-        keep(&subject, &retuned)?;
+        let kept = keep(&subject, &retuned);
         if common.json {
-            self.say_json(serde_json::to_string(&json(&subject, &found)))?;
+            let told = json(&subject, &found);
+            let told = IdentifiedJson { written: told.written.filter(|_| kept.is_ok()), ..told };
+            self.say_json(serde_json::to_string(&told))?;
         } else {
             let seconds = record.held_a.len() as f64 * record.period_s;
             self.say(&format!("{data}: {seconds:.2} s of {}", subject.experiment.title))?;
             self.found(&found)?;
-            self.say(&format!("wrote {to}"))?;
+            if kept.is_ok() {
+                self.say(&format!("wrote {to}"))?;
+            }
         }
+        kept?;
         subject.draw("identified", &figure(&subject.experiment.title, &record, &found))?;
         if !common.json {
             self.say(&format!("figure: {}", subject.folder.join("identified.png").display()))?;
@@ -513,12 +518,10 @@ impl Console<'_> {
         let Verified { move_s, peak_rad, bar_rad, expected_rad, residual_steps, most_residual_steps, .. } =
             report.verified;
         let expected = expected_rad.map_or_else(String::new, |it| format!(", expected {}", three(it)));
-        let residual = residual_steps.map_or_else(String::new, |steps| {
-            format!(
-                "; {} steps rms of the link are left (at most {})",
-                three(steps),
-                three(most_residual_steps.unwrap_or(f64::NAN))
-            )
+        let residual = residual_steps.map_or_else(String::new, |steps| match most_residual_steps {
+            _ if steps.is_infinite() => "; a count was lost on the way".into(),
+            Some(most) => format!("; {} steps rms of the link are left (at most {})", three(steps), three(most)),
+            None => String::new(),
         });
         self.say(&format!(
             "verify    {} rad in {move_s:.3} s: |y - r| <= {} rad (at most {}{expected}){residual}",

@@ -49,7 +49,7 @@ pub(super) struct MonteCarloOptions {
     /// sobol(LOW,HIGH); 0.5x is half of what the file has. May be given several times.
     #[arg(long = "vary", value_name = "KEY=DISTRIBUTION")]
     vary: Vec<String>,
-    /// Every number of the plant is off by up to so many percent: 50, or 50:corners, 50:sobol.
+    /// Every number of the plant that `map --corners` has is off by up to so many percent: 50, or 50:corners, 50:sobol.
     #[arg(long, value_name = "PERCENT")]
     uncertain: Option<String>,
     /// How many trials.
@@ -94,8 +94,8 @@ pub(super) struct ReportOptions {
     /// The number of run.json by which trials are the worst [default: metrics.error_ultimate or metrics.y_ultimate].
     #[arg(long, value_name = "FIGURE")]
     worst: Option<String>,
-    /// A trial whose figure is above this has failed, as one has that ran away; with a failure the exit status is 1. May
-    /// be given several times.
+    /// A trial whose figure is above this has failed, as one has that ran away; with a failure the exit status is 1.
+    /// May be given several times.
     #[arg(long = "at-most", value_name = "FIGURE=VALUE")]
     at_most: Vec<String>,
     /// A figure whose histogram is drawn, or a key over which the dots are; may be given several times [default: the
@@ -173,8 +173,8 @@ fn judged(experiment: &mut Experiment, trace: &Trace) -> Option<Trial> {
     Some(Trial { outcome, ended_at_s, told })
 }
 
-/// Of a run that came to its end. Where u is limited, what grows at rest comes back from afar and looks bounded; where it
-/// is not, what grows has not settled.
+/// Of a run that came to its end. Where u is limited, what grows at rest comes back from afar and looks bounded; where
+/// it is not, what grows has not settled.
 fn outcome_of(experiment: &Experiment, metrics: &Metrics) -> Outcome {
     let limits = experiment.spec.as_ref().map(|spec| spec.config.padded.options.limits);
     let is_limited = limits.is_none_or(|limits| limits.max.is_finite() || limits.min.is_finite());

@@ -52,7 +52,7 @@ pub(super) struct ReportOptions {
 const NO_MAP: &str = "none";
 /// What ends the name of a report.
 const PAGE: &str = "html";
-/// Names of scenarios make so many characters of the name of a page at most: file systems take 255 bytes.
+/// Names of several scenarios make so many characters of the name of a page at most: file systems take 255 bytes.
 const STEM: usize = 60;
 /// Clock of the chip that times are told for, Hz.
 const CLOCK_HZ: f64 = 168e6;
@@ -82,7 +82,8 @@ impl Console<'_> {
                 file => {
                     let text = ScenarioText::read(file, DEFAULT)?;
                     let hash = hex_sha256(text.subject(&options.sets).text);
-                    match self.account(file, &text, options)? {
+                    let named = |Failure { status, message }| Failure { status, message: of_file(&text.file, message) };
+                    match self.account(file, &text, options).map_err(named)? {
                         Some(account) => {
                             texts.push((accounts.len(), account.name.clone(), hash));
                             accounts.push(account);
@@ -134,7 +135,7 @@ impl Console<'_> {
             write_file(output, &html, options.force)?;
             (output.clone(), false)
         } else {
-            let stem: String = names.join("-").chars().take(STEM).collect();
+            let stem = if names.len() > 1 { names.join("-").chars().take(STEM).collect() } else { names.concat() };
             let output = Path::new("out").join(format!("{stem}-report.{PAGE}"));
             let is_anew = may_be_made_anew(&output, &names, options)?;
             write_whole(&output, |out| out.write_all(html.as_bytes()))
@@ -266,6 +267,11 @@ fn not_read(output: &Path, options: &ReportOptions) -> Result<(), Failure> {
         Some(file) => Err(bad(format!("{} is read: give the page another place with --output", file.display()))),
         None => Ok(()),
     }
+}
+
+/// With the file that it is about, if it does not begin with that.
+fn of_file(file: &str, message: String) -> String {
+    if message.starts_with(file) { message } else { format!("{file}: {message}") }
 }
 
 /// The accounts of a report that was made before.

@@ -1119,7 +1119,7 @@ fn a_record_becomes_a_scenario_that_runs() {
         assert!(err.contains(told), "{more:?}: {err}");
     }
     let (_, _, err) = spoken(&["identify", &file, &data, "-o", &other]);
-    assert!(err.contains("expected a scenario, this is a record: which comes before"), "{err}");
+    assert!(err.contains("expected a scenario, this is a table, as `identify RECORD SCENARIO`"), "{err}");
     let (_, _, err) = spoken(&["commission", &file, "--faults", "0.05", "-o", &other]);
     assert!(err.contains("--faults is for a drive behind a wire"), "{err}");
     assert!(!folder.0.join("u.toml").exists());

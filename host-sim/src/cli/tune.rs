@@ -1,6 +1,6 @@
 //! `host-sim tune`: bandwidths from what a drive shall do, written as a scenario.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::thread;
 
@@ -70,9 +70,10 @@ struct Answer<'a> {
     found: Found,
     nominal: Worst,
     cycles: u32,
-    /// Every number of the data sheet may be so much off, and all its corners are stable; none was asked for beyond the
-    /// uncertainty of the plant.
-    data_sheet_percent: u32,
+    /// Every number of the data sheet may be so much off, and all its corners are stable: at most the uncertainty of
+    /// the plant, beyond which nothing was asked. None where a corner has no poles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    data_sheet_percent: Option<u32>,
     settings: Vec<(&'static str, Vec<f64>)>,
 }
 
@@ -183,12 +184,14 @@ impl Console<'_> {
         let designed = experiment.drive.as_ref().map_or(best.designed, |drive| drive.designed);
         let refused = || failed("the drive that was found is refused");
         let design = of_ours(&designed).ok_or_else(refused)?;
+        // Of the data sheet, as all else here; not of the plant that the file makes of it.
+        let no_error = ["error={}".to_owned()];
         let answer = Answer {
             asked: &asked,
             found: Found::of(&bench, &designed, asked.is_wide, true).ok_or_else(refused)?,
             nominal: bench.nominal(&design),
             cycles: cycles(&designed),
-            data_sheet_percent: tolerance_percent(&subject, asked.percent()).map_err(failed)?,
+            data_sheet_percent: tolerance_percent(&Subject { sets: &no_error, ..subject }, asked.percent()).ok(),
             settings,
         };
         let figure = pareto(&bench, &entries, &asked, &answer.found);
@@ -198,10 +201,8 @@ impl Console<'_> {
         let missed = asked.missed(&answer.found);
         // What is lost is missed.
         let lost = if missed.is_empty() { Vec::new() } else { bench.lost(&design, asked.is_wide) };
-        if missed.is_empty() {
-            whole_file::write(&to, Existing::Keep, |out| out.write_all(tuned_text.as_bytes()))
-                .map_err(|error| Failure::writing(to.display(), &error))?;
-        }
+        // Told before it fails: what was found took a while.
+        let kept = if missed.is_empty() { written(&to, &tuned_text) } else { Ok(()) };
         if options.json {
             let of_entry = |entry: &Entry| ParetoJson {
                 gain_sets: entry.job.gain_sets,
@@ -214,9 +215,10 @@ impl Console<'_> {
                 missed: &missed,
                 lost: &lost,
                 pareto: entries.iter().map(of_entry).collect(),
-                written: missed.is_empty().then(|| to.display().to_string()),
+                written: (missed.is_empty() && kept.is_ok()).then(|| to.display().to_string()),
             };
             self.say_json(serde_json::to_string(&json))?;
+            kept?;
             drawn()?;
             return Ok(if missed.is_empty() { status::DONE } else { status::FAILED });
         }
@@ -236,6 +238,7 @@ impl Console<'_> {
         for (key, values) in &answer.settings {
             self.say(&format!("{key} = {}", value_of(key, values)))?;
         }
+        kept?;
         if missed.is_empty() {
             self.say(&format!("wrote {}", to.display()))?;
         }
@@ -298,6 +301,11 @@ impl Console<'_> {
         }
         entries
     }
+}
+
+fn written(to: &Path, text: &str) -> Result<(), Failure> {
+    whole_file::write(to, Existing::Keep, |out| out.write_all(text.as_bytes()))
+        .map_err(|error| Failure::writing(to.display(), &error))
 }
 
 /// An error or a time; a run that came to nothing has none.
@@ -363,8 +371,11 @@ impl Answer<'_> {
         let verdict = if worst.spectral_radius <= LARGEST_RADIUS { "met" } else { "NOT MET" };
         let [asked, nominal, worst] = [LARGEST_RADIUS, nominal.spectral_radius, worst.spectral_radius].map(radius);
         table.row(["largest |z| of a pole", &asked, &nominal, &worst, verdict]);
-        let sheet = format!("{} %", self.data_sheet_percent);
-        table.row(["stable if each number of the data sheet is off by", "", "", &sheet, ""]);
+        if let Some(percent) = self.data_sheet_percent {
+            let at_least = if percent == self.asked.percent() { "at least " } else { "" };
+            let percent = format!("{at_least}{percent} %");
+            table.row(["stable if each number of the data sheet is off by", "", "", &percent, ""]);
+        }
         let most = most_cycles.map_or_else(String::new, |most| most.to_string());
         let verdict = if most.is_empty() { "" } else { "met" };
         table.row(["cycles of a tick, bound", &most, "", &cycles.to_string(), verdict]);

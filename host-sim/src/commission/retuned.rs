@@ -71,8 +71,9 @@ impl Retuned {
             .collect();
         // The drive does not know it; a simulation of the file does.
         let damped = significant(found.spring_damping_n_m_s, 6);
-        let damped =
-            (found.spring_damping_n_m_s > 0.0).then_some(("joint.spring_damping_n_m_s", Some(damped.as_str())));
+        let damped = (found.spring_damping_n_m_s > 0.0).then_some(damped.as_str());
+        // Of a link that was seen and needs none, none.
+        let damped = found.link.is_some().then_some(("joint.spring_damping_n_m_s", damped));
         let changes = keys.iter().map(|(key, value)| (*key, Some(value.as_str())));
         let gone = [("error", None)].into_iter().chain(still_goes.then_some(("friction.static_n_m", None)));
         let of_drive = source.sets.iter().filter_map(|set| set.split_once('=')).filter(|(key, _)| is_of_drive(key));

@@ -369,8 +369,8 @@ fn a_stiff_drive_is_held_to_what_is_expected_of_it() {
     }
 }
 
-/// A coupling is damped, by half a percent of the critical damping of the motor on its spring to five, and an encoder of
-/// the motor may be coarser than the link's: neither is a wrong link, and a wrong link is seen beside them.
+/// A coupling is damped, by 0.05 to 5 % of the critical damping of the motor on its spring, and an encoder of the motor
+/// may be coarser than the link's: neither is a wrong link, and a wrong link is seen beside them.
 #[test]
 fn a_damped_spring_and_a_coarse_encoder_of_the_motor_are_no_wrong_link() {
     for (more, damping) in [
@@ -388,7 +388,6 @@ fn a_damped_spring_and_a_coarse_encoder_of_the_motor_are_no_wrong_link() {
             let Some(it) = identified.parameter(name) else { continue };
             assert!((it.value - truth / 0.23).abs() <= it.interval, "{more}: {it:?}");
         }
-        // Half a percent of 3e-4 is as little as nothing.
         assert_eq!(identified.parameter("d_1").is_some(), damping > 0.0, "{more}");
         let Report { outcome, verified, .. } = commissioned(scenario::JOINT, &sets, [1.02, 1.0]);
         println!("    k_1 2 % wrong: {outcome:?} {verified:?}");

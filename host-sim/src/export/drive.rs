@@ -29,7 +29,7 @@ pub(super) fn text(drive: &Drive, warnings: &[String], source: &Source<'_>, form
         Form::MeansOfAssembly(prefix, function) => means(drive, &exported.recorded.functions, prefix, function),
         Form::Archive(_) => {
             Err("the archive for C takes no exported design of a drive (its own are designed where they \
-                                 run): take --lang c --standalone, one file that needs no library, or --lang rust"
+                 run): take --lang c --standalone, one file that needs no library, or --lang rust"
                 .into())
         }
         Form::Rust => Ok(rust::drive(&exported)),

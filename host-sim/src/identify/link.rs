@@ -76,7 +76,8 @@ pub(super) fn start(q: &[f64], motor: &[f64], period_s: f64) -> Option<Link> {
     link.iter().all(|value| value.is_finite()).then_some(link)
 }
 
-/// The link's angle at every second of these angles of the motor, `period_s` apart; p = k_1, b_1, g, c, q(0), w(0), d_1.
+/// The link's angle at every second of these angles of the motor, `period_s` apart; p = k_1, b_1, g, c, q(0), w(0),
+/// d_1.
 pub(super) fn simulated(p: &[f64; 7], motor: &[f64], period_s: f64) -> Vec<f64> {
     let [k, b, g, c, mut x, mut w, d] = *p;
     let h = period_s * STRIDE as f64;

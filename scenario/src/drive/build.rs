@@ -703,8 +703,8 @@ fn beyond_gates(designed: &DriveDesign, shafts: &[ShaftOf], sensing: &Sensing) -
         let steps = sensing.noise.get(state).copied().unwrap_or(0.0) / mounted.encoder.unit_rad();
         (NOISE_OF_GATE * steps > *gate).then(|| {
             format!(
-                "the noise of the {}'s encoder is {} steps rms, and a count {} steps from the expected is not believed: \
-                 good ones will be lost",
+                "the noise of the {}'s encoder is {} steps rms, and a count {} steps from the expected is not \
+                 believed: good ones will be lost",
                 shaft.name,
                 shown(steps),
                 shown(*gate)

@@ -287,11 +287,11 @@ impl Console<'_> {
         };
         let json = serde_json::to_string(&report);
         let text = json.as_deref().unwrap_or_default();
-        write_whole(&folder.join("monte-carlo.json"), |out| writeln!(out, "{text}"))
-            .map_err(|error| Failure::writing(folder.join("monte-carlo.json").display(), &error))?;
+        let kept = write_whole(&folder.join("monte-carlo.json"), |out| writeln!(out, "{text}"))
+            .map_err(|error| Failure::writing(folder.join("monte-carlo.json").display(), &error));
         let left_out =
             [bars.remark("histograms.png", "figures that vary"), dots.remark("scatter.png", "keys that were drawn")];
-        // Told before a picture fails: the trials took a while.
+        // Told before anything that is written fails: the trials took a while.
         if is_json {
             self.say_json(json)?;
         } else {
@@ -300,6 +300,7 @@ impl Console<'_> {
                 self.say(line)?;
             }
         }
+        kept?;
         write_pictures(folder, header, by, [bars.panels, dots.panels])?;
         if !is_json {
             self.say(&format!("written to {}", folder.display()))?;
