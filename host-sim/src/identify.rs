@@ -292,7 +292,7 @@ fn link_parameter(i: usize, value: f64, interval: f64, joint: &Joint) -> Paramet
         ("b_1", "damping / link inertia", "1/s", b_1),
         ("g", "weight / link inertia", "1/s^2", g),
         ("c", "load / link inertia, and offset", "rad/s^2", None),
-        ("d_1", "damping of the spring / link inertia", "1/s", None),
+        ("d_1", "damping of the spring / link inertia, or k_1 times lateness of the motor's count", "1/s", None),
     ][i];
     Parameter { name, meaning, unit, value, interval, sheet }
 }
@@ -314,10 +314,11 @@ fn measured_link(record: &Record, link: &Angle, joint: &Joint, known: &Known) ->
     let widened = WIDENED * shaken_by_input(record, link, joint);
     let lags = link::lags(record.period_s);
     // A damping of the spring that cannot be told from none would make the others vaguer.
-    let is_told = |(fit, quality): &(Fit, Quality)| {
-        fit.values[6] > widened * fit.deviations(lags)[6]
-            && quality.residual_steps <= most
-            && quality.condition <= MOST_CONDITION
+    let is_told = |(fit, damped): &(Fit, Quality)| {
+        let needs_it = quality.residual_steps > most && fit.values[6] > 0.0;
+        (needs_it || fit.values[6] > WIDENED * fit.deviations(lags)[6])
+            && damped.residual_steps <= most
+            && damped.condition <= MOST_CONDITION
     };
     if let Some(damped) = found(true).ok().filter(is_told) {
         (fit, quality) = damped;
@@ -331,7 +332,14 @@ fn measured_link(record: &Record, link: &Angle, joint: &Joint, known: &Known) ->
     let deviations = fit.deviations(lags);
     let spring_damping = fit.values.get(6).copied().unwrap_or(0.0);
     let values = [k_1, b_1, g, c, spring_damping];
-    let parameter = |i: usize| link_parameter(i, values[i], widened * deviations[if i < 4 { i } else { 6 }], joint);
+    // A count of the motor that is late looks like a damping of the spring, and takes as much from b_1, to the last digit.
+    let late = |i: usize| if i == 1 || i == 4 { spring_damping } else { 0.0 };
+    let parameter =
+        |i: usize| link_parameter(i, values[i], widened * deviations[if i < 4 { i } else { 6 }] + late(i), joint);
+    let vague = widened * deviations[0] / k_1.abs();
+    if vague > MOST_ALONE {
+        return Err(Refusal::Vague { name: "k_1", interval: vague, most: MOST_ALONE, shaken_a: shaken_a(record) });
+    }
     let residuals = vec![timed(&fit, record, link.rad.len(), link.step_rad, link::STRIDE)];
     let parameters = (0..if spring_damping > 0.0 { 5 } else { 4 }).map(parameter).collect();
     Ok(Linked { values, parameters, rad: link.rad.clone(), quality: Some(quality), residuals })
@@ -391,9 +399,11 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
         cogging_per_turn: known.cogging_per_turn,
     };
     let (motor_fit, of_motor) = judged(record, recorded.fit([sheet_2, damping, gain]), "motor", record.motor.step_rad)?;
-    let &[k2, b2, b0, friction, ..] = motor_fit.values.as_slice() else {
+    let &[k2, b2_of_all, b0, friction, ..] = motor_fit.values.as_slice() else {
         return Err(unsolved("motor"));
     };
+    // The motor's equation has no damping of the spring: it is in b_2 too.
+    let b2 = b2_of_all - d1 * k2 / k1;
     for (name, value, cause) in [("k_1", k1, None), ("k_2", k2, None), ("B_0", b0, Some(REVERSED_CURRENT))] {
         // A sign is told before anything else is.
         if value.is_nan() || value <= 0.0 {
@@ -417,7 +427,7 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
     let mut parameters = linked.parameters;
     parameters.extend([
         parameter("k_2", "stiffness / motor inertia", "1/s^2", k2, biased(0, k2, of_motor_10[0]), Some(sheet_2)),
-        parameter("b_2", "damping / motor inertia", "1/s", b2, biased(1, b2, of_motor_10[1]), Some(damping)),
+        parameter("b_2", "damping / motor inertia", "1/s", b2, biased(1, b2_of_all, of_motor_10[1]), Some(damping)),
         parameter("B_0", "torque constant / motor inertia", "rad/s^2/A", b0, biased(0, b0, of_motor_10[2]), Some(gain)),
         parameter("f_c", "Coulomb friction", "A", friction, biased(2, friction, of_motor_10[3]), None),
     ]);

@@ -313,13 +313,16 @@ fn what_grows_at_rest_is_unstable_however_its_run_went() {
     let args = ["--vary", "plant.constants.m=uniform(0.02,0.1)", "--trials", "40", "--json", "--out"];
     let told = json(&done(&[&[&file[..]], &args[..], &[&folder.path("out")]].concat()));
     let unstable = told["outcomes"]["unstable"].as_u64().expect("some");
-    // `map` has its border between 0.05 and 0.06: half of them, less four deviations.
-    assert!((8..=32).contains(&unstable), "{told}");
+    assert!((4..=36).contains(&unstable), "{told}");
     let trials = Trials::open(&folder.0.join("out/trials.parquet")).expect("trials");
     let (m, outcomes) = (trials.column(0).expect("m"), trials.outcomes().expect("outcomes"));
-    for (m, outcome) in m.iter().zip(outcomes) {
-        assert!((0.05..0.06).contains(m) || (outcome.word() == "unstable") == (*m < 0.05), "{m}: {}", outcome.word());
-    }
+    // The lighter it is, the larger the gain of its input, from some mass on too large.
+    let of =
+        |word: &str| -> Vec<f64> { m.iter().zip(&outcomes).filter(|it| it.1.word() == word).map(|it| *it.0).collect() };
+    let (unstable, finished) = (of("unstable"), of("finished"));
+    let (heaviest, lightest) =
+        (unstable.iter().copied().fold(0.0, f64::max), finished.iter().copied().fold(1.0, f64::min));
+    assert!(heaviest < lightest && unstable.len() + finished.len() == 40, "{heaviest} {lightest}");
 }
 
 /// What is printed to be typed may be typed; what is not of the plan is refused.

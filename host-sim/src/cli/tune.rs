@@ -372,9 +372,9 @@ impl Answer<'_> {
         let [asked, nominal, worst] = [LARGEST_RADIUS, nominal.spectral_radius, worst.spectral_radius].map(radius);
         table.row(["largest |z| of a pole", &asked, &nominal, &worst, verdict]);
         if let Some(percent) = self.data_sheet_percent {
-            let at_least = if percent == self.asked.percent() { "at least " } else { "" };
-            let percent = format!("{at_least}{percent} %");
-            table.row(["stable if each number of the data sheet is off by", "", "", &percent, ""]);
+            let at_least = if percent == self.asked.percent() { ">= " } else { "" };
+            let percent = format!("{at_least}{percent}");
+            table.row(["stable if each number of the data sheet is off by (%)", "", "", &percent, ""]);
         }
         let most = most_cycles.map_or_else(String::new, |most| most.to_string());
         let verdict = if most.is_empty() { "" } else { "met" };

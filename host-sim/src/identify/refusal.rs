@@ -206,7 +206,7 @@ impl fmt::Display for Refusal {
                 f,
                 "least squares for the {equation} found no end in {MOST_STEPS} steps: no record of such a plant, or \
                  one that says too little: the current shakes it by {shaken_a:.2} A rms, and needs the multisine of \
-                 `host-sim commission`"
+                 `host-sim commission`, and encoders of about as many bits on both sides"
             ),
             Self::NotPositive { name, value, cause } => {
                 write!(f, "{name} = {value:.4} is not above 0{}", because(*cause))
@@ -223,7 +223,7 @@ impl fmt::Display for Refusal {
                 f,
                 "the record says {name} to +-{:.0} % only, at most {:.0} % are of use: the current shakes the motor by \
                  {shaken_a:.2} A rms, add the multisine of `host-sim commission`, give it a larger peak, let it move \
-                 farther (--way), or keep the data sheet",
+                 farther (--way), take a finer encoder, or keep the data sheet",
                 100.0 * interval,
                 100.0 * most
             ),
