@@ -29,9 +29,9 @@
 //! Nothing waits for a target longer than 5 s, nor for the emulator to come up longer than 10 s.
 //!
 //! Results go to stdout, everything else to stderr. Exit status: 0 done (a run that diverged is a result), 1 the run or
-//! the writing failed, a bar is not held, a claim that held no longer does, a target differs or cannot be reached, 2 bad
-//! input (nothing is computed) or a place that nothing can be written to (what was computed is told), 130 told to stop by
-//! Ctrl-C or SIGTERM (what was recorded is written).
+//! the writing failed, a bar is not held, a claim that held no longer does, a target differs or cannot be reached, 2
+//! bad input (nothing is computed) or a place that nothing can be written to (what was computed is told), 130 told to
+//! stop by Ctrl-C or SIGTERM (what was recorded is written).
 
 use std::ffi::{OsStr, OsString};
 use std::fmt;
