@@ -332,7 +332,8 @@ fn measured_link(record: &Record, link: &Angle, joint: &Joint, known: &Known) ->
     let deviations = fit.deviations(lags);
     let spring_damping = fit.values.get(6).copied().unwrap_or(0.0);
     let values = [k_1, b_1, g, c, spring_damping];
-    // A count of the motor that is late looks like a damping of the spring, and takes as much from b_1, to the last digit.
+    // A count of the motor that is late looks like a damping of the spring, and takes as much from b_1, to the last
+    // digit.
     let late = |i: usize| if i == 1 || i == 4 { spring_damping } else { 0.0 };
     let parameter =
         |i: usize| link_parameter(i, values[i], widened * deviations[if i < 4 { i } else { 6 }] + late(i), joint);
