@@ -594,6 +594,12 @@ fn free_to(to: &Path) -> Result<(), Failure> {
     free(to, false).map_err(|Failure { status, message }| Failure { status, message: format!("--to {message}") })
 }
 
+/// What goes to a place that was [free](free_to): should one have come there since, it stays.
+fn write_new(to: &Path, text: &str) -> Result<(), Failure> {
+    whole_file::write(to, Existing::Keep, |out| out.write_all(text.as_bytes()))
+        .map_err(|error| Failure::writing(to.display(), &error))
+}
+
 fn exists(path: &Path) -> Failure {
     bad(format!("{} exists already and is left as it is; --force overwrites it", path.display()))
 }

@@ -14,11 +14,12 @@ use loop_sim::sensor::encoder::Mounted;
 use loop_sim::signal::Signal;
 use scenario::{Experiment, Source};
 use serde::Serialize;
-use whole_file::{Existing, Kind};
+use whole_file::Kind;
 
 use super::live::{Reach, way};
 use super::{
     Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, folder_of, free_to, read_text, status,
+    write_new,
 };
 use crate::commission::plants::{Plants, Tried, try_all};
 use crate::commission::{
@@ -345,7 +346,7 @@ impl Console<'_> {
         let to = subject.to.display().to_string();
         retuned.designed(&to).map_err(|why| failed(format!("no drive can be made of what was found: {why}")))?;
         let _claim = claim_folder(&subject.folder)?;
-        let kept = keep(&subject, &retuned);
+        let kept = write_new(&subject.to, &retuned.text);
         if common.json {
             let told = json(&subject, &found);
             let told = IdentifiedJson { written: told.written.filter(|_| kept.is_ok()), ..told };
@@ -448,7 +449,7 @@ impl Console<'_> {
         // What no move has verified is not kept.
         let is_kept = is_accepted && plan.swap != Swap::None;
         // Told before it fails: what was found took a while.
-        let kept = retuned.filter(|_| is_kept).map_or(Ok(()), |retuned| keep(&subject, &retuned));
+        let kept = retuned.filter(|_| is_kept).map_or(Ok(()), |retuned| write_new(&subject.to, &retuned.text));
         if common.json {
             let json = CommissionedJson::of(&subject, &report, is_kept && kept.is_ok());
             self.say_json(serde_json::to_string(&json))?;
@@ -647,11 +648,6 @@ fn json<'a>(subject: &'a Subject, found: &'a Identified) -> IdentifiedJson<'a> {
         motor: found.motor,
         written: Some(subject.to.display().to_string()),
     }
-}
-
-fn keep(subject: &Subject, retuned: &Retuned) -> Result<(), Failure> {
-    whole_file::write(&subject.to, Existing::Keep, |out| out.write_all(retuned.text.as_bytes()))
-        .map_err(|error| Failure::writing(subject.to.display(), &error))
 }
 
 /// The record, and what the equations leave of it.

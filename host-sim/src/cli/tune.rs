@@ -1,6 +1,6 @@
 //! `host-sim tune`: bandwidths from what a drive shall do, written as a scenario.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::thread;
 
@@ -9,9 +9,10 @@ use cycle_bound::table::Table;
 use loop_sim::port::drive::DriveDesign;
 use scenario::Source;
 use serde::Serialize;
-use whole_file::Existing;
 
-use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, folder_of, free_to, status};
+use super::{
+    Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, folder_of, free_to, status, write_new,
+};
 use crate::chip::cycles;
 use crate::compare::{Bench, LOST, Lost, Worst, of_ours};
 use crate::map::{Subject, tolerance_percent};
@@ -202,7 +203,7 @@ impl Console<'_> {
         // What is lost is missed.
         let lost = if missed.is_empty() { Vec::new() } else { bench.lost(&design, asked.is_wide) };
         // Told before it fails: what was found took a while.
-        let kept = if missed.is_empty() { written(&to, &tuned_text) } else { Ok(()) };
+        let kept = if missed.is_empty() { write_new(&to, &tuned_text) } else { Ok(()) };
         if options.json {
             let of_entry = |entry: &Entry| ParetoJson {
                 gain_sets: entry.job.gain_sets,
@@ -301,11 +302,6 @@ impl Console<'_> {
         }
         entries
     }
-}
-
-fn written(to: &Path, text: &str) -> Result<(), Failure> {
-    whole_file::write(to, Existing::Keep, |out| out.write_all(text.as_bytes()))
-        .map_err(|error| Failure::writing(to.display(), &error))
 }
 
 /// An error or a time; a run that came to nothing has none.
