@@ -47,8 +47,8 @@ use whole_file::{Existing, Kind};
 
 use crate::image::Image;
 use crate::report::Report;
-use crate::table::Table;
 use crate::{Answer, Check, Options, emulated, image_file};
+use terminal::table::Table;
 
 use file::{Difference, File, Instance, Located, nearest};
 

@@ -22,8 +22,6 @@ pub mod log;
 pub mod meaning;
 pub mod qemu;
 pub mod report;
-pub mod stop;
-pub mod table;
 pub mod trace;
 
 use std::collections::BTreeMap;

@@ -12,8 +12,8 @@ use addr2line::gimli::{self, EndianSlice, LittleEndian};
 use object::{Object, ObjectSection};
 use serde::Serialize;
 
-use crate::table::Table;
 use crate::trace::Run;
+use terminal::table::Table;
 
 type Slice<'a> = EndianSlice<'a, LittleEndian>;
 

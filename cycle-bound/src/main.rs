@@ -5,7 +5,8 @@ use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
-use cycle_bound::{Options, Reply, stop};
+use cycle_bound::{Options, Reply};
+use terminal::stop;
 
 /// Compute an upper bound in cycles of a function from its machine code, and what else it costs.
 ///

@@ -81,8 +81,8 @@ use whole_file::Kind;
 
 use crate::image::{Function, Image};
 use crate::instruction::Decoder;
-use crate::table::Table;
 use crate::{Answer, Options, image_file, of_file};
+use terminal::table::Table;
 
 use cases::{Cases, Effort};
 use graph::{Graph, Node};

@@ -107,6 +107,7 @@ impl Process {
             }
             command.args(["-serial", &serial]);
         }
+        terminal::stop::before_exit(stop_all);
         let process = Self::spawn(&mut command)?;
         let until = Instant::now() + START_WITHIN;
         let mut streams = [None, None];

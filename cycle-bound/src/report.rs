@@ -10,9 +10,9 @@ use crate::analysis::Summary;
 use crate::cycles::{ASSUMPTIONS, RETURNS, TABLE};
 use crate::graph::Path;
 use crate::image::Function;
-use crate::table::Table;
 use crate::trace::Run;
 use crate::{Core, Options};
+use terminal::table::Table;
 
 /// Cycles and instructions of one path.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

@@ -42,10 +42,11 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
-use cycle_bound::{Reply, stop};
+use cycle_bound::Reply;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use scenario::{Experiment, ScenarioError, Source};
 use sha2::{Digest, Sha256};
+use terminal::stop;
 use whole_file::{Claim, Existing, Kind};
 
 use crate::map::Subject;
@@ -88,7 +89,7 @@ pub mod status {
     /// The input was bad, and nothing was done.
     pub const BAD_INPUT: u8 = 2;
     /// Stopped by Ctrl-C.
-    pub const INTERRUPTED: u8 = cycle_bound::stop::STATUS;
+    pub const INTERRUPTED: u8 = terminal::stop::STATUS;
 }
 
 /// Sliding mode control with an extended disturbance observer, in closed loop with a simulated plant.

@@ -8,7 +8,7 @@
 //! | a figure of your own | [`plot`] |
 //! | a number with as many digits as say something | [`number`] |
 //! | all of it in one page for a browser | [`page`] |
-//! | an aligned table on the terminal | [`cycle_bound::table`] |
+//! | an aligned table on the terminal | [`terminal::table`] |
 //!
 //! Every file appears whole or not at all, see [`write_whole`].
 

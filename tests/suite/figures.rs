@@ -1,7 +1,6 @@
 //! Do the figures of the paper come out, and do the controllers in them behave as their continuous originals?
 
 use controller_core::Health;
-use cycle_bound::table::Table;
 use host_sim::figures::CATALOGUE;
 use host_sim::report::number::significant;
 use integration_tests::data::columns;
@@ -9,6 +8,7 @@ use integration_tests::golden::compare;
 use integration_tests::program::{Folder, Spoken, host_sim};
 use loop_sim::trace::Trace;
 use std::ops::ControlFlow;
+use terminal::table::Table;
 
 #[test]
 fn every_claim_that_held_still_holds_and_the_numbers_are_those_of_the_golden_table() {

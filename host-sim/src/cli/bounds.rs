@@ -9,7 +9,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use controller_core::Health;
-use cycle_bound::table::Table;
 use loop_sim::MAX_ORDER;
 use loop_sim::linear::LawAtRest;
 use loop_sim::metrics;
@@ -19,6 +18,7 @@ use loop_sim::trace::{Ending, Row, Trace};
 use rayon::prelude::*;
 use scenario::{AtRest, Experiment, Sensed};
 use serde::Serialize;
+use terminal::table::Table;
 
 mod gain;
 

@@ -11,13 +11,13 @@ use controller_core::bounds::{DisturbanceBounds, ultimate};
 use controller_core::drive::{JointBandwidths, JointDesign, MotorDesign, bessel_poles};
 use controller_core::error_dynamics::{error_poles, surface_roots};
 use controller_core::{AnyConfig, ObserverGains, Pole, Surface};
-use cycle_bound::table::Table;
 use loop_sim::linear::LawAtRest;
 use loop_sim::port::drive::DriveDesign;
 use loop_sim::port::drive::{Follows, Form, joint_at_rest, motor_at_rest};
 use loop_sim::port::in_process::{self, ControllerSpec};
 use scenario::{AtRest, Experiment};
 use serde::Serialize;
+use terminal::table::Table;
 
 use super::export::refuse_without_limits;
 use super::run::note_changes;

@@ -2,11 +2,11 @@
 
 use controller_core::Health;
 use controller_core::drive::ALARMS;
-use cycle_bound::table::Table;
 use loop_sim::metrics::{self, Metrics, Noise, Tracking};
 use loop_sim::trace::{Ending, Trace};
 use scenario::{Drive, Experiment, ShaftOf};
 use serde::Serialize;
+use terminal::table::Table;
 
 use super::run::how_it_went;
 use crate::report::number::{significant, typed};

@@ -7,13 +7,13 @@ use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
-use cycle_bound::stop;
-use cycle_bound::table::Table;
 use loop_sim::port::drive::{DriveDesign, Follows};
 use loop_sim::sensor::encoder::Mounted;
 use loop_sim::signal::Signal;
 use scenario::{Experiment, Source};
 use serde::Serialize;
+use terminal::stop;
+use terminal::table::Table;
 use whole_file::Kind;
 
 use super::live::{Reach, way};

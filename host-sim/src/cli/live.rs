@@ -10,11 +10,11 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use controller_core::Health;
 use controller_core::drive::ALARMS;
-use cycle_bound::stop;
-use cycle_bound::table::Table;
 use loop_sim::port::PortError;
 use pil_wire::{Disturbance, Model, Observed, Order, REPLY_LEN, REQUEST_LEN, Swapped};
 use scenario::Source;
+use terminal::stop;
+use terminal::table::Table;
 use whole_file::Kind;
 
 use super::target::{present, rate};

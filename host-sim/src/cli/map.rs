@@ -7,11 +7,11 @@ use std::thread;
 
 use clap::Args;
 use controller_core::drive::{JointDesign, MotorDesign};
-use cycle_bound::table::Table;
 use loop_sim::port::drive::DriveDesign;
 use loop_sim::trace::Ending;
 use scenario::Experiment;
 use serde::Serialize;
+use terminal::table::Table;
 
 use super::design::Design;
 use super::run::{Figures, note_changes};

@@ -15,7 +15,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
-use cycle_bound::stop;
 use loop_sim::lanes;
 use loop_sim::metrics::Metrics;
 use loop_sim::trace::{Ending, Recorder, Row, Trace};
@@ -24,6 +23,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use scenario::Experiment;
 use serde::Serialize;
 use serde_json::Value as Json;
+use terminal::stop;
 
 use super::map::{collect, number_in};
 use super::run::{Figures, unit_of};

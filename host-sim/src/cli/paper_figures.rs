@@ -1,9 +1,9 @@
 //! `host-sim figures`: the figures of the paper again, and its claims held against them.
 use std::path::Path;
 
-use cycle_bound::stop;
-use cycle_bound::table::Table;
 use loop_sim::trace::Ending;
+use terminal::stop;
+use terminal::table::Table;
 
 use super::{Console, Failure, bad, claim_folder, failed, status};
 use crate::figures::{CATALOGUE, Case, ClaimRow, PaperFigure};

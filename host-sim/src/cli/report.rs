@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use cycle_bound::table::Table;
 use loop_sim::trace::{Ending, Trace};
 use scenario::Experiment;
+use terminal::table::Table;
 use whole_file::Kind;
 
 use super::design::{self, Design};

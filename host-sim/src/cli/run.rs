@@ -8,8 +8,6 @@ use std::time::Instant;
 
 use controller_core::Health;
 use cycle_bound::log::Log;
-use cycle_bound::stop;
-use cycle_bound::table::Table;
 use loop_sim::closed_loop::LoopError;
 use loop_sim::lanes::Judged;
 use loop_sim::metrics::{FAR, Metrics, Noise, Tracking};
@@ -17,6 +15,8 @@ use loop_sim::port::{ControllerPort, PortError};
 use loop_sim::trace::{Ending, Trace};
 use scenario::{Drive, Experiment, Mu};
 use serde::Serialize;
+use terminal::stop;
+use terminal::table::Table;
 use whole_file::Claim;
 
 use super::design::Design;

@@ -5,10 +5,10 @@ use std::sync::Mutex;
 use std::thread;
 
 use clap::Args;
-use cycle_bound::table::Table;
 use loop_sim::port::drive::DriveDesign;
 use scenario::Source;
 use serde::Serialize;
+use terminal::table::Table;
 
 use super::{
     Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, folder_of, free_to, status, write_new,

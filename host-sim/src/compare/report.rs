@@ -1,6 +1,6 @@
 //! What is shown of a comparison: the table, the noise of u against the worst error, and one run of three laws.
 
-use cycle_bound::table::Table;
+use terminal::table::Table;
 
 use super::bench::LOST;
 use super::{Bench, Contender, Entry, Figures};

@@ -13,8 +13,8 @@
 
 use std::fmt::Write as _;
 
-use cycle_bound::table::Table;
 use serde::{Deserialize, Serialize};
+use terminal::table::Table;
 
 use super::picture::escaped;
 use super::plot::{Figure, PALETTE, Panel, Series, Shade, Style};

@@ -5,9 +5,9 @@ use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
-use cycle_bound::table::Table;
 use serde::Serialize;
 use serde_json::Value as Json;
+use terminal::table::Table;
 use whole_file::Kind;
 
 use super::{ENDED, ReportOptions, quoted};

@@ -10,10 +10,9 @@ use std::io::{IsTerminal, Write, stderr};
 use std::process::exit;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::channel;
+use std::sync::{Mutex, PoisonError};
 use std::thread::{sleep, spawn};
 use std::time::Duration;
-
-use crate::qemu;
 
 /// Exit status of a program that was told to end.
 pub const STATUS: u8 = 130;
@@ -22,6 +21,7 @@ pub const SEEN_WITHIN: Duration = Duration::from_secs(5);
 
 static KEEPERS: AtomicUsize = AtomicUsize::new(0);
 static LOOPS: AtomicUsize = AtomicUsize::new(0);
+static LAST_CALLS: Mutex<Vec<fn()>> = Mutex::new(Vec::new());
 
 /// Counts as long as it lives.
 #[must_use]
@@ -50,6 +50,14 @@ pub fn looking() -> Guard {
     Guard::of(&LOOPS)
 }
 
+/// Calls `last` before an exit on request, for example to end child processes. Registers each function once.
+pub fn before_exit(last: fn()) {
+    let mut calls = LAST_CALLS.lock().unwrap_or_else(PoisonError::into_inner);
+    if !calls.iter().any(|call| std::ptr::fn_addr_eq(*call, last)) {
+        calls.push(last);
+    }
+}
+
 /// Sets `flag` when the program is told to end, and ends it if nobody looks.
 pub fn on_request(flag: &'static AtomicBool) {
     // Without a handler a request still ends the program; an emulator dies with it, and only the record is lost.
@@ -73,7 +81,9 @@ const LOST: &str = "stopped on request; what was not written yet is lost";
 const TOLD_WITHIN: Duration = Duration::from_millis(100);
 
 fn end() {
-    qemu::stop_all();
+    // The lock is free before the first call: a call may register another.
+    let calls = LAST_CALLS.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    calls.iter().for_each(|call| call());
     let (tell, told) = channel();
     spawn(move || {
         // A progress bar stands on the line.
