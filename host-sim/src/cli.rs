@@ -42,18 +42,20 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
-use cycle_bound::Reply;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use scenario::{Experiment, ScenarioError, Source};
 use sha2::{Digest, Sha256};
 use terminal::stop;
 use whole_file::{Claim, Existing, Kind};
 
+use crate::feature::Feature;
 use crate::map::Subject;
 use crate::monte_carlo::store;
 use crate::report::number::significant;
 
 mod bounds;
+#[cfg_attr(not(feature = "chip"), path = "cli/no_budget.rs")]
+mod budget;
 mod compare;
 mod design;
 mod drive;
@@ -63,12 +65,15 @@ mod live;
 mod map;
 mod monte_carlo;
 mod paper_figures;
+#[cfg_attr(not(feature = "proof"), path = "cli/no_proof.rs")]
+mod proof;
 mod report;
 mod run;
 mod target;
 mod tune;
 
 use bounds::BoundsOptions;
+use budget::BudgetOptions;
 use compare::CompareOptions;
 use design::DesignOptions;
 use export::ExportOptions;
@@ -118,7 +123,8 @@ enum Command {
         #[command(flatten)]
         options: RunOptions,
     },
-    /// Run a scenario with the controller on the emulated chip, and compare every output of every tick bit for bit.
+    /// Run a scenario with the controller on the emulated chip, and compare every output of every tick bit for bit
+    /// (feature chip).
     ///
     /// Waits at most 10 s for the emulator to come up, and 5 s for any answer of the target.
     Pil {
@@ -129,7 +135,7 @@ enum Command {
         #[command(flatten)]
         target: PilOptions,
     },
-    /// Run a scenario with the controller on a board, and compare every output of every tick bit for bit.
+    /// Run a scenario with the controller on a board, and compare every output of every tick bit for bit (feature chip).
     ///
     /// The board runs the image `pil`. Waits at most 5 s for any answer of the target.
     Hil {
@@ -140,7 +146,8 @@ enum Command {
         #[command(flatten)]
         target: HilOptions,
     },
-    /// See, move and tune a drive that runs by itself: the image `drive` or `motor`, emulated or on a board.
+    /// See, move and tune a drive that runs by itself: the image `drive` or `motor`, emulated or on a board
+    /// (feature chip).
     ///
     /// Commands come from stdin, one a line; `help` lists them. A setting is designed here first, sent, designed on the
     /// chip while the drive goes on, and taken over between two ticks; what is refused leaves it as it was.
@@ -149,7 +156,7 @@ enum Command {
     ///
     /// Exit status: 0 the same bits, 1 others, 2 the file is none or damaged.
     Replay(ReplayOptions),
-    /// Run an image in the emulator, one instruction a nanosecond, and print its log.
+    /// Run an image in the emulator, one instruction a nanosecond, and print its log (feature chip).
     Emulate(EmulateOptions),
     /// Say what a design comes to in its loop: poles, margins, noise, what limits it, what would be better.
     ///
@@ -214,10 +221,10 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Compute an upper bound in cycles of a function from its machine code, and what else it costs.
+    /// Compute an upper bound in cycles of a function from its machine code, and what else it costs (feature chip).
     ///
     /// Exit status: 0 the figures stand, 1 a check failed, 2 something could not be followed (it is named).
-    Budget(cycle_bound::Options),
+    Budget(BudgetOptions),
     /// Write the designed controller of a scenario as one source file, to stdout or with -o into a file.
     ///
     /// It gives the same bits as `host-sim run`. Its head says which scenario, design and version it is.
@@ -248,6 +255,22 @@ enum Command {
 
 fn starts() -> clap::builder::PossibleValuesParser {
     scenario::STARTS.map(|(plant, _)| plant).into()
+}
+
+impl Command {
+    /// What needs a feature, and which.
+    const fn needs(&self) -> Option<(&'static str, Feature)> {
+        match self {
+            Self::Pil { .. } => Some(("pil", Feature::Chip)),
+            Self::Hil { .. } => Some(("hil", Feature::Chip)),
+            Self::Live(_) => Some(("live", Feature::Chip)),
+            Self::Emulate(_) => Some(("emulate", Feature::Chip)),
+            Self::Budget(_) => Some(("budget", Feature::Chip)),
+            Self::Commission(options) => options.needs(),
+            Self::Export(options) => options.needs(),
+            _ => None,
+        }
+    }
 }
 
 #[derive(Args, Debug, Default)]
@@ -309,6 +332,11 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
             return if usage.use_stderr() { status::BAD_INPUT } else { status::DONE };
         }
     };
+    let needs = cli.command.as_ref().and_then(Command::needs);
+    if let Some((what, feature)) = needs.filter(|(_, feature)| !feature.is_built_in()) {
+        console.note(&format!("error: {}", feature.missing(what, &args[1..])));
+        return status::BAD_INPUT;
+    }
     let done = match &cli.command {
         None => default_scenario(&cli.options.sets).and_then(|it| console.run(it, &cli.options, "", None)),
         Some(Command::Run { file, options }) => {
@@ -505,16 +533,6 @@ impl Console<'_> {
     /// To stderr; there is nowhere to complain if that fails.
     fn note(&mut self, text: &str) {
         let _ = writeln!(self.err, "{text}");
-    }
-
-    fn budget(&mut self, options: &cycle_bound::Options) -> Result<u8, Failure> {
-        options.elf.as_deref().map_or(Ok(()), |elf| target::present(elf, "--elf")).map_err(bad)?;
-        let Reply { text, remarks, status } = cycle_bound::run(options, self.stop).map_err(bad)?;
-        self.say(&text)?;
-        for line in &remarks {
-            self.note(line);
-        }
-        Ok(status)
     }
 
     fn schema(&mut self, plant: &str) -> Result<u8, Failure> {

@@ -17,14 +17,17 @@ use std::fmt::Write as _;
 
 use loop_sim::port::in_process::{self, ControllerSpec, Download, Model};
 use scenario::{Experiment, Source};
-use tick_assembly::Effort;
-use tick_proof::Functions;
 
+use arm::Effort;
+
+use crate::feature::Feature;
 use crate::margins;
 use crate::remote::Loadable;
 use controller_core::{LAYOUT, Limits, Shape};
 
 mod archive;
+#[cfg_attr(not(feature = "asm"), path = "export/no_arm.rs")]
+pub mod arm;
 mod assembly;
 mod c99;
 mod drive;
@@ -78,6 +81,9 @@ pub(crate) fn without_limits(experiment: &Experiment) -> Option<String> {
 /// # Errors
 /// What cannot be exported, and what to change.
 pub fn text(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Result<String, String> {
+    if matches!(form, Form::MeansOfAssembly(..)) && !Feature::Asm.is_built_in() {
+        return Err("assembly needs the feature asm".into());
+    }
     if let Some(drive) = &experiment.drive {
         return drive::text(drive, &warnings(experiment), source, form);
     }
@@ -130,7 +136,9 @@ pub(crate) fn formulas_stay_here(spec: &ControllerSpec) -> String {
 ///
 /// # Errors
 /// What cannot be exported to C, and what to change.
-pub fn functions(experiment: &Experiment) -> Result<Functions, String> {
+#[cfg(feature = "proof")]
+pub fn functions(experiment: &Experiment) -> Result<tick_proof::Functions, String> {
+    use tick_proof::Functions;
     if let Some(drive) = &experiment.drive {
         return drive::functions(drive).map(Functions::Drive);
     }

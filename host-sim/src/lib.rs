@@ -15,6 +15,7 @@ pub mod cli;
 pub mod commission;
 pub mod compare;
 pub mod export;
+pub mod feature;
 pub mod figures;
 pub mod identify;
 pub mod live;

@@ -21,13 +21,19 @@ use whole_file::Existing;
 mod axis;
 pub mod csv;
 pub mod drive_figure;
+mod font;
 pub mod heat;
 pub mod number;
 pub mod page;
 mod picture;
 pub mod plot;
+#[cfg_attr(not(feature = "png"), path = "report/no_png.rs")]
+mod png;
 mod polyline;
 pub mod trace_figure;
+
+/// What the name of a figure ends in that messages point to.
+pub const FIGURE: &str = if cfg!(feature = "png") { "png" } else { "svg" };
 
 /// Writes a file whole or not at all, over an older one. Missing folders are made.
 ///

@@ -11,17 +11,19 @@
 use std::fmt;
 use std::time::Duration;
 
+#[cfg_attr(not(feature = "chip"), path = "transport/no_board.rs")]
+pub mod board;
 pub mod faulty;
 pub mod loopback;
-pub mod qemu;
-pub mod serial;
 pub mod stoppable;
 
+pub use board::{Emulator, Serial};
 pub use faulty::Faulty;
 pub use loopback::Loopback;
-pub use qemu::Emulator;
-pub use serial::Serial;
 pub use stoppable::Stoppable;
+
+/// Speed of the images that come with this project, bits per second.
+pub const BAUD: u32 = 115_200;
 
 /// A wire that is broken for good, in words. What a repetition may heal is no error: then nothing is received.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,12 +61,6 @@ impl<T: Transport + ?Sized> Transport for Box<T> {
     fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, TransportError> {
         (**self).receive(into, within)
     }
-}
-
-/// Nothing came in time, as the operating systems say it.
-fn is_silence(kind: std::io::ErrorKind) -> bool {
-    use std::io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
-    matches!(kind, TimedOut | WouldBlock | Interrupted)
 }
 
 /// Moves what fits from a queue; returns how much that is.

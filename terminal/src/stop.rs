@@ -83,7 +83,9 @@ const TOLD_WITHIN: Duration = Duration::from_millis(100);
 fn end() {
     // The lock is free before the first call: a call may register another.
     let calls = LAST_CALLS.lock().unwrap_or_else(PoisonError::into_inner).clone();
-    calls.iter().for_each(|call| call());
+    for call in calls {
+        call();
+    }
     let (tell, told) = channel();
     spawn(move || {
         // A progress bar stands on the line.

@@ -41,7 +41,7 @@ pub(super) struct BoundsOptions {
     /// Override a key, as in --set controller.k_l=100.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Folder for bounds.svg and bounds.png [default: out/SCENARIO-bounds].
+    /// Folder for bounds.svg, with the feature png also bounds.png [default: out/SCENARIO-bounds].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON object instead of the tables.

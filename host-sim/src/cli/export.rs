@@ -1,17 +1,14 @@
 //! `export`: the designed controller as a source file.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use clap::{ArgGroup, Args, ValueEnum};
 use scenario::{Experiment, Source};
-use tick_assembly::Effort;
-use tick_proof::run::{self, Row};
-use tick_proof::solver::{Solver, Which};
-use tick_proof::{Functions, certificate};
 
 use super::{Console, DEFAULT, Failure, ScenarioText, bad, failed, free, status, write_file};
+use crate::export::arm::Effort;
 use crate::export::{self, Form, PREFIX};
+use crate::feature::Feature;
 
 /// Languages that link a library of this project.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -39,13 +36,14 @@ pub(super) struct ExportOptions {
     #[arg(long, value_name = "FUNCTION", conflicts_with = "lang")]
     means: Option<String>,
     /// What is proved of that file for every input, written beside it: statements, verdicts, solver, its SHA-256
-    /// (docs/proofs.md). Takes a minute or so, and the solver Bitwuzla (pip install bitwuzla).
+    /// (docs/proofs.md). Takes a minute or so, and the solver Bitwuzla (pip install bitwuzla) (feature proof).
     #[arg(long, value_name = "FILE", requires_all = ["standalone", "output"], conflicts_with = "means")]
     certificate: Option<PathBuf>,
     /// The Python that has the solver.
     #[arg(long, value_name = "PATH", requires = "certificate")]
     python: Option<PathBuf>,
-    /// Two files for a Cortex-M4F: the tick as scheduled assembly, -o FILE.S, and its header, FILE.h beside it.
+    /// Two files for a Cortex-M4F: the tick as scheduled assembly, -o FILE.S, and its header, FILE.h beside it
+    /// (feature asm).
     #[arg(long, requires = "output", conflicts_with_all = ["standalone", "lang"])]
     asm: bool,
     /// The design for a program that links the library of this language.
@@ -68,9 +66,6 @@ pub(super) struct ExportOptions {
     force: bool,
 }
 
-/// For one question to the solver.
-const PATIENCE: Duration = Duration::from_mins(2);
-
 /// What every name begins with must itself be a name, in C and in capitals.
 fn prefix(text: &str) -> Result<String, String> {
     let starts = text.chars().next().is_some_and(|c| c.is_ascii_lowercase());
@@ -79,6 +74,17 @@ fn prefix(text: &str) -> Result<String, String> {
         Ok(text.into())
     } else {
         Err("expected 1 to 32 of a-z, 0-9, `_`, a letter first".into())
+    }
+}
+
+impl ExportOptions {
+    /// The option that needs a feature.
+    pub(super) const fn needs(&self) -> Option<(&'static str, Feature)> {
+        match (self.asm, &self.certificate) {
+            (true, _) => Some(("export --asm", Feature::Asm)),
+            (_, Some(_)) => Some(("export --certificate", Feature::Proof)),
+            _ => None,
+        }
     }
 }
 
@@ -117,7 +123,7 @@ impl Console<'_> {
         // The path of a file is of this machine only; what is exported is the same everywhere.
         let name = options.scenario.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy());
         let source = Source { file: name.as_deref().unwrap_or(file), ..source };
-        let refused = |why| bad(format!("{file}: {why}"));
+        let refused = |why: String| bad(format!("{file}: {why}"));
         let mut open = Vec::new();
         let files = match (&options.output, options.asm && options.means.is_none()) {
             (Some(path), true) => {
@@ -143,11 +149,10 @@ impl Console<'_> {
                     for file in [path, certificate] {
                         free(file, options.force)?;
                     }
-                    let functions = export::functions(&experiment).map_err(refused)?;
-                    let (rows, solver) = self.proved(&functions, options.python.as_deref())?;
-                    open = rows.iter().filter(|row| !row.is_proved()).cloned().collect();
                     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-                    let text = certificate::text(&name, &files[0].1, &experiment.title, &rows, &solver);
+                    let proved = self.proved(&experiment, [&name, &files[0].1], options.python.as_deref(), refused)?;
+                    let text;
+                    (text, open) = proved;
                     files.push((certificate.clone(), text));
                 }
                 files
@@ -161,22 +166,7 @@ impl Console<'_> {
         if open.is_empty() {
             return Ok(status::DONE);
         }
-        let open: Vec<String> = open.iter().map(|row| format!("{}: {}", row.verdict, row.statement)).collect();
         Err(failed(format!("not all is proved\n{}", open.join("\n"))))
-    }
-
-    /// Everything that is claimed of these records, asked under a progress bar, and the solver that was. There is
-    /// nothing to keep of a part: a request to stop ends the program at once.
-    fn proved(&self, functions: &Functions, python: Option<&Path>) -> Result<(Vec<Row>, String), Failure> {
-        let solver = Solver::find(Which::Bitwuzla, python).map_err(bad)?;
-        let jobs = run::jobs("", functions);
-        let bar = self.bar(jobs.len() as u64, "{bar:40} {pos} of {len} statements  {elapsed}  {msg}");
-        let rows = run::all(&jobs, &solver, PATIENCE, &|row| {
-            bar.set_message(row.statement);
-            bar.inc(1);
-        });
-        bar.finish_and_clear();
-        Ok((rows.map_err(failed)?, solver.name().into()))
     }
 
     fn warn_of_export(&mut self, experiment: &Experiment) {

@@ -26,8 +26,10 @@ use crate::commission::{
     BAR_STEPS, LEAST_BAR_RAD, Outcome, Plan, Report, Retuned, Rig, Stopped, Swap, TIMES_EXPECTED, Verified, Wired,
     commission, is_of_drive, sheet_of,
 };
+use crate::feature::Feature;
 use crate::identify::{Identified, Known, Parameter, Quality, Record, identify, record};
 use crate::live::LiveDrive;
+use crate::report::FIGURE;
 use crate::report::number::significant;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
 use crate::transport::Emulator;
@@ -92,7 +94,8 @@ pub(super) struct CommissionOptions {
     /// more than the recorded moves left.
     #[arg(long, value_name = "RAD", default_value_t = 1.0)]
     verify: f64,
-    /// The drive itself instead of a simulation: the emulated chip with this image, `drive` or `motor`.
+    /// The drive itself instead of a simulation: the emulated chip with this image, `drive` or `motor`
+    /// (feature chip).
     #[arg(long, value_name = "FILE", conflicts_with = "port")]
     image: Option<PathBuf>,
     #[command(flatten)]
@@ -112,6 +115,17 @@ pub(super) struct CommissionOptions {
     /// sees.
     #[arg(long, value_name = "F,F", value_parser = factors, requires = "within")]
     wrong: Option<[f64; 2]>,
+}
+
+impl CommissionOptions {
+    /// The option that needs a feature.
+    pub(super) const fn needs(&self) -> Option<(&'static str, Feature)> {
+        match (&self.image, self.reach.is_port()) {
+            (_, true) => Some(("commission --port", Feature::Chip)),
+            (Some(_), _) => Some(("commission --image", Feature::Chip)),
+            _ => None,
+        }
+    }
 }
 
 /// A scenario of a drive that follows a position.
@@ -315,7 +329,7 @@ fn of_the_bar(plan: &Plan, report: &Report) -> String {
         format!("what the recorded moves left, {}", three(report.recorded_peak_rad))
     };
     format!(
-        "the move left {} rad, at most {} were allowed: {bar}. {suspects}. Look at commissioned.png, record again, or \
+        "the move left {} rad, at most {} were allowed: {bar}. {suspects}. Look at commissioned.{FIGURE}, record again, or \
          verify by a shorter way (--verify {})",
         three(peak_rad),
         three(bar_rad),
@@ -362,7 +376,7 @@ impl Console<'_> {
         kept?;
         subject.draw("identified", &figure(&subject.experiment.title, &record, &found))?;
         if !common.json {
-            self.say(&format!("figure: {}", subject.folder.join("identified.png").display()))?;
+            self.say(&format!("figure: {}", subject.folder.join("identified").with_extension(FIGURE).display()))?;
         }
         Ok(status::DONE)
     }

@@ -26,8 +26,7 @@ use crate::report::number::significant;
 use crate::report::plot::{BLACK, Figure, Panel, Series, Style};
 use crate::report::write_whole;
 use crate::transport::faulty::Rates;
-use crate::transport::serial::BAUD;
-use crate::transport::{Emulator, Faulty, Serial, Stoppable, Transport, TransportError};
+use crate::transport::{BAUD, Emulator, Faulty, Serial, Stoppable, Transport, TransportError};
 
 /// Where `cargo xtask firmware` leaves the image, from the root of the repository.
 const IMAGE: &str = "firmware/target/thumbv7em-none-eabihf/release/drive";
@@ -86,7 +85,7 @@ pub(super) struct LiveOptions {
 /// The way to a drive that runs by itself.
 #[derive(Args, Debug)]
 pub(super) struct Reach {
-    /// Serial port of a board instead, such as /dev/ttyUSB0.
+    /// Serial port of a board instead, such as /dev/ttyUSB0 (feature chip).
     #[arg(long, value_name = "DEV")]
     port: Option<PathBuf>,
     /// Speed of the port, bits per second.

@@ -55,7 +55,7 @@ pub(super) struct MapOptions {
     /// Override a key, as in --set drive.period_s=5e-4.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Folder for map.svg, map.png and map.csv [default: out/SCENARIO-map].
+    /// Folder for map.svg, map.csv, with the feature png also map.png [default: out/SCENARIO-map].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON object instead of the text.

@@ -2,7 +2,7 @@
 //! shards of it made one.
 //!
 //! ```text
-//! plan -> trials of a chunk on all cores -> FOLDER/trials.chunks/N.parquet .. -> FOLDER/trials.parquet -> report
+//! plan -> trials of a chunk on all cores -> FOLDER/trials.chunks/N.csv .. -> FOLDER/trials.csv -> report
 //! ```
 //!
 //! A trial is what `host-sim run` does, with the same figures as in its run.json. One that runs away, or has no design,
@@ -30,10 +30,11 @@ use super::run::{Figures, unit_of};
 use super::{
     Console, DEFAULT, Failure, RunOptions, ScenarioText, bad, claim_folder, failed, folder_of, hex_sha256, status,
 };
+use crate::feature::quoted;
 use crate::map::Subject;
 use crate::margins::growth;
 use crate::monte_carlo::Plan;
-use crate::monte_carlo::store::{self, Chunk, Header, Outcome, Trials};
+use crate::monte_carlo::store::{self, Chunk, EXTENSION, Header, Outcome, Trials};
 
 mod report;
 
@@ -61,7 +62,8 @@ pub(super) struct MonteCarloOptions {
     /// Trials of a chunk: what is lost at most when the program is ended.
     #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     chunk: u64,
-    /// Only this part, into shard-I-of-N.parquet of the folder; `host-sim merge` makes one of all.
+    /// Only this part, into shard-I-of-N.csv of the folder, with the feature parquet into shard-I-of-N.parquet;
+    /// `host-sim merge` makes one of all.
     #[arg(long, value_name = "I/N", conflicts_with_all = ["replay", "worst", "at_most", "draw"])]
     shard: Option<String>,
     /// Go on where a run of the same was ended.
@@ -102,7 +104,8 @@ pub(super) struct ReportOptions {
     /// first nine of each that vary].
     #[arg(long, value_name = "FIGURE")]
     draw: Vec<String>,
-    /// Folder for trials.parquet and the figures [default: out/SCENARIO-monte-carlo].
+    /// Folder for the figures and trials.csv, with the feature parquet trials.parquet [default:
+    /// out/SCENARIO-monte-carlo].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON object instead of the text.
@@ -116,7 +119,8 @@ impl ReportOptions {
     }
 }
 
-const TRIALS: &str = "trials.parquet";
+/// The stem of the file of all trials.
+const TRIALS: &str = "trials";
 /// Room for the traces of runs that go side by side, for each thread.
 const MOST_TRACES_BYTES: usize = 128 << 20;
 /// The column behind those that were drawn.
@@ -369,16 +373,6 @@ fn shard_of(text: &str, chunks: u64) -> Result<[u64; 2], String> {
     }
 }
 
-/// An argument as a shell reads it.
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./=,:+%".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) {
-        word.into()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
-}
-
 impl Console<'_> {
     pub(super) fn monte_carlo(&mut self, options: &MonteCarloOptions, args: &[OsString]) -> Result<u8, Failure> {
         let text = ScenarioText::read(options.file.as_deref(), DEFAULT)?;
@@ -438,7 +432,7 @@ impl Console<'_> {
         };
         if options.shard.is_some() {
             let [first, end] = trials.range;
-            let file = folder.join(format!("{stem}.parquet")).display().to_string();
+            let file = folder.join(format!("{stem}.{EXTENSION}")).display().to_string();
             if options.report.json {
                 self.say_json(serde_json::to_string(&ShardJson { file, trials: [first, end - 1] }))?;
             } else {
@@ -460,7 +454,7 @@ impl Console<'_> {
     fn computed(&mut self, campaign: &Campaign<'_>, work: &Work<'_>) -> Result<Option<Trials>, Failure> {
         let Work { folder, stem, chunks: [first, end], resume } = *work;
         let Campaign { header, .. } = campaign;
-        let whole = folder.join(format!("{stem}.parquet"));
+        let whole = folder.join(format!("{stem}.{EXTENSION}"));
         let range = [header.range(first)[0], header.range(end - 1)[1]];
         if fs::symlink_metadata(&whole).is_ok() {
             if !resume {
@@ -475,10 +469,10 @@ impl Console<'_> {
         }
         let parts = folder.join(format!("{stem}.chunks"));
         let claim = claim_folder(&parts)?;
-        let path = |chunk: u64| parts.join(format!("{chunk}.parquet"));
+        let path = |chunk: u64| parts.join(format!("{chunk}.{EXTENSION}"));
         // Looked up in the folder: of a large plan few are there.
         let names = fs::read_dir(&parts).into_iter().flatten().flatten().map(|entry| entry.file_name());
-        let number = |name: OsString| name.to_str()?.strip_suffix(".parquet")?.parse::<u64>().ok();
+        let number = |name: OsString| name.to_str()?.strip_suffix(EXTENSION)?.strip_suffix('.')?.parse::<u64>().ok();
         let mut there: Vec<u64> = names.filter_map(number).filter(|chunk| (first..end).contains(chunk)).collect();
         there.sort_unstable();
         if !there.is_empty() && !resume {
@@ -588,7 +582,7 @@ impl Console<'_> {
         let question = report::Question::new(&header, &options.report).map_err(bad)?;
         let folder = options.report.folder(&header.scenario);
         let _claim = claim_folder(&folder)?;
-        let whole = folder.join(TRIALS);
+        let whole = folder.join(format!("{TRIALS}.{EXTENSION}"));
         // A merge that was ended after this has it already.
         if fs::symlink_metadata(&whole).is_err() {
             let all = shards.iter().flat_map(|(trials, _)| trials.chunks());

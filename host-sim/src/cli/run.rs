@@ -7,7 +7,6 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use controller_core::Health;
-use cycle_bound::log::Log;
 use loop_sim::closed_loop::LoopError;
 use loop_sim::lanes::Judged;
 use loop_sim::metrics::{FAR, Metrics, Noise, Tracking};
@@ -28,6 +27,7 @@ use crate::report::number::{significant, typed};
 use crate::report::plot::Figure;
 use crate::report::trace_figure::{self, Labels};
 use crate::report::{csv, drive_figure, write_whole};
+use crate::transport::board::Log;
 
 /// What a run came to, in numbers.
 #[derive(Serialize)]

@@ -7,17 +7,15 @@ use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use cycle_bound::log::{Log, Messages};
-use cycle_bound::qemu::{self, Clock, Process};
 use loop_sim::port::PortError;
 use pil_wire::{REPLY_LEN, REQUEST_LEN};
 use scenario::Experiment;
 
 use super::{Console, Failure, bad, failed, status};
 use crate::remote::{self, Loadable, Remote};
+use crate::transport::board::{Log, Messages, is_last, logged};
 use crate::transport::faulty::Rates;
-use crate::transport::serial::BAUD;
-use crate::transport::{Emulator, Faulty, Serial, Stoppable, Transport};
+use crate::transport::{BAUD, Emulator, Faulty, Serial, Stoppable, Transport};
 
 /// Where `cargo xtask firmware` leaves the image, from the root of the repository.
 const IMAGE: &str = "firmware/target/thumbv7em-none-eabihf/release/pil";
@@ -197,8 +195,7 @@ impl<'a> Console<'a> {
         if messages.is_text() {
             self.note("note: the image holds no defmt messages; what it sends over USART2 is shown as text");
         }
-        let (process, [_, stream]) = Process::start(image, [false, true], Clock::Instructions, None).map_err(failed)?;
-        let Some(stream) = stream else { return Err(failed(process.ended("no connection to the emulator"))) };
+        let (process, stream) = logged(image).map_err(failed)?;
         let log = Log::follow(stream, messages);
         let until = Instant::now() + Duration::from_secs_f64(*seconds);
         while Instant::now() < until {
@@ -208,7 +205,7 @@ impl<'a> Console<'a> {
             match log.wait(LISTEN) {
                 Ok(line) => {
                     self.say(&line)?;
-                    if qemu::is_last(&line) {
+                    if is_last(&line) {
                         break;
                     }
                 }

@@ -16,6 +16,7 @@ use super::{
 use crate::chip::cycles;
 use crate::compare::{Bench, LOST, Lost, Worst, of_ours};
 use crate::map::{Subject, tolerance_percent};
+use crate::report::FIGURE;
 use crate::report::number::significant;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
 use crate::tune::{Asked, Entry, Found, Job, LARGEST_RADIUS, settings, tuned};
@@ -56,7 +57,7 @@ pub(super) struct TuneOptions {
     /// The scenario with what was found; an existing file is never overwritten [default: SCENARIO-tuned.toml].
     #[arg(short = 'o', long, value_name = "FILE")]
     to: Option<PathBuf>,
-    /// Folder for pareto.svg and pareto.png [default: out/SCENARIO-tune].
+    /// Folder for pareto.svg, with the feature png also pareto.png [default: out/SCENARIO-tune].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON object instead of the tables.
@@ -244,7 +245,7 @@ impl Console<'_> {
             self.say(&format!("wrote {}", to.display()))?;
         }
         drawn()?;
-        self.say(&format!("the other searches: {}", folder.join("pareto.png").display()))?;
+        self.say(&format!("the other searches: {}", folder.join("pareto").with_extension(FIGURE).display()))?;
         if !missed.is_empty() {
             let within = self.within_noise(&bench, &asked, options)?;
             let told = missed.iter().map(|name| match lost.iter().find(|lost| lost.run == *name) {

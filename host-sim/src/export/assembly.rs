@@ -1,6 +1,6 @@
 //! The scheduled assembly: the functions of the self-contained C file as text for the GNU assembler, and their header.
 //!
-//! [`tick_assembly`] makes them of the same record, so the bits are the same; a program changes from the one to the
+//! [`arm`](super::arm) makes them of the same record, so the bits are the same; a program changes from the one to the
 //! other by its include and one more file to link. What is not is said in the header: whose order the state has, which
 //! products with 0 are left out, and `tick_u`, for a caller that reads nothing but u.
 
@@ -8,9 +8,9 @@ use std::fmt::Write as _;
 
 use controller_core::SampleLimits;
 use loop_sim::port::in_process::Model;
-use tick_assembly::{Assembly, Effort, Layout};
 use tick_record::{Drift, Functions, Kind, Port, Record};
 
+use super::arm::{self, Assembly, Effort, Layout};
 use super::c99::File;
 use super::{Exported, standalone};
 
@@ -26,7 +26,7 @@ pub struct Files {
 pub(super) fn files(exported: &Exported<'_>, prefix: &str, effort: &Effort) -> Result<Files, String> {
     let (functions, drift) = functions(exported)?;
     let shape = exported.download.shape;
-    let assembly = tick_assembly::assembly(&functions, usize::from(shape.n), usize::from(shape.r), prefix, effort)?;
+    let assembly = arm::assembly(&functions, usize::from(shape.n), usize::from(shape.r), prefix, effort)?;
     let file = File::new(prefix);
     let state: Vec<&Port> = (assembly.layout.words.iter())
         .filter_map(|name| functions.state.iter().find(|word| word.name == *name))

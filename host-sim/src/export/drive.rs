@@ -13,10 +13,10 @@ use controller_core::drive::{
 use loop_sim::port::drive::{DriveDesign, Follows, Form as DriveForm, Reaction, Thresholds};
 use loop_sim::sensor::encoder::Mounted;
 use scenario::{Drive, Source};
-use tick_assembly::{DriveAssembly, DriveLayout, Effort, drive_assembly};
 use tick_record::drive::{DriveFunctions, JET, joint, joint_tick, motor, motor_tick};
 use tick_record::{Kind, Port, Record, Role, c};
 
+use super::arm::{DriveAssembly, DriveLayout, Effort, drive_assembly};
 use super::c99::{File, Meanings};
 use super::{Files, Form, assembly, origin, plan, rust};
 
@@ -168,6 +168,7 @@ struct Recorded {
 }
 
 /// The parts of a drive's tick as records.
+#[cfg(feature = "proof")]
 pub(super) fn functions(drive: &Drive) -> Result<DriveFunctions, String> {
     recorded(drive).map(|recorded| recorded.functions)
 }

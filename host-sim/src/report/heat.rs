@@ -111,7 +111,7 @@ impl HeatMap {
         self.draw().svg().to_owned()
     }
 
-    /// Writes STEM.svg and STEM.png into the folder.
+    /// Writes STEM.svg into the folder, with the feature `png` also STEM.png.
     ///
     /// # Errors
     /// When a file cannot be written.

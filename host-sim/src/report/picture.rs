@@ -1,38 +1,19 @@
-//! Ink on paper: a drawing in pixels, and its two files.
+//! Ink on paper: a drawing in pixels, and its files.
 //!
 //! The drawing is written as SVG with text as text, which can be searched, copied and read aloud; it names the font of
-//! this crate first and others that are as wide. `usvg` reads it back with that font, and the PNG is made of that. The
-//! same drawing gives the same bytes on every machine.
+//! this crate first and others that are as wide. With the feature `png`, `usvg` reads it back with that font, and the
+//! PNG is made of that. The same drawing gives the same bytes on every machine.
 
 use std::fmt::Write;
 use std::io;
 use std::path::Path;
-use std::sync::{Arc, LazyLock};
 
-use resvg::tiny_skia::{Color, Pixmap, Transform};
-use resvg::usvg::fontdb::Database;
-use resvg::usvg::{Options, Tree};
+pub(super) use super::font::text_width;
+use super::png;
 
-use super::write_whole;
-
-/// DejaVu Sans cut down to Latin, Greek and the marks of formulas; see `assets/README.md`.
-static FONT: &[u8] = include_bytes!("../../assets/DejaVuSans-subset.ttf");
-const FAMILY: &str = "DejaVu Sans";
+pub(super) const FAMILY: &str = "DejaVu Sans";
 /// What a machine without it has: the first two are as wide.
 const FALLBACKS: &str = "Bitstream Vera Sans, Verdana, Noto Sans, Helvetica, Arial, sans-serif";
-/// Dots of the PNG per pixel of the drawing: sharp on a dense screen and in print.
-const DOTS_PER_PIXEL: f32 = 2.0;
-
-static FONTS: LazyLock<Arc<Database>> = LazyLock::new(|| {
-    let mut fonts = Database::new();
-    fonts.load_font_data(FONT.to_vec());
-    Arc::new(fonts)
-});
-
-fn parse(svg: &str) -> Option<Tree> {
-    let options = Options { fontdb: FONTS.clone(), font_family: FAMILY.to_owned(), ..Options::default() };
-    Tree::from_str(svg, &options).ok()
-}
 
 /// Which point of a text its position names.
 #[derive(Clone, Copy)]
@@ -89,16 +70,13 @@ impl Picture {
              viewBox=\"0 0 {width} {height}\" font-family=\"{FAMILY}, {FALLBACKS}\" \
              role=\"img\"><title>{title}</title>\n"
         );
-        let source = format!("{head}{body}</svg>\n");
-        Drawing { tree: parse(&source), source }
+        Drawing { source: format!("{head}{body}</svg>\n") }
     }
 }
 
 /// A finished drawing.
 pub(super) struct Drawing {
     source: String,
-    /// Nothing if the drawing is beyond the renderer.
-    tree: Option<Tree>,
 }
 
 impl Drawing {
@@ -107,32 +85,16 @@ impl Drawing {
         &self.source
     }
 
-    /// Writes `stem.svg` and `stem.png` into the folder, each whole or not at all.
+    /// Writes `stem.svg` into the folder, with the feature `png` also `stem.png`, each whole or not at all.
     pub(super) fn write(&self, folder: &Path, stem: &str) -> io::Result<()> {
-        let png = self.png()?;
-        write_whole(&folder.join(format!("{stem}.svg")), |out| out.write_all(self.svg().as_bytes()))?;
-        write_whole(&folder.join(format!("{stem}.png")), |out| out.write_all(&png))
+        png::write(&self.source, folder, stem)
     }
 
     /// The PNG file.
+    #[cfg(feature = "png")]
     pub(super) fn png(&self) -> io::Result<Vec<u8>> {
-        let failed = || io::Error::other("the figure is too large to be drawn");
-        let tree = self.tree.as_ref().ok_or_else(failed)?;
-        let size = tree.size().to_int_size().scale_by(DOTS_PER_PIXEL).ok_or_else(failed)?;
-        let mut pixels = Pixmap::new(size.width(), size.height()).ok_or_else(failed)?;
-        pixels.fill(Color::WHITE);
-        resvg::render(tree, Transform::from_scale(DOTS_PER_PIXEL, DOTS_PER_PIXEL), &mut pixels.as_mut());
-        pixels.encode_png().map_err(io::Error::other)
+        png::drawn(&self.source)
     }
-}
-
-/// Width of a text, px.
-pub(super) fn text_width(text: &str, size: f64) -> f64 {
-    let svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1\" height=\"1\"><text font-size=\"{size}\">{}</text></svg>",
-        escaped(text)
-    );
-    parse(&svg).map_or(0.0, |tree| f64::from(tree.root().bounding_box().width()))
 }
 
 /// The text in lines no wider than `width`, broken between words where that is possible; beyond `most` lines `..`.
@@ -205,6 +167,32 @@ mod tests {
         assert_eq!(text_width("d\u{302}", 100.0), text_width("d", 100.0), "a hat stands above its letter");
     }
 
+    /// The width that the renderer of the PNG has for a text, px.
+    fn rendered_width(text: &str, size: f64) -> f64 {
+        let svg = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1\" height=\"1\"><text font-size=\"{size}\">{}</text></svg>",
+            escaped(text)
+        );
+        png::parse(&svg).map_or(0.0, |tree| f64::from(tree.root().bounding_box().width()))
+    }
+
+    #[test]
+    fn widths_are_those_of_the_renderer() {
+        let letters: Vec<char> = (' '..='~').chain("σωελθΔ°²³₁₂₆ᵢⱼₖₗₙₛ⁰¹⁴⁻⁹×·−≤≥≈√∞∂‖µéÄüß".chars()).collect();
+        let mut texts: Vec<String> = letters.iter().map(char::to_string).collect();
+        for left in &letters {
+            texts.extend(letters.iter().map(|right| format!("{left}{right}")));
+        }
+        let labels =
+            ["d\u{302}₂ − d₂ (rad/s²)", "AV. Tokyo, WAVE  Type: 1e-3", "σ* (rad/s)", " a  b ", "θ̂, ω̂ of VA", "Σ V A"];
+        texts.extend(labels.map(str::to_owned));
+        for text in &texts {
+            for size in [11.0, 12.0, 13.5, 16.0] {
+                assert_eq!(text_width(text, size), rendered_width(text, size), "{text:?} {size}");
+            }
+        }
+    }
+
     #[test]
     fn any_text_makes_a_whole_picture() {
         for text in ["<a> & \"b\"", "\0\u{1b}[31m\u{fffe}", "中文 \u{202e}\u{1f600}", ""] {
@@ -214,7 +202,7 @@ mod tests {
             let svg = drawing.svg();
             // Text can be searched, copied and read aloud; where our font is missing there is another.
             assert!(svg.contains("<text ") && svg.contains("font-family=\"DejaVu Sans, "), "{svg}");
-            assert!(svg.contains("sans-serif\"") && parse(svg).is_some(), "{svg}");
+            assert!(svg.contains("sans-serif\"") && png::parse(svg).is_some(), "{svg}");
             assert!(drawing.png().is_ok());
         }
     }

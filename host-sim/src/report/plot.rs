@@ -183,11 +183,12 @@ impl Figure {
     ///
     /// # Errors
     /// When the figure is too large for memory.
+    #[cfg(feature = "png")]
     pub fn png(&self) -> io::Result<Vec<u8>> {
         self.draw().finish().png()
     }
 
-    /// Writes `stem.svg` and `stem.png` into the folder, each whole or not at all.
+    /// Writes `stem.svg` into the folder, with the feature `png` also `stem.png`, each whole or not at all.
     ///
     /// # Errors
     /// When a file cannot be written, or the figure is too large for memory.

@@ -19,7 +19,7 @@ use crate::monte_carlo::vary;
 use crate::report::number::significant;
 use crate::report::page::Section;
 use crate::report::plot::{Figure, GREY, Panel, Series};
-use crate::report::write_whole;
+use crate::report::{FIGURE, write_whole};
 
 /// How sure a bound of a failure rate is.
 const CONFIDENCE: f64 = 0.95;
@@ -289,8 +289,10 @@ impl Console<'_> {
         let text = json.as_deref().unwrap_or_default();
         let kept = write_whole(&folder.join("monte-carlo.json"), |out| writeln!(out, "{text}"))
             .map_err(|error| Failure::writing(folder.join("monte-carlo.json").display(), &error));
-        let left_out =
-            [bars.remark("histograms.png", "figures that vary"), dots.remark("scatter.png", "keys that were drawn")];
+        let left_out = [
+            bars.remark(&format!("histograms.{FIGURE}"), "figures that vary"),
+            dots.remark(&format!("scatter.{FIGURE}"), "keys that were drawn"),
+        ];
         // Told before anything that is written fails: the trials took a while.
         if is_json {
             self.say_json(json)?;

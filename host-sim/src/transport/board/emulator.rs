@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use cycle_bound::qemu::{Clock, Process};
 
-use super::{Transport, TransportError, is_silence};
+use super::super::{Transport, TransportError};
+use super::is_silence;
 
 /// The talk with an image in the emulator.
 pub struct Emulator {

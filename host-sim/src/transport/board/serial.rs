@@ -6,11 +6,10 @@ use std::time::Duration;
 
 use serialport::{ClearBuffer, SerialPort};
 
-use super::{Transport, TransportError, is_silence};
 use cycle_bound::log;
 
-/// Speed of the images that come with this project, bits per second.
-pub const BAUD: u32 = 115_200;
+use super::super::{Transport, TransportError};
+use super::is_silence;
 
 /// Longest wait for the port to take a frame.
 const WRITE_WITHIN: Duration = Duration::from_secs(1);

@@ -1,0 +1,41 @@
+//! `export --certificate`: statements proved of an exported file, with the feature `proof`.
+
+use std::path::Path;
+use std::time::Duration;
+
+use scenario::Experiment;
+use tick_proof::certificate;
+use tick_proof::run;
+use tick_proof::solver::{Solver, Which};
+
+use super::{Console, Failure, bad, failed};
+use crate::export;
+
+/// For one question to the solver.
+const PATIENCE: Duration = Duration::from_mins(2);
+
+impl Console<'_> {
+    /// Everything that is claimed of the file of this name and text, asked under a progress bar: the certificate, and
+    /// what is not proved. There is nothing to keep of a part: a request to stop ends the program at once.
+    pub(super) fn proved(
+        &self,
+        experiment: &Experiment,
+        [name, text]: [&str; 2],
+        python: Option<&Path>,
+        refused: impl Fn(String) -> Failure,
+    ) -> Result<(String, Vec<String>), Failure> {
+        let functions = export::functions(experiment).map_err(refused)?;
+        let solver = Solver::find(Which::Bitwuzla, python).map_err(bad)?;
+        let jobs = run::jobs("", &functions);
+        let bar = self.bar(jobs.len() as u64, "{bar:40} {pos} of {len} statements  {elapsed}  {msg}");
+        let rows = run::all(&jobs, &solver, PATIENCE, &|row| {
+            bar.set_message(row.statement);
+            bar.inc(1);
+        });
+        bar.finish_and_clear();
+        let rows = rows.map_err(failed)?;
+        let open = rows.iter().filter(|row| !row.is_proved());
+        let open = open.map(|row| format!("{}: {}", row.verdict, row.statement)).collect();
+        Ok((certificate::text(name, text, &experiment.title, &rows, solver.name()), open))
+    }
+}
