@@ -22,6 +22,12 @@
 #[doc = include_str!("../../docs/your-controller.md")]
 pub struct YourController;
 
+/// True if tests run at their full size: `DEEP=1`, which `cargo xtask test --deep shapes` sets. A long test has two
+/// sizes and chooses by this.
+pub fn deep() -> bool {
+    std::env::var_os("DEEP").is_some_and(|value| value == "1")
+}
+
 pub mod close;
 pub mod data;
 pub mod drive;

@@ -3,6 +3,7 @@
 use controller_core::{JointChain, JointParameters, Reading};
 use integration_tests::close::{quantile, relative};
 use integration_tests::data::scenario_file;
+use integration_tests::deep;
 use integration_tests::oracle::{Gains, Model, Spec, power};
 use integration_tests::paper::{self, complex_disturbance, is_bounded, joint, joint_spec};
 use integration_tests::printed::{Printed, nominal};
@@ -81,7 +82,8 @@ fn spread(what: &str, ratios: &[f64]) -> [f64; 3] {
 #[test]
 fn random_chains_stay_bounded_and_close_to_the_continuous_loop() {
     let (mut mismatched, mut matched) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
-    for seed in 0..260 {
+    let chains = if deep() { 260 } else { 60 };
+    for seed in 0..chains {
         let case = case(&mut Rng::new(seed));
         let found = ultimates(&case, &Model::linear(&case.plant.a, case.plant.b));
         let [sampled, continuous] = found.unwrap_or_else(|| panic!("seed {seed} ran away: {case:?}"));
@@ -89,7 +91,7 @@ fn random_chains_stay_bounded_and_close_to_the_continuous_loop() {
         ratios[0].push(sampled.0 / continuous.0);
         ratios[1].push(sampled.1 / continuous.1);
     }
-    assert!(mismatched[0].len() >= 150, "{} chains", mismatched[0].len());
+    assert!(mismatched[0].len() >= chains as usize * 15 / 26, "{} chains", mismatched[0].len());
     let [_, sigma_star, _] = spread("sigma*, mismatched", &mismatched[0]);
     let [_, y, _] = spread("y, mismatched", &mismatched[1]);
     assert!(sigma_star <= 1.20, "sigma* 95 % {sigma_star}");

@@ -2,32 +2,29 @@
 //! are stands in the head of `tests/attack/main.rs`; the profile is that of the tests, so that nothing is compiled
 //! twice and every overflow is a panic.
 //!
-//! All other steps of the gate are the same in every run. This one is not, on purpose: a fixed seed finds nothing after
-//! its first run, and a gate that runs ten times a day sees ten minutes of other input. So it may fail with a change
+//! All other steps are the same in every run. This one is not, on purpose: a fixed seed finds nothing after its first
+//! run, and a campaign that runs every night sees other input each time. So it may fail with a change
 //! that is innocent: the fault was there before, and the command that it prints repeats it.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use crate::step::{Gate, Invocation, Outcome};
+use crate::step::{Gate, Outcome};
 
 /// Of the campaigns together, in the gate.
 const SECONDS: &str = "60";
 
-/// As the arguments behind the command say; without any to the full amounts.
+/// Runs the campaigns with the arguments behind the command; without any, to the full amounts.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let arguments: Vec<String> = std::env::args().skip(2).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    gate.commands("attack", &[attack().with(&arguments)])
+    gate.step("attack", |gate| gate.built()?.program("attack")?.with(&arguments).run(gate))
 }
 
-/// A minute, with a seed of its own.
+/// Runs the campaigns for a minute, with a new seed.
 pub(crate) fn minute(gate: &mut Gate) -> Outcome {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     let seed = now.to_string();
-    let command = attack().with(&["--seed", &seed, "--seconds", SECONDS]);
-    gate.commands(&format!("attack, one minute, seed {seed}"), &[command])
-}
-
-fn attack() -> Invocation {
-    Invocation::cargo(&["run", "--quiet", "--package", "integration-tests", "--bin", "attack", "--"])
+    gate.step(&format!("attack, one minute, seed {seed}"), |gate| {
+        gate.built()?.program("attack")?.with(&["--seed", &seed, "--seconds", SECONDS]).run(gate)
+    })
 }

@@ -75,9 +75,7 @@ pub(crate) fn lint(gate: &mut Gate) -> Outcome {
 
 /// Instructions of the host against their ceilings; says so where there is no valgrind.
 pub(crate) fn count_on_host(gate: &mut Gate) -> Outcome {
-    // As `cargo test --workspace` does, so that nothing is compiled twice.
-    let counts = Invocation::cargo(&["bench", "--workspace", "--profile", "dev", "--bench", "counts"]);
-    gate.commands("instructions on the host, by callgrind", &[counts])
+    gate.step("instructions on the host, by callgrind", |gate| gate.built()?.bench("counts")?.run(gate))
 }
 
 /// Closed loops on the host: ours beside SciPy, numba and C.
@@ -97,13 +95,13 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         });
     }
     let build = compiler::build(&gate.root, MANIFEST)?;
-    let verifier = Invocation::cargo(&["build", "--quiet", "-p", "cycle-bound"]);
-    gate.commands("image of the yardsticks, and the verifier", &[build, verifier])?;
+    gate.commands("image of the yardsticks", &[build])?;
     gate.check("what a tick costs: Cortex-M4F, zero wait states", RERUN, |gate| {
         let image = gate.root.join("benches/chip/target").join(TARGET).join("release/yardsticks");
         let log = gate.root.join("target/yardsticks.log");
         trace(&image, &log)?;
-        let costs = YARDSTICKS.iter().map(|yardstick| cost(&gate.root, &image, &log, yardstick.symbol));
+        let verifier = gate.built().and_then(|built| built.path("cycle-bound")).map_err(|failure| failure.reason)?;
+        let costs = YARDSTICKS.iter().map(|yardstick| cost(verifier, &image, &log, yardstick.symbol));
         let table = table(&costs.collect::<Result<Vec<Cost>, String>>()?);
         std::fs::remove_file(&log).map_err(|error| format!("{}: {error}", log.display()))?;
         table
@@ -148,8 +146,8 @@ struct Cost {
     flash_bytes: u64,
 }
 
-fn cost(root: &Path, image: &Path, log: &Path, symbol: &'static str) -> Result<Cost, String> {
-    let output = Command::new(root.join("target/debug/cycle-bound"))
+fn cost(verifier: &Path, image: &Path, log: &Path, symbol: &'static str) -> Result<Cost, String> {
+    let output = Command::new(verifier)
         .args(["--json", "--symbol", symbol, "--elf"])
         .arg(image)
         .arg("--trace")

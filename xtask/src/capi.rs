@@ -59,6 +59,9 @@ const FORMS: [Form; 5] = [
     Form { folder: "host", target: None },
 ];
 
+/// Folders of the archives that the fast tier builds.
+const EMULATED: [&str; 2] = ["thumbv7em", "host"];
+
 /// The cores that there are archives for, by the compiler's names.
 pub(crate) fn targets() -> impl Iterator<Item = &'static str> {
     FORMS.iter().filter_map(|form| Some(form.target?.0))
@@ -88,34 +91,60 @@ impl Form {
     }
 }
 
-/// Builds the archives into `controller-capi/target/archive`, a folder for each core, then the examples. What is
-/// shipped has the same bytes from any folder: it is built from two.
-pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    let elsewhere = gate.root.join(BUILT).join("elsewhere");
-    copy(&gate.root, &elsewhere).map_err(failed)?;
-    let mut all = Vec::new();
-    // The last one's archives stay.
-    for root in [&elsewhere, &gate.root.clone()] {
-        let manifest = root.join(MANIFEST).display().to_string();
-        for form in &FORMS {
-            let build = form.build()?.with(&["--manifest-path", &manifest, "--target-dir", BUILT]);
-            all.push(compiler::anywhere(build, root)?);
-        }
+/// The cores that archives are built for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Cores {
+    /// The emulated chip and this machine: the fast tier.
+    Emulated,
+    /// Every core: the deep tier.
+    All,
+}
+
+impl Cores {
+    fn forms(self) -> impl Iterator<Item = &'static Form> {
+        FORMS.iter().filter(move |form| self == Self::All || EMULATED.contains(&form.folder))
     }
-    let (copy, here) = all.split_at(FORMS.len());
-    gate.commands("C interface for chips and host, from a copy of the sources", copy)?;
-    let first = pack(gate)?;
-    gate.commands("the same from this folder", here)?;
-    let second = pack(gate)?;
-    gate.check("archives for C: the same bytes from both folders", "cargo xtask capi", |_| {
-        let differ = first.iter().zip(&second).find(|(one, other)| one.1 != other.1);
-        match differ {
-            None => Ok(format!("{} bytes", second.iter().map(|(_, bytes)| bytes.len()).sum::<usize>())),
-            Some(((folder, _), _)) => Err(format!("the archive of {folder} depends on the folder that it is built in")),
-        }
-    })?;
+}
+
+/// Builds the archives into `controller-capi/target/archive`, a folder for each core, then the examples.
+pub(crate) fn run(gate: &mut Gate, cores: Cores) -> Outcome {
+    let builds = builds(&gate.root.clone(), cores)?;
+    gate.commands("C interface for chips and host", &builds)?;
+    pack(gate, cores)?;
     // From nothing: make does not see a new archive of the same age.
     gate.commands("examples in C", &[Invocation::new("make", &["--no-print-directory", "-C", "examples/c", "-B"])])
+}
+
+/// Builds the archives of the emulated chip and of this machine from a copy of the sources, then from this folder: an
+/// archive has the same bytes from any folder.
+pub(crate) fn reproduce(gate: &mut Gate) -> Outcome {
+    let elsewhere = gate.root.join(BUILT).join("elsewhere");
+    copy(&gate.root, &elsewhere).map_err(failed)?;
+    // The archives of this folder stay.
+    let mut packed = Vec::new();
+    for (headline, root) in
+        [("C interface, from a copy of the sources", elsewhere), ("C interface, from this folder", gate.root.clone())]
+    {
+        gate.commands(headline, &builds(&root, Cores::Emulated)?)?;
+        packed.push(pack(gate, Cores::Emulated)?);
+    }
+    gate.check("archives for C: the same bytes from both folders", "cargo xtask test --deep cores", |_| {
+        let differ = packed[0].iter().zip(&packed[1]).find(|(one, other)| one.1 != other.1);
+        match differ {
+            None => Ok(format!("{} bytes", packed[1].iter().map(|(_, bytes)| bytes.len()).sum::<usize>())),
+            Some(((folder, _), _)) => Err(format!("the archive of {folder} depends on the folder that it is built in")),
+        }
+    })
+}
+
+/// The commands that build the archives from the sources in a folder.
+fn builds(root: &Path, cores: Cores) -> Result<Vec<Invocation>, Failure> {
+    let manifest = root.join(MANIFEST).display().to_string();
+    let build = |form: &Form| {
+        let build = form.build()?.with(&["--manifest-path", &manifest, "--target-dir", BUILT]);
+        compiler::anywhere(build, root)
+    };
+    cores.forms().map(build).collect()
 }
 
 fn failed(reason: String) -> Failure {
@@ -153,12 +182,12 @@ fn copy(from: &Path, to: &Path) -> Result<(), String> {
 }
 
 /// Makes the archives of what has been built; their folders and bytes.
-fn pack(gate: &mut Gate) -> Result<Vec<(&'static str, Vec<u8>)>, Failure> {
+fn pack(gate: &mut Gate, cores: Cores) -> Result<Vec<(&'static str, Vec<u8>)>, Failure> {
     let mut packed = Vec::new();
     gate.step("archives for C, only their own names visible", |gate| {
         let names = declared(&gate.root.join(HEADER)).map_err(failed)?;
         let tools = toolchain_tools().map_err(failed)?;
-        for form in &FORMS {
+        for form in cores.forms() {
             let folder = gate.root.join(ARCHIVES).join(form.folder);
             fs::create_dir_all(&folder).map_err(|error| failed(format!("{}: {error}", folder.display())))?;
             hide(gate, &names, &tools, &gate.root.join(form.built()), &folder, form)?;

@@ -16,13 +16,11 @@ const PYARROW: Environment =
     Environment { folder: "target/pyarrow", packages: &["pyarrow==26.0.1"], rerun: "cargo xtask cluster" };
 /// Where the runs are kept while they are compared.
 const RUNS: &str = "target/cluster-runs";
-const PROGRAM: &str = "target/debug/host-sim";
 const TEST: &str = "examples/cluster/test_dask_shards.py";
 const READ: &str = "host-sim/tests/parquet.py";
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.step("Dask for shards", |gate| DASK.ready(gate))?;
-    gate.commands("host-sim, for shards", &[Invocation::cargo(&["build", "--quiet", "-p", "host-sim"])])?;
     gate.step("shards on two workers, one of them killed", |gate| {
         match fs::remove_dir_all(gate.root.join(RUNS)) {
             Err(error) if error.kind() != ErrorKind::NotFound => {
@@ -31,9 +29,16 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
             }
             _ => {}
         }
-        Invocation::new(&DASK.program("python"), &[TEST, PROGRAM, RUNS]).run(gate)
+        Invocation::new(&DASK.program("python"), &[TEST, &program(gate)?, RUNS]).run(gate)
     })?;
     gate.step("pyarrow, to read trials", |gate| PYARROW.ready(gate))?;
-    let read = Invocation::new(&PYARROW.program("python"), &[READ, PROGRAM, &format!("{RUNS}/read")]);
-    gate.commands("trials as pyarrow reads them", &[read])
+    gate.step("trials as pyarrow reads them", |gate| {
+        let folder = format!("{RUNS}/read");
+        Invocation::new(&PYARROW.program("python"), &[READ, &program(gate)?, &folder]).run(gate)
+    })
+}
+
+/// The path of `host-sim` as it was built.
+fn program(gate: &Gate) -> Result<String, Failure> {
+    Ok(gate.built()?.path("host-sim")?.display().to_string())
 }

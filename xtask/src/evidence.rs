@@ -175,8 +175,8 @@ fn exports(gate: &mut Gate) -> Outcome {
             let to = format!("{FOLDER}/{file}");
             if Path::new(source).extension().is_some_and(|extension| extension == "toml") {
                 let prefix = file.trim_end_matches(".h");
-                let export = ["run", "--quiet", "-p", "host-sim", "--", "export", source, "--standalone", "--force"];
-                Invocation::cargo(&export).with(&["--prefix", prefix, "-o", &to]).run(gate)?;
+                let export = gate.built()?.program("host-sim")?.with(&["export", source, "--standalone", "--force"]);
+                export.with(&["--prefix", prefix, "-o", &to]).run(gate)?;
             } else {
                 fs::copy(gate.root.join(source), gate.root.join(to)).map_err(|e| failed(format!("{source}: {e}")))?;
             }

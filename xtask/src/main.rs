@@ -6,6 +6,7 @@
 mod attack;
 mod bench;
 mod budget;
+mod built;
 mod capi;
 mod cluster;
 mod compiler;
@@ -42,13 +43,13 @@ const ACTIONS: [Action; 22] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
-        help: "setup, then all that must pass: lints, docs, images, tests, budgets, proofs, evidence, campaigns",
+        help: "the fast tier: lints, docs, one build, images, tests, ceilings, machine code of the image",
         run: test::run,
     },
     Action {
-        name: "test --quick",
-        help: "the daily loop: format, lints, and the tests that need no image; says what it leaves out",
-        run: test::quick,
+        name: DEEP,
+        help: "the deep tier: full sizes, in parts side by side; [PART ..] of shapes, machine, mutation, ..",
+        run: test::deep,
     },
     Action { name: "firmware", help: "build the images for the chip and say how large they are", run: firmware::run },
     Action { name: "bench", help: "what a tick costs on the chip beside other code, as a table", run: bench::run },
@@ -67,7 +68,11 @@ const ACTIONS: [Action; 22] = [
         help: "hold the machine code of image and exported C to the record of the tick, path by path",
         run: means::run,
     },
-    Action { name: "capi", help: "build archive, header and examples for firmware in C", run: capi::run },
+    Action {
+        name: "capi",
+        help: "build archive, header and examples for firmware in C",
+        run: |gate| capi::run(gate, capi::Cores::All),
+    },
     Action { name: "docs", help: "build the documentation without a warning, and check its formulas", run: docs::run },
     Action {
         name: "docs --offline",
@@ -107,8 +112,9 @@ const ACTIONS: [Action; 22] = [
     Action { name: "mutate", help: "break symbols of the paper: do the tests of the map fail?", run: mutate::run },
 ];
 
-/// The one that takes arguments; the program that it runs checks them.
+/// The commands that take arguments, and check them themselves.
 const ATTACK: &str = "attack";
+const DEEP: &str = "test --deep";
 
 fn main() -> ExitCode {
     if let Some(root) = std::env::var_os(compiler::ROOT) {
@@ -124,7 +130,9 @@ fn main() -> ExitCode {
         println!("  {:<14} this list", "help");
         return ExitCode::SUCCESS;
     }
-    let is_asked = |action: &&Action| action.name == asked || (action.name == ATTACK && arguments[0] == ATTACK);
+    let begins = |name: &str| asked.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(' '));
+    let is_asked =
+        |action: &&Action| action.name == asked || ([ATTACK, DEEP].contains(&action.name) && begins(action.name));
     let Some(Action { run, .. }) = ACTIONS.iter().find(is_asked) else {
         return misused(&format!("unknown command `{asked}`: did you mean `{}`?", nearest(&asked)));
     };
@@ -152,12 +160,12 @@ fn root() -> PathBuf {
 
 #[cfg(test)]
 mod tests {
-    use super::nearest;
+    use super::{DEEP, nearest};
 
     #[test]
     fn a_slip_of_the_finger_finds_the_command_that_was_meant() {
         assert_eq!(nearest("tets"), "test");
-        assert_eq!(nearest("test quick"), "test --quick");
+        assert_eq!(nearest("test -deep"), DEEP);
         assert_eq!(nearest("papermap"), "paper-map");
         assert_eq!(nearest("stup"), "setup");
         assert_eq!(nearest("hlep"), "help");

@@ -131,6 +131,9 @@ const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 9] = [
     ("edo_smc_retune_", "takes a new design over, which is not recorded"),
     ("edo_smc_plan_", "a planned way, of which parts are recorded"),
 ];
+/// Functions of the archive that the fast tier holds: the paths of a chain and of a motor; a joint's take minutes.
+const QUICK: [&str; 4] =
+    ["edo_smc_tick_n4_r2_c24", "edo_smc_report_applied_n4_r2_c24", "edo_smc_tick_motor", "edo_smc_estimates_motor"];
 const SIZE: &str = "a constant";
 const EXPONENTIAL: &str = "an exponential of a library, which is not recorded";
 /// An interrupt is more than its tick: it talks to the chip.
@@ -144,25 +147,39 @@ pub(crate) fn why_not(symbol: &str) -> Option<&'static str> {
     WITHOUT.iter().filter(|(name, _)| *name == symbol).chain(of_the_archive).map(|(_, why)| *why).next().or(interrupt)
 }
 
-/// Builds the image, then judges.
+/// Which texts are held.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Extent {
+    /// The ticks of the image, and of the archive those that [`QUICK`] names.
+    Image,
+    /// The whole archive, exported C at every level of GCC, assembly.
+    All,
+}
+
+/// Builds the image, then judges all.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     firmware::run(gate)?;
-    capi::run(gate)?;
-    judge(gate)
+    capi::run(gate, capi::Cores::Emulated)?;
+    judge(gate, Extent::All)
+}
+
+fn failed(reason: String) -> Failure {
+    Failure { reason, rerun: "cargo xtask means".into() }
 }
 
 /// Machine code against records.
-pub(crate) fn judge(gate: &mut Gate) -> Outcome {
+pub(crate) fn judge(gate: &mut Gate, extent: Extent) -> Outcome {
     gate.step("machine code computes what the tick says", |gate| {
         let folder = gate.root.join(FOLDER);
-        let failed = |reason: String| Failure { reason, rerun: "cargo xtask means".into() };
         std::fs::create_dir_all(&folder).map_err(|error| failed(format!("{}: {error}", folder.display())))?;
-        of_the_image_and_the_archive(gate, &folder.join("recorded")).map_err(failed)??;
-        for exported in &EXPORTED {
-            of_the_files(gate, &folder.join(exported.name), exported).map_err(failed)??;
+        of_the_image_and_the_archive(gate, &folder.join("recorded"), extent)?;
+        if extent == Extent::All {
+            for exported in &EXPORTED {
+                of_the_files(gate, &folder.join(exported.name), exported)?;
+            }
         }
         for shipped in &SHIPPED {
-            of_the_assembly(gate, &folder.join("shipped"), shipped).map_err(failed)??;
+            of_the_assembly(gate, &folder.join("shipped"), shipped)?;
         }
         println!("\nheld to no record:");
         for (names, why) in WITHOUT.iter().chain(&WITHOUT_IN_THE_ARCHIVE) {
@@ -173,19 +190,16 @@ pub(crate) fn judge(gate: &mut Gate) -> Outcome {
 }
 
 /// The ticks of the Rust image, the functions of the archive.
-fn of_the_image_and_the_archive(gate: &Gate, folder: &Path) -> Result<Outcome, String> {
-    let told = |error: std::io::Error| format!("{}: {error}", folder.display());
-    // Texts of an older run are none of this one.
+fn of_the_image_and_the_archive(gate: &Gate, folder: &Path, extent: Extent) -> Outcome {
+    let wrong = |error: std::io::Error| failed(format!("{}: {error}", folder.display()));
+    // Texts of an older run do not belong to this one.
     if folder.exists() {
-        std::fs::remove_dir_all(folder).map_err(told)?;
+        std::fs::remove_dir_all(folder).map_err(wrong)?;
     }
-    let shown = folder.display().to_string();
-    if let Err(failure) = Invocation::cargo(&["run", "--quiet", "-p", "tick-record", "--", &shown]).run(gate) {
-        return Ok(Err(failure));
-    }
+    gate.built()?.program("tick-record")?.with(&[&folder.display().to_string()]).run(gate)?;
     let (mut of_image, mut of_archive) = (texts(&folder.join("image"))?, texts(&folder.join("archive"))?);
-    let ceilings = std::fs::read_to_string(gate.root.join(budget::CEILINGS)).map_err(|error| error.to_string())?;
-    let declared = capi::functions(&gate.root)?;
+    let ceilings = std::fs::read_to_string(gate.root.join(budget::CEILINGS)).map_err(wrong)?;
+    let declared = capi::functions(&gate.root).map_err(failed)?;
     let without = |name: &str| WITHOUT_IN_THE_ARCHIVE.iter().any(|(part, _)| name.contains(part));
     let missing: Vec<&str> = symbols(&ceilings)
         .filter(|symbol| WITHOUT.iter().all(|(name, _)| name != symbol))
@@ -194,19 +208,19 @@ fn of_the_image_and_the_archive(gate: &Gate, folder: &Path) -> Result<Outcome, S
         .filter(|name| !of_image.contains_key(*name) && !of_archive.contains_key(*name))
         .collect();
     if !missing.is_empty() {
-        return Err(format!("held to no record, and for no reason: {}", missing.join(", ")));
+        return Err(failed(format!("held to no record, and for no reason: {}", missing.join(", "))));
     }
     of_image.retain(|symbol, _| WITHOUT.iter().all(|(name, _)| name != symbol));
     of_archive.retain(|name, _| !without(name));
+    held(gate, &format!("firmware/target/{TARGET}/release/budget"), of_image.values())?;
+    if extent == Extent::Image {
+        of_archive.retain(|name, _| QUICK.contains(&name.as_str()));
+    }
     let linked = folder.join("archive.elf").display().to_string();
     let roots: Vec<String> = of_archive.keys().map(|name| format!("-Wl,-u,{name}")).collect();
     let roots: Vec<&str> = roots.iter().map(String::as_str).collect();
-    let commands = [
-        held(&format!("firmware/target/{TARGET}/release/budget"), of_image.values()),
-        Invocation::new(CROSS_C, &GCC).with(&roots).with(&[capi::FOR_THE_CHIP, "-o", &linked]),
-        held(&linked, of_archive.values()),
-    ];
-    Ok(commands.iter().try_for_each(|command| command.run(gate)))
+    Invocation::new(CROSS_C, &GCC).with(&roots).with(&[capi::FOR_THE_CHIP, "-o", &linked]).run(gate)?;
+    held(gate, &linked, of_archive.values())
 }
 
 /// Held by [`of_the_assembly`].
@@ -218,42 +232,41 @@ fn is_shipped_assembly(symbol: &str) -> bool {
     SHIPPED.iter().any(of)
 }
 
-/// What exports a scenario in a form, with these names.
-fn export(form: &str, prefix: &str, scenario: &[&str]) -> Invocation {
-    Invocation::cargo(&["run", "--quiet", "-p", "host-sim", "--", "export", "--paper", form])
-        .with(&["--prefix", prefix, "--force"])
-        .with(scenario)
+/// The command that exports a scenario in a form, with these names.
+fn export(gate: &Gate, form: &str, prefix: &str, scenario: &[&str]) -> Result<Invocation, Failure> {
+    let export = gate.built()?.program("host-sim")?.with(&["export", "--paper", form]);
+    Ok(export.with(&["--prefix", prefix, "--force"]).with(scenario))
 }
 
-/// What writes the text of each function.
-fn written<'a>(export: &'a Invocation, functions: &'a [&str], texts: &'a [String]) -> impl Iterator<Item = Invocation> {
-    functions.iter().zip(texts).map(|(function, text)| export.clone().with(&["--means", function, "-o", text]))
+/// Writes the text of each function.
+fn write(gate: &Gate, export: &Invocation, functions: &[&str], texts: &[String]) -> Outcome {
+    let mut each = functions.iter().zip(texts);
+    each.try_for_each(|(function, text)| export.clone().with(&["--means", function, "-o", text]).run(gate))
 }
 
 /// All functions of a file of assembly that lies among the sources.
-fn of_the_assembly(gate: &Gate, folder: &Path, shipped: &Shipped) -> Result<Outcome, String> {
+fn of_the_assembly(gate: &Gate, folder: &Path, shipped: &Shipped) -> Outcome {
     let &Shipped { prefix, file, scenario, functions } = shipped;
-    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    std::fs::create_dir_all(folder).map_err(|error| failed(format!("{}: {error}", folder.display())))?;
     let path = |name: &str| folder.join(format!("{prefix}{name}")).display().to_string();
     let texts: Vec<String> = functions.iter().map(|function| path(&format!("_{function}.means"))).collect();
     let elf = path(".elf");
     let roots: Vec<String> = functions.iter().map(|function| format!("-Wl,-u,{prefix}_{function}")).collect();
     let roots: Vec<&str> = roots.iter().map(String::as_str).collect();
-    let export = export("--asm", prefix, scenario);
-    let mut commands: Vec<Invocation> = written(&export, functions, &texts).collect();
-    commands.extend([Invocation::new(CROSS_C, &GCC).with(&roots).with(&[file, "-o", &elf]), held(&elf, &texts)]);
-    Ok(commands.iter().try_for_each(|command| command.run(gate)))
+    write(gate, &export(gate, "--asm", prefix, scenario)?, functions, &texts)?;
+    Invocation::new(CROSS_C, &GCC).with(&roots).with(&[file, "-o", &elf]).run(gate)?;
+    held(gate, &elf, &texts)
 }
 
 /// The texts in a folder: of each function its file.
-fn texts(folder: &Path) -> Result<BTreeMap<String, String>, String> {
-    let told = |error: std::io::Error| format!("{}: {error}", folder.display());
+fn texts(folder: &Path) -> Result<BTreeMap<String, String>, Failure> {
+    let wrong = |error: std::io::Error| failed(format!("{}: {error}", folder.display()));
     let mut texts = BTreeMap::new();
-    for entry in std::fs::read_dir(folder).map_err(told)? {
-        let file = entry.map_err(told)?.path().display().to_string();
-        let text = std::fs::read_to_string(&file).map_err(|error| format!("{file}: {error}"))?;
+    for entry in std::fs::read_dir(folder).map_err(wrong)? {
+        let file = entry.map_err(wrong)?.path().display().to_string();
+        let text = std::fs::read_to_string(&file).map_err(|error| failed(format!("{file}: {error}")))?;
         let function = text.lines().find_map(|line| line.strip_prefix("function "));
-        let function = function.ok_or_else(|| format!("{file}: a text of no function"))?;
+        let function = function.ok_or_else(|| failed(format!("{file}: the text names no function")))?;
         texts.insert(function.to_owned(), file);
     }
     Ok(texts)
@@ -266,42 +279,42 @@ fn symbols(ceilings: &str) -> impl Iterator<Item = &str> {
 }
 
 /// The functions of an exported C file, by GCC, and of the assembly.
-fn of_the_files(gate: &Gate, folder: &Path, exported: &Exported) -> Result<Outcome, String> {
+fn of_the_files(gate: &Gate, folder: &Path, exported: &Exported) -> Outcome {
     let &Exported { name, scenario, in_c, in_assembly } = exported;
-    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    let mut commands = Vec::new();
+    std::fs::create_dir_all(folder).map_err(|error| failed(format!("{}: {error}", folder.display())))?;
     for (form, functions) in [("--standalone", in_c), ("--asm", in_assembly)] {
         if functions.is_empty() {
             continue;
         }
         let file = |name: &str| folder.join(format!("{}{name}", &form[2..])).display().to_string();
-        let export = export(form, name, scenario);
+        let export = export(gate, form, name, scenario)?;
         let kept: Vec<String> = functions.iter().map(|function| format!("{name}_{function}")).collect();
         let main = format!(
             "#include \"{}.h\"\n__attribute__((used)) void *const kept[] = {{{}}};\n",
             &form[2..],
             kept.join(", ")
         );
-        std::fs::write(file(".c"), main).map_err(|error| format!("{}: {error}", file(".c")))?;
+        std::fs::write(file(".c"), main).map_err(|error| failed(format!("{}: {error}", file(".c"))))?;
         let texts: Vec<String> = functions.iter().map(|function| file(&format!("_{function}.means"))).collect();
-        commands.extend(written(&export, functions, &texts));
+        write(gate, &export, functions, &texts)?;
         let assembled = form == "--asm";
-        commands.push(export.with(&["-o", &file(if assembled { ".S" } else { ".h" })]));
+        export.with(&["-o", &file(if assembled { ".S" } else { ".h" })]).run(gate)?;
         for level in if assembled { &LEVELS[..1] } else { &LEVELS[..] } {
             let elf = file(&format!("{level}.elf"));
             let mut link = Invocation::new(CROSS_C, &GCC).with(&[level, &file(".c"), "-o", &elf]);
             if assembled {
                 link = link.with(&[&file(".S")]);
             }
-            commands.extend([link, held(&elf, &texts)]);
+            link.run(gate)?;
+            held(gate, &elf, &texts)?;
         }
     }
-    Ok(commands.iter().try_for_each(|command| command.run(gate)))
+    Ok(())
 }
 
-fn held<'a>(elf: &str, texts: impl IntoIterator<Item = &'a String>) -> Invocation {
+fn held<'a>(gate: &Gate, elf: &str, texts: impl IntoIterator<Item = &'a String>) -> Outcome {
     let texts: Vec<&str> = texts.into_iter().map(String::as_str).collect();
-    Invocation::cargo(&["run", "--quiet", "-p", "cycle-bound", "--", "--elf", elf, "--means"]).with(&texts)
+    gate.built()?.program("cycle-bound")?.with(&["--elf", elf, "--means"]).with(&texts).run(gate)
 }
 
 #[cfg(test)]

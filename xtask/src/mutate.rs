@@ -3,13 +3,13 @@
 //! The second table of docs/paper-map.md has rows `| (20) | `k_l`, `alpha` |`: symbols that are broken on purpose, one
 //! after the other, in the designs of the suite (`break_symbol` in tests/src/shape.rs; the code that is shipped stays
 //! as it is). Of the tests of the suite that the map names for the equation at least one must then fail; without a
-//! broken symbol all pass. One build, a run per symbol.
+//! broken symbol all pass. One build, one run per symbol.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 use crate::paper_map::{MAP, references};
-use crate::step::{Gate, Invocation, Outcome};
+use crate::step::{Gate, Outcome};
 
 /// The variable that `tests/src/shape.rs` reads.
 const MUTATION: &str = "MUTATION";
@@ -79,17 +79,18 @@ fn rows(text: &str) -> Result<Vec<Row>, String> {
 
 /// Which of these tests fail. An error if one of them did not run.
 fn failed(gate: &Gate, symbol: Option<&str>, tests: &BTreeSet<&str>) -> Result<Vec<String>, String> {
-    let arguments: Vec<&str> = tests.iter().copied().collect();
-    let mut command =
-        Invocation::cargo(&["test", "-p", "integration-tests", "--test", "suite", "--", "--exact"]).with(&arguments);
+    let suite = gate.built().and_then(|built| built.test("tests/suite")).map_err(|failure| failure.reason)?;
+    let mut command = suite.command();
+    command.arg("--exact").args(tests);
     if let Some(symbol) = symbol {
-        command = command.env(MUTATION, symbol);
+        command.env(MUTATION, symbol);
     }
-    println!("$ {command}");
-    let output = command.output(gate).map_err(|error| format!("`{command}` could not be started: {error}"))?;
+    println!("{} tests with {} broken", tests.len(), symbol.unwrap_or("nothing"));
+    let output = command.output().map_err(|error| format!("{}: {error}", suite.name))?;
+    let output = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
     let verdicts = verdicts(&output);
     if verdicts.len() != tests.len() {
-        return Err(format!("`{command}` ran {} of {} tests:\n{output}", verdicts.len(), tests.len()));
+        return Err(format!("{} ran {} of {} tests:\n{output}", suite.name, verdicts.len(), tests.len()));
     }
     Ok(verdicts.into_iter().filter(|(_, passed)| !passed).map(|(test, _)| test).collect())
 }

@@ -15,7 +15,8 @@ const SKIPPED: [&str; 4] = ["target", "out", ".git", "node_modules"];
 const WIDTH: usize = 120;
 
 /// Workspaces of their own, which have lints of their own.
-const WORKSPACES: [&str; 3] = ["firmware/Cargo.toml", "controller-capi/Cargo.toml", "benches/chip/Cargo.toml"];
+const WORKSPACES: [&str; 4] =
+    ["firmware/Cargo.toml", "controller-capi/Cargo.toml", "benches/chip/Cargo.toml", "benches/speed/Cargo.toml"];
 
 /// Number of Rust files read, or the first finding.
 pub(crate) fn check(root: &Path) -> Result<String, String> {

@@ -1,9 +1,12 @@
 //! A step of the gate: a headline, commands or a check, a duration; the first failure ends the run.
 
+use std::cell::OnceCell;
 use std::fmt;
 use std::path::PathBuf;
 use std::process::Command;
 use std::time::{Duration, Instant};
+
+use crate::built::Built;
 
 /// Why a step failed, and what to run to see it again.
 #[derive(Debug)]
@@ -23,31 +26,60 @@ pub(crate) struct Gate {
     pub(crate) root: PathBuf,
     /// Headlines and durations of the steps that passed.
     passed: Vec<(String, Duration)>,
-    /// What the whole gate does and this run does not.
-    left_out: Vec<&'static str>,
+    /// Parts of the deep tier that this run leaves out.
+    left_out: Vec<String>,
+    /// The build of the host, once a step has asked for it.
+    built: OnceCell<Built>,
     started: Instant,
 }
 
 impl Gate {
     pub(crate) fn new(root: PathBuf) -> Self {
-        Self { root, passed: Vec::new(), left_out: Vec::new(), started: Instant::now() }
+        Self { root, passed: Vec::new(), left_out: Vec::new(), built: OnceCell::new(), started: Instant::now() }
     }
 
-    /// Runs one step under its number and headline.
+    /// Runs one step under its number and headline. A step after the build must not compile for the host again.
     pub(crate) fn step(&mut self, headline: &str, work: impl FnOnce(&Self) -> Outcome) -> Outcome {
         let number = self.passed.len() + 1;
         println!("\n[{number}] {headline}");
         let started = Instant::now();
+        let is_built = self.built.get().is_some();
         work(self)?;
+        if is_built {
+            self.nothing_compiled()?;
+        }
         let duration = started.elapsed();
         println!("[{number}] {headline}: passed in {:.1} s", duration.as_secs_f64());
         self.passed.push((headline.to_string(), duration));
         Ok(())
     }
 
-    /// Says at the end that this was not done.
-    pub(crate) fn leave_out(&mut self, what: &'static str) {
-        self.left_out.push(what);
+    /// Lists at the end a part that this run leaves out.
+    pub(crate) fn leave_out(&mut self, part: String) {
+        self.left_out.push(part);
+    }
+
+    /// The files of the build of the host. The first call builds them.
+    pub(crate) fn built(&self) -> Result<&Built, Failure> {
+        if let Some(built) = self.built.get() {
+            return Ok(built);
+        }
+        let built = Built::new(self)?;
+        Ok(self.built.get_or_init(|| built))
+    }
+
+    /// Fails if anything of ours was compiled for the host since the build.
+    fn nothing_compiled(&self) -> Outcome {
+        let failed = |reason: String| Failure { reason, rerun: String::from("cargo xtask test") };
+        let anew = self.built()?.compiled(self).map_err(failed)?;
+        if anew.is_empty() {
+            return Ok(());
+        }
+        let files = anew.join(", ");
+        Err(failed(format!(
+            "compiled again after the build, {} units: {files}\nrun the files of `Gate::built` instead of cargo",
+            anew.len()
+        )))
     }
 
     /// A step that runs commands one after the other.
@@ -83,8 +115,8 @@ impl Gate {
                 println!("  all {} steps passed in {total_s:.1} s", self.passed.len());
             }
             Ok(()) => {
-                println!("  {} steps passed in {total_s:.1} s; left to `cargo xtask test`:", self.passed.len());
-                self.left_out.iter().for_each(|what| println!("  - {what}"));
+                println!("  {} steps passed in {total_s:.1} s; left to `cargo xtask test --deep`:", self.passed.len());
+                self.left_out.iter().for_each(|part| println!("  - {part}"));
             }
             Err(Failure { reason, rerun }) => {
                 println!("  [{}] FAILED after {total_s:.1} s", self.passed.len() + 1);
@@ -95,7 +127,7 @@ impl Gate {
 }
 
 /// One command line; prints itself so that a person can repeat it.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(crate) struct Invocation {
     program: String,
     arguments: Vec<String>,
@@ -123,7 +155,7 @@ impl Invocation {
         self
     }
 
-    fn command(&self) -> Command {
+    pub(crate) fn command(&self) -> Command {
         let running_cargo = std::env::var_os("CARGO").filter(|_| self.program == "cargo");
         let mut command = Command::new(running_cargo.unwrap_or_else(|| self.program.clone().into()));
         command.args(&self.arguments).envs(self.environment.iter().map(|(name, value)| (name, value)));

@@ -1,106 +1,220 @@
-//! The whole gate, cheapest steps first, so that a slip is told in seconds; and the quick one for the daily loop, which
-//! ends with what it left out.
+//! The two tiers of tests.
+//!
+//! `cargo xtask test` is the fast tier: everything that a change can break on an ordinary day. CI runs it, and a person
+//! before a commit. `cargo xtask test --deep` runs the full sizes, in parts that run two at a time. A long test chooses
+//! its size itself, by the variable [`DEEP`].
 
-use crate::step::{Gate, Invocation, Outcome};
+use std::fs::{self, File};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::step::{Failure, Gate, Invocation, Outcome};
 use crate::{
     attack, bench, budget, capi, cluster, docs, evidence, firmware, fuzz, means, mutate, paper_map, prove, sbom, scan,
     setup, thumb, wasm,
 };
 
-/// Features of controller-core; every combination must build and be free of warnings.
-const FEATURES: [&str; 3] = ["analysis", "defmt", "serde"];
+/// Set for a test that runs at its full size.
+const DEEP: &str = "DEEP";
 
-/// A part of the gate.
+/// Features of controller-core: none, and all.
+const FEATURES: [&str; 2] = ["", "analysis,defmt,serde"];
+
+/// A part of the deep tier.
 struct Part {
+    name: &'static str,
+    holds: &'static str,
     run: fn(&mut Gate) -> Outcome,
-    quick: Quick,
 }
 
-/// What the quick run does with a part.
-enum Quick {
-    /// All of the part.
-    Same,
-    /// Less of it, and what is left out.
-    Less(fn(&mut Gate) -> Outcome, &'static str),
-    /// Nothing of it; in words.
-    No(&'static str),
-}
-
-use Quick::{Less, No, Same};
-
-const GATE: [Part; 23] = [
-    Part { run: setup::run, quick: No("the look for tools") },
-    Part { run: format, quick: Same },
-    Part { run: scan, quick: Same },
-    Part { run: paper_map::run, quick: Same },
-    Part { run: lint, quick: Same },
-    Part { run: lint_features, quick: No("lints of controller-core by feature set") },
-    Part { run: lint_others, quick: No("format and lints of the firmware, the yardsticks and the C interface") },
-    Part { run: docs::run, quick: No("the documentation and its formulas") },
-    Part { run: pack, quick: No("the packages of the crates") },
-    // The suite runs them in the emulator, and links the archive.
-    Part { run: firmware::run, quick: No("the images for the chip") },
-    Part { run: capi::run, quick: No("the archives for C and their examples") },
-    Part { run: sbom::run, quick: No("bills of materials") },
-    Part { run: evidence::run, quick: No("exported C before analysers and MISRA's addon") },
-    Part { run: test, quick: Less(test_quickly, LEFT_OUT) },
-    Part { run: cluster::run, quick: No("shards of a Monte Carlo run on two workers, one of them killed") },
-    Part { run: prove::run, quick: No("the proofs for every input") },
-    Part { run: mutate::run, quick: No("equations broken on purpose") },
-    Part { run: attack::minute, quick: No("a minute of random campaigns") },
-    Part { run: bench::count_on_host, quick: No("instructions on the host") },
-    Part { run: test_without_features, quick: No("tests of controller-core without features") },
-    Part { run: budget::judge, quick: No("the ceilings of the images") },
-    Part { run: means::judge, quick: No("the meaning of the machine code") },
+/// The longest parts first, so that the last ones fill both cores.
+const PARTS: [Part; 8] = [
+    Part { name: "shapes", holds: "every test at its full size, examples in the documentation", run: shapes },
     Part {
-        run: last,
-        quick: No("fuzzing of the wire, controller-core for the chip by feature set, the loop in WebAssembly"),
+        name: "machine",
+        holds: "machine code of archive, exported C and assembly against the record",
+        run: machine,
     },
+    Part { name: "mutation", holds: "symbols of the paper broken on purpose", run: mutate::run },
+    Part { name: "wasm", holds: "the loop in WebAssembly, bit for bit", run: wasm::run },
+    Part { name: "random", holds: "a minute of random campaigns, libFuzzer against the wire", run: random },
+    Part { name: "proofs", holds: "statements about every input, a certificate", run: prove::run },
+    Part { name: "cores", holds: "controller-core for the chip by features, archives from two folders", run: cores },
+    Part { name: "papers", holds: "bills of materials, shards on a cluster, Parquet", run: papers },
 ];
 
-/// Tests of the suite by the beginning of their names; the gate proper runs them all.
-const SKIPPED: [&str; 16] = [
-    // Images, in the emulator.
-    "emulator::",
-    "budget::the_emulator",
-    "budget::every_executed_cycle",
-    "commission::the_emulated_chip",
-    // Compilers as programs.
-    "capi::",
-    "capi_drive::",
-    "compile::",
-    "export::the_exported",
-    "export::two_exported",
-    "export_drive::",
-    "export_motor::",
-    "export_plan::",
-    // Long campaigns.
-    "wire::every_case_of_every_figure",
-    "wire::a_target_that_says_nothing",
-    "golden_bits::a_million",
-    "robustness::random_chains",
-];
-const LEFT_OUT: &str = "examples in the documentation; of the suite the emulator, the C interface, exported files, \
-                        what must not compile, the figures over the wire, a silent target, a million ticks of \
-                        every shape, random chains";
+/// The commit at which each part last passed whole. It informs; nothing checks its age.
+const RECORD: &str = "tests/deep.toml";
+const RECORD_HEAD: &str = "# The commit at which each part of the deep tier last passed whole.\n\
+                           # `cargo xtask test --deep [PART]` writes this file; CONTRIBUTING.md says when to run it.\n";
+/// Output of the parts that run side by side.
+const LOGS: &str = "target/deep";
+/// Given to the parts that the whole run starts: the images and archives are built.
+const PREPARED: &str = "--prepared";
 
+/// The fast tier, cheapest steps first.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    GATE.iter().try_for_each(|part| (part.run)(gate))
+    let steps: [fn(&mut Gate) -> Outcome; 16] = [
+        setup::run,
+        format,
+        scan,
+        paper_map::run,
+        pack,
+        lint,
+        lint_core,
+        lint_others,
+        docs::run,
+        build,
+        firmware::run,
+        |gate| capi::run(gate, capi::Cores::Emulated),
+        evidence::run,
+        |gate| tests(gate, "tests", &[]),
+        |gate| budget::judge(gate).and_then(|()| means::judge(gate, means::Extent::Image)),
+        bench::count_on_host,
+    ];
+    steps.iter().try_for_each(|step| step(gate))?;
+    for part in &PARTS {
+        gate.leave_out(format!("{:<9} {}", part.name, part.holds));
+    }
+    Ok(())
 }
 
-/// Format, lints and the tests that need no image and no other compiler.
-pub(crate) fn quick(gate: &mut Gate) -> Outcome {
-    GATE.iter().try_for_each(|part| match part.quick {
-        Same => (part.run)(gate),
-        Less(less, what) => {
-            gate.leave_out(what);
-            less(gate)
-        }
-        No(what) => {
-            gate.leave_out(what);
-            Ok(())
+/// The deep tier: the parts that the command line names, or all.
+pub(crate) fn deep(gate: &mut Gate) -> Outcome {
+    let arguments: Vec<String> = std::env::args().skip(3).collect();
+    let is_prepared = arguments.iter().any(|argument| argument == PREPARED);
+    let names: Vec<&str> = arguments.iter().map(String::as_str).filter(|name| *name != PREPARED).collect();
+    let parts = chosen(&names)?;
+    if !is_prepared {
+        setup::run(gate)?;
+        build(gate)?;
+        firmware::run(gate)?;
+        capi::run(gate, capi::Cores::All)?;
+    }
+    if let [part] = parts[..] {
+        let started = Instant::now();
+        (part.run)(gate)?;
+        return if is_prepared { Ok(()) } else { record(gate, part, started.elapsed()) };
+    }
+    side_by_side(gate, &parts)
+}
+
+/// The parts with these names, all without a name.
+fn chosen(names: &[&str]) -> Result<Vec<&'static Part>, Failure> {
+    let part = |name: &&str| {
+        PARTS.iter().find(|part| part.name == *name).ok_or_else(|| {
+            let nearest = PARTS.iter().map(|part| part.name).min_by_key(|part| strsim::damerau_levenshtein(name, part));
+            let all: Vec<&str> = PARTS.iter().map(|part| part.name).collect();
+            let reason = format!("unknown part `{name}` of the deep tier; the parts are {}", all.join(", "));
+            Failure { reason, rerun: format!("cargo xtask test --deep {}", nearest.unwrap_or_default()) }
+        })
+    };
+    if names.is_empty() { Ok(PARTS.iter().collect()) } else { names.iter().map(part).collect() }
+}
+
+/// A part that runs as a process of its own.
+struct Running {
+    part: &'static Part,
+    process: Child,
+    started: Instant,
+}
+
+/// Runs parts two at a time, each into a log of its own; the first failure ends the others.
+fn side_by_side(gate: &mut Gate, parts: &[&'static Part]) -> Outcome {
+    gate.step("parts of the deep tier, two at a time", |gate| {
+        let (mut waiting, mut running) = (parts.iter(), Vec::new());
+        let mut outcome = Ok(());
+        loop {
+            while outcome.is_ok() && running.len() < 2 {
+                let Some(part) = waiting.next() else { break };
+                running.push(start(gate, part)?);
+            }
+            if running.is_empty() {
+                return outcome;
+            }
+            std::thread::sleep(Duration::from_millis(200));
+            let mut k = 0;
+            while k < running.len() {
+                match finished(gate, &mut running[k]) {
+                    None => k += 1,
+                    Some(ended) => {
+                        running.swap_remove(k);
+                        if ended.is_err() && outcome.is_ok() {
+                            for other in &mut running {
+                                _ = other.process.kill();
+                            }
+                            outcome = ended;
+                        }
+                    }
+                }
+            }
         }
     })
+}
+
+fn log(part: &Part) -> String {
+    format!("{LOGS}/{}.log", part.name)
+}
+
+fn start(gate: &Gate, part: &'static Part) -> Result<Running, Failure> {
+    let failed = |error: std::io::Error| Failure { reason: format!("{}: {error}", part.name), rerun: rerun(part) };
+    fs::create_dir_all(gate.root.join(LOGS)).map_err(failed)?;
+    let log = File::create(gate.root.join(log(part))).map_err(failed)?;
+    let mut command = Command::new(std::env::current_exe().map_err(failed)?);
+    command.args(["test", "--deep", part.name, PREPARED]).current_dir(&gate.root).stdin(Stdio::null());
+    command.stderr(log.try_clone().map_err(failed)?).stdout(log);
+    println!("{:<9} started: {}", part.name, self::log(part));
+    Ok(Running { part, process: command.spawn().map_err(failed)?, started: Instant::now() })
+}
+
+/// Nothing while it runs.
+fn finished(gate: &Gate, running: &mut Running) -> Option<Outcome> {
+    let Running { part, process, started } = running;
+    let failed = |reason: String| Some(Err(Failure { reason, rerun: rerun(part) }));
+    match process.try_wait() {
+        Ok(None) => None,
+        Ok(Some(status)) if status.success() => {
+            println!("{:<9} passed in {:.0} s", part.name, started.elapsed().as_secs_f64());
+            Some(record(gate, part, started.elapsed()))
+        }
+        Ok(Some(status)) => {
+            let text = fs::read_to_string(gate.root.join(log(part))).unwrap_or_default();
+            let lines: Vec<&str> = text.lines().collect();
+            let end = lines[lines.len().saturating_sub(60)..].join("\n");
+            failed(format!("{end}\n\n{} ended with {status}; all of its output: {}", part.name, log(part)))
+        }
+        Err(error) => failed(format!("{}: {error}", part.name)),
+    }
+}
+
+fn rerun(part: &Part) -> String {
+    format!("cargo xtask test --deep {}", part.name)
+}
+
+/// Writes the commit at which a part passed into [`RECORD`].
+fn record(gate: &Gate, part: &Part, took: Duration) -> Outcome {
+    let failed = |reason: String| Failure { reason, rerun: rerun(part) };
+    let git = |arguments: &[&str]| Invocation::new("git", arguments).answer_in(gate);
+    let commit = git(&["rev-parse", "--short=10", "HEAD"]).unwrap_or_else(|| "no commit".into());
+    // The record itself does not count as a change.
+    let changes = git(&["status", "--porcelain", "--untracked-files=no", "--", ".", &format!(":!{RECORD}")]);
+    let state = if changes.is_some_and(|changes| changes.is_empty()) { "" } else { " with changes" };
+    let path = gate.root.join(RECORD);
+    let before = fs::read_to_string(&path).unwrap_or_default();
+    let line = format!("{} = {{ commit = \"{commit}{state}\", seconds = {:.0} }}", part.name, took.as_secs_f64());
+    fs::write(&path, with(&before, part.name, &line)).map_err(|error| failed(format!("{RECORD}: {error}")))
+}
+
+/// The record with a new line for a part, in the order of [`PARTS`].
+fn with(before: &str, name: &str, line: &str) -> String {
+    let lines: Vec<&str> = PARTS
+        .iter()
+        .filter_map(|part| {
+            let old = || before.lines().find(|line| line.split(" = ").next() == Some(part.name));
+            if part.name == name { Some(line) } else { old() }
+        })
+        .collect();
+    format!("{RECORD_HEAD}{}\n", lines.join("\n"))
 }
 
 fn format(gate: &mut Gate) -> Outcome {
@@ -119,15 +233,14 @@ fn lint(gate: &mut Gate) -> Outcome {
     gate.commands("lints, whole workspace", &[clippy])
 }
 
-fn lint_features(gate: &mut Gate) -> Outcome {
-    let sets = feature_sets();
-    let of_set = |features: &String| {
+fn lint_core(gate: &mut Gate) -> Outcome {
+    let of_set = |features: &&str| {
         Invocation::cargo(&["clippy", "-p", "controller-core", "--lib", "--no-default-features", "--features"])
             .with(&[features])
             .with(&DENY)
     };
-    let core: Vec<Invocation> = sets.iter().map(of_set).collect();
-    gate.commands(&format!("lints, controller-core, {} feature sets", core.len()), &core)
+    let core: Vec<Invocation> = FEATURES.iter().map(of_set).collect();
+    gate.commands("lints, controller-core, no feature and all features", &core)
 }
 
 fn lint_others(gate: &mut Gate) -> Outcome {
@@ -145,58 +258,73 @@ fn pack(gate: &mut Gate) -> Outcome {
     gate.commands("packages of the crates that users take", &[pack])
 }
 
-fn test(gate: &mut Gate) -> Outcome {
-    gate.commands("tests", &[Invocation::cargo(&["test", "--workspace"])])
+fn build(gate: &mut Gate) -> Outcome {
+    gate.step("programs and tests, built once", |gate| {
+        println!("{} test programs", gate.built()?.tests.len());
+        Ok(())
+    })
 }
 
-fn test_quickly(gate: &mut Gate) -> Outcome {
-    let skipped: Vec<&str> = SKIPPED.iter().flat_map(|name| ["--skip", name]).collect();
-    let tests = Invocation::cargo(&["test", "--quiet", "--workspace", "--tests", "--"]).with(&skipped);
-    gate.commands("tests that need no image and no other compiler", &[tests])
+/// Runs every test program; the failures of all are listed together.
+fn tests(gate: &mut Gate, headline: &str, environment: &[(&str, &str)]) -> Outcome {
+    gate.step(headline, |gate| {
+        let mut failures = Vec::new();
+        for test in &gate.built()?.tests {
+            failures.extend(test.run(environment).err());
+        }
+        let reasons: Vec<&str> = failures.iter().map(|failure| failure.reason.as_str()).collect();
+        let reason = reasons.join("\n");
+        failures.into_iter().next().map_or(Ok(()), |first| Err(Failure { reason, rerun: first.rerun }))
+    })
 }
 
-fn test_without_features(gate: &mut Gate) -> Outcome {
-    let tests = Invocation::cargo(&["test", "-p", "controller-core", "--no-default-features"]);
-    gate.commands("tests, controller-core without features", &[tests])
+fn shapes(gate: &mut Gate) -> Outcome {
+    tests(gate, "tests at their full size", &[(DEEP, "1")])?;
+    gate.commands("examples in the documentation", &[Invocation::cargo(&["test", "--workspace", "--doc"])])
 }
 
-fn last(gate: &mut Gate) -> Outcome {
-    fuzz::run(gate)?;
-    thumb::run(gate, &feature_sets())?;
-    wasm::run(gate)
+fn machine(gate: &mut Gate) -> Outcome {
+    means::judge(gate, means::Extent::All)
 }
 
-/// All subsets of [`FEATURES`], as cargo reads them.
-fn feature_sets() -> Vec<String> {
-    (0..1_usize << FEATURES.len())
-        .map(|subset| {
-            let chosen: Vec<&str> =
-                FEATURES.into_iter().enumerate().filter(|(k, _)| subset >> k & 1 == 1).map(|(_, name)| name).collect();
-            chosen.join(",")
-        })
-        .collect()
+fn cores(gate: &mut Gate) -> Outcome {
+    thumb::run(gate, &FEATURES)?;
+    capi::reproduce(gate)
+}
+
+fn random(gate: &mut Gate) -> Outcome {
+    attack::minute(gate)?;
+    fuzz::run(gate)
+}
+
+fn papers(gate: &mut Gate) -> Outcome {
+    sbom::run(gate)?;
+    cluster::run(gate)
 }
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
-    use super::{SKIPPED, feature_sets};
+    use super::*;
 
     #[test]
-    fn what_the_quick_run_skips_is_there_to_be_skipped() {
-        let suite = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/suite");
-        for name in SKIPPED {
-            let (module, test) = name.split_once("::").expect("a module of the suite");
-            let text = std::fs::read_to_string(suite.join(module).with_extension("rs")).expect(module);
-            assert!(text.contains(&format!("#[test]\nfn {test}")), "{name}");
-        }
+    fn an_unknown_part_is_answered_with_all_parts_and_the_nearest_one() {
+        assert_eq!(chosen(&[]).map(|parts| parts.len()).ok(), Some(PARTS.len()));
+        assert_eq!(chosen(&["wasm"]).map(|parts| parts[0].name).ok(), Some("wasm"));
+        let Err(failure) = chosen(&["prooofs"]) else { panic!("there is no such part") };
+        assert!(failure.reason.contains("unknown part `prooofs`") && failure.reason.contains("shapes, machine"));
+        assert_eq!(failure.rerun, "cargo xtask test --deep proofs");
     }
 
     #[test]
-    fn the_feature_sets_are_all_eight_and_begin_with_none() {
-        let sets = feature_sets();
-        assert_eq!(sets.len(), 8);
-        assert_eq!((sets[0].as_str(), sets[7].as_str()), ("", "analysis,defmt,serde"));
+    fn a_part_that_passed_replaces_its_own_line_of_the_record() {
+        let one = with("", "wasm", "wasm = { commit = \"a\", seconds = 1 }");
+        let two = with(&one, "shapes", "shapes = { commit = \"a\", seconds = 2 }");
+        let three = with(&two, "wasm", "wasm = { commit = \"b\", seconds = 3 }");
+        let lines: Vec<&str> = three.lines().filter(|line| !line.starts_with('#')).collect();
+        assert_eq!(
+            lines,
+            ["shapes = { commit = \"a\", seconds = 2 }", "wasm = { commit = \"b\", seconds = 3 }"],
+            "{three}"
+        );
     }
 }

@@ -30,7 +30,8 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.commands(&format!("closed loop for {TARGET}"), &[build])?;
     gate.check("bits of the closed loop, WebAssembly against this machine", "cargo xtask wasm", |gate| {
         let said = |invocation: &Invocation| invocation.answer().ok_or_else(|| format!("no answer: {invocation}"));
-        let here = said(&Invocation::cargo(&["run", "--quiet", "-p", PACKAGE]))?;
+        let program = gate.built().and_then(|built| built.program(PACKAGE)).map_err(|failure| failure.reason)?;
+        let here = said(&program)?;
         let cases = here.lines().count().to_string();
         let module = gate.root.join(MODULE);
         let there = said(&Invocation::new(NODE, &["-e", SCRIPT, &module.to_string_lossy(), &cases]))?;

@@ -1,9 +1,9 @@
 //! How fast the host is: one tick by order and precision, and one closed-loop second of the default scenario.
 //!
-//! `cargo bench -p benches --bench speed`; many plants at once are in bench `lanes`. Times are of this machine and of
-//! this moment: no test looks at them.
+//! `cargo run --release --manifest-path benches/speed/Cargo.toml -- --bench`; many plants at once are in bench `lanes`.
+//! Times are of this machine and of this moment: no test looks at them.
 
-#[path = "subjects/second.rs"]
+#[path = "../../benches/subjects/second.rs"]
 mod second;
 
 use std::hint::black_box;

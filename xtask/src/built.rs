@@ -1,0 +1,248 @@
+//! The one build of the host. Every program and test that a step runs comes out of it, by the path that cargo reports;
+//! no step starts `cargo run -p` or `cargo test -p`, which select other features and compile the same sources again.
+//!
+//! [`compiled`] holds the gate to it: it lists libraries and programs of ours that are newer than the build.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::SystemTime;
+
+use serde_json::Value;
+
+use crate::step::{Failure, Gate, Invocation, Outcome};
+
+/// The build: all targets of all crates, with the features that the whole workspace selects.
+const BUILD: [&str; 5] =
+    ["test", "--workspace", "--all-targets", "--no-run", "--message-format=json-render-diagnostics"];
+
+/// A test program, and the folder of its package, in which cargo would start it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct TestProgram {
+    /// `package/target`, as `integration-tests/suite`.
+    pub(crate) name: String,
+    program: PathBuf,
+    folder: PathBuf,
+}
+
+/// Files of the build.
+#[derive(Debug)]
+pub(crate) struct Built {
+    programs: BTreeMap<String, PathBuf>,
+    benches: BTreeMap<String, PathBuf>,
+    pub(crate) tests: Vec<TestProgram>,
+    finished: SystemTime,
+}
+
+impl Built {
+    /// Runs the build, or finds that it is up to date.
+    pub(crate) fn new(gate: &Gate) -> Result<Self, Failure> {
+        let build = Invocation::cargo(&BUILD);
+        println!("$ {build}");
+        let failed = |reason: String| Failure { reason, rerun: Invocation::cargo(&BUILD[..4]).to_string() };
+        let output = build.command().current_dir(&gate.root).stderr(Stdio::inherit()).output();
+        let output = output.map_err(|error| failed(format!("cargo could not be started: {error}")))?;
+        if !output.status.success() {
+            return Err(failed(format!("the build ended with {}", output.status)));
+        }
+        let messages = String::from_utf8_lossy(&output.stdout);
+        let mut built = Self {
+            programs: BTreeMap::new(),
+            benches: BTreeMap::new(),
+            tests: Vec::new(),
+            finished: SystemTime::now(),
+        };
+        for message in messages.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok()) {
+            built.add(&message).ok_or_else(|| failed(format!("cargo reports a target in unknown form: {message}")))?;
+        }
+        built.tests.sort_by(|one, other| one.name.cmp(&other.name));
+        Ok(built)
+    }
+
+    /// Takes one message of cargo; nothing if it is not of the expected form.
+    fn add(&mut self, message: &Value) -> Option<()> {
+        let Some(executable) = message["executable"].as_str() else { return Some(()) };
+        let name = message["target"]["name"].as_str()?.to_owned();
+        let kind = message["target"]["kind"][0].as_str()?;
+        let folder = Path::new(message["manifest_path"].as_str()?).parent()?.to_path_buf();
+        let program = PathBuf::from(executable);
+        if kind == "bench" {
+            self.benches.insert(name, program);
+        } else if message["profile"]["test"].as_bool()? {
+            let package = folder.file_name()?.to_str()?;
+            let kind = if kind == "test" { "" } else { kind };
+            let name = [package, "/", kind, if kind.is_empty() { "" } else { " " }, &name].concat();
+            self.tests.push(TestProgram { name, program, folder });
+        } else {
+            self.programs.insert(name, program);
+        }
+        Some(())
+    }
+
+    /// A program of the workspace with these arguments.
+    pub(crate) fn program(&self, name: &str) -> Result<Invocation, Failure> {
+        Ok(Invocation::new(&self.path(name)?.display().to_string(), &[]))
+    }
+
+    /// The path of a program of the workspace.
+    pub(crate) fn path(&self, name: &str) -> Result<&Path, Failure> {
+        of(&self.programs, name)
+    }
+
+    /// A bench, which must be told that it is one.
+    pub(crate) fn bench(&self, name: &str) -> Result<Invocation, Failure> {
+        Ok(Invocation::new(&of(&self.benches, name)?.display().to_string(), &["--bench"]))
+    }
+
+    /// The test program of a package and a target, as `tests/suite`.
+    pub(crate) fn test(&self, name: &str) -> Result<&TestProgram, Failure> {
+        self.tests.iter().find(|test| test.name == name).ok_or_else(|| no_such(name))
+    }
+
+    /// Our libraries and programs that are newer than the build: whatever a later step compiled for the host again.
+    pub(crate) fn compiled(&self, gate: &Gate) -> Result<Vec<String>, String> {
+        let Some(target) = self.programs.values().next().and_then(|program| program.parent()?.parent()) else {
+            return Err(String::from("the build made no program"));
+        };
+        let mut anew = Vec::new();
+        for profile in ["debug", "release"] {
+            let deps = target.join(profile).join("deps");
+            if deps.is_dir() {
+                anew.extend(newer(&deps, &members(&gate.root)?, self.finished)?);
+            }
+        }
+        Ok(anew)
+    }
+}
+
+fn of<'a>(files: &'a BTreeMap<String, PathBuf>, name: &str) -> Result<&'a Path, Failure> {
+    files.get(name).map(PathBuf::as_path).ok_or_else(|| no_such(name))
+}
+
+fn no_such(name: &str) -> Failure {
+    let reason = format!("the build made no `{name}`: is its target still in the workspace?");
+    Failure { reason, rerun: Invocation::cargo(&BUILD[..4]).to_string() }
+}
+
+/// Names of the crates and targets of the workspace, as rustc writes them.
+fn members(root: &Path) -> Result<Vec<String>, String> {
+    let metadata = Invocation::cargo(&["metadata", "--format-version", "1", "--no-deps", "--offline"]);
+    let mut command = metadata.command();
+    let output = command.current_dir(root).output().map_err(|error| format!("{metadata}: {error}"))?;
+    let metadata: Value = serde_json::from_slice(&output.stdout).map_err(|error| format!("cargo metadata: {error}"))?;
+    let all = |value: &Value| value.as_array().cloned().unwrap_or_default();
+    let targets = all(&metadata["packages"]).into_iter().flat_map(|package| all(&package["targets"]));
+    Ok(targets.filter_map(|target| Some(target["name"].as_str()?.replace('-', "_"))).collect())
+}
+
+/// Files of these crates in `deps` that code was generated for after the moment: libraries and programs. Checks leave
+/// metadata alone.
+fn newer(deps: &Path, crates: &[String], moment: SystemTime) -> Result<Vec<String>, String> {
+    let wrong = |error: std::io::Error| format!("{}: {error}", deps.display());
+    let mut found = Vec::new();
+    for entry in fs::read_dir(deps).map_err(wrong)? {
+        let entry = entry.map_err(wrong)?;
+        let file = entry.file_name().to_string_lossy().into_owned();
+        let stem = file.strip_suffix(".rlib").or_else(|| (!file.contains('.')).then_some(&file));
+        let Some((name, _)) = stem.and_then(|stem| stem.rsplit_once('-')) else { continue };
+        let name = if file.contains('.') { name.strip_prefix("lib").unwrap_or(name) } else { name };
+        let is_ours = crates.iter().any(|member| member == name);
+        if is_ours && entry.metadata().and_then(|data| data.modified()).map_err(wrong)? > moment {
+            found.push(file);
+        }
+    }
+    Ok(found)
+}
+
+impl TestProgram {
+    /// The program in the folder of its package, with what cargo would set.
+    pub(crate) fn command(&self) -> Command {
+        let mut command = Command::new(&self.program);
+        command.current_dir(&self.folder).env_remove("LD_LIBRARY_PATH");
+        command
+    }
+
+    /// Runs its tests; their output is shown.
+    pub(crate) fn run(&self, environment: &[(&str, &str)]) -> Outcome {
+        println!("\n     {}", self.name);
+        let mut command = self.command();
+        command.envs(environment.iter().copied());
+        let rerun = || {
+            let set: Vec<String> = environment.iter().map(|(name, value)| format!("{name}={value}")).collect();
+            format!("cd {} && {} {}", self.folder.display(), set.join(" "), self.program.display())
+        };
+        match command.status() {
+            Ok(status) if status.success() => Ok(()),
+            Ok(status) => Err(Failure { reason: format!("{}: {status}", self.name), rerun: rerun() }),
+            Err(error) => Err(Failure { reason: format!("{}: {error}", self.name), rerun: rerun() }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use serde_json::json;
+
+    use super::*;
+
+    fn built() -> Built {
+        let mut built = Built {
+            programs: BTreeMap::new(),
+            benches: BTreeMap::new(),
+            tests: Vec::new(),
+            finished: SystemTime::now(),
+        };
+        let message = |name: &str, kind: &str, test: bool| {
+            json!({
+                "reason": "compiler-artifact", "executable": format!("/w/target/debug/{name}"),
+                "manifest_path": "/w/tests/Cargo.toml", "profile": {"test": test},
+                "target": {"name": name, "kind": [kind]},
+            })
+        };
+        let messages = [
+            message("host-sim", "bin", false),
+            message("suite", "test", true),
+            message("counts", "bench", true),
+            message("attack", "bin", true),
+            json!({"reason": "build-finished", "success": true}),
+        ];
+        assert!(messages.iter().all(|message| built.add(message).is_some()));
+        built
+    }
+
+    #[test]
+    fn programs_tests_and_benches_are_told_apart() {
+        let built = built();
+        assert!(built.program("host-sim").is_ok() && built.program("suite").is_err());
+        assert!(built.test("tests/suite").is_ok() && built.test("tests/bin attack").is_ok());
+        assert_eq!(built.bench("counts").expect("a bench").to_string(), "/w/target/debug/counts --bench");
+        let failure = built.program("host-simm").expect_err("no such program");
+        assert!(failure.reason.contains("made no `host-simm`"), "{}", failure.reason);
+    }
+
+    #[test]
+    fn a_target_in_another_form_is_reported() {
+        assert!(built().add(&json!({"executable": "x", "target": {"name": "x"}})).is_none());
+    }
+
+    #[test]
+    fn a_library_of_ours_that_is_newer_than_the_build_is_found() {
+        let folder = std::env::temp_dir().join(format!("xtask-built-{}", std::process::id()));
+        fs::create_dir_all(&folder).expect("a folder");
+        let files = ["libloop_sim-0a.rlib", "loop_sim-0b", "libloop_sim-0c.rmeta", "libserde-0d.rlib", "loop_sim-0b.d"];
+        for file in files {
+            fs::write(folder.join(file), "").expect("a file");
+        }
+        let crates = [String::from("loop_sim")];
+        let before = SystemTime::now() - Duration::from_mins(1);
+        let mut found = newer(&folder, &crates, before).expect("a readable folder");
+        found.sort();
+        assert_eq!(found, ["libloop_sim-0a.rlib", "loop_sim-0b"]);
+        let after = SystemTime::now() + Duration::from_mins(1);
+        assert_eq!(newer(&folder, &crates, after), Ok(Vec::new()));
+        fs::remove_dir_all(&folder).expect("our own folder");
+    }
+}
