@@ -681,21 +681,21 @@ where
     /// two linear models apart, and of nonlinear ones those that differ there.
     fn fingerprint(&self) -> u32 {
         let shape = [crate::VERSION_NUMBER, T::WORDS as u32, N as u32, R as u32, u32::from(MASK)];
-        let numbers = self.coefficients.numbers();
-        let questions = (0..=N).map(|asked| {
+        let mut hash = running::hashed(running::hash(shape), self.coefficients.numbers());
+        for asked in 0..=N {
             // e_1 .. e_n, and one with every entry another number: what bends shows there.
-            core::array::from_fn(|j| match asked {
-                _ if asked == N => T::from_f64(0.37 + 0.11 * j as f64),
-                _ if asked == j => T::from_f64(1.0),
-                _ => T::ZERO,
-            })
-        });
-        let answers = questions
-            .flat_map(|x: [T; N]| [self.model.drift(&x), self.model.gain_ratio(&x).unwrap_or(T::from_f64(1.0))]);
-        running::hash(shape.into_iter().chain(numbers.chain(answers).flat_map(|number| {
-            // Which NaN it is means nothing.
-            if number.abs() >= T::ZERO { number.to_words() } else { [u32::MAX; 2] }
-        })))
+            let mut x = [T::ZERO; N];
+            for (j, entry) in x.iter_mut().enumerate() {
+                if asked == N {
+                    *entry = T::from_f64(0.37 + 0.11 * j as f64);
+                } else if asked == j {
+                    *entry = T::from_f64(1.0);
+                }
+            }
+            let answers = [self.model.drift(&x), self.model.gain_ratio(&x).unwrap_or(T::from_f64(1.0))];
+            hash = running::hashed(hash, answers);
+        }
+        hash
     }
 }
 

@@ -34,6 +34,8 @@
 //! A design is a row of plain numbers in one declared order, [`LAYOUT`]: [`Coefficients::numbers`] gives them out,
 //! [`Coefficients::from_numbers`] takes them in again, checked. That is how a design made here gets onto a chip.
 
+use core::slice;
+
 use crate::MAX_R;
 use crate::config::{Config, Fallback, INPUT_LIMIT};
 use crate::error::{Cause, ConfigError, Field};
@@ -190,10 +192,11 @@ impl<const N: usize, const R: usize, const O: usize> Coefficients<f64, N, R, O> 
     }
 }
 
-/// Every number of coefficients, borrowed one way or the other, in the order of [`LAYOUT`]: the one place that knows it
-/// beside the fields themselves.
+/// Every number of coefficients as slices, borrowed one way or the other, in the order of [`LAYOUT`]: the one place that
+/// has it beside the fields themselves. Slices have one type whatever the shape, so that a compiler makes the iterators
+/// over them once for each scalar.
 macro_rules! in_order {
-    ($coefficients:expr, $iter:ident, $flat:ident) => {{
+    ($coefficients:expr, $one:path, $flat:ident) => {{
         let Self {
             rate,
             rate_n,
@@ -220,11 +223,32 @@ macro_rules! in_order {
             input_gain,
             mu2_n,
         } = $coefficients;
-        let head = [rate, rate_n, theta_n].into_iter().chain(gamma.$flat());
-        let sigma = c.$iter().chain(g.$flat());
-        let law = kx.$iter().chain([kw, us]).chain(k.$flat()).chain([satk, lim, unit, decay]);
-        let edges = [u_min, u_max, plausible, ko, sigma_star_bound, hold, fallback];
-        head.chain(sigma).chain(law).chain(edges).chain([period, input_gain, mu2_n])
+        [
+            $one(rate),
+            $one(rate_n),
+            $one(theta_n),
+            gamma.$flat(),
+            c,
+            g.$flat(),
+            kx,
+            $one(kw),
+            $one(us),
+            k.$flat(),
+            $one(satk),
+            $one(lim),
+            $one(unit),
+            $one(decay),
+            $one(u_min),
+            $one(u_max),
+            $one(plausible),
+            $one(ko),
+            $one(sigma_star_bound),
+            $one(hold),
+            $one(fallback),
+            $one(period),
+            $one(input_gain),
+            $one(mu2_n),
+        ]
     }};
 }
 
@@ -240,7 +264,8 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
     /// Every number but the check.
     #[doc(hidden)]
     pub fn unchecked(&self) -> impl Iterator<Item = T> {
-        in_order!(self, iter, as_flattened).copied()
+        let parts: [&[T]; 24] = in_order!(self, slice::from_ref, as_flattened);
+        parts.into_iter().flatten().copied()
     }
 
     /// The last number, [`check`] of all others.
@@ -262,10 +287,9 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
     /// The same without a check, for numbers that have just been designed, whatever the scalar.
     #[doc(hidden)]
     pub fn from_trusted_numbers(numbers: impl IntoIterator<Item = T>) -> Option<Self> {
-        let (mut read, mut given) = (Self::ZERO, numbers.into_iter());
-        for number in in_order!(&mut read, iter_mut, as_flattened_mut) {
-            *number = given.next()?;
-        }
+        let mut read = Self::ZERO;
+        let parts: [&mut [T]; 24] = in_order!(&mut read, slice::from_mut, as_flattened_mut);
+        fill(parts, &mut numbers.into_iter())?;
         Some(read)
     }
 
@@ -311,6 +335,14 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
         input_gain: T::ZERO,
         mu2_n: T::ZERO,
     };
+}
+
+/// Fills the slices with the next numbers; `None` if there are too few.
+fn fill<T>(parts: [&mut [T]; 24], numbers: &mut impl Iterator<Item = T>) -> Option<()> {
+    for number in parts.into_iter().flatten() {
+        *number = numbers.next()?;
+    }
+    Some(())
 }
 
 /// 24 bits of a hash (FNV-1a) over the bits of these numbers, as a whole number, which f32 holds: of 16.8 million ways

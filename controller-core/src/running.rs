@@ -497,6 +497,14 @@ pub(crate) fn hash(words: impl IntoIterator<Item = u32>) -> u32 {
     words.into_iter().fold(START, mixed)
 }
 
+/// Goes on with a hash over these numbers. Which NaN a number is makes no difference.
+pub(crate) fn hashed<T: Real>(hash: u32, numbers: impl IntoIterator<Item = T>) -> u32 {
+    numbers.into_iter().fold(hash, |hash, number| {
+        let words = if number.abs() >= T::ZERO { number.to_words() } else { [u32::MAX; 2] };
+        words.into_iter().fold(hash, mixed)
+    })
+}
+
 const START: u32 = 0x811c_9dc5;
 
 fn mixed(hash: u32, word: u32) -> u32 {

@@ -12,6 +12,7 @@
 //! speed.
 
 use core::marker::PhantomData;
+use core::slice;
 
 use crate::real::Real;
 use crate::running::{Words, next};
@@ -154,9 +155,8 @@ impl<T: Copy, M, const N: usize, const R: usize, const MASK: u8, const O: usize>
 impl<T: Real, M, const N: usize, const R: usize, const MASK: u8, const O: usize> Words for State<T, M, N, R, MASK, O> {
     fn words(&self) -> impl Iterator<Item = u32> {
         let Self { z, past, x_prev, offset, held, gain_prev, resuming, of: _ } = self;
-        let numbers = z.as_flattened().iter().chain(past).chain(x_prev).chain([offset, held, gain_prev]);
-        let words = numbers.flat_map(|number| number.to_words().into_iter().take(T::WORDS));
-        [u32::from(*resuming)].into_iter().chain(words)
+        let one = slice::from_ref;
+        words_of(*resuming, [z.as_flattened(), past, x_prev, one(offset), one(held), one(gain_prev)])
     }
 
     fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
@@ -167,12 +167,25 @@ impl<T: Real, M, const N: usize, const R: usize, const MASK: u8, const O: usize>
         };
         let mut state = Self { resuming, ..Self::resuming([[T::ZERO; R]; O], T::ZERO, T::ZERO) };
         let Self { z, past, x_prev, offset, held, gain_prev, .. } = &mut state;
-        let numbers = z.as_flattened_mut().iter_mut().chain(past).chain(x_prev).chain([offset, held, gain_prev]);
-        for number in numbers {
-            *number = next(words)?;
-        }
+        let one = slice::from_mut;
+        fill([z.as_flattened_mut(), past, x_prev, one(offset), one(held), one(gain_prev)], words)?;
         Some(state)
     }
+}
+
+/// The flag and the numbers of these slices as words. Made once for each scalar, not for each shape.
+fn words_of<T: Real>(flag: bool, parts: [&[T]; 6]) -> impl Iterator<Item = u32> {
+    let numbers = parts.into_iter().flatten();
+    let words = numbers.flat_map(|number| number.to_words().into_iter().take(T::WORDS));
+    [u32::from(flag)].into_iter().chain(words)
+}
+
+/// Fills the slices with the numbers of the next words.
+fn fill<T: Real>(parts: [&mut [T]; 6], words: &mut impl Iterator<Item = u32>) -> Option<()> {
+    for number in parts.into_iter().flatten() {
+        *number = next(words)?;
+    }
+    Some(())
 }
 
 impl<T: Copy, M, const N: usize, const R: usize, const MASK: u8, const O: usize, const L: usize>
