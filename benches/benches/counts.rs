@@ -1,6 +1,6 @@
 //! How many instructions the host executes, by callgrind: the same in every run, so that a change can be judged.
 //!
-//! `cargo bench --workspace --profile dev --bench counts`; that profile, because the gate has built everything in it
+//! `cargo bench --workspace --profile dev --bench counts`; that profile, because CI has built everything in it
 //! already (it optimises; another profile makes other code). The program runs itself under
 //! `valgrind --tool=callgrind` once for each subject, counting only inside of it. More instructions than the ceiling in
 //! `counts.toml` fail, and so do 5 % fewer, since a loose ceiling catches nothing. What cannot be judged fails as well:

@@ -97,7 +97,7 @@ pub fn cycles(designed: &DriveDesign) -> u32 {
 mod tests {
     use super::*;
 
-    /// As the gate counts them.
+    /// As CI counts them.
     #[test]
     fn costs_are_those_of_the_budgets() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/budgets.toml");
