@@ -10,7 +10,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use crate::step::{Gate, Outcome};
 
-/// Of the campaigns together, in the gate.
+/// Of the campaigns together, in the deep tier.
 const SECONDS: &str = "60";
 
 /// Runs the campaigns with the arguments behind the command; without any, to the full amounts.

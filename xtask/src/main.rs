@@ -1,4 +1,4 @@
-//! The one gate: `cargo xtask test` is what a person runs before a commit and what CI runs after it.
+//! The fast tier, `cargo xtask test`, runs before each commit and in CI; `cargo xtask test --deep` runs the deep tier.
 //!
 //! It drives cargo by command line and links none of our crates, so it can tell what is wrong when they do not build.
 //! Each step is numbered and timed; the first that fails ends the run with the exact command to repeat it.

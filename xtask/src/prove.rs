@@ -21,7 +21,7 @@ const SCENARIOS: [&str; 5] = [
 ];
 const CERTIFICATES: &str = "target/certificates";
 
-/// What must be proved, the faults, and the drives of the images: the part of the gate.
+/// Proves the required statements, checks that faults are noticed, makes one certificate: the part `proofs`.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.step("the solver for proofs", |gate| SOLVER.ready(gate))?;
     proofs(gate, "statements about every input, proved; faults put in on purpose, noticed", &[])?;

@@ -1,4 +1,4 @@
-//! A step of the gate: a headline, commands or a check, a duration; the first failure ends the run.
+//! A step of a tier: a headline, commands or a check, a duration; the first failure ends the run.
 
 use std::cell::OnceCell;
 use std::fmt;
