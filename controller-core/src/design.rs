@@ -192,9 +192,9 @@ impl<const N: usize, const R: usize, const O: usize> Coefficients<f64, N, R, O> 
     }
 }
 
-/// Every number of coefficients as slices, borrowed one way or the other, in the order of [`LAYOUT`]: the one place that
-/// has it beside the fields themselves. Slices have one type whatever the shape, so that a compiler makes the iterators
-/// over them once for each scalar.
+/// Every number of coefficients as slices, borrowed one way or the other, in the order of [`LAYOUT`]: the one place
+/// that has it beside the fields themselves. Slices have one type whatever the shape, so the compiler makes the
+/// iterators over them once for each scalar.
 macro_rules! in_order {
     ($coefficients:expr, $one:path, $flat:ident) => {{
         let Self {

@@ -135,7 +135,7 @@ enum Command {
         #[command(flatten)]
         target: PilOptions,
     },
-    /// Run a scenario with the controller on a board, and compare every output of every tick bit for bit (feature chip).
+    /// Run a scenario with the controller on a board, and compare all outputs of every tick bit for bit (feature chip).
     ///
     /// The board runs the image `pil`. Waits at most 5 s for any answer of the target.
     Hil {

@@ -10,8 +10,8 @@ const SOLVER: Environment =
 
 /// The table of what was tried stands in it.
 const PAGE: &str = "docs/proofs.md";
-/// Scenarios whose exported C gets a certificate: a drive of an image, the other one, and the files to start from. Their
-/// statements are those of the instances, so the deep tier makes the first certificate only.
+/// Scenarios whose exported C gets a certificate: a drive of an image, the other one, and the files to start from.
+/// Their statements are those of the instances, so the deep tier makes the first certificate only.
 const SCENARIOS: [&str; 5] = [
     "firmware/motor.toml",
     "firmware/drive.toml",

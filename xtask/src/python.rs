@@ -1,5 +1,5 @@
-//! Programs of Python that steps of both tiers ask: each in an environment of its own, which nothing else uses, with the
-//! versions that are named here and no others.
+//! Programs of Python that steps of both tiers ask: each in an environment of its own, which nothing else uses, with
+//! the versions that are named here and no others.
 
 use crate::step::{Failure, Gate, Invocation, Outcome};
 

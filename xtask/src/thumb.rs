@@ -1,5 +1,5 @@
-//! The controller on its target: it builds without features and with all. What its machine code costs and must not contain, `budget`
-//! says of the images.
+//! The controller on its target: it builds without features and with all. What its machine code costs and
+//! must not contain, `budget` checks in the images.
 
 use crate::compiler::{Compiler, TARGET};
 use crate::step::{Gate, Outcome};

@@ -329,8 +329,8 @@ fn of_the_bar(plan: &Plan, report: &Report) -> String {
         format!("what the recorded moves left, {}", three(report.recorded_peak_rad))
     };
     format!(
-        "the move left {} rad, at most {} were allowed: {bar}. {suspects}. Look at commissioned.{FIGURE}, record again, or \
-         verify by a shorter way (--verify {})",
+        "the move left {} rad, at most {} were allowed: {bar}. {suspects}. Look at commissioned.{FIGURE}, record \
+         again, or verify by a shorter way (--verify {})",
         three(peak_rad),
         three(bar_rad),
         significant(0.5 * plan.verify_rad, 2)

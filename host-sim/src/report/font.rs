@@ -1,4 +1,4 @@
-//! The font of the figures: widths of texts from its advances and its kerning, as the renderer of the PNG lays them out.
+//! The font of the figures: widths of texts from its advances and its kerning, as the renderer of the PNG has them.
 
 use std::sync::LazyLock;
 

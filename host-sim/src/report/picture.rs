@@ -170,7 +170,8 @@ mod tests {
     /// The width that the renderer of the PNG has for a text, px.
     fn rendered_width(text: &str, size: f64) -> f64 {
         let svg = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1\" height=\"1\"><text font-size=\"{size}\">{}</text></svg>",
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1\" height=\"1\">\
+             <text font-size=\"{size}\">{}</text></svg>",
             escaped(text)
         );
         png::parse(&svg).map_or(0.0, |tree| f64::from(tree.root().bounding_box().width()))

@@ -1,6 +1,6 @@
 //! Trials as CSV: a line of names, a line for each trial, and lines that begin with `#`: the header as JSON, the range,
-//! and the SHA-256 of all bytes before it. Readers skip them, such as `pandas.read_csv(.., comment="#")`. A number has as
-//! many digits as its bits need.
+//! and the SHA-256 of all bytes before it. Readers skip them, such as `pandas.read_csv(.., comment="#")`. A number has
+//! as many digits as its bits need.
 
 use std::fmt::Write as _;
 use std::io::{self, BufRead, BufReader};
