@@ -2,8 +2,8 @@
 //!
 //! | feature `parquet` | form | file |
 //! |---|---|---|
-//! | with | Parquet, which pyarrow, polars and DuckDB read | [`form`] is `store/parquet.rs` |
-//! | without | CSV with numbers at full precision | [`form`] is `store/csv.rs` |
+//! | with | Parquet, which pyarrow, polars and DuckDB read | `form` is `store/parquet.rs` |
+//! | without | CSV with numbers at full precision | `form` is `store/csv.rs` |
 //!
 //! A file holds trials `first .. first + count` of a plan: column `trial`, column `outcome`, then a column of f64 for
 //! each name of the [`Header`]; what is no number is NaN. The header stands in the file as JSON, with the range and a
