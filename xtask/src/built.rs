@@ -1,7 +1,7 @@
 //! The one build of the host. Every program and test that a step runs comes out of it, by the path that cargo reports;
 //! no step starts `cargo run -p` or `cargo test -p`, which select other features and compile the same sources again.
 //!
-//! [`compiled`] holds both tiers to it: it lists libraries and programs of ours that are newer than the build.
+//! [`Built::compiled`] holds both tiers to it: it lists libraries and programs of ours that are newer than the build.
 
 use std::collections::BTreeMap;
 use std::fs;
