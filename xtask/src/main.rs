@@ -13,6 +13,7 @@ mod compiler;
 mod docs;
 mod evidence;
 mod firmware;
+mod first;
 mod fuzz;
 mod means;
 mod mutate;

@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 
 use crate::step::{Failure, Gate, Invocation, Outcome};
 use crate::{
-    attack, bench, budget, capi, cluster, docs, evidence, firmware, fuzz, means, mutate, paper_map, prove, sbom, scan,
-    setup, thumb, wasm,
+    attack, bench, budget, capi, cluster, docs, evidence, firmware, first, fuzz, means, mutate, paper_map, prove, sbom,
+    scan, setup, thumb, wasm,
 };
 
 /// Set for a test that runs at its full size.
@@ -28,7 +28,7 @@ struct Part {
 }
 
 /// The longest parts first, so that the last ones fill both cores.
-const PARTS: [Part; 8] = [
+const PARTS: [Part; 9] = [
     Part { name: "shapes", holds: "every test at its full size, examples in the documentation", run: shapes },
     Part {
         name: "machine",
@@ -36,6 +36,7 @@ const PARTS: [Part; 8] = [
         run: machine,
     },
     Part { name: "mutation", holds: "symbols of the paper broken on purpose", run: mutate::run },
+    Part { name: "first", holds: "the default features: first commands, left-out commands", run: first::run },
     Part { name: "wasm", holds: "the loop in WebAssembly, bit for bit", run: wasm::run },
     Part { name: "random", holds: "a minute of random campaigns, libFuzzer against the wire", run: random },
     Part { name: "proofs", holds: "statements about every input, a certificate", run: prove::run },

@@ -1,0 +1,78 @@
+//! The first command: `cargo build --release` with the default features, as a newcomer has it.
+//!
+//! The tests run a build with every feature. This part runs the default one: the commands of the README's first screen
+//! succeed, and a left-out command prints one line with its feature and exits with status 2.
+
+use std::fs;
+
+use crate::step::{Failure, Gate, Invocation, Outcome};
+
+/// A folder of its own, so that nothing of the tests is compiled again.
+const TARGET_DIR: &str = "target/first";
+const PROGRAM: &str = "target/first/release/host-sim";
+const FOLDER: &str = "target/first-run";
+
+/// Commands of the default build. `@` is a file in [`FOLDER`] that does not exist before.
+const COMMANDS: [&str; 9] = [
+    "new @mine --plant motor",
+    "run @mine.toml --out @run",
+    "design @mine.toml",
+    "map @mine.toml --preset plant --out @map",
+    "export @mine.toml --lang c --standalone -o @drive.h",
+    "export @mine.toml --lang rust -o @drive.rs",
+    "monte-carlo @mine.toml --trials 40 --shard 1/2 --out @one",
+    "monte-carlo @mine.toml --trials 40 --shard 2/2 --out @two",
+    "merge @one @two --out @both",
+];
+
+/// Left-out commands and the feature that each one names.
+const LEFT_OUT: [(&str, &str); 7] = [
+    ("pil @mine.toml", "chip"),
+    ("hil --port /dev/none", "chip"),
+    ("emulate --image none", "chip"),
+    ("live", "chip"),
+    ("budget", "chip"),
+    ("export @mine.toml --asm -o @tick.S", "asm"),
+    ("export @mine.toml --standalone -o @proved.h --certificate @proved.txt", "proof"),
+];
+
+pub(crate) fn run(gate: &mut Gate) -> Outcome {
+    let build = Invocation::cargo(&["build", "--release", "--target-dir", TARGET_DIR]);
+    gate.commands("host-sim with the default features", &[build])?;
+    gate.step("commands of the default build", |gate| {
+        let folder = gate.root.join(FOLDER);
+        if folder.exists() {
+            fs::remove_dir_all(&folder).map_err(|error| failed(format!("{FOLDER}: {error}")))?;
+        }
+        fs::create_dir_all(&folder).map_err(|error| failed(format!("{FOLDER}: {error}")))?;
+        COMMANDS.iter().try_for_each(|words| invocation(words).run(gate))
+    })?;
+    gate.check("left-out commands name their feature", "cargo xtask test --deep first", |gate| {
+        for (words, feature) in LEFT_OUT {
+            left_out(gate, words, feature)?;
+        }
+        Ok(format!("{} commands", LEFT_OUT.len()))
+    })
+}
+
+fn failed(reason: String) -> Failure {
+    Failure { reason, rerun: String::from("cargo xtask test --deep first") }
+}
+
+fn invocation(words: &str) -> Invocation {
+    let words: Vec<String> = words.split(' ').map(|word| word.replace('@', &format!("{FOLDER}/"))).collect();
+    Invocation::new(PROGRAM, &words.iter().map(String::as_str).collect::<Vec<_>>())
+}
+
+/// Checks that a command prints one line with its feature and exits with status 2.
+fn left_out(gate: &Gate, words: &str, feature: &str) -> Result<(), String> {
+    let invocation = invocation(words);
+    let mut command = invocation.command();
+    let output = command.current_dir(&gate.root).output().map_err(|error| format!("{invocation}: {error}"))?;
+    let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
+    let names_it = said.contains(&format!("cargo run --release --features {feature} -- "));
+    if output.status.code() == Some(2) && names_it && said.trim().lines().count() == 1 {
+        return Ok(());
+    }
+    Err(format!("{invocation}: expected one line that names the feature {feature} and status 2, found:\n{said}"))
+}
