@@ -18,8 +18,8 @@ use std::fs;
 
 use super::capi::{archive, emulated, include, source};
 use super::export::{
-    Board, CORTEX_M4F, EDGES, ON_THE_CHIP, ON_THE_HOST, OTHER_BOARDS, Place, STM32F405, STRICT, answers, compile,
-    folder,
+    Board, CORTEX_M4F, EDGES, ON_THE_CHIP, ON_THE_HOST, Place, STM32F405, STRICT, answers, compile, folder,
+    other_boards,
 };
 use super::export_drive::{Counters, Plant, Wanted, assert_exercised, target};
 use super::export_plan::{Goal, Plan, any, is_number, onto};
@@ -294,7 +294,7 @@ fn a_drive_of_the_archive_gives_its_bits_on_the_emulated_chip() {
 
 #[test]
 fn a_drive_of_the_archive_gives_its_bits_on_other_cores() {
-    for board in &OTHER_BOARDS {
+    for board in other_boards() {
         compare(&[DRIVES[1], DRIVES[7]], 20_000, &["-O2"], Place::On(board));
     }
 }

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use std::fs;
 
 use super::export::{
-    EDGES, ON_THE_CHIP, ON_THE_HOST, OTHER_BOARDS, Place, STM32F405, answers, exported, folder, plain,
+    EDGES, ON_THE_CHIP, ON_THE_HOST, Place, STM32F405, answers, exported, folder, other_boards, plain,
 };
 
 const MOTOR: &str = "motor = { inertia_kg_m2 = 2e-4, torque_n_m_per_a = 0.05, max_current_a = 10 }
@@ -298,7 +298,7 @@ fn an_exported_plan_gives_its_bits_on_the_emulated_chip() {
 
 #[test]
 fn an_exported_plan_gives_its_bits_on_other_cores() {
-    for board in &OTHER_BOARDS {
+    for board in other_boards() {
         compare_all(Place::On(board), &["-O2"]);
     }
 }

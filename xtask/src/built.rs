@@ -3,11 +3,12 @@
 //!
 //! [`Built::compiled`] holds both tiers to it: it lists libraries and programs of ours that are newer than the build.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::SystemTime;
+use std::time::{Instant, SystemTime};
 
 use serde_json::Value;
 
@@ -56,7 +57,9 @@ impl Built {
         for message in messages.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok()) {
             built.add(&message).ok_or_else(|| failed(format!("cargo reports a target in unknown form: {message}")))?;
         }
-        built.tests.sort_by(|one, other| one.name.cmp(&other.name));
+        // The largest program is the one that runs longest; the others fill the second core.
+        let size = |test: &TestProgram| fs::metadata(&test.program).map_or(0, |data| data.len());
+        built.tests.sort_by_key(|test| Reverse(size(test)));
         Ok(built)
     }
 
@@ -163,20 +166,23 @@ impl TestProgram {
         command
     }
 
-    /// Runs its tests; their output is shown.
+    /// Runs its tests, then prints their output.
     pub(crate) fn run(&self, environment: &[(&str, &str)]) -> Outcome {
-        println!("\n     {}", self.name);
         let mut command = self.command();
+        let started = Instant::now();
         command.envs(environment.iter().copied());
         let rerun = || {
             let set: Vec<String> = environment.iter().map(|(name, value)| format!("{name}={value}")).collect();
             format!("cd {} && {} {}", self.folder.display(), set.join(" "), self.program.display())
         };
-        match command.status() {
-            Ok(status) if status.success() => Ok(()),
-            Ok(status) => Err(Failure { reason: format!("{}: {status}", self.name), rerun: rerun() }),
-            Err(error) => Err(Failure { reason: format!("{}: {error}", self.name), rerun: rerun() }),
-        }
+        let failed = |reason: String| Err(Failure { reason: format!("{}: {reason}", self.name), rerun: rerun() });
+        let output = match command.output() {
+            Ok(output) => output,
+            Err(error) => return failed(error.to_string()),
+        };
+        let text = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes)).concat();
+        println!("\n     {}, {:.1} s\n{}", self.name, started.elapsed().as_secs_f64(), text.trim());
+        if output.status.success() { Ok(()) } else { failed(output.status.to_string()) }
     }
 }
 

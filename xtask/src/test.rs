@@ -6,6 +6,9 @@
 
 use std::fs::{self, File};
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::step::{Failure, Gate, Invocation, Outcome};
@@ -133,7 +136,7 @@ fn side_by_side(gate: &mut Gate, parts: &[&'static Part]) -> Outcome {
             if running.is_empty() {
                 return outcome;
             }
-            std::thread::sleep(Duration::from_millis(200));
+            thread::sleep(Duration::from_millis(200));
             let mut k = 0;
             while k < running.len() {
                 match finished(gate, &mut running[k]) {
@@ -266,13 +269,19 @@ fn build(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// Runs every test program; the failures of all are listed together.
+/// Runs every test program, two at a time, since some wait for others; the failures of all are listed together.
 fn tests(gate: &mut Gate, headline: &str, environment: &[(&str, &str)]) -> Outcome {
     gate.step(headline, |gate| {
-        let mut failures = Vec::new();
-        for test in &gate.built()?.tests {
-            failures.extend(test.run(environment).err());
-        }
+        let tests = &gate.built()?.tests;
+        let (next, failures) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+        let work = || {
+            while let Some(test) = tests.get(next.fetch_add(1, Ordering::Relaxed)) {
+                let failure = test.run(environment).err();
+                failures.lock().unwrap_or_else(PoisonError::into_inner).extend(failure);
+            }
+        };
+        thread::scope(|scope| (0..2).for_each(|_| drop(scope.spawn(work))));
+        let failures = failures.into_inner().unwrap_or_else(PoisonError::into_inner);
         let reasons: Vec<&str> = failures.iter().map(|failure| failure.reason.as_str()).collect();
         let reason = reasons.join("\n");
         failures.into_iter().next().map_or(Ok(()), |first| Err(Failure { reason, rerun: first.rerun }))

@@ -18,6 +18,16 @@ use controller_core::{
 use tick_assembly::{Assembly, Effort, assembly};
 use tick_record::{Drift, Functions, Kind, Port, Record, Role, c};
 
+/// True at full size (`DEEP=1`).
+fn deep() -> bool {
+    std::env::var_os("DEEP").is_some_and(|value| value == "1")
+}
+
+/// Ticks at full size and in the fast tier.
+fn sized(ticks: usize) -> usize {
+    if deep() { ticks } else { ticks / 20 }
+}
+
 /// Enough for an order that fits; the figures need more.
 const QUICK: Effort = Effort { rounds: 1, steps: 80_000, seed: 1 };
 
@@ -335,6 +345,7 @@ fn run(folder: &Path, program: &str, options: &[&str]) {
 /// Not one bit differs, and the run shows every kind of tick.
 fn holds(name: &str, functions: &Functions, (n, r): (usize, usize), effort: &Effort, ticks: usize) -> Assembly {
     let assembly = assembly(functions, n, r, "s", effort).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let ticks = sized(ticks);
     let (good, told) = said(name, &assembly.text, &program(functions, &assembly, n, r, ticks));
     println!("{name}: {} cycles, with the whole output {}; {told}", assembly.cycles, assembly.cycles_whole);
     assert!(good, "{name}: {told}");
