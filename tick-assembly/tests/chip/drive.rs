@@ -314,7 +314,9 @@ fn holds(name: &str, functions: &DriveFunctions, plant: &Plant, effort: &Effort,
     for (what, share) in [("healthy", 2), ("rejected", 3000), ("saturated", 3000), ("lost", 500), ("bases", 20_000)] {
         let count = told.lines().find_map(|line| line.strip_prefix(what)?.trim().parse::<usize>().ok());
         let may_miss = what == "bases" && !position;
-        assert!(count.is_some_and(|count| count > ticks / share || may_miss), "{name} shows too little {what}: {told}");
+        // A short run sees fewer of what is rare.
+        let least = if deep() { ticks / share } else { ticks / share / 4 };
+        assert!(count.is_some_and(|count| count > least || may_miss), "{name} shows too little {what}: {told}");
     }
     assembly
 }
