@@ -256,7 +256,8 @@ where
     fn physical(&self, z: &[T; R], s: usize) -> [T; 3] {
         let period = self.coefficients.period;
         let (theta, mu2, unit) = self.folding(s);
-        let [a, b, c] = core::array::from_fn(|m| if m < R { z[m] } else { T::ZERO });
+        let at = |m: usize| if m < R { z[m] } else { T::ZERO };
+        let [a, b, c] = [at(0), at(1), at(2)];
         let s2 = T::HALF * c;
         let s1 = b - (theta + T::HALF) * c;
         let s0 = a - theta * s1 - mu2 * s2;
@@ -452,17 +453,20 @@ where
     /// A, B, C of estimates in physical units: the way back from [`estimates`](ControlLaw::estimates).
     fn folded(&self, estimates: &[[T; R]; N]) -> [[T; R]; O] {
         let period = self.coefficients.period;
-        core::array::from_fn(|s| {
+        let mut z = [[T::ZERO; R]; O];
+        for s in 0..O {
             let (theta, mu2, unit) = self.folding(s);
             let (physical, gamma) = (&estimates[Self::CHANNELS[s]], &self.coefficients.gamma[s]);
             // What an observer of lower order does not estimate it would never correct.
             let estimated = |m: usize| m < R && gamma[m] != T::ZERO;
-            let [d0, d1, d2] = core::array::from_fn(|m| if estimated(m) { physical[m] / unit } else { T::ZERO });
+            let estimate = |m: usize| if estimated(m) { physical[m] / unit } else { T::ZERO };
+            let [d0, d1, d2] = [estimate(0), estimate(1), estimate(2)];
             let (s1, c) = (d1 * period, d2 * period * period);
             let s2 = T::HALF * c;
             let all = [d0 + theta * s1 + mu2 * s2, s1 + (theta + T::HALF) * c, c];
-            core::array::from_fn(|m| all[m])
-        })
+            z[s].copy_from_slice(&all[..R]);
+        }
+        z
     }
 
     /// A state that starts at this sample, with these estimates.
@@ -478,7 +482,8 @@ where
             z[s][0] = if i == Self::LAST { d_hat[i] / self.coefficients.input_gain } else { d_hat[i] };
         }
         let offset = self.sigma(&course.error(Self::advanced(x0, &z)), &z);
-        let all_sound = x0.iter().chain(z.as_flattened()).chain([&offset]).all(|&value| is_sound(value));
+        // A function, no closure: it is then compiled once for each scalar, not for each shape.
+        let all_sound = x0.iter().chain(z.as_flattened()).chain([&offset]).copied().all(is_sound);
         all_sound.then_some(State::resuming(z, offset, T::ZERO))
     }
 

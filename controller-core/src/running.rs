@@ -248,9 +248,14 @@ pub trait Words: Sized {
     fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self>;
 }
 
+/// A function, no closure: iterators over words are then compiled once for each scalar, not for each shape.
+pub(crate) fn each_word<T: Real>(number: &T) -> impl Iterator<Item = u32> + use<T> {
+    number.to_words().into_iter().take(T::WORDS)
+}
+
 impl<T: Real, const L: usize> Words for [T; L] {
     fn words(&self) -> impl Iterator<Item = u32> {
-        self.iter().flat_map(|value| value.to_words().into_iter().take(T::WORDS))
+        self.iter().flat_map(each_word)
     }
 
     fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {

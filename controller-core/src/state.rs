@@ -15,7 +15,7 @@ use core::marker::PhantomData;
 use core::slice;
 
 use crate::real::Real;
-use crate::running::{Words, next};
+use crate::running::{Words, each_word, next};
 
 /// What a [`Controller`](crate::Controller) of these parameters remembers between two ticks. The numbers are in units
 /// of its design. In memory they are the fields in this order, for callers in C.
@@ -176,8 +176,7 @@ impl<T: Real, M, const N: usize, const R: usize, const MASK: u8, const O: usize>
 /// The flag and the numbers of these slices as words. Made once for each scalar, not for each shape.
 fn words_of<T: Real>(flag: bool, parts: [&[T]; 6]) -> impl Iterator<Item = u32> {
     let numbers = parts.into_iter().flatten();
-    let words = numbers.flat_map(|number| number.to_words().into_iter().take(T::WORDS));
-    [u32::from(flag)].into_iter().chain(words)
+    [u32::from(flag)].into_iter().chain(numbers.flat_map(each_word))
 }
 
 /// Fills the slices with the numbers of the next words.

@@ -51,9 +51,8 @@ pub trait LawAtRest: Send {
 }
 
 /// Any [`ControlLaw`] in f64 as such a map.
-pub struct Still<L: ControlLaw, S> {
-    law: L,
-    sample: S,
+pub struct Still {
+    law: Box<dyn WordByWord>,
     inputs: usize,
     /// Rad per count of each encoder; empty for a law that reads states.
     units_rad: Vec<f64>,
@@ -61,42 +60,85 @@ pub struct Still<L: ControlLaw, S> {
     whole: Vec<u32>,
     numbers: Vec<f64>,
     u: f64,
+}
+
+/// A law whose state is a list of words. [`Still`] is compiled once, and of each law only this.
+trait WordByWord: Send {
+    /// The state after three ticks with this sample, and u; `None` if it does not start there.
+    fn settled(&self, sample: &[f64]) -> Option<(Vec<u32>, f64)>;
+
+    /// One tick: the state becomes the next one. u, and what it tells beside it.
+    fn tick(&self, state: &mut Vec<u32>, sample: &[f64], held: Option<f64>) -> (f64, Vec<f64>);
+}
+
+/// A law, and how numbers become its sample and its estimates become numbers.
+struct Known<L: ControlLaw, S> {
+    law: L,
+    sample: S,
     d_hat: fn(L::Estimates) -> Vec<f64>,
 }
 
-impl<L: ControlLaw<Scalar = f64, Output = Output<f64>>, S: Fn(&[f64]) -> L::Sample> Still<L, S> {
+impl<L, S> WordByWord for Known<L, S>
+where
+    L: ControlLaw<Scalar = f64, Output = Output<f64>> + Send,
+    S: Fn(&[f64]) -> L::Sample + Send,
+{
+    fn settled(&self, sample: &[f64]) -> Option<(Vec<u32>, f64)> {
+        let sample = (self.sample)(sample);
+        let mut state = self.law.start(&sample)?;
+        let mut u = 0.0;
+        // The first tick after a start has none before it.
+        for _ in 0..3 {
+            u = self.law.tick(&mut state, &sample).u;
+            L::report_applied(&mut state, u);
+        }
+        Some((state.words().collect(), u))
+    }
+
+    fn tick(&self, words: &mut Vec<u32>, sample: &[f64], held: Option<f64>) -> (f64, Vec<f64>) {
+        let Some(mut state) = L::State::from_words(&mut words.drain(..)) else {
+            unreachable!("finite numbers in the order of the words of a state are a state");
+        };
+        let Output { u, sigma_star, .. } = self.law.tick(&mut state, &(self.sample)(sample));
+        let mut told = (self.d_hat)(self.law.estimates(&state));
+        told.insert(0, sigma_star);
+        if let Some(held) = held {
+            L::report_applied(&mut state, held);
+        }
+        words.extend(state.words());
+        (u, told)
+    }
+}
+
+impl Still {
     /// A law that has ticked at rest with a sample of zeros. `sample` makes one of numbers: of `inputs` states, or of
     /// the counts of encoders, one for each entry of `units_rad`. `d_hat` has the estimates of d_1, d_2, .. . `None` if
     /// it does not start there.
-    pub fn new(
+    pub fn new<L, S>(
         law: L,
         inputs: usize,
         units_rad: Vec<f64>,
         sample: S,
         d_hat: fn(L::Estimates) -> Vec<f64>,
-    ) -> Option<Self> {
-        let zeros = vec![0.0; inputs];
-        let mut state = law.start(&sample(&zeros))?;
-        let mut u = 0.0;
-        // The first tick after a start has none before it.
-        for _ in 0..3 {
-            u = law.tick(&mut state, &sample(&zeros)).u;
-            L::report_applied(&mut state, u);
-        }
+    ) -> Option<Self>
+    where
+        L: ControlLaw<Scalar = f64, Output = Output<f64>> + Send + 'static,
+        S: Fn(&[f64]) -> L::Sample + Send + 'static,
+    {
+        Self::of(Box::new(Known { law, sample, d_hat }), inputs, units_rad)
+    }
+
+    fn of(law: Box<dyn WordByWord>, inputs: usize, units_rad: Vec<f64>) -> Option<Self> {
+        let (words, u) = law.settled(&vec![0.0; inputs])?;
         // A flag; with encoders the count of the last sample and that since the base, of each, and the turn.
         let flags = if units_rad.is_empty() { 1 } else { 2 + 2 * units_rad.len() };
-        let words: Vec<u32> = state.words().collect();
         let (whole, rest) = words.split_at(flags);
         let numbers = rest.chunks_exact(2).map(|pair| f64::from_words([pair[0], pair[1]])).collect();
-        Some(Self { sample, inputs, whole: whole.to_vec(), numbers, u, law, units_rad, d_hat })
+        Some(Self { law, inputs, whole: whole.to_vec(), numbers, u, units_rad })
     }
 }
 
-impl<L, S> LawAtRest for Still<L, S>
-where
-    L: ControlLaw<Scalar = f64, Output = Output<f64>> + Send,
-    S: Fn(&[f64]) -> L::Sample + Send,
-{
+impl LawAtRest for Still {
     fn steps(&self) -> Vec<f64> {
         let numbers = iter::repeat_n(0.0, self.numbers.len());
         let sample = if self.units_rad.is_empty() { vec![0.0; self.inputs] } else { self.units_rad.clone() };
@@ -119,21 +161,12 @@ where
             (words[1 + i], words[1 + encoders + i]) = (count, count);
         }
         words.extend(numbers.iter().flat_map(|number| number.to_words()));
-        let Some(mut state) = L::State::from_words(&mut words.into_iter()) else {
-            unreachable!("finite numbers in the order of the words of a state are a state");
-        };
         let counted = counts(sample);
-        let Output { u, sigma_star, .. } =
-            self.law.tick(&mut state, &(self.sample)(if encoders > 0 { &counted } else { sample }));
-        let d_hat = (self.d_hat)(self.law.estimates(&state));
-        if let Some(held) = held {
-            L::report_applied(&mut state, held);
-        }
-        let words: Vec<u32> = state.words().collect();
+        let (u, told) = self.law.tick(&mut words, if encoders > 0 { &counted } else { sample }, held);
         let last = self.units_rad.iter().enumerate().map(|(i, unit)| f64::from(words[1 + i] as i32) * unit);
         let pairs = words[self.whole.len()..].chunks_exact(2);
         let memory = last.chain(pairs.map(|pair| f64::from_words([pair[0], pair[1]]))).collect();
-        Ticked { memory, u, told: iter::once(sigma_star).chain(d_hat).collect() }
+        Ticked { memory, u, told }
     }
 }
 

@@ -144,6 +144,31 @@ where
     }
 }
 
+/// Names of the numbers of a state, in their order: of `states` estimates a shaft, with two gain sets, with a tick of
+/// delay.
+fn state_names(shafts: &[&str], pushed: &[&str], states: usize, has_fast: bool, is_late: bool) -> Vec<String> {
+    let of = |names: &[&str], shafts: &[&str]| -> Vec<String> {
+        shafts.iter().flat_map(|shaft| names.iter().map(move |name| format!("{name}{shaft}"))).collect()
+    };
+    let mut all = vec!["fresh".into()];
+    all.extend(of(&["last"], shafts));
+    all.extend(of(&["at"], shafts));
+    all.push("turn".into());
+    all.extend(of(&["pull"], pushed));
+    all.extend(of(&["push"], pushed));
+    all.extend(of(&["p", "v", "d", "d_dot"][..states], shafts));
+    if has_fast {
+        all.extend(of(&["smoothed", "level"], shafts));
+    }
+    all.push("reach".into());
+    all.extend(of(&["missed"], shafts));
+    all.extend(["offset", "held"].map(String::from));
+    if is_late {
+        all.push("queued".into());
+    }
+    all
+}
+
 impl<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> Recorded
     for Mounted<M, A, E, N, S, FAST, LATE>
 where
@@ -151,28 +176,7 @@ where
     A: NamedAim<N>,
 {
     fn state_names() -> Vec<String> {
-        let of = |names: &[&str]| -> Vec<String> {
-            M::SHAFTS.iter().flat_map(|shaft| names.iter().map(move |name| format!("{name}{shaft}"))).collect()
-        };
-        let alert = if FAST == 1 { of(&["smoothed", "level"]) } else { Vec::new() };
-        let late = ["queued"].into_iter().take(LATE).map(String::from);
-        ["fresh".into()]
-            .into_iter()
-            .chain(of(&["last"]))
-            .chain(of(&["at"]))
-            .chain(["turn".into()])
-            .chain(
-                ["pull", "push"]
-                    .into_iter()
-                    .flat_map(|name| M::PUSHED.iter().map(move |shaft| format!("{name}{shaft}"))),
-            )
-            .chain(of(&["p", "v", "d", "d_dot"][..S]))
-            .chain(alert)
-            .chain(["reach".into()])
-            .chain(of(&["missed"]))
-            .chain(["offset", "held"].map(String::from))
-            .chain(late)
-            .collect()
+        state_names(&M::SHAFTS, M::PUSHED, S, FAST == 1, LATE == 1)
     }
 
     fn sample(&self, recorder: &Recorder) -> Self::Sample {

@@ -29,7 +29,7 @@ use crate::error::ConfigError;
 use crate::exponential::phi_functions;
 use crate::model::{Linear, NominalModel};
 use crate::real::{Count as _, Real, row_f32};
-use crate::running::{ControlLaw, RetuneError, Words, hash, next};
+use crate::running::{ControlLaw, RetuneError, Words, each_word, hash, next};
 use crate::state::State;
 
 /// A designed law over a measured state, never changed by a tick.
@@ -157,8 +157,7 @@ impl<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize, co
     for FullStateMemory<T, N, R, MASK, O, LATE>
 {
     fn words(&self) -> impl Iterator<Item = u32> {
-        let queued = self.queued.iter().flat_map(|number| number.to_words().into_iter().take(T::WORDS));
-        self.within.words().chain(queued)
+        self.within.words().chain(self.queued.iter().flat_map(each_word))
     }
 
     fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {

@@ -27,7 +27,7 @@ use super::target::{Aim, Target};
 use crate::controller::Output;
 use crate::health::Health;
 use crate::real::Real;
-use crate::running::{ControlLaw, RetuneError, Words, hash, next};
+use crate::running::{ControlLaw, RetuneError, Words, each_word, hash, next};
 
 /// What the monitors of a drive with E encoders may see; by rule from a design ([`MotorDesign::bounds`],
 /// [`JointDesign::bounds`]).
@@ -224,8 +224,7 @@ pub struct MonitoredState<S, T> {
 
 impl<S: Words, T: Real> Words for MonitoredState<S, T> {
     fn words(&self) -> impl Iterator<Item = u32> {
-        let numbers = [self.stuck, self.last].into_iter();
-        let numbers = numbers.flat_map(|number| number.to_words().into_iter().take(T::WORDS));
+        let numbers = [&self.stuck, &self.last].into_iter().flat_map(each_word);
         [u32::from(self.stopped)].into_iter().chain(numbers).chain(self.within.words())
     }
 

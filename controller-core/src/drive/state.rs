@@ -1,8 +1,8 @@
 //! What an encoder drive remembers between two ticks.
 
 use super::chain::ChainModel;
-use crate::real::{Count as _, Real};
-use crate::running::{Words, next};
+use crate::real::{Count, Real};
+use crate::running::{Words, each_word, next};
 
 /// Everything in physical units: of another design of the same shape the estimates mean the same.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,11 +58,11 @@ where
 {
     fn words(&self) -> impl Iterator<Item = u32> {
         let Self { last, at, turn, x, pull, push, alert, reach, missed, offset, held, queued, fresh } = self;
-        let counts = last.iter().chain(at).chain([turn]).map(|count| count.to_word());
+        let counts = last.iter().chain(at).chain([turn]).copied().map(Count::to_word);
         let alert = alert.as_flattened().as_flattened();
         let numbers =
             x.as_flattened().iter().chain(alert).chain([reach]).chain(missed).chain([offset, held]).chain(queued);
-        let numbers = numbers.flat_map(|number| number.to_words().into_iter().take(T::WORDS));
+        let numbers = numbers.flat_map(each_word);
         [u32::from(*fresh)].into_iter().chain(counts).chain(pull.words()).chain(push.words()).chain(numbers)
     }
 

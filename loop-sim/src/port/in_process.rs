@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 use controller_core::{
     AnyConfig, Benchmark, Config, ConfigError, ControlLaw as _, Controller, Guessing, Libm, Limits, Linear, MAX_R,
-    Micromath, Nominal, NominalModel, Real, Running, SampleLimits, Shape, Warnings, shapes,
+    Micromath, Nominal, NominalModel, Output, Real, Running, SampleLimits, Shape, Warnings, shapes,
 };
 
 use crate::MAX_ORDER;
@@ -55,7 +55,10 @@ pub struct ControllerSpec {
 
 /// The first `L` entries, zeros where there are fewer.
 pub fn padded<const L: usize>(row: &[f64]) -> [f64; L] {
-    core::array::from_fn(|i| row.get(i).copied().unwrap_or(0.0))
+    let mut entries = [0.0; L];
+    let given = row.len().min(L);
+    entries[..given].copy_from_slice(&row[..given]);
+    entries
 }
 
 /// A designed controller.
@@ -128,7 +131,7 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     // At a limit that is 0 a small change would be cut on one side.
     let unlimited = Config { options: config.options.with_limits(Limits::NONE), ..config };
     let at_rest = Controller::<f64, _, N, R, MASK, O>::try_design(&unlimited, exact)?;
-    let d_hat = |known: [[f64; R]; N]| known.map(|channel| channel[0]).into();
+    let d_hat = |known: [[f64; R]; N]| first_of_each(known.as_flattened(), R);
     let Some(at_rest) = Still::new(at_rest, N, Vec::new(), padded::<N>, d_hat) else {
         unreachable!("a controller starts at x = 0")
     };
@@ -152,8 +155,10 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
                 }
             };
             let controller = Controller::<f32, _, N, R, MASK, O>::try_design(&config, model)?;
-            let guess = estimates.map(f32::from_f64);
-            let numbers = guess.into_iter().chain(row).chain(controller.coefficients().numbers()).collect();
+            let guess = rounded::<f32, N>(&estimates);
+            let mut numbers = guess.to_vec();
+            numbers.extend_from_slice(&row);
+            numbers.extend(controller.coefficients().numbers());
             let download = kind.map(|model| Download { shape: spec.config.shape(), model, numbers });
             (Box::new(InProcess { running: Running::guessing(controller, guess) }), download)
         }
@@ -163,6 +168,36 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
         }
     };
     Ok(Designed { port, warnings: config.warnings(), download, at_rest: Box::new(at_rest) })
+}
+
+/// The first of every `R` numbers.
+fn first_of_each(numbers: &[f64], r: usize) -> Vec<f64> {
+    numbers.iter().step_by(r).copied().collect()
+}
+
+/// The first `N` entries in another precision, zeros where there are fewer.
+fn rounded<T: Real, const N: usize>(row: &[f64]) -> [T; N] {
+    let mut entries = [T::ZERO; N];
+    convert(row, &mut entries);
+    entries
+}
+
+/// Rounds as many numbers as both have.
+fn convert<T: Real>(from: &[f64], to: &mut [T]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = T::from_f64(*from);
+    }
+}
+
+/// Rows of `r` estimates each, as wide as any law has them.
+fn widened<T: Real>(rows: &[T], r: usize) -> [[f64; MAX_R]; MAX_ORDER] {
+    let mut estimates = [[0.0; MAX_R]; MAX_ORDER];
+    for (to, from) in estimates.iter_mut().zip(rows.chunks_exact(r)) {
+        for (to, from) in to.iter_mut().zip(from) {
+            *to = from.to_f64();
+        }
+    }
+    estimates
 }
 
 /// Whichever model the scenario names; the arithmetic is the one of `controller-core`.
@@ -234,18 +269,9 @@ impl<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> Co
     }
 
     fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
-        let output = self.running.tick(&padded::<N>(sample).map(T::from_f64));
-        let mut estimates = [[0.0; MAX_R]; MAX_ORDER];
-        for (to, from) in estimates.iter_mut().zip(self.running.estimates().iter().flatten()) {
-            to[..R].copy_from_slice(&from.map(T::to_f64));
-        }
-        Ok(Tick {
-            u: output.u.to_f64(),
-            sigma: output.sigma.to_f64(),
-            sigma_star: output.sigma_star.to_f64(),
-            estimates,
-            health: output.health,
-        })
+        let Output { u, sigma, sigma_star, health, .. } = self.running.tick(&rounded(sample));
+        let estimates = self.running.estimates().map_or_else(Default::default, |all| widened(all.as_flattened(), R));
+        Ok(Tick { u: u.to_f64(), sigma: sigma.to_f64(), sigma_star: sigma_star.to_f64(), estimates, health })
     }
 
     fn report_applied(&mut self, u: f64) {
