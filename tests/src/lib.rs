@@ -28,6 +28,16 @@ pub fn deep() -> bool {
     std::env::var_os("DEEP").is_some_and(|value| value == "1")
 }
 
+/// All of them in the deep tier, every `n`th in the fast one, the first among them.
+pub fn sampled<I: IntoIterator>(all: I, n: usize) -> std::iter::StepBy<I::IntoIter> {
+    all.into_iter().step_by(if deep() { 1 } else { n })
+}
+
+/// So many ticks in the deep tier, a twentieth in the fast one.
+pub fn sized(ticks: usize) -> usize {
+    if deep() { ticks } else { ticks / 20 }
+}
+
 pub mod close;
 pub mod data;
 pub mod drive;

@@ -10,8 +10,8 @@ use host_sim::figures::CATALOGUE;
 use host_sim::remote::{LONGEST_WAIT, Remote, for_target};
 use host_sim::transport::{BAUD, Emulator, Serial, Transport};
 use integration_tests::data::{path, scenario_file};
-use integration_tests::deep;
 use integration_tests::program::{Folder, Spoken, host_sim, host_sim_until};
+use integration_tests::{deep, sampled};
 use loop_sim::port::ControllerPort;
 use scenario::load;
 use serde_json::Value as Json;
@@ -114,7 +114,7 @@ fn every_kind_of_design_and_of_trouble_has_the_same_bits_on_the_chip() {
         ("chain.toml", &[], 401),
     ];
     let folder = Folder::new("pil-kinds");
-    for (file, sets, ticks) in cases {
+    for (file, sets, ticks) in sampled(cases, 2) {
         let label = format!("{file} {sets:?}");
         let file = scenario(file);
         let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
@@ -135,7 +135,7 @@ fn drives_have_the_same_bits_on_the_chip_on_a_bad_wire_too() {
         ("joint", &["monitor.reaction='fallback'", faults], &[]),
         ("joint", &["drive.delay_ticks=1"], &[]),
     ];
-    for (plant, sets, wire) in cases {
+    for (plant, sets, wire) in sampled(cases, 2) {
         let label = format!("{plant} {sets:?}");
         let text = if plant == "motor" { scenario::MOTOR } else { scenario::JOINT };
         let file = folder.path(&format!("{plant}.toml"));

@@ -12,9 +12,9 @@ use controller_core::{
 };
 use host_sim::export;
 use integration_tests::data::path;
-use integration_tests::deep;
 use integration_tests::program::host_sim;
 use integration_tests::strategy::Rng;
+use integration_tests::{deep, sampled, sized};
 use loop_sim::expression::Expression;
 use loop_sim::port::in_process::{ControllerSpec, Download, Model};
 use scenario::Source;
@@ -526,7 +526,7 @@ where
     let mut running = Running::guessing(controller, d_hat);
     let (mut asked, mut answers, mut seen, mut ticks) = (Vec::new(), Vec::new(), [0_usize; 8], 0);
     let mut words = 0;
-    while ticks < TICKS {
+    while ticks < sized(TICKS) {
         let (ask, mut x) = (samples.ask(running.estimates().is_some()), samples.next::<N>());
         let (said, outputs) = match ask {
             Ask::Tick | Ask::Forget => {
@@ -713,7 +713,7 @@ fn of_many(scenarios: &[String], assembly: Option<&Effort>) -> Many {
         program += &SERVE.replace('@', &prefix).replace('#', &format!("S{k}")).replace("GIVEN", given);
 
         let mut samples = Samples { rng: Rng::new(0xace + k as u64), scale: 0.1, bad_left: 0 };
-        for _ in 0..TICKS_OF_MANY.div_ceil(scenarios.len()) {
+        for _ in 0..sized(TICKS_OF_MANY).div_ceil(scenarios.len()) {
             let (ask, mut x) = (samples.ask(false), samples.next::<6>());
             let mut answer = [0_u32; WORDS];
             if ask == Ask::ReportApplied {
@@ -738,7 +738,7 @@ fn of_many(scenarios: &[String], assembly: Option<&Effort>) -> Many {
         }
     }
     // Of a plant of order 2 one in three of the bad numbers counts.
-    assert!(rejected > TICKS_OF_MANY / 200, "{rejected} bad samples show too little");
+    assert!(rejected > sized(TICKS_OF_MANY) / 200, "{rejected} bad samples show too little");
     many.program = [ASKS, &program, &MANY_MAIN.replace('@', &cases)].concat();
     many
 }
@@ -832,7 +832,7 @@ int main(void)
 ";
 
 fn compare_all(place: Place) {
-    for (name, scenario, run) in INSTANCES {
+    for (name, scenario, run) in sampled(INSTANCES, 3) {
         compare(name, scenario, &run(name, scenario), place);
     }
 }
@@ -862,7 +862,7 @@ const LEAST: Effort = Effort { rounds: 1, steps: 20_000, seed: 1 };
 
 #[test]
 fn the_exported_assembly_of_every_shape_gives_the_bits_of_the_controller_that_the_host_runs() {
-    let many = of_many(&shapes().map(scenario_of).collect::<Vec<_>>(), Some(&LEAST));
+    let many = of_many(&sampled(shapes(), 4).map(scenario_of).collect::<Vec<_>>(), Some(&LEAST));
     compare_many("shapes-assembly", &many, Place::On(&STM32F405));
 }
 
@@ -922,7 +922,7 @@ const QUICK: Effort = Effort { rounds: 1, steps: 120_000, seed: 1 };
 
 #[test]
 fn the_exported_assembly_gives_the_bits_of_the_tick_on_the_emulated_chip() {
-    for (name, scenario, run) in INSTANCES {
+    for (name, scenario, run) in sampled(INSTANCES, 3) {
         // A gate is another way through the tick, and the joint's a(x) has an entry that is 0.
         if !scenario.contains("samples") && !scenario.contains("plant = {}") && name != "n2r2_12" {
             compare_assembly(name, scenario, &run(name, scenario), &QUICK);
@@ -941,7 +941,7 @@ fn the_exported_assembly_of_the_joint_gives_the_bits_of_its_tick_on_the_emulated
         ("n4r2_4", run_joint::<2, { channels(4, 2, [4]) }, 1>),
         ("n4r3_1234", run_joint::<3, { channels(4, 3, [1, 2, 3, 4]) }, 4>),
     ];
-    for (name, run) in ticks {
+    for (name, run) in sampled(ticks, 3) {
         let (_, scenario, _) = INSTANCES.iter().find(|(wanted, ..)| *wanted == name).expect("an instance");
         compare_assembly(name, scenario, &run(name, scenario), &QUICK);
     }

@@ -11,8 +11,8 @@ use controller_core::drive::{
 };
 use controller_core::{ControlLaw, Health, Running};
 use integration_tests::data::path;
-use integration_tests::deep;
 use integration_tests::strategy::Rng;
+use integration_tests::{deep, sized};
 use loop_sim::port::drive::DriveDesign;
 use scenario::Source;
 use std::f64::consts::TAU;
@@ -340,7 +340,7 @@ where
         (Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
     let (mut asked, mut answers, mut seen, mut words) = (Vec::new(), Vec::new(), [0_usize; 128], 0);
     let (mut ticks, mut turns_gone, mut stopped) = (0, 0, false);
-    while ticks < TICKS {
+    while ticks < sized(TICKS) {
         let what = match rng.integer(0, 999) {
             // Somebody sees that it has stopped.
             25..=44 if stopped => FORGET,

@@ -238,7 +238,7 @@ fn free_of_alarms(gate: &Gate, program: &str) -> Result<String, String> {
     let eva = Invocation::new("frama-c", &look.split(' ').collect::<Vec<_>>()).with(&[&file]);
     let said = eva.output(gate).map_err(|error| {
         format!(
-            "{eva}: {error}\nthis is not part of the gate (862 MB); on Debian, as root:\n  apt-get install \
+            "{eva}: {error}\nno tier installs it (862 MB); on Debian, as root:\n  apt-get install \
              --no-install-recommends frama-c-base"
         )
     })?;

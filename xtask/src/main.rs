@@ -107,7 +107,7 @@ const ACTIONS: [Action; 22] = [
         help: "the C that users get before MISRA's addon, two compilers and their analysers",
         run: evidence::run,
     },
-    Action { name: "eva", help: "the same before Frama-C's Eva, which the gate does not install", run: evidence::eva },
+    Action { name: "eva", help: "the same before Frama-C's Eva, which no tier installs", run: evidence::eva },
     Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
     Action { name: "sbom", help: "bills of materials (SPDX) of the built images and archives", run: sbom::run },
     Action { name: "mutate", help: "break symbols of the paper: do the tests of the map fail?", run: mutate::run },

@@ -178,7 +178,9 @@ pub(crate) fn judge(gate: &mut Gate, extent: Extent) -> Outcome {
                 of_the_files(gate, &folder.join(exported.name), exported)?;
             }
         }
-        for shipped in &SHIPPED {
+        // Each text is a run of `export` of its own, so the fast tier holds one file.
+        let all = if extent == Extent::All { &SHIPPED[..] } else { &SHIPPED[..1] };
+        for shipped in all {
             of_the_assembly(gate, &folder.join("shipped"), shipped)?;
         }
         println!("\nheld to no record:");

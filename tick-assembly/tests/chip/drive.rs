@@ -11,7 +11,7 @@ use tick_assembly::{DriveAssembly, DriveLayout, Effort, drive_assembly};
 use tick_record::drive::{DriveFunctions, JET, joint, motor};
 use tick_record::{Kind, Port, Record, Role, c};
 
-use super::{ENDING, HELP, QUICK, deep, said, sized};
+use super::{ENDING, HELP, QUICK, deep, effort, said, sampled, sized};
 
 fn c_type(kind: Kind) -> &'static str {
     match kind {
@@ -370,36 +370,30 @@ fn the_drive_of_a_motor_is_its_parts_to_the_bit() {
 fn the_drive_of_a_joint_is_its_parts_to_the_bit() {
     let design = JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
     let functions = joint::<Position, 0, 0>(&design, [Mounting::UPRIGHT; 2]).expect("a design");
-    let effort = if deep() { Effort::FULL } else { QUICK };
-    let joint = holds("joint", &functions, &joint_plant(), &effort, 1_000_000);
+    let joint = holds("joint", &functions, &joint_plant(), &effort(), 1_000_000);
     // As firmware is made, ordered within 15 in a hundred of the floor. A short search gets within 30.
     let bar = joint.floor * if deep() { 115 } else { 130 } / 100;
     assert!((joint.floor..=bar).contains(&joint.cycles), "{} of {}", joint.cycles, joint.floor);
-}
-
-/// More numbers still, which few orders have registers for.
-#[test]
-fn the_drive_of_a_joint_with_two_gain_sets_is_its_parts_to_the_bit() {
-    let design = JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
-    let functions = joint::<Position, 1, 0>(&design, [Mounting::UPRIGHT; 2]).expect("a design");
-    // Few orders have registers for it, so a search takes long at any effort.
-    holds("joint_two_sets", &functions, &joint_plant(), &QUICK, 1_000_000);
 }
 
 #[test]
 fn drives_of_every_kind_are_their_parts_to_the_bit() {
     let design = motor_design();
     let turned = Mounting { is_reversed: true, offset_counts: 70_000 };
-    for (name, functions) in [
-        ("motor_speed", motor::<Speed, 0, 0, 3>(&design, Mounting::UPRIGHT)),
-        ("motor_two_sets", motor::<Position, 1, 0, 3>(&design, Mounting::UPRIGHT)),
-        ("motor_late", motor::<Position, 0, 1, 3>(&design, Mounting::UPRIGHT)),
-        ("motor_four_states", motor::<Position, 0, 0, 4>(&design, Mounting::UPRIGHT)),
-    ] {
-        holds(name, &functions.expect("a design"), &motor_plant(), &QUICK, 100_000);
+    let reversed = Plant { mounting: turned, ..motor_plant() };
+    let flexible = JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
+    let all = [
+        ("motor_speed", motor::<Speed, 0, 0, 3>(&design, Mounting::UPRIGHT), motor_plant(), 100_000),
+        ("motor_two_sets", motor::<Position, 1, 0, 3>(&design, Mounting::UPRIGHT), motor_plant(), 100_000),
+        ("motor_late", motor::<Position, 0, 1, 3>(&design, Mounting::UPRIGHT), motor_plant(), 100_000),
+        ("motor_four_states", motor::<Position, 0, 0, 4>(&design, Mounting::UPRIGHT), motor_plant(), 100_000),
+        ("motor_turned", motor::<Position, 0, 0, 3>(&design, turned), reversed, 100_000),
+        // More numbers still, which few orders have registers for: a search takes long at any effort.
+        ("joint_two_sets", joint::<Position, 1, 0>(&flexible, [Mounting::UPRIGHT; 2]), joint_plant(), 1_000_000),
+    ];
+    for (name, functions, plant, ticks) in sampled(all, 2) {
+        holds(name, &functions.expect("a design"), &plant, &QUICK, ticks);
     }
-    let reversed = motor::<Position, 0, 0, 3>(&design, turned).expect("a design");
-    holds("motor_turned", &reversed, &Plant { mounting: turned, ..motor_plant() }, &QUICK, 100_000);
 }
 
 #[test]

@@ -28,6 +28,16 @@ fn sized(ticks: usize) -> usize {
     if deep() { ticks } else { ticks / 20 }
 }
 
+/// All of them at full size, every `n`th in the fast tier.
+fn sampled<T>(all: impl IntoIterator<Item = T>, n: usize) -> impl Iterator<Item = T> {
+    all.into_iter().step_by(if deep() { 1 } else { n })
+}
+
+/// The search for firmware, which the figures of cycles are for; a short one in the fast tier.
+fn effort() -> Effort {
+    if deep() { Effort::FULL } else { QUICK }
+}
+
 /// Enough for an order that fits; the figures need more.
 const QUICK: Effort = Effort { rounds: 1, steps: 80_000, seed: 1 };
 
@@ -361,10 +371,11 @@ fn holds(name: &str, functions: &Functions, (n, r): (usize, usize), effort: &Eff
 /// coefficient is loaded for two.
 #[test]
 fn the_joint_is_the_record_to_the_bit_within_its_cycles() {
-    let joint = holds("joint_r2", &functions!(4, 2, [2, 4], Drift::Sparse), (4, 2), &Effort::FULL, 1_000_000);
-    assert!((joint.floor..=152).contains(&joint.cycles), "{} of {}", joint.cycles, joint.floor);
-    let joint = holds("joint_r3", &functions!(4, 3, [2, 4], Drift::Sparse), (4, 3), &Effort::FULL, 1_000_000);
-    assert!((joint.floor..=182).contains(&joint.cycles), "{} of {}", joint.cycles, joint.floor);
+    let [of_order_2, of_order_3] = if deep() { [152, 182] } else { [155, 187] };
+    let joint = holds("joint_r2", &functions!(4, 2, [2, 4], Drift::Sparse), (4, 2), &effort(), 1_000_000);
+    assert!((joint.floor..=of_order_2).contains(&joint.cycles), "{} of {}", joint.cycles, joint.floor);
+    let joint = holds("joint_r3", &functions!(4, 3, [2, 4], Drift::Sparse), (4, 3), &effort(), 1_000_000);
+    assert!((joint.floor..=of_order_3).contains(&joint.cycles), "{} of {}", joint.cycles, joint.floor);
     // By the table of docs/cycles.md, written out by hand: 71 operations, clamps, sample, state, 33 coefficients in
     // three groups and two in instructions, guard, return.
     assert_eq!(joint.floor, 71 + 16 + 5 + 13 + 13 + (33 + 3) + 2 + 6 + 3);
@@ -372,7 +383,7 @@ fn the_joint_is_the_record_to_the_bit_within_its_cycles() {
 
 #[test]
 fn chains_of_every_kind_are_the_record_to_the_bit() {
-    for (name, functions, n, r) in [
+    let chains = [
         ("n2_r1_c2", functions!(2, 1, [2], Drift::Linear), 2, 1),
         ("n2_r2_c12", functions!(2, 2, [1, 2], Drift::Argument), 2, 2),
         ("n3_r2_c123", functions!(3, 2, [1, 2, 3], Drift::ArgumentWithGain), 3, 2),
@@ -383,7 +394,8 @@ fn chains_of_every_kind_are_the_record_to_the_bit() {
         ("n4_r2_c24_gain", functions!(4, 2, [2, 4], Drift::ArgumentWithGain), 4, 2),
         ("n6_r1_c6", functions!(6, 1, [6], Drift::Linear), 6, 1),
         ("n4_r3_c1234", functions!(4, 3, [1, 2, 3, 4], Drift::Linear), 4, 3),
-    ] {
+    ];
+    for (name, functions, n, r) in sampled(chains, 2) {
         holds(name, &functions, (n, r), &QUICK, 100_000);
     }
 }
