@@ -11,8 +11,8 @@ use controller_core::drive::{
 };
 use controller_core::{ControlLaw, Health, Running};
 use integration_tests::data::path;
+use integration_tests::sampled;
 use integration_tests::strategy::Rng;
-use integration_tests::{deep, sized};
 use loop_sim::port::drive::DriveDesign;
 use scenario::Source;
 use std::f64::consts::TAU;
@@ -340,7 +340,7 @@ where
         (Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
     let (mut asked, mut answers, mut seen, mut words) = (Vec::new(), Vec::new(), [0_usize; 128], 0);
     let (mut ticks, mut turns_gone, mut stopped) = (0, 0, false);
-    while ticks < sized(TICKS) {
+    while ticks < TICKS {
         let what = match rng.integer(0, 999) {
             // Somebody sees that it has stopped.
             25..=44 if stopped => FORGET,
@@ -552,7 +552,8 @@ int main(void)
 }
 
 fn compare_all(place: Place, options: &[&str]) {
-    compare(&INSTANCES, place, options);
+    let instances: Vec<Instance> = sampled(INSTANCES, 5).collect();
+    compare(&instances, place, options);
 }
 
 fn compare(instances: &[Instance], place: Place, options: &[&str]) {
@@ -634,8 +635,7 @@ fn the_exported_c_of_a_drive_compiles_for_every_core_without_a_warning() {
         }
     }
     all.push(["-mcpu=cortex-m55".into(), "-mfloat-abi=hard".into()].into());
-    // The fast tier compiles for every eighth.
-    let all: Vec<Vec<String>> = all.into_iter().step_by(if deep() { 1 } else { 8 }).collect();
+    let all: Vec<Vec<String>> = sampled(all, 24).collect();
     let folder = folder("drive-cores");
     for wanted in ["two_sets", "joint"] {
         let (_, plant, rest, _) = INSTANCES.into_iter().find(|(name, ..)| *name == wanted).expect("an instance");
