@@ -45,13 +45,13 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use scenario::{Experiment, ScenarioError, Source};
 use sha2::{Digest, Sha256};
+use study::map::Subject;
+use study::number::significant;
 use terminal::stop;
 use whole_file::{Claim, Existing, Kind};
 
 use crate::feature::Feature;
-use crate::map::Subject;
-use crate::monte_carlo::store;
-use crate::report::number::significant;
+use crate::store;
 
 mod bounds;
 #[cfg_attr(not(feature = "chip"), path = "cli/no_budget.rs")]

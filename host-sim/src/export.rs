@@ -17,11 +17,11 @@ use std::fmt::Write as _;
 
 use loop_sim::port::in_process::{self, ControllerSpec, Download, Model};
 use scenario::{Experiment, Source};
+use study::margins;
 
 use arm::Effort;
 
 use crate::feature::Feature;
-use crate::margins;
 use crate::remote::Loadable;
 use controller_core::{LAYOUT, Limits, Shape};
 

@@ -9,20 +9,14 @@
 //! over a [`transport`], compared bit for bit. A scenario file with its seed reproduces a run bit for bit.
 
 pub mod black_box;
-pub mod bounds;
 pub mod chip;
 pub mod cli;
-pub mod commission;
-pub mod compare;
 pub mod export;
 pub mod feature;
 pub mod figures;
-pub mod identify;
 pub mod live;
-pub mod map;
-pub mod margins;
-pub mod monte_carlo;
 pub mod remote;
 pub mod report;
+pub mod store;
 pub mod transport;
-pub mod tune;
+pub mod wired;

@@ -6,7 +6,7 @@
 //! | every tick as numbers | [`csv`] |
 //! | the standard figures of a run | [`trace_figure`]; where a reference is followed [`drive_figure`] |
 //! | a figure of your own | [`plot`] |
-//! | a number with as many digits as say something | [`number`] |
+//! | a number with as many digits as say something | [`study::number`] |
 //! | all of it in one page for a browser | [`page`] |
 //! | an aligned table on the terminal | [`terminal::table`] |
 //!
@@ -19,11 +19,11 @@ use std::path::Path;
 use whole_file::Existing;
 
 mod axis;
+pub mod comparison;
 pub mod csv;
 pub mod drive_figure;
 mod font;
 pub mod heat;
-pub mod number;
 pub mod page;
 mod picture;
 pub mod plot;

@@ -6,7 +6,6 @@
 use std::ops::ControlFlow;
 use std::sync::atomic::AtomicBool;
 
-use host_sim::bounds::{Known, NoBounds, Quantity, SampledLoop, instants};
 use host_sim::cli::{Console, status};
 use loop_sim::linear::{LawAtRest, Ticked};
 use loop_sim::plant::{Chain, LastChannel, Plant};
@@ -15,6 +14,7 @@ use loop_sim::random::Random;
 use loop_sim::signal::Signal;
 use loop_sim::trace::{Row, Trace};
 use scenario::{AtRest, Experiment, Sensed, Source};
+use study::bounds::{Known, NoBounds, Quantity, SampledLoop, instants};
 
 /// A chain of three with observers of order 2 in the channels 2 and 3, its model 30 % wrong, no disturbance.
 const CHAIN: &str = r#"

@@ -8,13 +8,13 @@ use std::ops::ControlFlow;
 use std::sync::atomic::AtomicBool;
 
 use host_sim::cli::{Console, status};
-use host_sim::margins::{Loop, Margins};
 use loop_sim::closed_loop::{Loop as Setup, close_loop};
 use loop_sim::linear::{LawAtRest, LinearTick, Ticked};
 use loop_sim::plant::{Chain, LastChannel, Plant};
 use loop_sim::signal::Signal;
 use loop_sim::trace::Row;
 use scenario::{AtRest, Experiment, Sensed, Source};
+use study::margins::{Loop, Margins};
 
 fn experiment(text: &str, sets: &[&str]) -> Experiment {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
@@ -503,7 +503,7 @@ fn json_has_the_figures_of_the_table() {
     let phase = json["margins"]["phase_deg"].as_f64().expect("a phase");
     let (_, table, _) = spoken(&["design"]);
     let row = table.lines().find(|line| line.starts_with("phase margin")).expect("a row");
-    assert!(row.contains(&host_sim::report::number::significant(phase, 3)), "{row}: {phase}");
+    assert!(row.contains(&study::number::significant(phase, 3)), "{row}: {phase}");
     assert_eq!(json["noise"].as_array().map(Vec::len), Some(4));
 }
 
@@ -663,8 +663,7 @@ fn the_json_of_a_drive_has_its_torques_and_units() {
     let shafts: Vec<_> = json["torque_errors"].as_array().expect("torques").iter().map(|it| &it["shaft"]).collect();
     assert_eq!(shafts, ["link", "motor"]);
     let (_, table, _) = spoken(&["run", "--no-files", &file]);
-    let told =
-        host_sim::report::number::significant(json["torque_errors"][0]["rms_n_m"].as_f64().expect("a number"), 3);
+    let told = study::number::significant(json["torque_errors"][0]["rms_n_m"].as_f64().expect("a number"), 3);
     assert!(
         table.lines().any(|line| line.starts_with("torque on the link") && line.contains(&told)),
         "{told}: {table}"

@@ -8,7 +8,7 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use host_sim::monte_carlo::store::{self, Header, Trials};
+use host_sim::store::{self, Header, Trials};
 use serde_json::Value as Json;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_host-sim");

@@ -10,14 +10,11 @@ use std::time::Duration;
 
 use controller_core::Health;
 use controller_core::drive::Joint;
-use host_sim::commission::{
-    Leg, Outcome, Plan, Report, Retuned, Shake, Stand, Stopped, Verified, Wired, commission, sheet_of,
-};
-use host_sim::identify::{Identified, Known, MOST_RESIDUAL_STEPS, Sheet};
 use host_sim::live::LiveDrive;
 use host_sim::transport::TransportError;
 use host_sim::transport::faulty::Rates;
 use host_sim::transport::{Emulator, Faulty, Transport};
+use host_sim::wired::Wired;
 use integration_tests::data::path;
 use integration_tests::live::{Bench, DESIGN, Shared, loadable};
 use integration_tests::sampled;
@@ -26,6 +23,8 @@ use loop_sim::port::PortError;
 use loop_sim::port::drive::DriveDesign;
 use pil_wire::{Disturbance, Order, Plant};
 use scenario::Source;
+use study::commission::{Leg, Outcome, Plan, Report, Retuned, Shake, Stand, Stopped, Verified, commission, sheet_of};
+use study::identify::{Identified, Known, MOST_RESIDUAL_STEPS, Sheet};
 
 fn good<V>(result: Result<V, PortError>) -> V {
     result.unwrap_or_else(|error| panic!("{error}"))
@@ -483,7 +482,7 @@ fn commissioned(case: Case, change: impl Fn(&mut Identified), is_losing: bool) -
 
 /// Relative errors of k_1, b_1, k_2, b_2, B_0.
 fn off(case: &Case, found: &Identified) -> [f64; 5] {
-    let believed = host_sim::commission::plants::ratios(&Joint::TABLE_I);
+    let believed = study::commission::plants::ratios(&Joint::TABLE_I);
     let names = ["k_1", "b_1", "k_2", "b_2", "B_0"];
     std::array::from_fn(|i| found.parameter(names[i]).expect(names[i]).value / (believed[i] * case.factors[i]) - 1.0)
 }

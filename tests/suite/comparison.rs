@@ -1,8 +1,8 @@
 //! Is the comparison what it says: does it run, give the same twice, and come out as theory has it?
 
-use host_sim::compare::{Bench, Settings, compare, contenders};
 use integration_tests::program::{Folder, host_sim};
 use serde_json::Value;
+use study::compare::{Bench, Settings, compare, contenders};
 
 fn quick(folder: &Folder, file: &str, seed: &str) -> Value {
     let out = folder.path(seed);

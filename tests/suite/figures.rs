@@ -2,12 +2,12 @@
 
 use controller_core::Health;
 use host_sim::figures::CATALOGUE;
-use host_sim::report::number::significant;
 use integration_tests::data::columns;
 use integration_tests::golden::compare;
 use integration_tests::program::{Folder, Spoken, host_sim};
 use loop_sim::trace::Trace;
 use std::ops::ControlFlow;
+use study::number::significant;
 use terminal::table::Table;
 
 #[test]

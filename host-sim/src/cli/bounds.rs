@@ -1,6 +1,6 @@
 //! `bounds`: how large σ\*, the errors, the output and u can be, by what, how tight that is, and which gain lowers it.
 //!
-//! The bounds are those of [`crate::bounds`]. What acts on the loop at rest from outside is what of the lumped
+//! The bounds are those of [`study::bounds`]. What acts on the loop at rest from outside is what of the lumped
 //! disturbance its matrices do not have already: of a chain the signals of the file, of any other plant what a run of
 //! it shows, with its derivatives by differences over the window. The run is also what the bounds are held against.
 
@@ -18,6 +18,10 @@ use loop_sim::trace::{Ending, Row, Trace};
 use rayon::prelude::*;
 use scenario::{AtRest, Experiment, Sensed};
 use serde::Serialize;
+use study::bounds::{Known, NoBounds, Quantity, SampledLoop};
+use study::map::Subject;
+use study::margins::Loop;
+use study::number::{significant, typed};
 use terminal::table::Table;
 
 mod gain;
@@ -27,10 +31,6 @@ use gain::Gain;
 use super::design::ultimates;
 use super::run::{note_changes, order_of_sigma, rad_per_s};
 use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, failed, folder_of, status};
-use crate::bounds::{Known, NoBounds, Quantity, SampledLoop};
-use crate::map::Subject;
-use crate::margins::Loop;
-use crate::report::number::{significant, typed};
 use crate::report::page::Section;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
 

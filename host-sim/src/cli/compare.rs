@@ -6,10 +6,11 @@ use std::thread;
 
 use clap::Args;
 use serde::Serialize;
+use study::compare::{Bench, Contender, Entry, Settings, compare, contenders};
+use study::number::significant;
 
 use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, folder_of, status};
-use crate::compare::{Bench, Contender, Entry, Settings, compare, contenders, report};
-use crate::report::number::significant;
+use crate::report::comparison;
 
 #[derive(Args, Debug)]
 pub(super) struct CompareOptions {
@@ -96,7 +97,7 @@ impl Console<'_> {
                 bench.corners(),
                 significant(bench.start_rad, 3)
             ))?;
-            self.say(&report::table(&entries).to_string())?;
+            self.say(&comparison::table(&entries).to_string())?;
             let mut over: Vec<&str> =
                 entries.iter().filter(|entry| entry.breaks_limit()).map(|entry| entry.law).collect();
             over.dedup();
@@ -105,8 +106,8 @@ impl Console<'_> {
             }
         }
         kept?;
-        report::figure(&bench, &entries).write(&folder, "compare").map_err(told)?;
-        report::moves(&bench, &contenders, &entries).write(&folder, "move").map_err(told)?;
+        comparison::figure(&bench, &entries).write(&folder, "compare").map_err(told)?;
+        comparison::moves(&bench, &contenders, &entries).write(&folder, "move").map_err(told)?;
         drop(claim);
         if !options.json {
             self.say(&format!("written to {}", folder.display()))?;

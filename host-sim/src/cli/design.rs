@@ -1,6 +1,6 @@
 //! `design`: what a scenario's design comes to in its loop, and which other would be better.
 //!
-//! The loop is linearised where it stands still, exactly ([`margins`](crate::margins)); nothing is simulated. What is
+//! The loop is linearised where it stands still, exactly ([`margins`](study::margins)); nothing is simulated. What is
 //! suggested is put into the same loop before it is said, with what comes of it.
 
 use std::fmt;
@@ -17,14 +17,14 @@ use loop_sim::port::drive::{Follows, Form, joint_at_rest, motor_at_rest};
 use loop_sim::port::in_process::{self, ControllerSpec};
 use scenario::{AtRest, Experiment};
 use serde::Serialize;
+use study::map::is_zero;
+use study::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, offset_per_s, unstable_corners};
+use study::number::significant;
 use terminal::table::Table;
 
 use super::export::refuse_without_limits;
 use super::run::note_changes;
 use super::{Console, Failure, RunOptions, bad, failed, scenario_of, status};
-use crate::map::is_zero;
-use crate::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, offset_per_s, unstable_corners};
-use crate::report::number::significant;
 
 #[derive(Args, Debug)]
 pub(super) struct DesignOptions {

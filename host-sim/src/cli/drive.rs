@@ -6,10 +6,10 @@ use loop_sim::metrics::{self, Metrics, Noise, Tracking};
 use loop_sim::trace::{Ending, Trace};
 use scenario::{Drive, Experiment, ShaftOf};
 use serde::Serialize;
+use study::number::{significant, typed};
 use terminal::table::Table;
 
 use super::run::how_it_went;
-use crate::report::number::{significant, typed};
 
 /// How far the estimate of a torque is off, load and friction together.
 #[derive(Serialize)]

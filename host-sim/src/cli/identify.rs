@@ -6,12 +6,19 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use loop_sim::port::drive::{DriveDesign, Follows};
 use loop_sim::sensor::encoder::Mounted;
 use loop_sim::signal::Signal;
 use scenario::{Experiment, Source};
 use serde::Serialize;
+use study::commission::plants::{Plants, Tried, try_all};
+use study::commission::{
+    BAR_STEPS, LEAST_BAR_RAD, Outcome, Plan, Report, Retuned, Rig, Stopped, Swap, TIMES_EXPECTED, Verified, commission,
+    is_of_drive, sheet_of,
+};
+use study::identify::{Identified, Known, Parameter, Quality, Record, identify, record};
+use study::number::significant;
 use terminal::stop;
 use terminal::table::Table;
 use whole_file::Kind;
@@ -21,18 +28,12 @@ use super::{
     Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, folder_of, free_to, read_text, status,
     write_new,
 };
-use crate::commission::plants::{Plants, Tried, try_all};
-use crate::commission::{
-    BAR_STEPS, LEAST_BAR_RAD, Outcome, Plan, Report, Retuned, Rig, Stopped, Swap, TIMES_EXPECTED, Verified, Wired,
-    commission, is_of_drive, sheet_of,
-};
 use crate::feature::Feature;
-use crate::identify::{Identified, Known, Parameter, Quality, Record, identify, record};
 use crate::live::LiveDrive;
 use crate::report::FIGURE;
-use crate::report::number::significant;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
 use crate::transport::Emulator;
+use crate::wired::Wired;
 
 /// What both commands are told.
 #[derive(Args, Debug)]
@@ -102,7 +103,7 @@ pub(super) struct CommissionOptions {
     reach: Reach,
     /// How the new gains take over; the others show what `at-rest` is better than.
     #[arg(long, value_enum, value_name = "HOW", default_value = "at-rest")]
-    swap: Swap,
+    swap: SwapWord,
     /// Instead of the plant of the file: all corners (32 of a joint, 8 of a motor) and random ones within so many
     /// percent of its data sheet, with friction, cogging, a load and a current that nobody knows of.
     #[arg(long, value_name = "PERCENT", conflicts_with_all = ["image", "port"])]
@@ -115,6 +116,27 @@ pub(super) struct CommissionOptions {
     /// sees.
     #[arg(long, value_name = "F,F", value_parser = factors, requires = "within")]
     wrong: Option<[f64; 2]>,
+}
+
+/// [`Swap`] as a word.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum SwapWord {
+    /// Without an offset W: u jumps a little.
+    AtRest,
+    /// Without a jump of u, as in motion.
+    InMotion,
+    /// Not at all: the move that verifies is that of the old gains.
+    None,
+}
+
+impl From<SwapWord> for Swap {
+    fn from(word: SwapWord) -> Self {
+        match word {
+            SwapWord::AtRest => Self::AtRest,
+            SwapWord::InMotion => Self::InMotion,
+            SwapWord::None => Self::None,
+        }
+    }
 }
 
 impl CommissionOptions {
@@ -398,7 +420,7 @@ impl Console<'_> {
             peak_a: options.peak.unwrap_or(plan.peak_a),
             seed: options.seed,
             verify_rad: options.verify,
-            swap: options.swap,
+            swap: options.swap.into(),
             motor_alone: common.motor_alone,
             ..plan
         };

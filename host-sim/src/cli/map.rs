@@ -11,14 +11,14 @@ use loop_sim::port::drive::DriveDesign;
 use loop_sim::trace::Ending;
 use scenario::Experiment;
 use serde::Serialize;
+use study::map::{Axis, Judged, MayBeOff, Point, Question, Subject, Told, Uncertain, corners, widest_rectangle};
+use study::number::{significant, typed};
 use terminal::table::Table;
 
 use super::design::Design;
 use super::run::{Figures, note_changes};
 use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, folder_of, status};
-use crate::map::{Axis, Judged, MayBeOff, Point, Question, Subject, Told, Uncertain, corners, widest_rectangle};
 use crate::report::heat::{Cell, Edge, HeatMap};
-use crate::report::number::{significant, typed};
 use crate::report::write_whole;
 
 #[derive(Args, Debug, Default)]

@@ -23,6 +23,9 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use scenario::Experiment;
 use serde::Serialize;
 use serde_json::Value as Json;
+use study::map::Subject;
+use study::margins::growth;
+use study::monte_carlo::{Outcome, Plan};
 use terminal::stop;
 
 use super::map::{collect, number_in};
@@ -31,10 +34,7 @@ use super::{
     Console, DEFAULT, Failure, RunOptions, ScenarioText, bad, claim_folder, failed, folder_of, hex_sha256, status,
 };
 use crate::feature::quoted;
-use crate::map::Subject;
-use crate::margins::growth;
-use crate::monte_carlo::Plan;
-use crate::monte_carlo::store::{self, Chunk, EXTENSION, Header, Outcome, Trials};
+use crate::store::{self, Chunk, EXTENSION, Header, Trials};
 
 mod report;
 

@@ -2,12 +2,12 @@
 use std::path::Path;
 
 use loop_sim::trace::Ending;
+use study::number::significant;
 use terminal::stop;
 use terminal::table::Table;
 
 use super::{Console, Failure, bad, claim_folder, failed, status};
 use crate::figures::{CATALOGUE, Case, ClaimRow, PaperFigure};
-use crate::report::number::significant;
 
 impl Console<'_> {
     pub(super) fn figures(&mut self, only: &[String], folder: &Path, json: bool) -> Result<u8, Failure> {

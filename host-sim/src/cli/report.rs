@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use loop_sim::trace::{Ending, Trace};
 use scenario::Experiment;
+use study::map::Subject;
+use study::margins;
+use study::number::significant;
 use terminal::table::Table;
 use whole_file::Kind;
 
@@ -17,9 +20,6 @@ use super::{
     write_file,
 };
 use crate::chip::{self, Cost};
-use crate::map::Subject;
-use crate::margins;
-use crate::report::number::significant;
 use crate::report::page::{self, Account, Page, Section};
 use crate::report::plot::{Figure, Panel, Series};
 use crate::report::write_whole;

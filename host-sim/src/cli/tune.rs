@@ -8,18 +8,18 @@ use clap::Args;
 use loop_sim::port::drive::DriveDesign;
 use scenario::Source;
 use serde::Serialize;
+use study::compare::{Bench, LOST, Lost, Worst, of_ours};
+use study::map::{Subject, tolerance_percent};
+use study::number::significant;
+use study::tune::{Asked, Entry, Found, Job, LARGEST_RADIUS, settings, tuned};
 use terminal::table::Table;
 
 use super::{
     Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, folder_of, free_to, status, write_new,
 };
 use crate::chip::cycles;
-use crate::compare::{Bench, LOST, Lost, Worst, of_ours};
-use crate::map::{Subject, tolerance_percent};
 use crate::report::FIGURE;
-use crate::report::number::significant;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
-use crate::tune::{Asked, Entry, Found, Job, LARGEST_RADIUS, settings, tuned};
 
 #[derive(Args, Debug)]
 pub(super) struct TuneOptions {

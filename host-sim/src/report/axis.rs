@@ -4,7 +4,7 @@
 //! large and very small ranges share one factor 10^(3k), written once beside the axis. A logarithmic axis has them at
 //! 1, 2 and 5 times every power of ten, of a long one at the powers alone.
 
-use super::number::significant;
+use study::number::significant;
 
 /// Magnitudes beyond this one cannot be drawn; they are gaps like NaN.
 const LARGEST: f64 = 1e100;

@@ -10,8 +10,8 @@
 
 use loop_sim::trace::{Row, Trace};
 use scenario::Drive;
+use study::number::typed;
 
-use super::number::typed;
 use super::plot::{BLACK, Figure, GREY, Panel, Style};
 use super::trace_figure::{Labels, held, line, panel, quantity, saturation};
 

@@ -10,8 +10,9 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
+use study::number::significant;
+
 use super::axis::{Axis, drawable};
-use super::number::significant;
 use super::picture::{Anchor, Drawing, Picture, text_width, wrapped};
 use super::plot::{INK, LABEL_PX, MARGIN_PX, SOFT_INK, TICK_PX, TITLE_PX};
 

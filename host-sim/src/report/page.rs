@@ -389,7 +389,7 @@ fn beside(tables: &[&Table], names: &[&str], value: usize) -> Table {
             rows.iter().map(|row| row.and_then(|row| row.get(value)).cloned().unwrap_or_else(|| "-".into())).collect();
         let numbers: Vec<Option<f64>> = values.iter().map(|value| value.parse().ok()).collect();
         let quotient = (names.len() == 2).then(|| match numbers[..] {
-            [Some(a), Some(b)] if a != 0.0 => super::number::significant(b / a, 3),
+            [Some(a), Some(b)] if a != 0.0 => study::number::significant(b / a, 3),
             _ => String::new(),
         });
         let known: Vec<&[String]> = rows.iter().flatten().map(|row| row.as_slice()).collect();

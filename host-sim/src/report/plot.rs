@@ -30,9 +30,9 @@ use std::io;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use study::number::significant;
 
 use crate::report::axis::{Axis, drawable};
-use crate::report::number::significant;
 use crate::report::page::packed;
 use crate::report::picture::{Anchor, Picture, text_width, wrapped};
 use crate::report::polyline;

@@ -6,8 +6,8 @@ use loop_sim::port::drive::{DriveDesign, joint_at_rest, motor_at_rest};
 use loop_sim::port::in_process;
 use scenario::Experiment;
 
-use crate::map::Subject;
-use crate::report::number::typed;
+use study::map::Subject;
+use study::number::typed;
 
 /// Digits of what a person would type.
 const DIGITS: usize = 4;

@@ -7,19 +7,19 @@ use std::path::Path;
 
 use serde::Serialize;
 use serde_json::Value as Json;
+use study::monte_carlo::statistics::{self, NAMES, PER_MILLE};
+use study::monte_carlo::{Outcome, vary};
+use study::number::significant;
 use terminal::table::Table;
 use whole_file::Kind;
 
 use super::{ENDED, ReportOptions, quoted};
 use crate::cli::map::number;
 use crate::cli::{Console, Failure, bad, read_text};
-use crate::monte_carlo::statistics::{self, NAMES, PER_MILLE};
-use crate::monte_carlo::store::{Header, Outcome, Trials};
-use crate::monte_carlo::vary;
-use crate::report::number::significant;
 use crate::report::page::Section;
 use crate::report::plot::{Figure, GREY, Panel, Series};
 use crate::report::{FIGURE, write_whole};
+use crate::store::{Header, Trials};
 
 /// How sure a bound of a failure rate is.
 const CONFIDENCE: f64 = 0.95;

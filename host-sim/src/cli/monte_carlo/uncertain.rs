@@ -1,8 +1,8 @@
 //! `--uncertain PERCENT`: every number of the plant off by up to so much, while the controller believes those of the
 //! file ([`MayBeOff`]).
 
-use crate::map::{MayBeOff, Subject, Told, Uncertain};
-use crate::report::number::typed;
+use study::map::{MayBeOff, Subject, Told, Uncertain};
+use study::number::typed;
 
 /// What varies, and what is set beside it.
 pub(super) struct OfPlant {

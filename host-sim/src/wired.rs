@@ -15,14 +15,13 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use controller_core::Health;
-use loop_sim::port::PortError;
 use loop_sim::port::drive::{DriveDesign, Goal, Motion};
 use loop_sim::sensor::encoder::Mounted;
 use pil_wire::{Order, Tracked};
+use study::commission::{Leg, Shake, Stand, Stopped, Watch, rest, turned};
+use study::identify::Record;
+use study::identify::record::unwrapped;
 
-use super::{Leg, Shake, Stand, Stopped, Watch, rest, turned};
-use crate::identify::Record;
-use crate::identify::record::unwrapped;
 use crate::live::LiveDrive;
 use crate::remote::Loadable;
 use crate::transport::Transport;
@@ -54,12 +53,6 @@ pub struct Wired<'a, T> {
     /// Was another design sent? What came of a reply that was lost nobody knows.
     is_touched: bool,
     watch: &'a mut Watch<'a>,
-}
-
-impl From<PortError> for Stopped {
-    fn from(error: PortError) -> Self {
-        Self::Broken(error.to_string())
-    }
 }
 
 impl<'a, T: Transport> Wired<'a, T> {

@@ -8,7 +8,7 @@ use loop_sim::port::drive::DriveDesign;
 use scenario::Source;
 
 use crate::identify::{Identified, Sheet};
-use crate::report::number::significant;
+use crate::number::significant;
 
 /// A scenario as a file.
 #[derive(Clone, Debug, PartialEq)]

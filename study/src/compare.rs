@@ -7,12 +7,11 @@
 //! | `ours` | our drive as one of them |
 //! | `linear` | is the exact sampled loop stable? |
 //! | `tune` | random and local search, one seed |
-//! | `report` | table, figure, JSON |
 //!
 //! A controller of one's own needs [`ControllerPort`], and is built from a [`Task`] for every run:
 //!
 //! ```
-//! use host_sim::compare::{Bench, Own, Task};
+//! use study::compare::{Bench, Own, Task};
 //! # use loop_sim::port::{ControllerPort, PortError, Tick};
 //! # struct Mine(Task);
 //! # impl ControllerPort for Mine {
@@ -39,13 +38,11 @@ mod bench;
 mod linear;
 pub(crate) mod matrix;
 mod ours;
-pub mod report;
 mod rival;
 mod task;
 mod tune;
 
-pub(crate) use bench::LOST;
-pub use bench::{Bench, Figures, Lost, Worst};
+pub use bench::{Bench, Figures, LOST, Lost, Worst};
 pub use linear::{Linear, Sampled};
 pub use task::{Aim, Angles, Model, Task};
 pub use tune::{Entry, Settings, compare};

@@ -1,11 +1,10 @@
 //! What is shown of a comparison: the table, the noise of u against the worst error, and one run of three laws.
 
+use study::compare::{Bench, Contender, Entry, Figures, LOST};
+use study::number::significant;
 use terminal::table::Table;
 
-use super::bench::LOST;
-use super::{Bench, Contender, Entry, Figures};
-use crate::report::number::significant;
-use crate::report::plot::{Figure, Panel, Series, Style};
+use super::plot::{Figure, Panel, Series, Style};
 
 /// How near the best is as good, where encoders and a search of so few evaluations have spoken.
 const AS_GOOD: f64 = 1.02;

@@ -3,7 +3,7 @@
 /// `value` with that many significant digits: plain from 1e-4 up to 1e6, in scientific notation beyond.
 ///
 /// ```
-/// use host_sim::report::number::significant;
+/// use study::number::significant;
 /// assert_eq!(significant(0.048_613, 4), "0.04861");
 /// assert_eq!(significant(279.0, 4), "279.0");
 /// assert_eq!(significant(7.2948e-5, 4), "7.295e-5");
@@ -31,7 +31,7 @@ pub fn significant(value: f64, digits: usize) -> String {
 /// A number that somebody typed, or that came of such: up to so many significant digits, and no zeros that say nothing.
 ///
 /// ```
-/// use host_sim::report::number::typed;
+/// use study::number::typed;
 /// assert_eq!([typed(10.0, 6), typed(26.227_958_898_465_907, 6)], ["10", "26.228"]);
 /// ```
 #[must_use]

@@ -2,10 +2,10 @@
 //!
 //! Trial i is the run of the scenario with `KEY=VALUE` set for each parameter p, the value a function of (master seed,
 //! i, p) alone ([`philox`]), or point i of a Sobol sequence ([`sobol`]); the seed of its noise likewise. Nothing else
-//! has a say: threads, shards, order, a run that was killed and resumed give the same bytes ([`store`]), and any trial
+//! has a say: threads, shards, order, a run that was killed and resumed give the same numbers, and any trial
 //! can be run again alone, with `host-sim run` and those settings.
 //!
-//! Trials are computed in chunks on all cores; a chunk that is done is a file. What they come to: percentiles by exact
+//! Trials are computed in chunks on all cores. What they come to: percentiles by exact
 //! rank, and the largest failure rate that the trials leave open ([`statistics`]).
 
 use loop_sim::philox;
@@ -14,10 +14,44 @@ use crate::map::Subject;
 
 pub mod sobol;
 pub mod statistics;
-pub mod store;
 pub mod vary;
 
 use vary::Vary;
+
+/// How a trial went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Outcome {
+    /// To its end, and bounded.
+    Finished,
+    /// To its end, but far from where it began.
+    Unbounded,
+    /// To its end, but only the limits of u kept it near: at rest its loop grows.
+    Unstable,
+    /// The state ran away.
+    Diverged,
+    /// The plant could not be integrated.
+    BrokenOff,
+    /// There is no design with what was drawn.
+    Refused,
+}
+
+impl Outcome {
+    /// All there are.
+    pub const ALL: [Self; 6] =
+        [Self::Finished, Self::Unbounded, Self::Unstable, Self::Diverged, Self::BrokenOff, Self::Refused];
+
+    /// As it stands in the file.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Finished => "finished",
+            Self::Unbounded => "unbounded",
+            Self::Unstable => "unstable",
+            Self::Diverged => "diverged",
+            Self::BrokenOff => "broken off",
+            Self::Refused => "refused",
+        }
+    }
+}
 
 /// The parameter number of the seed of a trial's noise.
 const NOISE: u32 = u32::MAX;

@@ -20,7 +20,9 @@ use parquet::schema::types::{PrimitiveTypeBuilder, Type, TypePtr};
 use sha2::{Digest, Sha256};
 use whole_file::Existing;
 
-use super::{Chunk, Header, Outcome, hex};
+use study::monte_carlo::Outcome;
+
+use super::{Chunk, Header, hex};
 
 /// What the names of files end in.
 pub const EXTENSION: &str = "parquet";

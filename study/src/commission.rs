@@ -20,13 +20,14 @@
 //! (u does not jump) would freeze the instant's difference of the demands into W, and that takes 1/α to go.
 //!
 //! The sequence stands once and knows no drive: what it needs of one is a [`Stand`]. That is plant and drive of a
-//! scenario ([`Rig`]), or a drive at the end of a wire ([`Wired`]). What it sees of either are counts, current, health.
+//! scenario ([`Rig`]), or a drive at the end of a wire (in `host-sim`). What it sees of either are counts, current, health.
 
 use std::fmt;
 use std::ops::ControlFlow;
 
 use controller_core::Health;
 use controller_core::drive::ALARMS;
+use loop_sim::port::PortError;
 use loop_sim::port::drive::{DriveDesign, Goal, Motion};
 use loop_sim::sensor::encoder::Mounted;
 
@@ -37,14 +38,12 @@ pub mod plants;
 mod predicted;
 mod retuned;
 mod rig;
-mod wired;
 
 use predicted::Found;
 
 pub use multisine::multisine;
 pub use retuned::{Retuned, is_of_drive, sheet_of};
 pub use rig::Rig;
-pub use wired::Wired;
 
 /// Rest before the first move and between moves, s.
 const REST_S: f64 = 0.2;
@@ -97,7 +96,7 @@ pub struct Plan {
 }
 
 /// How a new design takes over: at rest, or as what that is better than.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Swap {
     /// Without an offset W: u jumps a little.
     AtRest,
@@ -206,6 +205,12 @@ impl fmt::Display for Stopped {
 
 impl std::error::Error for Stopped {}
 
+impl From<PortError> for Stopped {
+    fn from(error: PortError) -> Self {
+        Self::Broken(error.to_string())
+    }
+}
+
 /// How the verification went.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Verified {
@@ -273,16 +278,21 @@ pub type Watch<'a> = dyn FnMut(u64) -> ControlFlow<()> + 'a;
 /// What shakes: a [`multisine`] from a time on, for so long.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shake {
-    from_s: f64,
-    for_s: f64,
-    peak_a: f64,
-    resonance_rad_s: f64,
-    seed: u64,
+    /// It begins here, s.
+    pub from_s: f64,
+    /// It lasts so long, s.
+    pub for_s: f64,
+    /// Its peak, A.
+    pub peak_a: f64,
+    /// Resonance of the joint, rad/s; 0 for a motor.
+    pub resonance_rad_s: f64,
+    /// Seed of its phases.
+    pub seed: u64,
 }
 
 impl Shake {
     /// A current for each of so many rows.
-    fn wave(&self, rows: usize, period_s: f64) -> Vec<f64> {
+    pub fn wave(&self, rows: usize, period_s: f64) -> Vec<f64> {
         let [from, count] = [self.from_s, self.for_s].map(|seconds| (seconds / period_s).round() as usize);
         let wave = multisine(self.peak_a, count, period_s, self.resonance_rad_s, self.seed);
         std::iter::repeat_n(0.0, from).chain(wave).chain(std::iter::repeat(0.0)).take(rows).collect()
@@ -293,18 +303,21 @@ impl Shake {
 #[derive(Clone, Debug)]
 pub struct Leg {
     /// Time of the first row, s.
-    from_s: f64,
+    pub from_s: f64,
     /// Time of a row, s.
-    period_s: f64,
-    /// Angle of the first encoder in the turn of the reference (NaN: lost), reference (rad) and current that was held.
-    y: Vec<f64>,
-    r: Vec<f64>,
-    held_a: Vec<f64>,
+    pub period_s: f64,
+    /// Angle of the first encoder in the turn of the reference, rad; NaN where the count was lost.
+    pub y: Vec<f64>,
+    /// Reference, rad.
+    pub r: Vec<f64>,
+    /// Current that was held, A.
+    pub held_a: Vec<f64>,
     /// The same as a record; why there is none.
-    record: Result<Record, Stopped>,
+    pub record: Result<Record, Stopped>,
     /// True y - r, where it is known.
-    true_error: Option<Vec<f64>>,
-    health: Health,
+    pub true_error: Option<Vec<f64>>,
+    /// Status flags of all its ticks.
+    pub health: Health,
 }
 
 impl Leg {
@@ -328,7 +341,7 @@ fn largest(errors: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// The angle of an upright count in the turn of a reference, rad; NaN of one that was lost.
-fn turned(count: Option<i32>, r: f64, mounted: &Mounted) -> f64 {
+pub fn turned(count: Option<i32>, r: f64, mounted: &Mounted) -> f64 {
     let Some(count) = count else { return f64::NAN };
     let span = (1_u64 << mounted.encoder.bits) as f64 * mounted.encoder.unit_rad();
     let angle = f64::from(count) * mounted.encoder.unit_rad();
@@ -554,7 +567,7 @@ fn sequence(
 }
 
 /// At rest for ever.
-fn rest(at_rad: f64, period_s: f64) -> Motion {
+pub fn rest(at_rad: f64, period_s: f64) -> Motion {
     Motion { goal: Goal::Rest { angle_rad: at_rad }, from_rad: at_rad, start: 0, ticks: 1, period_s }
 }
 

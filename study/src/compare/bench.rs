@@ -46,7 +46,7 @@ use super::{Design, Linear};
 use crate::commission::plants::joint_error;
 
 /// What a run that came to nothing counts, rad or s.
-pub(crate) const LOST: f64 = 100.0;
+pub const LOST: f64 = 100.0;
 /// Beyond this error a run has come to nothing, rad.
 const AWAY_RAD: f64 = 3.0;
 /// From where the recovery starts at most, rad, and as a share of what a counter tells of either side of 0, where the

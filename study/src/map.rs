@@ -24,7 +24,7 @@ use serde::Serialize;
 use toml_edit::{DocumentMut, Item};
 
 use crate::margins::{self, Loop};
-use crate::report::number::typed;
+use crate::number::typed;
 
 /// Points along an axis if none are asked for, and the most.
 const POINTS: usize = 32;
@@ -183,17 +183,18 @@ pub(crate) fn listed(text: &str) -> Vec<String> {
 
 /// A number of a plant that may be off.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Uncertain {
+pub struct Uncertain {
     /// What it is called.
-    pub(crate) name: String,
+    pub name: String,
     /// What is set for it, all alike.
-    pub(crate) keys: Vec<String>,
-    pub(crate) told: Told,
+    pub keys: Vec<String>,
+    /// How the file tells that it is off.
+    pub told: Told,
 }
 
 /// How a file tells that a number is off.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Told {
+pub enum Told {
     /// By a key of its own; so much of it is one percent.
     Error(f64),
     /// By the number itself, which is this in the file.
@@ -202,10 +203,11 @@ pub(crate) enum Told {
 
 /// What of a plant may be off.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct MayBeOff {
-    pub(crate) numbers: Vec<Uncertain>,
+pub struct MayBeOff {
+    /// Its numbers.
+    pub numbers: Vec<Uncertain>,
     /// What is set beside them, so that the controller believes what it does in the file.
-    pub(crate) believed: Vec<String>,
+    pub believed: Vec<String>,
 }
 
 /// Names, keys and what one percent of each is.
@@ -237,7 +239,10 @@ const ERRORS: [&Errors; 3] = [
 impl MayBeOff {
     /// Of a drive and the paper's joint all that their tables of errors have; of a plant by its equations the
     /// constants, of a chain the coefficients, as far as they are not 0. Nothing of any other.
-    pub(crate) fn of(subject: &Subject<'_>) -> Result<Self, String> {
+    ///
+    /// # Errors
+    /// The file is not TOML.
+    pub fn of(subject: &Subject<'_>) -> Result<Self, String> {
         let takes = |errors: &&&Errors| errors[0].1.iter().all(|key| subject.with(&[format!("{key}=0.01")]).is_ok());
         if let Some(errors) = ERRORS.iter().find(takes) {
             let numbers = errors.iter().map(|(name, keys, percent)| Uncertain {
@@ -441,8 +446,8 @@ pub struct Point {
     pub grew: Option<bool>,
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives a reference")]
-pub(crate) const fn is_zero(count: &usize) -> bool {
+/// Leaves a count of 0 out of the JSON.
+pub const fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 

@@ -17,6 +17,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use study::monte_carlo::Outcome;
 
 #[cfg(feature = "parquet")]
 #[path = "store/parquet.rs"]
@@ -106,41 +107,6 @@ fn differs(place: &str, ours: Option<&Value>, theirs: Option<&Value>) -> Option<
 fn shortened(text: &str) -> String {
     const LONGEST: usize = 80;
     if text.chars().count() <= LONGEST { text.into() } else { text.chars().take(LONGEST).chain("..".chars()).collect() }
-}
-
-/// How a trial went.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Outcome {
-    /// To its end, and bounded.
-    Finished,
-    /// To its end, but far from where it began.
-    Unbounded,
-    /// To its end, but only the limits of u kept it near: at rest its loop grows.
-    Unstable,
-    /// The state ran away.
-    Diverged,
-    /// The plant could not be integrated.
-    BrokenOff,
-    /// There is no design with what was drawn.
-    Refused,
-}
-
-impl Outcome {
-    /// All there are.
-    pub const ALL: [Self; 6] =
-        [Self::Finished, Self::Unbounded, Self::Unstable, Self::Diverged, Self::BrokenOff, Self::Refused];
-
-    /// As it stands in the file.
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Finished => "finished",
-            Self::Unbounded => "unbounded",
-            Self::Unstable => "unstable",
-            Self::Diverged => "diverged",
-            Self::BrokenOff => "broken off",
-            Self::Refused => "refused",
-        }
-    }
 }
 
 /// Some trials one after the other.

@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 use whole_file::Existing;
 
-use super::{Chunk, Header, Outcome, hex};
+use study::monte_carlo::Outcome;
+
+use super::{Chunk, Header, hex};
 
 /// What the names of files end in.
 pub const EXTENSION: &str = "csv";
