@@ -9,6 +9,7 @@ use host_sim::remote::{LONGEST_WAIT, Loadable, Remote, for_target};
 use host_sim::transport::faulty::{Rates, Struck};
 use host_sim::transport::{Faulty, Loopback, Transport, TransportError};
 use integration_tests::data::scenario_file;
+use integration_tests::deep;
 use integration_tests::strategy::Rng;
 use integration_tests::talk::{Host, crc32};
 use loop_sim::closed_loop::LoopError;
@@ -77,7 +78,9 @@ fn every_case_of_every_figure_has_the_same_bits_over_the_wire() {
                 assert!(told.contains("proposed controller only"), "{told}");
                 continue;
             }
-            assert_same(&format!("{} {label}", figure.id), &mut experiment);
+            if deep() || compared % 4 == 0 {
+                assert_same(&format!("{} {label}", figure.id), &mut experiment);
+            }
             compared += 1;
         }
     }

@@ -377,7 +377,7 @@ mod tests {
     use tick_record::{Kind, Word};
 
     use super::*;
-    use crate::instances::ALL;
+    use crate::instances::{ALL, sampled};
 
     /// A box that no plant stays in would promise nothing.
     #[test]
@@ -394,7 +394,7 @@ mod tests {
     /// What nothing fulfils is easily proved of: each supposition has an example.
     #[test]
     fn what_is_supposed_can_be() {
-        let chains = ALL.iter().filter_map(|instance| match (instance.functions)() {
+        let chains = sampled(4).filter_map(|instance| match (instance.functions)() {
             crate::Functions::Chain(functions) => Some((instance.name, functions)),
             _ => None,
         });

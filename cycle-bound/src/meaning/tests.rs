@@ -253,8 +253,10 @@ fn faults_in_a_tick_are_noticed_wherever_they_are() {
 /// No number is tried but one, so that none of them is told by numbers: what is shown is shown.
 #[test]
 fn what_is_shown_case_by_case_or_swept_is_shown_without_numbers() {
-    for effort in [PARTED, SWEPT] {
-        let blind = Effort { tried: 1, ..effort };
+    // The fast tier takes one of both ways.
+    let deep = std::env::var_os("DEEP").is_some_and(|value| value == "1");
+    for effort in if deep { &[PARTED, SWEPT][..] } else { &[PARTED] } {
+        let blind = Effort { tried: 1, ..*effort };
         for (of, harmless) in [(JOINT, 2), (MOTOR, 3)] {
             assert_eq!(missed(of, blind).len(), harmless);
         }

@@ -181,9 +181,10 @@ mod tests {
     fn widths_are_those_of_the_renderer() {
         let letters: Vec<char> = (' '..='~').chain("σωελθΔ°²³₁₂₆ᵢⱼₖₗₙₛ⁰¹⁴⁻⁹×·−≤≥≈√∞∂‖µéÄüß".chars()).collect();
         let mut texts: Vec<String> = letters.iter().map(char::to_string).collect();
-        for left in &letters {
-            texts.extend(letters.iter().map(|right| format!("{left}{right}")));
-        }
+        // Of the pairs the fast tier takes one in 37.
+        let deep = std::env::var_os("DEEP").is_some_and(|value| value == "1");
+        let pairs = letters.iter().flat_map(|left| letters.iter().map(move |right| format!("{left}{right}")));
+        texts.extend(pairs.step_by(if deep { 1 } else { 37 }));
         let labels =
             ["d\u{302}₂ − d₂ (rad/s²)", "AV. Tokyo, WAVE  Type: 1e-3", "σ* (rad/s)", " a  b ", "θ̂, ω̂ of VA", "Σ V A"];
         texts.extend(labels.map(str::to_owned));

@@ -21,16 +21,17 @@ fn sets(of: &[&str]) -> Vec<String> {
     of.iter().map(ToString::to_string).collect()
 }
 
-/// True at full size (`DEEP=1`): every plant. The fast tier takes one of nine.
-fn deep() -> bool {
-    std::env::var_os("DEEP").is_some_and(|value| value == "1")
+/// All of them at full size (`DEEP=1`), every `n`th in the fast tier.
+fn sampled<I: IntoIterator>(all: I, n: usize) -> std::iter::StepBy<I::IntoIter> {
+    let deep = std::env::var_os("DEEP").is_some_and(|value| value == "1");
+    all.into_iter().step_by(if deep { 1 } else { n })
 }
 
 /// Corners in k_1, b_1, k_2, b_2, B_0, a bit each, then random plants.
 fn all(plants: &Plants<'_>) -> Vec<(usize, Tried)> {
     let variants = plants.variants().expect("a joint");
     let tried = |(k, it)| (k, plants.tried(it).unwrap_or_else(|why| panic!("plant {k}: {why}")));
-    let chosen: Vec<(usize, &Variant)> = variants.iter().enumerate().step_by(if deep() { 1 } else { 9 }).collect();
+    let chosen: Vec<(usize, &Variant)> = sampled(variants.iter().enumerate(), 19).collect();
     chosen.into_par_iter().map(tried).collect()
 }
 
@@ -77,7 +78,7 @@ fn a_swap_at_rest_is_better_than_none_and_than_that_of_a_drive_in_motion() {
     let sets = sets(&["joint.current_lag_s=0"]);
     let right = plants(scenario::JOINT, &sets);
     let variants = right.variants().expect("a joint");
-    for k in [18, 27] {
+    for k in sampled([18, 27], 2) {
         let [at_rest, in_motion, none] = [Swap::AtRest, Swap::InMotion, Swap::None].map(|swap| {
             let plants = Plants { plan: Plan { swap, ..right.plan }, ..right };
             let tried = plants.tried(&variants[k]).unwrap_or_else(|why| panic!("plant {k}: {why}"));
@@ -314,7 +315,7 @@ fn a_record_without_a_multisine_is_told_what_it_lacks() {
 #[test]
 fn joints_commission_themselves_from_the_motor_alone() {
     let coarse = ["encoder.link.bits=14", "encoder.motor.bits=14", "drive.tuning=\"normal\""];
-    for (more, most_rad) in [(&[][..], 1e-4), (&coarse, 1e-3)] {
+    for (more, most_rad) in sampled([(&[][..], 1e-4), (&coarse, 1e-3)], 2) {
         let sets = sets(&[&["joint.current_lag_s=0"], more].concat());
         let right = plants(scenario::JOINT, &sets);
         let plants = Plants { plan: Plan { motor_alone: true, ..right.plan }, ..right };

@@ -141,17 +141,24 @@ mod tests {
     use super::super::contenders;
     use super::*;
 
+    /// So many designs at full size (`DEEP=1`), and in the fast tier.
+    fn evaluations(full: usize, fast: usize) -> usize {
+        if std::env::var_os("DEEP").is_some_and(|value| value == "1") { full } else { fast }
+    }
+
     #[test]
     fn any_number_of_threads_gives_the_same_and_another_seed_another() {
         let bench = Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file");
         let contenders = contenders(&bench);
         let found = |threads: usize, seed: u64| {
-            let settings = Settings { evaluations: 4, seed, noise_a: vec![0.1], threads };
+            let evaluations = evaluations(4, 2);
+            let settings = Settings { evaluations, seed, noise_a: vec![0.1], threads };
             let steps = AtomicUsize::new(0);
             let entries = compare(&bench, &contenders, &settings, &|| {
                 steps.fetch_add(1, Ordering::SeqCst);
             });
-            assert_eq!((entries.len(), steps.load(Ordering::SeqCst)), (contenders.len(), 4 * contenders.len()));
+            let asked = evaluations * contenders.len();
+            assert_eq!((entries.len(), steps.load(Ordering::SeqCst)), (contenders.len(), asked));
             entries
         };
         let one = found(1, 7);
@@ -168,7 +175,7 @@ mod tests {
             let settings = Settings { evaluations, seed: 1, noise_a: vec![0.1], threads: 2 };
             compare(&bench, &contenders, &settings, &|| ())
         };
-        for (guess, tuned) in found(1).iter().zip(found(30)) {
+        for (guess, tuned) in found(1).iter().zip(found(evaluations(30, 12))) {
             assert!(tuned.cost < guess.cost, "{}: {} of {}", tuned.law, tuned.cost, guess.cost);
         }
     }

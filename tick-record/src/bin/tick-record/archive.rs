@@ -268,13 +268,14 @@ fn of_all_words(drive: &Watched, record: &Record, has_started: bool) -> Record {
 
 macro_rules! chains {
     ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
-        vec![$(chain::<$n, $r, $mask, $o>(stringify!($name))),*]
+        [$((stringify!($name), chain::<$n, $r, $mask, $o> as fn(&str) -> Layout)),*]
     };
 }
 
-/// Every function with its text.
-pub(crate) fn texts(drives: &[Watched]) -> Vec<(String, String)> {
-    let all = controller_core::shapes!(archive => chains);
-    let drives = drives.iter().map(drive);
-    all.into_iter().chain(drives).flat_map(|layout| layout.texts()).collect()
+/// Every function of the instances that are wanted, with its text.
+pub(crate) fn texts(drives: &[Watched], is_wanted: &dyn Fn(&str) -> bool) -> Vec<(String, String)> {
+    let chains = controller_core::shapes!(archive => chains);
+    let chains = chains.into_iter().filter(|(name, _)| is_wanted(name)).map(|(name, chain)| chain(name));
+    let drives = drives.iter().filter(|drive| is_wanted(drive.name)).map(drive);
+    chains.chain(drives).flat_map(|layout| layout.texts()).collect()
 }

@@ -199,17 +199,18 @@ fn measuring<A>() -> Measuring<f32, A> {
     Measuring::<f32, A>::try_design(&config, JointData::TABLE_I.model().in_f32()).expect("a good design")
 }
 
-/// Every instance with its text.
-pub(crate) fn texts(drives: &[Watched]) -> Vec<(String, String)> {
+/// Every instance that is wanted with its text; a drive that the archive has is recorded there.
+pub(crate) fn texts(drives: &[Watched], is_wanted: &dyn Fn(&str) -> bool) -> Vec<(String, String)> {
+    let mut all = Vec::new();
     macro_rules! chains {
         ($($name:ident: $model:ty, $n:literal, $r:literal, $mask:expr, $o:literal, $call:ident, $tick:ident;)*) => {
-            vec![$((
-                stringify!($name).into(),
-                chain::<$model, $n, $r, { $mask }, $o>(stringify!($name), Call::$call, Controller::$tick),
-            ),)*]
+            $(if is_wanted(stringify!($name)) {
+                let text = chain::<$model, $n, $r, { $mask }, $o>(stringify!($name), Call::$call, Controller::$tick);
+                all.push((stringify!($name).into(), text));
+            })*
         };
     }
-    let mut all = chains! {
+    chains! {
         joint_r1: Joint, 4, 1, DRIVEN, 1, U, tick;
         joint_r2: Joint, 4, 2, BOTH, 2, U, tick;
         joint_r3: Joint, 4, 3, BOTH, 2, U, tick;
@@ -221,11 +222,11 @@ pub(crate) fn texts(drives: &[Watched]) -> Vec<(String, String)> {
         joint_r3_unguarded: Joint, 4, 3, BOTH, 2, U, tick_unguarded;
         joint_r2_varying_gain: VaryingGain<Symbol>, 4, 2, BOTH, 2, U, tick;
         benchmark_without_exponential: Benchmark<Nothing>, 2, 2, 0b11, 2, U, tick;
-    };
+    }
     let argument = |recorder: &Recorder, name: &str| recorder.number(name, Role::Argument);
     let watched = |name: &str| drives.iter().find(|drive| drive.name == name).expect("a drive of the archive");
     macro_rules! drives {
-        ($($name:ident: $drive:ty, $symbols:ident, $design:expr, $record:expr;)*) => {$({
+        ($($name:ident: $drive:ty, $symbols:ident, $design:expr, $record:expr;)*) => {$(if is_wanted(stringify!($name)) {
             let drive = <$drive>::design($design);
             let recorded: Option<&str> = $record;
             let record = recorded.map_or_else(
@@ -250,7 +251,11 @@ pub(crate) fn texts(drives: &[Watched]) -> Vec<(String, String)> {
         joint_drive_two_sets: JointDrive<f32, Position, 1>, joint_of, &JOINT_DRIVE, Some("joint_fast");
         joint_drive_late: JointDrive<f32, Position, 0, 1>, joint_of, &JOINT_DRIVE, Some("joint_late");
     }
-    for (name, drive) in [("motor_watched", watched("motor")), ("joint_drive_watched", watched("joint"))] {
+    for (name, drive) in [("motor_watched", "motor"), ("joint_drive_watched", "joint")] {
+        if !is_wanted(name) {
+            continue;
+        }
+        let drive = watched(drive);
         let mut joined = Joined::default();
         let before = drive.state(&mut joined);
         let results = drive.ticked(&mut joined, &before);
@@ -259,7 +264,7 @@ pub(crate) fn texts(drives: &[Watched]) -> Vec<(String, String)> {
         all.push((name.into(), driven(name, &record, &drive.places, &sample)));
     }
     macro_rules! measured_laws {
-        ($($name:ident: $aim:ty;)*) => {$({
+        ($($name:ident: $aim:ty;)*) => {$(if is_wanted(stringify!($name)) {
             let law: Measuring<f32, $aim> = measuring();
             let record = tick(
                 &|recorder| drive::measured_of(&law, &mut |name| argument(recorder, name)),
@@ -276,6 +281,8 @@ pub(crate) fn texts(drives: &[Watched]) -> Vec<(String, String)> {
         joint_measured: Position;
         joint_measured_held: Hold;
     }
-    all.push(("joint_r2_gated".into(), gated::<Joint, 4, 2, BOTH, 2>("joint_r2_gated")));
+    if is_wanted("joint_r2_gated") {
+        all.push(("joint_r2_gated".into(), gated::<Joint, 4, 2, BOTH, 2>("joint_r2_gated")));
+    }
     all
 }

@@ -1,5 +1,6 @@
-//! `tick-record FOLDER`: what the ticks of the firmware's image `budget` and the functions of the archive for C are to
-//! compute, a text for each in the folders `image` and `archive`, for `cycle-bound --means`.
+//! `tick-record FOLDER [INSTANCE ..]`: what the ticks of the firmware's image `budget` and the functions of the archive
+//! for C are to compute, a text for each in the folders `image` and `archive`, for `cycle-bound --means`; for these
+//! instances, or for all.
 
 mod archive;
 mod designs;
@@ -17,14 +18,22 @@ fn written(folder: &Path, texts: Vec<(String, String)>) -> io::Result<()> {
 }
 
 fn main() -> ExitCode {
-    let Some(folder) = env::args_os().nth(1).filter(|_| env::args_os().len() == 2) else {
-        eprintln!("usage: tick-record FOLDER");
+    let Some(folder) = env::args_os().nth(1) else {
+        eprintln!("usage: tick-record FOLDER [INSTANCE ..]");
         return ExitCode::from(2);
     };
+    let instances: Vec<String> = env::args_os().skip(2).map(|name| name.to_string_lossy().into_owned()).collect();
+    let is_wanted = |name: &str| instances.is_empty() || instances.iter().any(|one| one == name);
     let folder = Path::new(&folder);
-    let drives = watched::all();
-    let all = written(&folder.join("archive"), archive::texts(&drives));
-    match all.and_then(|()| written(&folder.join("image"), image::texts(&drives))) {
+    let drives = watched::all(&is_wanted);
+    let (of_archive, of_image) = (archive::texts(&drives, &is_wanted), image::texts(&drives, &is_wanted));
+    let ends = |name: &str| of_archive.iter().any(|(text, _)| text.ends_with(&format!("_{name}")));
+    if let Some(name) = instances.iter().find(|name| !ends(name) && of_image.iter().all(|(text, _)| text != *name)) {
+        eprintln!("neither the image nor the archive has an instance `{name}`");
+        return ExitCode::from(2);
+    }
+    let all = written(&folder.join("archive"), of_archive);
+    match all.and_then(|()| written(&folder.join("image"), of_image)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("{}: {error}", folder.display());

@@ -23,7 +23,7 @@ pub(crate) struct Watched {
 }
 
 macro_rules! watched {
-    ($($name:ident: $drive:ty, $symbols:ident, $design:expr, $forms:expr, $shafts:expr;)*) => {vec![$({
+    ($wanted:ident; $($name:ident: $drive:ty, $symbols:ident, $design:expr, $forms:expr, $shafts:expr;)*) => {[$($wanted(stringify!($name)).then(|| {
         let drive = <$drive>::design($design);
         let symbols = |recorder: &Recorder| drive::$symbols(&drive, &mut |name| recorder.number(name, Role::Argument));
         let tick = drive::tick(&symbols);
@@ -46,13 +46,14 @@ macro_rules! watched {
             shafts: $shafts.to_vec(),
             places: Places::of(&law, &marked, &bytes, &state),
         }
-    }),*]};
+    })),*]};
 }
 
-/// Every drive of the archive.
-pub(crate) fn all() -> Vec<Watched> {
+/// The drives of the archive that are wanted.
+pub(crate) fn all(is_wanted: &dyn Fn(&str) -> bool) -> Vec<Watched> {
     const SHAFTS: [&str; 2] = ["_link", "_motor"];
-    watched! {
+    let all = watched! {
+        is_wanted;
         motor: MotorDrive, motor_of, &MOTOR, [0, 0], [""];
         motor_fast: MotorDrive<f32, Position, 1>, motor_of, &MOTOR, [1, 0], [""];
         motor_late: MotorDrive<f32, Position, 0, 1>, motor_of, &MOTOR, [0, 1], [""];
@@ -61,7 +62,8 @@ pub(crate) fn all() -> Vec<Watched> {
         joint_fast: JointDrive<f32, Position, 1>, joint_of, &JOINT_DRIVE, [1, 0], SHAFTS;
         joint_late: JointDrive<f32, Position, 0, 1>, joint_of, &JOINT_DRIVE, [0, 1], SHAFTS;
         joint_fast_late: JointDrive<f32, Position, 1, 1>, joint_of, &JOINT_DRIVE, [1, 1], SHAFTS;
-    }
+    };
+    all.into_iter().flatten().collect()
 }
 
 impl Watched {
