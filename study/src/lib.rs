@@ -3,9 +3,17 @@
 pub mod bounds;
 pub mod commission;
 pub mod compare;
+pub mod design;
+mod error;
 pub mod identify;
 pub mod map;
 pub mod margins;
 pub mod monte_carlo;
 pub mod number;
 pub mod tune;
+mod watch;
+
+pub use design::design;
+pub use error::Error;
+pub use margins::margins;
+pub use watch::Watch;

@@ -19,6 +19,7 @@ use rayon::prelude::*;
 use scenario::{AtRest, Experiment, Sensed};
 use serde::Serialize;
 use study::bounds::{Known, NoBounds, Quantity, SampledLoop};
+use study::design::ultimates;
 use study::map::Subject;
 use study::margins::Loop;
 use study::number::{significant, typed};
@@ -28,7 +29,6 @@ mod gain;
 
 use gain::Gain;
 
-use super::design::ultimates;
 use super::run::{note_changes, order_of_sigma, rad_per_s};
 use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, failed, folder_of, status};
 use crate::report::page::Section;

@@ -15,7 +15,6 @@ use study::map::{Axis, Judged, MayBeOff, Point, Question, Subject, Told, Uncerta
 use study::number::{significant, typed};
 use terminal::table::Table;
 
-use super::design::Design;
 use super::run::{Figures, note_changes};
 use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, folder_of, status};
 use crate::report::heat::{Cell, Edge, HeatMap};
@@ -199,7 +198,7 @@ fn numbers_of(experiment: &mut Experiment, simulate: bool) -> Result<(serde_json
         let figures = serde_json::to_value(Figures::of(experiment, &trace, &metrics)).map_err(told)?;
         return Ok((figures, has_ended));
     }
-    let design = Design::of(experiment).map_err(|failure| failure.message)?;
+    let design = study::design(experiment).map_err(|error| error.to_string())?;
     let design = serde_json::to_value(design).map_err(told)?;
     Ok((serde_json::Map::from_iter([("design".to_owned(), design)]).into(), true))
 }

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use loop_sim::trace::{Ending, Trace};
 use scenario::Experiment;
+use study::design::Design;
 use study::map::Subject;
 use study::margins;
 use study::number::significant;
 use terminal::table::Table;
 use whole_file::Kind;
 
-use super::design::{self, Design};
+use super::design;
 use super::map::{self, MapOptions};
 use super::monte_carlo::Written;
 use super::run::{Figures, ending, figures_of, note_changes, table};
@@ -159,7 +160,7 @@ impl Console<'_> {
         note_changes(&mut experiment.title, &options.sets);
         experiment.warnings.extend(margins::warnings(&experiment));
         let mut sections = vec![about(&experiment, &subject)];
-        let design = Design::of(&experiment).ok();
+        let design = study::design(&experiment).ok();
         sections.extend(design.iter().map(|design| of_design(design, &experiment)));
         let Some((section, trace)) = self.of_run(&mut experiment, design.as_ref())? else { return Ok(None) };
         sections.push(section);

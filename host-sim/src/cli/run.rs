@@ -14,13 +14,14 @@ use loop_sim::port::{ControllerPort, PortError};
 use loop_sim::trace::{Ending, Trace};
 use scenario::{Drive, Experiment, Mu};
 use serde::Serialize;
+use study::design::Design;
 use study::margins;
 use study::number::{significant, typed};
 use terminal::stop;
 use terminal::table::Table;
 use whole_file::Claim;
 
-use super::design::Design;
+use super::design;
 use super::drive::{self, TorqueError};
 use super::target::{self, Link};
 use super::{Console, Failure, LEFT, RunOptions, bad, claim_folder, failed, status};
@@ -208,7 +209,7 @@ impl Console<'_> {
         let metrics = experiment.metrics(&trace);
         let figures = Figures::of(&mut experiment, &trace, &metrics);
         let error = error.map(|error| error.to_string());
-        let design = Design::of(&experiment).ok();
+        let design = study::design(&experiment).ok();
         let json = RunJson {
             scenario: &experiment.name,
             sets: &options.sets,
@@ -240,7 +241,7 @@ impl Console<'_> {
             }
             let table = table(&experiment, &metrics, &json.figures, design.as_ref(), &trace);
             self.say(&table.to_string())?;
-            for line in design.iter().flat_map(Design::short) {
+            for line in design.iter().flat_map(design::short) {
                 self.say(&line)?;
             }
             for warning in &experiment.warnings {
