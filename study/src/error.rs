@@ -69,3 +69,9 @@ impl From<&ScenarioError> for Error {
         Self::input(error.to_string())
     }
 }
+
+impl From<String> for Error {
+    fn from(what: String) -> Self {
+        Self::input(what)
+    }
+}

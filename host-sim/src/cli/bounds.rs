@@ -20,6 +20,7 @@ use scenario::{AtRest, Experiment, Sensed};
 use serde::Serialize;
 use study::bounds::{Known, NoBounds, Quantity, SampledLoop};
 use study::design::ultimates;
+use study::figures::{order_of_sigma, rad_per_s};
 use study::map::Subject;
 use study::margins::Loop;
 use study::number::{significant, typed};
@@ -29,7 +30,7 @@ mod gain;
 
 use gain::Gain;
 
-use super::run::{note_changes, order_of_sigma, rad_per_s};
+use super::run::note_changes;
 use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, failed, folder_of, status};
 use crate::report::page::Section;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};

@@ -1,21 +1,20 @@
 //! `host-sim map`: where a loop is stable, and how good, over two keys of its scenario or all corners of its plant.
 
 use std::iter;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::thread;
 
 use clap::Args;
 use controller_core::drive::{JointDesign, MotorDesign};
 use loop_sim::port::drive::DriveDesign;
-use loop_sim::trace::Ending;
 use scenario::Experiment;
 use serde::Serialize;
+use study::figures::{OF_DESIGN, known_numbers, number_of};
 use study::map::{Axis, Judged, MayBeOff, Point, Question, Subject, Told, Uncertain, corners, widest_rectangle};
 use study::number::{significant, typed};
 use terminal::table::Table;
 
-use super::run::{Figures, note_changes};
+use super::run::note_changes;
 use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, folder_of, status};
 use crate::report::heat::{Cell, Edge, HeatMap};
 use crate::report::write_whole;
@@ -185,60 +184,6 @@ impl Simulated {
     }
 }
 
-/// Of a design, and not of a run.
-const OF_DESIGN: &str = "design.";
-
-/// The numbers of run.json that a run has, or its design; and whether it came to its end, bounded.
-fn numbers_of(experiment: &mut Experiment, simulate: bool) -> Result<(serde_json::Value, bool), String> {
-    let told = |error: serde_json::Error| error.to_string();
-    if simulate {
-        let (trace, _) = experiment.run(&mut |_| ControlFlow::Continue(()));
-        let metrics = experiment.metrics(&trace);
-        let has_ended = trace.ending == Ending::Finished && metrics.bounded;
-        let figures = serde_json::to_value(Figures::of(experiment, &trace, &metrics)).map_err(told)?;
-        return Ok((figures, has_ended));
-    }
-    let design = study::design(experiment).map_err(|error| error.to_string())?;
-    let design = serde_json::to_value(design).map_err(told)?;
-    Ok((serde_json::Map::from_iter([("design".to_owned(), design)]).into(), true))
-}
-
-/// One of them; no number where the run did not come to its end, or the loop has no such margin.
-fn number_of(path: &str, experiment: &mut Experiment) -> Result<f64, String> {
-    let (told, has_ended) = numbers_of(experiment, !path.starts_with(OF_DESIGN))?;
-    Ok(if has_ended { number_in(&told, path) } else { f64::NAN })
-}
-
-/// All that [`number_of`] knows, by the paths to them.
-fn known_numbers(experiment: &mut Experiment) -> Result<Vec<String>, String> {
-    let mut known = Vec::new();
-    for simulate in [true, false] {
-        collect(&numbers_of(experiment, simulate)?.0, "", &mut known);
-    }
-    Ok(known)
-}
-
-/// The paths to all numbers of what run.json has, and to those that this run has none of.
-pub(super) fn collect(value: &serde_json::Value, path: &str, known: &mut Vec<String>) {
-    let below = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
-    match value {
-        serde_json::Value::Object(object) => {
-            object.iter().for_each(|(key, value)| collect(value, &below(key), known));
-        }
-        serde_json::Value::Array(list) => {
-            list.iter().enumerate().for_each(|(k, value)| collect(value, &below(&k.to_string()), known));
-        }
-        // A margin that there is none of, in this design.
-        serde_json::Value::Number(_) | serde_json::Value::Null => known.push(path.into()),
-        _ => {}
-    }
-}
-
-/// The number at a path; NaN where there is none.
-pub(super) fn number_in(told: &serde_json::Value, path: &str) -> f64 {
-    told.pointer(&format!("/{}", path.replace('.', "/"))).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN)
-}
-
 /// What k_l of a drive may be, 1/s: of a motor around its own, one per tick at most; of a joint 2 to 8 times its w_c,
 /// which is what its design takes.
 fn reaching_per_s(designed: &DriveDesign, period_s: f64) -> [f64; 2] {
@@ -368,14 +313,16 @@ impl Console<'_> {
             }
         }
         if let Some(figure) = &options.figure {
-            let known = known_numbers(&mut experiment).map_err(bad)?;
+            let known = known_numbers(&mut experiment).map_err(|error| bad(error.to_string()))?;
             if !known.contains(figure) {
                 let nearest = known.iter().min_by_key(|known| strsim::damerau_levenshtein(known, figure));
                 let nearest = nearest.map_or("", String::as_str);
                 return Err(bad(format!("--figure {figure}: run.json has no such number; nearest is {nearest}")));
             }
         }
-        let of_point = |experiment: &mut Experiment| number_of(figure.unwrap_or_default(), experiment);
+        let of_point = |experiment: &mut Experiment| {
+            number_of(figure.unwrap_or_default(), experiment).map_err(|error| error.to_string())
+        };
         let question = Question {
             subject,
             axes,

@@ -6,6 +6,7 @@ use clap::Args;
 use loop_sim::trace::{Ending, Trace};
 use scenario::Experiment;
 use study::design::Design;
+use study::figures::Figures;
 use study::map::Subject;
 use study::margins;
 use study::number::significant;
@@ -15,7 +16,7 @@ use whole_file::Kind;
 use super::design;
 use super::map::{self, MapOptions};
 use super::monte_carlo::Written;
-use super::run::{Figures, ending, figures_of, note_changes, table};
+use super::run::{ending, figures_of, note_changes, table};
 use super::{
     Console, DEFAULT, Failure, ScenarioText, bad, bounds, failed, free, hex_sha256, monte_carlo, read_text, status,
     write_file,
