@@ -14,6 +14,7 @@ pub mod number;
 pub mod tune;
 mod watch;
 
+pub use bounds::bounds;
 pub use design::design;
 pub use error::Error;
 pub use margins::margins;
