@@ -7,7 +7,7 @@ use loop_sim::trace::{Ending, Trace};
 use scenario::Experiment;
 use study::design::Design;
 use study::figures::Figures;
-use study::map::Subject;
+use study::map::{CORNERS, Subject};
 use study::margins;
 use study::number::significant;
 use terminal::table::Table;
@@ -204,10 +204,11 @@ impl Console<'_> {
     /// Where it is stable, and in which corners.
     fn of_map(&mut self, file: Option<&Path>, options: &ReportOptions) -> Option<Section> {
         let asked = |preset: &str| MapOptions::of_preset(file, preset, &options.sets);
-        let corners = self.with_view(&asked(map::CORNERS), |console, view| {
+        let corners = self.with_view(&asked(CORNERS), |console, view| {
             let found = console.judged_corners(view)?;
             Ok(found.map(|found| {
-                let worst = found.first().map_or_else(String::new, |(name, point)| {
+                let worst = found.points.iter().flatten().next().map_or_else(String::new, |point| {
+                    let name = point.worst.as_deref().unwrap_or_default();
                     format!("; the worst, {name}, has spectral radius {:.5}", point.spectral_radius)
                 });
                 view.count(&found) + &worst
@@ -220,10 +221,13 @@ impl Console<'_> {
             Err(Failure { message, .. }) => vec![format!("no corners: {message}")],
         };
         let mut drawings = Vec::new();
-        match self.with_view(&asked(&options.map), Self::answered) {
-            Ok(Some(answered)) => {
-                says.extend(answered.lines);
-                drawings.push(answered.map.svg());
+        let told = self.with_view(&asked(&options.map), |console, view| {
+            Ok(console.answered(view)?.map(|map| (view.lines(&map), view.drawn(&map).svg())))
+        });
+        match told {
+            Ok(Some((lines, drawing))) => {
+                says.extend(lines);
+                drawings.push(drawing);
             }
             Ok(None) => return None,
             Err(Failure { message, .. }) => says.push(format!("no map: {message}")),
