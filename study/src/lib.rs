@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod bounds;
+pub mod chip;
 pub mod commission;
 pub mod compare;
 pub mod design;
@@ -20,4 +21,5 @@ pub use error::Error;
 pub use map::map;
 pub use margins::margins;
 pub use monte_carlo::trials;
+pub use tune::tune;
 pub use watch::Watch;

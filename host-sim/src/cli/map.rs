@@ -168,7 +168,7 @@ impl Console<'_> {
             self.say_json(serde_json::to_string(&map))?;
         } else {
             self.say(&experiment.headline())?;
-            for line in view.lines(&map) {
+            for line in lines(&map) {
                 self.say(&line)?;
             }
         }
@@ -199,12 +199,6 @@ impl View<'_> {
         let unstable = map.points.iter().flatten().filter(|point| !point.is_stable()).count();
         let percent = self.question.percent.unwrap_or_default();
         format!("{unstable} of {} corners at {percent} % are unstable", map.points.len())
-    }
-
-    /// What is said of a map.
-    pub(super) fn lines(&self, map: &Map) -> Vec<String> {
-        let lines = [census(&map.points, &map.good), promise(map)];
-        lines.into_iter().chain(map.simulated.map(agreement)).collect()
     }
 
     pub(super) fn drawn(&self, map: &Map) -> HeatMap {
@@ -258,6 +252,12 @@ impl View<'_> {
         });
         iter::once(head).chain(rows).map(|row| row + "\n").collect()
     }
+}
+
+/// What is said of a map.
+pub(super) fn lines(map: &Map) -> Vec<String> {
+    let lines = [census(&map.points, &map.good), promise(map)];
+    lines.into_iter().chain(map.simulated.map(agreement)).collect()
 }
 
 fn promise(map: &Map) -> String {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use loop_sim::trace::{Ending, Trace};
 use scenario::Experiment;
+use study::chip::{self, Cost};
 use study::design::Design;
 use study::figures::Figures;
 use study::map::{CORNERS, Subject};
@@ -21,7 +22,6 @@ use super::{
     Console, DEFAULT, Failure, ScenarioText, bad, bounds, failed, free, hex_sha256, monte_carlo, read_text, status,
     write_file,
 };
-use crate::chip::{self, Cost};
 use crate::report::page::{self, Account, Page, Section};
 use crate::report::plot::{Figure, Panel, Series};
 use crate::report::write_whole;
@@ -222,7 +222,7 @@ impl Console<'_> {
         };
         let mut drawings = Vec::new();
         let told = self.with_view(&asked(&options.map), |console, view| {
-            Ok(console.answered(view)?.map(|map| (view.lines(&map), view.drawn(&map).svg())))
+            Ok(console.answered(view)?.map(|map| (map::lines(&map), view.drawn(&map).svg())))
         });
         match told {
             Ok(Some((lines, drawing))) => {
