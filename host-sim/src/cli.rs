@@ -474,6 +474,12 @@ impl From<ScenarioError> for Failure {
     }
 }
 
+impl From<study::Error> for Failure {
+    fn from(error: study::Error) -> Self {
+        if error.is_input { bad(error.to_string()) } else { failed(error.to_string()) }
+    }
+}
+
 impl Failure {
     fn writing(what: impl fmt::Display, error: &io::Error) -> Self {
         use io::ErrorKind::{AlreadyExists, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied};

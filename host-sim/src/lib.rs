@@ -9,7 +9,6 @@
 //! over a [`transport`], compared bit for bit. A scenario file with its seed reproduces a run bit for bit.
 
 pub mod black_box;
-pub mod chip;
 pub mod cli;
 pub mod export;
 pub mod feature;

@@ -41,6 +41,13 @@ use loop_sim::solver::SolverError;
 use nalgebra::{Complex, DMatrix, DVector};
 use scenario::AtRest;
 
+mod gain;
+mod run;
+
+pub use gain::Gain;
+pub use run::{Advice, Bounds, Knob, Part, bounds, loop_of};
+
+use crate::Error;
 use crate::margins::{MarginsError, Stepped, Tick, eigenvalues, heard};
 
 /// Bounds are rounded up by this: five times what the sums lose.
@@ -96,6 +103,12 @@ impl fmt::Display for NoBounds {
             ),
             Self::Loop(error) => error.fmt(f),
         }
+    }
+}
+
+impl From<NoBounds> for Error {
+    fn from(error: NoBounds) -> Self {
+        Self::failed(error.to_string())
     }
 }
 

@@ -1,11 +1,25 @@
 #![doc = include_str!("../README.md")]
 
 pub mod bounds;
+pub mod chip;
 pub mod commission;
 pub mod compare;
+pub mod design;
+mod error;
+pub mod figures;
 pub mod identify;
 pub mod map;
 pub mod margins;
 pub mod monte_carlo;
 pub mod number;
 pub mod tune;
+mod watch;
+
+pub use bounds::bounds;
+pub use design::design;
+pub use error::Error;
+pub use map::map;
+pub use margins::margins;
+pub use monte_carlo::trials;
+pub use tune::tune;
+pub use watch::Watch;

@@ -13,22 +13,31 @@
 //! Cost: about a millisecond per point and corner; the simulation of one takes a tenth of a second.
 
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc;
-use std::thread;
 
 use loop_sim::linear::Ticked;
+use loop_sim::port::drive::DriveDesign;
 use loop_sim::solver::{self, SolverError};
+use rayon::prelude::*;
 use scenario::{AtRest, Experiment, ScenarioError, Source};
 use serde::Serialize;
-use toml_edit::{DocumentMut, Item};
+use toml_edit::{DocumentMut, Item, TomlError};
 
+use crate::figures::number_of;
 use crate::margins::{self, Loop};
 use crate::number::typed;
+use crate::{Error, Watch};
+
+mod answer;
+mod asked;
+
+pub use answer::{Map, Promise, Simulated, map};
+pub use asked::{Asked, CORNERS, presets};
 
 /// Points along an axis if none are asked for, and the most.
 const POINTS: usize = 32;
 const MOST_POINTS: usize = 400;
+/// How an axis is written.
+const FORM: &str = "expected KEY=FROM..TO, KEY=FROM..TO:log:40 or KEY=A,B,C";
 /// Values between two ends have so many digits, so that they can be read and typed.
 const DIGITS: usize = 5;
 
@@ -55,49 +64,39 @@ impl Axis {
     ///
     /// # Errors
     /// What is wrong with the text.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        let form = "expected KEY=FROM..TO, KEY=FROM..TO:log:40 or KEY=A,B,C";
-        let (key, range) = text.split_once('=').ok_or_else(|| format!("{text:?}: {form}"))?;
+    pub fn parse(text: &str) -> Result<Self, Error> {
+        let wrong = |what: String| Error::input(what).at(format!("{text:?}"));
+        let (key, range) = text.split_once('=').ok_or_else(|| wrong(FORM.into()))?;
         let (key, range) = (key.trim().to_owned(), range.trim());
         if key.is_empty() {
-            return Err(format!("{text:?}: {form}"));
+            return Err(wrong(FORM.into()));
         }
         let Some((from, rest)) = range.split_once("..") else {
-            let values = listed(range);
-            if let Some(twice) = (1..values.len()).find(|k| values[..*k].contains(&values[*k])) {
-                return Err(format!("{text:?}: {} is there twice", values[twice]));
-            }
-            return match values.len() {
-                0..=MOST_POINTS if values.iter().all(|value| !value.is_empty()) => {
-                    Ok(Self { key, values, numbers: None, is_log: false, settings: None })
-                }
-                0..=MOST_POINTS => Err(format!("{text:?}: a value is empty; {form}")),
-                many => Err(format!("{text:?}: {many} values; at most {MOST_POINTS}")),
-            };
+            return Self::of_values(key, range).map_err(|error| Error { key: format!("{text:?}"), ..error });
         };
         let mut words = rest.split(':');
         let (mut is_log, mut points) = (false, POINTS);
         let number = |word: &str| {
             let number = word.trim().parse::<f64>().ok().filter(|number| number.is_finite());
-            number.ok_or_else(|| format!("{text:?}: {word:?} is no finite number; {form}"))
+            number.ok_or_else(|| wrong(format!("{word:?} is no finite number")).with_remedy(FORM))
         };
         let (from, to) = (number(from)?, number(words.next().unwrap_or_default())?);
         for word in words {
             match (word, word.parse::<usize>()) {
                 ("log", _) => is_log = true,
                 (_, Ok(count @ 2..=MOST_POINTS)) => points = count,
-                (_, Ok(_)) => return Err(format!("{text:?}: an axis has 2 to {MOST_POINTS} points")),
-                _ => return Err(format!("{text:?}: {word:?} is neither `log` nor a number of points; {form}")),
+                (_, Ok(_)) => return Err(wrong(format!("an axis has 2 to {MOST_POINTS} points"))),
+                _ => return Err(wrong(format!("{word:?} is neither `log` nor a number of points")).with_remedy(FORM)),
             }
         }
         if from >= to {
-            return Err(format!("{text:?}: the second end must be above the first"));
+            return Err(wrong("the second end must be above the first".into()));
         }
         if !(to - from).is_finite() || (is_log && from > 0.0 && !(to / from).is_finite()) {
-            return Err(format!("{text:?}: the ends are too far apart for f64"));
+            return Err(wrong("the ends are too far apart for f64".into()));
         }
         if is_log && from <= 0.0 {
-            return Err(format!("{text:?}: a logarithmic axis begins above 0"));
+            return Err(wrong("a logarithmic axis begins above 0".into()));
         }
         let value = |k: usize| {
             let share = k as f64 / (points - 1) as f64;
@@ -114,9 +113,24 @@ impl Axis {
         let values: Vec<String> = (0..points).map(|k| typed(value(k), DIGITS)).collect();
         let numbers: Vec<f64> = values.iter().filter_map(|value| value.parse().ok()).collect();
         if numbers.windows(2).any(|pair| pair[0] >= pair[1]) {
-            return Err(format!("{text:?}: {points} points are not told apart by {DIGITS} digits"));
+            return Err(wrong(format!("{points} points are not told apart by {DIGITS} digits")));
         }
         Ok(Self { key, values, numbers: Some(numbers), is_log, settings: None })
+    }
+
+    /// `A,B,C`.
+    fn of_values(key: String, range: &str) -> Result<Self, Error> {
+        let values = listed(range);
+        if let Some(twice) = (1..values.len()).find(|k| values[..*k].contains(&values[*k])) {
+            return Err(Error::input(format!("{} is there twice", values[twice])));
+        }
+        match values.len() {
+            0..=MOST_POINTS if values.iter().all(|value| !value.is_empty()) => {
+                Ok(Self { key, values, numbers: None, is_log: false, settings: None })
+            }
+            0..=MOST_POINTS => Err(Error::input("a value is empty").with_remedy(FORM)),
+            many => Err(Error::input(format!("{many} values; at most {MOST_POINTS}"))),
+        }
     }
 
     /// The nearest point to a value; none beyond the ends.
@@ -242,7 +256,7 @@ impl MayBeOff {
     ///
     /// # Errors
     /// The file is not TOML.
-    pub fn of(subject: &Subject<'_>) -> Result<Self, String> {
+    pub fn of(subject: &Subject<'_>) -> Result<Self, Error> {
         let takes = |errors: &&&Errors| errors[0].1.iter().all(|key| subject.with(&[format!("{key}=0.01")]).is_ok());
         if let Some(errors) = ERRORS.iter().find(takes) {
             let numbers = errors.iter().map(|(name, keys, percent)| Uncertain {
@@ -259,7 +273,8 @@ impl MayBeOff {
             }
         };
         // Read before: it is TOML.
-        let file: DocumentMut = subject.text.parse().map_err(|error| format!("{}: {error}", subject.file))?;
+        let file: DocumentMut =
+            subject.text.parse().map_err(|error: TomlError| Error::input(error.to_string()).at(subject.file))?;
         let constants = file.get("plant").and_then(|plant| plant.get("constants")).and_then(Item::as_table_like);
         let names: Vec<String> = constants.into_iter().flat_map(|it| it.iter()).map(|(name, _)| name.into()).collect();
         for name in &names {
@@ -309,26 +324,26 @@ const MOST_UNCERTAIN: usize = 12;
 ///
 /// # Errors
 /// The scenario's own mistakes; or none of its numbers can be said to be off, or too many.
-pub fn corners(subject: &Subject<'_>, percent: f64, axes: &[Axis]) -> Result<Vec<Corner>, String> {
-    subject.with(&[]).map_err(|error| error.to_string())?;
+pub fn corners(subject: &Subject<'_>, percent: f64, axes: &[Axis]) -> Result<Vec<Corner>, Error> {
+    subject.with(&[])?;
     let MayBeOff { numbers, believed } = MayBeOff::of(subject)?;
     let is_swept = |keys: &[String]| keys.iter().any(|key| axes.iter().any(|axis| axis.sweeps(key)));
     let is_none = numbers.is_empty();
     let numbers: Vec<Uncertain> = numbers.into_iter().filter(|it| !is_swept(&it.keys)).collect();
     if is_none {
-        return Err(format!(
-            "{}: no number of its plant is known to be off: corners are for scenarios with [joint], [motor], a \
-             flexible joint, a chain, or equations with constants as [plant]",
-            subject.file
-        ));
+        let what = "no number of its plant is known to be off: corners are for scenarios with [joint], [motor], a \
+                    flexible joint, a chain, or equations with constants as [plant]";
+        return Err(Error::input(what).at(subject.file));
     }
     if numbers.len() > MOST_UNCERTAIN {
         let names: Vec<&str> = numbers.iter().map(|it| it.name.as_str()).collect();
-        let (file, count, names) = (subject.file, names.len(), names.join(", "));
-        return Err(format!(
-            "{file}: {count} numbers of its plant may be off, {names}: that is 2^{count} corners, and \
-             2^{MOST_UNCERTAIN} are the most; `host-sim monte-carlo --uncertain {percent}` draws from all of them"
-        ));
+        let (count, names) = (names.len(), names.join(", "));
+        let what = format!(
+            "{count} numbers of its plant may be off, {names}: that is 2^{count} corners, and 2^{MOST_UNCERTAIN} are \
+             the most"
+        );
+        let remedy = format!("`host-sim monte-carlo --uncertain {percent}` draws from all of them");
+        return Err(Error::input(what).at(subject.file).with_remedy(remedy));
     }
     let corner = |corner: usize| {
         let mut sets = believed.clone();
@@ -356,10 +371,10 @@ pub fn corners(subject: &Subject<'_>, percent: f64, axes: &[Axis]) -> Result<Vec
 ///
 /// # Errors
 /// Those of [`corners`]; or the loop has no matrices.
-pub fn tolerance_percent(subject: &Subject<'_>, most: u32) -> Result<u32, String> {
+pub fn tolerance_percent(subject: &Subject<'_>, most: u32) -> Result<u32, Error> {
     for percent in 1..=most {
         for Corner { sets, .. } in corners(subject, f64::from(percent), &[])? {
-            let experiment = subject.with(&sets).map_err(|error| error.to_string())?;
+            let experiment = subject.with(&sets)?;
             if poles(&experiment)?.0 >= 1.0 {
                 return Ok(percent - 1);
             }
@@ -406,23 +421,30 @@ impl Subject<'_> {
     }
 }
 
-/// What a point is judged by beside its poles.
-pub type Figure<'a> = dyn Fn(&mut Experiment) -> Result<f64, String> + Sync + 'a;
-
-/// What is asked at each point.
+/// A grid to be judged, point by point; [`Question::new`] makes one of what is [`Asked`].
 pub struct Question<'a> {
-    /// Of what.
+    /// The scenario.
     pub subject: Subject<'a>,
-    /// Along the first axis, then the second; one axis for a line, none for a point.
+    /// `KEY=VALUE` that a preset sets at every point.
+    pub held: Option<String>,
+    /// Along the first axis, then the second; one axis for a line, none for the corners one by one.
     pub axes: Vec<Axis>,
     /// A point is as good as the worst of these; none: only as the scenario says.
     pub corners: Vec<Corner>,
-    /// A figure beside decay and radius.
-    pub figure: Option<&'a Figure<'a>>,
-    /// Is the least of the figure the worst over the corners, and not the largest?
-    pub less_is_worse: bool,
+    /// How far off the corners are, percent.
+    pub percent: Option<f64>,
+    /// Path of a number of run.json beside decay and radius.
+    pub figure: Option<String>,
+    /// A point is good only where the figure is at most this.
+    pub at_most: Option<f64>,
+    /// A point is good only where the figure is at least this; the least over the corners is the worst then.
+    pub at_least: Option<f64>,
     /// Is every point simulated too?
     pub simulate: bool,
+    /// Name of the scenario.
+    scenario: String,
+    /// The drive of the file, if it is one.
+    designed: Option<DriveDesign>,
 }
 
 /// A point of the grid.
@@ -459,7 +481,7 @@ impl Point {
 }
 
 /// A point, or why there is none: no design with these values.
-pub type Judged = Result<Point, String>;
+pub type Judged = Result<Point, Error>;
 
 impl Question<'_> {
     /// Points along both axes.
@@ -467,21 +489,27 @@ impl Question<'_> {
         [0, 1].map(|i| self.axes.get(i).map_or(1, |axis| axis.values.len()))
     }
 
-    /// The point in this column and row.
-    fn judged(&self, column: usize, row: usize) -> Judged {
-        let here: Vec<String> = self.axes.iter().zip([column, row]).flat_map(|(axis, k)| axis.sets(k)).collect();
+    /// The scenario with what a preset sets, and these on top.
+    fn experiment(&self, more: &[String]) -> Result<Experiment, ScenarioError> {
+        let sets: Vec<String> = self.held.iter().chain(more).cloned().collect();
+        self.subject.with(&sets)
+    }
+
+    /// The point in this column and row, at its worst over these corners.
+    fn judged(&self, place: [usize; 2], corners: &[Corner]) -> Judged {
+        let here: Vec<String> = self.axes.iter().zip(place).flat_map(|(axis, k)| axis.sets(k)).collect();
         let as_it_is = [Corner { name: String::new(), sets: Vec::new() }];
-        let corners = if self.corners.is_empty() { &as_it_is[..] } else { &self.corners };
+        let is_plain = corners.is_empty();
+        let corners = if is_plain { &as_it_is[..] } else { corners };
         let mut worst: Option<(Point, &Corner)> = None;
         let (mut figure, mut unstable) = (None::<f64>, 0);
         for corner in corners {
-            let mut experiment =
-                self.subject.with(&[&here[..], &corner.sets].concat()).map_err(|error| error.to_string())?;
+            let mut experiment = self.experiment(&[&here[..], &corner.sets].concat())?;
             let (spectral_radius, decay_per_s) = poles(&experiment)?;
             unstable += usize::from(spectral_radius >= 1.0);
-            if let Some(of) = self.figure {
-                let value = of(&mut experiment)?;
-                let is_worse = |known: f64| if self.less_is_worse { value < known } else { value > known };
+            if let Some(path) = &self.figure {
+                let value = number_of(path, &mut experiment)?;
+                let is_worse = |known: f64| if self.at_least.is_some() { value < known } else { value > known };
                 figure = figure.filter(|known| known.is_nan() || !(value.is_nan() || is_worse(*known))).or(Some(value));
             }
             if worst.as_ref().is_none_or(|(worst, _)| spectral_radius > worst.spectral_radius) {
@@ -490,59 +518,57 @@ impl Question<'_> {
                 worst = Some((point, corner));
             }
         }
-        let (mut point, corner) = worst.ok_or("no corner")?;
+        let (mut point, corner) = worst.ok_or_else(|| Error::input("no corner"))?;
         point.figure = figure;
-        if !self.corners.is_empty() {
+        if !is_plain {
             (point.worst, point.unstable_corners) = (Some(corner.name.clone()), unstable);
         }
         if self.simulate {
-            let experiment =
-                self.subject.with(&[&here[..], &corner.sets].concat()).map_err(|error| error.to_string())?;
-            let at_rest = experiment.at_rest.as_ref().map_err(ToString::to_string)?;
-            point.grew = Some(grows(at_rest, experiment.period_s).map_err(|error| error.to_string())?);
+            let experiment = self.experiment(&[&here[..], &corner.sets].concat())?;
+            let grew = grows(experiment.at_rest.as_ref()?, experiment.period_s);
+            point.grew = Some(grew.map_err(|error| Error::failed(error.to_string()))?);
         }
         Ok(point)
     }
 
-    /// All points, row by row from the first, on so many threads; `done` is told of each as it is found. None if it was
-    /// told to stop before the end.
-    pub fn answer(&self, threads: usize, stop: &AtomicBool, done: &mut dyn FnMut()) -> Option<Vec<Judged>> {
+    /// Judges each corner by itself; `None` if it was stopped. A step of the watch is a corner.
+    fn each_corner(&self, watch: Watch<'_>) -> Option<Vec<Judged>> {
+        let judged = |corner: &Corner| {
+            if watch.is_stopped() {
+                return None;
+            }
+            let judged = self.judged([0, 0], std::slice::from_ref(corner));
+            watch.done();
+            Some(judged)
+        };
+        self.corners.par_iter().map(judged).collect()
+    }
+
+    /// Judges all points, row by row from the first; `None` if it was stopped. A step of the watch is a point.
+    pub fn answer(&self, watch: Watch<'_>) -> Option<Vec<Judged>> {
         let [columns, rows] = self.size();
-        let count = columns * rows;
-        let (next, mut found) = (AtomicUsize::new(0), vec![None; count]);
-        let (tell, told) = mpsc::channel();
-        thread::scope(|scope| {
-            for _ in 0..threads.clamp(1, count) {
-                let (tell, next) = (tell.clone(), &next);
-                scope.spawn(move || {
-                    while !stop.load(Ordering::Relaxed) {
-                        let k = next.fetch_add(1, Ordering::Relaxed);
-                        if k >= count || tell.send((k, self.judged(k % columns, k / columns))).is_err() {
-                            break;
-                        }
-                    }
-                });
+        let judged = |k: usize| {
+            if watch.is_stopped() {
+                return None;
             }
-            drop(tell);
-            for (k, judged) in told {
-                found[k] = Some(judged);
-                done();
-            }
-        });
-        found.into_iter().collect()
+            let judged = self.judged([k % columns, k / columns], &self.corners);
+            watch.done();
+            Some(judged)
+        };
+        (0..columns * rows).into_par_iter().map(judged).collect()
     }
 }
 
 /// Largest |z| and the slowest decay of a scenario's loop.
-fn poles(experiment: &Experiment) -> Result<(f64, f64), String> {
-    let at_rest = experiment.at_rest.as_ref().map_err(ToString::to_string)?;
+fn poles(experiment: &Experiment) -> Result<(f64, f64), Error> {
+    let at_rest = experiment.at_rest.as_ref()?;
     let found = Loop::of(at_rest, at_rest.law.as_ref(), experiment.period_s).and_then(|it| {
         let alpha_per_s = margins::offset_per_s(experiment);
         let values = it.eigenvalues()?;
         let radius = values.first().map_or(0.0, |z| libm::hypot(z.re, z.im));
         Ok((radius, margins::decay_per_s(&it.poles_beside(values, alpha_per_s))))
     });
-    found.map_err(|error| error.to_string())
+    Ok(found?)
 }
 
 /// How far from rest a simulation begins, rad or unit of the first state, or how many steps of its encoders if that is
@@ -571,7 +597,7 @@ pub fn grows(at_rest: &AtRest, period_s: f64) -> Result<bool, SolverError> {
     // Of a joint the motor may shake while its link hardly moves: all angles. Measured states are of many units.
     let angles = at_rest.sensed.iter().filter(|sensed| sensed.quantum > 0.0).map(|sensed| sensed.state);
     let watched: Vec<usize> = angles.filter(|state| *state != first).chain([first]).collect();
-    let (mut moved, mut still) = (Simulated::new(at_rest), Simulated::new(at_rest));
+    let (mut moved, mut still) = (Run::new(at_rest), Run::new(at_rest));
     moved.x[first] = start;
     let (mut sizes, mut is_still) = ([0.0_f64; 3], false);
     for squares in &mut sizes {
@@ -580,7 +606,7 @@ pub fn grows(at_rest: &AtRest, period_s: f64) -> Result<bool, SolverError> {
             if !is_still {
                 still.tick(at_rest, period_s)?;
                 // A loop that was not moved by one tick is moved by none.
-                is_still = still == Simulated::new(at_rest);
+                is_still = still == Run::new(at_rest);
             }
             let square: f64 = watched.iter().map(|state| (moved.x[*state] - still.x[*state]).powi(2)).sum();
             if square.is_nan() || square > (AWAY * start).powi(2) {
@@ -595,14 +621,14 @@ pub fn grows(at_rest: &AtRest, period_s: f64) -> Result<bool, SolverError> {
 
 /// A loop at rest that is run.
 #[derive(PartialEq)]
-struct Simulated {
+struct Run {
     x: Vec<f64>,
     memory: Vec<f64>,
     samples: VecDeque<Vec<f64>>,
     demands: VecDeque<f64>,
 }
 
-impl Simulated {
+impl Run {
     fn new(at_rest: &AtRest) -> Self {
         let (memory, rest) = at_rest.law.rest();
         let x = vec![0.0; at_rest.plant.order()];

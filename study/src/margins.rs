@@ -31,6 +31,8 @@ use nalgebra::{Complex, DMatrix, DVector, Normed};
 use scenario::{AtRest, Corner, Drive, Experiment};
 use serde::Serialize;
 
+use crate::Error;
+
 /// A root or pole, rad/s.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Root {
@@ -97,6 +99,25 @@ impl fmt::Display for MarginsError {
 }
 
 impl std::error::Error for MarginsError {}
+
+impl From<MarginsError> for Error {
+    fn from(error: MarginsError) -> Self {
+        Self::failed(error.to_string())
+    }
+}
+
+/// Returns the margins of a scenario's loop at rest.
+///
+/// # Errors
+/// The scenario has no loop at rest; the loop is unstable, or has no finite matrices.
+pub fn margins(experiment: &Experiment) -> Result<Margins, Error> {
+    let at_rest = experiment.at_rest.as_ref()?;
+    let it = Loop::of(at_rest, at_rest.law.as_ref(), experiment.period_s)?;
+    if it.spectral_radius(1.0)? >= 1.0 {
+        return Err(Error::failed("the loop at rest is unstable: it has no margins"));
+    }
+    Ok(it.margins()?)
+}
 
 /// What a tick is a map of, in this order in one vector.
 pub(crate) struct Tick<'a> {

@@ -5,16 +5,23 @@
 //! has a say: threads, shards, order, a run that was killed and resumed give the same numbers, and any trial
 //! can be run again alone, with `host-sim run` and those settings.
 //!
-//! Trials are computed in chunks on all cores. What they come to: percentiles by exact
+//! Trials are computed on all cores ([`trials`]). What they come to: percentiles by exact
 //! rank, and the largest failure rate that the trials leave open ([`statistics`]).
 
 use loop_sim::philox;
 
+use scenario::{Experiment, ScenarioError};
+
+use crate::Error;
 use crate::map::Subject;
 
 pub mod sobol;
 pub mod statistics;
+mod trials;
+pub mod uncertain;
 pub mod vary;
+
+pub use trials::{Columns, ENDED, Rows, Trial, trial, trials};
 
 use vary::Vary;
 
@@ -57,7 +64,9 @@ impl Outcome {
 const NOISE: u32 = u32::MAX;
 
 /// What is drawn for which trial.
-pub struct Plan {
+pub struct Plan<'a> {
+    /// The scenario with nothing drawn.
+    pub subject: Subject<'a>,
     /// What differs from trial to trial.
     pub vary: Vec<Vary>,
     /// Master seed.
@@ -66,15 +75,15 @@ pub struct Plan {
     has_noise: bool,
 }
 
-impl Plan {
+impl<'a> Plan<'a> {
     /// Reads what is to vary.
     ///
     /// # Errors
     /// What is wrong with it: the text, or a key, or two that draw the same key.
-    pub fn new(subject: &Subject<'_>, vary: &[String], seed: u64) -> Result<Self, String> {
+    pub fn new(subject: Subject<'a>, vary: &[String], seed: u64) -> Result<Self, Error> {
         let mut dimension = 0;
         let vary: Vec<Vary> =
-            vary.iter().map(|text| Vary::parse(text, subject, &mut dimension)).collect::<Result<_, _>>()?;
+            vary.iter().map(|text| Vary::parse(text, &subject, &mut dimension)).collect::<Result<_, _>>()?;
         let keys: Vec<&str> = vary.iter().flat_map(Vary::keys).collect();
         // A table is drawn with all that is in it.
         let plain = |key: &str| key.split('[').map(|part| part.trim_start_matches('0')).collect::<Vec<_>>().join("[");
@@ -85,11 +94,11 @@ impl Plan {
         for (k, key) in keys.iter().enumerate() {
             if let Some(before) = keys[..k].iter().find(|before| holds(before, key) || holds(key, before)) {
                 let with = if before == key { String::new() } else { format!(": {before} is too") };
-                return Err(format!("--vary: {key} is drawn twice{with}"));
+                return Err(Error::input(format!("{key} is drawn twice{with}")).at("--vary"));
             }
         }
         let has_noise = !keys.contains(&"seed") && subject.with(&["seed=1".into()]).is_ok();
-        Ok(Self { vary, seed, has_noise })
+        Ok(Self { subject, vary, seed, has_noise })
     }
 
     /// The draw of each parameter.
@@ -107,5 +116,13 @@ impl Plan {
         // A seed of 53 bits is a number to every reader of TOML and JSON.
         let noise = self.has_noise.then(|| format!("seed={}", philox::draw(self.seed, trial, NOISE)[0] >> 11));
         self.draws(trial).flat_map(|(vary, draw)| vary.settings(draw)).chain(noise).collect()
+    }
+
+    /// Returns the experiment of a trial.
+    ///
+    /// # Errors
+    /// There is no design with the values that were drawn.
+    pub fn experiment(&self, trial: u64) -> Result<Experiment, ScenarioError> {
+        self.subject.with(&self.settings(trial))
     }
 }

@@ -16,16 +16,19 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::thread;
 
 use cobyla::{Func, RhoBeg, StopTols};
 use controller_core::drive::{JointBandwidths, MotorBandwidths};
 use loop_sim::port::drive::DriveDesign;
 use loop_sim::random::Random;
+use rayon::prelude::*;
 use serde::Serialize;
 
+mod answer;
+
+pub use answer::{Answer, Limits, Tried, searches_of, tune, value_of, within_noise};
+
+use crate::Watch;
 use crate::compare::{Bench, Knob, LOST, Tuned, Worst, of_ours};
 
 /// Starts of a search.
@@ -164,39 +167,26 @@ pub struct Entry {
     pub found: Found,
 }
 
-/// All searches, of so many evaluations each, on so many threads; `step` is told of each evaluation. A search that
-/// found no drive at all has no entry. None if it was told to stop.
-pub fn tuned(
-    bench: &Bench,
-    jobs: &[Job],
-    evaluations: usize,
-    seed: u64,
-    threads: usize,
-    stop: &AtomicBool,
-    step: &(dyn Fn() + Sync),
-) -> Option<Vec<Entry>> {
+/// How much is tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Effort {
+    /// Evaluations for each number of gain sets and each noise.
+    pub evaluations: usize,
+    /// Seed of the search.
+    pub seed: u64,
+    /// Most cycles that a tick may take on a Cortex-M4F.
+    pub most_cycles: Option<u32>,
+}
+
+/// Runs all searches; `None` if they were stopped. A search that found no drive at all has no entry. A step of the watch
+/// is an evaluation.
+pub fn searches(bench: &Bench, jobs: &[Job], effort: Effort, watch: Watch<'_>) -> Option<Vec<Entry>> {
     // Start by start, so that all threads have work to the end.
-    let each = (evaluations / STARTS).max(1);
-    let (next, done) = (AtomicUsize::new(0), Mutex::new(vec![None; jobs.len() * STARTS]));
-    thread::scope(|scope| {
-        for _ in 0..threads.max(1) {
-            scope.spawn(|| {
-                while let k = next.fetch_add(1, Ordering::SeqCst)
-                    && let Some(job) = jobs.get(k / STARTS)
-                    && !stop.load(Ordering::Relaxed)
-                {
-                    let best = searched(bench, *job, k % STARTS, each, seed, stop, step);
-                    if let Ok(mut done) = done.lock() {
-                        done[k] = best;
-                    }
-                }
-            });
-        }
-    });
-    if stop.load(Ordering::Relaxed) {
+    let of_start = |k: usize| searched(bench, jobs[k / STARTS], k % STARTS, effort, watch);
+    let done: Vec<_> = (0..jobs.len() * STARTS).into_par_iter().with_max_len(1).map(of_start).collect();
+    if watch.is_stopped() {
         return None;
     }
-    let done = done.into_inner().unwrap_or_default();
     let best = done.chunks(STARTS).zip(jobs).filter_map(|(starts, job)| {
         let best = starts.iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0))?;
         let designed = rounded(&Tuned::new(bench, job.gain_sets).designed(&best.1)?);
@@ -206,18 +196,13 @@ pub fn tuned(
 }
 
 /// One search: how good the best is, and its knobs.
-fn searched(
-    bench: &Bench,
-    job: Job,
-    start: usize,
-    evaluations: usize,
-    seed: u64,
-    stop: &AtomicBool,
-    step: &(dyn Fn() + Sync),
-) -> Option<(f64, Vec<f64>)> {
+fn searched(bench: &Bench, job: Job, start: usize, effort: Effort, watch: Watch<'_>) -> Option<(f64, Vec<f64>)> {
+    if watch.is_stopped() {
+        return None;
+    }
     let tuned = Tuned::new(bench, job.gain_sets);
     let (knobs, tight) = (tuned.knobs(), job.asked.tightened());
-    let mut random = Random::new(seed, start as u64);
+    let mut random = Random::new(effort.seed, start as u64);
     let begin: Vec<f64> =
         knobs.iter().map(|knob| if start == 0 { knob.guessed() } else { 0.15 + 0.7 * random.uniform() }).collect();
     let search = Rc::new(RefCell::new(Search { last: None, best: None }));
@@ -229,10 +214,10 @@ fn searched(
             return *told;
         }
         let values: Vec<f64> = knobs.iter().zip(x).map(|(knob, x)| knob.at(*x)).collect();
-        let found = if stop.load(Ordering::Relaxed) { None } else { tuned.designed(&values) };
+        let found = if watch.is_stopped() { None } else { tuned.designed(&values) };
         let found = found.map(|designed| rounded(&designed));
         let found = found.and_then(|designed| Found::of(bench, &designed, job.asked.is_wide, false));
-        step();
+        watch.done();
         let told = found.map_or(([NO_DESIGN; 5], 3.0), |found| (tight.margins(&found), found.cost()));
         if found.is_some() {
             let short: f64 = told.0.iter().map(|margin| margin.min(0.0)).sum();
@@ -257,7 +242,7 @@ fn searched(
         &vec![(0.0, 1.0); knobs.len()],
         &constraints,
         search.clone(),
-        evaluations,
+        (effort.evaluations / STARTS).max(1),
         RhoBeg::All(0.15),
         Some(tolerances),
     );

@@ -1,36 +1,20 @@
-//! `bounds`: how large σ\*, the errors, the output and u can be, by what, how tight that is, and which gain lowers it.
-//!
-//! The bounds are those of [`study::bounds`]. What acts on the loop at rest from outside is what of the lumped
-//! disturbance its matrices do not have already: of a chain the signals of the file, of any other plant what a run of
-//! it shows, with its derivatives by differences over the window. The run is also what the bounds are held against.
+//! `host-sim bounds`: how large σ\*, the errors, the output and u can be, by what, how tight that is, and which gain
+//! lowers it, as text.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use clap::Args;
-use controller_core::Health;
-use loop_sim::MAX_ORDER;
-use loop_sim::linear::LawAtRest;
-use loop_sim::metrics;
-use loop_sim::port::drive::DriveDesign;
-use loop_sim::port::in_process::Precision;
-use loop_sim::trace::{Ending, Row, Trace};
-use rayon::prelude::*;
-use scenario::{AtRest, Experiment, Sensed};
-use serde::Serialize;
-use study::bounds::{Known, NoBounds, Quantity, SampledLoop};
+use loop_sim::trace::{Ending, Trace};
+use scenario::Experiment;
+use study::Watch;
+use study::bounds::{Advice, Bounds, Knob, Quantity, loop_of};
+use study::figures::{order_of_sigma, rad_per_s};
 use study::map::Subject;
-use study::margins::Loop;
 use study::number::{significant, typed};
 use terminal::table::Table;
 
-mod gain;
-
-use gain::Gain;
-
-use super::design::ultimates;
-use super::run::{note_changes, order_of_sigma, rad_per_s};
-use super::{Console, DEFAULT, Failure, ScenarioText, bad, claim_folder, failed, folder_of, status};
+use super::run::note_changes;
+use super::{Console, DEFAULT, Failure, ScenarioText, claim_folder, failed, folder_of, status};
 use crate::report::page::Section;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
 
@@ -49,644 +33,131 @@ pub(super) struct BoundsOptions {
     json: bool,
 }
 
-/// A gain is raised and lowered by this for its elasticity.
-const NUDGE: f64 = 0.01;
-/// Derivatives of a disturbance that are taken from a run; an observer has order 3 at most.
-const DERIVATIVES: usize = 3;
-/// What lowers a bound by less is not worth a word.
-const LITTLE: f64 = 0.01;
-/// Of a gain so much more or less is tried.
-const STEP: f64 = 0.1;
-/// What of a loop at rest is left out of its figures, and is in the bounds.
-const IN_BOUNDS: [&str; 2] = ["friction, cogging and load", "the fast gain set"];
-
-/// What makes a part of a bound.
-#[derive(Serialize)]
-struct Part {
-    name: String,
-    /// Of each quantity.
-    bounds: Vec<f64>,
-    /// Of a disturbance the derivative that each is bounded by.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    derivatives: Vec<usize>,
-    /// What it is known by.
-    known: String,
-}
-
-/// What a gain does: d ln(bound)/d ln(gain) of each quantity, and of the noise of u.
-#[derive(Serialize)]
-struct Knob {
-    #[serde(skip)]
-    gain: Gain,
-    name: String,
-    elasticities: Vec<f64>,
-    noise_of_u: f64,
-}
-
-#[derive(Serialize)]
-struct BoundsJson<'a> {
-    scenario: &'a str,
-    window_s: [f64; 2],
-    quantities: &'a [String],
-    parts: &'a [Part],
-    bounds: &'a [f64],
-    simulated: &'a [f64],
-    /// Of the continuous loop, `null` where there is none.
-    continuous: &'a [Option<f64>],
-    gains: &'a [Knob],
-    /// Of each quantity what lowers its bound, if anything does.
-    advice: &'a [Option<Advice>],
-    remarks: &'a [String],
-}
-
-impl From<NoBounds> for Failure {
-    fn from(error: NoBounds) -> Self {
-        failed(error.to_string())
-    }
-}
-
-/// What is asked of one scenario.
-struct Asked<'a> {
-    experiment: &'a Experiment,
-    at_rest: &'a AtRest,
-    trace: &'a Trace,
-}
-
-/// The loop of an experiment with this law.
-fn sampled(
-    experiment: &Experiment,
-    at_rest: &AtRest,
-    law: &dyn LawAtRest,
-    period_s: f64,
-) -> Result<SampledLoop, NoBounds> {
-    let port = experiment.port.as_ref();
-    SampledLoop::of(at_rest, law, period_s, port.follows().unwrap_or(0), port.observed())
-}
-
-impl Asked<'_> {
-    /// A quantity in a row of the run.
-    fn value(&self, quantity: Quantity, rest: f64, row: &Row) -> f64 {
-        match quantity {
-            Quantity::SigmaStar => row.sigma_star,
-            Quantity::Output => self.trace.error(row),
-            Quantity::Control => row.u - rest,
-            Quantity::EstimationError(i) => row.d[i] - row.d_hat[i],
-        }
-    }
-
-    /// ` (rad/s^2)`, where units are known.
-    fn unit(&self, quantity: Quantity) -> String {
-        let Experiment { output_unit, control_unit, drive, .. } = self.experiment;
-        let order = match (quantity, drive) {
-            (Quantity::Output | Quantity::Control, _) => 0,
-            (Quantity::SigmaStar, _) => order_of_sigma(self.experiment),
-            (Quantity::EstimationError(_), Some(_)) => 2,
-            (Quantity::EstimationError(i), None) => i + 1,
-        };
-        match (quantity, *output_unit, order) {
-            (Quantity::Control, ..) if !control_unit.is_empty() => format!(" ({control_unit})"),
-            (Quantity::Control, ..) | (_, "", _) => String::new(),
-            (Quantity::Output, unit, _) => format!(" ({unit})"),
-            (.., order) => format!(" ({})", rad_per_s(order)),
-        }
-    }
-
-    fn name(&self, quantity: Quantity, rest: f64) -> String {
-        match quantity {
-            Quantity::SigmaStar => "sigma*".into(),
-            Quantity::Output if self.trace.follows.is_some() => "y - r".into(),
-            Quantity::Output => "y".into(),
-            Quantity::Control if rest == 0.0 => "u".into(),
-            Quantity::Control => format!("u - ({})", significant(rest, 3)),
-            Quantity::EstimationError(i) => format!("d_{0} - d_hat_{0}", i + 1),
-        }
-    }
-
-    /// Something as the run shows it: its largest differences over the window, per T^k, between the jumps of the plant,
-    /// and the sum of the differences over those.
-    fn seen_in_run(&self, of: impl Fn(&Row) -> f64) -> Known {
-        let Self { experiment, trace, .. } = *self;
-        let ([from, to], slack) = (experiment.window_s, 0.5 * trace.period_s);
-        let jumps_s = experiment.plant.jumps_s();
-        let mut known = Known { mu: vec![0.0; DERIVATIVES + 1], jumps: 0.0 };
-        let pieces: Vec<&[Row]> =
-            trace.rows.chunk_by(|row, next| !jumps_s.iter().any(|at| row.t_s < *at && *at <= next.t_s)).collect();
-        for pair in pieces.windows(2) {
-            if let (Some(before), Some(after)) = (pair[0].last(), pair[1].first()) {
-                known.jumps += (of(after) - of(before)).abs();
-            }
-        }
-        for piece in pieces {
-            let within = piece.iter().filter(|row| row.t_s >= from - slack && row.t_s <= to + slack);
-            let mut values: Vec<f64> = within.map(&of).collect();
-            for mu in &mut known.mu {
-                *mu = values.iter().fold(*mu, |largest, value| largest.max(value.abs()));
-                values = values.windows(2).map(|pair| (pair[1] - pair[0]) / trace.period_s).collect();
-            }
-        }
-        known
-    }
-
-    /// What acts on the loop from outside, by channel, and what that is known by.
-    fn disturbances(&self, sampled: &SampledLoop) -> Vec<(usize, Known, &'static str)> {
-        if !self.experiment.mu.is_empty() {
-            let of_file = self.experiment.mu.iter().filter(|mu| mu.mu > 0.0 || mu.jumps > 0.0);
-            let known = of_file.map(|mu| {
-                (mu.channel - 1, Known { mu: mu.by_order.clone(), jumps: mu.jumps }, "by the terms of the file")
-            });
-            return known.collect();
-        }
-        let channels = (0..self.trace.order).map(|i| {
-            let outside = |row: &Row| sampled.outside(i, row.d[i], &row.x[..self.trace.order], row.u_held);
-            (i, self.seen_in_run(outside), "taken from the run")
-        });
-        channels.filter(|(_, known, _)| known.mu[0] > 0.0).collect()
-    }
-
-    /// The bounds of every quantity, part by part.
-    fn parts(&self, sampled: &SampledLoop, known: &[(usize, Known, &'static str)]) -> Result<Vec<Part>, NoBounds> {
-        let mut parts = Vec::new();
-        for (channel, known, by) in known {
-            let bounds = sampled.of_disturbance(*channel, known, self.experiment.window_s[0])?;
-            let mu: Vec<String> = known.mu.iter().map(|mu| significant(*mu, 3)).collect();
-            let jumps = significant(known.jumps, 3);
-            let jumps = if known.jumps > 0.0 { format!(", jumps {jumps}") } else { String::new() };
-            parts.push(Part {
-                name: format!("d_{}", channel + 1),
-                bounds: bounds.iter().map(|bound| bound.value).collect(),
-                derivatives: bounds.iter().map(|bound| bound.derivative).collect(),
-                known: format!("{by}: |d|, |d'|, .. up to {}{jumps}", mu.join(", ")),
-            });
-        }
-        for (i, sensed) in self.at_rest.sensed.iter().enumerate().filter(|(_, sensed)| sensed.quantum > 0.0) {
-            parts.push(Part {
-                name: format!("steps of {}", sensed.name),
-                bounds: sampled.of_sensor(i, 0.5 * sensed.quantum),
-                derivatives: Vec::new(),
-                known: format!("half of {} {} in each tick, of any sign", significant(sensed.quantum, 3), sensed.unit),
-            });
-        }
-        Ok(parts)
-    }
-
-    /// With what is measured, of this run.
-    fn all_parts(
-        &self,
-        sampled: &SampledLoop,
-        known: &[(usize, Known, &'static str)],
-        subject: &Subject<'_>,
-    ) -> Result<Vec<Part>, NoBounds> {
-        let mut parts = self.parts(sampled, known)?;
-        parts.extend(measured(self, sampled.quantities(), sampled.rest(), subject, sampled));
-        Ok(parts)
-    }
-
-    fn continuous(&self, quantities: &[Quantity], sampled: &SampledLoop) -> Vec<Option<f64>> {
-        let none = || vec![None; quantities.len()];
-        let Some(spec) = &self.experiment.spec else { return none() };
-        let mu: Vec<Vec<f64>> = (0..spec.config.n)
-            .map(|i| match self.experiment.mu.get(i) {
-                Some(mu) if sampled.is_outside(i) => mu.by_order.clone(),
-                _ => self.seen_in_run(|row| row.d[i]).mu,
-            })
-            .collect();
-        let Some((sigma_star, y, delta)) = ultimates(&spec.config, &mu) else { return none() };
-        let of = |quantity: &Quantity| match *quantity {
-            Quantity::SigmaStar => Some(sigma_star),
-            Quantity::Output => Some(y),
-            Quantity::Control => None,
-            Quantity::EstimationError(i) => delta.get(i).copied(),
-        };
-        quantities.iter().map(|quantity| of(quantity).filter(|value| value.is_finite())).collect()
-    }
-
-    /// What the noise of each sensor makes of u.
-    fn noise_gains(&self) -> Option<Vec<f64>> {
-        Some(Loop::of(self.at_rest, self.at_rest.law.as_ref(), self.experiment.period_s).ok()?.noise_gains())
-    }
-
-    /// How much noise each sensor has, by what it makes of u; of sensors that add nothing in this file each counts
-    /// alike.
-    fn weights(&self, noise: &[f64]) -> Vec<f64> {
-        let is_quiet = self.at_rest.sensed.iter().all(|sensed| sensed.rms == 0.0);
-        let of = |(gain, sensed): (&f64, &Sensed)| if is_quiet && *gain > 0.0 { 1.0 / gain } else { sensed.rms };
-        noise.iter().zip(&self.at_rest.sensed).map(of).collect()
-    }
-
-    /// What the gains do to the sums of all parts.
-    fn knobs(&self, known: &[(usize, Known, &'static str)]) -> Result<Vec<Knob>, NoBounds> {
-        let of = |law: &dyn LawAtRest, period_s: f64| -> Result<(Vec<f64>, Vec<f64>), NoBounds> {
-            let sampled = sampled(self.experiment, self.at_rest, law, period_s)?;
-            let noise = Loop::of(self.at_rest, law, period_s).map_err(NoBounds::Loop)?.noise_gains();
-            Ok((sums(&self.parts(&sampled, known)?, sampled.quantities().len()), noise))
-        };
-        let (bounds, noise) = of(self.at_rest.law.as_ref(), self.experiment.period_s)?;
-        let rms = |gains: &[f64]| rms(gains, &self.weights(&noise));
-        let base = (bounds, noise.clone());
-        let mut knobs = Vec::new();
-        for gain in Gain::all(self.experiment) {
-            // At the edge of what a design may be there is one side only.
-            let at = |by: f64| {
-                let (law, period_s) = gain.law(self.experiment, by)?;
-                of(law.as_ref(), period_s).ok()
-            };
-            let (low, high) = (at(1.0 - NUDGE), at(1.0 + NUDGE));
-            let sides = f64::from(u8::from(low.is_some()) + u8::from(high.is_some()));
-            let ((low, low_noise), (high, high_noise)) =
-                (low.as_ref().unwrap_or(&base), high.as_ref().unwrap_or(&base));
-            let slope = |low: f64, high: f64| libm::log(high / low) / (sides * NUDGE);
-            if sides > 0.0 {
-                knobs.push(Knob {
-                    gain,
-                    name: gain.name(self.experiment),
-                    elasticities: low.iter().zip(high).map(|(low, high)| slope(*low, *high)).collect(),
-                    noise_of_u: slope(rms(low_noise), rms(high_noise)),
-                });
-            }
-        }
-        Ok(knobs)
-    }
-}
-
-/// Of u by sensors with so much noise.
-fn rms(gains: &[f64], weights: &[f64]) -> f64 {
-    gains.iter().zip(weights).map(|(gain, by)| (gain * by).powi(2)).sum::<f64>().sqrt()
-}
-
-/// Of each quantity the sum of all parts.
-fn sums(parts: &[Part], quantities: usize) -> Vec<f64> {
-    (0..quantities).map(|i| parts.iter().map(|part| part.bounds[i]).sum()).collect()
-}
-
-/// The largest of each quantity over the window, of `run`, or of how far it is apart from another.
-fn largest(asked: &Asked<'_>, quantities: &[Quantity], rest: f64, run: &Trace, other: Option<&Trace>) -> Vec<f64> {
-    let value = |quantity: Quantity, trace: &Trace, row: &Row| Asked { trace, ..*asked }.value(quantity, rest, row);
-    let of = |quantity: &Quantity| {
-        metrics::ultimate(run, asked.experiment.window_s, |row| {
-            let k = (row.t_s / run.period_s).round() as usize;
-            let other = other.map_or(Some(0.0), |other| Some(value(*quantity, other, other.rows.get(k)?)));
-            value(*quantity, run, row) - other.unwrap_or(f64::NAN)
-        })
+/// ` (rad/s^2)`, where units are known.
+fn unit(experiment: &Experiment, quantity: Quantity) -> String {
+    let Experiment { output_unit, control_unit, drive, .. } = experiment;
+    let order = match (quantity, drive) {
+        (Quantity::Output | Quantity::Control, _) => 0,
+        (Quantity::SigmaStar, _) => order_of_sigma(experiment),
+        (Quantity::EstimationError(_), Some(_)) => 2,
+        (Quantity::EstimationError(i), None) => i + 1,
     };
-    quantities.iter().map(of).collect()
-}
-
-/// The key that makes the fast set of a drive as slow as its quiet one, if it has both.
-fn quiet_alone(experiment: &Experiment) -> Option<&'static str> {
-    let designed = &experiment.drive.as_ref()?.designed;
-    (designed.form().gain_sets > 1).then_some(match designed {
-        DriveDesign::Motor { .. } => "drive.fast_ratio=1",
-        DriveDesign::Joint { .. } => "drive.fast_ratios=[1, 1]",
-    })
-}
-
-/// What rounding to f32 makes of a drive with one gain set. Two runs would differ by counts here and there, and those
-/// are in the bounds of the encoders; so the drive in f64 is shown the counts of the run, and told what was held. Its u
-/// differs by what f32 makes in one tick and remembers, and the loop in f64 with that much on top of its u is the run.
-/// None of a run that its monitors stopped.
-fn rounded(quiet: &Trace, mut twin: Experiment, sampled: &SampledLoop) -> Option<Part> {
-    let drive = twin.drive.as_ref()?;
-    let mut port = drive.designed.in_f64(&drive.motion).ok()?;
-    let (mut of_u, mut of_sigma_star, mut of_d_hat) = (0.0_f64, 0.0_f64, [0.0_f64; MAX_ORDER]);
-    for row in &quiet.rows {
-        if row.health.contains(Health::STOPPED) {
-            return None;
-        }
-        let mut sample = [0.0; MAX_ORDER];
-        twin.sensor.measure(&row.x[..quiet.order], &mut sample[..quiet.order]);
-        let tick = port.tick(&sample[..quiet.order]).ok()?;
-        port.report_applied(row.u_held);
-        of_u = of_u.max((row.u - tick.u).abs());
-        of_sigma_star = of_sigma_star.max((row.sigma_star - tick.sigma_star).abs());
-        for (most, (a, b)) in of_d_hat.iter_mut().zip(row.d_hat.iter().zip(tick.d_hat())) {
-            *most = most.max((a - b).abs());
-        }
+    match (quantity, *output_unit, order) {
+        (Quantity::Control, ..) if !control_unit.is_empty() => format!(" ({control_unit})"),
+        (Quantity::Control, ..) | (_, "", _) => String::new(),
+        (Quantity::Output, unit, _) => format!(" ({unit})"),
+        (.., order) => format!(" ({})", rad_per_s(order)),
     }
-    let told = |quantity: &Quantity| match *quantity {
-        Quantity::SigmaStar => of_sigma_star,
-        Quantity::EstimationError(i) => of_d_hat[i],
-        Quantity::Output | Quantity::Control => 0.0,
+}
+
+fn table(found: &Bounds, experiment: &Experiment) -> Table {
+    let [from, to] = found.window_s;
+    let names = found.names.iter().zip(&found.quantities);
+    let names = names.map(|(name, quantity)| format!("|{name}|{}", unit(experiment, *quantity)));
+    let header = ["bound of".to_owned()].into_iter().chain(names).chain(["by".into()]);
+    let mut table = Table::new(header);
+    let number = |value: f64| if value.is_nan() { "-".into() } else { significant(value, 4) };
+    let mut row = |name: &str, cells: Vec<String>, by: &str| {
+        table.row([name.to_owned()].into_iter().chain(cells).chain([by.to_owned()]));
     };
-    let of_loop = sampled.of_asked(of_u);
-    Some(Part {
-        name: "rounding to f32".into(),
-        bounds: of_loop.iter().zip(sampled.quantities()).map(|(of_loop, it)| of_loop + told(it)).collect(),
-        derivatives: Vec::new(),
-        known: format!(
-            "taken from the run: on its counts f32 and f64 ask for u that differ by up to {} A",
-            significant(of_u, 3)
-        ),
-    })
+    for part in &found.parts {
+        row(&part.name, part.bounds.iter().map(|bound| number(*bound)).collect(), &part.known);
+    }
+    row("all together", found.bounds.iter().map(|bound| number(*bound)).collect(), "of the sampled loop");
+    let run = format!("largest over [{}, {}] s of the run", typed(from, 6), typed(to, 6));
+    row("simulated", found.simulated.iter().map(|value| number(*value)).collect(), &run);
+    let ratio = |(bound, value): (&f64, &f64)| if *value > 0.0 { significant(bound / value, 3) } else { "-".into() };
+    row("bound / simulated", found.bounds.iter().zip(&found.simulated).map(ratio).collect(), "how conservative");
+    if found.continuous.iter().any(Option::is_some) {
+        let cells = found.continuous.iter().map(|value| value.map_or("-".into(), number)).collect();
+        row("continuous", cells, "of the paper's loop, without period, steps and rounding");
+    }
+    table
 }
 
-/// What is measured and not bounded: what the start and the reference make, by the run without any disturbance; what
-/// the fast set of a drive makes, against the run with the quiet one alone, of which the bounds are; and what rounding
-/// to f32 makes, against the run in f64; sensors do not round there. The encoders of a drive stay as they are.
-fn measured(
-    asked: &Asked<'_>,
-    quantities: &[Quantity],
-    rest: f64,
-    subject: &Subject<'_>,
-    sampled: &SampledLoop,
-) -> Vec<Part> {
-    let Asked { experiment, at_rest, .. } = *asked;
-    let (spec, quiet) = (experiment.spec.as_ref(), quiet_alone(experiment));
-    let exact = |precision: &str| {
-        let mut sets: Vec<String> = quiet.map(String::from).into_iter().collect();
-        if let Some(spec) = spec {
-            sets.push(format!("controller.precision=\"{precision}\""));
-            if at_rest.sensed.iter().any(|sensed| sensed.quantum > 0.0) {
-                sets.push(format!("sensor.quantum={:?}", vec![0.0; spec.config.n]));
-            }
-        }
-        subject.with(&sets).ok()
+fn gains(found: &Bounds) -> Table {
+    let names = found.names.iter().map(|name| format!("|{name}|"));
+    let header = ["gain".to_owned()].into_iter().chain(names).chain(["noise of u".into()]);
+    let mut table = Table::new(header);
+    let cell = |value: f64| if value.is_finite() { format!("{:+.2}", value + 0.0) } else { "-".into() };
+    for Knob { name, elasticities, noise_of_u, .. } in &found.knobs {
+        let cells = elasticities.iter().chain([noise_of_u]).map(|value| cell(*value));
+        table.row([name.clone()].into_iter().chain(cells));
+    }
+    table
+}
+
+/// `|sigma*|: 83 % from d_2 ..; k_l +10 % lowers it by 9 %, with 4 % more noise of u: --set controller.k_l=55`.
+fn sentences(found: &Bounds) -> Vec<String> {
+    let percent = |share: f64| significant(100.0 * share, 2);
+    let sentence = |i: usize| {
+        let part = found.parts.iter().max_by(|a, b| a.bounds[i].total_cmp(&b.bounds[i]))?;
+        let by = match part.derivatives.get(i) {
+            Some(0) => ", by its size".to_owned(),
+            Some(m) => format!(", by its derivative {m}"),
+            None => String::new(),
+        };
+        let words =
+            format!("|{}|: {} % from {}{by}", found.names[i], percent(part.bounds[i] / found.bounds[i]), part.name);
+        let advice = found.advice[i].as_ref().map_or_else(
+            || "; no gain lowers it by 1 % with 10 % of its own".to_owned(),
+            |Advice { set, gain, change, bound, noise_of_u }| {
+                format!(
+                    "; {gain} {:+.0} % lowers it by {} %, with {} % {} noise of u: --set {}",
+                    100.0 * change,
+                    percent(-bound),
+                    percent(noise_of_u.abs()),
+                    if *noise_of_u > 0.0 { "more" } else { "less" },
+                    if set.contains(['[', '{']) { format!("'{set}'") } else { set.clone() },
+                )
+            },
+        );
+        Some(words + &advice)
     };
-    let run = |mut experiment: Experiment, is_undisturbed: bool| {
-        if is_undisturbed {
-            std::mem::swap(&mut experiment.plant, &mut experiment.at_rest.as_mut().ok()?.plant);
-        }
-        let (trace, error) = experiment.run(&mut |_| ControlFlow::Continue(()));
-        (error.is_none() && trace.ending == Ending::Finished).then_some(trace)
-    };
-    let mut parts = Vec::new();
-    let mut part = |name: &str, bounds, known: &str| {
-        parts.push(Part { name: name.into(), bounds, derivatives: Vec::new(), known: known.into() });
-    };
-    if let Some(alone) = exact("f64").and_then(|it| run(it, true)) {
-        let name = if asked.trace.follows.is_some() { "start and reference" } else { "start" };
-        part(name, largest(asked, quantities, rest, &alone, None), "measured: the run without disturbances");
-    }
-    let of_quiet = quiet.and_then(|quiet| run(subject.with(&[quiet.into()]).ok()?, false));
-    if let Some(quiet) = &of_quiet {
-        let apart = largest(asked, quantities, rest, asked.trace, Some(quiet));
-        part("fast gain set", apart, "measured: the run against that with the quiet set alone");
-    }
-    if spec.is_some_and(|spec| spec.precision == Precision::F32)
-        && let (Some(f32), Some(f64)) =
-            (exact("f32").and_then(|it| run(it, false)), exact("f64").and_then(|it| run(it, false)))
-    {
-        let apart = largest(asked, quantities, rest, &f32, Some(&f64));
-        part("rounding to f32", apart, "measured: the run in f32 against that in f64");
-    }
-    let of_drive = if quiet.is_some() { of_quiet.as_ref() } else { Some(asked.trace) };
-    if let (Some(of_drive), true) = (of_drive, experiment.drive.is_some()) {
-        parts.extend(exact("f64").and_then(|twin| rounded(of_drive, twin, sampled)));
-    }
-    parts
+    (0..found.names.len()).filter_map(sentence).collect()
 }
 
-/// All that is said.
-struct Answer<'a> {
-    asked: &'a Asked<'a>,
-    names: Vec<String>,
-    quantities: Vec<Quantity>,
-    rest: f64,
-    parts: Vec<Part>,
-    bounds: Vec<f64>,
-    simulated: Vec<f64>,
-    continuous: Vec<Option<f64>>,
-    knobs: Vec<Knob>,
-    advice: Vec<Option<Advice>>,
-    remarks: Vec<String>,
-}
-
-/// What lowers a bound, as a run of the scenario with it says.
-#[derive(Serialize)]
-struct Advice {
-    /// As in `--set`.
-    set: String,
-    /// The gain, and by how much it goes up or down.
-    gain: String,
-    change: f64,
-    /// What becomes of the bound of the quantity, of the noise of u: relative.
-    bound: f64,
-    noise_of_u: f64,
-}
-
-/// The bounds of a scenario with one more setting, of its own run, and what the noise of each sensor makes of u; none
-/// if the file refuses it, or it has no bounds.
-fn anew(subject: &Subject<'_>, set: &str) -> Option<(Vec<f64>, Vec<f64>)> {
-    let sets: Vec<String> = subject.sets.iter().cloned().chain([set.to_owned()]).collect();
-    let subject = Subject { sets: &sets, ..*subject };
-    let mut experiment = subject.with(&[]).ok()?;
-    let (trace, error) = experiment.run(&mut |_| ControlFlow::Continue(()));
-    if error.is_some() || trace.ending != Ending::Finished {
-        return None;
-    }
-    let at_rest = experiment.at_rest.as_ref().ok()?;
-    let sampled = sampled(&experiment, at_rest, at_rest.law.as_ref(), experiment.period_s).ok()?;
-    let asked = Asked { experiment: &experiment, at_rest, trace: &trace };
-    let parts = asked.all_parts(&sampled, &asked.disturbances(&sampled), &subject).ok()?;
-    Some((sums(&parts, sampled.quantities().len()), asked.noise_gains()?))
-}
-
-impl<'a> Answer<'a> {
-    fn of(asked: &'a Asked<'a>, sampled: &SampledLoop, subject: &Subject<'_>) -> Result<Self, Failure> {
-        let (quantities, rest) = (sampled.quantities().to_vec(), sampled.rest());
-        let known = asked.disturbances(sampled);
-        let knobs = asked.knobs(&known).map_err(Failure::from)?;
-        let parts = asked.all_parts(sampled, &known, subject).map_err(Failure::from)?;
-        let mut answer = Self {
-            asked,
-            names: quantities.iter().map(|quantity| asked.name(*quantity, rest)).collect(),
-            bounds: sums(&parts, quantities.len()),
-            simulated: largest(asked, &quantities, rest, asked.trace, None),
-            continuous: asked.continuous(&quantities, sampled),
-            parts,
-            knobs,
-            advice: Vec::new(),
-            remarks: Vec::new(),
-            quantities,
-            rest,
-        };
-        answer.remarks = answer.remarks();
-        answer.advice = answer.advice(subject);
-        Ok(answer)
-    }
-
-    /// For each quantity the gain that lowers its bound most with a tenth more or less of its own: each is tried, by a
-    /// run with it, since another loop is pushed otherwise, and a file may refuse it.
-    fn advice(&self, subject: &Subject<'_>) -> Vec<Option<Advice>> {
-        let steps = self.knobs.iter().flat_map(|knob| [-STEP, STEP].map(|change| (knob, change)));
-        let steps = steps.filter_map(|(knob, change)| {
-            Some((knob, change, knob.gain.set(self.asked.experiment, subject, 1.0 + change)?))
-        });
-        let steps: Vec<(&Knob, f64, String)> = steps.collect();
-        let tried: Vec<_> = steps.par_iter().map(|(.., set)| anew(subject, set)).collect();
-        let own = self.asked.noise_gains().unwrap_or_default();
-        let weights = self.asked.weights(&own);
-        let of_quantity = |i: usize| {
-            let tried = steps.iter().zip(&tried).filter_map(|(step, tried)| {
-                let (bounds, noise) = tried.as_ref()?;
-                Some((step, bounds.get(i)? / self.bounds[i] - 1.0, noise))
-            });
-            let ((knob, change, set), bound, noise) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
-            (bound <= -LITTLE).then(|| Advice {
-                set: set.clone(),
-                gain: knob.name.clone(),
-                change: *change,
-                bound,
-                noise_of_u: rms(noise, &weights) / rms(&own, &weights) - 1.0,
-            })
-        };
-        (0..self.bounds.len()).map(of_quantity).collect()
-    }
-
-    /// What the bounds do not cover here.
-    fn remarks(&self) -> Vec<String> {
-        let Asked { experiment, at_rest, trace } = *self.asked;
-        let mut remarks = Vec::new();
-        let [from, to] = experiment.window_s;
-        let within = trace.rows.iter().filter(|row| row.t_s >= from && row.t_s <= to);
-        let limited = within.filter(|row| row.health.contains(Health::SATURATED)).count();
-        if limited > 0 {
-            remarks.push(format!("u was at its limit in {limited} ticks of the window, and the bounds know no limit"));
+fn figure(found: &Bounds, experiment: &Experiment, trace: &Trace) -> Figure {
+    let [from, to] = found.window_s;
+    let panels = found.quantities.iter().enumerate().map(|(i, quantity)| {
+        let name = &found.names[i];
+        let rows = trace.rows.iter().filter(|row| row.t_s >= from && row.t_s <= to);
+        let run = rows.map(|row| (row.t_s, found.value(*quantity, trace, row)));
+        let line = |value: f64| [(from, value), (to, value)];
+        let bound = found.bounds[i];
+        Panel {
+            title: format!(
+                "{name}: bound {}, {} times the largest",
+                significant(bound, 3),
+                significant(bound / found.simulated[i], 3)
+            ),
+            x_label: "t (s)".into(),
+            y_label: format!("{name}{}", unit(experiment, *quantity)),
+            series: vec![
+                Series::solid("bound", GREY, line(bound)).styled(Style::Dashed),
+                Series::solid("", GREY, line(-bound)).styled(Style::Dashed),
+                Series::solid("run", 0, run),
+            ],
+            ..Panel::default()
         }
-        if let Some(spec) = &experiment.spec {
-            let reaching = spec.config.padded.reaching;
-            let t = experiment.period_s;
-            let layer = (reaching.epsilon + reaching.k_s * t) / (1.0 - (reaching.k_l * t).min(1.0));
-            if reaching.k_s > 0.0 && self.bounds.first().is_some_and(|bound| *bound > layer) {
-                remarks.push(format!(
-                    "sigma* may leave the boundary layer of k_s, {}: beyond it these are no bounds",
-                    significant(layer, 3)
-                ));
-            }
-        }
-        if at_rest.sensed.iter().any(|it| it.rms > it.quantum / f64::sqrt(12.0) * 1.001) {
-            remarks.push("white noise has no bound and is not in them; `host-sim design` has its rms in u".into());
-        }
-        let left_out: Vec<&str> = at_rest.left_out.iter().copied().filter(|what| !IN_BOUNDS.contains(what)).collect();
-        if !left_out.is_empty() {
-            remarks.push(format!("not in them: {}", left_out.join(", ")));
-        }
-        for (i, name) in self.names.iter().enumerate().filter(|(i, _)| self.simulated[*i] > self.bounds[*i]) {
-            remarks.push(format!(
-                "EXCEEDED: |{name}| came to {}, beyond the bound of {}, by what is not in it",
-                significant(self.simulated[i], 4),
-                significant(self.bounds[i], 4)
-            ));
-        }
-        remarks
-    }
-
-    fn table(&self) -> Table {
-        let [from, to] = self.asked.experiment.window_s;
-        let names = self.names.iter().zip(&self.quantities);
-        let names = names.map(|(name, quantity)| format!("|{name}|{}", self.asked.unit(*quantity)));
-        let header = ["bound of".to_owned()].into_iter().chain(names).chain(["by".into()]);
-        let mut table = Table::new(header);
-        let number = |value: f64| if value.is_nan() { "-".into() } else { significant(value, 4) };
-        let mut row = |name: &str, cells: Vec<String>, by: &str| {
-            table.row([name.to_owned()].into_iter().chain(cells).chain([by.to_owned()]));
-        };
-        for part in &self.parts {
-            row(&part.name, part.bounds.iter().map(|bound| number(*bound)).collect(), &part.known);
-        }
-        row("all together", self.bounds.iter().map(|bound| number(*bound)).collect(), "of the sampled loop");
-        let run = format!("largest over [{}, {}] s of the run", typed(from, 6), typed(to, 6));
-        row("simulated", self.simulated.iter().map(|value| number(*value)).collect(), &run);
-        let ratio =
-            |(bound, value): (&f64, &f64)| if *value > 0.0 { significant(bound / value, 3) } else { "-".into() };
-        row("bound / simulated", self.bounds.iter().zip(&self.simulated).map(ratio).collect(), "how conservative");
-        if self.continuous.iter().any(Option::is_some) {
-            let cells = self.continuous.iter().map(|value| value.map_or("-".into(), number)).collect();
-            row("continuous", cells, "of the paper's loop, without period, steps and rounding");
-        }
-        table
-    }
-
-    fn gains(&self) -> Table {
-        let names = self.names.iter().map(|name| format!("|{name}|"));
-        let header = ["gain".to_owned()].into_iter().chain(names).chain(["noise of u".into()]);
-        let mut table = Table::new(header);
-        let cell = |value: f64| if value.is_finite() { format!("{:+.2}", value + 0.0) } else { "-".into() };
-        for Knob { name, elasticities, noise_of_u, .. } in &self.knobs {
-            let cells = elasticities.iter().chain([noise_of_u]).map(|value| cell(*value));
-            table.row([name.clone()].into_iter().chain(cells));
-        }
-        table
-    }
-
-    /// `|sigma*|: 83 % from d_2 ..; k_l +10 % lowers it by 9 %, with 4 % more noise of u: --set controller.k_l=55`.
-    fn sentences(&self) -> Vec<String> {
-        let percent = |share: f64| significant(100.0 * share, 2);
-        let sentence = |i: usize| {
-            let part = self.parts.iter().max_by(|a, b| a.bounds[i].total_cmp(&b.bounds[i]))?;
-            let by = match part.derivatives.get(i) {
-                Some(0) => ", by its size".to_owned(),
-                Some(m) => format!(", by its derivative {m}"),
-                None => String::new(),
-            };
-            let words =
-                format!("|{}|: {} % from {}{by}", self.names[i], percent(part.bounds[i] / self.bounds[i]), part.name);
-            let advice = self.advice[i].as_ref().map_or_else(
-                || "; no gain lowers it by 1 % with 10 % of its own".to_owned(),
-                |Advice { set, gain, change, bound, noise_of_u }| {
-                    format!(
-                        "; {gain} {:+.0} % lowers it by {} %, with {} % {} noise of u: --set {}",
-                        100.0 * change,
-                        percent(-bound),
-                        percent(noise_of_u.abs()),
-                        if *noise_of_u > 0.0 { "more" } else { "less" },
-                        if set.contains(['[', '{']) { format!("'{set}'") } else { set.clone() },
-                    )
-                },
-            );
-            Some(words + &advice)
-        };
-        (0..self.names.len()).filter_map(sentence).collect()
-    }
-
-    fn figure(&self) -> Figure {
-        let Asked { experiment, trace, .. } = self.asked;
-        let [from, to] = experiment.window_s;
-        let panels = self.quantities.iter().enumerate().map(|(i, quantity)| {
-            let name = &self.names[i];
-            let rows = trace.rows.iter().filter(|row| row.t_s >= from && row.t_s <= to);
-            let run = rows.map(|row| (row.t_s, self.asked.value(*quantity, self.rest, row)));
-            let line = |value: f64| [(from, value), (to, value)];
-            let bound = self.bounds[i];
-            Panel {
-                title: format!(
-                    "{name}: bound {}, {} times the largest",
-                    significant(bound, 3),
-                    significant(bound / self.simulated[i], 3)
-                ),
-                x_label: "t (s)".into(),
-                y_label: format!("{name}{}", self.asked.unit(*quantity)),
-                series: vec![
-                    Series::solid("bound", GREY, line(bound)).styled(Style::Dashed),
-                    Series::solid("", GREY, line(-bound)).styled(Style::Dashed),
-                    Series::solid("run", 0, run),
-                ],
-                ..Panel::default()
-            }
-        });
-        Figure { title: experiment.title.clone(), panels: panels.collect(), columns: 2 }
-    }
+    });
+    Figure { title: experiment.title.clone(), panels: panels.collect(), columns: 2 }
 }
 
 /// The section of a report on a run that is over; why there are none, where there are none.
 pub(super) fn section(experiment: &Experiment, trace: &Trace, subject: &Subject<'_>) -> Section {
-    let found = || -> Result<Section, String> {
-        let at_rest = experiment.at_rest.as_ref().map_err(ToString::to_string)?;
-        let sampled = sampled(experiment, at_rest, at_rest.law.as_ref(), experiment.period_s);
-        let sampled = sampled.map_err(|error| error.to_string())?;
-        if trace.ending != Ending::Finished {
-            return Err("no bound holds of a run that did not come to its end".into());
+    let (says, tables, figures) = match study::bounds(experiment, trace, subject, Watch::none()) {
+        Ok(found) => {
+            let found = found.iter();
+            (
+                found.clone().flat_map(|found| sentences(found).into_iter().chain(found.remarks.clone())).collect(),
+                found.clone().flat_map(|found| [table(found, experiment), gains(found)]).collect(),
+                found.map(|found| figure(found, experiment, trace)).collect(),
+            )
         }
-        let asked = Asked { experiment, at_rest, trace };
-        let answer = Answer::of(&asked, &sampled, subject).map_err(|failure| failure.message)?;
-        Ok(Section {
-            says: answer.sentences().into_iter().chain(answer.remarks.clone()).collect(),
-            tables: vec![answer.table(), answer.gains()],
-            figures: vec![answer.figure()],
-            ..Section::default()
-        })
+        Err(why) => (vec![why.to_string()], Vec::new(), Vec::new()),
     };
-    let found = found().unwrap_or_else(|why| Section { says: vec![why], ..Section::default() });
-    Section { heading: "Bounds".into(), ..found }
+    Section { heading: "Bounds".into(), says, tables, figures, ..Section::default() }
 }
 
 impl Console<'_> {
@@ -696,9 +167,7 @@ impl Console<'_> {
         let mut experiment = subject.with(&[])?;
         note_changes(&mut experiment.title, &options.sets);
         // Before the run: a loop that grows, or has no matrices, has no bounds.
-        let at_rest = experiment.at_rest.as_ref().map_err(|error| bad(error.to_string()))?;
-        let sampled = sampled(&experiment, at_rest, at_rest.law.as_ref(), experiment.period_s);
-        let sampled = sampled.map_err(Failure::from)?;
+        loop_of(&experiment)?;
         let folder = folder_of(options.out.as_ref(), &experiment.name, "bounds");
         let claim = claim_folder(&folder)?;
         let (trace, error) = self.watched(&mut experiment, &mut None);
@@ -711,35 +180,22 @@ impl Console<'_> {
                 return Err(failed(message));
             }
         }
-        let at_rest = experiment.at_rest.as_ref().map_err(|error| bad(error.to_string()))?;
-        let asked = Asked { experiment: &experiment, at_rest, trace: &trace };
-        let answer = Answer::of(&asked, &sampled, &subject)?;
+        let watch = Watch::new(self.stop, &|| ());
+        let Some(found) = study::bounds(&experiment, &trace, &subject, watch)? else { return Ok(status::INTERRUPTED) };
         let drawn = || {
             let told = |error| Failure::writing(folder.join("bounds").display(), &error);
-            answer.figure().write(&folder, "bounds").map_err(told)
+            figure(&found, &experiment, &trace).write(&folder, "bounds").map_err(told)
         };
         if options.json {
-            let json = BoundsJson {
-                scenario: &experiment.name,
-                window_s: experiment.window_s,
-                quantities: &answer.names,
-                parts: &answer.parts,
-                bounds: &answer.bounds,
-                simulated: &answer.simulated,
-                continuous: &answer.continuous,
-                gains: &answer.knobs,
-                advice: &answer.advice,
-                remarks: &answer.remarks,
-            };
-            self.say_json(serde_json::to_string(&json))?;
+            self.say_json(serde_json::to_string(&found))?;
             drawn()?;
             return Ok(status::DONE);
         }
         self.say(&experiment.headline())?;
-        self.say(&answer.table().to_string())?;
+        self.say(&table(&found, &experiment).to_string())?;
         self.say("d ln(bound)/d ln(gain), the disturbances as they are:")?;
-        self.say(&answer.gains().to_string())?;
-        for line in answer.sentences().iter().chain(&answer.remarks) {
+        self.say(&gains(&found).to_string())?;
+        for line in sentences(&found).iter().chain(&found.remarks) {
             self.say(line)?;
         }
         drawn()?;

@@ -1,11 +1,10 @@
 //! `host-sim compare`: our drive beside its rivals.
 
 use std::path::PathBuf;
-use std::sync::Mutex;
-use std::thread;
 
 use clap::Args;
 use serde::Serialize;
+use study::Watch;
 use study::compare::{Bench, Contender, Entry, Settings, compare, contenders};
 use study::number::significant;
 
@@ -62,12 +61,11 @@ impl Console<'_> {
             evaluations: options.evaluations as usize,
             seed: options.seed,
             noise_a: if options.noise.is_empty() { bench.noise_limits_a().to_vec() } else { options.noise.clone() },
-            threads: thread::available_parallelism().map_or(1, usize::from),
         };
         let folder = folder_of(options.out.as_ref(), &bench.name, "compare");
         let claim = claim_folder(&folder)?;
         let contenders = contenders(&bench);
-        let entries = self.tuned(&bench, &contenders, &settings);
+        let Some(entries) = self.tuned(&bench, &contenders, &settings) else { return Ok(status::INTERRUPTED) };
         let json = CompareJson {
             scenario: &bench.name,
             evaluations: settings.evaluations,
@@ -115,19 +113,12 @@ impl Console<'_> {
         Ok(status::DONE)
     }
 
-    /// All of it under a progress bar. There is nothing to keep of a part: a request to stop ends the program at once.
-    fn tuned(&mut self, bench: &Bench, contenders: &[Box<dyn Contender>], settings: &Settings) -> Vec<Entry> {
+    /// All of it under a progress bar; none if it was told to stop.
+    fn tuned(&mut self, bench: &Bench, contenders: &[Box<dyn Contender>], settings: &Settings) -> Option<Vec<Entry>> {
         let all = contenders.len() * settings.noise_a.len() * settings.evaluations;
         let bar = self.bar(all as u64, LEFT);
-        let bar = Mutex::new(bar);
-        let entries = compare(bench, contenders, settings, &|| {
-            if let Ok(bar) = bar.lock() {
-                bar.inc(1);
-            }
-        });
-        if let Ok(bar) = bar.lock() {
-            bar.finish_and_clear();
-        }
+        let entries = compare(bench, contenders, settings, Watch::new(self.stop, &|| bar.inc(1)));
+        bar.finish_and_clear();
         entries
     }
 }

@@ -2,30 +2,14 @@
 
 use controller_core::Health;
 use controller_core::drive::ALARMS;
-use loop_sim::metrics::{self, Metrics, Noise, Tracking};
+use loop_sim::metrics::{Metrics, Noise, Tracking};
 use loop_sim::trace::{Ending, Trace};
-use scenario::{Drive, Experiment, ShaftOf};
-use serde::Serialize;
+use scenario::{Drive, Experiment};
+use study::figures::{TorqueError, torque_errors};
 use study::number::{significant, typed};
 use terminal::table::Table;
 
 use super::run::how_it_went;
-
-/// How far the estimate of a torque is off, load and friction together.
-#[derive(Serialize)]
-pub(super) struct TorqueError {
-    shaft: &'static str,
-    rms_n_m: f64,
-}
-
-pub(super) fn torque_errors(drive: &Drive, metrics: &Metrics, trace: &Trace) -> Vec<TorqueError> {
-    let of = |shaft: &ShaftOf| {
-        let (i, inertia) = (shaft.channel, shaft.inertia_kg_m2);
-        let rms_n_m = metrics::rms(trace, metrics.window_s, |row| inertia * (row.d[i] - row.d_hat[i]));
-        TorqueError { shaft: shaft.name, rms_n_m }
-    };
-    drive.shafts.iter().map(of).collect()
-}
 
 pub(super) fn table(
     experiment: &Experiment,

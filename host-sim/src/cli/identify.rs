@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
 use clap::{Args, ValueEnum};
@@ -12,6 +11,7 @@ use loop_sim::sensor::encoder::Mounted;
 use loop_sim::signal::Signal;
 use scenario::{Experiment, Source};
 use serde::Serialize;
+use study::Watch;
 use study::commission::plants::{Plants, Tried, try_all};
 use study::commission::{
     BAR_STEPS, LEAST_BAR_RAD, Outcome, Plan, Report, Retuned, Rig, Stopped, Swap, TIMES_EXPECTED, Verified, commission,
@@ -600,15 +600,9 @@ impl Console<'_> {
             wrong: options.wrong.unwrap_or([1.0; 2]),
         };
         let corners = plants.variants().map_err(bad)?.len() - random;
-        let bar = Mutex::new(self.bar((corners + random) as u64, LEFT));
-        let tried = try_all(&plants, self.stop, &|| {
-            if let Ok(bar) = bar.lock() {
-                bar.inc(1);
-            }
-        });
-        if let Ok(bar) = bar.lock() {
-            bar.finish_and_clear();
-        }
+        let bar = self.bar((corners + random) as u64, LEFT);
+        let tried = try_all(&plants, Watch::new(self.stop, &|| bar.inc(1)));
+        bar.finish_and_clear();
         let Some(tried) = tried.map_err(bad)? else { return Ok(status::INTERRUPTED) };
         let is_accepted = |it: &Tried| it.report.outcome == Outcome::Accepted;
         let accepted = tried.iter().flatten().filter(|it| is_accepted(it)).count();

@@ -10,26 +10,17 @@
 
 use std::ffi::OsString;
 use std::fs;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
-use loop_sim::lanes;
-use loop_sim::metrics::Metrics;
-use loop_sim::trace::{Ending, Recorder, Row, Trace};
-use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use scenario::Experiment;
 use serde::Serialize;
-use serde_json::Value as Json;
+use study::Watch;
 use study::map::Subject;
-use study::margins::growth;
-use study::monte_carlo::{Outcome, Plan};
+use study::monte_carlo::{Columns, ENDED, Plan, Trial, trial, trials, uncertain};
 use terminal::stop;
 
-use super::map::{collect, number_in};
-use super::run::{Figures, unit_of};
 use super::{
     Console, DEFAULT, Failure, RunOptions, ScenarioText, bad, claim_folder, failed, folder_of, hex_sha256, status,
 };
@@ -39,8 +30,6 @@ use crate::store::{self, Chunk, EXTENSION, Header, Trials};
 mod report;
 
 pub(super) use report::{Written, section};
-
-mod uncertain;
 
 #[derive(Args, Debug)]
 pub(super) struct MonteCarloOptions {
@@ -54,7 +43,7 @@ pub(super) struct MonteCarloOptions {
     #[arg(long, value_name = "PERCENT")]
     uncertain: Option<String>,
     /// How many trials.
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = trials)]
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = count)]
     trials: u64,
     /// Master seed: what trial i draws depends on it and i alone.
     #[arg(long, value_name = "SEED", default_value_t = 1)]
@@ -121,128 +110,6 @@ impl ReportOptions {
 
 /// The stem of the file of all trials.
 const TRIALS: &str = "trials";
-/// Room for the traces of runs that go side by side, for each thread.
-const MOST_TRACES_BYTES: usize = 128 << 20;
-/// The column behind those that were drawn.
-const ENDED: &str = "ended_at_s";
-
-/// How trials went, and their numbers.
-type Rows = Vec<(Outcome, Vec<f64>)>;
-
-/// What one trial came to: how it went, when it ended, and the numbers of its run.json.
-struct Trial {
-    outcome: Outcome,
-    ended_at_s: f64,
-    told: Json,
-}
-
-/// The trial of an experiment; none if it was told to stop.
-fn trial(experiment: &mut Experiment, stop: &AtomicBool) -> Option<Trial> {
-    let (trace, _) = experiment.run(&mut |_| going_on(stop));
-    judged(experiment, &trace)
-}
-
-fn going_on(stop: &AtomicBool) -> ControlFlow<()> {
-    if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-}
-
-/// Keeps all rows, until it is told to stop.
-struct Stoppable<'a> {
-    trace: Trace,
-    stop: &'a AtomicBool,
-}
-
-impl Recorder for Stoppable<'_> {
-    fn record(&mut self, row: &Row) -> ControlFlow<()> {
-        _ = self.trace.record(row);
-        going_on(self.stop)
-    }
-
-    fn end(&mut self, ending: Ending) {
-        self.trace.end(ending);
-    }
-}
-
-/// What a trace comes to; none of a run that was told to stop.
-fn judged(experiment: &mut Experiment, trace: &Trace) -> Option<Trial> {
-    let metrics = experiment.metrics(trace);
-    let outcome = match trace.ending {
-        Ending::Interrupted { .. } => return None,
-        Ending::Diverged { .. } => Outcome::Diverged,
-        Ending::BrokenOff { .. } => Outcome::BrokenOff,
-        Ending::Finished => outcome_of(experiment, &metrics),
-    };
-    let ended_at_s = trace.rows.last().map_or(0.0, |row| row.t_s);
-    let told = serde_json::to_value(Figures::of(experiment, trace, &metrics)).unwrap_or_default();
-    Some(Trial { outcome, ended_at_s, told })
-}
-
-/// Of a run that came to its end. Where u is limited, what grows at rest comes back from afar and looks bounded; where
-/// it is not, what grows has not settled.
-fn outcome_of(experiment: &Experiment, metrics: &Metrics) -> Outcome {
-    let limits = experiment.spec.as_ref().map(|spec| spec.config.padded.options.limits);
-    let is_limited = limits.is_none_or(|limits| limits.max.is_finite() || limits.min.is_finite());
-    if !metrics.bounded {
-        Outcome::Unbounded
-    } else if (is_limited || metrics.settling_time_s.is_none()) && growth(experiment).is_some() {
-        Outcome::Unstable
-    } else {
-        Outcome::Finished
-    }
-}
-
-/// Of trials that fit each other what they come to, side by side ([`lanes`]): the bits of each alone. None for one that
-/// is to be run alone.
-fn side_by_side(experiments: &[Option<Experiment>]) -> Vec<Option<Trial>> {
-    let mut found: Vec<Option<Trial>> = experiments.iter().map(|_| None).collect();
-    let of = |experiment: &Option<Experiment>| experiment.as_ref().and_then(|it| it.beside().map(|(of, _)| of.kind()));
-    let Some(first) = experiments.iter().find_map(of) else { return found };
-    let fit: Vec<usize> = (0..experiments.len()).filter(|k| of(&experiments[*k]).as_ref() == Some(&first)).collect();
-    for group in fit.chunks(lanes::LANES) {
-        let members: Vec<_> =
-            group.iter().filter_map(|k| experiments[*k].as_ref().and_then(Experiment::beside)).collect();
-        let Some((campaign, _)) = members.first() else { continue };
-        let trials: Vec<_> = members.iter().map(|(_, trial)| *trial).collect();
-        let judged = lanes::close_loops(campaign, &trials);
-        for (k, judged) in group.iter().zip(judged) {
-            let (Some(judged), Some(experiment)) = (judged, experiments[*k].as_ref()) else { continue };
-            let told = serde_json::to_value(Figures::of_lane(experiment, &judged)).unwrap_or_default();
-            let outcome = outcome_of(experiment, &judged.metrics);
-            let ended_at_s = experiment.periods as f64 * experiment.period_s;
-            found[*k] = Some(Trial { outcome, ended_at_s, told });
-        }
-    }
-    found
-}
-
-/// Those that are left, each with its own law, sensors and figures, and their plants side by side as far as they fit;
-/// none if told to stop.
-fn each_alone(
-    experiments: &mut [Option<Experiment>],
-    found: &mut [Option<Trial>],
-    stop: &AtomicBool,
-    done: &(dyn Fn() + Sync),
-) -> Option<()> {
-    let mut left: Vec<_> = experiments
-        .iter_mut()
-        .zip(found)
-        .filter_map(|(experiment, found)| experiment.as_mut().filter(|_| found.is_none()).map(|it| (it, found)))
-        .collect();
-    let ticks = left.first().map_or(1, |(experiment, _)| experiment.periods + 1);
-    let together = (MOST_TRACES_BYTES / (ticks * size_of::<Row>())).clamp(1, lanes::LANES);
-    for group in left.chunks_mut(together) {
-        let setups: Vec<_> = group.iter_mut().map(|(experiment, _)| experiment.setup()).collect();
-        let mut kept: Vec<_> = setups.iter().map(|setup| Stoppable { trace: setup.trace(), stop }).collect();
-        let recorders = kept.iter_mut().map(|recorder| recorder as &mut dyn Recorder);
-        lanes::close_each(setups.into_iter().zip(recorders).collect());
-        for ((experiment, found), Stoppable { trace, .. }) in group.iter_mut().zip(kept) {
-            **found = Some(judged(experiment, &trace)?);
-            done();
-        }
-    }
-    Some(())
-}
-
 /// What `--json` prints of a shard: its first and its last trial.
 #[derive(Serialize)]
 struct ShardJson {
@@ -250,13 +117,11 @@ struct ShardJson {
     trials: [u64; 2],
 }
 
-/// A plan, what it is of, and its columns.
+/// A plan with its columns, as it is kept in files.
 struct Campaign<'a> {
-    subject: Subject<'a>,
-    plan: Plan,
+    plan: Plan<'a>,
+    columns: Columns,
     header: Header,
-    /// The columns that are numbers of run.json.
-    figures: Vec<String>,
     pool: ThreadPool,
 }
 
@@ -264,79 +129,32 @@ impl<'a> Campaign<'a> {
     /// `of_file` is the scenario with nothing drawn: what it has are the columns.
     fn new(
         options: &MonteCarloOptions,
-        subject: Subject<'a>,
-        plan: Plan,
+        plan: Plan<'a>,
         experiment: &Experiment,
         of_file: &Trial,
     ) -> Result<Self, Failure> {
-        let mut figures = Vec::new();
-        collect(&of_file.told, "", &mut figures);
-        // What says over what a figure is taken, and of which channel.
-        figures.retain(|path| !path.starts_with("metrics.window_s") && !path.ends_with(".channel"));
-        let names = plan.vary.iter().map(|vary| vary.name().to_owned());
-        let columns = names.chain([ENDED.into()]).chain(figures.iter().cloned()).collect();
-        let known = figures.iter().map(|path| (path.clone(), number_in(&of_file.told, path)));
-        let drawn = plan.vary.iter().filter_map(|vary| Some((vary.name().to_owned(), subject.number_at(vary.name())?)));
-        let units = figures.iter().map(String::as_str).chain([ENDED]).filter_map(|path| {
-            // An error of an estimate tells its own, which depends on its channel.
-            let own = path.strip_suffix(".error").map(|of| format!("/{}/unit", of.replace('.', "/")));
-            let own = own.and_then(|at| of_file.told.pointer(&at)?.as_str()).map(ToOwned::to_owned);
-            let unit = own.unwrap_or_else(|| unit_of(path, experiment));
-            (!unit.is_empty()).then(|| (path.to_owned(), unit))
-        });
-        let units = units.collect();
-        let of_file = known.chain(drawn).filter(|(_, value)| value.is_finite());
+        let columns = Columns::new(&plan, experiment, of_file);
         let header = Header {
             program: format!("host-sim {}", env!("CARGO_PKG_VERSION")),
             scenario: experiment.name.clone(),
-            scenario_sha256: hex_sha256(subject.text),
-            sets: subject.sets.to_vec(),
+            scenario_sha256: hex_sha256(plan.subject.text),
+            sets: plan.subject.sets.to_vec(),
             vary: plan.vary.iter().map(|vary| vary.text.clone()).collect(),
             seed: options.seed,
             trials: options.trials,
             chunk: options.chunk,
-            columns,
-            units,
-            of_file: of_file.map(|(name, value)| (name, format!("{value:?}"))).collect(),
+            columns: columns.names.clone(),
+            units: columns.units.clone(),
+            of_file: columns.of_file.iter().map(|(name, value)| (name.clone(), format!("{value:?}"))).collect(),
         };
         let pool = ThreadPoolBuilder::new().num_threads(options.threads.map_or(0, usize::from)).build();
         let pool = pool.map_err(|error| failed(format!("threads: {error}")))?;
-        Ok(Self { subject, plan, header, figures, pool })
+        Ok(Self { plan, columns, header, pool })
     }
 
     /// Some trials, one after the other; none if told to stop.
-    fn chunk(&self, [first, end]: [u64; 2], stop: &AtomicBool, done: &(dyn Fn() + Sync)) -> Option<Chunk> {
-        let row = |i: u64, found: Option<Trial>| {
-            let mut row = self.plan.drawn(i);
-            let outcome = if let Some(Trial { outcome, ended_at_s, told }) = found {
-                row.push(ended_at_s);
-                row.extend(self.figures.iter().map(|path| number_in(&told, path)));
-                outcome
-            } else {
-                row.resize(self.header.columns.len(), f64::NAN);
-                Outcome::Refused
-            };
-            (outcome, row)
-        };
-        let group = |start: u64| -> Option<Rows> {
-            let trials = start..end.min(start + lanes::LANES as u64);
-            let mut experiments = Vec::new();
-            for i in trials.clone() {
-                if stop.load(Ordering::Relaxed) {
-                    return None;
-                }
-                experiments.push(self.of_trial(i).ok());
-            }
-            let mut found = side_by_side(&experiments);
-            // Of the others each is told of as it comes.
-            (0..experiments.len()).filter(|k| found[*k].is_some() || experiments[*k].is_none()).for_each(|_| done());
-            each_alone(&mut experiments, &mut found, stop, done)?;
-            Some(trials.zip(found).map(|(i, found)| row(i, found)).collect())
-        };
-        let starts: Vec<u64> = (first..end).step_by(lanes::LANES).collect();
-        let rows: Option<Vec<Rows>> = self.pool.install(|| starts.into_par_iter().map(group).collect());
-        let rows = rows.map(|groups| groups.concat());
-        let rows = rows?;
+    fn chunk(&self, [first, end]: [u64; 2], watch: Watch<'_>) -> Option<Chunk> {
+        let rows = self.pool.install(|| trials(&self.plan, &self.columns, first..end, watch))?;
         let column = |k: usize| rows.iter().map(|(_, row)| row[k]).collect();
         Some(Chunk {
             first,
@@ -344,14 +162,10 @@ impl<'a> Campaign<'a> {
             numbers: (0..self.header.columns.len()).map(column).collect(),
         })
     }
-
-    fn of_trial(&self, trial: u64) -> Result<Experiment, scenario::ScenarioError> {
-        self.subject.with(&self.plan.settings(trial))
-    }
 }
 
 /// How many, as a person writes it: 1000000 or 1e6.
-fn trials(text: &str) -> Result<u64, String> {
+fn count(text: &str) -> Result<u64, String> {
     const MOST: u64 = 1 << 40;
     let written_out = || text.parse::<f64>().ok().filter(|it| it.fract() == 0.0 && (0.0..=MOST as f64).contains(it));
     let count = text.parse().ok().or_else(|| written_out().map(|it| it as u64));
@@ -383,12 +197,12 @@ impl Console<'_> {
         let bare = text.subject(&options.sets);
         let mut experiment = bare.with(&[])?;
         if let Some(uncertain) = &options.uncertain {
-            let of_plant = uncertain::of_plant(&bare, uncertain).map_err(bad)?;
+            let of_plant = uncertain::of_plant(&bare, uncertain)?;
             vary.splice(0..0, of_plant.vary);
             sets.extend(of_plant.sets);
         }
         let subject = Subject { sets: &sets, ..bare };
-        let plan = Plan::new(&subject, &vary, options.seed).map_err(bad)?;
+        let plan = Plan::new(subject, &vary, options.seed)?;
         if vary.is_empty() {
             return Err(bad("what is to vary? Give --uncertain 50, or --vary KEY=uniform(LOW,HIGH)"));
         }
@@ -397,11 +211,13 @@ impl Console<'_> {
                 let last = options.trials - 1;
                 return Err(bad(format!("--replay {index}: the trials are 0 to {last}; --trials says how many")));
             }
-            return self.replay_trial(&subject, &plan, (index, &named), &options.report);
+            return self.replay_trial(&plan, (index, &named), &options.report);
         }
         let headline = experiment.headline();
-        let Some(of_file) = trial(&mut experiment, self.stop) else { return Ok(status::INTERRUPTED) };
-        let campaign = Campaign::new(options, subject, plan, &experiment, &of_file)?;
+        let Some(of_file) = trial(&mut experiment, Watch::new(self.stop, &|| ())) else {
+            return Ok(status::INTERRUPTED);
+        };
+        let campaign = Campaign::new(options, plan, &experiment, &of_file)?;
         let question = report::Question::new(&campaign.header, &options.report).map_err(bad)?;
         let folder = options.report.folder(&experiment.name);
         let chunks = options.trials.div_ceil(options.chunk);
@@ -442,7 +258,7 @@ impl Console<'_> {
         }
         let (refused, is_missed) = self.tell_trials(&trials, &question, &folder, &named, options.report.json)?;
         if let Some(first) = refused
-            && let Err(error) = campaign.of_trial(first)
+            && let Err(error) = campaign.plan.experiment(first)
         {
             self.note(&format!("no design, the first: trial {first}: {error}"));
         }
@@ -503,7 +319,7 @@ impl Console<'_> {
             if there.binary_search(&chunk).is_ok() {
                 continue;
             }
-            let Some(computed) = campaign.chunk(trials, self.stop, &|| bar.inc(1)) else {
+            let Some(computed) = campaign.chunk(trials, Watch::new(self.stop, &|| bar.inc(1))) else {
                 bar.finish_and_clear();
                 return Ok(None);
             };
@@ -532,15 +348,14 @@ impl Console<'_> {
     /// One trial as `host-sim run` does it.
     fn replay_trial(
         &mut self,
-        subject: &Subject<'_>,
-        plan: &Plan,
+        plan: &Plan<'_>,
         (trial, file): (u64, &str),
         options: &ReportOptions,
     ) -> Result<u8, Failure> {
         let settings = plan.settings(trial);
-        let experiment = subject.with(&settings)?;
+        let experiment = plan.subject.with(&settings)?;
         let out = options.folder(&experiment.name).join(format!("trial-{trial}"));
-        let sets: Vec<String> = subject.sets.iter().cloned().chain(settings).collect();
+        let sets: Vec<String> = plan.subject.sets.iter().cloned().chain(settings).collect();
         let words = sets.iter().map(|set| format!(" --set {}", quoted(set))).collect::<Vec<_>>().concat();
         let run = if file.is_empty() { "" } else { " run" };
         self.note(&format!("trial {trial} is: host-sim{run}{file}{words}"));

@@ -5,21 +5,23 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use loop_sim::trace::{Ending, Trace};
 use scenario::Experiment;
-use study::map::Subject;
+use study::chip::{self, Cost};
+use study::design::Design;
+use study::figures::Figures;
+use study::map::{CORNERS, Subject};
 use study::margins;
 use study::number::significant;
 use terminal::table::Table;
 use whole_file::Kind;
 
-use super::design::{self, Design};
+use super::design;
 use super::map::{self, MapOptions};
 use super::monte_carlo::Written;
-use super::run::{Figures, ending, figures_of, note_changes, table};
+use super::run::{ending, figures_of, note_changes, table};
 use super::{
     Console, DEFAULT, Failure, ScenarioText, bad, bounds, failed, free, hex_sha256, monte_carlo, read_text, status,
     write_file,
 };
-use crate::chip::{self, Cost};
 use crate::report::page::{self, Account, Page, Section};
 use crate::report::plot::{Figure, Panel, Series};
 use crate::report::write_whole;
@@ -159,7 +161,7 @@ impl Console<'_> {
         note_changes(&mut experiment.title, &options.sets);
         experiment.warnings.extend(margins::warnings(&experiment));
         let mut sections = vec![about(&experiment, &subject)];
-        let design = Design::of(&experiment).ok();
+        let design = study::design(&experiment).ok();
         sections.extend(design.iter().map(|design| of_design(design, &experiment)));
         let Some((section, trace)) = self.of_run(&mut experiment, design.as_ref())? else { return Ok(None) };
         sections.push(section);
@@ -202,10 +204,11 @@ impl Console<'_> {
     /// Where it is stable, and in which corners.
     fn of_map(&mut self, file: Option<&Path>, options: &ReportOptions) -> Option<Section> {
         let asked = |preset: &str| MapOptions::of_preset(file, preset, &options.sets);
-        let corners = self.with_view(&asked(map::CORNERS), |console, view| {
+        let corners = self.with_view(&asked(CORNERS), |console, view| {
             let found = console.judged_corners(view)?;
             Ok(found.map(|found| {
-                let worst = found.first().map_or_else(String::new, |(name, point)| {
+                let worst = found.points.iter().flatten().next().map_or_else(String::new, |point| {
+                    let name = point.worst.as_deref().unwrap_or_default();
                     format!("; the worst, {name}, has spectral radius {:.5}", point.spectral_radius)
                 });
                 view.count(&found) + &worst
@@ -218,10 +221,13 @@ impl Console<'_> {
             Err(Failure { message, .. }) => vec![format!("no corners: {message}")],
         };
         let mut drawings = Vec::new();
-        match self.with_view(&asked(&options.map), Self::answered) {
-            Ok(Some(answered)) => {
-                says.extend(answered.lines);
-                drawings.push(answered.map.svg());
+        let told = self.with_view(&asked(&options.map), |console, view| {
+            Ok(console.answered(view)?.map(|map| (map::lines(&map), view.drawn(&map).svg())))
+        });
+        match told {
+            Ok(Some((lines, drawing))) => {
+                says.extend(lines);
+                drawings.push(drawing);
             }
             Ok(None) => return None,
             Err(Failure { message, .. }) => says.push(format!("no map: {message}")),

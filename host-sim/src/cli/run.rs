@@ -1,74 +1,32 @@
 //! `host-sim run`: a scenario once through its loop, as table, trace and figures; and what others tell of a run.
-use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use controller_core::Health;
 use loop_sim::closed_loop::LoopError;
-use loop_sim::lanes::Judged;
-use loop_sim::metrics::{FAR, Metrics, Noise, Tracking};
+use loop_sim::metrics::{FAR, Metrics};
 use loop_sim::port::{ControllerPort, PortError};
 use loop_sim::trace::{Ending, Trace};
 use scenario::{Drive, Experiment, Mu};
 use serde::Serialize;
+use study::design::Design;
+use study::figures::{Figures, TROUBLES, ticks_with};
 use study::margins;
 use study::number::{significant, typed};
 use terminal::stop;
 use terminal::table::Table;
 use whole_file::Claim;
 
-use super::design::Design;
-use super::drive::{self, TorqueError};
+use super::design;
+use super::drive;
 use super::target::{self, Link};
 use super::{Console, Failure, LEFT, RunOptions, bad, claim_folder, failed, status};
 use crate::report::plot::Figure;
 use crate::report::trace_figure::{self, Labels};
 use crate::report::{csv, drive_figure, write_whole};
 use crate::transport::board::Log;
-
-/// What a run came to, in numbers.
-#[derive(Serialize)]
-pub(super) struct Figures {
-    metrics: serde_json::Value,
-    /// How far the estimates of the torques on the shafts of a drive are off.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    torque_errors: Vec<TorqueError>,
-    /// How the reference was followed, if there was one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    tracking: Option<Tracking>,
-    /// Noise of u by the steps of the encoders of a drive.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    noise: Option<Noise>,
-    /// Ticks in which the controller told of this trouble.
-    ticks_with: BTreeMap<&'static str, usize>,
-}
-
-impl Figures {
-    pub(super) fn of(experiment: &mut Experiment, trace: &Trace, metrics: &Metrics) -> Self {
-        let of_shafts = experiment.drive.as_ref().map(|drive| drive::torque_errors(drive, metrics, trace));
-        Self {
-            metrics: told(metrics, experiment),
-            torque_errors: of_shafts.unwrap_or_default(),
-            tracking: experiment.tracking(trace),
-            noise: experiment.noise(trace),
-            ticks_with: TROUBLES.map(|(flag, name)| (name, ticks_with(trace, flag))).into(),
-        }
-    }
-
-    /// Of a run that was made beside others.
-    pub(super) fn of_lane(experiment: &Experiment, judged: &Judged) -> Self {
-        Self {
-            metrics: told(&judged.metrics, experiment),
-            torque_errors: Vec::new(),
-            tracking: None,
-            noise: None,
-            ticks_with: TROUBLES.map(|(flag, name)| (name, judged.ticks_with(flag))).into(),
-        }
-    }
-}
 
 /// What `--json` prints of a run.
 #[derive(Serialize)]
@@ -97,56 +55,6 @@ struct RunJson<'a> {
     /// How the target did, if there was one.
     #[serde(skip_serializing_if = "Option::is_none")]
     target: Option<&'a Comparison>,
-}
-
-/// Figures of merit as JSON: of a run along a reference |y - r| is no y, and a number has its unit.
-fn told(metrics: &Metrics, experiment: &Experiment) -> serde_json::Value {
-    let mut told = serde_json::to_value(metrics).unwrap_or_default();
-    if let (Some(_), Some(error)) = (&experiment.drive, told.get("y_ultimate").cloned()) {
-        told["error_ultimate"] = error;
-        told.as_object_mut().and_then(|told| told.remove("y_ultimate"));
-    }
-    for error in told["estimation_error_ultimate"].as_array_mut().into_iter().flatten() {
-        // A drive's are those of its shafts; the paper's of a chain in which each state is the slope of the one before.
-        let order = if experiment.drive.is_some() { 2 } else { error["channel"].as_u64().unwrap_or_default() };
-        if !experiment.output_unit.is_empty() {
-            error["unit"] = rad_per_s(order as usize).into();
-        }
-    }
-    told
-}
-
-/// rad, rad/s, rad/s^2, ..
-pub(super) fn rad_per_s(order: usize) -> String {
-    match order {
-        0 => "rad".into(),
-        1 => "rad/s".into(),
-        order => format!("rad/s^{order}"),
-    }
-}
-
-/// So many times is sigma* an angle per second: of a motor, whose current is no state of the chain, and of a joint, and
-/// of a plant of order n.
-pub(super) fn order_of_sigma(experiment: &Experiment) -> usize {
-    experiment.drive.as_ref().map_or(experiment.plant.order(), |drive| 2 * drive.shafts.len()) - 1
-}
-
-/// The unit of a number of run.json, by its path; empty where it has none or the scenario names none.
-pub(super) fn unit_of(path: &str, experiment: &Experiment) -> String {
-    let Experiment { output_unit: output, control_unit: control, .. } = *experiment;
-    let last = path.rsplit('.').next().unwrap_or_default();
-    match (path.split('.').next(), last) {
-        (Some("ticks_with"), _) => "ticks".into(),
-        (Some("noise"), _) => format!("{control} rms").trim_start().into(),
-        (_, "sigma_star_ultimate") if !output.is_empty() => rad_per_s(order_of_sigma(experiment)),
-        (_, "y_ultimate" | "error_ultimate" | "error_rms") => output.into(),
-        (_, "u_peak") => control.into(),
-        (_, "u_total_variation_per_s") if !control.is_empty() => format!("{control}/s"),
-        (_, "u_total_variation_per_s") => String::new(),
-        (_, "rms_n_m") => "N m".into(),
-        (_, last) if last.ends_with("_s") => "s".into(),
-        _ => String::new(),
-    }
 }
 
 /// The controller on a target against the one here.
@@ -208,7 +116,7 @@ impl Console<'_> {
         let metrics = experiment.metrics(&trace);
         let figures = Figures::of(&mut experiment, &trace, &metrics);
         let error = error.map(|error| error.to_string());
-        let design = Design::of(&experiment).ok();
+        let design = study::design(&experiment).ok();
         let json = RunJson {
             scenario: &experiment.name,
             sets: &options.sets,
@@ -240,7 +148,7 @@ impl Console<'_> {
             }
             let table = table(&experiment, &metrics, &json.figures, design.as_ref(), &trace);
             self.say(&table.to_string())?;
-            for line in design.iter().flat_map(Design::short) {
+            for line in design.iter().flat_map(design::short) {
                 self.say(&line)?;
             }
             for warning in &experiment.warnings {
@@ -404,21 +312,6 @@ pub(super) fn ending(trace: &Trace, metrics: &Metrics) -> (&'static str, String)
             ("interrupted", format!("INCOMPLETE: the run ended at t = {} s", significant(t_s, 4)))
         }
     }
-}
-
-/// What a controller can tell, and its name in JSON.
-pub(super) const TROUBLES: [(Health, &str); 7] = [
-    (Health::INPUT_REJECTED, "input_rejected"),
-    (Health::SATURATED, "saturated"),
-    (Health::SIGMA_STAR_OVER_BOUND, "sigma_star_over_bound"),
-    (Health::SAMPLE_LOST, "sample_lost"),
-    (Health::DISTURBANCE_OVER_BOUND, "disturbance_over_bound"),
-    (Health::STUCK_AT_LIMIT, "stuck_at_limit"),
-    (Health::STOPPED, "stopped"),
-];
-
-pub(super) fn ticks_with(trace: &Trace, flag: Health) -> usize {
-    trace.rows.iter().filter(|row| row.health.contains(flag)).count()
 }
 
 /// What a run came to, for people.

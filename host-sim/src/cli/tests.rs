@@ -6,11 +6,12 @@ use std::time::Duration;
 
 use serde_json::Value as Json;
 
-use super::run::{TROUBLES, note_changes};
+use super::run::note_changes;
 use super::*;
 use crate::remote::for_target;
 use crate::transport::{Loopback, Transport, TransportError};
 use pil_wire::Reply;
+use study::figures::TROUBLES;
 
 /// A run of a fifth of a second.
 const SHORT: [&str; 4] = ["--set", "span_s=0.2", "--set", "window_s=[0.1, 0.2]"];

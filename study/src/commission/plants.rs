@@ -6,17 +6,16 @@
 //! ±5.6 %, on the link of a joint, and a current of (1 + sin 2t) I/30 that nobody knows of.
 
 use std::ops::ControlFlow;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::thread;
 
 use controller_core::drive::{Joint, Motor};
 use loop_sim::port::drive::DriveDesign;
 use loop_sim::random::Random;
 use loop_sim::signal::{Signal, Term};
+use rayon::prelude::*;
 use scenario::Source;
 
 use super::{Plan, Report, Retuned, Rig, Stopped, commission, sheet_of};
+use crate::Watch;
 use crate::identify::{Identified, Known, Sheet};
 
 /// Periods of the cogging in a turn.
@@ -243,33 +242,19 @@ impl Plants<'_> {
     }
 }
 
-/// All of them, on all threads; `step` is told of each. None when it was told to stop.
+/// Tries all of them; `None` if it was stopped. A step of the watch is a plant.
 ///
 /// # Errors
 /// When the scenario is of no drive.
-pub fn try_all(
-    plants: &Plants<'_>,
-    stop: &AtomicBool,
-    step: &(dyn Fn() + Sync),
-) -> Result<Option<Vec<Result<Tried, Stopped>>>, String> {
+pub fn try_all(plants: &Plants<'_>, watch: Watch<'_>) -> Result<Option<Vec<Result<Tried, Stopped>>>, String> {
     let variants = plants.variants()?;
-    let (next, done) = (AtomicUsize::new(0), Mutex::new(vec![None; variants.len()]));
-    let threads = thread::available_parallelism().map_or(1, usize::from);
-    thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                while let k = next.fetch_add(1, Ordering::SeqCst)
-                    && let Some(variant) = variants.get(k)
-                    && !stop.load(Ordering::Relaxed)
-                {
-                    let tried = plants.tried(variant);
-                    step();
-                    if let Ok(mut done) = done.lock() {
-                        done[k] = Some(tried);
-                    }
-                }
-            });
+    let of_variant = |variant| {
+        if watch.is_stopped() {
+            return None;
         }
-    });
-    Ok(done.into_inner().unwrap_or_default().into_iter().collect())
+        let tried = plants.tried(variant);
+        watch.done();
+        Some(tried)
+    };
+    Ok(variants.par_iter().map(of_variant).collect())
 }

@@ -7,15 +7,13 @@
 //! A law at a noise limit is one job with random numbers of its own, done by one thread: any number of threads gives
 //! the same result.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
-
 use loop_sim::random::Random;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::bench::{Bench, Figures};
 use super::{Contender, Knob};
+use crate::Watch;
 
 /// How much is tried.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,8 +24,6 @@ pub struct Settings {
     pub seed: u64,
     /// Limits of the noise of u, A.
     pub noise_a: Vec<f64>,
-    /// Threads.
-    pub threads: usize,
 }
 
 /// A law tuned at a limit.
@@ -53,33 +49,22 @@ impl Entry {
     }
 }
 
-/// Tunes every contender at every limit; entries limit by limit. `step` is called after each evaluation, from any
-/// thread.
+/// Tunes every contender at every limit; entries limit by limit. `None` if it was stopped. A step of the watch is an
+/// evaluation.
 pub fn compare(
     bench: &Bench,
     contenders: &[Box<dyn Contender>],
     settings: &Settings,
-    step: &(dyn Fn() + Sync),
-) -> Vec<Entry> {
+    watch: Watch<'_>,
+) -> Option<Vec<Entry>> {
     let jobs: Vec<(usize, f64)> =
         settings.noise_a.iter().flat_map(|&limit| (0..contenders.len()).map(move |law| (law, limit))).collect();
-    let (next, done) = (AtomicUsize::new(0), Mutex::new(vec![None; jobs.len()]));
-    thread::scope(|scope| {
-        for _ in 0..settings.threads.clamp(1, jobs.len().max(1)) {
-            scope.spawn(|| {
-                while let job = next.fetch_add(1, Ordering::SeqCst)
-                    && let Some(&(law, limit)) = jobs.get(job)
-                {
-                    let stream = job as u64;
-                    let entry = tuned(bench, contenders[law].as_ref(), limit, settings, stream, step);
-                    if let Ok(mut done) = done.lock() {
-                        done[job] = entry;
-                    }
-                }
-            });
-        }
-    });
-    done.into_inner().unwrap_or_default().into_iter().flatten().collect()
+    let of_job = |(job, &(law, limit)): (usize, &(usize, f64))| {
+        tuned(bench, contenders[law].as_ref(), limit, settings, job as u64, watch)
+    };
+    // A job takes minutes: each may go to another thread.
+    let done: Vec<_> = jobs.par_iter().enumerate().with_max_len(1).map(of_job).collect();
+    (!watch.is_stopped()).then(|| done.into_iter().flatten().collect())
 }
 
 /// The best that was found; `None` if there was no design at all.
@@ -89,7 +74,7 @@ fn tuned(
     limit_a: f64,
     settings: &Settings,
     stream: u64,
-    step: &(dyn Fn() + Sync),
+    watch: Watch<'_>,
 ) -> Option<Entry> {
     let mut random = Random::new(settings.seed, stream);
     let knobs = contender.knobs();
@@ -97,6 +82,9 @@ fn tuned(
     let (first, anywhere) = (all * 3 / 5, all * 3 / 10);
     let mut best: (f64, Vec<f64>) = (f64::INFINITY, knobs.iter().map(Knob::guessed).collect());
     for k in 0..all {
+        if watch.is_stopped() {
+            return None;
+        }
         let at: Vec<f64> = if k == 0 {
             best.1.clone()
         } else if k <= anywhere {
@@ -116,7 +104,7 @@ fn tuned(
         if cost < best.0 {
             best = (cost, at);
         }
-        step();
+        watch.done();
     }
     let (cost, at) = best;
     let found = values(&knobs, &at);
@@ -138,6 +126,10 @@ fn values(knobs: &[Knob], at: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+    use rayon::ThreadPoolBuilder;
+
     use super::super::contenders;
     use super::*;
 
@@ -152,11 +144,12 @@ mod tests {
         let contenders = contenders(&bench);
         let found = |threads: usize, seed: u64| {
             let evaluations = evaluations(4, 2);
-            let settings = Settings { evaluations, seed, noise_a: vec![0.1], threads };
-            let steps = AtomicUsize::new(0);
-            let entries = compare(&bench, &contenders, &settings, &|| {
-                steps.fetch_add(1, Ordering::SeqCst);
-            });
+            let settings = Settings { evaluations, seed, noise_a: vec![0.1] };
+            let (stop, steps) = (AtomicBool::new(false), AtomicUsize::new(0));
+            let step = || _ = steps.fetch_add(1, Ordering::SeqCst);
+            let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            let compared = || compare(&bench, &contenders, &settings, Watch::new(&stop, &step));
+            let entries = pool.install(compared).expect("not stopped");
             let asked = evaluations * contenders.len();
             assert_eq!((entries.len(), steps.load(Ordering::SeqCst)), (contenders.len(), asked));
             entries
@@ -172,8 +165,8 @@ mod tests {
         let bench = Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file");
         let contenders = contenders(&bench);
         let found = |evaluations: usize| {
-            let settings = Settings { evaluations, seed: 1, noise_a: vec![0.1], threads: 2 };
-            compare(&bench, &contenders, &settings, &|| ())
+            let settings = Settings { evaluations, seed: 1, noise_a: vec![0.1] };
+            compare(&bench, &contenders, &settings, Watch::none()).expect("not stopped")
         };
         for (guess, tuned) in found(1).iter().zip(found(evaluations(30, 12))) {
             assert!(tuned.cost < guess.cost, "{}: {} of {}", tuned.law, tuned.cost, guess.cost);

@@ -1,9 +1,11 @@
 //! That a search keeps to its seed, finds better than the rule, and says what it found.
 
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use rayon::ThreadPoolBuilder;
+
 use super::*;
 use crate::compare::of_ours;
-
-static GO_ON: AtomicBool = AtomicBool::new(false);
 
 fn motor() -> Bench {
     Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file")
@@ -18,7 +20,9 @@ fn found(bench: &Bench, job: Job, evaluations: usize, seed: u64, threads: usize)
     let step = || {
         steps.fetch_add(1, Ordering::Relaxed);
     };
-    let entries = tuned(bench, &[job], evaluations, seed, threads, &GO_ON, &step).expect("not stopped");
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+    let (stop, effort) = (AtomicBool::new(false), Effort { evaluations, seed, most_cycles: None });
+    let entries = pool.install(|| searches(bench, &[job], effort, Watch::new(&stop, &step))).expect("not stopped");
     assert!((1..=evaluations).contains(&steps.into_inner()));
     entries.into_iter().next().expect("a drive")
 }
@@ -29,7 +33,9 @@ fn any_number_of_threads_gives_the_same_and_another_seed_another() {
     let job = Job { gain_sets: 1, asked: asked(0.1) };
     assert_eq!(found(&bench, job, 24, 7, 1), found(&bench, job, 24, 7, 3));
     // The first start is the guess, whatever the seed.
-    let start = |start: usize, seed: u64| searched(&bench, job, start, 8, seed, &GO_ON, &|| ());
+    let start = |start: usize, seed: u64| {
+        searched(&bench, job, start, Effort { evaluations: 24, seed, most_cycles: None }, Watch::none())
+    };
     assert_eq!(start(0, 7), start(0, 8));
     assert_ne!(start(1, 7), start(1, 8));
     assert_ne!(start(1, 7), start(2, 7));

@@ -6,15 +6,15 @@ use loop_sim::port::drive::{DriveDesign, joint_at_rest, motor_at_rest};
 use loop_sim::port::in_process;
 use scenario::Experiment;
 
-use study::map::Subject;
-use study::number::typed;
+use crate::map::Subject;
+use crate::number::typed;
 
 /// Digits of what a person would type.
 const DIGITS: usize = 4;
 
 /// One that a bound depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Gain {
+pub enum Gain {
     /// k_l.
     Reaching,
     /// k_s.

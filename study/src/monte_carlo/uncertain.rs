@@ -1,29 +1,34 @@
 //! `--uncertain PERCENT`: every number of the plant off by up to so much, while the controller believes those of the
 //! file ([`MayBeOff`]).
 
-use study::map::{MayBeOff, Subject, Told, Uncertain};
-use study::number::typed;
+use crate::Error;
+use crate::map::{MayBeOff, Subject, Told, Uncertain};
+use crate::number::typed;
 
 /// What varies, and what is set beside it.
-pub(super) struct OfPlant {
-    pub(super) vary: Vec<String>,
-    pub(super) sets: Vec<String>,
+pub struct OfPlant {
+    /// `KEY=DISTRIBUTION` of each number, as in [`Vary::parse`](super::vary::Vary::parse).
+    pub vary: Vec<String>,
+    /// `KEY=VALUE` for all trials.
+    pub sets: Vec<String>,
 }
 
-/// Of `50`, `50:corners` or `50:sobol`.
-pub(super) fn of_plant(subject: &Subject<'_>, text: &str) -> Result<OfPlant, String> {
+/// Reads `50`, `50:corners` or `50:sobol`.
+///
+/// # Errors
+/// The text is something else, or the plant has no such numbers.
+pub fn of_plant(subject: &Subject<'_>, text: &str) -> Result<OfPlant, Error> {
+    let wrong = |what: &str| Error::input(what).at(format!("--uncertain {text}"));
     let (percent, name) = text.split_once(':').unwrap_or((text, "uniform"));
     let percent = percent.trim().parse().ok().filter(|percent: &f64| *percent > 0.0 && *percent < 100.0);
-    let percent = percent.ok_or_else(|| format!("--uncertain {text}: expected a number above 0 and below 100"))?;
+    let percent = percent.ok_or_else(|| wrong("expected a number above 0 and below 100"))?;
     if !["uniform", "corners", "sobol"].contains(&name) {
-        return Err(format!("--uncertain {text}: expected PERCENT, PERCENT:corners or PERCENT:sobol"));
+        return Err(wrong("expected PERCENT, PERCENT:corners or PERCENT:sobol"));
     }
     let MayBeOff { numbers, believed } = MayBeOff::of(subject)?;
     if numbers.is_empty() {
-        return Err(format!(
-            "--uncertain: {} has no number of a plant that is known to vary: give --vary",
-            subject.file
-        ));
+        let what = format!("{} has no number of a plant that is known to vary: give --vary", subject.file);
+        return Err(Error::input(what).at("--uncertain"));
     }
     let vary = numbers.iter().map(|Uncertain { keys, told, .. }| {
         let (first, keys) = (keys.first(), keys.join(","));

@@ -1,0 +1,657 @@
+//! The closed loop of a scenario's design at rest, the limits that the design uses up, and a better design.
+//!
+//! The loop is linearised at rest, exactly ([`margins`](crate::margins)); nothing is simulated. A suggested design is
+//! judged in the same loop first.
+
+use std::fmt;
+
+use controller_core::bounds::{DisturbanceBounds, ultimate};
+use controller_core::drive::{JointBandwidths, JointDesign, MotorDesign, bessel_poles};
+use controller_core::error_dynamics::{error_poles, surface_roots};
+use controller_core::{AnyConfig, ObserverGains, Pole, Surface};
+use loop_sim::linear::LawAtRest;
+use loop_sim::port::drive::DriveDesign;
+use loop_sim::port::drive::{Follows, Form, joint_at_rest, motor_at_rest};
+use loop_sim::port::in_process::{self, ControllerSpec};
+use scenario::{AtRest, Experiment};
+use serde::Serialize;
+
+use crate::Error;
+use crate::map::is_zero;
+use crate::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, offset_per_s, unstable_corners};
+use crate::number::significant;
+
+/// Share of the current limit that the steps of encoders may cost as noise, rms.
+const NOISE_SHARE: f64 = 0.01;
+/// Phase margin below which nothing is suggested, degrees: with less |S| is above 1/(2 sin 12.5°) = 2.3. Behind a
+/// current loop of 0.2 ms the default set of a joint has 26.7; firm has 22.6, and does not bear a tick of delay.
+pub const LEAST_PHASE_DEG: f64 = 25.0;
+
+/// How many times shorter a period may be that is suggested.
+const SHORTER: [u32; 4] = [1, 2, 4, 8];
+/// The shortest period of a drive, s.
+const SHORTEST_S: f64 = 2e-5;
+
+/// Answer of [`design`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Design {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Period, s.
+    pub period_s: f64,
+    /// Poles that the design asks for.
+    pub asked: Vec<AskedPoles>,
+    /// The slowest of what is asked for but the offset W, 1/s.
+    pub decay_asked_per_s: f64,
+    /// The closed loop that results.
+    #[serde(flatten)]
+    pub got: ClosedLoop,
+    /// Noise of u by each sensor.
+    pub noise: Vec<Noise>,
+    /// Numbers that are not exceeded.
+    pub bounds: Vec<Bound>,
+    /// What is used up of what may be, the most first.
+    pub limits: Vec<Limit>,
+    /// A better design, if there is one.
+    pub suggested: Option<Suggested>,
+    /// What of the scenario is not in these figures.
+    pub left_out: Vec<&'static str>,
+}
+
+/// What the design asks for, as poles.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AskedPoles {
+    /// Their name.
+    pub name: String,
+    /// The poles, rad/s.
+    pub poles: Vec<Root>,
+    /// What they are the poles of.
+    pub meaning: &'static str,
+}
+
+/// What comes of it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ClosedLoop {
+    /// Largest |z| of a pole: below 1 the loop is stable.
+    pub spectral_radius: f64,
+    /// Of the slowest of these poles, 1/s; negative for a loop that grows.
+    pub decay_per_s: f64,
+    /// ln(z)/T, the slowest first, without the offset's own.
+    pub poles: Vec<Root>,
+    /// Of a loop that is stable.
+    pub margins: Option<Margins>,
+    /// How many corners of what the file says of its data sheet were judged, and those that are not stable, the worst
+    /// first.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub corners: usize,
+    /// The corners in which the loop is unstable, the worst first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub unstable_corners: Vec<UnstableCorner>,
+    /// Rms of u per unit of white noise on each sensor.
+    #[serde(skip)]
+    pub noise_gains: Vec<f64>,
+}
+
+/// What a sensor does to u.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Noise {
+    /// Name of the sensor.
+    pub sensor: String,
+    /// Rms of u per unit of white noise on it.
+    pub gain: f64,
+    /// Unit of the gain.
+    pub unit: String,
+    /// Rms of what it adds by its steps and by the noise of the scenario, in its unit.
+    pub sensor_rms: f64,
+    /// Rms of u that this makes.
+    pub u_rms: f64,
+}
+
+/// A number that is not passed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Bound {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+    /// When it holds.
+    pub meaning: String,
+}
+
+/// What is used of something that there is so much of.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Limit {
+    /// Name of the resource.
+    pub what: &'static str,
+    /// 1: all of it.
+    pub used: f64,
+    /// The rule that limits it.
+    pub meaning: String,
+}
+
+/// What to take instead, and what it makes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Suggested {
+    /// For the scenario file: the table, and a line of it.
+    pub lines: Vec<[String; 2]>,
+    /// What limits it.
+    pub why: String,
+    /// Is it what the file has?
+    pub is_same: bool,
+    /// The closed loop that results.
+    #[serde(flatten)]
+    pub got: ClosedLoop,
+}
+
+/// What is wrong with a design, the least first.
+enum Flaw {
+    /// Too little phase margin.
+    Phase,
+    /// So many A of noise.
+    Noise(f64),
+    /// It is not stable in so many corners.
+    Corners { unstable: usize, worst: String },
+    /// It is not stable.
+    Unstable,
+}
+
+impl Flaw {
+    /// The larger, the worse.
+    const fn weight(&self) -> usize {
+        match self {
+            Self::Phase => 1,
+            Self::Noise(_) => 2,
+            Self::Corners { unstable, .. } => 2 + *unstable,
+            Self::Unstable => usize::MAX,
+        }
+    }
+}
+
+impl fmt::Display for Flaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Noise(noise) => write!(f, "would make {} A of noise", number(*noise)),
+            Self::Phase => write!(f, "would have less than {LEAST_PHASE_DEG} deg of phase margin"),
+            Self::Corners { unstable, worst } => {
+                write!(f, "would be unstable in {unstable} corners, most with {worst}")
+            }
+            Self::Unstable => f.write_str("would be unstable"),
+        }
+    }
+}
+
+impl ClosedLoop {
+    /// Of a loop with this law, whose offset decays with α.
+    fn of(at_rest: &AtRest, law: &dyn LawAtRest, period_s: f64, alpha_per_s: f64) -> Result<Self, MarginsError> {
+        let it = Loop::of(at_rest, law, period_s)?;
+        let values = it.eigenvalues()?;
+        let spectral_radius = values.first().map_or(0.0, |z| libm::hypot(z.re, z.im));
+        let (margins, noise_gains) =
+            if spectral_radius < 1.0 { (Some(it.margins()?), it.noise_gains()) } else { (None, Vec::new()) };
+        let poles = it.poles_beside(values, alpha_per_s);
+        let decay_per_s = decay_per_s(&poles);
+        let unstable_corners = unstable_corners(at_rest, law, period_s)?;
+        let corners = at_rest.corners.len();
+        Ok(Self { spectral_radius, decay_per_s, poles, margins, corners, unstable_corners, noise_gains })
+    }
+
+    /// Noise of u; none of a loop that is not stable.
+    fn noise(&self, at_rest: &AtRest) -> Option<f64> {
+        let parts = self.noise_gains.iter().zip(&at_rest.sensed).map(|(gain, sensed)| gain * sensed.rms);
+        self.margins.is_some().then(|| parts.map(|part| part * part).sum::<f64>().sqrt())
+    }
+
+    /// Is it stable, in all corners?
+    pub fn is_stable(&self) -> bool {
+        self.margins.is_some() && self.unstable_corners.is_empty()
+    }
+
+    /// What is wrong with it at first, if noise may be up to this; nothing of one that may be suggested.
+    fn flaw(&self, at_rest: &AtRest, most_noise: f64) -> Option<Flaw> {
+        let Some(margins) = &self.margins else { return Some(Flaw::Unstable) };
+        if let Some(worst) = self.unstable_corners.first() {
+            return Some(Flaw::Corners { unstable: self.unstable_corners.len(), worst: worst.name.clone() });
+        }
+        if let Some(noise) = self.noise(at_rest).filter(|noise| *noise > most_noise) {
+            return Some(Flaw::Noise(noise));
+        }
+        margins.phase_deg.is_some_and(|phase| phase < LEAST_PHASE_DEG).then_some(Flaw::Phase)
+    }
+}
+
+/// Returns the closed loop of a scenario at rest, what limits its design, and a better one.
+///
+/// # Errors
+/// The scenario has no loop at rest, or the loop has no finite matrices.
+pub fn design(experiment: &Experiment) -> Result<Design, Error> {
+    let at_rest = experiment.at_rest.as_ref()?;
+    let asked = asked(experiment);
+    let got = ClosedLoop::of(at_rest, at_rest.law.as_ref(), experiment.period_s, offset_per_s(experiment))?;
+    let per = |unit: &str| {
+        let u = if experiment.control_unit.is_empty() { "u" } else { experiment.control_unit };
+        if unit.is_empty() { u.to_owned() } else { format!("{u} per {unit}") }
+    };
+    let noise = got.noise_gains.iter().zip(&at_rest.sensed).map(|(&gain, sensed)| Noise {
+        sensor: sensed.name.clone(),
+        gain,
+        unit: per(sensed.unit),
+        sensor_rms: sensed.rms,
+        u_rms: gain * sensed.rms,
+    });
+    let is_of_offset = |asked: &&AskedPoles| asked.name != OFFSET;
+    let rates = asked.iter().filter(is_of_offset).flat_map(|asked| &asked.poles).map(|pole| -pole.re);
+    Ok(Design {
+        scenario: experiment.name.clone(),
+        period_s: experiment.period_s,
+        decay_asked_per_s: rates.fold(f64::INFINITY, f64::min),
+        noise: noise.collect(),
+        bounds: bounds(experiment),
+        limits: limits(experiment, at_rest, &got),
+        suggested: suggested(experiment, at_rest, &got)?,
+        left_out: at_rest.left_out.clone(),
+        asked,
+        got,
+    })
+}
+
+impl Design {
+    /// What is asked for, as poles.
+    pub fn asked_poles(&self) -> impl Iterator<Item = Root> {
+        self.asked.iter().flat_map(|asked| asked.poles.iter().copied())
+    }
+
+    /// Those of the closed loop.
+    pub fn poles(&self) -> impl Iterator<Item = Root> {
+        self.got.poles.iter().copied()
+    }
+
+    /// Noise of u by the steps of the encoders, A rms; none of a loop that is not stable.
+    pub fn noise(&self) -> Option<f64> {
+        let sum: f64 = self.noise.iter().map(|noise| noise.u_rms * noise.u_rms).sum();
+        self.got.margins.map(|_| sum.sqrt())
+    }
+}
+
+/// What the offset is called among the things that are asked for.
+const OFFSET: &str = "offset alpha";
+
+fn real(rate: f64) -> Vec<Root> {
+    vec![Root { re: -rate, im: 0.0 }]
+}
+
+fn roots(poles: &[Pole]) -> Vec<Root> {
+    poles.iter().map(|&Pole { re, im }| Root { re, im }).collect()
+}
+
+/// What is asked for.
+fn asked(experiment: &Experiment) -> Vec<AskedPoles> {
+    let one = |name: &str, poles, meaning| AskedPoles { name: name.into(), poles, meaning };
+    let bessel = |omega: f64, states: usize| -> Vec<Root> {
+        let both = |Pole { re, im }| [im, -im].map(|im| Root { re: re * omega, im: im * omega });
+        let all = bessel_poles(states).into_iter().flat_map(both);
+        // A real one has no other half.
+        all.take(states).collect()
+    };
+    let mut lines = match (&experiment.drive, &experiment.spec) {
+        (Some(drive), _) => {
+            let form = drive.designed.form();
+            let states = form.observer_states;
+            match &drive.designed {
+                DriveDesign::Motor { design: MotorDesign { bandwidths: w, .. }, .. } => {
+                    let surface = one("error w_c", real(w.surface_rad_s), "the error obeys e' = -w_c e");
+                    let rest = [
+                        one("observer w_o", bessel(w.observer_rad_s, states), "its error, Bessel poles"),
+                        one("reaching law k_l", real(w.reaching_per_s), "sigma*; of a speed loop its bandwidth"),
+                    ];
+                    let surface = (form.follows == Follows::Position).then_some(surface);
+                    surface.into_iter().chain(rest).collect()
+                }
+                DriveDesign::Joint { design: JointDesign { bandwidths: w, .. }, .. } => {
+                    vec![
+                        one("error w_c", vec![real(w.surface_rad_s)[0]; 3], "the error, three equal poles"),
+                        one("observer of the link", bessel(w.link_rad_s, 4), "its error, Bessel poles"),
+                        one("observer of the motor", bessel(w.motor_rad_s, 4), "its error, Bessel poles"),
+                        one("reaching law k_l", real(w.reaching_per_s), "sigma*"),
+                    ]
+                }
+            }
+        }
+        (None, Some(ControllerSpec { config: AnyConfig { n, padded }, .. })) => {
+            let mut lines =
+                vec![one("surface", roots(&surface_roots(&padded.surface.c[..*n])), "roots of the sliding motion")];
+            let observers = (1..).zip(&padded.observers).take(*n);
+            lines.extend(observers.filter_map(|(channel, gains)| {
+                Some(one(&format!("observer of d_{channel}"), roots(&error_poles(gains.as_ref()?)), "its error"))
+            }));
+            if padded.reaching.k_l > 0.0 {
+                lines.push(one("reaching law k_l", real(padded.reaching.k_l), "sigma*"));
+            }
+            lines
+        }
+        (None, None) => return Vec::new(),
+    };
+    lines.push(one(OFFSET, real(offset_per_s(experiment)), "what is left of the start, by itself"));
+    lines
+}
+
+/// λ_2, λ_3, and of each channel δ_i0, of a configuration under disturbances with these bounds μ_i^(k), if there are
+/// any.
+pub fn ultimates(config: &AnyConfig, mu: &[Vec<f64>]) -> Option<(f64, f64, Vec<f64>)> {
+    macro_rules! by_order {
+        ($($n:literal $r:literal,)*) => {
+            match (config.n, usize::from(config.shape().r)) {
+                $(($n, $r) => {
+                    let row = |i: usize| mu.get(i).map_or(&[][..], |mu| &mu[..]);
+                    let mu = core::array::from_fn(|i| {
+                        core::array::from_fn(|k| row(i).get(k).copied().unwrap_or(f64::INFINITY))
+                    });
+                    let found = ultimate(&config.fixed::<$n, $r>()?, &DisturbanceBounds::<$n, 4> { mu }).ok()?;
+                    Some((found.sigma_star, found.y, found.delta.iter().map(|delta| delta[0]).collect()))
+                })*
+                _ => None,
+            }
+        };
+    }
+    if mu.is_empty() {
+        return None;
+    }
+    by_order!(2 1, 2 2, 2 3, 3 1, 3 2, 3 3, 4 1, 4 2, 4 3, 5 1, 5 2, 5 3, 6 1, 6 2, 6 3,)
+}
+
+fn bounds(experiment: &Experiment) -> Vec<Bound> {
+    let one = |name: &str, value, unit: &str, meaning: &str| Bound {
+        name: name.into(),
+        value,
+        unit: unit.into(),
+        meaning: meaning.into(),
+    };
+    if let Some(drive) = &experiment.drive {
+        let (gates, unit): (Vec<f64>, _) = match &drive.designed {
+            DriveDesign::Motor { design, .. } => (vec![design.gate_steps], "rad/s"),
+            DriveDesign::Joint { design, .. } => (design.gate_steps.to_vec(), "rad/s^3"),
+        };
+        let gates = drive.shafts.iter().zip(gates).map(|(shaft, steps)| {
+            one(
+                &format!("gate of the {}", shaft.name),
+                steps,
+                "steps",
+                "a count farther from the expected is not believed",
+            )
+        });
+        let sigma = one("|sigma*|, lambda_2", drive.sigma_star_bound, unit, "for innovations of one step each at most");
+        return gates.chain([sigma]).collect();
+    }
+    let mu: Vec<Vec<f64>> = experiment.mu.iter().map(|mu| mu.by_order.clone()).collect();
+    let found = experiment.spec.as_ref().and_then(|spec| ultimates(&spec.config, &mu));
+    let found = found.filter(|(sigma_star, y, _)| sigma_star.is_finite() && y.is_finite());
+    found.map_or_else(Vec::new, |(sigma_star, y, _)| {
+        let meaning = "in the end, by the file's disturbances; what a wrong model adds is not in it";
+        vec![one("|sigma*|, lambda_2", sigma_star, "", meaning), one("|y|, lambda_3", y, "", meaning)]
+    })
+}
+
+/// Delay that the phase of a motor's loop pays for, s: half a period of hold, the current loop, the delay.
+fn late_s(design: &MotorDesign, lag_s: f64, form: Form) -> [f64; 3] {
+    [design.period_s / 2.0, 1.5 * lag_s, form.delay_ticks as f64 * design.period_s]
+}
+
+fn limits(experiment: &Experiment, at_rest: &AtRest, got: &ClosedLoop) -> Vec<Limit> {
+    let period_s = experiment.period_s;
+    let mut found = Vec::new();
+    let mut limit = |what, used: f64, meaning: String| {
+        if used.is_finite() {
+            found.push(Limit { what, used, meaning });
+        }
+    };
+    if let Some(phase) = got.margins.and_then(|margins| margins.phase_deg) {
+        limit("phase", LEAST_PHASE_DEG / phase, format!("{LEAST_PHASE_DEG} deg of phase margin shall be left"));
+    }
+    if let Some(drive) = &experiment.drive {
+        let most = NOISE_SHARE * drive.max_current_a;
+        if let Some(noise) = got.noise(at_rest) {
+            let meaning = format!("the encoder's steps may make {} A, 1 % of the limit, in u", number(most));
+            limit("noise", noise / most, meaning);
+        }
+        let form = drive.designed.form();
+        let most = if form.delay_ticks == 0 { 0.8 } else { 0.5 };
+        match &drive.designed {
+            DriveDesign::Motor { design, .. } => {
+                let [hold, lag, delay] = late_s(design, drive.current_lag_s, form).map(|late_s| 1e3 * late_s);
+                let w = design.bandwidths;
+                // A speed loop has no w_c; its k_l goes with that of the rule.
+                let whose = if form.follows == Follows::Position { "w_c" } else { "w_c of the rule" };
+                let meaning = format!(
+                    "{whose} may be 0.1/({} ms of hold + {} of current loop + {} of delay)",
+                    number(hold),
+                    number(lag),
+                    number(delay)
+                );
+                limit("lost time", w.surface_rad_s * (hold + lag + delay) * 1e-3 / 0.1, meaning);
+                limit("observer", w.observer_rad_s * period_s / most, format!("w_o times the period may be {most}"));
+                limit("reaching law", w.reaching_per_s * period_s, "k_l times the period may be 1".into());
+            }
+            DriveDesign::Joint { design: JointDesign { bandwidths: w, .. }, .. } => {
+                limit(
+                    "motor's observer",
+                    w.motor_rad_s * period_s / most,
+                    format!("its bandwidth times the period may be {most}"),
+                );
+                limit("reaching law", w.reaching_per_s * period_s / 0.3, "k_l times the period may be 0.3".into());
+                limit(
+                    "link's observer",
+                    3.0 * w.surface_rad_s / w.link_rad_s,
+                    "w_c may be a third of its bandwidth".into(),
+                );
+            }
+        }
+    } else if let Some(ControllerSpec { config, .. }) = &experiment.spec {
+        let poles = config.padded.observers.iter().take(config.n).flatten().flat_map(error_poles);
+        let fastest = poles.map(|pole| libm::hypot(pole.re, pole.im)).fold(0.0, f64::max);
+        limit("observer", fastest * period_s / 0.3, "its fastest pole times the period may be 0.3".into());
+        limit("reaching law", config.padded.reaching.k_l * period_s / 0.5, "k_l times the period may be 0.5".into());
+    }
+    found.sort_by(|a, b| b.used.total_cmp(&a.used));
+    found
+}
+
+/// A design that is tried for a drive.
+struct Tried {
+    /// What it is called.
+    word: String,
+    /// Its line in the file.
+    line: String,
+    /// Is it what the file has?
+    is_same: bool,
+    /// What limits it, if that is known.
+    why: Option<String>,
+    /// What comes of it, or why its design is refused.
+    got: Result<ClosedLoop, &'static str>,
+}
+
+/// The first design that has no flaw, with the period of the file or else a shorter one; else that with the least flaw,
+/// if it is better than what the file has.
+fn suggested(
+    experiment: &Experiment,
+    at_rest: &AtRest,
+    present: &ClosedLoop,
+) -> Result<Option<Suggested>, MarginsError> {
+    let Some(drive) = &experiment.drive else {
+        let Some(spec) = &experiment.spec else { return Ok(None) };
+        return for_surface(spec, at_rest, experiment.period_s);
+    };
+    let form = drive.designed.form();
+    // A motor's rule has all the noise that there may be.
+    let is_joint = matches!(drive.designed, DriveDesign::Joint { .. });
+    let most_noise = if is_joint { NOISE_SHARE * drive.max_current_a } else { f64::INFINITY };
+    let mut least = present.flaw(at_rest, most_noise).map_or(0, |flaw| flaw.weight());
+    let mut nearest = None;
+    let mut at_this_period = String::new();
+    for times in SHORTER {
+        let period_s = experiment.period_s / f64::from(times);
+        if times > 1 && period_s < SHORTEST_S {
+            break;
+        }
+        let tried = match drive.designed {
+            DriveDesign::Motor { design, .. } => {
+                vec![for_motor(&design, period_s, drive.current_lag_s, form, at_rest)?]
+            }
+            DriveDesign::Joint { design, .. } => for_joint(&design, period_s, form, at_rest)?,
+        };
+        // What the next faster one was refused for.
+        let mut refused = String::from("the fastest set that is measured");
+        for Tried { word, line, is_same, why, got } in tried {
+            let got = match got {
+                Ok(got) => got,
+                Err(why) => {
+                    refused = format!("{word} is refused: {why}");
+                    continue;
+                }
+            };
+            let period = (times > 1).then(|| format!("period_s = {}", as_toml(period_s)));
+            let lines = period.into_iter().chain([line]).map(|line| ["[drive]".into(), line]).collect();
+            let Some(flaw) = got.flaw(at_rest, most_noise) else {
+                let why = match why.unwrap_or(refused) {
+                    why if is_same => format!("as it is; {why}"),
+                    _ if times > 1 => format!(
+                        "a shorter period; with that of the file {at_this_period}, and `host-sim tune` looks for more \
+                         than these sets"
+                    ),
+                    why => why,
+                };
+                return Ok(Some(Suggested { lines, why, is_same, got }));
+            };
+            refused = format!("{word} {flaw}");
+            if flaw.weight() < least {
+                least = flaw.weight();
+                let why = format!("nothing is without flaw, but this is better than what the file has; {refused}");
+                nearest = Some(Suggested { lines, why, is_same, got });
+            }
+        }
+        if times == 1 {
+            at_this_period = refused;
+        }
+    }
+    Ok(nearest)
+}
+
+fn for_motor(
+    design: &MotorDesign,
+    period_s: f64,
+    lag_s: f64,
+    form: Form,
+    at_rest: &AtRest,
+) -> Result<Tried, MarginsError> {
+    let by_rule = MotorDesign { period_s, ..*design }.with_lag(lag_s, form.delay_ticks as u32);
+    let w = by_rule.bandwidths;
+    let got = match motor_at_rest(&by_rule, form) {
+        Ok(law) => Ok(ClosedLoop::of(at_rest, law.law.as_ref(), period_s, w.offset_per_s)?),
+        Err(error) => Err(error.why),
+    };
+    let late = late_s(&by_rule, lag_s, form);
+    let (lost_s, longest) = (late.iter().sum::<f64>(), late.iter().fold(0.0, |a: f64, b| a.max(*b)));
+    let by_phase = 0.1 / lost_s;
+    let why = if w.surface_rad_s < 0.999 * by_phase {
+        let two_bits = by_phase.min(w.surface_rad_s * libm::pow(4.0, 0.4));
+        format!("noise binds; two more bits would allow {} rad/s", number(two_bits))
+    } else {
+        let remedy = match late.iter().position(|part| *part == longest) {
+            Some(0) => "a shorter period",
+            Some(1) => "a faster current loop",
+            _ => "no tick of delay",
+        };
+        format!("lost time binds ({} ms); {remedy} would allow more", number(1e3 * lost_s))
+    };
+    let line = format!(
+        "surface_rad_s = {}  # then w_o = {}, k_l = {}, alpha = {}",
+        number(w.surface_rad_s),
+        number(w.observer_rad_s),
+        number(w.reaching_per_s),
+        number(w.offset_per_s)
+    );
+    let is_same = period_s == design.period_s && (design.bandwidths.surface_rad_s / w.surface_rad_s - 1.0).abs() < 1e-3;
+    Ok(Tried { word: "the rule".into(), line, is_same, why: Some(why), got })
+}
+
+/// The measured sets, the fastest first.
+fn for_joint(design: &JointDesign, period_s: f64, form: Form, at_rest: &AtRest) -> Result<Vec<Tried>, MarginsError> {
+    let sets =
+        [("firm", JointBandwidths::FIRM), ("normal", JointBandwidths::DEFAULT), ("quiet", JointBandwidths::QUIET)];
+    let tried = sets.map(|(word, set)| {
+        let w = set.within(period_s, form.delay_ticks);
+        let got = match joint_at_rest(&JointDesign { period_s, bandwidths: w, ..*design }, form) {
+            Ok(law) => Ok(ClosedLoop::of(at_rest, law.law.as_ref(), period_s, w.offset_per_s)?),
+            Err(error) => Err(error.why),
+        };
+        let line = format!(
+            "tuning = {word:?}  # w_c = {}, observers {} and {}, k_l = {}, alpha = {}",
+            number(w.surface_rad_s),
+            number(w.link_rad_s),
+            number(w.motor_rad_s),
+            number(w.reaching_per_s),
+            number(w.offset_per_s)
+        );
+        let is_same = period_s == design.period_s && w == design.bandwidths;
+        Ok(Tried { word: format!("{word:?}"), line, is_same, why: None, got })
+    });
+    tried.into_iter().collect()
+}
+
+/// The sliding motion stays as asked for; α, k_l and the observers follow it: half of it, five and four times it, the
+/// observer of the driven channel six times as fast as the others, all within what the period allows. As long as the
+/// loop is not well with them, k_l and the observers are made slower.
+fn for_surface(spec: &ControllerSpec, at_rest: &AtRest, period_s: f64) -> Result<Option<Suggested>, MarginsError> {
+    let AnyConfig { n, padded } = spec.config;
+    let slowest = surface_roots(&padded.surface.c[..n]).iter().map(|root| -root.re).fold(f64::INFINITY, f64::min);
+    if !(slowest > 0.0 && slowest.is_finite()) {
+        return Ok(None);
+    }
+    let mut other = spec.clone();
+    let alpha = round_to_two(0.5 * slowest);
+    other.config.padded.surface = Surface { alpha_per_s: alpha, ..padded.surface };
+    for slower in 0..6 {
+        let share = libm::pow(0.6, f64::from(slower));
+        let k_l = round_to_two((5.0 * share * slowest).min(0.5 / period_s));
+        other.config.padded.reaching.k_l = k_l;
+        let mut observers = Vec::new();
+        for (i, gains) in other.config.padded.observers.iter_mut().take(n).enumerate() {
+            let Some(gains) = gains else { continue };
+            let order = gains.order();
+            let times = if i + 1 == n { 24.0 } else { 4.0 };
+            let bandwidth = round_to_two((times * share * slowest).min(0.3 / period_s));
+            *gains = match order {
+                1 => ObserverGains::from_bandwidth::<1>(bandwidth),
+                2 => ObserverGains::from_bandwidth::<2>(bandwidth),
+                _ => ObserverGains::from_bandwidth::<3>(bandwidth),
+            };
+            observers.push(format!("{{ channel = {}, order = {order}, bandwidth_rad_s = {bandwidth} }}", i + 1));
+        }
+        let Ok(designed) = in_process::build(&other) else { continue };
+        let got = ClosedLoop::of(at_rest, designed.at_rest.as_ref(), period_s, alpha)?;
+        if got.flaw(at_rest, f64::INFINITY).is_none() {
+            let lines = [
+                format!("alpha_per_s = {alpha}"),
+                format!("k_l = {k_l}"),
+                format!("observer = [{}]", observers.join(", ")),
+            ];
+            let lines = lines.map(|line| ["[controller]".to_owned(), line]).into();
+            let why = format!("for the sliding motion that is asked for, slowest root {} 1/s", number(slowest));
+            return Ok(Some(Suggested { lines, why, is_same: false, got }));
+        }
+    }
+    Ok(None)
+}
+
+/// A period as a file would have it.
+fn as_toml(period_s: f64) -> String {
+    format!("{:?}", significant(period_s, 6).parse().unwrap_or(period_s))
+}
+
+fn round_to_two(value: f64) -> f64 {
+    significant(value, 2).parse().unwrap_or(value)
+}
+
+fn number(value: f64) -> String {
+    significant(value, 3)
+}

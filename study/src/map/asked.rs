@@ -1,0 +1,302 @@
+//! From what is asked of a map to the question: axes, presets, corners.
+
+use controller_core::drive::{JointDesign, MotorDesign};
+use loop_sim::port::drive::DriveDesign;
+use scenario::Experiment;
+
+use super::{Axis, MayBeOff, Question, Subject, Told, Uncertain, corners};
+use crate::Error;
+use crate::figures::known_numbers;
+use crate::number::typed;
+
+/// Axes that many ask for.
+struct Preset {
+    name: &'static str,
+    /// Of what has no encoder, of a motor, of a joint.
+    axes: [[&'static str; 2]; 3],
+    figure: Option<&'static str>,
+}
+
+/// k_l: of what has no encoder a key with a range that serves all; of a drive what its own rules leave.
+const K_L: &str = "k_l";
+
+const PRESETS: [Preset; 5] = [
+    Preset {
+        name: "gain",
+        axes: [
+            ["plant.error.b=-0.9..5:48", K_L],
+            ["error.torque_percent=-90..500:48", K_L],
+            ["error.torque_percent=-90..500:48", K_L],
+        ],
+        figure: None,
+    },
+    Preset {
+        name: "rate",
+        axes: [
+            ["controller.period_s=1e-4..2e-2:log:40", "controller.surface_bandwidth_rad_s=1..100:log:40"],
+            ["drive.period_s=1e-4..1e-2:log:40", "drive.surface_rad_s=5..500:log:40"],
+            ["drive.period_s=1e-4..4e-3:log:40", "drive.tuning=quiet,normal,firm"],
+        ],
+        figure: None,
+    },
+    Preset {
+        name: "delay",
+        axes: [
+            ["actuator.delay_ticks=0,1,2,3,4,5,6,8,10,12,14,16,20", K_L],
+            ["motor.current_lag_s=1e-4..1e-2:log:40", K_L],
+            ["joint.current_lag_s=1e-4..1e-2:log:40", K_L],
+        ],
+        figure: None,
+    },
+    Preset {
+        name: "jitter",
+        axes: [["sensor.jitter=0..1:17", K_L], ["drive.jitter_s=0..1:17", K_L], ["drive.jitter_s=0..1:17", K_L]],
+        figure: Some("metrics.u_total_variation_per_s"),
+    },
+    Preset {
+        name: "plant",
+        axes: [
+            ["plant.error.b=-0.9..4:48", "plant.error.k1=-0.9..4:48"],
+            ["error.inertia_percent=-80..500:48", "error.torque_percent=-80..500:48"],
+            ["error.link_inertia_percent=-80..300:48", "error.stiffness_percent=-80..300:48"],
+        ],
+        figure: None,
+    },
+];
+/// The preset that has no axes, and what it takes if nothing is said.
+pub const CORNERS: &str = "corners";
+const CORNERS_PERCENT: f64 = 50.0;
+
+/// Returns the names of the presets that have axes.
+pub fn presets() -> impl Iterator<Item = &'static str> {
+    PRESETS.iter().map(|preset| preset.name)
+}
+
+/// What is asked of a map.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Asked<'a> {
+    /// The first axis, as [`Axis::parse`] reads it.
+    pub x: Option<&'a str>,
+    /// The second axis.
+    pub y: Option<&'a str>,
+    /// Name of a preset instead of axes.
+    pub preset: Option<&'a str>,
+    /// How far every number of the plant may be off, percent.
+    pub corners: Option<f64>,
+    /// Path of a number of run.json.
+    pub figure: Option<&'a str>,
+    /// Largest figure of a good point.
+    pub at_most: Option<f64>,
+    /// Least figure of a good point.
+    pub at_least: Option<f64>,
+    /// Is every point simulated too?
+    pub simulate: bool,
+}
+
+/// What k_l of a drive may be, 1/s: of a motor around its own, one per tick at most; of a joint 2 to 8 times its w_c,
+/// which is what its design takes.
+fn reaching_per_s(designed: &DriveDesign, period_s: f64) -> [f64; 2] {
+    match designed {
+        DriveDesign::Motor { design, .. } => {
+            let own = design.bandwidths.reaching_per_s;
+            [0.05 * own, (10.0 * own).min(1.0 / period_s).max(own)]
+        }
+        // Four digits of it are still within.
+        DriveDesign::Joint { design, .. } => [2.001, 7.999].map(|times| times * design.bandwidths.surface_rad_s),
+    }
+}
+
+/// The axes of a preset, and its figure.
+fn axes_of(
+    preset: &str,
+    subject: &Subject<'_>,
+    experiment: &Experiment,
+) -> Result<(Vec<Axis>, Option<&'static str>), Error> {
+    let Some(Preset { name, axes, figure }) = PRESETS.iter().find(|it| it.name == preset) else {
+        return Ok((Vec::new(), None));
+    };
+    let (kind, period_s) = (experiment.drive.as_ref().map_or(0, |drive| drive.shafts.len()), experiment.period_s);
+    let points = if *name == "jitter" { 17 } else { 48 };
+    let mut parsed = Vec::new();
+    for axis in axes[kind] {
+        // Of a chain and of equations no key tells how far b is off.
+        if let Some(range) = axis.strip_prefix("plant.error.b=")
+            && *name == "gain"
+            && let Some(axis) = Axis::of_input_gain(subject, range)
+        {
+            parsed.push(axis);
+            continue;
+        }
+        let text = match (axis, &experiment.drive) {
+            (K_L, None) => format!("controller.k_l=5..{}:log:{points}", if points == 17 { 500 } else { 1000 }),
+            (K_L, Some(drive)) => {
+                let [least, most] = reaching_per_s(&drive.designed, period_s).map(|it| typed(it, 4));
+                format!("drive.reaching_per_s={least}..{most}:log:{points}")
+            }
+            ("drive.jitter_s=0..1:17", _) => format!("drive.jitter_s=0..{}:17", typed(period_s, 4)),
+            (axis, _) => axis.to_owned(),
+        };
+        parsed.push(Axis::parse(&text)?);
+    }
+    for axis in &parsed {
+        if let Err(why) = subject.with(&axis.sets(axis.values.len() / 2)) {
+            let why = why.to_string();
+            let why = why.lines().next().unwrap_or_default();
+            let what = format!("it sweeps {}, and {why}: {}", axis.key, instead(subject));
+            return Err(Error::input(what).at(format!("--preset {preset}")));
+        }
+    }
+    Ok((parsed, *figure))
+}
+
+/// What a preset holds as the file has it: the lag of the current is off, and not known to be another, for which the
+/// rule of a motor would make another drive.
+fn held(preset: Option<&str>, experiment: &Experiment) -> Option<String> {
+    match (preset?, experiment.drive.as_ref()?.designed) {
+        ("delay", DriveDesign::Motor { design, .. }) => {
+            Some(format!("drive.surface_rad_s={:?}", design.bandwidths.surface_rad_s))
+        }
+        _ => None,
+    }
+}
+
+/// What to do where a preset has no axes for a plant: two of its own numbers, if they are known.
+fn instead(subject: &Subject<'_>) -> String {
+    let numbers = MayBeOff::of(subject).map(|it| it.numbers).unwrap_or_default();
+    let axis = |number: &Uncertain| match number.told {
+        Told::Number(value) => {
+            let [one, other] = [0.5 * value, 2.0 * value];
+            Some(format!("{}={}..{}", number.keys[0], typed(one.min(other), 4), typed(one.max(other), 4)))
+        }
+        Told::Error(_) => None,
+    };
+    let axes: Vec<String> = numbers.iter().filter_map(axis).collect();
+    match &axes[..] {
+        [x, .., y] => format!("give two keys, as in --x {x} --y {y}"),
+        _ => "give --x and --y".into(),
+    }
+}
+
+impl<'a> Question<'a> {
+    /// The scenario as it is, to be asked for its poles.
+    pub fn of(subject: Subject<'a>, experiment: &Experiment) -> Self {
+        Self {
+            subject,
+            held: None,
+            axes: Vec::new(),
+            corners: Vec::new(),
+            percent: None,
+            figure: None,
+            at_most: None,
+            at_least: None,
+            simulate: false,
+            scenario: experiment.name.clone(),
+            designed: experiment.drive.as_ref().map(|drive| drive.designed),
+        }
+    }
+
+    /// Reads what is asked of a scenario.
+    ///
+    /// # Errors
+    /// The scenario's own mistakes; an axis, a preset, a percentage or a figure that it does not have.
+    pub fn new(subject: Subject<'a>, asked: &Asked<'_>) -> Result<Self, Error> {
+        let mut experiment = subject.with(&[])?;
+        let held = held(asked.preset, &experiment);
+        let sets: Vec<String> = subject.sets.iter().chain(&held).cloned().collect();
+        let with_held = Subject { sets: &sets, ..subject };
+        let (axes, of_preset) = match (asked.preset, asked.x, asked.y) {
+            (Some(preset), ..) => axes_of(preset, &with_held, &experiment)?,
+            (None, Some(x), Some(y)) => (vec![Axis::parse(x)?, Axis::parse(y)?], None),
+            _ if asked.corners.is_some() => (Vec::new(), None),
+            _ => {
+                return Err(Error::input("what is to be swept? Give --x and --y, --preset NAME, or --corners PERCENT"));
+            }
+        };
+        if let [x, y] = &axes[..]
+            && x.key == y.key
+        {
+            return Err(Error::input(format!("--x and --y both sweep {}", x.key)));
+        }
+        let percent = match asked.corners {
+            Some(percent) if !(percent > 0.0 && percent < 100.0) => {
+                let what = "expected a number above 0 and below 100";
+                return Err(Error::input(what).at(format!("--corners {percent}")));
+            }
+            None if axes.is_empty() => Some(CORNERS_PERCENT),
+            percent => percent,
+        };
+        let corners = percent.map_or(Ok(Vec::new()), |percent| corners(&with_held, percent, &axes))?;
+        asked.check(&axes, &mut experiment)?;
+        let Asked { at_most, at_least, simulate, .. } = *asked;
+        let figure = asked.figure.or(of_preset).map(ToOwned::to_owned);
+        let plain = Self::of(subject, &experiment);
+        Ok(Self { held, axes, corners, percent, figure, at_most, at_least, simulate, ..plain })
+    }
+
+    /// `KEY=VALUE` of all points.
+    pub fn sets(&self) -> Vec<String> {
+        self.subject.sets.iter().chain(&self.held).cloned().collect()
+    }
+
+    /// The number that the file has at a key, or the design for it by its rules.
+    pub fn own_number(&self, axis: &Axis) -> Option<f64> {
+        let key = axis.key.as_str();
+        let by_rule = || match self.designed.as_ref()? {
+            DriveDesign::Motor { design: MotorDesign { bandwidths: w, .. }, .. } => match key {
+                "drive.surface_rad_s" => Some(w.surface_rad_s),
+                "drive.observer_rad_s" => Some(w.observer_rad_s),
+                "drive.reaching_per_s" => Some(w.reaching_per_s),
+                _ => None,
+            },
+            DriveDesign::Joint { design: JointDesign { bandwidths: w, .. }, .. } => match key {
+                "drive.surface_rad_s" => Some(w.surface_rad_s),
+                "drive.link_rad_s" => Some(w.link_rad_s),
+                "drive.motor_rad_s" => Some(w.motor_rad_s),
+                "drive.reaching_per_s" => Some(w.reaching_per_s),
+                _ => None,
+            },
+        };
+        let sets = self.sets();
+        axis.own_number(&Subject { sets: &sets, ..self.subject }).or_else(by_rule)
+    }
+
+    /// The word that it has there: the value of the axis with which the scenario is what it is.
+    fn own_word(&self, axis: &Axis) -> Option<usize> {
+        let designed = self.designed.as_ref()?;
+        (0..axis.values.len()).find(|k| {
+            let with = self.experiment(&axis.sets(*k));
+            with.is_ok_and(|it| it.drive.is_some_and(|other| other.designed == *designed))
+        })
+    }
+
+    /// Where on an axis the file itself is; none beyond its ends.
+    pub(super) fn home(&self, axis: &Axis) -> Option<usize> {
+        match &axis.numbers {
+            Some(_) => axis.at(self.own_number(axis)?),
+            None => self.own_word(axis),
+        }
+    }
+}
+
+impl Asked<'_> {
+    /// The bars, and the figure among those that the scenario has.
+    fn check(&self, axes: &[Axis], experiment: &mut Experiment) -> Result<(), Error> {
+        for (name, bar) in [("--at-most", self.at_most), ("--at-least", self.at_least)] {
+            if let Some(bar) = bar.filter(|bar| !bar.is_finite()) {
+                return Err(Error::input("expected a finite number").at(format!("{name} {bar}")));
+            }
+            if bar.is_some() && axes.is_empty() {
+                return Err(Error::input(format!("{name} is for a map: corners are listed as they are")));
+            }
+        }
+        let Some(figure) = self.figure else { return Ok(()) };
+        let known = known_numbers(experiment).map_err(|error| Error { is_input: true, ..error })?;
+        if known.iter().any(|known| known == figure) {
+            return Ok(());
+        }
+        let nearest = known.iter().min_by_key(|known| strsim::damerau_levenshtein(known, figure));
+        let nearest = nearest.map_or("", String::as_str);
+        let what = format!("run.json has no such number; nearest is {nearest}");
+        Err(Error::input(what).at(format!("--figure {figure}")))
+    }
+}

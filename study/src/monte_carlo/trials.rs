@@ -1,0 +1,209 @@
+//! Trials of a plan: each a run of the scenario with its own settings, on all threads, in vector code as far as they fit.
+//!
+//! A run that diverges, or has no design, is a result too.
+
+use std::collections::BTreeMap;
+use std::ops::{ControlFlow, Range};
+
+use loop_sim::lanes;
+use loop_sim::metrics::Metrics;
+use loop_sim::trace::{Ending, Recorder, Row, Trace};
+use rayon::prelude::*;
+use scenario::Experiment;
+use serde_json::Value as Json;
+
+use super::{Outcome, Plan};
+use crate::Watch;
+use crate::figures::{Figures, collect, number_in, unit_of};
+use crate::margins::growth;
+
+/// Room for the traces of runs that go side by side, for each thread.
+const MOST_TRACES_BYTES: usize = 128 << 20;
+/// Name of the column behind the drawn ones.
+pub const ENDED: &str = "ended_at_s";
+
+/// How each trial went, and its numbers in the order of the columns.
+pub type Rows = Vec<(Outcome, Vec<f64>)>;
+
+/// What one trial came to: how it went, when it ended, and the numbers of its run.json.
+pub struct Trial {
+    /// How it went.
+    pub outcome: Outcome,
+    /// Time of its last tick, s.
+    pub ended_at_s: f64,
+    /// The numbers of its run.json.
+    pub figures: Json,
+}
+
+/// Runs an experiment as a trial; `None` if it was stopped.
+pub fn trial(experiment: &mut Experiment, watch: Watch<'_>) -> Option<Trial> {
+    let (trace, _) = experiment.run(&mut |_| going_on(watch));
+    judged(experiment, &trace)
+}
+
+fn going_on(watch: Watch<'_>) -> ControlFlow<()> {
+    if watch.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+}
+
+/// Keeps all rows, until it is told to stop.
+struct Stoppable<'a> {
+    trace: Trace,
+    watch: Watch<'a>,
+}
+
+impl Recorder for Stoppable<'_> {
+    fn record(&mut self, row: &Row) -> ControlFlow<()> {
+        _ = self.trace.record(row);
+        going_on(self.watch)
+    }
+
+    fn end(&mut self, ending: Ending) {
+        self.trace.end(ending);
+    }
+}
+
+/// What a trace comes to; none of a run that was told to stop.
+fn judged(experiment: &mut Experiment, trace: &Trace) -> Option<Trial> {
+    let metrics = experiment.metrics(trace);
+    let outcome = match trace.ending {
+        Ending::Interrupted { .. } => return None,
+        Ending::Diverged { .. } => Outcome::Diverged,
+        Ending::BrokenOff { .. } => Outcome::BrokenOff,
+        Ending::Finished => outcome_of(experiment, &metrics),
+    };
+    let ended_at_s = trace.rows.last().map_or(0.0, |row| row.t_s);
+    let figures = serde_json::to_value(Figures::of(experiment, trace, &metrics)).unwrap_or_default();
+    Some(Trial { outcome, ended_at_s, figures })
+}
+
+/// Of a run that came to its end. Where u is limited, what grows at rest comes back from afar and looks bounded; where
+/// it is not, what grows has not settled.
+fn outcome_of(experiment: &Experiment, metrics: &Metrics) -> Outcome {
+    let limits = experiment.spec.as_ref().map(|spec| spec.config.padded.options.limits);
+    let is_limited = limits.is_none_or(|limits| limits.max.is_finite() || limits.min.is_finite());
+    if !metrics.bounded {
+        Outcome::Unbounded
+    } else if (is_limited || metrics.settling_time_s.is_none()) && growth(experiment).is_some() {
+        Outcome::Unstable
+    } else {
+        Outcome::Finished
+    }
+}
+
+/// Of trials that fit each other what they come to, side by side ([`lanes`]): the bits of each alone. None for one that
+/// is to be run alone.
+fn side_by_side(experiments: &[Option<Experiment>]) -> Vec<Option<Trial>> {
+    let mut found: Vec<Option<Trial>> = experiments.iter().map(|_| None).collect();
+    let of = |experiment: &Option<Experiment>| experiment.as_ref().and_then(|it| it.beside().map(|(of, _)| of.kind()));
+    let Some(first) = experiments.iter().find_map(of) else { return found };
+    let fit: Vec<usize> = (0..experiments.len()).filter(|k| of(&experiments[*k]).as_ref() == Some(&first)).collect();
+    for group in fit.chunks(lanes::LANES) {
+        let members: Vec<_> =
+            group.iter().filter_map(|k| experiments[*k].as_ref().and_then(Experiment::beside)).collect();
+        let Some((campaign, _)) = members.first() else { continue };
+        let trials: Vec<_> = members.iter().map(|(_, trial)| *trial).collect();
+        let judged = lanes::close_loops(campaign, &trials);
+        for (k, judged) in group.iter().zip(judged) {
+            let (Some(judged), Some(experiment)) = (judged, experiments[*k].as_ref()) else { continue };
+            let figures = serde_json::to_value(Figures::of_lane(experiment, &judged)).unwrap_or_default();
+            let outcome = outcome_of(experiment, &judged.metrics);
+            let ended_at_s = experiment.periods as f64 * experiment.period_s;
+            found[*k] = Some(Trial { outcome, ended_at_s, figures });
+        }
+    }
+    found
+}
+
+/// Those that are left, each with its own law, sensors and figures, and their plants side by side as far as they fit;
+/// none if told to stop.
+fn each_alone(experiments: &mut [Option<Experiment>], found: &mut [Option<Trial>], watch: Watch<'_>) -> Option<()> {
+    let mut left: Vec<_> = experiments
+        .iter_mut()
+        .zip(found)
+        .filter_map(|(experiment, found)| experiment.as_mut().filter(|_| found.is_none()).map(|it| (it, found)))
+        .collect();
+    let ticks = left.first().map_or(1, |(experiment, _)| experiment.periods + 1);
+    let together = (MOST_TRACES_BYTES / (ticks * size_of::<Row>())).clamp(1, lanes::LANES);
+    for group in left.chunks_mut(together) {
+        let setups: Vec<_> = group.iter_mut().map(|(experiment, _)| experiment.setup()).collect();
+        let mut kept: Vec<_> = setups.iter().map(|setup| Stoppable { trace: setup.trace(), watch }).collect();
+        let recorders = kept.iter_mut().map(|recorder| recorder as &mut dyn Recorder);
+        lanes::close_each(setups.into_iter().zip(recorders).collect());
+        for ((experiment, found), Stoppable { trace, .. }) in group.iter_mut().zip(kept) {
+            **found = Some(judged(experiment, &trace)?);
+            watch.done();
+        }
+    }
+    Some(())
+}
+
+/// The numbers of a trial: what was drawn, when it ended, and the figures of its run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Columns {
+    /// Their names.
+    pub names: Vec<String>,
+    /// Units of the columns that have one.
+    pub units: BTreeMap<String, String>,
+    /// The numbers of the scenario with nothing drawn.
+    pub of_file: BTreeMap<String, f64>,
+    /// The figures: paths of numbers of run.json.
+    pub figures: Vec<String>,
+}
+
+impl Columns {
+    /// Returns the columns of a plan from the scenario with nothing drawn, and its trial.
+    pub fn new(plan: &Plan<'_>, experiment: &Experiment, of_file: &Trial) -> Self {
+        let mut figures = Vec::new();
+        collect(&of_file.figures, "", &mut figures);
+        // What says over what a figure is taken, and of which channel.
+        figures.retain(|path| !path.starts_with("metrics.window_s") && !path.ends_with(".channel"));
+        let names = plan.vary.iter().map(|vary| vary.name().to_owned());
+        let names = names.chain([ENDED.into()]).chain(figures.iter().cloned()).collect();
+        let known = figures.iter().map(|path| (path.clone(), number_in(&of_file.figures, path)));
+        let drawn =
+            plan.vary.iter().filter_map(|vary| Some((vary.name().to_owned(), plan.subject.number_at(vary.name())?)));
+        let units = figures.iter().map(String::as_str).chain([ENDED]).filter_map(|path| {
+            // An error of an estimate tells its own, which depends on its channel.
+            let own = path.strip_suffix(".error").map(|of| format!("/{}/unit", of.replace('.', "/")));
+            let own = own.and_then(|at| of_file.figures.pointer(&at)?.as_str()).map(ToOwned::to_owned);
+            let unit = own.unwrap_or_else(|| unit_of(path, experiment));
+            (!unit.is_empty()).then(|| (path.to_owned(), unit))
+        });
+        let units = units.collect();
+        let of_file = known.chain(drawn).filter(|(_, value)| value.is_finite()).collect();
+        Self { names, units, of_file, figures }
+    }
+
+    fn row(&self, mut drawn: Vec<f64>, found: Option<Trial>) -> (Outcome, Vec<f64>) {
+        let Some(Trial { outcome, ended_at_s, figures }) = found else {
+            drawn.resize(self.names.len(), f64::NAN);
+            return (Outcome::Refused, drawn);
+        };
+        drawn.push(ended_at_s);
+        drawn.extend(self.figures.iter().map(|path| number_in(&figures, path)));
+        (outcome, drawn)
+    }
+}
+
+/// Runs trials of a plan on the threads of the current rayon pool; `None` if they were stopped.
+pub fn trials(plan: &Plan<'_>, columns: &Columns, range: Range<u64>, watch: Watch<'_>) -> Option<Rows> {
+    let Range { start: first, end } = range;
+    let group = |start: u64| -> Option<Rows> {
+        let trials = start..end.min(start + lanes::LANES as u64);
+        let mut experiments = Vec::new();
+        for i in trials.clone() {
+            if watch.is_stopped() {
+                return None;
+            }
+            experiments.push(plan.experiment(i).ok());
+        }
+        let mut found = side_by_side(&experiments);
+        // Of the others each is told of as it comes.
+        (0..experiments.len()).filter(|k| found[*k].is_some() || experiments[*k].is_none()).for_each(|_| watch.done());
+        each_alone(&mut experiments, &mut found, watch)?;
+        Some(trials.zip(found).map(|(i, found)| columns.row(plan.drawn(i), found)).collect())
+    };
+    let starts: Vec<u64> = (first..end).step_by(lanes::LANES).collect();
+    let rows: Option<Vec<Rows>> = starts.into_par_iter().map(group).collect();
+    rows.map(|groups| groups.concat())
+}
