@@ -23,7 +23,9 @@ pub(crate) struct Watched {
 }
 
 macro_rules! watched {
-    ($wanted:ident; $($name:ident: $drive:ty, $symbols:ident, $design:expr, $forms:expr, $shafts:expr;)*) => {[$($wanted(stringify!($name)).then(|| {
+    ($wanted:ident;
+     $($name:ident: $drive:ty, $symbols:ident, $design:expr, $forms:expr, $shafts:expr;)*) => {[
+        $($wanted(stringify!($name)).then(|| {
         let drive = <$drive>::design($design);
         let symbols = |recorder: &Recorder| drive::$symbols(&drive, &mut |name| recorder.number(name, Role::Argument));
         let tick = drive::tick(&symbols);
