@@ -20,7 +20,7 @@
 //! (u does not jump) would freeze the instant's difference of the demands into W, and that takes 1/α to go.
 //!
 //! The sequence stands once and knows no drive: what it needs of one is a [`Stand`]. That is plant and drive of a
-//! scenario ([`Rig`]), or a drive at the end of a wire (in `host-sim`). What it sees of either are counts, current, health.
+//! scenario ([`Rig`]), or a drive at the end of a wire (in `host-sim`). It sees counts, current, health.
 
 use std::fmt;
 use std::ops::ControlFlow;

@@ -178,7 +178,7 @@ pub struct Effort {
     pub most_cycles: Option<u32>,
 }
 
-/// Runs all searches; `None` if they were stopped. A search that found no drive at all has no entry. A step of the watch
+/// Runs all searches; `None` if they were stopped. A search that found no drive has no entry. A step of the watch
 /// is an evaluation.
 pub fn searches(bench: &Bench, jobs: &[Job], effort: Effort, watch: Watch<'_>) -> Option<Vec<Entry>> {
     // Start by start, so that all threads have work to the end.

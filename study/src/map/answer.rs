@@ -85,7 +85,7 @@ impl Simulated {
     }
 }
 
-/// Judges every point of a grid, or every corner by itself if there are no axes; `None` if it was stopped. A step of the
+/// Judges every point of a grid, or every corner by itself without axes; `None` if it was stopped. A step of the
 /// watch is a point.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! Trials of a plan: each a run of the scenario with its own settings, on all threads, in vector code as far as they fit.
+//! Trials of a plan: each a run of the scenario with its own settings, on all threads, in vector code where they fit.
 //!
 //! A run that diverges, or has no design, is a result too.
 

@@ -1,4 +1,4 @@
-//! From what is asked to the drive: searches around the noise, the best of them, rounded into the file and judged again.
+//! From what is asked to the drive: searches around the noise, the best of them, rounded into the file, judged again.
 
 use loop_sim::port::drive::DriveDesign;
 use serde::Serialize;
@@ -222,7 +222,7 @@ pub fn tune(
     }))
 }
 
-/// Returns what can be had within the noise that is asked for, where nothing else is: what to ask for instead. `None` if
+/// Returns what can be had within the noise that is asked for, where nothing else is: what to ask instead. `None` if
 /// nothing else was asked, nothing is within it, or it was stopped.
 ///
 /// # Errors

@@ -226,19 +226,21 @@ pub(crate) fn texts(drives: &[Watched], is_wanted: &dyn Fn(&str) -> bool) -> Vec
     let argument = |recorder: &Recorder, name: &str| recorder.number(name, Role::Argument);
     let watched = |name: &str| drives.iter().find(|drive| drive.name == name).expect("a drive of the archive");
     macro_rules! drives {
-        ($($name:ident: $drive:ty, $symbols:ident, $design:expr, $record:expr;)*) => {$(if is_wanted(stringify!($name)) {
-            let drive = <$drive>::design($design);
-            let recorded: Option<&str> = $record;
-            let record = recorded.map_or_else(
-                || drive::tick(&|recorder| drive::$symbols(&drive, &mut |name| argument(recorder, name))),
-                |name| watched(name).tick.clone(),
-            );
-            let mut marked = Marked::default();
-            let law = drive::$symbols(&drive, &mut |name| marked.number(name));
-            let places = Places::of(&law, &marked, &[<$drive>::FLAG_AT], &state_words(&record));
-            let sample = |port: &Port| counted(&record, port);
-            all.push((stringify!($name).into(), driven(stringify!($name), &record, &places, &sample)));
-        })*};
+        ($($name:ident: $drive:ty, $symbols:ident, $design:expr, $record:expr;)*) => {$(
+            if is_wanted(stringify!($name)) {
+                let drive = <$drive>::design($design);
+                let recorded: Option<&str> = $record;
+                let record = recorded.map_or_else(
+                    || drive::tick(&|recorder| drive::$symbols(&drive, &mut |name| argument(recorder, name))),
+                    |name| watched(name).tick.clone(),
+                );
+                let mut marked = Marked::default();
+                let law = drive::$symbols(&drive, &mut |name| marked.number(name));
+                let places = Places::of(&law, &marked, &[<$drive>::FLAG_AT], &state_words(&record));
+                let sample = |port: &Port| counted(&record, port);
+                all.push((stringify!($name).into(), driven(stringify!($name), &record, &places, &sample)));
+            }
+        )*};
     }
     // Those that the archive has too are recorded already.
     drives! {
