@@ -17,7 +17,7 @@ use study::commission::{
     BAR_STEPS, LEAST_BAR_RAD, Outcome, Plan, Report, Retuned, Rig, Stopped, Swap, TIMES_EXPECTED, Verified, commission,
     is_of_drive, sheet_of,
 };
-use study::identify::{Identified, Known, Parameter, Quality, Record, identify, record};
+use study::identify::{Identified, Known, Record, identify, record};
 use study::number::significant;
 use terminal::stop;
 use terminal::table::Table;
@@ -227,10 +227,8 @@ fn gear(designed: &DriveDesign) -> f64 {
 #[derive(Serialize)]
 struct IdentifiedJson<'a> {
     scenario: &'a str,
-    parameters: &'a [Parameter],
-    #[serde(skip_serializing_if = "Option::is_none")]
-    link: Option<Quality>,
-    motor: Quality,
+    #[serde(flatten)]
+    found: &'a Identified,
     /// Where the scenario is; nowhere if the old gains are back.
     #[serde(skip_serializing_if = "Option::is_none")]
     written: Option<String>,
@@ -671,13 +669,7 @@ impl Console<'_> {
 }
 
 fn json<'a>(subject: &'a Subject, found: &'a Identified) -> IdentifiedJson<'a> {
-    IdentifiedJson {
-        scenario: &subject.experiment.name,
-        parameters: &found.parameters,
-        link: found.link,
-        motor: found.motor,
-        written: Some(subject.to.display().to_string()),
-    }
+    IdentifiedJson { scenario: &subject.experiment.name, found, written: Some(subject.to.display().to_string()) }
 }
 
 /// The record, and what the equations leave of it.
