@@ -305,6 +305,42 @@ impl<'a> PlantJson<'a> {
     }
 }
 
+/// Figures of all plants of `--within`, the corners apart from those between.
+fn within_table(tried: &[Result<Tried, Stopped>], corners: usize) -> Table {
+    let (corners, between) = tried.split_at(corners);
+    let mut table = Table::new(["figure", "corners: worst", "median", "random: worst", "median"]);
+    let names = tried.iter().find_map(|it| it.as_ref().ok()).map_or(&[][..], |it| &it.off);
+    let off = |i: usize| move |it: &Tried| it.off[i].1;
+    let errors = names.iter().enumerate().map(|(i, (name, _))| {
+        let name = format!("{name}{}", if i == 0 { ", relative error" } else { "" });
+        (name, Box::new(off(i)) as Told)
+    });
+    let figures: [(&str, Figured); 6] = [
+        ("largest error over stated interval", |it| it.over_interval),
+        ("condition", |it| it.report.identified.motor.condition),
+        ("jump of u at the swap (A)", |it| it.report.jump_a),
+        ("moves of the record, |y - r| (rad)", |it| it.report.recorded_peak_rad),
+        ("residual of the verification (steps rms)", |it| it.report.verified.residual_steps.unwrap_or(f64::NAN)),
+        ("move after the swap, true |y - r| (rad)", |it| it.report.verified.true_peak_rad.unwrap_or(f64::NAN)),
+    ];
+    let figures = figures.into_iter().map(|(name, of)| (name.to_owned(), Box::new(of) as Told));
+    for (name, of) in errors.chain(figures) {
+        let cells = [corners, between].map(|some| {
+            let mut values: Vec<f64> =
+                some.iter().filter_map(|it| it.as_ref().ok()).map(&of).filter(|it| !it.is_nan()).collect();
+            values.sort_by(f64::total_cmp);
+            let at = |k: usize| values.get(k).map_or_else(|| "-".into(), |value| significant(*value, 2));
+            [at(values.len().saturating_sub(1)), at(values.len() / 2)]
+        });
+        let [[a, b], [c, d]] = cells;
+        // Of a motor no residual is taken.
+        if [&a, &b, &c, &d].into_iter().any(|cell| cell != "-") {
+            table.row([name, a, b, c, d]);
+        }
+    }
+    table
+}
+
 /// Two factors of a command line.
 fn factors(text: &str) -> Result<[f64; 2], String> {
     let factor = |text: &str| text.trim().parse::<f64>().ok().filter(|it| *it > 0.0 && it.is_finite());
@@ -612,40 +648,9 @@ impl Console<'_> {
             self.say_json(serde_json::to_string(&json))?;
             return Ok(status);
         }
-        let (corners, between) = tried.split_at(corners);
         let title = &subject.experiment.title;
         self.say(&format!("{}: {title}: plants within {percent} % of the data sheet", subject.experiment.name))?;
-        let mut table = Table::new(["figure", "corners: worst", "median", "random: worst", "median"]);
-        let names = tried.iter().find_map(|it| it.as_ref().ok()).map_or(&[][..], |it| &it.off);
-        let off = |i: usize| move |it: &Tried| it.off[i].1;
-        let errors = names.iter().enumerate().map(|(i, (name, _))| {
-            let name = format!("{name}{}", if i == 0 { ", relative error" } else { "" });
-            (name, Box::new(off(i)) as Told)
-        });
-        let figures: [(&str, Figured); 6] = [
-            ("largest error over stated interval", |it| it.over_interval),
-            ("condition", |it| it.report.identified.motor.condition),
-            ("jump of u at the swap (A)", |it| it.report.jump_a),
-            ("moves of the record, |y - r| (rad)", |it| it.report.recorded_peak_rad),
-            ("residual of the verification (steps rms)", |it| it.report.verified.residual_steps.unwrap_or(f64::NAN)),
-            ("move after the swap, true |y - r| (rad)", |it| it.report.verified.true_peak_rad.unwrap_or(f64::NAN)),
-        ];
-        let figures = figures.into_iter().map(|(name, of)| (name.to_owned(), Box::new(of) as Told));
-        for (name, of) in errors.chain(figures) {
-            let cells = [corners, between].map(|some| {
-                let mut values: Vec<f64> =
-                    some.iter().filter_map(|it| it.as_ref().ok()).map(&of).filter(|it| !it.is_nan()).collect();
-                values.sort_by(f64::total_cmp);
-                let at = |k: usize| values.get(k).map_or_else(|| "-".into(), |value| significant(*value, 2));
-                [at(values.len().saturating_sub(1)), at(values.len() / 2)]
-            });
-            let [[a, b], [c, d]] = cells;
-            // Of a motor no residual is taken.
-            if [&a, &b, &c, &d].into_iter().any(|cell| cell != "-") {
-                table.row([name, a, b, c, d]);
-            }
-        }
-        self.say(&table.to_string())?;
+        self.say(&within_table(&tried, corners).to_string())?;
         for (k, it) in tried.iter().enumerate() {
             match it {
                 Ok(it) if is_accepted(it) => {}
