@@ -1,6 +1,6 @@
 //! Bounds of a sampled loop: what disturbances, steps of the sensors and rounding can make of its outputs.
 //!
-//! The loop is the exact one of [`margins`](crate::margins): plant, hold, delays and tick as one linear map, closed.
+//! The loop is the exact one of [`margins`](mod@crate::margins): plant, hold, delays and tick as one linear map, closed.
 //! Disturbances w act on it in continuous time, at any instant inside a tick. With $w^{(j)}(t_k) = p_j$ and all
 //! derivatives from the m-th on a known input, one tick from $t_k$ to $t_{k+1}$ is
 //!

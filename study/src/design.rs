@@ -1,6 +1,6 @@
 //! The closed loop of a scenario's design at rest, the limits that the design uses up, and a better design.
 //!
-//! The loop is linearised at rest, exactly ([`margins`](crate::margins)); nothing is simulated. A suggested design is
+//! The loop is linearised at rest, exactly ([`margins`](mod@crate::margins)); nothing is simulated. A suggested design is
 //! judged in the same loop first.
 
 use std::fmt;
