@@ -18,7 +18,7 @@ use controller_core::Health;
 use loop_sim::port::drive::{DriveDesign, Goal, Motion};
 use loop_sim::sensor::encoder::Mounted;
 use pil_wire::{Order, Tracked};
-use study::commission::{Leg, Shake, Stand, Stopped, Watch, rest, turned};
+use study::commission::{Leg, OnTicks, Shake, Stand, Stopped, rest, turned};
 use study::identify::Record;
 use study::identify::record::unwrapped;
 
@@ -52,7 +52,7 @@ pub struct Wired<'a, T> {
     before: Loadable,
     /// Was another design sent? What came of a reply that was lost nobody knows.
     is_touched: bool,
-    watch: &'a mut Watch<'a>,
+    watch: &'a mut OnTicks<'a>,
 }
 
 impl<'a, T: Transport> Wired<'a, T> {
@@ -60,7 +60,7 @@ impl<'a, T: Transport> Wired<'a, T> {
     ///
     /// # Errors
     /// When it is of another form, moves, has stopped, or cannot be reached.
-    pub fn new(mut drive: LiveDrive<T>, designed: DriveDesign, watch: &'a mut Watch<'a>) -> Result<Self, Stopped> {
+    pub fn new(mut drive: LiveDrive<T>, designed: DriveDesign, watch: &'a mut OnTicks<'a>) -> Result<Self, Stopped> {
         let seen = drive.observe()?;
         let why = [
             (!seen.started, "the drive has not started: its encoders give no counts"),

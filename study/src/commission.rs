@@ -272,8 +272,8 @@ pub struct Report {
     pub marks: [f64; 3],
 }
 
-/// Is told of every few ticks how many they are, and may end all.
-pub type Watch<'a> = dyn FnMut(u64) -> ControlFlow<()> + 'a;
+/// Is called every few ticks with their number, and may end the sequence.
+pub type OnTicks<'a> = dyn FnMut(u64) -> ControlFlow<()> + 'a;
 
 /// What shakes: a [`multisine`] from a time on, for so long.
 #[derive(Clone, Copy, Debug, PartialEq)]

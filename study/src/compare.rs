@@ -45,7 +45,7 @@ mod tune;
 pub use bench::{Bench, Figures, LOST, Lost, Worst};
 pub use linear::{Linear, Sampled};
 pub use task::{Aim, Angles, Model, Task};
-pub use tune::{Entry, Settings, compare};
+pub use tune::{Comparison, Entry, Settings, compare};
 
 /// Something to be chosen; the search moves its logarithm.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -163,23 +163,29 @@ pub struct Quality {
 }
 
 /// What a record says.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Identified {
     /// Parameters with their intervals.
     pub parameters: Vec<Parameter>,
     /// Of the link's equation.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub link: Option<Quality>,
     /// Of the motor's equation.
     pub motor: Quality,
     /// The data sheet as it should be.
+    #[serde(skip)]
     pub sheet: Sheet,
     /// Residuals for a figure: seconds and steps, link (if there is one) and motor.
+    #[serde(skip)]
     pub residuals: Vec<Vec<(f64, f64)>>,
     /// Damping of the spring, N m s/rad: 0 where the record is explained without.
+    #[serde(skip)]
     pub spring_damping_n_m_s: f64,
     /// Amplitude of the cogging, A, and its periods in a turn behind the gear; none where those are not known.
+    #[serde(skip)]
     pub cogging: Option<[f64; 2]>,
     /// Constant torque of a load and offset of the encoders, c, rad/s².
+    #[serde(skip)]
     constant: f64,
 }
 

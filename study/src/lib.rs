@@ -18,6 +18,7 @@ mod watch;
 pub use bounds::bounds;
 pub use design::design;
 pub use error::Error;
+pub use identify::identify;
 pub use map::map;
 pub use margins::margins;
 pub use monte_carlo::trials;

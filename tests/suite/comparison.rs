@@ -64,7 +64,7 @@ fn what_cannot_be_compared_is_refused_with_its_reason() {
 fn one_gain_set_is_a_linear_law_among_others_and_two_are_stiffer() {
     let bench = Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file");
     let settings = Settings { evaluations: 20, seed: 1, noise_a: vec![0.1] };
-    let entries = compare(&bench, &contenders(&bench), &settings, Watch::none()).expect("not stopped");
+    let entries = compare(&bench, &contenders(&bench), &settings, Watch::none()).expect("not stopped").entries;
     let of = |law: &str| entries.iter().find(|entry| entry.law == law).expect("a row");
     let (two, one, cascade) = (of("ours, two gain sets"), of("ours, one gain set"), of("P-PI"));
     for entry in &entries {

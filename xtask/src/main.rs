@@ -40,7 +40,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 22] = [
+const ACTIONS: [Action; 24] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -51,6 +51,12 @@ const ACTIONS: [Action; 22] = [
         name: DEEP,
         help: "the deep tier: full sizes, in parts side by side; [PART ..] of shapes, machine, mutation, ..",
         run: test::deep,
+    },
+    Action { name: test::CHIP, help: "lint and build what is for the chip: images, archive for C", run: test::chip },
+    Action {
+        name: test::JUDGE,
+        help: "judge what was built: machine code, exported C, ceilings, instructions on the host",
+        run: test::judge,
     },
     Action { name: "firmware", help: "build the images for the chip and say how large they are", run: firmware::run },
     Action { name: "bench", help: "what a tick costs on the chip beside other code, as a table", run: bench::run },

@@ -2,11 +2,21 @@
 
 use std::cell::OnceCell;
 use std::fmt;
+use std::fs::{self, File};
 use std::path::PathBuf;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::built::Built;
+
+/// Output of what runs beside something else.
+const LOGS: &str = "target/xtask";
+
+/// The last lines of an output.
+pub(crate) fn end(text: &str) -> String {
+    let lines: Vec<&str> = text.lines().collect();
+    lines[lines.len().saturating_sub(60)..].join("\n")
+}
 
 /// Why a step failed, and what to run to see it again.
 #[derive(Debug)]
@@ -85,6 +95,40 @@ impl Gate {
     /// A step that runs commands one after the other.
     pub(crate) fn commands(&mut self, headline: &str, commands: &[Invocation]) -> Outcome {
         self.step(headline, |gate| commands.iter().try_for_each(|command| command.run(gate)))
+    }
+
+    /// Runs another command of ours beside this work, which has the terminal: cargo waits for itself in one target
+    /// folder, and the folders differ. Its output is in a log, and follows.
+    pub(crate) fn beside(&mut self, command: &'static str, work: impl FnOnce(&mut Self) -> Outcome) -> Outcome {
+        let rerun = || format!("cargo xtask {command}");
+        let failed = |error: std::io::Error| Failure { reason: format!("{command}: {error}"), rerun: rerun() };
+        let path = self.log(command).map_err(failed)?;
+        let log = File::create(&path).map_err(failed)?;
+        let mut other = Command::new(std::env::current_exe().map_err(failed)?);
+        other.arg(command).current_dir(&self.root).stdin(Stdio::null());
+        other.stderr(log.try_clone().map_err(failed)?).stdout(log);
+        println!("\n{command} runs beside the next steps: {}", path.display());
+        let (started, mut other) = (Instant::now(), other.spawn().map_err(failed)?);
+        if let Err(failure) = work(self) {
+            _ = other.kill();
+            _ = other.wait();
+            return Err(failure);
+        }
+        let status = other.wait().map_err(failed)?;
+        let text = fs::read_to_string(&path).map_err(failed)?;
+        println!("{text}");
+        if !status.success() {
+            return Err(Failure { reason: format!("{}\n{command} ended with {status}", end(&text)), rerun: rerun() });
+        }
+        self.passed.push((format!("{command}, beside the steps above"), started.elapsed()));
+        Ok(())
+    }
+
+    /// Where a command that runs beside others writes.
+    pub(crate) fn log(&self, command: &str) -> std::io::Result<PathBuf> {
+        let folder = self.root.join(LOGS);
+        fs::create_dir_all(&folder)?;
+        Ok(folder.join(format!("{command}.log")))
     }
 
     /// A step that looks at something itself; `check` returns one line for the report, or what is wrong.

@@ -11,7 +11,7 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::step::{Failure, Gate, Invocation, Outcome};
+use crate::step::{Failure, Gate, Invocation, Outcome, end};
 use crate::{
     attack, bench, budget, capi, cluster, docs, evidence, firmware, first, fuzz, means, mutate, paper_map, prove, sbom,
     scan, setup, thumb, wasm,
@@ -55,35 +55,40 @@ const PARTS: [Part; 9] = [
 const RECORD: &str = "tests/deep.toml";
 const RECORD_HEAD: &str = "# The commit at which each part of the deep tier last passed whole.\n\
                            # `cargo xtask test --deep [PART]` writes this file; CONTRIBUTING.md says when to run it.\n";
-/// Output of the parts that run side by side.
-const LOGS: &str = "target/deep";
 /// Given to the parts that the whole run starts: the images and archives are built.
 const PREPARED: &str = "--prepared";
 
-/// The fast tier, cheapest steps first.
+/// The fast tier, cheapest steps first. Two cores are busy if two things run: what is for the chip has target folders of
+/// its own, so it is built beside the host's; what judges the files that were built runs beside the tests.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    let steps: [fn(&mut Gate) -> Outcome; 15] = [
-        setup::run,
-        format,
-        scan,
-        paper_map::run,
-        pack,
-        lint,
-        lint_others,
-        docs::run,
-        build,
-        firmware::run,
-        |gate| capi::run(gate, capi::Cores::Emulated),
-        evidence::run,
-        |gate| tests(gate, "tests", &[]),
-        |gate| budget::judge(gate).and_then(|()| means::judge(gate, means::Extent::Image)),
-        bench::count_on_host,
-    ];
-    steps.iter().try_for_each(|step| step(gate))?;
+    let all = |gate: &mut Gate, steps: &[fn(&mut Gate) -> Outcome]| steps.iter().try_for_each(|step| step(gate));
+    all(gate, &[setup::run, format, scan, paper_map::run])?;
+    gate.beside(CHIP, |gate| all(gate, &[pack, lint, docs::run, build]))?;
+    gate.beside(JUDGE, |gate| tests(gate, "tests", &[]))?;
     for part in &PARTS {
         gate.leave_out(format!("{:<9} {}", part.name, part.holds));
     }
     Ok(())
+}
+
+/// The command that lints and builds what is for the chip.
+pub(crate) const CHIP: &str = "chip";
+
+pub(crate) fn chip(gate: &mut Gate) -> Outcome {
+    firmware::lint(gate)?;
+    firmware::run(gate)?;
+    capi::lint(gate)?;
+    capi::run(gate, capi::Cores::Emulated)
+}
+
+/// The command that judges what was built.
+pub(crate) const JUDGE: &str = "judge";
+
+pub(crate) fn judge(gate: &mut Gate) -> Outcome {
+    means::judge(gate, means::Extent::Image)?;
+    evidence::run(gate)?;
+    budget::judge(gate)?;
+    bench::count_on_host(gate)
 }
 
 /// The deep tier: the parts that the command line names, or all.
@@ -159,18 +164,14 @@ fn side_by_side(gate: &mut Gate, parts: &[&'static Part]) -> Outcome {
     })
 }
 
-fn log(part: &Part) -> String {
-    format!("{LOGS}/{}.log", part.name)
-}
-
 fn start(gate: &Gate, part: &'static Part) -> Result<Running, Failure> {
     let failed = |error: std::io::Error| Failure { reason: format!("{}: {error}", part.name), rerun: rerun(part) };
-    fs::create_dir_all(gate.root.join(LOGS)).map_err(failed)?;
-    let log = File::create(gate.root.join(log(part))).map_err(failed)?;
+    let path = gate.log(part.name).map_err(failed)?;
+    let log = File::create(&path).map_err(failed)?;
     let mut command = Command::new(std::env::current_exe().map_err(failed)?);
     command.args(["test", "--deep", part.name, PREPARED]).current_dir(&gate.root).stdin(Stdio::null());
     command.stderr(log.try_clone().map_err(failed)?).stdout(log);
-    println!("{:<9} started: {}", part.name, self::log(part));
+    println!("{:<9} started: {}", part.name, path.display());
     Ok(Running { part, process: command.spawn().map_err(failed)?, started: Instant::now() })
 }
 
@@ -185,10 +186,8 @@ fn finished(gate: &Gate, running: &mut Running) -> Option<Outcome> {
             Some(record(gate, part, started.elapsed()))
         }
         Ok(Some(status)) => {
-            let text = fs::read_to_string(gate.root.join(log(part))).unwrap_or_default();
-            let lines: Vec<&str> = text.lines().collect();
-            let end = lines[lines.len().saturating_sub(60)..].join("\n");
-            failed(format!("{end}\n\n{} ended with {status}; all of its output: {}", part.name, log(part)))
+            let text = gate.log(part.name).and_then(fs::read_to_string).unwrap_or_default();
+            failed(format!("{}\n{} ended with {status}", end(&text), part.name))
         }
         Err(error) => failed(format!("{}: {error}", part.name)),
     }
@@ -250,11 +249,6 @@ fn lint_rest(gate: &mut Gate) -> Outcome {
     let core: Vec<Invocation> = FEATURES.iter().map(of_set).collect();
     gate.commands("lints, controller-core, no feature and all features", &core)?;
     bench::lint(gate)
-}
-
-fn lint_others(gate: &mut Gate) -> Outcome {
-    firmware::lint(gate)?;
-    capi::lint(gate)
 }
 
 /// Crates that users take must make packages; that one builds from its own is for `cargo package` without

@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use serde::Serialize;
 use study::Watch;
-use study::compare::{Bench, Contender, Entry, Settings, compare, contenders};
+use study::compare::{Bench, Comparison, Contender, Settings, compare, contenders};
 use study::number::significant;
 
 use super::{Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, folder_of, status};
@@ -36,20 +35,6 @@ pub(super) struct CompareOptions {
     json: bool,
 }
 
-/// What `--json` prints, and compare.json holds.
-#[derive(Serialize)]
-struct CompareJson<'a> {
-    scenario: &'a str,
-    evaluations: usize,
-    seed: u64,
-    /// τ of the runs, s.
-    tau_s: f64,
-    corners: usize,
-    /// Where the recovery starts, rad.
-    start_rad: f64,
-    entries: &'a [Entry],
-}
-
 impl Console<'_> {
     pub(super) fn compare(&mut self, options: &CompareOptions) -> Result<u8, Failure> {
         let scenario = ScenarioText::read(options.file.as_deref(), JOINT)?;
@@ -65,17 +50,9 @@ impl Console<'_> {
         let folder = folder_of(options.out.as_ref(), &bench.name, "compare");
         let claim = claim_folder(&folder)?;
         let contenders = contenders(&bench);
-        let Some(entries) = self.tuned(&bench, &contenders, &settings) else { return Ok(status::INTERRUPTED) };
-        let json = CompareJson {
-            scenario: &bench.name,
-            evaluations: settings.evaluations,
-            seed: settings.seed,
-            tau_s: bench.tau_s,
-            corners: bench.corners(),
-            start_rad: bench.start_rad,
-            entries: &entries,
-        };
-        let text = serde_json::to_string_pretty(&json);
+        let Some(comparison) = self.tuned(&bench, &contenders, &settings) else { return Ok(status::INTERRUPTED) };
+        let entries = &comparison.entries;
+        let text = serde_json::to_string_pretty(&comparison);
         let told = |error| Failure::writing(folder.display(), &error);
         // Told before anything of it is written, which may fail: it took minutes.
         let kept = text.as_ref().map_or(Ok(()), |text| {
@@ -95,7 +72,7 @@ impl Console<'_> {
                 bench.corners(),
                 significant(bench.start_rad, 3)
             ))?;
-            self.say(&comparison::table(&entries).to_string())?;
+            self.say(&comparison::table(entries).to_string())?;
             let mut over: Vec<&str> =
                 entries.iter().filter(|entry| entry.breaks_limit()).map(|entry| entry.law).collect();
             over.dedup();
@@ -104,8 +81,8 @@ impl Console<'_> {
             }
         }
         kept?;
-        comparison::figure(&bench, &entries).write(&folder, "compare").map_err(told)?;
-        comparison::moves(&bench, &contenders, &entries).write(&folder, "move").map_err(told)?;
+        comparison::figure(&bench, entries).write(&folder, "compare").map_err(told)?;
+        comparison::moves(&bench, &contenders, entries).write(&folder, "move").map_err(told)?;
         drop(claim);
         if !options.json {
             self.say(&format!("written to {}", folder.display()))?;
@@ -114,11 +91,11 @@ impl Console<'_> {
     }
 
     /// All of it under a progress bar; none if it was told to stop.
-    fn tuned(&mut self, bench: &Bench, contenders: &[Box<dyn Contender>], settings: &Settings) -> Option<Vec<Entry>> {
+    fn tuned(&mut self, bench: &Bench, contenders: &[Box<dyn Contender>], settings: &Settings) -> Option<Comparison> {
         let all = contenders.len() * settings.noise_a.len() * settings.evaluations;
         let bar = self.bar(all as u64, LEFT);
-        let entries = compare(bench, contenders, settings, Watch::new(self.stop, &|| bar.inc(1)));
+        let found = compare(bench, contenders, settings, Watch::new(self.stop, &|| bar.inc(1)));
         bar.finish_and_clear();
-        entries
+        found
     }
 }

@@ -17,7 +17,7 @@ use study::commission::{
     BAR_STEPS, LEAST_BAR_RAD, Outcome, Plan, Report, Retuned, Rig, Stopped, Swap, TIMES_EXPECTED, Verified, commission,
     is_of_drive, sheet_of,
 };
-use study::identify::{Identified, Known, Parameter, Quality, Record, identify, record};
+use study::identify::{Identified, Known, Record, identify, record};
 use study::number::significant;
 use terminal::stop;
 use terminal::table::Table;
@@ -227,10 +227,8 @@ fn gear(designed: &DriveDesign) -> f64 {
 #[derive(Serialize)]
 struct IdentifiedJson<'a> {
     scenario: &'a str,
-    parameters: &'a [Parameter],
-    #[serde(skip_serializing_if = "Option::is_none")]
-    link: Option<Quality>,
-    motor: Quality,
+    #[serde(flatten)]
+    found: &'a Identified,
     /// Where the scenario is; nowhere if the old gains are back.
     #[serde(skip_serializing_if = "Option::is_none")]
     written: Option<String>,
@@ -305,6 +303,42 @@ impl<'a> PlantJson<'a> {
             Err(stopped) => Self::Refused { refused: stopped.to_string() },
         }
     }
+}
+
+/// Figures of all plants of `--within`, the corners apart from those between.
+fn within_table(tried: &[Result<Tried, Stopped>], corners: usize) -> Table {
+    let (corners, between) = tried.split_at(corners);
+    let mut table = Table::new(["figure", "corners: worst", "median", "random: worst", "median"]);
+    let names = tried.iter().find_map(|it| it.as_ref().ok()).map_or(&[][..], |it| &it.off);
+    let off = |i: usize| move |it: &Tried| it.off[i].1;
+    let errors = names.iter().enumerate().map(|(i, (name, _))| {
+        let name = format!("{name}{}", if i == 0 { ", relative error" } else { "" });
+        (name, Box::new(off(i)) as Told)
+    });
+    let figures: [(&str, Figured); 6] = [
+        ("largest error over stated interval", |it| it.over_interval),
+        ("condition", |it| it.report.identified.motor.condition),
+        ("jump of u at the swap (A)", |it| it.report.jump_a),
+        ("moves of the record, |y - r| (rad)", |it| it.report.recorded_peak_rad),
+        ("residual of the verification (steps rms)", |it| it.report.verified.residual_steps.unwrap_or(f64::NAN)),
+        ("move after the swap, true |y - r| (rad)", |it| it.report.verified.true_peak_rad.unwrap_or(f64::NAN)),
+    ];
+    let figures = figures.into_iter().map(|(name, of)| (name.to_owned(), Box::new(of) as Told));
+    for (name, of) in errors.chain(figures) {
+        let cells = [corners, between].map(|some| {
+            let mut values: Vec<f64> =
+                some.iter().filter_map(|it| it.as_ref().ok()).map(&of).filter(|it| !it.is_nan()).collect();
+            values.sort_by(f64::total_cmp);
+            let at = |k: usize| values.get(k).map_or_else(|| "-".into(), |value| significant(*value, 2));
+            [at(values.len().saturating_sub(1)), at(values.len() / 2)]
+        });
+        let [[a, b], [c, d]] = cells;
+        // Of a motor no residual is taken.
+        if [&a, &b, &c, &d].into_iter().any(|cell| cell != "-") {
+            table.row([name, a, b, c, d]);
+        }
+    }
+    table
 }
 
 /// Two factors of a command line.
@@ -614,40 +648,9 @@ impl Console<'_> {
             self.say_json(serde_json::to_string(&json))?;
             return Ok(status);
         }
-        let (corners, between) = tried.split_at(corners);
         let title = &subject.experiment.title;
         self.say(&format!("{}: {title}: plants within {percent} % of the data sheet", subject.experiment.name))?;
-        let mut table = Table::new(["figure", "corners: worst", "median", "random: worst", "median"]);
-        let names = tried.iter().find_map(|it| it.as_ref().ok()).map_or(&[][..], |it| &it.off);
-        let off = |i: usize| move |it: &Tried| it.off[i].1;
-        let errors = names.iter().enumerate().map(|(i, (name, _))| {
-            let name = format!("{name}{}", if i == 0 { ", relative error" } else { "" });
-            (name, Box::new(off(i)) as Told)
-        });
-        let figures: [(&str, Figured); 6] = [
-            ("largest error over stated interval", |it| it.over_interval),
-            ("condition", |it| it.report.identified.motor.condition),
-            ("jump of u at the swap (A)", |it| it.report.jump_a),
-            ("moves of the record, |y - r| (rad)", |it| it.report.recorded_peak_rad),
-            ("residual of the verification (steps rms)", |it| it.report.verified.residual_steps.unwrap_or(f64::NAN)),
-            ("move after the swap, true |y - r| (rad)", |it| it.report.verified.true_peak_rad.unwrap_or(f64::NAN)),
-        ];
-        let figures = figures.into_iter().map(|(name, of)| (name.to_owned(), Box::new(of) as Told));
-        for (name, of) in errors.chain(figures) {
-            let cells = [corners, between].map(|some| {
-                let mut values: Vec<f64> =
-                    some.iter().filter_map(|it| it.as_ref().ok()).map(&of).filter(|it| !it.is_nan()).collect();
-                values.sort_by(f64::total_cmp);
-                let at = |k: usize| values.get(k).map_or_else(|| "-".into(), |value| significant(*value, 2));
-                [at(values.len().saturating_sub(1)), at(values.len() / 2)]
-            });
-            let [[a, b], [c, d]] = cells;
-            // Of a motor no residual is taken.
-            if [&a, &b, &c, &d].into_iter().any(|cell| cell != "-") {
-                table.row([name, a, b, c, d]);
-            }
-        }
-        self.say(&table.to_string())?;
+        self.say(&within_table(&tried, corners).to_string())?;
         for (k, it) in tried.iter().enumerate() {
             match it {
                 Ok(it) if is_accepted(it) => {}
@@ -671,13 +674,7 @@ impl Console<'_> {
 }
 
 fn json<'a>(subject: &'a Subject, found: &'a Identified) -> IdentifiedJson<'a> {
-    IdentifiedJson {
-        scenario: &subject.experiment.name,
-        parameters: &found.parameters,
-        link: found.link,
-        motor: found.motor,
-        written: Some(subject.to.display().to_string()),
-    }
+    IdentifiedJson { scenario: &subject.experiment.name, found, written: Some(subject.to.display().to_string()) }
 }
 
 /// The record, and what the equations leave of it.

@@ -10,6 +10,7 @@
 
 use std::ffi::OsString;
 use std::fs;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -187,6 +188,16 @@ fn shard_of(text: &str, chunks: u64) -> Result<[u64; 2], String> {
     }
 }
 
+/// The stem of the file that is asked for, and its chunks: the first, and the one after the last.
+fn part_of(options: &MonteCarloOptions) -> Result<(String, [u64; 2]), Failure> {
+    let chunks = options.trials.div_ceil(options.chunk);
+    let Some(text) = &options.shard else { return Ok((TRIALS.to_owned(), [0, chunks])) };
+    let [i, n] = shard_of(text, chunks).map_err(bad)?;
+    // A product of two that may be 2^40 each.
+    let at = |i: u64| (u128::from(chunks) * u128::from(i) / u128::from(n)) as u64;
+    Ok((format!("shard-{i}-of-{n}"), [at(i - 1), at(i)]))
+}
+
 impl Console<'_> {
     pub(super) fn monte_carlo(&mut self, options: &MonteCarloOptions, args: &[OsString]) -> Result<u8, Failure> {
         let text = ScenarioText::read(options.file.as_deref(), DEFAULT)?;
@@ -220,22 +231,13 @@ impl Console<'_> {
         let campaign = Campaign::new(options, plan, &experiment, &of_file)?;
         let question = report::Question::new(&campaign.header, &options.report).map_err(bad)?;
         let folder = options.report.folder(&experiment.name);
-        let chunks = options.trials.div_ceil(options.chunk);
-        let (stem, [first, end]) = match &options.shard {
-            None => ("trials".to_owned(), [0, chunks]),
-            Some(text) => {
-                let [i, n] = shard_of(text, chunks).map_err(bad)?;
-                // A product of two that may be 2^40 each.
-                let at = |i: u64| (u128::from(chunks) * u128::from(i) / u128::from(n)) as u64;
-                (format!("shard-{i}-of-{n}"), [at(i - 1), at(i)])
-            }
-        };
+        let (stem, chunks) = part_of(options)?;
         if options.report.json {
             self.note(&headline);
         } else {
             self.say(&headline)?;
         }
-        let work = Work { folder: &folder, stem: &stem, chunks: [first, end], resume: options.resume };
+        let work = Work { folder: &folder, stem: &stem, chunks, resume: options.resume };
         let Some(trials) = self.computed(&campaign, &work)? else {
             let program = args.first().map_or("host-sim".into(), |it| it.to_string_lossy());
             let words = args.iter().skip(1).map(|it| it.to_string_lossy()).filter(|word| word != "--resume");
@@ -286,11 +288,7 @@ impl Console<'_> {
         let parts = folder.join(format!("{stem}.chunks"));
         let claim = claim_folder(&parts)?;
         let path = |chunk: u64| parts.join(format!("{chunk}.{EXTENSION}"));
-        // Looked up in the folder: of a large plan few are there.
-        let names = fs::read_dir(&parts).into_iter().flatten().flatten().map(|entry| entry.file_name());
-        let number = |name: OsString| name.to_str()?.strip_suffix(EXTENSION)?.strip_suffix('.')?.parse::<u64>().ok();
-        let mut there: Vec<u64> = names.filter_map(number).filter(|chunk| (first..end).contains(chunk)).collect();
-        there.sort_unstable();
+        let there = chunks_in(&parts, first..end);
         if !there.is_empty() && !resume {
             let message = format!(
                 "{} holds {} of {} chunks of a run that was ended: --resume goes on, --out gives this one another \
@@ -409,6 +407,15 @@ impl Console<'_> {
         let (_, is_missed) = self.tell_trials(&trials, &question, &folder, " FILE", options.report.json)?;
         Ok(if is_missed { status::FAILED } else { status::DONE })
     }
+}
+
+/// The chunks of these that a folder has, in order: of a large plan few are there.
+fn chunks_in(folder: &Path, chunks: Range<u64>) -> Vec<u64> {
+    let names = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.file_name());
+    let number = |name: OsString| name.to_str()?.strip_suffix(EXTENSION)?.strip_suffix('.')?.parse::<u64>().ok();
+    let mut there: Vec<u64> = names.filter_map(number).filter(|chunk| chunks.contains(chunk)).collect();
+    there.sort_unstable();
+    there
 }
 
 /// What of a plan is computed, and where.

@@ -13,7 +13,7 @@ use loop_sim::solver;
 use loop_sim::trace::{Ending, Row};
 use scenario::Experiment;
 
-use super::{Leg, Shake, Stand, Stopped, Watch, rest, turned};
+use super::{Leg, OnTicks, Shake, Stand, Stopped, rest, turned};
 use crate::identify::Record;
 use crate::identify::record::unwrapped;
 
@@ -108,7 +108,7 @@ pub struct Rig<'a> {
     at_rad: f64,
     /// The leg that is recorded began with this tick.
     from: usize,
-    watch: &'a mut Watch<'a>,
+    watch: &'a mut OnTicks<'a>,
 }
 
 impl<'a> Rig<'a> {
@@ -116,7 +116,7 @@ impl<'a> Rig<'a> {
     ///
     /// # Errors
     /// When it is of no drive that follows a position, or its design is refused.
-    pub fn new(experiment: &'a mut Experiment, more: Signal, watch: &'a mut Watch<'a>) -> Result<Self, Stopped> {
+    pub fn new(experiment: &'a mut Experiment, more: Signal, watch: &'a mut OnTicks<'a>) -> Result<Self, Stopped> {
         let Some(drive) = experiment.drive.as_ref().filter(|_| experiment.port.follows() == Some(0)) else {
             return Err(Stopped::Design("a drive is commissioned that follows a position: [joint], or [motor]".into()));
         };

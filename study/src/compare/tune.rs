@@ -49,14 +49,33 @@ impl Entry {
     }
 }
 
-/// Tunes every contender at every limit; entries limit by limit. `None` if it was stopped. A step of the watch is an
+/// Answer of [`compare`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Evaluations of the cost per law and limit.
+    pub evaluations: usize,
+    /// Seed of the search.
+    pub seed: u64,
+    /// τ of the runs, s.
+    pub tau_s: f64,
+    /// Corners of each run.
+    pub corners: usize,
+    /// Where the recovery starts, rad.
+    pub start_rad: f64,
+    /// Every law at every limit, limit by limit.
+    pub entries: Vec<Entry>,
+}
+
+/// Tunes every contender at every limit. `None` if it was stopped. A step of the watch is an
 /// evaluation.
 pub fn compare(
     bench: &Bench,
     contenders: &[Box<dyn Contender>],
     settings: &Settings,
     watch: Watch<'_>,
-) -> Option<Vec<Entry>> {
+) -> Option<Comparison> {
     let jobs: Vec<(usize, f64)> =
         settings.noise_a.iter().flat_map(|&limit| (0..contenders.len()).map(move |law| (law, limit))).collect();
     let of_job = |(job, &(law, limit)): (usize, &(usize, f64))| {
@@ -64,7 +83,15 @@ pub fn compare(
     };
     // A job takes minutes: each may go to another thread.
     let done: Vec<_> = jobs.par_iter().enumerate().with_max_len(1).map(of_job).collect();
-    (!watch.is_stopped()).then(|| done.into_iter().flatten().collect())
+    (!watch.is_stopped()).then(|| Comparison {
+        scenario: bench.name.clone(),
+        evaluations: settings.evaluations,
+        seed: settings.seed,
+        tau_s: bench.tau_s,
+        corners: bench.corners(),
+        start_rad: bench.start_rad,
+        entries: done.into_iter().flatten().collect(),
+    })
 }
 
 /// The best that was found; `None` if there was no design at all.
@@ -149,7 +176,7 @@ mod tests {
             let step = || _ = steps.fetch_add(1, Ordering::SeqCst);
             let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
             let compared = || compare(&bench, &contenders, &settings, Watch::new(&stop, &step));
-            let entries = pool.install(compared).expect("not stopped");
+            let entries = pool.install(compared).expect("not stopped").entries;
             let asked = evaluations * contenders.len();
             assert_eq!((entries.len(), steps.load(Ordering::SeqCst)), (contenders.len(), asked));
             entries
@@ -166,7 +193,7 @@ mod tests {
         let contenders = contenders(&bench);
         let found = |evaluations: usize| {
             let settings = Settings { evaluations, seed: 1, noise_a: vec![0.1] };
-            compare(&bench, &contenders, &settings, Watch::none()).expect("not stopped")
+            compare(&bench, &contenders, &settings, Watch::none()).expect("not stopped").entries
         };
         for (guess, tuned) in found(1).iter().zip(found(evaluations(30, 12))) {
             assert!(tuned.cost < guess.cost, "{}: {} of {}", tuned.law, tuned.cost, guess.cost);
