@@ -246,13 +246,16 @@ pub enum Outcome {
 }
 
 /// All that happened.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize)]
 pub struct Report {
     /// The record.
+    #[serde(skip)]
     pub record: Record,
     /// What it says.
+    #[serde(skip)]
     pub identified: Identified,
     /// The design that was tried.
+    #[serde(skip)]
     pub designed: DriveDesign,
     /// Largest abs(y - r) of the recorded moves, by the counts, rad.
     pub recorded_peak_rad: f64,
@@ -267,8 +270,10 @@ pub struct Report {
     /// Largest abs(y - r) on the way home, with the gains that stay, rad.
     pub home_rad: f64,
     /// t (s), y, r (rad) and u (A) of all that was recorded.
+    #[serde(skip)]
     pub ticks: Vec<[f64; 4]>,
     /// Times of swap, verification, way home, s.
+    #[serde(skip)]
     pub marks: [f64; 3],
 }
 

@@ -239,26 +239,14 @@ struct IdentifiedJson<'a> {
 struct CommissionedJson<'a> {
     #[serde(flatten)]
     identified: IdentifiedJson<'a>,
-    recorded_peak_rad: f64,
-    jump_a: f64,
-    settling_rad: f64,
-    verified: Verified,
-    outcome: Outcome,
-    home_rad: f64,
+    #[serde(flatten)]
+    report: &'a Report,
 }
 
 impl<'a> CommissionedJson<'a> {
     fn of(subject: &'a Subject, report: &'a Report, is_written: bool) -> Self {
         let identified = json(subject, &report.identified);
-        Self {
-            identified: IdentifiedJson { written: identified.written.filter(|_| is_written), ..identified },
-            recorded_peak_rad: report.recorded_peak_rad,
-            jump_a: report.jump_a,
-            settling_rad: report.settling_rad,
-            verified: report.verified,
-            outcome: report.outcome,
-            home_rad: report.home_rad,
-        }
+        Self { identified: IdentifiedJson { written: identified.written.filter(|_| is_written), ..identified }, report }
     }
 }
 
