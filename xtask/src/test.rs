@@ -58,8 +58,8 @@ const RECORD_HEAD: &str = "# The commit at which each part of the deep tier last
 /// Given to the parts that the whole run starts: the images and archives are built.
 const PREPARED: &str = "--prepared";
 
-/// The fast tier, cheapest steps first. Two cores are busy if two things run: what is for the chip has target folders of
-/// its own, so it is built beside the host's; what judges the files that were built runs beside the tests.
+/// The fast tier, cheapest steps first. What is for the chip has target folders of its own and is built beside the
+/// host's files; what judges the files that were built runs beside the tests.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let all = |gate: &mut Gate, steps: &[fn(&mut Gate) -> Outcome]| steps.iter().try_for_each(|step| step(gate));
     all(gate, &[setup::run, format, scan, paper_map::run])?;

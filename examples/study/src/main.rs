@@ -20,7 +20,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let subject = Subject { file: &file, text: &text, name: "drive", sets: &[] };
 
     let design = study::design(&subject.with(&[])?)?;
-    eprintln!("decay {:.1} 1/s, limited by {:?}", design.got.decay_per_s, design.limits.first().map(|limit| limit.what));
+    let limit = design.limits.first().map(|limit| limit.what);
+    eprintln!("decay {:.1} 1/s, limited by {limit:?}", design.got.decay_per_s);
 
     let asked = Asked { preset: Some("gain"), ..Asked::default() };
     let map = study::map(&Question::new(subject, &asked)?, Watch::none())?.ok_or("stopped")?;
