@@ -8,6 +8,7 @@
 //! | [`printed`] | the continuous controller, Eq. (44)-(51), as printed |
 //! | [`truth`] | linear plants, exact between ticks; a plain Runge-Kutta |
 //! | [`shape`] | the shipped controller behind one trait, whatever its order, channels and precision |
+//! | [`lanes`] | a controller in lanes beside the same one alone, of any shape |
 //! | [`strategy`] | random designs and chains from a printed seed |
 //! | [`recovery`] | the way back into the set M of a design: what is done to a controller, and the search for it |
 //! | [`talk`] | the host's side of the wire by hand |
@@ -42,6 +43,7 @@ pub mod close;
 pub mod data;
 pub mod drive;
 pub mod golden;
+pub mod lanes;
 pub mod live;
 pub mod oracle;
 pub mod paper;

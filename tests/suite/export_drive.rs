@@ -635,7 +635,7 @@ fn the_exported_c_of_a_drive_compiles_for_every_core_without_a_warning() {
         }
     }
     all.push(["-mcpu=cortex-m55".into(), "-mfloat-abi=hard".into()].into());
-    let all: Vec<Vec<String>> = sampled(all, 24).collect();
+    let all: Vec<Vec<String>> = sampled(all, 40).collect();
     let folder = folder("drive-cores");
     for wanted in ["two_sets", "joint"] {
         let (_, plant, rest, _) = INSTANCES.into_iter().find(|(name, ..)| *name == wanted).expect("an instance");

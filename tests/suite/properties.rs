@@ -8,6 +8,7 @@ use controller_core::{
     Words,
 };
 use integration_tests::close::Gap;
+use integration_tests::deep;
 use integration_tests::oracle::{Gains, Model, Spec, power};
 use integration_tests::paper::{NOMINAL, joint_config};
 use integration_tests::shape::{Precision, SHAPES, Shape, controller};
@@ -16,7 +17,9 @@ use integration_tests::truth::{ExactStep, LinearChain, Term};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
+/// So many in the deep tier, a quarter in the fast one.
 fn cases(cases: u32) -> ProptestConfig {
+    let cases = if deep() { cases } else { cases / 4 };
     ProptestConfig { cases, failure_persistence: None, rng_seed: RngSeed::Fixed(0x0ED0), ..ProptestConfig::default() }
 }
 

@@ -2,13 +2,11 @@
 //! ticked beside others in lanes?
 
 use controller_core::{
-    Config, ConfigError, ControlLaw, Controller, Fallback, Guessing, Health, Lanes, Limits, Linear, Nominal,
-    NominalModel, ObserverGains, Options, Output, ReachingLaw, Real, RetuneError, Running, State, Surface, Words,
-    WordsError, shapes,
+    Config, ControlLaw, Fallback, Guessing, Health, Limits, Linear, Nominal, ObserverGains, Options, Output,
+    ReachingLaw, RetuneError, Running, Surface, WordsError, shapes,
 };
-use integration_tests::oracle::Model;
-use integration_tests::shape::UnitModel;
 use integration_tests::strategy::Rng;
+use integration_tests::{lanes, pairs};
 
 type Motor = controller_core::controller!(f32, Linear<f32, 2>, order 2, observers of order 2 in [1, 2]);
 
@@ -309,135 +307,9 @@ fn before_the_start_nothing_is_reported_and_nothing_is_known() {
     assert!(running.estimates().is_some());
 }
 
-/// Lanes of one test: no power of two, so that a vector loop has a rest.
-const L: usize = 11;
-
-/// A design of a shape with all there is: mixed limits, a switching term, a safe u on some.
-fn config<const N: usize, const R: usize>(mask: u8) -> Config<N, R> {
-    let slow = ObserverGains::from_bandwidth::<R>(30.0 + f64::from(mask));
-    Config {
-        period_s: 1e-3,
-        surface: Surface::from_bandwidth(4.0, 1.0),
-        observers: std::array::from_fn(|i| (mask >> i & 1 == 1).then_some(slow)),
-        reaching: ReachingLaw { k_l: 40.0, k_s: if mask.is_multiple_of(3) { 0.0 } else { 0.5 }, epsilon: 0.01 },
-        nominal: Nominal {
-            gradient: std::array::from_fn(|i| -0.5 * (i as f64 + 1.0)),
-            input_gain: 3.5 - f64::from(mask),
-        },
-        options: Options::NEUTRAL
-            .with_limits(Limits { min: -40.0, max: 30.0 })
-            .with_fallback(if mask.is_multiple_of(2) { Fallback::HoldLast } else { Fallback::Safe(1.25) })
-            .with_sigma_star_bound(20.0),
-    }
-}
-
-/// A number of a sample: good ones, ones that saturate, lost ones, edges.
-fn number(rng: &mut Rng) -> f64 {
-    let edges = [f64::NAN, f64::INFINITY, -1e13, 1e30, 1e35, -1e-40, -0.0, 1e6, -3e11, 1e300];
-    match rng.integer(0, 59) {
-        k @ 0..10 => edges[k],
-        10..14 => rng.within(-100.0, 100.0),
-        _ => rng.within(-0.2, 0.2),
-    }
-}
-
-/// Samples of all lanes, and what a lane answers: u, sigma, sigma* as words, and the health.
-type Samples = [[f64; 6]; L];
-type Answer = ([[u32; 2]; 3], Health);
-
-/// A controller in lanes, and L of it alone; of any shape, so that the questions are compiled once.
-trait Beside {
-    fn together(&mut self, x: &Samples) -> [Answer; L];
-    fn alone(&mut self, x: &Samples) -> [Answer; L];
-    /// Something else was really held in this lane.
-    fn report(&mut self, l: usize);
-    fn same_state(&self, l: usize) -> bool;
-}
-
-struct Both<T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MASK: u8, const O: usize> {
-    controller: Controller<T, M, N, R, MASK, O>,
-    lanes: Lanes<T, M, N, R, MASK, O, L>,
-    alone: Vec<State<T, M, N, R, MASK, O>>,
-}
-
-fn both<T: Real, M: NominalModel<T, N> + 'static, const N: usize, const R: usize, const MASK: u8, const O: usize>(
-    controller: Result<Controller<T, M, N, R, MASK, O>, ConfigError>,
-) -> Box<dyn Beside> {
-    let controller = controller.expect("a good design");
-    let start = controller.start(&[T::from_f64(0.1); N]).expect("a good sample");
-    Box::new(Both { controller, lanes: start.lanes::<L>(), alone: vec![start; L] })
-}
-
-fn answer<T: Real>(Output { u, sigma, sigma_star, health }: Output<T>) -> Answer {
-    ([u, sigma, sigma_star].map(T::to_words), health)
-}
-
-impl<T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MASK: u8, const O: usize> Beside
-    for Both<T, M, N, R, MASK, O>
-{
-    fn together(&mut self, x: &Samples) -> [Answer; L] {
-        let x = x.map(|x| std::array::from_fn(|i| T::from_f64(x[i])));
-        let outputs: [Output<T>; L] = std::array::from_fn(|l| self.controller.tick_lane(&mut self.lanes, l, &x[l]));
-        outputs.map(answer)
-    }
-
-    fn alone(&mut self, x: &Samples) -> [Answer; L] {
-        let one = |l: usize| {
-            let x = std::array::from_fn(|i| T::from_f64(x[l][i]));
-            answer(self.controller.tick(&mut self.alone[l], &x))
-        };
-        std::array::from_fn(one)
-    }
-
-    fn report(&mut self, l: usize) {
-        let held = T::from_f64(0.25 * (l as f64 - 5.0));
-        Controller::<T, M, N, R, MASK, O>::report_applied(&mut self.alone[l], held);
-        let mut state = self.lanes.lane(l);
-        Controller::<T, M, N, R, MASK, O>::report_applied(&mut state, held);
-        self.lanes.set(l, &state);
-    }
-
-    fn same_state(&self, l: usize) -> bool {
-        self.lanes.lane(l).words().eq(self.alone[l].words())
-    }
-}
-
 #[test]
-fn every_lane_of_every_shape_has_the_bits_of_the_tick_in_both_precisions() {
-    let mut pairs: Vec<(&str, Box<dyn Beside>)> = Vec::new();
-    macro_rules! every {
-        ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {$(
-            // a(x) bends in all, b(x) varies in every third.
-            let swing = if pairs.len() % 3 == 0 { 0.2 } else { 0.0 };
-            let model = Model { bend: 0.3, swing, ..Model::linear(&[-0.5; $n], 3.0) };
-            let design = config::<$n, $r>($mask);
-            let single = Controller::<f32, _, $n, $r, $mask, $o>::try_design(&design, UnitModel::new(&model));
-            let double = Controller::<f64, _, $n, $r, $mask, $o>::try_design(&design, UnitModel::new(&model));
-            pairs.push((stringify!($name), both(single)));
-            pairs.push((stringify!($name), both(double)));
-        )*};
-    }
-    shapes!(all => every);
-    let (mut rejected, mut saturated) = (0, 0);
-    for (seed, (name, pair)) in pairs.iter_mut().enumerate() {
-        let mut rng = Rng::new(seed as u64);
-        for k in 0..150 {
-            let x: Samples = std::array::from_fn(|_| std::array::from_fn(|_| number(&mut rng)));
-            let (together, alone) = (pair.together(&x), pair.alone(&x));
-            for l in 0..L {
-                assert_eq!(together[l], alone[l], "{name}, tick {k}, lane {l}");
-                rejected += usize::from(alone[l].1.contains(Health::INPUT_REJECTED));
-                saturated += usize::from(alone[l].1.contains(Health::SATURATED));
-                if rng.chance(0.2) {
-                    pair.report(l);
-                }
-                assert!(pair.same_state(l), "{name}, tick {k}, lane {l}");
-            }
-        }
-    }
-    println!("{} lane-ticks, {rejected} rejected, {saturated} saturated", pairs.len() * 150 * L);
-    assert_eq!(pairs.len(), 2 * 116);
-    assert!(rejected > 10_000 && saturated > 10_000, "{rejected} {saturated}");
+fn every_lane_has_the_bits_of_the_tick_in_both_precisions() {
+    lanes::hold(shapes!(archive => pairs));
 }
 
 #[test]

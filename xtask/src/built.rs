@@ -128,7 +128,8 @@ fn no_such(name: &str) -> Failure {
     Failure { reason, rerun: Invocation::cargo(&BUILD[..4]).to_string() }
 }
 
-/// Names of the crates and targets of the workspace, as rustc writes them.
+/// Names of the crates and targets of the workspace, as rustc writes them, but for a test that no build makes unless it
+/// is named.
 fn members(root: &Path) -> Result<Vec<String>, String> {
     let metadata = Invocation::cargo(&["metadata", "--format-version", "1", "--no-deps", "--offline"]);
     let mut command = metadata.command();
@@ -136,7 +137,8 @@ fn members(root: &Path) -> Result<Vec<String>, String> {
     let metadata: Value = serde_json::from_slice(&output.stdout).map_err(|error| format!("cargo metadata: {error}"))?;
     let all = |value: &Value| value.as_array().cloned().unwrap_or_default();
     let targets = all(&metadata["packages"]).into_iter().flat_map(|package| all(&package["targets"]));
-    Ok(targets.filter_map(|target| Some(target["name"].as_str()?.replace('-', "_"))).collect())
+    let is_built = |target: &Value| target["kind"][0] != "test" || target["test"] != false;
+    Ok(targets.filter(is_built).filter_map(|target| Some(target["name"].as_str()?.replace('-', "_"))).collect())
 }
 
 /// Files of these crates in `deps` that code was generated for after the moment: libraries and programs. Checks leave

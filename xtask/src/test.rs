@@ -288,6 +288,9 @@ fn tests(gate: &mut Gate, headline: &str, environment: &[(&str, &str)]) -> Outco
 
 fn shapes(gate: &mut Gate) -> Outcome {
     tests(gate, "tests at their full size", &[(DEEP, "1")])?;
+    let lanes = Invocation::cargo(&["clippy", "--workspace", "--test", "lanes"]).with(&DENY);
+    gate.commands("lints, lanes of every shape", &[lanes])?;
+    gate.commands("lanes of every shape", &[Invocation::cargo(&["test", "--workspace", "--test", "lanes"])])?;
     gate.commands("examples in the documentation", &[Invocation::cargo(&["test", "--workspace", "--doc"])])
 }
 

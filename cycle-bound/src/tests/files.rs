@@ -87,10 +87,13 @@ fn no_spoiled_file_makes_it_panic() {
         answers.iter().filter(|answered| **answered).count()
     };
     assert_eq!(ask(&whole), 7);
-    let values = [0, 1, 2, 3, 0x7f, 0x80, 0xfe, 0xff];
+    // The fast tier writes two of them.
+    let deep = std::env::var_os("DEEP").is_some_and(|value| value == "1");
+    let values = [0x80, 0xff, 0, 1, 2, 3, 0x7f, 0xfe];
+    let values = &values[..if deep { values.len() } else { 2 }];
     for at in 0..whole.len() {
         ask(&whole[..at]);
-        for value in values {
+        for &value in values {
             let mut spoiled = whole.clone();
             spoiled[at] = value;
             ask(&spoiled);

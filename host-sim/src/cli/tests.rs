@@ -935,7 +935,9 @@ fn what_cannot_be_mapped_is_told_before_anything_is_written() {
 #[test]
 fn a_preset_sweeps_what_its_kind_of_plant_is_tuned_by() {
     let folder = Folder::new("map-kinds");
-    for (text, preset, keys) in [
+    // The fast tier takes every third.
+    let deep = std::env::var_os("DEEP").is_some_and(|value| value == "1");
+    let sweeps = [
         (scenario::DEFAULT, "gain", ["plant.error.b", "controller.k_l"]),
         (scenario::MOTOR, "gain", ["error.torque_percent", "drive.reaching_per_s"]),
         (scenario::JOINT, "gain", ["error.torque_percent", "drive.reaching_per_s"]),
@@ -944,7 +946,8 @@ fn a_preset_sweeps_what_its_kind_of_plant_is_tuned_by() {
         (scenario::JOINT, "delay", ["joint.current_lag_s", "drive.reaching_per_s"]),
         (scenario::JOINT, "rate", ["drive.period_s", "drive.tuning"]),
         (scenario::JOINT, "plant", ["error.link_inertia_percent", "error.stiffness_percent"]),
-    ] {
+    ];
+    for (text, preset, keys) in sweeps.into_iter().step_by(if deep { 1 } else { 3 }) {
         let file = folder.file("it.toml", text);
         let (status, told, err) = spoken(&["map", &file, "--preset", preset, "--json", "--out", &folder.path("o")]);
         assert_eq!(status, status::DONE, "{err}");

@@ -395,7 +395,7 @@ fn chains_of_every_kind_are_the_record_to_the_bit() {
         ("n6_r1_c6", functions!(6, 1, [6], Drift::Linear), 6, 1),
         ("n4_r3_c1234", functions!(4, 3, [1, 2, 3, 4], Drift::Linear), 4, 3),
     ];
-    for (name, functions, n, r) in sampled(chains, 2) {
+    for (name, functions, n, r) in sampled(chains, 4) {
         holds(name, &functions, (n, r), &QUICK, 100_000);
     }
 }

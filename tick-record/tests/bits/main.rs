@@ -21,7 +21,15 @@ const SHAPES: usize = 116;
 
 /// The fast tier takes every twelfth shape, with a gate and without one; `DEEP=1` takes all.
 fn is_taken(seed: usize) -> bool {
-    seed % 12 < 2 || std::env::var_os("DEEP").is_some_and(|value| value == "1")
+    seed % 12 < 2 || deep()
+}
+
+fn deep() -> bool {
+    std::env::var_os("DEEP").is_some_and(|value| value == "1")
+}
+
+fn ticks() -> usize {
+    if deep() { TICKS } else { TICKS / 4 }
 }
 
 /// A design of this shape; `seed` chooses what is in it.
@@ -90,7 +98,7 @@ macro_rules! precision {
                 let guess: [$t; N] = std::array::from_fn(|i| [0.0, 0.25, -3.0][(seed + i) % 3]);
                 let shape = Shape { n: N as u8, r: R as u8, mask: MASK };
                 let [row, guess_f64] = [model.row(), &guess].map(|row| row.map(f64::from));
-                let (double, executed) = (size_of::<$t>() == 8, TICKS.div_ceil(10 * SHAPES));
+                let (double, executed) = (size_of::<$t>() == 8, ticks().div_ceil(10 * SHAPES));
                 let ticks = if double { 10 * executed } else { executed };
                 let plan = Plan { name, ticks, executed, seed: seed as u64, double };
                 let recorded = |samples| tick_record::linear(shape, &numbers(&designed), &row, &guess_f64, samples);

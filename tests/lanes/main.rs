@@ -1,0 +1,13 @@
+//! Has every lane of every shape the bits of the tick?
+//!
+//! It takes a minute to compile, so no build makes it unless it is named: `cargo test --workspace --test lanes`.
+
+use controller_core::shapes;
+use integration_tests::{lanes, pairs};
+
+#[test]
+fn every_lane_of_every_shape_has_the_bits_of_the_tick_in_both_precisions() {
+    let pairs = shapes!(all => pairs);
+    assert_eq!(pairs.len(), 2 * 116);
+    lanes::hold(pairs);
+}
