@@ -51,6 +51,7 @@ mod chain;
 mod converted;
 mod encoder;
 mod error;
+mod fields;
 mod full_state;
 mod joint;
 mod law;

@@ -1,7 +1,8 @@
 //! The first command: `cargo build --release` with the default features, as a newcomer has it.
 //!
 //! The tests run a build with every feature. This part runs the default one: the commands of the README's first screen
-//! succeed, and a left-out command prints one line with its feature and exits with status 2.
+//! succeed, a left-out command prints one line with its feature and exits with status 2, and a program outside the
+//! workspace calls `study`.
 
 use std::fs;
 
@@ -13,10 +14,11 @@ const PROGRAM: &str = "target/first/release/host-sim";
 const FOLDER: &str = "target/first-run";
 
 /// Commands of the default build. `@` is a file in [`FOLDER`] that does not exist before.
-const COMMANDS: [&str; 9] = [
+const COMMANDS: [&str; 10] = [
     "new @mine --plant motor",
     "run @mine.toml --out @run",
     "design @mine.toml",
+    "tune @mine.toml --load 0.01 --evaluations 40 --to @tuned.toml --out @tune",
     "map @mine.toml --preset plant --out @map",
     "export @mine.toml --lang c --standalone -o @drive.h",
     "export @mine.toml --lang rust -o @drive.rs",
@@ -24,6 +26,10 @@ const COMMANDS: [&str; 9] = [
     "monte-carlo @mine.toml --trials 40 --shard 2/2 --out @two",
     "merge @one @two --out @both",
 ];
+
+/// A program outside the workspace that calls `study`, and the scenario that it reads.
+const EXAMPLE: &str = "examples/study/Cargo.toml";
+const SCENARIO: &str = "target/first-run/mine.toml";
 
 /// Left-out commands and the feature that each one names.
 const LEFT_OUT: [(&str, &str); 7] = [
@@ -47,6 +53,12 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         fs::create_dir_all(&folder).map_err(|error| failed(format!("{FOLDER}: {error}")))?;
         COMMANDS.iter().try_for_each(|words| invocation(words).run(gate))
     })?;
+    let example = |command: &str, arguments: &[&str]| {
+        let shared = [command, "--manifest-path", EXAMPLE, "--release", "--target-dir", TARGET_DIR, "--"];
+        Invocation::cargo(&shared).with(arguments)
+    };
+    let example = [example("clippy", &["-D", "warnings"]), example("run", &[SCENARIO])];
+    gate.commands("a program of one's own that calls study", &example)?;
     gate.check("left-out commands name their feature", "cargo xtask test --deep first", |gate| {
         for (words, feature) in LEFT_OUT {
             left_out(gate, words, feature)?;

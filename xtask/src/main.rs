@@ -55,7 +55,7 @@ const ACTIONS: [Action; 24] = [
     Action { name: test::CHIP, help: "lint and build what is for the chip: images, archive for C", run: test::chip },
     Action {
         name: test::JUDGE,
-        help: "judge what was built: machine code, exported C, ceilings, instructions on the host",
+        help: "judge what was built: machine code, ceilings, instructions on the host",
         run: test::judge,
     },
     Action { name: "firmware", help: "build the images for the chip and say how large they are", run: firmware::run },

@@ -17,6 +17,7 @@
 //! that no digit is lost for a slow observer at a short period: poles are met to 1e-14 from 50 µs to 10 ms (test
 //! `poles_lie_where_they_were_asked_for`). Of three states the last, $d_1$, is left out.
 
+use super::fields::fields;
 use crate::exponential::{exp_minus_identity, product};
 use crate::observer::Pole;
 
@@ -29,18 +30,19 @@ pub const fn bessel_poles(states: usize) -> [Pole; 2] {
     }
 }
 
-/// The model of one tick and the gains of its observer with S states: position, speed, d, and, with four, d_1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Block<T, const S: usize> {
-    /// The tick does not use it.
-    pub(crate) lambda: T,
-    pub(crate) phi: T,
-    pub(crate) g2: T,
-    pub(crate) g1: T,
-    /// Not read with three states.
-    pub(crate) h1: T,
-    /// L_1 .. L_S.
-    pub(crate) gains: [T; S],
+fields! {
+    /// The model of one tick and the gains of its observer with S states: position, speed, d, and, with four, d_1.
+    struct Block<T, const S> {
+        /// The tick does not use it.
+        lambda: T,
+        phi: T,
+        g2: T,
+        g1: T,
+        /// Not read with three states.
+        h1: T,
+        /// L_1 .. L_S.
+        gains as "gain": [T; S],
+    }
 }
 
 impl<const S: usize> Block<f64, S> {
@@ -60,17 +62,6 @@ impl<const S: usize> Block<f64, S> {
     /// Gains of the same block for another bandwidth.
     pub(crate) const fn gains_at(kappa: f64, lambda: f64, period_s: f64, bandwidth_rad_s: f64) -> [f64; S] {
         gains(&moved(kappa, lambda, period_s), period_s, bandwidth_rad_s)
-    }
-
-    pub(crate) const fn in_f32(&self) -> Block<f32, S> {
-        Block {
-            lambda: self.lambda as f32,
-            phi: self.phi as f32,
-            g2: self.g2 as f32,
-            g1: self.g1 as f32,
-            h1: self.h1 as f32,
-            gains: crate::real::row_f32(&self.gains),
-        }
     }
 }
 

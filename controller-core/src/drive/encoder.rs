@@ -13,6 +13,7 @@
 use core::f64::consts::TAU;
 
 use super::error::DriveError;
+use super::fields::fields;
 use crate::real::Count;
 
 /// An encoder and the gear between it and the shaft whose angle is meant.
@@ -143,21 +144,22 @@ impl Mounting {
     }
 }
 
-/// What the tick knows of an encoder.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Sensor<T> {
-    /// One count in the unit of the block's position.
-    pub(crate) unit: T,
-    /// Half the counter: further it cannot move in a tick.
-    pub(crate) half_span: T,
-    /// 9/16 of the base: there it is moved, and does not come back for noise.
-    pub(crate) edge: T,
-    /// High bits of a sample that are not read.
-    pub(crate) unread: u32,
-    /// High bits that no count since the base needs, but for its sign.
-    pub(crate) beyond: u32,
-    pub(crate) base_counts: i32,
-    pub(crate) base_turns: i32,
+fields! {
+    /// What the tick knows of an encoder.
+    struct Sensor<T> {
+        /// One count in the unit of the block's position.
+        unit: T,
+        /// Half the counter: further it cannot move in a tick.
+        half_span: T,
+        /// 9/16 of the base: there it is moved, and does not come back for noise.
+        edge: T,
+        /// High bits of a sample that are not read.
+        unread: u32,
+        /// High bits that no count since the base needs, but for its sign.
+        beyond: u32,
+        base_counts: i32,
+        base_turns: i32,
+    }
 }
 
 impl<T> Sensor<T> {
@@ -172,18 +174,6 @@ impl Sensor<f64> {
     #[must_use]
     pub(crate) const fn scaled(self, factor: f64) -> Self {
         Self { unit: self.unit * factor, half_span: self.half_span * factor, edge: self.edge * factor, ..self }
-    }
-
-    pub(crate) const fn in_f32(&self) -> Sensor<f32> {
-        Sensor {
-            unit: self.unit as f32,
-            half_span: self.half_span as f32,
-            edge: self.edge as f32,
-            unread: self.unread,
-            beyond: self.beyond,
-            base_counts: self.base_counts,
-            base_turns: self.base_turns,
-        }
     }
 }
 

@@ -45,6 +45,7 @@ use core::marker::PhantomData;
 use super::block::Block;
 use super::chain::ChainModel;
 use super::encoder::Sensor;
+use super::fields::fields;
 use super::state::EncoderState;
 use super::target::{Aim, Target};
 use crate::config::{Fallback, INPUT_LIMIT};
@@ -88,65 +89,55 @@ pub struct EncoderForm<T, M, A, const E: usize, const N: usize, const S: usize, 
     pub(crate) of: PhantomData<A>,
 }
 
-/// The second gain set of one block.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct FastGains<T, const S: usize> {
-    /// Fast less quiet.
-    pub(crate) more: [T; S],
-    /// Where it begins to come in, and 1/(where it is all in - where it begins).
-    pub(crate) calm: T,
-    pub(crate) rate: T,
-    /// 1 - e^(-T/3 ms), e^(-T/20 ms).
-    pub(crate) smoothing: T,
-    pub(crate) keep: T,
-}
-
-impl<const S: usize> FastGains<f64, S> {
-    const fn in_f32(&self) -> FastGains<f32, S> {
-        FastGains {
-            more: row_f32(&self.more),
-            calm: self.calm as f32,
-            rate: self.rate as f32,
-            smoothing: self.smoothing as f32,
-            keep: self.keep as f32,
-        }
+fields! {
+    /// The second gain set of one block.
+    struct FastGains<T, const S> {
+        /// Fast less quiet.
+        more: [T; S],
+        /// Where it begins to come in, and 1/(where it is all in - where it begins).
+        calm: T,
+        rate: T,
+        /// 1 - e^(-T/3 ms), e^(-T/20 ms).
+        smoothing: T,
+        keep: T,
     }
 }
 
-/// Rows of the law, see the module's head; entry j belongs to e_j or Δr^(j-1), from 0, entry i to block i.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Row<T, const E: usize, const N: usize> {
-    /// The last one is 1 and not read.
-    pub(crate) c: [T; N],
-    /// Entry 0 is 0 and not read.
-    pub(crate) kx: [T; N],
-    /// Of σ and of the law on d and d' by way of the channels before the last; that of the driven block is 0 and not
-    /// read: it is in the last channel alone.
-    pub(crate) c_d: [T; E],
-    pub(crate) c_growth: [T; E],
-    pub(crate) k_d: [T; E],
-    pub(crate) k_growth: [T; E],
-    /// Of the law on d' in the last channel.
-    pub(crate) k_last: T,
-    /// ff/b on Δr, Δr', ..
-    pub(crate) feed: [T; N],
-    pub(crate) kw: T,
-    pub(crate) us: T,
-    /// kw - us: on W, where us is on σ.
-    pub(crate) k_offset: T,
-    pub(crate) decay: T,
-    /// 1/b.
-    pub(crate) per_b: T,
-    pub(crate) period: T,
-    /// 2π.
-    pub(crate) turn: T,
-    pub(crate) u_min: T,
-    pub(crate) u_max: T,
-    /// Largest |u| that is asked for without a doubt.
-    pub(crate) plausible: T,
-    /// A rejected tick gives hold u + fallback.
-    pub(crate) hold: T,
-    pub(crate) fallback: T,
+fields! {
+    /// Rows of the law, see the module's head; entry j belongs to e_j or Δr^(j-1), from 0, entry i to block i.
+    struct Row<T, const E, const N> {
+        /// The last one is 1 and not read.
+        c: [T; N],
+        /// Entry 0 is 0 and not read.
+        kx: [T; N],
+        /// ff/b on Δr, Δr', ..
+        feed: [T; N],
+        /// Of σ and of the law on d and d' by way of the channels before the last; that of the driven block is 0 and
+        /// not read: it is in the last channel alone.
+        c_d: [T; E],
+        c_growth: [T; E],
+        k_d: [T; E],
+        k_growth: [T; E],
+        /// Of the law on d' in the last channel.
+        k_last: T,
+        kw: T,
+        us: T,
+        /// kw - us: on W, where us is on σ.
+        k_offset: T,
+        decay: T,
+        /// 1/b.
+        per_b: T,
+        period: T,
+        /// 2π.
+        turn as "full_turn": T,
+        u_min: T,
+        u_max: T,
+        /// Largest |u| that is asked for without a doubt.
+        plausible: T,
+        /// A rejected tick gives hold u + fallback.
+        hold: T,
+        fallback: T,
+    }
 }
 
 impl<const E: usize, const N: usize> Row<f64, E, N> {
@@ -204,31 +195,6 @@ impl<const E: usize, const N: usize> Row<f64, E, N> {
             plausible: design::plausible(limits),
             hold,
             fallback,
-        }
-    }
-
-    const fn in_f32(&self) -> Row<f32, E, N> {
-        Row {
-            c: row_f32(&self.c),
-            kx: row_f32(&self.kx),
-            c_d: row_f32(&self.c_d),
-            c_growth: row_f32(&self.c_growth),
-            k_d: row_f32(&self.k_d),
-            k_growth: row_f32(&self.k_growth),
-            k_last: self.k_last as f32,
-            feed: row_f32(&self.feed),
-            kw: self.kw as f32,
-            us: self.us as f32,
-            k_offset: self.k_offset as f32,
-            decay: self.decay as f32,
-            per_b: self.per_b as f32,
-            period: self.period as f32,
-            turn: self.turn as f32,
-            u_min: self.u_min as f32,
-            u_max: self.u_max as f32,
-            plausible: self.plausible as f32,
-            hold: self.hold as f32,
-            fallback: self.fallback as f32,
         }
     }
 }
@@ -930,17 +896,11 @@ where
 
     /// Every number of the design.
     fn numbers(&self) -> impl Iterator<Item = T> {
-        let blocks = self.blocks.iter().flat_map(|k| [k.lambda, k.phi, k.g2, k.g1, k.h1].into_iter().chain(k.gains));
-        let sensors = self.sensors.iter().flat_map(|k| [k.unit, k.half_span, k.edge]);
-        let fast = self.fast.as_flattened().iter();
-        let fast = fast.flat_map(|k| k.more.into_iter().chain([k.calm, k.rate, k.smoothing, k.keep]));
-        let Row { c, kx, c_d, c_growth, k_d, k_growth, k_last, feed, kw, us, k_offset, .. } = self.row;
-        let Row { decay, per_b, period, turn, u_min, u_max, plausible, hold, fallback, .. } = self.row;
-        let rows = [c, kx, feed].into_iter().flatten();
-        let rows = rows.chain([c_d, c_growth, k_d, k_growth].into_iter().flatten());
-        let rest = [k_last, kw, us, k_offset, decay, per_b, period, turn, u_min, u_max, plausible, hold, fallback];
+        let blocks = self.blocks.iter().flat_map(Block::numbers);
+        let sensors = self.sensors.iter().flat_map(Sensor::numbers);
+        let fast = self.fast.as_flattened().iter().flat_map(FastGains::numbers);
         let gates = self.gate.into_iter().chain([self.closing, self.lost_ticks]).chain(self.inertia);
-        blocks.chain(sensors).chain(fast).chain(rows).chain(rest).chain(gates).chain(self.model.numbers())
+        blocks.chain(sensors).chain(fast).chain(self.row.numbers()).chain(gates).chain(self.model.numbers())
     }
 
     /// u is on its way to the actuator.

@@ -8,6 +8,7 @@ use scenario::Source;
 use super::plants::{Plants, Tried, Variant, made_wrong};
 use super::*;
 use crate::identify::{Angle, MOST_RESIDUAL_STEPS};
+use crate::sized;
 
 fn plants<'a>(text: &'a str, sets: &'a [String]) -> Plants<'a> {
     let experiment = scenario::parse(&Source { file: "x.toml", text, sets }, "x").expect("a file");
@@ -23,8 +24,7 @@ fn sets(of: &[&str]) -> Vec<String> {
 
 /// All of them at full size (`DEEP=1`), every `n`th in the fast tier.
 fn sampled<I: IntoIterator>(all: I, n: usize) -> std::iter::StepBy<I::IntoIter> {
-    let deep = std::env::var_os("DEEP").is_some_and(|value| value == "1");
-    all.into_iter().step_by(if deep { 1 } else { n })
+    all.into_iter().step_by(sized(1, n))
 }
 
 /// Corners in k_1, b_1, k_2, b_2, B_0, a bit each, then random plants.

@@ -159,18 +159,14 @@ mod tests {
 
     use super::super::contenders;
     use super::*;
-
-    /// So many designs at full size (`DEEP=1`), and in the fast tier.
-    fn evaluations(full: usize, fast: usize) -> usize {
-        if std::env::var_os("DEEP").is_some_and(|value| value == "1") { full } else { fast }
-    }
+    use crate::sized;
 
     #[test]
     fn any_number_of_threads_gives_the_same_and_another_seed_another() {
         let bench = Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file");
         let contenders = contenders(&bench);
         let found = |threads: usize, seed: u64| {
-            let evaluations = evaluations(4, 2);
+            let evaluations = sized(4, 2);
             let settings = Settings { evaluations, seed, noise_a: vec![0.1] };
             let (stop, steps) = (AtomicBool::new(false), AtomicUsize::new(0));
             let step = || _ = steps.fetch_add(1, Ordering::SeqCst);
@@ -195,7 +191,7 @@ mod tests {
             let settings = Settings { evaluations, seed: 1, noise_a: vec![0.1] };
             compare(&bench, &contenders, &settings, Watch::none()).expect("not stopped").entries
         };
-        for (guess, tuned) in found(1).iter().zip(found(evaluations(30, 12))) {
+        for (guess, tuned) in found(1).iter().zip(found(sized(30, 10))) {
             assert!(tuned.cost < guess.cost, "{}: {} of {}", tuned.law, tuned.cost, guess.cost);
         }
     }

@@ -6,6 +6,7 @@ use rayon::ThreadPoolBuilder;
 
 use super::*;
 use crate::compare::of_ours;
+use crate::sized;
 
 fn motor() -> Bench {
     Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file")
@@ -31,10 +32,11 @@ fn found(bench: &Bench, job: Job, evaluations: usize, seed: u64, threads: usize)
 fn any_number_of_threads_gives_the_same_and_another_seed_another() {
     let bench = motor();
     let job = Job { gain_sets: 1, asked: asked(0.1) };
-    assert_eq!(found(&bench, job, 24, 7, 1), found(&bench, job, 24, 7, 3));
+    let evaluations = sized(24, 9);
+    assert_eq!(found(&bench, job, evaluations, 7, 1), found(&bench, job, evaluations, 7, 3));
     // The first start is the guess, whatever the seed.
     let start = |start: usize, seed: u64| {
-        searched(&bench, job, start, Effort { evaluations: 24, seed, most_cycles: None }, Watch::none())
+        searched(&bench, job, start, Effort { evaluations, seed, most_cycles: None }, Watch::none())
     };
     assert_eq!(start(0, 7), start(0, 8));
     assert_ne!(start(1, 7), start(1, 8));
@@ -46,7 +48,7 @@ fn a_search_is_within_what_is_asked_and_better_than_the_rule() {
     let bench = motor();
     let by_rule = Found::of(&bench, &bench.designed, false, true).expect("a drive");
     let job = Job { gain_sets: 2, asked: asked(by_rule.noise_a) };
-    let Entry { found: best, designed, .. } = found(&bench, job, 90, 1, 2);
+    let Entry { found: best, designed, .. } = found(&bench, job, sized(90, 45), 1, 2);
     assert_eq!(job.asked.missed(&best), [""; 0]);
     assert!(best.cost() < by_rule.cost() - 0.03, "{} of {}", best.cost(), by_rule.cost());
     // What is told of it is of that drive.
@@ -58,9 +60,9 @@ fn a_search_is_within_what_is_asked_and_better_than_the_rule() {
 #[test]
 fn what_is_asked_is_met() {
     let bench = motor();
-    let free = found(&bench, Job { gain_sets: 1, asked: asked(0.1) }, 60, 1, 2).found;
+    let free = found(&bench, Job { gain_sets: 1, asked: asked(0.1) }, sized(60, 30), 1, 2).found;
     let less = Asked { load_rad: Some(0.8 * free.worst.load_rad), ..asked(0.2) };
-    let pushed = found(&bench, Job { gain_sets: 1, asked: less }, 60, 1, 2).found;
+    let pushed = found(&bench, Job { gain_sets: 1, asked: less }, sized(60, 30), 1, 2).found;
     assert_eq!(less.missed(&pushed), [""; 0]);
     assert!(free.noise_a <= 0.1 && pushed.worst.load_rad < 0.8 * free.worst.load_rad);
 }
