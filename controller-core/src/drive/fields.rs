@@ -64,7 +64,9 @@ macro_rules! fields {
         core::array::from_fn(|i| $to($crate::drive::converted::NumberName { name: $name, encoder: i + 1, entry: 0 }, $it[i]))
     };
     (@converted [T; $dim:ident], $it:expr, $name:expr, $encoder:ident, $to:ident) => {
-        core::array::from_fn(|j| $to($crate::drive::converted::NumberName { name: $name, encoder: $encoder, entry: j + 1 }, $it[j]))
+        core::array::from_fn(|j| {
+            $to($crate::drive::converted::NumberName { name: $name, encoder: $encoder, entry: j + 1 }, $it[j])
+        })
     };
     (@converted $other:tt, $it:expr, $name:expr, $encoder:ident, $to:ident) => { $it };
 }
