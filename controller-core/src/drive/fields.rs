@@ -61,7 +61,9 @@ macro_rules! fields {
         $to($crate::drive::converted::NumberName { name: $name, encoder: $encoder, entry: 0 }, $it)
     };
     (@converted [T; E], $it:expr, $name:expr, $encoder:ident, $to:ident) => {
-        core::array::from_fn(|i| $to($crate::drive::converted::NumberName { name: $name, encoder: i + 1, entry: 0 }, $it[i]))
+        core::array::from_fn(|i| {
+            $to($crate::drive::converted::NumberName { name: $name, encoder: i + 1, entry: 0 }, $it[i])
+        })
     };
     (@converted [T; $dim:ident], $it:expr, $name:expr, $encoder:ident, $to:ident) => {
         core::array::from_fn(|j| {
