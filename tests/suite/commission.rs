@@ -16,8 +16,8 @@ use host_sim::transport::faulty::Rates;
 use host_sim::transport::{Emulator, Faulty, Transport};
 use host_sim::wired::Wired;
 use integration_tests::data::path;
+use integration_tests::deep;
 use integration_tests::live::{Bench, DESIGN, Shared, loadable};
-use integration_tests::sampled;
 use integration_tests::strategy::Rng;
 use loop_sim::port::PortError;
 use loop_sim::port::drive::DriveDesign;
@@ -495,8 +495,9 @@ fn assert_same_bits(drive: &mut LiveDrive<Emulator>, stays: &DriveDesign) {
     assert!(again.len() >= 256 && again.iter().all(host_sim::black_box::Again::is_same));
 }
 
+/// The fast tier has the wrong link alone, which is the whole way and back.
 #[test]
-fn the_emulated_chip_commissions_itself_on_three_joints() {
+fn the_emulated_chip_commissions_itself_on_three_joints_and_sees_a_wrong_link() {
     let one = |name: &str, case: Case| {
         let (report, mut drive) = commissioned(case, |_| (), false);
         let report = report.unwrap_or_else(|why| panic!("{name}: {why}"));
@@ -521,16 +522,17 @@ fn the_emulated_chip_commissions_itself_on_three_joints() {
         assert_same_bits(&mut drive, &report.designed);
     };
     // Side by side; an emulator ends with the thread that began it.
+    let joints = [("nominal", NOMINAL), ("corner", CORNER), ("random", RANDOM)];
     std::thread::scope(|scope| {
-        for (name, case) in sampled([("nominal", NOMINAL), ("corner", CORNER), ("random", RANDOM)], 3) {
+        for (name, case) in joints.into_iter().filter(|_| deep()) {
             scope.spawn(move || one(name, case));
         }
     });
+    the_old_gains_are_back_from_a_wrong_link();
 }
 
 /// A spring that is not as stiff as the new gains say.
-#[test]
-fn the_emulated_chip_sees_a_wrong_link_and_has_its_old_gains_back() {
+fn the_old_gains_are_back_from_a_wrong_link() {
     let wrong = |found: &mut Identified| {
         let Sheet::Joint(joint) = &mut found.sheet else { panic!("a joint") };
         let Joint { stiffness_n_m, motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a, .. } = joint;
