@@ -41,7 +41,7 @@ impl Console<'_> {
         if let Some(limit) = options.noise.iter().find(|limit| !(**limit > 0.0 && limit.is_finite())) {
             return Err(bad(format!("--noise {limit}: a limit is above 0")));
         }
-        let bench = Bench::new(&scenario.file, &scenario.text, &options.sets).map_err(bad)?;
+        let bench = Bench::new(&scenario.file, &scenario.text, &options.sets)?;
         let settings = Settings {
             evaluations: options.evaluations as usize,
             seed: options.seed,

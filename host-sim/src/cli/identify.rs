@@ -621,11 +621,11 @@ impl Console<'_> {
             known: subject.known,
             wrong: options.wrong.unwrap_or([1.0; 2]),
         };
-        let corners = plants.variants().map_err(bad)?.len() - random;
+        let corners = plants.variants()?.len() - random;
         let bar = self.bar((corners + random) as u64, LEFT);
         let tried = try_all(&plants, Watch::new(self.stop, &|| bar.inc(1)));
         bar.finish_and_clear();
-        let Some(tried) = tried.map_err(bad)? else { return Ok(status::INTERRUPTED) };
+        let Some(tried) = tried? else { return Ok(status::INTERRUPTED) };
         let is_accepted = |it: &Tried| it.report.outcome == Outcome::Accepted;
         let accepted = tried.iter().flatten().filter(|it| is_accepted(it)).count();
         let status = if accepted == tried.len() { status::DONE } else { status::FAILED };

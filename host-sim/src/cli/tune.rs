@@ -11,9 +11,7 @@ use study::number::significant;
 use study::tune::{Answer, Asked, Effort, Found, LARGEST_RADIUS, Limits, value_of, within_noise};
 use terminal::table::Table;
 
-use super::{
-    Console, Failure, JOINT, LEFT, ScenarioText, bad, claim_folder, failed, folder_of, free_to, status, write_new,
-};
+use super::{Console, Failure, JOINT, LEFT, ScenarioText, claim_folder, failed, folder_of, free_to, status, write_new};
 use crate::report::FIGURE;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
 
@@ -90,7 +88,7 @@ impl TuneOptions {
 impl Console<'_> {
     pub(super) fn tune(&mut self, options: &TuneOptions) -> Result<u8, Failure> {
         let scenario = ScenarioText::read(options.file.as_deref(), JOINT)?;
-        let bench = Bench::new(&scenario.file, &scenario.text, &options.sets).map_err(bad)?;
+        let bench = Bench::new(&scenario.file, &scenario.text, &options.sets)?;
         let asked = Asked::new(&bench, &scenario.subject(&options.sets), &options.limits())?;
         let to = options.to.clone().unwrap_or_else(|| PathBuf::from(format!("{}-tuned.toml", bench.name)));
         free_to(&to)?;

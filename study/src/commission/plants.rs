@@ -15,8 +15,8 @@ use rayon::prelude::*;
 use scenario::Source;
 
 use super::{Plan, Report, Retuned, Rig, Stopped, commission, sheet_of};
-use crate::Watch;
 use crate::identify::{Identified, Known, Sheet};
+use crate::{Error, Watch};
 
 /// Periods of the cogging in a turn.
 pub const COGGING_PER_TURN: f64 = 24.0;
@@ -182,17 +182,16 @@ impl Plants<'_> {
     ///
     /// # Errors
     /// When the scenario is of no drive.
-    pub fn variants(&self) -> Result<Vec<Variant>, String> {
+    pub fn variants(&self) -> Result<Vec<Variant>, Error> {
         let Self { share, random, plan: Plan { seed, .. }, .. } = *self;
         let source = Source { file: self.file, text: self.text, sets: self.sets };
-        let told = |error: scenario::ScenarioError| error.to_string();
-        let drive = scenario::parse(&source, "commission").map_err(told)?.drive;
-        let drive = drive.ok_or_else(|| format!("{}: there is neither [joint] nor [motor] in it", self.file))?;
+        let drive = scenario::parse(&source, "commission")?.drive;
+        let drive = drive.ok_or_else(|| Error::input("there is neither [joint] nor [motor] in it").at(self.file))?;
         let limit = drive.designed.max_current_a();
         match sheet_of(&drive.designed) {
             Sheet::Joint(joint) => Ok(joints(share, random, &joint, limit, seed)),
             Sheet::Motor(motor) => {
-                let friction = scenario::number_at(&source, "friction.coulomb_n_m").map_err(told)?;
+                let friction = scenario::number_at(&source, "friction.coulomb_n_m")?;
                 Ok(motors(share, random, &motor, limit, friction.unwrap_or(0.0), seed))
             }
         }
@@ -246,7 +245,7 @@ impl Plants<'_> {
 ///
 /// # Errors
 /// When the scenario is of no drive.
-pub fn try_all(plants: &Plants<'_>, watch: Watch<'_>) -> Result<Option<Vec<Result<Tried, Stopped>>>, String> {
+pub fn try_all(plants: &Plants<'_>, watch: Watch<'_>) -> Result<Option<Vec<Result<Tried, Stopped>>>, Error> {
     let variants = plants.variants()?;
     let of_variant = |variant| {
         if watch.is_stopped() {

@@ -43,6 +43,7 @@ use serde::Serialize;
 use super::linear::Sampled;
 use super::task::Task;
 use super::{Design, Linear};
+use crate::Error;
 use crate::commission::plants::joint_error;
 
 /// What a run that came to nothing counts, rad or s.
@@ -240,30 +241,30 @@ impl Bench {
     ///
     /// # Errors
     /// What is wrong with the file, or that nothing of it can be compared.
-    pub fn new(file: &str, text: &str, sets: &[String]) -> Result<Self, String> {
+    pub fn new(file: &str, text: &str, sets: &[String]) -> Result<Self, Error> {
         let base = Base { file, toml: text, sets };
-        let told = |error: ScenarioError| error.to_string();
         let stem = Path::new(file).file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        let as_it_is = scenario::parse(&Source { file, text, sets }, &stem).map_err(|error| error.to_string())?;
+        let as_it_is = scenario::parse(&Source { file, text, sets }, &stem)?;
         let Some(drive) = &as_it_is.drive else {
-            return Err(format!("{file}: this is for drives, and the file has neither [joint] nor [motor]"));
+            let what = "this is for drives, and the file has neither [joint] nor [motor]";
+            return Err(Error::input(what).at(file));
         };
         let designed = drive.designed;
         if designed.form().follows == Follows::Speed {
-            return Err(format!("{file}: drive.mode is \"speed\": only laws that follow a position are compared"));
+            let what = "drive.mode is \"speed\": only laws that follow a position are compared";
+            return Err(Error::input(what).at(file));
         }
         let Some(finer) = Finer::of(&designed) else {
-            return Err(format!(
-                "{file}: encoder: noise of u is told by an encoder with at least twice as many counts, and with 2^24 \
-                 in a turn, gear included, a drive has no room for more: compare with one bit less"
-            ));
+            let what = "encoder: noise of u is told by an encoder with at least twice as many counts, and with 2^24 in \
+                        a turn, gear included, a drive has no room for more: compare with one bit less";
+            return Err(Error::input(what).at(file));
         };
         let is_joint = matches!(designed, DriveDesign::Joint { .. });
         let plant = if is_joint { "joint" } else { "motor" };
         let start = |angle: f64| format!("{plant}.start_rad={angle}");
         let move_to = |to: f64, more: &str| format!("reference={{kind = \"move\", to_rad = {to}{more}}}");
 
-        let shortest = base.with(&[&start(0.0), &move_to(1.0, "")]).map_err(told)?;
+        let shortest = base.with(&[&start(0.0), &move_to(1.0, "")])?;
         let t = shortest.period_s;
         let ticks = 2 * shortest.drive.as_ref().map_or(1, |drive| drive.motion.ticks);
         let tau_s = f64::from(ticks) * t;
@@ -272,12 +273,13 @@ impl Bench {
             0.25 / tau_s
         );
         let run = |start_rad: f64, reference: &str, span_s: f64| {
-            let found = base
-                .with(&[&start(start_rad), reference, &format!("span_s={span_s}")])
-                .map_err(|error| format!("{file}: no run can be made of it that laws are compared by: {error}"))?;
-            let motion = found.drive.map(|drive| drive.motion).ok_or("no drive")?;
+            let no_run = |error: ScenarioError| {
+                Error::input(format!("no run can be made of it that laws are compared by: {error}")).at(file)
+            };
+            let found = base.with(&[&start(start_rad), reference, &format!("span_s={span_s}")]).map_err(no_run)?;
+            let motion = found.drive.map(|drive| drive.motion).ok_or_else(|| Error::failed("no drive").at(file))?;
             let task = Task::new(designed, motion, found.periods);
-            Ok::<_, String>(Run { task, x0: found.x0, periods: found.periods })
+            Ok::<_, Error>(Run { task, x0: found.x0, periods: found.periods })
         };
         let sine = run(0.0, &sine, 2.0 * tau_s)?;
         let moved = run(0.0, &move_to(1.0, &format!(", duration_s = {tau_s}")), 1.25 * tau_s)?;
@@ -297,14 +299,14 @@ impl Bench {
         let step = LOAD * torque * designed.max_current_a();
         let load = format!("load=[{{kind = \"step\", amplitude = {step}, t0_s = {load_s}}}]");
         let corner = |(name, error, is_chosen): (String, String, bool)| {
-            let with = |sets: &[&str]| base.with(&[&[error.as_str()], sets].concat()).map_err(told);
+            let with = |sets: &[&str]| base.with(&[&[error.as_str()], sets].concat());
             let bare = with(&["friction={}"])?;
             let sampled = Sampled::new(bare.plant.as_ref(), t).map_err(|error| error.to_string())?;
             let (free, loaded) = (with(&[])?.plant, with(&[&load])?.plant);
             let at_rest = vec![0.0; free.order()];
             let is_smooth = free.fastest_rad_s(0.0, &at_rest, 0.0) <= bare.plant.fastest_rad_s(0.0, &at_rest, 0.0);
             let coarse = if is_smooth { 8.0 } else { 1.0 };
-            Ok::<_, String>(Corner { name, free, loaded, sampled, coarse, is_chosen })
+            Ok::<_, Error>(Corner { name, free, loaded, sampled, coarse, is_chosen })
         };
         let nominal = corner(("the data sheet as it is".into(), "error={}".into(), true))?;
         let late = format!("load=[{{kind = \"step\", amplitude = {step}, t0_s = {}}}]", 1.4 * tau_s);
@@ -312,10 +314,10 @@ impl Bench {
         let friction = format!("friction={{coulomb_n_m = {coulomb}, static_n_m = {still}, cogging_n_m = {cogging}}}");
         let rough = (nominal.coarse > 1.0).then_some(friction.as_str());
         let sets: Vec<&str> = [late.as_str()].into_iter().chain(rough).collect();
-        let rubbing = base.with(&sets).map_err(told)?.plant;
+        let rubbing = base.with(&sets)?.plant;
         let shown = run(0.0, &move_to(1.0, &format!(", duration_s = {tau_s}")), 2.0 * tau_s)?;
         let corners = |p: f64| if is_joint { joint_corners(p) } else { motor_corners(p) };
-        let all = |p: f64| corners(p).into_iter().map(corner).collect::<Result<Vec<_>, String>>();
+        let all = |p: f64| corners(p).into_iter().map(corner).collect::<Result<Vec<_>, Error>>();
         Ok(Self {
             fine: sine.task.behind(&finer),
             finer,
@@ -766,7 +768,7 @@ mod tests {
         println!("{coarse:e} {fine:e} {finest:e}");
         assert!((coarse / fine / 16.0 - 1.0).abs() < 0.15 && (fine / finest / 2.0 - 1.0).abs() < 0.15);
         let refused = bench(24).err().expect("no finer encoder");
-        assert!(refused.contains("compare with one bit less"), "{refused}");
+        assert!(refused.what.contains("compare with one bit less"), "{refused}");
     }
 
     #[test]
