@@ -1,6 +1,6 @@
 //! Has every lane of every shape the bits of the tick?
 //!
-//! It takes a minute to compile, so no build makes it unless it is named: `cargo test --workspace --test lanes`.
+//! It takes a minute to compile, so no build makes it unless it is named: `cargo test --workspace --test every_lane`.
 
 use controller_core::shapes;
 use integration_tests::{lanes, pairs};

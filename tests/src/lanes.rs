@@ -1,7 +1,7 @@
 //! A controller in lanes beside the same controller ticked one by one, of any shape.
 //!
 //! A lane of each shape in both precisions takes a minute to compile. The suite takes the shapes of the archive for C.
-//! The test program `lanes` takes all; the part `shapes` of the deep tier builds it.
+//! The test program `every_lane` takes all; the part `shapes` of the deep tier builds it.
 
 use crate::oracle::Model;
 use crate::shape::UnitModel;

@@ -291,9 +291,9 @@ fn tests(gate: &mut Gate, headline: &str, environment: &[(&str, &str)]) -> Outco
 
 fn shapes(gate: &mut Gate) -> Outcome {
     tests(gate, "tests at their full size", &[(DEEP, "1")])?;
-    let lanes = Invocation::cargo(&["clippy", "--workspace", "--test", "lanes"]).with(&DENY);
+    let lanes = Invocation::cargo(&["clippy", "--workspace", "--test", "every_lane"]).with(&DENY);
     gate.commands("lints, lanes of every shape", &[lanes])?;
-    gate.commands("lanes of every shape", &[Invocation::cargo(&["test", "--workspace", "--test", "lanes"])])?;
+    gate.commands("lanes of every shape", &[Invocation::cargo(&["test", "--workspace", "--test", "every_lane"])])?;
     gate.commands("examples in the documentation", &[Invocation::cargo(&["test", "--workspace", "--doc"])])
 }
 
