@@ -19,10 +19,7 @@ const PAGES: &str = "target/doc";
 /// Builds the pages and looks at their formulas.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let flags = format!("-D warnings --html-in-header {HEADER}");
-    // What no user links has its comments read in the source.
-    let own = ["integration-tests", "benches", "xtask", "loop-sim-wasm"];
-    let without: Vec<&str> = own.iter().flat_map(|name| ["--exclude", name]).collect();
-    let doc = Invocation::cargo(&["doc", "--workspace", "--no-deps"]).with(&without).env("RUSTDOCFLAGS", &flags);
+    let doc = Invocation::cargo(&["doc", "--workspace", "--no-deps"]).without_own().env("RUSTDOCFLAGS", &flags);
     gate.commands("documentation without a warning", &[doc])?;
     gate.check("formulas in the documentation", "cargo xtask docs", |gate| {
         let sources = each(&gate.root, "rs", spoiled)?;

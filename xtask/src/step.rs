@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 use std::fmt;
 use std::fs::{self, File};
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::built::Built;
@@ -102,13 +102,9 @@ impl Gate {
     pub(crate) fn beside(&mut self, command: &'static str, work: impl FnOnce(&mut Self) -> Outcome) -> Outcome {
         let rerun = || format!("cargo xtask {command}");
         let failed = |error: std::io::Error| Failure { reason: format!("{command}: {error}"), rerun: rerun() };
-        let path = self.log(command).map_err(failed)?;
-        let log = File::create(&path).map_err(failed)?;
-        let mut other = Command::new(std::env::current_exe().map_err(failed)?);
-        other.arg(command).current_dir(&self.root).stdin(Stdio::null());
-        other.stderr(log.try_clone().map_err(failed)?).stdout(log);
+        let started = Instant::now();
+        let (mut other, path) = self.start(command, &[command]).map_err(failed)?;
         println!("\n{command} runs beside the next steps: {}", path.display());
-        let (started, mut other) = (Instant::now(), other.spawn().map_err(failed)?);
         if let Err(failure) = work(self) {
             _ = other.kill();
             _ = other.wait();
@@ -122,6 +118,15 @@ impl Gate {
         }
         self.passed.push((format!("{command}, beside the steps above"), started.elapsed()));
         Ok(())
+    }
+
+    /// Starts `cargo xtask` with these arguments as a process of its own; it, and the log of this name that it writes.
+    pub(crate) fn start(&self, name: &str, arguments: &[&str]) -> std::io::Result<(Child, PathBuf)> {
+        let path = self.log(name)?;
+        let log = File::create(&path)?;
+        let mut command = Command::new(std::env::current_exe()?);
+        command.args(arguments).current_dir(&self.root).stdin(Stdio::null());
+        Ok((command.stderr(log.try_clone()?).stdout(log).spawn()?, path))
     }
 
     /// Where a command that runs beside others writes.
@@ -187,6 +192,12 @@ impl Invocation {
     /// cargo, the one that runs us.
     pub(crate) fn cargo(arguments: &[&str]) -> Self {
         Self::new("cargo", arguments)
+    }
+
+    /// Without the packages that no user takes.
+    pub(crate) fn without_own(self) -> Self {
+        let own = ["integration-tests", "benches", "xtask", "loop-sim-wasm"];
+        own.into_iter().fold(self, |invocation, name| invocation.with(&["--exclude", name]))
     }
 
     pub(crate) fn with(mut self, arguments: &[&str]) -> Self {

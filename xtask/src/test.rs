@@ -4,8 +4,8 @@
 //! before a commit. `cargo xtask test --deep` runs the full sizes, in parts that run two at a time. A long test chooses
 //! its size itself, by the variable [`DEEP`].
 
-use std::fs::{self, File};
-use std::process::{Child, Command, Stdio};
+use std::fs;
+use std::process::Child;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
@@ -169,13 +169,10 @@ fn side_by_side(gate: &mut Gate, parts: &[&'static Part]) -> Outcome {
 
 fn start(gate: &Gate, part: &'static Part) -> Result<Running, Failure> {
     let failed = |error: std::io::Error| Failure { reason: format!("{}: {error}", part.name), rerun: rerun(part) };
-    let path = gate.log(part.name).map_err(failed)?;
-    let log = File::create(&path).map_err(failed)?;
-    let mut command = Command::new(std::env::current_exe().map_err(failed)?);
-    command.args(["test", "--deep", part.name, PREPARED]).current_dir(&gate.root).stdin(Stdio::null());
-    command.stderr(log.try_clone().map_err(failed)?).stdout(log);
+    let started = Instant::now();
+    let (process, path) = gate.start(part.name, &["test", "--deep", part.name, PREPARED]).map_err(failed)?;
     println!("{:<9} started: {}", part.name, path.display());
-    Ok(Running { part, process: command.spawn().map_err(failed)?, started: Instant::now() })
+    Ok(Running { part, process, started })
 }
 
 /// Nothing while it runs.
@@ -257,9 +254,7 @@ fn lint_rest(gate: &mut Gate) -> Outcome {
 /// Crates that users take must make packages; that one builds from its own is for `cargo package` without
 /// `--no-verify`, which compiles all it depends on once more.
 fn pack(gate: &mut Gate) -> Outcome {
-    let own = ["integration-tests", "benches", "xtask", "loop-sim-wasm"];
-    let without: Vec<&str> = own.iter().flat_map(|name| ["--exclude", name]).collect();
-    let pack = Invocation::cargo(&["package", "--quiet", "--workspace", "--no-verify", "--allow-dirty"]).with(&without);
+    let pack = Invocation::cargo(&["package", "--quiet", "--workspace", "--no-verify", "--allow-dirty"]).without_own();
     gate.commands("packages of the crates that users take", &[pack])
 }
 
