@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// What of the project the program is made of, from this crate.
-const SOURCES: [&str; 15] = [
+const SOURCES: [&str; 19] = [
     "Cargo.toml",
     "assets",
     "build.rs",
@@ -18,9 +18,13 @@ const SOURCES: [&str; 15] = [
     "../Cargo.lock",
     "../controller-core/src",
     "../cycle-bound/src",
+    "../forms/src",
+    "../link/src",
     "../loop-sim/src",
     "../pil-wire/src",
     "../scenario",
+    "../study/src",
+    "../terminal/src",
     "../tick-assembly/src",
     "../tick-proof/src",
     "../tick-record/src",

@@ -6,16 +6,10 @@
 //! ```
 //!
 //! A [`scenario`] says what runs, [`loop_sim`] runs it. The controller runs in this process, or beside it on a target
-//! over a [`transport`], compared bit for bit. A scenario file with its seed reproduces a run bit for bit.
+//! over a [`link`], compared bit for bit. A scenario file with its seed reproduces a run bit for bit.
 
-pub mod black_box;
 pub mod cli;
-pub mod export;
 pub mod feature;
 pub mod figures;
-pub mod live;
-pub mod remote;
 pub mod report;
 pub mod store;
-pub mod transport;
-pub mod wired;

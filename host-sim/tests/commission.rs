@@ -10,9 +10,9 @@ use std::time::{Duration, Instant};
 
 use controller_core::Limits;
 use controller_core::drive::{ALARMS, Encoder, Motor, MotorDesign, MotorDrive, Position};
-use host_sim::live::LiveDrive;
-use host_sim::remote::Loadable;
-use host_sim::transport::{Transport, TransportError};
+use link::live::LiveDrive;
+use link::remote::Loadable;
+use link::transport::{Transport, TransportError};
 use pil_wire::{Event, Instance, Live, Machine, Model, Row, Seat, halves};
 use serialport::{SerialPort, TTYPort};
 

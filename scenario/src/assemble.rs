@@ -13,7 +13,7 @@ use loop_sim::port::ControllerPort;
 use loop_sim::port::baseline::Baseline;
 use loop_sim::port::compared::Compared;
 use loop_sim::port::drive::{DriveDesign, Motion};
-use loop_sim::port::in_process::{self, ControllerSpec, Designed, Download, Precision};
+use loop_sim::port::in_process::{self, ControllerSpec, Designed, Download, Model, Precision};
 use loop_sim::sensor::{self, Sensing, Sensor};
 use loop_sim::signal::{Signal, Term};
 use loop_sim::trace::{Row, Trace};
@@ -246,6 +246,22 @@ impl Experiment {
         port.reset().ok()?;
         let told = metrics::noise(trace, self.window_s, self.plant.jumps_s(), sensor.as_mut(), port.as_mut());
         Some(Noise { moving: share.map_or(f64::NAN, |share| share * told.moving), ..told })
+    }
+
+    /// Why a controller whose model is a formula runs in this process only, and which key to change; `None` without a
+    /// formula. A target computes in f32, with functions of its own: it would not run what was simulated.
+    pub fn formulas_stay_here(&self) -> Option<String> {
+        let ControllerSpec { config, model: Model::Formulas { drift, .. }, .. } = self.spec.as_ref()? else {
+            return None;
+        };
+        let at_rest = vec![0.0; config.n];
+        let slopes: Vec<String> = (0..config.n).map(|j| format!("{:?}", drift.slope(&at_rest, j))).collect();
+        Some(format!(
+            "a(x) or b(x) of the controller is a formula, which is computed here in f64 only; set \
+             controller.nominal.a=[{}], its slopes at rest, and a constant controller.nominal.b, and the observers \
+             estimate what that leaves out; or write it in Rust as a NominalModel",
+            slopes.join(", ")
+        ))
     }
 
     /// What is being run, in one line.

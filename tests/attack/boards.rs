@@ -2,10 +2,10 @@
 //! A run against it ends with an error in words, or, where the talk can heal it, with every bit as it should be; and in
 //! bounded time. Trial K is the way K modulo 28.
 
-use host_sim::remote::{LONGEST_WAIT, Remote, for_target};
-use host_sim::transport::{Loopback, Transport, TransportError};
 use integration_tests::strategy::{Rng, Trial};
 use integration_tests::talk::by_hand;
+use link::remote::{LONGEST_WAIT, Remote, for_target};
+use link::transport::{Loopback, Transport, TransportError};
 use pil_wire::{Identity, REPLY_LEN, Reply, Ticked};
 use scenario::{DEFAULT, Experiment, Source, parse};
 use std::collections::VecDeque;

@@ -3,9 +3,9 @@
 //! can read is what was written, and a whole frame is found behind anything.
 
 use controller_core::drive::Target;
-use host_sim::remote::{Loadable, for_target};
 use integration_tests::strategy::{Rng, Trial};
 use integration_tests::talk::{Host, by_hand, joint};
+use link::remote::{Loadable, for_target};
 use pil_wire::{Counts, MAX_N, Open, REPLY_LEN, REQUEST_LEN, Receiver, Reply, Request};
 use scenario::Source;
 

@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use controller_core::Limits;
 use controller_core::drive::{ALARMS, Encoder, Motor, MotorDesign, MotorDrive, Position};
-use host_sim::remote::Loadable;
-use host_sim::transport::{Transport, TransportError};
+use link::remote::Loadable;
+use link::transport::{Transport, TransportError};
 use pil_wire::{Disturbance, Instance, Live, Machine, Model, Row, Seat, halves};
 
 /// The law of it.

@@ -2,7 +2,7 @@
 //! sees every reply.
 
 use controller_core::{Controller, Linear, ObserverGains, Shape, channels};
-use host_sim::remote::Loadable;
+use link::remote::Loadable;
 use loop_sim::port::in_process::{Download, ModelKind};
 use pil_wire::{Event, LOAD, MAX_N, Open, REPLY_LEN, Refusal, Reply, Request, Target, Ticked};
 

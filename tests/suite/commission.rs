@@ -10,15 +10,15 @@ use std::time::Duration;
 
 use controller_core::Health;
 use controller_core::drive::Joint;
-use host_sim::live::LiveDrive;
-use host_sim::transport::TransportError;
-use host_sim::transport::faulty::Rates;
-use host_sim::transport::{Emulator, Faulty, Transport};
-use host_sim::wired::Wired;
 use integration_tests::data::path;
 use integration_tests::deep;
 use integration_tests::live::{Bench, DESIGN, Shared, loadable};
 use integration_tests::strategy::Rng;
+use link::live::LiveDrive;
+use link::transport::TransportError;
+use link::transport::faulty::Rates;
+use link::transport::{Emulator, Faulty, Transport};
+use link::wired::Wired;
 use loop_sim::port::PortError;
 use loop_sim::port::drive::DriveDesign;
 use pil_wire::{Disturbance, Order, Plant};
@@ -94,7 +94,7 @@ fn what_shakes_is_known_to_the_observers_to_the_bit() {
     }
     good(drive.order(Order::Freeze));
     let again = good(drive.black_box()).replay().unwrap_or_else(|error| panic!("{error}"));
-    assert!(again.len() > 256 && again.iter().all(host_sim::black_box::Again::is_same));
+    assert!(again.len() > 256 && again.iter().all(link::black_box::Again::is_same));
     assert!(again.iter().any(|it| (it.then.counts.applied - it.then.u).abs() > 1.0), "nothing shook");
 }
 
@@ -489,10 +489,10 @@ fn off(case: &Case, found: &Identified) -> [f64; 5] {
 
 /// Its last ticks run again here to the bit, with the design that stayed.
 fn assert_same_bits(drive: &mut LiveDrive<Emulator>, stays: &DriveDesign) {
-    assert_eq!(*drive.design(), host_sim::remote::Loadable::try_from(stays).expect("a design"));
+    assert_eq!(*drive.design(), link::remote::Loadable::try_from(stays).expect("a design"));
     good(drive.order(Order::Freeze));
     let again = good(drive.black_box()).replay().unwrap_or_else(|error| panic!("{error}"));
-    assert!(again.len() >= 256 && again.iter().all(host_sim::black_box::Again::is_same));
+    assert!(again.len() >= 256 && again.iter().all(link::black_box::Again::is_same));
 }
 
 /// The fast tier has the wrong link alone, which is the whole way and back.

@@ -10,7 +10,6 @@ use controller_core::{
     Benchmark, Coefficients, ControlLaw, Controller, FlexibleJoint, Gate, Gated, Health, Libm, Linear, Micromath,
     NominalModel, Output, Running, SampleLimits, channels,
 };
-use host_sim::export;
 use integration_tests::data::path;
 use integration_tests::program::host_sim;
 use integration_tests::strategy::Rng;
@@ -638,7 +637,7 @@ fn compare_assembly(name: &str, scenario: &str, run: &Run, effort: &Effort) {
     fs::create_dir_all(&folder).expect("a folder");
     let source = Source { file: "it", text: scenario, sets: &[] };
     let experiment = scenario::parse(&source, "it").expect("a good scenario");
-    let files = export::assembly(&experiment, &source, export::PREFIX, effort);
+    let files = forms::assembly(&experiment, &source, forms::PREFIX, effort);
     let files = files.unwrap_or_else(|why| panic!("{name}: {why}"));
     let (assembly, header) = (folder.join("tick.S"), folder.join("tick.h"));
     fs::write(&assembly, files.assembly).expect("the assembly");
@@ -701,12 +700,12 @@ fn of_many(scenarios: &[String], assembly: Option<&Effort>) -> Many {
         let spec = experiment.spec.clone().expect("a controller");
         let prefix = format!("s{k}");
         if let Some(effort) = assembly {
-            let files = export::assembly(&experiment, &source, &prefix, effort);
+            let files = forms::assembly(&experiment, &source, &prefix, effort);
             let files = files.unwrap_or_else(|why| panic!("{why}\n{text}"));
             program += &files.header;
             many.linked.push(files.assembly);
         } else {
-            program += &export::text(&experiment, &source, export::Form::Standalone(&prefix)).expect("exported");
+            program += &forms::export(&experiment, &source, forms::Form::Standalone(&prefix)).expect("exported");
         }
         cases += &CASE.replace('@', &k.to_string());
         let given = ["", ", ask->x[4]", ", ask->x[4], ask->x[5]"][given(&spec, &[0.0; 6]).len()];
@@ -888,7 +887,7 @@ fn the_header_of_the_exported_assembly_is_one_of_cpp_too() {
     let (name, scenario, _) = INSTANCES[0];
     let source = Source { file: "it", text: scenario, sets: &[] };
     let experiment = scenario::parse(&source, "it").expect("a good scenario");
-    let files = export::assembly(&experiment, &source, "left", &QUICK).unwrap_or_else(|why| panic!("{name}: {why}"));
+    let files = forms::assembly(&experiment, &source, "left", &QUICK).unwrap_or_else(|why| panic!("{name}: {why}"));
     let user = "#include \"tick.h\"
 #include \"tick.h\"
 extern \"C\" void reset() {

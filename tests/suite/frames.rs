@@ -3,11 +3,11 @@
 use controller_core::{
     AnyConfig, Config, Fallback, LAYOUT, Limits, MAX_R, Nominal, ObserverGains, Options, ReachingLaw, Surface,
 };
-use host_sim::remote::Loadable;
 use integration_tests::deep;
 use integration_tests::paper::NOMINAL;
 use integration_tests::strategy::Rng;
 use integration_tests::talk::{Host, by_hand, crc32, joint};
+use link::remote::Loadable;
 use loop_sim::port::in_process::{ControllerSpec, Download, Model, Precision, build, padded};
 use pil_wire::{
     CORE_VERSION, Instance, LAYOUT_ID, LOAD, MAX_N, Open, REPLY_LEN, REQUEST_LEN, Reason, Receiver, Refusal, Reply,

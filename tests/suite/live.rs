@@ -5,14 +5,14 @@
 
 use controller_core::drive::{MotorDesign, MotorDrive, Position};
 use controller_core::{Health, Limits};
-use host_sim::black_box::{Again, BlackBox};
-use host_sim::live::LiveDrive;
-use host_sim::transport::faulty::Rates;
-use host_sim::transport::{Faulty, Transport};
 use integration_tests::data::path;
 use integration_tests::deep;
 use integration_tests::live::{Bench, DESIGN, loadable};
 use integration_tests::program::{Folder, Spoken, host_sim};
+use link::black_box::{Again, BlackBox};
+use link::live::LiveDrive;
+use link::transport::faulty::Rates;
+use link::transport::{Faulty, Transport};
 use loop_sim::port::PortError;
 use pil_wire::{Disturbance, Order, halves};
 use std::time::Duration;

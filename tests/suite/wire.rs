@@ -5,13 +5,13 @@
 use controller_core::drive::{Bounds, Encoder, Monitored, Motor, MotorDesign, MotorDrive, Position, Sample, Target};
 use controller_core::{Health, Limits, RetuneError, Running};
 use host_sim::figures::CATALOGUE;
-use host_sim::remote::{LONGEST_WAIT, Loadable, Remote, for_target};
-use host_sim::transport::faulty::{Rates, Struck};
-use host_sim::transport::{Faulty, Loopback, Transport, TransportError};
 use integration_tests::data::scenario_file;
 use integration_tests::deep;
 use integration_tests::strategy::Rng;
 use integration_tests::talk::{Host, crc32};
+use link::remote::{LONGEST_WAIT, Loadable, Remote, for_target};
+use link::transport::faulty::{Rates, Struck};
+use link::transport::{Faulty, Loopback, Transport, TransportError};
 use loop_sim::closed_loop::LoopError;
 use loop_sim::port::{ControllerPort, PortError};
 use loop_sim::port::{Difference, Field};

@@ -10,21 +10,22 @@ use crate::step::{Failure, Gate, Invocation, Outcome};
 
 /// A folder of its own, so that nothing of the tests is compiled again.
 const TARGET_DIR: &str = "target/first";
-const PROGRAM: &str = "target/first/release/host-sim";
+/// A folder to work in, and the program as seen from there.
 const FOLDER: &str = "target/first-run";
+const PROGRAM: &str = "../first/release/host-sim";
 
-/// Commands of the default build. `@` is a file in [`FOLDER`] that does not exist before.
+/// Commands of the default build, in an empty folder.
 const COMMANDS: [&str; 10] = [
-    "new @mine --plant motor",
-    "run @mine.toml --out @run",
-    "design @mine.toml",
-    "tune @mine.toml --load 0.01 --evaluations 40 --to @tuned.toml --out @tune",
-    "map @mine.toml --preset plant --out @map",
-    "export @mine.toml --lang c --standalone -o @drive.h",
-    "export @mine.toml --lang rust -o @drive.rs",
-    "monte-carlo @mine.toml --trials 40 --shard 1/2 --out @one",
-    "monte-carlo @mine.toml --trials 40 --shard 2/2 --out @two",
-    "merge @one @two --out @both",
+    "new mine --plant motor",
+    "run mine.toml --out run",
+    "design mine.toml",
+    "tune mine.toml --load 0.01 --evaluations 40 --to tuned.toml --out tune",
+    "map mine.toml --preset plant --out map",
+    "export mine.toml --lang c --standalone -o drive.h",
+    "export mine.toml --lang rust -o drive.rs",
+    "monte-carlo mine.toml --trials 40 --shard 1/2 --out one",
+    "monte-carlo mine.toml --trials 40 --shard 2/2 --out two",
+    "merge one two --out both",
 ];
 
 /// A program outside the workspace that calls `study`, and the scenario that it reads.
@@ -33,13 +34,13 @@ const SCENARIO: &str = "target/first-run/mine.toml";
 
 /// Left-out commands and the feature that each one names.
 const LEFT_OUT: [(&str, &str); 7] = [
-    ("pil @mine.toml", "chip"),
+    ("pil mine.toml", "chip"),
     ("hil --port /dev/none", "chip"),
     ("emulate --image none", "chip"),
     ("live", "chip"),
     ("budget", "chip"),
-    ("export @mine.toml --asm -o @tick.S", "asm"),
-    ("export @mine.toml --standalone -o @proved.h --certificate @proved.txt", "proof"),
+    ("export mine.toml --asm -o tick.S", "asm"),
+    ("export mine.toml --standalone -o proved.h --certificate proved.txt", "proof"),
 ];
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
@@ -71,9 +72,9 @@ fn failed(reason: String) -> Failure {
     Failure { reason, rerun: String::from("cargo xtask test --deep first") }
 }
 
+/// The program with these arguments in [`FOLDER`].
 fn invocation(words: &str) -> Invocation {
-    let words: Vec<String> = words.split(' ').map(|word| word.replace('@', &format!("{FOLDER}/"))).collect();
-    Invocation::new(PROGRAM, &words.iter().map(String::as_str).collect::<Vec<_>>())
+    Invocation::new("env", &["-C", FOLDER, PROGRAM]).with(&words.split(' ').collect::<Vec<_>>())
 }
 
 /// Checks that a command prints one line with its feature and exits with status 2.

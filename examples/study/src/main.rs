@@ -7,7 +7,7 @@
 use std::error::Error;
 use std::fs;
 
-use host_sim::export::{self, Form};
+use forms::{Form, PREFIX};
 use scenario::Source;
 use study::Watch;
 use study::compare::Bench;
@@ -35,6 +35,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     eprintln!("load error {:.4} rad, {} cycles, not met: {:?}", tuned.found.worst.load_rad, tuned.cycles, tuned.missed);
 
     let source = Source { file: &file, text: &tuned.text, sets: &[] };
-    print!("{}", export::text(&scenario::parse(&source, "drive")?, &source, Form::Standalone(export::PREFIX))?);
+    print!("{}", forms::export(&scenario::parse(&source, "drive")?, &source, Form::Standalone(PREFIX))?);
     Ok(())
 }

@@ -6,9 +6,8 @@ use clap::{ArgGroup, Args, ValueEnum};
 use scenario::{Experiment, Source};
 
 use super::{Console, DEFAULT, Failure, ScenarioText, bad, failed, free, status, write_file};
-use crate::export::arm::Effort;
-use crate::export::{self, Form, PREFIX};
 use crate::feature::Feature;
+use forms::{Effort, Form, PREFIX};
 
 /// Languages that link a library of this project.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -131,11 +130,11 @@ impl Console<'_> {
                 if header == *path {
                     return Err(bad("--asm writes a header beside the file: name it .S, not .h"));
                 }
-                let files = export::assembly(&experiment, &source, &options.prefix, &Effort::FULL).map_err(refused)?;
+                let files = forms::assembly(&experiment, &source, &options.prefix, &Effort::FULL).map_err(refused)?;
                 vec![(path.clone(), files.assembly), (header, files.header)]
             }
             (path, _) => {
-                let text = export::text(&experiment, &source, form).map_err(refused)?;
+                let text = forms::export(&experiment, &source, form).map_err(refused)?;
                 let Some(path) = path else {
                     self.warn_of_export(&experiment);
                     self.say(text.trim_end())?;
@@ -170,7 +169,7 @@ impl Console<'_> {
     }
 
     fn warn_of_export(&mut self, experiment: &Experiment) {
-        for warning in export::warnings(experiment) {
+        for warning in forms::warnings(experiment) {
             self.note(&format!("warning: {warning}"));
         }
     }
@@ -178,7 +177,7 @@ impl Console<'_> {
 
 /// What drives a motor must know how far it may go.
 pub(super) fn refuse_without_limits(experiment: &Experiment, file: &str) -> Result<(), Failure> {
-    match export::without_limits(experiment) {
+    match forms::without_limits(experiment) {
         Some(why) => Err(bad(format!("{file}: {why}, or say --no-limits"))),
         None => Ok(()),
     }

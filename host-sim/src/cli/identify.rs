@@ -29,11 +29,11 @@ use super::{
     write_new,
 };
 use crate::feature::Feature;
-use crate::live::LiveDrive;
 use crate::report::FIGURE;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
-use crate::transport::Emulator;
-use crate::wired::Wired;
+use link::live::LiveDrive;
+use link::transport::Emulator;
+use link::wired::Wired;
 
 /// What both commands are told.
 #[derive(Args, Debug)]

@@ -20,13 +20,13 @@ use whole_file::Kind;
 
 use super::target::{present, rate};
 use super::{Console, Failure, bad, failed, read_text, status};
-use crate::black_box::{Again, BlackBox};
-use crate::live::LiveDrive;
-use crate::remote::{Loadable, for_target};
 use crate::report::plot::{BLACK, Figure, Panel, Series, Style};
 use crate::report::write_whole;
-use crate::transport::faulty::Rates;
-use crate::transport::{BAUD, Emulator, Faulty, Serial, Stoppable, Transport, TransportError};
+use link::black_box::{Again, BlackBox};
+use link::live::LiveDrive;
+use link::remote::{Loadable, for_target};
+use link::transport::faulty::Rates;
+use link::transport::{BAUD, Emulator, Faulty, Serial, Stoppable, Transport, TransportError};
 
 /// Where `cargo xtask firmware` leaves the image, from the root of the repository.
 const IMAGE: &str = "firmware/target/thumbv7em-none-eabihf/release/drive";

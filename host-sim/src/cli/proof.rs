@@ -9,7 +9,6 @@ use tick_proof::run;
 use tick_proof::solver::{Solver, Which};
 
 use super::{Console, Failure, bad, failed};
-use crate::export;
 
 /// For one question to the solver.
 const PATIENCE: Duration = Duration::from_mins(2);
@@ -24,7 +23,7 @@ impl Console<'_> {
         python: Option<&Path>,
         refused: impl Fn(String) -> Failure,
     ) -> Result<(String, Vec<String>), Failure> {
-        let functions = export::functions(experiment).map_err(refused)?;
+        let functions = forms::functions(experiment).map_err(refused)?;
         let solver = Solver::find(Which::Bitwuzla, python).map_err(bad)?;
         let jobs = run::jobs("", &functions);
         let bar = self.bar(jobs.len() as u64, "{bar:40} {pos} of {len} statements  {elapsed}  {msg}");

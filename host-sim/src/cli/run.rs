@@ -26,7 +26,7 @@ use super::{Console, Failure, LEFT, RunOptions, bad, claim_folder, failed, statu
 use crate::report::plot::Figure;
 use crate::report::trace_figure::{self, Labels};
 use crate::report::{csv, drive_figure, write_whole};
-use crate::transport::board::Log;
+use link::transport::board::Log;
 
 /// What `--json` prints of a run.
 #[derive(Serialize)]

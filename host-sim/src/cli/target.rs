@@ -12,10 +12,10 @@ use pil_wire::{REPLY_LEN, REQUEST_LEN};
 use scenario::Experiment;
 
 use super::{Console, Failure, bad, failed, status};
-use crate::remote::{self, Loadable, Remote};
-use crate::transport::board::{Log, Messages, is_last, logged};
-use crate::transport::faulty::Rates;
-use crate::transport::{BAUD, Emulator, Faulty, Serial, Stoppable, Transport};
+use link::remote::{self, Loadable, Remote};
+use link::transport::board::{Log, Messages, is_last, logged};
+use link::transport::faulty::Rates;
+use link::transport::{BAUD, Emulator, Faulty, Serial, Stoppable, Transport};
 
 /// Where `cargo xtask firmware` leaves the image, from the root of the repository.
 const IMAGE: &str = "firmware/target/thumbv7em-none-eabihf/release/pil";

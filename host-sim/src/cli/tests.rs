@@ -8,8 +8,8 @@ use serde_json::Value as Json;
 
 use super::run::note_changes;
 use super::*;
-use crate::remote::for_target;
-use crate::transport::{Loopback, Transport, TransportError};
+use link::remote::for_target;
+use link::transport::{Loopback, Transport, TransportError};
 use pil_wire::Reply;
 use study::figures::TROUBLES;
 
@@ -541,7 +541,7 @@ fn options_that_make_no_sense_are_wrong_usage() {
 
 #[test]
 fn the_longest_wait_stands_in_the_help() {
-    let longest = format!("{} s for any answer", crate::remote::LONGEST_WAIT.as_secs());
+    let longest = format!("{} s for any answer", link::remote::LONGEST_WAIT.as_secs());
     for command in ["pil", "hil"] {
         let (_, out, _) = spoken(&[command, "--help"]);
         assert!(out.contains(&longest), "{out}");

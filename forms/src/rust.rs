@@ -25,7 +25,7 @@ pub(super) fn text(exported: &Exported<'_>) -> Result<String, String> {
         }
         Model::BenchmarkLibm => ("Benchmark<Libm>".into(), "Benchmark::new()".into(), "Benchmark, Libm"),
         Model::BenchmarkMicromath => ("Benchmark<Micromath>".into(), "Benchmark::new()".into(), "Benchmark, Micromath"),
-        Model::Formulas { .. } => return Err(super::formulas_stay_here(spec)),
+        Model::Formulas { .. } => return Err(super::F32_ONLY.into()),
     };
     let observers: String = (observers.iter().take(n))
         .map(|gains| match gains {

@@ -1,4 +1,5 @@
 //! The module `arm` without the feature `asm`: functions that return the reason, and layouts that nothing is in.
+#![allow(clippy::unused_self, reason = "the signatures of the module `arm`")]
 
 use tick_record::drive::DriveFunctions;
 use tick_record::{Functions, Port};
@@ -16,81 +17,81 @@ impl Effort {
 
 /// The state of a controller in memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Layout {
+pub(crate) struct Layout {
     /// No words.
-    pub words: Vec<String>,
+    pub(crate) words: Vec<String>,
 }
 
 impl Layout {
     /// Returns no words.
-    pub fn of(_: &Functions, _: usize) -> Self {
+    pub(crate) fn of(_: &Functions, _: usize) -> Self {
         Self { words: Vec::new() }
     }
 }
 
 /// The state of a drive in memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DriveLayout;
+pub(crate) struct DriveLayout;
 
 impl DriveLayout {
     /// Returns no words.
-    pub fn of(_: &DriveFunctions) -> Self {
+    pub(crate) fn of(_: &DriveFunctions) -> Self {
         Self
     }
 
     /// Returns no words.
-    pub fn words(&self) -> impl Iterator<Item = &String> {
+    pub(crate) fn words(&self) -> impl Iterator<Item = &String> {
         std::iter::empty()
     }
 
     /// Returns no place.
-    pub fn means(&self, _: &str, _: &Port, _: &[Port]) -> Option<String> {
+    pub(crate) fn means(&self, _: &str, _: &Port, _: &[Port]) -> Option<String> {
         None
     }
 }
 
 /// The functions of a controller.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Assembly {
+pub(crate) struct Assembly {
     /// The functions.
-    pub text: String,
+    pub(crate) text: String,
     /// The state.
-    pub layout: Layout,
+    pub(crate) layout: Layout,
     /// Cycles of `tick_u`.
-    pub cycles: u32,
+    pub(crate) cycles: u32,
     /// Cycles of `tick`.
-    pub cycles_whole: u32,
+    pub(crate) cycles_whole: u32,
     /// Least cycles of `tick_u`.
-    pub floor: u32,
+    pub(crate) floor: u32,
     /// Least cycles of `tick`.
-    pub floor_whole: u32,
+    pub(crate) floor_whole: u32,
 }
 
 /// The functions of a drive.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DriveAssembly {
+pub(crate) struct DriveAssembly {
     /// The functions.
-    pub text: String,
+    pub(crate) text: String,
     /// The state.
-    pub layout: DriveLayout,
+    pub(crate) layout: DriveLayout,
     /// Cycles of `tick_u`.
-    pub cycles: u32,
+    pub(crate) cycles: u32,
     /// Cycles of `tick`.
-    pub cycles_whole: u32,
+    pub(crate) cycles_whole: u32,
     /// Least cycles of `tick_u`.
-    pub floor: u32,
+    pub(crate) floor: u32,
     /// Least cycles of `tick`.
-    pub floor_whole: u32,
+    pub(crate) floor_whole: u32,
 }
 
 /// # Errors
 /// Always.
-pub fn assembly(_: &Functions, _: usize, _: usize, _: &str, _: &Effort) -> Result<Assembly, String> {
+pub(crate) fn assembly(_: &Functions, _: usize, _: usize, _: &str, _: &Effort) -> Result<Assembly, String> {
     Err(LEFT_OUT.into())
 }
 
 /// # Errors
 /// Always.
-pub fn drive_assembly(_: &DriveFunctions, _: &str, _: &Effort) -> Result<DriveAssembly, String> {
+pub(crate) fn drive_assembly(_: &DriveFunctions, _: &str, _: &Effort) -> Result<DriveAssembly, String> {
     Err(LEFT_OUT.into())
 }

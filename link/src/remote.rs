@@ -15,7 +15,7 @@ use controller_core::Output;
 use controller_core::drive::{DriveError, Sample, Target};
 use loop_sim::MAX_ORDER;
 use loop_sim::port::drive::{DriveDesign, Follows, Form, Law};
-use loop_sim::port::in_process::{self, Download, ModelKind};
+use loop_sim::port::in_process::{Download, ModelKind};
 use loop_sim::port::{ControllerPort, PortError, Tick};
 use pil_wire::{
     CORE_VERSION, Counts, Driven, Identity, Instance, LAYOUT_ID, LOAD, MAX_N, Model, Open, REPLY_LEN, RETUNE_ERRORS,
@@ -23,7 +23,6 @@ use pil_wire::{
 };
 use scenario::Experiment;
 
-use crate::export::formulas_stay_here;
 use crate::transport::{Transport, TransportError};
 
 /// Longest wait for any answer.
@@ -97,11 +96,9 @@ pub fn for_target(experiment: &Experiment) -> Result<Loadable, String> {
         None if experiment.spec.is_none() => {
             Err(format!("{name}: a target carries the proposed controller only; set controller.kind=proposed"))
         }
-        None => Err(match &experiment.spec {
-            Some(spec) if matches!(spec.model, in_process::Model::Formulas { .. }) => {
-                format!("{name}: {}", formulas_stay_here(spec))
-            }
-            _ => format!("{name}: a target computes in f32; set controller.precision=f32"),
+        None => Err(match experiment.formulas_stay_here() {
+            Some(why) => format!("{name}: {why}"),
+            None => format!("{name}: a target computes in f32; set controller.precision=f32"),
         }),
     }
 }
@@ -515,62 +512,5 @@ impl<T: Transport> Wire<T> {
 
     fn silent(&self, asked: &str) -> PortError {
         PortError::Silent { asked: asked.into(), heard: self.heard, within: LONGEST_WAIT }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::transport::Loopback;
-
-    /// A target that says who it is, unasked, so many times before each answer.
-    struct Talkative {
-        inner: Loopback,
-        hello: Vec<u8>,
-        times: usize,
-    }
-
-    impl Talkative {
-        fn new(times: usize) -> Self {
-            let mut inner = Loopback::new();
-            let mut hello = vec![0; REPLY_LEN];
-            assert_eq!(inner.receive(&mut hello, Duration::ZERO), Ok(REPLY_LEN));
-            Self { inner, hello, times }
-        }
-    }
-
-    impl Transport for Talkative {
-        fn send(&mut self, bytes: &[u8]) -> Result<(), TransportError> {
-            self.inner.send(bytes)
-        }
-
-        fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, TransportError> {
-            if self.times == 0 {
-                return self.inner.receive(into, within);
-            }
-            self.times -= 1;
-            into[..REPLY_LEN].copy_from_slice(&self.hello);
-            Ok(REPLY_LEN)
-        }
-    }
-
-    fn connected(wire: Talkative) -> Result<Remote<Talkative>, PortError> {
-        let source = scenario::Source { file: "default.toml", text: scenario::DEFAULT, sets: &[] };
-        let experiment = scenario::parse(&source, "default").expect("the default scenario");
-        Remote::connect(wire, Duration::from_millis(50), for_target(&experiment).expect("one for a target"))
-    }
-
-    #[test]
-    fn unasked_words_of_a_target_do_not_use_up_the_time_that_it_has_to_answer() {
-        assert!(connected(Talkative::new(1000)).is_ok());
-    }
-
-    #[test]
-    fn a_target_that_never_stops_talking_is_given_up_in_time() {
-        let began = Instant::now();
-        let error = connected(Talkative::new(usize::MAX)).err().expect("no answer");
-        assert!(matches!(error, PortError::Silent { .. }), "{error}");
-        // As long as it says, and no longer; generous, as a machine may be busy.
-        assert!((LONGEST_WAIT..10 * LONGEST_WAIT).contains(&began.elapsed()), "{:?}", began.elapsed());
     }
 }

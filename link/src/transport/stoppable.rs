@@ -44,33 +44,3 @@ impl<T: Transport> Transport for Stoppable<'_, T> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Never says anything.
-    struct Silent;
-
-    impl Transport for Silent {
-        fn send(&mut self, _: &[u8]) -> Result<(), TransportError> {
-            Ok(())
-        }
-
-        fn receive(&mut self, _: &mut [u8], within: Duration) -> Result<usize, TransportError> {
-            std::thread::sleep(within);
-            Ok(0)
-        }
-    }
-
-    #[test]
-    fn a_long_silence_ends_soon_after_the_wish_to_stop_and_a_short_one_in_time() {
-        let stop = AtomicBool::new(false);
-        let mut wire = Stoppable::new(Silent, &stop);
-        assert_eq!(wire.receive(&mut [0; 8], Duration::from_millis(1)), Ok(0));
-        stop.store(true, Ordering::Relaxed);
-        let began = Instant::now();
-        assert!(wire.receive(&mut [0; 8], Duration::from_secs(50)).is_err());
-        assert!(began.elapsed() < Duration::from_secs(10));
-    }
-}

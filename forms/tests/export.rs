@@ -1,11 +1,12 @@
-use scenario::parse;
+//! What stands in an exported file, and what is refused.
 
-use super::*;
+use forms::{Effort, Files, Form, PREFIX, assembly};
+use scenario::{Source, parse};
 
 fn exported(text: &str, sets: &[&str], form: Form<'_>) -> Result<String, String> {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
     let source = Source { file: "it.toml", text, sets: &sets };
-    super::text(&parse(&source, "it").expect("a good scenario"), &source, form)
+    forms::export(&parse(&source, "it").expect("a good scenario"), &source, form)
 }
 
 #[test]
@@ -37,10 +38,10 @@ fn a_design_that_does_not_limit_u_says_so_in_the_file_and_how_to_limit_it() {
 
 #[test]
 fn a_comment_of_the_scenario_cannot_end_the_comment_of_c() {
-    assert_eq!(harmless("a */ b /* c /*/ d \u{202e} e\tf\rg"), "a * / b / * c / * / d ? e f?g");
-    let text = exported("# */ int stray; /* \u{2066}\n", &[], Form::Standalone(PREFIX)).expect("exported");
+    let comment = "# */ int stray; /* c /*/ d \u{2066} e\tf\n";
+    let text = exported(comment, &[], Form::Standalone(PREFIX)).expect("exported");
     let head = text.split_once(" */\n").expect("the end of the first comment").0;
-    assert!(head.contains("# * / int stray; / * ?"), "{head}");
+    assert!(head.contains("# * / int stray; / * c / * / d ? e f\n"), "{head}");
 }
 
 #[test]
@@ -59,7 +60,7 @@ fn what_cannot_be_exported_is_refused_with_the_way_out() {
         // The way out is one.
         assert!(exported(scenario::OWN, &["controller.nominal.a=[19.62, 0.0]"], form).is_ok());
     }
-    let baseline = include_str!("../../scenarios/fig01_baseline.toml");
+    let baseline = include_str!("../../host-sim/scenarios/fig01_baseline.toml");
     assert!(refused(baseline, Form::Rust).contains("set controller.kind=proposed"));
 }
 
@@ -92,12 +93,12 @@ fn assembly_has_the_names_of_the_c_file_and_refuses_what_it_does_not_carry() {
 
 #[test]
 fn assembly_of_a_drive_has_the_names_of_its_c_file() {
-    let text = include_str!("../../../firmware/motor.toml");
+    let text = include_str!("../../firmware/motor.toml");
     let source = Source { file: "motor.toml", text, sets: &["drive.gain_sets=1".into()] };
     let experiment = parse(&source, "motor").expect("a good scenario");
     let effort = Effort { rounds: 1, steps: 20_000, seed: 1 };
     let Files { assembly: code, header } = assembly(&experiment, &source, "left", &effort).expect("exported");
-    let c = super::text(&experiment, &source, Form::Standalone("left")).expect("exported");
+    let c = forms::export(&experiment, &source, Form::Standalone("left")).expect("exported");
     let names = |text: &str| -> Vec<String> {
         let calls = text.split("left_").skip(1).filter_map(|rest| rest.split_once('('));
         let mut names: Vec<String> = calls.map(|(name, _)| name.to_owned()).collect();
@@ -110,11 +111,11 @@ fn assembly_of_a_drive_has_the_names_of_its_c_file() {
     assert_eq!(missing, Vec::<String>::new());
     for name in ["tick", "tick_u", "observe", "law", "start", "report_applied", "estimates", "reset"] {
         assert!(code.contains(&format!(".global left_{name}\n")), "{name}");
-        let means = super::text(&experiment, &source, Form::MeansOfAssembly("left", name)).expect("recorded");
+        let means = forms::export(&experiment, &source, Form::MeansOfAssembly("left", name)).expect("recorded");
         assert!(means.starts_with(&format!("means 1\nfunction left_{name}\n")), "{means}");
     }
     // The types of the C file: flags of a byte before and behind the words, the turn before the angle.
-    let means = super::text(&experiment, &source, Form::Means("left", "tick")).expect("recorded");
+    let means = forms::export(&experiment, &source, Form::Means("left", "tick")).expect("recorded");
     for line in [
         "function left_tick",
         "in fresh truth r0+0",
@@ -129,21 +130,33 @@ fn assembly_of_a_drive_has_the_names_of_its_c_file() {
         assert!(means.contains(&format!("\n{line}\n")), "{line}: {means}");
     }
     for form in [Form::MeansOfAssembly("left", "fly"), Form::Means("left", "law")] {
-        let unknown = super::text(&experiment, &source, form);
+        let unknown = forms::export(&experiment, &source, form);
         assert!(unknown.is_err_and(|told| told.contains("no function `")));
     }
 }
 
 #[test]
 fn numbers_get_the_names_of_the_layout() {
-    let numbers: Vec<f32> = (0..60).map(|k| k as f32).collect();
-    let named = named(4, 2, 2, &numbers);
-    assert_eq!(named["drift"], [4.0, 5.0, 6.0, 7.0]);
-    assert_eq!(named["rate"], [8.0]);
-    assert_eq!(named["gamma"], [11.0, 12.0, 13.0, 14.0]);
-    assert_eq!(named["c"], [15.0, 16.0, 17.0, 18.0]);
-    assert_eq!(named["input_gain"], [45.0]);
-    assert_eq!(named["mu2_n"], [46.0]);
+    let source = Source { file: "it.toml", text: "", sets: &[] };
+    let experiment = parse(&source, "it").expect("the default scenario");
+    let numbers = &experiment.download.as_ref().expect("a design in f32").numbers;
+    let text = forms::export(&experiment, &source, Form::Archive(PREFIX)).expect("exported");
+    let row = |numbers: &[f32]| {
+        let row: Vec<String> = numbers.iter().map(|number| format!("{number:?}f")).collect();
+        format!("{{{}}}", row.join(", "))
+    };
+    // n = 4, r = 2 in two channels: d_hat, drift, rate, per_period, memory, gamma, c ..
+    for (name, value) in [
+        ("d_hat", row(&numbers[..4])),
+        ("a_row", row(&numbers[4..8])),
+        ("rate", format!("{:?}f", numbers[8])),
+        ("gamma", format!("{{{}, {}}}", row(&numbers[11..13]), row(&numbers[13..15]))),
+        ("c", row(&numbers[15..19])),
+        ("input_gain", format!("{:?}f", numbers[45])),
+        ("mu2_n", format!("{:?}f", numbers[46])),
+    ] {
+        assert!(text.contains(&format!("    {value}, /* {name} */\n")), "{name} {value}: {text}");
+    }
 }
 
 #[test]

@@ -1,33 +1,17 @@
-//! A designed controller as one source file: for firmware that designs nothing itself.
-//!
-//! ```text
-//! scenario.toml -> Experiment -> Designed -> standalone::text    C99, tick and coefficients, nothing else needed
-//!                                        |-> assembly::files    the same, scheduled for a Cortex-M4F, and its header
-//!                                        |-> archive::text       C, the design in a constant, on the archive for C
-//!                                        `-> rust::text          Rust, the design in a static, on controller-core
-//! ```
-//!
-//! All give the bits of the controller that `host-sim run` ticks; of a joint the assembly leaves products with a 0 of
-//! a(x) out, as its model in Rust does, so that a zero may have the other sign. All say where they come from: the
-//! scenario's text and its checksum, the `--set` arguments, the hash of the design (the one a target reports), the
-//! library's version.
+#![doc = include_str!("../README.md")]
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use controller_core::{LAYOUT, Limits, Shape};
+use link::remote::Loadable;
 use loop_sim::port::in_process::{self, ControllerSpec, Download, Model};
 use scenario::{Experiment, Source};
 use study::margins;
 
-use arm::Effort;
-
-use crate::feature::Feature;
-use crate::remote::Loadable;
-use controller_core::{LAYOUT, Limits, Shape};
-
 mod archive;
-#[cfg_attr(not(feature = "asm"), path = "export/no_arm.rs")]
-pub mod arm;
+#[cfg_attr(not(feature = "asm"), path = "no_arm.rs")]
+mod arm;
 mod assembly;
 mod c99;
 mod drive;
@@ -35,6 +19,7 @@ mod plan;
 mod rust;
 mod standalone;
 
+pub use arm::Effort;
 pub use assembly::Files;
 
 /// What the names of an exported C file begin with, if nothing else is asked for.
@@ -65,7 +50,7 @@ pub fn warnings(experiment: &Experiment) -> Vec<String> {
 }
 
 /// Which limits of u the controller has not, and how to give them; `None` if it has both.
-pub(crate) fn without_limits(experiment: &Experiment) -> Option<String> {
+pub fn without_limits(experiment: &Experiment) -> Option<String> {
     let Limits { min, max } = experiment.spec.as_ref()?.config.padded.options.limits;
     let (what, size) = match (min <= Limits::NONE.min, max >= Limits::NONE.max) {
         (true, true) => ("limits", Limits::NONE.max),
@@ -80,8 +65,8 @@ pub(crate) fn without_limits(experiment: &Experiment) -> Option<String> {
 ///
 /// # Errors
 /// What cannot be exported, and what to change.
-pub fn text(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Result<String, String> {
-    if matches!(form, Form::MeansOfAssembly(..)) && !Feature::Asm.is_built_in() {
+pub fn export(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Result<String, String> {
+    if matches!(form, Form::MeansOfAssembly(..)) && !cfg!(feature = "asm") {
         return Err("assembly needs the feature asm".into());
     }
     if let Some(drive) = &experiment.drive {
@@ -118,20 +103,6 @@ pub fn assembly(experiment: &Experiment, source: &Source<'_>, prefix: &str, effo
     assembly::files(&exported, prefix, effort)
 }
 
-/// Why a controller whose model is a formula runs in this process only, and what to change: a target computes in f32,
-/// with functions of its own, and what was simulated would not be what runs there.
-pub(crate) fn formulas_stay_here(spec: &ControllerSpec) -> String {
-    let n = spec.config.n;
-    let Model::Formulas { drift, .. } = &spec.model else { return String::new() };
-    let slopes: Vec<String> = (0..n).map(|j| format!("{:?}", drift.slope(&vec![0.0; n], j))).collect();
-    format!(
-        "a(x) or b(x) of the controller is a formula, which is computed here in f64 only; set \
-         controller.nominal.a=[{}], its slopes at rest, and a constant controller.nominal.b, and the observers \
-         estimate what that leaves out; or write it in Rust as a NominalModel",
-        slopes.join(", ")
-    )
-}
-
 /// The records that the self-contained C file of a scenario is written from.
 ///
 /// # Errors
@@ -153,8 +124,7 @@ fn parts(experiment: &Experiment) -> Result<(&ControllerSpec, &Download), String
     match (&experiment.spec, &experiment.download) {
         (Some(spec), Some(download)) => Ok((spec, download)),
         (None, _) => Err("the baseline is not exported; set controller.kind=proposed".into()),
-        (Some(spec), _) if matches!(spec.model, Model::Formulas { .. }) => Err(formulas_stay_here(spec)),
-        _ => Err(F32_ONLY.into()),
+        _ => Err(experiment.formulas_stay_here().unwrap_or_else(|| F32_ONLY.into())),
     }
 }
 
@@ -261,6 +231,3 @@ fn named(n: usize, r: usize, o: usize, numbers: &[f32]) -> BTreeMap<&'static str
     }
     named
 }
-
-#[cfg(test)]
-mod tests;
