@@ -82,3 +82,70 @@ pub use reference::{jet_of, jet_of_sine, powers_of_join};
 pub use state::EncoderState;
 pub use target::{Aim, Hold, Position, Speed, Target};
 pub use trigonometry::sin_cos;
+
+/// Chooses the types of a drive at run time: `$made!(args, aim, fast gain sets, ticks of delay, states)` for the flags of
+/// its form: does it follow a speed, has it two gain sets, is it late, have its observers four states?
+///
+/// A joint follows a position with four states, which its type does not name. `quiet` is one gain set alone.
+///
+/// ```
+/// use controller_core::drive::{Encoder, Motor, MotorDesign, MotorDrive};
+/// use controller_core::{Limits, drives};
+///
+/// const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
+/// const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
+/// macro_rules! size {
+///     ($($types:tt)*) => { size_of::<MotorDrive<f32, $($types)*>>() };
+/// }
+/// let size = |flags: [bool; 4]| drives!(motor flags => size!());
+/// assert!(size([false, true, false, false]) > size([false; 4]));
+/// ```
+#[macro_export]
+macro_rules! drives {
+    (motor $flags:expr => $made:ident!($($given:tt)*)) => {
+        match $flags {
+            [false, false, false, false] => $made!($($given)* $crate::drive::Position, 0, 0, 3),
+            [false, false, false, true] => $made!($($given)* $crate::drive::Position, 0, 0, 4),
+            [false, false, true, false] => $made!($($given)* $crate::drive::Position, 0, 1, 3),
+            [false, false, true, true] => $made!($($given)* $crate::drive::Position, 0, 1, 4),
+            [false, true, false, false] => $made!($($given)* $crate::drive::Position, 1, 0, 3),
+            [false, true, false, true] => $made!($($given)* $crate::drive::Position, 1, 0, 4),
+            [false, true, true, false] => $made!($($given)* $crate::drive::Position, 1, 1, 3),
+            [false, true, true, true] => $made!($($given)* $crate::drive::Position, 1, 1, 4),
+            [true, false, false, false] => $made!($($given)* $crate::drive::Speed, 0, 0, 3),
+            [true, false, false, true] => $made!($($given)* $crate::drive::Speed, 0, 0, 4),
+            [true, false, true, false] => $made!($($given)* $crate::drive::Speed, 0, 1, 3),
+            [true, false, true, true] => $made!($($given)* $crate::drive::Speed, 0, 1, 4),
+            [true, true, false, false] => $made!($($given)* $crate::drive::Speed, 1, 0, 3),
+            [true, true, false, true] => $made!($($given)* $crate::drive::Speed, 1, 0, 4),
+            [true, true, true, false] => $made!($($given)* $crate::drive::Speed, 1, 1, 3),
+            [true, true, true, true] => $made!($($given)* $crate::drive::Speed, 1, 1, 4),
+        }
+    };
+    (joint $flags:expr => $made:ident!($($given:tt)*)) => {
+        match $flags {
+            [_, false, false, _] => $made!($($given)* $crate::drive::Position, 0, 0),
+            [_, false, true, _] => $made!($($given)* $crate::drive::Position, 0, 1),
+            [_, true, false, _] => $made!($($given)* $crate::drive::Position, 1, 0),
+            [_, true, true, _] => $made!($($given)* $crate::drive::Position, 1, 1),
+        }
+    };
+    (quiet motor $flags:expr => $made:ident!($($given:tt)*)) => {
+        match $flags {
+            [false, _, false, false] => $made!($($given)* $crate::drive::Position, 0, 0, 3),
+            [false, _, false, true] => $made!($($given)* $crate::drive::Position, 0, 0, 4),
+            [false, _, true, false] => $made!($($given)* $crate::drive::Position, 0, 1, 3),
+            [false, _, true, true] => $made!($($given)* $crate::drive::Position, 0, 1, 4),
+            [true, _, false, false] => $made!($($given)* $crate::drive::Speed, 0, 0, 3),
+            [true, _, false, true] => $made!($($given)* $crate::drive::Speed, 0, 0, 4),
+            [true, _, true, false] => $made!($($given)* $crate::drive::Speed, 0, 1, 3),
+            [true, _, true, true] => $made!($($given)* $crate::drive::Speed, 0, 1, 4),
+        }
+    };
+    (quiet joint $flags:expr => $made:ident!($($given:tt)*)) => {
+        match $flags {
+            [_, _, false, _] => $made!($($given)* $crate::drive::Position, 0, 0),
+            [_, _, true, _] => $made!($($given)* $crate::drive::Position, 0, 1),
+        }
+    };
+}

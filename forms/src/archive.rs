@@ -44,30 +44,7 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
             CARRIED.join(", ")
         ));
     }
-    let mut numbers = named(n, r, channels.len(), &exported.download.numbers);
-    let row = |values: &[f32]| {
-        let values: Vec<String> = values.iter().map(|value| format!("{value:?}f")).collect();
-        format!("{{{}}}", values.join(", "))
-    };
-    let mut body = String::new();
-    // The order of the header: that of LAYOUT, with the estimates at the start before it and the row of a(x)/b_0 before
-    // its check, which is over all of them.
-    let coefficients = LAYOUT.split_whitespace().filter(|field| *field != "check");
-    let fields = || ["d_hat[N]"].into_iter().chain(coefficients.clone()).chain(["drift[N]"]);
-    let before = fields().flat_map(|field| numbers[field.split('[').next().unwrap_or(field)].clone());
-    let check = design::check(before.collect::<Vec<f32>>());
-    numbers.insert("check", vec![check]);
-    for field in fields().chain(["check"]) {
-        let (name, shape) = field.split_once('[').unwrap_or((field, ""));
-        let values = &numbers[name];
-        let value = match shape {
-            "N]" => row(values),
-            "O][R]" => format!("{{{}}}", values.chunks(r).map(row).collect::<Vec<_>>().join(", ")),
-            _ => format!("{:?}f", values[0]),
-        };
-        let shown = if name == "drift" { "a_row" } else { name };
-        let _ = writeln!(body, "    {value}, /* {shown} */");
-    }
+    let body = members(exported, &channels);
     let guard = format!("{}_DESIGN_H", prefix.to_uppercase());
     let mut out = format!(
         "/* Design of a sliding mode controller with an extended disturbance observer: {}, T = {:?} s.\n \
@@ -96,4 +73,34 @@ static const edo_smc_design_{name}_t {prefix}_design = {{
         shape.mask,
     );
     Ok(out)
+}
+
+/// The members of the design, each with its name.
+fn members(exported: &Exported<'_>, channels: &[usize]) -> String {
+    let (n, r) = (usize::from(exported.download.shape.n), usize::from(exported.download.shape.r));
+    let mut numbers = named(n, r, channels.len(), &exported.download.numbers);
+    let row = |values: &[f32]| {
+        let values: Vec<String> = values.iter().map(|value| format!("{value:?}f")).collect();
+        format!("{{{}}}", values.join(", "))
+    };
+    let mut body = String::new();
+    // The order of the header: that of LAYOUT, with the estimates at the start before it and the row of a(x)/b_0 before
+    // its check, which is over all of them.
+    let coefficients = LAYOUT.split_whitespace().filter(|field| *field != "check");
+    let fields = || ["d_hat[N]"].into_iter().chain(coefficients.clone()).chain(["drift[N]"]);
+    let before = fields().flat_map(|field| numbers[field.split('[').next().unwrap_or(field)].clone());
+    let check = design::check(before.collect::<Vec<f32>>());
+    numbers.insert("check", vec![check]);
+    for field in fields().chain(["check"]) {
+        let (name, shape) = field.split_once('[').unwrap_or((field, ""));
+        let values = &numbers[name];
+        let value = match shape {
+            "N]" => row(values),
+            "O][R]" => format!("{{{}}}", values.chunks(r).map(row).collect::<Vec<_>>().join(", ")),
+            _ => format!("{:?}f", values[0]),
+        };
+        let shown = if name == "drift" { "a_row" } else { name };
+        let _ = writeln!(body, "    {value}, /* {shown} */");
+    }
+    body
 }

@@ -3,7 +3,16 @@
 //! In the texts `@` stands for the prefix and `@@` for that of macros. All functions are `static inline`: the file is
 //! included where the interrupt is, and the tick becomes part of it.
 
+use std::fmt;
+
 use tick_record::{Port, Record, c};
+
+/// A template of C, which is a file in `c`, with `$name$` filled in.
+pub(super) fn filled(template: &str, values: &[(&str, &dyn fmt::Display)]) -> String {
+    values
+        .iter()
+        .fold(template.to_owned(), |text, (name, value)| text.replace(&format!("${name}$"), &value.to_string()))
+}
 
 /// What is said of a constant, by how its name begins; of a longer beginning first.
 pub(super) type Meanings = [(&'static str, &'static str)];

@@ -6,18 +6,15 @@
 
 use std::fmt::Write as _;
 
-use controller_core::ControlLaw;
-use controller_core::drive::{
-    Bounds, Encoder, JointDesign, JointDrive, MotorDesign, MotorDrive, Mounting, Position, Speed,
-};
-use loop_sim::port::drive::{DriveDesign, Follows, Form as DriveForm, Reaction, Thresholds};
-use loop_sim::sensor::encoder::Mounted;
+use controller_core::drive::{Bounds, Encoder, JointDrive, MotorDesign, MotorDrive, Mounting};
+use controller_core::{ControlLaw, drives};
+use loop_sim::port::drive::{DriveDesign, DriveOf, Follows, Form as DriveForm, Reaction, Thresholds};
 use scenario::{Drive, Source};
 use tick_record::drive::{DriveFunctions, JET, joint, joint_tick, motor, motor_tick};
 use tick_record::{Kind, Port, Record, Role, c};
 
 use super::arm::{DriveAssembly, DriveLayout, Effort, drive_assembly};
-use super::c99::{File, Meanings};
+use super::c99::{File, Meanings, filled};
 use super::{Files, Form, assembly, origin, plan, rust};
 
 pub(super) fn text(drive: &Drive, warnings: &[String], source: &Source<'_>, form: Form<'_>) -> Result<String, String> {
@@ -176,34 +173,14 @@ pub(super) fn functions(drive: &Drive) -> Result<DriveFunctions, String> {
 /// Does something for the type of a drive: aim, fast gain sets, ticks of delay, and of a motor states of its observer.
 macro_rules! of_its_type {
     ($drive:expr, $of_motor:ident, $of_joint:ident) => {{
-        let DriveForm { follows, gain_sets, delay_ticks, observer_states } = $drive.designed.form();
-        macro_rules! following {
-            ($design:expr, $mounting:expr, $aim:ty) => {
-                match (gain_sets > 1, delay_ticks > 0, observer_states > 3) {
-                    (false, false, false) => $of_motor!($design, $mounting, $aim, 0, 0, 3),
-                    (false, false, true) => $of_motor!($design, $mounting, $aim, 0, 0, 4),
-                    (false, true, false) => $of_motor!($design, $mounting, $aim, 0, 1, 3),
-                    (false, true, true) => $of_motor!($design, $mounting, $aim, 0, 1, 4),
-                    (true, false, false) => $of_motor!($design, $mounting, $aim, 1, 0, 3),
-                    (true, false, true) => $of_motor!($design, $mounting, $aim, 1, 0, 4),
-                    (true, true, false) => $of_motor!($design, $mounting, $aim, 1, 1, 3),
-                    (true, true, true) => $of_motor!($design, $mounting, $aim, 1, 1, 4),
-                }
-            };
-        }
+        let flags = $drive.designed.form().flags();
         let made = match &$drive.designed {
-            DriveDesign::Motor { design, mounted: Mounted { mounting, .. }, .. } => match follows {
-                Follows::Position => following!(design, *mounting, Position),
-                Follows::Speed => following!(design, *mounting, Speed),
-            },
-            DriveDesign::Joint { design, mounted, .. } => {
+            DriveDesign::Motor(DriveOf { design, mounted: [mounted], .. }) => {
+                drives!(motor flags => $of_motor!(design, mounted.mounting,))
+            }
+            DriveDesign::Joint(DriveOf { design, mounted, .. }) => {
                 let mounting = mounted.map(|mounted| mounted.mounting);
-                match (gain_sets > 1, delay_ticks > 0) {
-                    (false, false) => $of_joint!(design, mounting, Position, 0, 0),
-                    (false, true) => $of_joint!(design, mounting, Position, 0, 1),
-                    (true, false) => $of_joint!(design, mounting, Position, 1, 0),
-                    (true, true) => $of_joint!(design, mounting, Position, 1, 1),
-                }
+                drives!(joint flags => $of_joint!(design, mounting,))
             }
         };
         made.map_err(|error| error.to_string())
@@ -245,21 +222,15 @@ impl Exported<'_> {
     }
 
     pub(super) fn period_s(&self) -> f64 {
-        match self.drive.designed {
-            DriveDesign::Motor { design: MotorDesign { period_s, .. }, .. }
-            | DriveDesign::Joint { design: JointDesign { period_s, .. }, .. } => period_s,
-        }
+        self.drive.designed.period_s()
     }
 
     /// `Drive of a motor with one encoder, position, 2 gain sets, f32, T = 0.001 s.`
     pub(super) fn title(&self) -> String {
         let DriveForm { follows, gain_sets, delay_ticks, observer_states } = self.drive.designed.form();
-        let of = match self.drive.designed {
-            DriveDesign::Motor { .. } => "a motor with one encoder",
-            DriveDesign::Joint { .. } => "a flexible joint with two encoders",
-        };
         format!(
-            "Drive of {of}, {}, {observer_states} states per encoder, {}, {}, f32, T = {:?} s.",
+            "Drive of {}, {}, {observer_states} states per encoder, {}, {}, f32, T = {:?} s.",
+            self.drive.designed.title(),
             if follows == Follows::Position { "along a position" } else { "at a speed" },
             if gain_sets > 1 { "2 gain sets" } else { "1 gain set" },
             if delay_ticks > 0 { "u held one tick late" } else { "no delay" },
@@ -282,12 +253,11 @@ impl Exported<'_> {
     }
 
     /// Encoders with their places in names.
-    fn encoders(&self) -> Vec<(&'static str, Encoder, Mounting)> {
-        let of = |shaft, Mounted { encoder, mounting }| (shaft, encoder, mounting);
-        match self.drive.designed {
-            DriveDesign::Motor { mounted, .. } => vec![of("", mounted)],
-            DriveDesign::Joint { mounted: [link, motor], .. } => vec![of("_link", link), of("_motor", motor)],
-        }
+    fn encoders(&self) -> Vec<(String, Encoder, Mounting)> {
+        let Drive { shafts, designed, .. } = self.drive;
+        let place = |name: &str| if shafts.len() > 1 { format!("_{name}") } else { String::new() };
+        let encoders = shafts.iter().zip(designed.encoders());
+        encoders.map(|(shaft, (_, mounted))| (place(shaft.name), mounted.encoder, mounted.mounting)).collect()
     }
 }
 
@@ -405,11 +375,12 @@ impl C<'_> {
     }
 
     /// Ends of the names that belong to an encoder.
-    fn shafts(&self) -> Vec<&'static str> {
+    fn shafts(&self) -> Vec<String> {
         self.exported.encoders().into_iter().map(|(shaft, ..)| shaft).collect()
     }
 
-    fn head(&self) -> String {
+    /// How the functions are called.
+    fn usage(&self) -> String {
         let exported = self.exported;
         let counts: Vec<String> = exported
             .encoders()
@@ -443,16 +414,17 @@ impl C<'_> {
  *     @_report_applied(&state, held);                    only if it holds another current, not a late one
 "
         );
-        let includes = match self.assembly {
-            Some(_) => "#include <stddef.h>\n#include <stdint.h>\n",
-            None => "#include <stdint.h>\n",
-        };
-        let (usage, form) = match self.assembly {
-            Some(assembly) => (usage + &told(assembly), "ASSEMBLY"),
-            None => (usage, "STANDALONE"),
+        usage + &self.assembly.map_or_else(String::new, told)
+    }
+
+    fn head(&self) -> String {
+        let exported = self.exported;
+        let (includes, form) = match self.assembly {
+            Some(_) => ("#include <stddef.h>\n#include <stdint.h>\n", "ASSEMBLY"),
+            None => ("#include <stdint.h>\n", "STANDALONE"),
         };
         let (title, origin) = (exported.title(), exported.origin());
-        let mut out = self.file.head(&title, &usage, &origin, (form, exported.hash()), includes);
+        let mut out = self.file.head(&title, &self.usage(), &origin, (form, exported.hash()), includes);
         let capitals = &self.file.capitals;
         let limit = exported.drive.max_current_a;
         let _ = write!(
@@ -466,7 +438,7 @@ impl C<'_> {
             exported.period_s(),
             exported.drive.designed.form().delay_ticks,
         );
-        if let DriveDesign::Motor { design: MotorDesign { motor, .. }, .. } = exported.drive.designed {
+        if let DriveDesign::Motor(DriveOf { design: MotorDesign { motor, .. }, .. }) = exported.drive.designed {
             let _ = write!(
                 out,
                 "#define {capitals}_INERTIA_KG_M2 {:?} /* behind the gear, as all of the shaft */\n\
@@ -498,100 +470,62 @@ impl C<'_> {
     }
 
     fn types(&self) -> String {
-        let mut out = String::from(
-            "
-/* What a tick has to say about itself, as a set of bits. */
-enum {
-    @@_OK = 0,
-    @@_INPUT_REJECTED = 1, /* no good sample yet, too many lost, a target that is no number: the fallback */
-    @@_SATURATED = 2, /* the law asked for more than the limits allow */
-    @@_SAMPLE_LOST = 8, /* a count was not there, or moved as no shaft can: the observer predicts */
-    /* what the monitors say of it */
-    @@_SIGMA_STAR_OVER_BOUND = 4,
-    @@_DISTURBANCE_OVER_BOUND = 16,
-    @@_STUCK_AT_LIMIT = 32,
-    @@_STOPPED = 64 /* nothing but the safe current goes out until the monitor is reset */
-};
-",
-        );
-        let order = 2 * self.shafts().len();
-        let target = if self.follows_position() {
-            out += "
-/* Where the shaft should be at an instant: 2 pi turn + r. Its derivatives must fit. */
-typedef struct {
-    int32_t turn; /* whole turns; it may wrap */
-    float r; /* rad, best within a turn or two */
-";
-            for (j, name) in JET.iter().enumerate().take(order).skip(1) {
-                let power = if j == 1 { String::new() } else { format!("^{j}") };
-                let _ = writeln!(out, "    float {name}; /* rad/s{power} */");
-            }
-            out += "} @_target;\n";
-            "@_target"
-        } else {
-            "float"
-        };
-        out += "\n/* What a tick is given. */\ntypedef struct {\n";
-        for shaft in self.shafts() {
-            let _ = writeln!(out, "    uint32_t count{shaft}; /* as the counter's register has it */");
-        }
-        for shaft in self.shafts() {
-            let _ = writeln!(out, "    bool lost{shaft}; /* there is no count this time */");
-        }
-        let unit = if self.follows_position() { "" } else { ", rad/s" };
-        let _ = writeln!(
-            out,
-            "    {target} begin; /* at the beginning of the tick in which u is held{unit} */\n    {target} end; /* and \
-             at its end */\n}} @_sample;"
-        );
-        out += "
-typedef struct {
-    float u; /* A, to hold until the next tick, within the limits */
-    float sigma; /* how far from the reference, in the unit of its last derivative */
-    float sigma_star; /* the same less what fades from the start */
-} @_output;
+        let word = |word: &Port| Self::member(word);
+        let between = &self.exported.recorded.functions.between;
+        let layout = self.assembly.map_or_else(String::new, |assembly| {
+            let fresh = 4 * assembly.layout.words().count();
+            filled(include_str!("c/layout.h"), &[("size", &(fresh + 4)), ("fresh", &fresh), ("started", &(fresh + 1))])
+        });
+        let parts = [
+            include_str!("c/health.h").into(),
+            self.target(),
+            self.sample(),
+            include_str!("c/output.h").into(),
+            self.known(),
+            "} @_estimates_of;\n\n/* What the drive remembers between two ticks. Zeros before the start. */\n".into(),
+            "typedef struct {\n".into(),
+            self.state().into_iter().map(word).collect(),
+            "} @_state;\n\n/* What one part of a tick tells the next. */\ntypedef struct {\n".into(),
+            between.iter().map(word).collect(),
+            "} @_between;\n".into(),
+            layout,
+        ];
+        self.file.c(&parts.concat())
+    }
 
-/* What the drive knows, of each shaft. */
-typedef struct {
-    int32_t turn; /* whole turns, to be added to the positions */
-";
-        for shaft in self.shafts() {
-            for (name, unit) in [
-                ("position", "rad"),
-                ("speed", "rad/s"),
-                ("disturbance", "rad/s^2, what the model does not explain"),
-                ("load", "N m against the shaft: the same as a torque"),
-            ] {
-                let _ = writeln!(out, "    float {name}{shaft}; /* {unit} */");
-            }
+    /// Where the shaft should be; a speed is a number.
+    fn target(&self) -> String {
+        if !self.follows_position() {
+            return String::new();
         }
-        out += "} @_estimates_of;\n\n/* What the drive remembers between two ticks. Zeros before the start. */\n";
-        out += "typedef struct {\n";
-        let functions = &self.exported.recorded.functions;
-        for word in self.state() {
-            out += &Self::member(word);
-        }
-        out += "} @_state;\n\n/* What one part of a tick tells the next. */\ntypedef struct {\n";
-        for word in &functions.between {
-            out += &Self::member(word);
-        }
-        out += "} @_between;\n";
-        if let Some(assembly) = self.assembly {
-            let fresh = assembly.layout.words().count();
-            let _ = write!(
-                out,
-                "
-/* The state as the assembly has it: a compiler that lays it out otherwise stops here. */
-typedef char @_state_is_laid_out[
-    sizeof(@_state) == {} && offsetof(@_state, fresh) == {} && offsetof(@_state, started) == {} && sizeof(bool) == 1
-    && offsetof(@_sample, end) + sizeof(((@_sample *)0)->end) == sizeof(@_sample) ? 1 : -1];
-",
-                4 * fresh + 4,
-                4 * fresh,
-                4 * fresh + 1,
-            );
-        }
-        self.file.c(&out)
+        let derivatives = JET.iter().enumerate().take(2 * self.shafts().len()).skip(1).map(|(j, name)| {
+            let power = if j == 1 { String::new() } else { format!("^{j}") };
+            format!("    float {name}; /* rad/s{power} */\n")
+        });
+        filled(include_str!("c/target.h"), &[("derivatives", &derivatives.collect::<String>())])
+    }
+
+    /// What a tick is given.
+    fn sample(&self) -> String {
+        let (target, unit) = if self.follows_position() { ("@_target", "") } else { ("float", ", rad/s") };
+        let shafts = self.shafts();
+        let count = |shaft: &String| format!("    uint32_t count{shaft}; /* as the counter's register has it */\n");
+        let lost = |shaft: &String| format!("    bool lost{shaft}; /* there is no count this time */\n");
+        let counts: String = shafts.iter().map(count).chain(shafts.iter().map(lost)).collect();
+        filled(include_str!("c/sample.h"), &[("counts", &counts), ("target", &target), ("unit", &unit)])
+    }
+
+    /// What is known of each shaft.
+    fn known(&self) -> String {
+        let quantities = [
+            ("position", "rad"),
+            ("speed", "rad/s"),
+            ("disturbance", "rad/s^2, what the model does not explain"),
+            ("load", "N m against the shaft: the same as a torque"),
+        ];
+        let of =
+            |shaft: String| quantities.map(|(name, unit)| format!("    float {name}{shaft}; /* {unit} */\n")).concat();
+        self.shafts().into_iter().map(of).collect()
     }
 
     /// The words of the state in the order that they have in memory.
@@ -682,14 +616,12 @@ typedef char @_state_is_laid_out[
     fn monitors(&self) -> String {
         let Thresholds { disturbance, sigma_star, stuck_ticks } = &self.exported.thresholds;
         let reaction = self.exported.drive.designed.reaction();
-        let mut looks = String::new();
-        for (shaft, bound) in self.shafts().iter().zip(disturbance) {
-            let _ = writeln!(
-                looks,
-                "    health |= (@_magnitude(state->d{shaft}) <= {bound:?}f) ? 0u : (unsigned)@@_DISTURBANCE_OVER_BOUND;"
-            );
-        }
-        let stops_at = reaction.stops_at();
+        let shafts = self.shafts();
+        let looks = shafts.iter().zip(disturbance).map(|(shaft, bound)| {
+            format!(
+                "    health |= (@_magnitude(state->d{shaft}) <= {bound:?}f) ? 0u : (unsigned)@@_DISTURBANCE_OVER_BOUND;\n"
+            )
+        });
         let follows = match reaction {
             Reaction::GoOn => "is told and no more, as the scenario has it",
             Reaction::Fallback => "stops the drive, as the scenario has it",
@@ -697,87 +629,21 @@ typedef char @_state_is_laid_out[
                 "is to be answered by a planned stop (@_plan_stop), as the scenario has it; the last two stop the drive"
             }
         };
+        let stops_at = reaction.stops_at();
         let stops = if stops_at.is_ok() {
             String::new()
         } else {
-            let bits = stops_at.bits();
-            format!(
-                "    if ((health & {bits}u) != 0u) {{
-        @_output safe;
-        (void)@_not_started(&safe);
-        output->u = safe.u;
-        monitor->stopped = true;
-        health |= @@_STOPPED;
-    }}
-"
-            )
+            filled(include_str!("c/stops.h"), &[("bits", &stops_at.bits())])
         };
-        self.file.c(&format!(
-            "
-/* MONITORS. A count that sticks while the shaft stands still looks like a load that u cancels: the loop runs away, and
- * no observer sees it. Where that does harm call @_watched_tick and @_watched_lost instead of @_tick_or_start and
- * @_lost. An alarm (any of SIGMA_STAR_OVER_BOUND, DISTURBANCE_OVER_BOUND, STUCK_AT_LIMIT, INPUT_REJECTED)
- * {follows}. A drive that has stopped stays so until @_watched_reset. */
-typedef struct {{
-    bool stopped;
-    float stuck; /* ticks at a limit without |sigma| falling, ten within the limits for each that is forgotten */
-    float last; /* |sigma| at the last of them */
-}} @_monitor; /* zeros are right at the start */
-
-static inline float @_magnitude(float number)
-{{
-    return (number < 0.0f) ? -number : number;
-}}
-
-/* What the monitors say of a tick that was made; what follows is done. */
-static inline unsigned @_watch(@_monitor *monitor, const @_state *state, unsigned told, @_output *output)
-{{
-    const float sigma = @_magnitude(output->sigma);
-    unsigned health = told;
-    if (!state->started) {{
-        return health;
-    }}
-{looks}    if ((health & @@_SATURATED) != 0u) {{
-        if (!(monitor->stuck > 0.0f) || (sigma >= monitor->last)) {{
-            monitor->stuck += 1.0f;
-        }}
-        monitor->last = sigma;
-    }} else {{
-        const float less = monitor->stuck - 0.1f;
-        monitor->stuck = (less > 0.0f) ? less : 0.0f;
-        health |= (@_magnitude(output->sigma_star) <= {sigma_star:?}f) ? 0u : (unsigned)@@_SIGMA_STAR_OVER_BOUND;
-    }}
-    health |= (monitor->stuck > {stuck_ticks:?}f) ? (unsigned)@@_STUCK_AT_LIMIT : 0u;
-{stops}    return health;
-}}
-
-/* @_tick_or_start within the monitors. */
-static inline unsigned @_watched_tick(@_monitor *monitor, @_state *state, const @_sample *sample, @_output *output)
-{{
-    if (monitor->stopped) {{
-        return @_not_started(output) | @@_STOPPED;
-    }}
-    return @_watch(monitor, state, @_tick_or_start(state, sample, output), output);
-}}
-
-/* @_lost within the monitors. */
-static inline unsigned @_watched_lost(@_monitor *monitor, @_state *state, @_output *output)
-{{
-    if (monitor->stopped) {{
-        return @_not_started(output) | @@_STOPPED;
-    }}
-    return @_watch(monitor, state, @_lost(state, output), output);
-}}
-
-/* After a stop: all is forgotten, and the next good sample starts the drive. */
-static inline void @_watched_reset(@_monitor *monitor, @_state *state)
-{{
-    monitor->stopped = false;
-    monitor->stuck = 0.0f;
-    monitor->last = 0.0f;
-    @_reset(state);
-}}
-"
+        self.file.c(&filled(
+            include_str!("c/monitors.h"),
+            &[
+                ("follows", &follows),
+                ("looks", &looks.collect::<String>()),
+                ("sigma_star", &format!("{sigma_star:?}")),
+                ("stuck_ticks", &format!("{stuck_ticks:?}")),
+                ("stops", &stops),
+            ],
         ))
     }
 

@@ -5,8 +5,8 @@
 
 use std::fmt::Write as _;
 
-use controller_core::{Config, MAX_N, SampleLimits};
-use loop_sim::port::drive::{DriveDesign, Follows, Form as DriveForm, Reaction};
+use controller_core::{Config, MAX_N, MAX_R, ObserverGains, Options, SampleLimits};
+use loop_sim::port::drive::{DriveDesign, DriveOf, Follows, Form as DriveForm, Reaction};
 use loop_sim::port::in_process::Model;
 
 use super::Exported;
@@ -27,42 +27,15 @@ pub(super) fn text(exported: &Exported<'_>) -> Result<String, String> {
         Model::BenchmarkMicromath => ("Benchmark<Micromath>".into(), "Benchmark::new()".into(), "Benchmark, Micromath"),
         Model::Formulas { .. } => return Err(super::F32_ONLY.into()),
     };
-    let observers: String = (observers.iter().take(n))
-        .map(|gains| match gains {
-            Some(gains) => {
-                let l = gains.l();
-                format!("        Some(ObserverGains::as_printed::<{}>({l:?})),\n", l.len())
-            }
-            None => "        None,\n".into(),
-        })
-        .collect();
-    let mut calls = String::new();
-    let gated = options.samples != SampleLimits::NONE;
-    for (call, value) in options.calls().filter(|(call, _)| gated || *call != "with_samples") {
-        let value = match call {
-            "with_samples" => {
-                let SampleLimits { min, max, jump } = options.samples;
-                let [min, max, jump] = [min, max, jump].map(|row| of_order(&row, n));
-                format!("SampleLimits {{ min: {min}, max: {max}, jump: {jump} }}")
-            }
-            "with_initial_estimates" => of_order(&options.initial_estimates, n),
-            "with_fallback" => format!("Fallback::{value:?}"),
-            _ => format!("{value:?}"),
-        };
-        let _ = write!(calls, "\n        .{call}({value})");
-    }
+    let (observers, calls, gated) = (observer_lines(&observers[..n]), calls(&options, n), is_gated(&options));
     let estimates = &download.numbers[..n];
     let version = controller_core::VERSION;
 
-    let mut out = format!(
-        "// Sliding mode control with an extended disturbance observer: {}, f32, T = {period_s:?} s.\n\
-         // Exported for controller-core {version}; do not edit, export it again.\n",
-        exported.shape(),
+    let title = format!(
+        "Sliding mode control with an extended disturbance observer: {}, f32, T = {period_s:?} s.",
+        exported.shape()
     );
-    for line in exported.origin().lines() {
-        out.push_str(format!("// {line}").trim_end());
-        out.push('\n');
-    }
+    let mut out = head(&title, &exported.origin());
     let mut imports =
         format!("{import}, Config, Fallback, Guessing, Limits, Nominal, Options, ReachingLaw, Running, Surface")
             .split(", ")
@@ -123,6 +96,52 @@ pub const RUNNING: Running<Guessing<&Designed>> = Running::guessing(&CONTROLLER,
     Ok(out)
 }
 
+/// What the file is, and where it comes from.
+fn head(title: &str, origin: &str) -> String {
+    let version = controller_core::VERSION;
+    let mut out = format!("// {title}\n// Exported for controller-core {version}; do not edit, export it again.\n");
+    for line in origin.lines() {
+        out.push_str(format!("// {line}").trim_end());
+        out.push('\n');
+    }
+    out
+}
+
+/// Gains of each channel.
+fn observer_lines(observers: &[Option<ObserverGains<MAX_R>>]) -> String {
+    let line = |gains: &Option<ObserverGains<MAX_R>>| match gains {
+        Some(gains) => {
+            let l = gains.l();
+            format!("        Some(ObserverGains::as_printed::<{}>({l:?})),\n", l.len())
+        }
+        None => "        None,\n".into(),
+    };
+    observers.iter().map(line).collect()
+}
+
+/// Are samples held to limits?
+fn is_gated(options: &Options<MAX_N>) -> bool {
+    options.samples != SampleLimits::NONE
+}
+
+/// Calls that make these options of the neutral ones.
+fn calls(options: &Options<MAX_N>, n: usize) -> String {
+    let said = options.calls().filter(|(call, _)| is_gated(options) || *call != "with_samples").map(|(call, value)| {
+        let value = match call {
+            "with_samples" => {
+                let SampleLimits { min, max, jump } = options.samples;
+                let [min, max, jump] = [min, max, jump].map(|row| of_order(&row, n));
+                format!("SampleLimits {{ min: {min}, max: {max}, jump: {jump} }}")
+            }
+            "with_initial_estimates" => of_order(&options.initial_estimates, n),
+            "with_fallback" => format!("Fallback::{value:?}"),
+            _ => format!("{value:?}"),
+        };
+        format!("\n        .{call}({value})")
+    });
+    said.collect()
+}
+
 /// The first n numbers of a row.
 fn of_order(row: &[f64; MAX_N], n: usize) -> String {
     format!("{:?}", &row[..n])
@@ -134,14 +153,14 @@ pub(super) fn drive(exported: &Drive<'_>) -> String {
     let (fast, late) = (u8::from(gain_sets > 1), u8::from(delay_ticks > 0));
     let aim = if follows == Follows::Position { "Position" } else { "Speed" };
     let (designed, design, encoders, mounting, more) = match &exported.drive.designed {
-        DriveDesign::Motor { design, mounted, .. } => (
+        DriveDesign::Motor(DriveOf { design, mounted, .. }) => (
             format!("MotorDrive<f32, {aim}, {fast}, {late}, {observer_states}>"),
             format!("MotorDesign = {design:#?}"),
             1,
-            format!("{:?}", [mounted.mounting]),
+            format!("{:?}", mounted.map(|mounted| mounted.mounting)),
             "Motor, MotorBandwidths, MotorDesign, MotorDrive",
         ),
-        DriveDesign::Joint { design, mounted, .. } => (
+        DriveDesign::Joint(DriveOf { design, mounted, .. }) => (
             format!("JointDrive<f32, {aim}, {fast}, {late}>"),
             format!("JointDesign = {design:#?}"),
             2,
@@ -157,12 +176,7 @@ pub(super) fn drive(exported: &Drive<'_>) -> String {
     };
     let bounds = exported.bounds().replace(": inf,", ": f64::INFINITY,");
     let version = controller_core::VERSION;
-    let mut out =
-        format!("// {}\n// Exported for controller-core {version}; do not edit, export it again.\n", exported.title());
-    for line in exported.origin().lines() {
-        out.push_str(format!("// {line}").trim_end());
-        out.push('\n');
-    }
+    let mut out = head(&exported.title(), &exported.origin());
     let _ = write!(
         out,
         "

@@ -64,8 +64,8 @@ impl TryFrom<&DriveDesign> for Loadable {
     fn try_from(drive: &DriveDesign) -> Result<Self, DriveError> {
         let Form { follows, gain_sets, delay_ticks, observer_states } = drive.form();
         let (model, n, r) = match drive {
-            DriveDesign::Motor { .. } => (Model::Motor, 2, if observer_states > 3 { 4 } else { 3 }),
-            DriveDesign::Joint { .. } => (Model::Joint, 4, 4),
+            DriveDesign::Motor(_) => (Model::Motor, 2, if observer_states > 3 { 4 } else { 3 }),
+            DriveDesign::Joint(_) => (Model::Joint, 4, 4),
         };
         let flags = [
             (gain_sets > 1, Instance::TWO_SETS),

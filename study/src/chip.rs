@@ -9,6 +9,8 @@ use loop_sim::port::drive::{DriveDesign, Follows, Form};
 use loop_sim::port::in_process::{Model, Precision};
 use scenario::Experiment;
 
+use crate::kind::Kind;
+
 /// An instance of the tick as it is shipped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cost {
@@ -67,15 +69,14 @@ pub fn cost_of(experiment: &Experiment) -> Option<Cost> {
 
 fn of_drive(designed: &DriveDesign) -> Option<&'static str> {
     let Form { follows, gain_sets, delay_ticks, observer_states } = designed.form();
-    let is_motor = matches!(designed, DriveDesign::Motor { .. });
-    Some(match (is_motor, follows, gain_sets, delay_ticks, observer_states) {
-        (true, Follows::Position, 1, 0, 3) => "motor",
-        (true, Follows::Position, 2, 0, 3) => "motor, two sets",
-        (true, Follows::Position, 1, 1, 3) => "motor, late",
-        (true, Follows::Speed, 1, 0, 3) => "motor, speed",
-        (false, Follows::Position, 1, 0, _) => "joint with two encoders",
-        (false, Follows::Position, 2, 0, _) => "joint with two encoders, two sets",
-        (false, Follows::Position, 1, 1, _) => "joint with two encoders, late",
+    Some(match (designed.name(), follows, gain_sets, delay_ticks, observer_states) {
+        ("motor", Follows::Position, 1, 0, 3) => "motor",
+        ("motor", Follows::Position, 2, 0, 3) => "motor, two sets",
+        ("motor", Follows::Position, 1, 1, 3) => "motor, late",
+        ("motor", Follows::Speed, 1, 0, 3) => "motor, speed",
+        ("joint", Follows::Position, 1, 0, _) => "joint with two encoders",
+        ("joint", Follows::Position, 2, 0, _) => "joint with two encoders, two sets",
+        ("joint", Follows::Position, 1, 1, _) => "joint with two encoders, late",
         _ => return None,
     })
 }
@@ -85,10 +86,7 @@ fn of_drive(designed: &DriveDesign) -> Option<&'static str> {
 pub fn cycles(designed: &DriveDesign) -> u32 {
     let Form { gain_sets, delay_ticks, .. } = designed.form();
     let bound = |name: &str| COSTS.iter().find(|cost| cost.instance == name).map_or(0, |cost| cost.bound);
-    let kind = match designed {
-        DriveDesign::Motor { .. } => "motor",
-        DriveDesign::Joint { .. } => "joint with two encoders",
-    };
+    let kind = Kind::of(designed).instance;
     let more = |what: &str| bound(&format!("{kind}, {what}")) - bound(kind);
     bound(kind) + if gain_sets > 1 { more("two sets") } else { 0 } + if delay_ticks > 0 { more("late") } else { 0 }
 }

@@ -32,6 +32,7 @@ use loop_sim::port::drive::{DriveDesign, Goal, Motion};
 use loop_sim::sensor::encoder::Mounted;
 
 use crate::identify::{Identified, Known, Record, Refusal, Sheet, identify, most_residual_steps};
+use crate::kind::Kind;
 
 mod multisine;
 pub mod plants;
@@ -107,33 +108,10 @@ pub enum Swap {
 }
 
 impl Plan {
-    /// For a joint 0.6 rad in 2 s with 27 % of the current. For a motor 3 rad in 0.6 s with all of it: its loop takes
-    /// most of that back, the more the larger its gain is, so that little is left beside friction. It is verified by a
-    /// move as short as its current allows: in one of 1 s friction is all, and nothing is seen of b.
+    /// For a joint 0.6 rad in 2 s with 27 % of the current, for a motor 3 rad in 0.6 s with all of it.
     pub fn of(designed: &DriveDesign) -> Self {
-        let (limit, swap, motor_alone) = (designed.max_current_a(), Swap::AtRest, false);
-        match designed {
-            DriveDesign::Joint { .. } => Self {
-                way_rad: 0.6,
-                move_s: 2.0,
-                peak_a: 0.27 * limit,
-                seed: 1,
-                verify_rad: 1.0,
-                verify_s: 1.0,
-                swap,
-                motor_alone,
-            },
-            DriveDesign::Motor { .. } => Self {
-                way_rad: 3.0,
-                move_s: 0.6,
-                peak_a: limit,
-                seed: 1,
-                verify_rad: 1.0,
-                verify_s: 0.05,
-                swap,
-                motor_alone,
-            },
-        }
+        let plan = Kind::of(designed).plan;
+        Self { peak_a: plan.peak_a * designed.max_current_a(), ..plan }
     }
 }
 
@@ -409,22 +387,13 @@ fn fewest(stand: &dyn Stand, sheet: &Sheet, way_rad: f64, least_s: f64, u_max: f
     let (at_rad, period_s) = (stand.at_rad(), stand.period_s());
     let wanted = Motion { goal: Goal::Rest { angle_rad: at_rad + way_rad }, ..rest(at_rad, period_s) };
     let range = [least_s, LONGEST_S].map(|seconds| (seconds / period_s).round() as u32);
-    let found = match sheet {
-        Sheet::Joint(joint) => wanted.shortest::<4, 5>(range, u_max, |jet| joint.feed_forward(jet)),
-        Sheet::Motor(motor) => wanted.shortest::<3, 3>(range, u_max, |jet| motor.feed_forward(jet)),
-    };
-    found.map(|motion| motion.ticks).ok_or(Stopped::TooFar { way_rad })
+    sheet.shortest(&wanted, range, u_max).map(|motion| motion.ticks).ok_or(Stopped::TooFar { way_rad })
 }
 
 /// Moves to and fro under the multisine, up to when the swap may be; what was recorded on the way, and how much is
 /// held at the end.
 fn make_record(stand: &mut dyn Stand, plan: &Plan, sheet: &Sheet, share: f64) -> Result<(Leg, f64), Stopped> {
-    let resonance_rad_s = match sheet {
-        Sheet::Joint(joint) => {
-            libm::sqrt(joint.stiffness_n_m / joint.motor_inertia_kg_m2 + joint.stiffness_n_m / joint.link_inertia_kg_m2)
-        }
-        Sheet::Motor(_) => 0.0,
-    };
+    let resonance_rad_s = sheet.resonance_rad_s();
     // How long a way takes is known before it begins, and the multisine begins before.
     let mut moves = Vec::new();
     let (ways, least_s, share, rest_s) = if plan.motor_alone {

@@ -35,6 +35,7 @@ use loop_sim::port::ControllerPort;
 use loop_sim::port::drive::DriveDesign;
 
 mod bench;
+pub(crate) mod corners;
 mod linear;
 pub(crate) mod matrix;
 mod ours;
@@ -110,11 +111,7 @@ impl Contender for Rival {
     }
 
     fn knobs(&self) -> Vec<Knob> {
-        let slow = match &self.task.designed {
-            DriveDesign::Motor { design, .. } => design.bandwidths.surface_rad_s,
-            DriveDesign::Joint { design, .. } => design.bandwidths.surface_rad_s,
-        };
-        self.kind.knobs(&self.task.model, slow)
+        self.kind.knobs(&self.task.designed)
     }
 
     fn design(&self, knobs: &[f64]) -> Option<Box<dyn Design>> {

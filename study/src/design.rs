@@ -10,13 +10,13 @@ use controller_core::drive::{JointBandwidths, JointDesign, MotorDesign, bessel_p
 use controller_core::error_dynamics::{error_poles, surface_roots};
 use controller_core::{AnyConfig, ObserverGains, Pole, Surface};
 use loop_sim::linear::LawAtRest;
-use loop_sim::port::drive::DriveDesign;
-use loop_sim::port::drive::{Follows, Form, joint_at_rest, motor_at_rest};
+use loop_sim::port::drive::{DriveAtRest, DriveDesign, DriveOf, Follows, Form};
 use loop_sim::port::in_process::{self, ControllerSpec};
 use scenario::{AtRest, Experiment};
 use serde::Serialize;
 
 use crate::Error;
+use crate::kind::Kind;
 use crate::map::is_zero;
 use crate::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, offset_per_s, unstable_corners};
 use crate::number::significant;
@@ -297,26 +297,16 @@ fn asked(experiment: &Experiment) -> Vec<AskedPoles> {
     let mut lines = match (&experiment.drive, &experiment.spec) {
         (Some(drive), _) => {
             let form = drive.designed.form();
-            let states = form.observer_states;
-            match &drive.designed {
-                DriveDesign::Motor { design: MotorDesign { bandwidths: w, .. }, .. } => {
-                    let surface = one("error w_c", real(w.surface_rad_s), "the error obeys e' = -w_c e");
-                    let rest = [
-                        one("observer w_o", bessel(w.observer_rad_s, states), "its error, Bessel poles"),
-                        one("reaching law k_l", real(w.reaching_per_s), "sigma*; of a speed loop its bandwidth"),
-                    ];
-                    let surface = (form.follows == Follows::Position).then_some(surface);
-                    surface.into_iter().chain(rest).collect()
-                }
-                DriveDesign::Joint { design: JointDesign { bandwidths: w, .. }, .. } => {
-                    vec![
-                        one("error w_c", vec![real(w.surface_rad_s)[0]; 3], "the error, three equal poles"),
-                        one("observer of the link", bessel(w.link_rad_s, 4), "its error, Bessel poles"),
-                        one("observer of the motor", bessel(w.motor_rad_s, 4), "its error, Bessel poles"),
-                        one("reaching law k_l", real(w.reaching_per_s), "sigma*"),
-                    ]
-                }
-            }
+            let (w, kind) = (drive.designed.bandwidths(), Kind::of(&drive.designed));
+            let (count, meaning) = kind.error;
+            let surface = one("error w_c", vec![real(w.surface_rad_s)[0]; count], meaning);
+            // A speed loop has none.
+            let surface = (form.follows == Follows::Position).then_some(surface);
+            let observer =
+                |(name, w): (&&str, &f64)| one(name, bessel(*w, form.observer_states), "its error, Bessel poles");
+            let observers = kind.observers.iter().zip(&w.observers_rad_s).map(observer);
+            let reaching = one("reaching law k_l", real(w.reaching_per_s), kind.reaching);
+            surface.into_iter().chain(observers).chain([reaching]).collect()
         }
         (None, Some(ControllerSpec { config: AnyConfig { n, padded }, .. })) => {
             let mut lines =
@@ -368,10 +358,7 @@ fn bounds(experiment: &Experiment) -> Vec<Bound> {
         meaning: meaning.into(),
     };
     if let Some(drive) = &experiment.drive {
-        let (gates, unit): (Vec<f64>, _) = match &drive.designed {
-            DriveDesign::Motor { design, .. } => (vec![design.gate_steps], "rad/s"),
-            DriveDesign::Joint { design, .. } => (design.gate_steps.to_vec(), "rad/s^3"),
-        };
+        let (gates, unit) = (drive.designed.gate_steps(), Kind::of(&drive.designed).sigma_unit);
         let gates = drive.shafts.iter().zip(gates).map(|(shaft, steps)| {
             one(
                 &format!("gate of the {}", shaft.name),
@@ -417,7 +404,7 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &ClosedLoop) -> Vec<Li
         let form = drive.designed.form();
         let most = if form.delay_ticks == 0 { 0.8 } else { 0.5 };
         match &drive.designed {
-            DriveDesign::Motor { design, .. } => {
+            DriveDesign::Motor(DriveOf { design, .. }) => {
                 let [hold, lag, delay] = late_s(design, drive.current_lag_s, form).map(|late_s| 1e3 * late_s);
                 let w = design.bandwidths;
                 // A speed loop has no w_c; its k_l goes with that of the rule.
@@ -432,7 +419,7 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &ClosedLoop) -> Vec<Li
                 limit("observer", w.observer_rad_s * period_s / most, format!("w_o times the period may be {most}"));
                 limit("reaching law", w.reaching_per_s * period_s, "k_l times the period may be 1".into());
             }
-            DriveDesign::Joint { design: JointDesign { bandwidths: w, .. }, .. } => {
+            DriveDesign::Joint(DriveOf { design: JointDesign { bandwidths: w, .. }, .. }) => {
                 limit(
                     "motor's observer",
                     w.motor_rad_s * period_s / most,
@@ -481,10 +468,11 @@ fn suggested(
         let Some(spec) = &experiment.spec else { return Ok(None) };
         return for_surface(spec, at_rest, experiment.period_s);
     };
-    let form = drive.designed.form();
     // A motor's rule has all the noise that there may be.
-    let is_joint = matches!(drive.designed, DriveDesign::Joint { .. });
-    let most_noise = if is_joint { NOISE_SHARE * drive.max_current_a } else { f64::INFINITY };
+    let most_noise = match drive.designed {
+        DriveDesign::Motor(_) => f64::INFINITY,
+        DriveDesign::Joint(_) => NOISE_SHARE * drive.max_current_a,
+    };
     let mut least = present.flaw(at_rest, most_noise).map_or(0, |flaw| flaw.weight());
     let mut nearest = None;
     let mut at_this_period = String::new();
@@ -493,11 +481,9 @@ fn suggested(
         if times > 1 && period_s < SHORTEST_S {
             break;
         }
-        let tried = match drive.designed {
-            DriveDesign::Motor { design, .. } => {
-                vec![for_motor(&design, period_s, drive.current_lag_s, form, at_rest)?]
-            }
-            DriveDesign::Joint { design, .. } => for_joint(&design, period_s, form, at_rest)?,
+        let tried = match &drive.designed {
+            DriveDesign::Motor(motor) => vec![for_motor(motor, period_s, drive.current_lag_s, at_rest)?],
+            DriveDesign::Joint(joint) => for_joint(joint, period_s, at_rest)?,
         };
         // What the next faster one was refused for.
         let mut refused = String::from("the fastest set that is measured");
@@ -536,19 +522,23 @@ fn suggested(
     Ok(nearest)
 }
 
+/// The law that stands still, if it may be, and its loop.
+fn closed(designed: &DriveDesign, at_rest: &AtRest) -> Result<Result<ClosedLoop, &'static str>, MarginsError> {
+    let offset_per_s = designed.bandwidths().offset_per_s;
+    let closed = |law: DriveAtRest| ClosedLoop::of(at_rest, law.law.as_ref(), designed.period_s(), offset_per_s);
+    designed.at_rest().map_or_else(|error| Ok(Err(error.why)), |law| closed(law).map(Ok))
+}
+
 fn for_motor(
-    design: &MotorDesign,
+    motor: &DriveOf<MotorDesign, 1>,
     period_s: f64,
     lag_s: f64,
-    form: Form,
     at_rest: &AtRest,
 ) -> Result<Tried, MarginsError> {
-    let by_rule = MotorDesign { period_s, ..*design }.with_lag(lag_s, form.delay_ticks as u32);
+    let (design, form) = (motor.design, motor.form);
+    let by_rule = MotorDesign { period_s, ..design }.with_lag(lag_s, form.delay_ticks as u32);
     let w = by_rule.bandwidths;
-    let got = match motor_at_rest(&by_rule, form) {
-        Ok(law) => Ok(ClosedLoop::of(at_rest, law.law.as_ref(), period_s, w.offset_per_s)?),
-        Err(error) => Err(error.why),
-    };
+    let got = closed(&DriveDesign::Motor(DriveOf { design: by_rule, ..*motor }), at_rest)?;
     let late = late_s(&by_rule, lag_s, form);
     let (lost_s, longest) = (late.iter().sum::<f64>(), late.iter().fold(0.0, |a: f64, b| a.max(*b)));
     let by_phase = 0.1 / lost_s;
@@ -575,15 +565,14 @@ fn for_motor(
 }
 
 /// The measured sets, the fastest first.
-fn for_joint(design: &JointDesign, period_s: f64, form: Form, at_rest: &AtRest) -> Result<Vec<Tried>, MarginsError> {
+fn for_joint(joint: &DriveOf<JointDesign, 2>, period_s: f64, at_rest: &AtRest) -> Result<Vec<Tried>, MarginsError> {
+    let (design, form) = (joint.design, joint.form);
     let sets =
         [("firm", JointBandwidths::FIRM), ("normal", JointBandwidths::DEFAULT), ("quiet", JointBandwidths::QUIET)];
     let tried = sets.map(|(word, set)| {
         let w = set.within(period_s, form.delay_ticks);
-        let got = match joint_at_rest(&JointDesign { period_s, bandwidths: w, ..*design }, form) {
-            Ok(law) => Ok(ClosedLoop::of(at_rest, law.law.as_ref(), period_s, w.offset_per_s)?),
-            Err(error) => Err(error.why),
-        };
+        let design_with = JointDesign { period_s, bandwidths: w, ..design };
+        let got = closed(&DriveDesign::Joint(DriveOf { design: design_with, ..*joint }), at_rest)?;
         let line = format!(
             "tuning = {word:?}  # w_c = {}, observers {} and {}, k_l = {}, alpha = {}",
             number(w.surface_rad_s),

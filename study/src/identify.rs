@@ -26,6 +26,9 @@
 //! (columns swapped, a sign reversed) is named.
 
 use controller_core::drive::{Joint, Motor};
+use loop_sim::plant::{self, Imperfections, JointBody, Plant, Shaft};
+use loop_sim::port::drive::Motion;
+use loop_sim::signal::Signal;
 use serde::Serialize;
 
 mod alone;
@@ -111,6 +114,42 @@ pub enum Sheet {
     Joint(Joint),
     /// Of a motor with a rigid load.
     Motor(Motor),
+}
+
+impl Sheet {
+    /// K_t, N m per A.
+    pub const fn torque_n_m_per_a(&self) -> f64 {
+        let (Self::Joint(Joint { torque_n_m_per_a, .. }) | Self::Motor(Motor { torque_n_m_per_a, .. })) = self;
+        *torque_n_m_per_a
+    }
+
+    /// Of the motor against the link, rad/s; 0 of a motor with a rigid load.
+    pub(crate) fn resonance_rad_s(&self) -> f64 {
+        let Self::Joint(joint) = self else { return 0.0 };
+        libm::sqrt(joint.stiffness_n_m / joint.motor_inertia_kg_m2 + joint.stiffness_n_m / joint.link_inertia_kg_m2)
+    }
+
+    /// The shortest form of a motion within this current: see [`Motion::shortest`].
+    pub(crate) fn shortest(&self, motion: &Motion, range: [u32; 2], u_max: f64) -> Option<Motion> {
+        match self {
+            Self::Joint(joint) => motion.shortest::<4, 5>(range, u_max, |jet| joint.feed_forward(jet)),
+            Self::Motor(motor) => motion.shortest::<3, 3>(range, u_max, |jet| motor.feed_forward(jet)),
+        }
+    }
+
+    /// The plant that it describes, and what it does not.
+    pub(crate) fn plant(&self, spring_damping_n_m_s: f64, more: Imperfections) -> Box<dyn Plant> {
+        match self {
+            Self::Joint(joint) => {
+                let body = JointBody { spring_damping_n_m_s, ..JointBody::from(joint) };
+                Box::new(plant::Joint::new(body, body, more, Signal::default()))
+            }
+            Self::Motor(motor) => {
+                let shaft = Shaft::from(motor);
+                Box::new(plant::Motor::new(shaft, shaft, more, Signal::default()))
+            }
+        }
+    }
 }
 
 /// What else is known of the plant.

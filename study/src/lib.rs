@@ -8,6 +8,7 @@ pub mod design;
 mod error;
 pub mod figures;
 pub mod identify;
+mod kind;
 pub mod map;
 pub mod margins;
 pub mod monte_carlo;

@@ -23,12 +23,11 @@ use std::fmt;
 
 use loop_sim::linear::{LawAtRest, LinearPlant, LinearTick};
 use loop_sim::plant::Plant;
-use loop_sim::port::drive::DriveDesign;
 use loop_sim::solver::SolverError;
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::linalg::{Hessenberg, Schur};
 use nalgebra::{Complex, DMatrix, DVector, Normed};
-use scenario::{AtRest, Corner, Drive, Experiment};
+use scenario::{AtRest, Corner, Experiment};
 use serde::Serialize;
 
 use crate::Error;
@@ -401,8 +400,7 @@ pub fn decay_per_s(poles: &[Root]) -> f64 {
 /// α, with which the offset W of a scenario's law decays, 1/s; 0 of a law that has none.
 pub fn offset_per_s(experiment: &Experiment) -> f64 {
     match (&experiment.drive, &experiment.spec) {
-        (Some(Drive { designed: DriveDesign::Motor { design, .. }, .. }), _) => design.bandwidths.offset_per_s,
-        (Some(Drive { designed: DriveDesign::Joint { design, .. }, .. }), _) => design.bandwidths.offset_per_s,
+        (Some(drive), _) => drive.designed.bandwidths().offset_per_s,
         (None, Some(spec)) => spec.config.padded.surface.alpha_per_s,
         (None, None) => 0.0,
     }

@@ -18,8 +18,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use cobyla::{Func, RhoBeg, StopTols};
-use controller_core::drive::{JointBandwidths, MotorBandwidths};
-use loop_sim::port::drive::DriveDesign;
+use loop_sim::port::drive::{Bandwidths, DriveDesign};
 use loop_sim::random::Random;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -105,15 +104,12 @@ impl Asked {
 const NEAR: [f64; 2] = [0.997, 1.003];
 
 /// The same drive with observers that are so many times as fast.
-const fn nudged(designed: &DriveDesign, factor: f64) -> DriveDesign {
-    let mut designed = *designed;
-    match &mut designed {
-        DriveDesign::Motor { design, .. } => design.bandwidths.observer_rad_s *= factor,
-        DriveDesign::Joint { design, .. } => {
-            design.bandwidths.link_rad_s *= factor;
-            design.bandwidths.motor_rad_s *= factor;
-        }
+fn nudged(designed: &DriveDesign, factor: f64) -> DriveDesign {
+    let (mut designed, mut bandwidths) = (*designed, designed.bandwidths());
+    for bandwidth in &mut bandwidths.observers_rad_s {
+        *bandwidth *= factor;
     }
+    designed.set_bandwidths(&bandwidths);
     designed
 }
 
@@ -259,32 +255,17 @@ type Judged = ([f64; 5], f64);
 /// With numbers that can be read and typed: a file that has them is the very drive that was judged.
 fn rounded(designed: &DriveDesign) -> DriveDesign {
     let four = |value: f64| format!("{value:.3e}").parse().unwrap_or(value);
-    let mut designed = *designed;
-    match &mut designed {
-        DriveDesign::Motor { design, .. } => {
-            let w = design.bandwidths;
-            let surface_rad_s = four(w.surface_rad_s);
-            *design = design.with_bandwidths(MotorBandwidths {
-                surface_rad_s,
-                observer_rad_s: four(w.observer_rad_s),
-                reaching_per_s: four(w.reaching_per_s),
-                offset_per_s: 0.5 * surface_rad_s,
-            });
-            design.fast_ratio = four(design.fast_ratio);
-        }
-        DriveDesign::Joint { design, sudden_load_n_m, .. } => {
-            let w = design.bandwidths;
-            let surface_rad_s = four(w.surface_rad_s);
-            let bandwidths = JointBandwidths {
-                surface_rad_s,
-                link_rad_s: four(w.link_rad_s),
-                motor_rad_s: four(w.motor_rad_s),
-                reaching_per_s: four(w.reaching_per_s),
-                offset_per_s: 0.5 * surface_rad_s,
-            };
-            *design = design.with_bandwidths(bandwidths, *sudden_load_n_m);
-            design.fast_ratios = design.fast_ratios.map(four);
-        }
+    let w = designed.bandwidths();
+    let surface_rad_s = four(w.surface_rad_s);
+    let bandwidths = Bandwidths {
+        surface_rad_s,
+        observers_rad_s: w.observers_rad_s.into_iter().map(four).collect(),
+        reaching_per_s: four(w.reaching_per_s),
+        offset_per_s: 0.5 * surface_rad_s,
+    };
+    let mut designed = designed.redesigned(&bandwidths, designed.sudden_load_n_m());
+    for ratio in designed.fast_ratios() {
+        *ratio = four(*ratio);
     }
     designed
 }
@@ -307,24 +288,12 @@ impl Knob {
 
 /// The keys of a scenario file that make this drive.
 pub fn settings(designed: &DriveDesign) -> Vec<(&'static str, Vec<f64>)> {
-    let sets = designed.form().gain_sets;
-    let mut keys = match designed {
-        DriveDesign::Motor { design, .. } => vec![
-            ("surface_rad_s", vec![design.bandwidths.surface_rad_s]),
-            ("observer_rad_s", vec![design.bandwidths.observer_rad_s]),
-            ("reaching_per_s", vec![design.bandwidths.reaching_per_s]),
-            ("fast_ratio", vec![design.fast_ratio]),
-        ],
-        DriveDesign::Joint { design, .. } => vec![
-            ("surface_rad_s", vec![design.bandwidths.surface_rad_s]),
-            ("link_rad_s", vec![design.bandwidths.link_rad_s]),
-            ("motor_rad_s", vec![design.bandwidths.motor_rad_s]),
-            ("reaching_per_s", vec![design.bandwidths.reaching_per_s]),
-            ("fast_ratios", design.fast_ratios.to_vec()),
-        ],
-    };
-    if sets < 2 {
-        keys.pop();
+    let (sets, w, mut fast) = (designed.form().gain_sets, designed.bandwidths(), *designed);
+    let mut keys = vec![("surface_rad_s", vec![w.surface_rad_s])];
+    keys.extend(designed.observer_keys().iter().zip(w.observers_rad_s).map(|(key, own)| (*key, vec![own])));
+    keys.push(("reaching_per_s", vec![w.reaching_per_s]));
+    if sets > 1 {
+        keys.push((designed.fast_key(), fast.fast_ratios().to_vec()));
     }
     keys.push(("gain_sets", vec![sets as f64]));
     keys

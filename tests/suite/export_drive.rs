@@ -13,7 +13,7 @@ use controller_core::{ControlLaw, Health, Running};
 use integration_tests::data::path;
 use integration_tests::sampled;
 use integration_tests::strategy::Rng;
-use loop_sim::port::drive::DriveDesign;
+use loop_sim::port::drive::{DriveDesign, DriveOf};
 use scenario::Source;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -141,16 +141,16 @@ where
     A: Aim<f32, 2> + Aim<f64, 2>,
 {
     let of = design_of(text);
-    let DriveDesign::Motor { design, mounted, .. } = of else { panic!("{name} is a motor") };
+    let DriveDesign::Motor(DriveOf { design, mounted, .. }) = of else { panic!("{name} is a motor") };
     let MotorDesign { motor, encoder, .. } = design;
     let law = MotorDrive::<f32, A, FAST, LATE, S>::try_design(&design).expect("a good design");
     let plant = Plant { gain: [0.0, motor.input_gain()], ..Plant::default() };
-    run(name, &watched(law, &of), [mounted.mounting], [encoder.unit_rad()], plant)
+    run(name, &watched(law, &of), mounted.map(|mounted| mounted.mounting), [encoder.unit_rad()], plant)
 }
 
 fn joint<const FAST: usize, const LATE: usize>(name: &str, text: &str) -> Run {
     let of = design_of(text);
-    let DriveDesign::Joint { design, mounted, .. } = of else { panic!("{name} is a joint") };
+    let DriveDesign::Joint(DriveOf { design, mounted, .. }) = of else { panic!("{name} is a joint") };
     let JointDesign { joint, encoders, .. } = design;
     let law = JointDrive::<f32, Position, FAST, LATE>::try_design(&design).expect("a good design");
     let (link, rotor) = (joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2);
@@ -703,11 +703,15 @@ fn the_exported_rust_of_a_drive_is_the_design_that_the_host_made() {
         let (name, plant, rest, _) = INSTANCES.into_iter().find(|(name, ..)| *name == wanted).expect("an instance");
         let scenario = format!("{plant}\n{rest}\n");
         let hash = match (design_of(&scenario), name) {
-            (DriveDesign::Motor { design, .. }, "one_set") => {
+            (DriveDesign::Motor(DriveOf { design, .. }), "one_set") => {
                 MotorDrive::<f32, Position>::design(&design).fingerprint()
             }
-            (DriveDesign::Motor { design, .. }, _) => MotorDrive::<f32, Speed, 0, 1, 4>::design(&design).fingerprint(),
-            (DriveDesign::Joint { design, .. }, _) => JointDrive::<f32, Position, 1>::design(&design).fingerprint(),
+            (DriveDesign::Motor(DriveOf { design, .. }), _) => {
+                MotorDrive::<f32, Speed, 0, 1, 4>::design(&design).fingerprint()
+            }
+            (DriveDesign::Joint(DriveOf { design, .. }), _) => {
+                JointDrive::<f32, Position, 1>::design(&design).fingerprint()
+            }
         };
         // With its monitors it is what `run` runs.
         let source = Source { file: "it", text: &scenario, sets: &[] };

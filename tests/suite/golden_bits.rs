@@ -18,7 +18,7 @@ use integration_tests::golden::compare;
 use integration_tests::oracle::{Gains, Model, Spec};
 use integration_tests::shape::{Precision, controller};
 use integration_tests::strategy::{Rng, drift_row, surface};
-use loop_sim::port::drive::{DriveDesign, Follows, Form, Goal, Monitors, Motion, Reaction};
+use loop_sim::port::drive::{DriveDesign, DriveOf, Follows, Form, Goal, Monitors, Motion, Reaction};
 use loop_sim::sensor::encoder::Mounted;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -220,12 +220,12 @@ fn drive(design: &DriveDesign, ticks: u32) -> Seen {
             std::mem::swap(&mut u, &mut queued);
         }
         match design {
-            DriveDesign::Motor { design, .. } => {
+            DriveDesign::Motor(DriveOf { design, .. }) => {
                 let motor = design.motor;
                 let torque = motor.torque_n_m_per_a * (u + push) - motor.damping_n_m_s * x[1];
                 x[1] += PERIOD_S * torque / motor.inertia_kg_m2;
             }
-            DriveDesign::Joint { design, .. } => {
+            DriveDesign::Joint(DriveOf { design, .. }) => {
                 let joint = design.joint;
                 let spring = joint.stiffness_n_m * (x[0] - x[2]);
                 let torque = joint.torque_n_m_per_a * (u + push) - spring - joint.motor_damping_n_m_s * x[1];
@@ -291,21 +291,27 @@ fn forms() -> Vec<Form> {
 /// What the monitors of a drive by rule see; an alarm is told, and no more.
 fn monitors<const E: usize>() -> Monitors<E> {
     let disturbance = [None; E];
-    Monitors { uncertain: 0.2, disturbance, sigma_star: None, stuck_ticks: None, reaction: Reaction::GoOn }
+    Monitors {
+        uncertain: 0.2,
+        disturbance,
+        sigma_star: None,
+        stuck_ticks: None,
+        sudden_load_n_m: 1.3,
+        reaction: Reaction::GoOn,
+    }
 }
 
 fn motor(form: Form) -> DriveDesign {
     let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
     let encoder = Encoder::absolute(14);
     let design = MotorDesign::by_rule(PERIOD_S, motor, encoder, Limits::symmetric(10.0));
-    DriveDesign::Motor { design, form, mounted: Mounted::new(encoder), monitors: monitors() }
+    DriveDesign::Motor(DriveOf { design, form, mounted: [Mounted::new(encoder)], monitors: monitors() })
 }
 
 fn joint(form: Form) -> DriveDesign {
     let encoders = [Encoder::absolute(20); 2];
     let design = JointDesign::new(PERIOD_S, Joint::TABLE_I, encoders, Limits::symmetric(30.0), 1.3);
-    let (mounted, monitors) = (encoders.map(Mounted::new), monitors());
-    DriveDesign::Joint { design, form, mounted, monitors, sudden_load_n_m: 1.3 }
+    DriveDesign::Joint(DriveOf { design, form, mounted: encoders.map(Mounted::new), monitors: monitors() })
 }
 
 /// All rows with this many ticks each, on all cores.

@@ -23,9 +23,9 @@ const COMMANDS: [&str; 10] = [
     "map mine.toml --preset plant --out map",
     "export mine.toml --lang c --standalone -o drive.h",
     "export mine.toml --lang rust -o drive.rs",
-    "monte-carlo mine.toml --trials 40 --shard 1/2 --out one",
-    "monte-carlo mine.toml --trials 40 --shard 2/2 --out two",
-    "merge one two --out both",
+    "monte-carlo mine.toml --uncertain 50 --trials 40 --chunk 20 --shard 1/2 --out shards",
+    "monte-carlo mine.toml --uncertain 50 --trials 40 --chunk 20 --shard 2/2 --out shards",
+    "merge shards/shard-1-of-2.csv shards/shard-2-of-2.csv --out both",
 ];
 
 /// A program outside the workspace that calls `study`, and the scenario that it reads.

@@ -191,7 +191,7 @@ impl Subject {
         if designed.form().follows == Follows::Speed {
             return Err(bad(format!("{name}: drive.mode is \"speed\": a drive is identified that follows a position")));
         }
-        if common.motor_alone && matches!(designed, DriveDesign::Motor { .. }) {
+        if common.motor_alone && designed.encoders().len() == 1 {
             return Err(bad(format!("{name}: --motor-alone is for a [joint]: a [motor] has no other count")));
         }
         let known = Known {
@@ -216,11 +216,8 @@ impl Subject {
 
 /// Turns of the motor in one behind its gear, as its encoder has it.
 fn gear(designed: &DriveDesign) -> f64 {
-    let encoder = match designed {
-        DriveDesign::Motor { mounted, .. } => mounted.encoder,
-        DriveDesign::Joint { mounted: [_, motor], .. } => motor.encoder,
-    };
-    f64::from(encoder.gear_num) / f64::from(encoder.gear_den)
+    let of = |mounted: &Mounted| f64::from(mounted.encoder.gear_num) / f64::from(mounted.encoder.gear_den);
+    designed.encoders().last().map_or(1.0, |(_, motor)| of(motor))
 }
 
 /// What `--json` prints of a record.

@@ -1,6 +1,6 @@
 //! A drive in this process: counts in, current out, along a reference that it plays.
 //!
-//! The law is [`drive::EncoderForm`], the very one that runs on a chip, in f32; gain sets, delay, states and aim are
+//! The law is [`EncoderForm`](drive::EncoderForm), the very one that runs on a chip, in f32; gain sets, delay, states and aim are
 //! types there and numbers here ([`Form`]). The sample is the counts of
 //! [`Encoders`](crate::sensor::encoder::Encoders), from which [`Mounted`] takes sign and offset, as a program on the
 //! chip would.
@@ -23,18 +23,19 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use controller_core::drive::{
-    self, Aim, Bounds, ChainModel, DriveError, DriveLaw, Encoder, EncoderForm, Joined, JointDesign, JointDrive,
-    Monitored, MotorDesign, MotorDrive, Player, Position, Reference, Rest, Sample, Sine, Speed, Streamed, Target,
+    self, Bounds, DriveError, DriveLaw, Joined, Monitored, Player, Reference, Rest, Sample, Sine, Streamed, Target,
     Watched,
 };
 use controller_core::{ControlLaw as _, Health, MAX_R, Output, Real, Running};
 
 use crate::MAX_ORDER;
-use crate::linear::{LawAtRest, Still};
 use crate::port::{ControllerPort, PortError, Tick};
 use crate::sensor::encoder::Mounted;
 
 mod in_f64;
+mod kind;
+
+pub use kind::{Bandwidths, DriveAtRest, DriveDesign, DriveOf, Thresholds};
 
 /// Units of an angle that is kept as a whole number, per turn.
 const TWO_32: f64 = 4_294_967_296.0;
@@ -274,6 +275,15 @@ pub struct Form {
     pub observer_states: usize,
 }
 
+impl Form {
+    /// Does it follow a speed, has it two gain sets, is it late, have its observers four states? For
+    /// [`drives!`](controller_core::drives).
+    pub const fn flags(self) -> [bool; 4] {
+        let Self { follows, gain_sets, delay_ticks, observer_states } = self;
+        [matches!(follows, Follows::Speed), gain_sets > 1, delay_ticks > 0, observer_states > 3]
+    }
+}
+
 /// What the monitors of a drive may see of it (as far as they are known: the law adds the rest), and what follows an
 /// alarm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -286,6 +296,8 @@ pub struct Monitors<const E: usize> {
     pub sigma_star: Option<f64>,
     /// Ticks that u may be at a limit while |σ| does not fall; `None` by rule.
     pub stuck_ticks: Option<u32>,
+    /// Largest load that comes at once, N m: part of a joint's thresholds by rule. A motor's do not depend on it.
+    pub sudden_load_n_m: f64,
     /// What follows an alarm.
     pub reaction: Reaction,
 }
@@ -397,7 +409,7 @@ pub trait LivePort: ControllerPort {
     fn play(&mut self, motion: &Motion);
 
     /// Before the coming tick another design of the same form takes over, without a jump of u; or, `at_rest`, without
-    /// an offset W ([`EncoderForm::at_rest`]). Where that cannot be, that tick says so.
+    /// an offset W ([`at_rest`](drive::EncoderForm::at_rest)). Where that cannot be, that tick says so.
     ///
     /// # Errors
     /// Those of the design.
@@ -524,368 +536,6 @@ impl<const E: usize, const N: usize, const P: usize> LivePort for Drive<'_, E, N
         self.successor = Some(to.successor(at_rest)?);
         Ok(())
     }
-}
-
-/// What monitors compare with in every tick.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Thresholds {
-    /// |d| in the unit of each block.
-    pub disturbance: Vec<f32>,
-    /// |σ*|.
-    pub sigma_star: f32,
-    /// Ticks at a limit while |σ| does not fall.
-    pub stuck_ticks: f32,
-}
-
-/// What is done with a law of any of the types that a drive may have.
-trait Use<const E: usize, const N: usize> {
-    type Out;
-    /// Does the law leave no offset when it takes over?
-    const AT_REST: bool = false;
-
-    fn of<L>(self, law: L, bounds: &Bounds<E>) -> Self::Out
-    where
-        L: Watched<E> + DriveLaw<E, N> + Send + 'static,
-        L::State: Send;
-}
-
-/// It is run in this process.
-struct Run(Reaction);
-
-impl<const E: usize, const N: usize> Use<E, N> for Run {
-    type Out = Box<dyn Law<E, N>>;
-
-    fn of<L>(self, law: L, bounds: &Bounds<E>) -> Self::Out
-    where
-        L: Watched<E> + DriveLaw<E, N> + Send + 'static,
-        L::State: Send,
-    {
-        Box::new(Running::new(Monitored::new(law, bounds).stopping_at(self.0.stops_at())))
-    }
-}
-
-/// It takes over from another.
-struct Succeed<const AT_REST: bool>(Reaction);
-
-impl<const E: usize, const N: usize, const AT_REST: bool> Use<E, N> for Succeed<AT_REST> {
-    type Out = Box<dyn Any + Send>;
-    const AT_REST: bool = AT_REST;
-
-    fn of<L>(self, law: L, bounds: &Bounds<E>) -> Self::Out
-    where
-        L: Watched<E> + DriveLaw<E, N> + Send + 'static,
-        L::State: Send,
-    {
-        Box::new(Monitored::new(law, bounds).stopping_at(self.0.stops_at()))
-    }
-}
-
-/// Only what its monitors may see is asked for: also as a tick in f32 compares it.
-struct Watch;
-
-impl<const E: usize, const N: usize> Use<E, N> for Watch {
-    type Out = (Bounds<E>, Thresholds);
-
-    fn of<L: Watched<E> + DriveLaw<E, N>>(self, law: L, bounds: &Bounds<E>) -> Self::Out {
-        let (disturbance, sigma_star, stuck_ticks) = Monitored::new(law, bounds).thresholds();
-        (*bounds, Thresholds { disturbance: disturbance.into(), sigma_star, stuck_ticks })
-    }
-}
-
-/// A drive before it runs: numbers, types and encoders.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum DriveDesign {
-    /// Of a motor.
-    Motor {
-        /// Its numbers.
-        design: MotorDesign,
-        /// Its types.
-        form: Form,
-        /// Its encoder.
-        mounted: Mounted,
-        /// What is watched.
-        monitors: Monitors<1>,
-    },
-    /// Of a joint.
-    Joint {
-        /// Its numbers.
-        design: JointDesign,
-        /// Its types.
-        form: Form,
-        /// Encoders of link and motor.
-        mounted: [Mounted; 2],
-        /// What is watched.
-        monitors: Monitors<2>,
-        /// The largest load that comes at once, N m: part of the thresholds by rule.
-        sudden_load_n_m: f64,
-    },
-}
-
-impl DriveDesign {
-    /// Largest current of either sign, A.
-    pub fn max_current_a(&self) -> f64 {
-        let limits = match self {
-            Self::Motor { design, .. } => design.limits,
-            Self::Joint { design, .. } => design.limits,
-        };
-        limits.max.min(-limits.min)
-    }
-
-    /// The drive along a reference, in this process.
-    ///
-    /// # Errors
-    /// Those of the design.
-    pub fn port(&self, motion: &Motion) -> Result<Box<dyn ControllerPort>, DriveError> {
-        Ok(self.live(motion)?)
-    }
-
-    /// The same, to be moved and re-tuned while it runs.
-    ///
-    /// # Errors
-    /// Those of the design.
-    pub fn live(&self, motion: &Motion) -> Result<Box<dyn LivePort>, DriveError> {
-        Ok(match self {
-            Self::Motor { design, form, mounted, monitors } => {
-                let law = motor(design, *form, monitors, Run(monitors.reaction))?;
-                Box::new(Drive::<1, 2, 3>::new(law, [*mounted], *form, monitors.reaction, motion))
-            }
-            Self::Joint { design, form, mounted, monitors, sudden_load_n_m } => {
-                let law = joint(design, *form, monitors, *sudden_load_n_m, Run(monitors.reaction))?;
-                Box::new(Drive::<2, 4, 4>::new(law, *mounted, *form, monitors.reaction, motion))
-            }
-        })
-    }
-
-    /// The law alone, to take over from one of the same form.
-    fn successor(&self, at_rest: bool) -> Result<Box<dyn Any + Send>, DriveError> {
-        let reaction = self.reaction();
-        match self {
-            Self::Motor { design, form, monitors, .. } if at_rest => {
-                motor(design, *form, monitors, Succeed::<true>(reaction))
-            }
-            Self::Motor { design, form, monitors, .. } => motor(design, *form, monitors, Succeed::<false>(reaction)),
-            Self::Joint { design, form, monitors, sudden_load_n_m: load, .. } if at_rest => {
-                joint(design, *form, monitors, *load, Succeed::<true>(reaction))
-            }
-            Self::Joint { design, form, monitors, sudden_load_n_m: load, .. } => {
-                joint(design, *form, monitors, *load, Succeed::<false>(reaction))
-            }
-        }
-    }
-
-    /// The same with a law that runs elsewhere.
-    pub fn port_to<'a, X>(&self, law: X, motion: &Motion) -> Box<dyn ControllerPort + 'a>
-    where
-        X: Law<1, 2> + Law<2, 4> + 'a,
-    {
-        match self {
-            Self::Motor { form, mounted, monitors, .. } => {
-                Box::new(Drive::<1, 2, 3>::new(Box::new(law), [*mounted], *form, monitors.reaction, motion))
-            }
-            Self::Joint { form, mounted, monitors, .. } => {
-                Box::new(Drive::<2, 4, 4>::new(Box::new(law), *mounted, *form, monitors.reaction, motion))
-            }
-        }
-    }
-
-    /// What it is designed from, what its monitors may see, and the bits of the alarms at which it stops, as the
-    /// numbers of [`drive::LAYOUT`].
-    ///
-    /// # Errors
-    /// Those of the design.
-    pub fn numbers(&self) -> Result<Vec<f64>, DriveError> {
-        let stops_at = f64::from(self.reaction().stops_at().bits());
-        Ok(match self {
-            Self::Motor { design, form, monitors, .. } => {
-                let (bounds, _) = motor(design, *form, monitors, Watch)?;
-                design.to_numbers().into_iter().chain(bounds.to_numbers()).chain([stops_at]).collect()
-            }
-            Self::Joint { design, form, monitors, sudden_load_n_m, .. } => {
-                let (bounds, _) = joint(design, *form, monitors, *sudden_load_n_m, Watch)?;
-                design.to_numbers().into_iter().chain(bounds.to_numbers()).chain([stops_at]).collect()
-            }
-        })
-    }
-
-    /// What its monitors compare with in every tick, and the same in the units of people: |d| of each shaft in rad/s²,
-    /// |σ*|, ticks at a limit.
-    ///
-    /// # Errors
-    /// Those of the design.
-    pub fn thresholds(&self) -> Result<(Vec<f64>, Thresholds), DriveError> {
-        Ok(match self {
-            Self::Motor { design, form, monitors, .. } => {
-                let (bounds, thresholds) = motor(design, *form, monitors, Watch)?;
-                (bounds.to_numbers().collect(), thresholds)
-            }
-            Self::Joint { design, form, monitors, sudden_load_n_m, .. } => {
-                let (bounds, thresholds) = joint(design, *form, monitors, *sudden_load_n_m, Watch)?;
-                (bounds.to_numbers().collect(), thresholds)
-            }
-        })
-    }
-
-    /// What follows an alarm.
-    pub const fn reaction(&self) -> Reaction {
-        match self {
-            Self::Motor { monitors, .. } => monitors.reaction,
-            Self::Joint { monitors, .. } => monitors.reaction,
-        }
-    }
-
-    /// Its types.
-    pub const fn form(&self) -> Form {
-        match *self {
-            Self::Motor { form, .. } | Self::Joint { form, .. } => form,
-        }
-    }
-
-    /// Of each encoder the state that it sees, from 0, and how it is mounted.
-    pub fn encoders(&self) -> Vec<(usize, Mounted)> {
-        match self {
-            Self::Motor { mounted, .. } => vec![(0, *mounted)],
-            Self::Joint { mounted: [link, motor], .. } => vec![(0, *link), (2, *motor)],
-        }
-    }
-}
-
-/// The law of a motor, of its types. More than one gain set, or ticks of delay, are as two, and one.
-fn motor<U: Use<1, 2>>(
-    design: &MotorDesign,
-    form: Form,
-    monitors: &Monitors<1>,
-    user: U,
-) -> Result<U::Out, DriveError> {
-    macro_rules! built {
-        ($aim:ty, $fast:literal, $late:literal, $states:literal) => {{
-            let law = MotorDrive::<f32, $aim, $fast, $late, $states>::try_design(design)?;
-            let law = if U::AT_REST { law.at_rest() } else { law };
-            let bounds = monitors.bounds(&design.bounds(&law, monitors.uncertain));
-            Ok(user.of(law, &bounds))
-        }};
-    }
-    macro_rules! following {
-        ($aim:ty) => {
-            match (form.gain_sets, form.delay_ticks, form.observer_states) {
-                (..=1, 0, ..=3) => built!($aim, 0, 0, 3),
-                (..=1, 0, _) => built!($aim, 0, 0, 4),
-                (..=1, _, ..=3) => built!($aim, 0, 1, 3),
-                (..=1, _, _) => built!($aim, 0, 1, 4),
-                (_, 0, ..=3) => built!($aim, 1, 0, 3),
-                (_, 0, _) => built!($aim, 1, 0, 4),
-                (_, _, ..=3) => built!($aim, 1, 1, 3),
-                (_, _, _) => built!($aim, 1, 1, 4),
-            }
-        };
-    }
-    match form.follows {
-        Follows::Position => following!(Position),
-        Follows::Speed => following!(Speed),
-    }
-}
-
-/// The law of a joint, which follows the position of its link with four states per encoder.
-fn joint<U: Use<2, 4>>(
-    design: &JointDesign,
-    form: Form,
-    monitors: &Monitors<2>,
-    sudden_load_n_m: f64,
-    user: U,
-) -> Result<U::Out, DriveError> {
-    macro_rules! built {
-        ($fast:literal, $late:literal) => {{
-            let law = JointDrive::<f32, Position, $fast, $late>::try_design(design)?;
-            let law = if U::AT_REST { law.at_rest() } else { law };
-            let bounds = monitors.bounds(&design.bounds(&law, sudden_load_n_m, monitors.uncertain));
-            Ok(user.of(law, &bounds))
-        }};
-    }
-    match (form.gain_sets, form.delay_ticks) {
-        (..=1, 0) => built!(0, 0),
-        (..=1, _) => built!(0, 1),
-        (_, 0) => built!(1, 0),
-        (_, _) => built!(1, 1),
-    }
-}
-
-/// A drive that stands still at angle 0 with its quiet gains, in f64.
-pub struct DriveAtRest {
-    /// Its law. The encoders are only finer, so that a step of them is a small change.
-    pub law: Box<dyn LawAtRest>,
-    /// λ_2, what |σ*| stays below as long as every innovation is at most one step of its encoder, in the unit of x_n.
-    pub sigma_star_bound: f64,
-}
-
-/// The drive of a motor at rest.
-///
-/// # Errors
-/// Those of the design.
-pub fn motor_at_rest(design: &MotorDesign, form: Form) -> Result<DriveAtRest, DriveError> {
-    let coarse = [design.encoder];
-    let design = MotorDesign { encoder: finest(design.encoder), gate_steps: f64::INFINITY, ..*design };
-    let still = Target { turn: 0, jet: [0.0; 2] };
-    macro_rules! law {
-        ($aim:ty, $target:expr, $late:literal, $states:literal) => {
-            at_rest(MotorDrive::<f64, $aim, 0, $late, $states>::try_design(&design)?, coarse, $target)
-        };
-    }
-    macro_rules! following {
-        ($aim:ty, $target:expr) => {
-            match (form.delay_ticks, form.observer_states) {
-                (0, ..=3) => law!($aim, $target, 0, 3),
-                (0, _) => law!($aim, $target, 0, 4),
-                (_, ..=3) => law!($aim, $target, 1, 3),
-                (_, _) => law!($aim, $target, 1, 4),
-            }
-        };
-    }
-    Ok(match form.follows {
-        Follows::Position => following!(Position, still),
-        Follows::Speed => following!(Speed, 0.0),
-    })
-}
-
-/// The drive of a joint at rest, its link hanging down.
-///
-/// # Errors
-/// Those of the design.
-pub fn joint_at_rest(design: &JointDesign, form: Form) -> Result<DriveAtRest, DriveError> {
-    let (coarse, still) = (design.encoders, Target { turn: 0, jet: [0.0; 4] });
-    let design = JointDesign { encoders: coarse.map(finest), gate_steps: [f64::INFINITY; 2], ..*design };
-    Ok(match form.delay_ticks {
-        0 => at_rest(JointDrive::<f64, Position, 0, 0>::try_design(&design)?, coarse, still),
-        _ => at_rest(JointDrive::<f64, Position, 0, 1>::try_design(&design)?, coarse, still),
-    })
-}
-
-fn at_rest<M, A, const E: usize, const N: usize, const S: usize, const LATE: usize>(
-    law: EncoderForm<f64, M, A, E, N, S, 0, LATE>,
-    coarse: [Encoder; E],
-    target: A::Target,
-) -> DriveAtRest
-where
-    M: ChainModel<f64, E, N> + Send + 'static,
-    A: Aim<f64, N, Target: Send> + Send,
-{
-    let sample = move |counts: &[f64]| Sample {
-        counts: std::array::from_fn(|i| Some(counts[i] as i32)),
-        begin: target,
-        end: target,
-    };
-    let units_rad = coarse.map(|encoder| finest(encoder).unit_rad());
-    let steps = std::array::from_fn(|i| coarse[i].unit_rad() / units_rad[i]);
-    let sigma_star_bound = law.sigma_star_bound(steps);
-    // The channels of the angles have no disturbance.
-    let still = Still::new(law, E, units_rad.into(), sample, |known| known.disturbance.map(|d| [0.0, d]).concat());
-    let Some(still) = still else { unreachable!("a drive starts at angle 0") };
-    DriveAtRest { law: Box::new(still), sigma_star_bound }
-}
-
-/// The same encoder with as many counts as a drive may have.
-fn finest(encoder: Encoder) -> Encoder {
-    let counts = |k: u32| u64::from(encoder.counts_per_turn) << k;
-    let k = (0..24).rev().find(|&k| counts(k) * u64::from(encoder.gear_num) <= 1 << 24).unwrap_or(0);
-    Encoder { bits: 32, counts_per_turn: encoder.counts_per_turn << k, ..encoder }
 }
 
 #[cfg(test)]

@@ -5,10 +5,9 @@
 //! as often: the variance is $(1 + 2/M^2)\thinspace \Delta^2/12$, that of rounding but for what the finer one rounds
 //! itself. [`Finer::share`] takes that off: 18 % at M = 2, 1.5 % at 8, nothing to speak of at 1024.
 
-use controller_core::drive::{Encoder, JointDesign, MotorDesign, Switching};
+use controller_core::drive::Encoder;
 
 use super::drive::DriveDesign;
-use crate::sensor::encoder::Mounted;
 
 /// The same drive behind encoders with M times as many counts, thresholds meaning the same angles.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,38 +32,12 @@ impl Finer {
         };
         let k = (1..=10).rev().find(|&k| encoders.iter().all(|(_, mounted)| fits(k, mounted.encoder)))?;
         let times = f64::from(1_u32 << k);
-        let finer = |Mounted { encoder, .. }: Mounted| {
+        let finer = |encoder: Encoder| {
             let Encoder { bits, counts_per_turn, .. } = encoder;
             // A counter that is as wide as they come holds 256 turns and more of the finer steps.
-            Mounted::new(Encoder { bits: (bits + k).min(32), counts_per_turn: counts_per_turn << k, ..encoder })
+            Encoder { bits: (bits + k).min(32), counts_per_turn: counts_per_turn << k, ..encoder }
         };
-        let switching_of = |switching: Switching| Switching {
-            calm_steps: switching.calm_steps * times,
-            alert_steps: switching.alert_steps * times,
-            ..switching
-        };
-        let designed = match *designed {
-            DriveDesign::Motor { design, form, mounted, monitors } => {
-                let mounted = finer(mounted);
-                let design = MotorDesign {
-                    encoder: mounted.encoder,
-                    switching: switching_of(design.switching),
-                    gate_steps: design.gate_steps * times,
-                    ..design
-                };
-                DriveDesign::Motor { design, form, mounted, monitors }
-            }
-            DriveDesign::Joint { design, form, mounted, monitors, sudden_load_n_m } => {
-                let mounted = mounted.map(finer);
-                let design = JointDesign {
-                    encoders: mounted.map(|mounted| mounted.encoder),
-                    switching: switching_of(design.switching),
-                    gate_steps: design.gate_steps.map(|steps| steps * times),
-                    ..design
-                };
-                DriveDesign::Joint { design, form, mounted, monitors, sudden_load_n_m }
-            }
-        };
+        let designed = designed.finer(finer, times);
         Some(Self { designed, times })
     }
 
@@ -79,7 +52,12 @@ impl Finer {
 
 #[cfg(test)]
 mod tests {
+    use controller_core::Limits;
+    use controller_core::drive::{Motor, MotorDesign};
+
     use super::*;
+    use crate::port::drive::{DriveOf, Follows, Form, Monitors, Reaction};
+    use crate::sensor::encoder::Mounted;
 
     /// Rounding to steps of 1 and of 1/M, over a motion that goes through all of a step.
     #[test]
@@ -95,23 +73,21 @@ mod tests {
     }
 
     fn motor(bits: u32) -> DriveDesign {
-        use crate::port::drive::{Follows, Form, Monitors, Reaction};
-        use controller_core::Limits;
-        use controller_core::drive::Motor;
         let sheet = Motor { inertia_kg_m2: 0.35, torque_n_m_per_a: 6.2, damping_n_m_s: 0.5 };
         let encoder = Encoder::absolute(bits);
-        DriveDesign::Motor {
+        DriveDesign::Motor(DriveOf {
             design: MotorDesign::by_rule(1e-3, sheet, encoder, Limits::symmetric(20.0)),
             form: Form { follows: Follows::Position, gain_sets: 2, delay_ticks: 0, observer_states: 3 },
-            mounted: Mounted::new(encoder),
+            mounted: [Mounted::new(encoder)],
             monitors: Monitors {
                 uncertain: 0.2,
                 disturbance: [None],
                 sigma_star: None,
                 stuck_ticks: None,
+                sudden_load_n_m: 0.0,
                 reaction: Reaction::GoOn,
             },
-        }
+        })
     }
 
     #[test]
@@ -122,9 +98,9 @@ mod tests {
             [Some(1024.0), Some(1024.0), Some(16.0), Some(4.0), Some(2.0), None]
         );
         let wide = Encoder::incremental(32, 4000);
-        let DriveDesign::Motor { design, form, monitors, .. } = motor(12) else { panic!("a motor") };
-        let design = MotorDesign { encoder: wide, ..design };
-        let finer = Finer::of(&DriveDesign::Motor { design, form, mounted: Mounted::new(wide), monitors });
+        let DriveDesign::Motor(motor) = motor(12) else { panic!("a motor") };
+        let design = MotorDesign { encoder: wide, ..motor.design };
+        let finer = Finer::of(&DriveDesign::Motor(DriveOf { design, mounted: [Mounted::new(wide)], ..motor }));
         assert_eq!(finer.map(|finer| finer.times), Some(1024.0));
     }
 }

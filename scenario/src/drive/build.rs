@@ -6,10 +6,9 @@ use controller_core::drive::{
     DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorBandwidths, MotorDesign, Mounting,
 };
 use controller_core::{Fallback, Limits};
-use loop_sim::actuator::{self, Actuator};
+use loop_sim::actuator;
 use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
-use loop_sim::port::ControllerPort;
-use loop_sim::port::drive::{self as port, DriveAtRest, DriveDesign, Follows, Form, Goal, Monitors, Motion, Reaction};
+use loop_sim::port::drive::{DriveAtRest, DriveDesign, DriveOf, Follows, Form, Goal, Monitors, Motion, Reaction};
 use loop_sim::port::finer::Finer;
 use loop_sim::sensor::encoder::{Encoders, Fault, Faulty, Mounted};
 use loop_sim::sensor::{Sensing, Sensor};
@@ -364,7 +363,12 @@ impl Common<'_> {
     }
 
     /// The thresholds that the file gives, of shafts with these inertias.
-    fn monitors<const E: usize>(&self, reaction: Reaction, inertia_kg_m2: [f64; E]) -> Monitors<E> {
+    fn monitors<const E: usize>(
+        &self,
+        reaction: Reaction,
+        inertia_kg_m2: [f64; E],
+        sudden_load_n_m: f64,
+    ) -> Monitors<E> {
         let MonitorTable { load_n_m, motor_n_m, sigma_star, saturated_s, .. } = self.monitor;
         let torques = [load_n_m, motor_n_m];
         Monitors {
@@ -372,7 +376,18 @@ impl Common<'_> {
             disturbance: std::array::from_fn(|i| torques[i].map(|torque| torque / inertia_kg_m2[i])),
             sigma_star,
             stuck_ticks: saturated_s.map(|time_s| ticks_of(time_s, self.period_s)),
+            sudden_load_n_m,
             reaction,
+        }
+    }
+
+    /// The types of the law; two gain sets, where the plant is known well enough for the fast one.
+    fn form(&self, gain_sets: Option<usize>) -> Form {
+        Form {
+            follows: if self.mode == ModeKey::Speed { Follows::Speed } else { Follows::Position },
+            gain_sets: gain_sets.unwrap_or(if self.uncertain_percent > 20.0 { 1 } else { 2 }),
+            delay_ticks: self.delay_ticks,
+            observer_states: self.observer_states,
         }
     }
 }
@@ -652,18 +667,24 @@ fn true_to(nominal: f64, percent: f64) -> f64 {
 }
 
 /// All that a run needs, of either plant.
-struct Parts {
+/// A drive of one kind, ready for its loop.
+struct Parts<'a, D, const E: usize> {
     resolved: Resolved,
-    plant: Box<dyn Plant>,
-    x0: Vec<f64>,
-    designed: DriveDesign,
-    port: Box<dyn ControllerPort>,
+    form: Form,
+    mounted: [Mounted; E],
+    monitors: Monitors<E>,
+    /// Its design with another period; with that of the file as the file says.
+    design: &'a dyn Fn(f64) -> D,
+    of_kind: fn(DriveOf<D, E>) -> DriveDesign,
+    /// Does the file give a bandwidth?
+    is_given: bool,
     motion: Motion,
     warnings: Vec<String>,
     chosen: Vec<String>,
     shafts: Vec<ShaftOf>,
-    current_lag_s: f64,
-    at_rest: DriveAtRest,
+    states: &'static [StateName],
+    x0: Vec<f64>,
+    plant: Box<dyn Plant>,
     /// The plant without friction and load.
     smooth: Box<dyn Plant>,
     corners: Vec<Corner>,
@@ -694,23 +715,21 @@ fn sensed(mounted: &[(usize, Mounted)], shafts: &[ShaftOf], sensing: &Sensing) -
 
 /// Encoders whose noise is taken for faults.
 fn beyond_gates(designed: &DriveDesign, shafts: &[ShaftOf], sensing: &Sensing) -> Vec<String> {
-    let gates: &[f64] = match designed {
-        DriveDesign::Motor { design, .. } => &[design.gate_steps],
-        DriveDesign::Joint { design, .. } => &design.gate_steps,
-    };
-    let each = designed.encoders().into_iter().zip(gates.iter().zip(shafts)).filter_map(|(encoder, (gate, shaft))| {
-        let (state, mounted) = encoder;
-        let steps = sensing.noise.get(state).copied().unwrap_or(0.0) / mounted.encoder.unit_rad();
-        (NOISE_OF_GATE * steps > *gate).then(|| {
-            format!(
-                "the noise of the {}'s encoder is {} steps rms, and a count {} steps from the expected is not \
+    let gates = designed.gate_steps();
+    let each =
+        designed.encoders().into_iter().zip(gates.into_iter().zip(shafts)).filter_map(|(encoder, (gate, shaft))| {
+            let (state, mounted) = encoder;
+            let steps = sensing.noise.get(state).copied().unwrap_or(0.0) / mounted.encoder.unit_rad();
+            (NOISE_OF_GATE * steps > gate).then(|| {
+                format!(
+                    "the noise of the {}'s encoder is {} steps rms, and a count {} steps from the expected is not \
                  believed: good ones will be lost",
-                shaft.name,
-                shown(steps),
-                shown(*gate)
-            )
-        })
-    });
+                    shaft.name,
+                    shown(steps),
+                    shown(gate)
+                )
+            })
+        });
     each.collect()
 }
 
@@ -720,84 +739,113 @@ fn on_link(table: &EncoderTable) -> Option<Problem> {
     table.behind_gear.then(|| Problem { key: "encoder.link.behind_gear".into(), message: message.into() })
 }
 
-fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
-    let Parts { resolved, plant, mut x0, designed, port, motion, mut warnings, chosen, shafts, .. } = parts;
-    let (smooth, corners) = (parts.smooth, parts.corners);
-    let DriveAtRest { law, sigma_star_bound } = parts.at_rest;
-    let (mounted, form) = (designed.encoders(), designed.form());
-    let Common { span_s, period_s, max_current_a, .. } = *common;
-    let Resolved { name, title, periods, faults, .. } = resolved;
-    x0.resize(plant.order(), 0.0);
-    let moved_rad = period_s * motion.peak::<3, 2>(periods as u32, |jet| jet[1]);
-    for (_, Mounted { encoder, .. }) in &mounted {
+/// Shafts that move so far in a tick that nobody can tell which way.
+fn beyond_counters(mounted: &[(usize, Mounted)], moved_rad: f64) -> impl Iterator<Item = String> {
+    mounted.iter().filter_map(move |(_, Mounted { encoder, .. })| {
         let counter_rad = (1_u64 << encoder.bits) as f64 * encoder.unit_rad();
-        if moved_rad > 0.4 * counter_rad {
-            warnings.push(format!(
+        (moved_rad > 0.4 * counter_rad).then(|| {
+            format!(
                 "a counter of {} bits is {counter_rad:.3} rad, of which the shaft moves {moved_rad:.3} in a tick: \
                  nobody can tell which way",
                 encoder.bits
-            ));
-        }
-    }
+            )
+        })
+    })
+}
+
+/// What the loop at rest leaves out.
+fn left_out(form: Form, encoders: usize, sensing: &Sensing) -> Vec<&'static str> {
+    let parts = [
+        ("friction, cogging and load", true),
+        ("the fast gain set", form.gain_sets > 1),
+        ("angles other than 0", encoders > 1),
+        ("jitter", sensing.jitter > 0.0),
+    ];
+    parts.into_iter().filter(|(_, is_left_out)| *is_left_out).map(|(part, _)| part).collect()
+}
+
+/// The same drive behind finer encoders, by which the noise of u is told; none where something is wrong with them.
+fn twin(
+    designed: &DriveDesign,
+    motion: &Motion,
+    sensing: &Sensing,
+    sensed: &[Sensed],
+    has_faults: bool,
+) -> Option<Twin> {
+    let noise_steps = |sensed: &Sensed| sensing.noise.get(sensed.state).map_or(0.0, |noise| noise / sensed.quantum);
+    let noise_steps = sensed.iter().map(noise_steps).fold(f64::INFINITY, f64::min);
+    let finer = Finer::of(designed);
+    let other = finer.map_or(*designed, |finer| finer.designed);
+    other.port(motion).ok().filter(|_| !has_faults).map(|port| Twin {
+        sensor: Box::new(Encoders::new(other.encoders())),
+        port,
+        share: finer.map(|finer| finer.share(noise_steps)),
+    })
+}
+
+/// The loop of a drive.
+///
+/// # Errors
+/// What is wrong with its design.
+fn experiment<D: Copy, const E: usize>(
+    common: &Common<'_>,
+    parts: Parts<'_, D, E>,
+) -> Result<Experiment, Vec<Problem>> {
+    let Parts { resolved, form, mounted, monitors, motion, mut warnings, shafts, plant, mut x0, .. } = parts;
+    let Common { span_s, period_s, max_current_a, .. } = *common;
+    let drive = |period_s| (parts.of_kind)(DriveOf { design: (parts.design)(period_s), form, mounted, monitors });
+    let refused = |error: DriveError| {
+        let longest_s = longest_period(period_s, |period_s| drive(period_s).at_rest().is_ok());
+        vec![design_problem(&error, common.plant, parts.is_given, longest_s)]
+    };
+    let designed = drive(period_s);
+    let port = designed.port(&motion).map_err(refused)?;
+    let DriveAtRest { law, sigma_star_bound } = designed.at_rest().map_err(refused)?;
+
+    let Resolved { name, title, periods, faults, .. } = resolved;
+    let mounted = designed.encoders();
+    x0.resize(plant.order(), 0.0);
+    warnings.extend(beyond_counters(&mounted, period_s * motion.peak::<3, 2>(periods as u32, |jet| jet[1])));
     let has_faults = !faults.is_empty();
     let sensing = common.sensing(&mounted, plant.order());
     warnings.extend(beyond_gates(&designed, &shafts, &sensing));
     let sensed = sensed(&mounted, &shafts, &sensing);
-    let noise_steps = |sensed: &Sensed| sensing.noise.get(sensed.state).map_or(0.0, |noise| noise / sensed.quantum);
-    let noise_steps = sensed.iter().map(noise_steps).fold(f64::INFINITY, f64::min);
-    let mut left_out = vec!["friction, cogging and load"];
-    if form.gain_sets > 1 {
-        left_out.push("the fast gain set");
-    }
-    let is_joint = mounted.len() > 1;
-    if is_joint {
-        left_out.push("angles other than 0");
-    }
-    left_out.extend((sensing.jitter > 0.0).then_some("jitter"));
+    let twin = twin(&designed, &motion, &sensing, &sensed, has_faults);
     let at_rest = AtRest {
-        plant: smooth,
+        plant: parts.smooth,
         law,
         sensed,
         sensor_delay_ticks: 0,
         actuator_delay_ticks: form.delay_ticks,
         report: true,
-        left_out,
-        corners,
+        left_out: left_out(form, mounted.len(), &sensing),
+        corners: parts.corners,
     };
     let mut sensor: Box<dyn Sensor> = Box::new(Encoders::over(sensing.sensor(common.seed), mounted));
     for (fault, channels, ticks) in faults {
         sensor = Box::new(Faulty::new(sensor, fault, channels, ticks));
     }
     let held = actuator::Delayed::new(actuator::Ideal, form.delay_ticks);
-    let actuator: Box<dyn Actuator> = Box::new(actuator::Limited::new(held, -max_current_a, max_current_a));
     let [begins, reached] = [motion.start, motion.start + motion.ticks].map(|tick| f64::from(tick) * period_s);
     let from = if matches!(motion.goal, Goal::Rest { .. }) { begins } else { reached };
-    let window_s = common.window_s.unwrap_or(if from < span_s { [from, span_s] } else { [0.0, span_s] });
     let (output_unit, band) = match (form.follows, &motion.goal) {
         (Follows::Speed, Goal::Speed { speed_rad_s }) => ("rad/s", (0.02 * speed_rad_s.abs()).max(1e-6)),
         _ => ("rad", 0.005),
     };
-    let finer = Finer::of(&designed);
-    let other = finer.map_or(designed, |finer| finer.designed);
-    let twin = other.port(&motion).ok().filter(|_| !has_faults).map(|port| Twin {
-        sensor: Box::new(Encoders::new(other.encoders())),
-        port,
-        share: finer.map(|finer| finer.share(noise_steps)),
-    });
-    Experiment {
+    Ok(Experiment {
         name,
         title,
         span_s,
         period_s,
         periods,
-        window_s,
+        window_s: common.window_s.unwrap_or(if from < span_s { [from, span_s] } else { [0.0, span_s] }),
         settling_band: common.settling_band.unwrap_or(band),
         output_unit,
         control_unit: "A",
         x0,
         plant,
         sensor,
-        actuator,
+        actuator: Box::new(actuator::Limited::new(held, -max_current_a, max_current_a)),
         port,
         spec: None,
         download: None,
@@ -806,21 +854,47 @@ fn experiment(common: &Common<'_>, parts: Parts) -> Experiment {
         warnings,
         mu: Vec::new(),
         drive: Some(Drive {
-            chosen,
+            chosen: parts.chosen,
             max_current_a,
             shafts,
-            states: if is_joint { &JOINT_STATES } else { &MOTOR_STATES },
+            states: parts.states,
             begins_s: begins,
             designed,
             motion,
-            current_lag_s: parts.current_lag_s,
+            current_lag_s: common.lag_s,
             sigma_star_bound,
             twin,
         }),
         at_rest: Ok(at_rest),
         controller: format!("drive in f32, {}", ["1 gain set", "2 gain sets"][usize::from(form.gain_sets > 1)]),
         sensing: None,
-    }
+    })
+}
+
+/// What a file says of a drive of either kind in keys of the same names.
+macro_rules! common {
+    ($file:ident, $sheet:ident, $drive:ident, $problems:ident, $limit:ident, $($own:tt)*) => {
+        Common {
+            name: $file.name.as_deref(),
+            title: $file.title.as_deref(),
+            span_s: $file.span_s,
+            window_s: $file.window_s,
+            settling_band: $file.settling_band,
+            reference: &$file.reference,
+            load: &$file.load,
+            fault: &$file.fault,
+            monitor: $file.monitor,
+            uncertain_percent: $drive.uncertain_percent,
+            period_s: period($drive.period_s, &mut $problems),
+            max_current_a: $limit,
+            start_rad: $sheet.start_rad,
+            lag_s: $sheet.current_lag_s,
+            delay_ticks: $drive.delay_ticks,
+            jitter_s: $drive.jitter_s,
+            seed: $file.seed,
+            $($own)*
+        }
+    };
 }
 
 /// The experiment of a motor. Of a file that is not whole the rules alone are held, without its design.
@@ -834,27 +908,11 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let torque = needed(sheet.torque_n_m_per_a, "motor.torque_n_m_per_a", "the torque constant", &mut problems);
     let limit = needed(sheet.max_current_a, "motor.max_current_a", "the largest current", &mut problems);
     let mounted = mounted(&file.encoder, sheet.gear, sheet.start_rad, "encoder", &mut problems);
-    let common = Common {
-        name: file.name.as_deref(),
-        title: file.title.as_deref(),
-        span_s: file.span_s,
-        window_s: file.window_s,
-        settling_band: file.settling_band,
-        reference: &file.reference,
-        load: &file.load,
-        fault: &file.fault,
-        monitor: file.monitor,
-        uncertain_percent: drive.uncertain_percent,
+    let common = common! {
+        file, sheet, drive, problems, limit,
         mode: drive.mode,
-        period_s: period(drive.period_s, &mut problems),
-        max_current_a: limit,
-        start_rad: sheet.start_rad,
-        lag_s: sheet.current_lag_s,
-        delay_ticks: drive.delay_ticks,
         observer_states: drive.observer_states,
-        jitter_s: drive.jitter_s,
         noise_rad: &[file.encoder.noise_rad],
-        seed: file.seed,
         plant: "motor",
     };
     // On the side of the gear where the angle is meant.
@@ -869,62 +927,47 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let resolved = resolved(&common, &[mounted], default_name, &mut problems);
     let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
 
-    let form = Form {
-        follows: if drive.mode == ModeKey::Speed { Follows::Speed } else { Follows::Position },
-        gain_sets: gain_sets(drive.gain_sets, drive.uncertain_percent),
-        delay_ticks: drive.delay_ticks,
-        observer_states: drive.observer_states,
+    let design = |period_s: f64| {
+        motor_design(&MotorDriveTable { period_s, ..drive.clone() }, sheet, nominal, mounted.encoder, limit)
     };
-    let designed_for = |drive: &MotorDriveTable| motor_design(drive, sheet, nominal, mounted.encoder, limit);
-    let design = designed_for(drive);
-
+    let form = common.form(drive.gain_sets);
     let mut warnings = common.warnings();
     warnings.extend(friction_warnings(&file.friction, limit * truth.torque_n_m_per_a));
-    let motion = resolved.wanted.planned::<3, 3>(
-        limit,
-        drive.uncertain_percent,
-        resolved.periods,
-        |jet| nominal.feed_forward(jet),
-        &mut warnings,
-    );
-    let given = [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s];
-    let is_given = given.iter().any(Option::is_some);
-    let refused = |error: DriveError| {
-        let at = |period_s: f64| designed_for(&MotorDriveTable { period_s, ..drive.clone() });
-        let longest_s = longest_period(drive.period_s, |period_s| port::motor_at_rest(&at(period_s), form).is_ok());
-        vec![design_problem(&error, "motor", is_given, longest_s)]
-    };
-    let monitors = common.monitors(resolved.reaction, [nominal.inertia_kg_m2]);
-    let designed = DriveDesign::Motor { design, form, mounted, monitors };
-    let port = designed.port(&motion).map_err(refused)?;
-
+    let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
+    let feed_forward = |jet: &_| nominal.feed_forward(jet);
+    let motion = resolved.wanted.planned::<3, 3>(limit, uncertain_percent, periods, feed_forward, &mut warnings);
     let load = std::mem::take(&mut resolved.load);
-    let plant = plant::Motor::new(truth, believed, imperfections(&file.friction, sheet.current_lag_s, gear), load)
-        .sampled(drive.period_s);
+    let imperfections = imperfections(&file.friction, sheet.current_lag_s, gear);
     let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
-    let parts = Parts {
-        current_lag_s: sheet.current_lag_s,
-        at_rest: port::motor_at_rest(&design, form).map_err(refused)?,
-        smooth: Box::new(plant::Motor::new(truth, believed, lag, Signal::default())),
-        corners: corners(drive.uncertain_percent, ["J", "K_t"], |[inertia, torque]| {
-            let shaft = Shaft {
-                inertia_kg_m2: inertia * believed.inertia_kg_m2,
-                torque_n_m_per_a: torque * believed.torque_n_m_per_a,
-                ..believed
-            };
-            Box::new(plant::Motor::new(shaft, believed, lag, Signal::default()))
-        }),
-        chosen: motor_in_words(&design, drive.surface_rad_s.is_some(), sheet.current_lag_s, form),
-        shafts: vec![ShaftOf { channel: 1, name: "shaft", inertia_kg_m2: nominal.inertia_kg_m2 }],
-        resolved,
-        plant: Box::new(plant),
-        x0: vec![sheet.start_rad],
-        designed,
-        port,
-        motion,
-        warnings,
-    };
-    Ok(experiment(&common, parts))
+    let given = [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s];
+    experiment(
+        &common,
+        Parts {
+            form,
+            mounted: [mounted],
+            monitors: common.monitors(resolved.reaction, [nominal.inertia_kg_m2], 0.0),
+            resolved,
+            design: &design,
+            of_kind: DriveDesign::Motor,
+            is_given: given.iter().any(Option::is_some),
+            motion,
+            warnings,
+            chosen: motor_in_words(&design(common.period_s), drive.surface_rad_s.is_some(), sheet.current_lag_s, form),
+            shafts: vec![ShaftOf { channel: 1, name: "shaft", inertia_kg_m2: nominal.inertia_kg_m2 }],
+            states: &MOTOR_STATES,
+            x0: vec![sheet.start_rad],
+            plant: Box::new(plant::Motor::new(truth, believed, imperfections, load).sampled(common.period_s)),
+            smooth: Box::new(plant::Motor::new(truth, believed, lag, Signal::default())),
+            corners: corners(uncertain_percent, ["J", "K_t"], |[inertia, torque]| {
+                let shaft = Shaft {
+                    inertia_kg_m2: inertia * believed.inertia_kg_m2,
+                    torque_n_m_per_a: torque * believed.torque_n_m_per_a,
+                    ..believed
+                };
+                Box::new(plant::Motor::new(shaft, believed, lag, Signal::default()))
+            }),
+        },
+    )
 }
 
 /// What the controller believes, and what is true.
@@ -967,11 +1010,6 @@ fn motor_bandwidths(drive: &MotorDriveTable, by_rule: MotorBandwidths) -> MotorB
         reaching_per_s: drive.reaching_per_s.unwrap_or((8.0 * surface_rad_s).min(fastest)),
         offset_per_s: 0.5 * surface_rad_s,
     }
-}
-
-/// Two, where the plant is known well enough for the fast one.
-fn gain_sets(given: Option<usize>, uncertain_percent: f64) -> usize {
-    given.unwrap_or(if uncertain_percent > 20.0 { 1 } else { 2 })
 }
 
 /// Bandwidths and why.
@@ -1100,101 +1138,64 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     problems.0.extend(on_link(&file.encoder.link));
     let link = mounted(&file.encoder.link, [1, 1], sheet.start_rad, "encoder.link", &mut problems);
     let motor = mounted(&file.encoder.motor, sheet.gear, motor_rad, "encoder.motor", &mut problems);
-    let common = Common {
-        name: file.name.as_deref(),
-        title: file.title.as_deref(),
-        span_s: file.span_s,
-        window_s: file.window_s,
-        settling_band: file.settling_band,
-        reference: &file.reference,
-        load: &file.load,
-        fault: &file.fault,
-        monitor: file.monitor,
-        uncertain_percent: drive.uncertain_percent,
+    let common = common! {
+        file, sheet, drive, problems, limit,
         mode: ModeKey::Position,
-        period_s: period(drive.period_s, &mut problems),
-        max_current_a: limit,
-        start_rad: sheet.start_rad,
-        lag_s: sheet.current_lag_s,
-        delay_ticks: drive.delay_ticks,
         observer_states: 4,
-        jitter_s: drive.jitter_s,
         noise_rad: &[file.encoder.link.noise_rad, file.encoder.motor.noise_rad],
-        seed: file.seed,
         plant: "joint",
     };
     problems.0.extend(too_steep(&file.friction, limit, &truth.motor, common.period_s));
     let resolved = resolved(&common, &[link, motor], default_name, &mut problems);
     let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
 
-    let form = Form {
-        follows: Follows::Position,
-        gain_sets: gain_sets(drive.gain_sets, drive.uncertain_percent),
-        delay_ticks: drive.delay_ticks,
-        observer_states: 4,
-    };
     let encoders = [link.encoder, motor.encoder];
     let load_n_m = drive.sudden_load_n_m.unwrap_or(limit * nominal.torque_n_m_per_a);
     let tuning = drive.tuning.unwrap_or_else(|| tuning_for(encoders));
-    let design = JointDesign::new(drive.period_s, nominal, encoders, Limits::symmetric(limit), load_n_m)
-        .with_bandwidths(joint_bandwidths(drive, tuning), load_n_m);
-    let design = JointDesign {
-        fast_ratios: (drive.fast_ratios.as_deref().and_then(|ratios| ratios.try_into().ok()))
-            .unwrap_or(design.fast_ratios),
-        lost_ticks: drive.lost_ticks,
-        fallback: fallback(drive.fallback),
-        ..design
+    let design = |period_s: f64| {
+        let design = JointDesign::new(period_s, nominal, encoders, Limits::symmetric(limit), load_n_m)
+            .with_bandwidths(joint_bandwidths(&JointDriveTable { period_s, ..drive.clone() }, tuning), load_n_m);
+        let fast_ratios = drive.fast_ratios.as_deref().and_then(|ratios| ratios.try_into().ok());
+        JointDesign {
+            fast_ratios: fast_ratios.unwrap_or(design.fast_ratios),
+            lost_ticks: drive.lost_ticks,
+            fallback: fallback(drive.fallback),
+            ..design
+        }
     };
-
     let mut warnings = common.warnings();
     warnings.extend(wide_gates(load_n_m, limit * nominal.torque_n_m_per_a));
     warnings.extend(friction_warnings(&file.friction, limit * truth.motor.torque_n_m_per_a));
-    let motion = resolved.wanted.planned::<4, 5>(
-        limit,
-        drive.uncertain_percent,
-        resolved.periods,
-        |jet| nominal.feed_forward(jet),
-        &mut warnings,
-    );
-    let given = [drive.surface_rad_s, drive.link_rad_s, drive.motor_rad_s, drive.reaching_per_s];
-    let is_given = given.iter().any(Option::is_some);
-    let refused = |error: DriveError| {
-        let at = |period_s: f64| {
-            let bandwidths = joint_bandwidths(&JointDriveTable { period_s, ..drive.clone() }, tuning);
-            JointDesign { period_s, ..design }.with_bandwidths(bandwidths, load_n_m)
-        };
-        let longest_s = longest_period(drive.period_s, |period_s| port::joint_at_rest(&at(period_s), form).is_ok());
-        vec![design_problem(&error, "joint", is_given, longest_s)]
-    };
-    let inertia = [nominal.link_inertia_kg_m2, nominal.motor_inertia_kg_m2];
-    let monitors = common.monitors(resolved.reaction, inertia);
-    let designed = DriveDesign::Joint { design, form, mounted: [link, motor], monitors, sudden_load_n_m: load_n_m };
-    let port = designed.port(&motion).map_err(refused)?;
-
+    let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
+    let feed_forward = |jet: &_| nominal.feed_forward(jet);
+    let motion = resolved.wanted.planned::<4, 5>(limit, uncertain_percent, periods, feed_forward, &mut warnings);
     let load = std::mem::take(&mut resolved.load);
-    let plant =
-        plant::Joint::new(truth, believed, imperfections(&file.friction, sheet.current_lag_s, ratio(sheet.gear)), load)
-            .sampled(drive.period_s);
+    let imperfections = imperfections(&file.friction, sheet.current_lag_s, ratio(sheet.gear));
     let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
-    let parts = Parts {
-        current_lag_s: sheet.current_lag_s,
-        at_rest: port::joint_at_rest(&design, form).map_err(refused)?,
-        smooth: Box::new(plant::Joint::new(truth, believed, lag, Signal::default())),
-        corners: joint_corners(drive.uncertain_percent, &believed, truth.spring_damping_n_m_s, lag),
-        chosen: joint_in_words(&design, tuning, drive),
-        shafts: vec![
-            ShaftOf { channel: 1, name: "link", inertia_kg_m2: nominal.link_inertia_kg_m2 },
-            ShaftOf { channel: 3, name: "motor", inertia_kg_m2: nominal.motor_inertia_kg_m2 },
-        ],
-        resolved,
-        plant: Box::new(plant),
-        x0: vec![sheet.start_rad, 0.0, motor_rad],
-        designed,
-        port,
-        motion,
-        warnings,
-    };
-    Ok(experiment(&common, parts))
+    let given = [drive.surface_rad_s, drive.link_rad_s, drive.motor_rad_s, drive.reaching_per_s];
+    let inertia = [nominal.link_inertia_kg_m2, nominal.motor_inertia_kg_m2];
+    let shaft = |channel, name, inertia_kg_m2| ShaftOf { channel, name, inertia_kg_m2 };
+    experiment(
+        &common,
+        Parts {
+            form: common.form(drive.gain_sets),
+            mounted: [link, motor],
+            monitors: common.monitors(resolved.reaction, inertia, load_n_m),
+            resolved,
+            design: &design,
+            of_kind: DriveDesign::Joint,
+            is_given: given.iter().any(Option::is_some),
+            motion,
+            warnings,
+            chosen: joint_in_words(&design(common.period_s), tuning, drive),
+            shafts: vec![shaft(1, "link", inertia[0]), shaft(3, "motor", inertia[1])],
+            states: &JOINT_STATES,
+            x0: vec![sheet.start_rad, 0.0, motor_rad],
+            plant: Box::new(plant::Joint::new(truth, believed, imperfections, load).sampled(common.period_s)),
+            smooth: Box::new(plant::Joint::new(truth, believed, lag, Signal::default())),
+            corners: joint_corners(uncertain_percent, &believed, truth.spring_damping_n_m_s, lag),
+        },
+    )
 }
 
 fn tuning_for(encoders: [Encoder; 2]) -> TuningKey {

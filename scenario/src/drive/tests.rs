@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use controller_core::Health;
-use loop_sim::port::drive::DriveDesign;
+use loop_sim::port::drive::{DriveDesign, DriveOf};
 use loop_sim::trace::Trace;
 
 use crate::{Experiment, JOINT, MOTOR, Source, parse};
@@ -371,7 +371,7 @@ fn noise_and_jitter_of_an_encoder_are_told_as_noise_of_u_beside_its_steps() {
 fn noise_that_the_gate_of_an_encoder_takes_for_faults_is_told() {
     let warned = |deviations: f64| {
         let joint = build(JOINT, &[]).expect("a joint").drive.expect("a drive");
-        let DriveDesign::Joint { design, .. } = joint.designed else { panic!("a joint") };
+        let DriveDesign::Joint(DriveOf { design, .. }) = joint.designed else { panic!("a joint") };
         let step = std::f64::consts::TAU / f64::from(1 << 20);
         let noise = format!("encoder.motor.noise_rad={:?}", design.gate_steps[1] * step / deviations);
         build(JOINT, &[&noise]).expect("a joint").warnings.join("\n")

@@ -2,7 +2,6 @@
 
 use controller_core::ObserverGains;
 use loop_sim::linear::LawAtRest;
-use loop_sim::port::drive::{DriveDesign, joint_at_rest, motor_at_rest};
 use loop_sim::port::in_process;
 use scenario::Experiment;
 
@@ -60,24 +59,16 @@ impl Gain {
     /// The law with so many times as much of it, and its period; none where that design is refused.
     pub(super) fn law(self, experiment: &Experiment, by: f64) -> Option<(Box<dyn LawAtRest>, f64)> {
         match (experiment.drive.as_ref().map(|drive| drive.designed), &experiment.spec) {
-            (Some(DriveDesign::Motor { mut design, form, .. }), _) => {
+            (Some(mut designed), _) => {
+                let mut bandwidths = designed.bandwidths();
                 *match self {
-                    Self::Reaching | Self::Switching => &mut design.bandwidths.reaching_per_s,
-                    Self::Surface => &mut design.bandwidths.surface_rad_s,
-                    Self::Observer(_) => &mut design.bandwidths.observer_rad_s,
-                    Self::Period => &mut design.period_s,
+                    Self::Reaching | Self::Switching => &mut bandwidths.reaching_per_s,
+                    Self::Surface => &mut bandwidths.surface_rad_s,
+                    Self::Observer(i) => bandwidths.observers_rad_s.get_mut(i)?,
+                    Self::Period => designed.period_mut_s(),
                 } *= by;
-                Some((motor_at_rest(&design, form).ok()?.law, design.period_s))
-            }
-            (Some(DriveDesign::Joint { mut design, form, .. }), _) => {
-                *match self {
-                    Self::Reaching | Self::Switching => &mut design.bandwidths.reaching_per_s,
-                    Self::Surface => &mut design.bandwidths.surface_rad_s,
-                    Self::Observer(0) => &mut design.bandwidths.link_rad_s,
-                    Self::Observer(_) => &mut design.bandwidths.motor_rad_s,
-                    Self::Period => &mut design.period_s,
-                } *= by;
-                Some((joint_at_rest(&design, form).ok()?.law, design.period_s))
+                designed.set_bandwidths(&bandwidths);
+                Some((designed.at_rest().ok()?.law, designed.period_s()))
             }
             (None, Some(spec)) => {
                 let mut spec = spec.clone();
@@ -112,19 +103,16 @@ impl Gain {
     pub(super) fn set(self, experiment: &Experiment, subject: &Subject<'_>, by: f64) -> Option<String> {
         let list = |values: &[f64]| values.iter().map(|it| typed(*it, DIGITS)).collect::<Vec<_>>().join(",");
         let (key, value) = match (experiment.drive.as_ref().map(|drive| drive.designed), &experiment.spec) {
-            (Some(DriveDesign::Motor { design, .. }), _) => match self {
-                Self::Reaching | Self::Switching => ("drive.reaching_per_s", design.bandwidths.reaching_per_s),
-                Self::Surface => ("drive.surface_rad_s", design.bandwidths.surface_rad_s),
-                Self::Observer(_) => ("drive.observer_rad_s", design.bandwidths.observer_rad_s),
-                Self::Period => ("drive.period_s", design.period_s),
-            },
-            (Some(DriveDesign::Joint { design, .. }), _) => match self {
-                Self::Reaching | Self::Switching => ("drive.reaching_per_s", design.bandwidths.reaching_per_s),
-                Self::Surface => ("drive.surface_rad_s", design.bandwidths.surface_rad_s),
-                Self::Observer(0) => ("drive.link_rad_s", design.bandwidths.link_rad_s),
-                Self::Observer(_) => ("drive.motor_rad_s", design.bandwidths.motor_rad_s),
-                Self::Period => ("drive.period_s", design.period_s),
-            },
+            (Some(designed), _) => {
+                let w = designed.bandwidths();
+                let (key, value) = match self {
+                    Self::Reaching | Self::Switching => ("reaching_per_s", w.reaching_per_s),
+                    Self::Surface => ("surface_rad_s", w.surface_rad_s),
+                    Self::Observer(i) => (*designed.observer_keys().get(i)?, *w.observers_rad_s.get(i)?),
+                    Self::Period => ("period_s", designed.period_s()),
+                };
+                return Some(format!("drive.{key}={}", list(&[value * by])));
+            }
             (None, Some(spec)) => {
                 let (n, config) = (spec.config.n, &spec.config.padded);
                 match self {

@@ -10,7 +10,6 @@ use controller_core::Health;
 use loop_sim::MAX_ORDER;
 use loop_sim::linear::LawAtRest;
 use loop_sim::metrics;
-use loop_sim::port::drive::DriveDesign;
 use loop_sim::port::in_process::Precision;
 use loop_sim::trace::{Ending, Row, Trace};
 use rayon::prelude::*;
@@ -455,10 +454,11 @@ fn largest(asked: &Asked<'_>, quantities: &[Quantity], rest: f64, run: &Trace, o
 /// The key that makes the fast set of a drive as slow as its quiet one, if it has both.
 fn quiet_alone(experiment: &Experiment) -> Option<&'static str> {
     let designed = &experiment.drive.as_ref()?.designed;
-    (designed.form().gain_sets > 1).then_some(match designed {
-        DriveDesign::Motor { .. } => "drive.fast_ratio=1",
-        DriveDesign::Joint { .. } => "drive.fast_ratios=[1, 1]",
-    })
+    let sets = match designed.encoders().len() {
+        1 => "drive.fast_ratio=1",
+        _ => "drive.fast_ratios=[1, 1]",
+    };
+    (designed.form().gain_sets > 1).then_some(sets)
 }
 
 /// What rounding to f32 makes of a drive with one gain set. Two runs would differ by counts here and there, and those

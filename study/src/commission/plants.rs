@@ -201,9 +201,9 @@ impl Plants<'_> {
     fn known(&self, designed: &DriveDesign, lag_s: f64) -> Known {
         let known = Known { lag_s, ..self.known };
         match designed {
-            DriveDesign::Joint { .. } => Known { cogging_per_turn: Some(COGGING_PER_TURN), ..known },
+            DriveDesign::Joint(_) => Known { cogging_per_turn: Some(COGGING_PER_TURN), ..known },
             // Both of J and K_t are off.
-            DriveDesign::Motor { .. } => {
+            DriveDesign::Motor(_) => {
                 let most = (1.0 + self.share) / (1.0 - self.share) - 1.0;
                 Known { tolerance: known.tolerance.max(1.25 * most), ..known }
             }

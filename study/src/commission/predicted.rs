@@ -6,10 +6,9 @@ use std::ops::ControlFlow;
 
 use loop_sim::actuator::{Delayed, Ideal, Limited};
 use loop_sim::closed_loop::{Loop, close_loop};
-use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
+use loop_sim::plant::{Friction, Imperfections, Plant};
 use loop_sim::port::drive::{DriveDesign, Goal, Motion};
 use loop_sim::sensor::encoder::Encoders;
-use loop_sim::signal::Signal;
 use loop_sim::trace::{Ending, Row};
 
 use super::{AFTER_S, SETTLE_S};
@@ -38,33 +37,19 @@ impl Found {
             let cogging_n_m = cogging_a * torque_n_m_per_a;
             Imperfections { friction, lag_s, cogging_n_m, cogging_per_turn, ..Imperfections::default() }
         };
-        let (plant, motor): (Box<dyn Plant>, Option<f64>) = match sheet {
-            Sheet::Joint(joint) => {
-                let body = JointBody { spring_damping_n_m_s, ..JointBody::from(&joint) };
-                let more = imperfections(joint.torque_n_m_per_a);
-                // The spring carries the weight.
-                let motor_rad = at_rad + joint.weight_n_m * libm::sin(at_rad) / joint.stiffness_n_m;
-                (Box::new(plant::Joint::new(body, body, more, Signal::default())), Some(motor_rad))
-            }
-            Sheet::Motor(motor) => {
-                let (shaft, more) = (Shaft::from(&motor), imperfections(motor.torque_n_m_per_a));
-                (Box::new(plant::Motor::new(shaft, shaft, more, Signal::default())), None)
-            }
-        };
+        let plant = sheet.plant(spring_damping_n_m_s, imperfections(sheet.torque_n_m_per_a()));
         let mut x = vec![0.0; plant.order()];
         x[0] = at_rad;
-        if let Some(motor_rad) = motor {
-            x[2] = motor_rad;
+        if let Sheet::Joint(joint) = sheet {
+            // The spring carries the weight.
+            x[2] = at_rad + joint.weight_n_m * libm::sin(at_rad) / joint.stiffness_n_m;
         }
         (plant, x)
     }
 
     /// Largest abs(y - r) of a move from rest with this drive, rad; none where it comes to no end.
     pub(super) fn peak_rad(&self, designed: &DriveDesign, [from_rad, to_rad]: [f64; 2], ticks: u32) -> Option<f64> {
-        let period_s = match designed {
-            DriveDesign::Motor { design, .. } => design.period_s,
-            DriveDesign::Joint { design, .. } => design.period_s,
-        };
+        let period_s = designed.period_s();
         let [start, after] = [SETTLE_S, AFTER_S].map(|seconds| (seconds / period_s).round() as u32);
         let motion = Motion { goal: Goal::Rest { angle_rad: to_rad }, from_rad, start, ticks, period_s };
         let mut port = designed.port(&motion).ok()?;

@@ -3,7 +3,7 @@
 //! Numbers of the data sheet are those of the motor's own shaft, what was found is behind its gear: each goes over by
 //! the ratio of the old ones. The bandwidths stay as the file has them, or as its rules make them.
 
-use controller_core::drive::{Joint, Motor};
+use controller_core::drive::Joint;
 use loop_sim::port::drive::DriveDesign;
 use scenario::Source;
 
@@ -22,8 +22,8 @@ pub struct Retuned {
 /// The data sheet of a drive, and its encoders in order.
 pub const fn sheet_of(designed: &DriveDesign) -> Sheet {
     match designed {
-        DriveDesign::Motor { design, .. } => Sheet::Motor(design.motor),
-        DriveDesign::Joint { design, .. } => Sheet::Joint(design.joint),
+        DriveDesign::Motor(drive) => Sheet::Motor(drive.design.motor),
+        DriveDesign::Joint(drive) => Sheet::Joint(drive.design.joint),
     }
 }
 
@@ -56,11 +56,7 @@ impl Retuned {
         // Friction at rest is no less than in motion: what the file says of it goes where more was found.
         let mut still_goes = false;
         if let Some(friction_a) = friction {
-            let torque = match &found.sheet {
-                Sheet::Joint(Joint { torque_n_m_per_a, .. }) | Sheet::Motor(Motor { torque_n_m_per_a, .. }) => {
-                    *torque_n_m_per_a
-                }
-            };
+            let torque = found.sheet.torque_n_m_per_a();
             let still = scenario::number_at(source, "friction.static_n_m").map_err(|error| error.to_string())?;
             still_goes = still.is_some_and(|it| it < friction_a * torque);
             keys.push(("friction.coulomb_n_m", friction_a * torque));

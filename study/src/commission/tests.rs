@@ -1,6 +1,7 @@
 //! A drive commissions itself on plants that are up to 50 % off, with friction, cogging, ripple, load and a current
 //! that nobody knows of; and does not where it should not. The plants are those of `host-sim commission --within 50`.
 
+use loop_sim::port::drive::DriveOf;
 use loop_sim::signal::Signal;
 use rayon::prelude::*;
 use scenario::Source;
@@ -243,7 +244,9 @@ fn the_file_has_what_was_found() {
     let retuned = Retuned::of(&source, &old, &found).expect("a file");
     assert_eq!(retuned.sets, ["span_s=2.5"]);
     assert!(retuned.text.contains("gear = [2, 1]"), "what is set of the drive is in its file: {}", retuned.text);
-    let Ok(DriveDesign::Joint { design, .. }) = retuned.designed("x") else { panic!("a drive: {}", retuned.text) };
+    let Ok(DriveDesign::Joint(DriveOf { design, .. })) = retuned.designed("x") else {
+        panic!("a drive: {}", retuned.text)
+    };
     assert_eq!(design.joint.stiffness_n_m, 6.0);
     let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-5;
     assert!(near(design.joint.motor_inertia_kg_m2, joint.motor_inertia_kg_m2), "{:?}", design.joint);

@@ -44,7 +44,7 @@ use super::linear::Sampled;
 use super::task::Task;
 use super::{Design, Linear};
 use crate::Error;
-use crate::commission::plants::joint_error;
+use crate::kind::Kind;
 
 /// What a run that came to nothing counts, rad or s.
 pub const LOST: f64 = 100.0;
@@ -60,11 +60,6 @@ const LOAD: f64 = 0.14;
 /// Coulomb and static friction and cogging of the run that is shown, over the largest torque, where the file has no
 /// friction.
 const SHOWN_FRICTION: [f64; 3] = [0.03, 0.03, 0.01];
-
-/// What the corners of a joint are off in.
-const RATIOS: [&str; 5] = ["K/J_l", "B_l/J_l", "K/J_m", "B_m/J_m", "K_t/J_m"];
-/// And those of a motor.
-const OF_MOTOR: [&str; 2] = ["J", "K_t"];
 
 /// What a controller does.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -259,8 +254,7 @@ impl Bench {
                         a turn, gear included, a drive has no room for more: compare with one bit less";
             return Err(Error::input(what).at(file));
         };
-        let is_joint = matches!(designed, DriveDesign::Joint { .. });
-        let plant = if is_joint { "joint" } else { "motor" };
+        let plant = designed.name();
         let start = |angle: f64| format!("{plant}.start_rad={angle}");
         let move_to = |to: f64, more: &str| format!("reference={{kind = \"move\", to_rad = {to}{more}}}");
 
@@ -292,10 +286,7 @@ impl Bench {
         let rest = Motion { goal: Goal::Rest { angle_rad: 0.0 }, from_rad: 0.0, start: 0, ticks: 1, period_s: t };
         let rest = Task::new(designed, rest, 1);
 
-        let torque = match &designed {
-            DriveDesign::Motor { design, .. } => design.motor.torque_n_m_per_a,
-            DriveDesign::Joint { design, .. } => design.joint.torque_n_m_per_a,
-        };
+        let torque = designed.torque_n_m_per_a();
         let step = LOAD * torque * designed.max_current_a();
         let load = format!("load=[{{kind = \"step\", amplitude = {step}, t0_s = {load_s}}}]");
         let corner = |(name, error, is_chosen): (String, String, bool)| {
@@ -316,8 +307,7 @@ impl Bench {
         let sets: Vec<&str> = [late.as_str()].into_iter().chain(rough).collect();
         let rubbing = base.with(&sets)?.plant;
         let shown = run(0.0, &move_to(1.0, &format!(", duration_s = {tau_s}")), 2.0 * tau_s)?;
-        let corners = |p: f64| if is_joint { joint_corners(p) } else { motor_corners(p) };
-        let all = |p: f64| corners(p).into_iter().map(corner).collect::<Result<Vec<_>, Error>>();
+        let all = |p: f64| (Kind::of(&designed).corners)(p).into_iter().map(corner).collect::<Result<Vec<_>, Error>>();
         Ok(Self {
             fine: sine.task.behind(&finer),
             finer,
@@ -351,10 +341,7 @@ impl Bench {
 
     /// What is off in them, each by itself: of a joint the ratios of its numbers, since nothing else moves it.
     pub fn uncertain(&self) -> &'static [&'static str] {
-        match self.designed {
-            DriveDesign::Joint { .. } => &RATIOS,
-            DriveDesign::Motor { .. } => &OF_MOTOR,
-        }
+        Kind::of(&self.designed).uncertain
     }
 
     /// Largest current of either sign, A.
@@ -365,11 +352,7 @@ impl Bench {
     /// Limits of the noise of u, A, that a comparison takes where nobody says others: for a joint 1/3000, 1/1000 and
     /// 1/300 of the largest current, for a motor, which is measured and pushed in one place, 3/1000, 1/100 and 3/100.
     pub fn noise_limits_a(&self) -> [f64; 3] {
-        let shares = match self.designed {
-            DriveDesign::Joint { .. } => [1.0 / 3000.0, 1e-3, 1.0 / 300.0],
-            DriveDesign::Motor { .. } => [3e-3, 1e-2, 3e-2],
-        };
-        shares.map(|share| share * self.max_current_a())
+        Kind::of(&self.designed).noise_shares.map(|share| share * self.max_current_a())
     }
 
     /// The cost that tuning makes small: half the mean of log10 of S, M, load, ultimate error and settling of the
@@ -664,40 +647,9 @@ fn half_span_rad(encoder: Encoder) -> f64 {
     0.5 * (1_u64 << encoder.bits) as f64 * encoder.unit_rad()
 }
 
-/// Which of ±p each of `N` numbers is off by.
-fn signs<const N: usize>(p: f64) -> impl Iterator<Item = [f64; N]> {
-    (0..1_u32 << N).map(move |corner| std::array::from_fn(|i| if corner >> i & 1 == 1 { p } else { -p }))
-}
-
-/// `J -20 %, K_t +20 %`: what of these is off.
-fn named(names: &[&str], off: &[f64]) -> String {
-    let off = names.iter().zip(off).filter(|(_, off)| **off != 0.0);
-    off.map(|(name, off)| format!("{name} {:+.0} %", 100.0 * off)).collect::<Vec<_>>().join(", ")
-}
-
-fn joint_corners(p: f64) -> Vec<(String, String, bool)> {
-    let of = |off: [f64; 5]| {
-        let [k_1, b_1, k_2, b_2, _] = off;
-        let others_agree = [b_1, k_2, b_2].iter().all(|other| *other == k_1);
-        (named(&RATIOS, &off), joint_error(off.map(|off| 1.0 + off)), others_agree)
-    };
-    signs::<5>(p).map(of).collect()
-}
-
-fn motor_corners(p: f64) -> Vec<(String, String, bool)> {
-    let of = |inertia: f64, torque: f64| {
-        let error = format!("error={{inertia_percent = {}, torque_percent = {}}}", 100.0 * inertia, 100.0 * torque);
-        (named(&OF_MOTOR, &[inertia, torque]), error, inertia != 0.0 && torque != 0.0)
-    };
-    let all = [-p, 0.0, p].into_iter().flat_map(|inertia| [-p, 0.0, p].map(|torque| (inertia, torque)));
-    all.filter(|&(inertia, torque)| inertia != 0.0 || torque != 0.0)
-        .map(|(inertia, torque)| of(inertia, torque))
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::{Contender, contenders};
+    use super::super::{Contender, contenders, corners};
     use super::*;
 
     fn guessed(contender: &dyn Contender) -> Box<dyn Design> {
@@ -807,12 +759,12 @@ mod tests {
 
     #[test]
     fn corners_are_all_there_and_those_that_stand_for_them_are_four() {
-        for corners in [joint_corners(0.5), joint_corners(0.2), motor_corners(0.2)] {
+        for corners in [corners::of_joint(0.5), corners::of_joint(0.2), corners::of_motor(0.2)] {
             assert_eq!(corners.iter().filter(|(.., is_chosen)| *is_chosen).count(), 4);
             let mut texts: Vec<&String> = corners.iter().map(|(_, text, _)| text).collect();
             texts.dedup();
             assert_eq!(texts.len(), corners.len());
         }
-        assert_eq!((joint_corners(0.5).len(), motor_corners(0.5).len()), (32, 8));
+        assert_eq!((corners::of_joint(0.5).len(), corners::of_motor(0.5).len()), (32, 8));
     }
 }

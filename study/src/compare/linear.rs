@@ -6,7 +6,7 @@
 
 use loop_sim::linear::{LinearPlant, LinearTick};
 use loop_sim::plant::Plant;
-use loop_sim::port::drive::{DriveDesign, joint_at_rest, motor_at_rest};
+use loop_sim::port::drive::DriveDesign;
 use loop_sim::solver::SolverError;
 
 use super::matrix::{Matrix, spectral_radius};
@@ -67,10 +67,7 @@ impl Linear {
 
     /// Of ours with its quiet gains; none for a design that is refused.
     pub(super) fn of_ours(designed: &DriveDesign) -> Option<Self> {
-        let at_rest = match designed {
-            DriveDesign::Joint { design, form, .. } => joint_at_rest(design, *form).ok()?,
-            DriveDesign::Motor { design, form, .. } => motor_at_rest(design, *form).ok()?,
-        };
+        let at_rest = designed.at_rest().ok()?;
         let LinearTick { a: own, b: seen, c, d, .. } = LinearTick::of(at_rest.law.as_ref(), false);
         // Behind what the law remembers: u, as many ticks late as it is held.
         let (n, held) = (own.len(), own.len() + designed.form().delay_ticks.min(1));
@@ -145,12 +142,13 @@ impl Sampled {
 mod tests {
     use std::sync::Arc;
 
-    use loop_sim::plant::{Imperfections, Joint as JointPlant, JointBody, Motor as MotorPlant, Shaft};
-    use loop_sim::signal::Signal;
+    use loop_sim::plant::Imperfections;
+
+    use loop_sim::port::drive::Bandwidths;
 
     use super::super::rival::Kind;
     use super::super::task::Task;
-    use controller_core::drive::{JointDesign, MotorDesign};
+    use crate::commission::sheet_of;
 
     use super::*;
 
@@ -160,16 +158,7 @@ mod tests {
 
     /// The plant of the data sheet, whose current does not lag.
     fn nominal(task: &Task) -> Sampled {
-        let plant: Box<dyn Plant> = match &task.designed {
-            DriveDesign::Motor { design, .. } => {
-                let shaft = Shaft::from(&design.motor);
-                Box::new(MotorPlant::new(shaft, shaft, Imperfections::default(), Signal::default()))
-            }
-            DriveDesign::Joint { design, .. } => {
-                let body = JointBody::from(&design.joint);
-                Box::new(JointPlant::new(body, body, Imperfections::default(), Signal::default()))
-            }
-        };
+        let plant = sheet_of(&task.designed).plant(0.0, Imperfections::default());
         Sampled::new(plant.as_ref(), task.model.period_s).expect("a slow plant")
     }
 
@@ -178,8 +167,8 @@ mod tests {
         (Matrix::identity(matrix.nrows(), matrix.nrows()) * z - matrix).determinant()
     }
 
-    fn guesses(kind: Kind, task: &Task, slow: f64) -> Law {
-        let knobs: Vec<f64> = kind.knobs(&task.model, slow).iter().map(|knob| knob.guess).collect();
+    fn guesses(kind: Kind, task: &Task) -> Law {
+        let knobs: Vec<f64> = kind.knobs(&task.designed).iter().map(|knob| knob.guess).collect();
         kind.law(task, &knobs).expect("a law")
     }
 
@@ -190,14 +179,10 @@ mod tests {
         for text in [scenario::JOINT, scenario::MOTOR] {
             let task = bench(text).task().clone();
             let t = task.model.period_s;
-            let (offset, reaching, observer) = match &task.designed {
-                DriveDesign::Motor { design: MotorDesign { bandwidths: w, .. }, .. } => {
-                    (w.offset_per_s, w.reaching_per_s, Some(w.observer_rad_s))
-                }
-                DriveDesign::Joint { design: JointDesign { bandwidths: w, .. }, .. } => {
-                    (w.offset_per_s, w.reaching_per_s, None)
-                }
-            };
+            let Bandwidths { observers_rad_s, reaching_per_s: reaching, offset_per_s: offset, .. } =
+                task.designed.bandwidths();
+            // The observer of the link is coupled to that of the motor.
+            let observer = if observers_rad_s.len() == 1 { &observers_rad_s[..] } else { &[] };
             let linear = Linear::of_ours(&task.designed).expect("a design");
             let found = crate::margins::eigenvalues(linear.closed(&nominal(&task))).expect("numbers");
             let off = |[re, im]: [f64; 2]| {
@@ -238,11 +223,11 @@ mod tests {
     /// What the matrix says of the loop is how the law itself decays on the plant, tick by tick.
     #[test]
     fn laws_decay_as_their_matrices_say() {
-        for (text, slow) in [(scenario::JOINT, 20.0), (scenario::MOTOR, 100.0)] {
+        for text in [scenario::JOINT, scenario::MOTOR] {
             let task = bench(text).task().clone();
             let plant = nominal(&task);
             for kind in [Kind::Lqg, Kind::Lqi] {
-                let law = Arc::new(guesses(kind, &task, slow));
+                let law = Arc::new(guesses(kind, &task));
                 let encoders = task.model.encoders();
                 let told = Linear::of_rival(&law, encoders, false).expect("linear").radius(&plant);
                 assert!(told < 1.0, "{kind:?}: {told}");

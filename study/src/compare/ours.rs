@@ -1,13 +1,13 @@
 //! Our drive as one of those that are compared: its bandwidths are what may be chosen.
 
-use controller_core::drive::{JointBandwidths, MotorBandwidths};
 use loop_sim::port::ControllerPort;
-use loop_sim::port::drive::{DriveDesign, Form};
+use loop_sim::port::drive::{Bandwidths, DriveDesign};
 use loop_sim::port::finer::Finer;
 
 use super::linear::Linear;
 use super::task::Task;
 use super::{Contender, Design, Knob};
+use crate::kind::{Kind, knob};
 
 /// The drive of the file with one gain set, or two.
 pub(super) struct Ours {
@@ -15,51 +15,36 @@ pub(super) struct Ours {
     pub(super) gain_sets: usize,
 }
 
-const fn knob(name: &'static str, low: f64, high: f64, guess: f64) -> Knob {
-    Knob { name, low, high, guess }
-}
-
 impl Ours {
-    /// The drive with these knobs.
+    /// The drive with these knobs: the surface, each observer over what is slower than it, k_l over the surface, and how
+    /// many times as fast the observers of the fast gain set are.
     pub(super) fn designed(&self, knobs: &[f64]) -> Option<DriveDesign> {
-        let gain_sets = self.gain_sets;
-        Some(match self.designed {
-            DriveDesign::Joint { design, form, mounted, monitors, sudden_load_n_m } => {
-                let &[w, link, motor, reaching, ref fast @ ..] = knobs else { return None };
-                let t = design.period_s;
-                let most = if form.delay_ticks == 0 { 0.8 } else { 0.5 } / t;
-                let link_rad_s = (link * w).min(0.25 / t);
-                let bandwidths = JointBandwidths {
-                    surface_rad_s: w,
-                    link_rad_s,
-                    motor_rad_s: (motor * link_rad_s).min(most),
-                    reaching_per_s: (reaching * w).min(0.3 / t),
-                    offset_per_s: 0.5 * w,
-                };
-                let load_n_m = design.limits.max * design.joint.torque_n_m_per_a;
-                let mut design = design.with_bandwidths(bandwidths, load_n_m);
-                if let &[link, motor] = fast {
-                    design.fast_ratios = [link, motor];
-                }
-                DriveDesign::Joint { design, form: Form { gain_sets, ..form }, mounted, monitors, sudden_load_n_m }
-            }
-            DriveDesign::Motor { design, form, mounted, monitors } => {
-                let &[w, observer, reaching, ref fast @ ..] = knobs else { return None };
-                let t = design.period_s;
-                let most = if form.delay_ticks == 0 { 0.8 } else { 0.5 } / t;
-                let observer_rad_s = (observer * w).min(most);
-                let mut design = design.with_bandwidths(MotorBandwidths {
-                    surface_rad_s: w,
-                    observer_rad_s,
-                    reaching_per_s: (reaching * w).min(1.0 / t),
-                    offset_per_s: 0.5 * w,
-                });
-                if let &[ratio] = fast {
-                    design.fast_ratio = ratio;
-                }
-                DriveDesign::Motor { design, form: Form { gain_sets, ..form }, mounted, monitors }
-            }
-        })
+        let mut designed = self.designed;
+        designed.form_mut().gain_sets = self.gain_sets;
+        let (observers, fast) = (designed.encoders().len(), designed.fast_ratios().len());
+        let &[surface_rad_s, ref ratios @ ..] = knobs else { return None };
+        if ![observers + 1, observers + 1 + fast].contains(&ratios.len()) {
+            return None;
+        }
+        let (own, most_reaching) = Kind::of(&designed).most;
+        let (t, fastest) = (designed.period_s(), if designed.form().delay_ticks == 0 { 0.8 } else { 0.5 });
+        let mut slower_rad_s = surface_rad_s;
+        let observer_rad_s = |(ratio, own): (&f64, &Option<f64>)| {
+            slower_rad_s = (ratio * slower_rad_s).min(own.unwrap_or(fastest) / t);
+            slower_rad_s
+        };
+        let bandwidths = Bandwidths {
+            surface_rad_s,
+            observers_rad_s: ratios.iter().zip(own).map(observer_rad_s).collect(),
+            reaching_per_s: (ratios[observers] * surface_rad_s).min(most_reaching / t),
+            offset_per_s: 0.5 * surface_rad_s,
+        };
+        let load_n_m = designed.limits().max * designed.torque_n_m_per_a();
+        designed = designed.redesigned(&bandwidths, load_n_m);
+        for (ratio, chosen) in designed.fast_ratios().iter_mut().zip(&ratios[observers + 1..]) {
+            *ratio = *chosen;
+        }
+        Some(designed)
     }
 }
 
@@ -70,31 +55,11 @@ impl Contender for Ours {
 
     /// Ratios, within what the design allows.
     fn knobs(&self) -> Vec<Knob> {
-        let (mut knobs, fast): (_, &[Knob]) = match &self.designed {
-            DriveDesign::Joint { design, .. } => {
-                let slow = design.bandwidths.surface_rad_s;
-                let own = vec![
-                    knob("surface (rad/s)", slow / 8.0, slow * 8.0, slow),
-                    knob("link/surface", 3.0, 10.0, 4.0),
-                    knob("motor/link", 3.5, 14.0, 6.25),
-                    knob("reaching/surface", 2.0, 8.0, 5.0),
-                ];
-                (own, &[knob("link fast/quiet", 1.0, 4.0, 3.0), knob("motor fast/quiet", 1.0, 4.0, 1.5)])
-            }
-            DriveDesign::Motor { design, .. } => {
-                let slow = design.bandwidths.surface_rad_s;
-                let own = vec![
-                    knob("surface (rad/s)", slow / 8.0, slow * 8.0, slow),
-                    knob("observer/surface", 0.5, 12.0, 1.5),
-                    knob("reaching/surface", 1.0, 30.0, 8.0),
-                ];
-                (own, &[knob("fast/quiet", 1.0, 4.0, 2.0)])
-            }
-        };
-        if self.gain_sets > 1 {
-            knobs.extend(fast);
-        }
-        knobs
+        let slow = self.designed.bandwidths().surface_rad_s;
+        let surface = Knob { name: "surface (rad/s)", low: slow / 8.0, high: slow * 8.0, guess: slow };
+        let [own, fast] = Kind::of(&self.designed).knobs;
+        let fast = if self.gain_sets > 1 { fast } else { &[] };
+        [surface].into_iter().chain(own.iter().chain(fast).map(knob)).collect()
     }
 
     fn design(&self, knobs: &[f64]) -> Option<Box<dyn Design>> {
@@ -124,19 +89,15 @@ impl Design for Chosen {
     /// The quiet set for any error up to 50 %; the fast one, frozen, up to the 20 % for which there are two.
     fn linear(&self) -> Vec<(Linear, f64)> {
         let quiet = (self.quiet.clone(), 0.5);
-        let fast = match self.designed {
-            DriveDesign::Joint { mut design, form, mounted, monitors, sudden_load_n_m } if form.gain_sets > 1 => {
-                let [link, motor] = design.fast_ratios;
-                design.bandwidths.link_rad_s *= link;
-                design.bandwidths.motor_rad_s *= motor;
-                DriveDesign::Joint { design, form, mounted, monitors, sudden_load_n_m }
-            }
-            DriveDesign::Motor { mut design, form, mounted, monitors } if form.gain_sets > 1 => {
-                design.bandwidths.observer_rad_s *= design.fast_ratio;
-                DriveDesign::Motor { design, form, mounted, monitors }
-            }
-            _ => return vec![quiet],
-        };
+        if self.designed.form().gain_sets < 2 {
+            return vec![quiet];
+        }
+        let mut fast = self.designed;
+        let mut bandwidths = fast.bandwidths();
+        for (bandwidth, ratio) in bandwidths.observers_rad_s.iter_mut().zip(fast.fast_ratios()) {
+            *bandwidth *= *ratio;
+        }
+        fast.set_bandwidths(&bandwidths);
         // A set beyond what a design of its own may be is not left out: it counts as that which may.
         vec![quiet].into_iter().chain(Linear::of_ours(&fast).map(|fast| (fast, 0.2))).collect()
     }

@@ -34,6 +34,7 @@ use std::sync::Arc;
 
 use controller_core::{Health, MAX_R};
 use loop_sim::MAX_ORDER;
+use loop_sim::port::drive::DriveDesign;
 use loop_sim::port::{ControllerPort, PortError, Tick};
 
 use super::Knob;
@@ -274,43 +275,26 @@ impl Kind {
         }
     }
 
-    /// What may be chosen, with a guess to begin with. `slow` is a bandwidth that the drive of the file has.
-    pub(super) fn knobs(self, model: &Model, slow: f64) -> Vec<Knob> {
+    /// What may be chosen, with a guess to begin with from the bandwidth of the surface of this drive.
+    pub(super) fn knobs(self, designed: &DriveDesign) -> Vec<Knob> {
+        let slow = designed.bandwidths().surface_rad_s;
         let knob = |name, guess: f64| Knob { name, low: guess / 8.0, high: guess * 8.0, guess };
-        let is_joint = model.encoders() == 2;
-        let observers = || {
-            if is_joint {
-                vec![knob("link (rad/s)", 4.0 * slow), knob("motor (rad/s)", 20.0 * slow)]
-            } else {
-                vec![knob("observer (rad/s)", 1.5 * slow)]
-            }
-        };
-        let with = |own: &[Knob]| own.iter().copied().chain(observers()).collect();
-        match self {
-            Self::Lqg | Self::Lqi => with(&[
+        let [observers, cascade] =
+            crate::kind::Kind::of(designed).rivals.map(|of| of.iter().map(|(name, times)| knob(*name, times * slow)));
+        let own: &[Knob] = match self {
+            Self::Lqg | Self::Lqi => &[
                 knob("surface (rad/s)", slow),
                 knob("reaching (1/s)", 5.0 * slow),
                 Knob { name: "damping of the filter", low: 0.05, high: 2.0, guess: 0.5 },
-            ]),
-            Self::Adrc => with(&[knob("poles (rad/s)", 1.5 * slow)]),
-            Self::SuperTwisting => with(&[
+            ],
+            Self::Adrc => &[knob("poles (rad/s)", 1.5 * slow)],
+            Self::SuperTwisting => &[
                 knob("surface (rad/s)", slow),
                 Knob { name: "disturbance's rate (A/s)", low: 0.3, high: 3e4, guess: 100.0 },
-            ]),
-            Self::Cascade if is_joint => vec![
-                knob("kp (1/s)", 0.15 * slow),
-                knob("kt (1/s)", 0.5 * slow),
-                knob("kv (1/s)", 10.0 * slow),
-                knob("ki (1/s)", 0.1 * slow),
-                knob("filter (rad/s)", 40.0 * slow),
             ],
-            Self::Cascade => vec![
-                knob("kp (1/s)", 0.5 * slow),
-                knob("kv (1/s)", 1.5 * slow),
-                knob("ki (1/s)", 0.5 * slow),
-                knob("filter (rad/s)", 8.0 * slow),
-            ],
-        }
+            Self::Cascade => return cascade.collect(),
+        };
+        own.iter().copied().chain(observers).collect()
     }
 
     /// The law with these knobs; `None` where there is none.

@@ -22,6 +22,8 @@ use loop_sim::port::finer::Finer;
 use loop_sim::sensor::encoder::Mounted;
 
 use super::matrix::Matrix;
+use crate::commission::sheet_of;
+use crate::identify::Sheet;
 
 /// The plant of the data sheet.
 #[derive(Clone, Debug)]
@@ -59,22 +61,23 @@ impl Model {
             let (t_1, theta) = (period_s * phi_1, phi_2 / phi_1);
             Self { a, b, spring, link_damping, gravity, motor_spring, motor_damping, gain, t_1, theta, period_s }
         };
-        match designed {
-            DriveDesign::Motor { design, .. } => {
-                let (lambda, gain) = (design.motor.slope_per_s(), design.motor.input_gain());
+        let period_s = designed.period_s();
+        match sheet_of(designed) {
+            Sheet::Motor(motor) => {
+                let (lambda, gain) = (motor.slope_per_s(), motor.input_gain());
                 let a = Matrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, -lambda]);
                 let b = Matrix::from_row_slice(2, 1, &[0.0, gain]);
-                with(a, b, [1.0, 0.0, 0.0, 0.0, lambda], gain, design.period_s)
+                with(a, b, [1.0, 0.0, 0.0, 0.0, lambda], gain, period_s)
             }
-            DriveDesign::Joint { design, .. } => {
-                let Joint { link_inertia_kg_m2: link, motor_inertia_kg_m2: motor, stiffness_n_m, .. } = design.joint;
+            Sheet::Joint(joint) => {
+                let Joint { link_inertia_kg_m2: link, motor_inertia_kg_m2: motor, stiffness_n_m, .. } = joint;
                 let (k1, k2) = (stiffness_n_m / link, stiffness_n_m / motor);
-                let (b1, b2) = (design.joint.link_damping_n_m_s / link, design.joint.motor_damping_n_m_s / motor);
-                let (g, per_a) = (design.joint.weight_n_m / link, design.joint.torque_n_m_per_a / motor);
+                let (b1, b2) = (joint.link_damping_n_m_s / link, joint.motor_damping_n_m_s / motor);
+                let (g, per_a) = (joint.weight_n_m / link, joint.torque_n_m_per_a / motor);
                 let rows = [0.0, 1.0, 0.0, 0.0, -k1 - g, -b1, k1, 0.0, 0.0, 0.0, 0.0, 1.0, k2, 0.0, -k2, -b2];
                 let a = Matrix::from_row_slice(4, 4, &rows);
                 let b = Matrix::from_row_slice(4, 1, &[0.0, 0.0, 0.0, per_a]);
-                with(a, b, [k1, b1, g, k2, b2], k1 * per_a, design.period_s)
+                with(a, b, [k1, b1, g, k2, b2], k1 * per_a, period_s)
             }
         }
     }
@@ -169,10 +172,7 @@ impl Task {
     /// For a run of so many ticks; beyond them the reference stays where it is.
     pub fn new(designed: DriveDesign, motion: Motion, ticks: usize) -> Self {
         let model = Model::new(&designed);
-        let jets: Vec<[f64; 4]> = match designed {
-            DriveDesign::Motor { .. } => (0..=ticks as u32 + 2).map(motion.jets::<3, 4>()).collect(),
-            DriveDesign::Joint { .. } => (0..=ticks as u32 + 2).map(motion.jets::<4, 4>()).collect(),
-        };
+        let jets: Vec<[f64; 4]> = (0..=ticks as u32 + 2).map(designed.jets(&motion)).collect();
         let aim = |pair: &[[f64; 4]]| Aim {
             jet: pair[0],
             x: model.state(&pair[0]),

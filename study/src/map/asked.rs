@@ -1,6 +1,5 @@
 //! From what is asked of a map to the question: axes, presets, corners.
 
-use controller_core::drive::{JointDesign, MotorDesign};
 use loop_sim::port::drive::DriveDesign;
 use scenario::Experiment;
 
@@ -97,12 +96,12 @@ pub struct Asked<'a> {
 /// which is what its design takes.
 fn reaching_per_s(designed: &DriveDesign, period_s: f64) -> [f64; 2] {
     match designed {
-        DriveDesign::Motor { design, .. } => {
-            let own = design.bandwidths.reaching_per_s;
+        DriveDesign::Motor(_) => {
+            let own = designed.bandwidths().reaching_per_s;
             [0.05 * own, (10.0 * own).min(1.0 / period_s).max(own)]
         }
         // Four digits of it are still within.
-        DriveDesign::Joint { design, .. } => [2.001, 7.999].map(|times| times * design.bandwidths.surface_rad_s),
+        DriveDesign::Joint(_) => [2.001, 7.999].map(|times| times * designed.bandwidths().surface_rad_s),
     }
 }
 
@@ -153,8 +152,8 @@ fn axes_of(
 /// rule of a motor would make another drive.
 fn held(preset: Option<&str>, experiment: &Experiment) -> Option<String> {
     match (preset?, experiment.drive.as_ref()?.designed) {
-        ("delay", DriveDesign::Motor { design, .. }) => {
-            Some(format!("drive.surface_rad_s={:?}", design.bandwidths.surface_rad_s))
+        ("delay", designed) if designed.name() == "motor" => {
+            Some(format!("drive.surface_rad_s={:?}", designed.bandwidths().surface_rad_s))
         }
         _ => None,
     }
@@ -241,20 +240,17 @@ impl<'a> Question<'a> {
     /// The number that the file has at a key, or the design for it by its rules.
     pub fn own_number(&self, axis: &Axis) -> Option<f64> {
         let key = axis.key.as_str();
-        let by_rule = || match self.designed.as_ref()? {
-            DriveDesign::Motor { design: MotorDesign { bandwidths: w, .. }, .. } => match key {
-                "drive.surface_rad_s" => Some(w.surface_rad_s),
-                "drive.observer_rad_s" => Some(w.observer_rad_s),
-                "drive.reaching_per_s" => Some(w.reaching_per_s),
-                _ => None,
-            },
-            DriveDesign::Joint { design: JointDesign { bandwidths: w, .. }, .. } => match key {
-                "drive.surface_rad_s" => Some(w.surface_rad_s),
-                "drive.link_rad_s" => Some(w.link_rad_s),
-                "drive.motor_rad_s" => Some(w.motor_rad_s),
-                "drive.reaching_per_s" => Some(w.reaching_per_s),
-                _ => None,
-            },
+        let by_rule = || {
+            let designed = self.designed.as_ref()?;
+            let w = designed.bandwidths();
+            match key.strip_prefix("drive.")? {
+                "surface_rad_s" => Some(w.surface_rad_s),
+                "reaching_per_s" => Some(w.reaching_per_s),
+                key => {
+                    let i = designed.observer_keys().iter().position(|own| *own == key)?;
+                    Some(w.observers_rad_s[i])
+                }
+            }
         };
         let sets = self.sets();
         axis.own_number(&Subject { sets: &sets, ..self.subject }).or_else(by_rule)

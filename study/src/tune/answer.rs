@@ -98,9 +98,7 @@ pub struct Tried {
 /// The same drive with so many gain sets.
 const fn with_sets(designed: &DriveDesign, sets: usize) -> DriveDesign {
     let mut designed = *designed;
-    match &mut designed {
-        DriveDesign::Motor { form, .. } | DriveDesign::Joint { form, .. } => form.gain_sets = sets,
-    }
+    designed.form_mut().gain_sets = sets;
     designed
 }
 

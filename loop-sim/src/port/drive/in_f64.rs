@@ -1,13 +1,10 @@
 //! The drive once more in f64, its reference too: what rounding to f32 is measured by. With one gain set, the quiet
 //! one, and without monitors; it is no drive to run a chip with.
 
-use controller_core::drive::{
-    Aim, ChainModel, DriveError, DriveEstimates, EncoderForm, JointDrive, MotorDrive, Player, Position, Sample, Speed,
-    Target,
-};
+use controller_core::drive::{Aim, ChainModel, DriveEstimates, EncoderForm, Player, Sample, Target};
 use controller_core::{ControlLaw, MAX_R, Output, Running};
 
-use super::{DriveDesign, Follows, Motion, Mounted, Plan};
+use super::{Motion, Mounted, Plan};
 use crate::MAX_ORDER;
 use crate::port::{ControllerPort, PortError, Tick};
 
@@ -58,7 +55,8 @@ where
     }
 }
 
-fn boxed<M, A, const E: usize, const N: usize, const S: usize, const LATE: usize, const P: usize>(
+/// A law along a motion.
+pub(super) fn boxed<M, A, const E: usize, const N: usize, const S: usize, const LATE: usize, const P: usize>(
     law: EncoderForm<f64, M, A, E, N, S, 0, LATE>,
     mounted: [Mounted; E],
     motion: &Motion,
@@ -75,43 +73,4 @@ where
         late: LATE as u32,
         sample: |counts, begin, end| Sample { counts, begin: A::told(begin), end: A::told(end) },
     })
-}
-
-impl DriveDesign {
-    /// The same along its reference in f64, with the quiet gain set alone and without monitors.
-    ///
-    /// # Errors
-    /// Those of the design.
-    pub fn in_f64(&self, motion: &Motion) -> Result<Box<dyn ControllerPort>, DriveError> {
-        macro_rules! motor {
-            ($design:ident, $mounted:ident, $aim:ty, $late:literal, $states:literal) => {{
-                let law = MotorDrive::<f64, $aim, 0, $late, $states>::try_design($design)?;
-                boxed::<_, _, 1, 2, _, _, 3>(law, [*$mounted], motion)
-            }};
-        }
-        macro_rules! following {
-            ($design:ident, $mounted:ident, $form:ident, $aim:ty) => {
-                match ($form.delay_ticks, $form.observer_states) {
-                    (0, ..=3) => motor!($design, $mounted, $aim, 0, 3),
-                    (0, _) => motor!($design, $mounted, $aim, 0, 4),
-                    (_, ..=3) => motor!($design, $mounted, $aim, 1, 3),
-                    (_, _) => motor!($design, $mounted, $aim, 1, 4),
-                }
-            };
-        }
-        Ok(match self {
-            Self::Motor { design, form, mounted, .. } => match form.follows {
-                Follows::Position => following!(design, mounted, form, Position),
-                Follows::Speed => following!(design, mounted, form, Speed),
-            },
-            Self::Joint { design, form, mounted, .. } if form.delay_ticks == 0 => {
-                let law = JointDrive::<f64, Position, 0, 0>::try_design(design)?;
-                boxed::<_, _, 2, 4, _, _, 4>(law, *mounted, motion)
-            }
-            Self::Joint { design, mounted, .. } => {
-                let law = JointDrive::<f64, Position, 0, 1>::try_design(design)?;
-                boxed::<_, _, 2, 4, _, _, 4>(law, *mounted, motion)
-            }
-        })
-    }
 }

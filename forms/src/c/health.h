@@ -1,0 +1,13 @@
+
+/* What a tick has to say about itself, as a set of bits. */
+enum {
+    @@_OK = 0,
+    @@_INPUT_REJECTED = 1, /* no good sample yet, too many lost, a target that is no number: the fallback */
+    @@_SATURATED = 2, /* the law asked for more than the limits allow */
+    @@_SAMPLE_LOST = 8, /* a count was not there, or moved as no shaft can: the observer predicts */
+    /* what the monitors say of it */
+    @@_SIGMA_STAR_OVER_BOUND = 4,
+    @@_DISTURBANCE_OVER_BOUND = 16,
+    @@_STUCK_AT_LIMIT = 32,
+    @@_STOPPED = 64 /* nothing but the safe current goes out until the monitor is reset */
+};

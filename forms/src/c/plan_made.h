@@ -1,0 +1,91 @@
+
+/* Part of a plan: onto a goal. In double, hence not for the interrupt. */
+static inline bool @_plan_onto(@_plan *plan, const @_goal *goal, const @_jet *present, uint32_t start,
+    uint32_t ticks)
+{
+    @@_AS_WRITTEN
+    const double tau_s = (double)ticks * $period_s$;
+    uint32_t turns;
+    double gap[$taken$];
+    double power[2][$width$];
+    bool good = (ticks >= 1u) && (ticks <= 16777216u);
+    @_jet at;
+    @_jet_of_goal(goal, start, &at);
+    turns = (uint32_t)present->turn - (uint32_t)at.turn;
+$gap$    gap[0] += $tau$ * (double)@_signed(turns);
+    for (unsigned k = 0; k < $taken$u; k++) {
+        good = good && @_is_number(gap[k]);
+    }
+    @_powers_of_join(gap, tau_s, power[0], power[1]);
+    for (unsigned k = 0; k < $width$u; k++) {
+        good = good && @_is_number(power[0][k]) && @_is_number(power[1][k]);
+    }
+    if (!good) {
+        return false;
+    }
+    plan->goal = *goal;
+    plan->end = start + ticks;
+    plan->ticks = ticks;
+    plan->per_tick = (float)(1.0 / (double)ticks);
+    plan->per_s = (float)(1.0 / tau_s);
+    for (unsigned k = 0; k < $width$u; k++) {
+        plan->power[0][k] = (float)power[0][k];
+        plan->power[1][k] = (float)power[1][k];
+    }
+    return true;
+}
+
+/* The plan to be at rest at 2 pi turn + angle, always: for a start. The answer of this and of the next three is false,
+ * and the plan as it was, if a number is none or beyond 1e12, or the ticks are not 1 to 2^24. They compute in double,
+ * on most cores in software: make a plan outside of the interrupt, not the one that is being played, and hand it over
+ * between two ticks. */
+static inline bool @_plan_rest(@_plan *plan, int32_t turn, float angle)
+{
+    @_goal goal = { 0, 0.0f, 0.0f, 0.0f, 0u };
+    if (!@_is_number((double)angle)) {
+        return false;
+    }
+    goal.turn = turn;
+    goal.angle = angle;
+    plan->goal = goal;
+    plan->ticks = 0u;
+    return true;
+}
+
+/* Plans a move to rest at 2 pi turn + angle, that begins at a tick with what is present then and takes so many ticks.
+ * On the way, the present is that of the old plan at this tick (@_plan_jet), never a measurement. Whether the current
+ * suffices is not asked. */
+static inline bool @_plan_move(@_plan *plan, const @_jet *present, uint32_t start, uint32_t ticks, int32_t turn,
+    float angle)
+{
+    @_goal goal = { 0, 0.0f, 0.0f, 0.0f, 0u };
+    goal.turn = turn;
+    goal.angle = angle;
+    return @_is_number((double)angle) && @_plan_onto(plan, &goal, present, start, ticks);
+}
+
+/* Plans to come to rest in so many ticks, and never back: at half of the way that would have been gone. */
+static inline bool @_plan_stop(@_plan *plan, const @_jet *present, uint32_t start, uint32_t ticks)
+{
+    @@_AS_WRITTEN
+    const double tau_s = (double)ticks * $period_s$;
+    const double angle = (double)present->r + (0.5 * tau_s * (double)present->r_dot);
+    return @_is_number(angle) && @_plan_move(plan, present, start, ticks, present->turn, (float)angle);
+}
+
+/* Plans a way onto A sin(omega t) about angle 0, the phase of which is 0 at tick 0. Omega is rounded to a whole number
+ * of 2^-32 turns per tick, and must be at least that and less than half a turn per tick. */
+static inline bool @_plan_sine(@_plan *plan, const @_jet *present, uint32_t start, uint32_t ticks,
+    double amplitude_rad, double omega_rad_s)
+{
+    @@_AS_WRITTEN
+    const double phase = (omega_rad_s * $period_s$ / $tau$ * 4294967296.0) + 0.5;
+    @_goal goal = { 0, 0.0f, 0.0f, 0.0f, 0u };
+    if (!((phase >= 1.0) && (phase < 2147483648.0)) || !@_is_number(amplitude_rad)) {
+        return false;
+    }
+    goal.amplitude = (float)amplitude_rad;
+    goal.phase_per_tick = (uint32_t)phase;
+    goal.omega = (float)((double)goal.phase_per_tick / 4294967296.0 * $tau$ / $period_s$);
+    return @_plan_onto(plan, &goal, present, start, ticks);
+}

@@ -1,0 +1,114 @@
+//! What differs between a motor and a joint in these studies, as data: one table for each kind of drive.
+
+use loop_sim::port::drive::DriveDesign;
+
+use crate::commission::{Plan, Swap};
+use crate::compare::{Knob, corners};
+
+/// What is known of a kind of drive.
+pub(crate) struct Kind {
+    /// Number of poles of the error, and what the line of the design says of them.
+    pub(crate) error: (usize, &'static str),
+    /// Names of its observers in the table of poles.
+    pub(crate) observers: &'static [&'static str],
+    /// What k_l is for, in that table.
+    pub(crate) reaching: &'static str,
+    /// Unit of σ*.
+    pub(crate) sigma_unit: &'static str,
+    /// Most of each observer's bandwidth times the period, if the design has a limit of its own, and of k_l.
+    pub(crate) most: (&'static [Option<f64>], f64),
+    /// Ratios that a search chooses after the bandwidth of the surface, and those of the fast gain set: low, high, guess.
+    pub(crate) knobs: [&'static [Ratio]; 2],
+    /// Bandwidths of the textbook laws, over that of the file's surface: observers, cascade.
+    pub(crate) rivals: [&'static [(&'static str, f64)]; 2],
+    /// What is off in the corners that laws are compared in, and these corners.
+    pub(crate) uncertain: &'static [&'static str],
+    pub(crate) corners: fn(f64) -> Vec<corners::Corner>,
+    /// Limits of the noise of u in a comparison, as shares of the largest current.
+    pub(crate) noise_shares: [f64; 3],
+    /// How it is commissioned, its current a share of the largest.
+    pub(crate) plan: Plan,
+    /// Its instance in the table of cycles.
+    pub(crate) instance: &'static str,
+}
+
+/// A ratio that is chosen: name, low, high, guess.
+type Ratio = (&'static str, f64, f64, f64);
+
+impl Kind {
+    /// The kind of this drive.
+    pub(crate) const fn of(designed: &DriveDesign) -> &'static Self {
+        match designed {
+            DriveDesign::Motor(_) => &MOTOR,
+            DriveDesign::Joint(_) => &JOINT,
+        }
+    }
+}
+
+/// A ratio as a knob.
+pub(crate) const fn knob(&(name, low, high, guess): &Ratio) -> Knob {
+    Knob { name, low, high, guess }
+}
+
+/// It is measured and pushed in one place: its noise may be ten times a joint's. Its loop takes most of what shakes it
+/// back, so a record takes all of the current. It is verified by a move as short as its current allows: in one of 1 s
+/// friction is all, and nothing is seen of b.
+static MOTOR: Kind = Kind {
+    error: (1, "the error obeys e' = -w_c e"),
+    observers: &["observer w_o"],
+    reaching: "sigma*; of a speed loop its bandwidth",
+    sigma_unit: "rad/s",
+    most: (&[None], 1.0),
+    knobs: [
+        &[("observer/surface", 0.5, 12.0, 1.5), ("reaching/surface", 1.0, 30.0, 8.0)],
+        &[("fast/quiet", 1.0, 4.0, 2.0)],
+    ],
+    rivals: [
+        &[("observer (rad/s)", 1.5)],
+        &[("kp (1/s)", 0.5), ("kv (1/s)", 1.5), ("ki (1/s)", 0.5), ("filter (rad/s)", 8.0)],
+    ],
+    uncertain: &corners::OF_MOTOR,
+    corners: corners::of_motor,
+    noise_shares: [3e-3, 1e-2, 3e-2],
+    plan: Plan {
+        way_rad: 3.0,
+        move_s: 0.6,
+        peak_a: 1.0,
+        seed: 1,
+        verify_rad: 1.0,
+        verify_s: 0.05,
+        swap: Swap::AtRest,
+        motor_alone: false,
+    },
+    instance: "motor",
+};
+
+static JOINT: Kind = Kind {
+    error: (3, "the error, three equal poles"),
+    observers: &["observer of the link", "observer of the motor"],
+    reaching: "sigma*",
+    sigma_unit: "rad/s^3",
+    most: (&[Some(0.25), None], 0.3),
+    knobs: [
+        &[("link/surface", 3.0, 10.0, 4.0), ("motor/link", 3.5, 14.0, 6.25), ("reaching/surface", 2.0, 8.0, 5.0)],
+        &[("link fast/quiet", 1.0, 4.0, 3.0), ("motor fast/quiet", 1.0, 4.0, 1.5)],
+    ],
+    rivals: [
+        &[("link (rad/s)", 4.0), ("motor (rad/s)", 20.0)],
+        &[("kp (1/s)", 0.15), ("kt (1/s)", 0.5), ("kv (1/s)", 10.0), ("ki (1/s)", 0.1), ("filter (rad/s)", 40.0)],
+    ],
+    uncertain: &corners::RATIOS,
+    corners: corners::of_joint,
+    noise_shares: [1.0 / 3000.0, 1e-3, 1.0 / 300.0],
+    plan: Plan {
+        way_rad: 0.6,
+        move_s: 2.0,
+        peak_a: 0.27,
+        seed: 1,
+        verify_rad: 1.0,
+        verify_s: 1.0,
+        swap: Swap::AtRest,
+        motor_alone: false,
+    },
+    instance: "joint with two encoders",
+};
