@@ -83,8 +83,8 @@ pub use state::EncoderState;
 pub use target::{Aim, Hold, Position, Speed, Target};
 pub use trigonometry::sin_cos;
 
-/// Chooses the types of a drive at run time: `$made!(args, aim, fast gain sets, ticks of delay, states)` for the flags of
-/// its form: does it follow a speed, has it two gain sets, is it late, have its observers four states?
+/// Chooses the types of a drive at run time: `$made!(args, aim, fast gain sets, ticks of delay, states)` for the flags
+/// of its form: does it follow a speed, has it two gain sets, is it late, have its observers four states?
 ///
 /// A joint follows a position with four states, which its type does not name. `quiet` is one gain set alone.
 ///

@@ -618,9 +618,8 @@ impl C<'_> {
         let reaction = self.exported.drive.designed.reaction();
         let shafts = self.shafts();
         let looks = shafts.iter().zip(disturbance).map(|(shaft, bound)| {
-            format!(
-                "    health |= (@_magnitude(state->d{shaft}) <= {bound:?}f) ? 0u : (unsigned)@@_DISTURBANCE_OVER_BOUND;\n"
-            )
+            let bit = "(unsigned)@@_DISTURBANCE_OVER_BOUND";
+            format!("    health |= (@_magnitude(state->d{shaft}) <= {bound:?}f) ? 0u : {bit};\n")
         });
         let follows = match reaction {
             Reaction::GoOn => "is told and no more, as the scenario has it",

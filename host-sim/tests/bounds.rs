@@ -327,7 +327,9 @@ fn with_file(name: &str, text: &str) -> (std::path::PathBuf, String) {
 
 #[test]
 fn bounds_hold_for_every_file_to_start_from() {
-    for (plant, text) in scenario::STARTS {
+    // The fast tier takes the first and the fourth.
+    let deep = std::env::var_os("DEEP").is_some_and(|value| value == "1");
+    for (plant, text) in scenario::STARTS.into_iter().step_by(if deep { 1 } else { 3 }) {
         let (folder, file) = with_file(plant, text);
         let (done, out, err) = told(&[&file, "--json", "--out", &folder.display().to_string()]);
         assert_eq!(done, status::DONE, "{plant}: {err}");

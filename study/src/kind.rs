@@ -17,7 +17,7 @@ pub(crate) struct Kind {
     pub(crate) sigma_unit: &'static str,
     /// Most of each observer's bandwidth times the period, if the design has a limit of its own, and of k_l.
     pub(crate) most: (&'static [Option<f64>], f64),
-    /// Ratios that a search chooses after the bandwidth of the surface, and those of the fast gain set: low, high, guess.
+    /// Ratios that a search chooses after the bandwidth of the surface, and those of the fast gain set.
     pub(crate) knobs: [&'static [Ratio]; 2],
     /// Bandwidths of the textbook laws, over that of the file's surface: observers, cascade.
     pub(crate) rivals: [&'static [(&'static str, f64)]; 2],

@@ -624,24 +624,3 @@ fn flatten<'a>(block: &'a Block, steps: &mut Vec<Id>, returns: &mut Vec<&'a [Id]
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn decimals_have_nine_digits_unless_fewer_are_exact() {
-        for (number, text) in [
-            (1.0, "1.0f"),
-            (-0.1, "-1.00000001e-1f"),
-            (0.0, "0.0f"),
-            (-0.0, "-0.0f"),
-            (1e12, "9.99999996e11f"),
-            (f64::from(f32::MIN_POSITIVE), "1.17549435e-38f"),
-            (f64::from(f32::from_bits(1)), "1.40129846e-45f"),
-        ] {
-            assert_eq!(decimal(number, false), text);
-        }
-        assert_eq!(decimal(0.1, true), "0.1");
-    }
-}

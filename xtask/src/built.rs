@@ -14,9 +14,10 @@ use serde_json::Value;
 
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
-/// The build: all targets of all crates, with the features that the whole workspace selects.
-const BUILD: [&str; 5] =
-    ["test", "--workspace", "--all-targets", "--no-run", "--message-format=json-render-diagnostics"];
+/// The build: programs, tests and benches of all crates, with the features that the whole workspace selects. A library
+/// without tests of its own is compiled once (`test = false`), which `--all-targets` would not heed.
+const BUILD: [&str; 6] =
+    ["test", "--workspace", "--tests", "--benches", "--no-run", "--message-format=json-render-diagnostics"];
 
 /// A test program, and the folder of its package, in which cargo would start it.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,7 +42,7 @@ impl Built {
     pub(crate) fn new(gate: &Gate) -> Result<Self, Failure> {
         let build = Invocation::cargo(&BUILD);
         println!("$ {build}");
-        let failed = |reason: String| Failure { reason, rerun: Invocation::cargo(&BUILD[..4]).to_string() };
+        let failed = |reason: String| Failure { reason, rerun: Invocation::cargo(&BUILD[..5]).to_string() };
         let output = build.command().current_dir(&gate.root).stderr(Stdio::inherit()).output();
         let output = output.map_err(|error| failed(format!("cargo could not be started: {error}")))?;
         if !output.status.success() {

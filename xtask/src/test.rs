@@ -235,7 +235,7 @@ fn scan(gate: &mut Gate) -> Outcome {
 const DENY: [&str; 3] = ["--", "-D", "warnings"];
 
 fn lint(gate: &mut Gate) -> Outcome {
-    let clippy = Invocation::cargo(&["clippy", "--workspace", "--all-targets"]).with(&DENY);
+    let clippy = Invocation::cargo(&["clippy", "--workspace", "--lib", "--bins", "--tests", "--benches"]).with(&DENY);
     gate.commands("lints, whole workspace", &[clippy])
 }
 

@@ -1,7 +1,7 @@
 //! A drive in this process: counts in, current out, along a reference that it plays.
 //!
-//! The law is [`EncoderForm`](drive::EncoderForm), the very one that runs on a chip, in f32; gain sets, delay, states and aim are
-//! types there and numbers here ([`Form`]). The sample is the counts of
+//! The law is [`EncoderForm`](drive::EncoderForm), the very one that runs on a chip, in f32; gain sets, delay, states
+//! and aim are types there and numbers here ([`Form`]). The sample is the counts of
 //! [`Encoders`](crate::sensor::encoder::Encoders), from which [`Mounted`] takes sign and offset, as a program on the
 //! chip would.
 //!

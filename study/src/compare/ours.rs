@@ -16,8 +16,8 @@ pub(super) struct Ours {
 }
 
 impl Ours {
-    /// The drive with these knobs: the surface, each observer over what is slower than it, k_l over the surface, and how
-    /// many times as fast the observers of the fast gain set are.
+    /// The drive with these knobs: the surface, each observer over what is slower than it, k_l over the surface, and
+    /// how many times as fast the observers of the fast gain set are.
     pub(super) fn designed(&self, knobs: &[f64]) -> Option<DriveDesign> {
         let mut designed = self.designed;
         designed.form_mut().gain_sets = self.gain_sets;

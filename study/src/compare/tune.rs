@@ -191,7 +191,7 @@ mod tests {
             let settings = Settings { evaluations, seed: 1, noise_a: vec![0.1] };
             compare(&bench, &contenders, &settings, Watch::none()).expect("not stopped").entries
         };
-        for (guess, tuned) in found(1).iter().zip(found(sized(30, 10))) {
+        for (guess, tuned) in found(1).iter().zip(found(sized(30, 6))) {
             assert!(tuned.cost < guess.cost, "{}: {} of {}", tuned.law, tuned.cost, guess.cost);
         }
     }

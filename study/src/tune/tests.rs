@@ -48,7 +48,7 @@ fn a_search_is_within_what_is_asked_and_better_than_the_rule() {
     let bench = motor();
     let by_rule = Found::of(&bench, &bench.designed, false, true).expect("a drive");
     let job = Job { gain_sets: 2, asked: asked(by_rule.noise_a) };
-    let Entry { found: best, designed, .. } = found(&bench, job, sized(90, 45), 1, 2);
+    let Entry { found: best, designed, .. } = found(&bench, job, sized(90, 30), 1, 2);
     assert_eq!(job.asked.missed(&best), [""; 0]);
     assert!(best.cost() < by_rule.cost() - 0.03, "{} of {}", best.cost(), by_rule.cost());
     // What is told of it is of that drive.
@@ -60,9 +60,9 @@ fn a_search_is_within_what_is_asked_and_better_than_the_rule() {
 #[test]
 fn what_is_asked_is_met() {
     let bench = motor();
-    let free = found(&bench, Job { gain_sets: 1, asked: asked(0.1) }, sized(60, 30), 1, 2).found;
+    let free = found(&bench, Job { gain_sets: 1, asked: asked(0.1) }, sized(60, 20), 1, 2).found;
     let less = Asked { load_rad: Some(0.8 * free.worst.load_rad), ..asked(0.2) };
-    let pushed = found(&bench, Job { gain_sets: 1, asked: less }, sized(60, 30), 1, 2).found;
+    let pushed = found(&bench, Job { gain_sets: 1, asked: less }, sized(60, 20), 1, 2).found;
     assert_eq!(less.missed(&pushed), [""; 0]);
     assert!(free.noise_a <= 0.1 && pushed.worst.load_rad < 0.8 * free.worst.load_rad);
 }
@@ -72,7 +72,7 @@ fn what_is_asked_is_met() {
 fn a_joint_known_to_half_has_no_unstable_corner_and_a_small_error_under_load() {
     let bench = Bench::new("joint.toml", scenario::JOINT, &[]).expect("a file");
     let asked = Asked { load_rad: Some(4.8e-3), is_wide: true, ..asked(0.015) };
-    let best = found(&bench, Job { gain_sets: 2, asked }, 30, 1, 2).found;
+    let best = found(&bench, Job { gain_sets: 2, asked }, sized(30, 15), 1, 2).found;
     assert_eq!(asked.missed(&best), [""; 0], "{best:?}");
     assert!(best.worst.corners == 32 && best.worst.unstable == 0, "{best:?}");
     assert!(best.worst.load_rad < 4.8e-3 && best.noise_a <= 0.015, "{best:?}");

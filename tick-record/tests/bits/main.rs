@@ -6,6 +6,7 @@
 //! here, and of its C as the machine's compiler translates it, in f32 and in f64.
 
 mod drive;
+mod monitor;
 mod motor;
 
 use controller_core::{
@@ -29,7 +30,7 @@ fn deep() -> bool {
 }
 
 fn ticks() -> usize {
-    if deep() { TICKS } else { TICKS / 4 }
+    if deep() { TICKS } else { TICKS / 6 }
 }
 
 /// A design of this shape; `seed` chooses what is in it.

@@ -192,7 +192,9 @@ fn same(side_by_side: &[Ran], alone: &[Ran]) {
 
 #[test]
 fn every_run_has_its_bits_alone() {
-    let cases = cases(30);
+    // The fast tier takes a third of them.
+    let share = if std::env::var_os("DEEP").is_some_and(|value| value == "1") { 1 } else { 3 };
+    let cases = cases(30 / share);
     let expected = ran(&cases, alone);
     let ended = |of: fn(&Result<Ending, LoopError>) -> bool| expected.iter().filter(|(_, how)| of(how)).count();
     let [finished, diverged, stopped, broken, refused] = [
@@ -202,8 +204,8 @@ fn every_run_has_its_bits_alone() {
         ended(|how| matches!(how, Err(LoopError::Port(_)))),
         ended(|how| matches!(how, Err(LoopError::Solver(_)))),
     ];
-    let all = [finished / 40, diverged / 10, stopped / 2, broken / 2, refused / 5];
-    assert!(all.iter().all(|count| *count > 0), "{finished} {diverged} {stopped} {broken} {refused}");
+    let all = [(finished, 40), (diverged, 10), (stopped, 2), (broken, 2), (refused, 5)];
+    assert!(all.iter().all(|(count, least)| share * count >= *least), "{finished} {diverged} {stopped} {broken} {refused}");
     for instructions in [Instructions::Baseline, Instructions::Avx2, Instructions::Avx512] {
         same(&ran(&cases, |runs| close_each_with(instructions, runs)), &expected);
     }
