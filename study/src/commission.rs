@@ -31,6 +31,7 @@ use loop_sim::port::PortError;
 use loop_sim::port::drive::{DriveDesign, Goal, Motion};
 use loop_sim::sensor::encoder::Mounted;
 
+use crate::Error;
 use crate::identify::{Identified, Known, Record, Refusal, Sheet, identify, most_residual_steps};
 use crate::kind::Kind;
 
@@ -459,7 +460,7 @@ pub fn commission(
     stand: &mut dyn Stand,
     plan: &Plan,
     known: &Known,
-    design: impl FnOnce(&mut Identified) -> Result<DriveDesign, String>,
+    design: impl FnOnce(&mut Identified) -> Result<DriveDesign, Error>,
 ) -> Result<Report, Stopped> {
     sequence(stand, plan, known, design).map_err(|stopped| match stand.give_up() {
         Ok(()) => stopped,
@@ -471,7 +472,7 @@ fn sequence(
     stand: &mut dyn Stand,
     plan: &Plan,
     known: &Known,
-    design: impl FnOnce(&mut Identified) -> Result<DriveDesign, String>,
+    design: impl FnOnce(&mut Identified) -> Result<DriveDesign, Error>,
 ) -> Result<Report, Stopped> {
     let (old, home_rad) = (stand.designed(), stand.at_rad());
     let (sheet, limit) = (sheet_of(&old), old.max_current_a());
@@ -481,7 +482,7 @@ fn sequence(
     let (record, recorded_peak_rad) = (recorded.record.clone()?, recorded.peak_rad());
     let told = if plan.motor_alone { &Record { link: None, ..record.clone() } } else { &record };
     let mut identified = identify(told, &sheet, known).map_err(Stopped::Refused)?;
-    let designed = design(&mut identified).map_err(Stopped::Design)?;
+    let designed = design(&mut identified).map_err(|error| Stopped::Design(error.to_string()))?;
     let (jump_a, settled) = swapped(stand, &designed, plan.swap)?;
 
     let u_max = (CURRENT * limit - load).max(LEAST_CURRENT * limit);

@@ -40,7 +40,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 24] = [
+const ACTIONS: [Action; 25] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -58,6 +58,7 @@ const ACTIONS: [Action; 24] = [
         help: "judge what was built: machine code, ceilings, instructions on the host",
         run: test::judge,
     },
+    Action { name: "assembly", help: "search the assembly of the images anew, a minute", run: means::search },
     Action { name: "firmware", help: "build the images for the chip and say how large they are", run: firmware::run },
     Action { name: "bench", help: "what a tick costs on the chip beside other code, as a table", run: bench::run },
     Action {

@@ -255,6 +255,20 @@ fn write(gate: &Gate, export: &Invocation, functions: &[&str], texts: &[String])
     each.try_for_each(|(function, text)| export.clone().with(&["--means", function, "-o", text]).run(gate))
 }
 
+/// Searches the assembly of the images anew: after a change of the tick's text.
+pub(crate) fn search(gate: &mut Gate) -> Outcome {
+    gate.step("assembly of the images, searched anew", |gate| {
+        let folder = gate.root.join("target/assembly");
+        std::fs::create_dir_all(&folder).map_err(|error| failed(format!("{}: {error}", folder.display())))?;
+        for Shipped { prefix, file, scenario, .. } in SHIPPED {
+            let made = folder.join(prefix).with_extension("S");
+            export(gate, "--asm", prefix, scenario)?.with(&["-o", &made.display().to_string()]).run(gate)?;
+            std::fs::copy(&made, gate.root.join(file)).map_err(|error| failed(format!("{file}: {error}")))?;
+        }
+        Ok(())
+    })
+}
+
 /// All functions of a file of assembly that lies among the sources.
 fn of_the_assembly(gate: &Gate, folder: &Path, shipped: &Shipped) -> Outcome {
     let &Shipped { prefix, file, scenario, functions } = shipped;

@@ -397,7 +397,7 @@ impl Console<'_> {
             .map_err(|it| bad(format!("{data}:{}:{}: {}", it.line, it.column, it.message)))?;
         let old = sheet_of(&subject.designed);
         let found = identify(&record, &old, &subject.known).map_err(|refusal| bad(format!("{data}: {refusal}")))?;
-        let retuned = Retuned::of(&subject.source(common), &old, &found).map_err(failed)?;
+        let retuned = Retuned::of(&subject.source(common), &old, &found).map_err(|error| failed(error.to_string()))?;
         let to = subject.to.display().to_string();
         retuned.designed(&to).map_err(|why| failed(format!("no drive can be made of what was found: {why}")))?;
         let _claim = claim_folder(&subject.folder)?;

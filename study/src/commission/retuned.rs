@@ -7,6 +7,7 @@ use controller_core::drive::Joint;
 use loop_sim::port::drive::DriveDesign;
 use scenario::Source;
 
+use crate::Error;
 use crate::identify::{Identified, Sheet};
 use crate::number::significant;
 
@@ -39,10 +40,10 @@ impl Retuned {
     ///
     /// # Errors
     /// What is wrong with the file.
-    pub fn of(source: &Source<'_>, old: &Sheet, found: &Identified) -> Result<Self, String> {
-        let number = |key: &str| -> Result<f64, String> {
-            let found = scenario::number_at(source, key).map_err(|error| error.to_string())?;
-            found.ok_or_else(|| format!("{}: {key} is no number", source.file))
+    pub fn of(source: &Source<'_>, old: &Sheet, found: &Identified) -> Result<Self, Error> {
+        let number = |key: &str| -> Result<f64, Error> {
+            let found = scenario::number_at(source, key)?;
+            found.ok_or_else(|| Error::input(format!("{key} is no number")).at(source.file))
         };
         let friction = found.parameter("f_c").filter(|it| it.value > it.interval).map(|it| it.value);
         let mut keys = match (old, &found.sheet) {
@@ -51,13 +52,13 @@ impl Retuned {
                 let torque = number("motor.torque_n_m_per_a")?;
                 vec![("motor.torque_n_m_per_a", torque * new.torque_n_m_per_a / old.torque_n_m_per_a)]
             }
-            _ => return Err(format!("{}: the record is of another kind of drive", source.file)),
+            _ => return Err(Error::input("the record is of another kind of drive").at(source.file)),
         };
         // Friction at rest is no less than in motion: what the file says of it goes where more was found.
         let mut still_goes = false;
         if let Some(friction_a) = friction {
             let torque = found.sheet.torque_n_m_per_a();
-            let still = scenario::number_at(source, "friction.static_n_m").map_err(|error| error.to_string())?;
+            let still = scenario::number_at(source, "friction.static_n_m")?;
             still_goes = still.is_some_and(|it| it < friction_a * torque);
             keys.push(("friction.coulomb_n_m", friction_a * torque));
         }
@@ -87,10 +88,11 @@ impl Retuned {
     ///
     /// # Errors
     /// What is wrong with it.
-    pub fn designed(&self, file: &str) -> Result<DriveDesign, String> {
+    pub fn designed(&self, file: &str) -> Result<DriveDesign, Error> {
         let source = Source { file, text: &self.text, sets: &self.sets };
-        let experiment = scenario::parse(&source, "retuned").map_err(|error| error.to_string())?;
-        experiment.drive.map(|drive| drive.designed).ok_or_else(|| format!("{file}: there is no drive in it"))
+        let experiment = scenario::parse(&source, "retuned")?;
+        let drive = experiment.drive.ok_or_else(|| Error::input("there is no drive in it").at(file))?;
+        Ok(drive.designed)
     }
 }
 
@@ -98,8 +100,8 @@ impl Retuned {
 fn joint_keys(
     old: &Joint,
     new: &Joint,
-    number: impl Fn(&str) -> Result<f64, String>,
-) -> Result<Vec<(&'static str, f64)>, String> {
+    number: impl Fn(&str) -> Result<f64, Error>,
+) -> Result<Vec<(&'static str, f64)>, Error> {
     let inertia = number("joint.motor_inertia_kg_m2")?;
     let own_inertia = inertia / old.motor_inertia_kg_m2;
     let torque = number("joint.torque_n_m_per_a")?;

@@ -121,7 +121,7 @@ fn stopped(sets: &[String], change: impl Fn(&mut Plan)) -> Stopped {
     change(&mut plan);
     let mut on = |_| ControlFlow::Continue(());
     let mut rig = Rig::new(&mut experiment, Signal::default(), &mut on).expect("a drive");
-    let done = commission(&mut rig, &plan, &Known::with_lag(0.0), |_| Err("nothing is to be designed".into()));
+    let done = commission(&mut rig, &plan, &Known::with_lag(0.0), |_| Err(Error::input("nothing is to be designed")));
     done.expect_err("a record that is refused")
 }
 

@@ -12,6 +12,7 @@
 use loop_sim::philox;
 
 use super::sobol::{DIMENSIONS, POINTS, Sobol};
+use crate::Error;
 use crate::map::{Subject, listed};
 
 /// Keys that share a draw, and how they are drawn.
@@ -54,8 +55,8 @@ impl Vary {
     ///
     /// # Errors
     /// What is wrong with the text, or with a key of the scenario.
-    pub fn parse(text: &str, subject: &Subject<'_>, dimension: &mut usize) -> Result<Self, String> {
-        let bad = |why: String| format!("--vary {text:?}: {why}");
+    pub fn parse(text: &str, subject: &Subject<'_>, dimension: &mut usize) -> Result<Self, Error> {
+        let bad = |why: String| Error::input(why).at(format!("--vary {text:?}"));
         let (keys, rest) = text.split_once('=').ok_or_else(|| bad(FORM.into()))?;
         let call = rest.trim().strip_suffix(')').and_then(|rest| rest.split_once('('));
         let (name, arguments) = call.ok_or_else(|| bad(FORM.into()))?;

@@ -205,7 +205,10 @@ fn every_run_has_its_bits_alone() {
         ended(|how| matches!(how, Err(LoopError::Solver(_)))),
     ];
     let all = [(finished, 40), (diverged, 10), (stopped, 2), (broken, 2), (refused, 5)];
-    assert!(all.iter().all(|(count, least)| share * count >= *least), "{finished} {diverged} {stopped} {broken} {refused}");
+    assert!(
+        all.iter().all(|(count, least)| share * count >= *least),
+        "{finished} {diverged} {stopped} {broken} {refused}"
+    );
     for instructions in [Instructions::Baseline, Instructions::Avx2, Instructions::Avx512] {
         same(&ran(&cases, |runs| close_each_with(instructions, runs)), &expected);
     }
