@@ -26,12 +26,23 @@ pub(crate) fn lint(gate: &mut Gate) -> Outcome {
 
 /// Builds the images, then says how large they are.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    let build = build(&gate.root, MANIFEST)?;
+    images(gate, &IMAGES)
+}
+
+/// The same without the last image, which holds assembly to the tick for a million ticks: that is for the deep tier. In
+/// the fast one tests of `tick-assembly` do the same for assembly of every kind.
+pub(crate) fn without_assembly(gate: &mut Gate) -> Outcome {
+    images(gate, &IMAGES[..4])
+}
+
+fn images(gate: &mut Gate, images: &[&str]) -> Outcome {
+    let bins: Vec<&str> = images.iter().flat_map(|image| ["--bin", image]).collect();
+    let build = build(&gate.root, MANIFEST)?.with(&bins);
     gate.commands(&format!("images for {TARGET}"), &[build])?;
     gate.check("sizes of the images", "cargo xtask firmware", |gate| {
         let directory = gate.root.join("firmware/target").join(TARGET).join("release");
         let mut table = vec![format!("{:<10}{:>10}{:>10}", "bytes", "flash", "RAM")];
-        for image in IMAGES {
+        for image in images {
             let path = directory.join(image);
             let elf = std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
             let Size { flash, ram } = size(&elf).map_err(|error| format!("{}: {error}", path.display()))?;

@@ -80,7 +80,7 @@ pub(crate) const CHIP: &str = "chip";
 
 pub(crate) fn chip(gate: &mut Gate) -> Outcome {
     firmware::lint(gate)?;
-    firmware::run(gate)?;
+    firmware::without_assembly(gate)?;
     capi::lint(gate)?;
     capi::run(gate, capi::Cores::Emulated)
 }
