@@ -288,8 +288,8 @@ fn the_other_images_run_in_the_emulator_and_their_logs_are_printed() {
     assert!(out.lines().skip(1).all(|line| line.contains("Health(0)") && line.ends_with(", 0 ticks missed")), "{out}");
 }
 
-/// In a program of Rust, on the chip itself; C beside it is the business of `capi`. The fast tier has no such image: tests
-/// of `tick-assembly` hold assembly of every kind to its record, on the chip too.
+/// In a program of Rust, on the chip itself; C beside it is the business of `capi`. The fast tier has no such image:
+/// tests of `tick-assembly` hold assembly of every kind to its record, on the chip too.
 #[test]
 fn the_tick_as_assembly_gives_every_bit_of_the_rust_tick_for_a_million_ticks() {
     if !deep() {

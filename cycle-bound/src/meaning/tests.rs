@@ -244,8 +244,8 @@ fn deep() -> bool {
 #[test]
 fn faults_in_a_tick_are_noticed_wherever_they_are() {
     let usual = Effort::USUAL;
-    // Two change nothing: |a - 0| is |a + 0| where it is compared, and the other's sign goes into an absolute value. The
-    // fast tier leaves this one out: it is the longest.
+    // Two change nothing: |a - 0| is |a + 0| where it is compared, and the other's sign goes into an absolute value.
+    // The fast tier leaves this one out: it is the longest.
     if deep() {
         assert_eq!(missed(JOINT, usual), ["vsub for vadd at 0x150", "the sign of a constant at 0x3da"]);
     }
