@@ -15,6 +15,7 @@ mod tests;
 
 pub(super) use build::{joint, motor};
 
+table! {
 /// One run of a motor under its drive. What has no default must be given.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -25,7 +26,7 @@ pub struct MotorScenario {
     pub title: Option<String>,
     /// Length of the run, s. Default 2.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub span_s: f64,
+    pub span_s: f64 = 2.0,
     /// Window [from, to] over which errors are taken, s. Default: from where the reference is reached to the end; of a
     /// move from its start.
     pub window_s: Option<[f64; 2]>,
@@ -56,29 +57,9 @@ pub struct MotorScenario {
     /// How far the true motor is from its data sheet.
     pub error: MotorErrorTable,
 }
-
-impl Default for MotorScenario {
-    fn default() -> Self {
-        Self {
-            name: None,
-            title: None,
-            span_s: 2.0,
-            window_s: None,
-            settling_band: None,
-            seed: 0,
-            motor: MotorTable::default(),
-            encoder: EncoderTable::default(),
-            drive: MotorDriveTable::default(),
-            reference: ReferenceTable::default(),
-            monitor: MonitorTable::default(),
-            friction: FrictionTable::default(),
-            load: Vec::new(),
-            fault: Vec::new(),
-            error: MotorErrorTable::default(),
-        }
-    }
 }
 
+table! {
 /// Data sheet of a motor and its rigid load.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -98,30 +79,16 @@ pub struct MotorTable {
     /// Turns of the motor, and those that what it drives makes meanwhile: [100, 1] is a reduction of 100. Default
     /// [1, 1].
     #[schemars(inner(range(min = 1, max = 1000)))]
-    pub gear: [u32; 2],
+    pub gear: [u32; 2] = [1, 1],
     /// Inertia of the load behind the gear, kg m^2. Default 0.
     #[schemars(range(min = 0))]
     pub load_inertia_kg_m2: f64,
     /// Time constant of the current loop, s; 0 for none. Default 2e-4.
     #[schemars(range(min = 0, max = 0.1))]
-    pub current_lag_s: f64,
+    pub current_lag_s: f64 = controller_core::drive::DEFAULT_LAG_S,
     /// Angle at t = 0, at rest, rad. Default 0.
     pub start_rad: f64,
 }
-
-impl Default for MotorTable {
-    fn default() -> Self {
-        Self {
-            inertia_kg_m2: None,
-            torque_n_m_per_a: None,
-            max_current_a: None,
-            damping_n_m_s: 0.0,
-            gear: [1, 1],
-            load_inertia_kg_m2: 0.0,
-            current_lag_s: controller_core::drive::DEFAULT_LAG_S,
-            start_rad: 0.0,
-        }
-    }
 }
 
 /// An encoder, absolute or incremental.
@@ -145,15 +112,16 @@ pub struct EncoderTable {
     pub noise_rad: f64,
 }
 
+table! {
 /// The drive of a motor.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MotorDriveTable {
     /// Period T of the ticks, s. Default 1e-3.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub period_s: f64,
+    pub period_s: f64 = 1e-3,
     /// What it follows. Default position.
-    pub mode: ModeKey,
+    pub mode: ModeKey = ModeKey::Position,
     /// Bandwidth of the position error, rad/s; the observer and the reaching law follow it. Default: by rule, of the
     /// encoder's steps and the phase that period, lag and delay cost.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -166,7 +134,7 @@ pub struct MotorDriveTable {
     pub reaching_per_s: Option<f64>,
     /// How well inertia and torque constant are known, percent. Default 20.
     #[schemars(range(min = 0, max = 50))]
-    pub uncertain_percent: f64,
+    pub uncertain_percent: f64 = 20.0,
     /// Gain sets: with 2 a fast one comes in while a load pushes. Default: 2 for uncertain_percent up to 20, else 1.
     #[schemars(range(min = 1, max = 2))]
     pub gain_sets: Option<usize>,
@@ -182,32 +150,13 @@ pub struct MotorDriveTable {
     pub jitter_s: f64,
     /// States of the observer; 4 is for little friction and a motor known to 20 %. Default 3.
     #[schemars(range(min = 3, max = 4))]
-    pub observer_states: usize,
+    pub observer_states: usize = 3,
     /// Lost samples in a row that are bridged. Default 50.
     #[schemars(range(min = 1, max = 1_000_000))]
-    pub lost_ticks: u32,
+    pub lost_ticks: u32 = 50,
     /// What goes out after them: "hold" (the last current) or a current, A. Default "hold".
     pub fallback: FallbackKey,
 }
-
-impl Default for MotorDriveTable {
-    fn default() -> Self {
-        Self {
-            period_s: 1e-3,
-            mode: ModeKey::Position,
-            surface_rad_s: None,
-            observer_rad_s: None,
-            reaching_per_s: None,
-            uncertain_percent: 20.0,
-            gain_sets: None,
-            fast_ratio: None,
-            delay_ticks: 0,
-            jitter_s: 0.0,
-            observer_states: 3,
-            lost_ticks: 50,
-            fallback: FallbackKey::default(),
-        }
-    }
 }
 
 /// What a drive follows.
@@ -309,6 +258,7 @@ pub enum ReactionKey {
     JoinedStop,
 }
 
+table! {
 /// Friction and ripple of the true motor; the controller knows nothing of them.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -321,37 +271,23 @@ pub struct FrictionTable {
     pub static_n_m: Option<f64>,
     /// Speed at which the one has given way to the other, rad/s. Default 0.1.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub stribeck_rad_s: f64,
+    pub stribeck_rad_s: f64 = 0.1,
     /// Speed below which friction fades, rad/s: a real shaft sticks, this one creeps. Default 0.005.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub smooth_rad_s: f64,
+    pub smooth_rad_s: f64 = 0.005,
     /// Amplitude of the cogging, N m. Default 0.
     #[schemars(range(min = 0))]
     pub cogging_n_m: f64,
     /// Periods of the cogging in a turn of the motor. Default 7.
     #[schemars(range(min = 1, max = 10_000))]
-    pub cogging_per_turn: f64,
+    pub cogging_per_turn: f64 = 7.0,
     /// Ripple of the torque constant, percent. Default 0.
     #[schemars(range(min = 0, max = 100))]
     pub ripple_percent: f64,
     /// Periods of the ripple in a turn of the motor. Default 42.
     #[schemars(range(min = 1, max = 10_000))]
-    pub ripple_per_turn: f64,
+    pub ripple_per_turn: f64 = 42.0,
 }
-
-impl Default for FrictionTable {
-    fn default() -> Self {
-        Self {
-            coulomb_n_m: 0.0,
-            static_n_m: None,
-            stribeck_rad_s: 0.1,
-            smooth_rad_s: 0.005,
-            cogging_n_m: 0.0,
-            cogging_per_turn: 7.0,
-            ripple_percent: 0.0,
-            ripple_per_turn: 42.0,
-        }
-    }
 }
 
 /// What goes wrong with an encoder.
@@ -409,6 +345,7 @@ pub struct MotorErrorTable {
     pub damping_percent: f64,
 }
 
+table! {
 /// One run of a flexible joint under its drive. What has no default must be given.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -419,7 +356,7 @@ pub struct JointScenario {
     pub title: Option<String>,
     /// Length of the run, s. Default 2.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub span_s: f64,
+    pub span_s: f64 = 2.0,
     /// Window [from, to] over which errors are taken, s. Default: from where the reference is reached to the end; of a
     /// move from its start.
     pub window_s: Option<[f64; 2]>,
@@ -449,29 +386,9 @@ pub struct JointScenario {
     /// How far the true joint is from its data sheet.
     pub error: JointErrorTable,
 }
-
-impl Default for JointScenario {
-    fn default() -> Self {
-        Self {
-            name: None,
-            title: None,
-            span_s: 2.0,
-            window_s: None,
-            settling_band: None,
-            seed: 0,
-            joint: JointTable::default(),
-            encoder: JointEncoderTable::default(),
-            drive: JointDriveTable::default(),
-            reference: ReferenceTable::default(),
-            monitor: MonitorTable::default(),
-            friction: FrictionTable::default(),
-            load: Vec::new(),
-            fault: Vec::new(),
-            error: JointErrorTable::default(),
-        }
-    }
 }
 
+table! {
 /// Data sheet of a flexible joint.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -493,7 +410,7 @@ pub struct JointTable {
     pub max_current_a: Option<f64>,
     /// Turns of the motor, and those that the spring makes meanwhile: [100, 1] is a reduction of 100. Default [1, 1].
     #[schemars(inner(range(min = 1, max = 1000)))]
-    pub gear: [u32; 2],
+    pub gear: [u32; 2] = [1, 1],
     /// Viscous friction of the link, N m s/rad. Default 0.
     #[schemars(range(min = 0))]
     pub link_damping_n_m_s: f64,
@@ -508,28 +425,10 @@ pub struct JointTable {
     pub weight_n_m: f64,
     /// Time constant of the current loop, s; 0 for none. Default 2e-4.
     #[schemars(range(min = 0, max = 0.1))]
-    pub current_lag_s: f64,
+    pub current_lag_s: f64 = controller_core::drive::DEFAULT_LAG_S,
     /// Angle of the link at t = 0, at rest, the spring drawn by its weight, rad. Default 0.
     pub start_rad: f64,
 }
-
-impl Default for JointTable {
-    fn default() -> Self {
-        Self {
-            link_inertia_kg_m2: None,
-            motor_inertia_kg_m2: None,
-            stiffness_n_m: None,
-            torque_n_m_per_a: None,
-            max_current_a: None,
-            gear: [1, 1],
-            link_damping_n_m_s: 0.0,
-            motor_damping_n_m_s: 0.0,
-            spring_damping_n_m_s: 0.0,
-            weight_n_m: 0.0,
-            current_lag_s: controller_core::drive::DEFAULT_LAG_S,
-            start_rad: 0.0,
-        }
-    }
 }
 
 /// The encoders of a joint; both are 0 where the spring is relaxed and the link hangs down.
@@ -542,13 +441,14 @@ pub struct JointEncoderTable {
     pub motor: EncoderTable,
 }
 
+table! {
 /// The drive of a joint.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct JointDriveTable {
     /// Period T of the ticks, s. Default 1e-3.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub period_s: f64,
+    pub period_s: f64 = 1e-3,
     /// Bandwidths. Default: normal if both encoders have 16 bits or more in a turn, else quiet.
     pub tuning: Option<TuningKey>,
     /// Bandwidth of the error instead, rad/s; the others follow in the proportions of `tuning`.
@@ -565,7 +465,7 @@ pub struct JointDriveTable {
     pub reaching_per_s: Option<f64>,
     /// How well the parameters are known, percent. Default 20.
     #[schemars(range(min = 0, max = 50))]
-    pub uncertain_percent: f64,
+    pub uncertain_percent: f64 = 20.0,
     /// Gain sets: with 2 a fast one comes in while a load pushes. Default: 2 for uncertain_percent up to 20, else 1.
     #[schemars(range(min = 1, max = 2))]
     pub gain_sets: Option<usize>,
@@ -585,30 +485,10 @@ pub struct JointDriveTable {
     pub sudden_load_n_m: Option<f64>,
     /// Lost samples of an encoder in a row that are bridged. Default 50.
     #[schemars(range(min = 1, max = 1_000_000))]
-    pub lost_ticks: u32,
+    pub lost_ticks: u32 = 50,
     /// What goes out after them: "hold" (the last current) or a current, A. Default "hold".
     pub fallback: FallbackKey,
 }
-
-impl Default for JointDriveTable {
-    fn default() -> Self {
-        Self {
-            period_s: 1e-3,
-            tuning: None,
-            surface_rad_s: None,
-            link_rad_s: None,
-            motor_rad_s: None,
-            reaching_per_s: None,
-            uncertain_percent: 20.0,
-            gain_sets: None,
-            fast_ratios: None,
-            delay_ticks: 0,
-            jitter_s: 0.0,
-            sudden_load_n_m: None,
-            lost_ticks: 50,
-            fallback: FallbackKey::default(),
-        }
-    }
 }
 
 /// Measured sets of bandwidths of a joint.

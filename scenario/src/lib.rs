@@ -18,6 +18,26 @@ use std::sync::LazyLock;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+/// A table of the file: each key once, with its type, what is said of it, and its default where that is not empty or 0.
+macro_rules! table {
+    ($(#[$of:meta])* pub struct $name:ident {
+        $($(#[$of_key:meta])* pub $key:ident: $type:ty $(= $default:expr)?,)*
+    }) => {
+        $(#[$of])*
+        pub struct $name {
+            $($(#[$of_key])* pub $key: $type,)*
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($key: table!(@ $($default)?),)* }
+            }
+        }
+    };
+    (@) => { Default::default() };
+    (@ $default:expr) => { $default };
+}
+
 mod assemble;
 mod check;
 mod document;
@@ -57,6 +77,7 @@ pub const MOTOR: &str = include_str!("../scenarios/motor.toml");
 /// A flexible joint of your own with two encoders: a file to start from.
 pub const JOINT: &str = include_str!("../scenarios/joint.toml");
 
+table! {
 /// One run of the closed loop. Every key may be left out; `[plant]` alone is Example 2 of the paper.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -67,12 +88,12 @@ pub struct Scenario {
     pub title: Option<String>,
     /// Length of the run, s. Default 20.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub span_s: f64,
+    pub span_s: f64 = 20.0,
     /// Window [from, to] over which the "ultimate" figures are taken, s. Default: the second half of the span.
     pub window_s: Option<[f64; 2]>,
     /// The output counts as settled while |y| stays within this band, unit of x_1. Default 0.01.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub settling_band: f64,
+    pub settling_band: f64 = 0.01,
     /// Seed of the sensor's jitter, noise and dropouts. Default 0.
     pub seed: u64,
     /// What is controlled.
@@ -84,22 +105,6 @@ pub struct Scenario {
     /// What the plant feels.
     pub actuator: ActuatorTable,
 }
-
-impl Default for Scenario {
-    fn default() -> Self {
-        Self {
-            name: None,
-            title: None,
-            span_s: 20.0,
-            window_s: None,
-            settling_band: 0.01,
-            seed: 0,
-            plant: PlantTable::default(),
-            controller: ControllerTable::default(),
-            sensor: SensorTable::default(),
-            actuator: ActuatorTable::default(),
-        }
-    }
 }
 
 /// The true plant.
@@ -270,6 +275,7 @@ pub enum TermKind {
     Step,
 }
 
+table! {
 /// The controller.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -280,7 +286,7 @@ pub struct ControllerTable {
     pub precision: PrecisionKey,
     /// Period T of the ticks, s. Default 1e-3.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub period_s: f64,
+    pub period_s: f64 = 1e-3,
     /// Surface c_1..c_n of Eq. (44), c_n = 1. Default for the joint: [125, 75, 15, 1].
     #[schemars(length(min = 2, max = 6))]
     pub c: Option<Vec<f64>>,
@@ -288,24 +294,24 @@ pub struct ControllerTable {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub surface_bandwidth_rad_s: Option<f64>,
     /// Decay alpha of the offset of sigma*, Eq. (17), 1/s. Default 1.
-    pub alpha_per_s: f64,
+    pub alpha_per_s: f64 = 1.0,
     /// Linear reaching gain k_l of Eq. (51), 1/s. Default 50.
     #[schemars(extend("minimum" = 0))]
-    pub k_l: f64,
+    pub k_l: f64 = 50.0,
     /// Switching gain k_s of Eq. (51), unit of sigma per s. Default 0.
     #[schemars(extend("minimum" = 0))]
     pub k_s: f64,
     /// Boundary layer epsilon of Eq. (51), unit of sigma. Default 0.01.
     #[schemars(extend("minimum" = 0))]
-    pub epsilon: f64,
+    pub epsilon: f64 = 0.01,
     /// The disturbance observers, one table per observed channel. Default for the joint: channels 2 and 4, printed
     /// (100, 20); else none.
     #[schemars(length(max = 6))]
     pub observer: Option<Vec<ObserverTable>>,
     /// Does the law allow for the nominal slope da/dx_n inside a tick? Default true.
-    pub use_slope: bool,
+    pub use_slope: bool = true,
     /// Does the law allow for the nominal gradient da/dx_1..da/dx_(n-1) inside a tick? Default true.
-    pub use_gradient: bool,
+    pub use_gradient: bool = true,
     /// Slope lambda = -da/dx_n as the design takes it, 1/s, while the model of the tick keeps its own. Half of the true
     /// one is harmless, twice is not. Default: that of the nominal model.
     pub lambda_per_s: Option<f64>,
@@ -322,44 +328,16 @@ pub struct ControllerTable {
     pub initial_estimates: Option<Vec<f64>>,
     /// |sigma*| above this is told in the health column. Default 1e12.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub sigma_star_bound: f64,
+    pub sigma_star_bound: f64 = 1e12,
     /// Fastest observer pole times period above which a design is refused. Default 1.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub observer_pole_limit: f64,
+    pub observer_pole_limit: f64 = 1.0,
     /// benchmark: exponential of the nominal model. Default libm.
     pub exp: ExpKey,
     /// baseline: switching gain k.
     #[schemars(extend("minimum" = 0))]
     pub k: Option<f64>,
 }
-
-impl Default for ControllerTable {
-    fn default() -> Self {
-        Self {
-            kind: ControllerKind::default(),
-            precision: PrecisionKey::default(),
-            period_s: 1e-3,
-            c: None,
-            surface_bandwidth_rad_s: None,
-            alpha_per_s: 1.0,
-            k_l: 50.0,
-            k_s: 0.0,
-            epsilon: 0.01,
-            observer: None,
-            use_slope: true,
-            use_gradient: true,
-            lambda_per_s: None,
-            nominal: NominalTable::default(),
-            limits: None,
-            fallback: FallbackKey::default(),
-            samples: None,
-            initial_estimates: None,
-            sigma_star_bound: 1e12,
-            observer_pole_limit: 1.0,
-            exp: ExpKey::default(),
-            k: None,
-        }
-    }
 }
 
 /// The controllers there are.
