@@ -238,10 +238,8 @@ pub(super) fn resolve(file: Scenario, default_name: &str, mut problems: Problems
     if let Some(x0) = &plant.x0 {
         problems.take(of_length(x0, n, "plant.x0"));
     }
-    let x0 = plant.x0.clone().unwrap_or_else(|| match plant.kind {
-        PlantKind::FlexibleJoint => vec![0.1, 0.0, 0.0, 0.0],
-        PlantKind::Benchmark | PlantKind::Chain | PlantKind::Own => vec![0.0; n],
-    });
+    let x0 = plant.x0.clone().or(plant.kind.printed().map(|printed| printed.x0.to_vec()));
+    let x0 = x0.unwrap_or_else(|| vec![0.0; n]);
     sensor_lengths(sensor, n, &mut problems);
     problems.take(actuator_limits(actuator));
 
@@ -561,6 +559,24 @@ fn plant_choice(
     }
 }
 
+/// What is printed in Example 2, for a file that says nothing of it: start, gains of the observers, surface.
+struct Printed {
+    x0: [f64; 4],
+    observers: [Option<[f64; 2]>; 4],
+    c: [f64; 4],
+}
+
+impl PlantKind {
+    const fn printed(self) -> Option<Printed> {
+        const OBSERVER: Option<[f64; 2]> = Some([100.0, 20.0]);
+        let (x0, observers) = ([0.1, 0.0, 0.0, 0.0], [None, OBSERVER, None, OBSERVER]);
+        match self {
+            Self::FlexibleJoint => Some(Printed { x0, observers, c: [125.0, 75.0, 15.0, 1.0] }),
+            Self::Benchmark | Self::Chain | Self::Own => None,
+        }
+    }
+}
+
 fn parameters(table: &ParametersTable) -> JointParameters {
     let JointParameters { kt, j11, j12, b11, b12, ks } = JointParameters::TABLE_I;
     JointParameters {
@@ -604,12 +620,8 @@ fn observers(
     let mut gains = vec![None; n];
     let mut positions = vec![None; n];
     let Some(list) = &controller.observer else {
-        if kind == PlantKind::FlexibleJoint {
-            // As printed in Example 2.
-            gains[1] = Some(vec![100.0, 20.0]);
-            gains[3] = Some(vec![100.0, 20.0]);
-        }
-        return (gains, positions);
+        let printed = kind.printed().map(|printed| printed.observers.map(|l| l.map(Vec::from)));
+        return (printed.map_or(gains, Vec::from), positions);
     };
     for (k, table) in list.iter().enumerate() {
         let key = format!("controller.observer[{}]", k + 1);
@@ -680,9 +692,10 @@ fn surface(controller: &ControllerTable, kind: PlantKind, n: usize) -> Result<Ve
                 problem("controller.surface_bandwidth_rad_s", "no finite coefficients come of it: too fast")
             }
         }
-        // Example 2.
-        (None, None) if kind == PlantKind::FlexibleJoint => Ok(vec![125.0, 75.0, 15.0, 1.0]),
-        (None, None) => missing("controller.c", "the surface, as c (Eq. (44)) or surface_bandwidth_rad_s"),
+        (None, None) => match kind.printed() {
+            Some(printed) => Ok(printed.c.to_vec()),
+            None => missing("controller.c", "the surface, as c (Eq. (44)) or surface_bandwidth_rad_s"),
+        },
     }
 }
 
