@@ -305,20 +305,8 @@ const fn check(config: &Config<MAX_N, MAX_R>, n: usize, capacity: usize) -> Resu
     if nominal.input_gain == 0.0 {
         return Err(ConfigError::new(Field::InputGain, Cause::InputGainZero));
     }
-    let c_n = surface::lead(&surface.c, n);
-    if c_n != 1.0 {
-        return Err(ConfigError::new(Field::Surface, Cause::SurfaceLead { c_n }));
-    }
-    if !surface::is_hurwitz(&surface.c, n) {
-        return Err(ConfigError::new(Field::Surface, Cause::SurfaceNotHurwitz));
-    }
-    let alpha_per_s = surface.alpha_per_s;
-    if alpha_per_s <= 0.0 {
-        return Err(ConfigError::new(Field::Alpha, Cause::OffsetDecayNotPositive { alpha_per_s }));
-    }
-    let alpha_times_period = alpha_per_s * *period_s;
-    if alpha_times_period < SLOWEST_DECAY {
-        return Err(ConfigError::new(Field::Alpha, Cause::OffsetDecayTooSlow { alpha_times_period }));
+    if let Err(error) = check_surface(surface, n, *period_s) {
+        return Err(error);
     }
     let ReachingLaw { k_l, k_s, epsilon } = *reaching;
     let non_negative = [
@@ -358,16 +346,8 @@ const fn check(config: &Config<MAX_N, MAX_R>, n: usize, capacity: usize) -> Resu
         }
         i += 1;
     }
-    let SampleLimits { min, max, jump } = &options.samples;
-    let mut j = 0;
-    while j < MAX_N && j < n {
-        // In f32 too a jump must be something.
-        let numbers = min[j].abs() <= INPUT_LIMIT && max[j].abs() <= INPUT_LIMIT && jump[j] <= 2.0 * INPUT_LIMIT;
-        if !numbers || min[j] > max[j] || jump[j] as f32 <= 0.0 {
-            let (min, max, jump) = (min[j], max[j], jump[j]);
-            return Err(ConfigError::new(Field::Samples, Cause::SamplesNone { state: j + 1, min, max, jump }));
-        }
-        j += 1;
+    if let Err(error) = check_samples(&options.samples, n) {
+        return Err(error);
     }
     let mut i = 0;
     while i < MAX_N && i < n {
@@ -377,6 +357,40 @@ const fn check(config: &Config<MAX_N, MAX_R>, n: usize, capacity: usize) -> Resu
             return Err(ConfigError::new(Field::Observer { channel: i + 1 }, cause));
         }
         i += 1;
+    }
+    Ok(())
+}
+
+const fn check_surface(surface: &Surface<MAX_N>, n: usize, period_s: f64) -> Result<(), ConfigError> {
+    let c_n = surface::lead(&surface.c, n);
+    if c_n != 1.0 {
+        return Err(ConfigError::new(Field::Surface, Cause::SurfaceLead { c_n }));
+    }
+    if !surface::is_hurwitz(&surface.c, n) {
+        return Err(ConfigError::new(Field::Surface, Cause::SurfaceNotHurwitz));
+    }
+    let alpha_per_s = surface.alpha_per_s;
+    if alpha_per_s <= 0.0 {
+        return Err(ConfigError::new(Field::Alpha, Cause::OffsetDecayNotPositive { alpha_per_s }));
+    }
+    let alpha_times_period = alpha_per_s * period_s;
+    if alpha_times_period < SLOWEST_DECAY {
+        return Err(ConfigError::new(Field::Alpha, Cause::OffsetDecayTooSlow { alpha_times_period }));
+    }
+    Ok(())
+}
+
+const fn check_samples(samples: &SampleLimits<MAX_N>, n: usize) -> Result<(), ConfigError> {
+    let SampleLimits { min, max, jump } = samples;
+    let mut j = 0;
+    while j < MAX_N && j < n {
+        // In f32 too a jump must be something.
+        let numbers = min[j].abs() <= INPUT_LIMIT && max[j].abs() <= INPUT_LIMIT && jump[j] <= 2.0 * INPUT_LIMIT;
+        if !numbers || min[j] > max[j] || jump[j] as f32 <= 0.0 {
+            let (min, max, jump) = (min[j], max[j], jump[j]);
+            return Err(ConfigError::new(Field::Samples, Cause::SamplesNone { state: j + 1, min, max, jump }));
+        }
+        j += 1;
     }
     Ok(())
 }

@@ -233,6 +233,18 @@ fn alone<const N: usize>(
     }
 }
 
+/// The states in which the lanes begin; one that no trial has is like the first.
+fn initial<const N: usize>(trials: &[Trial<'_>]) -> Option<Box<[Wide<f64>; N]>> {
+    let mut x = Box::new([Wide::of_all(0.0); N]);
+    for l in 0..LANES {
+        let x0 = <[f64; N]>::try_from(trials.get(l).unwrap_or(&trials[0]).x0).ok()?;
+        for (x, x0) in x.iter_mut().zip(x0) {
+            x[l] = x0;
+        }
+    }
+    Some(x)
+}
+
 type States<T, M, const N: usize, const R: usize, const MASK: u8, const O: usize> = Lanes<T, M, N, R, MASK, O, LANES>;
 
 fn run<T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MASK: u8, const O: usize>(
@@ -248,14 +260,7 @@ fn run<T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MAS
         return None;
     }
     let start = Guessing::new(law, config.options.initial_estimates.map(T::from_f64));
-    let mut x = Box::new([Wide::of_all(0.0); N]);
-    for l in 0..LANES {
-        // A lane that no trial has is like the first.
-        let x0 = <[f64; N]>::try_from(trials.get(l).unwrap_or(&trials[0]).x0).ok()?;
-        for (x, x0) in x.iter_mut().zip(x0) {
-            x[l] = x0;
-        }
-    }
+    let mut x = initial(trials)?;
     let mut sensors = Sensors::<N>::new(instructions, sensing, trials);
     let mut sensed = x.clone();
     if !sensors.is_ideal() {

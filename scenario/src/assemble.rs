@@ -340,12 +340,16 @@ pub(super) fn assemble(
         at_rest,
         sensing: is_direct(&file.actuator, spec.as_ref()).then_some((sensing, file.seed)),
         spec,
-        controller: match (file.controller.kind, file.controller.precision) {
-            (ControllerKind::Baseline, _) => "baseline f64".into(),
-            (ControllerKind::Proposed, PrecisionKey::F32) => "f32".into(),
-            (ControllerKind::Proposed, PrecisionKey::F64) => "f64".into(),
-        },
+        controller: controller_word(&file).into(),
     })
+}
+
+fn controller_word(file: &Scenario) -> &'static str {
+    match (file.controller.kind, file.controller.precision) {
+        (ControllerKind::Baseline, _) => "baseline f64",
+        (ControllerKind::Proposed, PrecisionKey::F32) => "f32",
+        (ControllerKind::Proposed, PrecisionKey::F64) => "f64",
+    }
 }
 
 /// Steps of disturbances that come after the end of the run.

@@ -12,9 +12,9 @@ use loop_sim::signal::Term;
 use super::error::shown;
 use super::own::{self, Formulas};
 use super::{
-    ActuatorTable, ControllerKind, ControllerTable, DriftKey, ExpKey, FallbackKey, GainKey, ObserverTable,
-    ParametersTable, PlantKind, PlantTable, PrecisionKey, ReadingKey, SamplesTable, Scenario, SensorTable, TermKind,
-    TermTable,
+    ActuatorTable, ControllerKind, ControllerTable, DriftKey, ExpKey, FallbackKey, GainKey, NominalTable,
+    ObserverTable, ParametersTable, PlantKind, PlantTable, PrecisionKey, ReadingKey, SamplesTable, Scenario,
+    SensorTable, TermKind, TermTable,
 };
 
 /// Most ticks of one run: each is kept until the end, some 200 bytes, and written as a line.
@@ -486,26 +486,7 @@ fn plant_choice(
     problems: &mut Problems,
 ) -> Option<(PlantChoice, NominalChannel)> {
     match plant.kind {
-        PlantKind::FlexibleJoint => {
-            let chain = joint_parameters(plant, problems).chain(reading(plant.reading));
-            let nominal = chain.nominal();
-            let input_disturbance = match &plant.input_disturbance {
-                Some(list) => terms(list, "plant.input_disturbance", problems)?,
-                // v = 1 + sin 2t, of the paper's figures alone.
-                None if plant.reading == ReadingKey::Physical => Vec::new(),
-                None => {
-                    vec![Term::Const { amplitude: 1.0 }, Term::Sin { amplitude: 1.0, omega_rad_s: 2.0, phase_rad: 0.0 }]
-                }
-            };
-            let gradient = nominal.gradient.to_vec();
-            if !gradient.iter().chain([&nominal.input_gain]).all(|value| value.is_finite()) {
-                let why = "a coefficient of the joint overflows: check the units";
-                return problems.take(problem("plant.parameters", why));
-            }
-            let known =
-                NominalChannel { model: Model::Linear(gradient.clone()), gradient, input_gain: nominal.input_gain };
-            Some((PlantChoice::FlexibleJoint { chain, input_disturbance }, known))
-        }
+        PlantKind::FlexibleJoint => joint(plant, problems),
         PlantKind::Benchmark => {
             let model = match controller.exp {
                 ExpKey::Libm => Model::BenchmarkLibm,
@@ -519,39 +500,7 @@ fn plant_choice(
             let known = NominalChannel { model, gradient: nominal.gradient.to_vec(), input_gain: nominal.input_gain };
             Some((PlantChoice::Benchmark { state_dependent: plant.state_dependent }, known))
         }
-        PlantKind::Chain => {
-            let a = match &plant.a {
-                Some(a) => problems.take(of_length(a, n, "plant.a")).map(|()| a.clone()),
-                None => problems.take(missing("plant.a", "the coefficients a_1 .. a_n of the true a(x)")),
-            };
-            let formula = "found a formula: only for plant.kind = \"own\"; a chain is linear";
-            let nominal_a = match &controller.nominal.a {
-                Some(DriftKey::Row(a)) => problems.take(of_length(a, n, "controller.nominal.a")).map(|()| a.clone()),
-                Some(DriftKey::Formula(_)) => problems.take(problem("controller.nominal.a", formula)),
-                None => a.clone(),
-            };
-            let b = match plant.b {
-                Some(b) => Some(b),
-                None => problems.take(missing("plant.b", "the true input gain")),
-            };
-            let nominal_b = match controller.nominal.b {
-                Some(GainKey::Number(b)) => Some(b),
-                Some(GainKey::Formula(_)) => problems.take(problem("controller.nominal.b", formula)),
-                None => b,
-            };
-            if nominal_b == Some(0.0) {
-                let key = if controller.nominal.b.is_some() { "controller.nominal.b" } else { "plant.b" };
-                let why = "found 0, expected an input gain other than 0: the law divides by it (Eq. (51))";
-                return problems.take(problem(key, why));
-            }
-            let (a, b, nominal_a, nominal_b) = (a?, b?, nominal_a?, nominal_b?);
-            let known = NominalChannel {
-                model: Model::Linear(nominal_a.clone()),
-                gradient: nominal_a.clone(),
-                input_gain: nominal_b,
-            };
-            Some((PlantChoice::Chain { a, b, nominal_a, nominal_b }, known))
-        }
+        PlantKind::Chain => chain(plant, &controller.nominal, n, problems),
         PlantKind::Own => {
             let (formulas, known) = own::plant(plant, &controller.nominal, problems)?;
             Some((PlantChoice::Own(formulas), known))
@@ -575,6 +524,61 @@ impl PlantKind {
             Self::Benchmark | Self::Chain | Self::Own => None,
         }
     }
+}
+
+fn joint(plant: &PlantTable, problems: &mut Problems) -> Option<(PlantChoice, NominalChannel)> {
+    let chain = joint_parameters(plant, problems).chain(reading(plant.reading));
+    let Nominal { gradient, input_gain } = chain.nominal();
+    let input_disturbance = match &plant.input_disturbance {
+        Some(list) => terms(list, "plant.input_disturbance", problems)?,
+        // v = 1 + sin 2t, of the paper's figures alone.
+        None if plant.reading == ReadingKey::Physical => Vec::new(),
+        None => vec![Term::Const { amplitude: 1.0 }, Term::Sin { amplitude: 1.0, omega_rad_s: 2.0, phase_rad: 0.0 }],
+    };
+    if !gradient.iter().chain([&input_gain]).all(|value| value.is_finite()) {
+        let why = "a coefficient of the joint overflows: check the units";
+        return problems.take(problem("plant.parameters", why));
+    }
+    Some((PlantChoice::FlexibleJoint { chain, input_disturbance }, linear(gradient.to_vec(), input_gain)))
+}
+
+fn linear(gradient: Vec<f64>, input_gain: f64) -> NominalChannel {
+    NominalChannel { model: Model::Linear(gradient.clone()), gradient, input_gain }
+}
+
+fn chain(
+    plant: &PlantTable,
+    nominal: &NominalTable,
+    n: usize,
+    problems: &mut Problems,
+) -> Option<(PlantChoice, NominalChannel)> {
+    let a = match &plant.a {
+        Some(a) => problems.take(of_length(a, n, "plant.a")).map(|()| a.clone()),
+        None => problems.take(missing("plant.a", "the coefficients a_1 .. a_n of the true a(x)")),
+    };
+    let formula = "found a formula: only for plant.kind = \"own\"; a chain is linear";
+    let nominal_a = match &nominal.a {
+        Some(DriftKey::Row(a)) => problems.take(of_length(a, n, "controller.nominal.a")).map(|()| a.clone()),
+        Some(DriftKey::Formula(_)) => problems.take(problem("controller.nominal.a", formula)),
+        None => a.clone(),
+    };
+    let b = match plant.b {
+        Some(b) => Some(b),
+        None => problems.take(missing("plant.b", "the true input gain")),
+    };
+    let nominal_b = match nominal.b {
+        Some(GainKey::Number(b)) => Some(b),
+        Some(GainKey::Formula(_)) => problems.take(problem("controller.nominal.b", formula)),
+        None => b,
+    };
+    if nominal_b == Some(0.0) {
+        let key = if nominal.b.is_some() { "controller.nominal.b" } else { "plant.b" };
+        let why = "found 0, expected an input gain other than 0: the law divides by it (Eq. (51))";
+        return problems.take(problem(key, why));
+    }
+    let (a, b, nominal_a, nominal_b) = (a?, b?, nominal_a?, nominal_b?);
+    let known = linear(nominal_a.clone(), nominal_b);
+    Some((PlantChoice::Chain { a, b, nominal_a, nominal_b }, known))
 }
 
 fn parameters(table: &ParametersTable) -> JointParameters {

@@ -26,7 +26,7 @@
 //! let bench = Bench::new("joint.toml", scenario::JOINT, &[])?;
 //! let figures = bench.figures(&Own(|task: &Task| Box::new(Mine(task.clone())) as Box<dyn ControllerPort>));
 //! # assert!(figures.move_rad > 0.5);
-//! # Ok::<(), String>(())
+//! # Ok::<(), study::Error>(())
 //! ```
 
 use std::sync::Arc;

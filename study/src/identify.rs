@@ -477,17 +477,7 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
         parameter("B_0", "torque constant / motor inertia", "rad/s^2/A", b0, biased(0, b0, of_motor_10[2]), Some(gain)),
         parameter("f_c", "Coulomb friction", "A", friction, biased(2, friction, of_motor_10[3]), None),
     ]);
-    let motor_inertia_kg_m2 = k1 * inertia / k2;
-    let sheet = Sheet::Joint(Joint {
-        link_inertia_kg_m2: inertia,
-        // What is nothing may come out a little below.
-        link_damping_n_m_s: b1.max(0.0) * inertia,
-        weight_n_m: g.max(0.0) * inertia,
-        stiffness_n_m: k1 * inertia,
-        motor_inertia_kg_m2,
-        motor_damping_n_m_s: b2.max(0.0) * motor_inertia_kg_m2,
-        torque_n_m_per_a: b0 * motor_inertia_kg_m2,
-    });
+    let sheet = Sheet::Joint(sheet_of(inertia, [k1, b1, g], [k2, b2, b0]));
     let mut residuals = linked.residuals;
     residuals.push(timed(&motor_fit, record, record.motor.rad.len(), record.motor.step_rad, 1));
     Ok(Identified {
@@ -500,6 +490,22 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
         spring_damping_n_m_s: d1 * inertia,
         cogging: cogging(&motor_fit.values[4..], known),
     })
+}
+
+/// The data sheet of a link of this inertia with the parameters of link and motor.
+fn sheet_of(link_inertia_kg_m2: f64, [k1, b1, g]: [f64; 3], [k2, b2, b0]: [f64; 3]) -> Joint {
+    let inertia = link_inertia_kg_m2;
+    let motor_inertia_kg_m2 = k1 * inertia / k2;
+    Joint {
+        link_inertia_kg_m2,
+        // What is nothing may come out a little below.
+        link_damping_n_m_s: b1.max(0.0) * inertia,
+        weight_n_m: g.max(0.0) * inertia,
+        stiffness_n_m: k1 * inertia,
+        motor_inertia_kg_m2,
+        motor_damping_n_m_s: b2.max(0.0) * motor_inertia_kg_m2,
+        torque_n_m_per_a: b0 * motor_inertia_kg_m2,
+    }
 }
 
 /// Its amplitude, A, and its periods in a turn, where those are known.

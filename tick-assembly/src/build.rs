@@ -1,7 +1,6 @@
 //! From values to the items of a straight line: what is needed, each once, behind what it is made of.
 
 use std::collections::HashMap;
-use std::fmt::Write as _;
 
 use tick_record::Test;
 
@@ -102,6 +101,43 @@ impl<'a> Build<'a> {
         // Who reads the constant comes behind.
         self.producer[constant] = Some(item);
         self.known.extend([(mirror.angle, angle), (mirror.constant, constant)]);
+    }
+
+    /// Loads words of the state in groups that end there, one behind the other; or the search says how many at once.
+    pub(crate) fn load_state(&mut self, words: &[V], ends: &[usize], streamed: bool) -> Vec<usize> {
+        if streamed {
+            self.line.state = words.to_vec();
+            return Vec::new();
+        }
+        let (mut from, mut loads) = (0, Vec::new());
+        for &end in ends {
+            if from < end {
+                let load = self.item(Kind::LoadState, vec![], words[from..end].to_vec());
+                self.line.before[load].extend(loads.last());
+                loads.push(load);
+                from = end;
+            }
+        }
+        loads
+    }
+
+    /// Stores u, sigma and sigma*, each of which is this value.
+    pub(crate) fn store_output(&mut self, of: impl Fn(&str) -> N) {
+        for (at, name) in ["u", "sigma", "sigma_star"].into_iter().enumerate() {
+            let v = self.need(of(name));
+            self.item(Kind::Store(at), vec![v], vec![]);
+        }
+    }
+
+    /// A bit of the health, if a comparison decides it.
+    pub(crate) fn flag(&mut self, bit: u8, n: N) -> Option<usize> {
+        let (greater, a, b) = match self.graph.nodes[n] {
+            Node::Compare(Test::NotEqual, a, b) => (false, a, b),
+            Node::Compare(Test::Greater, a, b) => (true, a, b),
+            _ => return None,
+        };
+        let sources = vec![self.need(a), self.need(b)];
+        Some(self.item(Kind::Flag(bit, greater), sources, vec![]))
     }
 
     pub(crate) fn two(&mut self, kind: Kind, a: N, b: N) -> V {
@@ -213,40 +249,3 @@ impl Mirror {
 const ONE: Node = Node::Number(0x3f80_0000);
 /// The sign of a number.
 const SIGN: u32 = 0x8000_0000;
-
-/// The text of an operation on registers; bits of the health are added up in a core register.
-pub(crate) fn operation(kind: Kind, d: u8, sources: &[u8], health: &str) -> String {
-    let s = |k: usize| sources[k];
-    let mut text = String::new();
-    macro_rules! put {
-        ($($text:tt)*) => {{ let _ = writeln!(text, "\t{}", format_args!($($text)*)); }};
-    }
-    match kind {
-        Kind::Add => put!("vadd.f32 s{d}, s{}, s{}", s(0), s(1)),
-        Kind::Sub => put!("vsub.f32 s{d}, s{}, s{}", s(0), s(1)),
-        Kind::Mul => put!("vmul.f32 s{d}, s{}, s{}", s(0), s(1)),
-        Kind::Div => put!("vdiv.f32 s{d}, s{}, s{}", s(0), s(1)),
-        Kind::Abs => put!("vabs.f32 s{d}, s{}", s(0)),
-        Kind::Neg => put!("vneg.f32 s{d}, s{}", s(0)),
-        Kind::Copy => put!("vmov.f32 s{d}, s{}", s(0)),
-        Kind::Number => put!("vcvt.f32.s32 s{d}, s{}", s(0)),
-        Kind::Clamp | Kind::Max => {
-            if s(0) != d {
-                put!("vmov.f32 s{d}, s{}", s(0));
-            }
-            for (limit, condition) in sources[1..].iter().zip(if kind == Kind::Max { ["mi"; 2] } else { ["gt", "mi"] })
-            {
-                put!("vcmp.f32 s{d}, s{limit}\n\tvmrs APSR_nzcv, fpscr");
-                put!("it {condition}\n\tvmov{condition}.f32 s{d}, s{limit}");
-            }
-        }
-        Kind::Store(at) => put!("vstr s{}, [r2, #{}]", s(0), 4 * at),
-        Kind::Flag(bit, greater) => {
-            let condition = if greater { "gt" } else { "ne" };
-            put!("vcmp.f32 s{}, s{}\n\tvmrs APSR_nzcv, fpscr", s(0), s(1));
-            put!("it {condition}\n\tadd{condition} {health}, #{}", 1 << bit);
-        }
-        other => unreachable!("{other:?} is more than an operation"),
-    }
-    text
-}

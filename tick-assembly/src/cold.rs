@@ -10,6 +10,7 @@ use std::fmt::Write as _;
 use tick_record::{Block, End, Port, Record, Role, Test};
 
 use crate::graph::{Graph, N, Node};
+use crate::text::{compare, label, put, saved, words};
 
 /// Where a function finds things.
 pub(crate) struct Places<'a> {
@@ -80,12 +81,6 @@ pub(crate) struct Cold<'a> {
 /// Not enough registers: what to say of it.
 const CROWDED: &str = "one instruction needs more values than there are registers";
 
-macro_rules! line {
-    ($cold:expr, $($text:tt)*) => {{
-        let _ = writeln!($cold.code, "\t{}", format_args!($($text)*));
-    }};
-}
-
 /// A core register by its place.
 fn core(at: usize) -> String {
     if at == FLAG { "ip".into() } else { format!("r{}", 4 + at) }
@@ -124,8 +119,14 @@ impl<'a> Cold<'a> {
     }
 
     /// Instructions that keep what the caller needs, and bring it back.
-    pub(crate) fn saved(&self) -> (String, String) {
+    fn saved(&self) -> (String, String) {
         saved(self.files[FLOATS].used, self.files[CORES].used, self.slots.len())
+    }
+
+    /// The code between those.
+    pub(crate) fn whole(&self) -> String {
+        let (push, pop) = self.saved();
+        push + &self.code + &pop
     }
 
     fn node(&self, n: N) -> Node {
@@ -201,8 +202,8 @@ impl<'a> Cold<'a> {
                 });
                 self.slots[slot] = Some(holder);
                 match kind {
-                    FLOATS => line!(self, "vstr s{at}, [sp, #{}]", 4 * slot),
-                    _ => line!(self, "str.w {}, [sp, #{}]", core(at), 4 * slot),
+                    FLOATS => put!(self.code, "vstr s{at}, [sp, #{}]", 4 * slot),
+                    _ => put!(self.code, "str.w {}, [sp, #{}]", core(at), 4 * slot),
                 }
             }
             at
@@ -224,8 +225,8 @@ impl<'a> Cold<'a> {
         let Some(slot) = self.slots.iter().position(|slot| *slot == Some(holder)) else { return Ok(None) };
         let at = self.free(kind, holder)?;
         match kind {
-            FLOATS => line!(self, "vldr s{at}, [sp, #{}]", 4 * slot),
-            _ => line!(self, "ldr.w {}, [sp, #{}]", core(at), 4 * slot),
+            FLOATS => put!(self.code, "vldr s{at}, [sp, #{}]", 4 * slot),
+            _ => put!(self.code, "ldr.w {}, [sp, #{}]", core(at), 4 * slot),
         }
         Ok(Some(at))
     }
@@ -243,13 +244,13 @@ impl<'a> Cold<'a> {
             Node::Input(port) => {
                 let (base, at) = self.place(&self.inputs[port])?;
                 let register = self.free(FLOATS, PASSING)?;
-                line!(self, "vldr s{register}, [{base}, #{at}]");
+                put!(self.code, "vldr s{register}, [{base}, #{at}]");
                 Ok((register, true))
             }
             Node::Number(bits) => {
                 let at = self.constant(bits);
                 let register = self.free(FLOATS, PASSING)?;
-                line!(self, "vldr s{register}, [{}, #{at}]", self.places.table);
+                put!(self.code, "vldr s{register}, [{}, #{at}]", self.places.table);
                 Ok((register, true))
             }
             _ => self.computed(n).map(|register| (register, false)),
@@ -302,7 +303,7 @@ impl<'a> Cold<'a> {
             Node::NumberOf(a) => {
                 let source = self.core_operands(&[a])?;
                 let register = self.free(FLOATS, n)?;
-                line!(self, "vmov s{register}, {}\n\tvcvt.f32.s32 s{register}, s{register}", source[0]);
+                put!(self.code, "vmov s{register}, {}\n\tvcvt.f32.s32 s{register}, s{register}", source[0]);
                 return Ok(register);
             }
             other => return Err(format!("{other:?} is no number to compute")),
@@ -310,7 +311,7 @@ impl<'a> Cold<'a> {
         let sources = self.operands(&operands)?;
         let register = self.free(FLOATS, n)?;
         let sources: Vec<String> = sources.iter().map(|at| format!("s{at}")).collect();
-        line!(self, "{name}.f32 s{register}, {}", sources.join(", "));
+        put!(self.code, "{name}.f32 s{register}, {}", sources.join(", "));
         Ok(register)
     }
 
@@ -320,12 +321,12 @@ impl<'a> Cold<'a> {
         match self.node(c) {
             Node::Compare(test, x, limit) if self.left.get(&c) == Some(&1) && !self.is_held(c) => {
                 let sources = self.operands(&[x, limit])?;
-                line!(self, "vcmp.f32 s{}, s{}\n\tvmrs APSR_nzcv, fpscr", sources[0], sources[1]);
+                compare(&mut self.code, sources[0], sources[1]);
                 Ok(condition(test).0)
             }
             _ => {
                 let truth = self.core_value(c)?;
-                line!(self, "cmp.w {}, #0", core(truth));
+                put!(self.code, "cmp.w {}, #0", core(truth));
                 Ok("ne")
             }
         }
@@ -344,11 +345,11 @@ impl<'a> Cold<'a> {
             no
         } else {
             let register = self.free(FLOATS, n)?;
-            line!(self, "vmov.f32 s{register}, s{no}");
+            put!(self.code, "vmov.f32 s{register}, s{no}");
             register
         };
         self.pinned.truncate(pinned);
-        line!(self, "it {holds}\n\tvmov{holds}.f32 s{register}, s{yes}");
+        put!(self.code, "it {holds}\n\tvmov{holds}.f32 s{register}, s{yes}");
         if yes_only {
             self.files[FLOATS].held[yes] = None;
         }
@@ -366,91 +367,89 @@ impl<'a> Cold<'a> {
         if let Some(at) = self.found(CORES, n)? {
             return Ok(at);
         }
-        let at = match self.node(n) {
-            Node::Truth(truth) => {
-                let at = self.free(CORES, n)?;
-                line!(self, "mov.w {}, #{}", core(at), u8::from(truth));
-                at
-            }
+        let table = self.places.table;
+        match self.node(n) {
+            Node::Truth(truth) => self.core_computed(n, &[], |at, _| format!("mov.w {at}, #{}", u8::from(truth))),
             Node::Count(bits) => {
                 let from = self.constant(bits);
-                let at = self.free(CORES, n)?;
-                line!(self, "ldr.w {}, [{}, #{from}]", core(at), self.places.table);
-                at
+                self.core_computed(n, &[], |at, _| format!("ldr.w {at}, [{table}, #{from}]"))
             }
             Node::Input(port) => {
                 let port = &self.inputs[port];
                 let (base, from) = self.place(port)?;
-                let at = self.free(CORES, n)?;
                 let load = if port.kind == tick_record::Kind::Truth { "ldrb.w" } else { "ldr.w" };
-                line!(self, "{load} {}, [{base}, #{from}]", core(at));
-                at
+                self.core_computed(n, &[], |at, _| format!("{load} {at}, [{base}, #{from}]"))
             }
             Node::Compare(test, a, b) => {
                 let sources = self.operands(&[a, b])?;
                 let at = self.free(CORES, n)?;
                 let (yes, no) = condition(test);
-                line!(self, "vcmp.f32 s{}, s{}\n\tvmrs APSR_nzcv, fpscr", sources[0], sources[1]);
-                line!(self, "ite {yes}\n\tmov{yes}.w {r}, #1\n\tmov{no}.w {r}, #0", r = core(at));
-                at
+                compare(&mut self.code, sources[0], sources[1]);
+                put!(self.code, "ite {yes}\n\tmov{yes}.w {r}, #1\n\tmov{no}.w {r}, #0", r = core(at));
+                Ok(at)
             }
             Node::And(a, b) | Node::Or(a, b) => {
                 // A chain from its end, so that it holds two at a time.
                 let (a, b) = if matches!(self.node(b), Node::And(..) | Node::Or(..)) { (b, a) } else { (a, b) };
                 let name = if matches!(self.node(n), Node::And(..)) { "and.w" } else { "orr.w" };
-                self.of_two(n, name, a, b)?
+                self.of_two(n, name, a, b)
             }
-            Node::Not(a) => {
-                let one = self.core_operands(&[a])?;
-                let at = self.free(CORES, n)?;
-                line!(self, "eor.w {}, {}, #1", core(at), one[0]);
-                at
-            }
-            Node::CountSince(a, b) => self.of_two(n, "sub.w", a, b)?,
-            Node::CountPlus(a, b) => self.of_two(n, "add.w", a, b)?,
+            Node::Not(a) => self.core_computed(n, &[a], |at, of| format!("eor.w {at}, {}, #1", of[0])),
+            Node::CountSince(a, b) => self.of_two(n, "sub.w", a, b),
+            Node::CountPlus(a, b) => self.of_two(n, "add.w", a, b),
             Node::CountSigned(a, bits) => {
-                let one = self.core_operands(&[a])?;
-                let at = self.free(CORES, n)?;
-                line!(self, "sbfx {}, {}, #0, #{bits}", core(at), one[0]);
-                at
+                self.core_computed(n, &[a], |at, of| format!("sbfx {at}, {}, #0, #{bits}", of[0]))
             }
-            Node::CountWhole(a, of, each) => {
-                let one = self.core_operands(&[a])?;
-                let at = self.free(CORES, n)?;
-                let whole = self.passing(of)?;
-                line!(self, "sdiv {}, {}, {}", core(at), one[0], core(whole));
-                if each != 1 {
-                    let each = self.passing(each)?;
-                    line!(self, "mul {}, {}, {}", core(at), core(at), core(each));
-                }
-                at
-            }
-            Node::Select(c, a, b) => {
-                let pinned = self.pinned.len();
-                let yes = self.core_value(a)?;
-                self.pinned.push((CORES, yes));
-                let no = self.core_value(b)?;
-                self.pinned.push((CORES, no));
-                let at = self.free(CORES, n)?;
-                self.pinned.push((CORES, at));
-                let holds = self.flags(c)?;
-                self.pinned.truncate(pinned);
-                let (at_, yes, no) = (core(at), core(yes), core(no));
-                line!(self, "mov.w {at_}, {no}\n\tit {holds}\n\tmov{holds}.w {at_}, {yes}");
-                for n in [a, b, c] {
-                    self.used(n);
-                }
-                at
-            }
-            other => return Err(format!("{other:?} is no count and no truth to compute")),
-        };
+            Node::CountWhole(a, of, each) => self.whole_ones(n, a, of, each),
+            Node::Select(c, a, b) => self.core_selected(n, c, a, b),
+            other => Err(format!("{other:?} is no count and no truth to compute")),
+        }
+    }
+
+    /// An instruction on core registers: `text` has the register of its result and those of its operands.
+    fn core_computed(
+        &mut self,
+        n: N,
+        operands: &[N],
+        text: impl FnOnce(String, &[String]) -> String,
+    ) -> Result<usize, String> {
+        let of = self.core_operands(operands)?;
+        let at = self.free(CORES, n)?;
+        put!(self.code, "{}", text(core(at), &of));
         Ok(at)
     }
 
     fn of_two(&mut self, n: N, name: &str, a: N, b: N) -> Result<usize, String> {
-        let of = self.core_operands(&[a, b])?;
+        self.core_computed(n, &[a, b], |at, of| format!("{name} {at}, {}, {}", of[0], of[1]))
+    }
+
+    fn whole_ones(&mut self, n: N, a: N, of: u32, each: u32) -> Result<usize, String> {
+        let one = self.core_operands(&[a])?;
         let at = self.free(CORES, n)?;
-        line!(self, "{name} {}, {}, {}", core(at), of[0], of[1]);
+        let whole = self.passing(of)?;
+        put!(self.code, "sdiv {}, {}, {}", core(at), one[0], core(whole));
+        if each != 1 {
+            let each = self.passing(each)?;
+            put!(self.code, "mul {}, {}, {}", core(at), core(at), core(each));
+        }
+        Ok(at)
+    }
+
+    fn core_selected(&mut self, n: N, c: N, a: N, b: N) -> Result<usize, String> {
+        let pinned = self.pinned.len();
+        let yes = self.core_value(a)?;
+        self.pinned.push((CORES, yes));
+        let no = self.core_value(b)?;
+        self.pinned.push((CORES, no));
+        let at = self.free(CORES, n)?;
+        self.pinned.push((CORES, at));
+        let holds = self.flags(c)?;
+        self.pinned.truncate(pinned);
+        let (at_, yes, no) = (core(at), core(yes), core(no));
+        put!(self.code, "mov.w {at_}, {no}\n\tit {holds}\n\tmov{holds}.w {at_}, {yes}");
+        for n in [a, b, c] {
+            self.used(n);
+        }
         Ok(at)
     }
 
@@ -459,7 +458,7 @@ impl<'a> Cold<'a> {
         let from = self.constant(bits);
         let at = self.free(CORES, PASSING)?;
         self.files[CORES].held[at] = None;
-        line!(self, "ldr.w {}, [{}, #{from}]", core(at), self.places.table);
+        put!(self.code, "ldr.w {}, [{}, #{from}]", core(at), self.places.table);
         Ok(at)
     }
 
@@ -467,7 +466,7 @@ impl<'a> Cold<'a> {
     pub(crate) fn decide(&mut self, n: N, later: &[N]) -> Result<(), String> {
         self.expect(&[&[n], later].concat());
         let truth = self.core_value(n)?;
-        line!(self, "cmp.w {}, #0", core(truth));
+        put!(self.code, "cmp.w {}, #0", core(truth));
         Ok(())
     }
 
@@ -489,7 +488,7 @@ impl<'a> Cold<'a> {
                 self.decide(condition, &later)?;
                 self.labels += 1;
                 let label = format!(".L{}_{}", self.label, self.labels);
-                line!(self, "beq.w {label}");
+                put!(self.code, "beq.w {label}");
                 let before = (self.files.clone(), self.slots.clone());
                 self.block(record, yes, values, leave)?;
                 let [numbers, cores] = [FLOATS, CORES].map(|kind| self.files[kind].used);
@@ -497,7 +496,7 @@ impl<'a> Cold<'a> {
                 (self.files, self.slots) = before;
                 (self.files[FLOATS].used, self.files[CORES].used) = (numbers, cores);
                 self.slots.resize(slots, None);
-                let _ = writeln!(self.code, "{label}:");
+                label!(self.code, "{label}");
                 self.block(record, no, values, leave)
             }
         }
@@ -505,80 +504,82 @@ impl<'a> Cold<'a> {
 
     /// All results to their places, and the answer or the health into r0.
     pub(crate) fn give(&mut self, record: &Record, results: &[N], leave: &str) -> Result<(), String> {
+        let mut open = self.open(record, results);
+        self.expect(&open.iter().map(|result| result.n).collect::<Vec<_>>());
+        let (told, mut order): (Vec<usize>, Vec<usize>) = (0..open.len()).partition(|k| open[*k].is_told());
+        // Those that many wait for first.
+        order.sort_by_key(|k| (open[*k].own.is_none(), open[*k].reads.len()));
+        order.reverse();
+        // Truths that are told stay in their registers; they are few.
+        for k in &told {
+            if !matches!(self.node(open[*k].n), Node::Truth(_)) {
+                self.core_value(open[*k].n)?;
+            }
+            open[*k].computed = true;
+        }
+        for k in order {
+            if waits(&open, k) {
+                open[k].holder = self.hold(k, &open[k])?;
+            } else {
+                self.store(&open[k])?;
+                open[k].stored = true;
+            }
+            open[k].computed = true;
+            for j in 0..open.len() {
+                if open[j].computed && !open[j].stored && !open[j].is_told() && !waits(&open, j) {
+                    self.store(&open[j])?;
+                    open[j].stored = true;
+                }
+            }
+        }
+        let told: Vec<&Open<'_>> = told.into_iter().map(|k| &open[k]).collect();
+        self.tell(&told)?;
+        self.code.push_str(leave);
+        Ok(())
+    }
+
+    /// The results that are to be written.
+    fn open<'r>(&self, record: &'r Record, results: &[N]) -> Vec<Open<'r>> {
         let stays = |port: &Port, n: N| {
             port.role == Role::State && matches!(self.node(n), Node::Input(at) if self.inputs[at].name == port.name)
         };
-        let last = |role: Role| matches!(role, Role::Flag(_) | Role::Answer);
-        let mut open: Vec<(&Port, N)> = record.results.iter().zip(results.iter().copied()).collect();
-        open.retain(|(port, n)| !stays(port, *n) && (!self.places.u_alone || is_told(port)));
-        // What other words are made of is overwritten last.
-        let reads: Vec<HashSet<N>> = open.iter().map(|(_, n)| self.inputs_of(*n)).collect();
         let own = |port: &Port| self.inputs.iter().position(|input| input.name == port.name && input.role == port.role);
-        let own_input: Vec<Option<N>> =
-            open.iter().map(|(port, _)| own(port).and_then(|at| self.graph_input(at))).collect();
-        let waits_for = |k: usize, done: &[bool]| {
-            own_input[k].is_some_and(|own| {
-                reads.iter().enumerate().any(|(j, reads)| j != k && !done[j] && reads.contains(&own))
+        let all = record.results.iter().zip(results.iter().copied());
+        all.filter(|(port, n)| !stays(port, *n) && (!self.places.u_alone || is_told(port)))
+            .map(|(port, n)| {
+                let own = own(port).and_then(|at| self.graph_input(at));
+                Open { port, n, own, reads: self.inputs_of(n), computed: false, stored: false, holder: None }
             })
-        };
-        self.expect(&open.iter().map(|(_, n)| *n).collect::<Vec<_>>());
-        let mut computed = vec![false; open.len()];
-        let mut stored = vec![false; open.len()];
-        // Those that many wait for first.
-        let mut order: Vec<usize> = (0..open.len()).filter(|k| !last(open[*k].0.role)).collect();
-        order.sort_by_key(|k| (own_input[*k].is_none(), reads[*k].len()));
-        order.reverse();
-        let flags: Vec<usize> = (0..open.len()).filter(|k| last(open[*k].0.role)).collect();
-        // Truths that are told stay in their registers; they are few.
-        for k in flags.iter().copied() {
-            if !matches!(self.node(open[k].1), Node::Truth(_)) {
-                self.core_value(open[k].1)?;
-            }
-            computed[k] = true;
+            .collect()
+    }
+
+    /// It is computed now and stored later: under which name it waits in a register or on the stack.
+    fn hold(&mut self, k: usize, result: &Open<'_>) -> Result<Option<N>, String> {
+        if result.port.kind != tick_record::Kind::Number {
+            self.core_value(result.n)?;
+            return Ok(None);
         }
-        // What waits in a register or on the stack, and under which name.
-        let mut held: HashMap<usize, N> = HashMap::new();
-        for k in order {
-            let (port, n) = open[k];
-            if waits_for(k, &computed) {
-                // It is computed now and stored later.
-                if port.kind == tick_record::Kind::Number {
-                    let (register, only_here) = self.number(n)?;
-                    let holder = if only_here { PASSING - 1 - k } else { n };
-                    self.files[FLOATS].held[register] = Some(holder);
-                    held.insert(k, holder);
-                } else {
-                    self.core_value(n)?;
-                }
-                computed[k] = true;
-            } else {
-                self.store(port, n, None)?;
-                computed[k] = true;
-                stored[k] = true;
-            }
-            for j in 0..open.len() {
-                if computed[j] && !stored[j] && !last(open[j].0.role) && !waits_for(j, &computed) {
-                    let (port, n) = open[j];
-                    self.store(port, n, held.remove(&j))?;
-                    stored[j] = true;
-                }
+        let (register, only_here) = self.number(result.n)?;
+        let holder = if only_here { PASSING - 1 - k } else { result.n };
+        self.files[FLOATS].held[register] = Some(holder);
+        Ok(Some(holder))
+    }
+
+    /// The answer, or the bits of the health, in r0.
+    fn tell(&mut self, told: &[&Open<'_>]) -> Result<(), String> {
+        if told.is_empty() {
+            return Ok(());
+        }
+        let bit = |result: &Open<'_>| if let Role::Flag(bit) = result.port.role { 1_u32 << bit } else { 1 };
+        let holds = |result: &&&Open<'_>| self.node(result.n) == Node::Truth(true);
+        let always: u32 = told.iter().filter(holds).map(|result| bit(result)).sum();
+        put!(self.code, "mov.w r0, #{always}");
+        for result in told {
+            if !matches!(self.node(result.n), Node::Truth(_)) {
+                let truth = core(self.core_value(result.n)?);
+                put!(self.code, "cmp.w {truth}, #0\n\tit ne\n\torrne.w r0, r0, #{}", bit(result));
             }
         }
-        let constant = |n: N| if let Node::Truth(truth) = self.graph.nodes[n] { Some(truth) } else { None };
-        let bit = |role: Role| if let Role::Flag(bit) = role { 1_u32 << bit } else { 1 };
-        if !flags.is_empty() {
-            let always: u32 =
-                flags.iter().filter(|k| constant(open[**k].1) == Some(true)).map(|k| bit(open[*k].0.role)).sum();
-            line!(self, "mov.w r0, #{always}");
-            for k in flags {
-                let (port, n) = open[k];
-                if constant(n).is_none() {
-                    let truth = core(self.core_value(n)?);
-                    line!(self, "cmp.w {truth}, #0\n\tit ne\n\torrne.w r0, r0, #{}", bit(port.role));
-                }
-            }
-        }
-        self.code.push_str(leave);
         Ok(())
     }
 
@@ -599,13 +600,13 @@ impl<'a> Cold<'a> {
         inputs
     }
 
-    /// Stores a result; `held` is the name under which it waits, if it does.
-    fn store(&mut self, port: &Port, n: N, held: Option<N>) -> Result<(), String> {
+    fn store(&mut self, result: &Open<'_>) -> Result<(), String> {
+        let Open { port, n, holder: held, .. } = *result;
         if port.kind != tick_record::Kind::Number {
             let (base, at) = self.place(port)?;
             let value = core(self.core_value(n)?);
             let store = if port.kind == tick_record::Kind::Truth { "strb.w" } else { "str.w" };
-            line!(self, "{store} {value}, [{base}, #{at}]");
+            put!(self.code, "{store} {value}, [{base}, #{at}]");
             self.used(n);
             return Ok(());
         }
@@ -618,10 +619,10 @@ impl<'a> Cold<'a> {
             None => self.number(n)?,
         };
         if self.places.u_alone && port.role == Role::Output {
-            line!(self, "vmov.f32 s0, s{register}");
+            put!(self.code, "vmov.f32 s0, s{register}");
         } else {
             let (base, at) = self.place(port)?;
-            line!(self, "vstr s{register}, [{base}, #{at}]");
+            put!(self.code, "vstr s{register}, [{base}, #{at}]");
         }
         if only_here {
             self.files[FLOATS].held[register] = None;
@@ -632,6 +633,52 @@ impl<'a> Cold<'a> {
         self.used(n);
         Ok(())
     }
+}
+
+/// A result on its way to its place.
+struct Open<'a> {
+    port: &'a Port,
+    n: N,
+    /// The input that it overwrites.
+    own: Option<N>,
+    /// The inputs that it is made of.
+    reads: HashSet<N>,
+    computed: bool,
+    stored: bool,
+    /// The name under which it waits, if it does.
+    holder: Option<N>,
+}
+
+impl Open<'_> {
+    /// Is it told in r0?
+    fn is_told(&self) -> bool {
+        matches!(self.port.role, Role::Flag(_) | Role::Answer)
+    }
+}
+
+/// What other words are made of is overwritten last.
+fn waits(open: &[Open<'_>], k: usize) -> bool {
+    let needs =
+        |own: N| open.iter().enumerate().any(|(j, other)| j != k && !other.computed && other.reads.contains(&own));
+    open[k].own.is_some_and(needs)
+}
+
+/// A function in the order of its results, with its table behind it.
+pub(crate) fn function(
+    record: &Record,
+    graph: &Graph,
+    values: &[N],
+    places: &Places<'_>,
+    name: &str,
+) -> Result<String, String> {
+    const LEAVE: &str = "\tb.w @leave\n";
+    let mut table = Vec::new();
+    let mut cold = Cold::new(graph, &record.inputs, places, &mut table, name, 0);
+    cold.block(record, &record.body, values, LEAVE)?;
+    let (push, pop) = cold.saved();
+    let code = cold.code.replace(LEAVE, &format!("{pop}\tbx lr\n"));
+    let adr = if table.is_empty() { String::new() } else { format!("\tadr.w {}, .L{name}_table\n", places.table) };
+    Ok(format!("{push}{adr}{code}{}", words(name, &table)))
 }
 
 /// All that a block and what follows it decide and return.
@@ -665,40 +712,4 @@ fn condition(test: Test) -> (&'static str, &'static str) {
         Test::Equal => ("eq", "ne"),
         Test::NotEqual => ("ne", "eq"),
     }
-}
-
-/// Instructions that keep what the caller needs and make room on the stack, and those that undo it.
-pub(crate) fn saved(numbers: usize, cores: usize, slots: usize) -> (String, String) {
-    let (mut push, mut pop) = (String::new(), String::new());
-    if cores > 0 {
-        // An even number, so that the stack stays aligned.
-        let last = 3 + cores.next_multiple_of(2);
-        let _ = writeln!(push, "\tpush.w {{r4-r{last}}}");
-        let _ = writeln!(pop, "\tpop.w {{r4-r{last}}}");
-    }
-    if numbers > 16 {
-        let count = (numbers - 16).next_multiple_of(2);
-        let _ = writeln!(push, "\tvpush {}", row(16, count));
-        pop = format!("\tvpop {}\n{pop}", row(16, count));
-    }
-    if slots > 0 {
-        let bytes = 4 * slots.next_multiple_of(2);
-        let _ = writeln!(push, "\tsub.w sp, sp, #{bytes}");
-        pop = format!("\tadd.w sp, sp, #{bytes}\n{pop}");
-    }
-    (push, pop)
-}
-
-/// Registers `first`, ...
-pub(crate) fn row(first: u8, count: usize) -> String {
-    if count == 1 { format!("{{s{first}}}") } else { format!("{{s{first}-s{}}}", usize::from(first) + count - 1) }
-}
-
-/// A table behind the code.
-pub(crate) fn words(name: &str, table: &[u32]) -> String {
-    let mut text = format!("\t.balign 4\n.L{name}_table:\n");
-    for bits in table {
-        let _ = writeln!(text, "\t.word {bits:#010x} @ {:?}", f32::from_bits(*bits));
-    }
-    text
 }

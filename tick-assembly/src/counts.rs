@@ -4,11 +4,12 @@
 
 use std::fmt::Write as _;
 
-use tick_record::{Kind, Role};
+use tick_record::{Kind, Port, Role};
 
 use crate::graph::{N, Node};
 use crate::layout::{DriveLayout, Pointers};
 use crate::ordinary::Ordinary;
+use crate::text;
 
 /// The beginning of a tick, and what it leaves for the end.
 pub(crate) struct Counts {
@@ -49,6 +50,10 @@ enum Line {
 struct Writer<'a> {
     ordinary: &'a Ordinary<'a>,
     layout: &'a DriveLayout,
+    /// How many encoders there are.
+    shafts: usize,
+    /// Are counts that are stored as they came fetched anew?
+    anew: bool,
     names: Vec<&'static str>,
     held: Vec<Option<N>>,
     used: usize,
@@ -57,6 +62,12 @@ struct Writer<'a> {
     cycles: u32,
     loaded: bool,
 }
+
+/// Cycles of [`Writer::flags`].
+const FLAGS: u32 = 2 + 1 + 1 + 1;
+
+/// Stores from a register, and words that are fetched anew.
+type Kept = (Vec<(&'static str, i32)>, Vec<(i32, i32)>);
 
 const BOTH: Pointers = Pointers { state: Some("r0"), sample: Some("r1"), between: None, output: None };
 
@@ -73,132 +84,43 @@ impl Counts {
         Ok(Self { cycles: stays.cycles, saved: all(&again) - stays.cycles, ..again })
     }
 
-    #[allow(clippy::too_many_lines, reason = "one text, from its first line to its last")]
     fn written(ordinary: &Ordinary<'_>, layout: &DriveLayout, whole: bool, anew: bool) -> Result<Self, String> {
-        let names = if whole {
-            vec!["ip", "r3", "r4", "r5", "r6", "r7", "r8", "r9"]
-        } else {
-            vec!["ip", "r3", "r2", "r4", "r5", "r6", "r7", "r8"]
-        };
-        let mut writer = Writer {
-            ordinary,
-            layout,
-            held: vec![None; names.len()],
-            names,
-            used: 0,
-            left: vec![0; ordinary.graph.nodes.len()],
-            code: Vec::new(),
-            cycles: 0,
-            loaded: false,
-        };
-        let (moved, kept) = (ordinary.counts(whole), ordinary.counts_of_state());
-        let is_fetched = |n: N| anew && matches!(ordinary.graph.nodes[n], Node::Input(_));
-        let mut roots = moved.clone();
-        roots.extend(kept.iter().map(|(_, n)| *n).filter(|n| !is_fetched(*n)));
-        roots.extend(ordinary.equal.iter().flat_map(|(a, b)| [*a, *b]));
-        for n in &roots {
-            writer.expect(*n);
+        let mut writer = Writer::new(ordinary, layout, whole, anew);
+        let moved = ordinary.counts(whole);
+        let is_kept = |n: &N| !writer.is_fetched(*n);
+        let kept: Vec<N> = ordinary.counts_of_state().iter().map(|(_, n)| *n).filter(is_kept).collect();
+        let equal = ordinary.equal.iter().flat_map(|(a, b)| [*a, *b]);
+        for n in moved.iter().copied().chain(kept).chain(equal) {
+            writer.expect(n);
         }
-        // The turns, then each encoder.
-        let mut groups: Vec<Vec<N>> = Vec::new();
-        let shaft = |n: N| {
-            ordinary.cone(n).find_map(|input| match ordinary.inputs[input].role {
-                Role::Sample(i) => Some(i),
-                _ => None,
-            })
-        };
-        let shafts = ordinary.inputs.iter().filter(|port| matches!(port.role, Role::Sample(_))).count();
-        for i in [None].into_iter().chain((0..shafts).map(Some)) {
-            groups.push(moved.iter().copied().filter(|n| shaft(*n) == i).collect());
-        }
-        let mut order = Vec::new();
-        for (i, group) in groups.iter().enumerate() {
-            let turns = i == 0;
-            let also: Vec<N> =
-                if turns { ordinary.equal.iter().flat_map(|(a, b)| [*a, *b]).collect() } else { Vec::new() };
-            // All at once, but for the last encoder where registers are short.
-            if !anew || i < shafts {
-                for n in group.iter().chain(&also) {
-                    writer.load_inputs(*n)?;
-                }
-            }
-            if turns {
-                for (a, b) in &ordinary.equal {
-                    let (one, other) = (writer.value(*a)?, writer.value(*b)?);
-                    writer.put(1, format!("cmp.w {one}, {other}"));
-                    writer.code.push(Line::Leave);
-                    writer.cycles += 1;
-                    for n in [a, b] {
-                        writer.used(*n);
-                    }
-                }
-            }
-            let mut ready = Vec::new();
-            for n in group {
-                ready.push(writer.value(*n)?);
-            }
-            for pair in ready.chunks(2) {
-                writer.code.push(Line::Move(pair.to_vec()));
-                writer.cycles += 2;
-                writer.loaded = false;
-            }
-            for n in group {
-                writer.used(*n);
-            }
-            order.extend(group);
-        }
+        let moved = writer.go_over(&moved)?;
         let sample_at = layout.targets_at();
         writer.put(1, format!("add.w r1, r1, #{sample_at}"));
-        let (mut stores, mut again) = (Vec::new(), Vec::new());
-        for (port, n) in &kept {
-            let (_, at) = layout.place(port, &BOTH, &[]).ok_or("a word of the state")?;
-            match ordinary.graph.nodes[*n] {
-                Node::Input(input) if anew => {
-                    let (_, from) = layout.place(&ordinary.inputs[input], &BOTH, &[]).ok_or("a count in memory")?;
-                    again.push((from, at));
-                }
-                _ => stores.push((writer.value(*n)?, at)),
-            }
-        }
-        // Each into a register that has been stored.
-        if again.len() > stores.len() {
-            return Err("more counts to fetch anew than registers".into());
-        }
-        let mut cleared = Vec::new();
-        for name in &layout.cleared {
-            let port = tick_record::Port { name: name.clone(), role: Role::State, kind: Kind::Number };
-            let (_, at) = layout.place(&port, &BOTH, &[]).ok_or("a word of the state")?;
-            cleared.push(at);
-        }
+        let (stores, again) = writer.kept()?;
+        let cleared =
+            layout.cleared.iter().map(|name| writer.word(name, Kind::Number)).collect::<Result<Vec<_>, _>>()?;
         let table = writer.free(N::MAX)?;
         let health = if whole { writer.free(N::MAX)? } else { "r1" };
-        let scratch = writer.names.iter().position(|name| *name == "r4").unwrap_or_default();
-        let (mut push, mut pop) = (String::new(), String::new());
-        let mut saved = 0;
         let fetched = again.len() + usize::from(!again.is_empty());
-        let cycles = writer.cycles + (kept.len() + fetched + 1 + layout.cleared.len()) as u32;
-        if writer.used > scratch {
-            let last = 3 + (writer.used - scratch).next_multiple_of(2);
-            let _ = writeln!(push, "\tpush.w {{r4-r{last}}}");
-            let _ = writeln!(pop, "\tpop.w {{r4-r{last}}}");
-            saved = 2 * (1 + last as u32 - 3);
-        }
-        let (flags, of_flags) = flags(ordinary, layout, shafts)?;
+        let cycles = writer.cycles + (stores.len() + again.len() + fetched + 1 + cleared.len()) as u32;
+        let scratch = writer.names.iter().position(|name| *name == "r4").unwrap_or_default();
+        let cores = writer.used.saturating_sub(scratch);
+        let (push, pop) = text::saved(0, cores, 0);
         Ok(Self {
-            flags,
+            flags: writer.flags()?,
             push,
             pop,
             leaves: !ordinary.equal.is_empty(),
             code: writer.code,
-            moved: order,
+            moved,
             stores,
             again,
             cleared,
             table,
             health,
             sample_at,
-            cycles: cycles + of_flags,
-            saved,
+            cycles: cycles + FLAGS,
+            saved: if cores > 0 { 2 * (1 + cores.next_multiple_of(2) as u32) } else { 0 },
         })
     }
 
@@ -240,18 +162,128 @@ impl Counts {
     }
 }
 
-/// Is it the first tick, or is a sample lost?
-fn flags(ordinary: &Ordinary<'_>, layout: &DriveLayout, shafts: usize) -> Result<(String, u32), String> {
-    let state = |name: &str| tick_record::Port { name: name.into(), role: Role::State, kind: Kind::Truth };
-    let (_, fresh) = layout.place(&state("fresh"), &BOTH, &[]).ok_or("a flag `fresh`")?;
-    let lost = ordinary.functions_inputs().find(|port| port.role == Role::Argument && port.kind == Kind::Truth);
-    let (_, lost) = lost.and_then(|port| layout.place(port, &BOTH, &[])).ok_or("flags of lost samples")?;
-    // Two bytes beside one another at once.
-    let load = if shafts == 2 { "ldrh.w" } else { "ldrb.w" };
-    Ok((format!("\tldrb.w ip, [r0, #{fresh}]\n\t{load} r3, [r1, #{lost}]\n\torrs.w ip, ip, r3\n"), 2 + 1 + 1 + 1))
-}
+impl<'a> Writer<'a> {
+    fn new(ordinary: &'a Ordinary<'a>, layout: &'a DriveLayout, whole: bool, anew: bool) -> Self {
+        let names = if whole {
+            vec!["ip", "r3", "r4", "r5", "r6", "r7", "r8", "r9"]
+        } else {
+            vec!["ip", "r3", "r2", "r4", "r5", "r6", "r7", "r8"]
+        };
+        Self {
+            ordinary,
+            layout,
+            shafts: ordinary.inputs.iter().filter(|port| matches!(port.role, Role::Sample(_))).count(),
+            anew,
+            held: vec![None; names.len()],
+            names,
+            used: 0,
+            left: vec![0; ordinary.graph.nodes.len()],
+            code: Vec::new(),
+            cycles: 0,
+            loaded: false,
+        }
+    }
 
-impl Writer<'_> {
+    /// Is it a count as it lies in memory, which is fetched once more to be stored?
+    fn is_fetched(&self, n: N) -> bool {
+        self.anew && matches!(self.ordinary.graph.nodes[n], Node::Input(_))
+    }
+
+    /// The turns, then each encoder; the counts in the order in which they go over.
+    fn go_over(&mut self, moved: &[N]) -> Result<Vec<N>, String> {
+        let shaft = |n: N| {
+            self.ordinary.cone(n).find_map(|input| match self.ordinary.inputs[input].role {
+                Role::Sample(i) => Some(i),
+                _ => None,
+            })
+        };
+        let shaft_of: Vec<Option<usize>> = moved.iter().map(|n| shaft(*n)).collect();
+        let mut order = Vec::new();
+        for i in 0..=self.shafts {
+            let group = moved.iter().zip(&shaft_of).filter(|(_, shaft)| **shaft == i.checked_sub(1));
+            let group: Vec<N> = group.map(|(n, _)| *n).collect();
+            // All at once, but for the last encoder where registers are short.
+            if !self.anew || i < self.shafts {
+                group.iter().try_for_each(|n| self.load_inputs(*n))?;
+            }
+            if i == 0 {
+                self.test()?;
+            }
+            self.move_over(&group)?;
+            order.extend(group);
+        }
+        Ok(order)
+    }
+
+    /// Counts that must be equal.
+    fn test(&mut self) -> Result<(), String> {
+        let equal = &self.ordinary.equal;
+        equal.iter().flat_map(|(a, b)| [a, b]).try_for_each(|n| self.load_inputs(*n))?;
+        for (a, b) in equal {
+            let (one, other) = (self.value(*a)?, self.value(*b)?);
+            self.put(1, format!("cmp.w {one}, {other}"));
+            self.code.push(Line::Leave);
+            self.cycles += 1;
+            self.used(*a);
+            self.used(*b);
+        }
+        Ok(())
+    }
+
+    fn move_over(&mut self, counts: &[N]) -> Result<(), String> {
+        let ready: Vec<&'static str> = counts.iter().map(|n| self.value(*n)).collect::<Result<_, _>>()?;
+        for pair in ready.chunks(2) {
+            self.code.push(Line::Move(pair.to_vec()));
+            self.cycles += 2;
+            self.loaded = false;
+        }
+        for n in counts {
+            self.used(*n);
+        }
+        Ok(())
+    }
+
+    /// Words of the state that are stored from a register, and those that are fetched anew: from where, and to where.
+    fn kept(&mut self) -> Result<Kept, String> {
+        let (mut stores, mut again) = (Vec::new(), Vec::new());
+        for (port, n) in self.ordinary.counts_of_state() {
+            let (_, at) = self.place(port, "a word of the state")?;
+            match self.ordinary.graph.nodes[n] {
+                Node::Input(input) if self.anew => {
+                    let (_, from) = self.place(&self.ordinary.inputs[input], "a count in memory")?;
+                    again.push((from, at));
+                }
+                _ => stores.push((self.value(n)?, at)),
+            }
+        }
+        // Each into a register that has been stored.
+        if again.len() > stores.len() {
+            return Err("more counts to fetch anew than registers".into());
+        }
+        Ok((stores, again))
+    }
+
+    /// Is it the first tick, or is a sample lost?
+    fn flags(&self) -> Result<String, String> {
+        let fresh = self.word("fresh", Kind::Truth)?;
+        let mut inputs = self.ordinary.functions_inputs();
+        let lost = inputs.find(|port| port.role == Role::Argument && port.kind == Kind::Truth);
+        let (_, lost) = self.place(lost.ok_or("flags of lost samples")?, "flags of lost samples")?;
+        // Two bytes beside one another at once.
+        let load = if self.shafts == 2 { "ldrh.w" } else { "ldrb.w" };
+        Ok(format!("\tldrb.w ip, [r0, #{fresh}]\n\t{load} r3, [r1, #{lost}]\n\torrs.w ip, ip, r3\n"))
+    }
+
+    /// Where a word of the state is.
+    fn word(&self, name: &str, kind: Kind) -> Result<i32, String> {
+        let port = Port { name: name.into(), role: Role::State, kind };
+        self.place(&port, "a word of the state").map(|(_, at)| at)
+    }
+
+    fn place(&self, port: &Port, what: &str) -> Result<(&'static str, i32), String> {
+        self.layout.place(port, &BOTH, &[]).ok_or_else(|| what.into())
+    }
+
     fn expect(&mut self, n: N) {
         self.left[n] += 1;
         if self.left[n] == 1 {
@@ -301,7 +333,7 @@ impl Writer<'_> {
         match node {
             Node::Input(at) => {
                 let port = &self.ordinary.inputs[at];
-                let (base, at) = self.layout.place(port, &BOTH, &[]).ok_or("a count in memory")?;
+                let (base, at) = self.place(port, "a count in memory")?;
                 let to = self.free(n)?;
                 let cycles = if self.loaded { 1 } else { 2 };
                 self.put(cycles, format!("ldr.w {to}, [{base}, #{at}]"));

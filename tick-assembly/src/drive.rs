@@ -4,17 +4,19 @@
 //! Nothing is stored before the tests have passed: where one fails the tick begins anew out of line, in the parts. Of
 //! two encoders what the observers know is stored before the demand is known, and the law goes on as a part.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use std::ops::Range;
 
 use tick_record::Kind as Of;
 
-use crate::build::{Build, Mirror, operation};
-use crate::cold::{row, words};
+use crate::build::{Build, Mirror};
 use crate::counts::Counts;
 use crate::graph::{N, Node};
 use crate::layout::DriveLayout;
 use crate::ordinary::Ordinary;
-use crate::schedule::{Event, Found, Kind, Line, V, search};
+use crate::schedule::{Found, Kind, Line, V, search};
+use crate::text::{Exit, Flow, bytes, compare, kept, label, put, row, words};
 use crate::tick::{RETURN, TABLE};
 use crate::{Effort, Emitted};
 
@@ -79,7 +81,10 @@ pub(crate) fn tick(
              (export --standalone)"
         ));
     };
-    Ok(ordinary.emit(layout, prefix, &name, &counts, &line, &found, whole))
+    let flow = Flow::new(&line, counts.table);
+    let writer =
+        Writer { ordinary, layout, counts: &counts, prefix, name: &name, whole, flow, words: found.table.clone() };
+    Ok(writer.tick(&line, &found))
 }
 
 /// Where a long search finds no order, searches each twice as long as the last before it is given up.
@@ -111,7 +116,6 @@ fn cuts(layout: &DriveLayout) -> Vec<Cut> {
 }
 
 impl Ordinary<'_> {
-    #[allow(clippy::too_many_lines, reason = "what comes in, what goes out, and what is between")]
     fn line(&self, layout: &DriveLayout, counts: &Counts, registers: usize, cut: &Cut, whole: bool) -> Line {
         let mut build = Build::new(&self.graph, registers);
         // Counts come in registers of their own.
@@ -120,73 +124,31 @@ impl Ordinary<'_> {
             build.line.given.push((v, (registers - counts.moved.len() + k) as u8));
             build.known.insert(*n, v);
         }
-        let words: Vec<V> = (0..layout.numbers.len()).map(|_| build.value(None)).collect();
-        for (name, v) in layout.numbers.iter().zip(&words) {
-            build.known.extend(self.input(name).map(|n| (n, *v)));
+        let mut words = Vec::new();
+        for (at, name) in layout.numbers.iter().enumerate() {
+            let v = build.value(None);
+            build.line.home[v] = cut.at_home.then_some(at as u8);
+            build.known.extend(self.input(name).map(|n| (n, v)));
+            words.push(v);
         }
-        let mut loads = Vec::new();
-        let mut from = 0;
-        for &end in &cut.state {
-            if cut.at_home {
-                (from..end).for_each(|at| build.line.home[words[at]] = Some(at as u8));
-            }
-            if cut.streamed {
-                build.line.state.clone_from(&words);
-                break;
-            }
-            let load = build.item(Kind::LoadState, vec![], words[from..end].to_vec());
-            if let Some(before) = loads.last() {
-                build.line.before[load].push(*before);
-            }
-            loads.push(load);
-            from = end;
-        }
-        // The targets, with what lies between them.
-        let of_sample: Vec<(Option<N>, V)> = layout
-            .targets
-            .iter()
-            .map(|name| (name.as_deref().and_then(|name| self.input(name)), build.value(None)))
-            .collect();
-        for (n, v) in &of_sample {
-            build.known.extend(n.map(|n| (n, *v)));
-        }
+        let loads = build.load_state(&words, &cut.state, cut.streamed);
         let needed = self.needed(whole);
-        let is_read = |(n, _): &(Option<N>, V)| n.is_some_and(|n| needed.contains(&n));
-        let last = of_sample.iter().rposition(is_read).map_or(0, |at| at + 1);
-        let middle = if cut.apart { layout.first_target.min(last) } else { last };
-        let mut loaded: Option<usize> = None;
-        for row in [&of_sample[..middle], &of_sample[middle..last]] {
-            if !row.is_empty() {
-                let load = build.item(Kind::LoadSample, vec![], row.iter().map(|(_, v)| *v).collect());
-                build.line.before[load].extend(loaded);
-                loaded = Some(load);
-            }
-        }
+        let targets = self.targets(&mut build, layout, &needed, cut.apart);
         let (late, early): (Vec<_>, Vec<_>) = self.sizes.iter().partition(|(size, _)| self.is_asked(*size));
-        let becomes = |name: &String| self.state.iter().find(|(word, _)| word == name).map(|(_, n)| *n);
-        let mut finals: Vec<V> = Vec::new();
-        let mut stays = |build: &mut Build<'_>, at: usize| {
-            let mut v = becomes(&layout.numbers[at]).map_or(words[at], |n| build.need(n));
-            let taken = build.line.constants[v].is_some() || finals.contains(&v) || words.contains(&v);
-            if taken || of_sample.iter().any(|(_, of)| *of == v) {
-                v = build.computed(Kind::Copy, vec![v]);
-            }
-            build.line.home[v] = Some(at as u8);
-            finals.push(v);
-            v
-        };
+        let mut kept = Kept { ordinary: self, layout, words, targets, values: Vec::new() };
         // First all that is stored before the demand is known, and what must be known before.
-        let mut leaves = Vec::new();
-        for n in needed.iter().filter(|n| layout.groups.len() > 1 && !self.is_asked(**n)) {
+        let many = layout.groups.len() > 1;
+        for n in needed.iter().filter(|n| many && !self.is_asked(**n)) {
             build.need(*n);
         }
+        let mut leaves = Vec::new();
         for (k, (size, limit)) in early.iter().enumerate() {
             let sources = vec![build.need(*size), build.need(*limit)];
             leaves.push(build.item(Kind::Leave(k), sources, vec![]));
         }
         let mut stored = loads.last().copied();
         for group in layout.groups.windows(2).rev() {
-            let sources: Vec<V> = (group[0]..group[1]).map(|at| stays(&mut build, at)).collect();
+            let sources = kept.row(&mut build, group[0]..group[1]);
             let save = build.item(Kind::Save, sources, vec![]);
             build.line.before[save].extend(leaves.iter().chain(&stored).copied());
             stored = Some(save);
@@ -195,83 +157,55 @@ impl Ordinary<'_> {
             build.need(*n);
         }
         // What goes out.
-        build.line.finals = (0..layout.stored_last()).map(|at| stays(&mut build, at)).collect();
+        build.line.finals = kept.row(&mut build, 0..layout.stored_last());
         for (k, (size, limit)) in late.iter().enumerate() {
-            let mut sources = vec![build.need(*size), build.need(*limit)];
-            if layout.groups.len() > 1 {
-                sources.extend(self.handed_on(layout).map(|(n, _)| build.need(n)));
-            }
+            let handed = self.handed_on(layout).map(|(n, _)| n).filter(|_| many);
+            let sources = [*size, *limit].into_iter().chain(handed).map(|n| build.need(n)).collect();
             let leave = build.item(Kind::Leave(early.len() + k), sources, vec![]);
-            if layout.groups.len() > 1 {
-                build.line.before[leave].extend(stored);
-            }
+            build.line.before[leave].extend(stored.filter(|_| many));
         }
         if whole {
-            for (at, name) in ["u", "sigma", "sigma_star"].into_iter().enumerate() {
-                let v = build.need(self.output[name]);
-                build.item(Kind::Store(at), vec![v], vec![]);
-            }
+            build.store_output(|name| self.output[name]);
             for (bit, n) in &self.flags {
-                if let Node::Compare(_, a, b) = self.graph.nodes[*n] {
-                    let sources = vec![build.need(a), build.need(b)];
-                    build.item(Kind::Flag(*bit, false), sources, vec![]);
-                }
+                build.flag(*bit, *n);
             }
         }
         // What is limited where it stands comes there at once.
-        for item in build.line.items.iter().filter(|item| layout.groups.len() > 1 && item.kind == Kind::Clamp) {
+        for item in build.line.items.iter().filter(|item| many && item.kind == Kind::Clamp) {
             build.line.better[item.sources[0]] = build.line.home[item.results[0]];
         }
         build.orders(None, &[]);
         build.line
     }
 
+    /// The targets, with what lies between them, up to the last that is needed: in one load, or the second apart.
+    fn targets(&self, build: &mut Build<'_>, layout: &DriveLayout, needed: &[N], apart: bool) -> Vec<V> {
+        let (mut targets, mut last) = (Vec::new(), 0);
+        for name in &layout.targets {
+            let v = build.value(None);
+            targets.push(v);
+            if let Some(n) = name.as_deref().and_then(|name| self.input(name)) {
+                build.known.insert(n, v);
+                if needed.contains(&n) {
+                    last = targets.len();
+                }
+            }
+        }
+        let middle = if apart { layout.first_target.min(last) } else { last };
+        let mut loaded: Option<usize> = None;
+        for row in [&targets[..middle], &targets[middle..last]] {
+            if !row.is_empty() {
+                let load = build.item(Kind::LoadSample, vec![], row.to_vec());
+                build.line.before[load].extend(loaded);
+                loaded = Some(load);
+            }
+        }
+        targets
+    }
+
     fn is_late(&self, layout: &DriveLayout, leave: usize) -> bool {
         let early = self.sizes.iter().filter(|(size, _)| !self.is_asked(*size)).count();
         layout.groups.len() > 1 && leave >= early
-    }
-
-    /// The demand is not plausible, and what the observers know is stored already: the part `law` goes on from there.
-    #[allow(clippy::too_many_arguments, reason = "all of one text")]
-    fn go_on_by_law(
-        &self,
-        layout: &DriveLayout,
-        prefix: &str,
-        name: &str,
-        pop: &str,
-        (state, sample): (i32, i32),
-        handed: &[u8],
-        whole: bool,
-        text: &mut String,
-    ) {
-        macro_rules! put {
-            ($($text:tt)*) => {{ let _ = writeln!(text, "\t{}", format_args!($($text)*)); }};
-        }
-        let bytes = layout.between_bytes();
-        let all = bytes + 16;
-        let _ = writeln!(text, ".L{name}_law:");
-        put!("sub.w r0, r0, #{state}\n\tsub.w r1, r1, #{sample}\n\tpush.w {{r4, lr}}\n\tsub.w sp, sp, #{all}");
-        for ((_, at), register) in self.handed_on(layout).zip(handed) {
-            put!("vstr s{register}, [sp, #{at}]");
-        }
-        put!("mov.w ip, #0");
-        for (port, at) in layout.handed().filter(|(port, _)| port.kind == Of::Truth) {
-            // Of an ordinary tick none is true.
-            debug_assert_eq!(self.graph.nodes[self.handed[&port.name]], Node::Truth(false));
-            put!("strb.w ip, [sp, #{at}]");
-        }
-        if whole {
-            put!("mov r3, r2");
-        } else {
-            put!("add.w r3, sp, #{bytes}");
-        }
-        put!("mov r2, sp\n\tbl {prefix}_law");
-        if !whole {
-            put!("vldr s0, [sp, #{bytes}]");
-        }
-        put!("add.w sp, sp, #{all}\n\tpop.w {{r4, lr}}");
-        *text += pop;
-        put!("bx lr");
     }
 
     fn mirror_constants(&self) -> Option<[u32; 2]> {
@@ -281,152 +215,210 @@ impl Ordinary<'_> {
         });
         conditions.map(|mirror| [mirror.pi, mirror.rest]).next()
     }
+}
 
-    #[allow(clippy::too_many_arguments, clippy::too_many_lines, reason = "one text, from its first line to its last")]
-    fn emit(
-        &self,
-        layout: &DriveLayout,
-        prefix: &str,
-        name: &str,
-        counts: &Counts,
-        line: &Line,
-        found: &Found,
-        whole: bool,
-    ) -> Emitted {
-        let mut text = String::new();
-        let mut table = found.table.clone();
-        let bytes = |words: usize| 4 * words as i32;
-        macro_rules! put {
-            ($($text:tt)*) => {{ let _ = writeln!(text, "\t{}", format_args!($($text)*)); }};
+/// What the state keeps, each value in the register of its word.
+struct Kept<'a> {
+    ordinary: &'a Ordinary<'a>,
+    layout: &'a DriveLayout,
+    /// What comes in from memory.
+    words: Vec<V>,
+    targets: Vec<V>,
+    values: Vec<V>,
+}
+
+impl Kept<'_> {
+    fn row(&mut self, build: &mut Build<'_>, words: Range<usize>) -> Vec<V> {
+        let from = self.values.len();
+        for at in words {
+            let mut becomes = self.ordinary.state.iter().filter(|(word, _)| *word == self.layout.numbers[at]);
+            let mut v = becomes.next().map_or(self.words[at], |(_, n)| build.need(*n));
+            let elsewhere = [&self.values, &self.words, &self.targets].iter().any(|all| all.contains(&v));
+            if elsewhere || build.line.constants[v].is_some() {
+                v = build.computed(Kind::Copy, vec![v]);
+            }
+            build.line.home[v] = Some(at as u8);
+            self.values.push(v);
         }
-        let above = found.above;
-        let (mut push, mut pop) = (counts.push.clone(), counts.pop.clone());
-        if above > 16 {
-            let _ = writeln!(push, "\tvpush {}", row(16, above - 16));
-            pop = format!("\tvpop {}\n{pop}", row(16, above - 16));
+        self.values[from..].to_vec()
+    }
+}
+
+/// The text of a tick, in the making.
+struct Writer<'a> {
+    ordinary: &'a Ordinary<'a>,
+    layout: &'a DriveLayout,
+    counts: &'a Counts,
+    prefix: &'a str,
+    name: &'a str,
+    whole: bool,
+    flow: Flow<'a>,
+    /// The table behind the code.
+    words: Vec<u32>,
+}
+
+/// The ways that leave the ordinary one: begun anew from so many bytes of state and sample, a mirrored angle with its
+/// register, the law as a part.
+#[derive(Default)]
+struct Ways<'a> {
+    away: BTreeSet<(i32, i32)>,
+    mirrored: Option<(Exit<'a>, u8)>,
+    by_law: Option<Exit<'a>>,
+}
+
+impl<'a> Writer<'a> {
+    fn tick(mut self, line: &Line, found: &'a Found) -> Emitted {
+        let Self { counts, name, layout, .. } = self;
+        let (keep, restore) = kept(found.above);
+        let pop = restore + &counts.pop;
+        let text = &mut self.flow.text;
+        *text += &counts.flags;
+        put!(text, "bne.w .L{name}_rest");
+        *text += &counts.push;
+        *text += &keep;
+        *text += &counts.text(line.registers - counts.moved.len(), &format!(".L{name}_away_0_0"));
+        put!(text, "adr.w {}, .L{name}_table", counts.table);
+        if self.whole {
+            put!(text, "mov.w {}, #0", counts.health);
         }
-        text += &counts.flags;
-        put!("bne.w .L{name}_rest");
-        text += &push;
-        let top = line.registers - counts.moved.len();
-        text += &counts.text(top, &format!(".L{name}_away_0_0"));
-        let (tab, health) = (counts.table, counts.health);
-        put!("adr.w {tab}, .L{name}_table");
-        if whole {
-            put!("mov.w {health}, #0");
+        let ways = self.ordinary_way(found);
+        let text = &mut self.flow.text;
+        put!(text, "vstmdb r0!, {}", row(0, layout.stored_last()));
+        if layout.groups.len() == 1 {
+            *text += &counts.stores(0, self.flow.at.sample);
         }
-        // How far state, sample and table have been read, and the ways that leave from there.
-        let (mut state, mut sample, mut constants) = (0, counts.sample_at, 0_usize);
-        let mut away: Vec<(i32, i32)> = if counts.leaves { vec![(0, 0)] } else { Vec::new() };
-        let mut mirrored = None;
-        let mut by_law = None;
+        if self.whole {
+            put!(text, "mov.w r0, {}", counts.health);
+        }
+        *text += &pop;
+        put!(text, "bx lr");
+        if let Some((exit, angle)) = ways.mirrored {
+            self.mirror(exit, angle);
+        }
+        if let Some(exit) = ways.by_law {
+            self.go_on_by_law(exit, &pop);
+        }
+        self.anew(ways.away, &pop);
+        self.flow.text += &words(name, &self.words);
+        let around = counts.cycles + RETURN + if self.whole { 2 } else { 0 };
+        let cycles = found.cycles + TABLE + around + counts.saved;
+        Emitted { text: self.flow.text, cycles, floor: line.floor() + around }
+    }
+
+    fn ordinary_way(&mut self, found: &'a Found) -> Ways<'a> {
+        let Self { counts, name, layout, flow, .. } = self;
+        let mut ways = Ways::default();
+        ways.away.extend(counts.leaves.then_some((0, 0)));
+        flow.at.sample = counts.sample_at;
         for event in &found.events {
-            match event {
-                Event::Immediate { value, register } => {
-                    let number = line.constants[*value].map(f32::from_bits).unwrap_or_default();
-                    put!("vmov.f32 s{register}, #{number:?}");
+            let Some((kind, sources, results)) = flow.load(event) else { continue };
+            match kind {
+                Kind::LoadSample => {
+                    put!(flow.text, "vldmia r1!, {}", row(results[0], results.len()));
+                    flow.at.sample += bytes(results.len());
                 }
-                Event::Constants { first, count } => {
-                    put!("vldmia {tab}!, {}", row(*first, usize::from(*count)));
-                    constants += usize::from(*count);
-                }
-                Event::Words { first, count } => {
-                    put!("vldmia r0!, {}", row(*first, usize::from(*count)));
-                    state += bytes(usize::from(*count));
-                }
-                Event::Item { item, sources, results } => {
-                    let s = |k: usize| sources[k];
-                    let d = results.first().copied().unwrap_or_default();
-                    match line.items[*item].kind {
-                        Kind::LoadSample => {
-                            put!("vldmia r1!, {}", row(d, results.len()));
-                            sample += bytes(results.len());
-                        }
-                        Kind::LoadState => {
-                            put!("vldmia r0!, {}", row(d, results.len()));
-                            state += bytes(results.len());
-                        }
-                        Kind::Leave(k) => {
-                            put!("vcmp.f32 s{}, s{}\n\tvmrs APSR_nzcv, fpscr", s(0), s(1));
-                            if self.is_late(layout, k) {
-                                put!("bhi.w .L{name}_law");
-                                by_law = Some((state, sample, sources[2..].to_vec()));
-                            } else {
-                                put!("bhi.w .L{name}_away_{state}_{sample}");
-                                away.push((state, sample));
-                            }
-                        }
-                        Kind::Save => {
-                            put!("vstmdb r0!, {}", row(s(0), sources.len()));
-                            state -= bytes(sources.len());
-                            if state == bytes(layout.stored_last()) {
-                                text += &counts.stores(state, sample);
-                            }
-                        }
-                        Kind::Mirror => {
-                            if s(0) != d {
-                                put!("vmov.f32 s{d}, s{}", s(0));
-                            }
-                            put!("vcmp.f32 s{}, s{}\n\tvmrs APSR_nzcv, fpscr\n\tbgt.w .L{name}_mirrored", s(1), s(2));
-                            let _ = writeln!(text, ".L{name}_turned:");
-                            mirrored = Some((sources.clone(), d, constants));
-                        }
-                        kind => text += &operation(kind, d, sources, health),
+                Kind::Leave(k) => {
+                    compare(&mut flow.text, sources[0], sources[1]);
+                    if self.ordinary.is_late(layout, k) {
+                        put!(flow.text, "bhi.w .L{name}_law");
+                        ways.by_law = Some(flow.exit(&sources[2..]));
+                    } else {
+                        let (state, sample) = (flow.at.state, flow.at.sample);
+                        put!(flow.text, "bhi.w .L{name}_away_{state}_{sample}");
+                        ways.away.insert((state, sample));
                     }
                 }
-            }
-        }
-        put!("vstmdb r0!, {}", row(0, layout.stored_last()));
-        if layout.groups.len() == 1 {
-            text += &counts.stores(0, sample);
-        }
-        if whole {
-            put!("mov.w r0, {health}");
-        }
-        text += &pop;
-        put!("bx lr");
-        if let Some((sources, d, constants)) = mirrored {
-            let _ = writeln!(text, ".L{name}_mirrored:");
-            let [pi, rest] = self.mirror_constants().unwrap_or_default().map(|bits| {
-                table.push(bits);
-                bytes(table.len() - 1) - bytes(constants)
-            });
-            // A register of someone else.
-            let t = (0..32).find(|t| *t != d && !sources.contains(t)).unwrap_or_default();
-            let (size, constant) = (sources[1], sources[3]);
-            put!("vcmp.f32 s{}, #0.0\n\tvmrs APSR_nzcv, fpscr\n\tvpush {{s{t}}}", sources[0]);
-            put!("vldr s{t}, [{tab}, #{pi}]\n\tvsub.f32 s{d}, s{t}, s{size}");
-            put!("vldr s{t}, [{tab}, #{rest}]\n\tvadd.f32 s{d}, s{d}, s{t}\n\tit mi\n\tvnegmi.f32 s{d}, s{d}");
-            put!("vneg.f32 s{constant}, s{constant}\n\tvpop {{s{t}}}\n\tb.w .L{name}_turned");
-        }
-        if let Some((state, sample, handed)) = by_law {
-            self.go_on_by_law(layout, prefix, name, &pop, (state, sample), &handed, whole, &mut text);
-        }
-        // Anew, from where it began.
-        away.sort_unstable();
-        away.dedup();
-        for (state, sample) in away {
-            let _ = writeln!(text, ".L{name}_away_{state}_{sample}:");
-            for (register, by) in [("r0", state), ("r1", sample)] {
-                if by != 0 {
-                    put!("sub.w {register}, {register}, #{by}");
+                Kind::Save => {
+                    put!(flow.text, "vstmdb r0!, {}", row(sources[0], sources.len()));
+                    flow.at.state -= bytes(sources.len());
+                    if flow.at.state == bytes(layout.stored_last()) {
+                        flow.text += &counts.stores(flow.at.state, flow.at.sample);
+                    }
                 }
+                Kind::Mirror => {
+                    let angle = results[0];
+                    if sources[0] != angle {
+                        put!(flow.text, "vmov.f32 s{angle}, s{}", sources[0]);
+                    }
+                    compare(&mut flow.text, sources[1], sources[2]);
+                    put!(flow.text, "bgt.w .L{name}_mirrored");
+                    label!(flow.text, ".L{name}_turned");
+                    ways.mirrored = Some((flow.exit(sources), angle));
+                }
+                kind => flow.operation(kind, sources, results, counts.health),
             }
-            put!("b.w .L{name}_leave");
         }
-        let _ = writeln!(text, ".L{name}_leave:");
-        text += &pop;
-        let _ = writeln!(text, ".L{name}_rest:");
-        if whole {
-            put!("b.w {prefix}_rest");
+        ways
+    }
+
+    /// The angle is large: it is taken from the other side.
+    fn mirror(&mut self, exit: Exit<'_>, angle: u8) {
+        let (text, table, name) = (&mut self.flow.text, self.counts.table, self.name);
+        label!(text, ".L{name}_mirrored");
+        let [pi, rest] = self.ordinary.mirror_constants().unwrap_or_default().map(|bits| {
+            self.words.push(bits);
+            exit.at.to_word(self.words.len() - 1)
+        });
+        let &[x, size, _, constant] = exit.registers else { unreachable!("the sources of a mirror") };
+        // A register of someone else.
+        let t = (0..32).find(|t| *t != angle && !exit.registers.contains(t)).unwrap_or_default();
+        put!(text, "vcmp.f32 s{x}, #0.0\n\tvmrs APSR_nzcv, fpscr\n\tvpush {{s{t}}}");
+        put!(text, "vldr s{t}, [{table}, #{pi}]\n\tvsub.f32 s{angle}, s{t}, s{size}");
+        put!(text, "vldr s{t}, [{table}, #{rest}]\n\tvadd.f32 s{angle}, s{angle}, s{t}");
+        put!(text, "it mi\n\tvnegmi.f32 s{angle}, s{angle}");
+        put!(text, "vneg.f32 s{constant}, s{constant}\n\tvpop {{s{t}}}\n\tb.w .L{name}_turned");
+    }
+
+    /// The demand is not plausible, and what the observers know is stored already: the part `law` goes on from there.
+    fn go_on_by_law(&mut self, exit: Exit<'_>, pop: &str) {
+        let Self { ordinary, layout, prefix, name, .. } = *self;
+        let text = &mut self.flow.text;
+        let bytes = layout.between_bytes();
+        let all = bytes + 16;
+        label!(text, ".L{name}_law");
+        put!(text, "sub.w r0, r0, #{}\n\tsub.w r1, r1, #{}", exit.at.state, exit.at.sample);
+        put!(text, "push.w {{r4, lr}}\n\tsub.w sp, sp, #{all}");
+        for ((_, at), register) in ordinary.handed_on(layout).zip(exit.registers) {
+            put!(text, "vstr s{register}, [sp, #{at}]");
+        }
+        put!(text, "mov.w ip, #0");
+        for (port, at) in layout.handed().filter(|(port, _)| port.kind == Of::Truth) {
+            // Of an ordinary tick none is true.
+            debug_assert_eq!(ordinary.graph.nodes[ordinary.handed[&port.name]], Node::Truth(false));
+            put!(text, "strb.w ip, [sp, #{at}]");
+        }
+        if self.whole {
+            put!(text, "mov r3, r2");
         } else {
-            put!("push {{r4, lr}}\n\tsub.w sp, sp, #16\n\tmov r2, sp\n\tbl {prefix}_rest");
-            put!("vldr s0, [sp]\n\tadd.w sp, sp, #16\n\tpop {{r4, pc}}");
+            put!(text, "add.w r3, sp, #{bytes}");
         }
-        text += &words(name, &table);
-        let around = counts.cycles + RETURN + if whole { 2 } else { 0 };
-        let cycles = found.cycles + TABLE + around + counts.saved;
-        let floor = line.floor() + around;
-        Emitted { text, cycles, floor }
+        put!(text, "mov r2, sp\n\tbl {prefix}_law");
+        if !self.whole {
+            put!(text, "vldr s0, [sp, #{bytes}]");
+        }
+        put!(text, "add.w sp, sp, #{all}\n\tpop.w {{r4, lr}}");
+        *text += pop;
+        put!(text, "bx lr");
+    }
+
+    /// Anew, from where it began.
+    fn anew(&mut self, away: BTreeSet<(i32, i32)>, pop: &str) {
+        let (text, name, prefix) = (&mut self.flow.text, self.name, self.prefix);
+        for (state, sample) in away {
+            label!(text, ".L{name}_away_{state}_{sample}");
+            for (register, by) in [("r0", state), ("r1", sample)].into_iter().filter(|(_, by)| *by != 0) {
+                put!(text, "sub.w {register}, {register}, #{by}");
+            }
+            put!(text, "b.w .L{name}_leave");
+        }
+        label!(text, ".L{name}_leave");
+        *text += pop;
+        label!(text, ".L{name}_rest");
+        if self.whole {
+            put!(text, "b.w {prefix}_rest");
+        } else {
+            put!(text, "push {{r4, lr}}\n\tsub.w sp, sp, #16\n\tmov r2, sp\n\tbl {prefix}_rest");
+            put!(text, "vldr s0, [sp]\n\tadd.w sp, sp, #16\n\tpop {{r4, pc}}");
+        }
     }
 }

@@ -10,6 +10,7 @@ mod layout;
 mod ordinary;
 mod parts;
 mod schedule;
+mod text;
 mod tick;
 
 use std::collections::HashMap;
@@ -19,7 +20,7 @@ use tick_record::{Functions, Kind, Port, Record, Role};
 
 use tick_record::drive::DriveFunctions;
 
-use cold::{Cold, Places};
+use cold::Places;
 use graph::Graph;
 
 #[doc(inline)]
@@ -244,12 +245,5 @@ fn plain(record: &Record, layout: &Layout, name: &str, r: usize) -> Result<Strin
         arguments: record.inputs.iter().enumerate().filter_map(argument).collect(),
         flag: None,
     };
-    let mut table = Vec::new();
-    let mut cold = Cold::new(&graph, &record.inputs, &places, &mut table, name, 0);
-    cold.block(record, &record.body, &values, "\tb.w @leave\n")?;
-    let (push, pop) = cold.saved();
-    let leave = format!("{pop}\tbx lr\n");
-    let code = cold.code.replace("\tb.w @leave\n", &leave);
-    let adr = if table.is_empty() { String::new() } else { format!("\tadr.w r3, .L{name}_table\n") };
-    Ok(format!("{push}{adr}{code}{}", cold::words(name, &table)))
+    cold::function(record, &graph, &values, &places, name)
 }

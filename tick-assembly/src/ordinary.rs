@@ -58,79 +58,33 @@ impl<'a> Ordinary<'a> {
             }
         }
         let mut graph = Graph::default();
-        let candidates = |record: &Record, in_law| -> Vec<Assumed> {
-            let op = |id: Id| record.value(id).op;
-            let assumed = |at: usize| match record.values[at].op {
-                Op::Compare(Test::LessOrEqual, size, _) if matches!(op(size), Op::Abs(_)) => Some(true),
-                Op::Compare(Test::NotEqual, moved, _) if matches!(op(moved), Op::NumberOf(_)) => Some(false),
-                _ => None,
-            };
-            let all = (0..record.values.len()).filter_map(|at| assumed(at).map(|truth| Assumed { in_law, at, truth }));
-            all.collect()
-        };
-        let mut assumed = [candidates(observe, false), candidates(law, true)].concat();
-        let resolve = |graph: &mut Graph, assumed: &[Assumed]| resolved(graph, functions, &inputs, assumed);
-        let all =
-            resolve(&mut graph, &assumed).ok_or("this tick decides more than what is assumed of an ordinary one")?;
-        let mut at = 0;
-        while at < assumed.len() {
-            let mut fewer = assumed.clone();
-            fewer.remove(at);
-            let same = resolve(&mut graph, &fewer)
-                .is_some_and(|fewer| fewer.observed == all.observed && fewer.asked == all.asked);
-            if same {
-                assumed = fewer;
-            } else {
-                at += 1;
-            }
-        }
-        let (mut sizes, mut equal) = (Vec::new(), Vec::new());
-        for Assumed { in_law, at, .. } in assumed {
-            let (record, values) = if in_law { (law, &all.of_law) } else { (observe, &all.of_observe) };
-            let of = |id: Id| values[id.index()];
-            match record.values[at].op {
-                Op::Compare(Test::LessOrEqual, size, limit) => sizes.push((of(size), of(limit))),
-                Op::Compare(_, moved, _) => match graph.nodes[of(moved)] {
-                    Node::NumberOf(moved) => match graph.nodes[moved] {
-                        Node::CountSince(a, b) => equal.push((a, b)),
-                        other => return Err(format!("{other:?} is no difference of counts")),
-                    },
-                    other => return Err(format!("{other:?} is no count")),
-                },
-                _ => {}
-            }
-        }
+        let (assumed, all) = fewest(&mut graph, functions, &inputs)?;
+        let (sizes, equal) = tested(&graph, functions, &assumed, &all)?;
         let answer = observe.results.iter().position(|port| port.role == Role::Answer).ok_or("an answer")?;
         if graph.nodes[all.observed[answer]] != Node::Truth(true) {
             return Err("an ordinary tick that gives up".into());
         }
-        let (mut state, mut output, mut flags) = (Vec::new(), HashMap::new(), Vec::new());
-        for word in &functions.state {
+        let becomes = |word: &Port| {
             let of = |record: &Record, results: &[N]| {
                 record.results.iter().position(|port| port == word).map(|at| results[at])
             };
-            let Some(n) = of(law, &all.asked).or_else(|| of(observe, &all.observed)) else { continue };
+            let n = of(law, &all.asked).or_else(|| of(observe, &all.observed))?;
             let stays = matches!(graph.nodes[n], Node::Input(at) if inputs[at] == *word);
-            if !stays {
-                state.push((word.name.clone(), n));
-            }
-        }
-        for (port, n) in law.results.iter().zip(&all.asked) {
-            match port.role {
-                Role::Output => {
-                    output.insert(port.name.clone(), *n);
-                }
-                Role::Flag(bit) => match graph.nodes[*n] {
-                    Node::Truth(false) => {}
-                    Node::Compare(Test::NotEqual, ..) => flags.push((bit, *n)),
-                    other => return Err(format!("{other:?} tells the health of an ordinary tick")),
-                },
-                _ => {}
-            }
-        }
+            (!stays).then(|| (word.name.clone(), n))
+        };
+        let state = functions.state.iter().filter_map(becomes).collect();
+        let named = |port: &Port, n: &N| (port.name.clone(), *n);
+        let results = || law.results.iter().zip(&all.asked);
+        let output = results().filter(|(port, _)| port.role == Role::Output).map(|(port, n)| named(port, n)).collect();
+        let flag = |(port, n): (&Port, &N)| match (port.role, graph.nodes[*n]) {
+            (Role::Flag(_), Node::Truth(false)) => None,
+            (Role::Flag(bit), Node::Compare(Test::NotEqual, ..)) => Some(Ok((bit, *n))),
+            (Role::Flag(_), other) => Some(Err(format!("{other:?} tells the health of an ordinary tick"))),
+            _ => None,
+        };
+        let flags = results().filter_map(flag).collect::<Result<_, _>>()?;
         let results = observe.results.iter().zip(&all.observed);
-        let handed = results.filter(|(port, _)| port.role == Role::Between).map(|(port, n)| (port.name.clone(), *n));
-        let handed = handed.collect();
+        let handed = results.filter(|(port, _)| port.role == Role::Between).map(|(port, n)| named(port, n)).collect();
         let order = all.of_observe.into_iter().chain(all.of_law).collect();
         let ordinary = Self { graph, inputs, functions, state, output, flags, sizes, handed, equal, order };
         ordinary.checked()
@@ -252,6 +206,68 @@ impl<'a> Ordinary<'a> {
         let at = self.inputs.iter().position(|port| port.name == name)?;
         self.graph.nodes.iter().position(|node| *node == Node::Input(at))
     }
+}
+
+/// What may be assumed of a record: sizes within their limits, and a base that stays.
+fn candidates(record: &Record, in_law: bool) -> impl Iterator<Item = Assumed> {
+    let op = |id: Id| record.value(id).op;
+    let truth = move |at: usize| match record.values[at].op {
+        Op::Compare(Test::LessOrEqual, size, _) if matches!(op(size), Op::Abs(_)) => Some(true),
+        Op::Compare(Test::NotEqual, moved, _) if matches!(op(moved), Op::NumberOf(_)) => Some(false),
+        _ => None,
+    };
+    (0..record.values.len()).filter_map(move |at| truth(at).map(|truth| Assumed { in_law, at, truth }))
+}
+
+/// The assumptions without which the results would be others, and what comes of them.
+fn fewest(graph: &mut Graph, functions: &DriveFunctions, inputs: &[Port]) -> Result<(Vec<Assumed>, Resolved), String> {
+    let mut assumed: Vec<Assumed> =
+        candidates(&functions.observe, false).chain(candidates(&functions.law, true)).collect();
+    let all = resolved(graph, functions, inputs, &assumed)
+        .ok_or("this tick decides more than what is assumed of an ordinary one")?;
+    let mut at = 0;
+    while at < assumed.len() {
+        let mut fewer = assumed.clone();
+        fewer.remove(at);
+        let same = resolved(graph, functions, inputs, &fewer)
+            .is_some_and(|fewer| fewer.observed == all.observed && fewer.asked == all.asked);
+        if same {
+            assumed = fewer;
+        } else {
+            at += 1;
+        }
+    }
+    Ok((assumed, all))
+}
+
+/// Pairs of values.
+type Pairs = Vec<(N, N)>;
+
+/// What is assumed is tested on the way: sizes with their limits, and counts that must be equal.
+fn tested(
+    graph: &Graph,
+    functions: &DriveFunctions,
+    assumed: &[Assumed],
+    all: &Resolved,
+) -> Result<(Pairs, Pairs), String> {
+    let (mut sizes, mut equal) = (Vec::new(), Vec::new());
+    for Assumed { in_law, at, .. } in assumed {
+        let (record, values) =
+            if *in_law { (&functions.law, &all.of_law) } else { (&functions.observe, &all.of_observe) };
+        let of = |id: Id| values[id.index()];
+        match record.values[*at].op {
+            Op::Compare(Test::LessOrEqual, size, limit) => sizes.push((of(size), of(limit))),
+            Op::Compare(_, moved, _) => match graph.nodes[of(moved)] {
+                Node::NumberOf(moved) => match graph.nodes[moved] {
+                    Node::CountSince(a, b) => equal.push((a, b)),
+                    other => return Err(format!("{other:?} is no difference of counts")),
+                },
+                other => return Err(format!("{other:?} is no count")),
+            },
+            _ => {}
+        }
+    }
+    Ok((sizes, equal))
 }
 
 /// The results under assumptions; `None` where a decision is left.

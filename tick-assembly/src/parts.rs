@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use tick_record::drive::DriveFunctions;
 use tick_record::{Port, Record, Role};
 
-use crate::cold::{Cold, Places, words};
+use crate::cold::{self, Places};
 use crate::graph::{Graph, Node};
 use crate::layout::{DriveLayout, Pointers};
 
@@ -45,13 +45,7 @@ pub(crate) fn part(what: &str, record: &Record, layout: &DriveLayout, name: &str
         arguments: record.inputs.iter().enumerate().filter_map(given).collect(),
         flag: None,
     };
-    let mut table = Vec::new();
-    let mut cold = Cold::new(&graph, &record.inputs, &places, &mut table, name, 0);
-    cold.block(record, &record.body, &values, "\tb.w @leave\n")?;
-    let (push, pop) = cold.saved();
-    let code = cold.code.replace("\tb.w @leave\n", &format!("{pop}\tbx lr\n"));
-    let adr = if table.is_empty() { String::new() } else { format!("\tadr.w ip, .L{name}_table\n") };
-    Ok(format!("{push}{adr}{code}{}", words(name, &table)))
+    cold::function(record, &graph, &values, &places, name)
 }
 
 /// Any tick, of the parts: the same arguments and the same answer as `tick`.

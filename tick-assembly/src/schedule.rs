@@ -205,6 +205,23 @@ struct Simulation<'a> {
     may_repeat: Vec<bool>,
     /// One more than the highest register that anything was put into.
     above: usize,
+    now: Progress,
+    /// What is emitted, where that is asked for.
+    events: Option<Vec<Event>>,
+}
+
+/// How far a plan has been executed.
+#[derive(Default)]
+struct Progress {
+    cycles: u32,
+    /// Constants of the stream that have been loaded, and in how many groups.
+    constants: usize,
+    constant_groups: usize,
+    /// Words of the state that have been loaded as they were needed, and in how many groups.
+    words: usize,
+    word_groups: usize,
+    /// The register that the arithmetic just before has written.
+    fresh: Option<usize>,
 }
 
 impl<'a> Simulation<'a> {
@@ -240,6 +257,8 @@ impl<'a> Simulation<'a> {
             left: vec![0; values],
             stream: Vec::new(),
             loaded: vec![false; values],
+            now: Progress::default(),
+            events: None,
         }
     }
 
@@ -257,6 +276,22 @@ impl<'a> Simulation<'a> {
         self.register[usize::from(self.place[v])] = NONE;
     }
 
+    /// A value comes from memory; its register is free at once if nobody reads it.
+    fn bring(&mut self, v: V, register: usize) {
+        self.put(v, register);
+        if self.uses[v] == 0 && !self.is_final[v] {
+            self.release(v);
+        }
+    }
+
+    fn is_free(&self, register: usize) -> bool {
+        self.register[register] == NONE
+    }
+
+    fn register_of(&self, v: V) -> usize {
+        usize::from(self.place[v])
+    }
+
     /// The sources of an item are read; what nobody else needs is free.
     fn read(&mut self, item: &Item, again: &[bool]) {
         for &v in &item.sources {
@@ -272,7 +307,7 @@ impl<'a> Simulation<'a> {
     fn row(&self, count: usize) -> Option<usize> {
         let (mut best, mut run): (Option<(usize, usize)>, usize) = (None, 0);
         for register in 0..=self.line.registers {
-            if register < self.line.registers && self.register[register] == NONE {
+            if register < self.line.registers && self.is_free(register) {
                 run += 1;
                 continue;
             }
@@ -284,215 +319,215 @@ impl<'a> Simulation<'a> {
         best.map(|(_, first)| first)
     }
 
+    /// The longest row of at most so many free registers, and its length.
+    fn longest_row(&self, most: usize) -> Option<(usize, usize)> {
+        (1..=most).rev().find_map(|count| self.row(count).map(|first| (first, count)))
+    }
+
     /// Where words of the state go from this one on, and how many at once: at most so many, and as many as there is
     /// room for.
     fn word_row(&self, from: usize, most: usize) -> Option<(usize, usize)> {
         let words = &self.line.state[from..];
         let home = |word: &V| self.line.home[*word].map(usize::from);
         if let Some(first) = home(&words[0]) {
-            let fits = |k: &usize| home(&words[*k]) == Some(first + k) && self.register[first + k] == NONE;
+            let fits = |k: &usize| home(&words[*k]) == Some(first + k) && self.is_free(first + k);
             let count = (0..most.min(words.len())).take_while(fits).count();
             return (count > 0).then_some((first, count));
         }
         let free = words.iter().take(most).take_while(|word| home(word).is_none()).count();
-        (1..=free).rev().find_map(|count| self.row(count).map(|first| (first, count)))
+        self.longest_row(free)
     }
 
     /// Cycles of a plan, and the table that it reads.
-    #[allow(clippy::too_many_lines, reason = "one pass over an order, in which all depends on the registers")]
-    fn run(&mut self, plan: &Plan, mut events: Option<&mut Vec<Event>>) -> u32 {
+    fn run(&mut self, plan: &Plan) -> u32 {
+        self.begin(plan);
+        for (at, &i) in plan.order.iter().enumerate() {
+            if self.execute(usize::from(i), plan).is_none() {
+                return NEVER - SOONER * at as u32;
+            }
+        }
+        let Progress { cycles, constants, words, fresh, .. } = self.now;
+        let finals = &self.line.finals;
+        let stored = finals.iter().enumerate().all(|(at, v)| self.register[at] == *v as u16);
+        if !stored || constants != self.stream.len() || words < self.line.state.len() {
+            return NEVER;
+        }
+        let waits = u32::from(fresh.is_some_and(|fresh| fresh < finals.len()));
+        cycles + 1 + finals.len() as u32 + waits + kept(self.above)
+    }
+
+    /// The registers as they are given, and the constants in the order of their use.
+    fn begin(&mut self, plan: &Plan) {
         let line = self.line;
-        let items = &line.items;
+        self.now = Progress::default();
         self.register = [NONE; 32];
         self.above = 0;
         self.left.copy_from_slice(&self.uses);
         for &(v, register) in &line.given {
             self.put(v, usize::from(register));
         }
-        // The constants in the order of their use.
         self.stream.clear();
         self.loaded.fill(false);
-        for &i in &plan.order {
-            for &v in &items[usize::from(i)].sources {
-                if line.constants[v].is_some() && !self.loaded[v] && !plan.immediate[v] {
-                    self.stream.push(v as u16);
-                    self.loaded[v] = !plan.again[v];
-                }
+        for &v in plan.order.iter().flat_map(|i| &line.items[usize::from(*i)].sources) {
+            if line.constants[v].is_some() && !self.loaded[v] && !plan.immediate[v] {
+                self.stream.push(v as u16);
+                self.loaded[v] = !plan.again[v];
             }
         }
-        let (mut next, mut group, mut cycles) = (0, 0, 0_u32);
-        let (mut words, mut word_group) = (0, 0);
-        // The register that the arithmetic just before has written.
-        let mut fresh = usize::MAX;
-        for (at, &i) in plan.order.iter().enumerate() {
-            let never = NEVER - SOONER * at as u32;
-            let item = &items[usize::from(i)];
-            for &v in &item.sources {
-                if self.holds(v) {
-                    continue;
-                }
-                if line.constants[v].is_none() {
-                    // A word that is not loaded yet, with those before it.
-                    let Some(to) = line.state[words..].iter().position(|word| *word == v) else { return never };
-                    let to = words + to;
-                    while words <= to {
-                        let most = usize::from(plan.words[word_group % plan.words.len()]);
-                        let Some((first, count)) = self.word_row(words, most) else { return never };
-                        for k in 0..count {
-                            let word = line.state[words + k];
-                            self.put(word, first + k);
-                            if self.uses[word] == 0 && !self.is_final[word] {
-                                self.release(word);
-                            }
-                        }
-                        words += count;
-                        word_group += 1;
-                        cycles += 1 + count as u32;
-                        fresh = usize::MAX;
-                        if let Some(events) = events.as_mut() {
-                            events.push(Event::Words { first: first as u8, count: count as u8 });
-                        }
-                    }
-                    continue;
-                }
-                if plan.immediate[v] {
-                    let Some(register) = self.row(1) else { return never };
-                    self.put(v, register);
-                    cycles += 1;
-                    fresh = usize::MAX;
-                    if let Some(events) = events.as_mut() {
-                        events.push(Event::Immediate { value: v, register: register as u8 });
-                    }
-                    continue;
-                }
-                let mut count = usize::from(plan.groups[group % plan.groups.len()]).min(self.stream.len() - next);
-                // One constant is in one register only.
-                let ahead = &self.stream[next..next + count];
-                let twice = |k: usize| self.holds(usize::from(ahead[k])) || ahead[..k].contains(&ahead[k]);
-                count = (0..count).find(|k| twice(*k)).unwrap_or(count);
-                let first = loop {
-                    if count == 0 {
-                        return never;
-                    }
-                    if let Some(first) = self.row(count) {
-                        break first;
-                    }
-                    count -= 1;
-                };
-                for k in 0..count {
-                    self.put(usize::from(self.stream[next + k]), first + k);
-                }
-                next += count;
-                group += 1;
-                cycles += 1 + count as u32;
-                fresh = usize::MAX;
-                if let Some(events) = events.as_mut() {
-                    events.push(Event::Constants { first: first as u8, count: count as u8 });
-                }
-                if !self.holds(v) {
-                    return never;
-                }
-            }
-            let sources = || -> Vec<u8> { item.sources.iter().map(|v| self.place[*v]).collect() };
-            let noted = if events.is_some() { sources() } else { Vec::new() };
-            let place = |k: usize| usize::from(self.place[item.sources[k]]);
-            let waits = |range: std::ops::Range<usize>| u32::from(range.into_iter().any(|k| place(k) == fresh));
-            let all = 0..item.sources.len();
-            let arithmetic = matches!(item.kind, Kind::Add | Kind::Sub | Kind::Mul | Kind::Div | Kind::Number);
-            let in_place = matches!(item.kind, Kind::Clamp | Kind::Max | Kind::Mirror);
-            cycles += item.kind.cycles(item);
-            cycles += match item.kind {
-                Kind::Clamp => waits(0..1),
-                Kind::Guard(_) | Kind::Leave(_) => waits(0..2),
-                Kind::Mirror => waits(0..3),
-                Kind::LoadSample | Kind::LoadState | Kind::Resume => 0,
-                Kind::Save => {
-                    // It stores what is behind the last word that was read.
-                    let apart = (1..item.sources.len()).any(|k| place(k) != place(0) + k);
-                    if apart || words < line.state.len() {
-                        return never;
-                    }
-                    waits(all)
-                }
-                _ => waits(all),
-            };
-            fresh = usize::MAX;
-            let first = item.sources.first().map(|v| usize::from(self.place[*v]));
-            let second = item.sources.get(1).map(|v| usize::from(self.place[*v]));
-            self.read(item, &plan.again);
-            match item.results.as_slice() {
-                [] => {}
-                [one] if !matches!(item.kind, Kind::LoadSample | Kind::LoadState) => {
-                    let free = |register: Option<usize>| register.filter(|at| self.register[*at] == NONE);
-                    let choice = plan.choice[usize::from(i)];
-                    let chosen = match (line.home[*one], item.kind) {
-                        (Some(home), _) => free(Some(usize::from(home))),
-                        // Compared and then replaced, where it stands.
-                        (None, Kind::Clamp) => free(first),
-                        (None, Kind::Max | Kind::Mirror) => free(first).or_else(|| self.row(1)),
-                        (None, _) if free(line.better[*one].map(usize::from)).is_some() => {
-                            line.better[*one].map(usize::from)
-                        }
-                        (None, _) => {
-                            let operand = match choice {
-                                0 => free(first).or(free(second)),
-                                1 => free(second).or(free(first)),
-                                _ => None,
-                            };
-                            let fits = |at: &usize| self.register[*at] == NONE;
-                            let quiet = |at: &usize| fits(at) && !self.is_home[*at];
-                            operand.or_else(|| {
-                                let mut all = 0..line.registers;
-                                let mut any = 0..line.registers;
-                                if choice == 2 {
-                                    all.rfind(quiet).or_else(|| any.rfind(fits))
-                                } else {
-                                    all.find(quiet).or_else(|| any.find(fits))
-                                }
-                            })
-                        }
-                    };
-                    let Some(chosen) = chosen else { return never };
-                    if in_place && first != Some(chosen) {
-                        // It is copied first, and must not go where a limit is.
-                        if item.sources[1..].iter().any(|v| usize::from(self.place[*v]) == chosen) {
-                            return never;
-                        }
-                        cycles += 1;
-                    }
-                    self.put(*one, chosen);
-                    if arithmetic {
-                        fresh = chosen;
-                    }
-                }
-                row => {
-                    let first = match line.home[row[0]] {
-                        Some(home) => {
-                            let home = usize::from(home);
-                            let free = (home..home + row.len()).all(|at| self.register[at] == NONE);
-                            free.then_some(home)
-                        }
-                        None => self.row(row.len()),
-                    };
-                    let Some(first) = first else { return never };
-                    for (k, v) in row.iter().enumerate() {
-                        self.put(*v, first + k);
-                        if self.uses[*v] == 0 && !self.is_final[*v] {
-                            self.release(*v);
-                        }
-                    }
-                }
-            }
-            if let Some(events) = events.as_mut() {
-                let results = item.results.iter().map(|v| self.place[*v]).collect();
-                events.push(Event::Item { item: usize::from(i), sources: noted, results });
+    }
+
+    /// One item, with what it needs from memory; `None` where that cannot be.
+    fn execute(&mut self, i: usize, plan: &Plan) -> Option<()> {
+        let item = &self.line.items[i];
+        for &v in &item.sources {
+            if !self.holds(v) {
+                self.fetch(v, plan)?;
             }
         }
-        let stored = line.finals.iter().enumerate().all(|(at, v)| self.register[at] == *v as u16);
-        if !stored || next != self.stream.len() || words < line.state.len() {
-            return NEVER;
+        if item.kind == Kind::Save {
+            // It stores what is behind the last word that was read.
+            let row = self.register_of(item.sources[0])..;
+            let apart = item.sources.iter().zip(row).any(|(v, at)| self.register_of(*v) != at);
+            if apart || self.now.words < self.line.state.len() {
+                return None;
+            }
         }
-        cycles + 1 + line.finals.len() as u32 + u32::from(fresh < line.finals.len()) + kept(self.above)
+        self.now.cycles += item.kind.cycles(item) + self.waits(item);
+        self.now.fresh = None;
+        self.read(item, &plan.again);
+        match item.results.as_slice() {
+            [] => {}
+            [one] if !matches!(item.kind, Kind::LoadSample | Kind::LoadState) => {
+                self.give(item, *one, plan.choice[i])?;
+            }
+            row => {
+                let first = match self.line.home[row[0]].map(usize::from) {
+                    Some(home) => (home..home + row.len()).all(|at| self.is_free(at)).then_some(home),
+                    None => self.row(row.len()),
+                }?;
+                row.iter().zip(first..).for_each(|(v, register)| self.bring(*v, register));
+            }
+        }
+        if let Some(events) = &mut self.events {
+            let [sources, results] =
+                [&item.sources, &item.results].map(|all| all.iter().map(|v| self.place[*v]).collect());
+            events.push(Event::Item { item: i, sources, results });
+        }
+        Some(())
+    }
+
+    /// Brings a constant or a word of the state into a register.
+    fn fetch(&mut self, v: V, plan: &Plan) -> Option<()> {
+        if self.line.constants[v].is_none() {
+            self.load_words(v, plan)
+        } else if plan.immediate[v] {
+            let register = self.row(1)?;
+            self.put(v, register);
+            self.fetched(1, Event::Immediate { value: v, register: register as u8 });
+            Some(())
+        } else {
+            self.load_constants(plan)?;
+            self.holds(v).then_some(())
+        }
+    }
+
+    /// The words of the state up to this one, in groups of the plan's sizes.
+    fn load_words(&mut self, v: V, plan: &Plan) -> Option<()> {
+        let state = &self.line.state;
+        let to = self.now.words + state[self.now.words..].iter().position(|word| *word == v)?;
+        while self.now.words <= to {
+            let most = usize::from(plan.words[self.now.word_groups % plan.words.len()]);
+            let (first, count) = self.word_row(self.now.words, most)?;
+            let group = &state[self.now.words..self.now.words + count];
+            group.iter().zip(first..).for_each(|(word, register)| self.bring(*word, register));
+            self.now.words += count;
+            self.now.word_groups += 1;
+            self.fetched(1 + count, Event::Words { first: first as u8, count: count as u8 });
+        }
+        Some(())
+    }
+
+    /// The next group of constants.
+    fn load_constants(&mut self, plan: &Plan) -> Option<()> {
+        let ahead = &self.stream[self.now.constants..];
+        let most = usize::from(plan.groups[self.now.constant_groups % plan.groups.len()]).min(ahead.len());
+        // One constant is in one register only.
+        let twice = |k: &usize| self.holds(usize::from(ahead[*k])) || ahead[..*k].contains(&ahead[*k]);
+        let most = (0..most).find(twice).unwrap_or(most);
+        let (first, count) = self.longest_row(most)?;
+        for k in 0..count {
+            self.put(usize::from(self.stream[self.now.constants + k]), first + k);
+        }
+        self.now.constants += count;
+        self.now.constant_groups += 1;
+        self.fetched(1 + count, Event::Constants { first: first as u8, count: count as u8 });
+        Some(())
+    }
+
+    fn fetched(&mut self, cycles: usize, event: Event) {
+        self.now.cycles += cycles as u32;
+        self.now.fresh = None;
+        if let Some(events) = &mut self.events {
+            events.push(event);
+        }
+    }
+
+    /// Cycles that an item waits for the arithmetic just before.
+    fn waits(&self, item: &Item) -> u32 {
+        let read_at_once = match item.kind {
+            Kind::LoadSample | Kind::LoadState | Kind::Resume => 0,
+            Kind::Clamp => 1,
+            Kind::Guard(_) | Kind::Leave(_) => 2,
+            Kind::Mirror => 3,
+            _ => item.sources.len(),
+        };
+        let mut read = item.sources.iter().take(read_at_once);
+        u32::from(read.any(|v| Some(self.register_of(*v)) == self.now.fresh))
+    }
+
+    /// The result of an operation goes into a register.
+    fn give(&mut self, item: &Item, result: V, choice: u8) -> Option<()> {
+        let chosen = self.destination(item, result, choice)?;
+        let in_place = matches!(item.kind, Kind::Clamp | Kind::Max | Kind::Mirror);
+        if in_place && self.register_of(item.sources[0]) != chosen {
+            // It is copied first, and must not go where a limit is.
+            if item.sources[1..].iter().any(|v| self.register_of(*v) == chosen) {
+                return None;
+            }
+            self.now.cycles += 1;
+        }
+        self.put(result, chosen);
+        let arithmetic = matches!(item.kind, Kind::Add | Kind::Sub | Kind::Mul | Kind::Div | Kind::Number);
+        self.now.fresh = arithmetic.then_some(chosen);
+        Some(())
+    }
+
+    /// Which register: its home, where it saves a copy, that of an operand, or any that is free.
+    fn destination(&self, item: &Item, result: V, choice: u8) -> Option<usize> {
+        let line = self.line;
+        let fits = |at: &usize| self.is_free(*at);
+        let operand = |k: usize| item.sources.get(k).map(|v| self.register_of(*v)).filter(fits);
+        if let Some(home) = line.home[result] {
+            return Some(usize::from(home)).filter(fits);
+        }
+        match item.kind {
+            // Compared and then replaced, where it stands.
+            Kind::Clamp => return operand(0),
+            Kind::Max | Kind::Mirror => return operand(0).or_else(|| self.row(1)),
+            _ => {}
+        }
+        let better = line.better[result].map(usize::from).filter(fits);
+        let good = better.or_else(|| match choice {
+            0 => operand(0).or_else(|| operand(1)),
+            1 => operand(1).or_else(|| operand(0)),
+            _ => None,
+        });
+        let quiet = |at: &usize| self.is_free(*at) && !self.is_home[*at];
+        let all = || 0..line.registers;
+        good.or_else(|| match choice {
+            2 => all().rfind(quiet).or_else(|| all().rfind(fits)),
+            _ => all().find(quiet).or_else(|| all().find(fits)),
+        })
     }
 
     /// Moves what stands at one place to another, if the order allows that.
@@ -570,64 +605,78 @@ pub(crate) struct Found {
     pub(crate) above: usize,
 }
 
+impl Plan {
+    /// Where a round begins.
+    fn first(line: &Line, order: &[u16], luck: &mut Luck) -> Self {
+        // A size for each group of two constants: where sizes are shared by several groups they are not free to change.
+        let sizes = (line.constants.iter().flatten().count() / 2).clamp(16, 32);
+        Self {
+            order: order.to_vec(),
+            groups: (0..sizes).map(|_| [1, 1, 2, 2, 3][luck.below(5)]).collect(),
+            choice: line.items.iter().map(|_| [0, 0, 1, 2, 3][luck.below(5)]).collect(),
+            again: vec![false; line.constants.len()],
+            immediate: line.constants.iter().map(|bits| bits.is_some_and(is_immediate)).collect(),
+            words: if line.state.is_empty() { vec![0] } else { (0..16).map(|_| 1 + luck.below(8) as u8).collect() },
+        }
+    }
+
+    /// Changes it in one thing; `false` where its order may not be changed so.
+    fn change(&mut self, simulation: &Simulation<'_>, luck: &mut Luck) -> bool {
+        let line = simulation.line;
+        let (items, values) = (line.items.len(), line.constants.len());
+        match luck.below(32) {
+            0..24 => {
+                let mut legal = true;
+                for _ in 0..=usize::from(luck.below(10) > 6) {
+                    let (from, by) = (luck.below(items), 1 + luck.below(8));
+                    let to = if luck.below(2) == 0 { from.saturating_sub(by) } else { (from + by).min(items - 1) };
+                    legal &= simulation.moved(&mut self.order, from, to);
+                }
+                return legal;
+            }
+            24..28 if !line.state.is_empty() && luck.below(2) == 0 => {
+                let at = luck.below(self.words.len());
+                self.words[at] = 1 + luck.below(16) as u8;
+            }
+            24..28 => {
+                let at = luck.below(self.groups.len());
+                self.groups[at] = 1 + luck.below(8) as u8;
+            }
+            28..31 => {
+                let at = luck.below(items);
+                self.choice[at] = luck.below(4) as u8;
+            }
+            31 if luck.below(2) == 0 => {
+                let at = luck.below(values);
+                self.immediate[at] = !self.immediate[at] && line.constants[at].is_some_and(is_immediate);
+            }
+            _ => {
+                let at = luck.below(values);
+                self.again[at] = !self.again[at] && simulation.may_repeat[at];
+            }
+        }
+        true
+    }
+}
+
 /// The cheapest way that some rounds of annealing find; `None` if none can be executed.
 pub(crate) fn search(line: &Line, effort: &Effort) -> Option<Found> {
     let Effort { rounds, steps, seed } = *effort;
     let mut simulation = Simulation::new(line);
-    let (items, values) = (line.items.len(), line.constants.len());
     let natural = natural(line)?;
-    // A size for each group of two constants: where sizes are shared by several groups they are not free to change.
-    let sizes = (line.constants.iter().flatten().count() / 2).clamp(16, 32);
     let mut best: Option<(u32, Plan)> = None;
     for round in 0..rounds {
         let mut luck = Luck(seed.wrapping_mul(1000).wrapping_add(round as u64));
-        let mut now = Plan {
-            order: natural.clone(),
-            groups: (0..sizes).map(|_| [1, 1, 2, 2, 3][luck.below(5)]).collect(),
-            choice: (0..items).map(|_| [0, 0, 1, 2, 3][luck.below(5)]).collect(),
-            again: vec![false; values],
-            immediate: line.constants.iter().map(|bits| bits.is_some_and(is_immediate)).collect(),
-            words: if line.state.is_empty() { vec![0] } else { (0..16).map(|_| 1 + luck.below(8) as u8).collect() },
-        };
-        let mut cost = simulation.run(&now, None);
+        let mut now = Plan::first(line, &natural, &mut luck);
+        let mut cost = simulation.run(&now);
         let mut trial = now.clone();
         for step in 0..steps {
             let heat = (3.0 * (1.0 - step as f64 / (0.9 * steps as f64))).max(0.15);
             trial.clone_from(&now);
-            match luck.below(32) {
-                0..24 => {
-                    let mut legal = true;
-                    for _ in 0..=usize::from(luck.below(10) > 6) {
-                        let (from, by) = (luck.below(items), 1 + luck.below(8));
-                        let to = if luck.below(2) == 0 { from.saturating_sub(by) } else { (from + by).min(items - 1) };
-                        legal &= simulation.moved(&mut trial.order, from, to);
-                    }
-                    if !legal {
-                        continue;
-                    }
-                }
-                24..28 if !line.state.is_empty() && luck.below(2) == 0 => {
-                    let at = luck.below(trial.words.len());
-                    trial.words[at] = 1 + luck.below(16) as u8;
-                }
-                24..28 => {
-                    let at = luck.below(trial.groups.len());
-                    trial.groups[at] = 1 + luck.below(8) as u8;
-                }
-                28..31 => {
-                    let at = luck.below(items);
-                    trial.choice[at] = luck.below(4) as u8;
-                }
-                31 if luck.below(2) == 0 => {
-                    let at = luck.below(values);
-                    trial.immediate[at] = !trial.immediate[at] && line.constants[at].is_some_and(is_immediate);
-                }
-                _ => {
-                    let at = luck.below(values);
-                    trial.again[at] = !trial.again[at] && simulation.may_repeat[at];
-                }
+            if !trial.change(&simulation, &mut luck) {
+                continue;
             }
-            let costs = simulation.run(&trial, None);
+            let costs = simulation.run(&trial);
             let likely = (f64::from(cost) - f64::from(costs)) / heat;
             if costs <= cost || (luck.next() >> 11) as f64 / (1_u64 << 53) as f64 <= exp(likely) {
                 std::mem::swap(&mut now, &mut trial);
@@ -639,8 +688,8 @@ pub(crate) fn search(line: &Line, effort: &Effort) -> Option<Found> {
         }
     }
     let (cycles, plan) = best.filter(|(cycles, _)| *cycles < NEVER / 2)?;
-    let mut events = Vec::new();
-    simulation.run(&plan, Some(&mut events));
+    simulation.events = Some(Vec::new());
+    simulation.run(&plan);
     let table = simulation.stream.iter().filter_map(|v| line.constants[usize::from(*v)]).collect();
-    Some(Found { cycles, events, table, above: simulation.above })
+    Some(Found { cycles, events: simulation.events.take()?, table, above: simulation.above })
 }

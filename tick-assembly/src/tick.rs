@@ -9,14 +9,17 @@ use std::fmt::Write as _;
 
 use tick_record::{Block, End, Id, Op, Port, Record, Role, Test};
 
-use crate::build::{Build, clamped, operation};
-use crate::cold::{Cold, Places, row, words};
+use crate::build::{Build, clamped};
+use crate::cold::{Cold, Places};
 use crate::graph::{Graph, N, Node};
-use crate::schedule::{Event, Found, Kind, Line, V, search};
+use crate::schedule::{Found, Kind, Line, V, search};
+use crate::text::{Exit, Flow, compare, kept, label, put, row, words};
 use crate::{Effort, Emitted, Layout};
 
 /// Cycles of `adr`: a caller could hand the table over.
 pub(crate) const TABLE: u32 = 1;
+/// The core register that points at it.
+const TABLE_AT: &str = "r3";
 /// Of the return: DDI 0439D, a pipeline refill of 2.
 pub(crate) const RETURN: u32 = 3;
 /// Of the load of the flag; without an observer of a zero and its store.
@@ -184,12 +187,6 @@ impl<'a> Straight<'a> {
     fn result(&self, name: &str) -> Option<N> {
         self.record.results.iter().position(|port| port.name == name).map(|at| self.good[at])
     }
-
-    fn line(&self, layout: &Layout, registers: usize, cut: Cut) -> Line {
-        let mut build = Build::new(&self.graph, registers);
-        self.all(&mut build, layout, cut);
-        build.line
-    }
 }
 
 /// Every return.
@@ -234,141 +231,127 @@ fn sufficient(graph: &Graph, condition: N, tests: &mut Vec<(N, N)>) -> Result<()
     }
 }
 
-impl Straight<'_> {
-    #[allow(clippy::too_many_lines, reason = "what comes in, what goes out, and what is between")]
-    fn all(&self, build: &mut Build<'_>, layout: &Layout, cut: Cut) {
-        let straight = self;
-        let record = straight.record;
-        // What comes in.
-        let mut samples = Vec::new();
-        let mut words = vec![None; layout.words.len()];
-        for (at, port) in record.inputs.iter().enumerate() {
-            let Some(n) = straight.graph.nodes.iter().position(|node| *node == Node::Input(at)) else { continue };
-            let v = match port.role {
-                Role::Sample(j) => {
-                    let v = build.value(None);
-                    samples.push((j, v));
-                    v
-                }
-                Role::State => {
-                    let Some(word) = layout.word(&port.name) else { continue };
-                    let v = build.value(None);
-                    words[word] = Some(v);
-                    v
-                }
-                _ => {
-                    let v = build.value(None);
-                    let register = build.line.given.len() as u8;
-                    build.line.given.push((v, register));
-                    // The first stays where u will go; another makes room for the sample.
-                    if register == 0 { v } else { build.computed(Kind::Copy, vec![v]) }
-                }
-            };
-            build.known.insert(n, v);
-        }
-        samples.sort_by_key(|(j, _)| *j);
-        for (j, v) in &samples {
-            build.line.home[*v] = Some(1 + *j as u8);
-        }
-        let words: Vec<V> = words.into_iter().map(|word| word.unwrap_or_else(|| build.value(None))).collect();
-        // The first words lie where the sample will: they pass through other registers.
-        let beside = (1 + samples.len()).min(words.len());
-        let mut ends = vec![beside];
-        ends.extend(cut.apart.then(|| layout.estimates_from(beside)).filter(|at| *at < words.len()));
-        ends.extend(cut.late.then_some((words.len() - 1).max(beside)));
-        ends.push(words.len());
-        let mut from = 0;
-        let mut loads = Vec::new();
-        for end in ends {
-            if from < end {
-                if from >= beside {
-                    (from..end).for_each(|at| build.line.home[words[at]] = Some(at as u8));
-                }
-                if cut.streamed {
-                    build.line.state.extend(&words[from..end]);
-                    from = end;
-                    continue;
-                }
-                let load = build.item(Kind::LoadState, vec![], words[from..end].to_vec());
-                if let Some(before) = loads.last() {
-                    build.line.before[load].push(*before);
-                }
-                loads.push(load);
-            }
-            from = end;
-        }
-        build.item(Kind::LoadSample, vec![], samples.iter().map(|(_, v)| *v).collect());
+/// What comes in: the sample, and the words of the state in the order of memory.
+struct Given {
+    sample: Vec<V>,
+    words: Vec<V>,
+}
 
+impl Straight<'_> {
+    fn line(&self, layout: &Layout, registers: usize, cut: Cut) -> Line {
+        let mut build = Build::new(&self.graph, registers);
+        let given = self.given(&mut build, layout);
+        let loads = given.load(&mut build, layout, cut);
         // What goes out, in the order of the record.
-        let good = |name: &str| straight.result(name).expect("a result of the tick");
         if cut.twice {
             // Each use of what is foreseen by a value of its own: innovations first.
-            for n in &straight.innovations {
+            for n in &self.innovations {
                 build.need(*n);
             }
-            for n in &straight.foreseen {
+            for n in &self.foreseen {
                 build.known.remove(n);
             }
         }
-        let innovations: Vec<V> = straight.innovations.iter().map(|n| build.need(*n)).collect();
-        let mut resume = None;
-        if !innovations.is_empty() {
-            resume = Some(build.item(Kind::Resume, innovations.clone(), vec![]));
-        }
-        let roots: Vec<N> = {
-            let order = straight.values_in_order();
-            order.into_iter().filter(|n| build.is_number(*n)).collect()
-        };
-        for n in roots {
+        let innovations: Vec<V> = self.innovations.iter().map(|n| build.need(*n)).collect();
+        let resume = (!innovations.is_empty()).then(|| build.item(Kind::Resume, innovations.clone(), vec![]));
+        let mut order = self.values_in_order();
+        order.retain(|n| build.is_number(*n));
+        for n in order {
             build.need(n);
         }
-        let finals: Vec<N> = layout.words.iter().map(|word| good(word)).collect();
-        let mut final_values: Vec<V> = Vec::new();
-        for (at, n) in finals.iter().enumerate() {
-            let mut v = build.need(*n);
-            let elsewhere = build.line.home[v].is_some_and(|home| usize::from(home) != at);
-            let came =
-                matches!(straight.graph.nodes[*n], Node::Input(port) if record.inputs[port].role == Role::Argument);
-            let in_the_way = cut.moved && (1..=samples.len()).contains(&at) && build.line.home[v].is_none();
-            let taken = build.line.constants[v].is_some() || final_values.contains(&v) || words[at] == v;
-            if elsewhere || came || in_the_way || taken {
-                v = build.computed(Kind::Copy, vec![v]);
-            }
-            build.line.home[v] = Some(at as u8);
-            final_values.push(v);
-        }
-        build.line.finals = final_values;
-
-        let tests: Vec<(V, V)> =
-            straight.ordinary_tests.iter().map(|(size, limit)| (build.need(*size), build.need(*limit))).collect();
-        let mut sources: Vec<V> = tests.iter().flat_map(|(size, limit)| [*size, *limit]).collect();
-        for n in straight.demands() {
-            sources.push(build.need(n));
-        }
-        let guard = build.item(Kind::Guard(tests.len()), sources, vec![]);
-        let held = build.producer[build.line.finals[0]].expect("u is computed");
-        build.line.before[held].push(guard);
-        if straight.whole {
-            for (at, name) in ["u", "sigma", "sigma_star"].into_iter().enumerate() {
-                let v = build.need(good(name));
-                build.item(Kind::Store(at), vec![v], vec![]);
-            }
-            for (port, n) in record.results.iter().zip(&straight.good) {
+        self.keep(&mut build, layout, cut, &given);
+        let guard = self.guard(&mut build);
+        if self.whole {
+            build.store_output(|name| self.result(name).expect("a result of the tick"));
+            for (port, n) in self.record.results.iter().zip(&self.good) {
                 let Role::Flag(bit) = port.role else { continue };
-                let flag = match straight.graph.nodes[*n] {
-                    Node::Compare(Test::NotEqual, a, b) => Some((false, a, b)),
-                    Node::Compare(Test::Greater, a, b) => Some((true, a, b)),
-                    _ => None,
-                };
-                if let Some((greater, a, b)) = flag {
-                    let sources = vec![build.need(a), build.need(b)];
-                    let item = build.item(Kind::Flag(bit, greater), sources, vec![]);
-                    build.line.before[item].push(guard);
+                if let Some(flag) = build.flag(bit, *n) {
+                    build.line.before[flag].push(guard);
                 }
             }
         }
         build.line.before[guard].extend(loads);
         build.orders(resume, &innovations);
+        build.line
+    }
+
+    fn given(&self, build: &mut Build<'_>, layout: &Layout) -> Given {
+        let mut sample = Vec::new();
+        let mut words = vec![None; layout.words.len()];
+        for (at, port) in self.record.inputs.iter().enumerate() {
+            let Some(n) = self.graph.nodes.iter().position(|node| *node == Node::Input(at)) else { continue };
+            let word = layout.word(&port.name);
+            if port.role == Role::State && word.is_none() {
+                continue;
+            }
+            let mut v = build.value(None);
+            match (port.role, word) {
+                (Role::Sample(j), _) => sample.push((j, v)),
+                (Role::State, Some(word)) => words[word] = Some(v),
+                _ => {
+                    let register = build.line.given.len() as u8;
+                    build.line.given.push((v, register));
+                    // The first stays where u will go; another makes room for the sample.
+                    if register > 0 {
+                        v = build.computed(Kind::Copy, vec![v]);
+                    }
+                }
+            }
+            build.known.insert(n, v);
+        }
+        sample.sort_by_key(|(j, _)| *j);
+        for (j, v) in &sample {
+            build.line.home[*v] = Some(1 + *j as u8);
+        }
+        let sample = sample.into_iter().map(|(_, v)| v).collect();
+        Given { sample, words: words.into_iter().map(|word| word.unwrap_or_else(|| build.value(None))).collect() }
+    }
+
+    /// The words of the state as they become stay in registers in a row.
+    fn keep(&self, build: &mut Build<'_>, layout: &Layout, cut: Cut, given: &Given) {
+        for (at, word) in layout.words.iter().enumerate() {
+            let n = self.result(word).expect("a result of the tick");
+            let mut v = build.need(n);
+            let elsewhere = build.line.home[v].is_some_and(|home| usize::from(home) != at);
+            let came =
+                matches!(self.graph.nodes[n], Node::Input(port) if self.record.inputs[port].role == Role::Argument);
+            let in_the_way = cut.moved && (1..=given.sample.len()).contains(&at) && build.line.home[v].is_none();
+            let taken = build.line.constants[v].is_some() || build.line.finals.contains(&v) || given.words[at] == v;
+            if elsewhere || came || in_the_way || taken {
+                v = build.computed(Kind::Copy, vec![v]);
+            }
+            build.line.home[v] = Some(at as u8);
+            build.line.finals.push(v);
+        }
+    }
+
+    /// The tests of an ordinary tick: before u is held.
+    fn guard(&self, build: &mut Build<'_>) -> usize {
+        let tests = self.ordinary_tests.iter().flat_map(|(size, limit)| [*size, *limit]);
+        let sources = tests.chain(self.demands()).map(|n| build.need(n)).collect();
+        let guard = build.item(Kind::Guard(self.ordinary_tests.len()), sources, vec![]);
+        let held = build.producer[build.line.finals[0]].expect("u is computed");
+        build.line.before[held].push(guard);
+        guard
+    }
+}
+
+impl Given {
+    /// Loads of the state, then that of the sample.
+    fn load(&self, build: &mut Build<'_>, layout: &Layout, cut: Cut) -> Vec<usize> {
+        let words = self.words.len();
+        // The first words lie where the sample will: they pass through other registers.
+        let beside = (1 + self.sample.len()).min(words);
+        for at in beside..words {
+            build.line.home[self.words[at]] = Some(at as u8);
+        }
+        let mut ends = vec![beside];
+        ends.extend(cut.apart.then(|| layout.estimates_from(beside)).filter(|at| *at < words));
+        ends.extend(cut.late.then_some((words - 1).max(beside)));
+        ends.push(words);
+        let loads = build.load_state(&self.words, &ends, cut.streamed);
+        build.item(Kind::LoadSample, vec![], self.sample.clone());
+        loads
     }
 }
 
@@ -411,125 +394,115 @@ impl Straight<'_> {
 }
 
 impl Straight<'_> {
-    #[allow(clippy::too_many_lines, reason = "one text, from its first line to its last")]
     fn emit(&self, layout: &Layout, name: &str, line: &Line, found: &Found) -> Result<Emitted, String> {
-        let mut text = String::new();
+        let mut flow = Flow::new(line, TABLE_AT);
         let mut table = found.table.clone();
-        let bytes = |words: usize| 4 * words as i32;
-        let kept = found.above;
-        macro_rules! put {
-            ($($text:tt)*) => {{ let _ = writeln!(text, "\t{}", format_args!($($text)*)); }};
-        }
-        if kept > 16 {
-            put!("vpush {}", row(16, kept - 16));
-        }
-        put!("adr.w r3, .L{name}_table");
+        let (push, leave) = kept(found.above);
+        flow.text += &push;
+        put!(flow.text, "adr.w {TABLE_AT}, .L{name}_table");
         if !self.innovations.is_empty() {
-            put!("ldrb.w ip, [r0, #{}]", layout.resuming());
+            put!(flow.text, "ldrb.w ip, [r0, #{}]", layout.resuming());
         }
-        // How far the state and the table have been read.
-        let (mut state, mut constants) = (0_usize, 0_usize);
         let (mut at_guard, mut at_resume) = (None, None);
         for event in &found.events {
-            match event {
-                Event::Immediate { value, register } => {
-                    let number = line.constants[*value].map(f32::from_bits).unwrap_or_default();
-                    put!("vmov.f32 s{register}, #{number:?}");
+            let Some((kind, sources, results)) = flow.load(event) else { continue };
+            match kind {
+                Kind::LoadSample => put!(flow.text, "vldmia r1, {}", row(results[0], results.len())),
+                Kind::Resume => {
+                    put!(flow.text, "cmp.w ip, #0\n\tbne.w .L{name}_resume");
+                    label!(flow.text, ".L{name}_observed");
+                    at_resume = Some(flow.exit(sources));
                 }
-                Event::Constants { first, count } => {
-                    put!("vldmia r3!, {}", row(*first, usize::from(*count)));
-                    constants += usize::from(*count);
+                Kind::Guard(tests) => {
+                    let (tests, demands) = sources.split_at(2 * tests);
+                    self.test(&mut flow, layout, name, tests);
+                    at_guard = Some(flow.exit(demands));
                 }
-                Event::Words { first, count } => {
-                    put!("vldmia r0!, {}", row(*first, usize::from(*count)));
-                    state += usize::from(*count);
-                }
-                Event::Item { item, sources, results } => {
-                    let s = |k: usize| sources[k];
-                    let d = results.first().copied().unwrap_or_default();
-                    match line.items[*item].kind {
-                        Kind::LoadSample => put!("vldmia r1, {}", row(d, results.len())),
-                        Kind::LoadState => {
-                            put!("vldmia r0!, {}", row(d, results.len()));
-                            state += results.len();
-                        }
-                        Kind::Resume => {
-                            put!("cmp.w ip, #0\n\tbne.w .L{name}_resume");
-                            let _ = writeln!(text, ".L{name}_observed:");
-                            at_resume = Some((state, constants, sources.clone()));
-                        }
-                        Kind::Guard(tests) => {
-                            for k in 0..tests {
-                                put!("vcmp.f32 s{}, s{}\n\tvmrs APSR_nzcv, fpscr", s(2 * k), s(2 * k + 1));
-                                put!("bhi.w .L{name}_beyond");
-                            }
-                            let _ = writeln!(text, ".L{name}_plausible:");
-                            if self.whole {
-                                put!("mov.w r1, #0");
-                            }
-                            if self.innovations.is_empty() {
-                                put!("mov.w ip, #0\n\tstrb.w ip, [r0, #{}]", layout.resuming() - bytes(state));
-                            }
-                            at_guard = Some((state, constants, sources[2 * tests..].to_vec()));
-                        }
-                        kind => text += &operation(kind, d, sources, "r1"),
-                    }
-                }
+                kind => flow.operation(kind, sources, results, "r1"),
             }
         }
-        put!("vstmdb r0!, {}", row(0, layout.words.len()));
-        let leave = if kept > 16 { format!("\tvpop {}\n", row(16, kept - 16)) } else { String::new() };
+        let mut text = flow.text;
+        put!(text, "vstmdb r0!, {}", row(0, layout.words.len()));
         text += &leave;
         if self.whole {
-            put!("mov.w r0, r1");
+            put!(text, "mov.w r0, r1");
         }
-        put!("bx lr");
-        if let Some((state, constants, innovations)) = at_resume {
-            let _ = writeln!(text, ".L{name}_resume:");
-            table.push(NOTHING);
-            for register in &innovations {
-                let at = table.len() - 1;
-                put!("vldr s{register}, [r3, #{}]", bytes(at) - bytes(constants));
-            }
-            // The flag itself is still asked for if this sample is rejected too.
-            put!("mov.w ip, #0\n\tstrb.w ip, [r0, #{}]\n\tmov.w ip, #1", layout.resuming() - bytes(state));
-            put!("b.w .L{name}_observed");
+        put!(text, "bx lr");
+        if let Some(exit) = at_resume {
+            text += &resume(layout, name, exit, &mut table);
         }
-        let (state, constants, demands) = at_guard.ok_or("a guard")?;
-        let place = layout.places(bytes(state), "r2", 0);
-        // Beyond what is plausible: the whole condition.
-        let _ = writeln!(text, ".L{name}_beyond:");
-        let mut places = Places {
-            place: &place,
-            u_alone: !self.whole,
-            table: "r3",
-            table_at: constants,
-            arguments: self.demands().zip(demands).collect(),
-            flag: None,
-        };
-        let label = format!("{name}_again");
-        let mut again = Cold::new(&self.graph, &self.record.inputs, &places, &mut table, &label, 16);
-        again.decide(self.condition, &[])?;
-        let (push, pop) = again.saved();
-        text += &(push + &again.code + &pop);
-        put!("bne.w .L{name}_plausible");
-        text += &leave;
-        // Rejected: all anew.
-        places.arguments = HashMap::new();
-        let flag = self.record.inputs.iter().position(|port| port.name == "resuming");
-        let flag = flag.and_then(|at| self.graph.nodes.iter().position(|node| *node == Node::Input(at)));
-        places.flag = flag.filter(|_| !self.innovations.is_empty());
-        let label = format!("{name}_rejected");
-        let mut rejected =
-            Cold::new(&self.graph, &self.record.inputs, &places, &mut table, &label, usize::from(!self.whole));
-        rejected.give(self.record, &self.bad, "")?;
-        let (push, pop) = rejected.saved();
-        text += &(push + &rejected.code + &pop);
-        put!("bx lr");
+        text += &self.beyond(layout, name, &leave, at_guard.ok_or("a guard")?, &mut table)?;
         text += &words(name, &table);
         let around = RETURN + FLAG + if self.whole { 2 } else { 0 };
         let cycles = found.cycles + TABLE + around;
         let floor = self.line(layout, 32, Cut::NONE).floor() + around;
         Ok(Emitted { text, cycles, floor })
     }
+
+    /// Each size with its limit behind it.
+    fn test(&self, flow: &mut Flow<'_>, layout: &Layout, name: &str, tests: &[u8]) {
+        let text = &mut flow.text;
+        for test in tests.chunks_exact(2) {
+            compare(text, test[0], test[1]);
+            put!(text, "bhi.w .L{name}_beyond");
+        }
+        label!(text, ".L{name}_plausible");
+        if self.whole {
+            put!(text, "mov.w r1, #0");
+        }
+        if self.innovations.is_empty() {
+            put!(text, "mov.w ip, #0\n\tstrb.w ip, [r0, #{}]", layout.resuming() - flow.at.state);
+        }
+    }
+
+    /// Beyond what is plausible: the whole condition; rejected, all anew.
+    fn beyond(
+        &self,
+        layout: &Layout,
+        name: &str,
+        leave: &str,
+        exit: Exit<'_>,
+        table: &mut Vec<u32>,
+    ) -> Result<String, String> {
+        let (inputs, mut text) = (&self.record.inputs, format!(".L{name}_beyond:\n"));
+        let place = layout.places(exit.at.state, "r2", 0);
+        let mut places = Places {
+            place: &place,
+            u_alone: !self.whole,
+            table: TABLE_AT,
+            table_at: exit.at.constants,
+            arguments: self.demands().zip(exit.registers.iter().copied()).collect(),
+            flag: None,
+        };
+        let label = format!("{name}_again");
+        let mut again = Cold::new(&self.graph, inputs, &places, table, &label, 16);
+        again.decide(self.condition, &[])?;
+        text += &again.whole();
+        put!(text, "bne.w .L{name}_plausible");
+        text += leave;
+        places.arguments = HashMap::new();
+        let flag = inputs.iter().position(|port| port.name == "resuming");
+        let flag = flag.and_then(|at| self.graph.nodes.iter().position(|node| *node == Node::Input(at)));
+        places.flag = flag.filter(|_| !self.innovations.is_empty());
+        let label = format!("{name}_rejected");
+        let mut rejected = Cold::new(&self.graph, inputs, &places, table, &label, usize::from(!self.whole));
+        rejected.give(self.record, &self.bad, "")?;
+        text += &rejected.whole();
+        put!(text, "bx lr");
+        Ok(text)
+    }
+}
+
+/// After a lost sample: the ordinary way goes on with innovations that change nothing.
+fn resume(layout: &Layout, name: &str, exit: Exit<'_>, table: &mut Vec<u32>) -> String {
+    let mut text = format!(".L{name}_resume:\n");
+    let nothing = exit.at.to_word(table.len());
+    table.push(NOTHING);
+    for register in exit.registers {
+        put!(text, "vldr s{register}, [{TABLE_AT}, #{nothing}]");
+    }
+    // The flag itself is still asked for if this sample is rejected too.
+    put!(text, "mov.w ip, #0\n\tstrb.w ip, [r0, #{}]\n\tmov.w ip, #1", layout.resuming() - exit.at.state);
+    put!(text, "b.w .L{name}_observed");
+    text
 }

@@ -179,20 +179,15 @@ impl<'a> Text<'a> {
         port.role == Role::State && matches!(self.op(id), Op::Input(at) if self.record.inputs[at].name == port.name)
     }
 
-    /// Which values are statements, and their names.
-    fn names(&mut self, steps: &[Id], returns: &[&[Id]]) {
-        let mut wanted: HashMap<Id, String> = HashMap::new();
-        for &id in steps {
-            if let Some(name) = &self.record.value(id).name {
-                wanted.insert(id, name.clone());
-            }
-        }
+    /// Which values are statements, and the names that they ask for.
+    fn wanted(&self, steps: &[Id], returns: &[&[Id]]) -> HashMap<Id, String> {
+        let named = |id: &Id| Some((*id, self.record.value(*id).name.clone()?));
+        let mut wanted: HashMap<Id, String> = steps.iter().filter_map(named).collect();
         // A select takes over the name of what it selects, if nobody else asks for that.
         for &id in steps {
             if let (Op::Select(_, a, b), false) = (self.op(id), wanted.contains_key(&id)) {
                 let mut parts = [a, b].into_iter().filter(|part| self.uses[part.index()] == 1);
-                if let Some(part) = parts.find(|part| wanted.contains_key(part)) {
-                    let name = wanted.remove(&part).expect("just seen");
+                if let Some(name) = parts.find_map(|part| wanted.remove(&part)) {
                     wanted.insert(id, name);
                 }
             }
@@ -205,22 +200,33 @@ impl<'a> Text<'a> {
                 _ => false,
             };
             if self.uses[id.index()] > 1 && !light && !wanted.contains_key(&id) {
-                let gives = |(port, result): &(&Port, &Id)| {
-                    let selected = match self.op(**result) {
-                        Op::Select(_, a, b) => (a == id && self.is_own(b, port)) || (b == id && self.is_own(a, port)),
-                        _ => false,
-                    };
-                    **result == id || selected
-                };
-                let mut results = returns.iter().flat_map(|results| self.record.results.iter().zip(results.iter()));
-                let name = match (results.find(gives), self.record.kind(id)) {
-                    (Some((port, _)), _) => port.name.clone(),
+                let name = match (self.given_as(id, returns), self.record.kind(id)) {
+                    (Some(port), _) => port.name.clone(),
                     (None, Kind::Truth) => "holds".into(),
                     (None, _) => "part".into(),
                 };
                 wanted.insert(id, name);
             }
         }
+        wanted
+    }
+
+    /// The result that a value is, or that it becomes under a condition.
+    fn given_as(&self, id: Id, returns: &[&[Id]]) -> Option<&'a Port> {
+        let gives = |port: &Port, result: Id| {
+            let selected = match self.op(result) {
+                Op::Select(_, a, b) => (a == id && self.is_own(b, port)) || (b == id && self.is_own(a, port)),
+                _ => false,
+            };
+            result == id || selected
+        };
+        let mut results = returns.iter().flat_map(|results| self.record.results.iter().zip(results.iter()));
+        results.find(|(port, result)| gives(port, **result)).map(|(port, _)| port)
+    }
+
+    /// Gives every statement a name of its own.
+    fn names(&mut self, steps: &[Id], returns: &[&[Id]]) {
+        let wanted = self.wanted(steps, returns);
         // A word of the state is never meant by its bare name.
         let bare = |value: &&Value| match value.op {
             Op::Input(at) => self.record.inputs[at].role != Role::State,
@@ -342,19 +348,8 @@ impl<'a> Text<'a> {
         let changes: Vec<(&Port, Id)> =
             given().filter(|(port, id)| port.role == Role::State && !self.is_own(*id, port)).collect();
         let flags: Vec<(&Port, Id)> = given().filter(|(port, _)| matches!(port.role, Role::Flag(_))).collect();
-        let answer = given().find(|(port, _)| port.role == Role::Answer);
-        let mut returned = match (&flags[..], answer) {
-            ([], None) => None,
-            ([], Some((_, id))) => Some(self.shown(id)),
-            _ => {
-                let parts: Vec<String> = flags.iter().filter_map(|(port, id)| self.flag(port, *id)).collect();
-                Some(match &parts[..] {
-                    [] => "0u".into(),
-                    [one] => one.clone(),
-                    many => many.iter().map(|part| format!("({part})")).collect::<Vec<_>>().join(" | "),
-                })
-            }
-        };
+        let answer = given().find(|(port, _)| port.role == Role::Answer).map(|(_, id)| id);
+        let mut returned = self.returned(&flags, answer);
         let goes_out = |port: &Port| matches!(port.role, Role::Between | Role::Output | Role::Estimate(..));
         for (port, id) in given().filter(|(port, _)| goes_out(port)) {
             let place = (self.function.place)(port);
@@ -364,21 +359,54 @@ impl<'a> Text<'a> {
 
         // Words of the state: what reads another word that is assigned before gets a name first.
         let changed: HashSet<&str> = changes.iter().map(|(port, _)| port.name.as_str()).collect();
-        let answers: Vec<Id> = flags.iter().map(|(_, id)| *id).chain(answer.map(|(_, id)| id)).collect();
-        if answers.iter().any(|id| self.reads(*id).iter().any(|name| changed.contains(name.as_str()))) {
+        let mut answers = flags.iter().map(|(_, id)| *id).chain(answer);
+        if answers.any(|id| self.reads(id).iter().any(|name| changed.contains(name.as_str()))) {
             let text = returned.take().expect("there is an answer");
             let t = if flags.is_empty() { "bool" } else { "unsigned" };
             self.line(depth, &format!("const {t} answer = {text};"));
             returned = Some("answer".into());
         }
-        // Grouped by the condition under which they change.
-        let mut groups: Vec<Group<'_>> = Vec::new();
+        let groups = self.groups(changes);
+        let late = self.late(&groups);
+        for (k, id) in late.iter().enumerate() {
+            let (t, name) = (self.function.type_of(self.record.kind(*id)), format!("next_{}", k + 1));
+            let value = self.shown(*id);
+            self.line(depth, &format!("const {t} {name} = {value};"));
+            self.local.insert(*id, name);
+        }
+        for group in groups {
+            self.assign(group, depth);
+        }
+        for id in late {
+            self.local.remove(&id);
+        }
+        if let Some(returned) = returned {
+            self.line(depth, &format!("return {returned};"));
+        }
+    }
+
+    /// The flags as a sum of bits, or the answer.
+    fn returned(&mut self, flags: &[(&Port, Id)], answer: Option<Id>) -> Option<String> {
+        if flags.is_empty() {
+            return answer.map(|id| self.shown(id));
+        }
+        let parts: Vec<String> = flags.iter().filter_map(|(port, id)| self.flag(port, *id)).collect();
+        Some(match &parts[..] {
+            [] => "0u".into(),
+            [one] => one.clone(),
+            many => many.iter().map(|part| format!("({part})")).collect::<Vec<_>>().join(" | "),
+        })
+    }
+
+    /// Words of the state, grouped by the condition under which they change.
+    fn groups<'p>(&self, changes: Vec<(&'p Port, Id)>) -> Vec<Group<'p>> {
+        let mut groups: Vec<Group<'p>> = Vec::new();
         for (port, id) in changes {
             let own = |id| self.is_own(id, port);
             let (condition, value) = match self.op(id) {
-                Op::Select(c, a, b) if own(b) && !self.local.contains_key(&id) => (Some((c, false)), a),
-                Op::Select(c, a, b) if own(a) && !self.local.contains_key(&id) => (Some((c, true)), b),
                 _ if self.local.contains_key(&id) => (None, id),
+                Op::Select(c, a, b) if own(b) => (Some((c, false)), a),
+                Op::Select(c, a, b) if own(a) => (Some((c, true)), b),
                 Op::Or(own_one, c) | Op::Or(c, own_one) if own(own_one) => (Some((c, false)), TRUE),
                 Op::And(own_one, c) | Op::And(c, own_one) if own(own_one) => match self.op(c) {
                     Op::Not(c) => (Some((c, false)), FALSE),
@@ -392,9 +420,13 @@ impl<'a> Text<'a> {
             }
         }
         groups.sort_by_key(|(condition, _)| condition.is_none());
-        // What is made of a word that is assigned before gets a name first.
+        groups
+    }
+
+    /// What is made of a word that is assigned before.
+    fn late(&self, groups: &[Group<'_>]) -> Vec<Id> {
         let (mut assigned, mut late) = (HashSet::new(), Vec::new());
-        for (condition, group) in &groups {
+        for (condition, group) in groups {
             let condition = condition.iter().map(|(id, _)| (None, *id));
             for (port, id) in condition.chain(group.iter().map(|(port, id)| (Some(*port), *id))) {
                 if ![TRUE, FALSE].contains(&id) && self.reads(id).iter().any(|name| assigned.contains(name)) {
@@ -403,36 +435,27 @@ impl<'a> Text<'a> {
                 assigned.extend(port.map(|port| port.name.clone()));
             }
         }
-        for (k, id) in late.iter().enumerate() {
-            let (t, name) = (self.function.type_of(self.record.kind(*id)), format!("next_{}", k + 1));
-            let value = self.shown(*id);
-            self.line(depth, &format!("const {t} {name} = {value};"));
-            self.local.insert(*id, name);
+        late
+    }
+
+    /// The words of one group, under their condition.
+    fn assign(&mut self, (condition, group): Group<'_>, depth: usize) {
+        let inside = depth + usize::from(condition.is_some());
+        if let Some((condition, negated)) = condition {
+            let condition = self.condition(condition, negated);
+            self.line(depth, &format!("if ({condition}) {{"));
         }
-        for (condition, group) in groups {
-            let inside = depth + usize::from(condition.is_some());
-            if let Some((condition, negated)) = condition {
-                let condition = self.condition(condition, negated);
-                self.line(depth, &format!("if ({condition}) {{"));
-            }
-            for (port, id) in group {
-                let value = match id {
-                    TRUE => "true".into(),
-                    FALSE => "false".into(),
-                    _ => self.shown(id),
-                };
-                let place = (self.function.place)(port);
-                self.line(inside, &format!("{place} = {value};"));
-            }
-            if condition.is_some() {
-                self.line(depth, "}");
-            }
+        for (port, id) in group {
+            let value = match id {
+                TRUE => "true".into(),
+                FALSE => "false".into(),
+                _ => self.shown(id),
+            };
+            let place = (self.function.place)(port);
+            self.line(inside, &format!("{place} = {value};"));
         }
-        for id in late {
-            self.local.remove(&id);
-        }
-        if let Some(returned) = returned {
-            self.line(depth, &format!("return {returned};"));
+        if condition.is_some() {
+            self.line(depth, "}");
         }
     }
 

@@ -129,6 +129,19 @@ where
             (!lost).then(|| if mounting == Mounting::UPRIGHT { count } else { mounting.upright(count) })
         })
     }
+
+    /// The law, on what the observers hand on.
+    fn ask(&self, recorder: &Recorder, state: &mut StateOf<M, A, E, N, S, FAST, LATE>) {
+        let missing = recorder.truth("missing", Role::Between);
+        let number = |name: &str| recorder.number(name, Role::Between);
+        let seen = M::seen_of(&M::SEEN.iter().map(|name| number(name)).collect::<Vec<_>>());
+        let push: Vec<u32> = M::PUSHED.iter().map(|shaft| number(&push_before(shaft)).to_words()[0]).collect();
+        let push = recorder.silently(|| M::Push::from_words(&mut push.into_iter())).expect("the words of couplings");
+        let [begin, end] = ["begin", "end"].map(|when| A::target(recorder, when));
+        let sample = Sample { counts: [None; E], begin, end };
+        let health = if missing { Health::SAMPLE_LOST } else { Health::OK };
+        Self::put_output(recorder, &self.law.ask_rest(state, &sample, seen, &push, health));
+    }
 }
 
 impl<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> ControlLaw
@@ -241,33 +254,16 @@ where
             words.put(recorder, &state.words().collect::<Vec<_>>());
         })
     };
-    let before = |shaft: &&str| format!("push{shaft}_before");
-    let law = part(&going_on, &|recorder, law, state| {
-        let missing = recorder.truth("missing", Role::Between);
-        let number = |name: &str| recorder.number(name, Role::Between);
-        let seen = M::seen_of(&M::SEEN.iter().map(|name| number(name)).collect::<Vec<_>>());
-        let push: Vec<u32> = M::PUSHED.iter().map(|shaft| number(&before(shaft)).to_words()[0]).collect();
-        let push = recorder.silently(|| M::Push::from_words(&mut push.into_iter())).expect("the words of couplings");
-        let [begin, end] = ["begin", "end"].map(|when| A::target(recorder, when));
-        let sample = Sample { counts: [None; E], begin, end };
-        let health = if missing { Health::SAMPLE_LOST } else { Health::OK };
-        let output = law.law.ask_rest(state, &sample, seen, &push, health);
-        Mounted::<M, A, E, N, S, FAST, LATE>::put_output(recorder, &output);
-    });
+    let law = part(&going_on, &|recorder, law, state| law.ask(recorder, state));
     let between: Vec<Port> =
         law.inputs.iter().filter(|port| port.role == Role::Between && law.reads(port)).cloned().collect();
-    let put = |recorder: &Recorder, name: &str, number: Symbol| {
-        if between.iter().any(|port| port.name == name) {
-            recorder.put(name, Role::Between, number);
-        }
-    };
     let put_seen = |recorder: &Recorder, seen: &M::Seen| {
-        M::SEEN.iter().zip(M::numbers_of(seen)).for_each(|(name, number)| put(recorder, name, number));
+        M::SEEN.iter().zip(M::numbers_of(seen)).for_each(|(name, number)| hand_on(recorder, &between, name, number));
     };
     // Couplings of the tick that has passed go on as they stand.
     let put_before = |recorder: &Recorder| {
         for shaft in M::PUSHED {
-            put(recorder, &before(shaft), recorder.number(&format!("push{shaft}"), Role::State));
+            hand_on(recorder, &between, &push_before(shaft), recorder.number(&format!("push{shaft}"), Role::State));
         }
     };
     let begin = part(&words, &|recorder, law, state| {
@@ -291,9 +287,8 @@ where
         let output = law.law.refuse(state, Health::SAMPLE_LOST);
         Mounted::<M, A, E, N, S, FAST, LATE>::put_output(recorder, &output);
     });
-    let state = words.ports();
     DriveFunctions {
-        state,
+        state: words.ports(),
         between,
         start,
         not_started,
@@ -306,6 +301,18 @@ where
         estimates,
         reset,
     }
+}
+
+/// A number for the law, if that reads it.
+fn hand_on(recorder: &Recorder, between: &[Port], name: &str, number: Symbol) {
+    if between.iter().any(|port| port.name == name) {
+        recorder.put(name, Role::Between, number);
+    }
+}
+
+/// The name of a coupling of the tick that has passed.
+fn push_before(shaft: &str) -> String {
+    format!("push{shaft}_before")
 }
 
 /// What is recorded of a law and a state.

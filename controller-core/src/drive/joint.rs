@@ -418,11 +418,7 @@ impl JointDesign {
         if max > -min { max } else { -min }
     }
 
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// The first that is out of its range, with the range.
-    pub const fn validate(&self, late: usize) -> Result<(), DriveError> {
+    const fn check_encoders(&self) -> Result<(), DriveError> {
         const WHOLE: &str = "a turn of the link must be a whole number of counts: sin and cos need a base of one turn";
         let fields = ["encoders[0]", "encoders[1]"];
         let mut i = 0;
@@ -435,6 +431,17 @@ impl JointDesign {
                 return Err(error);
             }
             i += 1;
+        }
+        Ok(())
+    }
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// The first that is out of its range, with the range.
+    pub const fn validate(&self, late: usize) -> Result<(), DriveError> {
+        if let Err(error) = self.check_encoders() {
+            return Err(error);
         }
         if let Err(error) = self.switching.check() {
             return Err(error);

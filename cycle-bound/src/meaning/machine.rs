@@ -887,21 +887,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         let zero = self.graph.constant(0);
         match *flags {
             Flags::Floats(a, b) => {
-                let set = match condition {
-                    "eq" => EQUAL,
-                    "ne" => LESS | GREATER | UNORDERED,
-                    "mi" | "lo" => LESS,
-                    "pl" | "hs" => EQUAL | GREATER | UNORDERED,
-                    "gt" => GREATER,
-                    "ge" => GREATER | EQUAL,
-                    "lt" => LESS | UNORDERED,
-                    "le" => LESS | EQUAL | UNORDERED,
-                    "hi" => GREATER | UNORDERED,
-                    "ls" => LESS | EQUAL,
-                    "vs" => UNORDERED,
-                    "vc" => LESS | EQUAL | GREATER,
-                    _ => return Err(format!("condition {condition} is not followed")),
-                };
+                let set = of_floats(condition).ok_or_else(|| format!("condition {condition} is not followed"))?;
                 Ok(self.graph.stands(a, set, b))
             }
             Flags::Result(a) => {
@@ -920,19 +906,8 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 Ok(if condition == "mi" { holds } else { self.graph.not(holds) })
             }
             Flags::Counts(..) | Flags::Known(..) => {
-                let (order, turned, holds) = match condition {
-                    "eq" => (Order::Equal, false, true),
-                    "ne" => (Order::Equal, false, false),
-                    "lt" => (Order::Less, false, true),
-                    "ge" => (Order::Less, false, false),
-                    "gt" => (Order::Less, true, true),
-                    "le" => (Order::Less, true, false),
-                    "lo" => (Order::Below, false, true),
-                    "hs" => (Order::Below, false, false),
-                    "hi" => (Order::Below, true, true),
-                    "ls" => (Order::Below, true, false),
-                    _ => return Err(format!("condition {condition} of a comparison of counts")),
-                };
+                let (order, turned, holds) =
+                    of_counts(condition).ok_or_else(|| format!("condition {condition} of a comparison of counts"))?;
                 let is = match *flags {
                     Flags::Counts(a, b) if turned => self.graph.ordered(order, b, a),
                     Flags::Counts(a, b) => self.graph.ordered(order, a, b),
@@ -1274,51 +1249,12 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 _ => (*from, Flags::Unknown),
             },
             (_, [Word::Term(a)]) => {
-                let (a, zero) = (*a, graph.constant(0));
-                let result = match stem {
-                    "neg" => return Ok((Word::Term(graph.plus(zero, a, u32::MAX)), Flags::Counts(zero, a))),
-                    "mvn" => graph.others(a),
-                    "uxtb" | "uxth" => {
-                        let mask = graph.constant(if stem == "uxtb" { 0xff } else { 0xffff });
-                        graph.two("and", a, mask)
-                    }
-                    "sxtb" => graph.low_bits(a, 8),
-                    "sxth" => graph.low_bits(a, 16),
-                    _ => return Err("is not followed".into()),
-                };
-                (Word::Term(result), Flags::Result(result))
+                let (result, flags) = self.of_one(stem, *a)?;
+                (Word::Term(result), flags)
             }
             (_, [Word::Term(a), Word::Term(b)]) => {
-                let (a, b) = (*a, *b);
-                let (result, flags) = match stem {
-                    "cmp" | "sub" => (graph.plus(a, b, u32::MAX), Some(Flags::Counts(a, b))),
-                    "rsb" => (graph.plus(b, a, u32::MAX), Some(Flags::Counts(b, a))),
-                    "cmn" => {
-                        // Of 0 and of the least number carry and overflow are others than of the difference.
-                        let of = graph.bits(b).filter(|b| *b != 0 && *b != 1 << 31);
-                        (graph.plus(a, b, 1), of.map(|b| Flags::Counts(a, graph.constant(b.wrapping_neg()))))
-                    }
-                    "add" => (graph.plus(a, b, 1), None),
-                    "and" | "tst" => {
-                        let a = graph.bits(b).map_or(a, |mask| below_mask(graph, a, mask));
-                        (graph.two("and", a, b), None)
-                    }
-                    "orr" => (self.graph.two("orr", a, b), None),
-                    "eor" => (self.graph.two("eor", a, b), None),
-                    "mul" => (graph.two("times", a, b), None),
-                    "sdiv" => (self.graph.two("quotient", a, b), None),
-                    "bic" => {
-                        let mask = graph.others(b);
-                        (graph.two("and", a, mask), None)
-                    }
-                    "movt" => {
-                        let (low, high) = (graph.low_half(a), graph.shifted_left(b, 16));
-                        (graph.plus(high, low, 1), None)
-                    }
-                    "lsl" | "lsr" | "asr" => (self.shifted(stem, a, b)?, None),
-                    _ => return Err("is not followed".into()),
-                };
-                (Word::Term(result), flags.unwrap_or(Flags::Result(result)))
+                let (result, flags) = self.of_two(stem, *a, *b)?;
+                (Word::Term(result), flags)
             }
             ("mla" | "mls", [Word::Term(a), Word::Term(b), Word::Term(to)]) => {
                 let product = graph.two("times", *a, *b);
@@ -1344,6 +1280,94 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         };
         Ok((result, flags))
     }
+
+    fn of_one(&mut self, stem: &str, a: Node) -> Done<(Node, Flags)> {
+        let graph = &mut *self.graph;
+        let zero = graph.constant(0);
+        let result = match stem {
+            "neg" => return Ok((graph.plus(zero, a, u32::MAX), Flags::Counts(zero, a))),
+            "mvn" => graph.others(a),
+            "uxtb" | "uxth" => {
+                let mask = graph.constant(if stem == "uxtb" { 0xff } else { 0xffff });
+                graph.two("and", a, mask)
+            }
+            "sxtb" => graph.low_bits(a, 8),
+            "sxth" => graph.low_bits(a, 16),
+            _ => return Err("is not followed".into()),
+        };
+        Ok((result, Flags::Result(result)))
+    }
+
+    fn of_two(&mut self, stem: &str, a: Node, b: Node) -> Done<(Node, Flags)> {
+        let graph = &mut *self.graph;
+        let result = match stem {
+            "cmp" | "sub" => return Ok((graph.plus(a, b, u32::MAX), Flags::Counts(a, b))),
+            "rsb" => return Ok((graph.plus(b, a, u32::MAX), Flags::Counts(b, a))),
+            "cmn" => {
+                // Of 0 and of the least number carry and overflow are others than of the difference.
+                let of = graph.bits(b).filter(|b| *b != 0 && *b != 1 << 31);
+                let result = graph.plus(a, b, 1);
+                let flags = of.map(|b| Flags::Counts(a, graph.constant(b.wrapping_neg())));
+                return Ok((result, flags.unwrap_or(Flags::Result(result))));
+            }
+            "add" => graph.plus(a, b, 1),
+            "and" | "tst" => {
+                let a = graph.bits(b).map_or(a, |mask| below_mask(graph, a, mask));
+                graph.two("and", a, b)
+            }
+            "orr" => graph.two("orr", a, b),
+            "eor" => graph.two("eor", a, b),
+            "mul" => graph.two("times", a, b),
+            "sdiv" => graph.two("quotient", a, b),
+            "bic" => {
+                let mask = graph.others(b);
+                graph.two("and", a, mask)
+            }
+            "movt" => {
+                let (low, high) = (graph.low_half(a), graph.shifted_left(b, 16));
+                graph.plus(high, low, 1)
+            }
+            "lsl" | "lsr" | "asr" => self.shifted(stem, a, b)?,
+            _ => return Err("is not followed".into()),
+        };
+        Ok((result, Flags::Result(result)))
+    }
+}
+
+/// When a condition holds after a comparison of floats.
+fn of_floats(condition: &str) -> Option<u8> {
+    Some(match condition {
+        "eq" => EQUAL,
+        "ne" => LESS | GREATER | UNORDERED,
+        "mi" | "lo" => LESS,
+        "pl" | "hs" => EQUAL | GREATER | UNORDERED,
+        "gt" => GREATER,
+        "ge" => GREATER | EQUAL,
+        "lt" => LESS | UNORDERED,
+        "le" => LESS | EQUAL | UNORDERED,
+        "hi" => GREATER | UNORDERED,
+        "ls" => LESS | EQUAL,
+        "vs" => UNORDERED,
+        "vc" => LESS | EQUAL | GREATER,
+        _ => return None,
+    })
+}
+
+/// Which order of counts a condition asks for, whether of the second to the first, and whether that is to hold.
+fn of_counts(condition: &str) -> Option<(Order, bool, bool)> {
+    Some(match condition {
+        "eq" => (Order::Equal, false, true),
+        "ne" => (Order::Equal, false, false),
+        "lt" => (Order::Less, false, true),
+        "ge" => (Order::Less, false, false),
+        "gt" => (Order::Less, true, true),
+        "le" => (Order::Less, true, false),
+        "lo" => (Order::Below, false, true),
+        "hs" => (Order::Below, false, false),
+        "hi" => (Order::Below, true, true),
+        "ls" => (Order::Below, true, false),
+        _ => return None,
+    })
 }
 
 /// What tells the bits of a mask: of a sum no multiple of a power of two that is above them.

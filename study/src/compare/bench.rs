@@ -220,6 +220,7 @@ struct Base<'a> {
     file: &'a str,
     toml: &'a str,
     sets: &'a [String],
+    designed: DriveDesign,
 }
 
 impl Base<'_> {
@@ -229,6 +230,57 @@ impl Base<'_> {
         let sets: Vec<String> = self.sets.iter().cloned().chain(more).collect();
         scenario::parse(&Source { file: self.file, text: self.toml, sets: &sets }, "compare")
     }
+
+    /// At rest at this angle before the reference begins.
+    fn starting(&self, angle_rad: f64, sets: &[&str]) -> Result<Experiment, ScenarioError> {
+        let plant = self.designed.name();
+        self.with(&[&[format!("{plant}.start_rad={angle_rad}").as_str()], sets].concat())
+    }
+
+    fn run(&self, start_rad: f64, reference: &str, span_s: f64) -> Result<Run, Error> {
+        let no_run = |error: ScenarioError| {
+            Error::input(format!("no run can be made of it that laws are compared by: {error}")).at(self.file)
+        };
+        let found = self.starting(start_rad, &[reference, &format!("span_s={span_s}")]).map_err(no_run)?;
+        let motion = found.drive.map(|drive| drive.motion).ok_or_else(|| Error::failed("no drive").at(self.file))?;
+        let task = Task::new(self.designed, motion, found.periods);
+        Ok(Run { task, x0: found.x0, periods: found.periods })
+    }
+
+    /// A plant by its name, what of it is off, and whether it stands for others.
+    fn corner(&self, (name, error, is_chosen): (String, String, bool), load: &str) -> Result<Corner, Error> {
+        let with = |sets: &[&str]| self.with(&[&[error.as_str()], sets].concat());
+        let bare = with(&["friction={}"])?;
+        let sampled = Sampled::new(bare.plant.as_ref(), bare.period_s).map_err(|error| error.to_string())?;
+        let (free, loaded) = (with(&[])?.plant, with(&[load])?.plant);
+        let at_rest = vec![0.0; free.order()];
+        let is_smooth = free.fastest_rad_s(0.0, &at_rest, 0.0) <= bare.plant.fastest_rad_s(0.0, &at_rest, 0.0);
+        let coarse = if is_smooth { 8.0 } else { 1.0 };
+        Ok(Corner { name, free, loaded, sampled, coarse, is_chosen })
+    }
+
+    /// A share of the largest torque, N m.
+    fn torque(&self, share: f64) -> f64 {
+        share * self.designed.torque_n_m_per_a() * self.designed.max_current_a()
+    }
+
+    /// The key of a load.
+    fn load(&self, t0_s: f64) -> String {
+        format!("load=[{{kind = \"step\", amplitude = {}, t0_s = {t0_s}}}]", self.torque(LOAD))
+    }
+}
+
+/// The drive of a file, if laws can be compared with it, and the encoders that tell its noise.
+fn compared(found: &Experiment) -> Result<(DriveDesign, Finer), &'static str> {
+    let drive = found.drive.as_ref().ok_or("this is for drives, and the file has neither [joint] nor [motor]")?;
+    if drive.designed.form().follows == Follows::Speed {
+        return Err("drive.mode is \"speed\": only laws that follow a position are compared");
+    }
+    let finer = Finer::of(&drive.designed).ok_or(
+        "encoder: noise of u is told by an encoder with at least twice as many counts, and with 2^24 in a turn, gear \
+         included, a drive has no room for more: compare with one bit less",
+    )?;
+    Ok((drive.designed, finer))
 }
 
 impl Bench {
@@ -237,28 +289,13 @@ impl Bench {
     /// # Errors
     /// What is wrong with the file, or that nothing of it can be compared.
     pub fn new(file: &str, text: &str, sets: &[String]) -> Result<Self, Error> {
-        let base = Base { file, toml: text, sets };
         let stem = Path::new(file).file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let as_it_is = scenario::parse(&Source { file, text, sets }, &stem)?;
-        let Some(drive) = &as_it_is.drive else {
-            let what = "this is for drives, and the file has neither [joint] nor [motor]";
-            return Err(Error::input(what).at(file));
-        };
-        let designed = drive.designed;
-        if designed.form().follows == Follows::Speed {
-            let what = "drive.mode is \"speed\": only laws that follow a position are compared";
-            return Err(Error::input(what).at(file));
-        }
-        let Some(finer) = Finer::of(&designed) else {
-            let what = "encoder: noise of u is told by an encoder with at least twice as many counts, and with 2^24 in \
-                        a turn, gear included, a drive has no room for more: compare with one bit less";
-            return Err(Error::input(what).at(file));
-        };
-        let plant = designed.name();
-        let start = |angle: f64| format!("{plant}.start_rad={angle}");
+        let (designed, finer) = compared(&as_it_is).map_err(|what| Error::input(what).at(file))?;
+        let base = Base { file, toml: text, sets, designed };
         let move_to = |to: f64, more: &str| format!("reference={{kind = \"move\", to_rad = {to}{more}}}");
 
-        let shortest = base.with(&[&start(0.0), &move_to(1.0, "")])?;
+        let shortest = base.starting(0.0, &[&move_to(1.0, "")])?;
         let t = shortest.period_s;
         let ticks = 2 * shortest.drive.as_ref().map_or(1, |drive| drive.motion.ticks);
         let tau_s = f64::from(ticks) * t;
@@ -266,48 +303,31 @@ impl Bench {
             "reference={{kind = \"sine\", amplitude_rad = 0.5, frequency_hz = {}, duration_s = {tau_s}}}",
             0.25 / tau_s
         );
-        let run = |start_rad: f64, reference: &str, span_s: f64| {
-            let no_run = |error: ScenarioError| {
-                Error::input(format!("no run can be made of it that laws are compared by: {error}")).at(file)
-            };
-            let found = base.with(&[&start(start_rad), reference, &format!("span_s={span_s}")]).map_err(no_run)?;
-            let motion = found.drive.map(|drive| drive.motion).ok_or_else(|| Error::failed("no drive").at(file))?;
-            let task = Task::new(designed, motion, found.periods);
-            Ok::<_, Error>(Run { task, x0: found.x0, periods: found.periods })
-        };
-        let sine = run(0.0, &sine, 2.0 * tau_s)?;
-        let moved = run(0.0, &move_to(1.0, &format!(", duration_s = {tau_s}")), 1.25 * tau_s)?;
+        let sine = base.run(0.0, &sine, 2.0 * tau_s)?;
+        let one_rad = move_to(1.0, &format!(", duration_s = {tau_s}"));
+        let moved = base.run(0.0, &one_rad, 1.25 * tau_s)?;
         let load_s = f64::from(((0.3 * tau_s) / t).round() as u32) * t;
         let encoders = designed.encoders();
         let told_rad = encoders.iter().map(|(_, mounted)| START_SHARE * half_span_rad(mounted.encoder));
         let start_rad = told_rad.fold(START_RAD, f64::min);
-        let recovery = run(start_rad, &move_to(0.0, ""), load_s + 0.5 * tau_s)?;
-        let pushed = run(0.0, "reference={kind = \"rest\"}", load_s + 0.5 * tau_s)?;
+        let recovery = base.run(start_rad, &move_to(0.0, ""), load_s + 0.5 * tau_s)?;
+        let pushed = base.run(0.0, "reference={kind = \"rest\"}", load_s + 0.5 * tau_s)?;
         let rest = Motion { goal: Goal::Rest { angle_rad: 0.0 }, from_rad: 0.0, start: 0, ticks: 1, period_s: t };
-        let rest = Task::new(designed, rest, 1);
 
-        let torque = designed.torque_n_m_per_a();
-        let step = LOAD * torque * designed.max_current_a();
-        let load = format!("load=[{{kind = \"step\", amplitude = {step}, t0_s = {load_s}}}]");
-        let corner = |(name, error, is_chosen): (String, String, bool)| {
-            let with = |sets: &[&str]| base.with(&[&[error.as_str()], sets].concat());
-            let bare = with(&["friction={}"])?;
-            let sampled = Sampled::new(bare.plant.as_ref(), t).map_err(|error| error.to_string())?;
-            let (free, loaded) = (with(&[])?.plant, with(&[&load])?.plant);
-            let at_rest = vec![0.0; free.order()];
-            let is_smooth = free.fastest_rad_s(0.0, &at_rest, 0.0) <= bare.plant.fastest_rad_s(0.0, &at_rest, 0.0);
-            let coarse = if is_smooth { 8.0 } else { 1.0 };
-            Ok::<_, Error>(Corner { name, free, loaded, sampled, coarse, is_chosen })
-        };
-        let nominal = corner(("the data sheet as it is".into(), "error={}".into(), true))?;
-        let late = format!("load=[{{kind = \"step\", amplitude = {step}, t0_s = {}}}]", 1.4 * tau_s);
-        let [coulomb, still, cogging] = SHOWN_FRICTION.map(|share| share * torque * designed.max_current_a());
+        let load = base.load(load_s);
+        let nominal = base.corner(("the data sheet as it is".into(), "error={}".into(), true), &load)?;
+        let late = base.load(1.4 * tau_s);
+        let [coulomb, still, cogging] = SHOWN_FRICTION.map(|share| base.torque(share));
         let friction = format!("friction={{coulomb_n_m = {coulomb}, static_n_m = {still}, cogging_n_m = {cogging}}}");
         let rough = (nominal.coarse > 1.0).then_some(friction.as_str());
-        let sets: Vec<&str> = [late.as_str()].into_iter().chain(rough).collect();
-        let rubbing = base.with(&sets)?.plant;
-        let shown = run(0.0, &move_to(1.0, &format!(", duration_s = {tau_s}")), 2.0 * tau_s)?;
-        let all = |p: f64| (Kind::of(&designed).corners)(p).into_iter().map(corner).collect::<Result<Vec<_>, Error>>();
+        let rubbing = base.with(&[late.as_str()].into_iter().chain(rough).collect::<Vec<_>>())?.plant;
+        let shown = base.run(0.0, &one_rad, 2.0 * tau_s)?;
+        let all = |p: f64| {
+            (Kind::of(&designed).corners)(p)
+                .into_iter()
+                .map(|off| base.corner(off, &load))
+                .collect::<Result<_, Error>>()
+        };
         Ok(Self {
             fine: sine.task.behind(&finer),
             finer,
@@ -322,7 +342,7 @@ impl Bench {
             pushed,
             shown: (shown, rubbing),
             load_s,
-            rest,
+            rest: Task::new(designed, rest, 1),
             nominal,
             at_20: all(0.2)?,
             at_50: all(0.5)?,

@@ -88,6 +88,89 @@ fn drift(times: &[f64], per_period: f64, period_s: f64) -> Result<(), String> {
     ))
 }
 
+/// What the first line says: its cells, and which of them are read, the clock first and the motor's count last.
+struct Head<'a> {
+    cells: Vec<(usize, &'a str)>,
+    read: Vec<usize>,
+}
+
+impl<'a> Head<'a> {
+    fn of(line: usize, head: &'a str, is_joint: bool) -> Result<Self, Misread> {
+        let at = |column: usize, message: String| Misread { line, column, message };
+        let separators = [(';', "semicolons"), ('\t', "tabs")];
+        if let Some((mark, name)) = separators.into_iter().find(|(mark, _)| head.contains(*mark)) {
+            let column = head.chars().take_while(|c| *c != mark).count() + 1;
+            return Err(at(column, format!("columns stand between commas, these between {name}")));
+        }
+        let cells: Vec<(usize, &str)> = cells(head).collect();
+        let is_before = |k: usize, head: &str| cells[..k].iter().any(|(_, before)| !head.is_empty() && *before == head);
+        let twice = cells.iter().enumerate().find(|(k, (_, head))| is_before(*k, head));
+        if let Some((_, &(column, head))) = twice {
+            return Err(at(column, format!("there are two columns {head:?}")));
+        }
+        let place = |names: &[&str]| cells.iter().position(|(_, head)| names.contains(head));
+        let needed = |names: &[&str]| place(names).ok_or_else(|| at(1, missing(names, &cells)));
+        let mut read = vec![needed(&["tick", "t_s"])?, needed(&["u_held_a"])?];
+        if is_joint {
+            read.push(needed(&["count_link"])?);
+        }
+        read.push(needed(if is_joint { &["count_motor"] } else { &["count_motor", "count"] })?);
+        Ok(Self { cells, read })
+    }
+
+    fn clock(&self) -> (usize, &'a str) {
+        self.cells[self.read[0]]
+    }
+
+    /// The numbers of a line, as many as there are columns that are read.
+    fn row(&self, line_at: usize, line: &str) -> Result<Vec<f64>, Misread> {
+        let at = |column: usize, message: String| Misread { line: line_at, column, message };
+        let found: Vec<(usize, &str)> = cells(line).collect();
+        let heads = self.cells.len();
+        if let Some(&(begin, cell)) = found.get(heads).filter(|(_, cell)| !cell.is_empty()) {
+            return Err(at(begin, format!("{cell:?} has no column: the head has {heads}")));
+        }
+        let number = |column: &usize| {
+            let name = self.cells[*column].1;
+            let end = || at(line.chars().count() + 1, format!("the line ends before {name}"));
+            let &(begin, cell) = found.get(*column).ok_or_else(end)?;
+            number(name, cell).map_err(|why| at(begin, format!("{name}{why}")))
+        };
+        self.read.iter().map(number).collect()
+    }
+}
+
+/// A cell of the column of this name.
+fn number(name: &str, cell: &str) -> Result<f64, String> {
+    if cell.is_empty() {
+        return Err(" is empty: a sample was lost. Cut the record before or after it if 2 s with moves to and fro \
+                    remain, or record again"
+            .into());
+    }
+    let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
+    let value = value.ok_or_else(|| format!(": expected a number, found {cell:?}"))?;
+    if name.starts_with("count") && (value.fract() != 0.0 || value.abs() > 4_294_967_296.0) {
+        return Err(format!(": expected a whole count, found {cell}"));
+    }
+    Ok(value)
+}
+
+/// One row a period.
+fn next(clock: &str, before: f64, now: f64, per_period: f64, period_s: f64) -> Result<(), String> {
+    let periods = (now - before) / per_period;
+    if (periods - 1.0).abs() <= 0.1 {
+        return Ok(());
+    }
+    if periods > 1.0 && (periods - periods.round()).abs() <= 0.1 {
+        let lost = periods.round() - 1.0;
+        return Err(format!("{lost:.0} ticks were lost before this one: record again without a gap"));
+    }
+    Err(format!(
+        "{clock} = {now} after {before} is {periods:.3} periods of {period_s} s, expected 1: is drive.period_s of the \
+         scenario that of the record?"
+    ))
+}
+
 /// A record of a drive with these encoders: motor, or link and motor.
 ///
 /// # Errors
@@ -100,92 +183,35 @@ pub fn read(text: &str, period_s: f64, encoders: &[Mounted]) -> Result<Record, M
     let Some((head_at, head)) = lines.next() else {
         return Err(at(1, 1, "the file is empty: expected tick,count_link,count_motor,u_held_a".into()));
     };
-    if let Some((mark, name)) = [(';', "semicolons"), ('\t', "tabs")].into_iter().find(|(mark, _)| head.contains(*mark))
-    {
-        let column = head.chars().take_while(|c| *c != mark).count() + 1;
-        return Err(at(head_at + 1, column, format!("columns stand between commas, these between {name}")));
-    }
-    let heads: Vec<(usize, &str)> = cells(head).collect();
-    let is_before = |k: usize, head: &str| heads[..k].iter().any(|(_, before)| !head.is_empty() && *before == head);
-    let twice = heads.iter().enumerate().find(|(k, (_, head))| is_before(*k, head));
-    if let Some((_, &(column, head))) = twice {
-        return Err(at(head_at + 1, column, format!("there are two columns {head:?}")));
-    }
-    let place = |names: &[&str]| heads.iter().position(|(_, head)| names.contains(head));
-    let needed = |names: &[&str]| place(names).ok_or_else(|| at(head_at + 1, 1, missing(names, &heads)));
     let is_joint = encoders.len() > 1;
-    let clock = needed(&["tick", "t_s"])?;
-    let per_period = if heads[clock].1 == "tick" { 1.0 } else { period_s };
-    let motor: &[&str] = if is_joint { &["count_motor"] } else { &["count_motor", "count"] };
-    let mut columns = vec![clock, needed(&["u_held_a"])?];
-    if is_joint {
-        columns.push(needed(&["count_link"])?);
-    }
-    columns.push(needed(motor)?);
-
-    let mut rows: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
+    let head = Head::of(head_at + 1, head, is_joint)?;
+    let (clock_at, clock) = head.clock();
+    let per_period = if clock == "tick" { 1.0 } else { period_s };
+    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); head.read.len()];
     for (k, line) in lines {
-        let found: Vec<(usize, &str)> = cells(line).collect();
-        if let Some(&(begin, cell)) = found.get(heads.len()).filter(|(_, cell)| !cell.is_empty()) {
-            return Err(at(k + 1, begin, format!("{cell:?} has no column: the head has {}", heads.len())));
+        for (column, number) in columns.iter_mut().zip(head.row(k + 1, line)?) {
+            column.push(number);
         }
-        for (row, &column) in rows.iter_mut().zip(&columns) {
-            let name = heads[column].1;
-            let Some(&(begin, cell)) = found.get(column) else {
-                return Err(at(k + 1, line.chars().count() + 1, format!("the line ends before {name}")));
-            };
-            let lost = || {
-                format!(
-                    "{name} is empty: a sample was lost. Cut the record before or after it if 2 s with moves to and \
-                     fro remain, or record again"
-                )
-            };
-            if cell.is_empty() {
-                return Err(at(k + 1, begin, lost()));
-            }
-            let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
-            let Some(value) = value else {
-                return Err(at(k + 1, begin, format!("{name}: expected a number, found {cell:?}")));
-            };
-            if name.starts_with("count") && (value.fract() != 0.0 || value.abs() > 4_294_967_296.0) {
-                return Err(at(k + 1, begin, format!("{name}: expected a whole count, found {cell}")));
-            }
-            row.push(value);
-        }
-        let times = &rows[0];
-        if let [.., before, now] = times.as_slice() {
-            let periods = (now - before) / per_period;
-            if (periods - 1.0).abs() > 0.1 {
-                let message = if periods > 1.0 && (periods - periods.round()).abs() <= 0.1 {
-                    format!("{:.0} ticks were lost before this one: record again without a gap", periods.round() - 1.0)
-                } else {
-                    format!(
-                        "{} = {now} after {before} is {periods:.3} periods of {period_s} s, expected 1: is \
-                         drive.period_s of the scenario that of the record?",
-                        heads[clock].1
-                    )
-                };
-                return Err(at(k + 1, found[clock].0, message));
-            }
+        let times = &columns[0];
+        if let [.., before, now] = *times.as_slice() {
+            next(clock, before, now, per_period, period_s).map_err(|why| {
+                let column = cells(line).nth(head.read[0]).map_or(1, |(begin, _)| begin);
+                at(k + 1, column, why)
+            })?;
         }
         if times.len() > LONGEST {
             return Err(at(k + 1, 1, format!("more than {LONGEST} ticks: some seconds are enough")));
         }
     }
-    drift(&rows[0], per_period, period_s)
-        .map_err(|why| at(text.lines().count().max(1), heads[clock].0, format!("{} goes {why}", heads[clock].1)))?;
-    let mut rows = rows.into_iter().skip(1);
-    let held_a = rows.next().unwrap_or_default();
-    let seconds = held_a.len() as f64 * period_s;
+    let last = text.lines().count().max(1);
+    drift(&columns[0], per_period, period_s).map_err(|why| at(last, clock_at, format!("{clock} goes {why}")))?;
+    let mut columns = columns.into_iter().skip(1);
+    let held_a = columns.next().unwrap_or_default();
+    let (rows, seconds) = (held_a.len(), held_a.len() as f64 * period_s);
     if seconds < 1.0 {
-        let rows = held_a.len();
-        return Err(at(
-            text.lines().count().max(1),
-            1,
-            format!("{rows} ticks are {seconds} s: at least 1 s is needed"),
-        ));
+        return Err(at(last, 1, format!("{rows} ticks are {seconds} s: at least 1 s is needed")));
     }
-    let mut angles = rows.zip(encoders).map(|(counts, mounted)| unwrapped(counts, mounted));
+    let mut angles = columns.zip(encoders).map(|(counts, mounted)| unwrapped(counts, mounted));
     let link = if is_joint { angles.next() } else { None };
     Ok(Record { period_s, link, motor: angles.next().unwrap_or_default(), held_a })
 }

@@ -199,15 +199,54 @@ fn measuring<A>() -> Measuring<f32, A> {
     Measuring::<f32, A>::try_design(&config, JointData::TABLE_I.model().in_f32()).expect("a good design")
 }
 
+/// The texts of the instances that are wanted.
+struct Texts<'a> {
+    is_wanted: &'a dyn Fn(&str) -> bool,
+    all: Vec<(String, String)>,
+}
+
+impl Texts<'_> {
+    fn add(&mut self, name: &str, text: impl FnOnce(&str) -> String) {
+        if (self.is_wanted)(name) {
+            self.all.push((name.into(), text(name)));
+        }
+    }
+}
+
 /// Every instance that is wanted with its text; a drive that the archive has is recorded there.
 pub(crate) fn texts(drives: &[Watched], is_wanted: &dyn Fn(&str) -> bool) -> Vec<(String, String)> {
-    let mut all = Vec::new();
+    let mut texts = Texts { is_wanted, all: Vec::new() };
+    chains(&mut texts);
+    on_counts(&mut texts, drives);
+    for (name, drive) in [("motor_watched", "motor"), ("joint_drive_watched", "joint")] {
+        texts.add(name, |name| {
+            let drive = watched(drives, drive);
+            let mut joined = Joined::default();
+            let before = drive.state(&mut joined);
+            let results = drive.ticked(&mut joined, &before);
+            let record = joined.record(results);
+            driven(name, &record, &drive.places, &|port| counted(&record, port))
+        });
+    }
+    on_states(&mut texts);
+    texts.add("joint_r2_gated", gated::<Joint, 4, 2, BOTH, 2>);
+    texts.all
+}
+
+fn watched<'a>(drives: &'a [Watched], name: &str) -> &'a Watched {
+    drives.iter().find(|drive| drive.name == name).expect("a drive of the archive")
+}
+
+fn argument(recorder: &Recorder, name: &str) -> Symbol {
+    recorder.number(name, Role::Argument)
+}
+
+fn chains(texts: &mut Texts<'_>) {
     macro_rules! chains {
         ($($name:ident: $model:ty, $n:literal, $r:literal, $mask:expr, $o:literal, $call:ident, $tick:ident;)*) => {
-            $(if is_wanted(stringify!($name)) {
-                let text = chain::<$model, $n, $r, { $mask }, $o>(stringify!($name), Call::$call, Controller::$tick);
-                all.push((stringify!($name).into(), text));
-            })*
+            $(texts.add(stringify!($name), |name| {
+                chain::<$model, $n, $r, { $mask }, $o>(name, Call::$call, Controller::$tick)
+            });)*
         };
     }
     chains! {
@@ -223,26 +262,26 @@ pub(crate) fn texts(drives: &[Watched], is_wanted: &dyn Fn(&str) -> bool) -> Vec
         joint_r2_varying_gain: VaryingGain<Symbol>, 4, 2, BOTH, 2, U, tick;
         benchmark_without_exponential: Benchmark<Nothing>, 2, 2, 0b11, 2, U, tick;
     }
-    let argument = |recorder: &Recorder, name: &str| recorder.number(name, Role::Argument);
-    let watched = |name: &str| drives.iter().find(|drive| drive.name == name).expect("a drive of the archive");
+}
+
+/// Drives that observe on counts. Those that the archive has too are recorded already.
+fn on_counts(texts: &mut Texts<'_>, recorded: &[Watched]) {
     macro_rules! drives {
         ($($name:ident: $drive:ty, $symbols:ident, $design:expr, $record:expr;)*) => {$(
-            if is_wanted(stringify!($name)) {
+            texts.add(stringify!($name), |name| {
                 let drive = <$drive>::design($design);
-                let recorded: Option<&str> = $record;
-                let record = recorded.map_or_else(
+                let in_archive: Option<&str> = $record;
+                let record = in_archive.map_or_else(
                     || drive::tick(&|recorder| drive::$symbols(&drive, &mut |name| argument(recorder, name))),
-                    |name| watched(name).tick.clone(),
+                    |name| watched(recorded, name).tick.clone(),
                 );
                 let mut marked = Marked::default();
                 let law = drive::$symbols(&drive, &mut |name| marked.number(name));
                 let places = Places::of(&law, &marked, &[<$drive>::FLAG_AT], &state_words(&record));
-                let sample = |port: &Port| counted(&record, port);
-                all.push((stringify!($name).into(), driven(stringify!($name), &record, &places, &sample)));
-            }
+                driven(name, &record, &places, &|port| counted(&record, port))
+            });
         )*};
     }
-    // Those that the archive has too are recorded already.
     drives! {
         motor: MotorDrive, motor_of, &MOTOR, Some("motor");
         motor_two_sets: MotorDrive<f32, Position, 1>, motor_of, &MOTOR, Some("motor_fast");
@@ -253,20 +292,12 @@ pub(crate) fn texts(drives: &[Watched], is_wanted: &dyn Fn(&str) -> bool) -> Vec
         joint_drive_two_sets: JointDrive<f32, Position, 1>, joint_of, &JOINT_DRIVE, Some("joint_fast");
         joint_drive_late: JointDrive<f32, Position, 0, 1>, joint_of, &JOINT_DRIVE, Some("joint_late");
     }
-    for (name, drive) in [("motor_watched", "motor"), ("joint_drive_watched", "joint")] {
-        if !is_wanted(name) {
-            continue;
-        }
-        let drive = watched(drive);
-        let mut joined = Joined::default();
-        let before = drive.state(&mut joined);
-        let results = drive.ticked(&mut joined, &before);
-        let record = joined.record(results);
-        let sample = |port: &Port| counted(&record, port);
-        all.push((name.into(), driven(name, &record, &drive.places, &sample)));
-    }
+}
+
+/// Laws whose whole state is measured.
+fn on_states(texts: &mut Texts<'_>) {
     macro_rules! measured_laws {
-        ($($name:ident: $aim:ty;)*) => {$(if is_wanted(stringify!($name)) {
+        ($($name:ident: $aim:ty;)*) => {$(texts.add(stringify!($name), |name| {
             let law: Measuring<f32, $aim> = measuring();
             let record = tick(
                 &|recorder| drive::measured_of(&law, &mut |name| argument(recorder, name)),
@@ -275,16 +306,11 @@ pub(crate) fn texts(drives: &[Watched], is_wanted: &dyn Fn(&str) -> bool) -> Vec
             let mut marked = Marked::default();
             let law = drive::measured_of(&law, &mut |name| marked.number(name));
             let places = Places::of(&law, &marked, &[], &state_words(&record));
-            let sample = |port: &Port| measured(&record, port);
-            all.push((stringify!($name).into(), driven(stringify!($name), &record, &places, &sample)));
-        })*};
+            driven(name, &record, &places, &|port| measured(&record, port))
+        });)*};
     }
     measured_laws! {
         joint_measured: Position;
         joint_measured_held: Hold;
     }
-    if is_wanted("joint_r2_gated") {
-        all.push(("joint_r2_gated".into(), gated::<Joint, 4, 2, BOTH, 2>("joint_r2_gated")));
-    }
-    all
 }
