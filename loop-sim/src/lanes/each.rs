@@ -139,72 +139,61 @@ fn through<'a, const N: usize>(
         }
         steps.begin(&mut bodies);
         for (l, lane) in lanes.iter_mut().enumerate() {
-            plan(l, lane, &mut steps, keep);
+            let Some(Lane { run, crossing, is_tried }) = lane else { continue };
+            let (plant, x, mut first) = (run.running.setup.plant, of_lane(&steps.x, l), of_lane(&steps.first, l));
+            if steps.outside[l] != 0 {
+                plant.rhs(crossing.t_s, &x, steps.u[l], &mut first);
+                set_lane(&mut steps.first, l, &first);
+            }
+            if *is_tried {
+                continue;
+            }
+            match crossing.plan(plant, steps.u[l], &x, &first) {
+                Ok(Some(stride)) => steps.set(l, stride),
+                Ok(None) => {
+                    crossing.give_up();
+                    steps.rest(l);
+                }
+                Err(error) => {
+                    steps.rest(l);
+                    let ended = run.running.broken_off(error);
+                    if let Some(Lane { run, .. }) = lane.take() {
+                        keep(run, ended);
+                    }
+                }
+            }
         }
         if busy >= FEW {
             steps.step(&mut bodies);
         }
         for (l, lane) in lanes.iter_mut().enumerate() {
-            take(l, lane, &mut steps, busy < FEW);
-        }
-    }
-}
-
-/// The stride of the lane's next step; a run that breaks off leaves the lane.
-fn plan<'a, const N: usize>(
-    l: usize,
-    lane: &mut Option<Lane<'a>>,
-    steps: &mut Steps<N>,
-    keep: &mut dyn FnMut(Run<'a>, Ended),
-) {
-    let Some(Lane { run, crossing, is_tried }) = lane else { return };
-    let (plant, x, mut first) = (run.running.setup.plant, of_lane(&steps.x, l), of_lane(&steps.first, l));
-    if steps.outside[l] != 0 {
-        plant.rhs(crossing.t_s, &x, steps.u[l], &mut first);
-        set_lane(&mut steps.first, l, &first);
-    }
-    if *is_tried {
-        return;
-    }
-    match crossing.plan(plant, steps.u[l], &x, &first) {
-        Ok(Some(stride)) => steps.set(l, stride),
-        Ok(None) => {
-            crossing.give_up();
-            steps.rest(l);
-        }
-        Err(error) => {
-            steps.rest(l);
-            let ended = run.running.broken_off(error);
-            if let Some(Lane { run, .. }) = lane.take() {
-                keep(run, ended);
+            let Some(Lane { run, crossing, is_tried }) = lane else { continue };
+            if crossing.is_done() {
+                continue;
+            }
+            let plant = run.running.setup.plant;
+            if busy < FEW || steps.outside[l] != 0 {
+                let (x, first) = (of_lane(&steps.x, l), of_lane(&steps.first, l));
+                let (increment, difference) =
+                    solver::step(plant, crossing.t_s, steps.stride(l), steps.u[l], &x, &first);
+                set_lane(&mut steps.increment, l, &increment);
+                steps.difference[l] = difference;
+            }
+            match crossing.checked(plant, steps.difference[l]) {
+                None => {
+                    for (x, increment) in steps.x.iter_mut().zip(&steps.increment) {
+                        x[l] += increment[l];
+                    }
+                    steps.t_s[l] = crossing.t_s;
+                    *is_tried = false;
+                }
+                Some(stride) => {
+                    steps.set(l, stride);
+                    *is_tried = true;
+                }
             }
         }
     }
-}
-
-/// The step of the lane, `alone` or as all have computed it, is taken, or to be tried with another stride.
-fn take<const N: usize>(l: usize, lane: &mut Option<Lane<'_>>, steps: &mut Steps<N>, alone: bool) {
-    let Some(Lane { run, crossing, is_tried }) = lane else { return };
-    if crossing.is_done() {
-        return;
-    }
-    let plant = run.running.setup.plant;
-    if alone || steps.outside[l] != 0 {
-        let (x, first) = (of_lane(&steps.x, l), of_lane(&steps.first, l));
-        let (increment, difference) = solver::step(plant, crossing.t_s, steps.stride(l), steps.u[l], &x, &first);
-        set_lane(&mut steps.increment, l, &increment);
-        steps.difference[l] = difference;
-    }
-    let again = crossing.checked(plant, steps.difference[l]);
-    *is_tried = again.is_some();
-    if let Some(stride) = again {
-        steps.set(l, stride);
-        return;
-    }
-    for (x, increment) in steps.x.iter_mut().zip(&steps.increment) {
-        x[l] += increment[l];
-    }
-    steps.t_s[l] = crossing.t_s;
 }
 
 /// The lane goes on to where there is a step to take: over the tick at which it is, into the next run.
