@@ -18,15 +18,7 @@ pub(super) fn text(exported: &Exported<'_>) -> Result<String, String> {
     let channels = exported.channels();
     let Config { period_s, surface, observers, reaching, nominal, options } = spec.config.padded;
     let b = nominal.input_gain;
-    let (model, value, import) = match &spec.model {
-        Model::Linear(row) => {
-            let nominal = format!("Nominal {{ gradient: {row:?}, input_gain: {b:?} }}");
-            (format!("Linear<f32, {n}>"), format!("Linear::<f32, {n}>::new(&{nominal})"), "Linear")
-        }
-        Model::BenchmarkLibm => ("Benchmark<Libm>".into(), "Benchmark::new()".into(), "Benchmark, Libm"),
-        Model::BenchmarkMicromath => ("Benchmark<Micromath>".into(), "Benchmark::new()".into(), "Benchmark, Micromath"),
-        Model::Formulas { .. } => return Err(super::F32_ONLY.into()),
-    };
+    let (model, value, import) = nominal_model(&spec.model, n, b)?;
     let (observers, calls, gated) = (observer_lines(&observers[..n]), calls(&options, n), is_gated(&options));
     let estimates = &download.numbers[..n];
     let version = controller_core::VERSION;
@@ -94,6 +86,19 @@ pub const RUNNING: Running<Guessing<&Designed>> = Running::guessing(&CONTROLLER,
         gradient = of_order(&nominal.gradient, n),
     );
     Ok(out)
+}
+
+/// Type and value of the nominal model, and what they are imported by.
+fn nominal_model(model: &Model, n: usize, b: f64) -> Result<(String, String, &'static str), String> {
+    Ok(match model {
+        Model::Linear(row) => {
+            let nominal = format!("Nominal {{ gradient: {row:?}, input_gain: {b:?} }}");
+            (format!("Linear<f32, {n}>"), format!("Linear::<f32, {n}>::new(&{nominal})"), "Linear")
+        }
+        Model::BenchmarkLibm => ("Benchmark<Libm>".into(), "Benchmark::new()".into(), "Benchmark, Libm"),
+        Model::BenchmarkMicromath => ("Benchmark<Micromath>".into(), "Benchmark::new()".into(), "Benchmark, Micromath"),
+        Model::Formulas { .. } => return Err(super::F32_ONLY.into()),
+    })
 }
 
 /// What the file is, and where it comes from.

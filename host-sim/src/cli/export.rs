@@ -85,79 +85,96 @@ impl ExportOptions {
             _ => None,
         }
     }
-}
 
-impl Console<'_> {
-    pub(super) fn export(&mut self, options: &ExportOptions) -> Result<u8, Failure> {
-        let form = match options.lang {
-            Some(Language::Rust) if options.prefix != PREFIX => {
+    /// The form of the file; none for assembly, which makes two.
+    fn form(&self) -> Result<Option<Form<'_>>, Failure> {
+        Ok(Some(match self.lang {
+            Some(Language::Rust) if self.prefix != PREFIX => {
                 return Err(bad("--prefix is for C: in Rust the module is the prefix"));
             }
-            Some(Language::Rust) if options.standalone => {
+            Some(Language::Rust) if self.standalone => {
                 return Err(bad("--standalone is a file of C and cannot be used with --lang rust"));
             }
             Some(Language::Rust) => Form::Rust,
-            Some(Language::C) if !options.standalone => Form::Archive(&options.prefix),
-            _ => match &options.means {
-                Some(function) if options.asm => Form::MeansOfAssembly(&options.prefix, function),
-                Some(function) => Form::Means(&options.prefix, function),
-                None => Form::Standalone(&options.prefix),
+            Some(Language::C) if !self.standalone => Form::Archive(&self.prefix),
+            _ => match &self.means {
+                Some(function) if self.asm => Form::MeansOfAssembly(&self.prefix, function),
+                Some(function) => Form::Means(&self.prefix, function),
+                None if self.asm => return Ok(None),
+                None => Form::Standalone(&self.prefix),
             },
-        };
-        let text = ScenarioText::read(options.scenario.as_deref(), DEFAULT)?;
-        let (file, source) = (&text.file, text.source(&options.sets));
-        let experiment = match &options.scenario {
-            Some(_) => scenario::parse_own(&source, &text.stem)?,
-            None => scenario::parse(&source, &text.stem)?,
-        };
+        }))
+    }
+}
+
+/// Files to write, and the statements of a certificate that stayed open.
+type Exported = (Vec<(PathBuf, String)>, Vec<String>);
+
+/// What is exported: the experiment, its source, and the file that messages name.
+struct Exporting<'a> {
+    experiment: Experiment,
+    source: Source<'a>,
+    file: &'a str,
+}
+
+impl Exporting<'_> {
+    fn refused(&self, why: &str) -> Failure {
+        bad(format!("{}: {why}", self.file))
+    }
+
+    /// A program for a motor must have limits, and a reading of the paper for its figures is no program.
+    fn may_be_exported(&self, options: &ExportOptions) -> Result<(), Failure> {
+        let (file, experiment) = (self.file, &self.experiment);
         if let (Some(reading), false) = (experiment.figures_only, options.paper) {
             return Err(bad(format!(
                 "{file}: the reading {reading:?} is for the paper's figures, and no joint has its input gain; set \
                  plant.reading=physical, begin with `host-sim new NAME --plant joint`, or say --paper"
             )));
         }
-        if !(options.paper || options.no_limits) {
-            refuse_without_limits(&experiment, file)?;
+        if options.paper || options.no_limits { Ok(()) } else { refuse_without_limits(experiment, file) }
+    }
+
+    /// The assembly, and its header beside it.
+    fn assembly(&self, path: &Path, prefix: &str) -> Result<Exported, Failure> {
+        let header = path.with_extension("h");
+        if header == *path {
+            return Err(bad("--asm writes a header beside the file: name it .S, not .h"));
         }
+        let files = forms::assembly(&self.experiment, &self.source, prefix, &Effort::FULL);
+        let files = files.map_err(|why| self.refused(&why))?;
+        Ok((vec![(path.to_path_buf(), files.assembly), (header, files.header)], Vec::new()))
+    }
+}
+
+impl Console<'_> {
+    pub(super) fn export(&mut self, options: &ExportOptions) -> Result<u8, Failure> {
+        let form = options.form()?;
+        let text = ScenarioText::read(options.scenario.as_deref(), DEFAULT)?;
+        let (file, source) = (&text.file, text.source(&options.sets));
+        let experiment = match &options.scenario {
+            Some(_) => scenario::parse_own(&source, &text.stem)?,
+            None => scenario::parse(&source, &text.stem)?,
+        };
         // The path of a file is of this machine only; what is exported is the same everywhere.
         let name = options.scenario.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy());
         let source = Source { file: name.as_deref().unwrap_or(file), ..source };
-        let refused = |why: String| bad(format!("{file}: {why}"));
-        let mut open = Vec::new();
-        let files = match (&options.output, options.asm && options.means.is_none()) {
-            (Some(path), true) => {
-                let header = path.with_extension("h");
-                if header == *path {
-                    return Err(bad("--asm writes a header beside the file: name it .S, not .h"));
-                }
-                let files = forms::assembly(&experiment, &source, &options.prefix, &Effort::FULL).map_err(refused)?;
-                vec![(path.clone(), files.assembly), (header, files.header)]
-            }
-            (path, _) => {
-                let text = forms::export(&experiment, &source, form).map_err(refused)?;
+        let exporting = Exporting { experiment, source, file };
+        exporting.may_be_exported(options)?;
+        let (files, open) = match (&options.output, form) {
+            (Some(path), None) => exporting.assembly(path, &options.prefix)?,
+            (path, form) => {
+                let form = form.unwrap_or(Form::Standalone(&options.prefix));
+                let text = forms::export(&exporting.experiment, &exporting.source, form);
+                let text = text.map_err(|why| exporting.refused(&why))?;
                 let Some(path) = path else {
-                    self.warn_of_export(&experiment);
+                    self.warn_of_export(&exporting.experiment);
                     self.say(text.trim_end())?;
                     return Ok(status::DONE);
                 };
-                let mut files = vec![(path.clone(), text)];
-                if let Some(certificate) = &options.certificate {
-                    if certificate == path {
-                        return Err(bad("--certificate is a file of its own, beside that of --output"));
-                    }
-                    for file in [path, certificate] {
-                        free(file, options.force)?;
-                    }
-                    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-                    let proved = self.proved(&experiment, [&name, &files[0].1], options.python.as_deref(), refused)?;
-                    let text;
-                    (text, open) = proved;
-                    files.push((certificate.clone(), text));
-                }
-                files
+                self.with_certificate(&exporting, options, path, text)?
             }
         };
-        self.warn_of_export(&experiment);
+        self.warn_of_export(&exporting.experiment);
         for (path, text) in &files {
             write_file(path, text, options.force)?;
             self.say(&format!("wrote {}", path.display()))?;
@@ -166,6 +183,30 @@ impl Console<'_> {
             return Ok(status::DONE);
         }
         Err(failed(format!("not all is proved\n{}", open.join("\n"))))
+    }
+
+    /// A file of source code, and its certificate beside it if one is asked for.
+    fn with_certificate(
+        &mut self,
+        exporting: &Exporting<'_>,
+        options: &ExportOptions,
+        path: &Path,
+        text: String,
+    ) -> Result<Exported, Failure> {
+        let Some(certificate) = &options.certificate else {
+            return Ok((vec![(path.to_path_buf(), text)], Vec::new()));
+        };
+        if certificate == path {
+            return Err(bad("--certificate is a file of its own, beside that of --output"));
+        }
+        for file in [path, certificate] {
+            free(file, options.force)?;
+        }
+        let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let refused = |why: String| exporting.refused(&why);
+        let python = options.python.as_deref();
+        let (proofs, open) = self.proved(&exporting.experiment, [&name, &text], python, refused)?;
+        Ok((vec![(path.to_path_buf(), text), (certificate.clone(), proofs)], open))
     }
 
     fn warn_of_export(&mut self, experiment: &Experiment) {

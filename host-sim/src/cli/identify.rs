@@ -32,7 +32,7 @@ use crate::feature::Feature;
 use crate::report::FIGURE;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
 use link::live::LiveDrive;
-use link::transport::Emulator;
+use link::transport::{Emulator, Transport};
 use link::wired::Wired;
 
 /// What both commands are told.
@@ -148,6 +148,48 @@ impl CommissionOptions {
             _ => None,
         }
     }
+
+    /// Numbers that are in no range of clap's, and options that need another.
+    fn check(&self) -> Result<(), Failure> {
+        for (option, value) in [("way", self.way), ("peak", self.peak), ("verify", Some(self.verify))] {
+            if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
+                return Err(bad(format!("--{option} {value}: expected a number above 0")));
+            }
+        }
+        if self.reach.has_faults() && !self.is_wired() {
+            return Err(bad("--faults is for a drive behind a wire: give --image or --port"));
+        }
+        Ok(())
+    }
+
+    const fn is_wired(&self) -> bool {
+        self.image.is_some() || self.reach.is_port()
+    }
+
+    fn plan(&self, designed: &DriveDesign) -> Plan {
+        let by_rule = Plan::of(designed);
+        Plan {
+            way_rad: self.way.unwrap_or(by_rule.way_rad),
+            peak_a: self.peak.unwrap_or(by_rule.peak_a),
+            seed: self.seed,
+            verify_rad: self.verify,
+            swap: self.swap.into(),
+            motor_alone: self.common.motor_alone,
+            ..by_rule
+        }
+    }
+
+    /// The drive behind a wire, if one is asked for.
+    fn drive(&self) -> Result<Option<LiveDrive<Box<dyn Transport>>>, Failure> {
+        if !self.is_wired() {
+            return Ok(None);
+        }
+        // A port is asked first.
+        let image = self.image.as_deref().unwrap_or(Path::new(""));
+        let (transport, within, question) = way(image, &self.reach, self.seed, Emulator::paced)?;
+        let connected = LiveDrive::connect(transport, within);
+        connected.map(Some).map_err(|error| failed(format!("{error}; {question}")))
+    }
 }
 
 /// A scenario of a drive that follows a position.
@@ -207,6 +249,14 @@ impl Subject {
 
     fn draw(&self, stem: &str, figure: &Figure) -> Result<(), Failure> {
         figure.write(&self.folder, stem).map_err(|error| Failure::writing(self.folder.join(stem).display(), &error))
+    }
+
+    /// Without the loads of its file: one that varies during the record is no parameter of the plant.
+    fn calm(&mut self, common: &Common) -> Result<(), Failure> {
+        let sets = [&common.sets[..], &["load=[]".into()]].concat();
+        let calm = Source { file: &self.name, text: &self.text, sets: &sets };
+        self.experiment = scenario::parse_own(&calm, &self.experiment.name)?;
+        Ok(())
     }
 
     fn source<'a>(&'a self, common: &'a Common) -> Source<'a> {
@@ -423,75 +473,25 @@ impl Console<'_> {
     }
 
     pub(super) fn commission(&mut self, options: &CommissionOptions) -> Result<u8, Failure> {
+        options.check()?;
         let common = &options.common;
-        for (option, value) in [("way", options.way), ("peak", options.peak), ("verify", Some(options.verify))] {
-            if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
-                return Err(bad(format!("--{option} {value}: expected a number above 0")));
-            }
-        }
-        if options.reach.has_faults() && !options.reach.is_port() && options.image.is_none() {
-            return Err(bad("--faults is for a drive behind a wire: give --image or --port"));
-        }
         let mut subject = Subject::of(options.file.as_deref(), common, "commission")?;
-        let plan = Plan::of(&subject.designed);
-        let plan = Plan {
-            way_rad: options.way.unwrap_or(plan.way_rad),
-            peak_a: options.peak.unwrap_or(plan.peak_a),
-            seed: options.seed,
-            verify_rad: options.verify,
-            swap: options.swap.into(),
-            motor_alone: common.motor_alone,
-            ..plan
-        };
+        let plan = options.plan(&subject.designed);
         if let Some(percent) = options.within {
             return self.commission_all(options, &subject, &plan, percent);
         }
         let claim = free_to(&subject.to).and_then(|()| claim_folder(&subject.folder))?;
-        let old = sheet_of(&subject.designed);
-        let (name, text, to) = (subject.name.clone(), subject.text.clone(), subject.to.display().to_string());
-        let source = Source { file: &name, text: &text, sets: &common.sets };
-        let mut retuned = None;
-        let design = |found: &mut Identified| {
-            let text = retuned.insert(Retuned::of(&source, &old, found)?);
-            text.designed(&to)
-        };
-        let drive = if options.image.is_some() || options.reach.is_port() {
-            // A port is asked first.
-            let image = options.image.as_deref().unwrap_or(Path::new(""));
-            let (transport, within, question) = way(image, &options.reach, options.seed, Emulator::paced)?;
-            let connected = LiveDrive::connect(transport, within);
-            Some(connected.map_err(|error| failed(format!("{error}; {question}")))?)
-        } else {
-            None
-        };
+        let drive = options.drive()?;
         // Whoever ends this early waits for the old gains: the wire itself does not end before they are back.
         let kept = drive.is_some().then(stop::keeping);
         if drive.is_none() && !subject.experiment.plant.jumps_s().is_empty() {
-            // A load that varies during the record is no parameter of the plant.
-            let sets = [&common.sets[..], &["load=[]".into()]].concat();
-            let calm = Source { file: &name, text: &text, sets: &sets };
-            subject.experiment = scenario::parse_own(&calm, &subject.experiment.name)?;
+            subject.calm(common)?;
             self.note(
                 "without the loads of the file: one of them steps, and a load must stay as it is while is recorded",
             );
         }
-        // Over a wire every row is made, and then read.
-        let ticks = if drive.is_some() { 20.0 } else { 12.0 } / subject.experiment.period_s;
-        let (stop, bar) = (self.stop, self.bar(ticks as u64, LEFT));
-        let mut watch = |ticks| {
-            bar.inc(ticks);
-            if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        };
-        let known = &subject.known;
-        let done = match drive {
-            Some(drive) => Wired::new(drive, subject.designed, &mut watch)
-                .and_then(|mut wired| commission(&mut wired, &plan, known, design)),
-            None => Rig::new(&mut subject.experiment, Signal::default(), &mut watch)
-                .and_then(|mut rig| commission(&mut rig, &plan, known, design)),
-        };
-        bar.finish_and_clear();
-        let report = match done {
-            Ok(report) => report,
+        let (report, retuned) = match self.commissioned(&mut subject, common, &plan, drive) {
+            Ok(done) => done,
             Err(Stopped::Interrupted) => {
                 if kept.is_some() {
                     self.note("stopped on request: the drive rests, with the gains of before; nothing is written");
@@ -523,6 +523,36 @@ impl Console<'_> {
         }
         drop(claim);
         Ok(if is_accepted { status::DONE } else { status::FAILED })
+    }
+
+    /// The sequence on a drive behind a wire, or in a simulation; the report, and the scenario with what was found.
+    fn commissioned(
+        &self,
+        subject: &mut Subject,
+        common: &Common,
+        plan: &Plan,
+        drive: Option<LiveDrive<Box<dyn Transport>>>,
+    ) -> Result<(Report, Option<Retuned>), Stopped> {
+        let Subject { name, text, experiment, designed, known, to, .. } = subject;
+        let (old, to) = (sheet_of(designed), to.display().to_string());
+        let source = Source { file: name, text, sets: &common.sets };
+        let mut retuned = None;
+        let design = |found: &mut Identified| retuned.insert(Retuned::of(&source, &old, found)?).designed(&to);
+        // Over a wire every row is made, and then read.
+        let ticks = if drive.is_some() { 20.0 } else { 12.0 } / experiment.period_s;
+        let (stop, bar) = (self.stop, self.bar(ticks as u64, LEFT));
+        let mut watch = |ticks| {
+            bar.inc(ticks);
+            if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let done = match drive {
+            Some(drive) => Wired::new(drive, *designed, &mut watch)
+                .and_then(|mut wired| commission(&mut wired, plan, known, design)),
+            None => Rig::new(experiment, Signal::default(), &mut watch)
+                .and_then(|mut rig| commission(&mut rig, plan, known, design)),
+        };
+        bar.finish_and_clear();
+        done.map(|report| (report, retuned))
     }
 
     /// What was found, as tables.

@@ -312,19 +312,7 @@ impl<'a> Console<'a> {
                 self.say(&moved("to rest", planned, period_s))?;
             }
             ("set", sets @ [_, ..]) => self.set(session, sets)?,
-            ("wait", [time]) => {
-                let ticks = ticks(time)?;
-                let begin = self.look(session)?.tick;
-                let (mut last, mut moved) = (begin, Instant::now());
-                while last.wrapping_sub(begin) < ticks {
-                    let tick = self.look(session)?.tick;
-                    if tick != last {
-                        (last, moved) = (tick, Instant::now());
-                    } else if moved.elapsed() > STANDS_STILL {
-                        return Err(failed(format!("the drive answers, but its tick {tick} does not go on")));
-                    }
-                }
-            }
+            ("wait", [time]) => self.wait(session, ticks(time)?)?,
             ("blackbox", [file]) => self.keep(session, Path::new(file))?,
             ("reset", []) => {
                 session.drive.order(Order::Reset).map_err(refused)?;
@@ -337,23 +325,24 @@ impl<'a> Console<'a> {
                     .write(Path::new(folder), "live")
                     .map_err(|error| Failure::writing(folder, &error))?;
             }
-            ("stick", shafts) if shafts.iter().all(|shaft| matches!(*shaft, "link" | "motor")) => {
-                let is_joint = session.drive.design().instance.model == Model::Joint;
-                let [link, motor] = ["link", "motor"].map(|shaft| shafts.contains(&shaft));
-                session.disturbance.stuck = if is_joint { [link, motor] } else { [motor, false] };
-                session.drive.disturb(session.disturbance).map_err(refused)?;
-            }
-            ("load", [torque]) => {
-                let load_n_m = finite(command, torque)? as f32;
-                if !load_n_m.is_finite() {
-                    return Err(bad(format!("load: {torque} N m are too many")));
-                }
-                session.disturbance.load_n_m = load_n_m;
-                session.drive.disturb(session.disturbance).map_err(refused)?;
-            }
-            _ => return Err(bad(unknown(command))),
+            _ => disturb(session, command, &words)?,
         }
         Ok(true)
+    }
+
+    /// Looks at the drive for so many of its ticks.
+    fn wait(&mut self, session: &mut Session<'a>, ticks: u32) -> Result<(), Failure> {
+        let begin = self.look(session)?.tick;
+        let (mut last, mut moved) = (begin, Instant::now());
+        while last.wrapping_sub(begin) < ticks {
+            let tick = self.look(session)?.tick;
+            if tick != last {
+                (last, moved) = (tick, Instant::now());
+            } else if moved.elapsed() > STANDS_STILL {
+                return Err(failed(format!("the drive answers, but its tick {tick} does not go on")));
+            }
+        }
+        Ok(())
     }
 
     /// Looks at the drive; an alarm is told once.
@@ -468,6 +457,26 @@ impl<'a> Console<'a> {
         }
         Ok(if differ == 0 { status::DONE } else { status::FAILED })
     }
+}
+
+/// A command for the stand-in of the plant, if it is one.
+fn disturb(session: &mut Session<'_>, command: &str, words: &[&str]) -> Result<(), Failure> {
+    match (command, words) {
+        ("stick", shafts) if shafts.iter().all(|shaft| matches!(*shaft, "link" | "motor")) => {
+            let is_joint = session.drive.design().instance.model == Model::Joint;
+            let [link, motor] = ["link", "motor"].map(|shaft| shafts.contains(&shaft));
+            session.disturbance.stuck = if is_joint { [link, motor] } else { [motor, false] };
+        }
+        ("load", [torque]) => {
+            let load_n_m = finite(command, torque)? as f32;
+            if !load_n_m.is_finite() {
+                return Err(bad(format!("load: {torque} N m are too many")));
+            }
+            session.disturbance.load_n_m = load_n_m;
+        }
+        _ => return Err(bad(unknown(command))),
+    }
+    session.drive.disturb(session.disturbance).map_err(refused)
 }
 
 /// The next line that is typed, without its end; what is wrong with it. `None` at the end.

@@ -198,6 +198,43 @@ fn part_of(options: &MonteCarloOptions) -> Result<(String, [u64; 2]), Failure> {
     Ok((format!("shard-{i}-of-{n}"), [at(i - 1), at(i)]))
 }
 
+/// The folder of the chunks of a run that is not at its end.
+struct Parts(PathBuf);
+
+impl Parts {
+    fn path(&self, chunk: u64) -> PathBuf {
+        self.0.join(format!("{chunk}.{EXTENSION}"))
+    }
+
+    /// The chunks of an earlier run that are there, each of this plan.
+    fn there(&self, header: &Header, work: &Work<'_>) -> Result<Vec<u64>, Failure> {
+        let [first, end] = work.chunks;
+        let there = chunks_in(&self.0, first..end);
+        if !there.is_empty() && !work.resume {
+            let message = format!(
+                "{} holds {} of {} chunks of a run that was ended: --resume goes on, --out gives this one another \
+                 folder",
+                self.0.display(),
+                there.len(),
+                end - first
+            );
+            return Err(bad(message));
+        }
+        for chunk in &there {
+            of_plan(&self.path(*chunk), header, header.range(*chunk)).map_err(|Failure { status, message }| {
+                Failure { status, message: message + "; without it --resume computes this chunk again" }
+            })?;
+        }
+        Ok(there)
+    }
+
+    /// What cannot be removed is only in the way.
+    fn remove(&self, chunks: Range<u64>) {
+        chunks.for_each(|chunk| _ = fs::remove_file(self.path(chunk)));
+        _ = fs::remove_dir(&self.0);
+    }
+}
+
 impl Console<'_> {
     pub(super) fn monte_carlo(&mut self, options: &MonteCarloOptions, args: &[OsString]) -> Result<u8, Failure> {
         let text = ScenarioText::read(options.file.as_deref(), DEFAULT)?;
@@ -270,77 +307,68 @@ impl Console<'_> {
     /// The file of all trials that are asked for: what is there already stays, the rest is computed. None if told to
     /// stop.
     fn computed(&mut self, campaign: &Campaign<'_>, work: &Work<'_>) -> Result<Option<Trials>, Failure> {
-        let Work { folder, stem, chunks: [first, end], resume } = *work;
         let Campaign { header, .. } = campaign;
-        let whole = folder.join(format!("{stem}.{EXTENSION}"));
+        let [first, end] = work.chunks;
+        let whole = work.folder.join(format!("{}.{EXTENSION}", work.stem));
         let range = [header.range(first)[0], header.range(end - 1)[1]];
         if fs::symlink_metadata(&whole).is_ok() {
-            if !resume {
+            if !work.resume {
                 let message = format!(
                     "{} is there already: --resume takes what it has, --out gives this run another folder",
                     whole.display()
                 );
                 return Err(bad(message));
             }
-            let trials = of_plan(&whole, header, range)?;
-            return Ok(Some(trials));
+            return of_plan(&whole, header, range).map(Some);
         }
-        let parts = folder.join(format!("{stem}.chunks"));
-        let claim = claim_folder(&parts)?;
-        let path = |chunk: u64| parts.join(format!("{chunk}.{EXTENSION}"));
-        let there = chunks_in(&parts, first..end);
-        if !there.is_empty() && !resume {
-            let message = format!(
-                "{} holds {} of {} chunks of a run that was ended: --resume goes on, --out gives this one another \
-                 folder",
-                parts.display(),
-                there.len(),
-                end - first
-            );
-            return Err(bad(message));
-        }
-        for chunk in &there {
-            of_plan(&path(*chunk), header, header.range(*chunk)).map_err(|Failure { status, message }| Failure {
-                status,
-                message: message + "; without it --resume computes this chunk again",
-            })?;
-        }
-        let done: u64 = there.iter().map(|chunk| header.range(*chunk)).map(|[first, end]| end - first).sum();
-        let bar = self.bar_from(
-            done,
-            range[1] - range[0],
-            "{bar:40} {percent:>3} %  {pos} of {len} trials  {rate} trials/s  {left} left",
-        );
+        let parts = Parts(work.folder.join(format!("{}.chunks", work.stem)));
+        let claim = claim_folder(&parts.0)?;
+        let there = parts.there(header, work)?;
         let guards = (stop::keeping(), stop::looking());
-        for chunk in first..end {
-            let trials = header.range(chunk);
-            if there.binary_search(&chunk).is_ok() {
-                continue;
-            }
-            let Some(computed) = campaign.chunk(trials, Watch::new(self.stop, &|| bar.inc(1))) else {
-                bar.finish_and_clear();
-                return Ok(None);
-            };
-            store::write(&path(chunk), header, trials, [Ok(computed)]).map_err(|error| {
-                let Failure { status, message } = Failure::writing(path(chunk).display(), &error);
-                Failure { status, message: message + "; what was done before is kept for --resume" }
-            })?;
+        if !self.compute(campaign, work.chunks, &parts, &there)? {
+            return Ok(None);
         }
-        bar.finish_and_clear();
         // One chunk in memory at a time.
-        let all = (first..end).flat_map(|chunk| match Trials::open(&path(chunk)) {
+        let all = (first..end).flat_map(|chunk| match Trials::open(&parts.path(chunk)) {
             Ok(trials) => trials.chunks().collect::<Vec<_>>(),
             Err(why) => vec![Err(std::io::Error::other(why))],
         });
         store::write(&whole, header, range, all).map_err(|error| Failure::writing(whole.display(), &error))?;
         let trials = of_plan(&whole, header, range)?;
-        for chunk in first..end {
-            // What cannot be removed is only in the way.
-            let _ = fs::remove_file(path(chunk));
-        }
-        let _ = fs::remove_dir(&parts);
+        parts.remove(first..end);
         drop((guards, claim));
         Ok(Some(trials))
+    }
+
+    /// Computes the chunks that are not there, each into a file of its own; `false` if told to stop.
+    fn compute(
+        &self,
+        campaign: &Campaign<'_>,
+        [first, end]: [u64; 2],
+        parts: &Parts,
+        there: &[u64],
+    ) -> Result<bool, Failure> {
+        let header = &campaign.header;
+        let done: u64 = there.iter().map(|chunk| header.range(*chunk)).map(|[first, end]| end - first).sum();
+        let bar = self.bar_from(
+            done,
+            header.range(end - 1)[1] - header.range(first)[0],
+            "{bar:40} {percent:>3} %  {pos} of {len} trials  {rate} trials/s  {left} left",
+        );
+        for chunk in (first..end).filter(|chunk| there.binary_search(chunk).is_err()) {
+            let trials = header.range(chunk);
+            let Some(computed) = campaign.chunk(trials, Watch::new(self.stop, &|| bar.inc(1))) else {
+                bar.finish_and_clear();
+                return Ok(false);
+            };
+            let path = parts.path(chunk);
+            store::write(&path, header, trials, [Ok(computed)]).map_err(|error| {
+                let Failure { status, message } = Failure::writing(path.display(), &error);
+                Failure { status, message: message + "; what was done before is kept for --resume" }
+            })?;
+        }
+        bar.finish_and_clear();
+        Ok(true)
     }
 
     /// One trial as `host-sim run` does it.

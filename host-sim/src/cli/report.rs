@@ -59,6 +59,54 @@ const STEM: usize = 60;
 /// Clock of the chip that times are told for, Hz.
 const CLOCK_HZ: f64 = 168e6;
 
+/// What a page has been given so far.
+#[derive(Default)]
+struct Gathered {
+    accounts: Vec<Account>,
+    /// Of each scenario file: the place of its account, and the hash of its text.
+    files: Vec<(usize, String)>,
+}
+
+impl Gathered {
+    /// Puts the trials beside the scenario that they are of.
+    fn add_trials(&mut self, trials: Written, asked: &[String]) -> Result<(), Failure> {
+        let Written { scenario, sha256, sets, section } = trials;
+        let is_named = |account: &Account| account.name == scenario;
+        if !self.accounts.iter().any(is_named) {
+            return Err(bad(format!("--trials: its scenario is {scenario:?}, and that is not here")));
+        }
+        let mut of_name = self.files.iter().filter(|(of, _)| is_named(&self.accounts[*of])).peekable();
+        if of_name.peek().is_none() {
+            return Err(bad(format!("--trials: {scenario} is of a page: give its scenario file")));
+        }
+        let Some((of, _)) = of_name.find(|(_, hash)| *hash == sha256) else {
+            return Err(bad(format!(
+                "--trials: the file of {scenario} was another when its trials ran (scenario_sha256): run \
+                 `host-sim monte-carlo` again"
+            )));
+        };
+        // What `--uncertain` sets beside what it draws is what the controller believes, as the file has it.
+        let mut of_trials = sets.iter().filter(|set| !set.starts_with("controller.nominal"));
+        let without = asked.iter().find(|set| !sets.contains(set)).map(|set| ("without", set));
+        let differs = without.or_else(|| Some(("with", of_trials.find(|set| !asked.contains(set))?)));
+        if let Some((how, set)) = differs {
+            return Err(bad(format!("--trials: its trials ran {how} --set {set}: the page would be of two plants")));
+        }
+        self.accounts[*of].sections.push(section);
+        Ok(())
+    }
+}
+
+/// The certificate of an export, attached.
+fn proofs(name: String, text: String) -> Section {
+    Section {
+        heading: "Proofs".into(),
+        says: vec!["What holds for every input, state and order of lost samples, and who showed it.".into()],
+        files: vec![(name, text)],
+        ..Section::default()
+    }
+}
+
 impl Console<'_> {
     pub(super) fn report(&mut self, options: &ReportOptions) -> Result<u8, Failure> {
         if let Some(output) = &options.output {
@@ -69,64 +117,13 @@ impl Console<'_> {
             None => None,
         };
         let trials = options.trials.as_deref().map(monte_carlo::section).transpose()?;
-        let (mut accounts, mut texts) = (Vec::new(), Vec::new());
-        let files: Vec<Option<&Path>> = if options.files.is_empty() {
-            vec![None]
-        } else {
-            options.files.iter().map(|file| Some(&**file)).collect()
-        };
-        if !options.sets.is_empty() && files.iter().all(|file| file.is_some_and(is_page)) {
-            return Err(bad("--set is for scenarios: a report that was made says what it says"));
+        let Some(mut gathered) = self.gather(options)? else { return Ok(status::INTERRUPTED) };
+        if let Some(trials) = trials {
+            gathered.add_trials(trials, &options.sets)?;
         }
-        for file in files {
-            match file {
-                Some(file) if is_page(file) => accounts.extend(read_back(file)?),
-                file => {
-                    let text = ScenarioText::read(file, DEFAULT)?;
-                    let hash = hex_sha256(text.subject(&options.sets).text);
-                    let named = |Failure { status, message }| Failure { status, message: of_file(&text.file, message) };
-                    match self.account(file, &text, options).map_err(named)? {
-                        Some(account) => {
-                            texts.push((accounts.len(), account.name.clone(), hash));
-                            accounts.push(account);
-                        }
-                        None => return Ok(status::INTERRUPTED),
-                    }
-                }
-            }
-        }
-        if let Some(Written { scenario, sha256, sets, section }) = trials {
-            if !accounts.iter().any(|account| account.name == scenario) {
-                return Err(bad(format!("--trials: its scenario is {scenario:?}, and that is not here")));
-            }
-            let mut of_name = texts.iter().filter(|(_, name, _)| *name == scenario).peekable();
-            if of_name.peek().is_none() {
-                return Err(bad(format!("--trials: {scenario} is of a page: give its scenario file")));
-            }
-            let Some((of, ..)) = of_name.find(|(.., hash)| *hash == sha256) else {
-                return Err(bad(format!(
-                    "--trials: the file of {scenario} was another when its trials ran (scenario_sha256): run \
-                     `host-sim monte-carlo` again"
-                )));
-            };
-            // What `--uncertain` sets beside what it draws is what the controller believes, as the file has it.
-            let mut asked = sets.iter().filter(|set| !set.starts_with("controller.nominal"));
-            let without = options.sets.iter().find(|set| !sets.contains(set)).map(|set| ("without", set));
-            let differs = without.or_else(|| Some(("with", asked.find(|set| !options.sets.contains(set))?)));
-            if let Some((how, set)) = differs {
-                return Err(bad(format!(
-                    "--trials: its trials ran {how} --set {set}: the page would be of two plants"
-                )));
-            }
-            accounts[*of].sections.push(section);
-        }
+        let Gathered { mut accounts, .. } = gathered;
         if let (Some((name, text)), Some(account)) = (certificate, accounts.first_mut()) {
-            account.sections.push(Section {
-                heading: "Proofs".into(),
-                says: vec!["What holds for every input, state and order of lost samples, and who showed it.".into()],
-                files: vec![(name, text)],
-                ..Section::default()
-            });
+            account.sections.push(proofs(name, text));
         }
         told_apart(&mut accounts);
         let names: Vec<&str> = accounts.iter().map(|account| account.name.as_str()).collect();
@@ -147,6 +144,32 @@ impl Console<'_> {
         let instead = if is_anew { ", instead of the one there was; --output keeps it" } else { "" };
         self.say(&format!("written to {}{instead}", output.display()))?;
         Ok(status::DONE)
+    }
+
+    /// The account of each file, in their order; none if told to stop.
+    fn gather(&mut self, options: &ReportOptions) -> Result<Option<Gathered>, Failure> {
+        let files: Vec<Option<&Path>> = if options.files.is_empty() {
+            vec![None]
+        } else {
+            options.files.iter().map(|file| Some(&**file)).collect()
+        };
+        if !options.sets.is_empty() && files.iter().all(|file| file.is_some_and(is_page)) {
+            return Err(bad("--set is for scenarios: a report that was made says what it says"));
+        }
+        let mut gathered = Gathered::default();
+        for file in files {
+            if let Some(page) = file.filter(|file| is_page(file)) {
+                gathered.accounts.extend(read_back(page)?);
+                continue;
+            }
+            let text = ScenarioText::read(file, DEFAULT)?;
+            let hash = hex_sha256(text.subject(&options.sets).text);
+            let named = |Failure { status, message }| Failure { status, message: of_file(&text.file, message) };
+            let Some(account) = self.account(file, &text, options).map_err(named)? else { return Ok(None) };
+            gathered.files.push((gathered.accounts.len(), hash));
+            gathered.accounts.push(account);
+        }
+        Ok(Some(gathered))
     }
 
     /// All that is told of one scenario; none if it was told to stop.

@@ -133,31 +133,14 @@ impl Console<'_> {
         let told = serde_json::to_string(&json);
         if claim.is_some() {
             write_results(&folder, &experiment, &trace, options)?;
-            let text = told.as_deref().unwrap_or_default();
-            let path = folder.join(RUN_JSON);
-            write_whole(&path, |out| writeln!(out, "{text}"))
-                .map_err(|error| Failure::writing(path.display(), &error))?;
+            write_json(&folder, told.as_deref().unwrap_or_default())?;
         }
         drop((kept, claim));
 
         if options.json {
             self.say_json(told)?;
         } else {
-            for line in experiment.drive.iter().flat_map(|drive| &drive.chosen) {
-                self.say(line)?;
-            }
-            let table = table(&experiment, &metrics, &json.figures, design.as_ref(), &trace);
-            self.say(&table.to_string())?;
-            for line in design.iter().flat_map(design::short) {
-                self.say(&line)?;
-            }
-            for warning in &experiment.warnings {
-                self.say(&format!("warning: {warning}"))?;
-            }
-            self.say(ending(&trace, &metrics).1.as_str())?;
-            if let Some(comparison) = comparison {
-                self.say(&comparison.line())?;
-            }
+            self.tell_run(&experiment, &trace, &metrics, &json)?;
             if !options.no_files {
                 self.say(&format!("written to {}", folder.display()))?;
             }
@@ -171,6 +154,28 @@ impl Console<'_> {
             }
             None => Ok(status::DONE),
         }
+    }
+
+    /// A run for people.
+    fn tell_run(
+        &mut self,
+        experiment: &Experiment,
+        trace: &Trace,
+        metrics: &Metrics,
+        json: &RunJson<'_>,
+    ) -> Result<(), Failure> {
+        for line in experiment.drive.iter().flat_map(|drive| &drive.chosen) {
+            self.say(line)?;
+        }
+        self.say(&table(experiment, metrics, &json.figures, json.design, trace).to_string())?;
+        for line in json.design.into_iter().flat_map(design::short) {
+            self.say(&line)?;
+        }
+        for warning in json.warnings {
+            self.say(&format!("warning: {warning}"))?;
+        }
+        self.say(ending(trace, metrics).1.as_str())?;
+        json.target.map_or(Ok(()), |comparison| self.say(&comparison.line()))
     }
 
     /// Runs the loop under a progress bar and Ctrl-C, with what the target logs shown as it comes.
@@ -264,6 +269,11 @@ fn prepare_folder(folder: &Path, name: &str) -> Result<Claim, Failure> {
         }
         _ => claim_folder(folder),
     }
+}
+
+fn write_json(folder: &Path, text: &str) -> Result<(), Failure> {
+    let path = folder.join(RUN_JSON);
+    write_whole(&path, |out| writeln!(out, "{text}")).map_err(|error| Failure::writing(path.display(), &error))
 }
 
 fn write_results(folder: &Path, experiment: &Experiment, trace: &Trace, options: &RunOptions) -> Result<(), Failure> {

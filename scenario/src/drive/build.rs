@@ -7,6 +7,7 @@ use controller_core::drive::{
 };
 use controller_core::{Fallback, Limits};
 use loop_sim::actuator;
+use loop_sim::linear::LawAtRest;
 use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
 use loop_sim::port::drive::{DriveAtRest, DriveDesign, DriveOf, Follows, Form, Goal, Monitors, Motion, Reaction};
 use loop_sim::port::finer::Finer;
@@ -753,15 +754,31 @@ fn beyond_counters(mounted: &[(usize, Mounted)], moved_rad: f64) -> impl Iterato
     })
 }
 
-/// What the loop at rest leaves out.
-fn left_out(form: Form, encoders: usize, sensing: &Sensing) -> Vec<&'static str> {
+/// The loop at rest, and what it leaves out.
+fn at_rest(
+    law: Box<dyn LawAtRest>,
+    plant: Box<dyn Plant>,
+    corners: Vec<Corner>,
+    sensed: Vec<Sensed>,
+    form: Form,
+    sensing: &Sensing,
+) -> AtRest {
     let parts = [
         ("friction, cogging and load", true),
         ("the fast gain set", form.gain_sets > 1),
-        ("angles other than 0", encoders > 1),
+        ("angles other than 0", sensed.len() > 1),
         ("jitter", sensing.jitter > 0.0),
     ];
-    parts.into_iter().filter(|(_, is_left_out)| *is_left_out).map(|(part, _)| part).collect()
+    AtRest {
+        plant,
+        law,
+        sensed,
+        sensor_delay_ticks: 0,
+        actuator_delay_ticks: form.delay_ticks,
+        report: true,
+        left_out: parts.into_iter().filter(|(_, is_left_out)| *is_left_out).map(|(part, _)| part).collect(),
+        corners,
+    }
 }
 
 /// The same drive behind finer encoders, by which the noise of u is told; none where something is wrong with them.
@@ -781,6 +798,31 @@ fn twin(
         port,
         share: finer.map(|finer| finer.share(noise_steps)),
     })
+}
+
+/// How a run is judged.
+struct Judged {
+    begins_s: f64,
+    window_s: [f64; 2],
+    settling_band: f64,
+    output_unit: &'static str,
+}
+
+/// By its file, or by rule: from where the reference is reached, of a move from its start.
+fn judged(common: &Common<'_>, motion: &Motion, follows: Follows) -> Judged {
+    let Common { span_s, period_s, .. } = *common;
+    let [begins_s, reached_s] = [motion.start, motion.start + motion.ticks].map(|tick| f64::from(tick) * period_s);
+    let from = if matches!(motion.goal, Goal::Rest { .. }) { begins_s } else { reached_s };
+    let (output_unit, band) = match (follows, &motion.goal) {
+        (Follows::Speed, Goal::Speed { speed_rad_s }) => ("rad/s", (0.02 * speed_rad_s.abs()).max(1e-6)),
+        _ => ("rad", 0.005),
+    };
+    Judged {
+        begins_s,
+        window_s: common.window_s.unwrap_or(if from < span_s { [from, span_s] } else { [0.0, span_s] }),
+        settling_band: common.settling_band.unwrap_or(band),
+        output_unit,
+    }
 }
 
 /// The loop of a drive.
@@ -811,26 +853,24 @@ fn experiment<D: Copy, const E: usize>(
     warnings.extend(beyond_gates(&designed, &shafts, &sensing));
     let sensed = sensed(&mounted, &shafts, &sensing);
     let twin = twin(&designed, &motion, &sensing, &sensed, has_faults);
-    let at_rest = AtRest {
-        plant: parts.smooth,
-        law,
-        sensed,
-        sensor_delay_ticks: 0,
-        actuator_delay_ticks: form.delay_ticks,
-        report: true,
-        left_out: left_out(form, mounted.len(), &sensing),
-        corners: parts.corners,
-    };
-    let mut sensor: Box<dyn Sensor> = Box::new(Encoders::over(sensing.sensor(common.seed), mounted));
-    for (fault, channels, ticks) in faults {
-        sensor = Box::new(Faulty::new(sensor, fault, channels, ticks));
-    }
+    let at_rest = at_rest(law, parts.smooth, parts.corners, sensed, form, &sensing);
+    let sensor: Box<dyn Sensor> = Box::new(Encoders::over(sensing.sensor(common.seed), mounted));
+    let sensor = faults
+        .into_iter()
+        .fold(sensor, |sensor, (fault, channels, ticks)| Box::new(Faulty::new(sensor, fault, channels, ticks)));
     let held = actuator::Delayed::new(actuator::Ideal, form.delay_ticks);
-    let [begins, reached] = [motion.start, motion.start + motion.ticks].map(|tick| f64::from(tick) * period_s);
-    let from = if matches!(motion.goal, Goal::Rest { .. }) { begins } else { reached };
-    let (output_unit, band) = match (form.follows, &motion.goal) {
-        (Follows::Speed, Goal::Speed { speed_rad_s }) => ("rad/s", (0.02 * speed_rad_s.abs()).max(1e-6)),
-        _ => ("rad", 0.005),
+    let Judged { begins_s, window_s, settling_band, output_unit } = judged(common, &motion, form.follows);
+    let drive = Drive {
+        chosen: parts.chosen,
+        max_current_a,
+        shafts,
+        states: parts.states,
+        begins_s,
+        designed,
+        motion,
+        current_lag_s: common.lag_s,
+        sigma_star_bound,
+        twin,
     };
     Ok(Experiment {
         name,
@@ -838,8 +878,8 @@ fn experiment<D: Copy, const E: usize>(
         span_s,
         period_s,
         periods,
-        window_s: common.window_s.unwrap_or(if from < span_s { [from, span_s] } else { [0.0, span_s] }),
-        settling_band: common.settling_band.unwrap_or(band),
+        window_s,
+        settling_band,
         output_unit,
         control_unit: "A",
         x0,
@@ -853,18 +893,7 @@ fn experiment<D: Copy, const E: usize>(
         report: true,
         warnings,
         mu: Vec::new(),
-        drive: Some(Drive {
-            chosen: parts.chosen,
-            max_current_a,
-            shafts,
-            states: parts.states,
-            begins_s: begins,
-            designed,
-            motion,
-            current_lag_s: common.lag_s,
-            sigma_star_bound,
-            twin,
-        }),
+        drive: Some(drive),
         at_rest: Ok(at_rest),
         controller: format!("drive in f32, {}", ["1 gain set", "2 gain sets"][usize::from(form.gain_sets > 1)]),
         sensing: None,

@@ -195,6 +195,130 @@ fn of(value: &Json) -> String {
     number(value.as_f64().unwrap_or(f64::NAN))
 }
 
+/// What one pass over the columns of the trials gives.
+#[derive(Default)]
+struct Columns<'a> {
+    percentiles: BTreeMap<&'a str, Percentiles>,
+    /// What was drawn for each of the worst trials.
+    drawn: Vec<BTreeMap<String, Json>>,
+    /// Histograms of figures.
+    bars: Drawn,
+    /// The figure of the worst over keys.
+    dots: Drawn,
+    unsettled: usize,
+}
+
+/// The trials by their figure: its column, and the worst of them, the worst first.
+struct Ranked {
+    figure: Vec<f64>,
+    worst: Vec<usize>,
+}
+
+impl<'a> Columns<'a> {
+    /// Reads one column at a time.
+    fn of(trials: &'a Trials, question: &Question, outcomes: &[Outcome], ranked: &Ranked) -> Result<Self, String> {
+        let header = &trials.header;
+        let mut columns = Self { drawn: vec![BTreeMap::new(); ranked.worst.len()], ..Self::default() };
+        let keys = keys_of(header);
+        for (k, name) in header.columns.iter().enumerate() {
+            let mut values = trials.column(k)?;
+            if k < keys {
+                columns.add_key(header, question, (k, &values), outcomes, ranked);
+            }
+            if name == SETTLING {
+                columns.unsettled = count_unsettled(&values, outcomes);
+            }
+            statistics::sort(&mut values);
+            // When it ended is a figure too, if it is asked for.
+            if (k > keys || (k == keys && question.draw.contains(&k)))
+                && let Some(panel) = histogram(name, header.units.get(name), &values)
+            {
+                if question.draws(k, keys..header.columns.len(), &columns.bars) {
+                    columns.bars.panels.push(panel);
+                } else {
+                    columns.bars.left_out.push(name.clone());
+                }
+            }
+            let no_number = values.iter().filter(|value| value.is_nan()).count();
+            let ranks = NAMES.into_iter().zip(PER_MILLE.map(|p| statistics::percentile(&values, p))).collect();
+            let least = values.first().copied().unwrap_or(f64::NAN);
+            let of_file = header.of_file.get(name).and_then(|text| text.parse().ok());
+            columns.percentiles.insert(name, Percentiles { of_file, ranks, least, no_number });
+        }
+        Ok(columns)
+    }
+
+    /// A key that was drawn: its values of the worst trials, and its dots.
+    fn add_key(
+        &mut self,
+        header: &Header,
+        question: &Question,
+        (k, values): (usize, &[f64]),
+        outcomes: &[Outcome],
+        ranked: &Ranked,
+    ) {
+        let name = &header.columns[k];
+        let words = header.vary.get(k).and_then(|text| vary::words(text));
+        let told = |value: f64| match words.as_ref().and_then(|words| words.get((value as usize).checked_sub(1)?)) {
+            Some(word) => Json::from(word.as_str()),
+            None => Json::from(value),
+        };
+        for (drawn, row) in self.drawn.iter_mut().zip(&ranked.worst) {
+            drawn.insert(name.clone(), told(values[*row]));
+        }
+        if question.draws(k, 0..keys_of(header), &self.dots) {
+            let labels = [&with_words(name, words.as_ref()), &header.label(&header.columns[question.worst])];
+            let dots = scatter(labels.map(String::as_str), values, &ranked.figure, outcomes, &ranked.worst);
+            self.dots.panels.push(dots);
+        } else {
+            self.dots.left_out.push(name.clone());
+        }
+    }
+}
+
+/// So many columns, the first, are keys that were drawn.
+fn keys_of(header: &Header) -> usize {
+    header.columns.iter().position(|name| name == ENDED).unwrap_or(0)
+}
+
+impl<'a> Report<'a> {
+    /// What is told; `failures` are so many trials.
+    fn of(
+        header: &'a Header,
+        question: &Question,
+        outcomes: &[Outcome],
+        ranked: &Ranked,
+        count: u64,
+        columns: Columns<'a>,
+    ) -> Self {
+        let is_random = !header.vary.iter().any(|text| vary::is_sobol(text));
+        let worst = ranked.worst.iter().zip(columns.drawn).map(|(&k, drawn)| WorstTrial {
+            trial: k as u64,
+            outcome: outcomes[k].word(),
+            figure: ranked.figure[k],
+            drawn,
+        });
+        Self {
+            header,
+            outcomes: Outcome::ALL
+                .map(|outcome| (outcome.word(), outcomes.iter().filter(|of| **of == outcome).count()))
+                .into_iter()
+                .filter(|(_, count)| *count > 0)
+                .collect(),
+            at_most: question.at_most.iter().map(|(k, limit)| (header.columns[*k].as_str(), *limit)).collect(),
+            failures: Failures {
+                count,
+                rate: count as f64 / header.trials as f64,
+                rate_below: is_random.then(|| statistics::largest_rate(count, header.trials, CONFIDENCE)),
+                unsettled: columns.unsettled,
+            },
+            percentiles: columns.percentiles,
+            worst_by: &header.columns[question.worst],
+            worst: worst.collect(),
+        }
+    }
+}
+
 impl Console<'_> {
     /// Writes and tells it; the first trial that was refused, and whether a bar was asked for and not held by all.
     pub(super) fn tell_trials(
@@ -207,84 +331,14 @@ impl Console<'_> {
     ) -> Result<(Option<u64>, bool), Failure> {
         let header = &trials.header;
         let outcomes = trials.outcomes().map_err(bad)?;
-        let drawn = header.columns.iter().position(|name| name == ENDED).unwrap_or(0);
-        let column = |k: usize| trials.column(k).map_err(bad);
-
         let failed = failures(trials, question, &outcomes)?;
-        let figure = column(question.worst)?;
-        let order = worst_of(&figure, &outcomes);
-        let mut percentiles = BTreeMap::new();
-        let mut worst: Vec<WorstTrial> = order
-            .iter()
-            .map(|&k| WorstTrial {
-                trial: k as u64,
-                outcome: outcomes[k].word(),
-                figure: figure[k],
-                drawn: BTreeMap::new(),
-            })
-            .collect();
-        let (mut bars, mut dots, mut unsettled) = (Drawn::default(), Drawn::default(), 0);
-        let words: Vec<Option<Vec<String>>> = header.vary.iter().map(|text| vary::words(text)).collect();
-        let by = &header.columns[question.worst];
-        for (k, name) in header.columns.iter().enumerate() {
-            let mut values = column(k)?;
-            if k < drawn {
-                let words = words.get(k).and_then(Option::as_ref);
-                let told = |value: f64| match words.and_then(|words| words.get((value as usize).checked_sub(1)?)) {
-                    Some(word) => Json::from(word.as_str()),
-                    None => Json::from(value),
-                };
-                for (worst, row) in worst.iter_mut().zip(&order) {
-                    worst.drawn.insert(name.clone(), told(values[*row]));
-                }
-                if question.draws(k, 0..drawn, &dots) {
-                    let labels = [&with_words(name, words), &header.label(by)];
-                    dots.panels.push(scatter(labels.map(String::as_str), &values, &figure, &outcomes, &order));
-                } else {
-                    dots.left_out.push(name.clone());
-                }
-            }
-            if name == SETTLING {
-                unsettled = count_unsettled(&values, &outcomes);
-            }
-            statistics::sort(&mut values);
-            // When it ended is a figure too, if it is asked for.
-            if (k > drawn || (k == drawn && question.draw.contains(&k)))
-                && let Some(panel) = histogram(name, header.units.get(name), &values)
-            {
-                if question.draws(k, drawn..header.columns.len(), &bars) {
-                    bars.panels.push(panel);
-                } else {
-                    bars.left_out.push(name.clone());
-                }
-            }
-            let no_number = values.iter().filter(|value| value.is_nan()).count();
-            let of = NAMES.into_iter().zip(PER_MILLE.map(|p| statistics::percentile(&values, p))).collect();
-            let least = values.first().copied().unwrap_or(f64::NAN);
-            let of_file = header.of_file.get(name).and_then(|text| text.parse().ok());
-            percentiles.insert(name.as_str(), Percentiles { of_file, ranks: of, least, no_number });
-        }
-
+        let figure = trials.column(question.worst).map_err(bad)?;
+        let ranked = Ranked { worst: worst_of(&figure, &outcomes), figure };
+        let mut columns = Columns::of(trials, question, &outcomes, &ranked).map_err(bad)?;
+        let [bars, dots] = [&mut columns.bars, &mut columns.dots].map(std::mem::take);
         let count = failed.iter().filter(|failed| **failed).count() as u64;
-        let is_random = !header.vary.iter().any(|text| vary::is_sobol(text));
-        let report = Report {
-            header,
-            outcomes: Outcome::ALL
-                .map(|outcome| (outcome.word(), outcomes.iter().filter(|of| **of == outcome).count()))
-                .into_iter()
-                .filter(|(_, count)| *count > 0)
-                .collect(),
-            at_most: question.at_most.iter().map(|(k, limit)| (header.columns[*k].as_str(), *limit)).collect(),
-            failures: Failures {
-                count,
-                rate: count as f64 / header.trials as f64,
-                rate_below: is_random.then(|| statistics::largest_rate(count, header.trials, CONFIDENCE)),
-                unsettled,
-            },
-            percentiles,
-            worst_by: by,
-            worst,
-        };
+        let report = Report::of(header, question, &outcomes, &ranked, count, columns);
+
         let json = serde_json::to_string(&report);
         let text = json.as_deref().unwrap_or_default();
         let kept = write_whole(&folder.join("monte-carlo.json"), |out| writeln!(out, "{text}"))
@@ -297,13 +351,13 @@ impl Console<'_> {
         if is_json {
             self.say_json(json)?;
         } else {
-            self.tell(&report, drawn, file, !question.at_most.is_empty())?;
+            self.tell(&report, keys_of(header), file, !question.at_most.is_empty())?;
             for line in left_out.iter().flatten() {
                 self.say(line)?;
             }
         }
         kept?;
-        write_pictures(folder, header, by, [bars.panels, dots.panels])?;
+        write_pictures(folder, header, report.worst_by, [bars.panels, dots.panels])?;
         if !is_json {
             self.say(&format!("written to {}", folder.display()))?;
         }
