@@ -18,7 +18,7 @@ use controller_core::Health;
 use loop_sim::port::drive::{DriveDesign, Goal, Motion};
 use loop_sim::sensor::encoder::Mounted;
 use pil_wire::{Order, Tracked};
-use study::commission::{Leg, OnTicks, Shake, Stand, Stopped, rest, turned};
+use study::commission::{Leg, OnTicks, Shake, Stand, Stopped, turned};
 use study::identify::Record;
 use study::identify::record::unwrapped;
 
@@ -86,7 +86,7 @@ impl<'a, T: Transport> Wired<'a, T> {
             period_s,
             at_rad,
             origin: seen.tick,
-            motions: vec![rest(at_rad, period_s)],
+            motions: vec![Motion::rest(at_rad, period_s)],
             before,
             is_touched,
             watch,
@@ -218,7 +218,7 @@ impl<T: Transport> Stand for Wired<'_, T> {
     fn go(&mut self, to_rad: f64, ticks: u32) -> Result<(), Stopped> {
         let [start, ticks] = self.drive.move_to(to_rad, ticks)?;
         let goal = Goal::Rest { angle_rad: to_rad };
-        self.motions.push(Motion { goal, from_rad: self.at_rad, start, ticks, period_s: self.period_s });
+        self.motions.push(Motion { goal, start, ticks, ..Motion::rest(self.at_rad, self.period_s) });
         self.at_rad = to_rad;
         self.until(start.wrapping_add(ticks))
     }

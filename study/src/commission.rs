@@ -386,7 +386,7 @@ pub trait Stand {
 /// The fewest ticks of a motion from rest within this current, and no fewer than of `least_s`.
 fn fewest(stand: &dyn Stand, sheet: &Sheet, way_rad: f64, least_s: f64, u_max: f64) -> Result<u32, Stopped> {
     let (at_rad, period_s) = (stand.at_rad(), stand.period_s());
-    let wanted = Motion { goal: Goal::Rest { angle_rad: at_rad + way_rad }, ..rest(at_rad, period_s) };
+    let wanted = Motion { goal: Goal::Rest { angle_rad: at_rad + way_rad }, ..Motion::rest(at_rad, period_s) };
     let range = [least_s, LONGEST_S].map(|seconds| (seconds / period_s).round() as u32);
     sheet.shortest(&wanted, range, u_max).map(|motion| motion.ticks).ok_or(Stopped::TooFar { way_rad })
 }
@@ -539,11 +539,6 @@ fn sequence(
         marks: [settled.from_s, verify.from_s, home.from_s],
         ticks: [recorded, settled, verify, home].iter().flat_map(Leg::rows).collect(),
     })
-}
-
-/// At rest for ever.
-pub fn rest(at_rad: f64, period_s: f64) -> Motion {
-    Motion { goal: Goal::Rest { angle_rad: at_rad }, from_rad: at_rad, start: 0, ticks: 1, period_s }
 }
 
 #[cfg(test)]

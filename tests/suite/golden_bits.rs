@@ -172,7 +172,7 @@ fn drive(design: &DriveDesign, ticks: u32) -> Seen {
     let speed = Goal::Speed { speed_rad_s: 7.0 };
     let sine = Goal::Sine { amplitude_rad: 4.0, omega_rad_s: 1.5 };
     let goal = if design.form().follows == Follows::Speed { speed } else { sine };
-    let motion = Motion { goal, from_rad: 0.0, start: 100, ticks: 1000, period_s: PERIOD_S };
+    let motion = Motion { goal, start: 100, ticks: 1000, ..Motion::rest(0.0, PERIOD_S) };
     let mut port = design.port(&motion).expect("a good design");
     let mut rng = Rng::new(7);
     // Angle and speed of the motor, then of the link.

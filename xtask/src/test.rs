@@ -32,7 +32,7 @@ struct Part {
 
 /// The longest parts first, so that the last ones fill both cores.
 const PARTS: [Part; 9] = [
-    Part { name: "shapes", holds: "every test at its full size, examples in the documentation", run: shapes },
+    Part { name: "shapes", holds: "every test at its full size, lanes of every shape", run: shapes },
     Part {
         name: "machine",
         holds: "machine code of archive, exported C and assembly against the record",
@@ -68,7 +68,10 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let all = |gate: &mut Gate, steps: &[fn(&mut Gate) -> Outcome]| steps.iter().try_for_each(|step| step(gate));
     all(gate, &[setup::run, format, scan, paper_map::run])?;
     gate.beside(CHIP, |gate| all(gate, &[pack, lint, docs::run, build]))?;
-    gate.beside(JUDGE, |gate| tests(gate, "tests", &[]))?;
+    gate.beside(JUDGE, |gate| {
+        tests(gate, "tests", &[])?;
+        examples(gate)
+    })?;
     for part in &PARTS {
         gate.leave_out(format!("{:<9} {}", part.name, part.holds));
     }
@@ -288,7 +291,11 @@ fn shapes(gate: &mut Gate) -> Outcome {
     tests(gate, "tests at their full size", &[(DEEP, "1")])?;
     let lanes = Invocation::cargo(&["clippy", "--workspace", "--test", "every_lane"]).with(&DENY);
     gate.commands("lints, lanes of every shape", &[lanes])?;
-    gate.commands("lanes of every shape", &[Invocation::cargo(&["test", "--workspace", "--test", "every_lane"])])?;
+    gate.commands("lanes of every shape", &[Invocation::cargo(&["test", "--workspace", "--test", "every_lane"])])
+}
+
+/// The code blocks of the documentation. The libraries are those of the build, which `gate` checks.
+fn examples(gate: &mut Gate) -> Outcome {
     gate.commands("examples in the documentation", &[Invocation::cargo(&["test", "--workspace", "--doc"])])
 }
 

@@ -85,6 +85,12 @@ pub struct Motion {
 }
 
 impl Motion {
+    /// At rest at this angle for ever. Other motions are this with what differs, as `Motion { goal, ..Motion::rest(0.3,
+    /// 1e-3) }`.
+    pub const fn rest(angle_rad: f64, period_s: f64) -> Self {
+        Self { goal: Goal::Rest { angle_rad }, from_rad: angle_rad, start: 0, ticks: 1, period_s }
+    }
+
     /// The same, as short as it may be: at least `fewest` ticks from rest onto the goal (and 20, as [`drive::shortest`]
     /// has it), at most `most`, and as many as it takes for the current `feed_forward` of the jets on the way to stay
     /// within ±`u_max`. `None` if no way does.
@@ -543,7 +549,7 @@ mod tests {
     use super::*;
 
     fn motion(goal: Goal) -> Motion {
-        Motion { goal, from_rad: 0.3, start: 50, ticks: 100, period_s: 1e-3 }
+        Motion { goal, start: 50, ticks: 100, ..Motion::rest(0.3, 1e-3) }
     }
 
     fn jets<T: Real<Count = i32>>(motion: &Motion, ticks: u32) -> Vec<[f64; 3]> {

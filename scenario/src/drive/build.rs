@@ -496,7 +496,7 @@ fn motion(table: &ReferenceTable, mode: ModeKey, from_rad: f64, period_s: f64) -
     let start = ticks_of(table.start_s.unwrap_or(0.0));
     let ticks = table.duration_s.map_or(1, |duration_s| ticks_of(duration_s).max(1));
     let fewest = fewest.filter(|_| table.duration_s.is_none());
-    Ok(Wanted { motion: Motion { goal, from_rad, start, ticks, period_s }, fewest })
+    Ok(Wanted { motion: Motion { goal, start, ticks, ..Motion::rest(from_rad, period_s) }, fewest })
 }
 
 /// A number of the data sheet that must be there.

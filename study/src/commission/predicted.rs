@@ -51,7 +51,8 @@ impl Found {
     pub(super) fn peak_rad(&self, designed: &DriveDesign, [from_rad, to_rad]: [f64; 2], ticks: u32) -> Option<f64> {
         let period_s = designed.period_s();
         let [start, after] = [SETTLE_S, AFTER_S].map(|seconds| (seconds / period_s).round() as u32);
-        let motion = Motion { goal: Goal::Rest { angle_rad: to_rad }, from_rad, start, ticks, period_s };
+        let motion =
+            Motion { goal: Goal::Rest { angle_rad: to_rad }, start, ticks, ..Motion::rest(from_rad, period_s) };
         let mut port = designed.port(&motion).ok()?;
         let ((plant, x0), limit, mounted) = (self.at_rest(from_rad), designed.max_current_a(), designed.encoders());
         let setup = Loop {

@@ -13,7 +13,7 @@ use loop_sim::solver;
 use loop_sim::trace::{Ending, Row};
 use scenario::Experiment;
 
-use super::{Leg, OnTicks, Shake, Stand, Stopped, rest, turned};
+use super::{Leg, OnTicks, Shake, Stand, Stopped, turned};
 use crate::identify::Record;
 use crate::identify::record::unwrapped;
 
@@ -122,7 +122,7 @@ impl<'a> Rig<'a> {
         };
         let designed = drive.designed;
         let (period_s, at_rad) = (experiment.period_s, drive.motion.from_rad);
-        let still = rest(at_rad, period_s);
+        let still = Motion::rest(at_rad, period_s);
         let live = designed.live(&still).map_err(|error| Stopped::Design(error.to_string()))?;
         let port = Shaken {
             drive: live,
@@ -258,7 +258,7 @@ impl Stand for Rig<'_> {
     fn go(&mut self, to_rad: f64, ticks: u32) -> Result<(), Stopped> {
         let start = self.now() as u32 + 1;
         let motion =
-            Motion { goal: Goal::Rest { angle_rad: to_rad }, start, ticks, ..rest(self.at_rad, self.period_s) };
+            Motion { goal: Goal::Rest { angle_rad: to_rad }, start, ticks, ..Motion::rest(self.at_rad, self.period_s) };
         self.port.drive.play(&motion);
         self.at_rad = to_rad;
         self.run((start + ticks) as usize - self.now())

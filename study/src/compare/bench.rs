@@ -33,7 +33,7 @@ use loop_sim::closed_loop::{Loop, close_loop};
 use loop_sim::metrics;
 use loop_sim::plant::Plant;
 use loop_sim::port::ControllerPort;
-use loop_sim::port::drive::{DriveDesign, Follows, Form, Goal, Motion};
+use loop_sim::port::drive::{DriveDesign, Follows, Form, Motion};
 use loop_sim::port::finer::Finer;
 use loop_sim::sensor::encoder::Encoders;
 use loop_sim::trace::{Recorder, Row, Trace};
@@ -312,7 +312,7 @@ impl Bench {
         let start_rad = told_rad.fold(START_RAD, f64::min);
         let recovery = base.run(start_rad, &move_to(0.0, ""), load_s + 0.5 * tau_s)?;
         let pushed = base.run(0.0, "reference={kind = \"rest\"}", load_s + 0.5 * tau_s)?;
-        let rest = Motion { goal: Goal::Rest { angle_rad: 0.0 }, from_rad: 0.0, start: 0, ticks: 1, period_s: t };
+        let rest = Motion::rest(0.0, t);
 
         let load = base.load(load_s);
         let nominal = base.corner(("the data sheet as it is".into(), "error={}".into(), true), &load)?;
