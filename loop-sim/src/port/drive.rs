@@ -137,6 +137,11 @@ impl Motion {
         }
     }
 
+    /// From this tick on.
+    fn played<T: Real<Count = i32>, const M: usize, const J: usize>(&self, tick: u32) -> Played<T, M, J> {
+        Player::new(self.plan(), tick)
+    }
+
     fn plan<T: Real<Count = i32>, const M: usize>(&self) -> Plan<T, M> {
         let Self { ref goal, from_rad, start, ticks, period_s } = *self;
         // An angle far out is turns and a rest: f32 keeps its digits.
@@ -163,6 +168,9 @@ impl Motion {
         Plan { before, start, after: Joined::new(course, gap, start, ticks, period_s) }
     }
 }
+
+/// A motion as it is played: targets at both ends of each tick.
+type Played<T, const M: usize, const J: usize> = Player<T, Plan<T, M>, J>;
 
 /// A motion, ready to be played.
 #[derive(Clone, Debug)]
@@ -429,7 +437,7 @@ struct Drive<'a, const E: usize, const N: usize, const P: usize> {
     follows: Follows,
     /// Ticks from the computation of u until it is held.
     late: u32,
-    player: Player<f32, Plan<f32, P>, N>,
+    player: Played<f32, P, N>,
     motion: Motion,
     exact: Plan<f64, P>,
     /// Ticks of a joined stop after an alarm, and the one that is under way.
@@ -455,7 +463,7 @@ impl<'a, const E: usize, const N: usize, const P: usize> Drive<'a, E, N, P> {
             mounted,
             follows: form.follows,
             late,
-            player: Player::new(motion.plan(), late),
+            player: motion.played(late),
             motion: motion.clone(),
             exact: motion.plan(),
             stop_ticks: if let Reaction::JoinedStop { ticks } = reaction { Some(ticks) } else { None },
@@ -510,7 +518,7 @@ impl<const E: usize, const N: usize, const P: usize> ControllerPort for Drive<'_
     }
 
     fn reset(&mut self) -> Result<(), PortError> {
-        self.player = Player::new(self.motion.plan(), self.late);
+        self.player = self.motion.played(self.late);
         (self.stopping, self.tick, self.r) = (None, 0, 0.0);
         self.law.reset()
     }

@@ -1,10 +1,10 @@
 //! The drive once more in f64, its reference too: what rounding to f32 is measured by. With one gain set, the quiet
 //! one, and without monitors; it is no drive to run a chip with.
 
-use controller_core::drive::{Aim, ChainModel, DriveEstimates, EncoderForm, Player, Sample, Target};
+use controller_core::drive::{Aim, ChainModel, DriveEstimates, EncoderForm, Sample, Target};
 use controller_core::{ControlLaw, MAX_R, Output, Running};
 
-use super::{Motion, Mounted, Plan};
+use super::{Motion, Mounted, Played};
 use crate::MAX_ORDER;
 use crate::port::{ControllerPort, PortError, Tick};
 
@@ -12,7 +12,7 @@ use crate::port::{ControllerPort, PortError, Tick};
 struct InF64<L: ControlLaw, const E: usize, const N: usize, const P: usize> {
     running: Running<L>,
     mounted: [Mounted; E],
-    player: Player<f64, Plan<f64, P>, N>,
+    player: Played<f64, P, N>,
     motion: Motion,
     late: u32,
     sample: Sampled<L, E, N>,
@@ -45,7 +45,7 @@ where
     }
 
     fn reset(&mut self) -> Result<(), PortError> {
-        self.player = Player::new(self.motion.plan(), self.late);
+        self.player = self.motion.played(self.late);
         self.running.reset();
         Ok(())
     }
@@ -68,7 +68,7 @@ where
     Box::new(InF64::<_, E, N, P> {
         running: Running::new(law),
         mounted,
-        player: Player::new(motion.plan(), LATE as u32),
+        player: motion.played(LATE as u32),
         motion: motion.clone(),
         late: LATE as u32,
         sample: |counts, begin, end| Sample { counts, begin: A::told(begin), end: A::told(end) },
